@@ -256,9 +256,9 @@ impl Gpu {
     ) -> Option<RenderOutput> {
         let drawn = match output {
             RequestedOutput::Frame(images) => {
-                renderer.render_in(frame_guard, plan, modules, images).map(|(frame, timings)| (frame, None, timings))
+                renderer.render_locked(frame_guard, plan, modules, images).map(|(frame, timings)| (frame, None, timings))
             }
-            RequestedOutput::OnGpu => renderer.render_to_gpu_in(frame_guard, plan, modules).map(|(image, timings)| {
+            RequestedOutput::OnGpu => renderer.render_to_gpu_locked(frame_guard, plan, modules).map(|(image, timings)| {
                 let frame = Frame { width: image.width, height: image.height, hdr: Vec::new(), display: Vec::new() };
                 (frame, Some(image), timings)
             }),

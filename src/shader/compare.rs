@@ -1,4 +1,6 @@
-//! Differences between two modules, grouped by feature or by fragment, and the cost of a module, counted in its IR.
+//! Compares two modules, and counts the cost of one.
+//!
+//! In: modules. Out: the lines in which two modules differ, grouped by feature or by fragment; the operations, branches and texture reads in a module's IR.
 
 use super::{Emitted, ShaderModule, SourceMap};
 use naga::{Expression, Statement};
@@ -28,8 +30,8 @@ fn lines_of<'a>(wgsl: &'a str, map: &'a SourceMap) -> impl Iterator<Item = (&'a 
     })
 }
 
-/// Lines that occur in only one of the two modules, grouped by feature, sorted by its name. A line is identified by its text and its position in the
-/// fragments; its position in the module is not compared.
+/// Lines that occur in only one of the two modules, grouped by feature and sorted by the feature's name. Two lines are equal if they have the same text and come
+/// from the same line of the same fragment, wherever they are in the module.
 pub fn difference(first: &Emitted, second: &Emitted) -> Vec<FeatureDiff> {
     let lines = |e: &Emitted| -> BTreeSet<DiffLine> { lines_of(&e.wgsl, &e.source_map).map(|(_, l)| l).collect() };
     let (in_first, in_second) = (lines(first), lines(second));
@@ -54,9 +56,10 @@ pub struct ChangedLines {
     pub added: usize,
 }
 
-/// Fragments that differ between two revisions of one module. Lines are compared by their text: a line that only moved within its fragment
-/// is unchanged.
+/// The fragments whose emitted lines differ between two revisions of one module, by path. Lines are compared by their text: a line that only moved within its
+/// fragment is unchanged.
 pub fn changed_lines(first: (&str, &SourceMap), second: (&str, &SourceMap)) -> BTreeMap<String, ChangedLines> {
+    // By fragment and text: occurrences in the first revision minus those in the second, and the feature.
     let mut counts: BTreeMap<(String, String), (i64, String)> = BTreeMap::new();
     for ((wgsl, map), sign) in [(first, 1), (second, -1)] {
         for (feature, line) in lines_of(wgsl, map) {
@@ -89,23 +92,23 @@ pub struct IrCost {
     pub lines: u32,
 }
 
-fn count_block(block: &naga::Block, branches: &mut u32) {
+fn count_branches(block: &naga::Block, branches: &mut u32) {
     for statement in block {
         match statement {
-            Statement::Block(inner) => count_block(inner, branches),
+            Statement::Block(inner) => count_branches(inner, branches),
             Statement::If { accept, reject, .. } => {
                 *branches += 1;
-                count_block(accept, branches);
-                count_block(reject, branches);
+                count_branches(accept, branches);
+                count_branches(reject, branches);
             }
             Statement::Switch { cases, .. } => {
                 *branches += 1;
-                cases.iter().for_each(|c| count_block(&c.body, branches));
+                cases.iter().for_each(|c| count_branches(&c.body, branches));
             }
             Statement::Loop { body, continuing, .. } => {
                 *branches += 1;
-                count_block(body, branches);
-                count_block(continuing, branches);
+                count_branches(body, branches);
+                count_branches(continuing, branches);
             }
             _ => {}
         }
@@ -143,7 +146,7 @@ pub fn ir_cost(m: &ShaderModule) -> IrCost {
     cost.texture_reads = m.module.entry_points.iter().map(|e| texture_reads(&e.function, &reads_of)).sum();
     for function in functions {
         cost.functions += 1;
-        count_block(&function.body, &mut cost.branches);
+        count_branches(&function.body, &mut cost.branches);
         for (_, expression) in function.expressions.iter() {
             let kind = match expression {
                 Expression::Binary { op, .. } => format!("{op:?}").to_lowercase(),

@@ -1,6 +1,6 @@
 //! The fragments constants/*.wesl: numbers that Rust and shaders share, generated from the Rust values.
 //!
-//! In: src/scene/constants.rs and the counts of the key's dimensions. Out: path and text of each fragment. The text depends
+//! In: src/scene/constants.rs and the greatest counts (of lights, for example) that a key can have. Out: path and text of each fragment. The text depends
 //! only on the Rust values. The files in shaders/constants are copies for text editors and for other engines. A test checks that they
 //! are equal to this output; `orrery shader export shaders --overwrite` rewrites them.
 
@@ -14,10 +14,10 @@ use std::sync::LazyLock;
 /// Path inside shaders/ and text of each generated fragment, sorted by path.
 pub static CONSTANTS: LazyLock<Vec<(&'static str, String)>> = LazyLock::new(|| {
     vec![
-        ("constants/air.wesl", air()),
-        ("constants/draw.wesl", draw()),
-        ("constants/eclipse.wesl", eclipse()),
-        ("constants/rings.wesl", rings()),
+        ("constants/air.wesl", air_fragment()),
+        ("constants/draw.wesl", draw_fragment()),
+        ("constants/eclipse.wesl", eclipse_fragment()),
+        ("constants/rings.wesl", rings_fragment()),
     ]
 });
 
@@ -54,8 +54,8 @@ fn fragment_text(about: &str, constants: &[SharedConstant]) -> String {
     text
 }
 
-fn air() -> String {
-    // Range of x over the columns: up to mu = 1.
+fn air_fragment() -> String {
+    // Range of x from the first column to the last, which is at mu = 1.
     let x_span = 1.0 / (1.0 + shared::MULTI_SCATTER_BEND) - shared::MULTI_SCATTER_FIRST;
     let vectors_per_occluder = (shared::IN_SHADOW_HEIGHTS + 1) * shared::IN_SHADOW_COLUMNS;
     let occluders = usize::from(MAX_OCCLUDERS);
@@ -156,7 +156,7 @@ fn air() -> String {
     )
 }
 
-fn rings() -> String {
+fn rings_fragment() -> String {
     fragment_text(
         "Tables of the rings.",
         &[
@@ -212,7 +212,7 @@ fn rings() -> String {
     )
 }
 
-fn eclipse() -> String {
+fn eclipse_fragment() -> String {
     fragment_text(
         "Eclipses by other bodies, and twilight.",
         &[
@@ -232,8 +232,8 @@ fn eclipse() -> String {
     )
 }
 
-/// Array sizes. Those of lights, occluders and overlays follow from the key: the number of features of their dimension that are on.
-fn draw() -> String {
+/// The sizes of arrays. The numbers of lights, occluders and overlays depend on the key: one WGSL constant for each possible number, under an `@if` or `@elif`.
+fn draw_fragment() -> String {
     let mut text = "// Sizes of a draw's arrays. Generated from the key's dimensions and src/scene/constants.rs.\n\n".to_owned();
     let cumulative = [
         ("lights", "LIGHTS", "Lights: the Sun, then other bodies."),

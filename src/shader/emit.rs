@@ -1,6 +1,6 @@
-//! Emits the WGSL of a key: a pure function of the key's features and the fragments.
+//! Emits the WGSL of a module: a pure function of the module's name, which contains its features, and of the fragments.
 //!
-//! In: a module's name, the fragments. Out: the text of one module and, for each of its lines, the fragment that the line came
+//! In: a module's name and the fragments. Out: the text of one module and, for each of its lines, the fragment that the line came
 //! from and the feature that includes it. Fragments are WESL (<https://wesl-lang.dev>). An item whose `@if`, `@elif` or `@else`
 //! condition is false is omitted together with the comment lines directly above it. An import is replaced by the entire fragment
 //! that it names, once per module. Comments and names are kept, so no two fragments of one module may declare the same name.
@@ -43,7 +43,7 @@ pub fn emit_module(id: &ModuleId) -> Result<Emitted, ShaderError> {
 /// Emits any module from the given fragments.
 ///
 /// # Errors
-/// A simple module that does not exist, or an error in a fragment with its line and column.
+/// There is no simple shader of this name, or a fragment has an error, which is returned with its line and column.
 pub fn emit_module_with(fragments: &Fragments, id: &ModuleId) -> Result<Emitted, ShaderError> {
     let (name, feature_names) = match id {
         ModuleId::Planet(key) => ("planet", key::feature_names(key.features())),
@@ -54,8 +54,7 @@ pub fn emit_module_with(fragments: &Fragments, id: &ModuleId) -> Result<Emitted,
     emit_fragment_with(fragments, &format!("entry/{name}.wesl"), name, &feature_names)
 }
 
-/// Emits one fragment and everything that it imports. `base`: the name by which the source map lists lines that do not depend on a
-/// feature.
+/// Emits one fragment and everything that it imports. `base`: the name that stands for a feature in the source map, for lines that depend on none.
 ///
 /// # Errors
 /// See [`emit_module_with`].
@@ -65,10 +64,10 @@ pub fn emit_fragment(path: &str, base: &str, feature_names: &[&str]) -> Result<E
 
 fn emit_fragment_with(fragments: &Fragments, path: &str, base: &str, feature_names: &[&str]) -> Result<Emitted, ShaderError> {
     let mut emitter = Emitter { fragments, features: FeatureSet::of(feature_names), wgsl: String::new(), map: SourceMap::default() };
-    let base = emitter.map.feature_index(base);
+    let base_index = emitter.map.feature_index(base);
     let missing = || ShaderError::Fragment { path: path.to_owned(), line: 0, column: 0, what: "there is no such shader source".into() };
     let (text, fragment) = fragments.parsed(path).ok_or_else(missing)?;
-    emitter.append_fragment(path, text, fragment?, base)?;
+    emitter.append_fragment(path, text, fragment?, base_index)?;
     Ok(Emitted { wgsl: emitter.wgsl, source_map: emitter.map })
 }
 
@@ -80,15 +79,15 @@ struct Emitter<'a> {
 }
 
 impl Emitter<'_> {
-    /// Appends a fragment and what it imports. `importing_feature`: index of the feature whose condition included the import.
+    /// Appends a fragment and what it imports. `importing_feature`: index of the feature that includes this fragment.
     fn append_fragment(&mut self, path: &str, text: &str, fragment: &Fragment, importing_feature: u16) -> Result<(), ShaderError> {
         let index = self.map.fragments.len() as u16;
         self.map.fragments.push(path.to_owned());
         let emitted = fragment.emitted_blocks(self.features);
         let mut feature_of_block: Vec<Option<u16>> = vec![None; fragment.blocks.len()];
         let mut imports = fragment.imports.iter().peekable();
-        for (number, line) in (1u32..).zip(&fragment.lines) {
-            while let Some(import) = imports.next_if(|i| i.line <= number) {
+        for (line_number, line) in (1u32..).zip(&fragment.lines) {
+            while let Some(import) = imports.next_if(|i| i.line <= line_number) {
                 if emitted[import.block as usize] {
                     let feature = self.feature_index_of(fragment, import.block, &emitted, &mut feature_of_block, importing_feature);
                     self.append_import(path, import, feature)?;
@@ -106,18 +105,18 @@ impl Emitter<'_> {
             }
             self.wgsl.truncate(start + self.wgsl[start..].trim_end().len());
             let blank = self.wgsl.len() == start;
-            // A blank line is kept only if the fragment has it, and not at the start of the module or after another blank line.
+            // A blank line is kept only if it is blank in the fragment too, but not at the start of the module or after another blank line.
             let Some(block) = block.filter(|_| !blank || !(line.is_divided || self.wgsl.is_empty() || self.wgsl.ends_with("\n\n"))) else {
                 continue;
             };
             self.wgsl.push('\n');
             let feature = self.feature_index_of(fragment, block, &emitted, &mut feature_of_block, importing_feature);
-            self.map.lines.push(LineOrigin { fragment: index, line: number, feature });
+            self.map.lines.push(LineOrigin { fragment: index, line: line_number, feature });
         }
         Ok(())
     }
 
-    /// Index of the feature that includes a block. `known`: the indices found so far.
+    /// Index of the feature that includes a block. `known`: the indices of the fragment's blocks that have been found so far.
     fn feature_index_of(
         &mut self,
         fragment: &Fragment,

@@ -1,4 +1,7 @@
-//! The fragments (WESL files of shaders/) that are built into the program, and a user's files that replace some of them or add new ones.
+//! The fragments (WESL files of shaders/) that modules are emitted from.
+//!
+//! In: the built-in fragments, and a user's files that replace some of them or are new. Out: text and parsed form of each fragment, by path. Not here: the grammar
+//! (`shader::source`).
 
 use super::ShaderError;
 use super::constants::CONSTANTS;
@@ -8,7 +11,7 @@ use std::sync::{LazyLock, OnceLock};
 
 macro_rules! fragments {
     ($($name:literal),* $(,)?) => {
-        const SOURCE_FRAGMENTS: &[(&str, &str)] = &[$(($name, include_str!(concat!("../../shaders/", $name)))),*];
+        const HAND_WRITTEN_FRAGMENTS: &[(&str, &str)] = &[$(($name, include_str!(concat!("../../shaders/", $name)))),*];
     };
 }
 
@@ -127,21 +130,22 @@ fragments![
 /// Path inside shaders/ and text of every built-in fragment, sorted by path: those written by hand, and those of `shader::constants`.
 pub static FRAGMENTS: LazyLock<Vec<(&'static str, &'static str)>> = LazyLock::new(|| {
     let constants = CONSTANTS.iter().map(|(path, text)| (*path, text.as_str()));
-    let mut all: Vec<_> = SOURCE_FRAGMENTS.iter().copied().chain(constants).collect();
+    let mut all: Vec<_> = HAND_WRITTEN_FRAGMENTS.iter().copied().chain(constants).collect();
     all.sort_unstable();
     all
 });
 
+/// A fragment's parsed form or first error, computed at its first use.
 type Parsed = OnceLock<Result<Fragment, ShaderError>>;
 
 /// The built-in fragments, each parsed at its first use.
 static PARSED: LazyLock<HashMap<&'static str, (&'static str, Parsed)>> =
     LazyLock::new(|| FRAGMENTS.iter().map(|(path, text)| (*path, (*text, Parsed::new()))).collect());
 
-/// The fragments that a generator uses: the built-in ones, and files that replace some of them or are new.
+/// A set of fragments from which modules are emitted: the built-in ones, and files that replace some of them or are new.
 #[derive(Clone, Debug, Default)]
 pub struct Fragments {
-    /// Files on top of the built-in fragments, by path inside shaders/.
+    /// The files that replace built-in fragments or are new, by path inside shaders/.
     files: BTreeMap<String, (String, Parsed)>,
 }
 
@@ -155,12 +159,12 @@ impl PartialEq for Fragments {
 impl Eq for Fragments {}
 
 impl Fragments {
-    /// The built-in fragments with these files on top, by path inside shaders/. A file equal to the built-in fragment replaces nothing.
+    /// The built-in fragments, replaced and extended by these files (path inside shaders/, text). A file equal to the built-in fragment replaces nothing.
     pub fn with_files(files: impl IntoIterator<Item = (String, String)>) -> Self {
         Self::default().and_files(files)
     }
 
-    /// These fragments with further files on top. A file equal to the built-in fragment restores it.
+    /// These fragments, replaced and extended by further files. A file equal to a built-in fragment restores it.
     #[must_use]
     pub fn and_files(mut self, files: impl IntoIterator<Item = (String, String)>) -> Self {
         let is_built_in = |path: &str, text: &str| FRAGMENTS.contains(&(path, text));
@@ -203,7 +207,7 @@ impl Fragments {
         self.files.is_empty()
     }
 
-    /// New files that no built-in or replaced fragment imports, directly or through others, sorted by path. Empty if any file has an error.
+    /// New files that no fragment with a built-in path imports, directly or through others, sorted by path. Empty if any file has an error.
     pub fn unused(&self) -> Vec<&str> {
         let imports_of = |path: &str| match self.parsed(path) {
             Some((_, Ok(fragment))) => fragment.imports.iter().map(|i| i.path.clone()).collect(),

@@ -1,16 +1,15 @@
 //! The generator digest: a digest of everything on which a stored module depends.
 //!
-//! In: the sources of emission, of the key and of the stored form, the fragments, the versions of naga and of the WESL parser, the
-//! lowering's digest. Out: 16 hexadecimal digits, which name the library's folder on disk. Always: a change of any of these gives
-//! another folder, so a module of an older generator is never read. Not included: sources that only read finished modules
-//! ([`EXCLUDED`]).
+//! In: the Rust sources that determine a module's key, text and stored form, the fragments, the versions of naga and of the WESL parser, and the
+//! digest of the lowering. Out: 16 hexadecimal digits, which name the library's folder on disk. Always: a change of any of these gives
+//! another folder, so a module of an older generator is never read. Not included: sources that do not affect a module ([`EXCLUDED`]).
 
 use super::fragments::Fragments;
 use sha2::{Digest, Sha256};
 
 macro_rules! sources {
     ($($name:literal),* $(,)?) => {
-        /// The Rust sources on which a module and its stored form depend, by path inside src/.
+        /// The Rust sources that determine a module's key, text and stored form: path inside src/, and content.
         pub static SOURCES: &[(&str, &str)] = &[$(($name, include_str!(concat!("../", $name)))),*];
     };
 }
@@ -43,7 +42,7 @@ sources![
     "shader/source_map.rs",
 ];
 
-/// Sources of `shader` that do not affect a module: they translate, compare and record finished modules, or list keys for tests.
+/// Sources of `shader` that do not affect a module: they translate, compare or record finished modules, or list keys for tests.
 pub const EXCLUDED: &[&str] = &["shader/compare.rs", "shader/key/covering.rs", "shader/record.rs", "shader/translate.rs"];
 
 const LOCK: &str = include_str!("../../Cargo.lock");
@@ -59,12 +58,12 @@ fn version_in<'a>(lock: &'a str, package: &str) -> Option<&'a str> {
     lines.next()?.strip_prefix("version = \"")?.strip_suffix('"')
 }
 
-/// The generator digest (16 hexadecimal digits) with the built-in fragments, for the lowering with this digest.
+/// The generator digest (16 hexadecimal digits) for the built-in fragments. `lowering_digest`: [`Lowering::digest`](super::Lowering::digest).
 pub fn digest(lowering_digest: &str) -> String {
     digest_with(&Fragments::default(), lowering_digest)
 }
 
-/// The generator digest (16 hexadecimal digits) with these fragments, for the lowering with this digest.
+/// As [`digest`], for these fragments.
 pub fn digest_with(fragments: &Fragments, lowering_digest: &str) -> String {
     let version = |package| version_in(LOCK, package).unwrap_or("unknown");
     let versions_and_lowering = [("naga", version("naga")), ("wgsl-parse", version("wgsl-parse")), ("lowering", lowering_digest)];

@@ -1,4 +1,4 @@
-//! Names of modules: a body's module is named by its key, a simple shader and a probe by the name of their entry fragment.
+//! Names of modules: a body's module is named by its key, a simple shader by the name of its entry fragment, a probe module by both.
 //!
 //! In: text. Out: [`ModuleId`]. Always: each simple shader and each probe has an entry fragment `entry/<name>.wesl`. Not here: the
 //! content of a module.
@@ -41,7 +41,7 @@ impl FromStr for ModuleId {
         }
         match SIMPLE_MODULES.iter().find(|name| name.eq_ignore_ascii_case(text)) {
             Some(name) => Ok(Self::Simple(name)),
-            None => text.parse().map(Self::Planet).map_err(|e| e.or_module_name(&SIMPLE_MODULES)),
+            None => text.parse().map(Self::Planet).map_err(|e| e.suggest_module_name(&SIMPLE_MODULES)),
         }
     }
 }
@@ -78,10 +78,10 @@ pub const SIMPLE_MODULES: [&str; 25] = [
 /// Probes: modules that evaluate one formula for given inputs, from the entry fragment `entry/<name>.wesl` with the features of a key.
 pub const PROBES: [&str; 5] = ["probe_body_shadow", "probe_disc_overlap", "probe_ring_transmission", "probe_scatter", "probe_sunlight"];
 
-/// Former names of probes, which are still read, and the present ones.
+/// Pairs of a probe's former name, which is still read, and its present name.
 const FORMER_PROBES: [(&str, &str); 1] = [("probe_ring_shadow", "probe_body_shadow")];
 
-/// Each probe with the keys that are recorded and tested: a selection of the models that the probe evaluates.
+/// The probe modules that are recorded and tested: each probe, with keys of some of the models that it evaluates.
 pub fn probe_samples() -> Vec<ModuleId> {
     let modules = |name: &'static str, keys: &[&str]| {
         keys.iter().filter_map(|t| t.parse().ok()).map(|key| ModuleId::Probe(name, key)).collect::<Vec<_>>()
@@ -94,8 +94,8 @@ pub fn probe_samples() -> Vec<ModuleId> {
         "probe_ring_transmission",
         &["lambert.sun1.ringshadow-point-sun.sphere", "lambert.sun1.ringshadow-penumbra.sphere"],
     ));
-    let airs = ["air-pixel-8", "air-pixel-16-mie", "air-pixel-32-mie-absorption", "air-pixel-16-absorption"];
-    let scatter_keys = airs.map(|air| format!("sky.sun1.{air}.sphere"));
+    let air_parts = ["air-pixel-8", "air-pixel-16-mie", "air-pixel-32-mie-absorption", "air-pixel-16-absorption"];
+    let scatter_keys = air_parts.map(|air| format!("sky.sun1.{air}.sphere"));
     all.extend(modules("probe_scatter", &scatter_keys.each_ref().map(String::as_str)));
     all
 }

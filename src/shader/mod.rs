@@ -1,8 +1,9 @@
-//! Shader keys, generated modules, and the shader library, a cache of modules in memory and on disk.
+//! Shader keys, generated shader modules, and the shader library, a cache of these modules in memory and on disk.
 //!
-//! [`id`] names a shader module: a body's by its [`key`], a simple shader by the name of its fragment. [`mod@emit`] writes its WGSL from the [`fragments`];
-//! [`module`] parses, validates, reflects and lowers it (to a program for the software renderer); [`library`] caches the result, in a folder that [`generator`]
-//! names. Below, a module is such a shader module, and a fragment is always a WESL source file of shaders/, never the fragment stage.
+//! In: the features of a draw, or the name of a simple shader. Out: a [`ShaderModule`]: WGSL, naga IR, layout, and a program for the software renderer.
+//! [`id`] names the module: a body's by its [`key`], a simple shader's by the name of its fragment. [`mod@emit`] writes its WGSL from the [`fragments`];
+//! [`module`] parses, validates, reflects and lowers it; [`library`] caches the result, in a folder that [`generator`] names. In this module's files, a *module*
+//! is such a shader module, and a *fragment* is a WESL source file of shaders/, never the fragment stage.
 
 #[doc(hidden)]
 pub mod compare;
@@ -32,7 +33,7 @@ pub use module::{Lowering, LoweringFailure, ShaderModule};
 pub use reflect::{Layout, UniformWriter};
 pub use source_map::SourceMap;
 
-/// Why a module could not be built. Except for a name without a module, the shipped WESL files cause none of these errors; edited files may.
+/// Why a module could not be built. With the shipped WESL files, only [`ShaderError::NoSuchModule`] can occur; the others come from a user's files.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ShaderError {
     /// A file is not valid WESL, or uses syntax that the generator does not support.

@@ -1,4 +1,7 @@
-//! A complete module: text, validated IR, layout, source map, and the tape: the program of lane operations that the software renderer executes.
+//! A complete module.
+//!
+//! In: a module's name, and the lowering of the software renderer. Out: [`ShaderModule`]: WGSL, validated IR, layout, source map, and the tape (the list of
+//! operations that the software renderer runs).
 
 use super::emit::emit_module_with;
 use super::fragments::Fragments;
@@ -17,7 +20,7 @@ pub type LoweringFailure = Box<dyn std::error::Error + Send + Sync>;
 pub struct Lowering {
     /// Digest of the lowering's code: an input of the generator digest, which names the shader library's folder on disk.
     pub digest: String,
-    /// Lowers validated IR to a tape's bytes, or returns one line that names the unsupported construct.
+    /// Lowers validated IR to the bytes of a tape; the error names the unsupported construct.
     pub lower: fn(&naga::Module, &ModuleInfo) -> Result<Vec<u8>, LoweringFailure>,
     /// Checks that bytes from disk are a tape with this module's entry points and bindings, and that all indices are in range.
     pub check: fn(&naga::Module, &[u8]) -> Result<(), LoweringFailure>,
@@ -35,7 +38,7 @@ impl Lowering {
 pub struct ShaderModule {
     /// Its name.
     pub id: ModuleId,
-    /// The emitted text.
+    /// The emitted WGSL.
     pub wgsl: String,
     /// naga's IR of the text.
     pub module: naga::Module,
@@ -49,7 +52,7 @@ pub struct ShaderModule {
     pub tape: Vec<u8>,
 }
 
-/// Full validation; no capability beyond the baseline of WebGPU.
+/// Runs all checks of naga's validator. The module may use only what every WebGPU implementation supports.
 pub fn validate(module: &naga::Module) -> Result<ModuleInfo, Box<naga::WithSpan<naga::valid::ValidationError>>> {
     Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(module).map_err(Box::new)
 }
@@ -85,11 +88,11 @@ impl ShaderModule {
 
     /// Emits from the given fragments, then parses, validates, reflects and lowers.
     pub fn build_with(fragments: &Fragments, id: &ModuleId, lowering: &Lowering) -> Result<Self, ShaderError> {
-        Self::finish(id, emit_module_with(fragments, id)?, lowering)
+        Self::from_emitted(id, emit_module_with(fragments, id)?, lowering)
     }
 
     /// Parses, validates, reflects and lowers an emitted text.
-    pub fn finish(id: &ModuleId, emitted: Emitted, lowering: &Lowering) -> Result<Self, ShaderError> {
+    pub fn from_emitted(id: &ModuleId, emitted: Emitted, lowering: &Lowering) -> Result<Self, ShaderError> {
         let Emitted { wgsl, source_map } = emitted;
         let name = || id.to_string();
         let location = |line: Option<u32>| match line.and_then(|l| source_map.origin_of(l as usize)) {

@@ -1,4 +1,4 @@
-//! Recorded digests of modules, and the reasons for differences from them.
+//! The digest record: digests of modules and fragments, which show when and why emitted modules change.
 //!
 //! In: module ids. Out: a text with one line per fragment and per module, sorted by name, and the changes between two such records, each
 //! with its reason: a changed fragment, the emitter, or naga. Every module is emitted, parsed, validated and lowered; simple shaders, probes
@@ -26,7 +26,7 @@ fn digest_of(parts: &[&str]) -> String {
     hex(&hash.finalize()[..DIGITS / 2])
 }
 
-/// Hexadecimal digits of a recorded digest.
+/// Number of hexadecimal digits of a recorded digest.
 const DIGITS: usize = 16;
 
 fn is_digest(word: &str) -> bool {
@@ -58,10 +58,11 @@ pub struct RecordError {
     pub text: String,
 }
 
-/// One difference from the record.
+/// One module that differs from the record.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Change {
     pub module: String,
+    /// What changed, and why; follows the module's name in a sentence.
     pub what: String,
 }
 
@@ -117,7 +118,7 @@ impl DigestRecord {
         Ok(record)
     }
 
-    /// This record without the modules that are not in `ids`. The flags, as in [`recorded_modules`], are not read.
+    /// This record, limited to the modules in `ids`; their flags (see [`recorded_modules`]) are ignored.
     #[must_use]
     pub fn only(&self, ids: &[(ModuleId, bool)]) -> Self {
         let found = |(id, _): &(ModuleId, bool)| self.modules.get_key_value(&id.to_string()).map(|(name, d)| (name.clone(), d.clone()));
@@ -171,7 +172,7 @@ pub fn recorded_modules(reachable: &BTreeSet<ShaderKey>) -> Vec<(ModuleId, bool)
     named.chain(covered.into_iter().map(ModuleId::Planet)).map(|id| (id, true)).chain(rest).collect()
 }
 
-/// The record of modules that were all built, and the fragments of each module.
+/// The record of modules that this program has just built without a failure, and the fragments of each.
 #[derive(Clone, Debug)]
 pub struct Verified {
     pub record: DigestRecord,
@@ -185,7 +186,7 @@ impl Verified {
         Self::of_fragments(&Fragments::default(), ids, lowering, done)
     }
 
-    /// `Verified::of` with the given fragments.
+    /// As [`Verified::of`], with the given fragments.
     pub fn of_fragments(
         fragments: &Fragments,
         ids: &[(ModuleId, bool)],
@@ -194,8 +195,8 @@ impl Verified {
     ) -> Result<Self, Vec<String>> {
         let build = |(id, translated): &(ModuleId, bool)| {
             let result = ShaderModule::build_with(fragments, id, lowering).map_err(|e| e.to_string()).and_then(|m| {
-                let others = Language::ALL.into_iter().filter(|l| *translated && l.needs_own_digest());
-                let texts = others.map(|l| translate(&m, l).map_err(|e| e.to_string())).collect::<Result<Vec<_>, _>>()?;
+                let languages = Language::ALL.into_iter().filter(|l| *translated && l.needs_own_digest());
+                let texts = languages.map(|l| translate(&m, l).map_err(|e| e.to_string())).collect::<Result<Vec<_>, _>>()?;
                 let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
                 let translations = translated.then(|| digest_of(&texts));
                 Ok((m.id.to_string(), Digests { wgsl: digest_of(&[&m.wgsl]), translations }, m.source_map.fragments))

@@ -1,4 +1,4 @@
-//! Reflection of a module's bindings from its naga IR, so that no layout is written twice.
+//! Reads a module's bindings and uniform fields from its naga IR, so that Rust need not repeat the layouts of the WESL files.
 //!
 //! In: a module. Out: [`Layout`], and a [`UniformWriter`] that fills the uniform block by field name. Always: only group 0 is used, and
 //! the uniform block is binding 0.
@@ -64,7 +64,7 @@ pub struct UniformField {
     pub size: u32,
 }
 
-/// A texture or sampler: binding number in group 0 and the variable's name.
+/// A texture or sampler of a module.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Binding {
     /// Its number in group 0.
@@ -89,16 +89,16 @@ pub struct Layout {
 /// Why a module's bindings cannot be used, or a uniform cannot be written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LayoutError {
-    /// A binding of another kind or group; its name.
+    /// The variable of this name has a binding of another kind or group.
     #[error("`{0}` is bound outside group 0, or its kind of binding is not one the plan fills")]
     Binding(String),
-    /// A uniform field of an unsupported type; its name.
+    /// The uniform field of this name has an unsupported type.
     #[error("uniform field `{0}` has a type the plan does not fill (f32, vec2f, vec3f, vec4f, mat4x4f, array<vec4f, n>)")]
     FieldType(String),
-    /// A name that the module does not have.
+    /// The module has no uniform field of this name.
     #[error("the module has no uniform field `{0}`")]
     Unknown(String),
-    /// A value of another type or length than the field.
+    /// The value given has another type or length than the field.
     #[error("uniform field `{name}` is {expected} in the module, {given} numbers were given")]
     Mistyped {
         /// The field.
@@ -108,10 +108,10 @@ pub enum LayoutError {
         /// The numbers given: their count, or rows x columns.
         given: String,
     },
-    /// A field was written a second time.
+    /// The field of this name was written a second time.
     #[error("uniform field `{0}` was written twice")]
     Twice(String),
-    /// Fields that were not written.
+    /// The fields of these names were not written.
     #[error("uniform fields never written: {0}")]
     Missing(String),
 }

@@ -1,4 +1,4 @@
-//! The fragment (WESL file) and line from which each line of an emitted module came, and the feature that includes it.
+//! The source map: for each line of an emitted module, the fragment (WESL file) and line from which it came, and the feature that includes it.
 
 use serde::{Deserialize, Serialize};
 
@@ -18,14 +18,15 @@ pub struct LineOrigin {
 pub struct SourceMap {
     /// Paths below shaders/ of the fragments in the module.
     pub fragments: Vec<String>,
-    /// Feature names. The first is the module's own name, which stands for the lines that depend on no feature.
+    /// Names of features. Where several features, or features that are off, include a line, one entry lists them, such as `lights.1, not lights.2`. The first entry
+    /// is the module's own name, which stands for the lines that depend on no feature.
     pub features: Vec<String>,
     /// One origin per line of the text.
     pub lines: Vec<LineOrigin>,
 }
 
 impl SourceMap {
-    /// The feature that includes a line (from 1).
+    /// The entry of [`SourceMap::features`] that includes a line (from 1).
     pub fn feature_of(&self, line: usize) -> Option<&str> {
         let origin = self.lines.get(line.checked_sub(1)?)?;
         self.features.get(usize::from(origin.feature)).map(String::as_str)
@@ -37,7 +38,7 @@ impl SourceMap {
         Some((self.fragments.get(usize::from(origin.fragment))?, origin.line))
     }
 
-    /// Index of a feature's name, which is added if it is missing.
+    /// Index of this entry of [`SourceMap::features`], which is added if it is missing.
     pub(super) fn feature_index(&mut self, name: &str) -> u16 {
         let index = self.features.iter().position(|f| f == name).unwrap_or_else(|| {
             self.features.push(name.to_owned());

@@ -5,7 +5,7 @@ use naga::back;
 use rspirv::binary::Disassemble;
 use std::fmt;
 
-/// An output language for modules.
+/// A shading language or intermediate form in which a module can be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Language {
     /// WGSL: the text as emitted.

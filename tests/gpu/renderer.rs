@@ -87,7 +87,7 @@ fn assert_views_match_the_software_renderer(gpu: &GpuRenderer) {
         let (_, plan) = session.plan(&request, SAMPLING).expect("a plan");
         let drawn = match gpu.render(&plan, session.library(), FrameImages::Display) {
             // A GL driver that cannot blend 32-bit floats refuses these views; a session then draws them in software.
-            Err(GpuError::NotDrawn(why))
+            Err(GpuError::Unsupported(why))
                 if ["night-sky", "halley", "milky-way", "dome-dusk"].contains(&name) && gpu.facts().backend == "gl" =>
             {
                 println!("{name}: {why}");
@@ -130,7 +130,7 @@ fn pairs_of_key_values_match_the_software_renderer() {
         let plan = sample_body_plan(&library, key, 40, SAMPLE_HALF_SIDE_WITH_LIMB).expect("a plan");
         let (drawn, _) = match gpu.render(&plan, &library, FrameImages::DisplayAndHdr) {
             // The adapter lacks a capability that every linear image needs.
-            Err(GpuError::NotDrawn(why)) => {
+            Err(GpuError::Unsupported(why)) => {
                 not_drawn = Some(why);
                 break;
             }
@@ -319,7 +319,7 @@ fn the_gpu_refuses_an_unsupported_plan_and_draws_the_next() {
     let mut too_wide = plan.clone();
     too_wide.passes.iter_mut().for_each(|p| p.width = 1 << 20);
     let refused = gpu.render(&too_wide, session.library(), FrameImages::Display).expect_err("no adapter is that wide");
-    assert!(matches!(refused, GpuError::Size { width, .. } if width == 1 << 20) && !refused.is_final(), "{refused}");
+    assert!(matches!(refused, GpuError::TargetSize { width, .. } if width == 1 << 20) && !refused.is_final(), "{refused}");
     let mut without_textures = plan.clone();
     without_textures.passes[0].draws.iter_mut().for_each(|d| d.textures.clear());
     let refused = gpu.render(&without_textures, session.library(), FrameImages::Display).expect_err("a map is missing");

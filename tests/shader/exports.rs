@@ -221,7 +221,7 @@ fn read_case(folder: &Path, case: &str, edit: impl Fn(String) -> String) -> Case
     let id: ModuleId = json["module"].as_str().expect("a name").parse().expect("a key");
     let wgsl = edit(text("module.wgsl"));
     let source_map = SourceMap::default();
-    let module = ShaderModule::finish(&id, Emitted { wgsl, source_map }, &lowering()).expect("a module");
+    let module = ShaderModule::from_emitted(&id, Emitted { wgsl, source_map }, &lowering()).expect("a module");
     let texture = |t: &Value| {
         let bytes = data(&t["data"]);
         let (format, texel_bytes) = match t["format"].as_str() {

@@ -43,7 +43,7 @@ impl AdapterFacts {
         let kind = match info.device_type {
             DeviceType::DiscreteGpu | DeviceType::IntegratedGpu | DeviceType::VirtualGpu => AdapterKind::Hardware,
             DeviceType::Cpu => AdapterKind::Software,
-            // GL does not report the type, so software drivers are recognised by name.
+            // GL does not report the type: wgpu guesses it from the renderer's name, but does not know every software driver.
             DeviceType::Other if ["llvmpipe", "softpipe", "swiftshader"].iter().any(|name| info.name.to_lowercase().contains(name)) => {
                 AdapterKind::Software
             }
@@ -65,7 +65,7 @@ struct AdapterCandidate {
 fn candidates(backends: Backends) -> Vec<AdapterCandidate> {
     let mut descriptor = InstanceDescriptor::new_without_display_handle_from_env();
     descriptor.backends &= backends;
-    // This renderer makes no indirect draws, and their validation would compile one more pipeline at each start.
+    // wgpu's validation of indirect draws, which this renderer does not use, would compile one more pipeline at each start.
     descriptor.flags.remove(InstanceFlags::VALIDATION_INDIRECT_CALL);
     let instance = Instance::new(descriptor);
     let mut all = pollster::block_on(instance.enumerate_adapters(backends));
@@ -73,7 +73,7 @@ fn candidates(backends: Backends) -> Vec<AdapterCandidate> {
     all.into_iter().map(|adapter| AdapterCandidate { facts: AdapterFacts::of(&adapter), adapter, instance: instance.clone() }).collect()
 }
 
-/// Sort key of an adapter, the best first: by kind, then by type of device, GL last.
+/// Sort key that puts the best adapter first: by kind, then by type of device; of equal ones, GL is last.
 fn rank(adapter: &Adapter) -> (AdapterKind, u8, bool) {
     let info = adapter.get_info();
     let device_rank = match info.device_type {
@@ -86,13 +86,12 @@ fn rank(adapter: &Adapter) -> (AdapterKind, u8, bool) {
     (AdapterFacts::of(adapter).kind, device_rank, info.backend == Backend::Gl)
 }
 
-/// Whether there may be hardware that only GL supports. On Linux, hardware has one of these device nodes; without one, the slow loading of GL drivers is
-/// avoided.
+/// Whether there may be hardware that only GL supports. On Linux, hardware has one of these device nodes.
 fn gl_may_find_hardware() -> bool {
     !cfg!(target_os = "linux") || ["/dev/dri", "/dev/nvidiactl", "/dev/dxg"].iter().any(|node| Path::new(node).exists())
 }
 
-/// The adapters to try in order, best first.
+/// The adapters to try, best first. GL drivers are loaded only if no other backend finds hardware, because loading them is slow.
 fn adapters_to_try() -> Vec<AdapterCandidate> {
     let mut all = candidates(Backends::all() - Backends::GL);
     let has_hardware = all.iter().any(|c| c.facts.kind == AdapterKind::Hardware);
@@ -108,14 +107,14 @@ pub fn adapters() -> Vec<AdapterFacts> {
     candidates(Backends::all()).into_iter().map(|c| c.facts).collect()
 }
 
-/// An opened device and its optional abilities.
+/// An opened device, and which optional features it has.
 pub(super) struct OpenedDevice {
     pub facts: AdapterFacts,
     pub instance: Instance,
     pub adapter: Adapter,
     pub device: Device,
     pub queue: Queue,
-    /// Targets of 32-bit floats can be blended, with 4 samples.
+    /// Whether it can blend into targets of 32-bit floats with 4 samples per pixel.
     pub blends_f32: bool,
     pub has_timestamps: bool,
 }
@@ -164,6 +163,7 @@ fn open_device(AdapterCandidate { facts, adapter, instance }: AdapterCandidate) 
     let mut required_features = Features::empty();
     required_features.set(f32_features, blends_f32);
     required_features.set(Features::TIMESTAMP_QUERY, has_timestamps);
+    // Apart from sizes, the limits of WebGL 2 suffice for every plan.
     let supported = adapter.limits();
     let required_limits =
         Limits { max_buffer_size: supported.max_buffer_size, ..Limits::downlevel_webgl2_defaults().using_resolution(supported) };

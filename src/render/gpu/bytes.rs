@@ -1,10 +1,12 @@
-//! Collects the uniform bytes, attributes and indices of a frame, and uploads each kind with one write.
+//! Collects the uniform blocks, vertex and instance attributes, and indices of all draws of a frame, and uploads each kind with one write.
+//!
+//! In: the draws of a plan. Out: one buffer for each kind of data, and the offsets of each draw's data in these buffers.
 
 use crate::render::plan::{PlanDraw, Vertices};
 use std::ops::Range;
 use wgpu::{Buffer, BufferDescriptor, BufferUsages, Device, Queue};
 
-/// The buffer contents of a frame.
+/// The contents of a frame's buffers.
 #[derive(Default)]
 pub(super) struct FrameBytes {
     pub uniforms: Vec<u8>,
@@ -12,7 +14,7 @@ pub(super) struct FrameBytes {
     pub indices: Vec<u8>,
 }
 
-/// Where the data of one draw are in the frame's buffers, in bytes.
+/// Where one draw's data are in the frame's buffers. All offsets in bytes.
 pub(crate) struct DrawOffsets {
     /// Start of the uniform block; `None` if the module has no uniforms.
     pub uniforms: Option<u32>,
@@ -62,7 +64,7 @@ impl Buffers {
     /// Uploads the bytes of a frame.
     pub(crate) fn upload(&mut self, device: &Device, queue: &Queue, bytes: &FrameBytes) {
         let upload = |buffer: &mut Option<Buffer>, bytes: &[u8], usage: BufferUsages, label: &str| {
-            // wgpu writes multiples of 4 bytes.
+            // wgpu writes only multiples of 4 bytes.
             let size = (bytes.len() as u64).next_multiple_of(4);
             if size == 0 {
                 return;

@@ -6,18 +6,19 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Weak};
 use wgpu::TextureView;
 
-/// The next image's id. Ids are unique in the process, so that a look-up of another device's image finds nothing.
+/// The next image's id. Ids are unique in the process, so that no device mistakes another device's image for one of its own.
 static NEXT_ID: AtomicU64 = AtomicU64::new(0);
 
 #[derive(Default)]
 pub(crate) struct GpuImages {
-    /// The texture of each id, with a weak reference to the id that all handles share: it is dead once no handle is left.
+    /// By id: the view of the image's texture, and a weak reference to the `Arc` that all handles of the image share. Once no handle is left, it cannot
+    /// be upgraded.
     by_id: HashMap<u64, (Weak<u64>, TextureView)>,
 }
 
 impl GpuImages {
     pub(crate) fn register(&mut self, view: TextureView, [width, height]: [u32; 2]) -> GpuImage {
-        self.by_id.retain(|_, (handle, _)| handle.strong_count() > 0);
+        self.by_id.retain(|_, (handles, _)| handles.strong_count() > 0);
         let id = Arc::new(NEXT_ID.fetch_add(1, Ordering::Relaxed));
         self.by_id.insert(*id, (Arc::downgrade(&id), view));
         GpuImage { id, width, height }

@@ -1,4 +1,4 @@
-//! The GPU renderer: executes the plan's modules through wgpu (Vulkan, Metal, DX12 or GL).
+//! The GPU renderer: executes plans through wgpu (Vulkan, Metal, DX12 or GL).
 //!
 //! In: a [`Plan`](super::plan::Plan) and the shader modules that it names, as naga IR. Out: the same [`Frame`](super::frame::Frame) as the software
 //! renderer's, up to rounding and texture filtering, or an image that stays in GPU memory, or a window's next frame (`GpuSurface`). Always: the plan
@@ -22,7 +22,7 @@ pub use adapters::{AdapterFacts, AdapterKind, adapters};
 pub use renderer::{FrameResourcesLock, GpuRenderer, GpuTimings};
 pub(crate) use surface::{GpuSurface, WindowHandle};
 
-/// Why the GPU does not draw.
+/// Why the GPU did not draw a plan.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GpuError {
     #[error("no graphics adapter was found ({0})")]
@@ -33,20 +33,20 @@ pub enum GpuError {
     #[error("{adapter} cannot be used: {why}")]
     Adapter { adapter: String, why: String },
     #[error("the graphics device was lost ({0})")]
-    Lost(String),
+    DeviceLost(String),
     #[error("the graphics device is out of memory")]
-    Memory,
-    /// A draw whose module or data are unsuitable.
+    OutOfMemory,
+    /// A draw whose module cannot be built, or whose data do not fit its module.
     #[error("{draw}: {what}")]
     Draw { draw: String, what: String },
     #[error("{adapter} cannot draw {width}x{height} pixels; each side may have at most {max_side}")]
-    Size { adapter: String, width: u32, height: u32, max_side: u32 },
+    TargetSize { adapter: String, width: u32, height: u32, max_side: u32 },
     /// The driver or wgpu refused a call.
     #[error("the graphics driver reported an error: {0}")]
-    Refused(String),
+    DriverError(String),
     /// Only the software renderer can draw this plan.
     #[error("the GPU cannot draw {0}")]
-    NotDrawn(&'static str),
+    Unsupported(&'static str),
     #[error("the plan has no pass")]
     NoPass,
 }
@@ -54,22 +54,22 @@ pub enum GpuError {
 impl GpuError {
     /// Whether the next frame would fail too, because the cause is the device (lost or out of memory, for example) and not this plan.
     pub fn is_final(&self) -> bool {
-        !matches!(self, Self::NotDrawn(_) | Self::NoPass | Self::Size { .. } | Self::Draw { .. })
+        !matches!(self, Self::Unsupported(_) | Self::NoPass | Self::TargetSize { .. } | Self::Draw { .. })
     }
 }
 
 impl From<wgpu::Error> for GpuError {
     fn from(e: wgpu::Error) -> Self {
         match e {
-            wgpu::Error::OutOfMemory { .. } => Self::Memory,
+            wgpu::Error::OutOfMemory { .. } => Self::OutOfMemory,
             wgpu::Error::Validation { description, .. } | wgpu::Error::Internal { description, .. } => {
-                Self::Refused(one_line(&description))
+                Self::DriverError(one_line(&description))
             }
         }
     }
 }
 
-/// Runs device calls inside error scopes, and returns an error if one of the scopes caught any. A scope catches only errors of calls from its own thread.
+/// Runs device calls inside error scopes, and returns an error if a scope caught one. A scope catches only errors of calls on the thread that opened it.
 fn with_error_scopes<T>(device: &wgpu::Device, work: impl FnOnce() -> T) -> Result<T, GpuError> {
     use wgpu::ErrorFilter::{Internal, OutOfMemory, Validation};
     let scopes = [Validation, OutOfMemory, Internal].map(|f| device.push_error_scope(f));

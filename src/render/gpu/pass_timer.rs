@@ -1,4 +1,6 @@
-//! GPU time of each pass, by timestamp queries.
+//! Measures the GPU time of each pass by timestamp queries.
+//!
+//! In: a device with timestamps, and the plan that was drawn. Out: the queries and buffers that the renderer encodes, and the milliseconds of each pass.
 
 use super::GpuError;
 use super::readback::read_mapped;
@@ -7,7 +9,7 @@ use wgpu::{Buffer, BufferDescriptor, BufferUsages, Device, QuerySet, QuerySetDes
 
 /// Maximum number of passes that are timed in a frame.
 pub(super) const MAX_TIMED_PASSES: u32 = 32;
-/// Bytes of the two timestamps of a pass.
+/// Bytes of the two timestamps of a pass, its begin and its end.
 pub(super) const TIMESTAMP_PAIR_BYTES: u32 = 16;
 
 /// Number of passes of the plan that are timed.
@@ -15,12 +17,12 @@ pub(super) fn timed_pass_count(plan: &Plan) -> u32 {
     (plan.passes.len() as u32).min(MAX_TIMED_PASSES)
 }
 
-/// Timestamp queries, two for each pass.
+/// Timestamp queries, two for each timed pass.
 pub(super) struct PassTimer {
     pub queries: QuerySet,
-    /// Receives the results of the queries.
-    pub resolved: Buffer,
-    /// A copy of `resolved` that the CPU can map.
+    /// Receives the results of the queries, in GPU memory.
+    pub results: Buffer,
+    /// A copy of `results` that the CPU can map.
     pub readback: Buffer,
 }
 
@@ -37,7 +39,7 @@ impl PassTimer {
         let queries = QuerySetDescriptor { label: Some("pass timer"), ty: QueryType::Timestamp, count: 2 * MAX_TIMED_PASSES };
         Self {
             queries: device.create_query_set(&queries),
-            resolved: buffer(BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC),
+            results: buffer(BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC),
             readback: buffer(BufferUsages::COPY_DST | BufferUsages::MAP_READ),
         }
     }

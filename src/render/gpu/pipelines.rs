@@ -1,5 +1,7 @@
-//! Cache of render pipelines. The key of a pipeline is its module, target, samples, blending, depth, culling, vertex attributes and unfiltered
-//! textures.
+//! Cache of render pipelines, shader modules and samplers.
+//!
+//! In: the draws of a plan, and the modules that they name. Out: the pipeline of each draw, created at its first use. The key of a pipeline is everything on
+//! which it depends: module, target format, samples, blending, depth, culling, attributes and unfiltered textures.
 //!
 //! A module is passed to wgpu as the shader library's naga IR, so no text is parsed again; wgpu adds its bounds checks. Bind group 0 follows the module's
 //! reflected layout: the uniform block (at a dynamic offset into one buffer per frame), textures, samplers.
@@ -28,7 +30,7 @@ pub(crate) const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct PipelineKey {
     pub module: ModuleId,
-    pub target: TextureFormat,
+    pub target_format: TextureFormat,
     pub samples: u32,
     blend: Blend,
     cull: Cull,
@@ -38,23 +40,23 @@ pub(crate) struct PipelineKey {
     attributes: Vec<u32>,
     /// Number of attributes that are per vertex; the others are per instance.
     vertex_attribute_count: usize,
-    /// Bindings that are declared unfilterable ([`unfiltered`]).
+    /// Bindings whose textures are declared unfilterable ([`unfiltered`]).
     unfiltered: Vec<u32>,
 }
 
 impl PipelineKey {
-    pub(crate) fn of(draw: &PlanDraw, target: TextureFormat, samples: u32, depth: bool) -> Self {
+    pub(crate) fn of(draw: &PlanDraw, target_format: TextureFormat, samples: u32, has_depth: bool) -> Self {
         let vertex_attributes = match &draw.vertices {
             crate::render::plan::Vertices::Count(_) => &[][..],
             crate::render::plan::Vertices::Mesh { attributes, .. } => attributes,
         };
         Self {
             module: draw.module.clone(),
-            target,
+            target_format,
             samples,
             blend: draw.blend,
             cull: draw.cull,
-            depth: depth.then_some(draw.depth),
+            depth: has_depth.then_some(draw.depth),
             attributes: vertex_attributes.iter().chain(&draw.instances.attributes).map(|a| a.components).collect(),
             vertex_attribute_count: vertex_attributes.len(),
             unfiltered: unfiltered(draw),
@@ -62,7 +64,8 @@ impl PipelineKey {
     }
 }
 
-/// Bindings of textures that are not filtered: 32-bit floats, and outputs of passes, which may be 32-bit floats.
+/// Bindings of textures that are never filtered, because GPUs need not filter 32-bit floats: textures of such texels, and outputs of passes, which may be such
+/// textures.
 fn unfiltered(draw: &PlanDraw) -> Vec<u32> {
     let may_be_float32 = |source: &TextureSource| match source {
         TextureSource::Image(texture) | TextureSource::Persistent(texture) => texture.format == TexelFormat::Rgba32Float,
@@ -106,12 +109,12 @@ impl Pipelines {
         self.by_key.contains_key(key)
     }
 
-    /// Number of pipelines so far.
+    /// Number of pipelines in the cache.
     pub(crate) fn len(&self) -> usize {
         self.by_key.len()
     }
 
-    /// The key's pipeline, if [`Pipelines::create`] has created it.
+    /// The pipeline of this key, if [`Pipelines::create`] has created it.
     pub(crate) fn get(&self, key: &PipelineKey) -> Option<Arc<Pipeline>> {
         self.by_key.get(key).cloned()
     }
@@ -142,6 +145,7 @@ impl Pipelines {
         Ok(())
     }
 
+    /// The sampler of this state, created at its first use.
     pub(crate) fn sampler(&mut self, device: &Device, state: SamplerState) -> Sampler {
         let sampler = self.samplers.entry(state).or_insert_with(|| {
             let address = |mode: AddressMode| match mode {
@@ -166,14 +170,14 @@ impl Pipelines {
     }
 }
 
-/// Number of threads on which a backend compiles: as many as there are cores, but one for GL. GL has one context, for which calls wait; wgpu panics
-/// when a call has waited for six seconds. With NVIDIA's GL driver, compiling the modules of one view on sixteen threads took longer than that.
+/// Number of threads that compile for a backend: as many as there are cores, but only one for GL. GL has one context, which only one thread uses at a time;
+/// wgpu panics when a call has waited for it for six seconds. With NVIDIA's GL driver, compiling the modules of one view on sixteen threads took longer than that.
 fn compiler_threads(backend: wgpu::Backend) -> usize {
     if backend == wgpu::Backend::Gl { 1 } else { std::thread::available_parallelism().map_or(1, usize::from) }
 }
 
-/// Maps all items on up to `threads` threads; the order of the results is arbitrary. It starts its own threads: in a shared pool, the drawing of the
-/// window would wait for the driver's compiler.
+/// Maps all items on up to `threads` threads; the order of the results is arbitrary. It starts threads of its own, because in a shared pool the drawing of
+/// the window would wait for the driver's compiler.
 fn parallel_map<T: Send, R: Send>(threads: usize, items: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
     let threads = threads.min(items.len());
     let items = Mutex::new(items.into_iter());
@@ -251,7 +255,7 @@ fn create_pipeline(device: &Device, key: &PipelineKey, module: &wgpu::ShaderModu
         stencil: wgpu::StencilState::default(),
         bias: wgpu::DepthBiasState::default(),
     });
-    let target = ColorTargetState { format: key.target, blend: blend_state(key.blend), write_mask: ColorWrites::ALL };
+    let target = ColorTargetState { format: key.target_format, blend: blend_state(key.blend), write_mask: ColorWrites::ALL };
     let pipeline = device.create_render_pipeline(&RenderPipelineDescriptor {
         label: Some(&label),
         layout: Some(&pipeline_layout),

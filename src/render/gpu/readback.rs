@@ -1,4 +1,6 @@
-//! Readback of pixels in bands of rows, so that an image of 16384 x 16384 pixels needs no staging buffer of its full size.
+//! Readback of pixels, in bands of rows, so that the staging buffer of a large image (up to 16384 x 16384 pixels) stays small.
+//!
+//! In: a texture in GPU memory. Out: its pixels, without the padding of rows that the GPU requires.
 
 use super::GpuError;
 use std::sync::mpsc;
@@ -18,7 +20,7 @@ pub(crate) struct Readback {
 
 /// Maps the first `byte_count` bytes of a buffer, waiting for the device, and passes them to `read`.
 pub(crate) fn read_mapped<T>(device: &Device, buffer: &Buffer, byte_count: u64, read: impl FnOnce(&[u8]) -> T) -> Result<T, GpuError> {
-    let device_error = |what: &dyn std::fmt::Display| GpuError::Lost(what.to_string());
+    let device_error = |what: &dyn std::fmt::Display| GpuError::DeviceLost(what.to_string());
     let (send, receive) = mpsc::channel();
     let slice = buffer.slice(..byte_count);
     slice.map_async(MapMode::Read, move |result| {
@@ -41,15 +43,19 @@ impl Readback {
         let row_bytes = width * N as u32;
         let padded_row_bytes = row_bytes.next_multiple_of(COPY_BYTES_PER_ROW_ALIGNMENT);
         let rows_per_band = u32::try_from(BAND_BYTES / u64::from(padded_row_bytes)).unwrap_or(u32::MAX).clamp(1, height);
-        let needed = u64::from(padded_row_bytes) * u64::from(rows_per_band);
-        if self.buffer.as_ref().is_none_or(|b| b.size() < needed) {
+        let needed_bytes = u64::from(padded_row_bytes) * u64::from(rows_per_band);
+        if self.buffer.as_ref().is_none_or(|b| b.size() < needed_bytes) {
             let usage = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
-            self.buffer =
-                Some(device.create_buffer(&BufferDescriptor { label: Some("readback"), size: needed, usage, mapped_at_creation: false }));
+            self.buffer = Some(device.create_buffer(&BufferDescriptor {
+                label: Some("readback"),
+                size: needed_bytes,
+                usage,
+                mapped_at_creation: false,
+            }));
         }
-        let Some(buffer) = &self.buffer else { return Err(GpuError::Memory) };
+        let Some(buffer) = &self.buffer else { return Err(GpuError::OutOfMemory) };
         let mut pixels = Vec::new();
-        pixels.try_reserve_exact(width as usize * height as usize).map_err(|_| GpuError::Memory)?;
+        pixels.try_reserve_exact(width as usize * height as usize).map_err(|_| GpuError::OutOfMemory)?;
         for top in (0..height).step_by(rows_per_band as usize) {
             let band_rows = rows_per_band.min(height - top);
             let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());

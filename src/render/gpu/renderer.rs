@@ -26,10 +26,10 @@ use wgpu::{
     RenderPassTimestampWrites, StoreOp, TextureFormat,
 };
 
-/// Time and uploads of a GPU frame.
+/// Times of a GPU frame, and the bytes uploaded for it.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct GpuTimings {
-    /// Name and GPU milliseconds of each pass, if the adapter has timestamps.
+    /// Name and GPU milliseconds of each timed pass; empty if the adapter has no timestamps.
     pub passes_ms: Vec<(String, f64)>,
     /// Bytes of textures uploaded for this frame.
     pub uploaded_bytes: u64,
@@ -54,7 +54,7 @@ impl FrameResources {
         self.pass_timer.as_ref().map_or_else(|| Ok(Vec::new()), |pass_timer| pass_timer.read(device, queue, plan))
     }
 
-    /// Whether all pipelines exist for a plan whose passes draw into these formats.
+    /// Whether all pipelines of a plan exist. `format`: the format of a pass's target, by the pass's index.
     pub(crate) fn is_ready(&self, plan: &Plan, format: impl Fn(usize) -> TextureFormat) -> bool {
         pipeline_keys(plan, format).iter().all(|key| self.pipelines.has(key))
     }
@@ -63,7 +63,7 @@ impl FrameResources {
 /// Target of a plan's last pass.
 #[derive(Clone, Copy)]
 pub(super) enum RenderTarget<'a> {
-    /// A target that the renderer owns, for a frame with these images (see [`texture_format`]).
+    /// A target that the renderer owns, in the format that is needed to return these images ([`texture_format`]).
     Owned(FrameImages),
     /// A texture of the caller, such as a window's.
     External(&'a wgpu::Texture),
@@ -78,7 +78,7 @@ pub struct GpuRenderer {
     pub(super) queue: Queue,
     blends_f32: bool,
     has_timestamps: bool,
-    /// Multisampled targets are resolved by `resolve.wgsl`, not by the driver.
+    /// Whether `resolve.wgsl`, not the driver, resolves multisampled targets.
     resolves_by_shader: bool,
     /// The error that every later draw returns: the device was lost, or an error occurred outside a frame.
     fatal_error: Arc<Mutex<Option<GpuError>>>,
@@ -123,7 +123,7 @@ impl GpuRenderer {
         let (on_loss, on_error) = (Arc::clone(&fatal_error), Arc::clone(&fatal_error));
         device.set_device_lost_callback(move |_, why| {
             let why = if why.is_empty() { "the driver gave no reason".to_owned() } else { super::one_line(&why) };
-            on_loss.lock().get_or_insert(GpuError::Lost(why));
+            on_loss.lock().get_or_insert(GpuError::DeviceLost(why));
         });
         // Records errors outside a frame's scopes; by default wgpu would panic.
         device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| {
@@ -161,7 +161,7 @@ impl GpuRenderer {
         FrameResourcesLock(self.resources.lock())
     }
 
-    /// Exclusive use of the same resources, if the plan can be drawn without waiting for the compiler or for another frame.
+    /// As [`GpuRenderer::lock`], but only if the plan can be drawn without waiting for the shader compiler or for another frame.
     pub(crate) fn try_lock_for(&self, plan: &Plan) -> Option<FrameResourcesLock<'_>> {
         let resources = self.resources.try_lock()?;
         resources.is_ready(plan, |k| texture_format(plan.passes[k].format, FrameImages::Display)).then_some(FrameResourcesLock(resources))
@@ -174,7 +174,7 @@ impl GpuRenderer {
         }
     }
 
-    /// Bytes of uploaded textures in GPU memory and the number of pipelines, of off-screen frames and of windows.
+    /// Bytes of uploaded textures in GPU memory, and the number of pipelines: the sums for off-screen frames and windows.
     pub fn resource_use(&self) -> (u64, usize) {
         [&self.resources, &self.window_resources].iter().fold((0, 0), |(bytes, pipelines), resources| {
             let resources = resources.lock();
@@ -187,14 +187,14 @@ impl GpuRenderer {
     /// # Errors
     /// See [`GpuError`]; after one for which [`GpuError::is_final`] holds, the next frame fails too.
     pub fn render(&self, plan: &Plan, modules: &impl ModuleProvider, requested: FrameImages) -> Result<(Frame, GpuTimings), GpuError> {
-        self.render_in(self.lock(), plan, modules, requested)
+        self.render_locked(self.lock(), plan, modules, requested)
     }
 
     /// Like [`GpuRenderer::render`], with a lock that the caller has acquired.
     ///
     /// # Errors
     /// As [`GpuRenderer::render`].
-    pub(crate) fn render_in(
+    pub(crate) fn render_locked(
         &self,
         FrameResourcesLock(mut resources): FrameResourcesLock<'_>,
         plan: &Plan,
@@ -202,7 +202,7 @@ impl GpuRenderer {
         requested: FrameImages,
     ) -> Result<(Frame, GpuTimings), GpuError> {
         if requested == FrameImages::DisplayAndHdr && !self.blends_f32 {
-            return Err(GpuError::NotDrawn("linear images on this adapter, which cannot blend 32-bit floats"));
+            return Err(GpuError::Unsupported("linear images on this adapter, which cannot blend 32-bit floats"));
         }
         let start = Instant::now();
         let (frame, mut timings) = self.run_checked(plan, || {
@@ -219,14 +219,14 @@ impl GpuRenderer {
     /// # Errors
     /// As [`GpuRenderer::render`].
     pub fn render_to_gpu(&self, plan: &Plan, modules: &impl ModuleProvider) -> Result<(GpuImage, GpuTimings), GpuError> {
-        self.render_to_gpu_in(self.lock(), plan, modules)
+        self.render_to_gpu_locked(self.lock(), plan, modules)
     }
 
     /// Like [`GpuRenderer::render_to_gpu`], with a lock that the caller has acquired.
     ///
     /// # Errors
     /// As [`GpuRenderer::render`].
-    pub(crate) fn render_to_gpu_in(
+    pub(crate) fn render_to_gpu_locked(
         &self,
         FrameResourcesLock(mut resources): FrameResourcesLock<'_>,
         plan: &Plan,
@@ -235,10 +235,10 @@ impl GpuRenderer {
         let start = Instant::now();
         let (image, mut timings) = self.run_checked(plan, || {
             let uploaded_bytes = self.submit(&mut resources, plan, modules, RenderTarget::Owned(FrameImages::Display))?;
-            // The image leaves the reusable targets; the next frame creates another target.
+            // The image is handed over, so its target cannot be reused: the next frame creates another one.
             let last = resources.targets.pop().ok_or(GpuError::NoPass)?;
             // Wait until the image is drawn, so that frames do not queue up.
-            self.device.poll(PollType::wait_indefinitely()).map_err(|e| GpuError::Lost(e.to_string()))?;
+            self.device.poll(PollType::wait_indefinitely()).map_err(|e| GpuError::DeviceLost(e.to_string()))?;
             let passes_ms = resources.pass_times(&self.device, &self.queue, plan)?;
             let image = self.finished_images.lock().register(last.view, [last.width, last.height]);
             Ok((image, GpuTimings { uploaded_bytes, passes_ms, wall_ms: 0.0 }))
@@ -252,15 +252,15 @@ impl GpuRenderer {
         self.finished_images.lock().get(image).is_some()
     }
 
-    /// Runs device calls that draw a plan; refuses plans that this device cannot draw, and catches the device's errors.
+    /// Runs `work`, which draws a plan, and catches the device's errors. Returns an error without running it if this device cannot draw the plan.
     pub(super) fn run_checked<T>(&self, plan: &Plan, work: impl FnOnce() -> Result<T, GpuError>) -> Result<T, GpuError> {
         self.check_fatal_error()?;
         let is_cost_view = |d: &PlanDraw| matches!(&d.module, ModuleId::Planet(k) if k.instructions_per_read().is_some());
         if plan.passes.iter().flat_map(|p| &p.draws).any(is_cost_view) {
-            return Err(GpuError::NotDrawn("the cost view, which counts the software renderer's operations"));
+            return Err(GpuError::Unsupported("the cost view, which counts the software renderer's operations"));
         }
         if !self.blends_f32 && plan.passes.iter().any(|p| p.format == ColourFormat::HdrF32) {
-            return Err(GpuError::NotDrawn("scenes as dim as a night sky on this adapter, which cannot blend 32-bit floats"));
+            return Err(GpuError::Unsupported("scenes as dim as a night sky on this adapter, which cannot blend 32-bit floats"));
         }
         let result = with_error_scopes(&self.device, work);
         self.check_fatal_error()?;
@@ -271,8 +271,8 @@ impl GpuRenderer {
         self.fatal_error.lock().clone().map_or(Ok(()), Err)
     }
 
-    /// Uploads a plan's data and submits its passes. Returns the bytes of textures that were uploaded. The last target stays in `resources`, even
-    /// if it is the caller's texture, which [`Self::submit_to_window`] then drops.
+    /// Uploads a plan's data and submits its passes. Returns the number of texture bytes that were uploaded. Afterwards `resources` contain the last target, even
+    /// if it is the caller's texture ([`Self::submit_to_window`] removes that one).
     pub(super) fn submit(
         &self,
         resources: &mut FrameResources,
@@ -285,7 +285,7 @@ impl GpuRenderer {
         self.update_targets(resources, plan, target)?;
         let mut bytes = FrameBytes::default();
         let mut prepared = Vec::new();
-        // Collect the data of all draws first, because it determines the sizes of the buffers.
+        // Collect the data of all draws first, because they determine the sizes of the buffers.
         let align = self.device.limits().min_uniform_buffer_offset_alignment as usize;
         let offsets: Vec<Vec<_>> = plan.passes.iter().map(|p| p.draws.iter().map(|d| bytes.append(d, align)).collect()).collect();
         resources.buffers.upload(&self.device, &self.queue, &bytes);
@@ -299,6 +299,7 @@ impl GpuRenderer {
                 draws.map(|((d, offsets), key)| self.prepare(resources, key, pass_index, d, offsets)).collect::<Result<Vec<_>, _>>()?,
             );
         }
+        // Frames of windows are not timed.
         if self.has_timestamps && resources.pass_timer.is_none() && matches!(target, RenderTarget::Owned(_)) {
             resources.pass_timer = Some(PassTimer::new(&self.device));
         }
@@ -308,21 +309,21 @@ impl GpuRenderer {
         }
         if let Some(pass_timer) = &resources.pass_timer {
             let timed = timed_pass_count(plan);
-            encoder.resolve_query_set(&pass_timer.queries, 0..2 * timed, &pass_timer.resolved, 0);
-            encoder.copy_buffer_to_buffer(&pass_timer.resolved, 0, &pass_timer.readback, 0, u64::from(TIMESTAMP_PAIR_BYTES * timed));
+            encoder.resolve_query_set(&pass_timer.queries, 0..2 * timed, &pass_timer.results, 0);
+            encoder.copy_buffer_to_buffer(&pass_timer.results, 0, &pass_timer.readback, 0, u64::from(TIMESTAMP_PAIR_BYTES * timed));
         }
         self.queue.submit([encoder.finish()]);
         Ok(resources.uploads.total_uploaded_bytes - uploaded_before)
     }
 
-    /// Reads back the pixels of the last pass, and of the HDR image if it is `requested`.
+    /// Reads back the output of the last pass, and the linear image if it is `requested`.
     fn read_back(&self, resources: &mut FrameResources, plan: &Plan, requested: FrameImages) -> Result<Frame, GpuError> {
         let last = resources.targets.last().ok_or(GpuError::NoPass)?;
         let mut frame = Frame { width: last.width, height: last.height, hdr: Vec::new(), display: Vec::new() };
         let floats = |pixels: Vec<[u8; 16]>| -> Vec<[f32; 4]> { pixels.iter().map(|p| bytemuck::pod_read_unaligned(p)).collect() };
         if last.format == TextureFormat::Rgba8Unorm {
             frame.display = resources.readback.pixels(&self.device, &self.queue, &last.colour)?;
-            // The HDR image of a warped image or a stereo pair may have another size.
+            // A warped image or a stereo pair is made from linear images that may have another size: it has none of its own.
             let is_hdr = |t: &&PassTarget| t.format == TextureFormat::Rgba32Float && (t.width, t.height) == (last.width, last.height);
             let hdr_index = plan.hdr_pass_index().filter(|_| requested == FrameImages::DisplayAndHdr);
             if let Some(hdr_target) = hdr_index.and_then(|k| resources.targets.get(k)).filter(is_hdr) {
@@ -331,7 +332,7 @@ impl GpuRenderer {
         } else if last.format == TextureFormat::Rgba32Float && requested == FrameImages::DisplayAndHdr {
             frame.hdr = floats(resources.readback.pixels(&self.device, &self.queue, &last.colour)?);
         } else {
-            return Err(GpuError::NotDrawn("a display image from a plan that ends with its linear image"));
+            return Err(GpuError::Unsupported("a display image from a plan that ends with its linear image"));
         }
         Ok(frame)
     }
@@ -349,7 +350,7 @@ impl GpuRenderer {
             let format = external.map_or_else(|| texture_format(pass.format, requested), wgpu::Texture::format);
             let samples = u32::from(pass.samples);
             if pass.width == 0 || pass.height == 0 || pass.width > max_side || pass.height > max_side {
-                return Err(GpuError::Size { adapter: self.facts.to_string(), width: pass.width, height: pass.height, max_side });
+                return Err(GpuError::TargetSize { adapter: self.facts.to_string(), width: pass.width, height: pass.height, max_side });
             }
             let fits = |t: &PassTarget| {
                 (t.width, t.height, t.format, t.samples, t.depth.is_some()) == (pass.width, pass.height, format, samples, pass.depth)

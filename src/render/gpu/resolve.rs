@@ -1,8 +1,7 @@
 //! Resolves multisampled targets with a shader, on drivers that draw on the CPU (except GL drivers).
 //!
-//! In: a multisampled target. Out: a pass that writes the mean of the samples. Such drivers compile their own resolve shader anew at each start, but
-//! keep this one in their disk cache. Not used on hardware, where the driver resolves with fixed-function units and the samples need not leave the
-//! chip.
+//! In: a multisampled target. Out: a pass that writes the mean of each pixel's samples. Such drivers compile their built-in resolve shader at each start, but
+//! keep this one in their disk cache (docs/measurements.md). Not used on hardware, where the driver can resolve with fixed-function units.
 
 use std::collections::HashMap;
 use wgpu::{
@@ -12,6 +11,7 @@ use wgpu::{
     StoreOp, TextureFormat, TextureView, VertexState,
 };
 
+/// WGSL without the constant SAMPLES. The fragment is plain WGSL: it has neither conditions nor imports.
 const SHADER: &str = concat!(include_str!("../../../shaders/lib/screen.wesl"), include_str!("resolve.wgsl"));
 
 /// Resolve pipelines by target format and number of samples.

@@ -26,10 +26,10 @@ pub(crate) struct GpuSurface {
     failed_resizes: u32,
 }
 
-/// After this many consecutive failures to configure a surface, the error is returned.
+/// After more consecutive failures than this to configure a surface, the error is returned: two thirds of a second at 60 frames per second.
 const MAX_FAILED_RESIZES: u32 = 40;
 
-/// Formats that a window's surface may have: the one that the adapter lists first is used.
+/// Formats that a window's surface may have. Of these, the one that the adapter lists first is used.
 const WINDOW_FORMATS: [TextureFormat; 2] = [TextureFormat::Rgba8Unorm, TextureFormat::Bgra8Unorm];
 
 impl GpuRenderer {
@@ -78,12 +78,12 @@ impl GpuRenderer {
                 });
                 self.submit_to_window(&mut resources, plan, modules, &off_screen)?;
             }
-            self.device.poll(PollType::wait_indefinitely()).map_err(|e| GpuError::Lost(e.to_string()))?;
+            self.device.poll(PollType::wait_indefinitely()).map_err(|e| GpuError::DeviceLost(e.to_string()))?;
             Ok(())
         })
     }
 
-    /// Submits a plan that draws to a window's texture. Afterwards, even after an error, `resources` no longer contain that texture.
+    /// Submits a plan that draws to a window's texture, and removes that texture from `resources`, even after an error.
     fn submit_to_window(
         &self,
         resources: &mut FrameResources,
@@ -96,7 +96,7 @@ impl GpuRenderer {
         submitted.map(|_| ())
     }
 
-    /// Whether a frame can be drawn to a window of any supported format without waiting for the compiler; `None` while such a frame is being drawn.
+    /// Whether a frame can be drawn to a window of any supported format without waiting for the shader compiler; `None` while such a frame is being drawn.
     pub fn is_ready_for_windows(&self, plan: &Plan) -> Option<bool> {
         let resources = self.window_resources.try_lock()?;
         Some(WINDOW_FORMATS.into_iter().all(|format| resources.is_ready(plan, |_| format)))
@@ -126,8 +126,8 @@ impl GpuRenderer {
         })
     }
 
-    /// Configures the surface for the window's size if that has changed. Returns false after a failure that may be temporary, for example because another
-    /// thread draws.
+    /// Configures the surface if the window's size has changed. Returns false after a failure that may be temporary: wgpu may fail to configure a surface while
+    /// another thread draws.
     fn ensure_size(&self, surface: &mut GpuSurface, size: [u32; 2]) -> Result<bool, GpuError> {
         if surface.configured_size == Some(size) {
             return Ok(true);
@@ -151,7 +151,7 @@ impl GpuRenderer {
 
     /// The surface's next texture; `None` if no texture is available now.
     fn next_texture(&self, surface: &mut GpuSurface, size: [u32; 2]) -> Result<Option<SurfaceTexture>, GpuError> {
-        // An outdated surface is configured again once.
+        // An outdated or lost surface is configured again once.
         for _ in 0..2 {
             if !self.ensure_size(surface, size)? {
                 return Ok(None);
@@ -164,11 +164,11 @@ impl GpuRenderer {
                 }
                 CurrentSurfaceTexture::Timeout | CurrentSurfaceTexture::Occluded => return Ok(None),
                 CurrentSurfaceTexture::Outdated | CurrentSurfaceTexture::Lost => surface.configured_size = None,
-                CurrentSurfaceTexture::Validation => return Err(GpuError::Refused("no texture for the window's next frame".into())),
+                CurrentSurfaceTexture::Validation => return Err(GpuError::DriverError("no texture for the window's next frame".into())),
             }
         }
         self.check_fatal_error()?;
-        // Outdated again: the window is being resized.
+        // Outdated or lost again, as may happen while the window is resized.
         Ok(None)
     }
 }

@@ -1,4 +1,4 @@
-//! What GPU drivers expect of an X display.
+//! Recognises X displays on which NVIDIA's driver would crash.
 //!
 //! In: an adapter and a window's display handle. Out: whether the driver would crash if asked about the window. Always: other display systems, and displays
 //! that do not answer, count as usable. Not here: creating surfaces.
@@ -10,14 +10,15 @@ use wgpu::rwh::{HasDisplayHandle, RawDisplayHandle};
 /// asked for the formats of a surface, which ends the program. Mesa's driver for the same adapters (NVK) does not need the extension.
 pub(super) fn may_crash(adapter: &AdapterFacts, window: &impl HasDisplayHandle) -> bool {
     let is_x11 = || window.display_handle().is_ok_and(|d| matches!(d.as_raw(), RawDisplayHandle::Xlib(_) | RawDisplayHandle::Xcb(_)));
-    is_nvidias_own(adapter) && is_x11() && has_glx(None) == Some(false)
+    is_nvidia_driver(adapter) && is_x11() && has_glx(None) == Some(false)
 }
 
-fn is_nvidias_own(adapter: &AdapterFacts) -> bool {
+/// Whether NVIDIA's own driver drives the adapter, not Mesa's.
+fn is_nvidia_driver(adapter: &AdapterFacts) -> bool {
     adapter.driver.contains("NVIDIA")
 }
 
-/// Whether a display has the GLX extension; `None` if it does not answer. Without a name: the display that the environment names.
+/// Whether an X display has the GLX extension; `None` if it does not answer. `display`: its name; `None`: the one in the environment variable `DISPLAY`.
 #[cfg(all(unix, not(target_os = "macos")))]
 fn has_glx(display: Option<&str>) -> Option<bool> {
     use x11rb::connection::RequestConnection;
@@ -36,16 +37,16 @@ mod tests {
     use crate::render::gpu::AdapterKind;
 
     #[test]
-    fn only_nvidias_own_driver_needs_glx() {
+    fn only_the_driver_of_nvidia_needs_glx() {
         let adapter = |name: &str, driver: &str| AdapterFacts {
             name: name.into(),
             backend: "vulkan".into(),
             kind: AdapterKind::Hardware,
             driver: driver.into(),
         };
-        assert!(is_nvidias_own(&adapter("NVIDIA H200", "NVIDIA 580.159.04")));
-        assert!(is_nvidias_own(&adapter("NVIDIA H100 80GB HBM3/PCIe/SSE2", "3.3.0 NVIDIA 580.159.04")));
-        assert!(!is_nvidias_own(&adapter("NVIDIA GeForce RTX 3060 (NVK GA106)", "NVK Mesa 25.1")));
+        assert!(is_nvidia_driver(&adapter("NVIDIA H200", "NVIDIA 580.159.04")));
+        assert!(is_nvidia_driver(&adapter("NVIDIA H100 80GB HBM3/PCIe/SSE2", "3.3.0 NVIDIA 580.159.04")));
+        assert!(!is_nvidia_driver(&adapter("NVIDIA GeForce RTX 3060 (NVK GA106)", "NVK Mesa 25.1")));
     }
 
     #[test]

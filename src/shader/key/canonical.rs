@@ -1,53 +1,55 @@
-//! The canonical form of a draw's features: rules that remove features without an effect on the image.
+//! The canonical form of a draw's features: without those that have no effect on the image.
+//!
+//! In: any features. Out: the canonical features that give the same image, and the rules that led there, each with its reason.
 
 use super::dimension::{DIMENSIONS, Dimension};
 use crate::scene::draw::{AirPass, AtmosphereModel, Detail, DrawFeatures, EclipseModel, PixelView, RingShadow, Shape, Surface};
 use std::sync::OnceLock;
 
-/// If `applies` holds, `dimension` can be set to `value` without changing the image.
+/// A rule: where `applies` holds, setting `dimension` to `value` does not change the image.
 pub struct CanonicalRule {
     /// Name of the dimension.
     pub dimension: &'static str,
     /// The value's text in the key (empty: the value that the key omits).
     pub value: &'static str,
     pub applies: fn(&DrawFeatures) -> bool,
-    /// Completes "… changes nothing: …".
+    /// The reason, for messages such as "`normal` changes nothing: REASON".
     pub because: &'static str,
 }
 
-fn emissive(f: &DrawFeatures) -> bool {
+fn is_emissive(f: &DrawFeatures) -> bool {
     f.surface == Surface::Emissive
 }
-/// Whether the pixel shows radiance, or the cost of computing radiance.
+/// Whether the pixel shows radiance or, in the cost view, what it costs to compute that radiance.
 fn shows_radiance(f: &DrawFeatures) -> bool {
     matches!(f.view, PixelView::Final | PixelView::Cost)
 }
 /// Whether the surface is a sky, cloud or ring, which has none of the maps and effects of solid ground.
-fn no_ground(f: &DrawFeatures) -> bool {
+fn has_no_ground(f: &DrawFeatures) -> bool {
     matches!(f.surface, Surface::Sky | Surface::Cloud | Surface::Ring)
 }
-/// Whether the image shows reflected light.
-fn lit(f: &DrawFeatures) -> bool {
-    shows_radiance(f) && !emissive(f) && f.lights > 0
+/// Whether the image shows light that comes from the Sun or another light: reflected by a surface, or scattered by air.
+fn is_lit(f: &DrawFeatures) -> bool {
+    shows_radiance(f) && !is_emissive(f) && f.lights > 0
 }
 /// Whether the image depends on how much sunlight arrives.
 fn shows_sunlight(f: &DrawFeatures) -> bool {
-    lit(f) || (f.view == PixelView::Sunlight && f.lights > 0 && !emissive(f))
+    is_lit(f) || (f.view == PixelView::Sunlight && f.lights > 0 && !is_emissive(f))
 }
 /// Whether the pixel's value depends on the surface normal.
 fn shows_normal(f: &DrawFeatures) -> bool {
-    (lit(f) || (shows_radiance(f) && emissive(f)) || f.view == PixelView::Normal || (f.view == PixelView::Sunlight && f.lights > 0))
+    (is_lit(f) || (shows_radiance(f) && is_emissive(f)) || f.view == PixelView::Normal || (f.view == PixelView::Sunlight && f.lights > 0))
         && f.surface != Surface::Sky
 }
-/// Whether the draw fills a part of the coarse image of the air, in which the draws of ground and clouds interpolate.
+/// Whether the draw fills the coarse image (of the air, and of the sunlight past occluders), which the draws of ground and clouds interpolate.
 fn fills_coarse_image(f: &DrawFeatures) -> bool {
     f.air_pass.fills_image()
 }
-/// The rule that a draw which fills the coarse image omits this dimension.
+/// The rule by which a draw that fills the coarse image omits this dimension.
 const fn omitted_in_coarse_image(dimension: &'static str) -> CanonicalRule {
     CanonicalRule { dimension, value: "", applies: fills_coarse_image, because: DRAWN_ALONE }
 }
-/// Why such a draw has none of the other features.
+/// The reason that these rules give.
 const DRAWN_ALONE: &str = "the air, or the sunlight past occluders, is drawn alone";
 /// Whether the draw fills the coarse image with the sunlight that passes the occluders.
 fn draws_sunlight_alone(f: &DrawFeatures) -> bool {
@@ -57,12 +59,12 @@ fn draws_sunlight_alone(f: &DrawFeatures) -> bool {
 fn shows_albedo(f: &DrawFeatures) -> bool {
     match f.surface {
         Surface::Sky | Surface::Cloud | Surface::Ring => false,
-        _ => lit(f) || (shows_radiance(f) && emissive(f)) || f.view == PixelView::Albedo,
+        _ => is_lit(f) || (shows_radiance(f) && is_emissive(f)) || f.view == PixelView::Albedo,
     }
 }
 
-/// The first rule that changes anything is applied, until none does. This terminates: a rule lowers its dimension's value or sets the
-/// surface to Lambert, and no rule undoes that.
+/// The rules. As long as some rule changes the features, the first such rule is applied. This terminates: a rule lowers the index of its dimension's value or
+/// sets the surface to Lambert, and no rule undoes that.
 pub static RULES: &[CanonicalRule] = &[
     CanonicalRule {
         dimension: "surface",
@@ -75,7 +77,7 @@ pub static RULES: &[CanonicalRule] = &[
         },
         because: "a sky without lit air shows nothing",
     },
-    CanonicalRule { dimension: "lights", value: "sun0", applies: emissive, because: "an emissive surface reflects nothing" },
+    CanonicalRule { dimension: "lights", value: "sun0", applies: is_emissive, because: "an emissive surface reflects nothing" },
     CanonicalRule {
         dimension: "lights",
         value: "sun0",
@@ -103,13 +105,13 @@ pub static RULES: &[CanonicalRule] = &[
     CanonicalRule {
         dimension: "surface",
         value: "lambert",
-        applies: |f| !shows_radiance(f) && !no_ground(f),
+        applies: |f| !shows_radiance(f) && !has_no_ground(f),
         because: "this view does not show how the surface reflects light",
     },
     CanonicalRule {
         dimension: "surface",
         value: "lambert",
-        applies: |f| !emissive(f) && !no_ground(f) && f.lights == 0,
+        applies: |f| !is_emissive(f) && !has_no_ground(f) && f.lights == 0,
         because: "without a light every reflecting surface is black",
     },
     CanonicalRule { dimension: "shape", value: "sphere", applies: |f| f.surface == Surface::Ring, because: "a ring is flat" },
@@ -122,31 +124,31 @@ pub static RULES: &[CanonicalRule] = &[
     CanonicalRule {
         dimension: "normal",
         value: "",
-        applies: |f| !shows_normal(f) || (shows_radiance(f) && emissive(f)) || no_ground(f),
+        applies: |f| !shows_normal(f) || (shows_radiance(f) && is_emissive(f)) || has_no_ground(f),
         because: "relief shows only where light falls on ground, or in the normal view",
     },
     CanonicalRule {
         dimension: "specular",
         value: "",
-        applies: |f| !lit(f) || no_ground(f),
+        applies: |f| !is_lit(f) || has_no_ground(f),
         because: "a glint needs a light and a reflecting ground",
     },
     CanonicalRule {
         dimension: "night",
         value: "",
-        applies: |f| !shows_radiance(f) || emissive(f) || no_ground(f),
+        applies: |f| !shows_radiance(f) || is_emissive(f) || has_no_ground(f),
         because: "city lights show only on a shaded, reflecting ground",
     },
     CanonicalRule {
         dimension: "cloudshadow",
         value: "",
-        applies: |f| !shows_sunlight(f) || no_ground(f),
+        applies: |f| !shows_sunlight(f) || has_no_ground(f),
         because: "clouds throw a shadow only where the Sun falls on ground",
     },
     CanonicalRule {
         dimension: "detail",
         value: "",
-        applies: |f| !lit(f) || f.shape == Shape::Mesh || matches!(f.surface, Surface::Sky | Surface::Ring),
+        applies: |f| !is_lit(f) || f.shape == Shape::Mesh || matches!(f.surface, Surface::Sky | Surface::Ring),
         because: "finer relief than the map shows only on lit ground or clouds of a smooth body",
     },
     CanonicalRule {
@@ -158,13 +160,13 @@ pub static RULES: &[CanonicalRule] = &[
     CanonicalRule {
         dimension: "custom-surface",
         value: "",
-        applies: |f| !shows_albedo(f) || no_ground(f),
+        applies: |f| !shows_albedo(f) || has_no_ground(f),
         because: "this image does not show the ground's colour",
     },
     CanonicalRule {
         dimension: "overlays",
         value: "",
-        applies: |f| !shows_albedo(f) || no_ground(f),
+        applies: |f| !shows_albedo(f) || has_no_ground(f),
         because: "this image does not show the ground's colour",
     },
     CanonicalRule {
@@ -176,7 +178,7 @@ pub static RULES: &[CanonicalRule] = &[
     CanonicalRule {
         dimension: "occluders",
         value: "",
-        applies: |f| !(shows_sunlight(f) || f.view == PixelView::Eclipse && f.lights > 0 && !emissive(f)),
+        applies: |f| !(shows_sunlight(f) || f.view == PixelView::Eclipse && f.lights > 0 && !is_emissive(f)),
         because: "this image does not show the Sun's light",
     },
     CanonicalRule {
@@ -188,13 +190,13 @@ pub static RULES: &[CanonicalRule] = &[
     CanonicalRule {
         dimension: "ring-shadow",
         value: "",
-        applies: |f| f.surface == Surface::Ring || !(shows_sunlight(f) || f.view == PixelView::Ring && f.lights > 0 && !emissive(f)),
+        applies: |f| f.surface == Surface::Ring || !(shows_sunlight(f) || f.view == PixelView::Ring && f.lights > 0 && !is_emissive(f)),
         because: "a ring's shadow needs sunlight and something other than the ring",
     },
     CanonicalRule {
         dimension: "ringshine",
         value: "",
-        applies: |f| no_ground(f) || !shows_sunlight(f),
+        applies: |f| has_no_ground(f) || !shows_sunlight(f),
         because: "a ring lights ground only, and in views that show the light",
     },
     CanonicalRule {
@@ -207,7 +209,7 @@ pub static RULES: &[CanonicalRule] = &[
         dimension: "air",
         value: "",
         applies: |f| {
-            emissive(f)
+            is_emissive(f)
                 || f.surface == Surface::Ring
                 || !(shows_radiance(f) || f.view == PixelView::OpticalDepth)
                 || shows_radiance(f) && f.lights == 0
@@ -226,7 +228,7 @@ pub static RULES: &[CanonicalRule] = &[
     CanonicalRule {
         dimension: "air-pass",
         value: "",
-        applies: |f| draws_sunlight_alone(f) && (f.eclipse.occluders == 0 || no_ground(f) || emissive(f) || f.shape == Shape::Mesh),
+        applies: |f| draws_sunlight_alone(f) && (f.eclipse.occluders == 0 || has_no_ground(f) || is_emissive(f) || f.shape == Shape::Mesh),
         because: "nothing takes sunlight from the ground",
     },
     CanonicalRule { dimension: "air", value: "", applies: draws_sunlight_alone, because: "the sunlight past occluders is drawn alone" },
@@ -270,13 +272,13 @@ pub static RULES: &[CanonicalRule] = &[
     CanonicalRule {
         dimension: "limbheights",
         value: "",
-        applies: |f| no_ground(f) || f.shape == Shape::Mesh,
+        applies: |f| has_no_ground(f) || f.shape == Shape::Mesh,
         because: "the limb profile belongs to the Moon's ground, or to the Sun behind the Moon",
     },
     CanonicalRule {
         dimension: "thinlimb",
         value: "",
-        applies: |f| !lit(f) || f.surface == Surface::Ring || f.shape == Shape::Mesh,
+        applies: |f| !is_lit(f) || f.surface == Surface::Ring || f.shape == Shape::Mesh,
         because: "light ends within a pixel where the Sun lights a smooth globe or its air",
     },
     CanonicalRule {
@@ -306,7 +308,7 @@ pub static RULES: &[CanonicalRule] = &[
     CanonicalRule {
         dimension: "alphatexture",
         value: "",
-        applies: no_ground,
+        applies: has_no_ground,
         because: "air, clouds and rings have an opacity of their own",
     },
     CanonicalRule {
@@ -322,7 +324,7 @@ fn dimension_named(name: &str) -> Option<&'static Dimension> {
     DIMENSIONS.iter().find(|d| d.name == name)
 }
 
-/// Each rule with its dimension and the index of its value, looked up once.
+/// Each rule with its dimension and the index of its value: the names in [`RULES`], looked up once.
 fn resolved_rules() -> &'static [(&'static CanonicalRule, &'static Dimension, usize)] {
     static RESOLVED: OnceLock<Vec<(&'static CanonicalRule, &'static Dimension, usize)>> = OnceLock::new();
     RESOLVED.get_or_init(|| {
@@ -353,7 +355,7 @@ pub fn reductions(features: &DrawFeatures) -> Vec<&'static CanonicalRule> {
 
 fn reduce(features: &DrawFeatures, mut applied: impl FnMut(&'static CanonicalRule)) -> DrawFeatures {
     let mut reduced = *features;
-    // A key has at most three lights.
+    // The dimension `lights` has no greater value.
     reduced.lights = reduced.lights.min(3);
     while let Some((rule, dimension, value)) = first_reduction(&reduced) {
         (dimension.set)(&mut reduced, value);

@@ -1,8 +1,9 @@
 //! Sets of keys for tests: covering arrays and random samples of all combinations of dimension values.
 //!
-//! There are 3.2 * 10^12 combinations ([`count_combinations`]), so nothing here lists them all. A combination of a few dimension values *can
-//! occur* if some canonical features have it. To decide that, its values are set in each of the [`base_features`]: all canonical features over
-//! only those dimensions that the canonical rules read. It can occur if one of the results is canonical.
+//! In: the number of dimensions whose combinations are to be covered, or a seed. Out: keys. Dimensions have 3.2 * 10^12 combinations of values
+//! ([`count_combinations`]), too many to list. A combination of values of a few dimensions is *possible* if some canonical features, a *completion* of it, have
+//! these values. To find one, the values are set in each of the [`base_features`]: all canonical features in which only the dimensions vary that the canonical
+//! rules read. The combination is possible if one of the results is canonical.
 
 use super::dimension::DIMENSIONS;
 use super::{ShaderKey, canonical};
@@ -36,9 +37,9 @@ pub fn random_keys(seed: u64, count: usize) -> Vec<ShaderKey> {
     random_features(seed, count).iter().map(ShaderKey::for_draw).collect()
 }
 
-/// Dimensions on which the canonical rules of other dimensions depend, each with a number `n`: only its first `n` values occur in [`base_features`].
-/// The rules do not distinguish the last of these from any further values. The exception is the fifth value of `air-pass`, `coarsesunlight`, which has
-/// rules of its own: [`complete`] finds features with it by setting it in base features without an air pass.
+/// The dimensions on which the canonical rules of other dimensions depend, each with the number of its values that occur in [`base_features`], its base values.
+/// Any further values have the same rules as the last base value. The exception is the fifth value of `air-pass`, `coarsesunlight`, which has rules of its own:
+/// [`completion`] finds features with it by setting it in base features without an air pass.
 const RULE_DIMENSIONS: [(&str, usize); 12] = [
     ("surface", 8),
     ("albedo", 2),
@@ -54,7 +55,8 @@ const RULE_DIMENSIONS: [(&str, usize); 12] = [
     ("view", 10),
 ];
 
-/// All canonical features over [`RULE_DIMENSIONS`] alone. A combination can occur if setting its values in one of them gives canonical features.
+/// All canonical features in which only [`RULE_DIMENSIONS`] vary, over their base values. A combination is possible if setting its values in one of them gives
+/// canonical features.
 fn base_features() -> Vec<DrawFeatures> {
     let mut all = vec![DrawFeatures::MINIMAL];
     for (name, base_value_count) in RULE_DIMENSIONS {
@@ -75,26 +77,26 @@ fn base_features() -> Vec<DrawFeatures> {
 }
 
 /// Pairs of an index into [`DIMENSIONS`] and a value of that dimension.
-type Combination<'a> = [(usize, usize)];
+type Combination = [(usize, usize)];
 
-fn with(mut features: DrawFeatures, values: &Combination<'_>) -> DrawFeatures {
+fn with_values(mut features: DrawFeatures, values: &Combination) -> DrawFeatures {
     values.iter().for_each(|(d, value)| (DIMENSIONS[*d].set)(&mut features, *value));
     features
 }
 
-fn has_values(features: &DrawFeatures, values: &Combination<'_>) -> bool {
+fn has_values(features: &DrawFeatures, values: &Combination) -> bool {
     values.iter().all(|(d, value)| (DIMENSIONS[*d].get)(features) == *value)
 }
 
-/// Canonical features with these values: the first of the base features that can have them, with the values set. The search begins at index `start` and wraps
-/// around.
-fn complete(base_features: &[DrawFeatures], start: usize, values: &Combination<'_>) -> Option<DrawFeatures> {
+/// A completion of a combination: the first of the base features that stay canonical when its values are set, with these values. The search begins at index
+/// `start` and wraps around.
+fn completion(base_features: &[DrawFeatures], start: usize, values: &Combination) -> Option<DrawFeatures> {
     let (before, after) = base_features.split_at(start);
-    after.iter().chain(before).map(|base| with(*base, values)).find(|f| canonical(f) == *f)
+    after.iter().chain(before).map(|base| with_values(*base, values)).find(|f| canonical(f) == *f)
 }
 
-/// Every choice of `t` out of `count` dimensions, and the number of combinations of values of all choices. The combinations are numbered, choice after choice;
-/// each choice is returned with the number of its first combination.
+/// Every choice of `t` of the first `count` dimensions, with the number of its first combination of values; and how many combinations there are in all. The
+/// combinations are numbered from 0, choice after choice.
 fn choices(count: usize, t: usize) -> (Vec<(Vec<usize>, usize)>, usize) {
     fn list(count: usize, t: usize) -> Vec<Vec<usize>> {
         if t == 0 {
@@ -127,7 +129,7 @@ fn combinations_of<'a>(features: &DrawFeatures, choices: &'a [(Vec<usize>, usize
     choices.iter().map(move |(c, start)| start + c.iter().fold(0, |index, d| index * value_count(*d) + values[*d]))
 }
 
-/// Number of random completions to try for a combination that is not covered yet.
+/// Number of random completions that are compared for each combination that is not covered yet, besides a first one.
 const TRIES: usize = 12;
 
 /// Keys that contain every possible combination of values of any `t` dimensions, sorted; the result is deterministic.
@@ -145,7 +147,7 @@ pub fn covering_keys(t: usize) -> Vec<ShaderKey> {
 fn compute_covering(t: usize) -> Vec<ShaderKey> {
     let base_features = base_features();
     let mut random = Random::new(t as u64);
-    let pairs = (t > 2).then(|| possible_pairs(&base_features));
+    let pairs_are_possible = (t > 2).then(|| pair_test(&base_features));
     let (choices, count) = choices(DIMENSIONS.len(), t.min(DIMENSIONS.len()));
     let mut covered = vec![false; count];
     let mut chosen = BTreeSet::new();
@@ -155,13 +157,14 @@ fn compute_covering(t: usize) -> Vec<ShaderKey> {
             if covered[start + offset] {
                 continue;
             }
+            // The values are the digits of the combination's offset in a mixed radix, as in `combinations_of`.
             let mut rest = offset;
             let mut values: Vec<(usize, usize)> = Vec::new();
             for d in choice.iter().rev() {
                 values.push((*d, rest % value_count(*d)));
                 rest /= value_count(*d);
             }
-            if pairs.as_ref().is_some_and(|possible| !possible(&values)) {
+            if pairs_are_possible.as_ref().is_some_and(|test| !test(&values)) {
                 continue;
             }
             let Some(features) = best_completion(&base_features, &values, &mut random, |f| {
@@ -176,8 +179,8 @@ fn compute_covering(t: usize) -> Vec<ShaderKey> {
     chosen.into_iter().collect()
 }
 
-/// Returns a test of whether every two of the given values can occur together, which is a necessary condition for larger combinations.
-fn possible_pairs(base_features: &[DrawFeatures]) -> impl Fn(&Combination<'_>) -> bool + use<> {
+/// Returns a test of whether each pair of a combination's values is possible, which is necessary for the combination to be possible.
+fn pair_test(base_features: &[DrawFeatures]) -> impl Fn(&Combination) -> bool + use<> {
     let mut start = Vec::new();
     let mut count = 0;
     for d in DIMENSIONS {
@@ -190,7 +193,7 @@ fn possible_pairs(base_features: &[DrawFeatures]) -> impl Fn(&Combination<'_>) -
             for va in 0..da.texts.len() {
                 for vb in 0..value_count(b) {
                     let (i, j) = (start[a] + va, start[b] + vb);
-                    let occurs = complete(base_features, 0, &[(a, va), (b, vb)]).is_some();
+                    let occurs = completion(base_features, 0, &[(a, va), (b, vb)]).is_some();
                     (possible[i * count + j], possible[j * count + i]) = (occurs, occurs);
                 }
             }
@@ -205,13 +208,13 @@ fn possible_pairs(base_features: &[DrawFeatures]) -> impl Fn(&Combination<'_>) -
 /// Of several random completions of a combination, the one with the greatest `count_new`.
 fn best_completion(
     base_features: &[DrawFeatures],
-    values: &Combination<'_>,
+    values: &Combination,
     random: &mut Random,
     count_new: impl Fn(&DrawFeatures) -> usize,
 ) -> Option<DrawFeatures> {
-    let mut best = complete(base_features, random.below(base_features.len()), values).map(|f| (count_new(&f), f))?;
+    let mut best = completion(base_features, random.below(base_features.len()), values).map(|f| (count_new(&f), f))?;
     for _ in 0..TRIES {
-        let Some(mut features) = complete(base_features, random.below(base_features.len()), values) else { break };
+        let Some(mut features) = completion(base_features, random.below(base_features.len()), values) else { break };
         for d in DIMENSIONS.iter().filter(|d| !RULE_DIMENSIONS.iter().any(|(name, _)| *name == d.name)) {
             (d.set)(&mut features, random.below(d.texts.len()));
         }
@@ -222,7 +225,7 @@ fn best_completion(
                 (d.set)(&mut features, base_value_count - 1 + random.below(d.texts.len() + 1 - base_value_count));
             }
         }
-        let features = canonical(&with(features, values));
+        let features = canonical(&with_values(features, values));
         if has_values(&features, values) && count_new(&features) > best.0 {
             best = (count_new(&features), features);
         }

@@ -1,11 +1,12 @@
-//! The table of dimensions: defines the names of each dimension's values, in key texts and in the `@if` conditions of WESL files.
+//! The table of dimensions: for each, its values, their names in key texts and in the `@if` conditions of WESL files, and functions that get and set the value
+//! in [`DrawFeatures`].
 
 use crate::scene::draw::{
     AirPass, AtmosphereModel, BodyShadow, Detail, DrawFeatures, EclipseModel, MAX_CUSTOM_SURFACES, MAX_OCCLUDERS, PixelView, RingShadow,
     Shape, Surface,
 };
 
-/// A part of a shader key's text. Dimensions of one part are joined by `-`, parts by `.`, both in the order of the table.
+/// A part of a shader key's text. In the text, the words of one part are joined by `-`, parts by `.`, both in the order of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum KeyPart {
     Surface,
@@ -43,7 +44,7 @@ impl KeyPart {
 
 /// One dimension. A value is an index into `texts` and `feature_names`.
 pub struct Dimension {
-    /// The name by which the canonical rules refer to it.
+    /// Its name, for messages and for the canonical rules.
     pub name: &'static str,
     /// The part of the key's text that contains its value.
     pub part: KeyPart,
@@ -67,7 +68,7 @@ fn index_of<T: PartialEq>(all: &[T], value: &T) -> usize {
     all.iter().position(|v| v == value).unwrap_or(0)
 }
 
-/// A dimension that is off (omitted in the key) or on.
+/// A dimension with two values: off, which the key omits, and on.
 macro_rules! switch {
     ($name:literal, $part:expr, $feature:literal, $($field:ident).+) => {
         Dimension {
@@ -193,7 +194,8 @@ pub static DIMENSIONS: &[Dimension] = &[
     switch!("mie", KeyPart::Air, "air.mie", air.mie),
     switch!("absorption", KeyPart::Air, "air.absorption", air.absorption),
     Dimension {
-        // Values 1 to 4: reads the coarse image; draws the air into it; reads it, and the ground's draw also shows clouds; draws into it the sunlight past occluders.
+        // After the first, the draw reads the coarse image; fills it with the air; reads it, where the ground's draw also shows the clouds; fills it with the
+        // sunlight past occluders.
         name: "air-pass",
         part: KeyPart::Air,
         texts: &["", "coarse", "coarsedraw", "coarseclouds", "coarsesunlight"],
@@ -239,7 +241,7 @@ pub static DIMENSIONS: &[Dimension] = &[
     },
 ];
 
-/// The names of the features that hold in `@if` conditions for a draw, in the spelling of the table.
+/// The names of the features that are on for a draw, as the table spells them; `@if` conditions test these.
 pub fn feature_names(draw: &DrawFeatures) -> Vec<&'static str> {
     let mut on = Vec::new();
     for d in DIMENSIONS {

@@ -1,7 +1,7 @@
 //! The shader key: a draw's features, reduced to the smallest set that draws the same image.
 //!
 //! In: the scene's [`DrawFeatures`]. Out: [`ShaderKey`], a plain value with a text form. Always: a key is canonical, so draws that differ
-//! only in features without an effect on the image have equal keys. A dimension is one field of `DrawFeatures`. A table
+//! only in features without an effect on the image have equal keys. A dimension is one choice in a key, stored in one field of `DrawFeatures`. A table
 //! ([`dimension::DIMENSIONS`]) gives each dimension its values, their texts, and the names that `@if` conditions of the WESL files test. A list
 //! ([`canonical::RULES`]) states which values have no effect in combination with others. A new dimension needs a field of `DrawFeatures`, a row of the table and
 //! its rules. Not here: the code of the module that a key identifies.
@@ -38,7 +38,7 @@ impl ShaderKey {
     pub fn features(&self) -> &DrawFeatures {
         &self.features
     }
-    /// In the pixel view of shading cost: the number of instructions that one texture read counts as. `None` in the other views.
+    /// The number of instructions as which one texture read counts in the pixel view of shading cost; `None` in the other views.
     pub fn instructions_per_read(&self) -> Option<f64> {
         (self.features.view == PixelView::Cost).then_some(INSTRUCTIONS_PER_READ)
     }
@@ -50,7 +50,7 @@ impl serde::Serialize for ShaderKey {
     }
 }
 
-/// The keys of these draws, each once, in order.
+/// The keys of draws with these features, each once, sorted.
 pub fn keys_of(features: impl IntoIterator<Item = DrawFeatures>) -> std::collections::BTreeSet<ShaderKey> {
     features.into_iter().map(|f| ShaderKey::for_draw(&f)).collect()
 }

@@ -1,8 +1,8 @@
 //! The text form of a key: `lambert.albedo-normal.sun1.ellipsoid`, followed by flags and view, if any.
 //!
-//! Written in the order of the table of dimensions. A part is omitted if the texts of all its values are empty. Only lower-case letters,
-//! digits, `.` and `-` occur. Parsed in any order and case, because no word belongs to two parts. Only canonical keys are accepted: a part
-//! without an effect is an error.
+//! The text consists of parts, joined by `.`; a part consists of words, joined by `-`, which each name a value of one dimension. Parts and words are written in
+//! the order of the table of dimensions; a part without words is omitted. Only lower-case letters, digits, `.` and `-` occur. Parts and words are read in
+//! any order and case, because no word belongs to two dimensions. Only canonical keys are accepted: a word without an effect is an error.
 
 use super::ShaderKey;
 use super::canonical::{canonical, first_reduction};
@@ -15,33 +15,35 @@ use std::str::FromStr;
 /// Why a text is not a key. Columns count from 1.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum KeyTextError {
-    #[error("shader key `{text}`: `{part}` at column {column} is not a word of a key; {expected}")]
-    Unknown { text: String, part: String, column: usize, expected: String },
-    #[error("shader key `{text}`: `{part}` at column {column} repeats the {what}, after `{earlier}` at column {first}")]
-    Twice { text: String, part: String, column: usize, what: &'static str, earlier: String, first: usize },
+    #[error("shader key `{text}`: `{word}` at column {column} is not a word of a key; {expected}")]
+    Unknown { text: String, word: String, column: usize, expected: String },
+    #[error("shader key `{text}`: `{word}` at column {column} repeats the {dimension}, after `{earlier}` at column {earlier_column}")]
+    Twice { text: String, word: String, column: usize, dimension: &'static str, earlier: String, earlier_column: usize },
     #[error("shader key `{text}`: the {part} is missing at column {column}; {expected}")]
     Missing { text: String, part: &'static str, column: usize, expected: String },
-    #[error("shader key `{text}`: `{part}` at column {column} changes nothing: {because}; the same image is {canonical}")]
-    Contradictory { text: String, part: String, column: usize, because: &'static str, canonical: String },
+    #[error("shader key `{text}`: `{word}` at column {column} changes nothing: {because}; the same image is {canonical}")]
+    NoEffect { text: String, word: String, column: usize, because: &'static str, canonical: String },
 }
 
 impl KeyTextError {
-    /// For a text that may have been meant as one of these module names: suggests the most similar name, if the whole text is unknown.
-    pub fn or_module_name(self, names: &[&'static str]) -> Self {
+    /// If the whole text is one unknown word, which may be a misspelt name of a module: suggests the most similar of these names.
+    pub fn suggest_module_name(self, names: &[&'static str]) -> Self {
         match self {
-            Self::Unknown { text, part, column: 1, expected } if text == part => {
-                let expected = did_you_mean(&part, names.iter().copied()).unwrap_or(expected);
-                Self::Unknown { text, part, column: 1, expected }
+            Self::Unknown { text, word, column: 1, expected } if text == word => {
+                let expected = did_you_mean(&word, names.iter().copied()).unwrap_or(expected);
+                Self::Unknown { text, word, column: 1, expected }
             }
             other => other,
         }
     }
 }
 
-/// Maximum number of characters of the key, and of a part, that messages quote.
+/// Maximum number of characters that messages quote of a key.
 const KEY_ECHO_CHARS: usize = 80;
-const PART_ECHO_CHARS: usize = 40;
+/// Maximum number of characters that messages quote of an unknown word.
+const WORD_ECHO_CHARS: usize = 40;
 
+/// Every part, in the order of the table.
 fn parts() -> Vec<KeyPart> {
     let mut parts: Vec<KeyPart> = DIMENSIONS.iter().map(|d| d.part).collect();
     parts.dedup();
@@ -77,8 +79,8 @@ impl fmt::Display for ShaderKey {
     }
 }
 
-/// The words of a part's text with their columns. Words are joined by `-` and may themselves contain `-`, so the longest known word is
-/// taken at each position.
+/// The words of a part's text with their columns. Words are joined by `-` and may themselves contain `-`, so at each position
+/// the longest known word is read.
 fn words(part: KeyPart, text: &str, column: usize) -> Vec<(&str, usize)> {
     let known_words = || DIMENSIONS.iter().filter(|d| d.part == part).flat_map(|d| d.texts).filter(|t| !t.is_empty());
     let mut found = Vec::new();
@@ -117,14 +119,14 @@ impl FromStr for ShaderKey {
         let lower = given.to_ascii_lowercase();
         let text = || echo_within(given, KEY_ECHO_CHARS);
         let mut features = DrawFeatures::MINIMAL;
-        // Dimension, word and column of each word, for messages about contradictions and repetitions.
+        // Dimension, text and column of each word, for messages about words that are repeated or have no effect.
         let mut positions: Vec<(&str, String, usize)> = Vec::new();
         let mut found: Vec<KeyPart> = Vec::new();
         let mut column = 1;
         for piece in lower.split('.') {
-            let unknown = |part: &str, column: usize, expected: String| KeyTextError::Unknown {
+            let unknown = |word: &str, column: usize, expected: String| KeyTextError::Unknown {
                 text: text(),
-                part: echo_within(part, PART_ECHO_CHARS),
+                word: echo_within(word, WORD_ECHO_CHARS),
                 column,
                 expected,
             };
@@ -135,9 +137,15 @@ impl FromStr for ShaderKey {
                 let Some((dimension, value)) = find_word(part, word) else {
                     return Err(unknown(word, at, did_you_mean(word, all_words()).unwrap_or_else(|| words_of_part(part))));
                 };
-                if let Some((_, earlier, first)) = positions.iter().find(|(name, _, _)| *name == dimension.name) {
-                    let (earlier, first) = (earlier.clone(), *first);
-                    return Err(KeyTextError::Twice { text: text(), part: word.into(), column: at, what: dimension.name, earlier, first });
+                if let Some((_, earlier, earlier_column)) = positions.iter().find(|(name, _, _)| *name == dimension.name) {
+                    return Err(KeyTextError::Twice {
+                        text: text(),
+                        word: word.into(),
+                        column: at,
+                        dimension: dimension.name,
+                        earlier: earlier.clone(),
+                        earlier_column: *earlier_column,
+                    });
                 }
                 (dimension.set)(&mut features, value);
                 positions.push((dimension.name, word.into(), at));
@@ -149,18 +157,18 @@ impl FromStr for ShaderKey {
             return Err(KeyTextError::Missing { text: text(), part: part.name(), column: lower.len() + 1, expected: words_of_part(part) });
         }
         if let Some((rule, dimension, _)) = first_reduction(&features) {
-            let (part, column) = positions
+            let (word, column) = positions
                 .iter()
                 .find(|(name, _, _)| *name == dimension.name)
                 .map_or((dimension.name.to_owned(), 1), |(_, word, at)| (word.clone(), *at));
             let canonical = write(&canonical(&features));
-            return Err(KeyTextError::Contradictory { text: text(), part, column, because: rule.because, canonical });
+            return Err(KeyTextError::NoEffect { text: text(), word, column, because: rule.because, canonical });
         }
         Ok(Self { features })
     }
 }
 
-/// A suggestion for a piece that belongs to no part: a similar word, or the words of a part that is still missing.
+/// What an error message suggests for a piece that belongs to no part: a similar word, or the words of a part that is still missing.
 fn suggestion(piece: &str, found: &[KeyPart]) -> String {
     did_you_mean(piece, all_words()).unwrap_or_else(|| match parts().into_iter().find(|p| !found.contains(p)) {
         Some(part) => words_of_part(part),
@@ -215,12 +223,12 @@ mod tests {
     }
 
     #[test]
-    fn errors_name_the_part_and_the_column() {
+    fn errors_name_the_word_and_the_column() {
         let error_of = |text: &str| match text.parse::<ShaderKey>().expect_err(text) {
-            KeyTextError::Unknown { column, part, .. } => ("unknown", part, column),
-            KeyTextError::Twice { column, part, .. } => ("twice", part, column),
+            KeyTextError::Unknown { column, word, .. } => ("unknown", word, column),
+            KeyTextError::Twice { column, word, .. } => ("twice", word, column),
             KeyTextError::Missing { column, part, .. } => ("missing", part.to_owned(), column),
-            KeyTextError::Contradictory { column, part, .. } => ("contradictory", part, column),
+            KeyTextError::NoEffect { column, word, .. } => ("no effect", word, column),
         };
         assert_eq!(error_of("phong.sun1.sphere"), ("unknown", "phong".into(), 1));
         assert_eq!(error_of("lambert.sun1.cube"), ("unknown", "cube".into(), 14));
@@ -233,10 +241,10 @@ mod tests {
         assert_eq!(error_of("sphere.sun1.lambert.sun2"), ("twice", "sun2".into(), 21));
         assert_eq!(error_of("albedo.lambert.sun1.normal.albedo.sphere"), ("twice", "albedo".into(), 28));
         assert_eq!(error_of("sun1.sphere"), ("missing", "surface".into(), 12));
-        assert_eq!(error_of("emissive.albedo.sun2.sphere"), ("contradictory", "sun2".into(), 17));
-        assert_eq!(error_of("lambert.normal.sun1.sphere.vertexcolour"), ("contradictory", "vertexcolour".into(), 28));
-        assert_eq!(error_of("lambert.sun1.eclipse2.sphere"), ("contradictory", "eclipse2".into(), 14));
-        assert_eq!(error_of("lambert.sun1.limb-darkened.sphere"), ("contradictory", "limb-darkened".into(), 14));
+        assert_eq!(error_of("emissive.albedo.sun2.sphere"), ("no effect", "sun2".into(), 17));
+        assert_eq!(error_of("lambert.normal.sun1.sphere.vertexcolour"), ("no effect", "vertexcolour".into(), 28));
+        assert_eq!(error_of("lambert.sun1.eclipse2.sphere"), ("no effect", "eclipse2".into(), 14));
+        assert_eq!(error_of("lambert.sun1.limb-darkened.sphere"), ("no effect", "limb-darkened".into(), 14));
         assert_eq!(error_of("lambert.sun1.eclipse2-limb-lit.sphere"), ("unknown", "limb".into(), 23));
         assert_eq!(error_of("sky.sun1.air-pixel-16-dust.sphere"), ("unknown", "dust".into(), 23));
         assert_eq!(error_of(""), ("unknown", String::new(), 1));

@@ -1,7 +1,7 @@
 //! One entry on disk: an encoded module with a checksum.
 //!
-//! Layout: 8 bytes magic with the format's version, 32 bytes SHA-256 of the rest, then the postcard encoding of generator digest, module
-//! name, text, IR, source map and tape (the module's program for the software renderer). Always: bytes that decode are complete, name this
+//! Layout: 8 bytes of magic, which end with the format's version; 32 bytes, the SHA-256 of the rest; then the postcard encoding of generator digest,
+//! module name, WGSL, IR, source map and tape (the module's program for the software renderer). Always: bytes that decode are complete, name this
 //! generator and the requested module, and contain valid IR and a tape that fits its entry points. The checksum is not a signature: anyone
 //! who can write to the folder can write an entry that passes these checks. naga's encoding omits spans, which matter only for error
 //! messages.
@@ -34,7 +34,7 @@ pub enum EntryError {
     Tape,
 }
 
-/// The start of an entry, which can be decoded without the rest.
+/// The first fields of an entry's content, which can be decoded without the rest.
 #[derive(Serialize, Deserialize)]
 struct Head {
     generator: String,
@@ -82,8 +82,8 @@ fn checked(bytes: &[u8]) -> Result<&[u8], EntryError> {
     Ok(content)
 }
 
-/// The name of the module in an entry; an error if the entry is damaged or of another generator.
-pub fn inspect(generator: &str, bytes: &[u8]) -> Result<String, EntryError> {
+/// The name of the module in an entry of this generator; an error if the entry is damaged or of another generator.
+pub fn module_name_for(generator: &str, bytes: &[u8]) -> Result<String, EntryError> {
     let (head, _) = postcard::take_from_bytes::<Head>(checked(bytes)?).map_err(|_| EntryError::Content)?;
     if head.generator == generator { Ok(head.module) } else { Err(EntryError::OtherGeneratorOrModule) }
 }
@@ -93,7 +93,7 @@ pub fn module_name(bytes: &[u8]) -> Result<String, EntryError> {
     Ok(postcard::take_from_bytes::<Head>(checked(bytes)?).map_err(|_| EntryError::Content)?.0.module)
 }
 
-/// The module in an entry.
+/// The module in an entry of this generator, checked.
 pub fn decode(generator: &str, id: &ModuleId, bytes: &[u8], lowering: &Lowering) -> Result<ShaderModule, EntryError> {
     // naga's and postcard's deserialization of arenas may panic on input that naga did not write.
     catch_panic(|| decode_unguarded(Some(generator), id, bytes, lowering)).unwrap_or(Err(EntryError::Content))
@@ -129,14 +129,19 @@ fn decode_unguarded(generator: Option<&str>, id: &ModuleId, bytes: &[u8], loweri
     Ok(ShaderModule { id: id.clone(), wgsl, module, info, layout, source_map, tape })
 }
 
-/// File name of a module's entry: the module's name, or its start and a digest if some file systems might refuse so long a name.
+/// Longest module name in bytes that is a file name as it is. Most file systems allow 255 bytes, some fewer.
+const MAX_FILE_NAME_BYTES: usize = 180;
+/// Characters of a longer name that its file name keeps, before a digest of the whole name.
+const KEPT_NAME_CHARS: usize = 150;
+
+/// File name of a module's entry: the module's name or, if it is too long, its start and a digest.
 pub fn file_name(id: &ModuleId) -> String {
     let name = id.to_string();
-    if name.len() <= 180 {
+    if name.len() <= MAX_FILE_NAME_BYTES {
         return format!("{name}.{EXTENSION}");
     }
     let digest = crate::shader::generator::hex(&Sha256::digest(&name)[..8]);
-    format!("{}-{digest}.{EXTENSION}", name.chars().take(150).collect::<String>())
+    format!("{}-{digest}.{EXTENSION}", name.chars().take(KEPT_NAME_CHARS).collect::<String>())
 }
 
 /// File extension of entries.

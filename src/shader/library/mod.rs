@@ -1,8 +1,9 @@
 //! The shader library: a cache of modules, in memory and on disk.
 //!
 //! In: a module's name. Out: a shared [`ShaderModule`], from memory, from disk, or newly emitted. Always: the module is the one that the
-//! generator would emit now, whatever the state of the disk; readers in any process see either a complete entry or none; a disk error is
-//! reported once and is never fatal. Not here: the lowering of modules for the software renderer, and where messages go; the caller supplies both.
+//! generator would emit now, even if entries on disk are damaged (unless someone forged an entry: [`ShaderLibrary::replace_tampered`]); readers in any
+//! process see either a complete entry or none; a disk error is reported once and is never fatal. Not here: the lowering of modules for the
+//! software renderer, and where messages go; the caller supplies both.
 
 mod entry;
 
@@ -23,7 +24,7 @@ use std::time::{Duration, Instant};
 /// Maximum size of an entry in bytes; the largest entries have about 300 kB.
 pub const MAX_ENTRY_BYTES: u64 = 1 << 24;
 
-/// A module once it is loaded or built.
+/// A module with its origin, or the error, once it has been loaded or built.
 type ModuleCell = Arc<OnceLock<Result<(Arc<ShaderModule>, Origin), ShaderError>>>;
 
 /// Where a module came from, and how long that took.
@@ -39,7 +40,7 @@ pub enum CacheOutcome {
     Read,
     /// Emitted because there was no entry.
     Emitted,
-    /// Emitted because the entry was damaged or of another format; the entry was replaced.
+    /// Emitted because the entry was damaged or of another format; the new module replaces it.
     Rebuilt,
 }
 
@@ -48,13 +49,13 @@ pub enum CacheOutcome {
 pub struct Statistics {
     /// Modules that came from memory.
     pub from_memory: u64,
-    /// Modules that came from disk, and the time spent reading them in seconds.
+    /// Modules that came from disk, and the seconds spent reading them.
     pub from_disk: u64,
     pub reading_s: f64,
-    /// Modules emitted, parsed, validated and lowered, and the time spent on that in seconds.
+    /// Modules emitted, parsed, validated and lowered, and the seconds spent on that.
     pub emitted: u64,
     pub emitting_s: f64,
-    /// Entries written, and the time spent writing them in seconds.
+    /// Entries written, and the seconds spent writing them.
     pub written: u64,
     pub writing_s: f64,
     /// Entries on disk that were damaged, of another format or tampered with, and were replaced.
@@ -79,7 +80,7 @@ fn count(counter: &AtomicU64, nanoseconds: &AtomicU64, since: Instant) {
     nanoseconds.fetch_add(u64::try_from(since.elapsed().as_nanos()).unwrap_or(u64::MAX), Ordering::Relaxed);
 }
 
-/// An entry on disk that does not decode; its module is built anew.
+/// An entry on disk cannot be used: its module is built anew.
 struct Damaged;
 
 /// The content of the disk cache.
@@ -100,7 +101,7 @@ pub struct DiskStatus {
 /// The result of [`ShaderLibrary::verify`].
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct DiskCheck {
-    /// Number of intact entries.
+    /// Number of intact entries: those equal to what the generator emits now.
     #[serde(rename = "whole")]
     pub valid: u64,
     /// File and what is wrong with it.
@@ -109,7 +110,7 @@ pub struct DiskCheck {
     pub unreadable: Option<String>,
 }
 
-/// The fragments that modules are built from, with the generator digest.
+/// What determines the modules: the fragments, and the generator digest, which covers them and the code.
 #[derive(Clone)]
 struct Generator {
     fragments: Arc<Fragments>,
@@ -123,8 +124,8 @@ impl Generator {
     }
 }
 
-/// Maximum number of modules in memory, each of about a quarter of a megabyte. A view of the whole system with all effects needs some
-/// forty. An evicted module is read again from disk within a millisecond. The software renderer keeps the programs of as many modules.
+/// Maximum number of modules in memory, each of about a quarter of a megabyte. A view of the whole system with all effects needs about
+/// forty. An evicted module is read again from disk within a millisecond. The software renderer keeps as many decoded tapes.
 pub(crate) const MODULES_KEPT: usize = 96;
 
 /// A cache of modules by name, in memory and on disk; shared between threads.
@@ -178,25 +179,25 @@ impl ShaderLibrary {
         self.generator.read().clone()
     }
 
-    /// Builds modules from these fragments from now on, and drops the modules in memory. Modules of edited fragments are not written to
-    /// disk.
+    /// Builds modules from these fragments from now on, and drops the modules in memory. Unless the fragments are the built-in ones, no module is read from or
+    /// written to disk.
     pub fn set_fragments(&self, fragments: Fragments) {
         let generator = Generator::of(fragments, &self.lowering);
         *self.generator.write() = generator;
         self.modules.lock().clear();
     }
 
+    /// The folder of this generator on disk, if it has one.
     fn folder(&self) -> Option<PathBuf> {
-        Some(self.root.as_ref()?.join(&*self.disk_generator()?.digest))
+        Some(self.root.as_ref()?.join(&*self.generator_with_folder()?.digest))
     }
 
-    /// The generator if its modules are written to disk. Modules of edited fragments are not, because every edit would leave a folder
-    /// behind.
-    fn disk_generator(&self) -> Option<Generator> {
+    /// The generator, if its modules are kept on disk. Those of edited fragments are not, because every edit would leave a folder behind.
+    fn generator_with_folder(&self) -> Option<Generator> {
         Some(self.current_generator()).filter(|g| g.fragments.are_built_in())
     }
 
-    /// Where a module came from; `None` for a module that has not been requested.
+    /// Where a module came from; `None` for a module that is not in memory.
     pub fn origin(&self, id: &ModuleId) -> Option<Origin> {
         let modules = self.modules.lock();
         Some(modules.peek(id)?.get()?.as_ref().ok()?.1)
@@ -305,7 +306,7 @@ impl ShaderLibrary {
             done();
             failure
         };
-        // Modules in memory are handled on this thread, because the thread pool may be busy drawing.
+        // Modules in memory are looked up on this thread, because the thread pool may be busy drawing.
         let (in_memory, missing): (Vec<&ModuleId>, Vec<&ModuleId>) = ids.iter().partition(|id| self.is_in_memory(id));
         let mut failures: Vec<ShaderError> = in_memory.into_iter().filter_map(load).collect();
         failures.par_extend(missing.into_par_iter().filter_map(load));
@@ -345,7 +346,7 @@ impl ShaderLibrary {
         status
     }
 
-    /// Reads every entry of this generator, rebuilds its module and compares both, on all cores.
+    /// Reads every entry of this generator, builds its module anew and compares the two, on all cores.
     pub fn verify(&self) -> DiskCheck {
         let mut check = DiskCheck { unreadable: self.unreadable(), ..DiskCheck::default() };
         let mut files: Vec<_> = self.folder().iter().flat_map(|f| entries_in(f)).collect();
@@ -363,18 +364,22 @@ impl ShaderLibrary {
     fn verify_file(&self, file: &Path) -> Result<(), String> {
         let bytes = read_bytes(file, MAX_ENTRY_BYTES).map_err(|e| e.to_string())?;
         let digest = self.generator_digest();
-        let name = entry::inspect(&digest, &bytes).map_err(|e| e.to_string())?;
+        let name = entry::module_name_for(&digest, &bytes).map_err(|e| e.to_string())?;
         let id: ModuleId = name.parse().map_err(|e: super::key::KeyTextError| e.to_string())?;
         if file.file_name().is_none_or(|n| n != file_name(&id).as_str()) {
             return Err(EntryError::OtherGeneratorOrModule.to_string());
         }
         decode(&digest, &id, &bytes, &self.lowering).map_err(|e| e.to_string())?;
         let built = ShaderModule::build_with(&self.current_generator().fragments, &id, &self.lowering).map_err(|e| e.to_string())?;
-        if entry::encode(&digest, &built).as_deref() == Some(&bytes) { Ok(()) } else { Err("it is not what its key emits".into()) }
+        if entry::encode(&digest, &built).as_deref() == Some(&bytes) {
+            Ok(())
+        } else {
+            Err("it differs from what the generator emits".into())
+        }
     }
 
-    /// For callers that could not run a module. Rebuilds those of the modules that came from disk, and drops each entry that differs from its
-    /// rebuilt module: a tampered entry, which decodes but was not written by the generator. Returns the number of dropped entries.
+    /// For callers that could not run these modules. Builds anew those that came from disk, and drops each entry that differs: a tampered entry, which decodes
+    /// but was not written by the generator. Returns the number of dropped entries.
     pub fn replace_tampered(&self, ids: &[ModuleId]) -> usize {
         let generator = self.current_generator();
         let is_tampered = |id: &&ModuleId| {
@@ -386,7 +391,7 @@ impl ShaderLibrary {
         let tampered: Vec<&ModuleId> = ids.iter().filter(is_tampered).collect();
         for id in &tampered {
             let path = self.entry_path(id).unwrap_or_default();
-            (self.report)(&format!("shader library: {} is replaced: it is not what its key emits", path.display()));
+            (self.report)(&format!("shader library: {} is replaced: it differs from what the generator emits", path.display()));
             self.counters.repaired.fetch_add(1, Ordering::Relaxed);
             // Removed from disk and memory, the module is rebuilt at the next request.
             drop(std::fs::remove_file(path));

@@ -8,17 +8,17 @@ use super::condition::Condition;
 /// Index of the block that every module has.
 pub const ROOT: u32 = 0;
 
-/// The condition under which a part of the text is emitted.
+/// One block: the condition under which its part of the text is emitted. Numbers are indices of blocks.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Block {
     Root,
-    /// A branch of a chain of `@if`, `@elif` and `@else`: emitted as part of `parent` if its condition holds and that of no branch before it does.
-    /// `unless`: the branch before it in the chain.
+    /// A branch of a chain of `@if`, `@elif` and `@else`: emitted if `parent` is emitted, its own condition holds, and the condition of no earlier branch of the
+    /// chain holds. `unless`: the branch directly before it.
     When {
         parent: u32,
         condition: Condition,
         unless: Option<u32>,
     },
-    /// Emitted if any of these blocks is; used for the comments above a chain.
+    /// Emitted if any of these blocks is: the comments above a chain, whose branches these are.
     AnyOf(Vec<u32>),
 }

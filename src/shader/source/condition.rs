@@ -54,7 +54,7 @@ impl FeatureSet {
     }
 }
 
-/// Every name (features as identifiers, and predicates), and whether it holds for these features, in the form that a WESL compiler takes.
+/// Every name that a condition may use (features as WESL identifiers, and predicates), with its value for these features: the input of a WESL compiler.
 pub fn values_of_names(features: FeatureSet) -> impl Iterator<Item = (&'static str, bool)> {
     NAMES.iter().map(move |(name, condition)| (name.as_str(), condition.holds(features)))
 }
@@ -117,8 +117,8 @@ impl Condition {
         }
     }
 
-    /// The text that the source map gives for why a condition holds or fails: names of features that are on, then `not` and those that are off. `&&`
-    /// takes its first false term or, if it holds, its last term, by convention the most specific one; `||` its first true term or, if it fails, all.
+    /// Why the condition holds or fails, for the source map: the features that are on, then `not` and those that are off. Of the terms of `&&`, the first false
+    /// one is the reason; if it holds, the last one, by convention the most specific. Of the terms of `||`, the first true one is the reason; if it fails, all.
     pub fn reason(&self, features: FeatureSet) -> String {
         let mut names = ReasonNames::default();
         self.add_names(features, &mut names);
@@ -127,10 +127,10 @@ impl Condition {
 
     fn add_names(&self, features: FeatureSet, names: &mut ReasonNames) {
         let holds = self.holds(features);
-        let same_truth = if holds { &mut names.on } else { &mut names.off };
+        let on_or_off = if holds { &mut names.on } else { &mut names.off };
         match self {
-            Self::Constant(value) => same_truth.push(constant_name(*value)),
-            Self::Feature(index) => same_truth.push(FEATURE_NAMES[*index]),
+            Self::Constant(value) => on_or_off.push(constant_name(*value)),
+            Self::Feature(index) => on_or_off.push(FEATURE_NAMES[*index]),
             Self::Predicate(index) => PREDICATE_CONDITIONS[*index].add_names(features, names),
             Self::Not(c) => c.add_names(features, names),
             Self::And(a, b) => if a.holds(features) { b } else { a }.add_names(features, names),

@@ -1,4 +1,7 @@
-//! A parsed fragment (a WESL source file): its lines, divided into pieces that a module may include or omit.
+//! A parsed fragment (a WESL source file).
+//!
+//! In: a fragment's path and text. Out: its lines, divided into pieces; the conditional block of each piece; its imports and declared names; and, for a set of
+//! features, which blocks a module includes, and why.
 
 use super::block::{Block, ROOT};
 use super::condition::{Condition, FeatureSet};
@@ -23,8 +26,8 @@ pub struct Piece {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FragmentLine {
     pub pieces: Vec<Piece>,
-    /// Whether the line lost text or belongs to several blocks. Such a line is dropped if only blanks are emitted of it; a line that is blank
-    /// in the file is kept.
+    /// Whether text was removed from the line, or the line belongs to several blocks. Such a line is dropped if what is emitted of it is blank; a line that is
+    /// blank in the file is kept.
     pub is_divided: bool,
 }
 
@@ -47,7 +50,7 @@ pub struct Import {
 pub struct Fragment {
     pub lines: Vec<FragmentLine>,
     pub blocks: Vec<Block>,
-    /// In the order of the text.
+    /// The imported items, in the order of the text.
     pub imports: Vec<Import>,
     /// Names of its declarations, whatever their conditions are.
     pub declared: Vec<String>,
@@ -78,7 +81,7 @@ impl Fragment {
         Ok(Self::of(text, scan))
     }
 
-    /// Parses an untrusted text: enforces limits, and checks the entire text against the WESL grammar, also the parts that no key includes.
+    /// Parses an untrusted text: enforces limits, and checks the entire text against the WESL grammar, including the parts that no key includes.
     ///
     /// # Errors
     /// An exceeded limit (`limits`), the errors of [`Fragment::parse`], or the first grammar error, with line and column.
@@ -92,7 +95,7 @@ impl Fragment {
             Ok(_) => Ok(fragment),
             Err(e) => {
                 let (line, column) = line_and_column(text, e.span.start);
-                Err(ShaderError::Fragment { path: path.to_owned(), line, column, what: one_line(&e.error) })
+                Err(ShaderError::Fragment { path: path.to_owned(), line, column, what: short_message(&e.error) })
             }
         }
     }
@@ -152,7 +155,7 @@ impl Fragment {
         emitted
     }
 
-    /// Whether the condition of a branch, or of one before it in its chain of `@if`, `@elif` and `@else`, holds.
+    /// Whether the condition of the branch `last`, or of an earlier branch of its chain, holds.
     fn any_branch_holds(&self, last: Option<u32>, features: FeatureSet) -> bool {
         let mut next = last;
         while let Some(Block::When { condition, unless, .. }) = next.map(|b| &self.blocks[b as usize]) {
@@ -209,7 +212,7 @@ fn line_start(text: &str, at: usize) -> usize {
     text[..at].rfind('\n').map_or(0, |n| n + 1)
 }
 
-/// Start of the comment lines directly above an item's line. If the item is not the first on its line: the start of the line, as if there were none.
+/// Start of the comment lines directly above an item. Without any, or if other text precedes the item on its line: the start of that line.
 fn comments_above(text: &str, at: usize) -> usize {
     let mut first = line_start(text, at);
     if !text[first..at].trim().is_empty() {
@@ -231,7 +234,7 @@ fn end_with_comment(text: &str, end: usize) -> usize {
     if rest.trim_start().starts_with("//") { end + rest.len() } else { end }
 }
 
-/// Position of the first directive (`//: if` and others) in the syntax of the files before WESL.
+/// Position of the first directive of the syntax that preceded WESL, such as `//: if`.
 fn legacy_directive_at(text: &str) -> Option<usize> {
     let mut start = 0;
     for line in text.split('\n') {
@@ -244,7 +247,7 @@ fn legacy_directive_at(text: &str) -> Option<usize> {
 }
 
 /// A parser's error without the list of expected tokens.
-fn one_line(error: &wgsl_parse::error::ErrorKind) -> String {
+fn short_message(error: &wgsl_parse::error::ErrorKind) -> String {
     use wgsl_parse::error::ErrorKind;
     match error {
         ErrorKind::UnexpectedToken { token, .. } => format!("`{token}` is unexpected here"),

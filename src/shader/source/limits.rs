@@ -1,21 +1,21 @@
 //! Limits for untrusted fragments (WESL files). Parsers, validators and lowerings recurse into nested syntax, and wgsl-parse 0.4 backtracks
 //! at each `<`, so unlimited input could exhaust the stack or take forever.
 //!
-//! In: a fragment's text. Out: the first position that exceeds a limit. Always: each byte is read once; comments do not count. The shipped
-//! fragments stay far below the limits (brackets nest at most 7 deep; the longest part between separators has less than 200 bytes). Not
-//! here: whether the text is WESL.
+//! In: a fragment's text. Out: the first position that exceeds a limit. Always: the time is proportional to the text's length;
+//! comments do not count. The shipped fragments stay far below the limits (brackets nest at most 7 deep; fewer than 200 bytes lie between two
+//! separators). Not here: whether the text is WESL.
 
 /// Maximum number of `<` without a matching `>` in a statement. At each `<`, wgsl-parse reads ahead to see whether it opens a template
-/// list, and does so again inside each; every `<` doubles the time.
+/// list, and repeats this for each `<` on the way, so that every further `<` doubles the time.
 const MAX_OPEN_ANGLES: usize = 12;
 /// Maximum depth of nested brackets.
 const MAX_DEPTH: usize = 64;
-/// Maximum number of bytes, without blanks, between two of `;`, `,`, `{` and `}`: a sum of thousands of terms becomes a syntax tree that is as deep.
+/// Maximum number of bytes, without blanks, between two separators (`;`, `,`, `{`, `}`): a sum of thousands of terms becomes a syntax tree of that depth.
 const MAX_PART_BYTES: usize = 4096;
-/// Maximum number of bytes, without blanks, of one function: the time that naga 30 takes grows with the square of the number of expressions,
+/// Maximum number of bytes, without blanks, of the body of a function: the time that naga 30 takes grows with the square of the number of expressions,
 /// to 20 s for a megabyte of statements.
 const MAX_BODY_BYTES: usize = 1 << 17;
-/// Maximum number of `else` in one chain: the syntax tree nests each in the one before it.
+/// Maximum number of `else` that follow one `if`: the syntax tree nests each in the one before it.
 const MAX_ELSE: usize = 64;
 
 /// The text with its comments replaced by blanks of the same length.
@@ -55,12 +55,12 @@ pub(super) fn first_exceeded_limit(text: &str) -> Option<(usize, String)> {
     let (mut open_angles, mut part_bytes, mut body_bytes) = (0, 0, 0);
     // Whether the outermost open bracket is `{`: that of a function or a structure.
     let mut in_body = false;
-    // The number of `else` in the current chain, for each open bracket and for the fragment itself.
-    let mut chains = vec![0];
+    // How many `else` the current chain of `if` and `else` has: outside all brackets, then in each open bracket. There is one number more than open brackets.
+    let mut else_counts = vec![0];
     for (at, byte) in code.iter().enumerate() {
         part_bytes = if byte.is_ascii_whitespace() { part_bytes } else { part_bytes + 1 };
         body_bytes = if byte.is_ascii_whitespace() { body_bytes } else { body_bytes + 1 };
-        if chains.len() == 1 {
+        if else_counts.len() == 1 {
             (in_body, body_bytes) = (*byte == b'{', 0);
         }
         match byte {
@@ -71,25 +71,25 @@ pub(super) fn first_exceeded_limit(text: &str) -> Option<(usize, String)> {
             _ => {}
         }
         match byte {
-            b'(' | b'[' | b'{' => chains.push(0),
-            b')' | b']' | b'}' if chains.len() > 1 => drop(chains.pop()),
+            b'(' | b'[' | b'{' => else_counts.push(0),
+            b')' | b']' | b'}' if else_counts.len() > 1 => drop(else_counts.pop()),
             _ => {}
         }
         if *byte == b'}'
-            && let Some(chain) = chains.last_mut()
+            && let Some(count) = else_counts.last_mut()
         {
             let else_follows = code[at + 1..].trim_ascii_start().starts_with(b"else");
-            *chain = if else_follows { *chain + 1 } else { 0 };
+            *count = if else_follows { *count + 1 } else { 0 };
         }
         let what = if open_angles > MAX_OPEN_ANGLES {
             format!("more than {MAX_OPEN_ANGLES} `<` are open in one statement")
-        } else if chains.len() > MAX_DEPTH + 1 {
+        } else if else_counts.len() > MAX_DEPTH + 1 {
             format!("more than {MAX_DEPTH} brackets are nested")
         } else if part_bytes > MAX_PART_BYTES {
             format!("more than {MAX_PART_BYTES} bytes without a `;` or `,`")
         } else if in_body && body_bytes > MAX_BODY_BYTES {
             format!("more than {MAX_BODY_BYTES} bytes in one function")
-        } else if chains.last().is_some_and(|chain| *chain > MAX_ELSE) {
+        } else if else_counts.last().is_some_and(|count| *count > MAX_ELSE) {
             format!("more than {MAX_ELSE} `else` follow one `if`")
         } else {
             continue;

@@ -1,7 +1,7 @@
-//! Parsing of the fragments, which are the WESL files of shaders/: their lines, conditions and imports.
+//! Parses fragments, the WESL files of shaders/: their lines, conditions and imports.
 //!
-//! In: the text of a fragment in shaders/. Out: [`Fragment`]: its lines divided at the spans of conditional items, its imports and the
-//! names that it declares. [`condition`] parses and evaluates `@if` conditions; [`predicates`] names conditions that several fragments
+//! In: the text of a fragment. Out: [`Fragment`]: its lines, divided where conditional items begin and end, its imports and the names
+//! that it declares. [`condition`] parses and evaluates `@if` conditions; [`predicates`] names conditions that several fragments
 //! share. Always: a fragment is parsed once, however many modules contain it. Not here: the list of fragments (`shader::fragments`)
 //! and the emission of modules (`shader::emit`).
 

@@ -1,4 +1,4 @@
-//! Predicates: named conditions, for conditions that WESL files use several times.
+//! Predicates: names for conditions that several WESL files use.
 //!
 //! An `@if` may use a predicate wherever it may use a feature of the key. Each predicate is a WESL condition over features,
 //! evaluated for every key. The features are those of the key's dimensions (`shader::key`), with `_` in place of `.` and `-`:
@@ -9,7 +9,7 @@ pub struct Predicate {
     pub name: &'static str,
     /// A condition over features.
     pub condition: &'static str,
-    /// Completes the sentence "holds where ...".
+    /// Where it holds; completes the sentence "holds where ...".
     pub meaning: &'static str,
 }
 
@@ -73,7 +73,7 @@ pub static PREDICATES: &[Predicate] = &[
         "air_pass_read_with_clouds && surface_cloud",
         "the clouds' draw is left with the pixels at which the coarse image of the air is not used",
     ),
-    predicate("has_cloud_map", "maps_cloud_shadow || surface_cloud", "the cloud map is read, for the deck or for its shadow"),
+    predicate("has_cloud_map", "maps_cloud_shadow || surface_cloud", "the cloud map is read, for the clouds or for their shadow"),
     predicate("has_detail", "detail_craters || detail_hills || detail_billows", "procedural relief finer than the map is drawn"),
     predicate("has_city_light_detail", "maps_night && detail_hills", "city lights have structure finer than the night map"),
     predicate("is_translucent", "flags_alphatexture || surface_cloud", "a map makes the surface transparent"),

@@ -1,8 +1,8 @@
 //! Finds the conditional items of a fragment by scanning its tokens.
 //!
-//! In: a fragment's text. Out: for each item with `@if`, `@elif` or `@else` the spans of the item and of the attribute, and every import
-//! statement with its span. An item is a declaration, a struct member, a parameter, a statement or an import. It ends with a semicolon, a
-//! comma of its list or a closing brace. Not here: the division into lines (`fragment`).
+//! In: a fragment's text. Out: [`Scan`]: for each item with `@if`, `@elif` or `@else` the spans of the item and of the attribute, the blocks that these
+//! attributes make, the import statements, and the names of the declarations. An item is a declaration, a struct member, a parameter, an argument, a
+//! statement or an import. It ends with a semicolon, a comma of its list or a closing brace. Not here: the division into lines (`fragment`).
 
 use super::block::{Block, ROOT};
 use super::condition::Condition;
@@ -16,13 +16,13 @@ pub(super) struct ScanError {
     pub what: String,
 }
 
-/// The span of a conditional item with its attribute, and its block.
+/// The span of a conditional item, from its attribute to its end, and its block.
 pub(super) struct ConditionalSpan {
     pub span: Range<usize>,
     pub block: u32,
 }
 
-/// An import statement: its position, and the imported items as (path of the fragment, item).
+/// An import statement: its position, its block, and the imported items as (path of the fragment without extension, item).
 pub(super) struct Imported {
     pub at: usize,
     pub block: u32,
@@ -37,7 +37,7 @@ pub(super) struct ConditionChain {
 
 #[derive(Default)]
 pub(super) struct Scan {
-    /// Blocks in order, each after its parent and after the branches that precede it in its chain. The first is [`ROOT`].
+    /// The blocks, each after its parent and after the branches that precede it in its chain. The first is [`ROOT`].
     pub blocks: Vec<Block>,
     /// Spans of inner items come before those of the items that contain them.
     pub conditional_spans: Vec<ConditionalSpan>,
@@ -49,7 +49,7 @@ pub(super) struct Scan {
     pub declared: Vec<String>,
 }
 
-/// Kind of a list of items, which determines what ends an item.
+/// What kind of items a list has, which determines what ends an item.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum List {
     /// Declarations end with a semicolon or a closing brace.
@@ -57,7 +57,7 @@ enum List {
     /// Statements end with a semicolon or a closing brace.
     Statements,
     /// Members, parameters and arguments end with a comma.
-    Commas,
+    CommaSeparated,
 }
 
 struct Scanner<'a> {
@@ -92,8 +92,8 @@ impl<'a> Scanner<'a> {
         self.tokens.get(self.next).map_or("", |(span, _)| &self.text[span.clone()])
     }
 
-    /// Start of the next token.
-    fn at(&self) -> usize {
+    /// Position of the next token: its first byte.
+    fn position(&self) -> usize {
         self.tokens.get(self.next).map_or(self.text.len(), |(span, _)| span.start)
     }
 
@@ -103,7 +103,7 @@ impl<'a> Scanner<'a> {
     }
 
     fn error(&self, what: String) -> ScanError {
-        ScanError { at: self.at(), what }
+        ScanError { at: self.position(), what }
     }
 
     fn is_at_end_of_list(&self) -> bool {
@@ -114,11 +114,11 @@ impl<'a> Scanner<'a> {
 
     /// Scans items up to the bracket that closes their list; the bracket is not consumed.
     fn scan_items(&mut self, parent: u32, list: List) -> Result<(), ScanError> {
-        // The blocks of the chain that an `@elif` or `@else` would continue, and the start of its first item.
+        // The branches of the chain that an `@elif` or `@else` would continue, and the start of its first item.
         let mut chain: Vec<u32> = Vec::new();
         let mut chain_start = 0;
         while !self.is_at_end_of_list() {
-            let start = self.at();
+            let start = self.position();
             let (branch, attribute) = self.scan_attributes()?.unzip();
             let continues_chain = matches!(branch, Some(Branch::Elif(_) | Branch::Else));
             let unless = if continues_chain { chain.last().copied() } else { None };
@@ -168,15 +168,15 @@ impl<'a> Scanner<'a> {
     fn scan_attributes(&mut self) -> Result<Option<(Branch, Range<usize>)>, ScanError> {
         let mut found = None;
         while self.token() == "@" {
-            let start = self.at();
+            let start = self.position();
             self.next += 1;
             let name = self.token().to_owned();
             self.next += 1;
             let argument = if self.token() == "(" {
-                let open = self.at() + 1;
+                let open = self.position() + 1;
                 self.next += 1;
-                self.scan_items(ROOT, List::Commas)?;
-                let close = self.at();
+                self.scan_items(ROOT, List::CommaSeparated)?;
+                let close = self.position();
                 self.expect(")")?;
                 Some(open..close)
             } else {
@@ -200,9 +200,9 @@ impl<'a> Scanner<'a> {
         Ok(found)
     }
 
-    fn expect(&mut self, word: &str) -> Result<(), ScanError> {
-        if self.token() != word {
-            return Err(self.error(format!("`{word}` is missing here")));
+    fn expect(&mut self, token: &str) -> Result<(), ScanError> {
+        if self.token() != token {
+            return Err(self.error(format!("`{token}` is missing here")));
         }
         self.next += 1;
         Ok(())
@@ -219,19 +219,19 @@ impl<'a> Scanner<'a> {
             let token = &self.tokens[self.next].1;
             let opens_template = matches!(token, Token::TemplateArgsStart);
             match self.token() {
-                "(" | "[" => self.scan_bracketed(block, List::Commas)?,
-                "<" if opens_template => self.scan_bracketed(block, List::Commas)?,
+                "(" | "[" => self.scan_bracketed(block, List::CommaSeparated)?,
+                "<" if opens_template => self.scan_bracketed(block, List::CommaSeparated)?,
                 "{" => {
-                    self.scan_bracketed(block, if is_struct { List::Commas } else { List::Statements })?;
-                    if list != List::Commas && self.token() != "else" {
+                    self.scan_bracketed(block, if is_struct { List::CommaSeparated } else { List::Statements })?;
+                    if list != List::CommaSeparated && self.token() != "else" {
                         return Ok(());
                     }
                 }
-                ";" if list != List::Commas => {
+                ";" if list != List::CommaSeparated => {
                     self.next += 1;
                     return Ok(());
                 }
-                "," if list == List::Commas => {
+                "," if list == List::CommaSeparated => {
                     self.next += 1;
                     return Ok(());
                 }
@@ -246,7 +246,7 @@ impl<'a> Scanner<'a> {
     }
 
     fn scan_bracketed(&mut self, block: u32, list: List) -> Result<(), ScanError> {
-        let open = self.at();
+        let open = self.position();
         let close = match self.token() {
             "(" => ")",
             "[" => "]",
@@ -280,7 +280,7 @@ impl<'a> Scanner<'a> {
     }
 
     fn scan_import(&mut self, block: u32) -> Result<(), ScanError> {
-        let at = self.at();
+        let at = self.position();
         while !matches!(self.token(), ";" | "") {
             self.next += 1;
         }
@@ -298,15 +298,15 @@ impl<'a> Scanner<'a> {
         };
         base.extend(statement.path.iter().flat_map(|p| p.components.clone()));
         let mut items = Vec::new();
-        collect(&base, &statement.content, &mut items).map_err(error)?;
+        flatten_import(&base, &statement.content, &mut items).map_err(error)?;
         self.scan.removed_spans.push(span);
         self.scan.imports.push(Imported { at, block, items });
         Ok(())
     }
 }
 
-/// Flattens an import's content to (fragment path without extension, item).
-fn collect(base: &[String], content: &ImportContent, items: &mut Vec<(String, String)>) -> Result<(), String> {
+/// Appends the items of an import, which may be nested, as (fragment path without extension, item).
+fn flatten_import(base: &[String], content: &ImportContent, items: &mut Vec<(String, String)>) -> Result<(), String> {
     match content {
         ImportContent::Item(item) if item.rename.is_some() => {
             Err("a shader source's text is taken as it is: `as` cannot rename an item".into())
@@ -320,12 +320,12 @@ fn collect(base: &[String], content: &ImportContent, items: &mut Vec<(String, St
         }
         ImportContent::Collection(all) => all.iter().try_for_each(|NestedImport { path, content }| {
             let base: Vec<String> = base.iter().chain(path).cloned().collect();
-            collect(&base, content, items)
+            flatten_import(&base, content, items)
         }),
     }
 }
 
-/// The conditional attribute of an item.
+/// An item's conditional attribute.
 enum Branch {
     If(Condition),
     Elif(Condition),
