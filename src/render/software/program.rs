@@ -74,7 +74,7 @@ pub enum ProgramError {
     Bytes(#[from] postcard::Error),
     /// An index outside the program's registers, slots, textures or tape.
     #[error("program '{0}' is malformed: an operand, count or jump target is invalid")]
-    OutOfRange(String),
+    Malformed(String),
 }
 
 /// One lowered entry point. Registers contain one value for all lanes (constants first, then per-draw values, then values that the lane tape
@@ -151,6 +151,6 @@ impl Program {
                     && i.texture().is_none_or(|t| usize::from(t) < self.textures.len())
                     && i.target().is_none_or(|t| t as usize <= self.lane_tape.len())
             });
-        if valid { Ok(()) } else { Err(ProgramError::OutOfRange(self.name.clone())) }
+        if valid { Ok(()) } else { Err(ProgramError::Malformed(self.name.clone())) }
     }
 }

@@ -64,7 +64,7 @@ pub(crate) struct TextureRead {
     /// Offset of each channel's lanes, in elements from the start of the arena.
     pub dst: [u32; 4],
     /// Which of the four channels are read later.
-    pub outputs_used: [bool; 4],
+    pub channels_read: [bool; 4],
     pub args: [TextureArg; 7],
     pub mask: MaskLocation,
 }
@@ -129,7 +129,7 @@ pub struct BoundProgram<R> {
     /// Per input, whether the program reads it.
     pub(super) read_inputs: Vec<bool>,
     /// Row of the arena where the registers start, after the program's slots and the scratch slots.
-    pub(super) first_register: usize,
+    pub(super) first_register_row: usize,
     pub(super) register_count: usize,
     pub(super) output_slots: Vec<u32>,
     /// Slot of the mask of discarded lanes.
@@ -162,7 +162,7 @@ impl<R: Real> BoundProgram<R> {
             texture_reads: Vec::new(),
             operand_offsets: Vec::new(),
             read_inputs: (0..program.inputs.len()).map(|k| is_read_from(program, 0, k as u16)).collect(),
-            first_register: (program.slots + SCRATCH_SLOTS) as usize,
+            first_register_row: (program.slots + SCRATCH_SLOTS) as usize,
             register_count: program.registers as usize,
             output_slots: program.output_operands.iter().map(slot).collect::<Result<_, _>>()?,
             discarded: program.discarded.as_ref().map(slot).transpose()?,
@@ -202,7 +202,7 @@ impl KernelBinding {
 
 /// Binds the instructions of a program. `without_steps`: the bound program, without its steps, kernels and other lists that they index.
 fn bind<R: Real>(program: &Program, class: KernelClass, without_steps: BoundProgram<R>) -> Result<BoundProgram<R>, String> {
-    let register_offset = without_steps.first_register * LANES;
+    let register_offset = without_steps.first_register_row * LANES;
     let mut binder = Binder { bound: without_steps, class, first_scratch_slot: program.slots, register_offset, can_extend_run: false };
     let mut is_target = vec![false; program.lane_tape.len() + 1];
     for target in program.lane_tape.iter().filter_map(Instr::target) {
@@ -424,8 +424,8 @@ impl<R: Real> Binder<R> {
                     Operand::Slot(s) => MaskLocation::Slot(u32::from(*s)),
                     Operand::Reg(r) => MaskLocation::Register(usize::from(*r)),
                 };
-                let (outputs_used, dst) = (dst.map(is_read), dst.map(|slot| Self::slot_offset(u32::from(slot))));
-                let read = TextureRead { op: *op, texture: usize::from(*texture), dst, outputs_used, args: texture_args, mask };
+                let (channels_read, dst) = (dst.map(is_read), dst.map(|slot| Self::slot_offset(u32::from(slot))));
+                let read = TextureRead { op: *op, texture: usize::from(*texture), dst, channels_read, args: texture_args, mask };
                 self.bound.texture_reads.push(read);
                 self.emit(BoundStep::Texture(self.bound.texture_reads.len() as u32 - 1));
             }

@@ -29,7 +29,7 @@ const MAX_BACKWARD_JUMPS: u32 = 1 << 20;
 /// most expensive shipped module runs some 10^4 instructions; this many take about a second.
 const MAX_LOOP_INSTRUCTIONS: u32 = 1 << 25;
 /// Number of instructions that a texture read counts as in [`MAX_LOOP_INSTRUCTIONS`].
-const LOOP_INSTRUCTIONS_PER_READ: u32 = 64;
+const INSTRUCTIONS_PER_TEXTURE_READ: u32 = 64;
 
 /// A set of a batch's lanes: bit i is lane i.
 pub type LaneMask = u128;
@@ -49,7 +49,7 @@ pub(crate) const LANE_BITS: [u32; 32] = {
 /// The values of a program for one draw: the registers after the draw tape (the instructions that run once per draw) has run, and the uniform block, which the
 /// lane tape (the instructions that run per batch) may read.
 #[derive(Clone, Debug)]
-pub struct Prepared<R> {
+pub struct PreparedDraw<R> {
     registers: Vec<R>,
     uniform_words: Vec<u32>,
 }
@@ -85,7 +85,7 @@ fn evaluate_scalar<R: Real>(instr: &Instr, has_fma: bool, words: &[u32], read: i
 impl Program {
     /// Runs the draw tape on the bytes of the uniform block (little-endian words; missing bytes read as zero). `class` determines whether
     /// products and sums are fused.
-    pub fn prepare_for<R: Real>(&self, uniform_bytes: &[u8], class: KernelClass) -> Prepared<R> {
+    pub fn prepare_for<R: Real>(&self, uniform_bytes: &[u8], class: KernelClass) -> PreparedDraw<R> {
         let words: Vec<u32> = uniform_bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
         let mut registers = vec![R::ZERO; self.registers as usize];
         for (r, c) in registers.iter_mut().zip(&self.constants) {
@@ -96,7 +96,7 @@ impl Program {
                 registers[r] = value;
             }
         }
-        Prepared { registers, uniform_words: words }
+        PreparedDraw { registers, uniform_words: words }
     }
 }
 
@@ -142,7 +142,7 @@ impl<R: Real> Executor<R> {
 
     /// An executor of a program that is bound already.
     pub(crate) fn of(program: Arc<BoundProgram<R>>) -> Self {
-        let rows = program.first_register + program.register_count.div_ceil(LANES);
+        let rows = program.first_register_row + program.register_count.div_ceil(LANES);
         Self { arena: vec![LaneRow([R::ZERO; LANES]); rows], program, counts: ExecutionCounts::default(), hit_loop_limit: false }
     }
 
@@ -169,7 +169,7 @@ impl<R: Real> Executor<R> {
 
     /// Runs one batch and returns the active lanes that did not discard. If the program uses derivatives, `active` must contain all four lanes of
     /// every quad that has a covered lane; the uncovered lanes are helper lanes.
-    pub fn run(&mut self, prepared: &Prepared<R>, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
+    pub fn run(&mut self, prepared: &PreparedDraw<R>, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
         self.counts = ExecutionCounts::default();
         self.hit_loop_limit = false;
         if active == 0 || prepared.registers.len() != self.program.register_count {
@@ -186,7 +186,7 @@ impl<R: Real> Executor<R> {
                 *lane = R::from_mask(part & bit != 0);
             }
         }
-        for (row, values) in self.arena[self.program.first_register..].iter_mut().zip(prepared.registers.chunks(LANES)) {
+        for (row, values) in self.arena[self.program.first_register_row..].iter_mut().zip(prepared.registers.chunks(LANES)) {
             row.0[..values.len()].copy_from_slice(values);
         }
         self.hit_loop_limit = !self.run_steps(prepared, textures);
@@ -219,7 +219,7 @@ impl<R: Real> Executor<R> {
         for (k, lanes) in self.arena[slot as usize].0.chunks_exact(32).enumerate() {
             let mut part = 0u32;
             for (lane, bit) in lanes.iter().zip(&LANE_BITS) {
-                part |= if lane.mask() { *bit } else { 0 };
+                part |= if lane.is_mask_set() { *bit } else { 0 };
             }
             bits |= u128::from(part) << (32 * k);
         }
@@ -237,17 +237,17 @@ impl<R: Real> Executor<R> {
         }
         // The OR of a chunk is vectorised. Usually a lane of the first chunk is set, and the other chunks are not read.
         let (chunks, _) = lanes.as_chunks::<{ kernels::CHUNK }>();
-        chunks.iter().any(|chunk| chunk.iter().fold(R::ZERO, |a, &b| a.bit_or(b)).mask())
+        chunks.iter().any(|chunk| chunk.iter().fold(R::ZERO, |a, &b| a.bit_or(b)).is_mask_set())
     }
 
     fn registers(&self) -> &[R] {
-        let rows = &self.arena[self.program.first_register..];
+        let rows = &self.arena[self.program.first_register_row..];
         // SAFETY: a row is an array of `LANES` values without padding (see the assertion below `LaneRow`).
         unsafe { std::slice::from_raw_parts(rows.as_ptr().cast(), rows.len() * LANES) }
     }
 
     fn registers_mut(&mut self) -> &mut [R] {
-        let rows = &mut self.arena[self.program.first_register..];
+        let rows = &mut self.arena[self.program.first_register_row..];
         // SAFETY: as in `registers`.
         unsafe { std::slice::from_raw_parts_mut(rows.as_mut_ptr().cast(), rows.len() * LANES) }
     }
@@ -261,7 +261,7 @@ impl<R: Real> Executor<R> {
     }
 
     /// Runs all steps; false if a loop reached its limit.
-    fn run_steps(&mut self, prepared: &Prepared<R>, textures: &dyn TextureUnit<R>) -> bool {
+    fn run_steps(&mut self, prepared: &PreparedDraw<R>, textures: &dyn TextureUnit<R>) -> bool {
         // Another handle to the program, because `interpret` changes `self` while it reads the program.
         let program = Arc::clone(&self.program);
         self.interpret(&program, prepared, textures)
@@ -318,7 +318,7 @@ impl<R: Real> Executor<R> {
     }
 
     /// The loop over the steps; false if it was stopped at the loop limit.
-    fn interpret(&mut self, bound: &BoundProgram<R>, prepared: &Prepared<R>, textures: &dyn TextureUnit<R>) -> bool {
+    fn interpret(&mut self, bound: &BoundProgram<R>, prepared: &PreparedDraw<R>, textures: &dyn TextureUnit<R>) -> bool {
         let mut next_step = 0usize;
         let mut backward_jumps = 0u32;
         while let Some(step) = bound.steps.get(next_step) {
@@ -354,13 +354,13 @@ impl<R: Real> Executor<R> {
                     continue;
                 }
                 BoundStep::SkipIfNoLane { slot, target } if !self.is_any_lane_set(*slot) => *target,
-                BoundStep::JumpIf { register, when, target } if self.register(*register).mask() == *when => *target,
+                BoundStep::JumpIf { register, when, target } if self.register(*register).is_mask_set() == *when => *target,
                 BoundStep::Jump { target } => *target,
                 BoundStep::SkipIfNoLane { .. } | BoundStep::JumpIf { .. } => continue,
             } as usize;
             if target < next_step {
                 backward_jumps += 1;
-                let cost = self.counts.texture_reads.saturating_mul(LOOP_INSTRUCTIONS_PER_READ).saturating_add(self.counts.instructions);
+                let cost = self.counts.texture_reads.saturating_mul(INSTRUCTIONS_PER_TEXTURE_READ).saturating_add(self.counts.instructions);
                 if backward_jumps > MAX_BACKWARD_JUMPS || cost > MAX_LOOP_INSTRUCTIONS {
                     return false;
                 }
@@ -373,12 +373,12 @@ impl<R: Real> Executor<R> {
     fn read_texture(&mut self, read: &TextureRead, textures: &dyn TextureUnit<R>) {
         let active = match read.mask {
             MaskLocation::Slot(s) => self.mask_of(s),
-            MaskLocation::Register(r) if self.register(r).mask() => LaneMask::MAX,
+            MaskLocation::Register(r) if self.register(r).is_mask_set() => LaneMask::MAX,
             MaskLocation::Register(_) => 0,
         };
         let base = self.arena.as_mut_ptr().cast::<R>();
         let output = |k: usize| -> &mut [R] {
-            if !read.outputs_used[k] {
+            if !read.channels_read[k] {
                 return &mut [];
             }
             // SAFETY: Program::check has verified that slots lie inside the arena, that the four slots of `dst` differ, and that none of them is an
@@ -397,7 +397,7 @@ impl<R: Real> Executor<R> {
             TextureOp::Gradients => textures.sample_gradients(read.texture, arg(0), arg(1), gradients(), active, out),
             TextureOp::Filtered => textures.sample_filtered(read.texture, [arg(0), arg(1)], gradients(), arg(6), active, out),
             TextureOp::Level => textures.sample_level(read.texture, arg(0), arg(1), arg(2), active, out),
-            TextureOp::Bilinear => textures.between(read.texture, [arg(0), arg(1)], active, out),
+            TextureOp::Bilinear => textures.load_bilinear(read.texture, [arg(0), arg(1)], active, out),
             TextureOp::Load => textures.load(read.texture, arg(0), arg(1), arg(2), active, out),
         }
     }

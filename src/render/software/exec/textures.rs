@@ -18,7 +18,7 @@ pub trait TextureUnit<R: Real> {
     /// Filtered sample at (u, v) from a mip level (fractional: trilinear).
     fn sample_level(&self, texture: usize, u: &[R], v: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]);
     /// Bilinear interpolation between the texels of the finest level at (x, y), given in texels, as in shaders/lib/texels_between.wesl.
-    fn between(&self, texture: usize, at: [&[R]; 2], active: LaneMask, out: [&mut [R]; 4]);
+    fn load_bilinear(&self, texture: usize, at: [&[R]; 2], active: LaneMask, out: [&mut [R]; 4]);
     /// One texel; zeros outside the level. x, y and level are bit-cast integers ([`Real::lane_bits`]); y and level have one value per lane, or one for all
     /// lanes. Every lane of `out` is written.
     fn load(&self, texture: usize, x: &[R], y: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]);
@@ -47,7 +47,7 @@ impl<R: Real> TextureUnit<R> for NoTextures {
     fn sample_level(&self, _: usize, _: &[R], _: &[R], _: &[R], _: LaneMask, out: [&mut [R]; 4]) {
         out.into_iter().for_each(|o| o.fill(R::ZERO));
     }
-    fn between(&self, _: usize, _: [&[R]; 2], _: LaneMask, out: [&mut [R]; 4]) {
+    fn load_bilinear(&self, _: usize, _: [&[R]; 2], _: LaneMask, out: [&mut [R]; 4]) {
         out.into_iter().for_each(|o| o.fill(R::ZERO));
     }
     fn load(&self, _: usize, _: &[R], _: &[R], _: &[R], _: LaneMask, out: [&mut [R]; 4]) {

@@ -31,7 +31,7 @@ fn exp2_int(n: i64) -> f64 {
 
 /// x * 2^n in three steps, since 2^n itself may be out of range. Rounding occurs only if the result is below the normal range.
 #[inline(always)]
-pub(crate) fn scale(x: f64, n: i32) -> f64 {
+pub(crate) fn ldexp(x: f64, n: i32) -> f64 {
     let n = i64::from(n).clamp(-2200, 2200);
     let third = n / 3;
     x * exp2_int(third) * exp2_int(third) * exp2_int(n - 2 * third)
@@ -194,7 +194,7 @@ fn sin_and_cos<const FMA: bool>(r: f64) -> (f64, f64) {
 
 /// sin, or cos if `COS`.
 #[inline(always)]
-pub(crate) fn sin_cos<const FMA: bool, const COS: bool>(x: f64) -> f64 {
+pub(crate) fn sin_or_cos<const FMA: bool, const COS: bool>(x: f64) -> f64 {
     let (r, n) = quarter_turns(x);
     let quadrant = if COS { n.wrapping_add(1) } else { n };
     let (s, c) = sin_and_cos::<FMA>(r);

@@ -36,7 +36,7 @@ pub trait Real:
     /// The element that stores a mask: all ones if it is set.
     fn from_mask(set: bool) -> Self;
     /// Whether the stored mask is set.
-    fn mask(self) -> bool;
+    fn is_mask_set(self) -> bool;
     fn from_f64(x: f64) -> Self;
     fn f64(self) -> f64;
     /// The same slice if the elements are f32.
@@ -116,7 +116,7 @@ macro_rules! methods_of_float {
             <$t>::from_bits((0 as $bits).wrapping_sub(<$bits>::from(set)))
         }
         #[inline(always)]
-        fn mask(self) -> bool {
+        fn is_mask_set(self) -> bool {
             self.to_bits() != 0
         }
         #[inline(always)]
@@ -227,7 +227,7 @@ macro_rules! methods_of_float {
         }
         #[inline(always)]
         fn ldexp(self, n: i32) -> Self {
-            $module::scale(self, n)
+            $module::ldexp(self, n)
         }
         #[inline(always)]
         fn exp<const FMA: bool>(self) -> Self {
@@ -247,11 +247,11 @@ macro_rules! methods_of_float {
         }
         #[inline(always)]
         fn sin<const FMA: bool>(self) -> Self {
-            $module::sin_cos::<FMA, false>(self)
+            $module::sin_or_cos::<FMA, false>(self)
         }
         #[inline(always)]
         fn cos<const FMA: bool>(self) -> Self {
-            $module::sin_cos::<FMA, true>(self)
+            $module::sin_or_cos::<FMA, true>(self)
         }
         #[inline(always)]
         fn asin<const FMA: bool>(self) -> Self {

@@ -18,7 +18,7 @@ fn exp2_int(n: i32) -> f32 {
 
 /// x * 2^n in three steps, since 2^n itself may be out of range. Rounding occurs only if the result is below the normal range.
 #[inline(always)]
-pub(crate) fn scale(x: f32, n: i32) -> f32 {
+pub(crate) fn ldexp(x: f32, n: i32) -> f32 {
     let n = n.clamp(-300, 300);
     let third = n / 3;
     x * exp2_int(third) * exp2_int(third) * exp2_int(n - 2 * third)
@@ -129,7 +129,7 @@ fn log2_of_parts<const FMA: bool>((f, exponent, rest): (f32, f32, f32)) -> f32 {
 
 /// sin, or cos if `COS`. Accurate for |x| <= 1.6e6; for greater |x| the result only stays within [-1, 1].
 #[inline(always)]
-pub(crate) fn sin_cos<const FMA: bool, const COS: bool>(x: f32) -> f32 {
+pub(crate) fn sin_or_cos<const FMA: bool, const COS: bool>(x: f32) -> f32 {
     let (r, n) = double::quarter_turns(f64::from(x));
     let r = r as f32;
     let quadrant = if COS { n.wrapping_add(1) } else { n };
