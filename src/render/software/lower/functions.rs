@@ -161,9 +161,9 @@ impl Lowerer<'_> {
             M::SmoothStep => {
                 let (three, minus_two) = (self.builder.float(3.0), self.builder.float(-2.0));
                 // (x - low) / (high - low), then 3 t^2 - 2 t^3.
-                let above_low = self.map_pairs(Op::Sub, &c, &a);
+                let from_low = self.map_pairs(Op::Sub, &c, &a);
                 let range = self.map_pairs(Op::Sub, &b, &a);
-                let t = self.map_pairs(Op::Div, &above_low, &range);
+                let t = self.map_pairs(Op::Div, &from_low, &range);
                 let mut all = Vec::new();
                 for t in t {
                     let t = self.saturate(t);
