@@ -123,7 +123,8 @@ pub enum Instr {
         stride: u32,
         count: u32,
     },
-    /// The slots `dst` (red, green, blue, alpha) = what is read from a texture, in the lanes of `mask`. `texture`: index into the program's list of textures with their samplers.
+    /// dst slots (red, green, blue, alpha) = what is read from a texture, in the lanes of `mask`. `texture`: index into the program's list of textures
+    /// with their samplers.
     Texture {
         op: TextureOp,
         texture: u16,

@@ -263,8 +263,8 @@ impl SsaBuilder {
                 if (yes, no) != (a, b) {
                     return Some(self.select(c, yes, no));
                 }
-                // select(c, select(inner, new, old), old) is select(c & inner, new, old); dead-code elimination removes the inner select if nothing else reads it.
-                // Where `c` does not hold, `inner` may have any bits.
+                // select(c, select(inner, new, old), old) is select(c & inner, new, old). Where `c` does not hold, `inner` may have any bits. Dead-code
+                // elimination removes the inner select if nothing else reads it.
                 if let Some(&[inner, new, old]) = self.selects.get(&a)
                     && old == b
                 {

@@ -1,7 +1,8 @@
 //! Fuses operations into chains. Each operation of a chain is the only reader of the previous operation's result, and one kernel computes them all.
 //!
-//! In: the steps after all other passes. Out: the same steps with chains, each split into as few kernels as `kernels/chains.rs` allows. Always: a chain's kernel
-//! takes the place of the chain's last operation; the operations come from one basic block, and no loop variable that they read is assigned between them.
+//! In: the steps after all other passes. Out: the same steps with chains, each split into as few kernels as `kernels/chains.rs` allows. Always: a kernel
+//! takes the place of the last of its operations; the operations of a chain come from one basic block, and no loop variable that they read is assigned
+//! between them.
 
 use super::step::{SsaStep, SsaValue, SsaValues, reads};
 use crate::render::software::kernels::chains::{MAX_CHAIN_OPS, MAX_OPERANDS, find};
@@ -141,8 +142,8 @@ fn commuted(op: FusedOp, args: &[SsaValue]) -> (FusedOp, SsaValues) {
     (op, args)
 }
 
-/// The operands of a piece of a chain, and their kinds as in `kernels::chains::kind_bits` (a set bit: one value per lane). The operands of the first operation come first,
-/// then those of each further operation that are not the previous result.
+/// The operands of a piece of a chain, and their kinds as in `kernels::chains::kind_bits` (a set bit: one value per lane). The operands of the first
+/// operation come first, then those of each further operation that are not the previous result.
 fn operands(piece: &[ChainOp]) -> Option<(SsaValues, u8)> {
     let mut all = piece.first()?.args.clone();
     for op in &piece[1..] {

@@ -9,7 +9,8 @@ use naga::valid::UniformityRequirements;
 use naga::{Block, Expression, SampleLevel, Span, Statement};
 
 impl<'m> Lowerer<'m> {
-    /// Whether `rest`, the statements after a `discard`, may run for the remaining lanes only. Never inside loops, because discarded lanes would not leave them.
+    /// Whether `rest`, the statements after a `discard`, may run for the remaining lanes only. Never inside loops, because discarded lanes would not leave
+    /// them.
     pub(crate) fn can_skip_discarded(&self, rest: &[(&'m Statement, Span)]) -> bool {
         matches!(self.env[DISCARDED], SsaValue::Lane(_))
             && !rest.is_empty()

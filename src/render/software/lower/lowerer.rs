@@ -76,9 +76,9 @@ pub(crate) struct Lowerer<'m> {
     statement_count: usize,
     /// Depth of nested blocks and calls; at most [`MAX_NESTING`].
     nesting: usize,
-    /// For each called function with the name of a function that has a native operation, such as `filtered_map`: whether its body equals that of the shipped WESL
-    /// source (`native.rs`).
-    pub matches_native: HashMap<Handle<Function>, bool>,
+    /// For each called function with the name of a function that has a native operation, such as `filtered_map`: whether its body equals that in the shipped
+    /// fragment (`native.rs`).
+    pub equals_shipped: HashMap<Handle<Function>, bool>,
 }
 
 /// Index in [`Lowerer::env`] of the mask of lanes that have discarded.
@@ -145,7 +145,7 @@ impl<'m> Lowerer<'m> {
             named_values: None,
             statement_count: 0,
             nesting: 0,
-            matches_native: HashMap::default(),
+            equals_shipped: HashMap::default(),
         };
         for (handle, global) in module.global_variables.iter() {
             this.span = module.global_variables.get_span(handle);

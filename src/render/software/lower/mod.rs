@@ -3,11 +3,15 @@
 //! In: a module that naga has validated, and the name of an entry point. Out: the entry point's [`Program`], or the first construct that the software
 //! renderer does not support, with its position in the source.
 //!
-//! Vectors, matrices, structs and arrays become lists of scalars. Local variables have no memory: an environment maps each of
-//! their scalars to its current value (SSA form), and where control flow joins, scalars that differ are merged by a `select`. Calls are inlined
-//! (`calls.rs`); pointers are resolved to places, that is to scalars of the environment or bytes of the uniform block (`place.rs`). Both sides of a branch on a lane value (one that may differ between lanes) run, each after a
-//! jump that skips it if no lane needs it; loops remain loops (`control_flow.rs`). The builder folds constants and applies value numbering (`builder.rs`);
-//! passes over the steps (SSA instructions) then eliminate dead code, fuse operations and assign slots (`finish.rs`, `loops.rs`, `chains.rs`).
+//! First, the functions are lowered to steps (instructions in SSA form):
+//! - Vectors, matrices, structs and arrays become lists of scalars. Local variables have no memory: an environment maps each of their scalars to its
+//!   current value. Where control flow joins, scalars that differ are merged by a `select`.
+//! - Calls are inlined (`calls.rs`). Pointers are resolved to places: scalars of the environment, or bytes of the uniform block (`place.rs`).
+//! - Both sides of a branch on a lane value (one that may differ between lanes) run, each after a jump that skips it if no lane needs it. Loops remain
+//!   loops (`control_flow.rs`).
+//! - The builder folds constants and reuses equal values (`builder.rs`).
+//!
+//! Then, passes over the steps eliminate dead code, fuse operations and assign slots (`finish.rs`, `loops.rs`, `chains.rs`).
 
 mod builder;
 mod calls;

@@ -1,10 +1,10 @@
-//! Replaces calls of two WGSL functions by native operations: `filtered_map` of shaders/lib/filtered_map.wesl by [`TextureOp::Filtered`], and `texels_between` of
-//! shaders/lib/texels_between.wesl by [`TextureOp::Bilinear`].
+//! Replaces calls of two WGSL functions by native operations: `filtered_map` of shaders/lib/filtered_map.wesl by [`TextureOp::Filtered`], and
+//! `texels_between` of shaders/lib/texels_between.wesl by [`TextureOp::Bilinear`].
 //!
 //! In: a call. Out: the operation, if the callee is equal to the shipped function; otherwise `None`, and the call is lowered like any other, so that a fragment
 //! (WESL source file) that the user has edited runs as edited. tests/software/filtered_map.rs and texels_between.rs check that the operations and the shipped
-//! fragments agree. If the shipped fragment itself was edited since its native operation was written, which [`NativeFunction::reimplemented_sha256`] shows, no call
-//! of it is replaced: the renderer interprets it, slowly but correctly.
+//! fragments agree. If the shipped fragment itself was edited since its native operation was written, which [`NativeFunction::reimplemented_sha256`] shows, no
+//! call of it is replaced: the renderer interprets it, slowly but correctly.
 //!
 //! Two bodies are equal if they lower to the same steps. Names, comments and positions in the text do not matter.
 
@@ -137,7 +137,7 @@ impl Lowerer<'_> {
         let Some(index) = NATIVE_FUNCTIONS.iter().position(|native| Some(native.name) == name) else { return Ok(None) };
         let NativeFunction { op, has_sampler, .. } = NATIVE_FUNCTIONS[index];
         let resource_count = 1 + usize::from(has_sampler);
-        if arguments.len() <= resource_count || !self.is_shipped(index, function, &arguments[..resource_count])? {
+        if arguments.len() <= resource_count || !self.equals_shipped(index, function, &arguments[..resource_count])? {
             return Ok(None);
         }
         let texture = self.texture_use(arguments[0], has_sampler.then(|| arguments[1]))?;
@@ -149,8 +149,8 @@ impl Lowerer<'_> {
     }
 
     /// Whether a function has the shipped body of the native function `index`. `resources`: the texture and, if there is one, the sampler of a call.
-    fn is_shipped(&mut self, index: usize, function: Handle<Function>, resources: &[Handle<Expression>]) -> Result<bool> {
-        if let Some(known) = self.matches_native.get(&function) {
+    fn equals_shipped(&mut self, index: usize, function: Handle<Function>, resources: &[Handle<Expression>]) -> Result<bool> {
+        if let Some(known) = self.equals_shipped.get(&function) {
             return Ok(*known);
         }
         let resources = resources.iter().map(|r| self.value_of(*r)).collect::<Result<Vec<_>>>()?;
@@ -159,7 +159,7 @@ impl Lowerer<'_> {
             let lowered: std::result::Result<_, LowerError> = lower_body(self.module, self.info, function, constants, &resources);
             lowered.is_ok_and(|(body, _)| body == *shipped)
         });
-        self.matches_native.insert(function, is_equal);
+        self.equals_shipped.insert(function, is_equal);
         Ok(is_equal)
     }
 }

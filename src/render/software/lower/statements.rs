@@ -1,8 +1,8 @@
 //! Lowers the statements of a block in order.
 //!
 //! An exit from a block (`return`, `break`, `continue`) sets a flag, one value per lane; the rest of the block is then lowered as if it were inside
-//! `if (!flag)`. Therefore no single store needs to test the flag, and the rest is skipped if no lane is active any more. An exit from a loop that all lanes take
-//! together may be a jump instead (`control_flow.rs`).
+//! `if (!flag)`. Therefore no single store needs to test the flag, and the rest is skipped if no lane is active any more. An exit from a loop that all lanes
+//! take together may be a jump instead (`control_flow.rs`).
 
 use super::error::Result;
 use super::lowerer::{DISCARDED, Lowerer};
