@@ -41,7 +41,7 @@ pub(crate) struct UniformLoad {
     pub index: Option<u32>,
 }
 
-/// Where the mask of the lanes is for which a texture is read: the number of a slot or of a register.
+/// The number of the slot or register that contains the mask of the lanes for which a texture is read.
 #[derive(Clone, Copy)]
 pub(crate) enum MaskLocation {
     Slot(u32),

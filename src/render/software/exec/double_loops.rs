@@ -92,10 +92,10 @@ fn append_doubled(
         |at: usize| at >= first_copy && copied(&tape[at]).is_some_and(|(variable, _)| pairs.iter().any(|p| p.variable == variable));
     let kept: Vec<usize> = (head..back_jump).filter(|at| !is_removed(*at)).collect();
     let (first, second) = (doubled.len(), doubled.len() + kept.len());
-    // Position in a body of an instruction of the loop; for a removed instruction, that of the next kept one.
+    // The position within a body of an instruction of the loop; for a removed instruction, that of the next kept one.
     let position = |at: usize| kept.partition_point(|k| *k < at);
     new_index.extend((head..back_jump).map(|at| first + position(at)));
-    // The jump back itself. Nothing jumps to it; the entry keeps later entries at their instructions' indices.
+    // The entry of the jump back. Nothing jumps to it, but `new_index` has one entry for each instruction.
     new_index.push(second);
     doubled.extend(kept.iter().map(|at| (tape[*at].clone(), Target::Original)));
     // The second body and its jump back are followed, for each instruction outside to which it jumps, by the copies and a jump.

@@ -321,7 +321,7 @@ impl<R: Real> Executor<R> {
         }
     }
 
-    /// The loop over the steps. Returns as `run_steps`.
+    /// The loop over the steps; false if the batch was stopped at the loop limit.
     fn interpret(&mut self, bound: &BoundProgram<R>, prepared: &PreparedDraw<R>, textures: &dyn TextureUnit<R>) -> bool {
         let mut next_step = 0usize;
         let mut backward_jumps = 0u32;

@@ -76,7 +76,7 @@ impl<'m> Lowerer<'m> {
         self.conditional_or_jump(cond, None, body)
     }
 
-    /// As [`Lowerer::conditional`], but with a `skip_target`, a jump on a lane value goes there instead of past the body.
+    /// As [`Lowerer::conditional`]. If `cond` is a lane value and there is a `skip_target`, the jump goes there instead of past the body.
     pub(super) fn conditional_or_jump(
         &mut self,
         cond: SsaValue,

@@ -174,7 +174,7 @@ impl NumberAllocator {
         self.count += 1;
         if self.count >= SLOT_OR_REGISTER_LIMIT {
             return Err(LowerError::new(
-                format!("the program needs {SLOT_OR_REGISTER_LIMIT} slots or registers or more"),
+                format!("the program needs {SLOT_OR_REGISTER_LIMIT} or more slots or registers"),
                 naga::Span::UNDEFINED,
             ));
         }

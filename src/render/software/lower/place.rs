@@ -34,7 +34,7 @@ impl Lowerer<'_> {
             TypeInner::Matrix { columns, rows, .. } => *columns as usize * *rows as usize,
             TypeInner::Array { base, size: ArraySize::Constant(n), .. } => {
                 let count = self.scalar_count(&self.module.types[*base].inner)?.checked_mul(n.get() as usize);
-                let too_large = || self.unsupported(format!("an array of more than {MAX_SCALARS} numbers"));
+                let too_large = || self.unsupported(format!("an array of more than {MAX_SCALARS} numbers is not supported"));
                 count.filter(|count| *count <= MAX_SCALARS).ok_or_else(too_large)?
             }
             TypeInner::Struct { members, .. } => {

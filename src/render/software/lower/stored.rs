@@ -1,6 +1,6 @@
 //! The interface through which the shader library lowers and stores modules: the lowering functions and a digest of their sources.
 //!
-//! The digest is part of two names: of the library's folder, and of the file that lists the modules verified by a test run. Therefore it covers every source
+//! The digest is part of two names: of the library's folder, and of the file that records which modules a test run has verified. Therefore it covers every source
 //! file on which a module's tape depends:
 //! - `lower/`: the lowering itself;
 //! - `kernels/` and `math/`: constants are folded by the operations that the kernels run, and fused kernels exist only for the chains in

@@ -206,7 +206,7 @@ pub(crate) fn pow<const FMA: bool>(x: f32, y: f32) -> f32 {
     const F64_SQRT_HALF_BITS: u64 = 0x3fe6_a09e_667f_3bcd;
     const BIAS: u64 = 1024;
     let bits = f64::from(x).to_bits().wrapping_sub(F64_SQRT_HALF_BITS);
-    // The exponent as a float: with a bias, its bits are ORed into those of 2^52, and 2^52 and the bias are subtracted. Below AVX-512, no vector
+    // The exponent as a float: biased by `BIAS`, its bits are ORed into those of 2^52, and 2^52 and the bias are subtracted. Below AVX-512, no vector
     // instruction converts 64-bit integers to floats.
     let exponent_bits = bits.wrapping_add(BIAS << 52) >> 52;
     let x_exponent = f64::from_bits(exponent_bits | 0x4330_0000_0000_0000) - (4_503_599_627_370_496.0 + BIAS as f64);
