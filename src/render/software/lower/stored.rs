@@ -1,7 +1,7 @@
 //! The interface through which the shader library lowers and stores modules: the lowering functions and a digest of their sources.
 //!
-//! The digest is part of two names: of the library's folder, and of the file that records which modules a test run has verified. Therefore it covers every source
-//! file on which a module's tape depends:
+//! The digest is part of two names: of the library's folder, and of the file that records which modules a test run has verified. Therefore it covers
+//! every source file on which a module's tape depends:
 //! - `lower/`: the lowering itself;
 //! - `kernels/` and `math/`: constants are folded by the operations that the kernels run, and fused kernels exist only for the chains in
 //!   `kernels/chains.rs`;
