@@ -269,7 +269,7 @@ impl<R: Real> TextureUnit<R> for EchoTextures {
     fn sample_level(&self, _: usize, u: &[R], v: &[R], level: &[R], _: LaneMask, out: [&mut [R]; 4]) {
         write_channels(out, |i| [u[i], v[i], level[i], R::ONE]);
     }
-    fn between(&self, _: usize, at: [&[R]; 2], _: LaneMask, out: [&mut [R]; 4]) {
+    fn load_bilinear(&self, _: usize, at: [&[R]; 2], _: LaneMask, out: [&mut [R]; 4]) {
         write_channels(out, |i| [at[0][i], at[1][i], R::ZERO, R::ONE]);
     }
     fn load(&self, _: usize, x: &[R], y: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]) {

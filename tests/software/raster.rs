@@ -194,7 +194,7 @@ fn flat_varyings_use_the_first_vertex_and_facing_follows_the_winding() {
         clip_at(64.0, 0.0, 64.0),
     ];
     let varyings: Vec<_> = [5.0, 6.0, 7.0, 8.0, 9.0, 10.0].map(|v| vec![v]).to_vec();
-    let show = |v: &[f32]| Some(vec![v[0], f32::from(u8::from(v[1].mask())), 0.0, 1.0]);
+    let show = |v: &[f32]| Some(vec![v[0], f32::from(u8::from(v[1].is_mask_set())), 0.0, 1.0]);
     let inputs = vec![LaneInput::Location { index: 0, component: 0, flat: true }, LaneInput::FrontFacing];
     let mut two_sided = pass(64, 64, 1, vec![draw(mesh(&vertices, &varyings), Blend::Replace)]);
     let stages = (&pass_through::<f32>(1), &fragment(inputs, &show));

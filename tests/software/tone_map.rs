@@ -27,7 +27,7 @@ impl TextureUnit<f32> for Image {
     fn sample_level(&self, _: usize, _: &[f32], _: &[f32], _: &[f32], _: LaneMask, _: [&mut [f32]; 4]) {
         unreachable!("the tone map only loads texels");
     }
-    fn between(&self, _: usize, _: [&[f32]; 2], _: LaneMask, _: [&mut [f32]; 4]) {
+    fn load_bilinear(&self, _: usize, _: [&[f32]; 2], _: LaneMask, _: [&mut [f32]; 4]) {
         unreachable!("the tone map only loads texels");
     }
     fn load(&self, _: usize, _: &[f32], _: &[f32], _: &[f32], _: LaneMask, out: [&mut [f32]; 4]) {

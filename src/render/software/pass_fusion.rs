@@ -83,7 +83,7 @@ impl<R: Real> TextureUnit<R> for TileTexture<'_> {
     fn sample_level(&self, _: usize, _: &[R], _: &[R], _: &[R], _: LaneMask, out: [&mut [R]; 4]) {
         self.reject(out);
     }
-    fn between(&self, _: usize, _: [&[R]; 2], _: LaneMask, out: [&mut [R]; 4]) {
+    fn load_bilinear(&self, _: usize, _: [&[R]; 2], _: LaneMask, out: [&mut [R]; 4]) {
         self.reject(out);
     }
     fn load(&self, _: usize, x: &[R], y: &[R], level: &[R], _: LaneMask, out: [&mut [R]; 4]) {

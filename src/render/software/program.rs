@@ -2,7 +2,8 @@
 //! `lower` makes programs and `exec` runs them; the rasteriser sees only their inputs and outputs (`stage`).
 //!
 //! A program runs over batches of lanes in structure-of-arrays form. Fragment lanes are arranged in 2x2 quads: lanes 4q to 4q + 3
-//! are the top-left, top-right, bottom-left, bottom-right pixel of quad q, so dpdx pairs lane with lane ^ 1 and dpdy with lane ^ 2.
+//! are the top-left, top-right, bottom-left, bottom-right pixel of quad q. So `dpdx` is the difference between a lane and lane ^ 1, `dpdy` between a lane and
+//! lane ^ 2.
 //!
 //! Always: every operand refers to a register or slot below the counts stored here ([`Program::check`] verifies this for bytes
 //! from a file), and no lane operation writes a slot that it reads.
@@ -72,9 +73,9 @@ pub enum ProgramError {
     /// The bytes are not a serialized program.
     #[error(transparent)]
     Bytes(#[from] postcard::Error),
-    /// An index outside the program's registers, slots, textures or tape.
+    /// An index outside the program's registers, slots, textures or tape, or an instruction with the wrong number or kind of operands.
     #[error("program '{0}' is malformed: an operand, count or jump target is invalid")]
-    OutOfRange(String),
+    Malformed(String),
 }
 
 /// One lowered entry point. Registers contain one value for all lanes (constants first, then per-draw values, then values that the lane tape
@@ -86,17 +87,18 @@ pub struct Program {
     /// Lane inputs in order. When a run starts, input k is in slot k, and the mask of active lanes is in the slot after the last input.
     pub inputs: Vec<LaneInput>,
     pub outputs: Vec<LaneOutput>,
-    /// The slot of each output after the run.
+    /// For each output, the slot that contains it after the run.
     pub output_operands: Vec<Operand>,
     pub textures: Vec<TextureUse>,
     pub uses_discard: bool,
     /// Mask of the lanes that have discarded, if `uses_discard`.
     pub discarded: Option<Operand>,
     pub uses_derivatives: bool,
-    /// Size in bytes of the uniform block that the program may read.
+    /// Size of the uniform block in bytes; 0 if there is none.
     pub uniform_size: u32,
+    /// The values of the first registers.
     pub constants: Vec<Constant>,
-    /// Straight-line tape that runs once per draw.
+    /// Tape without jumps that runs once per draw.
     pub draw_tape: Vec<Instr>,
     /// Tape that runs per batch of lanes.
     pub lane_tape: Vec<Instr>,
@@ -151,6 +153,6 @@ impl Program {
                     && i.texture().is_none_or(|t| usize::from(t) < self.textures.len())
                     && i.target().is_none_or(|t| t as usize <= self.lane_tape.len())
             });
-        if valid { Ok(()) } else { Err(ProgramError::OutOfRange(self.name.clone())) }
+        if valid { Ok(()) } else { Err(ProgramError::Malformed(self.name.clone())) }
     }
 }

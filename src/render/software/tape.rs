@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Location of an operand: the number of a slot or of a register.
+/// Where the value of an operand is: the number of a slot or of a register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Operand {
     /// One value per lane.
@@ -14,9 +14,10 @@ pub enum Operand {
 
 macro_rules! ops {
     ($($name:ident $arity:literal,)*) => {
-        /// A scalar operation, applied lane by lane. A prefix or suffix F, I or U stands for floats, signed or unsigned integers, B for masks. Arithmetic without
-        /// one is for floats, bitwise operations without one are for both kinds of integers. `XFromY` converts Y to X; F16: the bits of a half float, in the
-        /// lower half of an integer. Fma, Fms and Fnma are a*b+c, a*b-c and c-a*b. Comparisons yield masks.
+        /// A scalar operation, applied lane by lane. A prefix or suffix names the type of the operands: F floats, I signed integers (or both kinds, where the
+        /// bits are the same, as in IAdd), U unsigned integers, B masks. Arithmetic without one is for floats; bitwise operations without one are for integers
+        /// and masks. `XFromY` converts Y to X; F16 is the bits of a half float, in the lower half of an integer. Fma, Fms and Fnma are a*b+c, a*b-c and c-a*b.
+        /// Comparisons yield masks.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
         pub enum Op { $($name,)* }
         impl Op {
@@ -60,7 +61,7 @@ pub struct FusedOp {
     pub chained_operand: u8,
 }
 
-/// The type of a 32-bit word of the uniform block.
+/// The type of a 32-bit word of the uniform block. `Int`: signed or unsigned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum WordKind {
     Float,
@@ -104,7 +105,7 @@ pub enum Instr {
         dst: u16,
         args: Vec<Operand>,
     },
-    /// dst register = the uniform word at `offset + index * stride` bytes, index clamped to `count - 1`.
+    /// dst register = the word of the uniform block at byte `offset + index * stride`, with the index clamped to `count - 1`; `None`: index 0.
     LoadUniform {
         dst: u16,
         kind: WordKind,
@@ -122,7 +123,8 @@ pub enum Instr {
         stride: u32,
         count: u32,
     },
-    /// Four slots (red, green, blue, alpha) = texels read in the lanes of `mask`. `texture`: index into the program's list of textures with their samplers.
+    /// dst slots (red, green, blue, alpha) = what is read from a texture, in the lanes of `mask`. `texture`: index into the program's list of textures
+    /// with their samplers.
     Texture {
         op: TextureOp,
         texture: u16,
@@ -142,7 +144,7 @@ pub enum Instr {
         mask: Operand,
         target: u32,
     },
-    /// Jumps to `target` if `cond`, a register with a boolean, equals `when`.
+    /// Jumps to `target` if `cond`, a register that contains a boolean, equals `when`.
     JumpIf {
         cond: Operand,
         when: bool,
@@ -182,7 +184,7 @@ impl Instr {
         }
     }
 
-    /// All operands that the instruction reads.
+    /// All operands that the instruction reads, a mask included.
     pub(crate) fn operands(&self) -> Vec<Operand> {
         match self {
             Self::Lane { args, .. } | Self::FusedKernel { args, .. } | Self::Scalar { args, .. } => args.clone(),
@@ -211,6 +213,7 @@ impl Instr {
         }
     }
 
+    /// The texture that it reads, as an index into the program's list.
     pub(crate) fn texture(&self) -> Option<u16> {
         match self {
             Self::Texture { texture, .. } | Self::TextureSize { texture, .. } => Some(*texture),
@@ -218,6 +221,7 @@ impl Instr {
         }
     }
 
+    /// The target, if the instruction is a jump.
     pub(crate) fn target(&self) -> Option<u32> {
         match self {
             Self::SkipIfNoLane { target, .. } | Self::JumpIf { target, .. } | Self::Jump { target } => Some(*target),

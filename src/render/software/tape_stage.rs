@@ -3,7 +3,7 @@
 //! In: a program, a draw's uniform bytes and textures. Out: a [`LaneProgram`]. Always: after a batch was stopped at the loop limit, no further batch
 //! runs. Not here: how a tape is executed (`exec`).
 
-use super::exec::{BoundProgram, ExecutionCounts, Executor, LaneMask, Prepared, TextureUnit};
+use super::exec::{BoundProgram, ExecutionCounts, Executor, LaneMask, PreparedDraw, TextureUnit};
 use super::kernels::KernelClass;
 use super::math::Real;
 use super::program::{LaneInput, LaneOutput, Program};
@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// An entry point of a lowered module, bound to a draw.
 pub(crate) struct TapeStage<'a, R: Real> {
     program: &'a Program,
-    prepared: Prepared<R>,
+    prepared: PreparedDraw<R>,
     textures: Box<dyn TextureUnit<R> + Sync + 'a>,
     bound: Arc<BoundProgram<R>>,
     /// If set, native code with these uniforms runs in place of the program.

@@ -1,4 +1,4 @@
-//! Binds a program to SIMD kernels: instructions become runs of kernel calls, with control-flow and texture steps between them.
+//! Binds a program to SIMD kernels: instructions become sequences of kernel calls, with control-flow and texture steps between them.
 //!
 //! In: a program and a kernel class (instruction set). Out: [`BoundProgram`]. Always: every offset lies inside the arena, the memory that the executor
 //! allocates for the program's slots and registers. Not here: running the program.
@@ -41,19 +41,19 @@ pub(crate) struct UniformLoad {
     pub index: Option<u32>,
 }
 
-/// The location of the mask of lanes for which a texture is read.
+/// The number of the slot or register that contains the mask of the lanes for which a texture is read.
 #[derive(Clone, Copy)]
 pub(crate) enum MaskLocation {
     Slot(u32),
     Register(usize),
 }
 
-/// The location of an operand of a texture read.
+/// An operand of a texture read: the part of the arena that contains its values.
 #[derive(Clone, Copy)]
 pub(crate) struct TextureArg {
-    /// Elements from the start of the arena.
+    /// In elements from the start of the arena.
     pub offset: u32,
-    /// `LANES`, or 1 if the operand is one value for all lanes.
+    /// Number of elements: `LANES`, or 1 if the operand is one value for all lanes.
     pub len: u32,
 }
 
@@ -63,8 +63,8 @@ pub(crate) struct TextureRead {
     pub texture: usize,
     /// Offset of each channel's lanes, in elements from the start of the arena.
     pub dst: [u32; 4],
-    /// Which of the four channels are read later.
-    pub outputs_used: [bool; 4],
+    /// Whether the program reads each channel later. A channel that it does not read is not written.
+    pub channels_read: [bool; 4],
     pub args: [TextureArg; 7],
     pub mask: MaskLocation,
 }
@@ -117,7 +117,8 @@ pub(crate) enum BoundStep {
     },
 }
 
-/// A program bound to the kernels of a class: runs of kernels, with control-flow and texture steps between them. Executors of several threads share it.
+/// A program bound to the kernels of a class: sequences of kernel calls, with control-flow and texture steps between them. Executors of several threads share
+/// it.
 pub struct BoundProgram<R> {
     pub(super) steps: Vec<BoundStep>,
     pub(super) kernels: Vec<KernelStep<R>>,
@@ -126,18 +127,18 @@ pub struct BoundProgram<R> {
     pub(super) texture_reads: Vec<TextureRead>,
     /// Arena offsets of the operands of every kernel, in order.
     pub(super) operand_offsets: Vec<u32>,
-    /// Per input, whether the program reads it.
+    /// For each input, whether the program reads it.
     pub(super) read_inputs: Vec<bool>,
-    /// Row of the arena where the registers start, after the program's slots and the scratch slots.
-    pub(super) first_register: usize,
+    /// Index of the arena's row at which the registers start, after the program's slots and the scratch slots; a row has `LANES` elements.
+    pub(super) first_register_row: usize,
     pub(super) register_count: usize,
     pub(super) output_slots: Vec<u32>,
     /// Slot of the mask of discarded lanes.
     pub(super) discarded: Option<u32>,
 }
 
-/// Number of scratch slots after the program's own slots. The first ones hold registers that are broadcast for kernels that accept only lanes, the last
-/// two the intermediate results of a chain.
+/// Number of scratch slots after the program's own slots. The first ones hold registers that are broadcast for steps that accept only lanes (at most the
+/// coordinates and derivatives of a texture read, six); the last two hold the intermediate results of a chain.
 pub(crate) const SCRATCH_SLOTS: u32 = 8;
 
 impl<R: Real> BoundProgram<R> {
@@ -162,14 +163,14 @@ impl<R: Real> BoundProgram<R> {
             texture_reads: Vec::new(),
             operand_offsets: Vec::new(),
             read_inputs: (0..program.inputs.len()).map(|k| is_read_from(program, 0, k as u16)).collect(),
-            first_register: (program.slots + SCRATCH_SLOTS) as usize,
+            first_register_row: (program.slots + SCRATCH_SLOTS) as usize,
             register_count: program.registers as usize,
             output_slots: program.output_operands.iter().map(slot).collect::<Result<_, _>>()?,
             discarded: program.discarded.as_ref().map(slot).transpose()?,
         };
-        let doubled = double_loops(program);
-        debug_assert!(doubled.check().is_ok());
-        bind(&doubled, class, without_steps)
+        let with_doubled_loops = double_loops(program);
+        debug_assert!(with_doubled_loops.check().is_ok());
+        bind(&with_doubled_loops, class, without_steps)
     }
 
     /// Whether the program reads input `k`.
@@ -178,12 +179,12 @@ impl<R: Real> BoundProgram<R> {
     }
 }
 
-/// A program's binding to kernels, kept from frame to frame, because binding all programs takes a hundredth of a frame's instructions (the Earth with clouds).
+/// A program's binding to kernels, kept from frame to frame: binding all programs takes 1 % of the instructions of a frame (measured on the Earth with clouds).
 #[derive(Debug, Default)]
 pub(crate) struct KernelBinding(OnceLock<(KernelClass, Arc<dyn Any + Send + Sync>)>);
 
 impl KernelBinding {
-    /// The program bound to a class. `program` must be the same at every call.
+    /// The program bound to a class; binds it at the first call. `program` must be the same at every call.
     ///
     /// # Errors
     /// As [`BoundProgram::new`].
@@ -202,18 +203,17 @@ impl KernelBinding {
 
 /// Binds the instructions of a program. `without_steps`: the bound program, without its steps, kernels and other lists that they index.
 fn bind<R: Real>(program: &Program, class: KernelClass, without_steps: BoundProgram<R>) -> Result<BoundProgram<R>, String> {
-    let register_offset = without_steps.first_register * LANES;
-    let mut binder = Binder { bound: without_steps, class, first_scratch_slot: program.slots, register_offset, can_extend_run: false };
+    let register_offset = without_steps.first_register_row * LANES;
+    let mut binder = Binder { bound: without_steps, class, first_scratch_slot: program.slots, register_offset, can_extend_sequence: false };
     let mut is_target = vec![false; program.lane_tape.len() + 1];
     for target in program.lane_tape.iter().filter_map(Instr::target) {
         is_target[target as usize] = true;
     }
     let mut step_of_instr = Vec::with_capacity(program.lane_tape.len() + 1);
     for (at, (instr, is_target)) in program.lane_tape.iter().zip(&is_target).enumerate() {
-        // A jump target starts a new run.
-        binder.can_extend_run &= !is_target;
-        let step = binder.bound.steps.len() as u32;
-        step_of_instr.push(if binder.can_extend_run { step - 1 } else { step });
+        // A jump target starts a new step. For an instruction that extends the previous step, this index is one too great, but no jump refers to it.
+        binder.can_extend_sequence &= !is_target;
+        step_of_instr.push(binder.bound.steps.len() as u32);
         binder.bind(instr, |slot| is_read_from(program, at + 1, slot))?;
     }
     let mut bound = binder.bound;
@@ -257,13 +257,14 @@ struct Binder<R> {
     bound: BoundProgram<R>,
     class: KernelClass,
     first_scratch_slot: u32,
-    /// Element offset of register 0.
+    /// Offset of register 0 in elements from the start of the arena.
     register_offset: usize,
-    /// The last step is a run of kernels, of operations on registers or of loads, to which further ones may be appended.
-    can_extend_run: bool,
+    /// The last step is a sequence of kernels, of operations on registers or of loads, to which further ones may be appended.
+    can_extend_sequence: bool,
 }
 
 impl<R: Real> Binder<R> {
+    /// Offset of an operand in elements from the start of the arena.
     fn offset(&self, o: &Operand) -> u32 {
         let offset = match *o {
             Operand::Slot(s) => usize::from(s) * LANES,
@@ -281,42 +282,43 @@ impl<R: Real> Binder<R> {
         self.bound.kernels.push(KernelStep { function, dst, first_operand: self.bound.operand_offsets.len() as u32 });
         self.bound.operand_offsets.extend(args);
         match self.bound.steps.last_mut() {
-            Some(BoundStep::Kernels { to: run_end, instructions, .. }) if self.can_extend_run => {
-                *run_end = to;
+            Some(BoundStep::Kernels { to: sequence_end, instructions, .. }) if self.can_extend_sequence => {
+                *sequence_end = to;
                 *instructions += 1;
             }
             _ => self.bound.steps.push(BoundStep::Kernels { from: to - 1, to, instructions: 1 }),
         }
-        self.can_extend_run = true;
+        self.can_extend_sequence = true;
     }
 
     fn push_scalar(&mut self, step: ScalarStep<R>) {
         let to = self.bound.scalars.len() as u32 + 1;
         self.bound.scalars.push(step);
         match self.bound.steps.last_mut() {
-            Some(BoundStep::Scalars { to: run_end, .. }) if self.can_extend_run => *run_end = to,
+            Some(BoundStep::Scalars { to: sequence_end, .. }) if self.can_extend_sequence => *sequence_end = to,
             _ => self.bound.steps.push(BoundStep::Scalars { from: to - 1, to }),
         }
-        self.can_extend_run = true;
+        self.can_extend_sequence = true;
     }
 
     fn push_uniform_load(&mut self, load: UniformLoad) {
         let to = self.bound.uniform_loads.len() as u32 + 1;
         self.bound.uniform_loads.push(load);
         match self.bound.steps.last_mut() {
-            Some(BoundStep::LoadUniforms { to: run_end, .. }) if self.can_extend_run => *run_end = to,
+            Some(BoundStep::LoadUniforms { to: sequence_end, .. }) if self.can_extend_sequence => *sequence_end = to,
             _ => self.bound.steps.push(BoundStep::LoadUniforms { from: to - 1, to }),
         }
-        self.can_extend_run = true;
+        self.can_extend_sequence = true;
     }
 
-    fn emit(&mut self, step: BoundStep) {
+    /// Appends a step that is not a sequence.
+    fn push_step(&mut self, step: BoundStep) {
         self.bound.steps.push(step);
-        self.can_extend_run = false;
+        self.can_extend_sequence = false;
     }
 
-    /// The slot of an operand whose kernel accepts only lanes; a register is broadcast to the next scratch slot. `scratch_used`: number of scratch slots in
-    /// use.
+    /// The slot of an operand whose step accepts only lanes. A register is first broadcast to the next scratch slot. `scratch_used`: number of scratch slots
+    /// in use by this instruction.
     fn slot_of(&mut self, o: &Operand, scratch_used: &mut u32) -> Result<u32, String> {
         if let Operand::Slot(s) = *o {
             return Ok(u32::from(s));
@@ -407,7 +409,7 @@ impl<R: Real> Binder<R> {
             Instr::GatherUniform { dst, kind, offset, index, stride, count } => {
                 let index = self.slot_of(index, &mut scratch_used)?;
                 let elements = UniformElements { kind: *kind, offset: *offset, stride: *stride, count: *count };
-                self.emit(BoundStep::Gather { dst: u32::from(*dst), index, elements });
+                self.push_step(BoundStep::Gather { dst: u32::from(*dst), index, elements });
             }
             Instr::Texture { op, texture, dst, args, mask } => {
                 let mut texture_args = [TextureArg { offset: 0, len: LANES as u32 }; 7];
@@ -424,13 +426,13 @@ impl<R: Real> Binder<R> {
                     Operand::Slot(s) => MaskLocation::Slot(u32::from(*s)),
                     Operand::Reg(r) => MaskLocation::Register(usize::from(*r)),
                 };
-                let (outputs_used, dst) = (dst.map(is_read), dst.map(|slot| Self::slot_offset(u32::from(slot))));
-                let read = TextureRead { op: *op, texture: usize::from(*texture), dst, outputs_used, args: texture_args, mask };
+                let (channels_read, dst) = (dst.map(is_read), dst.map(|slot| Self::slot_offset(u32::from(slot))));
+                let read = TextureRead { op: *op, texture: usize::from(*texture), dst, channels_read, args: texture_args, mask };
                 self.bound.texture_reads.push(read);
-                self.emit(BoundStep::Texture(self.bound.texture_reads.len() as u32 - 1));
+                self.push_step(BoundStep::Texture(self.bound.texture_reads.len() as u32 - 1));
             }
             Instr::TextureSize { dst, texture, axis, level } => {
-                self.emit(BoundStep::TextureSize {
+                self.push_step(BoundStep::TextureSize {
                     dst: usize::from(*dst),
                     texture: usize::from(*texture),
                     axis: *axis,
@@ -439,12 +441,12 @@ impl<R: Real> Binder<R> {
             }
             Instr::SkipIfNoLane { mask, target } => {
                 let slot = self.slot_of(mask, &mut scratch_used)?;
-                self.emit(BoundStep::SkipIfNoLane { slot, target: *target });
+                self.push_step(BoundStep::SkipIfNoLane { slot, target: *target });
             }
             Instr::JumpIf { cond, when, target } => {
-                self.emit(BoundStep::JumpIf { register: register(cond), when: *when, target: *target });
+                self.push_step(BoundStep::JumpIf { register: register(cond), when: *when, target: *target });
             }
-            Instr::Jump { target } => self.emit(BoundStep::Jump { target: *target }),
+            Instr::Jump { target } => self.push_step(BoundStep::Jump { target: *target }),
         }
         Ok(())
     }

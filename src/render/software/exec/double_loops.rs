@@ -1,43 +1,45 @@
 //! Doubles the body of an innermost loop, so that its variables need no copies.
 //!
-//! In: a checked program. Out: a checked program with the same results. A place is a slot or a register. At the end of a loop's body, copies move the
-//! next value of each loop variable to the variable's place. In the second body the two places are exchanged, so both bodies run without these copies;
-//! only a jump out of the second body makes them. Only loops that end with copies and an unconditional jump back are doubled; a loop that ends with a
-//! test (lanes that leave separately, `do while`) keeps its copies. Always: a variable keeps its copy if some other value may be read from one of the two
-//! places. Not here: changes of the stored program, whose loops have one body.
+//! In: a checked program. Out: a checked program with the same results.
+//!
+//! At the end of a loop's body, each loop variable gets its next value by a copy from one slot to another, or from one register to another. In the second
+//! body the two are exchanged: it reads the variable from where the first body wrote the next value, and writes the next value to where the first body reads
+//! the variable. So neither body needs the copy; only a jump out of the second body does. Only loops that end with copies and an unconditional jump back are
+//! doubled; a loop that ends with a test (lanes that leave separately, `do while`) keeps its copies. Always: a variable keeps its copy if either of the two
+//! may be read for another value. Not here: changes of the stored program, whose loops have one body.
 
 use crate::render::software::program::Program;
 use crate::render::software::tape::{Instr, Op, Operand};
 use std::borrow::Cow;
 
-/// The places of a loop variable and of its next value, between which no copy is needed.
+/// The slots, or registers, of a loop variable and of its next value. The second body exchanges them.
 #[derive(Clone, Copy)]
-struct Pair {
+struct ExchangedPair {
     variable: Operand,
     next: Operand,
 }
 
-/// An innermost loop: the instructions `head..=back`, of which `copies..back` copy loop variables and the last jumps to `head`.
+/// An innermost loop: the instructions `head..=back_jump`, of which `first_copy..back_jump` copy loop variables and the last jumps to `head`.
 struct InnerLoop {
     head: usize,
-    copies: usize,
-    back: usize,
+    first_copy: usize,
+    back_jump: usize,
 }
 
 /// The program with doubled loops; unchanged if no loop can do without a copy.
 pub(super) fn double_loops(program: &Program) -> Cow<'_, Program> {
     let tape = &program.lane_tape;
-    let loops: Vec<(InnerLoop, Vec<Pair>)> = (0..tape.len())
+    let loops: Vec<(InnerLoop, Vec<ExchangedPair>)> = (0..tape.len())
         .filter_map(|at| {
             let found = inner_loop(tape, at)?;
-            let pairs = pairs_of(program, &found);
+            let pairs = exchangeable_pairs(program, &found);
             (!pairs.is_empty()).then_some((found, pairs))
         })
         .collect();
     if loops.is_empty() {
         return Cow::Borrowed(program);
     }
-    // New index of each instruction, and last that of the tape's end. For an instruction of a doubled loop: its index in the first body.
+    // The new index of each instruction, and as the last entry that of the tape's end. For an instruction of a doubled loop: its index in the first body.
     let mut new_index = Vec::with_capacity(tape.len() + 1);
     let mut doubled = Vec::with_capacity(tape.len() * 2);
     let mut rest = loops.iter().peekable();
@@ -46,7 +48,7 @@ pub(super) fn double_loops(program: &Program) -> Cow<'_, Program> {
         match rest.next_if(|(found, _)| found.head == at) {
             Some((found, pairs)) => {
                 append_doubled(tape, found, pairs, &mut new_index, &mut doubled);
-                at = found.back + 1;
+                at = found.back_jump + 1;
             }
             None => {
                 new_index.push(doubled.len());
@@ -78,24 +80,31 @@ enum Target {
 }
 
 /// Appends both bodies of a loop, and after them the copies for jumps out of the second body.
-fn append_doubled(tape: &[Instr], found: &InnerLoop, pairs: &[Pair], new_index: &mut Vec<usize>, doubled: &mut Vec<(Instr, Target)>) {
-    let InnerLoop { head, copies, back } = *found;
+fn append_doubled(
+    tape: &[Instr],
+    found: &InnerLoop,
+    pairs: &[ExchangedPair],
+    new_index: &mut Vec<usize>,
+    doubled: &mut Vec<(Instr, Target)>,
+) {
+    let InnerLoop { head, first_copy, back_jump } = *found;
     let is_removed =
-        |at: usize| at >= copies && copied(&tape[at]).is_some_and(|(variable, _)| pairs.iter().any(|p| p.variable == variable));
-    let kept: Vec<usize> = (head..back).filter(|at| !is_removed(*at)).collect();
+        |at: usize| at >= first_copy && copied(&tape[at]).is_some_and(|(variable, _)| pairs.iter().any(|p| p.variable == variable));
+    let kept: Vec<usize> = (head..back_jump).filter(|at| !is_removed(*at)).collect();
     let (first, second) = (doubled.len(), doubled.len() + kept.len());
-    // Position in a body of an instruction of the loop; for a removed instruction, that of the next kept one.
+    // The position within a body of an instruction of the loop; for a removed instruction, that of the next kept one.
     let position = |at: usize| kept.partition_point(|k| *k < at);
-    new_index.extend((head..back).map(|at| first + position(at)));
-    // The jump back itself. Nothing jumps to it; the entry keeps the indices in step.
+    new_index.extend((head..back_jump).map(|at| first + position(at)));
+    // The entry of the jump back. Nothing jumps to it, but `new_index` has one entry for each instruction.
     new_index.push(second);
     doubled.extend(kept.iter().map(|at| (tape[*at].clone(), Target::Original)));
+    // The second body and its jump back are followed, for each instruction outside to which it jumps, by the copies and a jump.
     let first_exit = second + kept.len() + 1;
     let mut exits: Vec<usize> = Vec::new();
     for at in &kept {
         let instr = exchanged(&tape[*at], pairs);
         let target = match instr.target().map(|t| t as usize) {
-            Some(to) if (head..=back).contains(&to) => Target::New(second + position(to)),
+            Some(to) if (head..=back_jump).contains(&to) => Target::New(second + position(to)),
             Some(to) => {
                 let exit = exits.iter().position(|e| *e == to).unwrap_or_else(|| {
                     exits.push(to);
@@ -114,27 +123,27 @@ fn append_doubled(tape: &[Instr], found: &InnerLoop, pairs: &[Pair], new_index: 
     }
 }
 
-/// The loop that the instruction at `back` closes, if it contains no other loop and is entered only at its head.
-fn inner_loop(tape: &[Instr], back: usize) -> Option<InnerLoop> {
-    let Instr::Jump { target } = tape[back] else { return None };
+/// The loop that the instruction at `back_jump` closes, if it contains no other loop and is entered only at its head.
+fn inner_loop(tape: &[Instr], back_jump: usize) -> Option<InnerLoop> {
+    let Instr::Jump { target } = tape[back_jump] else { return None };
     let head = target as usize;
-    if head >= back {
+    if head >= back_jump {
         return None;
     }
-    let mut copies = back;
-    while copies > head && copied(&tape[copies - 1]).is_some() {
-        copies -= 1;
+    let mut first_copy = back_jump;
+    while first_copy > head && copied(&tape[first_copy - 1]).is_some() {
+        first_copy -= 1;
     }
-    let is_simple = tape.iter().enumerate().filter(|(at, _)| *at != back).all(|(at, instr)| {
+    let is_simple = tape.iter().enumerate().filter(|(at, _)| *at != back_jump).all(|(at, instr)| {
         let Some(to) = instr.target().map(|t| t as usize) else { return true };
-        let is_inside = (head..=back).contains(&at);
+        let is_inside = (head..=back_jump).contains(&at);
         // Inside: no jump backwards, and none between the copies. From outside: none into the loop, except to its head.
-        if is_inside { to > at && !(copies + 1..=back).contains(&to) } else { !(head + 1..=back).contains(&to) }
+        if is_inside { to > at && !(first_copy + 1..=back_jump).contains(&to) } else { !(head + 1..=back_jump).contains(&to) }
     });
-    is_simple.then_some(InnerLoop { head, copies, back })
+    is_simple.then_some(InnerLoop { head, first_copy, back_jump })
 }
 
-/// Target and source of a copy between two slots or between two registers.
+/// Destination and source of a copy between two slots or between two registers.
 fn copied(instr: &Instr) -> Option<(Operand, Operand)> {
     match instr {
         Instr::Lane { op: Op::Copy, dst, args } => match args[..] {
@@ -156,40 +165,40 @@ fn copy(to: Operand, from: Operand) -> Instr {
     }
 }
 
-/// The variables of a loop whose copies can be left out: no place belongs to two pairs, and the old content of the next value's place is read
-/// neither in another iteration nor after the loop.
-fn pairs_of(program: &Program, found: &InnerLoop) -> Vec<Pair> {
+/// The variables of a loop whose copies can be left out: no slot or register belongs to two pairs, and what that of the next value contains is read neither
+/// in another iteration nor after the loop.
+fn exchangeable_pairs(program: &Program, found: &InnerLoop) -> Vec<ExchangedPair> {
     let tape = &program.lane_tape;
-    let all: Vec<(Operand, Operand)> = tape[found.copies..found.back].iter().filter_map(copied).collect();
-    let uses = |place: Operand| all.iter().flat_map(|(to, from)| [to, from]).filter(|o| **o == place).count();
-    let exits: Vec<usize> = tape[found.head..found.back]
+    let all: Vec<(Operand, Operand)> = tape[found.first_copy..found.back_jump].iter().filter_map(copied).collect();
+    let uses = |operand: Operand| all.iter().flat_map(|(to, from)| [to, from]).filter(|o| **o == operand).count();
+    let exits: Vec<usize> = tape[found.head..found.back_jump]
         .iter()
         .filter_map(|instr| instr.target().map(|t| t as usize))
-        .filter(|to| !(found.head..=found.back).contains(to))
+        .filter(|to| !(found.head..=found.back_jump).contains(to))
         .collect();
     // `bind` leaves out channels that are not read later on the tape, and does not look back to the first body: a texel that the next iteration
     // reads must keep its copy.
-    let is_texel = |place: Operand| {
-        tape[found.head..found.back]
+    let is_texel = |operand: Operand| {
+        tape[found.head..found.back_jump]
             .iter()
-            .any(|i| matches!(i, Instr::Texture { .. }) && i.written_slots().iter().any(|s| Operand::Slot(*s) == place))
+            .any(|i| matches!(i, Instr::Texture { .. }) && i.written_slots().iter().any(|s| Operand::Slot(*s) == operand))
     };
     all.iter()
         .filter(|(to, from)| uses(*to) == 1 && uses(*from) == 1 && !is_texel(*to) && !is_texel(*from))
         .filter(|(_, from)| !exits.iter().chain([&found.head]).any(|at| may_be_read(program, *at, *from)))
-        .map(|(variable, next)| Pair { variable: *variable, next: *next })
+        .map(|(variable, next)| ExchangedPair { variable: *variable, next: *next })
         .collect()
 }
 
-/// Whether the value that `place` has before the instruction `from` may be read, on any way through the tape.
-fn may_be_read(program: &Program, from: usize, place: Operand) -> bool {
+/// Whether the value that `operand` has before the instruction `from` may be read, on any path through the tape.
+fn may_be_read(program: &Program, from: usize, operand: Operand) -> bool {
     let tape = &program.lane_tape;
     let mut visited = vec![false; tape.len()];
-    let mut open = vec![from];
-    while let Some(mut at) = open.pop() {
+    let mut path_starts = vec![from];
+    while let Some(mut at) = path_starts.pop() {
         loop {
             let Some(instr) = tape.get(at) else {
-                if program.output_operands.iter().chain(&program.discarded).any(|o| *o == place) {
+                if program.output_operands.iter().chain(&program.discarded).any(|o| *o == operand) {
                     return true;
                 }
                 break;
@@ -197,16 +206,16 @@ fn may_be_read(program: &Program, from: usize, place: Operand) -> bool {
             if std::mem::replace(&mut visited[at], true) {
                 break;
             }
-            if reads(instr, place) {
+            if reads(instr, operand) {
                 return true;
             }
-            if writes(instr, place) {
+            if writes(instr, operand) {
                 break;
             }
             match instr {
                 Instr::Jump { target } => at = *target as usize,
                 Instr::JumpIf { target, .. } | Instr::SkipIfNoLane { target, .. } => {
-                    open.push(*target as usize);
+                    path_starts.push(*target as usize);
                     at += 1;
                 }
                 _ => at += 1,
@@ -216,26 +225,26 @@ fn may_be_read(program: &Program, from: usize, place: Operand) -> bool {
     false
 }
 
-fn reads(instr: &Instr, place: Operand) -> bool {
-    instr.operands().contains(&place)
+fn reads(instr: &Instr, operand: Operand) -> bool {
+    instr.operands().contains(&operand)
 }
 
-fn writes(instr: &Instr, place: Operand) -> bool {
-    match place {
+fn writes(instr: &Instr, operand: Operand) -> bool {
+    match operand {
         Operand::Slot(s) => instr.written_slots().contains(&s),
         Operand::Reg(r) => instr.written_register() == Some(r),
     }
 }
 
-/// The instruction with the places of each pair exchanged.
-fn exchanged(instr: &Instr, pairs: &[Pair]) -> Instr {
-    let exchange = |place: Operand| {
-        let of_pair = |p: &Pair| {
-            if p.variable == place { Some(p.next) } else { (p.next == place).then_some(p.variable) }
+/// The instruction with the two operands of each pair exchanged.
+fn exchanged(instr: &Instr, pairs: &[ExchangedPair]) -> Instr {
+    let exchange = |operand: Operand| {
+        let partner = |p: &ExchangedPair| {
+            if p.variable == operand { Some(p.next) } else { (p.next == operand).then_some(p.variable) }
         };
-        pairs.iter().find_map(of_pair).unwrap_or(place)
+        pairs.iter().find_map(partner).unwrap_or(operand)
     };
-    let number = |place: Operand| match exchange(place) {
+    let number = |operand: Operand| match exchange(operand) {
         Operand::Slot(k) | Operand::Reg(k) => k,
     };
     let mut instr = instr.clone();
@@ -265,7 +274,7 @@ fn exchanged(instr: &Instr, pairs: &[Pair]) -> Instr {
             *dst = number(Operand::Reg(*dst));
             *level = exchange(*level);
         }
-        Instr::SkipIfNoLane { mask: place, .. } | Instr::JumpIf { cond: place, .. } => *place = exchange(*place),
+        Instr::SkipIfNoLane { mask: operand, .. } | Instr::JumpIf { cond: operand, .. } => *operand = exchange(*operand),
         Instr::Jump { .. } => {}
     }
     instr

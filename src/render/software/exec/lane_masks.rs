@@ -1,8 +1,9 @@
-//! Tests of the lanes of a slot with AVX2: which lanes have any bit set, and whether there is such a lane.
+//! Two questions about the mask in a slot, answered with AVX2: which lanes are set, and whether any lane is. In: the slot's lanes. A lane is set if any of its
+//! bits is.
 
 use super::{LANES, LaneMask};
 
-/// The lanes of which any bit is set.
+/// The set lanes.
 #[target_feature(enable = "avx2")]
 pub(super) fn mask_avx2(lanes: &[f32; LANES]) -> LaneMask {
     use std::arch::x86_64::{
@@ -12,7 +13,7 @@ pub(super) fn mask_avx2(lanes: &[f32; LANES]) -> LaneMask {
     // Usually every bit is set, because all lanes are active.
     let mut all = _mm256_set1_epi32(-1);
     for lanes in lanes.as_chunks::<8>().0 {
-        // SAFETY: an array and a register have eight words each.
+        // SAFETY: an array of eight words has the size of an AVX register.
         all = _mm256_and_si256(all, unsafe { std::mem::transmute::<[f32; 8], __m256i>(*lanes) });
     }
     if _mm256_testc_si256(all, _mm256_set1_epi32(-1)) == 1 {
@@ -20,19 +21,19 @@ pub(super) fn mask_avx2(lanes: &[f32; LANES]) -> LaneMask {
     }
     let mut zeros = [0u8; LANES / 8];
     for (zeros, lanes) in zeros.iter_mut().zip(lanes.as_chunks::<8>().0) {
-        // SAFETY: an array and a register have eight words each.
+        // SAFETY: as above.
         let lanes = unsafe { std::mem::transmute::<[f32; 8], __m256i>(*lanes) };
         *zeros = _mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(lanes, _mm256_setzero_si256()))) as u8;
     }
     !LaneMask::from_le_bytes(zeros)
 }
 
-/// Whether a bit is set in any lane. Usually one of the first 32 lanes has one, and the others are not read.
+/// Whether any lane is set. Usually one of the first 32 lanes is, and the others are not read.
 #[target_feature(enable = "avx2")]
 pub(super) fn is_any_set_avx2(lanes: &[f32; LANES]) -> bool {
     use std::arch::x86_64::{__m256i, _mm256_or_si256, _mm256_testz_si256};
     for lanes in lanes.as_chunks::<32>().0 {
-        // SAFETY: a chunk and four registers have 32 words each.
+        // SAFETY: a chunk of 32 words has the size of four AVX registers.
         let [a, b, c, d] = unsafe { std::mem::transmute::<[f32; 32], [__m256i; 4]>(*lanes) };
         let any = _mm256_or_si256(_mm256_or_si256(a, b), _mm256_or_si256(c, d));
         if _mm256_testz_si256(any, any) == 0 {

@@ -23,13 +23,14 @@ use std::sync::Arc;
 pub use textures::{Gradients, NoTextures, TextureUnit};
 use uniform_words::UniformElements;
 
-/// Backward jumps after which a batch is stopped, so that an endless loop does not hang a frame. A doubled loop jumps back once in two iterations.
+/// Backward jumps after which a batch is stopped, so that an endless loop does not hang a frame. A doubled loop (`double_loops`) jumps back once in two
+/// iterations.
 const MAX_BACKWARD_JUMPS: u32 = 1 << 20;
-/// Instructions, each over all lanes, after which a batch is stopped at its next backward jump, because the iterations of a loop may be long. The
-/// most expensive shipped module runs some 10^4 instructions; this many take about a second.
+/// Instructions, each over all lanes, after which a batch is stopped at its next backward jump: a loop with long iterations would run for too long before it
+/// reaches [`MAX_BACKWARD_JUMPS`]. A batch of the most expensive shipped module runs some 10^4 instructions; this many take about a second.
 const MAX_LOOP_INSTRUCTIONS: u32 = 1 << 25;
-/// Number of instructions that a texture read counts as in [`MAX_LOOP_INSTRUCTIONS`].
-const LOOP_INSTRUCTIONS_PER_READ: u32 = 64;
+/// A texture read counts as this many instructions towards [`MAX_LOOP_INSTRUCTIONS`].
+const INSTRUCTIONS_PER_TEXTURE_READ: u32 = 64;
 
 /// A set of a batch's lanes: bit i is lane i.
 pub type LaneMask = u128;
@@ -49,7 +50,7 @@ pub(crate) const LANE_BITS: [u32; 32] = {
 /// The values of a program for one draw: the registers after the draw tape (the instructions that run once per draw) has run, and the uniform block, which the
 /// lane tape (the instructions that run per batch) may read.
 #[derive(Clone, Debug)]
-pub struct Prepared<R> {
+pub struct PreparedDraw<R> {
     registers: Vec<R>,
     uniform_words: Vec<u32>,
 }
@@ -62,7 +63,7 @@ fn constant_value<R: Real>(c: Constant) -> R {
     }
 }
 
-/// The register that a scalar instruction writes, and its new value. `has_fma`: whether multiply-adds round once; `read`: the value of a register.
+/// The register that an instruction of the draw tape writes, and its new value. `has_fma`: whether multiply-adds round once; `read`: the value of a register.
 fn evaluate_scalar<R: Real>(instr: &Instr, has_fma: bool, words: &[u32], read: impl Fn(usize) -> R) -> Option<(usize, R)> {
     let read = |o: &Operand| match *o {
         Operand::Reg(r) => read(usize::from(r)),
@@ -83,9 +84,9 @@ fn evaluate_scalar<R: Real>(instr: &Instr, has_fma: bool, words: &[u32], read: i
 }
 
 impl Program {
-    /// Runs the draw tape on the bytes of the uniform block (little-endian words; missing bytes read as zero). `class` determines whether
-    /// products and sums are fused.
-    pub fn prepare_for<R: Real>(&self, uniform_bytes: &[u8], class: KernelClass) -> Prepared<R> {
+    /// Runs the draw tape on the bytes of the uniform block (little-endian words; missing bytes read as zero). `class` determines whether a multiply-add
+    /// rounds once or twice.
+    pub fn prepare_for<R: Real>(&self, uniform_bytes: &[u8], class: KernelClass) -> PreparedDraw<R> {
         let words: Vec<u32> = uniform_bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
         let mut registers = vec![R::ZERO; self.registers as usize];
         for (r, c) in registers.iter_mut().zip(&self.constants) {
@@ -96,7 +97,7 @@ impl Program {
                 registers[r] = value;
             }
         }
-        Prepared { registers, uniform_words: words }
+        PreparedDraw { registers, uniform_words: words }
     }
 }
 
@@ -108,7 +109,8 @@ const _: () = assert!(size_of::<LaneRow<f32>>() == 4 * LANES && size_of::<LaneRo
 
 /// Runs one program with the kernels of one class.
 pub struct Executor<R: Real> {
-    /// The program's slots, then scratch slots, then the registers, packed. One allocation, so that operands are offsets from one base.
+    /// One row for each slot of the program, then the scratch slots, then the registers, `LANES` to a row. One allocation, so that every operand is an offset
+    /// from one base.
     arena: Vec<LaneRow<R>>,
     program: Arc<BoundProgram<R>>,
     counts: ExecutionCounts,
@@ -140,19 +142,19 @@ impl<R: Real> Executor<R> {
         Ok(Self::of(Arc::new(BoundProgram::new(program, class)?)))
     }
 
-    /// An executor of a program that is bound already.
+    /// An executor of a bound program.
     pub(crate) fn of(program: Arc<BoundProgram<R>>) -> Self {
-        let rows = program.first_register + program.register_count.div_ceil(LANES);
+        let rows = program.first_register_row + program.register_count.div_ceil(LANES);
         Self { arena: vec![LaneRow([R::ZERO; LANES]); rows], program, counts: ExecutionCounts::default(), hit_loop_limit: false }
     }
 
-    /// The lanes of input `k`. The caller must write them before every run if the program reads them, because a run may overwrite them.
+    /// The lanes of input `k`. If the program reads the input, the caller must write it before every run, because a run may overwrite it.
     pub fn input_mut(&mut self, k: usize) -> &mut [R; LANES] {
         assert!(k < self.program.read_inputs.len(), "input {k} of {}", self.program.read_inputs.len());
         &mut self.arena[k].0
     }
 
-    /// Whether the program reads input `k`. One that it does not read need not be written.
+    /// Whether the program reads input `k`. The caller need not write an input that it does not read.
     pub fn reads_input(&self, k: usize) -> bool {
         self.program.reads_input(k)
     }
@@ -169,7 +171,7 @@ impl<R: Real> Executor<R> {
 
     /// Runs one batch and returns the active lanes that did not discard. If the program uses derivatives, `active` must contain all four lanes of
     /// every quad that has a covered lane; the uncovered lanes are helper lanes.
-    pub fn run(&mut self, prepared: &Prepared<R>, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
+    pub fn run(&mut self, prepared: &PreparedDraw<R>, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
         self.counts = ExecutionCounts::default();
         self.hit_loop_limit = false;
         if active == 0 || prepared.registers.len() != self.program.register_count {
@@ -179,14 +181,15 @@ impl<R: Real> Executor<R> {
         let mask = &mut self.arena[self.program.read_inputs.len()].0;
         if active == LaneMask::MAX {
             mask.fill(R::from_mask(true));
-        }
-        for (k, lanes) in mask.chunks_exact_mut(32).enumerate().filter(|_| active != LaneMask::MAX) {
-            let part = (active >> (32 * k)) as u32;
-            for (lane, bit) in lanes.iter_mut().zip(&LANE_BITS) {
-                *lane = R::from_mask(part & bit != 0);
+        } else {
+            for (k, lanes) in mask.chunks_exact_mut(32).enumerate() {
+                let part = (active >> (32 * k)) as u32;
+                for (lane, bit) in lanes.iter_mut().zip(&LANE_BITS) {
+                    *lane = R::from_mask(part & bit != 0);
+                }
             }
         }
-        for (row, values) in self.arena[self.program.first_register..].iter_mut().zip(prepared.registers.chunks(LANES)) {
+        for (row, values) in self.arena[self.program.first_register_row..].iter_mut().zip(prepared.registers.chunks(LANES)) {
             row.0[..values.len()].copy_from_slice(values);
         }
         self.hit_loop_limit = !self.run_steps(prepared, textures);
@@ -196,7 +199,7 @@ impl<R: Real> Executor<R> {
         active & !self.program.discarded.map_or(0, |s| self.mask_of(s))
     }
 
-    /// Whether the last run was stopped at the loop limit.
+    /// Whether the last run was stopped at [`MAX_BACKWARD_JUMPS`] or [`MAX_LOOP_INSTRUCTIONS`].
     pub(crate) fn hit_loop_limit(&self) -> bool {
         self.hit_loop_limit
     }
@@ -206,7 +209,7 @@ impl<R: Real> Executor<R> {
         self.counts
     }
 
-    /// The lanes for which a slot that contains a mask is set.
+    /// The set lanes of the mask in a slot.
     fn mask_of(&self, slot: u32) -> LaneMask {
         #[cfg(target_arch = "x86_64")]
         if let Some(lanes) = R::as_f32(&self.arena[slot as usize].0).and_then(|lanes| lanes.first_chunk())
@@ -219,13 +222,14 @@ impl<R: Real> Executor<R> {
         for (k, lanes) in self.arena[slot as usize].0.chunks_exact(32).enumerate() {
             let mut part = 0u32;
             for (lane, bit) in lanes.iter().zip(&LANE_BITS) {
-                part |= if lane.mask() { *bit } else { 0 };
+                part |= if lane.is_mask_set() { *bit } else { 0 };
             }
             bits |= u128::from(part) << (32 * k);
         }
         bits
     }
 
+    /// Whether any lane of the mask in a slot is set.
     fn is_any_lane_set(&self, slot: u32) -> bool {
         let lanes = &self.arena[slot as usize].0;
         #[cfg(target_arch = "x86_64")]
@@ -237,17 +241,17 @@ impl<R: Real> Executor<R> {
         }
         // The OR of a chunk is vectorised. Usually a lane of the first chunk is set, and the other chunks are not read.
         let (chunks, _) = lanes.as_chunks::<{ kernels::CHUNK }>();
-        chunks.iter().any(|chunk| chunk.iter().fold(R::ZERO, |a, &b| a.bit_or(b)).mask())
+        chunks.iter().any(|chunk| chunk.iter().fold(R::ZERO, |a, &b| a.bit_or(b)).is_mask_set())
     }
 
     fn registers(&self) -> &[R] {
-        let rows = &self.arena[self.program.first_register..];
+        let rows = &self.arena[self.program.first_register_row..];
         // SAFETY: a row is an array of `LANES` values without padding (see the assertion below `LaneRow`).
         unsafe { std::slice::from_raw_parts(rows.as_ptr().cast(), rows.len() * LANES) }
     }
 
     fn registers_mut(&mut self) -> &mut [R] {
-        let rows = &mut self.arena[self.program.first_register..];
+        let rows = &mut self.arena[self.program.first_register_row..];
         // SAFETY: as in `registers`.
         unsafe { std::slice::from_raw_parts_mut(rows.as_mut_ptr().cast(), rows.len() * LANES) }
     }
@@ -260,8 +264,8 @@ impl<R: Real> Executor<R> {
         self.registers_mut()[r] = value;
     }
 
-    /// Runs all steps; false if a loop reached its limit.
-    fn run_steps(&mut self, prepared: &Prepared<R>, textures: &dyn TextureUnit<R>) -> bool {
+    /// Runs all steps; false if the batch was stopped at the loop limit.
+    fn run_steps(&mut self, prepared: &PreparedDraw<R>, textures: &dyn TextureUnit<R>) -> bool {
         // Another handle to the program, because `interpret` changes `self` while it reads the program.
         let program = Arc::clone(&self.program);
         self.interpret(&program, prepared, textures)
@@ -295,7 +299,7 @@ impl<R: Real> Executor<R> {
         }
     }
 
-    /// Not inlined: in the loop over all steps its pointers would not stay in registers.
+    /// Not inlined: in the loop over all steps its pointers would not stay in processor registers.
     #[inline(never)]
     fn run_kernels(&mut self, kernels: &[KernelStep<R>], operand_offsets: &[u32]) {
         let base = self.arena.as_mut_ptr().cast::<R>();
@@ -317,8 +321,8 @@ impl<R: Real> Executor<R> {
         }
     }
 
-    /// The loop over the steps; false if it was stopped at the loop limit.
-    fn interpret(&mut self, bound: &BoundProgram<R>, prepared: &Prepared<R>, textures: &dyn TextureUnit<R>) -> bool {
+    /// The loop over the steps; false if the batch was stopped at the loop limit.
+    fn interpret(&mut self, bound: &BoundProgram<R>, prepared: &PreparedDraw<R>, textures: &dyn TextureUnit<R>) -> bool {
         let mut next_step = 0usize;
         let mut backward_jumps = 0u32;
         while let Some(step) = bound.steps.get(next_step) {
@@ -354,13 +358,13 @@ impl<R: Real> Executor<R> {
                     continue;
                 }
                 BoundStep::SkipIfNoLane { slot, target } if !self.is_any_lane_set(*slot) => *target,
-                BoundStep::JumpIf { register, when, target } if self.register(*register).mask() == *when => *target,
+                BoundStep::JumpIf { register, when, target } if self.register(*register).is_mask_set() == *when => *target,
                 BoundStep::Jump { target } => *target,
                 BoundStep::SkipIfNoLane { .. } | BoundStep::JumpIf { .. } => continue,
             } as usize;
             if target < next_step {
                 backward_jumps += 1;
-                let cost = self.counts.texture_reads.saturating_mul(LOOP_INSTRUCTIONS_PER_READ).saturating_add(self.counts.instructions);
+                let cost = self.counts.texture_reads.saturating_mul(INSTRUCTIONS_PER_TEXTURE_READ).saturating_add(self.counts.instructions);
                 if backward_jumps > MAX_BACKWARD_JUMPS || cost > MAX_LOOP_INSTRUCTIONS {
                     return false;
                 }
@@ -373,12 +377,12 @@ impl<R: Real> Executor<R> {
     fn read_texture(&mut self, read: &TextureRead, textures: &dyn TextureUnit<R>) {
         let active = match read.mask {
             MaskLocation::Slot(s) => self.mask_of(s),
-            MaskLocation::Register(r) if self.register(r).mask() => LaneMask::MAX,
+            MaskLocation::Register(r) if self.register(r).is_mask_set() => LaneMask::MAX,
             MaskLocation::Register(_) => 0,
         };
         let base = self.arena.as_mut_ptr().cast::<R>();
         let output = |k: usize| -> &mut [R] {
-            if !read.outputs_used[k] {
+            if !read.channels_read[k] {
                 return &mut [];
             }
             // SAFETY: Program::check has verified that slots lie inside the arena, that the four slots of `dst` differ, and that none of them is an
@@ -397,7 +401,7 @@ impl<R: Real> Executor<R> {
             TextureOp::Gradients => textures.sample_gradients(read.texture, arg(0), arg(1), gradients(), active, out),
             TextureOp::Filtered => textures.sample_filtered(read.texture, [arg(0), arg(1)], gradients(), arg(6), active, out),
             TextureOp::Level => textures.sample_level(read.texture, arg(0), arg(1), arg(2), active, out),
-            TextureOp::Bilinear => textures.between(read.texture, [arg(0), arg(1)], active, out),
+            TextureOp::Bilinear => textures.load_bilinear(read.texture, [arg(0), arg(1)], active, out),
             TextureOp::Load => textures.load(read.texture, arg(0), arg(1), arg(2), active, out),
         }
     }

@@ -7,7 +7,7 @@ use crate::render::software::math::Real;
 /// value per lane; lanes outside `active` may contain any bits, NaN included, and their results are not used. `out`: red, green, blue, alpha, with
 /// an empty slice for each channel that the program does not read.
 pub trait TextureUnit<R: Real> {
-    /// Filtered sample at (u, v) with the gradients of u and v per pixel step in x and y.
+    /// Filtered sample at (u, v); `gradients`: the derivatives of u and v along x and y, per pixel.
     fn sample_gradients(&self, texture: usize, u: &[R], v: &[R], gradients: Gradients<'_, R>, active: LaneMask, out: [&mut [R]; 4]);
     /// Like `sample_gradients`, with up to `max_taps` taps along the footprint, summed as in shaders/lib/filtered_map.wesl. `max_taps` has one value per
     /// lane, or one for all lanes. By default, one tap is read.
@@ -17,8 +17,8 @@ pub trait TextureUnit<R: Real> {
     }
     /// Filtered sample at (u, v) from a mip level (fractional: trilinear).
     fn sample_level(&self, texture: usize, u: &[R], v: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]);
-    /// Bilinear interpolation between the texels of the finest level at (x, y), given in texels, as in shaders/lib/texels_between.wesl.
-    fn between(&self, texture: usize, at: [&[R]; 2], active: LaneMask, out: [&mut [R]; 4]);
+    /// Bilinear interpolation between the texels of the finest level at the point `at` = (x, y), in texels, as in shaders/lib/texels_between.wesl.
+    fn load_bilinear(&self, texture: usize, at: [&[R]; 2], active: LaneMask, out: [&mut [R]; 4]);
     /// One texel; zeros outside the level. x, y and level are bit-cast integers ([`Real::lane_bits`]); y and level have one value per lane, or one for all
     /// lanes. Every lane of `out` is written.
     fn load(&self, texture: usize, x: &[R], y: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]);
@@ -37,7 +37,7 @@ pub struct Gradients<'a, R> {
     pub dv_dy: &'a [R],
 }
 
-/// A texture unit for programs that read no texture: every read returns zeros.
+/// A texture unit for programs that should read no texture: a read returns zeros.
 pub struct NoTextures;
 
 impl<R: Real> TextureUnit<R> for NoTextures {
@@ -47,7 +47,7 @@ impl<R: Real> TextureUnit<R> for NoTextures {
     fn sample_level(&self, _: usize, _: &[R], _: &[R], _: &[R], _: LaneMask, out: [&mut [R]; 4]) {
         out.into_iter().for_each(|o| o.fill(R::ZERO));
     }
-    fn between(&self, _: usize, _: [&[R]; 2], _: LaneMask, out: [&mut [R]; 4]) {
+    fn load_bilinear(&self, _: usize, _: [&[R]; 2], _: LaneMask, out: [&mut [R]; 4]) {
         out.into_iter().for_each(|o| o.fill(R::ZERO));
     }
     fn load(&self, _: usize, _: &[R], _: &[R], _: &[R], _: LaneMask, out: [&mut [R]; 4]) {

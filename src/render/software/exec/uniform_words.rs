@@ -7,12 +7,15 @@ use super::LANES;
 use crate::render::software::math::Real;
 use crate::render::software::tape::WordKind;
 
-/// The position of one word in each element of an array in the uniform block. Offset and stride in bytes.
+/// The position of one word in each element of an array in the uniform block.
 #[derive(Clone, Copy)]
 pub(crate) struct UniformElements {
     pub kind: WordKind,
+    /// Byte offset of the word in the first element.
     pub offset: u32,
+    /// Bytes from one element to the next.
     pub stride: u32,
+    /// Number of elements.
     pub count: u32,
 }
 
@@ -28,7 +31,7 @@ impl UniformElements {
         }
     }
 
-    /// The word of one element.
+    /// The word of the element at `index`.
     pub fn read<R: Real>(self, words: &[u32], index: u32) -> R {
         let word = self.offset.saturating_add(index.min(self.last_index()).saturating_mul(self.stride)) as usize / 4;
         self.value(words.get(word).copied().unwrap_or(0))
@@ -44,7 +47,7 @@ impl UniformElements {
         words.get(first..end).filter(|_| is_aligned && last < i32::MAX as usize).map(|span| (span, step))
     }
 
-    /// The word of each lane's element. Not inlined: the loop over a tape's steps would keep fewer of its values in registers.
+    /// The word of each lane's element. Not inlined: the loop over a tape's steps would keep fewer of its values in processor registers.
     #[inline(never)]
     pub fn gather<R: Real>(self, words: &[u32], indices: &[R; LANES], out: &mut [R; LANES]) {
         let Some((span, step)) = self.span(words) else {
@@ -77,7 +80,7 @@ unsafe fn gather_avx2(span: &[u32], step: u32, last_index: u32, indices: &[f32],
     let last = _mm256_set1_epi32(last_index.cast_signed());
     let step = _mm256_set1_epi32(step.cast_signed());
     for (out, indices) in out.as_chunks_mut::<8>().0.iter_mut().zip(indices.as_chunks::<8>().0) {
-        // SAFETY: an array and a register have eight words each; no word index is greater than that of the last element.
+        // SAFETY: an array of eight words has the size of an AVX register; no word index is greater than that of the last element.
         unsafe {
             let index = _mm256_min_epu32(std::mem::transmute::<[f32; 8], __m256i>(*indices), last);
             let words = _mm256_i32gather_epi32::<4>(span.as_ptr().cast(), _mm256_mullo_epi32(index, step));
@@ -108,15 +111,19 @@ mod tests {
     #[test]
     fn gather_returns_in_each_lane_what_a_single_read_returns() {
         let words: Vec<u32> = (0..40).map(|k| (1.5 * k as f32).to_bits()).collect();
-        let of = |kind, offset, stride, count| UniformElements { kind, offset, stride, count };
-        let inside =
-            [of(WordKind::Float, 8, 16, 7), of(WordKind::Int, 4, 4, 9), of(WordKind::Float, 0, 16, 0), of(WordKind::Float, 156, 16, 1)];
+        let elements = |kind, offset, stride, count| UniformElements { kind, offset, stride, count };
+        let inside = [
+            elements(WordKind::Float, 8, 16, 7),
+            elements(WordKind::Int, 4, 4, 9),
+            elements(WordKind::Float, 0, 16, 0),
+            elements(WordKind::Float, 156, 16, 1),
+        ];
         // The last elements lie beyond the block, or the words are not aligned.
         let beyond = [
-            of(WordKind::Float, 8, 32, 7),
-            of(WordKind::Float, 400, 4, 3),
-            of(WordKind::Float, 2, 6, 4),
-            of(WordKind::Int, 0, u32::MAX, 3),
+            elements(WordKind::Float, 8, 32, 7),
+            elements(WordKind::Float, 400, 4, 3),
+            elements(WordKind::Float, 2, 6, 4),
+            elements(WordKind::Int, 0, u32::MAX, 3),
         ];
         for (elements, has_span) in inside.map(|e| (e, true)).into_iter().chain(beyond.map(|e| (e, false))) {
             assert_eq!(elements.span(&words).is_some(), has_span);

@@ -191,7 +191,7 @@ eval! {
     Fma = |R, FMA, a, b, c| a.fma::<FMA>(b, c);
     Fms = |R, FMA, a, b, c| a.fma::<FMA>(b, -c);
     Fnma = |R, FMA, a, b, c| (-a).fma::<FMA>(b, c);
-    Select = |R, FMA, a, b, c| if a.mask() { b } else { c };
+    Select = |R, FMA, a, b, c| if a.is_mask_set() { b } else { c };
     // For scalars only: the derivative of one value for all lanes is zero. Lanes have their own derivative kernels.
     Dpdx = |R, FMA, _, _, _| R::ZERO;
     Dpdy = |R, FMA, _, _, _| R::ZERO;

@@ -1,7 +1,7 @@
-//! Builds the steps (instructions in SSA form): constant folding, simplification, value numbering, and the rate of each value.
+//! Builds the steps (instructions in SSA form). Folds constants, simplifies, finds equal computations (value numbering), and determines the rate of each value.
 //!
-//! A value's rate states how often it is computed: constant; per draw (once, on the draw tape); uniform (one value for all lanes, on the lane tape
-//! because it may change in a loop); per lane. An operation has the highest rate among its operands.
+//! A value's rate states how often it is computed: constant; per draw (once, on the draw tape); shared (one value for all lanes, on the lane tape
+//! because it may change in a loop); per lane. The result of an operation has the highest rate among its operands.
 
 use super::step::{JumpLabel, SsaStep, SsaValue, SsaValues};
 use crate::render::software::kernels;
@@ -23,20 +23,20 @@ pub(crate) struct SsaBuilder {
     /// Index of each constant, by its type and its bits.
     constant_index: HashMap<(u8, u64), u32>,
     /// Steps of the draw tape.
-    pub draw: Vec<SsaStep>,
+    pub draw_steps: Vec<SsaStep>,
     /// Steps of the lane tape.
-    pub code: Vec<SsaStep>,
-    /// The numbers that were given last.
+    pub lane_steps: Vec<SsaStep>,
+    /// The numbers of the newest value and of the newest label.
     last_value: u32,
     last_label: JumpLabel,
-    /// Values computed on the draw tape, which are available everywhere.
+    /// Values computed on the draw tape. They are available everywhere.
     draw_available: HashMap<Computation, SsaValue>,
     /// The operands of each `select` between lanes, by its result.
     selects: HashMap<SsaValue, [SsaValue; 3]>,
     /// The operand of each `BNot`, by its result.
     negated: HashMap<SsaValue, SsaValue>,
-    /// Values computed on the lane tape in each open region (code that may be skipped), innermost last. They are kept by region, because a value from a region
-    /// that may be skipped must not be used outside it.
+    /// Values computed on the lane tape: those outside all regions, then those of each open region, innermost last. A region is a part of the tape that may
+    /// be skipped, so its values must not be used after it.
     available: Vec<HashMap<Computation, SsaValue>>,
 }
 
@@ -91,9 +91,9 @@ impl SsaBuilder {
         self.last_value += 1;
         SsaValue::Lane(self.last_value)
     }
-    pub(crate) fn fresh_uniform(&mut self) -> SsaValue {
+    pub(crate) fn fresh_shared(&mut self) -> SsaValue {
         self.last_value += 1;
-        SsaValue::Uniform(self.last_value)
+        SsaValue::Shared(self.last_value)
     }
     pub(crate) fn label(&mut self) -> JumpLabel {
         self.last_label += 1;
@@ -107,30 +107,31 @@ impl SsaBuilder {
         self.available.pop();
     }
 
-    fn find(&self, key: &Computation) -> Option<SsaValue> {
+    fn find_computed(&self, key: &Computation) -> Option<SsaValue> {
         self.draw_available.get(key).or_else(|| self.available.iter().rev().find_map(|region| region.get(key))).copied()
     }
 
-    /// A new value at the highest rate of its operands.
-    fn fresh_for(&mut self, args: &[SsaValue]) -> SsaValue {
+    /// A new value, with the highest rate among the operands from which it is computed.
+    fn fresh_result(&mut self, args: &[SsaValue]) -> SsaValue {
         self.last_value += 1;
         if args.iter().any(|a| matches!(a, SsaValue::Lane(_))) {
             SsaValue::Lane(self.last_value)
-        } else if args.iter().any(|a| matches!(a, SsaValue::Uniform(_))) {
-            SsaValue::Uniform(self.last_value)
+        } else if args.iter().any(|a| matches!(a, SsaValue::Shared(_))) {
+            SsaValue::Shared(self.last_value)
         } else {
             SsaValue::Draw(self.last_value)
         }
     }
 
+    /// Appends a step to the tape on which `dst` is computed. With a `key`, an equal computation reuses `dst` from now on.
     fn emit(&mut self, dst: SsaValue, key: Option<Computation>, step: SsaStep) -> SsaValue {
         if matches!(dst, SsaValue::Draw(_)) {
-            self.draw.push(step);
+            self.draw_steps.push(step);
             if let Some(k) = key {
                 self.draw_available.insert(k, dst);
             }
         } else {
-            self.code.push(step);
+            self.lane_steps.push(step);
             if let (Some(k), Some(available)) = (key, self.available.last_mut()) {
                 available.insert(k, dst);
             }
@@ -138,6 +139,7 @@ impl SsaBuilder {
         dst
     }
 
+    /// The result of an operation: folded, simplified, found among earlier results, or computed by a new step.
     pub(crate) fn op(&mut self, op: Op, args: &[SsaValue]) -> SsaValue {
         if let Some(folded) = self.fold(op, args) {
             return folded;
@@ -150,10 +152,10 @@ impl SsaBuilder {
             args.sort();
         }
         let key = Computation::Op(op, args.clone());
-        if let Some(v) = self.find(&key) {
+        if let Some(v) = self.find_computed(&key) {
             return v;
         }
-        let dst = self.fresh_for(&args);
+        let dst = self.fresh_result(&args);
         match (op, &args[..]) {
             (Op::Select, &[cond, yes, no]) if matches!(dst, SsaValue::Lane(_)) => {
                 self.selects.insert(dst, [cond, yes, no]);
@@ -166,10 +168,10 @@ impl SsaBuilder {
         self.emit(dst, Some(key), SsaStep::Op { dst, op, args })
     }
 
-    pub(crate) fn un(&mut self, op: Op, a: SsaValue) -> SsaValue {
+    pub(crate) fn unary(&mut self, op: Op, a: SsaValue) -> SsaValue {
         self.op(op, &[a])
     }
-    pub(crate) fn bin(&mut self, op: Op, a: SsaValue, b: SsaValue) -> SsaValue {
+    pub(crate) fn binary(&mut self, op: Op, a: SsaValue, b: SsaValue) -> SsaValue {
         self.op(op, &[a, b])
     }
     pub(crate) fn select(&mut self, cond: SsaValue, yes: SsaValue, no: SsaValue) -> SsaValue {
@@ -184,10 +186,10 @@ impl SsaBuilder {
         if matches!(op, Op::Copy) {
             return None;
         }
-        // The operands as f64 lanes store them: integers and booleans as bits.
-        let mut raw = [0.0f64; 3];
-        for (r, a) in raw.iter_mut().zip(args) {
-            *r = match self.known_constant(*a)? {
+        // The operands as lanes of f64 store them: integers and booleans as bits.
+        let mut stored = [0.0f64; 3];
+        for (operand, a) in stored.iter_mut().zip(args) {
+            *operand = match self.known_constant(*a)? {
                 Constant::Float(x) => x,
                 Constant::Int(i) => f64::from_bits(u64::from(i)),
                 Constant::Bool(b) => f64::from_bits(if b { u64::MAX } else { 0 }),
@@ -196,7 +198,7 @@ impl SsaBuilder {
         if op == Op::Select {
             return Some(if self.known_bool(args[0])? { args[1] } else { args[2] });
         }
-        let y = kernels::eval::<f64>(op, false, raw[0], raw[1], raw[2]);
+        let y = kernels::eval::<f64>(op, false, stored[0], stored[1], stored[2]);
         let kind = match result_kind(op) {
             ResultKind::Same => match self.known_constant(args[0])? {
                 Constant::Float(_) => ResultKind::Float,
@@ -223,10 +225,10 @@ impl SsaBuilder {
             (Op::Div, &[a, b]) => {
                 // A power of two within the range of f32 has an exact reciprocal, and the product rounds like the quotient.
                 let Some(Constant::Float(x)) = self.known_constant(b) else { return None };
-                let power_of_two = x.to_bits() << 12 == 0 && (2f64.powi(-120)..=2f64.powi(120)).contains(&x.abs());
-                power_of_two.then(|| {
+                let is_power_of_two = x.to_bits() << 12 == 0 && (2f64.powi(-120)..=2f64.powi(120)).contains(&x.abs());
+                is_power_of_two.then(|| {
                     let reciprocal = self.float(1.0 / x);
-                    self.bin(Op::Mul, a, reciprocal)
+                    self.binary(Op::Mul, a, reciprocal)
                 })
             }
             (Op::Add, &[a, b]) if is_constant(self, b, zero) => Some(a),
@@ -255,33 +257,33 @@ impl SsaBuilder {
                 if let Some(&opposite) = self.negated.get(&c) {
                     return Some(self.select(opposite, b, a));
                 }
-                // An inner select with the same condition: both sides of a branch, of which one returned early.
+                // An inner select with the same condition takes the same side as the outer one. Such selects arise where one side of a branch returns early.
                 let side = |v, k: usize| self.selects.get(&v).filter(|inner| inner[0] == c).map(|inner| inner[k]);
                 let (yes, no) = (side(a, 1).unwrap_or(a), side(b, 2).unwrap_or(b));
                 if (yes, no) != (a, b) {
                     return Some(self.select(c, yes, no));
                 }
-                // select(c, select(inner, new, old), old) needs one select: dead-code elimination removes the inner one if nothing else reads it. Where `c`
-                // does not hold, `inner` may have any bits.
+                // select(c, select(inner, new, old), old) is select(c & inner, new, old). Where `c` does not hold, `inner` may have any bits. Dead-code
+                // elimination removes the inner select if nothing else reads it.
                 if let Some(&[inner, new, old]) = self.selects.get(&a)
                     && old == b
                 {
-                    let both = self.bin(Op::And, c, inner);
+                    let both = self.binary(Op::And, c, inner);
                     return Some(self.select(both, new, b));
                 }
                 // Masks are all ones or all zeros, so a select between masks of which one is constant is a logical operation.
                 match (self.known_bool(a), self.known_bool(b)) {
                     (Some(true), Some(false)) => Some(c),
                     (Some(false), Some(true)) => Some(self.not(c)),
-                    (Some(true), None) => Some(self.bin(Op::Or, c, b)),
-                    (None, Some(false)) => Some(self.bin(Op::And, c, a)),
+                    (Some(true), None) => Some(self.binary(Op::Or, c, b)),
+                    (None, Some(false)) => Some(self.binary(Op::And, c, a)),
                     (Some(false), None) => {
                         let n = self.not(c);
-                        Some(self.bin(Op::And, n, b))
+                        Some(self.binary(Op::And, n, b))
                     }
                     (None, Some(true)) => {
                         let n = self.not(c);
-                        Some(self.bin(Op::Or, n, a))
+                        Some(self.binary(Op::Or, n, a))
                     }
                     _ => None,
                 }
@@ -291,7 +293,7 @@ impl SsaBuilder {
         }
     }
 
-    /// Loads the word at byte `offset` of the uniform block; with `index` = (i, n), the i-th word from there, i clamped to n - 1.
+    /// Loads the word at byte `offset` of the uniform block. With `index` = (i, n), loads the i-th word from there, where i is clamped to n - 1.
     pub(crate) fn load_uniform(&mut self, kind: WordKind, offset: u32, index: Option<(SsaValue, u32)>) -> SsaValue {
         let (index, count) = match index {
             Some((i, n)) => match self.known_int(i) {
@@ -301,16 +303,16 @@ impl SsaBuilder {
             None => (None, 1),
         };
         let key = Computation::UniformLoad { offset, count, is_integer: kind == WordKind::Int, index };
-        if let Some(v) = self.find(&key) {
+        if let Some(v) = self.find_computed(&key) {
             return v;
         }
-        let dst = self.fresh_for(index.as_slice());
+        let dst = self.fresh_result(index.as_slice());
         self.emit(dst, Some(key), SsaStep::LoadUniform { dst, kind, offset, index, stride: 4, count })
     }
 
     pub(crate) fn texture(&mut self, op: TextureOp, texture: u16, args: &[SsaValue], mask: SsaValue) -> [SsaValue; 4] {
         let dst = [(); 4].map(|()| self.fresh_lane());
-        self.code.push(SsaStep::Texture { op, texture, dst, args: SsaValues::from_slice(args), mask });
+        self.lane_steps.push(SsaStep::Texture { op, texture, dst, args: SsaValues::from_slice(args), mask });
         dst
     }
 
@@ -320,10 +322,10 @@ impl SsaBuilder {
             return None;
         }
         let key = Computation::TextureSize { texture, axis, level };
-        if let Some(v) = self.find(&key) {
+        if let Some(v) = self.find_computed(&key) {
             return Some(v);
         }
-        let dst = self.fresh_uniform();
+        let dst = self.fresh_shared();
         Some(self.emit(dst, Some(key), SsaStep::TextureSize { dst, texture, axis, level }))
     }
 }

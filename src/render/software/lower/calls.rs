@@ -1,4 +1,4 @@
-//! Lowers calls by inlining every function at its call sites.
+//! Lowers calls by inlining every function at its call sites, except calls that become one native operation (`native.rs`).
 
 use super::error::Result;
 use super::lowerer::{CallFrame, Lowerer};
@@ -17,7 +17,7 @@ impl<'m> Lowerer<'m> {
     /// Inlines a call; returns the scalars of its result.
     pub(crate) fn call(&mut self, function: &'m Function, info: &'m FunctionInfo, arguments: Vec<Value>) -> Result<Vec<SsaValue>> {
         // During the call, `env` ends with the flag that `return` sets, the scalars of the result, and the local variables.
-        let base = self.env.len();
+        let return_flag = self.env.len();
         let no = self.builder.bool(false);
         self.env.push(no);
         let result = self.env.len();
@@ -25,28 +25,28 @@ impl<'m> Lowerer<'m> {
             let zeros = self.zeros(&self.module.types[r.ty].inner)?;
             self.env.extend(zeros);
         }
-        let end = self.env.len();
+        let result_end = self.env.len();
         let mut frame = CallFrame {
             function,
             info,
             arguments,
             values: HashMap::default(),
             locals: HashMap::default(),
-            return_flag: base,
+            return_flag,
             result,
             loops: Vec::new(),
         };
-        let mut inits = Vec::new();
+        let mut initialisers = Vec::new();
         for (handle, local) in function.local_variables.iter() {
             frame.locals.insert(handle, self.env.len());
             if let Some(init) = local.init {
-                inits.push((self.env.len(), init));
+                initialisers.push((self.env.len(), init));
             }
             let zeros = self.zeros(&self.module.types[local.ty].inner)?;
             self.env.extend(zeros);
         }
         self.frames.push(frame);
-        for (first, init) in inits {
+        for (first, init) in initialisers {
             let values = self.scalars_of(init)?;
             self.env[first..first + values.len()].copy_from_slice(&values);
         }
@@ -55,12 +55,12 @@ impl<'m> Lowerer<'m> {
         self.is_directly_in_loop = was_directly_in_loop;
         self.capture_variables()?;
         self.frames.pop();
-        let scalars = self.env[result..end].to_vec();
-        self.env.truncate(base);
+        let scalars = self.env[result..result_end].to_vec();
+        self.env.truncate(return_flag);
         Ok(scalars)
     }
 
-    /// Lowers a call statement, and stores the value of its result if it has one.
+    /// Lowers a call statement, inlined or as a native operation, and records the value of its result if it has one.
     pub(crate) fn call_statement(
         &mut self,
         statement: &'m Statement,
@@ -85,6 +85,7 @@ impl<'m> Lowerer<'m> {
         result.map_or(Ok(()), |r| self.set_result(r, scalars))
     }
 
+    /// Records the value of a call's result for the expressions that read it.
     fn set_result(&mut self, result: Handle<Expression>, scalars: Vec<SsaValue>) -> Result<()> {
         let value = Value::Scalars(scalars);
         self.capture_expression(result, &value)?;

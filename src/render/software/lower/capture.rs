@@ -1,8 +1,8 @@
-//! Adds named intermediate values to the outputs of a program, for inspecting a pixel.
+//! Adds the named values of a module to the outputs of its program, for the probe of a pixel.
 //!
 //! In: a module and an entry point. Out: its program with one more output for each scalar of every named value. Named values are the value of each `let`, and
-//! that of each variable when its function returns. Names in a called function are prefixed with the function's name and a slash; in its second call by the
-//! same caller the prefix is `name#2`. In a loop the value of the last iteration is output. A value that the pixel's control flow does not reach is
+//! that of each variable when its function returns. Names in a called function are prefixed with the function's name and a slash. In its second call by the
+//! same caller, the prefix is `name#2/`. In a loop the value of the last iteration is output. A value that the pixel's control flow does not reach is
 //! NaN. Programs that draw images have none of these outputs.
 
 use super::error::Result;
@@ -21,12 +21,12 @@ impl<'m> Lowerer<'m> {
     pub(crate) fn enter_named_call(&mut self, callee: Option<&str>, call: &'m Statement) {
         let Some(named_values) = &mut self.named_values else { return };
         let callee = callee.unwrap_or("?").to_owned();
-        let sites = named_values.calls.entry((named_values.call_path.join("/"), callee.clone())).or_default();
+        let call_sites = named_values.calls.entry((named_values.call_path.join("/"), callee.clone())).or_default();
         // The address of a call statement identifies it, since the module is borrowed during lowering.
         let call_site = std::ptr::from_ref(call).addr();
-        let call_number = sites.iter().position(|s| *s == call_site).unwrap_or_else(|| {
-            sites.push(call_site);
-            sites.len() - 1
+        let call_number = call_sites.iter().position(|s| *s == call_site).unwrap_or_else(|| {
+            call_sites.push(call_site);
+            call_sites.len() - 1
         });
         named_values.call_path.push(if call_number == 0 { callee } else { format!("{callee}#{}", call_number + 1) });
     }
@@ -37,7 +37,7 @@ impl<'m> Lowerer<'m> {
         }
     }
 
-    /// Captures an expression's value if it has a name.
+    /// Captures an expression's value if a `let` gives it a name.
     pub(crate) fn capture_expression(&mut self, handle: Handle<Expression>, value: &Value) -> Result<()> {
         let (Some(_), Value::Scalars(scalars)) = (&self.named_values, value) else { return Ok(()) };
         let frame = self.frame();
@@ -61,7 +61,7 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
-    /// Assigns a value to its output variables, converted to floats; members of a struct are captured one by one.
+    /// Converts a value to floats and assigns them to its outputs. The members of a struct are captured one by one.
     fn capture_value(&mut self, name: String, inner: &TypeInner, scalars: &[SsaValue]) -> Result<()> {
         if let TypeInner::Struct { members, .. } = inner {
             let mut member_start = 0;
@@ -83,23 +83,23 @@ impl<'m> Lowerer<'m> {
             .iter()
             .map(|v| match kind {
                 ScalarKind::Bool => self.builder.select(*v, one, zero),
-                ScalarKind::Sint => self.builder.un(Op::FFromI, *v),
-                ScalarKind::Uint => self.builder.un(Op::FFromU, *v),
+                ScalarKind::Sint => self.builder.unary(Op::FFromI, *v),
+                ScalarKind::Uint => self.builder.unary(Op::FFromU, *v),
                 _ => *v,
             })
             .collect();
-        let new_scalars: Vec<SsaValue> = numbers.iter().map(|_| self.builder.fresh_lane()).collect();
+        let new_outputs: Vec<SsaValue> = numbers.iter().map(|_| self.builder.fresh_lane()).collect();
         let Some(named_values) = &mut self.named_values else { return Ok(()) };
         let name = named_values.call_path.iter().cloned().chain([name]).collect::<Vec<_>>().join("/");
         let index = *named_values.index_of.entry(name.clone()).or_insert_with(|| {
-            named_values.captured.push(CapturedValue { name, scalars: new_scalars });
+            named_values.captured.push(CapturedValue { name, scalars: new_outputs });
             named_values.captured.len() - 1
         });
-        let captured = named_values.captured[index].scalars.clone();
-        for (dst, v) in captured.into_iter().zip(numbers) {
+        let outputs = named_values.captured[index].scalars.clone();
+        for (dst, v) in outputs.into_iter().zip(numbers) {
             // Inactive lanes keep their earlier value.
             let from = self.builder.select(self.active_mask, v, dst);
-            self.builder.code.push(SsaStep::Assign { dst, from });
+            self.builder.lane_steps.push(SsaStep::Assign { dst, from });
         }
         Ok(())
     }

@@ -1,7 +1,8 @@
 //! Fuses operations into chains. Each operation of a chain is the only reader of the previous operation's result, and one kernel computes them all.
 //!
-//! In: the steps after all other passes. Out: the same steps with chains, each split into as few kernels as `kernels/chains.rs` allows. Always: a chain
-//! replaces its last operation; its operations come from one basic block, and no loop variable that they read is assigned between them.
+//! In: the steps after all other passes. Out: the same steps with chains, each split into as few kernels as `kernels/chains.rs` allows. Always: a kernel
+//! takes the place of the last of its operations; the operations of a chain come from one basic block, and no loop variable that they read is assigned
+//! between them.
 
 use super::step::{SsaStep, SsaValue, SsaValues, reads};
 use crate::render::software::kernels::chains::{MAX_CHAIN_OPS, MAX_OPERANDS, find};
@@ -12,10 +13,10 @@ use smallvec::smallvec;
 /// One operation of a chain.
 #[derive(Clone)]
 struct ChainOp {
-    /// Index in the code.
+    /// Index of its step.
     index: usize,
     op: FusedOp,
-    /// All operands, including the previous result.
+    /// All operands, including the previous operation's result.
     args: SsaValues,
 }
 
@@ -28,6 +29,7 @@ pub(crate) fn fuse_chains(code: &mut Vec<SsaStep>, outputs: &[SsaValue]) {
     for (index, step) in code.iter().enumerate() {
         match step {
             SsaStep::Assign { dst, .. } => {
+                // A chain that reads the old value must be computed before this step.
                 let stale: Vec<SsaValue> =
                     open_chains.iter().filter(|(_, c)| c.iter().any(|op| op.args.contains(dst))).map(|(v, _)| *v).collect();
                 closed_chains.extend(stale.iter().filter_map(|v| open_chains.remove(v)));
@@ -130,7 +132,7 @@ fn fold_negations(code: &mut Vec<SsaStep>, outputs: &[SsaValue]) {
     });
 }
 
-/// Swaps the operands of a commutative operation so that the chain's result is second, which halves the number of kernels.
+/// Swaps the operands of a commutative operation so that the previous result is second, as in the table of chains, which then needs half as many kernels.
 fn commuted(op: FusedOp, args: &[SsaValue]) -> (FusedOp, SsaValues) {
     let mut args = SsaValues::from_slice(args);
     if op.chained_operand == 0 && matches!(op.op, Op::Mul | Op::Add | Op::And | Op::Or | Op::Fma | Op::Fms | Op::Fnma) {
@@ -140,8 +142,8 @@ fn commuted(op: FusedOp, args: &[SsaValue]) -> (FusedOp, SsaValues) {
     (op, args)
 }
 
-/// The operands of a piece of a chain, and their kinds (a set bit: one value per lane, as in `kind_bits`). The operands of the first operation come first,
-/// then those of each further operation that are not the previous result.
+/// The operands of a piece of a chain, and their kinds as in `kernels::chains::kind_bits` (a set bit: one value per lane). The operands of the first
+/// operation come first, then those of each further operation that are not the previous result.
 fn operands(piece: &[ChainOp]) -> Option<(SsaValues, u8)> {
     let mut all = piece.first()?.args.clone();
     for op in &piece[1..] {

@@ -13,55 +13,55 @@ use rustc_hash::FxHashMap as HashMap;
 /// A region of fewer steps than this, all of them cheap, runs without a skip, because the test would cost as much as the region.
 const MIN_SKIPPED_STEPS: usize = 12;
 
-/// How a scalar changes in a loop.
+/// How a scalar of the environment changes in a loop.
 #[derive(Clone, Copy, PartialEq, Eq)]
 struct ScalarChange {
     /// The scalar differs between lanes.
     is_per_lane: bool,
-    /// The scalar changes in iterations after which the loop repeats, not only where it is left by a jump.
-    when_repeating: bool,
+    /// The scalar has changed at the end of the body, not only at jumps out of the loop.
+    at_body_end: bool,
 }
 
 impl<'m> Lowerer<'m> {
-    /// Whether the innermost loop's `continue` flag may be set here.
+    /// Whether the flag of the innermost loop's `continue` may be set here.
     pub(super) fn may_continue(&self) -> bool {
         self.frame().loops.last().is_some_and(|l| self.builder.known_bool(self.env[l.continue_flag]) != Some(false))
     }
 
-    /// Leaves the innermost loop by a jump if the (uniform) flag `exited` is set. Afterwards no flag is set.
+    /// Leaves the innermost loop by a jump if the flag `exited`, one value for all lanes, is set. Afterwards no flag is set.
     pub(super) fn leave_loop_if(&mut self, exited: SsaValue) {
         let no_exit = self.builder.label();
-        self.builder.code.push(SsaStep::JumpIf { cond: exited, when: false, label: no_exit });
+        self.builder.lane_steps.push(SsaStep::JumpIf { cond: exited, when: false, label: no_exit });
         let env = self.env.clone();
         if let Some(open_loop) = self.open_loops.last_mut() {
             open_loop.exit_envs.push(env.clone());
             let (variables, exit) = (open_loop.variables.clone(), open_loop.exit);
             self.assign(&variables, &env);
-            self.builder.code.push(SsaStep::Jump { label: exit });
+            self.builder.lane_steps.push(SsaStep::Jump { label: exit });
         }
-        self.builder.code.push(SsaStep::Label(no_exit));
+        self.builder.lane_steps.push(SsaStep::Label(no_exit));
         self.clear_flags();
     }
 
-    /// Assigns loop variables their next values from `env`, with the effect of a parallel assignment.
+    /// Assigns to each loop variable (index in `env`, variable) its next value in `env`, with the effect of a parallel assignment.
     fn assign(&mut self, variables: &[(usize, SsaValue)], env: &[SsaValue]) {
         let mut moves: Vec<(SsaValue, SsaValue)> =
             variables.iter().map(|&(scalar, phi)| (phi, env[scalar])).filter(|(phi, v)| phi != v).collect();
         for i in 0..moves.len() {
             let from = moves[i].1;
             if moves[..i].iter().any(|(phi, _)| *phi == from) {
-                let copy = if matches!(from, SsaValue::Lane(_)) { self.builder.fresh_lane() } else { self.builder.fresh_uniform() };
+                let copy = if matches!(from, SsaValue::Lane(_)) { self.builder.fresh_lane() } else { self.builder.fresh_shared() };
                 moves[i].1 = copy;
-                self.builder.code.push(SsaStep::Assign { dst: copy, from });
+                self.builder.lane_steps.push(SsaStep::Assign { dst: copy, from });
             }
         }
         for (dst, from) in moves {
-            self.builder.code.push(SsaStep::Assign { dst, from });
+            self.builder.lane_steps.push(SsaStep::Assign { dst, from });
         }
     }
 
-    /// The exit of the innermost loop, if this iteration has changed no scalar yet except the flag of `break`. If no lane remains here, the rest of the iteration
-    /// has no effect and no further iteration runs, so that a jump to the exit may replace both.
+    /// The exit of the innermost loop, if this iteration has not yet changed any scalar except the flag of `break`. Then, if no lane remains here, the rest
+    /// of the iteration has no effect and no further iteration runs, so that a jump to the exit may replace both.
     pub(super) fn exit_of_unchanged_iteration(&self) -> Option<JumpLabel> {
         let open_loop = self.open_loops.last()?;
         let break_flag = self.frame().loops.last()?.break_flag;
@@ -76,34 +76,34 @@ impl<'m> Lowerer<'m> {
         self.conditional_or_jump(cond, None, body)
     }
 
-    /// As [`Lowerer::conditional`], but if `cond` is a lane value, the jump goes to `elsewhere`, if it is given, instead of past the body.
+    /// As [`Lowerer::conditional`]. If `cond` is a lane value and there is a `skip_target`, the jump goes there instead of past the body.
     pub(super) fn conditional_or_jump(
         &mut self,
         cond: SsaValue,
-        elsewhere: Option<JumpLabel>,
+        skip_target: Option<JumpLabel>,
         body: impl FnOnce(&mut Self) -> Result<()>,
     ) -> Result<()> {
         let before = self.env.clone();
         let (outer_mask, was_directly_in_loop) = (self.active_mask, std::mem::replace(&mut self.is_directly_in_loop, false));
         let label = self.builder.label();
         if matches!(cond, SsaValue::Lane(_)) {
-            self.active_mask = self.builder.bin(Op::And, outer_mask, cond);
-            self.builder.code.push(SsaStep::SkipIfNoLane { mask: self.active_mask, label: elsewhere.unwrap_or(label) });
+            self.active_mask = self.builder.binary(Op::And, outer_mask, cond);
+            self.builder.lane_steps.push(SsaStep::SkipIfNoLane { mask: self.active_mask, label: skip_target.unwrap_or(label) });
         } else {
-            self.builder.code.push(SsaStep::JumpIf { cond, when: false, label });
+            self.builder.lane_steps.push(SsaStep::JumpIf { cond, when: false, label });
         }
-        let start = self.builder.code.len();
+        let start = self.builder.lane_steps.len();
         self.builder.open_region();
         self.condition_depth += 1;
         body(self)?;
         self.condition_depth -= 1;
         self.builder.close_region();
-        let region = &self.builder.code[start..];
+        let region = &self.builder.lane_steps[start..];
         let needs_no_skip = region.len() < MIN_SKIPPED_STEPS && region.iter().all(|s| matches!(s, SsaStep::Op { op, .. } if is_cheap(*op)));
         if needs_no_skip && matches!(cond, SsaValue::Lane(_)) {
-            self.builder.code.remove(start - 1);
+            self.builder.lane_steps.remove(start - 1);
         } else {
-            self.builder.code.push(SsaStep::Label(label));
+            self.builder.lane_steps.push(SsaStep::Label(label));
         }
         self.active_mask = outer_mask;
         self.is_directly_in_loop = was_directly_in_loop;
@@ -162,9 +162,9 @@ impl<'m> Lowerer<'m> {
                 SwitchValue::U32(u) => Some(self.builder.int(u)),
                 SwitchValue::Default => None,
             };
-            let is_match = case_value.map(|k| self.builder.bin(Op::IEq, value, k));
+            let is_match = case_value.map(|k| self.builder.binary(Op::IEq, value, k));
             if let Some(is_match) = is_match {
-                any_match = self.builder.bin(Op::Or, any_match, is_match);
+                any_match = self.builder.binary(Op::Or, any_match, is_match);
             }
             matches.push(is_match);
         }
@@ -179,12 +179,14 @@ impl<'m> Lowerer<'m> {
         }
         let continue_flag = outer_loop.map_or(break_flag + 1, |l| l.continue_flag);
         self.frame_mut().loops.push(LoopFlags { break_flag, continue_flag });
+        // The lanes that enter the next case because this one falls through.
         let mut fall_through_mask = no;
         for (case, is_match) in cases.iter().zip(matches) {
-            let enter = self.builder.bin(Op::Or, is_match.unwrap_or(is_default), fall_through_mask);
+            let enter = self.builder.binary(Op::Or, is_match.unwrap_or(is_default), fall_through_mask);
             let exited = self.exited();
             let remaining = self.builder.not(exited);
-            let enter_now = self.builder.bin(Op::And, enter, remaining);
+            let enter_now = self.builder.binary(Op::And, enter, remaining);
+            // Lanes that enter clear their flags; the merge keeps the flags of the other lanes.
             self.branch(
                 enter_now,
                 |this| {
@@ -193,7 +195,6 @@ impl<'m> Lowerer<'m> {
                 },
                 |_| Ok(()),
             )?;
-            // Lanes inside the case have cleared their flags; the merge keeps the flags of the other lanes.
             fall_through_mask = if case.fall_through { enter } else { no };
         }
         self.frame_mut().loops.pop();
@@ -209,12 +210,12 @@ impl<'m> Lowerer<'m> {
         // The flags of `break` and `continue`.
         self.env.extend([no, no]);
         let start_env = self.env.clone();
-        let start_code = self.builder.code.len();
+        let first_step = self.builder.lane_steps.len();
         let (outer_mask, was_directly_in_loop) = (self.active_mask, self.is_directly_in_loop);
         let mut changing: HashMap<usize, ScalarChange> = HashMap::default();
         loop {
             self.env.clone_from(&start_env);
-            self.builder.code.truncate(start_code);
+            self.builder.lane_steps.truncate(first_step);
             self.active_mask = outer_mask;
             self.frame_mut().loops.push(LoopFlags { break_flag: base, continue_flag: base + 1 });
             let changes = self.lower_loop_assuming(body, continuing, break_if, &changing);
@@ -225,7 +226,7 @@ impl<'m> Lowerer<'m> {
                 let known = changing.get(&scalar).copied();
                 let merged = known.map_or(new, |k| ScalarChange {
                     is_per_lane: k.is_per_lane || new.is_per_lane,
-                    when_repeating: k.when_repeating || new.when_repeating,
+                    at_body_end: k.at_body_end || new.at_body_end,
                 });
                 if known != Some(merged) {
                     changing.insert(scalar, merged);
@@ -257,17 +258,17 @@ impl<'m> Lowerer<'m> {
         let return_flag = self.frame().return_flag;
         for scalar in scalars {
             let is_per_lane = changing[&scalar].is_per_lane || matches!(self.env[scalar], SsaValue::Lane(_));
-            let phi = if is_per_lane { self.builder.fresh_lane() } else { self.builder.fresh_uniform() };
-            self.builder.code.push(SsaStep::Assign { dst: phi, from: self.env[scalar] });
+            let phi = if is_per_lane { self.builder.fresh_lane() } else { self.builder.fresh_shared() };
+            self.builder.lane_steps.push(SsaStep::Assign { dst: phi, from: self.env[scalar] });
             // If `return` always leaves the loop by a jump, its flag is never set inside the loop.
-            if scalar != return_flag || changing[&scalar].when_repeating {
+            if scalar != return_flag || changing[&scalar].at_body_end {
                 self.env[scalar] = phi;
             }
             variables.push((scalar, phi));
         }
         let (head, exit) = (self.builder.label(), self.builder.label());
-        self.builder.code.push(SsaStep::LoopStart);
-        self.builder.code.push(SsaStep::Label(head));
+        self.builder.lane_steps.push(SsaStep::LoopStart);
+        self.builder.lane_steps.push(SsaStep::Label(head));
         self.builder.open_region();
         let start_env = self.env.clone();
         let iteration_start = (Vec::new(), usize::MAX);
@@ -318,35 +319,35 @@ impl<'m> Lowerer<'m> {
         let end_env = self.env.clone();
         let remaining = self.builder.not(exited);
         let repeat_condition =
-            if matches!(exited, SsaValue::Lane(_)) { self.builder.bin(Op::And, outer_mask, remaining) } else { remaining };
+            if matches!(exited, SsaValue::Lane(_)) { self.builder.binary(Op::And, outer_mask, remaining) } else { remaining };
         self.assign(&variables, &end_env);
         match (self.builder.known_bool(exited), repeat_condition) {
-            (Some(false), _) => self.builder.code.push(SsaStep::Jump { label: head }),
+            (Some(false), _) => self.builder.lane_steps.push(SsaStep::Jump { label: head }),
             (Some(true), _) => {}
             (None, SsaValue::Lane(_)) => {
-                self.builder.code.push(SsaStep::SkipIfNoLane { mask: repeat_condition, label: exit });
-                self.builder.code.push(SsaStep::Jump { label: head });
+                self.builder.lane_steps.push(SsaStep::SkipIfNoLane { mask: repeat_condition, label: exit });
+                self.builder.lane_steps.push(SsaStep::Jump { label: head });
             }
-            (None, _) => self.builder.code.push(SsaStep::JumpIf { cond: repeat_condition, when: true, label: head }),
+            (None, _) => self.builder.lane_steps.push(SsaStep::JumpIf { cond: repeat_condition, when: true, label: head }),
         }
         self.builder.close_region();
-        self.builder.code.push(SsaStep::LoopEnd);
-        self.builder.code.push(SsaStep::Label(exit));
+        self.builder.lane_steps.push(SsaStep::LoopEnd);
+        self.builder.lane_steps.push(SsaStep::Label(exit));
         let exit_envs = self.open_loops.pop().map(|o| o.exit_envs).unwrap_or_default();
         let is_endless = exit_envs.is_empty() && self.builder.known_bool(exited) == Some(false);
         let mut changes = Vec::new();
-        for (env, when_repeating) in exit_envs.iter().map(|e| (e, false)).chain([(&end_env, true)]) {
+        for (env, at_body_end) in exit_envs.iter().map(|e| (e, false)).chain([(&end_env, true)]) {
             for (scalar, v) in env.iter().enumerate().take(start_env.len()) {
-                let is_own_flag = !when_repeating && (scalar == break_flag || scalar == continue_flag);
+                let is_own_flag = !at_body_end && (scalar == break_flag || scalar == continue_flag);
                 if *v != start_env[scalar] && !is_own_flag {
-                    changes.push((scalar, ScalarChange { is_per_lane: matches!(v, SsaValue::Lane(_)), when_repeating }));
+                    changes.push((scalar, ScalarChange { is_per_lane: matches!(v, SsaValue::Lane(_)), at_body_end }));
                 }
             }
         }
         if is_endless && changes.iter().all(|(scalar, _)| changing.contains_key(scalar)) {
             return Err(self.unsupported("this loop never ends".into()));
         }
-        // After the loop every changed scalar is its loop variable, which each exit has assigned.
+        // After the loop, the value of every changed scalar is its loop variable, to which each exit has assigned that value.
         self.env = start_env;
         for (scalar, phi) in variables {
             self.env[scalar] = phi;

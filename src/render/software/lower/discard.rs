@@ -1,7 +1,7 @@
-//! Finds statements that need not run for discarded lanes.
+//! Decides whether the statements after a `discard` need to run for discarded lanes.
 //!
-//! A discarded lane is still needed as a helper lane for derivatives. If the rest of a block computes no derivative, it is lowered for the
-//! remaining lanes only: no texture is read for discarded lanes, and a batch without remaining lanes skips the rest.
+//! In: the rest of a block. Out: whether it is lowered for the remaining lanes only. It is, unless it computes a derivative, for which discarded lanes are
+//! helper lanes. Then no texture is read for discarded lanes, and a batch without remaining lanes skips the rest.
 
 use super::lowerer::{DISCARDED, Lowerer};
 use super::step::SsaValue;
@@ -9,7 +9,8 @@ use naga::valid::UniformityRequirements;
 use naga::{Block, Expression, SampleLevel, Span, Statement};
 
 impl<'m> Lowerer<'m> {
-    /// Whether `rest`, the statements after a `discard`, may run for the remaining lanes only. Never inside loops, because discarded lanes would not leave them.
+    /// Whether `rest`, the statements after a `discard`, may run for the remaining lanes only. Never inside loops, because discarded lanes would not leave
+    /// them.
     pub(crate) fn can_skip_discarded(&self, rest: &[(&'m Statement, Span)]) -> bool {
         matches!(self.env[DISCARDED], SsaValue::Lane(_))
             && !rest.is_empty()

@@ -1,11 +1,12 @@
-//! Why a module cannot be lowered, with the position in its source.
+//! The error of the lowering: why a module cannot be lowered, with the position in its source.
 
 use naga::Span;
 
-/// Why a module cannot run in software.
+/// Why a module cannot run in the software renderer.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("{}{what}", .line.map(|l| format!("line {l}: ")).unwrap_or_default())]
 pub struct LowerError {
+    /// What is not supported, as a message.
     pub what: String,
     /// Position in the WGSL text; undefined for a module that was read from the library.
     pub span: Span,

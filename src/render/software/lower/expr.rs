@@ -129,7 +129,7 @@ impl<'m> Lowerer<'m> {
                 }
             }
             Expression::Unary { op, expr } => {
-                let is_float = self.kind_of_any(*expr)? == ScalarKind::Float;
+                let is_float = self.component_kind(*expr)? == ScalarKind::Float;
                 let op = match op {
                     UnaryOperator::Negate if is_float => Op::Neg,
                     UnaryOperator::Negate => Op::INeg,
@@ -210,12 +210,12 @@ impl<'m> Lowerer<'m> {
     /// Applies one operation to every scalar of a value.
     pub(crate) fn map_scalars(&mut self, expr: Handle<Expression>, op: Op) -> Result<Vec<SsaValue>> {
         let v = self.scalars_of(expr)?;
-        Ok(v.into_iter().map(|x| self.builder.un(op, x)).collect())
+        Ok(v.into_iter().map(|x| self.builder.unary(op, x)).collect())
     }
 
     fn fold_scalars(&mut self, expr: Handle<Expression>, op: Op) -> Result<SsaValue> {
         let v = self.scalars_of(expr)?;
-        v.into_iter().reduce(|a, b| self.builder.bin(op, a, b)).ok_or_else(|| self.unsupported("an empty vector".into()))
+        v.into_iter().reduce(|a, b| self.builder.binary(op, a, b)).ok_or_else(|| self.unsupported("a vector is needed here".into()))
     }
 
     pub(crate) fn derivative(&mut self, axis: DerivativeAxis, x: SsaValue) -> SsaValue {
@@ -223,25 +223,25 @@ impl<'m> Lowerer<'m> {
             return self.builder.float(0.0);
         }
         match axis {
-            DerivativeAxis::X => self.builder.un(Op::Dpdx, x),
-            DerivativeAxis::Y => self.builder.un(Op::Dpdy, x),
+            DerivativeAxis::X => self.builder.unary(Op::Dpdx, x),
+            DerivativeAxis::Y => self.builder.unary(Op::Dpdy, x),
             DerivativeAxis::Width => {
-                let (dx, dy) = (self.builder.un(Op::Dpdx, x), self.builder.un(Op::Dpdy, x));
-                let (dx, dy) = (self.builder.un(Op::Abs, dx), self.builder.un(Op::Abs, dy));
-                self.builder.bin(Op::Add, dx, dy)
+                let (dx, dy) = (self.builder.unary(Op::Dpdx, x), self.builder.unary(Op::Dpdy, x));
+                let (dx, dy) = (self.builder.unary(Op::Abs, dx), self.builder.unary(Op::Abs, dy));
+                self.builder.binary(Op::Add, dx, dy)
             }
         }
     }
 
-    /// The kind of a value's scalars: those of a scalar, vector or matrix.
-    pub(crate) fn kind_of_any(&self, handle: Handle<Expression>) -> Result<ScalarKind> {
+    /// The kind of the components of a scalar, vector or matrix.
+    pub(crate) fn component_kind(&self, handle: Handle<Expression>) -> Result<ScalarKind> {
         match self.type_of(handle) {
             TypeInner::Matrix { scalar, .. } => supported_kind(*scalar, self.span),
             other => scalar_kind_of(other, self.span),
         }
     }
 
-    /// The element of a value at an index that may differ between lanes.
+    /// The element of a vector, matrix or array at an index that may be variable; the last element if the index is out of range.
     fn select_element(&mut self, inner: &TypeInner, scalars: &[SsaValue], index: SsaValue) -> Result<Vec<SsaValue>> {
         let count = self.child_count(inner)? as usize;
         let element_length = scalars.len() / count;
@@ -252,7 +252,7 @@ impl<'m> Lowerer<'m> {
         let mut selected = scalars[(count - 1) * element_length..].to_vec();
         for k in (0..count - 1).rev() {
             let position = self.builder.int(k as u32);
-            let is_selected = self.builder.bin(Op::IEq, index, position);
+            let is_selected = self.builder.binary(Op::IEq, index, position);
             for (scalar, candidate) in selected.iter_mut().zip(&scalars[k * element_length..]) {
                 *scalar = self.builder.select(is_selected, *candidate, *scalar);
             }
@@ -270,26 +270,29 @@ impl<'m> Lowerer<'m> {
     }
 
     fn sum_of_products(&mut self, a: &[SsaValue], b: &[SsaValue], mul: Op, add: Op) -> SsaValue {
-        let mut sum = self.builder.bin(mul, a[0], b[0]);
+        let mut sum = self.builder.binary(mul, a[0], b[0]);
         for (x, y) in a.iter().zip(b).skip(1) {
-            let product = self.builder.bin(mul, *x, *y);
-            sum = self.builder.bin(add, product, sum);
+            let product = self.builder.binary(mul, *x, *y);
+            sum = self.builder.binary(add, product, sum);
         }
         sum
     }
 
     fn binary(&mut self, op: BinaryOperator, left: Handle<Expression>, right: Handle<Expression>) -> Result<Vec<SsaValue>> {
         let (left_type, right_type) = (self.type_of(left), self.type_of(right));
-        let kind = self.kind_of_any(left)?;
+        let kind = self.component_kind(left)?;
         let (a, b) = (self.scalars_of(left)?, self.scalars_of(right)?);
         if op == BinaryOperator::Multiply {
             match (left_type, right_type) {
-                (TypeInner::Matrix { rows, .. }, TypeInner::Vector { .. }) => return Ok(self.matrix_times(&a, &b, *rows as usize)),
+                (TypeInner::Matrix { rows, .. }, TypeInner::Vector { .. }) => return Ok(self.matrix_times_vector(&a, &b, *rows as usize)),
                 (TypeInner::Vector { .. }, TypeInner::Matrix { rows, .. }) => {
                     return Ok(b.chunks(*rows as usize).map(|column| self.dot(&a, column)).collect());
                 }
-                (TypeInner::Matrix { rows, .. }, TypeInner::Matrix { rows: inner, .. }) => {
-                    return Ok(b.chunks(*inner as usize).flat_map(|column| self.matrix_times(&a, column, *rows as usize)).collect());
+                (TypeInner::Matrix { rows, .. }, TypeInner::Matrix { rows: rows_of_b, .. }) => {
+                    return Ok(b
+                        .chunks(*rows_of_b as usize)
+                        .flat_map(|column| self.matrix_times_vector(&a, column, *rows as usize))
+                        .collect());
                 }
                 _ => {}
             }
@@ -299,7 +302,7 @@ impl<'m> Lowerer<'m> {
         Ok((0..n).map(|i| self.binary_scalar(op, kind, component(&a, i), component(&b, i))).collect())
     }
 
-    fn matrix_times(&mut self, m: &[SsaValue], v: &[SsaValue], rows: usize) -> Vec<SsaValue> {
+    fn matrix_times_vector(&mut self, m: &[SsaValue], v: &[SsaValue], rows: usize) -> Vec<SsaValue> {
         (0..rows)
             .map(|r| {
                 let row: Vec<SsaValue> = m.chunks(rows).map(|column| column[r]).collect();
@@ -310,41 +313,42 @@ impl<'m> Lowerer<'m> {
 
     fn binary_scalar(&mut self, op: BinaryOperator, kind: ScalarKind, a: SsaValue, b: SsaValue) -> SsaValue {
         use BinaryOperator as B;
-        let pick = |float: Op, signed: Op, unsigned: Op| match kind {
+        let by_kind = |float: Op, signed: Op, unsigned: Op| match kind {
             ScalarKind::Float => float,
             ScalarKind::Sint => signed,
             _ => unsigned,
         };
-        let bool_operands = kind == ScalarKind::Bool;
+        let has_bool_operands = kind == ScalarKind::Bool;
         let (op, swap) = match op {
-            B::Add => (pick(Op::Add, Op::IAdd, Op::IAdd), false),
-            B::Subtract => (pick(Op::Sub, Op::ISub, Op::ISub), false),
-            B::Multiply => (pick(Op::Mul, Op::IMul, Op::IMul), false),
-            B::Divide => (pick(Op::Div, Op::IDiv, Op::UDiv), false),
-            B::Modulo => (pick(Op::FRem, Op::IRem, Op::URem), false),
-            B::Equal if bool_operands => {
-                let x = self.builder.bin(Op::Xor, a, b);
+            B::Add => (by_kind(Op::Add, Op::IAdd, Op::IAdd), false),
+            B::Subtract => (by_kind(Op::Sub, Op::ISub, Op::ISub), false),
+            B::Multiply => (by_kind(Op::Mul, Op::IMul, Op::IMul), false),
+            B::Divide => (by_kind(Op::Div, Op::IDiv, Op::UDiv), false),
+            B::Modulo => (by_kind(Op::FRem, Op::IRem, Op::URem), false),
+            B::Equal if has_bool_operands => {
+                let x = self.builder.binary(Op::Xor, a, b);
                 return self.builder.not(x);
             }
-            B::NotEqual if bool_operands => (Op::Xor, false),
-            B::Equal => (pick(Op::FEq, Op::IEq, Op::IEq), false),
-            B::NotEqual => (pick(Op::FNe, Op::INe, Op::INe), false),
-            B::Less => (pick(Op::FLt, Op::ILt, Op::ULt), false),
-            B::LessEqual => (pick(Op::FLe, Op::ILe, Op::ULe), false),
-            B::Greater => (pick(Op::FLt, Op::ILt, Op::ULt), true),
-            B::GreaterEqual => (pick(Op::FLe, Op::ILe, Op::ULe), true),
+            B::NotEqual if has_bool_operands => (Op::Xor, false),
+            B::Equal => (by_kind(Op::FEq, Op::IEq, Op::IEq), false),
+            B::NotEqual => (by_kind(Op::FNe, Op::INe, Op::INe), false),
+            B::Less => (by_kind(Op::FLt, Op::ILt, Op::ULt), false),
+            B::LessEqual => (by_kind(Op::FLe, Op::ILe, Op::ULe), false),
+            B::Greater => (by_kind(Op::FLt, Op::ILt, Op::ULt), true),
+            B::GreaterEqual => (by_kind(Op::FLe, Op::ILe, Op::ULe), true),
             B::And | B::LogicalAnd => (Op::And, false),
             B::InclusiveOr | B::LogicalOr => (Op::Or, false),
             B::ExclusiveOr => (Op::Xor, false),
             B::ShiftLeft => (Op::Shl, false),
-            B::ShiftRight => (pick(Op::ShrU, Op::ShrI, Op::ShrU), false),
+            B::ShiftRight => (by_kind(Op::ShrU, Op::ShrI, Op::ShrU), false),
         };
-        if swap { self.builder.bin(op, b, a) } else { self.builder.bin(op, a, b) }
+        if swap { self.builder.binary(op, b, a) } else { self.builder.binary(op, a, b) }
     }
 
+    /// Converts a value to another kind of scalar; without a `width`, reinterprets its bits (`bitcast`).
     fn convert(&mut self, expr: Handle<Expression>, kind: ScalarKind, width: Option<u8>) -> Result<Vec<SsaValue>> {
         use ScalarKind as K;
-        let from = self.kind_of_any(expr)?;
+        let from = self.component_kind(expr)?;
         let v = self.scalars_of(expr)?;
         if let Some(w) = width {
             supported_kind(naga::Scalar { kind, width: w }, self.span)?;
@@ -356,16 +360,16 @@ impl<'m> Lowerer<'m> {
             let b = &mut self.builder;
             out.push(match (from, kind, width.is_some()) {
                 (K::Float, K::Float, _) | (K::Sint | K::Uint, K::Sint | K::Uint, _) | (K::Bool, K::Bool, _) => x,
-                (K::Float, _, false) => b.un(Op::BitsFromF, x),
-                (_, K::Float, false) => b.un(Op::FFromBits, x),
-                (K::Float, K::Sint, true) => b.un(Op::IFromF, x),
-                (K::Float, K::Uint, true) => b.un(Op::UFromF, x),
-                (K::Sint, K::Float, true) => b.un(Op::FFromI, x),
-                (K::Uint, K::Float, true) => b.un(Op::FFromU, x),
+                (K::Float, _, false) => b.unary(Op::BitsFromF, x),
+                (_, K::Float, false) => b.unary(Op::FFromBits, x),
+                (K::Float, K::Sint, true) => b.unary(Op::IFromF, x),
+                (K::Float, K::Uint, true) => b.unary(Op::UFromF, x),
+                (K::Sint, K::Float, true) => b.unary(Op::FFromI, x),
+                (K::Uint, K::Float, true) => b.unary(Op::FFromU, x),
                 (K::Bool, K::Float, true) => b.select(x, one_f, zero_f),
                 (K::Bool, K::Sint | K::Uint, true) => b.select(x, one_i, zero_i),
-                (K::Float, K::Bool, true) => b.bin(Op::FNe, x, zero_f),
-                (K::Sint | K::Uint, K::Bool, true) => b.bin(Op::INe, x, zero_i),
+                (K::Float, K::Bool, true) => b.binary(Op::FNe, x, zero_f),
+                (K::Sint | K::Uint, K::Bool, true) => b.binary(Op::INe, x, zero_i),
                 _ => return Err(self.unsupported(format!("conversion from {from:?} to {kind:?} is not supported"))),
             });
         }
@@ -439,8 +443,8 @@ impl<'m> Lowerer<'m> {
                 if let SampleLevel::Bias(b) = level {
                     // A bias of b levels corresponds to a footprint 2^b times as large.
                     let b = self.scalar_of(b)?;
-                    let factor = self.builder.un(Op::Exp2, b);
-                    g = g.map(|d| self.builder.bin(Op::Mul, d, factor));
+                    let factor = self.builder.unary(Op::Exp2, b);
+                    g = g.map(|d| self.builder.binary(Op::Mul, d, factor));
                 }
                 g
             }

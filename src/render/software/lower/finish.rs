@@ -1,8 +1,8 @@
 //! Turns SSA steps into the stored program: dead-code elimination, fused multiply-add, merging of jumps, loop-invariant code motion, fusion into chains
 //! (`FusedKernel`), then allocation of slots (one value per lane) by live range. Each value that all lanes share gets a register of its own.
 //!
-//! A lane value is live from its first write to its last use. If a loop uses a value from before the loop, the value is live to the loop's end. Slots
-//! are reused last in, first out. Always: a result never shares the slot of an operand, so that kernels may assume that they do not overlap. The only exception
+//! A lane value is live from its first write to its last use. If a loop uses a value from before the loop, the value is live to the loop's end. The slot freed
+//! last is reused first. Always: a result never shares the slot of an operand, so that kernels may assume that they do not overlap. The only exception
 //! is a copy, which then emits no instruction.
 
 use super::builder::SsaBuilder;
@@ -22,13 +22,13 @@ pub(crate) struct FinishedTapes {
     pub slots: u32,
 }
 
-/// Dead-code elimination. Iterates to a fixed point, because a loop variable may be used before its assignment in code order. Also removes jumps to the
+/// Dead-code elimination. Iterates to a fixed point, because a step may read a loop variable that a later step of the loop assigns. Also removes jumps to the
 /// next step.
 fn eliminate_dead_code(builder: &mut SsaBuilder, outputs: &[SsaValue]) {
     let mut live: HashSet<SsaValue> = outputs.iter().copied().collect();
     loop {
         let before = live.len();
-        for step in builder.code.iter().rev().chain(builder.draw.iter().rev()) {
+        for step in builder.lane_steps.iter().rev().chain(builder.draw_steps.iter().rev()) {
             let written = writes(step);
             if written.is_empty() || written.iter().any(|v| live.contains(v)) {
                 live.extend(reads(step));
@@ -42,10 +42,10 @@ fn eliminate_dead_code(builder: &mut SsaBuilder, outputs: &[SsaValue]) {
         let written = writes(s);
         written.is_empty() || written.iter().any(|v| live.contains(v))
     };
-    builder.code.retain(keep);
-    builder.draw.retain(keep);
+    builder.lane_steps.retain(keep);
+    builder.draw_steps.retain(keep);
     loop {
-        let jump_to_next = builder.code.windows(2).position(|pair| {
+        let jump_to_next = builder.lane_steps.windows(2).position(|pair| {
             let (SsaStep::SkipIfNoLane { label, .. } | SsaStep::JumpIf { label, .. } | SsaStep::Jump { label }) = &pair[0] else {
                 return false;
             };
@@ -53,7 +53,7 @@ fn eliminate_dead_code(builder: &mut SsaBuilder, outputs: &[SsaValue]) {
         });
         match jump_to_next {
             Some(i) => {
-                builder.code.remove(i);
+                builder.lane_steps.remove(i);
             }
             None => break,
         }
@@ -63,8 +63,9 @@ fn eliminate_dead_code(builder: &mut SsaBuilder, outputs: &[SsaValue]) {
 /// A multiplication that may be fused with the addition that reads it.
 #[derive(Clone, Copy)]
 struct Product {
-    /// Index in the code.
+    /// Index of its step.
     index: usize,
+    /// See [`fuse_multiply_add`].
     straight_line_id: u32,
     factors: [SsaValue; 2],
 }
@@ -72,20 +73,20 @@ struct Product {
 /// Fuses a*b+c, a*b-c and c-a*b if the product has no other use and its factors are unchanged at the addition.
 fn fuse_multiply_add(builder: &mut SsaBuilder, outputs: &[SsaValue]) {
     let mut uses: HashMap<SsaValue, u32> = HashMap::default();
-    for v in builder.code.iter().flat_map(reads).chain(outputs.iter().copied()) {
+    for v in builder.lane_steps.iter().flat_map(reads).chain(outputs.iter().copied()) {
         *uses.entry(v).or_default() += 1;
     }
     let mut products: HashMap<SsaValue, Product> = HashMap::default();
     let mut removed = HashSet::default();
-    // Between two steps with the same id, no loop variable is assigned that a product at the first step reads, so that its factors may be read at the
-    // second step instead. A jump starts a new id, because what follows may be skipped; its label restores the id before the jump. After a loop this may
-    // be an id of its body, but no product of the body is read there.
+    // A product is fused only with an addition that has the same id: between two such steps, no loop variable among the product's factors is assigned, so
+    // that the factors may be read at the addition instead. A jump starts a new id, because what follows may be skipped; its label restores the id from
+    // before the jump. After a loop this may be an id of its body, but no product of the body is read there.
     let mut straight_line_id = 0u32;
     // The id before each jump whose label has not been reached, with that label.
     let mut open_jumps: Vec<(u32, JumpLabel)> = Vec::new();
     let mut last_id = 0u32;
-    for i in 0..builder.code.len() {
-        match &builder.code[i] {
+    for i in 0..builder.lane_steps.len() {
+        match &builder.lane_steps[i] {
             SsaStep::SkipIfNoLane { label, .. } | SsaStep::JumpIf { label, .. } => {
                 open_jumps.push((straight_line_id, *label));
                 last_id += 1;
@@ -115,19 +116,20 @@ fn fuse_multiply_add(builder: &mut SsaBuilder, outputs: &[SsaValue]) {
                 };
                 let dst = *dst;
                 removed.insert(product.index);
-                builder.code[i] = SsaStep::Op { dst, op, args: smallvec![product.factors[0], product.factors[1], addend] };
+                builder.lane_steps[i] = SsaStep::Op { dst, op, args: smallvec![product.factors[0], product.factors[1], addend] };
             }
             _ => {}
         }
     }
     let mut i = 0;
-    builder.code.retain(|_| {
+    builder.lane_steps.retain(|_| {
         i += 1;
         !removed.contains(&(i - 1))
     });
 }
 
-/// Live range of every value: its first and last position; the last is extended to the end of loops that use the value and start after its first.
+/// Live range of every value: the indices of the first and the last step that write or read it. If a loop uses a value from before the loop, the last index
+/// is that of the loop's end or later.
 fn live_ranges(code: &[SsaStep], inputs: &[SsaValue], outputs: &[SsaValue]) -> HashMap<SsaValue, (usize, usize)> {
     // Inputs are live from the start of the program.
     let mut ranges: HashMap<SsaValue, (usize, usize)> = inputs.iter().map(|v| (*v, (0, 0))).collect();
@@ -157,20 +159,24 @@ fn live_ranges(code: &[SsaStep], inputs: &[SsaValue], outputs: &[SsaValue]) -> H
     ranges
 }
 
-/// Allocates slots, or registers. Only slots are ever freed.
-struct SlotAllocator {
+/// Gives numbers to slots, or to registers. Only slots are ever freed.
+struct NumberAllocator {
     free: Vec<u16>,
+    /// How many numbers exist.
     count: u32,
 }
 
-impl SlotAllocator {
+impl NumberAllocator {
     fn allocate(&mut self) -> Result<u16, LowerError> {
         if let Some(s) = self.free.pop() {
             return Ok(s);
         }
         self.count += 1;
         if self.count >= SLOT_OR_REGISTER_LIMIT {
-            return Err(LowerError::new(format!("more than {SLOT_OR_REGISTER_LIMIT} values are live at one time"), naga::Span::UNDEFINED));
+            return Err(LowerError::new(
+                format!("the program needs {SLOT_OR_REGISTER_LIMIT} or more slots or registers"),
+                naga::Span::UNDEFINED,
+            ));
         }
         Ok((self.count - 1) as u16)
     }
@@ -186,38 +192,38 @@ pub(crate) fn finish(
 ) -> Result<FinishedTapes, LowerError> {
     eliminate_dead_code(&mut builder, outputs);
     fuse_multiply_add(&mut builder, outputs);
-    super::loops::merge_jumps(&mut builder.code);
-    super::loops::hoist(&mut builder.code);
+    super::loops::merge_jumps(&mut builder.lane_steps);
+    super::loops::hoist(&mut builder.lane_steps);
     eliminate_dead_code(&mut builder, outputs);
     if fuse_chains {
-        super::chains::fuse_chains(&mut builder.code, outputs);
+        super::chains::fuse_chains(&mut builder.lane_steps, outputs);
     }
-    let live_ranges = live_ranges(&builder.code, inputs, outputs);
+    let live_ranges = live_ranges(&builder.lane_steps, inputs, outputs);
     let mut allocation: HashMap<SsaValue, Operand> = HashMap::default();
-    let mut registers = SlotAllocator { free: Vec::new(), count: builder.constants.len() as u32 };
-    let mut slots = SlotAllocator { free: Vec::new(), count: inputs.len() as u32 };
+    let mut registers = NumberAllocator { free: Vec::new(), count: builder.constants.len() as u32 };
+    let mut slots = NumberAllocator { free: Vec::new(), count: inputs.len() as u32 };
     for i in 0..builder.constants.len() {
         allocation.insert(SsaValue::Const(i as u32), Operand::Reg(i as u16));
     }
-    // Per step, the slots whose value is last used by it.
-    let mut freed_after: Vec<Vec<u16>> = vec![Vec::new(); builder.code.len() + 1];
+    // Per step, the slots that are free after it, because it is the last to use their values.
+    let mut freed_after: Vec<Vec<u16>> = vec![Vec::new(); builder.lane_steps.len() + 1];
     for (k, v) in inputs.iter().enumerate() {
         allocation.insert(*v, Operand::Slot(k as u16));
         let last = live_ranges.get(v).map_or(0, |l| l.1);
         freed_after[last].push(k as u16);
     }
-    for step in &builder.draw {
+    for step in &builder.draw_steps {
         for v in writes(step) {
             allocation.insert(v, Operand::Reg(registers.allocate()?));
         }
     }
     let mut draw_tape = Vec::new();
-    for step in &builder.draw {
+    for step in &builder.draw_steps {
         draw_tape.push(scalar_instr(step, &|v| operand_of(&allocation, v))?);
     }
     let mut lane_tape: Vec<Instr> = Vec::new();
     let mut target_of: HashMap<JumpLabel, u32> = HashMap::default();
-    for (i, step) in builder.code.iter().enumerate() {
+    for (i, step) in builder.lane_steps.iter().enumerate() {
         for v in writes(step) {
             if allocation.contains_key(&v) {
                 continue;
@@ -352,7 +358,7 @@ mod tests {
             let mut builder = SsaBuilder::new();
             let terms = [builder.fresh_lane(), builder.fresh_lane()];
             let dst = builder.fresh_lane();
-            builder.code.push(SsaStep::Op { dst, op: Op::Add, args: smallvec![terms[0], terms[1]] });
+            builder.lane_steps.push(SsaStep::Op { dst, op: Op::Add, args: smallvec![terms[0], terms[1]] });
             finish(builder, &terms[..inputs], &[dst], false)
         };
         assert!(sum(2).is_ok());

@@ -10,17 +10,17 @@ impl Lowerer<'_> {
     /// Applies `op` to each pair of components; a scalar is paired with every component.
     fn map_pairs(&mut self, op: Op, a: &[SsaValue], b: &[SsaValue]) -> Vec<SsaValue> {
         let component = |v: &[SsaValue], i: usize| if v.len() == 1 { v[0] } else { v[i] };
-        (0..a.len().max(b.len())).map(|i| self.builder.bin(op, component(a, i), component(b, i))).collect()
+        (0..a.len().max(b.len())).map(|i| self.builder.binary(op, component(a, i), component(b, i))).collect()
     }
 
     fn scale(&mut self, v: &[SsaValue], s: SsaValue) -> Vec<SsaValue> {
-        v.iter().map(|x| self.builder.bin(Op::Mul, *x, s)).collect()
+        v.iter().map(|x| self.builder.binary(Op::Mul, *x, s)).collect()
     }
 
     fn saturate(&mut self, x: SsaValue) -> SsaValue {
         let (zero, one) = (self.builder.float(0.0), self.builder.float(1.0));
-        let x = self.builder.bin(Op::Max, x, zero);
-        self.builder.bin(Op::Min, x, one)
+        let x = self.builder.binary(Op::Max, x, zero);
+        self.builder.binary(Op::Min, x, one)
     }
 
     /// a*b+c, fused if the kernel class supports it.
@@ -35,7 +35,7 @@ impl Lowerer<'_> {
         more_args: [Option<Handle<Expression>>; 3],
     ) -> Result<Vec<SsaValue>> {
         use MathFunction as M;
-        let kind = self.kind_of_any(arg)?;
+        let kind = self.component_kind(arg)?;
         let is_float = kind == ScalarKind::Float;
         let is_signed = kind == ScalarKind::Sint;
         let a = self.scalars_of(arg)?;
@@ -46,19 +46,20 @@ impl Lowerer<'_> {
             }
         }
         let [b, c, d] = more_scalars;
-        let map_each = |this: &mut Self, op: Op| a.iter().map(|x| this.builder.un(op, *x)).collect::<Vec<_>>();
-        let by_kind = |f: Op, s: Op, u: Op| {
+        let map_each = |this: &mut Self, op: Op| a.iter().map(|x| this.builder.unary(op, *x)).collect::<Vec<_>>();
+        let by_kind = |float: Op, signed: Op, unsigned: Op| {
             if is_float {
-                f
+                float
             } else if is_signed {
-                s
+                signed
             } else {
-                u
+                unsigned
             }
         };
         Ok(match fun {
-            M::Abs if !is_float && !is_signed => a,
-            M::Abs => map_each(self, by_kind(Op::Abs, Op::IAbs, Op::Copy)),
+            M::Abs if is_float => map_each(self, Op::Abs),
+            M::Abs if is_signed => map_each(self, Op::IAbs),
+            M::Abs => a,
             M::Min => self.map_pairs(by_kind(Op::Min, Op::IMin, Op::UMin), &a, &b),
             M::Max => self.map_pairs(by_kind(Op::Max, Op::IMax, Op::UMax), &a, &b),
             M::Clamp => {
@@ -80,9 +81,9 @@ impl Lowerer<'_> {
             M::Acosh => map_each(self, Op::Acosh),
             M::Atanh => map_each(self, Op::Atanh),
             M::Radians | M::Degrees => {
-                let f = if fun == M::Radians { std::f64::consts::PI / 180.0 } else { 180.0 / std::f64::consts::PI };
-                let f = self.builder.float(f);
-                self.scale(&a, f)
+                let factor = if fun == M::Radians { std::f64::consts::PI / 180.0 } else { 180.0 / std::f64::consts::PI };
+                let factor = self.builder.float(factor);
+                self.scale(&a, factor)
             }
             M::Ceil => map_each(self, Op::Ceil),
             M::Floor => map_each(self, Op::Floor),
@@ -90,7 +91,7 @@ impl Lowerer<'_> {
             M::Fract => map_each(self, Op::Fract),
             M::Trunc => map_each(self, Op::Trunc),
             M::Modf => {
-                // The members of the result are `fract` and `whole`.
+                // The members of the result, in this order: `fract`, `whole`.
                 let whole = map_each(self, Op::Trunc);
                 let mut all = self.map_pairs(Op::Sub, &a, &whole);
                 all.extend(whole);
@@ -107,9 +108,9 @@ impl Lowerer<'_> {
             M::Cross => {
                 let mut all = Vec::new();
                 for (i, j) in [(1, 2), (2, 0), (0, 1)] {
-                    let p = self.builder.bin(Op::Mul, a[i], b[j]);
-                    let q = self.builder.bin(Op::Mul, a[j], b[i]);
-                    all.push(self.builder.bin(Op::Sub, p, q));
+                    let p = self.builder.binary(Op::Mul, a[i], b[j]);
+                    let q = self.builder.binary(Op::Mul, a[j], b[i]);
+                    all.push(self.builder.binary(Op::Sub, p, q));
                 }
                 all
             }
@@ -120,21 +121,21 @@ impl Lowerer<'_> {
             M::Length => vec![self.length(&a)],
             M::Normalize => {
                 let square = self.dot(&a, &a);
-                let inverse = self.builder.un(Op::InverseSqrt, square);
+                let inverse = self.builder.unary(Op::InverseSqrt, square);
                 self.scale(&a, inverse)
             }
             M::FaceForward => {
                 // a if dot(b, c) < 0, else -a.
                 let side = self.dot(&b, &c);
                 let zero = self.builder.float(0.0);
-                let keep = self.builder.bin(Op::FLt, side, zero);
+                let keep = self.builder.binary(Op::FLt, side, zero);
                 let negated = map_each(self, Op::Neg);
                 a.iter().zip(negated).map(|(x, n)| self.builder.select(keep, *x, n)).collect()
             }
             M::Reflect => {
                 let normal_component = self.dot(&b, &a);
                 let minus_two = self.builder.float(-2.0);
-                let normal_factor = self.builder.bin(Op::Mul, minus_two, normal_component);
+                let normal_factor = self.builder.binary(Op::Mul, minus_two, normal_component);
                 (0..a.len()).map(|i| self.fma(normal_factor, b[i], a[i])).collect()
             }
             M::Refract => self.refract(&a, &b, c[0]),
@@ -146,8 +147,8 @@ impl Lowerer<'_> {
                 let mut all = Vec::new();
                 for i in 0..a.len() {
                     // a (1 - weight) + b weight: exact at both ends.
-                    let weight_of_a = self.builder.bin(Op::Sub, one, weight(i));
-                    let weighted_a = self.builder.bin(Op::Mul, a[i], weight_of_a);
+                    let weight_of_a = self.builder.binary(Op::Sub, one, weight(i));
+                    let weighted_a = self.builder.binary(Op::Mul, a[i], weight_of_a);
                     all.push(self.fma(b[i], weight(i), weighted_a));
                 }
                 all
@@ -159,15 +160,16 @@ impl Lowerer<'_> {
             }
             M::SmoothStep => {
                 let (three, minus_two) = (self.builder.float(3.0), self.builder.float(-2.0));
-                let above = self.map_pairs(Op::Sub, &c, &a);
-                let span = self.map_pairs(Op::Sub, &b, &a);
-                let t = self.map_pairs(Op::Div, &above, &span);
+                // (x - low) / (high - low), then 3 t^2 - 2 t^3.
+                let from_low = self.map_pairs(Op::Sub, &c, &a);
+                let range = self.map_pairs(Op::Sub, &b, &a);
+                let t = self.map_pairs(Op::Div, &from_low, &range);
                 let mut all = Vec::new();
-                for x in t {
-                    let x = self.saturate(x);
-                    let square = self.builder.bin(Op::Mul, x, x);
-                    let rest = self.fma(minus_two, x, three);
-                    all.push(self.builder.bin(Op::Mul, square, rest));
+                for t in t {
+                    let t = self.saturate(t);
+                    let square = self.builder.binary(Op::Mul, t, t);
+                    let rest = self.fma(minus_two, t, three);
+                    all.push(self.builder.binary(Op::Mul, square, rest));
                 }
                 all
             }
@@ -197,8 +199,8 @@ impl Lowerer<'_> {
             M::Pack2x16float => {
                 let halves = map_each(self, Op::F16FromF);
                 let shift = self.builder.int(16);
-                let high = self.builder.bin(Op::Shl, halves[1], shift);
-                vec![self.builder.bin(Op::Or, halves[0], high)]
+                let high = self.builder.binary(Op::Shl, halves[1], shift);
+                vec![self.builder.binary(Op::Or, halves[0], high)]
             }
             M::Unpack4x8snorm => self.unpack(a[0], 8, 127.0, true),
             M::Unpack4x8unorm => self.unpack(a[0], 8, 255.0, false),
@@ -206,13 +208,14 @@ impl Lowerer<'_> {
             M::Unpack2x16unorm => self.unpack(a[0], 16, 65535.0, false),
             M::Unpack2x16float => {
                 let (shift, low) = (self.builder.int(16), self.builder.int(0xffff));
-                let halves = [self.builder.bin(Op::And, a[0], low), self.builder.bin(Op::ShrU, a[0], shift)];
-                halves.into_iter().map(|h| self.builder.un(Op::FFromF16, h)).collect()
+                let halves = [self.builder.binary(Op::And, a[0], low), self.builder.binary(Op::ShrU, a[0], shift)];
+                halves.into_iter().map(|h| self.builder.unary(Op::FFromF16, h)).collect()
             }
             other => return Err(self.unsupported(format!("built-in function {other:?} is not supported"))),
         })
     }
 
+    /// Number of rows of a matrix.
     fn rows(&self, arg: Handle<Expression>) -> Result<usize> {
         match self.type_of(arg) {
             TypeInner::Matrix { rows, .. } => Ok(*rows as usize),
@@ -222,29 +225,29 @@ impl Lowerer<'_> {
 
     fn length(&mut self, v: &[SsaValue]) -> SsaValue {
         if let [x] = v {
-            return self.builder.un(Op::Abs, *x);
+            return self.builder.unary(Op::Abs, *x);
         }
         let square = self.dot(v, v);
-        self.builder.un(Op::Sqrt, square)
+        self.builder.unary(Op::Sqrt, square)
     }
 
     /// WGSL `refract`: zero for total internal reflection.
     fn refract(&mut self, incident: &[SsaValue], normal: &[SsaValue], eta: SsaValue) -> Vec<SsaValue> {
         let (zero, one) = (self.builder.float(0.0), self.builder.float(1.0));
         let cosine = self.dot(normal, incident);
-        let cosine_squared = self.builder.bin(Op::Mul, cosine, cosine);
-        let sine_squared = self.builder.bin(Op::Sub, one, cosine_squared);
-        let eta_squared = self.builder.bin(Op::Mul, eta, eta);
-        let refracted_sine_squared = self.builder.bin(Op::Mul, eta_squared, sine_squared);
-        let refracted_cosine_squared = self.builder.bin(Op::Sub, one, refracted_sine_squared);
-        let is_total_reflection = self.builder.bin(Op::FLt, refracted_cosine_squared, zero);
-        let refracted_cosine = self.builder.un(Op::Sqrt, refracted_cosine_squared);
+        let cosine_squared = self.builder.binary(Op::Mul, cosine, cosine);
+        let sine_squared = self.builder.binary(Op::Sub, one, cosine_squared);
+        let eta_squared = self.builder.binary(Op::Mul, eta, eta);
+        let refracted_sine_squared = self.builder.binary(Op::Mul, eta_squared, sine_squared);
+        let refracted_cosine_squared = self.builder.binary(Op::Sub, one, refracted_sine_squared);
+        let is_total_reflection = self.builder.binary(Op::FLt, refracted_cosine_squared, zero);
+        let refracted_cosine = self.builder.unary(Op::Sqrt, refracted_cosine_squared);
         let normal_factor = self.fma(eta, cosine, refracted_cosine);
         (0..incident.len())
             .map(|i| {
-                let from_incident = self.builder.bin(Op::Mul, eta, incident[i]);
-                let from_normal = self.builder.bin(Op::Mul, normal_factor, normal[i]);
-                let refracted = self.builder.bin(Op::Sub, from_incident, from_normal);
+                let from_incident = self.builder.binary(Op::Mul, eta, incident[i]);
+                let from_normal = self.builder.binary(Op::Mul, normal_factor, normal[i]);
+                let refracted = self.builder.binary(Op::Sub, from_incident, from_normal);
                 self.builder.select(is_total_reflection, zero, refracted)
             })
             .collect()
@@ -259,66 +262,70 @@ impl Lowerer<'_> {
         for r in 0..n {
             let minor: Vec<SsaValue> = m.iter().enumerate().skip(n).filter(|(i, _)| i % n != r).map(|(_, v)| *v).collect();
             let minor = self.determinant(&minor, n - 1);
-            let term = self.builder.bin(Op::Mul, m[r], minor);
+            let term = self.builder.binary(Op::Mul, m[r], minor);
             sum = Some(match sum {
                 None => term,
-                Some(s) if r % 2 == 1 => self.builder.bin(Op::Sub, s, term),
-                Some(s) => self.builder.bin(Op::Add, s, term),
+                Some(s) if r % 2 == 1 => self.builder.binary(Op::Sub, s, term),
+                Some(s) => self.builder.binary(Op::Add, s, term),
             });
         }
         sum.unwrap_or(m[0])
     }
 
+    /// WGSL `extractBits`.
     fn extract_bits(&mut self, x: SsaValue, offset: SsaValue, count: SsaValue, signed: bool) -> SsaValue {
         let (zero, word_bits) = (self.builder.int(0), self.builder.int(32));
-        let offset = self.builder.bin(Op::UMin, offset, word_bits);
-        let available = self.builder.bin(Op::ISub, word_bits, offset);
-        let count = self.builder.bin(Op::UMin, count, available);
-        let is_empty = self.builder.bin(Op::IEq, count, zero);
-        let bits_above = self.builder.bin(Op::ISub, available, count);
-        let bits_outside = self.builder.bin(Op::ISub, word_bits, count);
+        let offset = self.builder.binary(Op::UMin, offset, word_bits);
+        let available = self.builder.binary(Op::ISub, word_bits, offset);
+        let count = self.builder.binary(Op::UMin, count, available);
+        let is_empty = self.builder.binary(Op::IEq, count, zero);
+        let bits_above = self.builder.binary(Op::ISub, available, count);
+        let bits_outside = self.builder.binary(Op::ISub, word_bits, count);
         // Shifts take their count modulo 32, which matters only for a count of 0: the select below handles it.
-        let left_aligned = self.builder.bin(Op::Shl, x, bits_above);
-        let y = self.builder.bin(if signed { Op::ShrI } else { Op::ShrU }, left_aligned, bits_outside);
+        let left_aligned = self.builder.binary(Op::Shl, x, bits_above);
+        let y = self.builder.binary(if signed { Op::ShrI } else { Op::ShrU }, left_aligned, bits_outside);
         self.builder.select(is_empty, zero, y)
     }
 
+    /// WGSL `insertBits`.
     fn insert_bits(&mut self, x: SsaValue, new: SsaValue, offset: SsaValue, count: SsaValue) -> SsaValue {
         let (zero, word_bits, all_ones) = (self.builder.int(0), self.builder.int(32), self.builder.int(u32::MAX));
-        let offset = self.builder.bin(Op::UMin, offset, word_bits);
-        let available = self.builder.bin(Op::ISub, word_bits, offset);
-        let count = self.builder.bin(Op::UMin, count, available);
-        let is_empty = self.builder.bin(Op::IEq, count, zero);
-        let bits_outside = self.builder.bin(Op::ISub, word_bits, count);
-        let ones = self.builder.bin(Op::ShrU, all_ones, bits_outside);
-        let mask = self.builder.bin(Op::Shl, ones, offset);
-        let shifted = self.builder.bin(Op::Shl, new, offset);
-        let inside = self.builder.bin(Op::And, shifted, mask);
-        let inverse_mask = self.builder.un(Op::INot, mask);
-        let outside = self.builder.bin(Op::And, x, inverse_mask);
-        let y = self.builder.bin(Op::Or, inside, outside);
+        let offset = self.builder.binary(Op::UMin, offset, word_bits);
+        let available = self.builder.binary(Op::ISub, word_bits, offset);
+        let count = self.builder.binary(Op::UMin, count, available);
+        let is_empty = self.builder.binary(Op::IEq, count, zero);
+        let bits_outside = self.builder.binary(Op::ISub, word_bits, count);
+        let ones = self.builder.binary(Op::ShrU, all_ones, bits_outside);
+        let mask = self.builder.binary(Op::Shl, ones, offset);
+        let shifted = self.builder.binary(Op::Shl, new, offset);
+        let inside = self.builder.binary(Op::And, shifted, mask);
+        let inverse_mask = self.builder.unary(Op::INot, mask);
+        let outside = self.builder.binary(Op::And, x, inverse_mask);
+        let y = self.builder.binary(Op::Or, inside, outside);
         self.builder.select(is_empty, x, y)
     }
 
+    /// Packs components into one word of fields of `bits` bits each. A component of 1 becomes `scale`.
     fn pack(&mut self, v: &[SsaValue], bits: u32, scale: f64, signed: bool) -> SsaValue {
         let minimum = self.builder.float(if signed { -1.0 } else { 0.0 });
         let (one, half, scale) = (self.builder.float(1.0), self.builder.float(0.5), self.builder.float(scale));
         let mask = self.builder.int((1u32 << bits) - 1);
         let mut word = self.builder.int(0);
         for (i, x) in v.iter().enumerate() {
-            let x = self.builder.bin(Op::Max, *x, minimum);
-            let x = self.builder.bin(Op::Min, x, one);
+            let x = self.builder.binary(Op::Max, *x, minimum);
+            let x = self.builder.binary(Op::Min, x, one);
             let x = self.fma(x, scale, half);
-            let x = self.builder.un(Op::Floor, x);
-            let x = self.builder.un(Op::IFromF, x);
-            let x = self.builder.bin(Op::And, x, mask);
+            let x = self.builder.unary(Op::Floor, x);
+            let x = self.builder.unary(Op::IFromF, x);
+            let x = self.builder.binary(Op::And, x, mask);
             let shift = self.builder.int(bits * i as u32);
-            let x = self.builder.bin(Op::Shl, x, shift);
-            word = self.builder.bin(Op::Or, word, x);
+            let x = self.builder.binary(Op::Shl, x, shift);
+            word = self.builder.binary(Op::Or, word, x);
         }
         word
     }
 
+    /// The components of a word, as [`Lowerer::pack`] packs them.
     fn unpack(&mut self, x: SsaValue, bits: u32, scale: f64, signed: bool) -> Vec<SsaValue> {
         let (scale, minus_one) = (self.builder.float(scale), self.builder.float(-1.0));
         let width = self.builder.int(bits);
@@ -326,9 +333,9 @@ impl Lowerer<'_> {
             .map(|i| {
                 let offset = self.builder.int(bits * i);
                 let part = self.extract_bits(x, offset, width, signed);
-                let y = self.builder.un(if signed { Op::FFromI } else { Op::FFromU }, part);
-                let y = self.builder.bin(Op::Div, y, scale);
-                if signed { self.builder.bin(Op::Max, y, minus_one) } else { y }
+                let y = self.builder.unary(if signed { Op::FFromI } else { Op::FFromU }, part);
+                let y = self.builder.binary(Op::Div, y, scale);
+                if signed { self.builder.binary(Op::Max, y, minus_one) } else { y }
             })
             .collect()
     }

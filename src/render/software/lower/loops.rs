@@ -29,7 +29,7 @@ pub(crate) fn hoist(code: &mut [SsaStep]) {
 /// Hoists steps out of the loop whose `LoopStart` is at `start` and whose `LoopEnd` is at `end`. They are placed directly before `LoopStart`, so `end`
 /// does not change.
 fn hoist_from_loop(code: &mut [SsaStep], start: usize, end: usize) {
-    // Values that the loop's remaining steps write.
+    // Values that are written in the loop, except those of hoisted steps.
     let mut changing: HashSet<SsaValue> = code[start..end].iter().flat_map(writes).collect();
     let labels_inside: HashSet<JumpLabel> =
         code[start..end].iter().filter_map(|step| if let SsaStep::Label(l) = step { Some(*l) } else { None }).collect();
@@ -69,11 +69,11 @@ pub(crate) fn merge_jumps(code: &mut Vec<SsaStep>) {
     let operand_of_not: HashMap<SsaValue, SsaValue> = code
         .iter()
         .filter_map(|step| match step {
-            SsaStep::Op { dst: dst @ SsaValue::Uniform(_), op: Op::BNot, args } => Some((*dst, args[0])),
+            SsaStep::Op { dst: dst @ SsaValue::Shared(_), op: Op::BNot, args } => Some((*dst, args[0])),
             _ => None,
         })
         .collect();
-    // The target of an `Assign` may change between the negation and the jump.
+    // A value that an `Assign` writes may change between the negation and the jump.
     let assigned: HashSet<SsaValue> =
         code.iter().filter_map(|step| if let SsaStep::Assign { dst, .. } = step { Some(*dst) } else { None }).collect();
     for step in code.iter_mut() {

@@ -12,7 +12,7 @@ use naga::valid::{FunctionInfo, ModuleInfo};
 use naga::{AddressSpace, Expression, Function, Handle, Span};
 use rustc_hash::FxHashMap as HashMap;
 
-/// One function being inlined.
+/// A function that is being inlined.
 pub(crate) struct CallFrame<'m> {
     pub function: &'m Function,
     pub info: &'m FunctionInfo,
@@ -36,7 +36,7 @@ pub(crate) struct LoopFlags {
     pub continue_flag: usize,
 }
 
-/// A loop whose body is being lowered. Uniform control flow leaves it by a jump.
+/// A loop whose body is being lowered. Lanes that all leave it together do so by a jump.
 pub(crate) struct OpenLoop {
     pub exit: JumpLabel,
     /// For each scalar that changes in the loop: its index in `env`, and the loop variable that carries it from one iteration to the next.
@@ -51,7 +51,7 @@ pub(crate) struct Lowerer<'m> {
     pub module: &'m naga::Module,
     pub info: &'m ModuleInfo,
     pub builder: SsaBuilder,
-    /// The environment: the current value of each scalar of every variable in scope, and the flags of exits.
+    /// The environment: the current value of each scalar of every variable in scope, and the flags that `return`, `break` and `continue` set.
     pub env: Vec<SsaValue>,
     /// The callers, and last the function being lowered.
     pub frames: Vec<CallFrame<'m>>,
@@ -66,9 +66,9 @@ pub(crate) struct Lowerer<'m> {
     /// The module's variables: textures, samplers, the uniform block and private variables.
     pub globals: HashMap<Handle<naga::GlobalVariable>, Value>,
     pub open_loops: Vec<OpenLoop>,
-    /// Whether the current statement is at the top level of the innermost loop's body, where a uniform exit may be a jump.
+    /// Whether the current statement is at the top level of the innermost loop's body, where an exit that all lanes take together may be a jump.
     pub is_directly_in_loop: bool,
-    /// Number of conditions around the current statement.
+    /// Number of conditions under which the current statement runs; see [`Lowerer::conditional`].
     pub condition_depth: usize,
     /// Named values to be output, if they were requested.
     pub named_values: Option<super::named_values::NamedValueCapture>,
@@ -76,32 +76,34 @@ pub(crate) struct Lowerer<'m> {
     statement_count: usize,
     /// Depth of nested blocks and calls; at most [`MAX_NESTING`].
     nesting: usize,
-    /// For each called function with the name of a function that has a native operation, such as `filtered_map`: whether its body equals that of the shipped WESL
-    /// source (`native.rs`).
-    pub matches_native: HashMap<Handle<Function>, bool>,
+    /// For each called function with the name of a function that has a native operation, such as `filtered_map`: whether its body equals that in the shipped
+    /// fragment (`native.rs`).
+    pub equals_shipped: HashMap<Handle<Function>, bool>,
 }
 
 /// Index in [`Lowerer::env`] of the mask of lanes that have discarded.
 pub(crate) const DISCARDED: usize = 0;
 
-/// Maximum number of statements of a module after all calls are inlined and loops are analysed. Thirty functions that each call the next one twice
-/// would have 2^30. The shipped modules have some 10^4.
+/// Maximum number of statements of a module, counted each time that a call is inlined or a loop's body is lowered again. Without a limit, thirty functions
+/// of which each calls the next one twice would have 2^30. The shipped modules have some 10^4.
 const MAX_STATEMENTS: usize = 1 << 19;
-/// Copying this many scalars of the environment counts as a statement.
+/// A large environment is copied at many statements. So many of its scalars add one to the count of each statement.
 const SCALARS_PER_STATEMENT: usize = 64;
-/// Maximum number of steps. It is limited separately, because a store with a variable index takes several steps per element.
+/// Maximum number of steps (SSA instructions). It is limited separately, because a store with a variable index takes several steps per element.
 const MAX_STEPS: usize = 1 << 20;
 /// Maximum nesting of blocks and calls, because lowering is recursive.
 const MAX_NESTING: usize = 200;
 
 impl<'m> Lowerer<'m> {
-    /// Counts a statement.
+    /// Counts a statement against [`MAX_STATEMENTS`].
     ///
     /// # Errors
     /// More statements or steps than the limit.
     pub(super) fn count_statement(&mut self) -> Result<()> {
         self.statement_count += 1 + self.env.len() / SCALARS_PER_STATEMENT;
-        for (count, max, what) in [(self.statement_count, MAX_STATEMENTS, "statements"), (self.builder.code.len(), MAX_STEPS, "steps")] {
+        for (count, max, what) in
+            [(self.statement_count, MAX_STATEMENTS, "statements"), (self.builder.lane_steps.len(), MAX_STEPS, "steps")]
+        {
             if count > max {
                 return Err(self.unsupported(format!("the module has too many {what} after all calls are inlined")));
             }
@@ -143,7 +145,7 @@ impl<'m> Lowerer<'m> {
             named_values: None,
             statement_count: 0,
             nesting: 0,
-            matches_native: HashMap::default(),
+            equals_shipped: HashMap::default(),
         };
         for (handle, global) in module.global_variables.iter() {
             this.span = module.global_variables.get_span(handle);
@@ -155,7 +157,7 @@ impl<'m> Lowerer<'m> {
                         return Err(this.unsupported("a uniform block must be at @group(0) @binding(0)".into()));
                     }
                     this.uniform_size = inner.size(module.to_ctx());
-                    Value::Place(Place::Uniform { offset: 0, dynamic: None, inner: inner.clone() })
+                    Value::Place(Place::Uniform { byte_offset: 0, word_offset: None, inner: inner.clone() })
                 }
                 AddressSpace::Private => {
                     let base = this.env.len();

@@ -3,11 +3,15 @@
 //! In: a module that naga has validated, and the name of an entry point. Out: the entry point's [`Program`], or the first construct that the software
 //! renderer does not support, with its position in the source.
 //!
-//! Vectors, matrices, structs and arrays become lists of scalars. Local variables have no memory: an environment maps each of
-//! their scalars to its current value (SSA form), and where control flow joins, scalars that differ are merged by a `select`. Calls are inlined
-//! (`calls.rs`), pointers are resolved to places (`place.rs`). Both sides of a branch on a lane value (one that may differ between lanes) run, each after a
-//! jump that skips it if no lane needs it; loops remain loops (`control_flow.rs`). The builder folds constants and applies value numbering (`builder.rs`);
-//! passes over the steps (SSA instructions) then eliminate dead code, fuse operations and assign slots (`finish.rs`, `loops.rs`, `chains.rs`).
+//! First, the functions are lowered to steps (instructions in SSA form):
+//! - Vectors, matrices, structs and arrays become lists of scalars. Local variables have no memory: an environment maps each of their scalars to its
+//!   current value. Where control flow joins, scalars that differ are merged by a `select`.
+//! - Calls are inlined (`calls.rs`). Pointers are resolved to places: scalars of the environment, or bytes of the uniform block (`place.rs`).
+//! - Both sides of a branch on a lane value (one that may differ between lanes) run, each after a jump that skips it if no lane needs it. Loops remain
+//!   loops (`control_flow.rs`).
+//! - The builder folds constants and reuses equal values (`builder.rs`).
+//!
+//! Then, passes over the steps eliminate dead code, fuse operations and assign slots (`finish.rs`, `loops.rs`, `chains.rs`).
 
 mod builder;
 mod calls;
@@ -67,7 +71,7 @@ pub(crate) struct InspectableProgram {
     pub names: Vec<(String, std::ops::Range<usize>)>,
 }
 
-/// Lowers an entry point with every named value as an additional output.
+/// Lowers an entry point with every named value (see `capture.rs`) as an additional output.
 ///
 /// # Errors
 /// As [`lower`].
@@ -114,11 +118,11 @@ fn lower_entry_point(
     }
     outputs.extend(discarded_mask);
     // Each output must be a lane value of its own, so inputs, values common to all lanes, and repeated outputs are copied.
-    let mut seen = rustc_hash::FxHashSet::default();
+    let mut own_outputs = rustc_hash::FxHashSet::default();
     for v in &mut outputs {
-        if !matches!(v, SsaValue::Lane(_)) || interface.input_values.contains(v) || !seen.insert(*v) {
+        if !matches!(v, SsaValue::Lane(_)) || interface.input_values.contains(v) || !own_outputs.insert(*v) {
             let dst = builder.fresh_lane();
-            builder.code.push(step::SsaStep::Op { dst, op: super::tape::Op::Copy, args: smallvec::smallvec![*v] });
+            builder.lane_steps.push(step::SsaStep::Op { dst, op: super::tape::Op::Copy, args: smallvec::smallvec![*v] });
             *v = dst;
         }
     }
@@ -148,7 +152,7 @@ fn lower_entry_point(
     Ok((program, named_values))
 }
 
-/// Lowers every entry point of a module to bytes for the library ([`programs_from_bytes`] reads them).
+/// Lowers every entry point of a module to bytes that the shader library stores; [`programs_from_bytes`] reads them.
 ///
 /// # Errors
 /// As [`lower`].
@@ -210,11 +214,12 @@ fn stage_of(point: &naga::EntryPoint) -> Result<ShaderStage> {
 /// The inputs and outputs of an entry point, one for each scalar.
 struct EntryPointInterface {
     inputs: Vec<LaneInput>,
-    /// The value of each input, in order; `lower_entry_point` appends the mask of active lanes.
+    /// The value of each input, in order. `lower_entry_point` appends the mask of active lanes.
     input_values: Vec<SsaValue>,
     outputs: Vec<LaneOutput>,
 }
 
+/// Number of components of a scalar or vector.
 fn component_count(inner: &TypeInner) -> u32 {
     match *inner {
         TypeInner::Vector { size, .. } => size as u32,
@@ -222,6 +227,7 @@ fn component_count(inner: &TypeInner) -> u32 {
     }
 }
 
+/// Whether a varying is flat (not interpolated). Integers always are.
 fn is_flat(interpolation: Option<Interpolation>, inner: &TypeInner) -> Result<bool> {
     match interpolation {
         Some(Interpolation::Flat) => Ok(true),
@@ -231,7 +237,7 @@ fn is_flat(interpolation: Option<Interpolation>, inner: &TypeInner) -> Result<bo
 }
 
 impl EntryPointInterface {
-    /// The inputs and outputs of an entry point, and the values of each argument.
+    /// The inputs and outputs of an entry point, and the scalars of each argument.
     fn of(
         module: &naga::Module,
         point: &naga::EntryPoint,
@@ -249,7 +255,7 @@ impl EntryPointInterface {
         Ok((interface, arguments))
     }
 
-    /// Adds an argument or a member of one, with all its members if it is a struct; returns its scalars.
+    /// Adds an argument, or a member of one; if it is a struct, all its members. Returns its scalars.
     fn add_input(
         &mut self,
         module: &naga::Module,

@@ -1,4 +1,4 @@
-//! Collects the named values that a program outputs in addition to its own outputs.
+//! The named values captured so far while a program is lowered for inspection, and the additional outputs that they become. `capture.rs` fills this list.
 
 use super::builder::SsaBuilder;
 use super::step::{SsaStep, SsaValue};
@@ -13,7 +13,7 @@ pub(crate) const FIRST_NAMED_LOCATION: u32 = 1000;
 #[derive(Debug)]
 pub(crate) struct CapturedValue {
     pub name: String,
-    /// A lane value for each of its scalars, reassigned wherever the name is bound.
+    /// A lane value for each of its scalars, assigned anew wherever the name gets a value.
     pub scalars: Vec<SsaValue>,
 }
 
@@ -35,7 +35,7 @@ impl NamedValueCapture {
     pub(crate) fn initialise(&self, builder: &mut SsaBuilder) {
         let nan = builder.float(f64::NAN);
         let copies = self.scalars().map(|dst| SsaStep::Op { dst, op: Op::Copy, args: smallvec::smallvec![nan] }).collect::<Vec<_>>();
-        builder.code.splice(0..0, copies);
+        builder.lane_steps.splice(0..0, copies);
     }
     /// The scalars of all named values, in the order of their outputs.
     pub(crate) fn scalars(&self) -> impl Iterator<Item = SsaValue> {

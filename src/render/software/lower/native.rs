@@ -1,10 +1,10 @@
-//! Replaces calls of two WGSL functions by native operations: `filtered_map` of shaders/lib/filtered_map.wesl by [`TextureOp::Filtered`], and `texels_between` of
-//! shaders/lib/texels_between.wesl by [`TextureOp::Bilinear`].
+//! Replaces calls of two WGSL functions by native operations: `filtered_map` of shaders/lib/filtered_map.wesl by [`TextureOp::Filtered`], and
+//! `texels_between` of shaders/lib/texels_between.wesl by [`TextureOp::Bilinear`].
 //!
 //! In: a call. Out: the operation, if the callee is equal to the shipped function; otherwise `None`, and the call is lowered like any other, so that a fragment
 //! (WESL source file) that the user has edited runs as edited. tests/software/filtered_map.rs and texels_between.rs check that the operations and the shipped
-//! fragments agree. If the shipped fragment itself was edited since its native operation was written, which [`NativeFunction::repeated_sha256`] shows, no call
-//! of it is replaced: the renderer interprets it, slowly but correctly.
+//! fragments agree. If the shipped fragment itself was edited since its native operation was written, which [`NativeFunction::reimplemented_sha256`] shows, no
+//! call of it is replaced: the renderer interprets it, slowly but correctly.
 //!
 //! Two bodies are equal if they lower to the same steps. Names, comments and positions in the text do not matter.
 
@@ -25,8 +25,8 @@ use std::sync::OnceLock;
 struct NativeFunction {
     name: &'static str,
     shipped_source: &'static str,
-    /// The [`source_digest`] of the source that the native operation repeats. Record it anew after adapting the operation to an edited source.
-    repeated_sha256: &'static str,
+    /// The [`source_digest`] of the source that the native operation reimplements. Record the new digest after adapting the operation to an edited source.
+    reimplemented_sha256: &'static str,
     op: TextureOp,
     /// Whether its second parameter is a sampler; the first is the texture.
     has_sampler: bool,
@@ -36,31 +36,31 @@ const NATIVE_FUNCTIONS: [NativeFunction; 2] = [
     NativeFunction {
         name: "filtered_map",
         shipped_source: include_str!("../../../../shaders/lib/filtered_map.wesl"),
-        repeated_sha256: "a911eac63b75541f5bb7fe0b4ad32a174f847fde4e0d66926bb6cc61ba944322",
+        reimplemented_sha256: "a911eac63b75541f5bb7fe0b4ad32a174f847fde4e0d66926bb6cc61ba944322",
         op: TextureOp::Filtered,
         has_sampler: true,
     },
     NativeFunction {
         name: "texels_between",
         shipped_source: include_str!("../../../../shaders/lib/texels_between.wesl"),
-        repeated_sha256: "390df102fe0f38f9a9d5c18ee287c07b33d3a97f62a164c98ae443f1fb62554a",
+        reimplemented_sha256: "390df102fe0f38f9a9d5c18ee287c07b33d3a97f62a164c98ae443f1fb62554a",
         op: TextureOp::Bilinear,
         has_sampler: false,
     },
 ];
 
-/// Declarations of the texture and the sampler with which the shipped fragment is lowered on its own.
+/// WGSL declarations of a texture and a sampler, so that a shipped fragment can be lowered on its own.
 const RESOURCES: &str = "@group(0) @binding(0) var shipped_map: texture_2d<f32>; @group(0) @binding(1) var shipped_sampler: sampler;";
 
-/// SHA-256 of a source without its comments and with single spaces, so that neither a comment nor the layout changes it. It is taken of the text, because the
-/// lowered body would change with every improvement of the lowering.
+/// SHA-256 of a source without its comments and with single spaces, so that neither a comment nor the layout changes it. The digest covers the text, not the
+/// lowered body, because the body changes with every improvement of the lowering.
 fn source_digest(source: &str) -> String {
     let code = source.lines().map(|line| line.split("//").next().unwrap_or(""));
     let words: Vec<&str> = code.flat_map(str::split_whitespace).collect();
     generator::hex(&Sha256::digest(words.join(" ").as_bytes()))
 }
 
-/// A function's lowered body, for arguments that differ from lane to lane.
+/// A function's body, lowered for arguments that differ from lane to lane.
 #[derive(PartialEq)]
 struct FunctionBody {
     /// Steps that run once per draw, and steps that run per batch of lanes.
@@ -68,8 +68,8 @@ struct FunctionBody {
     result: Vec<SsaValue>,
 }
 
-/// Lowers a function on its own; also returns the constants to which its steps refer. `constants` get the first numbers, so that equal bodies number their
-/// constants alike. `resources`: the function's textures and samplers, in the order of its parameters.
+/// Lowers a function on its own; also returns the constants to which its steps refer. `constants`: those of the body to compare with, which get the first
+/// numbers, so that equal bodies number their constants alike. `resources`: the function's textures and samplers, in the order of its parameters.
 fn lower_body(
     module: &Module,
     info: &ModuleInfo,
@@ -102,8 +102,8 @@ fn lower_body(
     if lowerer.env != before {
         return Err(lowerer.unsupported("discards, or writes to a variable of the module".into()));
     }
-    let SsaBuilder { constants, draw, code, .. } = lowerer.builder;
-    Ok((FunctionBody { steps: [draw, code], result }, constants))
+    let SsaBuilder { constants, draw_steps, lane_steps, .. } = lowerer.builder;
+    Ok((FunctionBody { steps: [draw_steps, lane_steps], result }, constants))
 }
 
 fn find_function(module: &Module, name: &str) -> Option<Handle<Function>> {
@@ -111,10 +111,10 @@ fn find_function(module: &Module, name: &str) -> Option<Handle<Function>> {
 }
 
 impl NativeFunction {
-    /// The shipped fragment's body and constants; `None` if the native operation repeats another version of it, or if it cannot be parsed on its own. In
-    /// both cases no call is replaced.
+    /// The shipped fragment's body and constants; `None` if the native operation reimplements another version of it, or if the fragment cannot be lowered on
+    /// its own. In both cases no call is replaced.
     fn lower_shipped(&self) -> Option<ShippedFunctionBody> {
-        if source_digest(self.shipped_source) != self.repeated_sha256 {
+        if source_digest(self.shipped_source) != self.reimplemented_sha256 {
             return None;
         }
         let module = naga::front::wgsl::parse_str(&format!("{}{RESOURCES}", self.shipped_source)).ok()?;
@@ -137,7 +137,7 @@ impl Lowerer<'_> {
         let Some(index) = NATIVE_FUNCTIONS.iter().position(|native| Some(native.name) == name) else { return Ok(None) };
         let NativeFunction { op, has_sampler, .. } = NATIVE_FUNCTIONS[index];
         let resource_count = 1 + usize::from(has_sampler);
-        if arguments.len() <= resource_count || !self.is_shipped(index, function, &arguments[..resource_count])? {
+        if arguments.len() <= resource_count || !self.equals_shipped(index, function, &arguments[..resource_count])? {
             return Ok(None);
         }
         let texture = self.texture_use(arguments[0], has_sampler.then(|| arguments[1]))?;
@@ -149,8 +149,8 @@ impl Lowerer<'_> {
     }
 
     /// Whether a function has the shipped body of the native function `index`. `resources`: the texture and, if there is one, the sampler of a call.
-    fn is_shipped(&mut self, index: usize, function: Handle<Function>, resources: &[Handle<Expression>]) -> Result<bool> {
-        if let Some(known) = self.matches_native.get(&function) {
+    fn equals_shipped(&mut self, index: usize, function: Handle<Function>, resources: &[Handle<Expression>]) -> Result<bool> {
+        if let Some(known) = self.equals_shipped.get(&function) {
             return Ok(*known);
         }
         let resources = resources.iter().map(|r| self.value_of(*r)).collect::<Result<Vec<_>>>()?;
@@ -159,7 +159,7 @@ impl Lowerer<'_> {
             let lowered: std::result::Result<_, LowerError> = lower_body(self.module, self.info, function, constants, &resources);
             lowered.is_ok_and(|(body, _)| body == *shipped)
         });
-        self.matches_native.insert(function, is_equal);
+        self.equals_shipped.insert(function, is_equal);
         Ok(is_equal)
     }
 }
@@ -173,8 +173,8 @@ mod tests {
         for native in NATIVE_FUNCTIONS {
             let (name, digest) = (native.name, source_digest(native.shipped_source));
             assert!(
-                digest == native.repeated_sha256,
-                "Rust repeats another version of {name}, so that the software renderer interprets it, correctly but slowly. Adapt \
+                digest == native.reimplemented_sha256,
+                "Rust reimplements another version of {name}, so that the software renderer interprets it, correctly but slowly. Adapt \
                  src/render/software/sample/, record the digest {digest} in NATIVE_FUNCTIONS, and run software::{name}, which compares both \
                  (CONTRIBUTING.md, Change how a map is filtered)"
             );
@@ -189,7 +189,7 @@ mod tests {
             assert_ne!(text, native.shipped_source, "{} has nothing to edit", native.name);
             let edited = NativeFunction { shipped_source: text, ..native };
             assert!(edited.lower_shipped().is_none(), "{}", native.name);
-            let recorded = NativeFunction { repeated_sha256: source_digest(text).leak(), ..edited };
+            let recorded = NativeFunction { reimplemented_sha256: source_digest(text).leak(), ..edited };
             assert!(recorded.lower_shipped().is_some(), "{}: only the digest may be the reason", native.name);
         }
     }

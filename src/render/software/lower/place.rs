@@ -1,4 +1,5 @@
-//! Resolves pointers to places: scalars of the environment, or bytes of the uniform block, with constant or computed indices.
+//! Resolves pointers to places (scalars of the environment, or bytes of the uniform block), and loads and stores the values at these places. Indices
+//! may be constant or variable.
 
 use super::error::{LowerError, Result};
 use super::lowerer::Lowerer;
@@ -20,7 +21,8 @@ pub(crate) fn supported_kind(scalar: naga::Scalar, span: Span) -> Result<ScalarK
     }
 }
 
-/// Maximum number of scalars of an array. It is limited because each scalar is an SSA value, and access with a variable index selects among all.
+/// Maximum number of scalars of an array. It is limited because each scalar is an SSA value, and an access with a variable index selects among all
+/// of them.
 const MAX_SCALARS: usize = 1 << 14;
 
 impl Lowerer<'_> {
@@ -32,7 +34,7 @@ impl Lowerer<'_> {
             TypeInner::Matrix { columns, rows, .. } => *columns as usize * *rows as usize,
             TypeInner::Array { base, size: ArraySize::Constant(n), .. } => {
                 let count = self.scalar_count(&self.module.types[*base].inner)?.checked_mul(n.get() as usize);
-                let too_large = || self.unsupported(format!("an array of more than {MAX_SCALARS} numbers"));
+                let too_large = || self.unsupported(format!("an array of more than {MAX_SCALARS} numbers is not supported"));
                 count.filter(|count| *count <= MAX_SCALARS).ok_or_else(too_large)?
             }
             TypeInner::Struct { members, .. } => {
@@ -86,11 +88,13 @@ impl Lowerer<'_> {
         let (child, scalars, bytes) = self.child(place.inner(), index)?;
         Ok(match place.clone() {
             Place::Local { base, indices, .. } => Place::Local { base: base + scalars, indices, inner: child },
-            Place::Uniform { offset, dynamic, .. } => Place::Uniform { offset: offset + bytes, dynamic, inner: child },
+            Place::Uniform { byte_offset, word_offset, .. } => {
+                Place::Uniform { byte_offset: byte_offset + bytes, word_offset, inner: child }
+            }
         })
     }
 
-    /// The place of the child at a computed index.
+    /// The place of the child at an index that may be variable.
     pub(crate) fn place_indexed(&mut self, place: &Place, index: SsaValue) -> Result<Place> {
         let count = self.child_count(place.inner())?;
         if let Some(k) = self.builder.known_int(index) {
@@ -103,16 +107,16 @@ impl Lowerer<'_> {
                 indices.push(VariableIndex { value: index, stride: scalars, count });
                 Place::Local { base, indices, inner: child }
             }
-            Place::Uniform { offset, dynamic, .. } => {
+            Place::Uniform { byte_offset, word_offset, .. } => {
                 let last = self.builder.int(count - 1);
                 let stride = self.builder.int(bytes / 4);
-                let clamped = self.builder.bin(Op::UMin, index, last);
-                let words = self.builder.bin(Op::IMul, clamped, stride);
-                let dynamic = Some(match dynamic {
-                    Some(d) => self.builder.bin(Op::IAdd, d, words),
+                let clamped = self.builder.binary(Op::UMin, index, last);
+                let words = self.builder.binary(Op::IMul, clamped, stride);
+                let word_offset = Some(match word_offset {
+                    Some(outer) => self.builder.binary(Op::IAdd, outer, words),
                     None => words,
                 });
-                Place::Uniform { offset, dynamic, inner: child }
+                Place::Uniform { byte_offset, word_offset, inner: child }
             }
         })
     }
@@ -123,23 +127,23 @@ impl Lowerer<'_> {
                 let n = self.scalar_count(inner)?;
                 self.load_local(*base, indices, n)
             }
-            Place::Uniform { offset, dynamic, inner } => {
-                let mut leaves = Vec::new();
-                self.leaves(inner, 0, &mut leaves)?;
-                // A word index from here is clamped to the end of the uniform block.
-                let words_to_end = self.uniform_size.saturating_sub(*offset) / 4;
+            Place::Uniform { byte_offset, word_offset, inner } => {
+                let mut scalars = Vec::new();
+                self.uniform_scalars(inner, 0, &mut scalars)?;
+                // The load clamps the word offset to the end of the uniform block.
+                let words_to_end = self.uniform_size.saturating_sub(*byte_offset) / 4;
                 let mut all = Vec::new();
-                for (leaf_offset, kind) in leaves {
-                    let index = dynamic.map(|word_index| (word_index, words_to_end.saturating_sub(leaf_offset / 4)));
-                    let word = if kind == ScalarKind::Float { WordKind::Float } else { WordKind::Int };
-                    all.push(self.builder.load_uniform(word, offset + leaf_offset, index));
+                for (scalar_offset, kind) in scalars {
+                    let index = word_offset.map(|words| (words, words_to_end.saturating_sub(scalar_offset / 4)));
+                    let word_kind = if kind == ScalarKind::Float { WordKind::Float } else { WordKind::Int };
+                    all.push(self.builder.load_uniform(word_kind, byte_offset + scalar_offset, index));
                 }
                 Ok(all)
             }
         }
     }
 
-    /// Loads `n` scalars; each index selects among all elements. An index out of range selects the last element.
+    /// Loads `n` scalars. For each variable index, the element is selected among all elements; an index out of range selects the last one.
     fn load_local(&mut self, base: usize, indices: &[VariableIndex], n: usize) -> Result<Vec<SsaValue>> {
         let Some((index, rest)) = indices.split_first() else {
             return Ok(self.env[base..base + n].to_vec());
@@ -149,7 +153,7 @@ impl Lowerer<'_> {
         for k in (0..last).rev() {
             let element = self.load_local(base + k as usize * index.stride, rest, n)?;
             let position = self.builder.int(k);
-            let is_selected = self.builder.bin(Op::IEq, index.value, position);
+            let is_selected = self.builder.binary(Op::IEq, index.value, position);
             for (scalar, candidate) in selected.iter_mut().zip(element) {
                 *scalar = self.builder.select(is_selected, candidate, *scalar);
             }
@@ -178,21 +182,21 @@ impl Lowerer<'_> {
         };
         for k in 0..index.count {
             let position = self.builder.int(k);
-            let is_selected = self.builder.bin(Op::IEq, index.value, position);
-            let is_stored = self.builder.bin(Op::And, when, is_selected);
+            let is_selected = self.builder.binary(Op::IEq, index.value, position);
+            let is_stored = self.builder.binary(Op::And, when, is_selected);
             self.store_local(base + k as usize * index.stride, rest, values, is_stored);
         }
     }
 
-    /// Byte offset and kind of every scalar in a uniform of this type that starts at byte `start`.
-    fn leaves(&self, inner: &TypeInner, start: u32, out: &mut Vec<(u32, ScalarKind)>) -> Result<()> {
+    /// Appends the byte offset and the kind of every scalar of a uniform of this type that starts at byte `start`.
+    fn uniform_scalars(&self, inner: &TypeInner, start: u32, out: &mut Vec<(u32, ScalarKind)>) -> Result<()> {
         if let TypeInner::Scalar(s) = inner {
             out.push((start, supported_kind(*s, self.span)?));
             return Ok(());
         }
         for k in 0..self.child_count(inner)? {
             let (child, _, bytes) = self.child(inner, k)?;
-            self.leaves(&child, start + bytes, out)?;
+            self.uniform_scalars(&child, start + bytes, out)?;
         }
         Ok(())
     }
@@ -201,11 +205,11 @@ impl Lowerer<'_> {
     pub(crate) fn zeros(&mut self, inner: &TypeInner) -> Result<Vec<SsaValue>> {
         let n = self.scalar_count(inner)?;
         let mut zeros = Vec::with_capacity(n);
-        self.zero_scalars(inner, &mut zeros)?;
+        self.append_zeros(inner, &mut zeros)?;
         Ok(zeros)
     }
 
-    fn zero_scalars(&mut self, inner: &TypeInner, out: &mut Vec<SsaValue>) -> Result<()> {
+    fn append_zeros(&mut self, inner: &TypeInner, out: &mut Vec<SsaValue>) -> Result<()> {
         if let TypeInner::Scalar(s) = inner {
             out.push(match supported_kind(*s, self.span)? {
                 ScalarKind::Float => self.builder.float(0.0),
@@ -216,13 +220,13 @@ impl Lowerer<'_> {
         }
         for k in 0..self.child_count(inner)? {
             let (child, _, _) = self.child(inner, k)?;
-            self.zero_scalars(&child, out)?;
+            self.append_zeros(&child, out)?;
         }
         Ok(())
     }
 }
 
-/// Bytes from one matrix column to the next in a uniform block (WGSL 14.4.1).
+/// Bytes from one matrix column to the next in a uniform block (WGSL specification, *Alignment and Size*).
 fn column_stride(rows: naga::VectorSize) -> u32 {
     if rows == naga::VectorSize::Bi { 8 } else { 16 }
 }

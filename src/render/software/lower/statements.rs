@@ -1,8 +1,8 @@
 //! Lowers the statements of a block in order.
 //!
-//! An exit from a block (`return`, `break`, `continue`) sets a flag; the rest of the block is then lowered as if it were inside
-//! `if (!flag)`. Therefore single stores need no test of the flag, and the rest is skipped when no lane is active any more. An exit from a loop that all lanes take
-//! together may be a jump instead (`control_flow.rs`).
+//! An exit from a block (`return`, `break`, `continue`) sets a flag, one value per lane; the rest of the block is then lowered as if it were inside
+//! `if (!flag)`. Therefore no single store needs to test the flag, and the rest is skipped if no lane is active any more. An exit from a loop that all lanes
+//! take together may be a jump instead (`control_flow.rs`).
 
 use super::error::Result;
 use super::lowerer::{DISCARDED, Lowerer};
@@ -17,8 +17,8 @@ impl<'m> Lowerer<'m> {
         let (return_flag, innermost_loop) = (frame.return_flag, frame.loops.last().copied());
         let mut exited = self.env[return_flag];
         if let Some(flags) = innermost_loop {
-            exited = self.builder.bin(Op::Or, exited, self.env[flags.break_flag]);
-            exited = self.builder.bin(Op::Or, exited, self.env[flags.continue_flag]);
+            exited = self.builder.binary(Op::Or, exited, self.env[flags.break_flag]);
+            exited = self.builder.binary(Op::Or, exited, self.env[flags.continue_flag]);
         }
         exited
     }
@@ -39,6 +39,7 @@ impl<'m> Lowerer<'m> {
         self.in_block(|this| this.statements(&statements))
     }
 
+    /// Lowers statements in order. After one that some lanes may exit from, the rest is lowered for the remaining lanes only.
     fn statements(&mut self, statements: &[(&'m Statement, Span)]) -> Result<()> {
         for (i, (statement, span)) in statements.iter().enumerate() {
             self.span = *span;

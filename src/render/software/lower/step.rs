@@ -1,4 +1,5 @@
-//! Steps in SSA form: the builder emits them, the optimisation passes rewrite them, and the tapes are assembled from them.
+//! Steps: instructions in SSA form, before they get slots and registers. The builder emits them, the optimisation passes rewrite them, and `finish.rs`
+//! assembles the tapes from them.
 
 use crate::render::software::tape::{FusedOp, Op, TextureOp, WordKind};
 use smallvec::{SmallVec, smallvec};
@@ -8,20 +9,20 @@ use smallvec::{SmallVec, smallvec};
 pub(crate) enum SsaValue {
     /// Index into the constants.
     Const(u32),
-    /// Computed once per draw. This number, and that of `Uniform` and `Lane`, only identifies the value.
+    /// Computed on the draw tape, once per draw. This number, and that of `Shared` and `Lane`, only identifies the value.
     Draw(u32),
     /// One value for all lanes, computed on the lane tape.
-    Uniform(u32),
+    Shared(u32),
     /// One value per lane.
     Lane(u32),
 }
 
 pub(crate) type JumpLabel = u32;
 
-/// Values of one step. Up to four are stored inline, because with heap vectors allocation took most of the lowering time.
+/// The values that a step reads or writes. Up to four are stored inline: with a `Vec`, most of the lowering time was spent in allocation.
 pub(crate) type SsaValues = SmallVec<[SsaValue; 4]>;
 
-/// One step, before slots and registers are allocated. The rate of `dst` (see `builder.rs`) determines how often the step runs.
+/// One step. The rate of `dst` (see `builder.rs`) determines how often it runs.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum SsaStep {
     Op {

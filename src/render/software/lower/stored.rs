@@ -1,7 +1,7 @@
 //! The interface through which the shader library lowers and stores modules: the lowering functions and a digest of their sources.
 //!
-//! The digest is part of the names of the library's folder and of the record of modules that a test run has verified, so it covers every source
-//! file on which a module's tape depends:
+//! The digest is part of two names: of the library's folder, and of the file that records which modules a test run has verified. Therefore it covers
+//! every source file on which a module's tape depends:
 //! - `lower/`: the lowering itself;
 //! - `kernels/` and `math/`: constants are folded by the operations that the kernels run, and fused kernels exist only for the chains in
 //!   `kernels/chains.rs`;
@@ -21,7 +21,7 @@ static FOLDERS: [(&str, Dir<'_>); 3] = [
 ];
 const FILES: [(&str, &[u8]); 2] = [("program.rs", include_bytes!("../program.rs")), ("tape.rs", include_bytes!("../tape.rs"))];
 
-/// Path inside render/software/ and content of every source file on which a tape depends, in order of path.
+/// Every source file on which a tape depends, in order of path: its path inside render/software/ and its content.
 fn sources() -> Vec<(String, &'static [u8])> {
     fn rust_files<'a>(name: &str, dir: &'a Dir<'a>, out: &mut Vec<(String, &'a [u8])>) {
         let rust = dir.files().filter(|f| f.path().extension().is_some_and(|e| e == "rs"));

@@ -1,4 +1,4 @@
-//! The value of an expression during lowering: scalars, a place to which a pointer refers, or a texture or sampler.
+//! The value of an expression during lowering: scalars, a place (the target of a pointer), or a texture or sampler.
 
 use super::step::SsaValue;
 use naga::TypeInner;
@@ -7,20 +7,21 @@ use naga::TypeInner;
 #[derive(Clone, Copy, Debug)]
 pub struct VariableIndex {
     pub value: SsaValue,
-    /// Scalars from one element to the next.
+    /// Number of scalars from one element to the next.
     pub stride: usize,
     /// Number of elements.
     pub count: u32,
 }
 
-/// A place in a variable or in the uniform block; `inner` is the type of the place.
+/// The target of a pointer, in a variable or in the uniform block. `inner`: the type of the value stored there.
 #[derive(Clone, Debug)]
 pub enum Place {
-    /// The scalars of the environment (`Lowerer::env`: the current values of all variables in scope) from `base` plus each index times its stride.
+    /// Scalars of the environment (`Lowerer::env`: the current values of all variables in scope). The first is `base` plus each index times its stride.
     /// A load with an index out of range reads the last element; a store with an index out of range has no effect.
     Local { base: usize, indices: Vec<VariableIndex>, inner: TypeInner },
-    /// The uniform block from byte `offset` plus `dynamic` words of 4 bytes; the indices in `dynamic` are clamped to the last element already.
-    Uniform { offset: u32, dynamic: Option<SsaValue>, inner: TypeInner },
+    /// The uniform block from byte `byte_offset` plus `word_offset` words of 4 bytes. The word offset is computed from variable indices, each already
+    /// clamped to the last element; `None` if there are none.
+    Uniform { byte_offset: u32, word_offset: Option<SsaValue>, inner: TypeInner },
 }
 
 /// The value of an expression during lowering.

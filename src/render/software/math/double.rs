@@ -1,14 +1,14 @@
 //! Elementary functions of f64. Coefficients: S. Moshier, Cephes (exp, atan, sinh, tanh); Sun Microsystems, fdlibm (log, sin, cos, asin, and the
-//! split of log2 into a high and a low part).
+//! split of log2(e) and of log2 x into a high and a low part).
 
 use super::horner;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, LN_2, LOG2_E, PI};
 
-/// 1.5 * 2^52: adding it rounds to an integer in the low bits.
+/// 1.5 * 2^52. Added to a number, it rounds that number to an integer, which is then in the low bits of the sum.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
-/// 2^54, which makes every subnormal number normal.
+/// 2^54. A subnormal number times it is normal.
 const TWO_POW_54: f64 = 18_014_398_509_481_984.0;
-/// Above it, asinh and acosh are log(2 x): the square of x could overflow, and 1 is negligible beside it.
+/// Above this x, asinh and acosh are computed as log(2 x): x^2 could overflow, and 1 is negligible beside it.
 const ASYMPTOTIC_FROM: f64 = 1e150;
 
 /// x limited to a range; NaN stays NaN, because it fails both comparisons.
@@ -31,7 +31,7 @@ fn exp2_int(n: i64) -> f64 {
 
 /// x * 2^n in three steps, since 2^n itself may be out of range. Rounding occurs only if the result is below the normal range.
 #[inline(always)]
-pub(crate) fn scale(x: f64, n: i32) -> f64 {
+pub(crate) fn ldexp(x: f64, n: i32) -> f64 {
     let n = i64::from(n).clamp(-2200, 2200);
     let third = n / 3;
     x * exp2_int(third) * exp2_int(third) * exp2_int(n - 2 * third)
@@ -62,23 +62,24 @@ fn round_to_int(t: f64) -> (f64, i64) {
 
 #[inline(always)]
 pub(crate) fn exp<const FMA: bool>(x: f64) -> f64 {
-    // Beyond these bounds the result overflows or is 0.
+    // Beyond these bounds the result overflows to infinity or underflows to 0.
     let clamped = bounded(x, -747.0, 711.0);
     let (k, n) = round_to_int(clamped * LOG2_E);
-    // ln 2 is the sum of two parts; the greater has so few bits that its product with k is exact.
+    // ln 2 is subtracted k times in two parts. The greater has so few bits that its product with k is exact.
     let r = fma::<FMA>(k, -1.428_606_820_309_417_2e-6, fma::<FMA>(k, -6.931_457_519_531_25e-1, clamped));
     scale_in_two_steps(exp_of_reduced::<FMA>(r), n)
 }
 
 #[inline(always)]
 pub(crate) fn exp2<const FMA: bool>(x: f64) -> f64 {
-    // Beyond these bounds the result overflows or is 0.
+    // As in `exp`.
     let clamped = bounded(x, -1077.0, 1026.0);
     let (k, n) = round_to_int(clamped);
     scale_in_two_steps(exp_of_reduced::<FMA>((clamped - k) * LN_2), n)
 }
 
-/// Reduces a logarithm's argument: f = mantissa - 1 in [-0.293, 0.414], the exponent, f^2/2, and s (f^2/2 + R(s^2)) with s = f/(2+f).
+/// Splits the argument of a logarithm into (1 + f) 2^exponent with f in [-0.293, 0.414]. Returns f, the exponent, f^2/2, and s (f^2/2 + R(s^2)) with
+/// s = f/(2+f), so that log(1 + f) = f - (f^2/2 - s (f^2/2 + R)).
 #[inline(always)]
 fn log_parts<const FMA: bool>(x: f64) -> (f64, f64, f64, f64) {
     // Scaling makes a subnormal x normal. It also affects x <= 0, for which the callers replace the result.
@@ -86,8 +87,8 @@ fn log_parts<const FMA: bool>(x: f64) -> (f64, f64, f64, f64) {
     let scaled = if is_scaled { x * TWO_POW_54 } else { x };
     const SQRT_HALF_BITS: u64 = 0x3fe6_a09e_667f_3bcd;
     let bits = scaled.to_bits().wrapping_sub(SQRT_HALF_BITS);
-    // The exponent as a float: with a bias of 2048, its bits are ORed into those of 2^52, and 2^52 and the bias are subtracted. An integer conversion has
-    // no vector instruction below AVX-512. For x < 0 and NaN the exponent is meaningless; the callers replace the result.
+    // The exponent as a float: with a bias of 2048, its bits are ORed into those of 2^52, and 2^52 and the bias are subtracted. Below AVX-512, no vector
+    // instruction converts 64-bit integers to floats. For x < 0 and NaN the exponent is meaningless; the callers replace the result.
     let exponent_bits = (bits >> 52) ^ 0x800;
     let exponent = f64::from_bits(exponent_bits | 0x4330_0000_0000_0000) - 4_503_599_627_370_496.0 - 2048.0;
     let exponent = if is_scaled { exponent - 54.0 } else { exponent };
@@ -121,22 +122,23 @@ fn log_special_cases(x: f64, y: f64) -> f64 {
 #[inline(always)]
 pub(crate) fn log<const FMA: bool>(x: f64) -> f64 {
     let (f, exponent, half_square, tail) = log_parts::<FMA>(x);
-    // ln 2 is the sum of two parts; the product of the greater with the exponent is exact.
+    // ln 2 in two parts; the product of the greater with the exponent is exact.
     let low = fma::<FMA>(exponent, 1.908_214_929_270_587_7e-10, tail);
     log_special_cases(x, fma::<FMA>(exponent, 6.931_471_803_691_238e-1, f - (half_square - low)))
 }
 
-/// log2 of a positive finite x as an unevaluated sum of two numbers. tests/software/math.rs bounds the error of `pow`, which uses it, by 6 ulp.
+/// log2 of a positive finite x as a double-double: the unevaluated sum of two numbers, the greater one first. tests/software/math.rs bounds the error of
+/// `pow`, which uses it, by 6 ulp.
 #[inline(always)]
-fn log2_pair<const FMA: bool>(x: f64) -> (f64, f64) {
+fn log2_double_double<const FMA: bool>(x: f64) -> (f64, f64) {
     let (f, exponent, half_square, tail) = log_parts::<FMA>(x);
-    let hi = high_bits(f - half_square);
-    let lo = ((f - hi) - half_square) + tail;
-    // log2(e) is the sum of two parts.
-    let product_hi = hi * 1.442_695_040_721_446_3;
-    let product_lo = fma::<FMA>(lo + hi, 1.675_171_316_488_651_2e-10, lo * 1.442_695_040_721_446_3);
-    let sum = exponent + product_hi;
-    (sum, product_lo + ((exponent - sum) + product_hi))
+    let high = high_bits(f - half_square);
+    let low = ((f - high) - half_square) + tail;
+    // Times log2(e), in two parts.
+    let product_high = high * 1.442_695_040_721_446_3;
+    let product_low = fma::<FMA>(low + high, 1.675_171_316_488_651_2e-10, low * 1.442_695_040_721_446_3);
+    let sum = exponent + product_high;
+    (sum, product_low + ((exponent - sum) + product_high))
 }
 
 /// x without its low 27 bits. The remaining mantissa has 26 bits, so that the product of two such numbers is exact.
@@ -147,15 +149,15 @@ fn high_bits(x: f64) -> f64 {
 
 #[inline(always)]
 pub(crate) fn log2<const FMA: bool>(x: f64) -> f64 {
-    let (hi, lo) = log2_pair::<FMA>(x);
-    log_special_cases(x, hi + lo)
+    let (high, low) = log2_double_double::<FMA>(x);
+    log_special_cases(x, high + low)
 }
 
-/// Range reduction by quarter turns: the remainder in [-pi/4, pi/4] and the low bits of the number of quarter turns. The remainder's relative error is
-/// below 3e-16 for |x| <= 1.6e6 (pi/2 is the sum of three parts, of which the first two have 33 bits). For greater |x| it is only clamped to
-/// [-0.786, 0.786], just beyond pi/4. inf and NaN give NaN.
+/// Subtracts quarter turns (pi/2) from an angle in radians: the remainder in [-pi/4, pi/4], and the number of quarter turns, of which only the low bits are
+/// valid. The remainder's relative error is below 3e-16 for |x| <= 1.6e6 (pi/2 is subtracted in three parts, of which the first two have 33 bits). For
+/// greater |x| the remainder is wrong, but clamped to [-0.786, 0.786], just beyond pi/4. inf and NaN give NaN.
 #[inline(always)]
-pub(crate) fn quarter_turns(x: f64) -> (f64, i64) {
+pub(crate) fn reduce_by_quarter_turns(x: f64) -> (f64, i64) {
     let (k, n) = round_to_int(x * std::f64::consts::FRAC_2_PI);
     let r = ((x - k * 1.570_796_326_734_125_6) - k * 6.077_100_506_303_966e-11) - k * 2.022_266_248_795_950_6e-21;
     let r = bounded(r, -0.786, 0.786);
@@ -194,8 +196,8 @@ fn sin_and_cos<const FMA: bool>(r: f64) -> (f64, f64) {
 
 /// sin, or cos if `COS`.
 #[inline(always)]
-pub(crate) fn sin_cos<const FMA: bool, const COS: bool>(x: f64) -> f64 {
-    let (r, n) = quarter_turns(x);
+pub(crate) fn sin_or_cos<const FMA: bool, const COS: bool>(x: f64) -> f64 {
+    let (r, n) = reduce_by_quarter_turns(x);
     let quadrant = if COS { n.wrapping_add(1) } else { n };
     let (s, c) = sin_and_cos::<FMA>(r);
     let y = if quadrant & 1 != 0 { c } else { s };
@@ -204,7 +206,7 @@ pub(crate) fn sin_cos<const FMA: bool, const COS: bool>(x: f64) -> f64 {
 
 #[inline(always)]
 pub(crate) fn tan<const FMA: bool>(x: f64) -> f64 {
-    let (r, n) = quarter_turns(x);
+    let (r, n) = reduce_by_quarter_turns(x);
     let (s, c) = sin_and_cos::<FMA>(r);
     if n & 1 != 0 { -c / s } else { s / c }
 }
@@ -230,7 +232,8 @@ fn asin_core<const FMA: bool>(z: f64, s: f64) -> f64 {
     fma::<FMA>(p / q, s, s)
 }
 
-/// For a = |x| > 0.5: true, and the arcsine of sqrt((1 - a) / 2), which is half the arccosine of a. Otherwise: false, and the arcsine of `small` (a or x).
+/// For a = |x| > 0.5: true, and the arcsine of sqrt((1 - a) / 2), which is half the arccosine of a. Otherwise: false, and the arcsine of `small`, which is
+/// a or x.
 #[inline(always)]
 fn asin_reduced<const FMA: bool>(a: f64, small: f64) -> (bool, f64) {
     let is_large = a > 0.5;
@@ -249,19 +252,19 @@ pub(crate) fn asin<const FMA: bool>(x: f64) -> f64 {
 #[inline(always)]
 pub(crate) fn acos<const FMA: bool>(x: f64) -> f64 {
     let (is_large, y) = asin_reduced::<FMA>(x.abs(), x);
-    let outer = if x < 0.0 { PI - 2.0 * y } else { 2.0 * y };
+    let for_large = if x < 0.0 { PI - 2.0 * y } else { 2.0 * y };
     // 6.1e-17 is pi / 2 - FRAC_PI_2, the rounding error of that constant.
-    if is_large { outer } else { FRAC_PI_2 - (y - 6.123_233_995_736_766e-17) }
+    if is_large { for_large } else { FRAC_PI_2 - (y - 6.123_233_995_736_766e-17) }
 }
 
-/// The angle in all four quadrants; signed zeros and infinities as IEEE 754 recommends.
+/// The angle of the point (x, y), in all four quadrants; signed zeros and infinities as IEEE 754 recommends.
 #[inline(always)]
 pub(crate) fn atan2<const FMA: bool>(y: f64, x: f64) -> f64 {
     let (ay, ax) = (y.abs(), x.abs());
     let swap = ay > ax;
     let (small, large) = if swap { (ax, ay) } else { (ay, ax) };
     let equal = small == large;
-    // Above tan(pi/8), the angle is computed relative to the diagonal.
+    // If small / large is greater than tan(pi/8), the angle is computed relative to the diagonal.
     let near_diagonal = small > 0.414_213_562_373_095 * large;
     let (num, den) = if near_diagonal { (small - large, small + large) } else { (small, large) };
     let q = num / den;
@@ -329,7 +332,7 @@ pub(crate) fn tanh<const FMA: bool>(x: f64) -> f64 {
     (if a < 0.625 { small } else { large }).copysign(x)
 }
 
-/// log(1 + u), u > -1: the rounding error of 1 + u is corrected to first order.
+/// log(1 + u) for u > -1. Corrects the rounding error of 1 + u to first order.
 #[inline(always)]
 fn log1p<const FMA: bool>(u: f64) -> f64 {
     let w = 1.0 + u;
@@ -366,12 +369,12 @@ pub(crate) fn atanh<const FMA: bool>(x: f64) -> f64 {
 /// x^y. NaN if x or y is NaN; otherwise x^0 = 1 for any x, and 1^y = 1. WGSL does not specify negative x; here the result is NaN unless y = 0.
 #[inline(always)]
 pub(crate) fn pow<const FMA: bool>(x: f64, y: f64) -> f64 {
-    let (log, log_lo) = log2_pair::<FMA>(x);
-    // For |y| > 1e20 every x but 1 overflows or underflows; the bound keeps the products finite.
+    let (log2_x, log2_x_low) = log2_double_double::<FMA>(x);
+    // For |y| > 1e20 the result overflows or underflows for every x but 1. The bound keeps the products finite.
     let bounded_y = bounded(y, -1e20, 1e20);
-    let (log_high, bounded_y_high) = (high_bits(log), high_bits(bounded_y));
-    let product_high = log_high * bounded_y_high;
-    let product_low = (bounded_y - bounded_y_high) * log_high + bounded_y * ((log - log_high) + log_lo);
+    let (log2_x_high, bounded_y_high) = (high_bits(log2_x), high_bits(bounded_y));
+    let product_high = log2_x_high * bounded_y_high;
+    let product_low = (bounded_y - bounded_y_high) * log2_x_high + bounded_y * ((log2_x - log2_x_high) + log2_x_low);
     let sum = product_high + product_low;
     let (k, n) = round_to_int(bounded(sum, -1077.0, 1026.0));
     let rest = ((product_high - k) + product_low) * LN_2;

@@ -3,8 +3,9 @@
 //! The functions are generic over `FMA`: true uses fused multiply-add, false rounds product and sum separately. All kernel classes with the same
 //! `FMA` give the same bits, because the functions use only basic IEEE 754 operations. tests/software/math.rs measures the errors.
 //!
-//! f32 `sin` and `cos` reduce the argument in f64. f32 `pow` evaluates f64 polynomials whose length suffices for an f32 result. The less
-//! frequent f32 functions (tan, hyperbolic and inverse hyperbolic) round the result of the f64 function.
+//! The f32 functions that are frequent in shaders are in [`single`], all f64 functions in [`double`]. f32 `sin` and `cos` reduce the argument in f64; f32 `pow`
+//! evaluates f64 polynomials that are just long enough for an f32 result. The less frequent f32 functions (tan, hyperbolic and inverse hyperbolic) round the
+//! result of the f64 function.
 
 pub mod double;
 pub mod single;
@@ -12,8 +13,8 @@ pub mod single;
 use super::kernels::class::Kernels;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-/// A lane element: f32, or f64 for measuring the rounding error of the same shader. Integers and masks are bit-cast and stored in the same slots:
-/// integers as the low 32 bits, masks as all zeros or all ones.
+/// The element type of a lane: f32, or f64 for measuring the rounding error of a shader. An element can also store the bits of an integer (in the low 32 bits)
+/// or of a mask (all zeros or all ones).
 pub trait Real:
     Copy
     + PartialOrd
@@ -34,38 +35,40 @@ pub trait Real:
     /// The bits of the stored integer.
     fn lane_bits(self) -> u32;
     /// The element that stores a mask: all ones if it is set.
-    fn from_mask(set: bool) -> Self;
+    fn from_mask(is_set: bool) -> Self;
     /// Whether the stored mask is set.
-    fn mask(self) -> bool;
+    fn is_mask_set(self) -> bool;
     fn from_f64(x: f64) -> Self;
     fn f64(self) -> f64;
     /// The same slice if the elements are f32.
     fn as_f32(values: &[Self]) -> Option<&[f32]>;
     fn as_f32_mut(values: &mut [Self]) -> Option<&mut [f32]>;
-    /// These values as lanes, if lanes are f32.
+    /// The inverse of `as_f32`: the same slice as elements, if these are f32.
     fn of_f32(values: &[f32]) -> Option<&[Self]>;
-    /// Bitwise operations on all bits of the element, for masks and integers.
+    /// This and the three below: bitwise operations on all bits of the element, for masks and integers.
     fn bit_and(self, b: Self) -> Self;
     fn bit_or(self, b: Self) -> Self;
     fn bit_xor(self, b: Self) -> Self;
     fn bit_not(self) -> Self;
-    /// The bits of the value rounded to f32, and the value of such bits (WGSL `bitcast`).
+    /// The bits of the value rounded to f32 (WGSL `bitcast`).
     fn f32_bits(self) -> u32;
+    /// The value of such bits.
     fn from_f32_bits(bits: u32) -> Self;
-    /// Saturating conversions; NaN becomes 0.
+    /// This and the one below: saturating conversions; NaN becomes 0.
     fn to_i32(self) -> i32;
     fn to_u32(self) -> u32;
     fn from_i32(i: i32) -> Self;
     fn from_u32(u: u32) -> Self;
-    /// self * b + c, fused if `FMA`.
+    /// self * b + c, rounded once if `FMA`.
     fn fma<const FMA: bool>(self, b: Self, c: Self) -> Self;
     fn abs(self) -> Self;
     fn sqrt(self) -> Self;
     /// Magnitude of self, sign of `s`.
     fn with_sign(self, s: Self) -> Self;
-    /// Nearest integer, ties to even, without a rounding instruction. As a float, like the three below.
+    /// The nearest integer (ties to even) as a float, without a rounding instruction.
     fn round(self) -> Self;
-    /// Nearest integer (ties to even), floor and truncation, each by one instruction on machines that have it and by a library call on others.
+    /// This and the two below: nearest integer (ties to even), floor and truncation as a float, each by one instruction on machines that have it and by a
+    /// library call on others.
     fn round_native(self) -> Self;
     fn floor_native(self) -> Self;
     fn trunc_native(self) -> Self;
@@ -112,11 +115,11 @@ macro_rules! methods_of_float {
             self.to_bits() as u32
         }
         #[inline(always)]
-        fn from_mask(set: bool) -> Self {
-            <$t>::from_bits((0 as $bits).wrapping_sub(<$bits>::from(set)))
+        fn from_mask(is_set: bool) -> Self {
+            <$t>::from_bits((0 as $bits).wrapping_sub(<$bits>::from(is_set)))
         }
         #[inline(always)]
-        fn mask(self) -> bool {
+        fn is_mask_set(self) -> bool {
             self.to_bits() != 0
         }
         #[inline(always)]
@@ -212,7 +215,7 @@ macro_rules! methods_of_float {
         }
         #[inline(always)]
         fn round_small(self) -> (Self, i32) {
-            // After adding 1.5 * 2^(mantissa bits), the low bits are the integer. A saturating conversion has no vector instruction.
+            // After adding 1.5 * 2^(mantissa bits), the low bits are the integer. This replaces `as i32`, which has no vector instruction because it saturates.
             const ROUNDER: $t = 1.5 * $two_to_mantissa_bits;
             let sum = self + ROUNDER;
             (sum - ROUNDER, (sum.to_bits() as i32).wrapping_sub(ROUNDER.to_bits() as i32))
@@ -227,7 +230,7 @@ macro_rules! methods_of_float {
         }
         #[inline(always)]
         fn ldexp(self, n: i32) -> Self {
-            $module::scale(self, n)
+            $module::ldexp(self, n)
         }
         #[inline(always)]
         fn exp<const FMA: bool>(self) -> Self {
@@ -247,11 +250,11 @@ macro_rules! methods_of_float {
         }
         #[inline(always)]
         fn sin<const FMA: bool>(self) -> Self {
-            $module::sin_cos::<FMA, false>(self)
+            $module::sin_or_cos::<FMA, false>(self)
         }
         #[inline(always)]
         fn cos<const FMA: bool>(self) -> Self {
-            $module::sin_cos::<FMA, true>(self)
+            $module::sin_or_cos::<FMA, true>(self)
         }
         #[inline(always)]
         fn asin<const FMA: bool>(self) -> Self {

@@ -1,8 +1,10 @@
-//! Elementary functions of f32. Coefficients: S. Moshier, Cephes mathematical library (expf, logf, sinf, asinf, atanf).
+//! Elementary functions of f32. Coefficients: S. Moshier, Cephes mathematical library (expf, logf, sinf, asinf, atanf); those of `pow` are our own.
 
 use super::{Real, double, horner};
 
-/// 1.5 * 2^23: adding it rounds to an integer in the low bits.
+/// The bits of sqrt(1/2). Subtracted from the bits of a number, they make the exponent field change at sqrt(2) instead of 2.
+const SQRT_HALF_BITS: u32 = 0x3f35_04f3;
+/// 1.5 * 2^23. Added to a number, it rounds that number to an integer, which is then in the low bits of the sum.
 const ROUNDER: f32 = 12_582_912.0;
 
 #[inline(always)]
@@ -18,26 +20,26 @@ fn exp2_int(n: i32) -> f32 {
 
 /// x * 2^n in three steps, since 2^n itself may be out of range. Rounding occurs only if the result is below the normal range.
 #[inline(always)]
-pub(crate) fn scale(x: f32, n: i32) -> f32 {
+pub(crate) fn ldexp(x: f32, n: i32) -> f32 {
     let n = n.clamp(-300, 300);
     let third = n / 3;
     x * exp2_int(third) * exp2_int(third) * exp2_int(n - 2 * third)
 }
 
-/// e^r 2^n for |r| <= ln(2)/2 and t = ROUNDER + n, -126 <= n <= 128. The factor used is 2^(n-1), because 2^128 is not an f32; for n = -126
-/// its bits are those of zero.
+/// e^r 2^n for |r| <= ln(2)/2 and t = ROUNDER + n, -126 <= n <= 128. Multiplies by 2^(n-1) and by 2, because 2^128 is not an f32. For n = -126 the bits
+/// computed for 2^(n-1) are those of zero, so the result is zero.
 #[inline(always)]
 fn exp_of_reduced<const FMA: bool>(r: f32, t: f32) -> f32 {
     let p = horner::<f32, FMA, 6>(r, [1.987_569_2e-4, 1.398_2e-3, 8.333_452e-3, 4.166_579_6e-2, 1.666_666_5e-1, 5.000_000_1e-1]);
-    let half = f32::from_bits((t.to_bits() << 23).wrapping_add(126 << 23));
-    2.0 * fma::<FMA>(fma::<FMA>(p, r * r, r), half, half)
+    let half_power = f32::from_bits((t.to_bits() << 23).wrapping_add(126 << 23));
+    2.0 * fma::<FMA>(fma::<FMA>(p, r * r, r), half_power, half_power)
 }
 
-/// e^x. Results below 2^-125.5 (x < -86.99) are zero. WGSL allows subnormal results, those below 2^-126, to be flushed to zero; flushing from
-/// 2^-125.5 saves the second scale factor that the full range would need.
+/// e^x. Results below 2^-125.5 (x < -86.99) are zero, although WGSL allows only subnormal results, those below 2^-126, to be flushed to zero: the full range
+/// would need a second scale factor.
 #[inline(always)]
 pub(crate) fn exp<const FMA: bool>(x: f32) -> f32 {
-    // Beyond these bounds, which keep n in -126..=128, the result overflows or is 0.
+    // Beyond these bounds the result overflows to infinity or underflows to 0. They keep n in -126..=128.
     let clamped = if x > 88.9 { 88.9 } else { x };
     let clamped = if clamped < -87.5 { -87.5 } else { clamped };
     let t = fma::<FMA>(clamped, std::f32::consts::LOG2_E, ROUNDER);
@@ -58,7 +60,8 @@ pub(crate) fn exp2<const FMA: bool>(x: f32) -> f32 {
     exp_of_reduced::<FMA>(r, t)
 }
 
-/// Reduces a logarithm's argument: f = mantissa - 1 in [-0.293, 0.414], the exponent, and f^3 P(f) - f^2/2.
+/// Splits the argument of a logarithm into (1 + f) 2^exponent with f in [-0.293, 0.414]. Returns f, the exponent, and log(1 + f) - f, which is
+/// f^3 P(f) - f^2/2.
 #[inline(always)]
 fn log_parts<const FMA: bool>(x: f32) -> (f32, f32, f32) {
     // Scaling by 2^23 makes a subnormal x normal. It also affects x <= 0, for which the callers replace the result.
@@ -71,10 +74,9 @@ fn log_parts<const FMA: bool>(x: f32) -> (f32, f32, f32) {
 /// As [`log_parts`], for a positive normal number.
 #[inline(always)]
 fn log_parts_of_normal<const FMA: bool>(x: f32) -> (f32, f32, f32) {
-    // Subtracting the bits of sqrt(1/2) makes the exponent field change at sqrt(2) instead of 2.
-    let bits = x.to_bits().wrapping_sub(0x3f35_04f3);
+    let bits = x.to_bits().wrapping_sub(SQRT_HALF_BITS);
     let exponent = ((bits as i32) >> 23) as f32;
-    let f = f32::from_bits((bits & 0x007f_ffff).wrapping_add(0x3f35_04f3)) - 1.0;
+    let f = f32::from_bits((bits & 0x007f_ffff).wrapping_add(SQRT_HALF_BITS)) - 1.0;
     let p = horner::<f32, FMA, 9>(
         f,
         [
@@ -121,7 +123,7 @@ pub(crate) fn log2_from_one<const FMA: bool>(x: f32) -> f32 {
 
 #[inline(always)]
 fn log2_of_parts<const FMA: bool>((f, exponent, rest): (f32, f32, f32)) -> f32 {
-    // The products with log2(e) = 1 + 0.4427 are computed in two parts, because those with 1 are exact.
+    // log2(e) = 1 + 0.4427. The products with 0.4427 are computed separately, because those with 1 are exact.
     const LOG2_E_MINUS_1: f32 = 0.442_695_04;
     let small = fma::<FMA>(f, LOG2_E_MINUS_1, rest * LOG2_E_MINUS_1) + rest;
     (small + f) + exponent
@@ -129,8 +131,8 @@ fn log2_of_parts<const FMA: bool>((f, exponent, rest): (f32, f32, f32)) -> f32 {
 
 /// sin, or cos if `COS`. Accurate for |x| <= 1.6e6; for greater |x| the result only stays within [-1, 1].
 #[inline(always)]
-pub(crate) fn sin_cos<const FMA: bool, const COS: bool>(x: f32) -> f32 {
-    let (r, n) = double::quarter_turns(f64::from(x));
+pub(crate) fn sin_or_cos<const FMA: bool, const COS: bool>(x: f32) -> f32 {
+    let (r, n) = double::reduce_by_quarter_turns(f64::from(x));
     let r = r as f32;
     let quadrant = if COS { n.wrapping_add(1) } else { n };
     let z = r * r;
@@ -169,19 +171,19 @@ pub(crate) fn acos<const FMA: bool>(x: f32) -> f32 {
     let z = if half < a * a { half } else { a * a };
     let root = half.sqrt();
     let y = asin_core::<FMA>(z, if is_large { root } else { x });
-    let outer = if x < 0.0 { std::f32::consts::PI - 2.0 * y } else { 2.0 * y };
+    let for_large = if x < 0.0 { std::f32::consts::PI - 2.0 * y } else { 2.0 * y };
     // 4.4e-8 is FRAC_PI_2 - pi / 2, the rounding error of that constant.
-    if is_large { outer } else { (std::f32::consts::FRAC_PI_2 - y) - 4.371_139e-8 }
+    if is_large { for_large } else { (std::f32::consts::FRAC_PI_2 - y) - 4.371_139e-8 }
 }
 
-/// The angle in all four quadrants; signed zeros and infinities as IEEE 754 recommends.
+/// The angle of the point (x, y), in all four quadrants; signed zeros and infinities as IEEE 754 recommends.
 #[inline(always)]
 pub(crate) fn atan2<const FMA: bool>(y: f32, x: f32) -> f32 {
     let (ay, ax) = (y.abs(), x.abs());
     let swap = ay > ax;
     let (small, large) = if swap { (ax, ay) } else { (ay, ax) };
     let equal = small == large;
-    // Above tan(pi/8), the angle is computed relative to the diagonal.
+    // If small / large is greater than tan(pi/8), the angle is computed relative to the diagonal.
     let near_diagonal = small > 0.414_213_57 * large;
     let (num, den) = if near_diagonal { (small - large, small + large) } else { (small, large) };
     let q = num / den;
@@ -196,18 +198,19 @@ pub(crate) fn atan2<const FMA: bool>(y: f32, x: f32) -> f32 {
     if x.is_nan() | y.is_nan() { f32::NAN } else { t }
 }
 
-/// x^y, with the special cases of [`double::pow`]. Evaluates f64 polynomials, because y log2(x), up to 2^7, needs 32 significant bits. Their length suffices
-/// for f32 (interpolation at Chebyshev nodes; relative errors 2^-38 of log2, 2^-33 of exp2).
+/// x^y, with the special cases of [`double::pow`]. Evaluates f64 polynomials, because y log2(x), up to 2^7, needs 32 significant bits. They interpolate at
+/// Chebyshev nodes, and are just long enough for f32: the relative errors are 2^-38 (log2) and 2^-33 (exp2).
 #[inline(always)]
 pub(crate) fn pow<const FMA: bool>(x: f32, y: f32) -> f32 {
-    const SQRT_HALF_BITS: u64 = 0x3fe6_a09e_667f_3bcd;
+    /// As [`SQRT_HALF_BITS`], for f64.
+    const F64_SQRT_HALF_BITS: u64 = 0x3fe6_a09e_667f_3bcd;
     const BIAS: u64 = 1024;
-    let bits = f64::from(x).to_bits().wrapping_sub(SQRT_HALF_BITS);
-    // The exponent as a float: its bits are ORed into those of 2^52, and 2^52 and the bias are subtracted. An integer conversion has no vector
-    // instruction below AVX-512.
+    let bits = f64::from(x).to_bits().wrapping_sub(F64_SQRT_HALF_BITS);
+    // The exponent as a float: biased by `BIAS`, its bits are ORed into those of 2^52, and 2^52 and the bias are subtracted. Below AVX-512, no vector
+    // instruction converts 64-bit integers to floats.
     let exponent_bits = bits.wrapping_add(BIAS << 52) >> 52;
     let x_exponent = f64::from_bits(exponent_bits | 0x4330_0000_0000_0000) - (4_503_599_627_370_496.0 + BIAS as f64);
-    let f = f64::from_bits((bits & 0x000f_ffff_ffff_ffff).wrapping_add(SQRT_HALF_BITS)) - 1.0;
+    let f = f64::from_bits((bits & 0x000f_ffff_ffff_ffff).wrapping_add(F64_SQRT_HALF_BITS)) - 1.0;
     let q = horner::<f64, FMA, 14>(
         f,
         [
@@ -227,13 +230,13 @@ pub(crate) fn pow<const FMA: bool>(x: f32, y: f32) -> f32 {
             1.442_695_040_886_203_3,
         ],
     );
-    let log2 = f.fma::<FMA>(q, x_exponent);
-    // For |y| > 1e20 every x but 1 overflows or underflows; the bound keeps the product finite.
+    let log2_x = f.fma::<FMA>(q, x_exponent);
+    // For |y| > 1e20 the result overflows or underflows for every x but 1. The bound keeps the product finite.
     let bounded_y = f64::from(y);
     let bounded_y = if bounded_y > 1e20 { 1e20 } else { bounded_y };
     let bounded_y = if bounded_y < -1e20 { -1e20 } else { bounded_y };
-    let exponent = log2 * bounded_y;
-    // Beyond these bounds the result overflows or is 0.
+    let exponent = log2_x * bounded_y;
+    // Beyond these bounds the result overflows to infinity or underflows to 0.
     let exponent = if exponent > 130.0 { 130.0 } else { exponent };
     let exponent = if exponent < -152.0 { -152.0 } else { exponent };
     let (nearest, n) = exponent.round_small();

@@ -256,7 +256,7 @@ impl<R: Real> TextureUnit<R> for Textures<'_> {
         self.sample(texture, Request { u, v, level_source: LevelSource::Explicit(level), active }, out);
     }
 
-    fn between(&self, texture: usize, at: [&[R]; 2], active: LaneMask, out: [&mut [R]; 4]) {
+    fn load_bilinear(&self, texture: usize, at: [&[R]; 2], active: LaneMask, out: [&mut [R]; 4]) {
         let bound = &self.bound[texture];
         match bound.texels.format {
             TexelFormat::Rgba8Srgb => self.between_decoded(bound, Srgb::new(), at, active, out),
