@@ -46,6 +46,7 @@ pub enum ViewTextError {
     Scene(#[from] SessionError),
 }
 
+/// The errors in one line: their number, and the first of them.
 fn errors_text(errors: &[String]) -> String {
     match errors {
         [one] => one.clone(),
@@ -106,6 +107,7 @@ struct PartialView {
 }
 
 impl PartialView {
+    /// Reads a link or JSON text.
     fn of(text: &str) -> Self {
         if text.len() as u64 > MAX_BYTES {
             Self::from_error(format!("too long for a view: {} bytes, the limit is {MAX_BYTES}", text.len()))
@@ -116,6 +118,7 @@ impl PartialView {
         }
     }
 
+    /// A text without any readable field.
     fn from_error(why: String) -> Self {
         let mut given = Self { fields: Map::new(), errors: Vec::new() };
         given.record_error(why);

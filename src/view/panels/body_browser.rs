@@ -1,7 +1,7 @@
 //! The tree of bodies.
 //!
-//! In: the bodies, clicks. Out: actions that select a body or fly to it. Always: a click selects the row that was under the pointer when the button was pressed, because no branch expands
-//! while a button is held. The tree expands and scrolls inside its own scroll area.
+//! In: the bodies, clicks. Out: actions that select a body or fly to it. Always: a click selects the row that was under the pointer when the button
+//! was pressed, because no branch expands while a button is held. The tree expands and scrolls inside its own scroll area.
 
 use super::Interface;
 use crate::catalog::{BodyKind, NaifId};
@@ -10,6 +10,7 @@ use crate::view::language::{body_name, text};
 use egui::collapsing_header::CollapsingState;
 use egui::{Id, ScrollArea, UiBuilder};
 
+/// What the tree remembers from frame to frame, besides egui's state of its branches.
 #[derive(Default)]
 pub(crate) struct BodyBrowser {
     /// The selected body for which the tree was last expanded.

@@ -202,8 +202,8 @@ fn effect_name(effect: Effect) -> &'static str {
     named("effect", effect.name())
 }
 
-/// Shows the row of one effect: its switch, model, cost and reason; in one line if `is_one_line`. `decided`: whether the scene draws it, and why; `None` if the body cannot
-/// have the effect.
+/// Shows the row of one effect: its switch, model, cost and reason; in one line if `is_one_line`. `decided`: whether the scene draws the effect, and
+/// why; `None` if the scene did not consider it for this body.
 fn row(
     ui: &mut egui::Ui,
     effect: Effect,

@@ -72,9 +72,11 @@ struct LocalView {
 }
 
 pub(crate) struct EventsPanel {
+    /// Whether each kind of [`EventKind::ALL`] is searched.
     kinds: [bool; EventKind::ALL.len()],
     /// Index into [`RANGES_DAYS`].
     range: usize,
+    /// Whether the search runs from the displayed date into the past.
     backward: bool,
     /// The running search step, and the fraction of the search that was done before it.
     running: Option<(Pending<StepAnswer>, f32)>,
@@ -83,8 +85,10 @@ pub(crate) struct EventsPanel {
     searched: Option<(bool, Instant)>,
     /// Why the search has ended before the end of its range.
     failure: Option<EphemerisError>,
+    /// The event whose details are shown.
     chosen: Option<Arc<SkyEvent>>,
     local: Option<LocalView>,
+    /// The event's playback that is running: its span and rate.
     playback: Option<EventPlayback>,
 }
 
@@ -131,6 +135,7 @@ impl EventsPanel {
 impl Default for EventsPanel {
     fn default() -> Self {
         Self {
+            // Eclipses of the Sun and the Moon, in ten years.
             kinds: [true, true, false, false],
             range: 2,
             backward: false,

@@ -80,6 +80,7 @@ struct ReportInputs {
 #[derive(Default)]
 pub(crate) struct InformationPanel {
     pub unit: LengthUnit,
+    /// The observer's place on the Earth, which all panels use.
     pub home: Home,
     pub comparison: SizeComparison,
     /// Text in the city field.
@@ -247,7 +248,7 @@ fn sky_of_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
     eclipse(ui, report);
 }
 
-/// Shows the fields for the observer's place: a city, or latitude and longitude. All panels use this place.
+/// Shows the fields for the observer's place: a city, or latitude and longitude.
 pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
     ui.horizontal_wrapped(|ui| {
         let field = egui::TextEdit::singleline(&mut panel.typed_city).hint_text(text!("place-city")).desired_width(110.0);

@@ -1,8 +1,8 @@
 //! The complete user interface, drawn with egui: the viewport with its labels, and the panels around it.
 //!
 //! In: finished images, answers to queries, egui's input. Out: egui shapes, jobs for the next image, and queries. Always: the panels change only
-//! the [`Viewer`], the settings and their own state, and the session only by queries; after a failure the last valid image stays visible, together with the reason. The interface runs without a
-//! window, so that tests can press its buttons by name.
+//! the [`Viewer`], the settings and their own state, and the session only by queries; after a failure the last valid image stays visible, together
+//! with the reason. The interface runs without a window, so that tests can press its buttons by name.
 
 mod accessible;
 mod angle;

@@ -64,7 +64,11 @@ fn label_value_pairs(star: &Star, years_since_epoch: f64) -> Vec<(&'static str, 
     let position_angle_deg = east_mas_per_year.atan2(north_mas_per_year).to_degrees().rem_euclid(360.0);
     facts.push((
         text!("star-proper-motion"),
-        text!("star-proper-motion-value", mas = decimal(east_mas_per_year.hypot(north_mas_per_year), 1), angle_deg = decimal(position_angle_deg, 0)),
+        text!(
+            "star-proper-motion-value",
+            mas = decimal(east_mas_per_year.hypot(north_mas_per_year), 1),
+            angle_deg = decimal(position_angle_deg, 0)
+        ),
     ));
     // As seen from the solar system's barycentre, without annual parallax.
     let place = RaDec::of(star_from_viewer(star, years_since_epoch, DVec3::ZERO));

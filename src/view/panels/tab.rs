@@ -10,7 +10,7 @@ use crate::view::language::text;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::Ui;
 
-/// Number of panels, from the first, whose buttons show their titles. The buttons of any later panels show only icons, so that the bar stays one row high.
+/// Number of panels, from the first, whose buttons show their titles. The buttons of any later panels show only icons, so that the bar keeps its height.
 const TITLED_BUTTONS: usize = 8;
 
 /// The group of a panel's button in the top bar, in order from left to right.

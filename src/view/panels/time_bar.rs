@@ -1,5 +1,5 @@
-//! The bar below the viewport. First row: date field and calendar, rate of time, time steps. Second row: buttons that find the next event of a kind,
-//! and the timeline.
+//! The bar below the viewport. First row: date field and calendar, rate of time, time steps. Second row: buttons that find the previous and the next
+//! event of a kind, and the timeline.
 //!
 //! In: the displayed time, typed dates, clicks. Out: actions that set the time or its rate, or show an event.
 
@@ -60,7 +60,7 @@ impl TimeBar {
 /// Time steps of the buttons: seconds, and the message id of the step's name.
 const STEPS: [(f64, &str); 4] =
     [(60.0, "step-minute"), (3600.0, "step-hour"), (SECONDS_PER_DAY, "step-day"), (DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY, "step-year")];
-/// Length of time that is searched for the next or previous event, seconds. Transits of Venus, the rarest events, are up to 122 years apart.
+/// Length of time that is searched for the next or previous event, seconds. The gaps between events of one kind are much shorter.
 const EVENT_SEARCH_S: f64 = 130.0 * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
 /// Time between the displayed time and the start of the search, seconds, so that the search does not find the displayed event.
 const EVENT_GAP_S: f64 = 60.0;
