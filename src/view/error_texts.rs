@@ -1,8 +1,8 @@
-//! Errors of the program's other layers (session, scene, ephemeris, files) in the window's language.
+//! The texts of errors of the program's modules (session, scene, ephemeris, files, links) in the window's language.
 //!
 //! In: an error. Out: one line. Always: common errors (a time outside the ephemeris, a camera inside a body, a file that cannot be read or written)
-//! have messages of their own; for others a translated sentence says what failed, and the English detail follows. In English every error reads as
-//! on the command line.
+//! are translated completely; for other errors a translated sentence says what failed, and the English detail follows. In English the text of an
+//! error is the same as on the command line.
 
 use crate::ephemeris::EphemerisError;
 use crate::files::WriteError;
@@ -13,9 +13,10 @@ use crate::scene::SceneError;
 use crate::session::{RendererError, SessionError};
 use crate::view::app::view_state::ViewStateError;
 use crate::view::language::message_text;
+use crate::view::link::ViewTextError;
 use std::error::Error;
 
-/// The text of an error.
+/// The text of an error in the window's language.
 pub(crate) fn error_text(error: &(dyn Error + 'static)) -> String {
     message_text(&error_message(error))
 }
@@ -33,6 +34,12 @@ fn error_message(error: &(dyn Error + 'static)) -> Message {
     }
     if let Some(WriteError { path, why }) = error.downcast_ref() {
         return message!("error-write", path = Argument::English(path.clone()), why = Argument::English(why.clone()));
+    }
+    match error.downcast_ref() {
+        Some(ViewTextError::Fields(_)) => return message!("error-request", detail = detail()),
+        Some(ViewTextError::View(e)) => return error_message(e),
+        Some(ViewTextError::Scene(e)) => return session_error_message(e),
+        None => {}
     }
     match error.downcast_ref() {
         Some(ViewStateError::Ephemeris(EphemerisError(why))) => why.clone(),
@@ -78,21 +85,27 @@ mod tests {
     /// In English an error reads as on the command line. In German a common error is translated; any other has a German sentence before it.
     #[test]
     fn errors_are_translated_to_german_and_unchanged_in_english() {
-        let session = |e: SessionError| Box::new(e) as Box<dyn Error>;
+        let boxed = |e: SessionError| Box::new(e) as Box<dyn Error>;
         let catalog = crate::catalog::Catalog::embedded();
         let ephemeris = crate::ephemeris::Ephemeris::embedded(&catalog).expect("an ephemeris");
         let late = Instant::parse("9999-12-31T00:00:00Z").expect("a time");
-        let outside = ephemeris.state(crate::catalog::NaifId::MOON, crate::catalog::NaifId::EARTH, late, None).expect_err("too late");
+        let outside = || ephemeris.state(crate::catalog::NaifId::MOON, crate::catalog::NaifId::EARTH, late, None).expect_err("too late");
         let denied = || "Permission denied (os error 13)".to_owned();
-        let errors: [(Box<dyn Error>, &str); 6] = [
-            (session(SessionError::Ephemeris(outside)), "Zeitraum der Quellen für Mond: 23. November 3002 v. Chr. bis "),
-            (session(SessionError::Scene(SceneError::Inside("Moon".into()))), "Die Kamera ist im Inneren von Mond: "),
-            (session(SessionError::File { path: "a.toml".into(), why: denied() }), "a.toml kann nicht gelesen werden: keine Berechtigung"),
+        let errors: [(Box<dyn Error>, &str); 8] = [
+            (boxed(SessionError::Ephemeris(outside())), "Zeitraum der Quellen für Mond: 23. November 3002 v. Chr. bis "),
+            (boxed(SessionError::Scene(SceneError::Inside("Moon".into()))), "Die Kamera ist im Inneren von Mond: "),
+            (boxed(SessionError::File { path: "a.toml".into(), why: denied() }), "a.toml kann nicht gelesen werden: keine Berechtigung"),
             (Box::new(WriteError { path: "a.png".into(), why: denied() }), "a.png kann nicht geschrieben werden: keine Berechtigung"),
             (
-                session(SessionError::Plan(PlanError::Map { file: "m.png".into(), why: "cut".into() })),
+                boxed(SessionError::Plan(PlanError::Map { file: "m.png".into(), why: "cut".into() })),
                 "Eine Karte ist nicht lesbar: map m.png: cut",
             ),
+            // Errors of links and saved views are those of the view that they describe.
+            (
+                Box::new(ViewTextError::Scene(SessionError::Ephemeris(outside()))),
+                "Zeitraum der Quellen für Mond: 23. November 3002 v. Chr. bis ",
+            ),
+            (Box::new(ViewTextError::Fields(vec!["aim: no such field".into()])), "Diese Ansicht ist nicht möglich: aim: no such field"),
             (Box::new(std::io::Error::other("odd")), "Ein Fehler ist aufgetreten: odd"),
         ];
         for (error, german) in &errors {

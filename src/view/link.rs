@@ -1,9 +1,9 @@
 //! Writes a view as text, and reads it back: as a link or as a JSON file.
 //!
-//! In: a [`ViewState`], or untrusted text. Out: the text, or the view that it describes. Always: text written here restores the view to the last
-//! bit. Text may give bodies by name or by NAIF code. Omitted fields have the defaults of a new window: the target is the camera's body, or else the
-//! Earth; the time is now; the camera sees the lit side from 3.5 radii, and on a surface looks south. Text of an impossible view is rejected, with a
-//! list of all its errors. This module reads no file.
+//! In: a [`ViewState`], or untrusted text. Out: the text, or the view that it describes. Always: text written here restores every number of the view
+//! exactly. Text may give bodies by name or by NAIF code. Omitted fields have the defaults of a new window: the target is the camera's body, or else
+//! the Earth; the time is now; the camera (the field `eye`) sees the lit side from 3.5 radii, and on a surface looks south. Text of an impossible view
+//! is rejected; the error counts all its errors and lists the first of them. This module reads no file.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::session::{Session, SessionError};
@@ -23,9 +23,9 @@ use std::borrow::Cow;
 /// The beginning of every link.
 pub(crate) const SCHEME: &str = "orrery://view?";
 
-/// Fields that a text may contain although the serialised default view omits them.
-const UNWRITTEN_FIELDS: [&str; 2] = ["time", "paused"];
-/// Largest accepted text, bytes; texts written here have about 600.
+/// Fields that a text may contain although the serialised default view omits them; they are needed for suggestions.
+const FIELDS_WITHOUT_DEFAULT: [&str; 2] = ["time", "paused"];
+/// Largest accepted text, bytes. A text written here has about 600.
 pub(crate) const MAX_BYTES: u64 = 65_536;
 /// Maximum number of listed errors.
 const MAX_ERRORS: usize = 20;
@@ -46,6 +46,7 @@ pub enum ViewTextError {
     Scene(#[from] SessionError),
 }
 
+/// The errors in one line: their number, and the first of them.
 fn errors_text(errors: &[String]) -> String {
     match errors {
         [one] => one.clone(),
@@ -71,7 +72,7 @@ fn query_of(link: &str) -> Option<&str> {
 /// The view that a link or a file's text describes. `now`: the time of a view without one.
 ///
 /// # Errors
-/// A single line that names each unreadable field and each impossible value.
+/// A single line that lists the unreadable fields and impossible values: their number, and at most the first 20 of them.
 pub fn view_from_text(text: &str, session: &Session, now: Instant) -> Result<ViewState, ViewTextError> {
     let catalog = session.catalog();
     let mut given = PartialView::of(text);
@@ -99,13 +100,14 @@ impl ViewState {
     }
 }
 
-/// The fields that a text contains, and the errors found so far.
+/// The fields that a text contains, as JSON, and the errors found in it so far.
 struct PartialView {
     fields: Map<String, Value>,
     errors: Vec<String>,
 }
 
 impl PartialView {
+    /// Reads a link or JSON text.
     fn of(text: &str) -> Self {
         if text.len() as u64 > MAX_BYTES {
             Self::from_error(format!("too long for a view: {} bytes, the limit is {MAX_BYTES}", text.len()))
@@ -116,6 +118,7 @@ impl PartialView {
         }
     }
 
+    /// A text without any readable field.
     fn from_error(why: String) -> Self {
         let mut given = Self { fields: Map::new(), errors: Vec::new() };
         given.record_error(why);
@@ -124,8 +127,8 @@ impl PartialView {
 
     /// Records an error, cut to one line of limited length, since the text is untrusted.
     fn record_error(&mut self, why: String) {
-        let plain = |c: char| if c.is_control() { '\u{fffd}' } else { c };
-        let mut line: String = why.chars().take(MAX_ERROR_CHARACTERS).map(plain).collect();
+        let printable = |c: char| if c.is_control() { '\u{fffd}' } else { c };
+        let mut line: String = why.chars().take(MAX_ERROR_CHARACTERS).map(printable).collect();
         if line.len() < why.len() && why.chars().count() > MAX_ERROR_CHARACTERS {
             line.push('…');
         }
@@ -136,7 +139,7 @@ impl PartialView {
         let Some(query) = query_of(link) else { return Self::from_error(format!("a link starts with {SCHEME}")) };
         let mut given = Self { fields: Map::new(), errors: Vec::new() };
         for pair in query.split('&').filter(|p| !p.is_empty()) {
-            if let Err(why) = given.take_pair(pair) {
+            if let Err(why) = given.add_pair(pair) {
                 given.record_error(why);
             }
         }
@@ -144,7 +147,7 @@ impl PartialView {
     }
 
     /// Adds the field of a pair `field=value` or `group.field=value`.
-    fn take_pair(&mut self, pair: &str) -> Result<(), String> {
+    fn add_pair(&mut self, pair: &str) -> Result<(), String> {
         let (path, text) = pair.split_once('=').ok_or_else(|| format!("`{}`: write field=value", shortened(pair)))?;
         let text = unescaped(text).ok_or_else(|| format!("`{}`: invalid %-escape", shortened(pair)))?;
         // A value that is not valid JSON is a string.
@@ -225,7 +228,7 @@ impl PartialView {
             return Instant::parse(&text).map_err(|e| self.record_error(format!("time: {e}"))).ok();
         }
         // An invalid `tdb_s` is reported later, with the other fields.
-        read("tdb_s", &tdb_s?).ok().map(Instant::from_tdb_seconds_past_j2000)
+        serde_json::from_value(tdb_s?).ok().map(Instant::from_tdb_seconds_past_j2000)
     }
 
     /// The complete view: omitted fields are taken from `defaults`, whose camera is an orbit and whose time is already the text's.
@@ -254,7 +257,7 @@ impl PartialView {
             view.orbits |= std::mem::take(&mut view.layers.orbits);
             view.bloom |= std::mem::take(&mut view.layers.bloom);
         }
-        // An unreadable field now has its default, so it is not reported again.
+        // `set_field` gave unreadable fields their defaults, so this check does not report them again.
         view.iter().flat_map(|view| view.field_errors(catalog)).for_each(|why| self.record_error(why));
         match view {
             Some(view) if self.errors.is_empty() => Ok(view),
@@ -262,7 +265,8 @@ impl PartialView {
         }
     }
 
-    /// Sets a field of a serialised `T`, unless the result could no longer be read; in that case it records an error.
+    /// Sets a field of a serialised `T`, unless the result could not be deserialised; in that case it records an error. `parent`: the path of the
+    /// fields of `T`, with a point at its end, for the error.
     fn set_field<T: DeserializeOwned>(&mut self, parent: &str, merged: &mut Map<String, Value>, name: &str, value: Value) {
         let before = merged.insert(name.to_owned(), value);
         if let Err(e) = serde_json::from_value::<T>(Value::Object(merged.clone())) {
@@ -271,7 +275,7 @@ impl PartialView {
                 None => merged.remove(name),
             };
             let why = Some(json_error_text(&e)).filter(|why| !why.starts_with("unknown field")).unwrap_or_else(|| {
-                let known = merged.keys().map(String::as_str).chain(UNWRITTEN_FIELDS.into_iter().filter(|_| parent.is_empty()));
+                let known = merged.keys().map(String::as_str).chain(FIELDS_WITHOUT_DEFAULT.into_iter().filter(|_| parent.is_empty()));
                 let hint = did_you_mean(name, known).map_or(String::new(), |hint| format!("; {hint}"));
                 format!("no such field{hint}")
             });
@@ -279,7 +283,7 @@ impl PartialView {
         }
     }
 
-    /// The camera of a text, completed with defaults; an orbit if the text does not specify a kind.
+    /// The camera of a text, completed with defaults; an orbit if the text does not specify a kind. `None` if the kind is unknown.
     fn camera_with_defaults(&mut self, mut given: Map<String, Value>, defaults: &ViewState) -> Option<Map<String, Value>> {
         let body = defaults.target;
         let kind = given.remove("kind").unwrap_or_else(|| "orbit".into());
@@ -313,11 +317,7 @@ fn shortened(text: &str) -> String {
     if all.next().is_some() { start + "…" } else { start }
 }
 
-/// Deserialises a value; the error includes the field's name.
-fn read<T: DeserializeOwned>(field: &str, value: &Value) -> Result<T, String> {
-    serde_json::from_value(value.clone()).map_err(|e| format!("{field}: {e}"))
-}
-
+/// The JSON object of a serialised structure.
 fn object_of(value: &impl Serialize) -> Map<String, Value> {
     match serde_json::to_value(value) {
         Ok(Value::Object(map)) => map,

@@ -7,7 +7,7 @@
 use super::civil_time::ShownTimeZone;
 use crate::time::Instant;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
-use crate::view::language::dates::{day_and_month, month_short};
+use crate::view::language::dates::{day_and_month, short_month_name};
 use crate::view::language::{decimal, text};
 use chrono::{Datelike, Days, Months, NaiveDate, NaiveDateTime, TimeDelta, Timelike};
 use std::ops::RangeInclusive;
@@ -178,7 +178,7 @@ impl TickInterval {
         match self {
             Self::Hours(_) if civil.hour() > 0 => civil.format("%H:%M").to_string(),
             Self::Hours(_) | Self::Days(_) if civil.ordinal0() > 0 => day_and_month(civil.date()),
-            Self::Months(_) if civil.month0() > 0 => month_short(civil.date()).to_owned(),
+            Self::Months(_) if civil.month0() > 0 => short_month_name(civil.date()).to_owned(),
             _ => year,
         }
     }

@@ -1,7 +1,7 @@
 //! The window's languages, and the choice between them.
 //!
 //! In: a language code from the command line or the settings, or the environment's locale. Out: a [`Language`]. Always: a locale of another language
-//! gives English.
+//! gives English, and an unknown code on the command line is an error.
 
 use crate::message::TextLanguage;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -123,6 +123,7 @@ mod tests {
         assert_eq!(language_of(&[("LC_ALL", "C"), ("LANG", "de_DE.UTF-8")]), Language::English);
         assert_eq!(language_of(&[("LC_ALL", ""), ("LC_MESSAGES", "de"), ("LANG", "en_GB")]), Language::German);
         assert_eq!(language_of(&[("LANG", "fr_FR.UTF-8")]), Language::English);
+        // Only the whole code counts, not its beginning.
         assert_eq!(language_of(&[("LANG", "dement")]), Language::English);
         assert_eq!(language_of(&[]), Language::English);
     }

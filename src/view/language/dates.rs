@@ -1,7 +1,8 @@
 //! Formats dates as is usual in the window's language.
 //!
-//! In: instants, ISO 8601 text, calendar dates. Out: text. Always: the messages `date-*` determine order, punctuation and names of months; a date
-//! outside ISO 8601 (written as a Julian date) stays unchanged. Not here: parsing of typed dates (`date_text`).
+//! In: instants, ISO 8601 text, calendar dates. Out: text. Always: the messages `date-*` determine order and punctuation, `month-*` the names of
+//! months; a date that ISO 8601 cannot express, which is written as a Julian date, stays unchanged. Not here: parsing of typed dates
+//! (`view::app::date_text`).
 
 use super::numbers::localised;
 use super::{named, text};
@@ -12,7 +13,7 @@ use chrono::{Datelike, NaiveDate};
 pub(crate) fn instant_text(t: Instant) -> String {
     let iso = t.to_utc_iso();
     match iso.trim_end_matches('Z').split_once('T') {
-        Some((date, clock)) => text!("date-instant", date = date_text_of(date), clock = localised(clock.to_owned())),
+        Some((date, clock)) => text!("date-instant", date = iso_date_text(date), clock = localised(clock.to_owned())),
         None => iso,
     }
 }
@@ -31,12 +32,12 @@ pub(crate) fn second_text(t: Instant) -> String {
 fn day_and_clock(t: Instant, clock_length: usize) -> String {
     let iso = t.to_utc_iso();
     match iso.split_once('T').and_then(|(date, clock)| Some((date, clock.get(..clock_length)?))) {
-        Some((date, clock)) => text!("date-minute", date = date_text_of(date), clock = clock),
+        Some((date, clock)) => text!("date-minute", date = iso_date_text(date), clock = clock),
         None => iso,
     }
 }
 
-/// Date in digits, hour and minute of an instant in UTC, not rounded: for names of views.
+/// Date in digits, hour and minute of an instant in UTC, not rounded: for the names of stored views.
 pub(crate) fn minute_in_digits(t: Instant) -> String {
     let iso = t.to_utc_iso();
     match iso.split_once('T').and_then(|(date, clock)| Some((date, clock.get(.."hh:mm".len())?))) {
@@ -60,11 +61,11 @@ pub(crate) fn month_day_second_text(t: Instant) -> String {
 /// The day of an instant, UTC.
 pub(crate) fn day_text(t: Instant) -> String {
     let iso = t.to_utc_iso();
-    iso.split_once('T').map_or(iso.clone(), |(date, _)| date_text_of(date))
+    iso.split_once('T').map_or(iso.clone(), |(date, _)| iso_date_text(date))
 }
 
 /// An ISO 8601 date in the language's usual form.
-pub(super) fn date_text_of(date: &str) -> String {
+pub(super) fn iso_date_text(date: &str) -> String {
     let Some(Fields { year, month, day }) = fields(date) else { return date.to_owned() };
     let month_name = named("month", month.trim_start_matches('0'));
     text!("date-day", year = year_text(year), month = month, month_name = month_name, day = day, day_number = number(day))
@@ -93,7 +94,7 @@ fn number(digits: &str) -> u32 {
     digits.parse().unwrap_or_default()
 }
 
-/// The text of an ISO 8601 year. Years up to 0 are BC (0 is 1 BC); a message determines how the language writes them.
+/// The text of an ISO 8601 year. Year 0 is 1 BC, and year -1 is 2 BC; a message determines how the language writes years BC.
 fn year_text(iso: &str) -> String {
     match iso.trim_start_matches('+').parse::<i64>() {
         Ok(year) if year <= 0 => text!("date-iso-year-bc", iso = iso, year = 1 - year),
@@ -107,7 +108,7 @@ pub(crate) fn month_name(date: NaiveDate) -> &'static str {
 }
 
 /// The short name of a date's month.
-pub(crate) fn month_short(date: NaiveDate) -> &'static str {
+pub(crate) fn short_month_name(date: NaiveDate) -> &'static str {
     named("month-short", month_number(date))
 }
 
@@ -124,5 +125,5 @@ pub(crate) fn long_date(date: NaiveDate) -> String {
 
 /// Day and month: `8 Apr`.
 pub(crate) fn day_and_month(date: NaiveDate) -> String {
-    text!("date-short", day = date.day(), month = month_short(date))
+    text!("date-short", day = date.day(), month = short_month_name(date))
 }

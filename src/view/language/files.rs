@@ -1,7 +1,7 @@
 //! The built-in Fluent files, and the ids of the messages in them.
 //!
-//! Out: for each language, the texts of its files; all languages have the same file names. Always: as Fluent requires, a message's id begins a line,
-//! and continuation lines are indented.
+//! Out: for each language, the contents of its files. All languages have files of the same names; `catalog.ftl` exists only in languages other than
+//! English. Always: as Fluent requires, a message's id begins a line, and continuation lines are indented.
 
 use super::Language;
 
@@ -34,7 +34,7 @@ files!(
 /// The German texts of the shipped catalogs. The English texts are in the catalogs themselves.
 const GERMAN_CATALOGS: &str = include_str!("de/catalog.ftl");
 
-/// The translations of texts of the shipped catalogs.
+/// The contents of the files that translate the shipped catalogs.
 pub(super) fn of_catalogs(language: Language) -> &'static [&'static str] {
     match language {
         Language::English | Language::Marked => &[],
@@ -42,7 +42,7 @@ pub(super) fn of_catalogs(language: Language) -> &'static [&'static str] {
     }
 }
 
-/// The files of a language.
+/// The contents of a language's other files.
 pub(super) fn of(language: Language) -> &'static [&'static str] {
     match language {
         Language::English | Language::Marked => ENGLISH,

@@ -1,11 +1,11 @@
-//! Tests of the messages of the layers below the window: each message that a source names exists in English, with the arguments given there, and each
-//! English message is used.
+//! Tests of the messages of the modules below the window: each message that a source file names exists in English, with the arguments given there, and
+//! each English message is used.
 
 use crate::message::ENGLISH_FILE;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// Appends the path and the code, without unit tests, of each source below a folder.
+/// Appends the path and the code, without unit tests, of each source file below a folder.
 fn sources(folder: &Path, out: &mut Vec<(String, String)>) {
     for entry in std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path()) {
         if entry.is_dir() {
@@ -18,7 +18,7 @@ fn sources(folder: &Path, out: &mut Vec<(String, String)>) {
     }
 }
 
-/// The calls of a macro in a source: the literal with which each begins, and the names of the arguments after it.
+/// The calls of a macro in a source file: the literal with which each begins, and the names of the arguments after it.
 fn calls<'c>(code: &'c str, opening: &str) -> Vec<(&'c str, BTreeSet<&'c str>)> {
     let mut found = Vec::new();
     for call in code.split(opening).skip(1) {
@@ -60,7 +60,9 @@ fn each_message_is_used_and_each_used_message_exists_with_its_arguments() {
     let mut all = Vec::new();
     sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), &mut all);
     let mut used = BTreeSet::new();
-    for (path, code) in all.iter().filter(|(path, _)| !path.contains("message")) {
+    // The module `message` and this file contain calls that are only examples.
+    let has_examples = |path: &str| path.contains("src/message/") || path.ends_with("message_tests.rs");
+    for (path, code) in all.iter().filter(|(path, _)| !has_examples(path)) {
         for (opening, prefix) in [("reason!(", "reason-"), ("message!(", "")] {
             for (id, arguments) in calls(code, opening) {
                 let id = format!("{prefix}{id}");
@@ -69,9 +71,9 @@ fn each_message_is_used_and_each_used_message_exists_with_its_arguments() {
             }
         }
     }
-    // Names of bodies, compass points and months have ids that are put together at run time.
+    // The ids of names of bodies, compass points and months are put together at run time.
     let is_named = |id: &str| ["body-", "compass-", "month-"].iter().any(|kind| id.starts_with(kind));
-    // Some ids are passed without the macros, such as those of the quantities of stated errors.
+    // Some ids are string literals outside the macros, such as those of the quantities that have stated errors.
     let is_quoted = |id: &str| all.iter().any(|(_, code)| code.contains(&format!("\"{id}\"")));
     let unused: Vec<_> = known.keys().filter(|id| !used.contains(**id) && !is_quoted(id) && !is_named(id)).collect();
     assert!(unused.is_empty(), "no source uses {unused:?}");

@@ -1,7 +1,7 @@
 //! The window's texts in English and German, from the Fluent files in `en/` and `de/` and from those of [`crate::message`].
 //!
 //! In: the id of a message and its arguments. Out: the text in the window's language. Always: a message that is missing in a language is shown in
-//! English, and a message that is missing everywhere as its id; nothing panics. Texts without arguments are formatted once, so that panels can look
+//! English; if English lacks it too, its id is shown. Nothing panics. Texts without arguments are formatted once, so that panels can look
 //! them up in every frame. Not here: texts of the command line, of links and of saved files, which are the same in every language.
 //!
 //! [`Language::Marked`] is English with `«»` around each message and `‹›` around each text argument. Text that a panel shows without these marks does
@@ -10,12 +10,12 @@
 pub mod choice;
 pub(crate) mod dates;
 mod files;
-mod layer_texts;
 pub(crate) mod numbers;
+mod translation;
 
 pub use self::choice::Language;
-pub use self::layer_texts::{catalog_detail, catalog_text, message_text, reason_text};
 pub(crate) use self::numbers::{decimal, signed};
+pub use self::translation::{catalog_detail, catalog_text, message_text, reason_text};
 use fluent_bundle::concurrent::FluentBundle;
 use fluent_bundle::{FluentArgs, FluentResource, FluentValue};
 use std::cell::Cell;
@@ -27,7 +27,7 @@ thread_local! {
     static CURRENT: Cell<Language> = const { Cell::new(Language::English) };
 }
 
-/// The language of the running window.
+/// The language of this thread's texts.
 pub(crate) fn current() -> Language {
     CURRENT.get()
 }
@@ -83,16 +83,16 @@ impl<T: IntoArgument + ?Sized> IntoArgument for &T {
     }
 }
 
-macro_rules! counts {
-    ($($count:ty),*) => {$(
-        impl IntoArgument for $count {
+macro_rules! integer_arguments {
+    ($($integer:ty),*) => {$(
+        impl IntoArgument for $integer {
             fn value(&self) -> FluentValue<'_> {
                 (*self).into()
             }
         }
     )*};
 }
-counts!(u8, u16, u32, u64, usize, i32, i64);
+integer_arguments!(u8, u16, u32, u64, usize, i32, i64);
 
 /// The messages of a language.
 struct Messages {
@@ -112,7 +112,7 @@ impl Messages {
         let mut plain = HashMap::new();
         let all = || files::of(language).iter().chain(files::of_catalogs(language));
         for file in all() {
-            // Invalid entries of a file are skipped here; a test finds them.
+            // Invalid entries of a file are skipped; a test finds them.
             let resource = FluentResource::try_new((*file).to_owned()).unwrap_or_else(|(resource, _)| resource);
             let _ = bundle.add_resource(resource);
         }
@@ -121,7 +121,7 @@ impl Messages {
             let pattern = bundle.get_message(id).and_then(|message| message.value());
             let text = pattern.map(|pattern| bundle.format_pattern(pattern, None, &mut errors).into_owned());
             if errors.is_empty() {
-                plain.extend(text.map(|text| (id.to_owned(), if marked { message_marked(&text) } else { text })));
+                plain.extend(text.map(|text| (id.to_owned(), if marked { marked_message(&text) } else { text })));
             }
         }
         Self { marked, plain, bundle }
@@ -134,18 +134,18 @@ impl Messages {
             let text = self.bundle.format_pattern(pattern, Some(arguments), &mut errors).into_owned();
             return errors.is_empty().then_some(text);
         }
-        let marked_arguments: FluentArgs<'_> = arguments.iter().map(|(name, value)| (name, argument_marked(value))).collect();
+        let marked_arguments: FluentArgs<'_> = arguments.iter().map(|(name, value)| (name, marked_argument(value))).collect();
         let text = self.bundle.format_pattern(pattern, Some(&marked_arguments), &mut errors).into_owned();
-        errors.is_empty().then(|| message_marked(&text))
+        errors.is_empty().then(|| marked_message(&text))
     }
 }
 
-fn message_marked(text: &str) -> String {
+fn marked_message(text: &str) -> String {
     format!("«{text}»")
 }
 
 /// Marks a text argument. Numbers stay unchanged, because they choose plural forms.
-fn argument_marked<'v>(value: &FluentValue<'v>) -> FluentValue<'v> {
+fn marked_argument<'v>(value: &FluentValue<'v>) -> FluentValue<'v> {
     match value {
         FluentValue::String(text) => format!("‹{text}›").into(),
         other => other.clone(),
@@ -181,7 +181,7 @@ pub(crate) fn filled(id: &'static str, arguments: &[(&'static str, FluentValue<'
     with_fallback(|messages| messages.filled(id, &arguments)).unwrap_or_else(|| id.to_owned())
 }
 
-/// The translation of a name from another layer (of an effect, a body): the message `kind-name`, or else the given name.
+/// The translation of a name that another module gave to a thing (an effect, a body): the message `kind-name`, or else the given name.
 pub(crate) fn named<'n>(kind: &str, name: &'n str) -> &'n str {
     let id = format!("{kind}-{}", name.to_lowercase().replace([' ', '_'], "-"));
     with_fallback(|messages| messages.plain.get(&id)).map_or(name, String::as_str)

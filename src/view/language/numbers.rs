@@ -6,17 +6,17 @@
 use super::text;
 use std::fmt::Display;
 
-/// Largest exponent of ten of a number that is written without it.
-const MAX_WRITTEN_EXPONENT: i32 = 9;
+/// Largest exponent of ten, positive or negative, that [`number_text`] replaces by digits.
+const MAX_REPLACED_EXPONENT: i32 = 9;
 
 /// A number with a fixed number of decimals.
-pub(crate) fn decimal(value: impl Display, digits: usize) -> String {
-    localised(format!("{value:.digits$}"))
+pub(crate) fn decimal(value: impl Display, decimals: usize) -> String {
+    localised(format!("{value:.decimals$}"))
 }
 
 /// A number with its sign and a fixed number of decimals.
-pub(crate) fn signed(value: impl Display, digits: usize) -> String {
-    localised(format!("{value:+.digits$}"))
+pub(crate) fn signed(value: impl Display, decimals: usize) -> String {
+    localised(format!("{value:+.decimals$}"))
 }
 
 /// A number's text with the decimal mark of the language in place of the point.
@@ -32,16 +32,16 @@ pub(crate) fn group_mark() -> &'static str {
     text!("number-group-mark")
 }
 
-/// A number with `digits` decimals and thousands separators.
-pub(crate) fn grouped(value: f64, digits: usize) -> String {
-    let text = format!("{:.digits$}", value.abs());
+/// A number with `decimals` decimals and thousands separators.
+pub(crate) fn grouped(value: f64, decimals: usize) -> String {
+    let text = format!("{:.decimals$}", value.abs());
     let (whole, rest) =
-        text.split_once('.').map_or((text.as_str(), String::new()), |(whole, decimals)| (whole, localised(format!(".{decimals}"))));
+        text.split_once('.').map_or((text.as_str(), String::new()), |(whole, fraction)| (whole, localised(format!(".{fraction}"))));
     let groups: Vec<&str> = whole.as_bytes().rchunks(3).rev().filter_map(|group| std::str::from_utf8(group).ok()).collect();
     format!("{}{}{rest}", if value < 0.0 { "-" } else { "" }, groups.join(group_mark()))
 }
 
-/// A number that another layer has written: `1.19e3` becomes `1 190`, with as many significant digits.
+/// A number that another module has written: `1.19e3` becomes `1 190`. The number of significant digits is unchanged.
 pub(crate) fn number_text(number: &str) -> String {
     without_exponent(number).unwrap_or_else(|| localised(number.to_owned()))
 }
@@ -53,7 +53,7 @@ fn without_exponent(number: &str) -> Option<String> {
     let decimals = mantissa.split_once('.').map_or(0, |(_, decimals)| decimals.len());
     let decimals = i32::try_from(decimals).ok()? - exponent;
     let value: f64 = number.parse().ok()?;
-    (exponent.abs() <= MAX_WRITTEN_EXPONENT).then(|| grouped(value, usize::try_from(decimals).unwrap_or(0)))
+    (exponent.abs() <= MAX_REPLACED_EXPONENT).then(|| grouped(value, usize::try_from(decimals).unwrap_or(0)))
 }
 
 /// The text of sliders and number fields, for egui.
@@ -77,7 +77,7 @@ mod tests {
     use crate::view::language::{Language, set};
 
     #[test]
-    fn numbers_of_other_layers_have_no_exponent_and_keep_their_digits() {
+    fn numbers_of_other_modules_have_no_exponent_and_keep_their_digits() {
         for (number, english, german) in [
             ("1.19e3", "1 190", "1.190"),
             ("1.2e6", "1 200 000", "1.200.000"),

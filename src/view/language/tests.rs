@@ -75,8 +75,8 @@ fn every_file_is_valid_fluent() {
     assert!(FluentResource::try_new("one = { $\n".to_owned()).is_err(), "a broken file is found");
 }
 
-/// Prefixes of messages for names from other layers, which [`named`] looks up.
-const NAMED: [&str; 15] = [
+/// First parts of the ids of messages that [`named`] looks up, without the hyphen.
+const KINDS_OF_NAMES: [&str; 15] = [
     "body",
     "contact",
     "direction",
@@ -94,7 +94,7 @@ const NAMED: [&str; 15] = [
     "tone",
 ];
 
-/// Appends the path and the code, without unit tests, of each source below a folder, except for folders named `language`.
+/// Appends the path and the code, without unit tests, of each source file below a folder, except for folders named `language`.
 fn sources(folder: &Path, out: &mut Vec<(String, String)>) {
     for entry in std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path()) {
         if entry.is_dir() && !entry.ends_with("language") {
@@ -107,12 +107,12 @@ fn sources(folder: &Path, out: &mut Vec<(String, String)>) {
     }
 }
 
-/// The sources of the window, with those of `language` that use messages.
+/// The source files of the window, including those of `language` that use messages.
 fn window_sources() -> Vec<(String, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/view");
     let mut all = Vec::new();
     sources(&root, &mut all);
-    for name in ["dates.rs", "layer_texts.rs", "numbers.rs"] {
+    for name in ["dates.rs", "translation.rs", "numbers.rs"] {
         all.push((name.into(), std::fs::read_to_string(root.join("language").join(name)).expect("a source")));
     }
     all
@@ -134,10 +134,10 @@ fn each_message_is_used_and_each_used_message_exists() {
     }
     let is_used = |id: &str| {
         let quoted = format!("\"{id}\"");
-        let is_named = NAMED.iter().any(|kind| id.strip_prefix(kind).is_some_and(|rest| rest.starts_with('-')));
-        // Unused messages of other layers are found by `message_tests`.
-        let is_of_other_layers = files::ids(crate::message::ENGLISH_FILE).any(|known| known == id);
-        is_named || is_of_other_layers || sources.iter().any(|(_, code)| code.contains(&quoted))
+        let is_named = KINDS_OF_NAMES.iter().any(|kind| id.strip_prefix(kind).is_some_and(|rest| rest.starts_with('-')));
+        // `message_tests` finds unused messages of the modules below the window.
+        let is_of_other_modules = files::ids(crate::message::ENGLISH_FILE).any(|known| known == id);
+        is_named || is_of_other_modules || sources.iter().any(|(_, code)| code.contains(&quoted))
     };
     let unused: Vec<_> = known.keys().filter(|id| !is_used(id)).collect();
     assert!(unused.is_empty(), "no source uses {unused:?}");
@@ -145,8 +145,8 @@ fn each_message_is_used_and_each_used_message_exists() {
     assert_eq!(ids_in_calls("f(text!(\"a-b\"), text!(\"c\", n = 1))").collect::<Vec<_>>(), ["a-b", "c"]);
 }
 
-/// Calls whose argument is shown as text.
-const SHOWN: [&str; 19] = [
+/// The beginnings of calls whose argument is shown as text.
+const CALLS_THAT_SHOW: [&str; 19] = [
     "label(",
     "button(",
     "on_hover_text(",
@@ -171,10 +171,10 @@ const SHOWN: [&str; 19] = [
 /// Shown texts that are the same in every language: units, file names, examples of input.
 const SAME_IN_ALL: [&str; 5] = ["ms", "tour.json", "shaders/{}:{}", "+eclipse=linear,-normal", "lambert.albedo.sun1.ellipsoid"];
 
-/// The string literals with at least one word in the calls of [`SHOWN`].
+/// The string literals with at least one word in the calls of [`CALLS_THAT_SHOW`].
 fn shown_literals(code: &str) -> Vec<String> {
     let mut found = Vec::new();
-    for call in SHOWN {
+    for call in CALLS_THAT_SHOW {
         for rest in code.split(call).skip(1) {
             let first = rest.trim_start().trim_start_matches(['&', '(']);
             let literal = first.strip_prefix('"').or_else(|| first.strip_prefix("format!(\"")).and_then(|rest| rest.split('"').next());

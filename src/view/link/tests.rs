@@ -33,7 +33,7 @@ fn of_link(link: &str) -> Result<ViewState, String> {
 }
 
 #[test]
-fn links_and_files_restore_the_view_to_the_last_bit() {
+fn links_and_files_restore_the_view_exactly() {
     let eyes = [
         view().eye,
         CameraPose::Ground {
@@ -94,9 +94,9 @@ fn target_and_time_of_a_link_are_known_before_the_other_fields_are_read() {
     assert_eq!(given("tdb_s=7.5").time(), Some(Instant::from_tdb_seconds_past_j2000(7.5)));
     let eclipse = Instant::parse("2024-04-08T18:17:16Z").expect("a time");
     assert_eq!(given("time=2024-04-08T18:17:16Z").time(), Some(eclipse));
-    for (bad, names) in [("time=noon", "time"), ("time=noon&tdb_s=1", "leave one out"), ("time=3", "time")] {
+    for (bad, expected) in [("time=noon", "time"), ("time=noon&tdb_s=1", "leave one out"), ("time=3", "time")] {
         let mut given = given(bad);
-        assert!(given.time().is_none() && given.errors.iter().any(|why| why.contains(names)), "{bad}: {:?}", given.errors);
+        assert!(given.time().is_none() && given.errors.iter().any(|why| why.contains(expected)), "{bad}: {:?}", given.errors);
     }
 }
 
@@ -135,7 +135,7 @@ fn names_of_earlier_versions_are_read() {
 
 #[test]
 fn misspelt_words_in_a_link_get_a_suggestion() {
-    for (slip, meant) in [
+    for (misspelt, meant) in [
         ("target=satrun", "`Saturn`"),
         ("eye.body=jupitr", "`Jupiter`"),
         ("targte=599", "`target`"),
@@ -144,10 +144,10 @@ fn misspelt_words_in_a_link_get_a_suggestion() {
         ("eye.latitud_deg=3&eye.kind=ground", "`latitude_deg`"),
         ("effects=%2Beclips", "`eclipse`"),
     ] {
-        let why = of_link(&format!("orrery://view?{slip}")).expect_err(slip);
-        assert!(why.contains("did you mean") && why.contains(meant), "{slip}: {why}");
+        let why = of_link(&format!("orrery://view?{misspelt}")).expect_err(misspelt);
+        assert!(why.contains("did you mean") && why.contains(meant), "{misspelt}: {why}");
     }
-    assert!(of_link("orrery://view?qqqq=1").is_err_and(|why| !why.contains("did you mean")), "nothing is near");
+    assert!(of_link("orrery://view?qqqq=1").is_err_and(|why| !why.contains("did you mean")), "nothing is similar");
 }
 
 /// A value of the wrong kind is reported in plain words, without the names of Rust's types.
@@ -169,9 +169,9 @@ fn wrong_kinds_of_values_are_reported_in_plain_words() {
 }
 
 #[test]
-fn broken_links_are_refused_in_one_line() {
+fn invalid_links_are_rejected_in_one_line() {
     let good = view().to_link();
-    for (bad, names) in [
+    for (bad, expected) in [
         (good.replace("view?", "look?"), "orrery://"),
         (good.replace("target", "aim"), "aim"),
         (good.replace("fov_deg=45.0", "fov_deg=0"), "fov_deg"),
@@ -188,8 +188,8 @@ fn broken_links_are_refused_in_one_line() {
         (format!("orrery://view?{}", "a=1&".repeat(30_000)), "bytes"),
         ("orrery://view?quality=be%0Ast".into(), "quality"),
     ] {
-        let why = with_test_defaults(PartialView::of(&bad)).expect_err(names);
-        assert!(why.contains(names) && !why.contains('\n') && why.len() < 1000, "{}: {why}", shortened(&bad));
+        let why = with_test_defaults(PartialView::of(&bad)).expect_err(expected);
+        assert!(why.contains(expected) && !why.contains('\n') && why.len() < 1000, "{}: {why}", shortened(&bad));
     }
     assert!(of_link("https://x").is_err_and(|why| why.contains("orrery://")));
     for bad in ["", "[1]", "{\"target\":", "7"] {

@@ -1,16 +1,16 @@
-//! Accessible names of controls.
+//! Controls with accessible names: number fields, lists of pixel views, spinners.
 //!
-//! In: a control and its description. Out: the control with the description as accessible name. Always: where the control also has a tooltip,
-//! the tooltip is the same text.
+//! In: what a control edits, and its name. Out: the control on the screen, with the name for screen readers. Always: the tooltip of a number field
+//! or list is its accessible name.
 
 use crate::scene::draw::PixelView;
 use crate::view::language::named;
 use crate::view::language::numbers::typed_number;
 use egui::{ComboBox, DragValue, Response, Ui};
 
-/// Shows a number field. `what`: its accessible name, without which a screen reader would read only the unit.
-pub(crate) fn number(ui: &mut Ui, field: DragValue<'_>, what: &str) -> Response {
-    ui.add(field.custom_parser(typed_number)).on_hover_text(what).accessible_name(what)
+/// Shows a number field. Without its accessible name a screen reader would read only the unit.
+pub(crate) fn number(ui: &mut Ui, field: DragValue<'_>, name: &str) -> Response {
+    ui.add(field.custom_parser(typed_number)).on_hover_text(name).accessible_name(name)
 }
 
 /// The translated name of a pixel view.
@@ -19,16 +19,16 @@ pub(crate) fn pixel_view_name(view: PixelView) -> &'static str {
 }
 
 /// Shows a drop-down list of pixel views.
-pub(crate) fn pixel_view_list(ui: &mut Ui, chosen: &mut PixelView, what: &str) -> Response {
-    let list = ComboBox::from_id_salt(what).selected_text(pixel_view_name(*chosen)).width(150.0).show_ui(ui, |ui| {
+pub(crate) fn pixel_view_list(ui: &mut Ui, chosen: &mut PixelView, name: &str) -> Response {
+    let list = ComboBox::from_id_salt(name).selected_text(pixel_view_name(*chosen)).width(150.0).show_ui(ui, |ui| {
         for view in PixelView::ALL {
             ui.selectable_value(chosen, view, pixel_view_name(view));
         }
     });
-    list.response.on_hover_text(what).accessible_name(what)
+    list.response.on_hover_text(name).accessible_name(name)
 }
 
 /// Shows a spinner while a result is pending.
-pub(crate) fn spinner(ui: &mut Ui, what: &str) -> Response {
-    ui.spinner().accessible_name(what)
+pub(crate) fn spinner(ui: &mut Ui, name: &str) -> Response {
+    ui.spinner().accessible_name(name)
 }

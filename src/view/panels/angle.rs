@@ -1,28 +1,28 @@
-//! The angle between two places of the image that the user clicks while holding Ctrl.
+//! The angle between two points of the image that the user clicks while holding Ctrl.
 //!
-//! The places are stored as directions from the camera, so that the line stays in place on the sky while the view rotates. A third place starts a
-//! new measurement; Escape removes the line. For two bodies, the distance between their apparent positions is also shown. Not here: how a click
-//! finds a star or a body (`viewport`).
+//! In: the direction of each clicked point, and the body there. Out: the angle as a message, and the arc between the points. Always: the points are
+//! stored as directions from the camera, so that the arc stays fixed to the sky while the view rotates. A third point starts a new measurement. For
+//! two bodies, the distance between their apparent positions is also shown. Not here: how a click finds a star or a body (`viewport`).
 
-use super::fact::grouped;
 use super::information::scaled_angle_text;
 use crate::ephemeris::angle_rad;
+use crate::view::language::numbers::grouped;
 use crate::view::language::{body_name, text};
 use crate::view::panels::theme::BODY;
 use egui::{Align2, Color32, FontId, Pos2, Shape, Stroke};
 use glam::DVec3;
 
 const COLOUR: Color32 = Color32::from_rgb(255, 200, 90);
-/// Line segments of the arc.
+/// Number of line segments of the arc.
 const SEGMENTS: u32 = 48;
 
-/// The measured angle, with the clicked places: two at most.
+/// The measured angle, with the clicked points: two at most.
 #[derive(Debug, Default)]
 pub(super) struct MeasuredAngle {
-    places: Vec<MeasuredPoint>,
+    points: Vec<MeasuredPoint>,
 }
 
-/// A clicked place.
+/// A clicked point.
 #[derive(Debug)]
 struct MeasuredPoint {
     /// From the camera: an ICRF unit vector.
@@ -38,12 +38,12 @@ pub(super) struct SeenBody {
 }
 
 impl MeasuredAngle {
-    /// Adds the place in an ICRF direction (a unit vector); returns the message for the user.
+    /// Adds the point in an ICRF direction (a unit vector); returns the message for the user.
     pub(super) fn add(&mut self, direction: DVec3, body: Option<SeenBody>) -> String {
-        if self.places.len() >= 2 {
-            self.places.clear();
+        if self.points.len() >= 2 {
+            self.points.clear();
         }
-        self.places.push(MeasuredPoint { direction, body });
+        self.points.push(MeasuredPoint { direction, body });
         let Some(angle) = self.angle_text() else { return text!("angle-second").into() };
         self.distance_text()
             .map_or_else(|| text!("angle", angle = angle), |distance| text!("angle-and-distance", angle = angle, distance = distance))
@@ -52,26 +52,26 @@ impl MeasuredAngle {
     /// Moves the clicked bodies to where another image shows them: camera or time may have changed since the click, and a distance needs both
     /// positions at one time, relative to one camera. `centre_km`: a body's apparent centre relative to the camera, by its name.
     pub(super) fn move_bodies(&mut self, centre_km: impl Fn(&str) -> Option<DVec3>) {
-        for place in &mut self.places {
-            let body = place.body.take();
-            place.body = body.and_then(|body| Some(SeenBody { centre_km: centre_km(&body.name)?, ..body }));
+        for point in &mut self.points {
+            let body = point.body.take();
+            point.body = body.and_then(|body| Some(SeenBody { centre_km: centre_km(&body.name)?, ..body }));
         }
     }
 
-    /// Removes the line; returns whether there was a line.
+    /// Removes the points; returns whether there were any.
     pub(super) fn clear(&mut self) -> bool {
-        !std::mem::take(&mut self.places).is_empty()
+        !std::mem::take(&mut self.points).is_empty()
     }
 
-    /// The angle between the two places.
+    /// The angle between the two points; `None` before the second click.
     fn angle_text(&self) -> Option<String> {
-        let [a, b] = &self.places[..] else { return None };
+        let [a, b] = &self.points[..] else { return None };
         Some(scaled_angle_text(angle_rad(a.direction, b.direction).to_degrees()))
     }
 
-    /// The distance between the apparent centres of the two bodies, if the places are two different bodies.
+    /// The distance between the apparent centres of the two bodies, if the points are on two different bodies.
     fn distance_text(&self) -> Option<String> {
-        let [MeasuredPoint { body: Some(a), .. }, MeasuredPoint { body: Some(b), .. }] = &self.places[..] else { return None };
+        let [MeasuredPoint { body: Some(a), .. }, MeasuredPoint { body: Some(b), .. }] = &self.points[..] else { return None };
         (a != b).then(|| {
             text!(
                 "angle-distance",
@@ -82,21 +82,23 @@ impl MeasuredAngle {
         })
     }
 
-    /// Draws the places, the arc of a great circle between them, and the angle. `project`: the position of an ICRF direction in the window.
+    /// Draws the points, the great-circle arc between them, and the angle. `project`: the position of an ICRF direction in the window, if it is in the
+    /// image.
     pub(super) fn paint(&self, painter: &egui::Painter, project: impl Fn(DVec3) -> Option<Pos2>) {
-        for place in self.places.iter().filter_map(|place| project(place.direction)) {
-            painter.circle_stroke(place, 4.0, Stroke::new(1.5, COLOUR));
+        for at in self.points.iter().filter_map(|point| project(point.direction)) {
+            painter.circle_stroke(at, 4.0, Stroke::new(1.5, COLOUR));
         }
-        let ([MeasuredPoint { direction: a, .. }, MeasuredPoint { direction: b, .. }], Some(text)) = (&self.places[..], self.angle_text())
+        let ([MeasuredPoint { direction: a, .. }, MeasuredPoint { direction: b, .. }], Some(text)) = (&self.points[..], self.angle_text())
         else {
             return;
         };
-        let angle = angle_rad(*a, *b);
+        let angle_between_rad = angle_rad(*a, *b);
         let Some(tangent) = (b - a * a.dot(*b)).try_normalize() else { return };
-        let on_arc = |fraction: f64| project(*a * (angle * fraction).cos() + tangent * (angle * fraction).sin());
-        let points: Vec<Option<Pos2>> = (0..=SEGMENTS).map(|k| on_arc(f64::from(k) / f64::from(SEGMENTS))).collect();
-        for run in points.split(Option::is_none).filter(|run| run.len() > 1) {
-            painter.add(Shape::line(run.iter().flatten().copied().collect(), Stroke::new(1.5, COLOUR)));
+        let on_arc = |fraction: f64| project(*a * (angle_between_rad * fraction).cos() + tangent * (angle_between_rad * fraction).sin());
+        let arc: Vec<Option<Pos2>> = (0..=SEGMENTS).map(|k| on_arc(f64::from(k) / f64::from(SEGMENTS))).collect();
+        // Parts of the arc outside the image interrupt the line.
+        for visible in arc.split(Option::is_none).filter(|part| part.len() > 1) {
+            painter.add(Shape::line(visible.iter().flatten().copied().collect(), Stroke::new(1.5, COLOUR)));
         }
         if let Some(middle) = on_arc(0.5) {
             let font = FontId::proportional(BODY);

@@ -1,7 +1,7 @@
 //! The tree of bodies.
 //!
-//! In: clicks. Out: actions. Always: a click selects the row that was under the pointer when the button was pressed, because no branch expands
-//! while a button is held. The tree expands and scrolls inside its own scroll area.
+//! In: the bodies, clicks. Out: actions that select a body or fly to it. Always: a click selects the row that was under the pointer when the button
+//! was pressed, because no branch expands while a button is held. The tree expands and scrolls inside its own scroll area.
 
 use super::Interface;
 use crate::catalog::{BodyKind, NaifId};
@@ -10,13 +10,14 @@ use crate::view::language::{body_name, text};
 use egui::collapsing_header::CollapsingState;
 use egui::{Id, ScrollArea, UiBuilder};
 
+/// What the tree remembers from frame to frame, besides egui's state of its branches.
 #[derive(Default)]
 pub(crate) struct BodyBrowser {
     /// The selected body for which the tree was last expanded.
     expanded_for: Option<NaifId>,
-    /// The body that was clicked in the tree last; the tree does not scroll to it.
+    /// The last body that was clicked in the tree, which need not scroll to it.
     clicked: Option<NaifId>,
-    /// The body to which the tree scrolls until its branch has expanded.
+    /// The body to which the tree scrolls in each frame until all branches have finished expanding.
     scroll_target: Option<NaifId>,
 }
 
@@ -24,7 +25,7 @@ pub(crate) struct BodyBrowser {
 pub(crate) fn tree(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     let revealed = body_to_reveal(interface, ui);
     let actions_before = actions.len();
-    let mut is_opening = false;
+    let mut is_expanding = false;
     ScrollArea::vertical().auto_shrink(false).min_scrolled_height(0.0).show(ui, |ui| {
         let subjects = interface.viewer.subjects();
         let is_top_level = |s: &&Subject| s.kind != BodyKind::Moon;
@@ -39,7 +40,7 @@ pub(crate) fn tree(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut V
             if revealed.is_some_and(|selected| selected == body.id || moons.iter().any(|m| m.id == selected)) {
                 branch.set_open(true);
             }
-            is_opening |= branch.is_open() && branch.openness(ui.ctx()) < 1.0;
+            is_expanding |= branch.is_open() && branch.openness(ui.ctx()) < 1.0;
             let is_open = branch.is_open();
             let (arrow, ..) = branch.show_header(ui, |ui| entry(interface, ui, body, actions)).body(|ui| {
                 for moon in moons {
@@ -51,7 +52,7 @@ pub(crate) fn tree(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut V
             arrow.widget_info(|| egui::WidgetInfo::selected(egui::Role::DisclosureTriangle, true, is_open, &name));
         }
     });
-    if !is_opening {
+    if !is_expanding {
         interface.body_browser.scroll_target = None;
     }
     if let Some(Action::Select(id) | Action::FlyTo(id)) = actions[actions_before..].last() {

@@ -1,4 +1,6 @@
 //! Camera controls below the list of bodies: position, direction and field of view.
+//!
+//! In: the selected body, the view, clicks. Out: actions; the field of view and the typed place, which the controls set directly.
 
 use super::icons::{self, Icon};
 use super::{Interface, accessible};

@@ -11,14 +11,14 @@ use crate::view::language::numbers::typed_number;
 use crate::view::language::{plain, text};
 use egui::{ComboBox, Slider, Ui};
 
-/// Text ids of the name and the tooltip of each projection.
+/// Message ids of the name and the tooltip of each projection.
 const PROJECTIONS: [(Projection, &str, &str); 3] = [
     (Projection::Perspective, "projection-perspective", "projection-perspective-hint"),
     (Projection::Fisheye, "projection-fisheye", "projection-fisheye-hint"),
     (Projection::Equirectangular, "projection-sphere", "projection-sphere-hint"),
 ];
 
-/// Text ids of the name and the tooltip of each stereo layout.
+/// Message ids of the name and the tooltip of each stereo layout.
 const STEREO: [(Option<StereoLayout>, &str, &str); 4] = [
     (None, "stereo-off", "stereo-off-hint"),
     (Some(StereoLayout::Anaglyph), "stereo-anaglyph", "stereo-anaglyph-hint"),
@@ -68,7 +68,7 @@ pub(super) fn controls(interface: &mut Interface, ui: &mut Ui) {
     });
 }
 
-/// Shows a drop-down list with a label; returns the chosen value. `all`: the values, each with the text ids of its name and tooltip.
+/// Shows a drop-down list with a label; returns the chosen value. `all`: the values, each with the message ids of its name and tooltip.
 fn choice<T: Copy + PartialEq>(ui: &mut Ui, label: &str, mut chosen: T, all: &[(T, &'static str, &'static str)]) -> T {
     ui.horizontal(|ui| {
         ui.label(label);

@@ -1,5 +1,7 @@
 //! The Effects panel: each effect with the scene's decision, the reason for it, and the effect's cost in time and light. Also controls for
 //! quality, renderer, exposure, tone map, bloom, pixel view, layers and composition.
+//!
+//! In: the decisions of the last scene, measured costs, clicks. Out: the view with other effects and settings; queries that measure costs.
 
 use super::{Interface, accessible};
 use crate::scene::effects::{Decision, Effect, EffectOverrides};
@@ -26,8 +28,8 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     let mut automatic = view.exposure_stops.is_none();
     let drawn_stops = interface.viewport.shown.as_ref().map_or(0.0, |d| d.scene.exposure.stops);
     ui.horizontal_wrapped(|ui| {
-        let metered = ui.checkbox(&mut automatic, text!("effects-exposure-automatic"));
-        if metered.on_hover_text(text!("effects-exposure-automatic-hint")).changed() {
+        let checkbox = ui.checkbox(&mut automatic, text!("effects-exposure-automatic"));
+        if checkbox.on_hover_text(text!("effects-exposure-automatic-hint")).changed() {
             view.exposure_stops = if automatic { None } else { Some(drawn_stops) };
         }
         if let Some(stops) = &mut view.exposure_stops {
@@ -76,19 +78,19 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         .and_then(|d| d.scene.body(interface.viewer.selected))
         .map(|b| b.decisions.clone())
         .unwrap_or_default();
-    let of_body = interface.only_selected_effects.then(|| name.clone());
+    let only_body = interface.only_selected_effects.then(|| name.clone());
     // Costs are measured for effects that are drawn or were switched by hand.
     let has_cost = |effect: Effect, decision: &Decision| decision.on || overrides.override_of(effect).is_some();
     let with_cost = |e: Effect| decisions.iter().find(|d| d.effect == e.name() && has_cost(e, d)).map(|d| (e, d.on));
-    let decided: Vec<(Effect, bool)> = Effect::ALL.into_iter().filter_map(with_cost).collect();
-    measure_costs(interface, ui.ctx(), worker, of_body, &decided);
+    let costed: Vec<(Effect, bool)> = Effect::ALL.into_iter().filter_map(with_cost).collect();
+    measure_costs(interface, ui.ctx(), worker, only_body, &costed);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         let edited = if interface.only_selected_effects { overrides.of_body(&name) } else { &mut overrides };
         // Effects that are drawn or were switched by hand come first; the others follow, one line each.
         let (first, rest): (Vec<Effect>, Vec<Effect>) = Effect::ALL
             .into_iter()
             .partition(|e| edited.override_of(*e).is_some() || decisions.iter().any(|d| d.on && d.effect == e.name()));
-        for (effects, short) in [(first, false), (rest, true)] {
+        for (effects, is_one_line) in [(first, false), (rest, true)] {
             for effect in effects {
                 let decision = decisions.iter().find(|d| d.effect == effect.name());
                 row(
@@ -96,7 +98,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
                     effect,
                     decision.map(|d| (d.on, reason_text(&d.description()))),
                     interface.effect_costs.cache.known(&effect),
-                    short,
+                    is_one_line,
                     edited,
                 );
             }
@@ -122,12 +124,13 @@ pub(crate) struct EffectCosts {
 /// Time without motion of the view after which measuring starts.
 const MEASURE_DELAY_S: f64 = 1.0;
 
-/// Measures one effect at a time while the view does not change, so that a click waits for one measurement at most.
+/// Measures one effect at a time while the view does not change, so that any other query waits for one measurement at most. `only_body`: the name of the
+/// body to which the switches apply, if not to all. `effects`: those to measure, and whether each is drawn.
 fn measure_costs(
     interface: &mut Interface,
     ctx: &egui::Context,
     worker: &dyn RenderWorker,
-    of_body: Option<String>,
+    only_body: Option<String>,
     effects: &[(Effect, bool)],
 ) {
     let Some(rendered) = &interface.viewport.shown else { return };
@@ -137,11 +140,11 @@ fn measure_costs(
     let drawn_with = DrawnWith::now(worker.session());
     let ignores_time = true;
     if effect_costs.measured.as_ref().is_none_or(|(measured, body, measured_with)| {
-        super::render_loop::differs(measured, request, ignores_time) || *body != of_body || *measured_with != drawn_with
+        super::render_loop::differs(measured, request, ignores_time) || *body != only_body || *measured_with != drawn_with
     }) {
-        *effect_costs = EffectCosts { measured: Some((request.clone(), of_body.clone(), drawn_with)), cache: QueryCache::default() };
+        *effect_costs = EffectCosts { measured: Some((request.clone(), only_body.clone(), drawn_with)), cache: QueryCache::default() };
     }
-    let at_rest_s = interface.viewport.last_frame_s - interface.viewport.last_motion_s;
+    let at_rest_s = interface.viewport.frame_start_s - interface.viewport.last_motion_s;
     if interface.viewer.is_animating() {
         return;
     }
@@ -149,12 +152,12 @@ fn measure_costs(
         ctx.request_repaint_after(std::time::Duration::from_secs_f64(MEASURE_DELAY_S - at_rest_s));
         return;
     }
-    let unknown = |effect_costs: &mut EffectCosts, effect: Effect| effect_costs.cache.known(&effect).is_none();
-    if let Some((effect, on)) = effects.iter().copied().find(|(effect, _)| unknown(effect_costs, *effect)) {
-        let (request, of_body) = (request.clone(), of_body.clone());
-        let question =
-            move |session: &Session| session.effect_cost(&request, stops, (effect, on), of_body.as_deref()).map_err(|e| error_text(&e));
-        let _ = effect_costs.cache.get(worker, &effect, question);
+    let is_unknown = |effect_costs: &mut EffectCosts, effect: Effect| effect_costs.cache.known(&effect).is_none();
+    if let Some((effect, on)) = effects.iter().copied().find(|(effect, _)| is_unknown(effect_costs, *effect)) {
+        let (request, only_body) = (request.clone(), only_body.clone());
+        let query =
+            move |session: &Session| session.effect_cost(&request, stops, (effect, on), only_body.as_deref()).map_err(|e| error_text(&e));
+        let _ = effect_costs.cache.get(worker, &effect, query);
     }
 }
 
@@ -183,12 +186,12 @@ fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, display_preference: &
     }
     ui.horizontal_wrapped(|ui| {
         ui.label(text!("effects-display"));
-        let variants = [
+        let displays = [
             (DisplayPreference::Auto, text!("effects-display-auto"), text!("effects-display-auto-hint")),
             (DisplayPreference::Device, text!("effects-display-gpu"), text!("effects-display-gpu-hint")),
             (DisplayPreference::Processor, text!("effects-display-cpu"), text!("effects-display-cpu-hint")),
         ];
-        for (preference, name, hover) in variants {
+        for (preference, name, hover) in displays {
             ui.selectable_value(display_preference, preference, name).on_hover_text(hover);
         }
     });
@@ -199,13 +202,14 @@ fn effect_name(effect: Effect) -> &'static str {
     named("effect", effect.name())
 }
 
-/// Shows the row of one effect: its switch, model, cost and reason; in one line if `short`. `decided`: whether the scene draws it, and why.
+/// Shows the row of one effect: its switch, model, cost and reason; in one line if `is_one_line`. `decided`: whether the scene draws the effect, and
+/// why; `None` if the scene did not consider it for this body.
 fn row(
     ui: &mut egui::Ui,
     effect: Effect,
     decided: Option<(bool, String)>,
     cost: Option<&Result<EffectCost, String>>,
-    short: bool,
+    is_one_line: bool,
     overrides: &mut EffectOverrides,
 ) {
     let reason = decided.as_ref().map_or(text!("effects-not-available"), |d| d.1.as_str());
@@ -239,21 +243,21 @@ fn row(
             overrides.clear_override(effect);
         }
         if let Some(Ok(cost)) = cost {
-            let words = egui::RichText::new(cost_text(cost)).weak();
-            ui.add(egui::Label::new(words).truncate()).on_hover_text(text!("effects-cost-hint"));
+            let cost_label = egui::RichText::new(cost_text(cost)).weak();
+            ui.add(egui::Label::new(cost_label).truncate()).on_hover_text(text!("effects-cost-hint"));
         }
-        if short {
+        if is_one_line {
             ui.add(reason_label());
         }
     });
-    if !short {
+    if !is_one_line {
         ui.indent(effect.name(), |ui| ui.add(reason_label()));
     }
 }
 
 /// A cost such as `+1.2 ms, -3.9 % light (4.1 %)`: time, net change of the total light, and in parentheses the sum of the pixels' absolute changes.
 fn cost_text(cost: &EffectCost) -> String {
-    let [light, moved] = [cost.light.net, cost.light.absolute].map(|fraction| 100.0 * fraction);
-    let digits = if moved.abs() < 0.1 { 3 } else { 1 };
-    text!("effects-cost", time = signed(cost.ms, 1), light = signed(light, digits), moved = decimal(moved, digits))
+    let [net_percent, absolute_percent] = [cost.light.net, cost.light.absolute].map(|fraction| 100.0 * fraction);
+    let decimals = if absolute_percent.abs() < 0.1 { 3 } else { 1 };
+    text!("effects-cost", time = signed(cost.ms, 1), light = signed(net_percent, decimals), moved = decimal(absolute_percent, decimals))
 }

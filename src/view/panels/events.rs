@@ -1,4 +1,4 @@
-//! The Events panel: eclipses, transits and moons' events around the displayed date, searched in the background.
+//! The Events panel: eclipses, transits and events of moons before or after the displayed date, searched in the background.
 //!
 //! In: kinds of events, a range of dates, clicks. Out: actions that show an event, play it, or show it from a place. Always: rows are only
 //! appended, nearest event first, so that no row moves under the pointer; a search continues while the panel is closed, and stops on request;
@@ -25,21 +25,21 @@ use egui::text::{LayoutJob, TextWrapping};
 use egui::{Button, Color32, ComboBox, Label, Panel, Pos2, ProgressBar, Response, RichText, ScrollArea, TextStyle, vec2};
 use std::sync::Arc;
 
-/// Ranges of the search around the displayed date, days, and the ids of their names.
+/// Ranges of the search from the displayed date, days, and the message ids of their names.
 const RANGES_DAYS: [(f64, &str); 4] =
     [(30.0, "range-month"), (DAYS_PER_JULIAN_YEAR, "range-year"), (3652.5, "range-10-years"), (36_525.0, "range-100-years")];
 /// Index of the year in [`RANGES_DAYS`].
-const YEAR_RANGE: usize = 1;
+const YEAR_RANGE_INDEX: usize = 1;
 /// Separator between the parts of a summary.
 const PART_SEPARATOR: &str = " · ";
 /// Height of the line above the list, points.
 const STATUS_HEIGHT: f32 = 24.0;
 /// Largest number of rows of the list of events.
 const MAX_ROWS: usize = 1000;
-/// Real seconds by which a slow frame may overshoot the end of a played event. If the displayed time is farther outside the event, the user has set
+/// How far a slow frame may overshoot the end of a played event, real seconds. If the displayed time is farther outside the event, the user has set
 /// another time.
 const PLAYBACK_TOLERANCE_S: f64 = 10.0;
-/// Time between the start of a search and the chosen event, which the search has to find again.
+/// Time between the start of a search and the chosen event, which the search must find again, seconds.
 const SEARCH_MARGIN_S: f64 = 60.0;
 
 /// A row of the list.
@@ -72,9 +72,11 @@ struct LocalView {
 }
 
 pub(crate) struct EventsPanel {
+    /// Whether each kind of [`EventKind::ALL`] is searched.
     kinds: [bool; EventKind::ALL.len()],
     /// Index into [`RANGES_DAYS`].
     range: usize,
+    /// Whether the search runs from the displayed date into the past.
     backward: bool,
     /// The running search step, and the fraction of the search that was done before it.
     running: Option<(Pending<StepAnswer>, f32)>,
@@ -83,8 +85,10 @@ pub(crate) struct EventsPanel {
     searched: Option<(bool, Instant)>,
     /// Why the search has ended before the end of its range.
     failure: Option<EphemerisError>,
+    /// The event whose details are shown.
     chosen: Option<Arc<SkyEvent>>,
     local: Option<LocalView>,
+    /// The event's playback that is running: its span and rate.
     playback: Option<EventPlayback>,
 }
 
@@ -100,8 +104,8 @@ impl EventsPanel {
         self.local.as_ref().filter(|l| Arc::ptr_eq(&l.event, event) && l.home == home)?.contacts.as_ref()
     }
 
-    /// Whether events of this kind are listed.
-    fn lists(&self, event: &SkyEvent) -> bool {
+    /// Whether the search includes the kind of an event.
+    fn includes_kind_of(&self, event: &SkyEvent) -> bool {
         EventKind::ALL.into_iter().zip(self.kinds).any(|(kind, on)| on && kind == event.kind())
     }
 
@@ -113,13 +117,13 @@ impl EventsPanel {
         (0.0..=RANGES_DAYS[self.range].0 * SECONDS_PER_DAY).contains(&distance_s)
     }
 
-    /// The start of a search that finds this event first.
+    /// The start of a search that finds this event first: just outside the event's span.
     fn start_beside(&self, event: &SkyEvent) -> Instant {
         let (first, last) = event.span();
         if self.backward { last.plus_seconds(SEARCH_MARGIN_S) } else { first.plus_seconds(-SEARCH_MARGIN_S) }
     }
 
-    /// Formats the texts of the rows again, in the current language, and drops the contacts, which may hold an error.
+    /// Formats the texts of the rows again, in the current language, and drops the contacts, which may hold an error in the previous language.
     pub(crate) fn rewrite_texts(&mut self, catalog: &Catalog) {
         self.local = None;
         for row in &mut self.rows {
@@ -131,6 +135,7 @@ impl EventsPanel {
 impl Default for EventsPanel {
     fn default() -> Self {
         Self {
+            // Eclipses of the Sun and the Moon, in ten years.
             kinds: [true, true, false, false],
             range: 2,
             backward: false,
@@ -166,10 +171,10 @@ fn search_options(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
         }
     });
     ui.horizontal(|ui| {
-        for (backward, name, tip) in
+        for (backward, name, tooltip) in
             [(false, text!("events-after"), text!("events-after-hint")), (true, text!("events-before"), text!("events-before-hint"))]
         {
-            changed |= ui.selectable_value(&mut panel.backward, backward, name).on_hover_text(tip).changed();
+            changed |= ui.selectable_value(&mut panel.backward, backward, name).on_hover_text(tooltip).changed();
         }
         let list =
             ComboBox::from_id_salt("range of events").selected_text(plain(RANGES_DAYS[panel.range].1)).width(80.0).show_ui(ui, |ui| {
@@ -184,11 +189,12 @@ fn search_options(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
     changed
 }
 
-/// Starts a search from the displayed date, which finds the chosen event if that is displayed; a running search is dropped.
+/// Starts a search from the displayed date; a running search is dropped. If the chosen event is displayed, the search starts beside it, so that it
+/// finds the event.
 fn begin(interface: &mut Interface, worker: &dyn RenderWorker) {
     let time = interface.viewer.destination().time();
     let panel = &interface.events;
-    let is_displayed = |event: &&Arc<SkyEvent>| panel.lists(event) && event.playback().is_near(time.tdb_seconds_past_j2000());
+    let is_displayed = |event: &&Arc<SkyEvent>| panel.includes_kind_of(event) && event.playback().is_near(time.tdb_seconds_past_j2000());
     let displayed = panel.chosen.as_ref().filter(is_displayed);
     let start = displayed.map_or(time, |event| panel.start_beside(event));
     begin_at(interface, worker, start);
@@ -202,21 +208,21 @@ fn begin_at(interface: &mut Interface, worker: &dyn RenderWorker, start: Instant
     panel.rows.clear();
     panel.failure = None;
     panel.searched = Some((panel.backward, start));
-    if panel.chosen.as_ref().is_some_and(|event| !panel.covers(event) || !panel.lists(event)) {
+    if panel.chosen.as_ref().is_some_and(|event| !panel.covers(event) || !panel.includes_kind_of(event)) {
         (panel.chosen, panel.local) = (None, None);
     }
     let search = EventSearch::new(kinds, start, RANGES_DAYS[panel.range].0 * SECONDS_PER_DAY, panel.backward);
     panel.running = next_step(search, worker);
 }
 
-/// Searches for some kinds of events in the year after `from`; without `from`, after the displayed date.
+/// Searches for some kinds of events: in the year after `from`, or without `from` in the chosen range after the displayed date.
 pub(crate) fn search_for(interface: &mut Interface, worker: &dyn RenderWorker, kinds: &[EventKind], from: Option<Instant>) {
     let panel = &mut interface.events;
     panel.kinds = EventKind::ALL.map(|kind| kinds.contains(&kind));
     panel.backward = false;
     match from {
         Some(start) => {
-            panel.range = YEAR_RANGE;
+            panel.range = YEAR_RANGE_INDEX;
             begin_at(interface, worker, start);
         }
         None => begin(interface, worker),
@@ -366,19 +372,19 @@ fn best_view(interface: &Interface, worker: &dyn RenderWorker, event: &SkyEvent)
     event.view(session.catalog(), &SessionPositions(session), &interface.viewer.base_view())
 }
 
-/// Selects an event that was found outside this panel, and shows the best view of it. If the list belongs to another span, or to other
-/// kinds, the search starts again.
+/// Selects an event that was found outside this panel, and shows the best view of it. If the current list cannot contain the event, because it has
+/// another span or other kinds, a new search starts.
 pub(crate) fn show(interface: &mut Interface, worker: &dyn RenderWorker, event: Arc<SkyEvent>, actions: &mut Vec<Action>) {
     actions.push(Action::Show(Box::new(best_view(interface, worker, &event))));
     let panel = &mut interface.events;
     let start = panel.start_beside(&event);
-    let is_listed_elsewhere = panel.searched.is_some() && !(panel.covers(&event) && panel.lists(&event));
+    let needs_search = panel.searched.is_some() && !(panel.covers(&event) && panel.includes_kind_of(&event));
     for (kind, on) in EventKind::ALL.into_iter().zip(&mut panel.kinds) {
         *on |= kind == event.kind();
     }
     panel.playback = None;
     panel.chosen = Some(event);
-    if is_listed_elsewhere {
+    if needs_search {
         begin_at(interface, worker, start);
     }
 }

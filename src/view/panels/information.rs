@@ -1,7 +1,9 @@
 //! The Information panel: facts about the selected body at the displayed time, and its position in the sky of an observer on the Earth.
+//!
+//! In: the body as the last scene shows it, the observer's place, the time. Out: tables; queries that compute the position in the sky.
 
-use super::comparison::{self, Comparison};
-use super::fact::{grouped, line};
+use super::fact::line;
+use super::sizes_and_distances::{self, SizeComparison};
 use super::{Interface, accessible};
 use crate::catalog::cities::{self, City};
 use crate::catalog::{Catalog, NaifId};
@@ -18,7 +20,7 @@ use crate::view::app::settings::{Home, LengthUnit, Settings};
 use crate::view::app::view_state::{MAX_TYPED_LONGITUDE_DEG, wrapped_longitude_deg};
 use crate::view::error_texts::error_text;
 use crate::view::language::dates::second_text;
-use crate::view::language::numbers::localised;
+use crate::view::language::numbers::{grouped, localised};
 use crate::view::language::{body_name, catalog_text, decimal, message_text, reason_text, signed, text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{Grid, ScrollArea};
@@ -36,14 +38,14 @@ impl LengthUnit {
     }
 
     fn format_length(self, km: f64, radius_km: f64) -> String {
-        let (value, digits) = match self {
+        let (value, decimals) = match self {
             Self::Kilometres => (km, 0),
             Self::AstronomicalUnits => (km / KM_PER_AU, 6),
             // The international mile.
             Self::Miles => (km / 1.609_344, 0),
             Self::BodyRadii => (km / radius_km, 3),
         };
-        format!("{} {}", grouped(value, digits), self.name())
+        format!("{} {}", grouped(value, decimals), self.name())
     }
 }
 
@@ -58,10 +60,10 @@ struct SkyReport {
     /// Altitude and azimuth, degrees. `None` for the Earth itself, on which the observer stands.
     altitude_azimuth_deg: Option<Result<[f64; 2], String>>,
     /// Rise, transit and set on the day; `None` for the Earth itself.
-    day: Option<Result<RiseSetTimes, String>>,
+    rise_set: Option<Result<RiseSetTimes, String>>,
     /// The solar eclipse of the day at the place (the Moon's passage over the Sun's disc), if any.
     passage: Result<Option<DiscPassage>, String>,
-    /// States the radii of the Sun and the Moon used for the eclipse.
+    /// A sentence that states the radii of the Sun and the Moon used for the eclipse.
     radii: Message,
 }
 
@@ -71,17 +73,18 @@ struct ReportInputs {
     body: NaifId,
     /// Latitude and longitude, degrees.
     place_deg: [f64; 2],
-    /// The time in whole minutes since J2000 TDB.
-    minute: i64,
+    /// The time in whole minutes since J2000, TDB.
+    tdb_minutes: i64,
 }
 
 #[derive(Default)]
 pub(crate) struct InformationPanel {
     pub unit: LengthUnit,
+    /// The observer's place on the Earth, which all panels use.
     pub home: Home,
-    pub comparison: Comparison,
+    pub comparison: SizeComparison,
     /// Text in the city field.
-    city: String,
+    typed_city: String,
     /// The inputs of the newest report, pending or arrived.
     requested: Option<ReportInputs>,
     pending: Option<Pending<SkyReport>>,
@@ -123,7 +126,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         ui.separator();
         sky_of_a_place(interface, ui, worker, &body, time);
         ui.separator();
-        comparison::panel(interface, ui, worker);
+        sizes_and_distances::panel(interface, ui, worker);
     });
 }
 
@@ -197,7 +200,7 @@ fn sky_of_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
     let inputs = ReportInputs {
         body: body.id,
         place_deg: [panel.home.latitude_deg, panel.home.longitude_deg],
-        minute: (time.tdb_seconds_past_j2000() / 60.0).floor() as i64,
+        tdb_minutes: (time.tdb_seconds_past_j2000() / 60.0).floor() as i64,
     };
     if let Some(report) = panel.pending.as_ref().and_then(Pending::take) {
         panel.report = panel.requested.map(|requested| (requested, report));
@@ -225,35 +228,35 @@ fn sky_of_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
             Some(Err(why)) => line(ui, text!("fact-altitude"), why.clone()),
             None => {}
         }
-        if let Some(Ok(day)) = &report.day {
+        if let Some(Ok(times)) = &report.rise_set {
             // A day may have a rise and no set, or the reverse: the Moon rises some 50 minutes later each day. "-" stands for the missing one.
-            let absent: &str = match (day.rise.or(day.set), day.up_at_start) {
+            let absent: &str = match (times.rise.or(times.set), times.up_at_start) {
                 (Some(_), _) => "-",
                 (None, true) => text!("fact-up-all-day"),
                 (None, false) => text!("fact-down-all-day"),
             };
             let time_or_absent = |time: Option<Instant>| time.map_or(absent.to_owned(), second_text);
-            line(ui, text!("fact-rise"), time_or_absent(day.rise));
+            line(ui, text!("fact-rise"), time_or_absent(times.rise));
             line(
                 ui,
                 text!("fact-transit"),
-                day.transit.map_or("-".into(), |(t, deg)| text!("fact-transit-value", time = second_text(t), deg = decimal(deg, 1))),
+                times.transit.map_or("-".into(), |(t, deg)| text!("fact-transit-value", time = second_text(t), deg = decimal(deg, 1))),
             );
-            line(ui, text!("fact-set"), time_or_absent(day.set));
+            line(ui, text!("fact-set"), time_or_absent(times.set));
         }
     });
     eclipse(ui, report);
 }
 
-/// Shows the fields for the observer's place: a city, or latitude and longitude. All panels use this place.
+/// Shows the fields for the observer's place: a city, or latitude and longitude.
 pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
     ui.horizontal_wrapped(|ui| {
-        let field = egui::TextEdit::singleline(&mut panel.city).hint_text(text!("place-city")).desired_width(110.0);
+        let field = egui::TextEdit::singleline(&mut panel.typed_city).hint_text(text!("place-city")).desired_width(110.0);
         let response = ui.add(field).on_hover_text(text!("place-city-hint")).accessible_name(text!("place-city"));
-        let found = cities::with_prefix(&panel.city, MAX_CITIES);
+        let found = cities::with_prefix(&panel.typed_city, MAX_CITIES);
         let is_chosen = |city: &City| panel.home == Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
-        let entered = response.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
-        let mut chosen = found.first().copied().filter(|_| entered);
+        let enter_pressed = response.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
+        let mut chosen = found.first().copied().filter(|_| enter_pressed);
         for city in found {
             let hover = text!("place-city-choose", city = city.name, country = catalog_text("country", city.country));
             if ui.selectable_label(is_chosen(city), city.name).on_hover_text(hover).clicked() {
@@ -262,7 +265,7 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
         }
         if let Some(city) = chosen {
             panel.home = Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
-            panel.city = city.name.to_owned();
+            panel.typed_city = city.name.to_owned();
         }
     });
     let home = &mut panel.home;
@@ -311,16 +314,16 @@ fn eclipse(ui: &mut egui::Ui, report: &SkyReport) {
 fn report(session: &Session, inputs: ReportInputs, time: Instant) -> SkyReport {
     let place = Observer { body: NaifId::EARTH, lat_graphic_deg: inputs.place_deg[0], lon_east_deg: inputs.place_deg[1], height_km: 0.0 };
     let sky = ObserverSky { catalog: session.catalog(), ephemeris: session.ephemeris(), place };
-    let text_of = |e: crate::ephemeris::EphemerisError| error_text(&e);
+    let error_line = |e: crate::ephemeris::EphemerisError| error_text(&e);
     // J2000 is at 12h TDB, so days start half a day before and after it.
     let midnight_s = (time.tdb_seconds_past_j2000() / SECONDS_PER_DAY - 0.5).floor() * SECONDS_PER_DAY + 0.5 * SECONDS_PER_DAY;
     let midnight = Instant::from_tdb_seconds_past_j2000(midnight_s);
     let observed = (inputs.body != NaifId::EARTH).then_some(inputs.body);
     SkyReport {
         apparent: observed.and_then(|body| apparent_place(session.ephemeris(), body, time).ok()),
-        altitude_azimuth_deg: observed.map(|body| sky.topocentric(body, time).map(|h| [h.altitude_deg, h.azimuth_deg]).map_err(text_of)),
-        day: observed.map(|body| sky.rise_set_times(body, midnight, SECONDS_PER_DAY).map_err(text_of)),
-        passage: sky.passage(NaifId::SUN, NaifId::MOON, midnight, SECONDS_PER_DAY).map_err(text_of),
+        altitude_azimuth_deg: observed.map(|body| sky.topocentric(body, time).map(|h| [h.altitude_deg, h.azimuth_deg]).map_err(error_line)),
+        rise_set: observed.map(|body| sky.rise_set_times(body, midnight, SECONDS_PER_DAY).map_err(error_line)),
+        passage: sky.passage(NaifId::SUN, NaifId::MOON, midnight, SECONDS_PER_DAY).map_err(error_line),
         radii: session.catalog().eclipse_radii_text(),
     }
 }
@@ -337,8 +340,8 @@ fn source_text(source: Source, error_arcsec: f64) -> String {
         Source::Series => text!("source-series"),
         Source::Mean => text!("source-mean"),
     };
-    let (bound_arcsec, digits) = if error_arcsec < 1.0 { ((1e3 * error_arcsec).ceil() / 1e3, 3) } else { (error_arcsec.ceil(), 0) };
-    if error_arcsec.is_finite() { format!("{name} (±{}″)", decimal(bound_arcsec, digits)) } else { name.to_owned() }
+    let (bound_arcsec, decimals) = if error_arcsec < 1.0 { ((1e3 * error_arcsec).ceil() / 1e3, 3) } else { (error_arcsec.ceil(), 0) };
+    if error_arcsec.is_finite() { format!("{name} (±{}″)", decimal(bound_arcsec, decimals)) } else { name.to_owned() }
 }
 
 #[cfg(test)]

@@ -1,4 +1,7 @@
-//! Switches of the layers: stars, Milky Way, lines. The tooltip of a switch also states whether the scene draws the layer, and why.
+//! Switches of the layers: stars, Milky Way, lines.
+//!
+//! In: the last scene's decisions about layers, clicks. Out: the view with other layers. Always: a switch's tooltip also states whether the scene
+//! draws the layer, and why.
 
 use super::Interface;
 use crate::scene::request::Layers;
@@ -6,7 +9,7 @@ use crate::view::language::numbers::typed_number;
 use crate::view::language::{plain, reason_text, text};
 use egui::{Slider, SliderClamping};
 
-/// Name of each layer, and the text ids of its label and its tooltip.
+/// Name of each layer, and the message ids of its label and its tooltip.
 const SWITCHES: [(&str, &str, &str); 17] = [
     ("stars", "sky-stars", "sky-stars-hint"),
     ("bright-stars", "layer-bright-stars", "layer-bright-stars-hint"),

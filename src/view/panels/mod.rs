@@ -1,15 +1,14 @@
 //! The complete user interface, drawn with egui: the viewport with its labels, and the panels around it.
 //!
-//! In: finished images, egui's input. Out: egui shapes, and jobs for the next image. Always: the panels change only the [`Viewer`], the
-//! settings and their own state; after a failure the last valid image stays visible, together with the reason. The interface runs without a
-//! window, so that tests can press its buttons by name.
+//! In: finished images, answers to queries, egui's input. Out: egui shapes, jobs for the next image, and queries. Always: the panels change only
+//! the [`Viewer`], the settings and their own state, and the session only by queries; after a failure the last valid image stays visible, together
+//! with the reason. The interface runs without a window, so that tests can press its buttons by name.
 
 mod accessible;
 mod angle;
 mod body_browser;
 mod camera_controls;
 mod compare;
-mod comparison;
 mod composition;
 mod dropped;
 mod effects;
@@ -27,6 +26,7 @@ mod shader;
 mod share;
 mod shortcuts;
 mod side_panels;
+mod sizes_and_distances;
 mod star;
 mod tab;
 mod theme;
@@ -52,15 +52,14 @@ use crate::view::worker::render_worker::RenderWorker;
 use parking_lot::Mutex;
 use std::sync::Arc;
 
-/// How long a message of the session is shown, seconds.
+/// How long the notice (the last messages of the session) is shown, seconds.
 const NOTICE_S: f64 = 8.0;
-/// Largest number of lines of the notice, which shows the session's last messages (all of them go to standard error), and of the reply about
-/// dropped files.
-const MAX_NOTICE_LINES: usize = 5;
+/// Largest number of lines of the notice, and of the reply about dropped files. Standard error has all messages of the session.
+const MAX_MESSAGE_LINES: usize = 5;
 /// How long the reply to a user's action is shown, seconds: long enough to read a path.
 const REPLY_S: f64 = 20.0;
 
-/// A panel at a side of the viewport. The first panel's digit key is 1. `tab.rs` has a row for each panel, in this order.
+/// A panel at a side of the viewport, in the order of the digit keys that open them. `tab.rs` has a row for each panel, in the same order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tab {
     Moments,
@@ -85,7 +84,7 @@ pub struct Interface {
     pub kept_tab: Option<Tab>,
     pub bodies_shown: bool,
     pub help_shown: bool,
-    /// The switches of the Effects panel apply to the selected body only.
+    /// Whether the switches of the Effects panel apply to the selected body only.
     pub only_selected_effects: bool,
     /// The user asked to quit.
     pub quit_requested: bool,
@@ -101,10 +100,10 @@ pub struct Interface {
     pub file_dialog: Option<FileDialog>,
     /// The language of the previous frame.
     last_language: Language,
-    /// The styles of both themes have been applied to the egui context.
+    /// Whether the styles of both themes have been applied to the egui context.
     is_styled: bool,
-    /// A control had the keyboard focus at the end of the last frame.
-    has_keyboard: bool,
+    /// Whether a control had the keyboard focus at the end of the last frame.
+    had_keyboard_focus: bool,
     /// The reply to the user's last action, shown over the viewport's lower edge; see [`Self::reply()`].
     reply: String,
     /// When the reply disappears, in egui's time (`InputState::time`); `None` until the next frame.
@@ -113,7 +112,7 @@ pub struct Interface {
     failure_reason: Option<String>,
     /// New messages of the session, for example that the renderer has changed, or that a map cannot be read.
     pub session_messages: Arc<Mutex<Vec<String>>>,
-    /// The last of these messages that are not about drivers, one a line, and when they disappear, in egui's time.
+    /// The last of these messages, except those about drivers, one a line; and when they disappear, in egui's time.
     notice: Option<(String, f64)>,
     body_browser: body_browser::BodyBrowser,
     search: search::SearchField,
@@ -156,7 +155,7 @@ impl Interface {
             warp: None,
             file_dialog: None,
             is_styled: false,
-            has_keyboard: false,
+            had_keyboard_focus: false,
             reply: String::new(),
             reply_until_s: None,
             failure_reason: None,
@@ -190,8 +189,8 @@ impl Interface {
     pub fn ui(&mut self, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
         self.apply_language(worker);
         let now_s = ui.input(|i| i.time);
-        let elapsed_s = if self.viewport.last_frame_s.is_nan() { 0.0 } else { now_s - self.viewport.last_frame_s };
-        self.viewport.last_frame_s = now_s;
+        let elapsed_s = if self.viewport.frame_start_s.is_nan() { 0.0 } else { now_s - self.viewport.frame_start_s };
+        self.viewport.frame_start_s = now_s;
         self.viewer.advance(elapsed_s);
         tour::advance(self, ui.ctx(), elapsed_s);
         let view_of_tour = self.tour.is_playing().then(|| self.viewer.view.clone());
@@ -200,7 +199,7 @@ impl Interface {
             self.session_messages.lock().drain(..).partition(|line| performance::is_about_drivers(line));
         self.performance.messages.extend(about_drivers);
         if !others.is_empty() {
-            let first = others.len().saturating_sub(MAX_NOTICE_LINES);
+            let first = others.len().saturating_sub(MAX_MESSAGE_LINES);
             let lines: Vec<String> = others.into_iter().skip(first).map(|line| text!("notice", detail = line)).collect();
             self.notice = Some((lines.join("\n"), now_s + NOTICE_S));
         }
@@ -224,7 +223,7 @@ impl Interface {
         }
         let mut actions = Vec::new();
         let panels_before = what_to_see_now::open_panels(self);
-        shortcuts::pressed(self, ui.ctx(), &mut actions);
+        shortcuts::handle_keys(self, ui.ctx(), &mut actions);
         share::update(self, ui.ctx(), worker);
         dropped::update(self, ui.ctx(), worker);
         events::update(self, worker);
@@ -239,10 +238,10 @@ impl Interface {
         what_to_see_now::hide_after_input(self, panels_before, &actions);
         tour::pause_after_change(self, view_of_tour);
         let starts_tour = std::mem::take(&mut self.tour.has_started);
-        self.has_keyboard = ui.memory(|m| m.focused().is_some());
+        self.had_keyboard_focus = ui.memory(|m| m.focused().is_some());
         let height_px = f64::from(self.viewport.size_px[1]);
-        let places = SessionPositions(worker.session());
-        // Every action except a selection may move the view, so the next image is coarse; after a selection the image stays sharp.
+        let positions = SessionPositions(worker.session());
+        // Every action except a selection may move the view, so the next image is coarse. After a selection the image keeps its full resolution.
         if actions.iter().any(|action| !matches!(action, Action::Select(_))) {
             self.viewport.last_motion_s = now_s;
             if !starts_tour {
@@ -260,14 +259,14 @@ impl Interface {
                 let name = format!("{} {}", self.viewer.name(view.target), minute_in_digits(view.time()));
                 self.settings.remember(name, view);
             }
-            self.viewer.apply(action, height_px, &places);
+            self.viewer.apply(action, height_px, &positions);
         }
         self.request_image(ui.ctx(), worker, now_s);
         ui.ctx().accesskit_node_builder(egui::accesskit_root_id(), |window| window.set_label(self.spoken_title()));
     }
 
-    /// On the first call sets fonts and styles and registers the plugin that orders input. A call before the context's first frame saves
-    /// rasterising the glyphs of egui's default fonts.
+    /// On the first call sets fonts and styles, and registers the plugin [`input_order::InputOrder`]. If the call precedes the context's first
+    /// frame, egui does not rasterise the glyphs of its default fonts.
     pub(crate) fn style(&mut self, ctx: &egui::Context) {
         if !std::mem::replace(&mut self.is_styled, true) {
             theme::apply(ctx);
@@ -300,7 +299,7 @@ impl Interface {
         }
     }
 
-    /// Records the time that the interface itself took, including painting.
+    /// Records the time that a frame of the interface itself took, including painting.
     pub(crate) fn record_interface_time(&mut self, took: std::time::Duration) {
         self.performance.interface_ms = took.as_secs_f64() * 1e3;
     }
@@ -333,7 +332,7 @@ impl Interface {
 
     /// Shows a saved view.
     pub fn show(&mut self, view: ViewState, worker: &dyn RenderWorker) {
-        let places = SessionPositions(worker.session());
-        self.viewer.apply(Action::Show(Box::new(view)), f64::from(self.viewport.size_px[1]), &places);
+        let positions = SessionPositions(worker.session());
+        self.viewer.apply(Action::Show(Box::new(view)), f64::from(self.viewport.size_px[1]), &positions);
     }
 }

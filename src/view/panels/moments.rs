@@ -1,4 +1,6 @@
-//! The Moments panel: *What to see now*, presets, tours, and the catalog's moments by kind.
+//! The Moments panel: *What to see now*, presets (ready-made views), tours, and the catalog's moments by kind.
+//!
+//! In: the catalog, clicks. Out: actions that show a view; a started tour.
 
 use super::share::dialog::{self, FileField};
 use super::{Interface, tour, what_to_see_now};
@@ -69,8 +71,8 @@ fn presets(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
     }
 }
 
-/// Shows a preset's view, at the current time or, for tonight's sky, at the next darkness, and runs time at the preset's rate if it has
-/// one. The viewer records the preset's changes to the base view, so that later views do not inherit them.
+/// Shows a preset's view at the current time, or for tonight's sky when the sky is next dark. Time then runs at the preset's rate, if it has one.
+/// The viewer records the preset's changes to the base view, so that later views do not inherit them.
 pub(crate) fn open_preset(interface: &mut Interface, worker: &dyn RenderWorker, preset: Preset, actions: &mut Vec<Action>) {
     let (now, home) = (interface.viewer.now(), interface.information.home);
     let base_view = interface.viewer.base_view();

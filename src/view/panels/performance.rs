@@ -1,4 +1,7 @@
 //! The Performance panel: a plot of recent frame times, its description for screen readers, and a table of the last frame's timings.
+//!
+//! In: finished images with their timings, the session's messages about drivers. Out: the panel. A frame is here one image of the view, except for the
+//! time of the interface.
 
 use super::Interface;
 use crate::session::Stage;
@@ -11,7 +14,7 @@ use std::collections::VecDeque;
 /// Largest number of frames in the plot.
 const MAX_FRAMES: usize = 240;
 
-/// Timings of one frame.
+/// Timings of one image.
 struct Frame {
     stage_ms: [f64; Stage::ALL.len()],
     /// Name of each pass, and its milliseconds.
@@ -28,17 +31,17 @@ pub(crate) struct PerformancePanel {
     pub interface_ms: f64,
     /// The session's messages about drivers and devices.
     pub messages: Vec<String>,
-    /// Description of the plot, and when it was made, in egui's time (`InputState::time`).
+    /// Description of the plot, and when it was formatted, in egui's time (`InputState::time`).
     described: Option<(String, f64)>,
 }
 
-/// Whether a session message is only about drivers and devices.
+/// Whether a session message is only about drivers and devices. These messages are always in English.
 pub(crate) fn is_about_drivers(line: &str) -> bool {
     line.contains("drawing in software") || line.contains("displaying via the CPU")
 }
 
 impl PerformancePanel {
-    /// Adds a finished frame.
+    /// Adds the timings of a finished image.
     pub(crate) fn record(&mut self, rendered: &RenderedView, now_s: f64) {
         self.arrivals_s.push_back(now_s);
         while self.arrivals_s.front().is_some_and(|first| now_s - first > RATE_INTERVAL_S) {
@@ -88,7 +91,7 @@ const RATE_INTERVAL_S: f64 = 2.0;
 const FRAME_STAGES: [Stage; 5] = [Stage::Scene, Stage::Shaders, Stage::Maps, Stage::Plan, Stage::Draw];
 
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
-    let description = interface.performance.description(interface.viewport.last_frame_s);
+    let description = interface.performance.description(interface.viewport.frame_start_s);
     let performance = &interface.performance;
     let plot = Plot::new("frame times")
         .height(200.0)
@@ -111,7 +114,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
             plot.line(Line::new(text!("frames-total"), line(&|f| f.total_ms)));
         });
     plot.response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, text!("frames-plot")));
-    // Both are set, because not every platform announces the value of an image.
+    // Value and description are both set, because not every platform announces the value of an image.
     ui.ctx().accesskit_node_builder(plot.response.id, |node| {
         node.set_value(description.clone());
         node.set_description(description);

@@ -21,12 +21,14 @@ use crate::view::worker::render_worker::{RenderJob, RenderWorker, RenderedView};
 use egui::{Color32, ColorImage, TextureHandle, TextureOptions};
 use glam::DVec3;
 
-/// Seconds after the last motion of the view until an image at full resolution replaces the coarse image.
+/// Time after the last motion of the view until an image at full resolution is requested, seconds.
 const STILL_AFTER_S: f64 = 0.18;
-/// Seconds between checks whether the GPU is ready to replace the software renderer.
+/// Interval between checks whether the GPU is ready to replace the software renderer, seconds.
 const READY_CHECK_S: f64 = 0.1;
 /// Smallest interval between images while time runs no faster than real time, seconds.
 const REAL_TIME_INTERVAL_S: f64 = 1.0;
+/// Largest fraction of the time that drawing takes while time runs no faster than real time.
+const MAX_REAL_TIME_LOAD: f64 = 0.1;
 
 /// Change of the displayed time, seconds, above which a new image is drawn at once: the user must have set the time, because images at real
 /// time are rarely so far apart.
@@ -48,8 +50,8 @@ pub(super) struct Viewport {
     pub(super) requested_s: f64,
     /// Time of the last action that moved the view.
     pub(super) last_motion_s: f64,
-    /// Time of the current frame of the interface; NaN before the first.
-    pub(super) last_frame_s: f64,
+    /// Start of the current frame of the interface; NaN before the first.
+    pub(super) frame_start_s: f64,
     /// The resolution of coarse images.
     pub(super) resolution: AdaptiveResolution,
     /// Size of the viewport, pixels.
@@ -83,7 +85,7 @@ impl Default for Viewport {
             requested: None,
             requested_s: f64::NEG_INFINITY,
             last_motion_s: f64::NEG_INFINITY,
-            last_frame_s: f64::NAN,
+            frame_start_s: f64::NAN,
             resolution: AdaptiveResolution::default(),
             size_px: [1, 1],
             picked_px: None,
@@ -134,7 +136,7 @@ impl Interface {
             None => {}
             Some(Err(failed)) => {
                 self.adaptation.record_failure(failed.exposure_ticket);
-                self.fail(&failed.why, worker);
+                self.record_failure(&failed.why, worker);
             }
             Some(Ok(mut rendered)) => {
                 self.failure_reason = None;
@@ -152,7 +154,7 @@ impl Interface {
                         empty => *empty = Some(ctx.load_texture("sky", image, TextureOptions::LINEAR)),
                     }
                 }
-                self.performance.record(&rendered, self.viewport.last_frame_s);
+                self.performance.record(&rendered, self.viewport.frame_start_s);
                 self.adaptation.record(&rendered.scene.exposure, rendered.job.exposure_ticket);
                 // An exposure in transition is replaced by automatic exposure, so that requests derived from this image do not inherit it.
                 if let ExposureRequest::Transition { .. } = rendered.job.request.exposure {
@@ -164,8 +166,8 @@ impl Interface {
         }
     }
 
-    /// Records why there is no image of this view. Before the first image, the reason is also passed to [`Session::notify`], in English.
-    fn fail(&mut self, why: &(dyn std::error::Error + 'static), worker: &dyn RenderWorker) {
+    /// Stores the reason why there is no image of this view. Before the first image, the reason is also passed to [`Session::notify`], in English.
+    fn record_failure(&mut self, why: &(dyn std::error::Error + 'static), worker: &dyn RenderWorker) {
         let text = error_text(why);
         if self.viewport.shown.is_none() && self.failure_reason.as_ref() != Some(&text) {
             worker.session().notify(&why.to_string());
@@ -211,18 +213,18 @@ impl Interface {
     /// viewport of the last run; if the viewport now has another aspect ratio, the image is cropped or has margins until the next image.
     pub fn request_first_image(&mut self, worker: &dyn RenderWorker) {
         language::set(self.language);
-        // No image has been measured yet, so the factor does not depend on the number of pixels.
+        // No drawing time has been measured yet, so the factor is the same for any number of pixels.
         let scale = self.viewport.resolution.scale(1);
         let [width, height] = self.settings.panels.viewport_px.map(|side| (f64::from(side.clamp(1, MAX_IMAGE_PX)) / scale).ceil() as u32);
         // An error is shown when the window requests the same image.
         if let Ok(job) = self.image_job(worker.session(), [width, height], Some(Quality::Draft)) {
-            // The time of the interface starts at about 0.
+            // egui's time starts at about 0.
             self.submit(job, worker, 0.0);
         }
     }
 
-    /// Whether the first image is still being drawn and shows the job's view. Its size and time may differ from the job's.
-    fn is_first_image_coming(&self, job: &RenderJob) -> bool {
+    /// Whether the first image is still being drawn and will show the job's view, although perhaps at another size or time.
+    fn is_first_image_pending(&self, job: &RenderJob) -> bool {
         let is_same_view = |last: &RenderJob| {
             let size = (last.request.width, last.request.height);
             let mut request = job.request.clone();
@@ -233,12 +235,12 @@ impl Interface {
         self.viewport.shown.is_none() && self.viewport.requested.as_ref().is_some_and(is_same_view)
     }
 
-    /// Requests the image of the current view, at a coarse resolution while it moves.
+    /// Requests the image of the current view if it is needed, at a coarse resolution while the view moves.
     pub(super) fn request_image(&mut self, ctx: &egui::Context, worker: &dyn RenderWorker, now_s: f64) {
         // The first image is coarse, too, so that it appears soon after the window.
-        let moving = self.viewer.is_animating() || now_s - self.viewport.last_motion_s < STILL_AFTER_S || self.viewport.shown.is_none();
+        let is_moving = self.viewer.is_animating() || now_s - self.viewport.last_motion_s < STILL_AFTER_S || self.viewport.shown.is_none();
         let [width, height] = self.viewport.size_px;
-        let scale = if moving { self.viewport.resolution.scale(u64::from(width) * u64::from(height)) } else { 1.0 };
+        let scale = if is_moving { self.viewport.resolution.scale(u64::from(width) * u64::from(height)) } else { 1.0 };
         let [image_width, image_height] = [width, height].map(|side| (f64::from(side) / scale).ceil() as u32);
         let session = worker.session();
         let drawn_with = DrawnWith::now(session);
@@ -249,22 +251,23 @@ impl Interface {
             // The same view now gives another image, so the image is requested again.
             self.viewport.requested = None;
         }
-        let job = match self.image_job(session, [image_width, image_height], moving.then_some(Quality::Draft)) {
+        let job = match self.image_job(session, [image_width, image_height], is_moving.then_some(Quality::Draft)) {
             Ok(job) => job,
             Err(why) => {
-                self.fail(&why, worker);
+                self.record_failure(&why, worker);
                 return;
             }
         };
-        // At real time little changes between images, so drawing takes at most a tenth of the time: 1e-2 converts `took_ms` to ten times itself in seconds.
-        let interval_s = REAL_TIME_INTERVAL_S.max(1e-2 * self.viewport.shown.as_ref().map_or(0.0, |rendered| rendered.took_ms));
-        let ignores_time = !moving && now_s - self.viewport.requested_s < interval_s;
+        // At real time little changes between images, so images are rare enough to keep the load low.
+        let drawing_s = 1e-3 * self.viewport.shown.as_ref().map_or(0.0, |rendered| rendered.took_ms);
+        let interval_s = REAL_TIME_INTERVAL_S.max(drawing_s / MAX_REAL_TIME_LOAD);
+        let ignores_time = !is_moving && now_s - self.viewport.requested_s < interval_s;
         let is_stale = self
             .viewport
             .requested
             .as_ref()
             .is_none_or(|last| last.sampling != job.sampling || differs(&last.request, &job.request, ignores_time))
-            && !self.is_first_image_coming(&job);
+            && !self.is_first_image_pending(&job);
         if is_stale || self.adaptation.needs_another_image() {
             self.viewport.requested_s = now_s;
             self.submit(job, worker, now_s);
@@ -274,7 +277,7 @@ impl Interface {
         let delays_s = [
             self.viewer.frame_interval_s(),
             // 5 ms later than needed, so that the frame does not come a moment too early.
-            (moving && !self.viewer.is_animating()).then_some(STILL_AFTER_S - (now_s - self.viewport.last_motion_s) + 0.005),
+            (is_moving && !self.viewer.is_animating()).then_some(STILL_AFTER_S - (now_s - self.viewport.last_motion_s) + 0.005),
             (readiness == Readiness::Preparing).then_some(READY_CHECK_S),
             self.notice.as_ref().map(|(_, until_s)| until_s - now_s),
             // A new reply has its time from the next frame on.

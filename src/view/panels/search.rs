@@ -38,11 +38,11 @@ pub(crate) struct SearchField {
 
 impl SearchField {
     /// Clears the text and the error. Returns false if both were empty.
-    pub(crate) fn close(&mut self) -> bool {
-        let was_open = !self.typed.is_empty() || self.failure.is_some();
+    pub(crate) fn clear(&mut self) -> bool {
+        let was_in_use = !self.typed.is_empty() || self.failure.is_some();
         self.typed.clear();
         self.failure = None;
-        was_open
+        was_in_use
     }
 
     /// Removes the error.
@@ -77,18 +77,18 @@ pub(crate) fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     let catalog = worker.session().catalog();
     let found = suggestions(&interface.search.typed, &interface.viewer, catalog, MAX_SUGGESTIONS);
     let mut chosen = None;
-    let entered = response.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
-    if response.has_focus() || entered {
+    let enter_pressed = response.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
+    if response.has_focus() || enter_pressed {
         let (down, up) = ui.input(|i| (i.key_pressed(Key::ArrowDown), i.key_pressed(Key::ArrowUp)));
         let last = found.len().saturating_sub(1);
         interface.search.highlighted = (interface.search.highlighted + usize::from(down)).saturating_sub(usize::from(up)).min(last);
     }
-    if entered && !interface.search.typed.trim().is_empty() {
+    if enter_pressed && !interface.search.typed.trim().is_empty() {
         match (found.get(interface.search.highlighted), apply_typed_effects(interface)) {
             (Some(suggestion), _) => chosen = Some(suggestion.target.clone()),
             (None, Some(Ok(()))) => {
-                interface.search.close();
-                // The switches apply to all later views, and a switched effect may be invisible in this one.
+                interface.search.clear();
+                // The reply confirms the switches, which apply to all later views, because a switched effect may be invisible in this one.
                 interface.reply(text!("search-effects-switched", effects = interface.viewer.view.effects.to_text()));
             }
             (None, Some(Err(why))) => interface.search.failure = Some(why),
@@ -102,7 +102,7 @@ pub(crate) fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     }
     suggestion_list(interface, ui, catalog, response.rect, &found, &mut chosen);
     if let Some(target) = chosen {
-        interface.search.close();
+        interface.search.clear();
         open_target(interface, ui.ctx(), worker, target, actions);
     }
 }
@@ -171,7 +171,7 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
     interface.settings.hints_followed.search = true;
     let session = worker.session();
     let catalog = session.catalog();
-    let places = SessionPositions(session);
+    let positions = SessionPositions(session);
     match target {
         SearchTarget::Body(id) => actions.push(Action::FlyTo(id)),
         SearchTarget::Time(time) => actions.push(Action::SetTime(time)),
@@ -206,7 +206,7 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
         }
         SearchTarget::Moment(name) => {
             let moment = catalog.moments().iter().find(|m| m.name == name);
-            match moment.and_then(|m| view_of_moment(m, catalog, &places, &interface.viewer.base_view())) {
+            match moment.and_then(|m| view_of_moment(m, catalog, &positions, &interface.viewer.base_view())) {
                 Some(view) => actions.push(Action::Show(Box::new(view))),
                 None => interface.reply(text!("outside-ephemeris", name = name)),
             }
@@ -214,7 +214,7 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
         SearchTarget::Star(hip) => {
             let (stars, view) = (catalog.stars(), &interface.viewer.base_view());
             let years_since_epoch = stars.years_since_epoch(view.time().jd_tt());
-            match stars.hip(hip).and_then(|star| star_view(star, years_since_epoch, &places, view)) {
+            match stars.hip(hip).and_then(|star| star_view(star, years_since_epoch, &positions, view)) {
                 Some(view) => {
                     actions.push(Action::Show(Box::new(view)));
                     interface.viewport.star = stars.index_of_hip(hip);

@@ -6,7 +6,7 @@ use crate::view::app::viewer::Action;
 use crate::view::language::{plain, text};
 use egui::{Grid, Key, Label, Modifiers, Popup, ScrollArea, TextStyle, Vec2, vec2};
 
-/// Text ids of the keys and of their effects, for the help window. The texts of `key-panels` have the panels as arguments.
+/// Message ids of the keys and of what they do, for the help window. The messages of `key-panels` have arguments.
 const SHORTCUTS: &[(&str, &str)] = &[
     ("key-drag", "key-drag-does"),
     ("key-look", "key-look-does"),
@@ -40,7 +40,7 @@ const SHORTCUTS: &[(&str, &str)] = &[
 ];
 
 /// Length of the drag to which a press of an arrow key is equivalent, pixels.
-const ARROW_PX: f64 = 24.0;
+const ARROW_DRAG_PX: f64 = 24.0;
 /// Change of the interface's scale by one key press.
 const UI_SCALE_STEP: f32 = 0.1;
 /// Roll of the camera by one key press, degrees.
@@ -49,13 +49,13 @@ const ROLL_STEP_DEG: f64 = 5.0;
 /// The largest digit on a key.
 const MAX_DIGIT: usize = 9;
 
-/// Space that the frame and the title of the help window take beside its rows, points.
+/// Width and height that the help window needs in addition to its rows, for its frame and title, points.
 const HELP_FRAME: Vec2 = vec2(32.0, 56.0);
-/// Largest width of these rows, in heights of a line of text; longer texts wrap.
-const HELP_WIDTH_LINES: f32 = 72.0;
+/// Largest width of these rows, as a multiple of the height of a line of text; longer texts wrap.
+const HELP_WIDTH_IN_LINE_HEIGHTS: f32 = 72.0;
 
 /// Handles the keys pressed in this frame.
-pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec<Action>) {
+pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, actions: &mut Vec<Action>) {
     if ctx.input_mut(|i| i.consume_key(Modifiers::NONE, Key::F11)) {
         interface.fullscreen = !interface.fullscreen;
     }
@@ -110,7 +110,7 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
             "j" => actions.push(Action::Backward),
             "t" => actions.push(Action::Now),
             " " => {
-                // While a tour plays, the tour alone sets the time and the time rate is paused; without that pause the time rate would advance time, too.
+                // If Space pauses or continues a tour, it does not also start time, because a playing tour sets the time itself.
                 if !interface.tour.toggle() {
                     actions.push(Action::TogglePause);
                 }
@@ -127,7 +127,8 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
         interface.reply(text!("link-copied"));
     }
     let take_key = |key: Key| ctx.input_mut(|i| i.consume_key(Modifiers::NONE, key));
-    // On Escape egui itself closes an open menu, and has already taken the focus from a focused control.
+    // On Escape egui itself closes an open menu. It has also removed the keyboard focus already, so `close_topmost` uses
+    // that of the last frame.
     if !Popup::is_any_open(ctx) && take_key(Key::Escape) {
         close_topmost(interface);
     }
@@ -139,10 +140,10 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
         (Key::PageUp, Action::SelectNext(-1)),
         (Key::Home, Action::FaceBody),
         (Key::Backspace, Action::PreviousView),
-        (Key::ArrowRight, Action::Turn(ARROW_PX, 0.0)),
-        (Key::ArrowLeft, Action::Turn(-ARROW_PX, 0.0)),
-        (Key::ArrowUp, Action::Turn(0.0, ARROW_PX)),
-        (Key::ArrowDown, Action::Turn(0.0, -ARROW_PX)),
+        (Key::ArrowRight, Action::Turn(ARROW_DRAG_PX, 0.0)),
+        (Key::ArrowLeft, Action::Turn(-ARROW_DRAG_PX, 0.0)),
+        (Key::ArrowUp, Action::Turn(0.0, ARROW_DRAG_PX)),
+        (Key::ArrowDown, Action::Turn(0.0, -ARROW_DRAG_PX)),
     ] {
         if ctx.memory(|m| m.focused().is_none()) && take_key(key) {
             actions.push(action);
@@ -153,8 +154,8 @@ pub(crate) fn pressed(interface: &mut Interface, ctx: &egui::Context, actions: &
 /// Handles Escape: closes or ends the first of these that is present: warning, search, keyboard focus, measured angle, tour, help, open
 /// panel, kept panel, full screen. Escape never ends the program; closing its window or Ctrl+Q does.
 fn close_topmost(interface: &mut Interface) {
-    let had_keyboard = std::mem::take(&mut interface.has_keyboard);
-    if interface.warning.take().is_some() || interface.search.close() || had_keyboard || interface.angle.clear() || interface.tour.end() {
+    let had_focus = std::mem::take(&mut interface.had_keyboard_focus);
+    if interface.warning.take().is_some() || interface.search.clear() || had_focus || interface.angle.clear() || interface.tour.end() {
         return;
     }
     if !std::mem::take(&mut interface.help_shown) && interface.tab.take().or_else(|| interface.kept_tab.take()).is_none() {
@@ -165,22 +166,22 @@ fn close_topmost(interface: &mut Interface) {
 /// Shows the window that lists the shortcuts. Its texts wrap and its rows scroll as the program's window requires.
 pub(crate) fn help(interface: &mut Interface, ctx: &egui::Context) {
     let panels = Tab::ALL.map(|tab| interface.language.inside_sentence(tab.title())).join(", ");
-    let room = (ctx.content_rect().size() - HELP_FRAME).max(Vec2::ZERO);
+    let available = (ctx.content_rect().size() - HELP_FRAME).max(Vec2::ZERO);
     egui::Window::new(text!("help-title")).open(&mut interface.help_shown).resizable(false).show(ctx, |ui| {
-        let width = room.x.min(HELP_WIDTH_LINES * ui.text_style_height(&TextStyle::Body));
-        // egui's limit follows the last height; the minimum lets the rows grow again with the program's window.
-        ScrollArea::vertical().max_height(room.y).min_scrolled_height(room.y).show(ui, |ui| {
+        let width = available.x.min(HELP_WIDTH_IN_LINE_HEIGHTS * ui.text_style_height(&TextStyle::Body));
+        // egui limits the height to that of the last frame; the minimum lets the rows grow again with the program's window.
+        ScrollArea::vertical().max_height(available.y).min_scrolled_height(available.y).show(ui, |ui| {
             ui.set_max_width(width);
             Grid::new("sheet").num_columns(2).min_row_height(0.0).striped(true).show(ui, |ui| {
-                for (keys, effect) in SHORTCUTS {
-                    let (keys, effect) = match *keys {
+                for (keys, does) in SHORTCUTS {
+                    let (keys, does) = match *keys {
                         "key-panels" => {
                             (text!("key-panels", last = Tab::ALL.len().min(MAX_DIGIT)), text!("key-panels-does", panels = panels))
                         }
-                        _ => (plain(keys).to_owned(), plain(effect).to_owned()),
+                        _ => (plain(keys).to_owned(), plain(does).to_owned()),
                     };
                     ui.strong(keys);
-                    ui.add(Label::new(effect).wrap());
+                    ui.add(Label::new(does).wrap());
                     ui.end_row();
                 }
             });

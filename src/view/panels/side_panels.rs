@@ -1,9 +1,9 @@
 //! The panels at the sides of the viewport: the list of bodies, the open panel, and a second panel that the user keeps open.
 //!
 //! In: which panels are open, and their widths from the settings. Out: the panels' content, and the widths to which the user dragged them.
-//! Always: the open panel and the kept panel are on opposite sides of the viewport; the kept panel is hidden while the window is too narrow for
-//! both, and so is the list of bodies while a panel is open. A panel whose title is dragged to the other half of the window moves there,
-//! and the other panel takes its side.
+//! Always: the open panel and the kept panel are on opposite sides of the viewport. The kept panel is hidden while the window is too narrow for two
+//! panels; the list of bodies is hidden while a panel is open in a narrow window. A panel whose title is dragged to the other half of the window
+//! moves there, and the other panel takes its side.
 
 use super::icons::{self, Icon};
 use super::{Interface, Tab, body_browser, camera_controls};
@@ -32,7 +32,7 @@ impl Tab {
 }
 
 impl Interface {
-    /// The panel that the user keeps open, if the window is wide enough for it.
+    /// The kept panel, if the window is wide enough for it.
     fn visible_kept(&self, ctx: &egui::Context) -> Option<Tab> {
         self.kept_tab.filter(|_| ctx.content_rect().width() >= MIN_WIDTH_FOR_TWO)
     }
@@ -77,7 +77,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
         let shown = Panel::left("bodies").default_size(width).min_size(MIN_BODIES_WIDTH).show(ui, |ui| {
             // The controls below the list scroll if they are taller than this.
             let max_height = 0.6 * ui.available_height();
-            Panel::bottom("stance").show(ui, |ui| {
+            Panel::bottom("camera controls").show(ui, |ui| {
                 ScrollArea::vertical()
                     .max_height(max_height)
                     .min_scrolled_height(max_height)
@@ -103,8 +103,8 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
     }
     if let Some(tab) = interface.tab {
         let stored = if tab.is_wide() { interface.settings.panels.wide_width } else { interface.settings.panels.panel_width };
-        // egui stores a panel's width under its name, so wide panels have a name of their own.
-        let name = if tab.is_wide() { "wide inspector" } else { "inspector" };
+        // egui stores a panel's width under the panel's name, so wide panels have a name of their own.
+        let name = if tab.is_wide() { "wide open panel" } else { "open panel" };
         let panel = if on_left { Panel::left(name) } else { Panel::right(name) };
         let width = valid_width(stored, tab.default_width());
         // Some of the viewport stays visible between two panels.

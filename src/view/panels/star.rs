@@ -1,4 +1,7 @@
 //! Facts about the star that was clicked or found: catalog values, and quantities derived from them.
+//!
+//! In: a star of the catalog, and the time since the catalog's epoch. Out: its name, a title, a table. Always: a quantity that the catalog does not
+//! determine has no row, or a note in place of its value.
 
 use super::fact::line;
 use crate::catalog::stars::{Star, star_name};
@@ -16,7 +19,7 @@ const LIGHT_YEARS_PER_PARSEC: f64 = 3.261_564;
 /// Smallest parallax from which a distance is computed, milliarcseconds: about the standard error of Hipparcos parallaxes.
 const MIN_PARALLAX_MAS: f64 = 1.0;
 
-/// The star's proper name and Hipparcos number, as far as it has them. Number 0: none.
+/// The star's proper name and Hipparcos number, where it has them. The catalog gives stars without a number the number 0.
 pub(super) fn name(star: &Star) -> String {
     match (star_name(star.hip), star.hip) {
         (Some(name), hip) => format!("{name} (HIP {hip})"),
@@ -35,7 +38,7 @@ fn label_value_pairs(star: &Star, years_since_epoch: f64) -> Vec<(&'static str, 
     let mut facts = vec![(text!("star-magnitude-v"), signed(star.v_magnitude, 2))];
     if let Some(b_v) = star.b_v {
         facts.push((text!("star-colour-index"), signed(b_v, 3)));
-        // Rounded to 50 K, because the relation of colour index and temperature is no more accurate than a few per cent.
+        // Rounded to 50 K: the temperature that follows from a colour index is accurate to a few per cent at best.
         facts.push((
             text!("star-temperature"),
             text!("star-temperature-value", kelvin = decimal((temperature_k(f64::from(b_v)) / 50.0).round() * 50.0, 0)),
@@ -56,12 +59,16 @@ fn label_value_pairs(star: &Star, years_since_epoch: f64) -> Vec<(&'static str, 
     // Unit vectors to the east and to the north at the star.
     let east = DVec3::Z.cross(star.direction).normalize_or_zero();
     let north = star.direction.cross(east);
-    let motion_mas = |axis: DVec3| star.motion_per_year.dot(axis) / RAD_PER_ARCSEC * 1e3;
-    let (east_mas, north_mas) = (motion_mas(east), motion_mas(north));
-    let position_angle_deg = east_mas.atan2(north_mas).to_degrees().rem_euclid(360.0);
+    let motion_mas_per_year = |axis: DVec3| star.motion_per_year.dot(axis) / RAD_PER_ARCSEC * 1e3;
+    let (east_mas_per_year, north_mas_per_year) = (motion_mas_per_year(east), motion_mas_per_year(north));
+    let position_angle_deg = east_mas_per_year.atan2(north_mas_per_year).to_degrees().rem_euclid(360.0);
     facts.push((
         text!("star-proper-motion"),
-        text!("star-proper-motion-value", mas = decimal(east_mas.hypot(north_mas), 1), angle_deg = decimal(position_angle_deg, 0)),
+        text!(
+            "star-proper-motion-value",
+            mas = decimal(east_mas_per_year.hypot(north_mas_per_year), 1),
+            angle_deg = decimal(position_angle_deg, 0)
+        ),
     ));
     // As seen from the solar system's barycentre, without annual parallax.
     let place = RaDec::of(star_from_viewer(star, years_since_epoch, DVec3::ZERO));
@@ -92,6 +99,7 @@ mod tests {
         let stars = StarCatalog::embedded();
         let sirius = stars.hip(32_349).expect("Sirius");
         assert_eq!(title(sirius), "Sirius (HIP 32349), magnitude -1.44");
+        // From the epoch of the catalog, 1991.25, to J2000.
         let facts = label_value_pairs(sirius, 8.75);
         let fact = |label: &str| facts.iter().find(|(l, _)| *l == label).map(|(_, value)| value.clone()).expect(label);
         assert!(fact("distance").starts_with("8.6 light years (2.6 pc)"), "{}", fact("distance"));

@@ -1,6 +1,6 @@
-//! The panels at the sides of the viewport: one row for each, in the order of their digit keys.
+//! The table of the panels at the sides of the viewport: one row for each, in the order of their digit keys.
 //!
-//! In: the panels' modules. Out: all that the bar, the keys, the settings and the sides of the window know about a panel. Always: no panel imports this
+//! In: the panels' modules. Out: all that the top bar, the shortcuts, the settings and `side_panels` know about a panel. Always: no panel imports this
 //! file; a panel that opens another one names it by `super::Tab`.
 
 use super::icons::Icon;
@@ -10,10 +10,10 @@ use crate::view::language::text;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::Ui;
 
-/// Number of panels whose buttons show their titles. The buttons of later panels show only icons, so that the bar keeps its height.
+/// Number of panels, from the first, whose buttons show their titles. The buttons of any later panels show only icons, so that the bar keeps its height.
 const TITLED_BUTTONS: usize = 8;
 
-/// The group of a panel's button in the bar, in order from left to right.
+/// The group of a panel's button in the top bar, in order from left to right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Group {
     /// Where and when to look.
@@ -24,11 +24,11 @@ pub(super) enum Group {
     Bodies,
     /// Also under *Understand*: how the image is drawn.
     Drawing,
-    /// Keep and pass on; how the program looks.
+    /// Save and share views and images; the appearance of the window.
     Share,
 }
 
-/// What the interface knows of a panel.
+/// What the interface knows about a panel.
 struct Row {
     tab: Tab,
     /// The name under which the settings store the panel.

@@ -1,6 +1,6 @@
 //! Colours, text sizes and spacing of the panels, for each theme.
 //!
-//! In: a theme. Out: egui styles and fonts. Always: the contrast ratio of text to its background is at least 4.5 (WCAG 2.2, level AA);
+//! In: a theme (dark or light). Out: egui styles and fonts. Always: the contrast ratio of text to its background is at least 4.5 (WCAG 2.2, level AA);
 //! `tests/view/contrast` measures it on the painted output. Not here: colours over the image (`scene::labels`) and of source code
 //! (`shader::text`).
 

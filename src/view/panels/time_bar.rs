@@ -1,4 +1,7 @@
-//! The bar below the viewport: date field and calendar, rate of time, time steps; below them the buttons for events of a kind and the timeline.
+//! The bar below the viewport. First row: date field and calendar, rate of time, time steps. Second row: buttons that find the previous and the next
+//! event of a kind, and the timeline.
+//!
+//! In: the displayed time, typed dates, clicks. Out: actions that set the time or its rate, or show an event.
 
 use super::icons::{self, Icon};
 use super::search::MAX_ECHO_CHARS;
@@ -30,7 +33,7 @@ pub(crate) struct TimeBar {
     month: Option<NaiveDate>,
     /// The kind of event that the buttons search for.
     kind: EventKind,
-    /// The running search for an event, and the kind of event that it searches for: the buttons may have another kind meanwhile.
+    /// The kind of event that the running search looks for, and the pending result. The user may choose another kind for the buttons meanwhile.
     pending: Option<(EventKind, PendingEvent)>,
     /// A key requested the previous event.
     pub wants_previous_event: bool,
@@ -54,21 +57,21 @@ impl TimeBar {
     }
 }
 
-/// Time steps of the buttons: seconds, and the text id of the step's name.
+/// Time steps of the buttons: seconds, and the message id of the step's name.
 const STEPS: [(f64, &str); 4] =
     [(60.0, "step-minute"), (3600.0, "step-hour"), (SECONDS_PER_DAY, "step-day"), (DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY, "step-year")];
-/// Length of time that is searched for the next or previous event, seconds.
+/// Length of time that is searched for the next or previous event, seconds. The gaps between events of one kind are much shorter.
 const EVENT_SEARCH_S: f64 = 130.0 * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
-/// Distance from the displayed time at which the search starts, seconds, so that it does not find the displayed event.
+/// Time between the displayed time and the start of the search, seconds, so that the search does not find the displayed event.
 const EVENT_GAP_S: f64 = 60.0;
 
-/// Space of the date field beside its text, points: its margins and the cursor.
+/// Width that the date field needs in addition to its text, points: its margins and the cursor.
 const DATE_FIELD_MARGIN: f32 = 16.0;
 /// A digit that is at least as wide as any other in the font of the interface.
 const WIDEST_DIGIT: &str = "0";
 
-/// Rates with the longest texts, in minutes and months per second: scene seconds per real second.
-const LONGEST_RATES: [f64; 2] = [-59.9 * 60.0, -11.9 * 2_629_800.0];
+/// The rates with the longest texts: -59.9 minutes and -11.9 months per second, in seconds of displayed time per real second.
+const RATES_WITH_LONGEST_TEXTS: [f64; 2] = [-59.9 * 60.0, -11.9 * DAYS_PER_JULIAN_YEAR / 12.0 * SECONDS_PER_DAY];
 
 pub(crate) fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     ui.horizontal_wrapped(|ui| {
@@ -103,8 +106,8 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
 /// Shows the date field, and the button that switches between UTC and local time.
 fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     let time = interface.viewer.view.time();
-    let clock = interface.settings.time_zone;
-    let shown = clock.civil_time(time).map_or_else(|| instant_text(time), civil_text);
+    let time_zone = interface.settings.time_zone;
+    let shown = time_zone.civil_time(time).map_or_else(|| instant_text(time), civil_text);
     let mut text = interface.time_bar.typed.clone().unwrap_or_else(|| shown.clone());
     let width = date_field_width(ui, &shown);
     let response = ui.add(TextEdit::singleline(&mut text).desired_width(width));
@@ -115,17 +118,17 @@ fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
     if response.lost_focus() {
         let typed = interface.time_bar.typed.take();
         if let Some(typed) = typed.filter(|_| ui.input(|i| i.key_pressed(Key::Enter))) {
-            match typed_time(&typed, clock, interface.viewer.now()) {
+            match typed_time(&typed, time_zone, interface.viewer.now()) {
                 Some(time) => actions.push(Action::SetTime(time)),
                 None => interface.reply(text!("time-no-date", typed = crate::wording::echo_within(typed.trim(), MAX_ECHO_CHARS))),
             }
         }
     }
-    let other_clock = if clock == ShownTimeZone::Utc { ShownTimeZone::Local } else { ShownTimeZone::Utc };
-    let name = clock.name(time);
+    let other_zone = if time_zone == ShownTimeZone::Utc { ShownTimeZone::Local } else { ShownTimeZone::Utc };
+    let name = time_zone.name(time);
     let hover = text!("time-zone-hint");
     if ui.button(&name).on_hover_text(hover).accessible_name(text!("time-zone", name = name)).clicked() {
-        interface.settings.time_zone = other_clock;
+        interface.settings.time_zone = other_zone;
     }
 }
 
@@ -141,9 +144,9 @@ fn text_width(ui: &egui::Ui, text: String) -> f32 {
 }
 
 /// The instant of a typed date. The date is read in the displayed time zone, unless the text gives the same instant in every zone.
-fn typed_time(typed: &str, clock: ShownTimeZone, now: Instant) -> Option<Instant> {
+fn typed_time(typed: &str, time_zone: ShownTimeZone, now: Instant) -> Option<Instant> {
     let time = parse_date(typed, now)?;
-    if is_same_in_every_zone(typed) { Some(time) } else { clock.instant(ShownTimeZone::Utc.civil_time(time)?) }
+    if is_same_in_every_zone(typed) { Some(time) } else { time_zone.instant(ShownTimeZone::Utc.civil_time(time)?) }
 }
 
 /// Date and time of day in digits.
@@ -154,8 +157,8 @@ fn civil_text(civil: NaiveDateTime) -> String {
 
 /// Shows the button that opens the calendar, and applies the time chosen in it.
 fn calendar_button(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
-    let clock = interface.settings.time_zone;
-    let Some(civil) = clock.civil_time(interface.viewer.view.time()) else { return };
+    let time_zone = interface.settings.time_zone;
+    let Some(civil) = time_zone.civil_time(interface.viewer.view.time()) else { return };
     let config = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
     let button = icons::button(ui, Icon::Calendar, text!("calendar"));
     let (button, content) = MenuButton::from_button(button).config(config).ui(ui, |ui| calendar(&mut interface.time_bar, ui, civil));
@@ -164,7 +167,7 @@ fn calendar_button(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut V
         interface.time_bar.month = None;
         return;
     };
-    if let Some(time) = content.inner.and_then(|civil| clock.instant(civil)) {
+    if let Some(time) = content.inner.and_then(|civil| time_zone.instant(civil)) {
         actions.push(Action::SetTime(time));
     }
 }
@@ -200,7 +203,7 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
             ui.weak(name);
         }
         ui.end_row();
-        // A month touches at most six weeks.
+        // The days of a month fall in at most six weeks.
         for day in first_monday.iter_days().take(42) {
             let is_shown = day == civil.date();
             let text = egui::RichText::new(format!("{:>2}", day.day()));
@@ -262,7 +265,7 @@ fn rate(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     }
     let paused_text = |rate| text!("time-paused-at", speed = rate_text(rate));
     // The label is as wide as the longest text, so that the controls next to it do not move.
-    let width = LONGEST_RATES.into_iter().map(|rate| text_width(ui, paused_text(rate))).fold(0.0, f32::max);
+    let width = RATES_WITH_LONGEST_TEXTS.into_iter().map(|rate| text_width(ui, paused_text(rate))).fold(0.0, f32::max);
     let text = if is_paused { paused_text(time_rate.resumed_rate()) } else { time_rate.label() };
     // One point is added, because positions are rounded to pixels.
     let size = [width.ceil() + 1.0, ui.spacing().interact_size.y];
@@ -277,14 +280,14 @@ fn event_buttons(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rend
         None => {}
     }
     let kind = interface.time_bar.kind;
-    let mut searches_backward = None;
+    let mut requested_backward = None;
     let event_button = |ui: &mut egui::Ui, icon: Icon, name: &str, key: &str| {
         icons::bare(ui, icon, name).on_hover_text(text!("event-look-hint", name = name, kind = kind.name(), key = key)).clicked()
     };
     let previous_by_key = std::mem::take(&mut interface.time_bar.wants_previous_event);
     let next_by_key = std::mem::take(&mut interface.time_bar.wants_next_event);
     if event_button(ui, Icon::Previous, text!("event-previous"), "p") || previous_by_key {
-        searches_backward = Some(true);
+        requested_backward = Some(true);
     }
     let list = ComboBox::from_id_salt("kind of event").selected_text(kind.name()).width(100.0).show_ui(ui, |ui| {
         for kind in EventKind::ALL {
@@ -293,9 +296,9 @@ fn event_buttons(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rend
     });
     list.response.on_hover_text(text!("event-kind-hint")).accessible_name(text!("event-kind"));
     if event_button(ui, Icon::Next, text!("event-next"), "e") || next_by_key {
-        searches_backward = Some(false);
+        requested_backward = Some(false);
     }
-    if let Some(backward) = searches_backward {
+    if let Some(backward) = requested_backward {
         let gap_s = if backward { -EVENT_GAP_S } else { EVENT_GAP_S };
         let start = interface.viewer.destination().time().plus_seconds(gap_s);
         let search = EventSearch::new(vec![kind], start, EVENT_SEARCH_S, backward);
@@ -315,15 +318,15 @@ mod tests {
     #[test]
     fn a_typed_time_is_in_the_displayed_time_zone_unless_it_names_utc_or_now() {
         let now = Instant::parse("2026-11-22T23:00:00Z").expect("a time");
-        let typed = |text: &str, clock| typed_time(text, clock, now).expect(text);
-        for clock in [ShownTimeZone::Utc, ShownTimeZone::Local] {
+        let typed = |text: &str, time_zone| typed_time(text, time_zone, now).expect(text);
+        for time_zone in [ShownTimeZone::Utc, ShownTimeZone::Local] {
             for text in ["8 April 2024 18:17 UTC", "2024-04-08T18:17:00Z"] {
-                assert_eq!(typed(text, clock).to_utc_iso(), "2024-04-08T18:17:00Z", "{text}");
+                assert_eq!(typed(text, time_zone).to_utc_iso(), "2024-04-08T18:17:00Z", "{text}");
             }
-            assert_eq!(typed("now", clock), now);
+            assert_eq!(typed("now", time_zone), now);
             // The displayed text is read back as the same time.
             let text = "2024-04-08 18:17:00";
-            assert_eq!(clock.civil_time(typed(text, clock)).map(civil_text), Some(text.to_owned()));
+            assert_eq!(time_zone.civil_time(typed(text, time_zone)).map(civil_text), Some(text.to_owned()));
         }
         set(Language::German);
         let german = "08.04.2024, 18:17:00";

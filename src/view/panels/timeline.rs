@@ -6,6 +6,7 @@
 //! spans. Not here: the axis (`app::timeline`).
 
 use super::icons::{self, Icon};
+use super::viewport::POINTS_PER_NOTCH;
 use super::{Interface, events};
 use crate::catalog::Catalog;
 use crate::time::Instant;
@@ -26,7 +27,7 @@ const HEIGHT: f32 = 34.0;
 const DATES_HEIGHT: f32 = 15.0;
 /// Largest horizontal distance from an event's mark at which a click selects it, points.
 const CLICK_DISTANCE: f64 = 5.0;
-/// Radii of the marks of notable events and of other events, points.
+/// Radius of the mark of a notable event and of another event, points.
 const MARK_RADII: [f32; 2] = [4.0, 2.5];
 /// Longest span on which events that are not notable are shown, seconds.
 const MAX_SPAN_ALL_EVENTS_S: f64 = 40.0 * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
@@ -35,10 +36,10 @@ const MAX_SPAN_MOONS_S: f64 = 10.0 * SECONDS_PER_DAY;
 /// Fraction of the span by which an arrow key changes the time.
 const KEY_STEP_FRACTION: f64 = 0.02;
 
-/// Opacity of the fill over the parts of the timeline that are still to be searched.
+/// Opacity of the lighter fill over the parts of the timeline that are still to be searched.
 const UNSEARCHED_OPACITY: f32 = 0.6;
 
-/// Zoom of the buttons that change the span, wheel notches.
+/// Change of the span by one press of its buttons, in wheel notches.
 const BUTTON_NOTCHES: f64 = 2.0;
 
 /// Kinds of events that are searched for on any span.
@@ -60,6 +61,7 @@ pub(crate) struct Timeline {
 impl Default for Timeline {
     fn default() -> Self {
         let track = |kinds, step_days| EventTrack { known: KnownEvents::new(kinds, step_days), running: None };
+        // One search finds about ten events.
         Self { rare: track(RARE, 500.0), frequent: track(FREQUENT, 3.0) }
     }
 }
@@ -252,17 +254,18 @@ fn drag_and_click(
     }
 }
 
-/// The zoom by the wheel or a pinch over the timeline, wheel notches. A notch of most wheels is 50 points; a pinch by a factor of e counts
-/// as four notches, which change the span by about the same factor.
+/// The zoom by the wheel or a pinch over the timeline, wheel notches. A pinch by a factor of e counts as four notches, which change the span by about
+/// the same factor.
 fn wheel(ui: &Ui, response: &Response) -> f64 {
     if !response.hovered() {
         return 0.0;
     }
-    let (wheel, pinch) = ui.input(|i| (f64::from(i.smooth_scroll_delta().y) / 50.0, f64::from(i.zoom_delta()).ln() * 4.0));
+    let (wheel, pinch) = ui.input(|i| (f64::from(i.smooth_scroll_delta().y) / POINTS_PER_NOTCH, f64::from(i.zoom_delta()).ln() * 4.0));
     if pinch == 0.0 { wheel } else { pinch }
 }
 
-/// Handles arrow keys and increments from assistive technology while the timeline has the focus. Returns the zoom in wheel notches.
+/// Handles arrow keys, and increments from assistive technology, while the timeline has the focus. Left, right and increments step the time; the zoom
+/// by up and down is returned, in wheel notches.
 fn keys(ui: &Ui, response: &Response, axis: &TimeAxis, actions: &mut Vec<Action>) -> f64 {
     if !response.has_focus() {
         return 0.0;

@@ -64,7 +64,7 @@ fn layers_menu(interface: &mut Interface, ui: &mut Ui) {
     button.on_hover_text(text!("bar-layers-hint"));
 }
 
-/// Shows the switches of labels, markers, orbits and other layers drawn in addition to the bodies.
+/// Shows the switches of names, markers, orbits and other layers that are drawn over or beside the bodies.
 fn layers(interface: &mut Interface, ui: &mut Ui) {
     let settings = &mut interface.settings;
     ui.toggle_value(&mut settings.names, text!("layer-names")).on_hover_text(text!("layer-names-hint"));

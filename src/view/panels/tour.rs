@@ -35,13 +35,13 @@ struct TourPlayback {
     /// Position in the tour, real seconds from its start.
     elapsed_s: f64,
     is_paused: bool,
-    /// Whether the user has changed the view since the tour was paused.
+    /// Whether the user has changed the view since the tour last set it.
     is_view_changed: bool,
 }
 
 /// Interval between frames while nothing moves, so that the progress bar advances.
 const IDLE_INTERVAL: Duration = Duration::from_millis(200);
-/// Largest width of the text, points.
+/// Largest width of the stop's text, points.
 const MAX_TEXT_WIDTH: f32 = 560.0;
 
 impl TourPlayer {
@@ -63,7 +63,8 @@ impl TourPlayer {
         }
     }
 
-    /// Pauses a playing tour, or continues a paused one, unless it is at its end or the user has changed the view since. Returns whether it did either.
+    /// Pauses a playing tour, or continues a paused one. A tour at its end, or whose view the user has changed, does not continue. Returns whether the
+    /// tour was paused or continued.
     pub(crate) fn toggle(&mut self) -> bool {
         let Some(playback) = &mut self.playback else { return false };
         if playback.is_paused && (playback.is_view_changed || playback.elapsed_s >= playback.tour.length_s()) {
@@ -106,7 +107,7 @@ pub(crate) fn open(interface: &mut Interface, session: &Session, actions: &mut V
     }
 }
 
-/// A tour's view with the quality of the current view, and without a statement whether time is paused.
+/// A tour's view with the quality of the current view; whether time is paused is left open.
 fn with_quality_of(current: &ViewState, view: ViewState) -> ViewState {
     ViewState { quality: current.quality, paused: None, ..view }
 }
@@ -116,11 +117,11 @@ pub(crate) fn advance(interface: &mut Interface, ctx: &egui::Context, real_s: f6
     interface.viewer.is_in_tour = false;
     let Some(playback) = interface.tour.playback.as_mut().filter(|p| !p.is_paused) else { return };
     playback.elapsed_s += real_s.max(0.0);
-    let moment = playback.tour.at(playback.elapsed_s);
+    let current = playback.tour.at(playback.elapsed_s);
     playback.is_paused = playback.elapsed_s >= playback.tour.length_s();
-    interface.viewer.view = with_quality_of(&interface.viewer.view, moment.view);
-    interface.viewer.is_in_tour = moment.is_changing && !playback.is_paused;
-    ctx.request_repaint_after(if moment.is_changing { Duration::ZERO } else { IDLE_INTERVAL });
+    interface.viewer.view = with_quality_of(&interface.viewer.view, current.view);
+    interface.viewer.is_in_tour = current.is_changing && !playback.is_paused;
+    ctx.request_repaint_after(if current.is_changing { Duration::ZERO } else { IDLE_INTERVAL });
 }
 
 /// Pauses the tour if the user has changed the view with a control, such as the switch of a layer: otherwise the next frame would undo the change. A
@@ -137,7 +138,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
     let Some(playback) = &mut interface.tour.playback else { return };
     let stop = playback.tour.at(playback.elapsed_s).stop;
     let mut go_to = None;
-    let (mut is_ended, mut is_recorded) = (false, false);
+    let (mut end_clicked, mut record_clicked) = (false, false);
     let is_busy = interface.share.is_busy();
     let area = egui::Area::new(ui.scope_id().with("tour")).order(egui::Order::Middle).pivot(Align2::CENTER_BOTTOM);
     let bottom = viewport.center_bottom() - Vec2::new(0.0, 16.0 + interface.viewport.caption_height);
@@ -182,8 +183,8 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
                 }
                 let record = icons::button(ui, Icon::Record, text!("tour-record"));
                 let hover = text!("tour-record-hint");
-                is_recorded = ui.add_enabled(!is_busy, record).on_hover_text(hover).clicked();
-                is_ended = button(ui, true, text!("tour-end"), text!("tour-end-hint"));
+                record_clicked = ui.add_enabled(!is_busy, record).on_hover_text(hover).clicked();
+                end_clicked = button(ui, true, text!("tour-end"), text!("tour-end-hint"));
                 let bar =
                     ProgressBar::new(progress.clamp(0.0, 1.0) as f32).desired_width(ui.available_width().max(40.0)).desired_height(6.0);
                 ui.add(bar.fill(Color32::from_gray(140)));
@@ -195,11 +196,11 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
         playback.elapsed_s = playback.tour.arrival_s(stop);
         playback.is_paused = false;
     }
-    if is_recorded {
+    if record_clicked {
         playback.is_paused = true;
         interface.share.record_tour();
     }
-    if is_ended {
+    if end_clicked {
         interface.tour.end();
     }
 }

@@ -1,4 +1,7 @@
 //! The viewport: shows the image, its labels and messages, and turns mouse input over it into actions.
+//!
+//! In: the last image with its scene, messages, the mouse. Out: what is painted, actions, the picked pixel and star, measured angles. Always: the
+//! image is never stretched; the names of bodies avoid what the interface shows over the image.
 
 use super::angle::SeenBody;
 use super::icons::{self, Icon};
@@ -16,14 +19,14 @@ use crate::view::worker::render_worker::RenderWorker;
 use egui::{Align2, Color32, FontId, PointerButton, Pos2, Rect, Sense, Stroke, Vec2};
 use glam::{DVec2, DVec3};
 
-/// Text size of the names of bodies.
+/// Text size of the names of bodies, points.
 const NAME_POINTS: f32 = BODY;
 /// Texts of the image that begin below this fraction of its height belong to the caption or the scale bar.
 const CAPTION_TOP_FRACTION: f64 = 0.85;
 /// Minimum width of the viewport for hints, points.
 const MIN_WIDTH_FOR_HINTS: f32 = 440.0;
 /// Scroll distance that egui reports for one notch of most wheels, points.
-const POINTS_PER_NOTCH: f64 = 50.0;
+pub(super) const POINTS_PER_NOTCH: f64 = 50.0;
 /// Roll of the camera per pixel of a drag with the middle button, degrees.
 const ROLL_DEG_PER_PX: f64 = 0.25;
 const NAME_COLOUR: Color32 = opaque(labels::NAME_COLOUR);
@@ -36,8 +39,8 @@ const fn opaque([r, g, b]: [u8; 3]) -> Color32 {
 pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     let rect = ui.available_rect_before_wrap();
     let scale = ui.ctx().pixels_per_point();
-    let pixels = |points: f32| ((points * scale).round() as u32).clamp(1, MAX_IMAGE_PX);
-    interface.viewport.size_px = [pixels(rect.width()), pixels(rect.height())];
+    let to_px = |points: f32| ((points * scale).round() as u32).clamp(1, MAX_IMAGE_PX);
+    interface.viewport.size_px = [to_px(rect.width()), to_px(rect.height())];
     interface.settings.panels.viewport_px = interface.viewport.size_px;
     let response = ui.interact(rect, ui.scope_id().with("sky"), Sense::click_and_drag());
     let accessible_name = text!("sky-of", body = interface.viewer.name(interface.viewer.view.target));
@@ -66,7 +69,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     };
     interface.refresh_labels(&metrics, overlays.iter().map(in_image));
     interface.viewport.caption_height = caption_height(interface, &placement);
-    paint_marks(interface, ui, rect, &placement);
+    paint_labels(interface, ui, rect, &placement);
     paint_star(interface, ui, rect, &placement);
     if let Some(rendered) = interface.shown() {
         let scene = &rendered.scene;
@@ -102,7 +105,7 @@ struct ImagePlacement {
 }
 
 impl ImagePlacement {
-    /// `viewport`, `viewport_px`: the viewport in points, and its size in pixels.
+    /// The placement of an image of the given size in pixels. `viewport`, `viewport_px`: the viewport in points, and its size in pixels.
     fn of([width, height]: [u32; 2], viewport: Rect, viewport_px: [u32; 2]) -> Self {
         let [viewport_width, viewport_height] = viewport_px.map(u64::from);
         // The sides of a coarse image are those of the viewport, divided by a factor and rounded up, each by less than a pixel.
@@ -141,8 +144,9 @@ fn caption_height(interface: &Interface, placement: &ImagePlacement) -> f32 {
     (caption_rects.map(|rect| height - rect.min.y).fold(0.0, f64::max) * placement.points_per_px) as f32
 }
 
-/// Shows the message line over the lower edge of the image, so that the image keeps its size, and above the overlays that would cover the message: the bar
-/// of a tour, the row *What to see now*. A reply is also shown while there is no image of the view: otherwise an action would seem to have no effect.
+/// Shows the message line over the lower edge of the image, so that the image keeps its size. The line is above the overlays that would cover it: the
+/// bar of a tour, the row *What to see now*. While there is no image of the view, the reply follows the reason: otherwise an action would seem to have
+/// no effect.
 fn show_message(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
     let mut message = interface.message_line().to_owned();
     if message.is_empty() {
@@ -151,7 +155,7 @@ fn show_message(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
     if interface.failure_reason.is_some() && !interface.message().is_empty() {
         message = format!("{message}\n{}", interface.message());
     }
-    let area = egui::Area::new(ui.scope_id().with("said")).order(egui::Order::Middle).pivot(Align2::LEFT_BOTTOM);
+    let area = egui::Area::new(ui.scope_id().with("message")).order(egui::Order::Middle).pivot(Align2::LEFT_BOTTOM);
     let lower_overlays = interface.viewport.overlays.iter().filter(|overlay| overlay.center().y > rect.center().y);
     let bottom = lower_overlays.map(|overlay| overlay.top()).fold(rect.bottom() - interface.viewport.caption_height, f32::min);
     let corner = Pos2::new(rect.left() + 8.0, bottom - 8.0);
@@ -240,7 +244,7 @@ fn menu(interface: &mut Interface, response: &egui::Response, placement: &ImageP
 }
 
 /// Paints the names and markers of bodies.
-fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &ImagePlacement) {
+fn paint_labels(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &ImagePlacement) {
     let painter = ui.painter().with_clip_rect(rect);
     for label in &interface.viewport.labels {
         let at = placement.image.min + vec2(label.centre_px * placement.points_per_px);
@@ -261,10 +265,10 @@ fn paint_marks(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &Ima
             && radius < FILLS_IMAGE as f32 * rect.height()
         {
             let text_at = at + vec2(side.offset_px(&LabelMetrics::of_size(f64::from(NAME_POINTS)), f64::from(radius)));
-            let anchor = if side.left { Align2::RIGHT_CENTER } else { Align2::LEFT_CENTER };
+            let align = if side.left { Align2::RIGHT_CENTER } else { Align2::LEFT_CENTER };
             let font = FontId::proportional(NAME_POINTS);
-            painter.text(text_at + Vec2::splat(1.0), anchor, &label.name, font.clone(), Color32::from_black_alpha(180));
-            painter.text(text_at, anchor, &label.name, font, colour);
+            painter.text(text_at + Vec2::splat(1.0), align, &label.name, font.clone(), Color32::from_black_alpha(180));
+            painter.text(text_at, align, &label.name, font, colour);
         }
     }
 }
@@ -282,18 +286,21 @@ fn vec2(v: DVec2) -> Vec2 {
     Vec2::new(v.x as f32, v.y as f32)
 }
 
-/// Handles a click: measures an angle, or picks a pixel and a star.
+/// Handles a click that is not an action.
 fn handle_click(interface: &mut Interface, worker: &dyn RenderWorker, click: Click) {
-    if let Some((at_px, body)) = click.measured {
-        if let Some(direction) = snapped_direction(interface, at_px) {
-            measure(interface, direction, body);
+    match click {
+        Click::Measure { at_px, body } => {
+            if let Some(direction) = snapped_direction(interface, at_px) {
+                measure(interface, direction, body);
+            }
         }
-        return;
-    }
-    interface.viewport.picked_px = Some(click.pixel);
-    interface.viewport.star = click.star;
-    if let Some(star) = click.star {
-        interface.reply(worker.session().catalog().stars().stars().get(star).map(super::star::title).unwrap_or_default());
+        Click::Pick { viewport_px, star } => {
+            interface.viewport.picked_px = Some(viewport_px);
+            interface.viewport.star = star;
+            if let Some(star) = star {
+                interface.reply(worker.session().catalog().stars().stars().get(star).map(super::star::title).unwrap_or_default());
+            }
+        }
     }
 }
 
@@ -315,13 +322,21 @@ fn measure(interface: &mut Interface, direction: DVec3, body: Option<NaifId>) {
 }
 
 /// A click on the image.
-struct Click {
-    /// The clicked pixel of the viewport; [0, 0] if the click measures an angle.
-    pixel: [u32; 2],
-    /// Index in the star catalog of the star at the click, if there is no body.
-    star: Option<usize>,
-    /// For a click with Ctrl, which measures an angle: the position in the image, pixels, and the body there.
-    measured: Option<(DVec2, Option<NaifId>)>,
+enum Click {
+    /// With Ctrl: adds a point to the measured angle.
+    Measure {
+        /// The position in the image, pixels.
+        at_px: DVec2,
+        /// The body there, if any.
+        body: Option<NaifId>,
+    },
+    /// Without Ctrl: picks a pixel for the probe, and a star.
+    Pick {
+        /// The clicked pixel of the viewport.
+        viewport_px: [u32; 2],
+        /// Index in the star catalog of the star at the click, if there is no body.
+        star: Option<usize>,
+    },
 }
 
 /// Turns drags, the wheel and clicks into actions; returns a click that measures an angle or picks a pixel.
@@ -347,7 +362,7 @@ fn mouse(
         actions.push(Action::Roll(drag_x_px * ROLL_DEG_PER_PX));
     }
     if response.hovered() {
-        // Wheel notches. Spreading two fingers to twice their distance halves the camera's height above the ground.
+        // Both are in wheel notches. Spreading two fingers to twice their distance halves the camera's height above the ground.
         let (wheel, pinch, changes_fov) = ui.input(|i| {
             let (scroll, zoom) = (f64::from(i.smooth_scroll_delta().y), f64::from(i.zoom_delta()));
             (scroll / POINTS_PER_NOTCH, zoom.ln() / LOG_HEIGHT_PER_NOTCH, i.modifiers.alt)
@@ -360,10 +375,9 @@ fn mouse(
     let (Some(at), Some(rendered)) = (response.interact_pointer_pos(), interface.shown()) else { return None };
     let at_px = placement.px_of(at, &rendered.scene);
     let body_at_pointer = || body_at(&interface.viewport.labels, &rendered.scene, at_px);
-    // Checked before double-clicks, so that two quick clicks with Ctrl also measure.
+    // Clicks with Ctrl come before double-clicks, so that two quick ones also measure.
     if response.clicked() && ui.input(|i| i.modifiers.command) {
-        let measured = Some((at_px, body_at_pointer()));
-        return Some(Click { pixel: [0, 0], star: None, measured });
+        return Some(Click::Measure { at_px, body: body_at_pointer() });
     }
     if response.double_clicked() {
         actions.extend(body_at_pointer().map(Action::FlyTo));
@@ -372,7 +386,7 @@ fn mouse(
         actions.extend(body.map(Action::Select));
         let pixel = |points: f32| (f64::from(points) * scale) as u32;
         let star = if body.is_none() { star_at(&rendered.scene, at_px) } else { None };
-        return Some(Click { pixel: [pixel(at.x - rect.min.x), pixel(at.y - rect.min.y)], star, measured: None });
+        return Some(Click::Pick { viewport_px: [pixel(at.x - rect.min.x), pixel(at.y - rect.min.y)], star });
     }
     None
 }

@@ -1,18 +1,20 @@
-//! A dialog with an error that occurred before the window opened; it stays until the user closes it.
+//! A dialog with an error that occurred before the window opened.
+//!
+//! In: the error's text. Out: the dialog, which stays until the user closes it by its button or by Escape.
 
 use super::Interface;
 use crate::view::language::text;
 use egui::accesskit::Live;
 use egui::{Align2, Context, Label, Window};
 
-/// Largest width of the text.
-const MAX_WIDTH_POINTS: f32 = 460.0;
+/// Largest width of the text, points.
+const MAX_TEXT_WIDTH: f32 = 460.0;
 
 pub(crate) fn show(interface: &mut Interface, ctx: &Context) {
     let Some(line) = &interface.warning else { return };
     let window = Window::new(text!("warning-title")).collapsible(false).resizable(false);
     let shown = window.anchor(Align2::CENTER_TOP, [0.0, 60.0]).show(ctx, |ui| {
-        ui.set_max_width(MAX_WIDTH_POINTS);
+        ui.set_max_width(MAX_TEXT_WIDTH);
         let message = ui.add(Label::new(line).wrap());
         ui.ctx().accesskit_node_builder(message.id, |node| node.set_live(Live::Assertive));
         ui.weak(text!("warning-default"));

@@ -29,15 +29,17 @@ const MAX_DESCRIPTION_LINES: usize = 2;
 /// Smallest width and height of the viewport at which the row is shown, points.
 const MIN_VIEWPORT_SIZE: [f32; 2] = [760.0, 300.0];
 
-/// A view and its image.
+/// A view and its image, as the query worker returns them.
 struct DrawnThumbnail {
     now_view: NowView,
     /// Width and height, and the pixels, top row first; `None` if the image could not be drawn.
     image: Option<([u32; 2], Vec<[u8; 4]>)>,
 }
 
+/// A view and its image, as the row shows them.
 struct Thumbnail {
     now_view: NowView,
+    /// `None` if the image could not be drawn.
     texture: Option<TextureHandle>,
 }
 
@@ -55,7 +57,7 @@ enum ThumbnailState {
 #[derive(Default)]
 pub(crate) struct NowThumbnails([ThumbnailState; NowItem::ALL.len()]);
 
-/// Takes a finished image and requests the next one, one at a time. Called only while the images are shown.
+/// Takes a finished image and requests the next one, one at a time. Called only while the row is shown.
 fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
     if interface.shown().is_none() {
         return;
@@ -68,7 +70,7 @@ fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWor
             match pending.take() {
                 None => is_busy = true,
                 Some(drawn) => {
-                    *state = drawn.map_or(ThumbnailState::Missing, |drawn| ThumbnailState::Ready(Box::new(thumbnail(ctx, drawn))))
+                    *state = drawn.map_or(ThumbnailState::Missing, |drawn| ThumbnailState::Ready(Box::new(with_texture(ctx, drawn))))
                 }
             }
         }
@@ -95,7 +97,8 @@ fn draw(session: &crate::session::Session, item: NowItem, now: crate::time::Inst
     Some(DrawnThumbnail { now_view, image })
 }
 
-fn thumbnail(ctx: &egui::Context, drawn: DrawnThumbnail) -> Thumbnail {
+/// Makes a texture of a drawn image.
+fn with_texture(ctx: &egui::Context, drawn: DrawnThumbnail) -> Thumbnail {
     let texture = drawn.image.map(|([width, height], pixels)| {
         let name = format!("now: {}", drawn.now_view.title);
         ctx.load_texture(name, colour_image(width, height, pixels), TextureOptions::LINEAR)
@@ -122,12 +125,12 @@ pub(crate) fn hide_after_input(interface: &mut Interface, panels_before: OpenPan
 
 /// Shows the row over the viewport, unless it has been hidden, a panel or tour is open, or the viewport is too small.
 pub(crate) fn over_viewport(interface: &mut Interface, ui: &Ui, worker: &dyn RenderWorker, viewport: Rect, actions: &mut Vec<Action>) {
-    let is_wanted = interface.settings.panels.now_shown && interface.tab.is_none() && !interface.tour.is_open();
-    if !is_wanted || viewport.width() < MIN_VIEWPORT_SIZE[0] || viewport.height() < MIN_VIEWPORT_SIZE[1] {
+    let may_show = interface.settings.panels.now_shown && interface.tab.is_none() && !interface.tour.is_open();
+    if !may_show || viewport.width() < MIN_VIEWPORT_SIZE[0] || viewport.height() < MIN_VIEWPORT_SIZE[1] {
         return;
     }
     let area = egui::Area::new(ui.scope_id().with("what to see now")).order(egui::Order::Middle).pivot(Align2::CENTER_BOTTOM);
-    let mut is_closed = false;
+    let mut must_hide = false;
     let bottom = viewport.center_bottom() - vec2(0.0, 10.0 + interface.viewport.caption_height);
     let shown = area.fixed_pos(bottom).show(ui.ctx(), |ui| {
         egui::Frame::popup(ui.style()).show(ui, |ui| {
@@ -136,14 +139,14 @@ pub(crate) fn over_viewport(interface: &mut Interface, ui: &Ui, worker: &dyn Ren
                 ui.weak(text!("now-also"));
                 ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                     let hover = text!("now-close-hint");
-                    is_closed = icons::bare(ui, Icon::Close, text!("now-close")).on_hover_text(hover).clicked();
+                    must_hide = icons::bare(ui, Icon::Close, text!("now-close")).on_hover_text(hover).clicked();
                 });
             });
-            ui.horizontal(|ui| is_closed |= row(interface, ui, worker, actions));
+            ui.horizontal(|ui| must_hide |= row(interface, ui, worker, actions));
         });
     });
     interface.viewport.overlays.push(shown.response.rect);
-    if is_closed {
+    if must_hide {
         interface.settings.panels.now_shown = false;
     }
 }

@@ -103,7 +103,7 @@ pub(crate) fn animation(interface: &mut Interface, ui: &mut Ui) {
 
 /// Shows the progress of an export: a bar, the remaining time, and a button that stops it.
 pub(crate) fn progress(interface: &mut Interface, ui: &mut Ui) {
-    let now_s = interface.viewport.last_frame_s;
+    let now_s = interface.viewport.frame_start_s;
     let Some(export) = &interface.share.export else { return };
     let cancelled = ui.horizontal(|ui| {
         ui.add(ProgressBar::new(export.fraction()).desired_width(120.0).show_percentage()).accessible_name(text!("export-bar"));

@@ -202,7 +202,7 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
         }
     } else if let Some(kind) = kind {
         match new_export(interface, kind) {
-            Ok(export) => interface.share.export = Some(export.begin(worker, interface.viewport.last_frame_s)),
+            Ok(export) => interface.share.export = Some(export.begin(worker, interface.viewport.frame_start_s)),
             Err(why) => interface.reply(why),
         }
     }

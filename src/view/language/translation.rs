@@ -1,12 +1,12 @@
-//! Texts of the program's other layers (scene, catalogs) in the window's language.
+//! Translates texts of the modules below the window (scene, catalogs).
 //!
 //! In: messages (reasons of scenes, notes on estimates), or English texts of the catalogs (moments, tours, gases). Out: the text in the window's
 //! language. Always: a message is looked up by its id, a text of a catalog by an id made of its English name; a text of a catalog without a
-//! translation, such as one of a user's own catalog, stays English. Not here: the message of an error (`view::error_texts`).
+//! translation, such as one of a user's own catalog, stays English. Not here: which message an error has (`view::error_texts`).
 
-use super::dates::{date_text_of, instant_text};
+use super::dates::{instant_text, iso_date_text};
 use super::numbers::number_text;
-use super::{Language, body_name, current, filled, message_marked, messages, named, plain, text};
+use super::{Language, body_name, current, filled, marked_message, messages, named, plain, text};
 use crate::message::{Argument, Message, Reason};
 use crate::time::Instant;
 use std::borrow::Cow;
@@ -34,14 +34,14 @@ fn argument_text(argument: &Argument) -> String {
         Argument::Name(name) => name_text(name),
         Argument::Names(names) => names.iter().map(|name| name_text(name)).collect::<Vec<_>>().join(", "),
         Argument::English(text) => detail_text(text),
-        Argument::Time(day) if !day.contains('T') => date_text_of(day),
+        Argument::Time(day) if !day.contains('T') => iso_date_text(day),
         Argument::Time(iso) => Instant::parse(iso).map_or_else(|_| iso.clone(), instant_text),
         Argument::CatalogText(kind, text) => text.split("; ").map(|part| catalog_text(kind, part)).collect::<Vec<_>>().join("; "),
         Argument::Reason(reason) => reason_text(reason),
     }
 }
 
-/// An English detail, in which an error of the operating system is translated if its number and its text are known.
+/// An English detail. If it ends in an error of the operating system whose number and text are known, that error is translated.
 fn detail_text(english: &str) -> String {
     let Some((before, after)) = english.split_once(" (os error ") else { return english.to_owned() };
     let number = after.split_once(')').map_or(after, |(number, _)| number);
@@ -65,7 +65,7 @@ pub fn catalog_text<'t>(kind: &str, english: &'t str) -> Cow<'t, str> {
     if current() == Language::English {
         return Cow::Borrowed(english);
     }
-    with_id(&format!("{kind}-{}", slug(english)), english)
+    catalog_translation(&format!("{kind}-{}", slug(english)), english)
 }
 
 /// Another text of an entry of a catalog, for instance the description of a moment. `name`: the entry's English name. `part`: the last part of the
@@ -74,19 +74,20 @@ pub fn catalog_detail<'t>(kind: &str, name: &str, part: &str, english: &'t str) 
     if current() == Language::English {
         return Cow::Borrowed(english);
     }
-    with_id(&format!("{kind}-{}-{part}", slug(name)), english)
+    catalog_translation(&format!("{kind}-{}-{part}", slug(name)), english)
 }
 
-fn with_id<'t>(id: &str, english: &'t str) -> Cow<'t, str> {
+/// The message with this id, or else the English text.
+fn catalog_translation<'t>(id: &str, english: &'t str) -> Cow<'t, str> {
     // The English files lack these texts, so a text is marked if it has a German translation.
     if current() == Language::Marked {
         let is_translated = messages(Language::German).plain.contains_key(id);
-        return if is_translated { Cow::Owned(message_marked(english)) } else { Cow::Borrowed(english) };
+        return if is_translated { Cow::Owned(marked_message(english)) } else { Cow::Borrowed(english) };
     }
     messages(current()).plain.get(id).map_or(Cow::Borrowed(english), |text| Cow::Borrowed(text))
 }
 
-/// An English name as a part of an id: its ASCII letters and digits in lower case, with one hyphen for each run of other characters between them.
+/// An English text as a part of an id: its ASCII letters and digits in lower case, with one hyphen for each run of other characters between them.
 fn slug(english: &str) -> String {
     let mut id = String::new();
     for c in english.chars() {

@@ -1,40 +1,42 @@
 //! Sizes and distances to scale, in the Information panel: the selected body next to another, and the planets along a line from the Sun.
 //!
-//! In: radii, distances at the displayed time. Out: two drawings, each with an equivalent sentence. Always: each drawing has a single scale.
+//! In: radii, and distances at the displayed time. Out: two drawings, each with a sentence that says the same. Always: each drawing has one scale.
 
 use super::Interface;
-use super::fact::grouped;
 use crate::catalog::{BodyKind, Catalog, NaifId};
 use crate::units::KM_PER_AU;
 use crate::view::app::body_positions::{BodyPositions, SessionPositions};
 use crate::view::app::viewer::Subject;
+use crate::view::language::numbers::grouped;
 use crate::view::language::{body_name, decimal, text};
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{Align2, Color32, ComboBox, FontId, Pos2, Rect, Sense, Shape, Stroke, TextStyle, Ui, pos2, vec2};
 use glam::DVec3;
 
-/// Heights of the two drawings, points.
+/// Height of the drawing of sizes, points.
 const SIZES_HEIGHT: f32 = 110.0;
+/// Height of the drawing of distances, points.
 const DISTANCES_HEIGHT: f32 = 44.0;
 /// Smallest diameter of a drawn body, points.
 const MIN_DIAMETER: f32 = 1.0;
 /// Vertices of an ellipse.
 const ELLIPSE_VERTICES: usize = 96;
 /// Colour of the selected body's name or mark.
-const MARK: Color32 = Color32::from_rgb(255, 206, 110);
+const HIGHLIGHT_COLOUR: Color32 = Color32::from_rgb(255, 206, 110);
 /// Colour of other names and marks, and of a body without a known colour.
-const GREY: Color32 = Color32::from_gray(190);
+const OTHER_COLOUR: Color32 = Color32::from_gray(190);
 
-/// The body with which the selected body is compared; `None`: the Earth, or the Moon if the Earth is selected.
+/// The choice of the body with which the selected body is compared.
 #[derive(Default)]
-pub(crate) struct Comparison {
-    with: Option<NaifId>,
+pub(crate) struct SizeComparison {
+    /// `None`: the Earth, or the Moon if the Earth is selected.
+    chosen: Option<NaifId>,
 }
 
-impl Comparison {
+impl SizeComparison {
     fn other(&self, selected: NaifId) -> NaifId {
         let default_body = if selected == NaifId::EARTH { NaifId::MOON } else { NaifId::EARTH };
-        self.with.filter(|with| *with != selected).unwrap_or(default_body)
+        self.chosen.filter(|chosen| *chosen != selected).unwrap_or(default_body)
     }
 }
 
@@ -46,27 +48,27 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderW
     let comparison = &mut interface.information.comparison;
     let list = ComboBox::from_id_salt("compare sizes").selected_text(viewer.name(other)).width(120.0).show_ui(ui, |ui| {
         for body in viewer.subjects().iter().filter(|b| b.id != selected) {
-            ui.selectable_value(&mut comparison.with, Some(body.id), body_name(&body.name));
+            ui.selectable_value(&mut comparison.chosen, Some(body.id), body_name(&body.name));
         }
     });
     list.response.on_hover_text(text!("sizes-hint")).accessible_name(text!("sizes-with"));
     let catalog = worker.session().catalog();
     if let (Some(a), Some(b)) = (viewer.subject(selected), viewer.subject(other)) {
-        sizes(ui, catalog, a, b);
+        draw_sizes(ui, catalog, a, b);
         ui.label(size_text(a, b));
     }
     ui.separator();
     ui.strong(text!("distances"));
     let time = viewer.view.time();
-    let places = SessionPositions(worker.session());
-    let distance_km = |id: NaifId| places.geometric_between_km(NaifId::SUN, id, time).map_or(0.0, DVec3::length);
+    let positions = SessionPositions(worker.session());
+    let distance_km = |id: NaifId| positions.geometric_between_km(NaifId::SUN, id, time).map_or(0.0, DVec3::length);
     // For a selected moon, its planet is marked.
     let marked = viewer.subject(selected).filter(|s| s.kind == BodyKind::Moon).and_then(|s| s.parent).unwrap_or(selected);
     let planets = viewer.subjects().iter().filter(|s| s.kind == BodyKind::Planet || s.id == marked && s.id != NaifId::SUN);
     let plotted: Vec<PlottedBody<'_>> = planets
         .map(|s| PlottedBody { name: body_name(&s.name), distance_au: distance_km(s.id) / KM_PER_AU, is_marked: s.id == marked })
         .collect();
-    distances(ui, &plotted);
+    draw_distances(ui, &plotted);
     ui.label(distance_text(viewer.name(marked), distance_km(marked) / KM_PER_AU));
 }
 
@@ -92,15 +94,15 @@ fn size_text(a: &Subject, b: &Subject) -> String {
 fn distance_text(name: &str, distance_au: f64) -> String {
     match distance_au {
         0.0 => text!("distance-planets").into(),
-        au => text!("distance-sentence", name = name, au = decimal(au, 3), minutes = decimal(au * MINUTES_PER_AU, 1)),
+        au => text!("distance-sentence", name = name, au = decimal(au, 3), minutes = decimal(au * LIGHT_MINUTES_PER_AU, 1)),
     }
 }
 
-/// Light time over 1 au.
-const MINUTES_PER_AU: f64 = KM_PER_AU / crate::units::SPEED_OF_LIGHT_KM_S / 60.0;
+/// Light time over 1 au, minutes.
+const LIGHT_MINUTES_PER_AU: f64 = KM_PER_AU / crate::units::SPEED_OF_LIGHT_KM_S / 60.0;
 
 /// Draws the background of a drawing and returns its area. `description`: accessible description of the drawing.
-fn background(ui: &mut Ui, height: f32, description: &str) -> Rect {
+fn draw_background(ui: &mut Ui, height: f32, description: &str) -> Rect {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, description));
     ui.painter().rect_filled(rect, 4.0, Color32::BLACK);
@@ -117,8 +119,9 @@ fn scale(size: [f64; 2], a_km: DVec3, b_km: DVec3) -> f64 {
 /// Gap between the two discs, points.
 const DISC_GAP: f32 = 10.0;
 
-/// Distance of a name from the edge of its drawing, and smallest gap between two names, points.
+/// Smallest distance of a name from the left and right edges of its drawing, points.
 const NAME_MARGIN: f32 = 2.0;
+/// Smallest gap between two names, points.
 const NAME_GAP: f32 = 4.0;
 
 /// The middle of a text: as close to `x` as possible, but with the text between `left` and `right`. A text that is too wide starts at `left`.
@@ -136,13 +139,13 @@ fn middles_of_two(area: [f32; 2], [first, second]: [(f32, f32); 2]) -> [f32; 2] 
 }
 
 /// Draws two bodies next to each other.
-fn sizes(ui: &mut Ui, catalog: &Catalog, a: &Subject, b: &Subject) {
-    let rect = background(ui, SIZES_HEIGHT, &text!("sizes-image", first = body_name(&a.name), second = body_name(&b.name)));
+fn draw_sizes(ui: &mut Ui, catalog: &Catalog, a: &Subject, b: &Subject) {
+    let rect = draw_background(ui, SIZES_HEIGHT, &text!("sizes-image", first = body_name(&a.name), second = body_name(&b.name)));
     let inner = rect.shrink2(vec2(12.0, 16.0));
     let points_per_km = scale([f64::from(inner.width()) - f64::from(DISC_GAP), f64::from(inner.height()) - 8.0], a.radii_km, b.radii_km);
     let font = TextStyle::Small.resolve(ui.style());
     let mut left = inner.left();
-    let bodies = [(a, MARK), (b, GREY)];
+    let bodies = [(a, HIGHLIGHT_COLOUR), (b, OTHER_COLOUR)];
     let names = bodies.map(|(body, colour)| {
         let [half_width, half_height] = [body.radii_km.x, body.radii_km.z].map(|km| ((km * points_per_km) as f32).max(0.5 * MIN_DIAMETER));
         let centre = pos2(left + half_width, inner.center().y);
@@ -166,24 +169,24 @@ fn ellipse(centre: Pos2, half_width: f32, half_height: f32, fill: Color32) -> Sh
     Shape::convex_polygon((0..ELLIPSE_VERTICES).map(vertex).collect(), fill, Stroke::NONE)
 }
 
-/// The mean colour of the disc, scaled to full brightness and encoded with a gamma of 2.2.
+/// The mean colour of a body's disc, scaled so that its brightest channel is 1, and encoded with a gamma of 2.2.
 fn disc_colour(catalog: &Catalog, id: NaifId) -> Color32 {
-    let Some(body) = catalog.body(id) else { return GREY };
+    let Some(body) = catalog.body(id) else { return OTHER_COLOUR };
     let peak = body.colour.max_element().max(1e-6);
     let [r, g, b] = (body.colour / peak).to_array().map(|c| (255.0 * c.clamp(0.0, 1.0).powf(1.0 / 2.2)) as u8);
     Color32::from_rgb(r, g, b)
 }
 
-/// A body on the line of distances.
+/// A body on the line of distances from the Sun.
 struct PlottedBody<'n> {
     name: &'n str,
-    /// Distance from the Sun.
     distance_au: f64,
     is_marked: bool,
 }
 
-/// The middles of the labels along the line; `None` for a label that would be too close to another, or start before `start`. `labels`: each label's x coordinate
-/// of its body, its width, and whether it is marked. The marked label comes first and is always shown; the others follow from left to right.
+/// The middles of the labels along the line; `None` for a label that would be too close to another, or begin left of `start`. `labels`: for each label
+/// the x coordinate of its body, its width, and whether it is marked. The marked label must come first and is always shown; the others follow from
+/// left to right.
 fn label_middles(area: [f32; 2], start: f32, labels: &[(f32, f32, bool)]) -> Vec<Option<f32>> {
     let mut last_end = start;
     let mut marked: Option<(f32, f32)> = None;
@@ -203,10 +206,10 @@ fn label_middles(area: [f32; 2], start: f32, labels: &[(f32, f32, bool)]) -> Vec
 }
 
 /// Draws bodies along a line from the Sun.
-fn distances(ui: &mut Ui, bodies: &[PlottedBody<'_>]) {
+fn draw_distances(ui: &mut Ui, bodies: &[PlottedBody<'_>]) {
     let farthest_au = bodies.iter().map(|b| b.distance_au).fold(1.0, f64::max);
     let description: Vec<String> = bodies.iter().map(|b| format!("{} {}", b.name, decimal(b.distance_au, 2))).collect();
-    let rect = background(ui, DISTANCES_HEIGHT, &text!("distances-image", list = description.join(", ")));
+    let rect = draw_background(ui, DISTANCES_HEIGHT, &text!("distances-image", list = description.join(", ")));
     let line_y = rect.top() + 14.0;
     let [from, to] = [rect.left() + 10.0, rect.right() - 24.0];
     let x_of = |au: f64| from + (to - from) * (au / farthest_au) as f32;
@@ -217,11 +220,11 @@ fn distances(ui: &mut Ui, bodies: &[PlottedBody<'_>]) {
     // The marked body is labelled first, so that its label is always shown.
     let mut order: Vec<&PlottedBody<'_>> = bodies.iter().collect();
     order.sort_by(|a, b| b.is_marked.cmp(&a.is_marked).then(a.distance_au.total_cmp(&b.distance_au)));
-    let width_of = |name: &str| painter.layout_no_wrap(name.to_owned(), font.clone(), GREY).size().x;
+    let width_of = |name: &str| painter.layout_no_wrap(name.to_owned(), font.clone(), OTHER_COLOUR).size().x;
     let labels: Vec<(f32, f32, bool)> = order.iter().map(|body| (x_of(body.distance_au), width_of(body.name), body.is_marked)).collect();
     let middles = label_middles([rect.left() + NAME_MARGIN, rect.right() - NAME_MARGIN], from + 6.0, &labels);
     for ((body, (x, _, is_marked)), middle) in order.iter().zip(labels).zip(middles) {
-        let colour = if is_marked { MARK } else { GREY };
+        let colour = if is_marked { HIGHLIGHT_COLOUR } else { OTHER_COLOUR };
         painter.circle_filled(pos2(x, line_y), 2.5, colour);
         if let Some(middle) = middle {
             painter.text(pos2(middle, rect.bottom() - 4.0), Align2::CENTER_BOTTOM, body.name, font.clone(), colour);
