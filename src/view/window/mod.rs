@@ -104,7 +104,7 @@ pub(crate) fn run(
                 }
             });
         });
-        let workers = [scope.spawn(|| worker.draw()), scope.spawn(|| worker.answer())];
+        let workers = [scope.spawn(|| worker.render_until_closed()), scope.spawn(|| worker.run_tasks_until_closed())];
         interface.request_first_image(&worker);
         if let Some(watcher) = watcher {
             scope.spawn(|| watcher.watch_until(&worker, || worker.is_closed()));
