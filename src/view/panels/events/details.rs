@@ -74,7 +74,7 @@ pub(super) fn show(
     let height = (rows + 1) as f32 * CONTACT_ROW_HEIGHT;
     ui.allocate_ui(vec2(ui.available_width(), height), |ui| {
         ui.set_min_height(height);
-        contacts(interface, ui, worker, event);
+        contact_table(interface, ui, worker, event);
     });
     ui.add_space(4.0);
 }
@@ -125,8 +125,8 @@ fn contact_name(ui: &mut egui::Ui, name: &str) {
     }
 }
 
-/// Shows the contacts at the chosen place, or those for the entire Earth if the event does not occur at that place.
-fn contacts(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, event: &Arc<SkyEvent>) {
+/// Shows the contacts at the observer's place, or those for the entire Earth if the event does not occur at that place.
+fn contact_table(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, event: &Arc<SkyEvent>) {
     let home = interface.information.home;
     let panel = &mut interface.events;
     if !panel.local.as_ref().is_some_and(|l| Arc::ptr_eq(&l.event, event) && l.home == home) {

@@ -24,7 +24,8 @@ pub(crate) struct ModuleLine {
 pub(crate) struct ModuleText {
     pub language: Language,
     pub lines: Vec<ModuleLine>,
-    /// Name and number of lines of each feature; empty for languages other than WGSL.
+    /// Name and number of lines of each feature. The first is the module's own name, with the lines that need no feature. Empty for languages other than
+    /// WGSL.
     pub features: Vec<(String, usize)>,
 }
 
@@ -60,7 +61,7 @@ pub(crate) enum TokenKind {
     Attribute,
 }
 
-/// Keywords of WGSL, HLSL, GLSL and MSL.
+/// Keywords of WGSL, HLSL, GLSL and MSL, and boolean literals.
 const KEYWORDS: &[&str] = &[
     "alias",
     "break",
@@ -108,7 +109,9 @@ const KEYWORDS: &[&str] = &[
     "true",
     "false",
 ];
+/// Names of types in these languages.
 const TYPES: &[&str] = &["bool", "f32", "f16", "i32", "u32", "float", "int", "uint", "double", "half", "sampler", "array", "matrix"];
+/// Beginnings of further names of types.
 const TYPE_PREFIXES: &[&str] = &[
     "vec", "mat", "float2", "float3", "float4", "uint2", "uint3", "uint4", "int2", "int3", "int4", "texture", "sampler", "Texture",
     "Sampler", "ivec", "uvec", "bvec", "bool2", "bool3", "bool4", "packed_",
@@ -198,14 +201,14 @@ fn syntax_colour(kind: TokenKind, dark: bool) -> Color32 {
 /// The colour of a feature, the same in every module. Each feature of a dimension has its own hue, which its negation shares; other names are grey.
 pub(crate) fn feature_colour(name: &str, dark: bool) -> Color32 {
     // Of several negated features (`not a, b`), the first gives the hue.
-    let (negated, name) = name.strip_prefix("not ").map_or((false, name), |names| (true, names.split(", ").next().unwrap_or(names)));
+    let (is_negated, name) = name.strip_prefix("not ").map_or((false, name), |names| (true, names.split(", ").next().unwrap_or(names)));
     let all = DIMENSIONS.iter().flat_map(|d| d.feature_names).filter(|f| !f.is_empty());
     let Some(index) = all.into_iter().position(|f| *f == name) else { return Color32::from_gray(if dark { 155 } else { 95 }) };
     // Consecutive features differ by the golden angle (0.382 of a turn), so that their hues are clearly different.
     let hue = (index as f32 * 0.381_966).fract();
     let (saturation, value) = if dark { (0.45, 0.95) } else { (0.9, 0.44) };
     // A negated feature is paler.
-    HsvaGamma { h: hue, s: if negated { saturation * 0.5 } else { saturation }, v: value, a: 1.0 }.into()
+    HsvaGamma { h: hue, s: if is_negated { saturation * 0.5 } else { saturation }, v: value, a: 1.0 }.into()
 }
 
 /// The layout of a line, with syntax colours and highlighted occurrences of `needle`, after its number unless that is 0.

@@ -99,8 +99,8 @@ fn uniform_table(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, filte
     /// The same for the tooltip.
     const MAX_TOOLTIP_ROWS: usize = 60;
     Grid::new("uniforms").num_columns(5).striped(true).spacing([10.0, 3.0]).show(ui, |ui| {
-        for head in [text!("values-offset"), text!("values-bytes"), text!("values-type"), text!("values-name"), text!("values-value")] {
-            ui.weak(head);
+        for heading in [text!("values-offset"), text!("values-bytes"), text!("values-type"), text!("values-name"), text!("values-value")] {
+            ui.weak(heading);
         }
         ui.end_row();
         let filter = filter.trim().to_ascii_lowercase();
@@ -130,8 +130,8 @@ fn uniform_table(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, filte
 /// Shows the tables of textures and samplers.
 fn texture_table(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, layout: &Layout) {
     Grid::new("textures").num_columns(4).striped(true).spacing([10.0, 3.0]).show(ui, |ui| {
-        for head in [text!("values-binding"), text!("values-name"), text!("values-file"), text!("values-size")] {
-            ui.weak(head);
+        for heading in [text!("values-binding"), text!("values-name"), text!("values-file"), text!("values-size")] {
+            ui.weak(heading);
         }
         ui.end_row();
         for texture in &layout.textures {

@@ -194,8 +194,8 @@ fn add_frame(
     options: ImageOptions,
     is_last: bool,
 ) -> FrameResult {
-    let is_exr = false;
-    let (_, drawn) = draw(session, view, options, is_exr)?;
+    let for_exr = false;
+    let (_, drawn) = draw(session, view, options, for_exr)?;
     animation.writer.add(&drawn.frame.display).map_err(|e| error_text(&e))?;
     if !is_last {
         return Ok((None, Some(animation)));
@@ -208,13 +208,13 @@ fn add_frame(
     Ok((Some(path), None))
 }
 
-/// Draws one image by [`Session::draw_in_background`], also in linear light if `is_exr`.
-fn draw(session: &Session, view: &ViewState, options: ImageOptions, is_exr: bool) -> Result<(ViewRequest, DrawnFrame), String> {
+/// Draws one image by [`Session::draw_in_background`], with its linear light if `for_exr`.
+fn draw(session: &Session, view: &ViewState, options: ImageOptions, for_exr: bool) -> Result<(ViewRequest, DrawnFrame), String> {
     let [width, height] = options.size;
     let mut request: ViewRequest = view.request(session.catalog(), session.ephemeris(), width, height).map_err(|e| error_text(&e))?;
     request.layers.labels = options.labels;
-    request.purpose = Purpose::of_file(is_exr);
-    let images = if is_exr { FrameImages::DisplayAndHdr } else { FrameImages::Display };
+    request.purpose = Purpose::of_file(for_exr);
+    let images = if for_exr { FrameImages::DisplayAndHdr } else { FrameImages::Display };
     let drawn = session.draw_in_background(&request, SamplingQuality::of(request.quality), images).map_err(|e| error_text(&e))?;
     Ok((request, drawn))
 }
