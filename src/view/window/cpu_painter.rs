@@ -184,18 +184,18 @@ impl Band<'_> {
             return;
         }
         // The range of texel columns that the rectangle needs.
-        let first_column = columns.iter().map(|c| c.near.min(c.far)).min().unwrap_or(0);
-        let end_column = columns.iter().map(|c| c.near.max(c.far)).max().unwrap_or(0) + 1;
+        let first_column = columns.iter().map(|c| c.first.min(c.second)).min().unwrap_or(0);
+        let end_column = columns.iter().map(|c| c.first.max(c.second)).max().unwrap_or(0) + 1;
         row_texels.resize(end_column - first_column, WideTexel::default());
         let is_white = min.color == Color32::WHITE;
         for y in top..bottom {
             let row_pair = pair_of_row(y);
             let texels_of = |row: usize| &texture.texels[row * texture.width + first_column..row * texture.width + end_column];
-            for ((mixed, near), far) in row_texels.iter_mut().zip(texels_of(row_pair.near)).zip(texels_of(row_pair.far)) {
-                *mixed = row_pair.interpolate(*near, *far);
+            for ((mixed, first), second) in row_texels.iter_mut().zip(texels_of(row_pair.first)).zip(texels_of(row_pair.second)) {
+                *mixed = row_pair.interpolate(*first, *second);
             }
             for (pixel, column) in self.row(y, left, right).iter_mut().zip(&columns) {
-                let texel = column.interpolate_wide(row_texels[column.near - first_column], row_texels[column.far - first_column]);
+                let texel = column.interpolate_wide(row_texels[column.first - first_column], row_texels[column.second - first_column]);
                 *pixel = over(if is_white { texel } else { modulate(min.color, texel) }, *pixel);
             }
         }

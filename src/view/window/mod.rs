@@ -194,9 +194,9 @@ fn with_app_name(attributes: WindowAttributes) -> WindowAttributes {
     attributes
 }
 
-/// Rewrites the phases of scroll events so that egui uses every movement of a two-finger scroll. On Wayland it would drop the first movement, and those
-/// still pending when the fingers are lifted.
-fn with_moving_scroll_phase(event: WindowEvent) -> Option<WindowEvent> {
+/// An event as egui should see it, if at all: a scroll neither starts nor ends. Otherwise egui would lose movements of a two-finger scroll on Wayland: the
+/// first one, and those still pending when the fingers are lifted.
+fn without_scroll_start_and_end(event: WindowEvent) -> Option<WindowEvent> {
     match event {
         WindowEvent::MouseWheel { device_id, delta, phase: TouchPhase::Started } if cfg!(target_os = "linux") => {
             Some(WindowEvent::MouseWheel { device_id, delta, phase: TouchPhase::Moved })
@@ -436,7 +436,7 @@ impl ApplicationHandler<Wake> for App<'_> {
             return;
         }
         let Some(opened) = &mut self.opened else { return };
-        let Some(event) = with_moving_scroll_phase(event) else { return };
+        let Some(event) = without_scroll_start_and_end(event) else { return };
         let needs_repaint = opened.input.on_window_event(&opened.window, &event).repaint;
         if matches!(event, WindowEvent::Resized(_) | WindowEvent::Moved(_)) {
             opened.record_placement();

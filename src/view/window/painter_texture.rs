@@ -22,12 +22,12 @@ pub(crate) struct PainterTexture {
     shared: OnceLock<SharedTexture>,
 }
 
-/// Indices of two neighbouring texels of a row or a column, between which a position lies.
+/// Two neighbouring texels of a row or a column between which a position lies, by their indices.
 #[derive(Clone, Copy)]
 pub(crate) struct TexelPair {
-    pub near: usize,
-    pub far: usize,
-    /// The weight of `far`, 256ths; the remainder is that of `near`.
+    pub first: usize,
+    pub second: usize,
+    /// The weight of the second texel, 256ths. The first has the remaining weight.
     pub weight: u32,
 }
 
@@ -43,24 +43,24 @@ impl TexelPair {
         (u64::from(256 - self.weight), u64::from(self.weight))
     }
 
-    /// Interpolates two texels in the first direction.
-    pub fn interpolate(self, near: Color32, far: Color32) -> WideTexel {
-        let (near_weight, far_weight) = self.weights();
+    /// Interpolates two texels: the first step of bilinear filtering.
+    pub fn interpolate(self, first: Color32, second: Color32) -> WideTexel {
+        let (first_weight, second_weight) = self.weights();
         let pair = |low: u8, high: u8| u64::from(low) | u64::from(high) << 32;
-        let ([nr, ng, nb, na], [fr, fg, fb, fa]) = (near.to_array(), far.to_array());
+        let (first, second) = (first.to_array(), second.to_array());
         WideTexel {
-            red_blue: pair(nr, nb) * near_weight + pair(fr, fb) * far_weight,
-            green_alpha: pair(ng, na) * near_weight + pair(fg, fa) * far_weight,
+            red_blue: pair(first[0], first[2]) * first_weight + pair(second[0], second[2]) * second_weight,
+            green_alpha: pair(first[1], first[3]) * first_weight + pair(second[1], second[3]) * second_weight,
         }
     }
 
-    /// Interpolates two texels in the second direction, and rounds to bytes.
-    pub fn interpolate_wide(self, near: WideTexel, far: WideTexel) -> Color32 {
+    /// Interpolates two results of [`Self::interpolate`] in the other direction, and rounds to bytes: the second step.
+    pub fn interpolate_wide(self, first: WideTexel, second: WideTexel) -> Color32 {
         /// Half a level in both channels, for rounding; the sums are levels times 65536.
         const HALF: u64 = 0x8000_0000_8000;
-        let (near_weight, far_weight) = self.weights();
-        let red_blue = near.red_blue * near_weight + far.red_blue * far_weight + HALF;
-        let green_alpha = near.green_alpha * near_weight + far.green_alpha * far_weight + HALF;
+        let (first_weight, second_weight) = self.weights();
+        let red_blue = first.red_blue * first_weight + second.red_blue * second_weight + HALF;
+        let green_alpha = first.green_alpha * first_weight + second.green_alpha * second_weight + HALF;
         Color32::from_rgba_premultiplied(
             (red_blue >> 16) as u8,
             (green_alpha >> 16) as u8,
@@ -120,23 +120,23 @@ impl PainterTexture {
         };
         let position = coordinate * size as f32;
         if !self.is_linear {
-            let near = wrapped(position.floor() as i64);
-            return TexelPair { near, far: near, weight: 0 };
+            let first = wrapped(position.floor() as i64);
+            return TexelPair { first, second: first, weight: 0 };
         }
         // Multiples of 1/256 are fine enough for bytes. Rounding makes a coordinate at a texel's centre give that texel, despite the coordinate's own
         // rounding error.
         let in_256ths = ((position - 0.5) * 256.0).round() as i64;
         let first = in_256ths.div_euclid(256);
-        TexelPair { near: wrapped(first), far: wrapped(first + 1), weight: in_256ths.rem_euclid(256) as u32 }
+        TexelPair { first: wrapped(first), second: wrapped(first + 1), weight: in_256ths.rem_euclid(256) as u32 }
     }
 
     fn bilinear(&self, x: TexelPair, y: TexelPair) -> Color32 {
-        let (upper, lower) = (&self.texels[y.near * self.width..], &self.texels[y.far * self.width..]);
+        let (upper, lower) = (&self.texels[y.first * self.width..], &self.texels[y.second * self.width..]);
         if x.weight == 0 && y.weight == 0 {
-            return upper[x.near];
+            return upper[x.first];
         }
         let column = |x: usize| y.interpolate(upper[x], lower[x]);
-        x.interpolate_wide(column(x.near), column(x.far))
+        x.interpolate_wide(column(x.first), column(x.second))
     }
 
     /// The filtered texel at texture coordinates; white if the texture is empty.
@@ -178,33 +178,33 @@ impl OpaqueRows {
     pub fn start(&mut self, texture: &PainterTexture, columns: &[TexelPair]) {
         self.rows.iter_mut().for_each(|(texel_row, _)| *texel_row = None);
         self.is_aligned = columns.iter().all(|pair| pair.weight == 0);
-        debug_assert!(columns.iter().all(|pair| pair.near < texture.width && pair.far < texture.width));
+        debug_assert!(columns.iter().all(|pair| pair.first < texture.width && pair.second < texture.width));
     }
 
     /// Writes one row of pixels. `columns`: as in [`Self::start`]; `row_pair`: the texel rows between which the row of pixels lies.
     pub fn write_row(&mut self, texture: &PainterTexture, columns: &[TexelPair], row_pair: TexelPair, pixels: &mut [u32]) {
         if self.is_aligned && row_pair.weight == 0 {
-            let texels = &texture.texels[row_pair.near * texture.width..(row_pair.near + 1) * texture.width];
+            let texels = &texture.texels[row_pair.first * texture.width..(row_pair.first + 1) * texture.width];
             for (pixel, column) in pixels.iter_mut().zip(columns) {
-                *pixel = to_pixel(texels[column.near]);
+                *pixel = to_pixel(texels[column.first]);
             }
             return;
         }
-        let near = self.interpolated(texture, columns, row_pair.near, None);
-        let far = self.interpolated(texture, columns, row_pair.far, Some(near));
+        let first_index = self.interpolated(texture, columns, row_pair.first, None);
+        let second_index = self.interpolated(texture, columns, row_pair.second, Some(first_index));
         let lanes = |index: usize| bytemuck::cast_slice::<u64, u16>(&self.rows[index].1);
         let bytes = bytemuck::cast_slice_mut::<u32, u8>(pixels);
         let rounded = |lane: u16| ((lane + 64) >> 7) as u8;
         if row_pair.weight == 0 {
-            for (byte, near) in bytes.iter_mut().zip(lanes(near)) {
-                *byte = rounded(*near);
+            for (byte, first) in bytes.iter_mut().zip(lanes(first_index)) {
+                *byte = rounded(*first);
             }
         } else {
             // The weights are in 65536ths, so the upper 16 bits of a product are again a level times 128.
-            let (far_weight, near_weight) = ((row_pair.weight << 8) as u16, ((256 - row_pair.weight) << 8) as u16);
+            let (second_weight, first_weight) = ((row_pair.weight << 8) as u16, ((256 - row_pair.weight) << 8) as u16);
             let weighted = |lane: u16, weight: u16| ((u32::from(lane) * u32::from(weight)) >> 16) as u16;
-            for ((byte, near), far) in bytes.iter_mut().zip(lanes(near)).zip(lanes(far)) {
-                *byte = rounded(weighted(*near, near_weight) + weighted(*far, far_weight));
+            for ((byte, first), second) in bytes.iter_mut().zip(lanes(first_index)).zip(lanes(second_index)) {
+                *byte = rounded(weighted(*first, first_weight) + weighted(*second, second_weight));
             }
         }
     }
@@ -225,10 +225,10 @@ impl OpaqueRows {
         *texel_row = Some(row);
         target.clear();
         target.extend(columns.iter().map(|pair| {
-            let (near_weight, far_weight) = pair.weights();
+            let (first_weight, second_weight) = pair.weights();
             // A lane is at most 255 * 256. It is halved, so that rounding cannot overflow later. The mask removes the bit that the shift brings in from
             // the next lane.
-            ((self.texel_lanes[pair.near] * near_weight + self.texel_lanes[pair.far] * far_weight) >> 1) & 0x7fff_7fff_7fff_7fff
+            ((self.texel_lanes[pair.first] * first_weight + self.texel_lanes[pair.second] * second_weight) >> 1) & 0x7fff_7fff_7fff_7fff
         }));
         index
     }
@@ -265,8 +265,8 @@ mod tests {
                 for (channel, shown) in shown.into_iter().enumerate() {
                     let at = |x: usize, y: usize| f64::from(texture.texels[y * WIDTH + x].to_array()[channel]);
                     let mix = |a: f64, b: f64, weight: u32| a + (b - a) * f64::from(weight) / 256.0;
-                    let of_row = |y: usize| mix(at(column.near, y), at(column.far, y), column.weight);
-                    largest = largest.max((mix(of_row(row.near), of_row(row.far), row.weight) - f64::from(shown)).abs());
+                    let of_row = |y: usize| mix(at(column.first, y), at(column.second, y), column.weight);
+                    largest = largest.max((mix(of_row(row.first), of_row(row.second), row.weight) - f64::from(shown)).abs());
                 }
             }
         }
@@ -287,8 +287,8 @@ mod tests {
         let mut rows = OpaqueRows::default();
         rows.start(&texture, &columns);
         let [mut first, mut last] = [vec![0; WIDTH], vec![0; WIDTH]];
-        rows.write_row(&texture, &columns, TexelPair { near: 3, far: 4, weight: 128 }, &mut first);
-        rows.write_row(&texture, &columns, TexelPair { near: 9, far: 10, weight: 128 }, &mut last);
+        rows.write_row(&texture, &columns, TexelPair { first: 3, second: 4, weight: 128 }, &mut first);
+        rows.write_row(&texture, &columns, TexelPair { first: 9, second: 10, weight: 128 }, &mut last);
         assert_ne!(first, last);
     }
 

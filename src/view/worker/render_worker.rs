@@ -67,7 +67,7 @@ pub trait RenderWorker {
     fn session(&self) -> &Session;
     /// Requests an image. An older job that has not been started is dropped.
     fn submit(&self, job: RenderJob);
-    /// Takes the newest finished image, or the reason why there is none; `None` if it was taken already.
+    /// Takes the newest finished image, or the reason why there is none; `None` if no job has finished since the last call.
     fn take(&self) -> Option<Result<RenderedView, FailedJob>>;
     /// Queues a task for the query worker, which runs one task after the other.
     fn run(&self, task: Task);

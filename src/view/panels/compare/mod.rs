@@ -51,7 +51,7 @@ struct Variant {
     quality: Quality,
     /// Effect overrides as typed, in the syntax of `--effects`; they apply after those of the view.
     effects: String,
-    pixels: PixelView,
+    pixel_view: PixelView,
     renderer: Renderer,
 }
 
@@ -70,7 +70,7 @@ impl ComparisonInput {
         let variant = &self.variants[index];
         let text = format!("{},{}", self.view_effects.to_text(), variant.effects);
         let effects = EffectOverrides::parse(&text).map_err(|e| error_text(&e))?;
-        Ok(ViewRequest { effects, quality: variant.quality, pixel_view: variant.pixels, ..self.request.clone() })
+        Ok(ViewRequest { effects, quality: variant.quality, pixel_view: variant.pixel_view, ..self.request.clone() })
     }
 
     /// Whether two inputs differ at most slightly in the size of the image. A new line of text in the panel changes the size that little.
@@ -98,7 +98,7 @@ pub(crate) struct ComparePanel {
 
 /// The initial variants: the view itself, and the view in draft quality, or in reference quality if the view itself is a draft.
 fn initial_variants(view: &ViewState) -> [Variant; 2] {
-    let as_seen = Variant { quality: view.quality, pixels: view.pixels, ..Variant::default() };
+    let as_seen = Variant { quality: view.quality, pixel_view: view.pixels, ..Variant::default() };
     let quality = if view.quality == Quality::Draft { Quality::Reference } else { Quality::Draft };
     [as_seen.clone(), Variant { quality, ..as_seen }]
 }
@@ -211,7 +211,7 @@ fn variant_controls(ui: &mut egui::Ui, variant: &mut Variant, side: &str) {
     });
     ui.horizontal(|ui| {
         ui.label(text!("effects-show"));
-        accessible::pixel_view_list(ui, &mut variant.pixels, &text!("compare-show", side = side));
+        accessible::pixel_view_list(ui, &mut variant.pixel_view, &text!("compare-show", side = side));
     });
     ui.horizontal(|ui| {
         let shown = ComboBox::new((side, "renderer"), text!("compare-renderer"))
@@ -232,7 +232,7 @@ fn variant_controls(ui: &mut egui::Ui, variant: &mut Variant, side: &str) {
 /// A short description of a variant, such as `draft normal`.
 fn variant_text(variant: &Variant) -> String {
     let mut words = vec![named("quality", variant.quality.name())];
-    words.extend((variant.pixels != PixelView::Final).then(|| accessible::pixel_view_name(variant.pixels)));
+    words.extend((variant.pixel_view != PixelView::Final).then(|| accessible::pixel_view_name(variant.pixel_view)));
     words.extend((!variant.effects.trim().is_empty()).then_some(variant.effects.trim()));
     words.extend((variant.renderer != Renderer::Window).then_some(variant.renderer.name()));
     words.join(" ")

@@ -98,8 +98,8 @@ fn view_from_place(interface: &Interface, event: &SkyEvent, lines: &[ContactLine
     view
 }
 
-/// Runs time through an event. `at_place`: if the camera stands at the observer's place, the contacts there and whether the event is visible there;
-/// then the event is seen from there, otherwise in the best view.
+/// Runs time through an event. The view is from the observer's place if the camera stands there and the event is visible there, otherwise the best one.
+/// `at_place`: if the camera stands there, the contacts there and whether the event is visible there.
 fn watch_event(
     interface: &mut Interface,
     worker: &dyn RenderWorker,

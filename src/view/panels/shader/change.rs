@@ -1,8 +1,8 @@
 //! The part of the Key page that compares two keys (a key names a generated shader module): their sample images, their costs, and the changed source
 //! lines by feature. Also whether any view of the catalog's bodies can need the displayed key.
 //!
-//! In: the drawn key, the displayed key, the pinned keys. Out: egui shapes. Always: the difference goes from the first key to the second; nothing is
-//! shown for two equal keys.
+//! In: the drawn key, the displayed key, the pinned keys. Out: egui shapes. Always: a difference is what the second key
+//! has in addition to the first; between equal keys none is shown.
 
 use super::queries::{KeySwap, LoadedModule, ModuleFailure, ShaderQueries};
 use super::text::{feature_colour, layout_job};
@@ -40,7 +40,7 @@ fn compared_keys(panel: &ShaderPanel, inspected: &Inspected<'_>) -> Option<([Sha
     })
 }
 
-/// Shows whether any view can need the key, the pinned keys, and a summary of the change in one line.
+/// Shows whether any view can need the displayed key, the pinned keys, and a summary of the difference in one line.
 pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let Some((keys, names)) = compared_keys(panel, inspected) else { return };
     if let (Some(key), Some(reachable)) = (inspected.key(), panel.queries.reachable(inspected.worker)) {

@@ -1,7 +1,7 @@
 //! The Probe page: the named values (values bound to a name in the module's source) that each draw computes at one pixel, in f32 and in f64.
 //!
-//! In: the displayed view, the picked pixel. Out: egui shapes; a pixel chosen on this page. Always: both
-//! precisions are computed for the same view and pixel; nothing is computed before the user picks a pixel.
+//! In: the displayed view, the picked pixel. Out: egui shapes; a pixel chosen on this page. Always: both precisions are
+//! computed for the same view and pixel; nothing is computed before the user picks a pixel.
 
 use super::values::number_text;
 use super::{Inspected, ShaderPanel};

@@ -16,6 +16,7 @@ use std::sync::Arc;
 const MARGIN_POINTS: f32 = 112.0;
 /// Width of the stripe at the right edge of the margin.
 const STRIPE_POINTS: f32 = 4.0;
+/// Size of the font of the source.
 const FONT_POINTS: f32 = CODE;
 /// When the list is scrolled to a line, this number of rows stays visible above it.
 const ROWS_ABOVE: f32 = 3.0;

@@ -57,6 +57,7 @@ struct AnimationInProgress {
     name: String,
 }
 
+/// The files to which an export writes its frames.
 enum ExportOutput {
     /// One file per frame.
     Files(NumberedName),
