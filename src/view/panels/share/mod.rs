@@ -34,7 +34,7 @@ pub(crate) struct SharePanel {
     file: String,
     /// The name for a new bookmark.
     bookmark: String,
-    /// The name of the image file, or of the files of a sequence, with a placeholder for the frame number.
+    /// The name of the image file. For the files of a sequence, it may contain a placeholder for the frame number.
     image: String,
     image_options: ImageOptions,
     /// Number of frames of a sequence or animation.
