@@ -293,8 +293,8 @@ fn an_image_does_not_wait_for_a_query() {
     let request =
         ViewRequest { width: 16, height: 16, ..ViewRequest::of(NaifId(301), Instant::parse("2024-04-08T18:17:16Z").expect("a time")) };
     let (drawn, answered) = std::thread::scope(|scope| {
-        scope.spawn(|| worker.draw());
-        scope.spawn(|| worker.answer());
+        scope.spawn(|| worker.render_until_closed());
+        scope.spawn(|| worker.run_tasks_until_closed());
         // A query that runs until it is released.
         worker.run(Box::new(move |_| {
             let _ = released.recv();

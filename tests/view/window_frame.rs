@@ -13,7 +13,7 @@ use orrery::image::{Difference, DisplayImage};
 use orrery::render::plan::{self, Plan};
 use orrery::shader::fragments::{FRAGMENTS, Fragments};
 use orrery::view::window::cpu_painter::{Canvas, Painter};
-use orrery::view::window::primitives::{ON_GPU, ui_primitives};
+use orrery::view::window::primitives::{SCENE_IMAGE, ui_primitives};
 
 const SIZE: [u32; 2] = [320, 200];
 const SCALE: f32 = 1.25;
@@ -131,7 +131,7 @@ fn an_image_kept_on_the_device_equals_the_one_read_back() {
     let size = [read.width, read.height];
     let shown_in_window = |image| {
         let rect = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(size[0] as f32, size[1] as f32));
-        let mut mesh = egui::Mesh::with_texture(ON_GPU);
+        let mut mesh = egui::Mesh::with_texture(SCENE_IMAGE);
         mesh.add_rect_with_uv(rect, egui::Rect::from_min_max(egui::Pos2::ZERO, egui::pos2(1.0, 1.0)), egui::Color32::WHITE);
         let primitive = egui::ClippedPrimitive { clip_rect: rect, primitive: egui::epaint::Primitive::Mesh(mesh) };
         let ui_primitives = ui_primitives(&Painter::default(), size, 1.0, &[primitive], Some(image));
@@ -144,7 +144,7 @@ fn an_image_kept_on_the_device_equals_the_one_read_back() {
     // Another device does not have the image: an error, not a wrong image.
     let other_gpu = orrery::render::gpu::GpuRenderer::open(true).expect("opened before");
     let window = |image| {
-        let mesh = egui::Mesh { texture_id: ON_GPU, ..unit_mesh() };
+        let mesh = egui::Mesh { texture_id: SCENE_IMAGE, ..unit_mesh() };
         let primitive = egui::ClippedPrimitive { clip_rect: egui::Rect::EVERYTHING, primitive: egui::epaint::Primitive::Mesh(mesh) };
         plan::interface(ui_primitives(&Painter::default(), size, 1.0, &[primitive], Some(image)), size, &*SESSION).expect("a plan")
     };

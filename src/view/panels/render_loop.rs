@@ -213,9 +213,9 @@ impl Interface {
     /// viewport of the last run; if the viewport now has another aspect ratio, the image is cropped or has margins until the next image.
     pub fn request_first_image(&mut self, worker: &dyn RenderWorker) {
         language::set(self.language);
-        // No drawing time has been measured yet, so the factor is the same for any number of pixels.
-        let scale = self.viewport.resolution.scale(1);
-        let [width, height] = self.settings.panels.viewport_px.map(|side| (f64::from(side.clamp(1, MAX_IMAGE_PX)) / scale).ceil() as u32);
+        // No image has been measured yet, so the divisor does not depend on the number of pixels.
+        let divisor = self.viewport.resolution.divisor(1);
+        let [width, height] = self.settings.panels.viewport_px.map(|side| (f64::from(side.clamp(1, MAX_IMAGE_PX)) / divisor).ceil() as u32);
         // An error is shown when the window requests the same image.
         if let Ok(job) = self.image_job(worker.session(), [width, height], Some(Quality::Draft)) {
             // egui's time starts at about 0.
@@ -240,8 +240,8 @@ impl Interface {
         // The first image is coarse, too, so that it appears soon after the window.
         let is_moving = self.viewer.is_animating() || now_s - self.viewport.last_motion_s < STILL_AFTER_S || self.viewport.shown.is_none();
         let [width, height] = self.viewport.size_px;
-        let scale = if is_moving { self.viewport.resolution.scale(u64::from(width) * u64::from(height)) } else { 1.0 };
-        let [image_width, image_height] = [width, height].map(|side| (f64::from(side) / scale).ceil() as u32);
+        let divisor = if is_moving { self.viewport.resolution.divisor(u64::from(width) * u64::from(height)) } else { 1.0 };
+        let [image_width, image_height] = [width, height].map(|side| (f64::from(side) / divisor).ceil() as u32);
         let session = worker.session();
         let drawn_with = DrawnWith::now(session);
         let readiness = session.readiness();

@@ -24,7 +24,7 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWor
             (can_go_back, Icon::Back, text!("bar-back"), text!("bar-back-hint"), Action::PreviousView),
             (can_go_forward, Icon::Forward, text!("bar-forward"), text!("bar-forward-hint"), Action::NextView),
         ] {
-            let button = ui.add_enabled_ui(is_enabled, |ui| icons::bare(ui, icon, name)).inner;
+            let button = ui.add_enabled_ui(is_enabled, |ui| icons::without_text(ui, icon, name)).inner;
             if button.on_hover_text(hover).clicked() {
                 actions.push(action);
             }
@@ -48,7 +48,7 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWor
 fn tab_buttons(interface: &mut Interface, ui: &mut Ui, group: Group) {
     for tab in Tab::ALL.into_iter().filter(|tab| tab.group() == group) {
         let is_open = interface.is_open(ui.ctx(), tab);
-        let show_button = if tab.has_titled_button() { icons::selectable } else { icons::bare_selectable };
+        let show_button = if tab.has_titled_button() { icons::selectable } else { icons::selectable_without_text };
         let button = show_button(ui, tab.icon(), is_open, tab.title());
         if button.on_hover_text(text!("bar-tab-hint", about = tab.about(), key = tab.digit())).clicked() {
             interface.toggle(ui.ctx(), tab);

@@ -14,7 +14,7 @@ use crate::view::app::orbit_camera::LOG_HEIGHT_PER_NOTCH;
 use crate::view::app::viewer::Action;
 use crate::view::language::text;
 use crate::view::panels::theme::{BODY, HEADING};
-use crate::view::window::primitives::ON_GPU;
+use crate::view::window::primitives::SCENE_IMAGE;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{Align2, Color32, FontId, PointerButton, Pos2, Rect, Sense, Stroke, Vec2};
 use glam::{DVec2, DVec3};
@@ -57,7 +57,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
         return;
     };
     let placement = ImagePlacement::of(size_px, rect, interface.viewport.size_px);
-    let image = interface.gpu_image().map(|_| ON_GPU).or(interface.viewport.texture.as_ref().map(egui::TextureHandle::id));
+    let image = interface.gpu_image().map(|_| SCENE_IMAGE).or(interface.viewport.texture.as_ref().map(egui::TextureHandle::id));
     if let Some(image) = image {
         let visible = placement.image.intersect(rect);
         ui.painter().image(image, visible, placement.uv_within(visible), Color32::WHITE);

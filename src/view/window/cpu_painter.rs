@@ -1,37 +1,37 @@
-//! Rasterises egui's triangles into a window's pixels on the CPU, without Vulkan, GL or any other graphics driver.
+//! The CPU painter: rasterises egui's triangles into a window's pixels, without Vulkan, GL or any other graphics driver.
 //!
 //! In: tessellated meshes in points, textures as egui provides them. Out: opaque pixels, 0x00RRGGBB, row by row. Always: colours are
 //! blended as egui specifies (premultiplied, in gamma space, `dst = src + dst (1 - a)`); vertices are rounded to 1/256 pixel and edges
-//! follow the top-left rule, so that neighbouring triangles neither overlap nor leave gaps; the result does not depend on the number of
+//! follow the top-left rule, so that triangles with a common edge neither overlap nor leave gaps; the result does not depend on the number of
 //! threads.
 
-use crate::view::window::painter_texture::{MagnifiedRows, PainterTexture, TexelPair, WideTexel};
+use crate::view::window::painter_texture::{OpaqueRows, PainterTexture, TexelPair, WideTexel};
 use egui::epaint::{ImageDelta, Mesh, Primitive, Vertex};
 use egui::{Color32, TextureId};
 use rayon::prelude::*;
 use std::collections::HashMap;
 
-/// Number of pixel rows that one task paints.
+/// Number of pixel rows in a band, which one task paints.
 const BAND_ROWS: usize = 64;
-/// Steps per pixel of vertex positions, which are in fixed point.
-const STEPS_PER_PX: i64 = 256;
-/// Distance of a pixel's centre from its corner, steps.
-const HALF_PX: i64 = STEPS_PER_PX / 2;
+/// Vertex positions are in fixed point: this number of subpixels per pixel.
+const SUBPIXELS: i64 = 256;
+/// Distance of a pixel's centre from its left or upper edge, subpixels.
+const HALF_PX: i64 = SUBPIXELS / 2;
 
-/// Paints meshes with the interface's textures, which it stores.
+/// Stores the interface's textures, and paints meshes with them.
 #[derive(Default)]
 pub struct Painter {
     textures: HashMap<TextureId, PainterTexture>,
 }
 
-/// The target: `width * height` pixels.
+/// The pixels to paint, `width * height` of them, row by row.
 pub struct Canvas<'a> {
     pub width: usize,
     pub height: usize,
     pub pixels: &'a mut [u32],
 }
 
-/// The rectangle of pixels that may be written; right and bottom are exclusive.
+/// A rectangle of pixels outside which a mesh is not painted; right and bottom are exclusive.
 #[derive(Clone, Copy)]
 pub(crate) struct PixelBounds {
     pub left: usize,
@@ -60,7 +60,7 @@ impl PixelBounds {
 }
 
 impl Painter {
-    /// Sets a texture or updates a part of an existing texture. An update that exceeds the texture is ignored.
+    /// Stores a texture, or updates a part of a stored texture. An update that exceeds the texture is ignored.
     pub fn set_texture(&mut self, id: TextureId, delta: ImageDelta) {
         if delta.pos.is_none() {
             self.textures.insert(id, PainterTexture::new(delta));
@@ -77,7 +77,7 @@ impl Painter {
         self.textures.remove(&id);
     }
 
-    /// Paints the primitives over black.
+    /// Paints the primitives over a black background. Primitives without a known texture are skipped.
     pub fn paint(&self, canvas: &mut Canvas<'_>, pixels_per_point: f32, primitives: &[egui::ClippedPrimitive]) {
         let (width, height) = (canvas.width, canvas.height);
         if width == 0 || height == 0 {
@@ -96,8 +96,7 @@ impl Painter {
             let first_row = index * BAND_ROWS;
             // Each task clears its own rows, so that they are in its core's cache.
             rows.fill(0);
-            let mut band =
-                Band { width, first_row, rows, columns: Vec::new(), row_texels: Vec::new(), magnified: MagnifiedRows::default() };
+            let mut band = Band { width, first_row, rows, columns: Vec::new(), row_texels: Vec::new(), opaque_rows: OpaqueRows::default() };
             let end_row = first_row + band.rows.len() / width;
             for (bounds, mesh, texture) in &meshes {
                 if let Some(bounds) = bounds.within_rows(first_row, end_row) {
@@ -114,24 +113,24 @@ struct Band<'a> {
     /// Index of the first row in the canvas.
     first_row: usize,
     rows: &'a mut [u32],
-    // The following fields are buffers for the current rectangle, stored here to reuse their memory.
-    /// The texel pair of each column of pixels.
+    // Buffers for the rectangle that is being painted; they are fields so that their memory is reused.
+    /// For each column of pixels, the two texel columns between which it is interpolated.
     columns: Vec<TexelPair>,
-    /// The texels of the current row of pixels, interpolated vertically only, with more than 8 bits per channel.
+    /// For the current row of pixels, the texels interpolated vertically (not yet horizontally), with more than 8 bits per channel.
     row_texels: Vec<WideTexel>,
-    /// Rows of an opaque texture that is drawn enlarged, interpolated horizontally.
-    magnified: MagnifiedRows,
+    /// For an opaque texture without a tint: texel rows interpolated horizontally (not yet vertically).
+    opaque_rows: OpaqueRows,
 }
 
 impl Band<'_> {
     fn paint_mesh(&mut self, bounds: PixelBounds, mesh: &Mesh, texture: &PainterTexture, pixels_per_point: f32) {
-        // The vertex at an index, in pixels.
-        let corner = |i: u32| mesh.vertices.get(i as usize).map(|v| Vertex { pos: (v.pos.to_vec2() * pixels_per_point).to_pos2(), ..*v });
+        // The vertex with an index, at its position in pixels.
+        let vertex = |i: u32| mesh.vertices.get(i as usize).map(|v| Vertex { pos: (v.pos.to_vec2() * pixels_per_point).to_pos2(), ..*v });
         let mut triangles = mesh.indices.chunks_exact(3).peekable();
         while let Some(first) = triangles.next() {
-            let (Some(a), Some(b), Some(c)) = (corner(first[0]), corner(first[1]), corner(first[2])) else { continue };
+            let (Some(a), Some(b), Some(c)) = (vertex(first[0]), vertex(first[1]), vertex(first[2])) else { continue };
             // egui emits glyphs and images as two consecutive triangles that form an axis-aligned rectangle.
-            let second = triangles.peek().map(|t| (corner(t[0]), corner(t[1]), corner(t[2])));
+            let second = triangles.peek().map(|t| (vertex(t[0]), vertex(t[1]), vertex(t[2])));
             if let Some((Some(d), Some(e), Some(f))) = second
                 && let Some((min, max)) = axis_aligned_rectangle([a, b, c], [d, e, f])
             {
@@ -149,53 +148,54 @@ impl Band<'_> {
         &mut self.rows[start + left..start + right]
     }
 
-    /// Paints a rectangle of a single vertex colour with an axis-aligned texture.
+    /// Paints a rectangle whose four vertices have the same colour and whose texture is axis-aligned. `min`, `max`: the upper left and the lower right
+    /// vertex.
     fn paint_rectangle(&mut self, bounds: PixelBounds, min: Vertex, max: Vertex, texture: &PainterTexture) {
-        // The first pixel whose centre is not before the position `v`, but at least `least`.
-        let steps = STEPS_PER_PX as f32;
-        let first_centre = |v: f32, least: usize| (((v * steps).round() / steps - 0.5).ceil().max(0.0) as usize).max(least);
-        let (left, top) = (first_centre(min.pos.x, bounds.left), first_centre(min.pos.y, bounds.top));
-        let (right, bottom) = (first_centre(max.pos.x, 0).min(bounds.right), first_centre(max.pos.y, 0).min(bounds.bottom));
+        // The first pixel whose centre is not before a position.
+        let subpixels = SUBPIXELS as f32;
+        let first_pixel = |v: f32| ((v * subpixels).round() / subpixels - 0.5).ceil().max(0.0) as usize;
+        let (left, top) = (first_pixel(min.pos.x).max(bounds.left), first_pixel(min.pos.y).max(bounds.top));
+        let (right, bottom) = (first_pixel(max.pos.x).min(bounds.right), first_pixel(max.pos.y).min(bounds.bottom));
         if left >= right || top >= bottom || texture.texels.is_empty() {
             return;
         }
-        let step_u = (max.uv.x - min.uv.x) / (max.pos.x - min.pos.x);
-        let step_v = (max.uv.y - min.uv.y) / (max.pos.y - min.pos.y);
-        let uniform_colour = (min.uv == max.uv).then(|| modulate(min.color, texture.sample(min.uv.x, min.uv.y)));
-        if let Some(colour) = uniform_colour {
+        let u_per_px = (max.uv.x - min.uv.x) / (max.pos.x - min.pos.x);
+        let v_per_px = (max.uv.y - min.uv.y) / (max.pos.y - min.pos.y);
+        let single_colour = (min.uv == max.uv).then(|| modulate(min.color, texture.sample(min.uv.x, min.uv.y)));
+        if let Some(colour) = single_colour {
             for y in top..bottom {
                 blend_span(colour, self.row(y, left, right));
             }
             return;
         }
-        // Bilinear filtering in two steps: the texel pair of a column is the same in every row, and a row's texels are interpolated vertically
-        // once, for all pixels of the row.
+        // Bilinear filtering is separated: the texel columns of a column of pixels are the same in every row, and the texels of a row are interpolated
+        // vertically once, for all its pixels.
         let (mut columns, mut row_texels) = (std::mem::take(&mut self.columns), std::mem::take(&mut self.row_texels));
         columns.clear();
-        columns.extend((left..right).map(|x| texture.texel_pair(min.uv.x + (x as f32 + 0.5 - min.pos.x) * step_u, texture.width)));
-        let pair_of_row = |y: usize| texture.texel_pair(min.uv.y + (y as f32 + 0.5 - min.pos.y) * step_v, texture.height);
+        columns.extend((left..right).map(|x| texture.texel_pair(min.uv.x + (x as f32 + 0.5 - min.pos.x) * u_per_px, texture.width)));
+        let pair_of_row = |y: usize| texture.texel_pair(min.uv.y + (y as f32 + 0.5 - min.pos.y) * v_per_px, texture.height);
         if min.color == Color32::WHITE && texture.is_opaque() {
-            let mut magnified = std::mem::take(&mut self.magnified);
-            magnified.start(texture, &columns);
+            let mut opaque_rows = std::mem::take(&mut self.opaque_rows);
+            opaque_rows.start(texture, &columns);
             for y in top..bottom {
-                magnified.write_row(texture, &columns, pair_of_row(y), self.row(y, left, right));
+                opaque_rows.write_row(texture, &columns, pair_of_row(y), self.row(y, left, right));
             }
-            (self.columns, self.row_texels, self.magnified) = (columns, row_texels, magnified);
+            (self.columns, self.row_texels, self.opaque_rows) = (columns, row_texels, opaque_rows);
             return;
         }
-        // The texel columns that the texel pairs use.
-        let first_column = columns.iter().map(|c| c.near.min(c.far)).min().unwrap_or(0);
-        let end_column = columns.iter().map(|c| c.near.max(c.far)).max().unwrap_or(0) + 1;
+        // The range of texel columns that the rectangle needs.
+        let first_column = columns.iter().map(|c| c.first.min(c.second)).min().unwrap_or(0);
+        let end_column = columns.iter().map(|c| c.first.max(c.second)).max().unwrap_or(0) + 1;
         row_texels.resize(end_column - first_column, WideTexel::default());
         let is_white = min.color == Color32::WHITE;
         for y in top..bottom {
             let row_pair = pair_of_row(y);
             let texels_of = |row: usize| &texture.texels[row * texture.width + first_column..row * texture.width + end_column];
-            for ((mixed, near), far) in row_texels.iter_mut().zip(texels_of(row_pair.near)).zip(texels_of(row_pair.far)) {
-                *mixed = row_pair.interpolate(*near, *far);
+            for ((mixed, first), second) in row_texels.iter_mut().zip(texels_of(row_pair.first)).zip(texels_of(row_pair.second)) {
+                *mixed = row_pair.interpolate(*first, *second);
             }
             for (pixel, column) in self.row(y, left, right).iter_mut().zip(&columns) {
-                let texel = column.interpolate_wide(row_texels[column.near - first_column], row_texels[column.far - first_column]);
+                let texel = column.interpolate_wide(row_texels[column.first - first_column], row_texels[column.second - first_column]);
                 *pixel = over(if is_white { texel } else { modulate(min.color, texel) }, *pixel);
             }
         }
@@ -203,9 +203,8 @@ impl Band<'_> {
     }
 
     fn paint_triangle(&mut self, bounds: PixelBounds, [a, mut b, mut c]: [Vertex; 3], texture: &PainterTexture) {
-        let steps_per_px = STEPS_PER_PX as f32;
-        let fixed = |v: &Vertex| [(v.pos.x * steps_per_px).round() as i64, (v.pos.y * steps_per_px).round() as i64];
-        let (pa, mut pb, mut pc) = (fixed(&a), fixed(&b), fixed(&c));
+        let fixed_point = |v: &Vertex| [v.pos.x, v.pos.y].map(|px| (px * SUBPIXELS as f32).round() as i64);
+        let (pa, mut pb, mut pc) = (fixed_point(&a), fixed_point(&b), fixed_point(&c));
         let mut area = cross(pa, pb, pc);
         if area == 0 {
             return;
@@ -213,37 +212,37 @@ impl Band<'_> {
         if area < 0 {
             (b, c, pb, pc, area) = (c, b, pc, pb, -area);
         }
-        // The last pixel whose centre is not after a position, and the range of pixels around three positions.
-        let last_centre = |v: i64| (v - HALF_PX).div_euclid(STEPS_PER_PX);
-        let span = |v: [i64; 3]| (last_centre(v.into_iter().min().unwrap_or(0)), last_centre(v.into_iter().max().unwrap_or(0)) + 1);
-        let (x0, x1) = span([pa[0], pb[0], pc[0]]);
-        let (y0, y1) = span([pa[1], pb[1], pc[1]]);
-        let left = x0.max(bounds.left as i64);
-        let right = (x1 + 1).min(bounds.right as i64);
+        // The last pixel whose centre is not after a position; the half-open range of pixels that contains all centres between three positions.
+        let last_pixel = |v: i64| (v - HALF_PX).div_euclid(SUBPIXELS);
+        let pixel_range = |v: [i64; 3]| (last_pixel(v.into_iter().min().unwrap_or(0)), last_pixel(v.into_iter().max().unwrap_or(0)) + 2);
+        let (x_start, x_end) = pixel_range([pa[0], pb[0], pc[0]]);
+        let (y_start, y_end) = pixel_range([pa[1], pb[1], pc[1]]);
+        let (left, right) = (x_start.max(bounds.left as i64), x_end.min(bounds.right as i64));
         let one_colour = a.color == b.color && b.color == c.color;
-        let uniform_colour = (one_colour && a.uv == b.uv && b.uv == c.uv).then(|| modulate(a.color, texture.sample(a.uv.x, a.uv.y)));
-        let uniform_texel = (a.uv == b.uv && b.uv == c.uv).then(|| texture.sample(a.uv.x, a.uv.y));
-        // Top-left rule: a pixel centre on an edge (edge function 0) belongs to the triangle for which this is a top or left edge.
+        let single_colour = (one_colour && a.uv == b.uv && b.uv == c.uv).then(|| modulate(a.color, texture.sample(a.uv.x, a.uv.y)));
+        let single_texel = (a.uv == b.uv && b.uv == c.uv).then(|| texture.sample(a.uv.x, a.uv.y));
+        // Top-left rule: a pixel centre on an edge (edge function 0) belongs to the triangle of which the edge is a top or left edge. This is the smallest
+        // value of an edge's function inside the triangle.
         let min_edge_value = |p: [i64; 2], q: [i64; 2]| i64::from(!(q[1] < p[1] || (q[1] == p[1] && q[0] > p[0])));
-        let thresholds = [min_edge_value(pb, pc), min_edge_value(pc, pa), min_edge_value(pa, pb)];
+        let min_values = [min_edge_value(pb, pc), min_edge_value(pc, pa), min_edge_value(pa, pb)];
         // Change of the three edge functions from one pixel to the next in a row.
-        let steps = [(pb, pc), (pc, pa), (pa, pb)].map(|(p, q)| (p[1] - q[1]) * STEPS_PER_PX);
-        for y in y0.max(bounds.top as i64)..(y1 + 1).min(bounds.bottom as i64) {
-            let first_centre = [left * STEPS_PER_PX + HALF_PX, y * STEPS_PER_PX + HALF_PX];
+        let increments = [(pb, pc), (pc, pa), (pa, pb)].map(|(p, q)| (p[1] - q[1]) * SUBPIXELS);
+        for y in y_start.max(bounds.top as i64)..y_end.min(bounds.bottom as i64) {
+            let first_centre = [left * SUBPIXELS + HALF_PX, y * SUBPIXELS + HALF_PX];
             let mut edges = [cross(pb, pc, first_centre), cross(pc, pa, first_centre), cross(pa, pb, first_centre)];
-            let Some((from, to)) = span_within(edges, steps, thresholds, right - left) else { continue };
+            let Some((from, to)) = span_within(edges, increments, min_values, right - left) else { continue };
             let pixels = self.row(y as usize, (left + from) as usize, (left + to) as usize);
-            if let Some(colour) = uniform_colour {
+            if let Some(colour) = single_colour {
                 blend_span(colour, pixels);
                 continue;
             }
-            let advanced = |e: [i64; 3], pixels: i64| [e[0] + steps[0] * pixels, e[1] + steps[1] * pixels, e[2] + steps[2] * pixels];
+            let advanced = |edges: [i64; 3], pixels: i64| [0, 1, 2].map(|i| edges[i] + increments[i] * pixels);
             edges = advanced(edges, from);
             for pixel in pixels {
                 let weights = edges.map(|e| e as f32 / area as f32);
                 let colour = interpolated_colour([a.color, b.color, c.color], weights);
                 let mix = |p: f32, q: f32, r: f32| p * weights[0] + q * weights[1] + r * weights[2];
-                let texel = uniform_texel.unwrap_or_else(|| texture.sample(mix(a.uv.x, b.uv.x, c.uv.x), mix(a.uv.y, b.uv.y, c.uv.y)));
+                let texel = single_texel.unwrap_or_else(|| texture.sample(mix(a.uv.x, b.uv.x, c.uv.x), mix(a.uv.y, b.uv.y, c.uv.y)));
                 *pixel = over(modulate(colour, texel), *pixel);
                 edges = advanced(edges, 1);
             }
@@ -251,29 +250,28 @@ impl Band<'_> {
     }
 }
 
-/// Twice the signed area of a triangle, square steps; positive if clockwise on screen. As a function of `c`, the edge function of the edge
-/// from `a` to `b`.
+/// Twice the signed area of a triangle, square subpixels; positive if the corners are clockwise on the screen. As a function of `c`, this is the edge
+/// function of the edge from `a` to `b`.
 fn cross(a: [i64; 2], b: [i64; 2], c: [i64; 2]) -> i64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 }
 
-/// The half-open range of k in `0..count` for which `starts[i] + k * steps[i]` is at least `thresholds[i]` for every i.
-fn span_within(starts: [i64; 3], steps: [i64; 3], thresholds: [i64; 3], count: i64) -> Option<(i64, i64)> {
+/// The half-open range of k in `0..count` for which `starts[i] + k * increments[i]` is at least `minima[i]` for every i; `None` if it is empty.
+fn span_within(starts: [i64; 3], increments: [i64; 3], minima: [i64; 3], count: i64) -> Option<(i64, i64)> {
     let (mut from, mut to) = (0, count);
     for i in 0..3 {
-        let deficit = thresholds[i] - starts[i];
-        match steps[i] {
+        let deficit = minima[i] - starts[i];
+        match increments[i] {
             0 if deficit > 0 => return None,
             0 => {}
-            step if step > 0 => from = from.max(-(-deficit).div_euclid(step)),
-            step => to = to.min((-deficit).div_euclid(-step) + 1),
+            increment if increment > 0 => from = from.max(-(-deficit).div_euclid(increment)),
+            increment => to = to.min((-deficit).div_euclid(-increment) + 1),
         }
     }
     (from < to).then_some((from, to))
 }
 
-/// The upper left and lower right corners of two triangles that form an axis-aligned rectangle of one colour with an axis-aligned texture;
-/// `None` if they do not.
+/// If two triangles form an axis-aligned rectangle of one colour with an axis-aligned texture, its upper left and its lower right vertex.
 fn axis_aligned_rectangle(first: [Vertex; 3], second: [Vertex; 3]) -> Option<(Vertex, Vertex)> {
     let all = [first[0], first[1], first[2], second[0], second[1], second[2]];
     let is_upper_left = |v: &&Vertex| all.iter().all(|other| v.pos.x <= other.pos.x && v.pos.y <= other.pos.y);
@@ -297,16 +295,16 @@ fn interpolated_colour(colours: [Color32; 3], weights: [f32; 3]) -> Color32 {
     Color32::from_rgba_premultiplied(channel(0), channel(1), channel(2), channel(3))
 }
 
-/// `a * b / 255`, correctly rounded for all bytes.
-fn times(a: u8, b: u8) -> u8 {
+/// `a * b / 255` to the nearest integer, exact for all bytes.
+fn multiplied(a: u8, b: u8) -> u8 {
     let product = u32::from(a) * u32::from(b) + 128;
     ((product + (product >> 8)) >> 8) as u8
 }
 
-/// The texel multiplied by the vertex colour.
+/// A texel multiplied by the vertex colour.
 fn modulate(colour: Color32, texel: Color32) -> Color32 {
     let (c, t) = (colour.to_array(), texel.to_array());
-    Color32::from_rgba_premultiplied(times(c[0], t[0]), times(c[1], t[1]), times(c[2], t[2]), times(c[3], t[3]))
+    Color32::from_rgba_premultiplied(multiplied(c[0], t[0]), multiplied(c[1], t[1]), multiplied(c[2], t[2]), multiplied(c[3], t[3]))
 }
 
 /// A premultiplied colour composited over an opaque pixel.
@@ -316,12 +314,12 @@ fn over(source: Color32, below: u32) -> u32 {
         return u32::from_be_bytes([0, r, g, b]);
     }
     let [_, br, bg, bb] = below.to_be_bytes();
-    let transmitted = 255 - a;
+    let inverse_alpha = 255 - a;
     u32::from_be_bytes([
         0,
-        r.saturating_add(times(br, transmitted)),
-        g.saturating_add(times(bg, transmitted)),
-        b.saturating_add(times(bb, transmitted)),
+        r.saturating_add(multiplied(br, inverse_alpha)),
+        g.saturating_add(multiplied(bg, inverse_alpha)),
+        b.saturating_add(multiplied(bb, inverse_alpha)),
     ])
 }
 
@@ -375,7 +373,7 @@ mod tests {
             let pixels = drawn(&painter(), fan(&[at(0.0), at(1.0), at(2.0), at(3.0)], half), 40);
             let once = u32::from_be_bytes([0, 100, 100, 100]);
             assert!(pixels.iter().all(|p| *p == 0 || *p == once), "turned by {angle}");
-            // Tolerance: a quarter of the outline's length in pixels.
+            // 2 * 17.3 * 17.3 is the square's area. The tolerance is a quarter of the outline's length in pixels.
             let covered = pixels.iter().filter(|p| **p == once).count() as f32;
             assert!((covered - 2.0 * 17.3 * 17.3).abs() < 25.0, "{covered} pixels");
         }
@@ -391,15 +389,15 @@ mod tests {
         let mut mesh = Mesh { texture_id: id, ..Mesh::default() };
         let rect = Rect::from_min_max(pos2(3.2, 5.7), pos2(29.4, 26.5));
         mesh.add_rect_with_uv(rect, Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0)), Color32::WHITE);
-        let quick = drawn(&painter, mesh.clone(), 32);
-        // A degenerate triangle between the two disables the rectangle path.
-        let pair = mesh.indices.clone();
-        mesh.indices = [&pair[..3], &[0, 0, 0], &pair[3..]].concat();
-        let slow = drawn(&painter, mesh, 32);
-        let apart = |a: u32, b: u32| a.to_be_bytes().into_iter().zip(b.to_be_bytes()).map(|(a, b)| a.abs_diff(b)).max();
-        let worst = quick.iter().zip(&slow).filter_map(|(a, b)| apart(*a, *b)).max();
+        let by_rectangle = drawn(&painter, mesh.clone(), 32);
+        // A degenerate triangle between the two prevents the rectangle path.
+        let triangles = mesh.indices.clone();
+        mesh.indices = [&triangles[..3], &[0, 0, 0], &triangles[3..]].concat();
+        let by_triangles = drawn(&painter, mesh, 32);
+        let difference = |a: u32, b: u32| a.to_be_bytes().into_iter().zip(b.to_be_bytes()).map(|(a, b)| a.abs_diff(b)).max();
+        let worst = by_rectangle.iter().zip(&by_triangles).filter_map(|(a, b)| difference(*a, *b)).max();
         assert!(worst <= Some(2), "the two paths differ by {worst:?} levels of 255");
-        assert!(quick.iter().any(|p| *p != 0));
+        assert!(by_rectangle.iter().any(|p| *p != 0));
     }
 
     #[test]

@@ -1,7 +1,7 @@
-//! The event loop: passes winit events to egui and presents the resulting image through a `Presenter`.
+//! The event loop: passes winit events to egui and presents egui's output through a `Presenter`.
 //!
 //! In: an [`Interface`] and a session. Out: a window until the user closes it; its placement is recorded in the settings. Always: the
-//! window is redrawn only for input, for a finished image or answer, or at the time that the interface has asked for; images are rendered
+//! window is redrawn only for input, for a finished image or answer, or at the time for which the interface has asked; images are rendered
 //! on a separate thread; nothing is drawn into a window of size zero.
 
 pub mod cpu_painter;
@@ -45,22 +45,21 @@ pub(crate) enum WindowError {
     NoDisplay(String),
     #[error("the window stopped: {0}")]
     Stopped(String),
-    /// The settings could not be saved at the end.
+    /// The settings could not be saved when the window was closed.
     #[error(transparent)]
     SettingsNotSaved(WriteError),
 }
 
-/// Largest side of a texture that egui may create: the image of the largest viewport has to fit.
+/// Largest side of a texture that egui may create, texels: the largest possible image must fit.
 const MAX_TEXTURE_SIDE: usize = MAX_IMAGE_PX as usize;
-/// Delay before the next attempt if the system accepted no frame.
+/// Time until the next attempt to present a frame, if the system accepted none.
 const RETRY_DELAY: Duration = Duration::from_millis(250);
-/// Time for which a redraw waits for an image that is being rendered. The image's arrival redraws the window anyway, so one redraw can
-/// serve both.
+/// Time for which a redraw waits for an image that is being rendered. The image will cause a redraw anyway, so that one redraw can serve both.
 const IMAGE_WAIT: Duration = Duration::from_millis(33);
-/// Time for which the program waits for running work once the window is closed.
+/// Time for which the program waits for work that is still running when the window is closed.
 const SHUTDOWN_GRACE: Duration = Duration::from_millis(250);
 
-/// Events other than window events that wake the loop.
+/// Events that wake the loop, other than winit's window events.
 enum Wake {
     /// An image or the answer to a query has arrived.
     Ready,
@@ -73,16 +72,16 @@ impl From<accesskit_winit::Event> for Wake {
     }
 }
 
-/// Opens the window and runs until it is closed. `watcher`: a folder of shader sources that are reloaded when they change. `save_settings` is
-/// called after changes of the settings, and once more at the end, even if work is still running then. After an error it is called at the end only if the
-/// settings have changed.
+/// Opens the window and runs until it is closed. `watcher`: watches a folder of shader sources, which are reloaded when they change. `save_settings` is
+/// called after changes of the settings, and once more at the end, even if work is still running then. If the window ends with an error, it is called
+/// at the end only if the settings have changed.
 pub(crate) fn run(
     interface: &mut Interface,
     session: &Session,
     watcher: Option<&ShaderWatcher>,
     save_settings: impl Fn(&Settings) -> Result<(), WriteError> + Sync,
 ) -> Result<(), WindowError> {
-    let event_loop = EventLoop::with_user_event().build().map_err(|e| WindowError::NoDisplay(without_source_line(&e.to_string())))?;
+    let event_loop = EventLoop::with_user_event().build().map_err(|e| WindowError::NoDisplay(without_source_location(&e.to_string())))?;
     let proxy: EventLoopProxy<Wake> = event_loop.create_proxy();
     let event_proxy = Mutex::new(proxy.clone());
     let worker = ThreadedWorker::new(session, move || {
@@ -90,11 +89,11 @@ pub(crate) fn run(
         let _ = event_proxy.lock().send_event(Wake::Ready);
     });
     std::thread::scope(|scope| {
-        let loaded = interface.settings.clone();
-        let (settings_sender, changes) = SettingsSender::new(&loaded);
+        let loaded_settings = interface.settings.clone();
+        let (settings_sender, changes) = SettingsSender::new(&loaded_settings);
         let save_settings = &save_settings;
         let writer = scope.spawn(move || {
-            // Reported only once, because on a full disk every write would fail.
+            // A failure is reported only once, because on a full disk every write would fail.
             let mut is_reported = false;
             write_changes(&changes, |settings| {
                 if let Err(e) = save_settings(settings)
@@ -104,7 +103,7 @@ pub(crate) fn run(
                 }
             });
         });
-        let workers = [scope.spawn(|| worker.draw()), scope.spawn(|| worker.answer())];
+        let workers = [scope.spawn(|| worker.render_until_closed()), scope.spawn(|| worker.run_tasks_until_closed())];
         interface.request_first_image(&worker);
         if let Some(watcher) = watcher {
             scope.spawn(|| watcher.watch_until(&worker, || worker.is_closed()));
@@ -124,16 +123,16 @@ pub(crate) fn run(
             settings_sender,
             frame_log: FrameLog::of_environment(),
         };
-        let ended = event_loop.run_app(&mut app).map_err(|e| WindowError::Stopped(e.to_string()));
+        let loop_result = event_loop.run_app(&mut app).map_err(|e| WindowError::Stopped(e.to_string()));
         let failure = app.failure.take();
         drop(app);
         let _ = writer.join();
         worker.close();
-        let ended = ended.and(failure.map_or(Ok(()), Err));
-        // Changes that the settings writer has not written are kept after an error, too; a window that cannot be opened leaves the file as it is.
-        let must_save = ended.is_ok() || interface.settings != loaded;
+        let result = loop_result.and(failure.map_or(Ok(()), Err));
+        // Changes that the settings writer has not written are saved after an error, too. But if no window could be opened, the file stays as it is.
+        let must_save = result.is_ok() || interface.settings != loaded_settings;
         let saved = if must_save { save_settings(&interface.settings).map_err(WindowError::SettingsNotSaved) } else { Ok(()) };
-        ended.and(saved)?;
+        result.and(saved)?;
         let is_work_running = || workers.iter().any(|w| !w.is_finished()) || session.readiness() == Readiness::Preparing;
         let closed = WallInstant::now();
         while is_work_running() && closed.elapsed() < SHUTDOWN_GRACE {
@@ -146,8 +145,9 @@ pub(crate) fn run(
     })
 }
 
-/// Exits the process at once, although an image is being rendered, a query is being answered, or a driver is compiling. A normal exit would have to wait
-/// for that work, because a driver's exit handlers free memory that the driver's compiler uses. Files are written atomically, so none is left incomplete.
+/// Exits the process at once, while an image is being rendered, a query is being answered, or a driver is compiling. A normal exit would have to wait
+/// for that work, because a driver's exit handlers free memory that the driver's compiler uses. No file is left incomplete, because files are written
+/// atomically.
 fn exit_now() -> ! {
     #[cfg(unix)]
     // SAFETY: `_exit` accepts any status, runs no exit handlers and does not return.
@@ -158,8 +158,8 @@ fn exit_now() -> ! {
     std::process::exit(0)
 }
 
-/// Removes winit's source location from the start of a message.
-fn without_source_line(message: &str) -> String {
+/// Removes the location in winit's source from the start of a message, and the full stop from its end.
+fn without_source_location(message: &str) -> String {
     let after_location = message.rsplit_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map_or(message, |(_, reason)| reason);
     after_location.trim_end_matches('.').to_owned()
 }
@@ -175,8 +175,8 @@ fn monitor_info(monitor: &MonitorHandle) -> Monitor {
     Monitor { corner_px: monitor.position().into(), size_px: monitor.size().into(), scale: monitor.scale_factor() }
 }
 
-/// The monitor that shows the largest part of a window; `None` if the system does not report it. (On X11 winit's own function returns the
-/// monitor as of the last move event.)
+/// The monitor that shows the largest part of a window; `None` if the system does not report the window's position. (winit's own function is out of date
+/// on X11: it returns the monitor at the last move event.)
 fn monitor_of(window: &Window) -> Option<MonitorHandle> {
     let (corner, size) = (window.outer_position().ok()?.into(), window.outer_size().into());
     let visible_px = |m: &MonitorHandle| monitor_info(m).visible_px(corner, size);
@@ -194,9 +194,9 @@ fn with_app_name(attributes: WindowAttributes) -> WindowAttributes {
     attributes
 }
 
-/// Rewrites the phases of scroll events so that no movement of a two-finger scroll is lost: on Wayland egui drops the first movement, and
-/// those that are pending when the fingers are lifted.
-fn normalised_scroll(event: WindowEvent) -> Option<WindowEvent> {
+/// An event as egui should see it, if at all: a scroll neither starts nor ends. Otherwise egui would lose movements of a two-finger scroll on Wayland: the
+/// first one, and those still pending when the fingers are lifted.
+fn without_scroll_start_and_end(event: WindowEvent) -> Option<WindowEvent> {
     match event {
         WindowEvent::MouseWheel { device_id, delta, phase: TouchPhase::Started } if cfg!(target_os = "linux") => {
             Some(WindowEvent::MouseWheel { device_id, delta, phase: TouchPhase::Moved })
@@ -206,18 +206,20 @@ fn normalised_scroll(event: WindowEvent) -> Option<WindowEvent> {
     }
 }
 
+/// The window and what belongs to it.
 struct OpenWindow {
     presenter: Presenter,
     window: Arc<Window>,
     input: egui_winit::State,
     title: String,
-    /// The state that the interface requested last; the desktop may have changed the actual state.
-    fullscreen: bool,
+    /// Whether the interface last requested fullscreen. The desktop may have changed the actual state since.
+    requested_fullscreen: bool,
     placement: WindowPlacement,
 }
 
 impl OpenWindow {
-    /// Records the window's placement. For a maximised, fullscreen or minimised window, position and size stay those to which it returns.
+    /// Records the window's placement. While the window is maximised, fullscreen or minimised, the recorded position and size stay those to which it
+    /// returns.
     fn record_placement(&mut self) {
         let size = self.window.inner_size().to_logical::<f64>(self.window.scale_factor());
         self.placement.maximised = self.window.is_maximized();
@@ -235,11 +237,11 @@ struct App<'a> {
     worker: &'a ThreadedWorker<'a>,
     proxy: EventLoopProxy<Wake>,
     egui: egui::Context,
-    /// Holds the interface's textures, which outlive the replacement of the window.
+    /// Stores the interface's textures, which are kept when the window is replaced.
     painter: Painter,
     /// `None` before the window is opened and while it is being replaced.
     opened: Option<OpenWindow>,
-    /// A GPU failed to present, so later windows are presented by the CPU.
+    /// A GPU has failed to present, so the CPU presents all later windows.
     gpu_failed: bool,
     /// When the interface needs its next frame.
     next_redraw: Option<WallInstant>,
@@ -251,7 +253,7 @@ struct App<'a> {
 
 impl App<'_> {
     fn open(&self, event_loop: &ActiveEventLoop) -> Result<OpenWindow, String> {
-        let placement = self.interface.settings.window_placement.unwrap_or_default().on(&monitors(event_loop));
+        let placement = self.interface.settings.window_placement.unwrap_or_default().fitted_to(&monitors(event_loop));
         let [width, height] = placement.size;
         // The window is created hidden, because accessibility must be set up before it is shown.
         let mut attributes = with_app_name(Window::default_attributes()).with_title("Orrery").with_visible(false);
@@ -266,11 +268,11 @@ impl App<'_> {
             egui_winit::State::new(self.egui.clone(), egui::ViewportId::ROOT, &*window, scale, window.theme(), Some(MAX_TEXTURE_SIDE));
         input.init_accesskit(event_loop, &window, self.proxy.clone());
         window.set_visible(true);
-        // A window manager accepts this only for a window that is shown.
+        // Window managers can maximise only a visible window.
         if placement.maximised {
             window.set_maximized(true);
         }
-        Ok(OpenWindow { presenter, window, input, title: String::new(), fullscreen: false, placement })
+        Ok(OpenWindow { presenter, window, input, title: String::new(), requested_fullscreen: false, placement })
     }
 
     /// Records the window's placement and ends the loop.
@@ -282,7 +284,7 @@ impl App<'_> {
         event_loop.exit();
     }
 
-    /// Runs a frame of the interface, presents it, and plans the next redraw.
+    /// Runs one frame of the interface, presents it, and sets the time of the next redraw.
     fn redraw(&mut self) -> Result<(), PresentError> {
         let Some(opened) = &mut self.opened else { return Ok(()) };
         let size = opened.window.inner_size();
@@ -302,6 +304,7 @@ impl App<'_> {
             }
         }
         let primitives = self.egui.tessellate(std::mem::take(&mut output.shapes), output.pixels_per_point);
+        // The image may be on a GPU that does not present this window (any more).
         let is_image_lost = self.interface.gpu_image().is_some_and(|image| !opened.presenter.holds(image));
         if is_image_lost {
             self.interface.drop_gpu_image();
@@ -318,16 +321,16 @@ impl App<'_> {
         let is_shown = presented?;
         if let Some(log) = &mut self.frame_log {
             let image = self.interface.shown().map(|rendered| ([rendered.width, rendered.height], rendered.took_ms));
-            log.record(&PresentedFrame { images: self.interface.images_shown(), image, took: start.elapsed() });
+            log.record(&PresentedFrame { images_shown: self.interface.images_shown(), image, took: start.elapsed() });
         }
         let title = self.interface.title();
         if title != opened.title {
             opened.window.set_title(&title);
             opened.title = title;
         }
-        if self.interface.fullscreen != opened.fullscreen {
-            opened.fullscreen = self.interface.fullscreen;
-            opened.window.set_fullscreen(opened.fullscreen.then(|| Fullscreen::Borderless(monitor_of(&opened.window))));
+        if self.interface.fullscreen != opened.requested_fullscreen {
+            opened.requested_fullscreen = self.interface.fullscreen;
+            opened.window.set_fullscreen(opened.requested_fullscreen.then(|| Fullscreen::Borderless(monitor_of(&opened.window))));
         }
         let repaint_delay = output.viewport_output.get(&egui::ViewportId::ROOT).map_or(Duration::MAX, |v| v.repaint_delay);
         let delay = if is_image_lost {
@@ -343,8 +346,8 @@ impl App<'_> {
         Ok(())
     }
 
-    /// Replaces a window into which a GPU presented with a new one, which the CPU presents at first. `why`: a failure of the GPU not yet
-    /// reported.
+    /// Opens a new window in place of one into which a GPU has presented. The CPU presents the new one at first. `why`: the failure of the GPU, if it was
+    /// not reported yet.
     fn reopen(&mut self, event_loop: &ActiveEventLoop, why: Option<String>) -> Result<(), String> {
         if let Some(why) = why {
             self.gpu_failed = true;
@@ -360,7 +363,7 @@ impl App<'_> {
         Ok(())
     }
 
-    /// Redraws after the pointer has moved. If an image is being rendered, waits for it, but at most [`IMAGE_WAIT`].
+    /// Requests a redraw after the pointer has moved: at once, or, while an image is being rendered, when it arrives, but within [`IMAGE_WAIT`].
     fn redraw_with_image(&mut self) {
         if !self.worker.is_drawing() {
             self.request_redraw();
@@ -433,7 +436,7 @@ impl ApplicationHandler<Wake> for App<'_> {
             return;
         }
         let Some(opened) = &mut self.opened else { return };
-        let Some(event) = normalised_scroll(event) else { return };
+        let Some(event) = without_scroll_start_and_end(event) else { return };
         let needs_repaint = opened.input.on_window_event(&opened.window, &event).repaint;
         if matches!(event, WindowEvent::Resized(_) | WindowEvent::Moved(_)) {
             opened.record_placement();
@@ -447,7 +450,8 @@ impl ApplicationHandler<Wake> for App<'_> {
         }
     }
 
-    /// Drops the presenter before the connection to the display server closes; otherwise a driver's surface may crash the process.
+    /// Drops the window and its presenter while the connection to the display server is still open; afterwards a driver's surface could crash the
+    /// process.
     fn exiting(&mut self, _: &ActiveEventLoop) {
         self.opened = None;
     }
@@ -463,7 +467,7 @@ mod tests {
 
     #[test]
     fn the_source_location_is_removed_from_a_message() {
-        assert_eq!(without_source_line("os error at /a/winit/src/linux/mod.rs:765: neither A nor B is set."), "neither A nor B is set");
-        assert_eq!(without_source_line("no such thing"), "no such thing");
+        assert_eq!(without_source_location("os error at /a/winit/src/linux/mod.rs:765: neither A nor B is set."), "neither A nor B is set");
+        assert_eq!(without_source_location("no such thing"), "no such thing");
     }
 }

@@ -1,7 +1,7 @@
 //! A texture of the CPU painter, and how its texels are interpolated.
 //!
-//! In: egui's images. Out: interpolated texels. Always: weights have steps of 1/256; at the centre of a texel the result is that texel.
-//! Opaque images that are painted without a tint take a faster path, [`MagnifiedRows`], whose results differ by at most one of 255 levels.
+//! In: egui's images. Out: interpolated texels. Always: weights are multiples of 1/256; at the centre of a texel the result is that texel.
+//! Opaque images that are painted without a tint take a faster path, [`OpaqueRows`], whose results differ by at most one of 255 levels.
 
 use crate::image::{self, Level, SharedTexture, TexelFormat};
 use egui::epaint::{ImageData, ImageDelta};
@@ -14,23 +14,24 @@ pub(crate) struct PainterTexture {
     pub height: usize,
     pub texels: Vec<Color32>,
     is_opaque: bool,
-    /// Texels are interpolated; otherwise the nearest one is taken.
-    pub smooth: bool,
-    /// Coordinates outside 0 to 1 repeat the texture; otherwise they are clamped to its edge.
+    /// Whether texels are interpolated; otherwise the nearest one is taken.
+    pub is_linear: bool,
+    /// Whether the texture repeats at coordinates outside 0 to 1; otherwise they are clamped to its edge.
     pub repeats: bool,
-    /// The texels for a GPU renderer; created when first needed.
+    /// A copy of the texels for a GPU renderer, made when first needed.
     shared: OnceLock<SharedTexture>,
 }
 
-/// Indices of two neighbouring texels of a row or a column, and the weight of `far` in 256ths.
+/// Two neighbouring texels of a row or a column between which a position lies, by their indices.
 #[derive(Clone, Copy)]
 pub(crate) struct TexelPair {
-    pub near: usize,
-    pub far: usize,
+    pub first: usize,
+    pub second: usize,
+    /// The weight of the second texel, 256ths. The first has the remaining weight.
     pub weight: u32,
 }
 
-/// An interpolated texel in fixed point (times 256). Each word has one channel in each half, so that one multiplication serves both.
+/// An interpolated texel; a channel is its level times 256. Each word has one channel in each half, so that one multiplication serves both.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct WideTexel {
     red_blue: u64,
@@ -42,24 +43,24 @@ impl TexelPair {
         (u64::from(256 - self.weight), u64::from(self.weight))
     }
 
-    /// Interpolates two texels in one direction.
-    pub fn interpolate(self, near: Color32, far: Color32) -> WideTexel {
-        let (near_weight, far_weight) = self.weights();
+    /// Interpolates two texels: the first step of bilinear filtering.
+    pub fn interpolate(self, first: Color32, second: Color32) -> WideTexel {
+        let (first_weight, second_weight) = self.weights();
         let pair = |low: u8, high: u8| u64::from(low) | u64::from(high) << 32;
-        let ([nr, ng, nb, na], [fr, fg, fb, fa]) = (near.to_array(), far.to_array());
+        let (first, second) = (first.to_array(), second.to_array());
         WideTexel {
-            red_blue: pair(nr, nb) * near_weight + pair(fr, fb) * far_weight,
-            green_alpha: pair(ng, na) * near_weight + pair(fg, fa) * far_weight,
+            red_blue: pair(first[0], first[2]) * first_weight + pair(second[0], second[2]) * second_weight,
+            green_alpha: pair(first[1], first[3]) * first_weight + pair(second[1], second[3]) * second_weight,
         }
     }
 
-    /// Interpolates two texels that are already interpolated in the other direction, and rounds to bytes.
-    pub fn interpolate_wide(self, near: WideTexel, far: WideTexel) -> Color32 {
-        /// Half of a level in both channels; the products are levels times 65536.
+    /// Interpolates two results of [`Self::interpolate`] in the other direction, and rounds to bytes: the second step.
+    pub fn interpolate_wide(self, first: WideTexel, second: WideTexel) -> Color32 {
+        /// Half a level in both channels, for rounding; the sums are levels times 65536.
         const HALF: u64 = 0x8000_0000_8000;
-        let (near_weight, far_weight) = self.weights();
-        let red_blue = near.red_blue * near_weight + far.red_blue * far_weight + HALF;
-        let green_alpha = near.green_alpha * near_weight + far.green_alpha * far_weight + HALF;
+        let (first_weight, second_weight) = self.weights();
+        let red_blue = first.red_blue * first_weight + second.red_blue * second_weight + HALF;
+        let green_alpha = first.green_alpha * first_weight + second.green_alpha * second_weight + HALF;
         Color32::from_rgba_premultiplied(
             (red_blue >> 16) as u8,
             (green_alpha >> 16) as u8,
@@ -71,17 +72,17 @@ impl TexelPair {
 
 impl PainterTexture {
     pub fn new(delta: ImageDelta) -> Self {
-        let smooth = delta.options.magnification == TextureFilter::Linear;
+        let is_linear = delta.options.magnification == TextureFilter::Linear;
         let repeats = delta.options.wrap_mode != TextureWrapMode::ClampToEdge;
         let ImageData::Color(image) = delta.image;
-        // The pixels are copied only if someone else holds the image, too.
+        // The pixels are copied only if egui still holds the image, too.
         let image = Arc::try_unwrap(image).unwrap_or_else(|shared| (*shared).clone());
         let [width, height] = image.size;
         let is_opaque = image.pixels.iter().all(|texel| texel.a() == 255);
-        Self { width, height, texels: image.pixels, is_opaque, smooth, repeats, shared: OnceLock::new() }
+        Self { width, height, texels: image.pixels, is_opaque, is_linear, repeats, shared: OnceLock::new() }
     }
 
-    /// Updates the part of the texture at the delta's position; a part that exceeds the texture is ignored.
+    /// Updates a part of the texture. A part that exceeds the texture is ignored.
     pub fn update(&mut self, delta: &ImageDelta) {
         let ImageData::Color(image) = &delta.image;
         let ([width, height], Some([x, y])) = (image.size, delta.pos) else { return };
@@ -96,12 +97,12 @@ impl PainterTexture {
         self.shared.take();
     }
 
-    /// Whether every texel is known to be opaque. A texture that once had a transparent texel counts as transparent.
+    /// Whether every texel is known to be opaque; false once a texel has been transparent, even if it was replaced since.
     pub fn is_opaque(&self) -> bool {
         self.is_opaque
     }
 
-    /// The texels for a GPU renderer; the same allocation is returned until the texels change.
+    /// A copy of the texels for a GPU renderer, the same one until the texels change.
     pub(crate) fn shared(&self) -> SharedTexture {
         let make = || {
             let bytes = bytemuck::cast_slice(&self.texels).to_vec();
@@ -111,31 +112,31 @@ impl PainterTexture {
         self.shared.get_or_init(make).clone()
     }
 
-    /// The texel pair at a coordinate from 0 to 1 in a row (or column) of `size` texels.
+    /// The two texels between which a coordinate from 0 to 1 lies in a row or column of `size` texels.
     pub fn texel_pair(&self, coordinate: f32, size: usize) -> TexelPair {
         let wrapped = |texel: i64| {
             let size = size as i64;
             (if self.repeats { texel.rem_euclid(size) } else { texel.clamp(0, size - 1) }) as usize
         };
         let position = coordinate * size as f32;
-        if !self.smooth {
-            let near = wrapped(position.floor() as i64);
-            return TexelPair { near, far: near, weight: 0 };
+        if !self.is_linear {
+            let first = wrapped(position.floor() as i64);
+            return TexelPair { first, second: first, weight: 0 };
         }
-        // Weights in steps of 1/256 suffice for bytes. They are rounded, so that a coordinate at a texel's centre gives that texel despite
-        // rounding errors of the coordinate.
-        let steps = ((position - 0.5) * 256.0).round() as i64;
-        let first = steps.div_euclid(256);
-        TexelPair { near: wrapped(first), far: wrapped(first + 1), weight: steps.rem_euclid(256) as u32 }
+        // Multiples of 1/256 are fine enough for bytes. Rounding makes a coordinate at a texel's centre give that texel, despite the coordinate's own
+        // rounding error.
+        let in_256ths = ((position - 0.5) * 256.0).round() as i64;
+        let first = in_256ths.div_euclid(256);
+        TexelPair { first: wrapped(first), second: wrapped(first + 1), weight: in_256ths.rem_euclid(256) as u32 }
     }
 
     fn bilinear(&self, x: TexelPair, y: TexelPair) -> Color32 {
-        let (upper, lower) = (&self.texels[y.near * self.width..], &self.texels[y.far * self.width..]);
+        let (upper, lower) = (&self.texels[y.first * self.width..], &self.texels[y.second * self.width..]);
         if x.weight == 0 && y.weight == 0 {
-            return upper[x.near];
+            return upper[x.first];
         }
         let column = |x: usize| y.interpolate(upper[x], lower[x]);
-        x.interpolate_wide(column(x.near), column(x.far))
+        x.interpolate_wide(column(x.first), column(x.second))
     }
 
     /// The filtered texel at texture coordinates; white if the texture is empty.
@@ -147,73 +148,73 @@ impl PainterTexture {
     }
 }
 
-/// Bilinear magnification of an opaque image: each texel row is interpolated horizontally once, and each row of pixels is interpolated
-/// between two such rows.
+/// Bilinear interpolation of an opaque image that fills a rectangle: each texel row is interpolated horizontally once, and each row of pixels is
+/// interpolated between two such rows.
 #[derive(Default)]
-pub(crate) struct MagnifiedRows {
-    /// The last two horizontally interpolated rows, each with the index of its texel row. A pixel has four lanes of 16 bits; a lane is a
+pub(crate) struct OpaqueRows {
+    /// The last two horizontally interpolated rows, each with the index of its texel row. A pixel has four lanes of 16 bits; a lane is the level of a
     /// channel times 128.
     rows: [(Option<usize>, Vec<u64>); 2],
     /// The texel row that is being interpolated, see [`to_lanes`].
     texel_lanes: Vec<u64>,
-    /// Every pixel centre lies horizontally at a texel centre, so that no horizontal interpolation is needed.
+    /// Whether every column of pixels lies at the centre of a column of texels, so that no horizontal interpolation is needed.
     is_aligned: bool,
 }
 
-/// The channels in four lanes of 16 bits, in the order of a pixel's bytes in memory: blue, green, red, 0.
+/// The channels of a texel in four lanes of 16 bits, in the order of a pixel's bytes on a little-endian machine: blue, green, red, 0.
 fn to_lanes(texel: Color32) -> u64 {
     let [r, g, b, _] = texel.to_array();
     u64::from(b) | u64::from(g) << 16 | u64::from(r) << 32
 }
 
-/// The texel as a pixel, 0x00RRGGBB.
+/// A texel as a pixel, 0x00RRGGBB.
 fn to_pixel(texel: Color32) -> u32 {
     let [r, g, b, _] = texel.to_array();
     u32::from_be_bytes([0, r, g, b])
 }
 
-impl MagnifiedRows {
-    /// Starts an image with these texel pairs of its columns of pixels, and drops the rows of the last image.
+impl OpaqueRows {
+    /// Starts an image, and drops the rows of the last one. `columns`: for each column of pixels, the texel columns between which it lies.
     pub fn start(&mut self, texture: &PainterTexture, columns: &[TexelPair]) {
         self.rows.iter_mut().for_each(|(texel_row, _)| *texel_row = None);
         self.is_aligned = columns.iter().all(|pair| pair.weight == 0);
-        debug_assert!(columns.iter().all(|pair| pair.near < texture.width && pair.far < texture.width));
+        debug_assert!(columns.iter().all(|pair| pair.first < texture.width && pair.second < texture.width));
     }
 
-    /// Writes one row of pixels. `columns`: the texel pair of each pixel in its texel row; `row_pair`: the two texel rows.
+    /// Writes one row of pixels. `columns`: as in [`Self::start`]; `row_pair`: the texel rows between which the row of pixels lies.
     pub fn write_row(&mut self, texture: &PainterTexture, columns: &[TexelPair], row_pair: TexelPair, pixels: &mut [u32]) {
         if self.is_aligned && row_pair.weight == 0 {
-            let texels = &texture.texels[row_pair.near * texture.width..(row_pair.near + 1) * texture.width];
+            let texels = &texture.texels[row_pair.first * texture.width..(row_pair.first + 1) * texture.width];
             for (pixel, column) in pixels.iter_mut().zip(columns) {
-                *pixel = to_pixel(texels[column.near]);
+                *pixel = to_pixel(texels[column.first]);
             }
             return;
         }
-        let near = self.interpolated(texture, columns, row_pair.near, None);
-        let far = self.interpolated(texture, columns, row_pair.far, Some(near));
+        let first_index = self.interpolated(texture, columns, row_pair.first, None);
+        let second_index = self.interpolated(texture, columns, row_pair.second, Some(first_index));
         let lanes = |index: usize| bytemuck::cast_slice::<u64, u16>(&self.rows[index].1);
         let bytes = bytemuck::cast_slice_mut::<u32, u8>(pixels);
         let rounded = |lane: u16| ((lane + 64) >> 7) as u8;
         if row_pair.weight == 0 {
-            for (byte, near) in bytes.iter_mut().zip(lanes(near)) {
-                *byte = rounded(*near);
+            for (byte, first) in bytes.iter_mut().zip(lanes(first_index)) {
+                *byte = rounded(*first);
             }
         } else {
-            // The weights are in 65536ths, so the upper 16 bits of a product are again a channel times 128.
-            let (far_weight, near_weight) = ((row_pair.weight << 8) as u16, ((256 - row_pair.weight) << 8) as u16);
+            // The weights are in 65536ths, so the upper 16 bits of a product are again a level times 128.
+            let (second_weight, first_weight) = ((row_pair.weight << 8) as u16, ((256 - row_pair.weight) << 8) as u16);
             let weighted = |lane: u16, weight: u16| ((u32::from(lane) * u32::from(weight)) >> 16) as u16;
-            for ((byte, near), far) in bytes.iter_mut().zip(lanes(near)).zip(lanes(far)) {
-                *byte = rounded(weighted(*near, near_weight) + weighted(*far, far_weight));
+            for ((byte, first), second) in bytes.iter_mut().zip(lanes(first_index)).zip(lanes(second_index)) {
+                *byte = rounded(weighted(*first, first_weight) + weighted(*second, second_weight));
             }
         }
     }
 
-    /// The index in `rows` of a horizontally interpolated texel row, which is computed if it is not there. The row at index `kept` stays.
+    /// The index in `rows` of a texel row, which is interpolated horizontally if it is not there. The row at index `kept` is not replaced.
     fn interpolated(&mut self, texture: &PainterTexture, columns: &[TexelPair], row: usize, kept: Option<usize>) -> usize {
         if let Some(known) = self.rows.iter().position(|(texel_row, _)| *texel_row == Some(row)) {
             return known;
         }
-        // Rows are needed from top to bottom, so the upper one of the two can be replaced.
+        // Rows are needed from top to bottom, so the upper one of the two is replaced.
         let index = match kept {
             Some(kept) => 1 - kept,
             None => usize::from(self.rows[0].0 > self.rows[1].0),
@@ -224,10 +225,10 @@ impl MagnifiedRows {
         *texel_row = Some(row);
         target.clear();
         target.extend(columns.iter().map(|pair| {
-            let (near_weight, far_weight) = pair.weights();
-            // At most 255 * 256 in each lane; halved, so that rounding later cannot overflow. The mask removes the bit shifted in from the
-            // next lane.
-            ((self.texel_lanes[pair.near] * near_weight + self.texel_lanes[pair.far] * far_weight) >> 1) & 0x7fff_7fff_7fff_7fff
+            let (first_weight, second_weight) = pair.weights();
+            // A lane is at most 255 * 256. It is halved, so that rounding cannot overflow later. The mask removes the bit that the shift brings in from
+            // the next lane.
+            ((self.texel_lanes[pair.first] * first_weight + self.texel_lanes[pair.second] * second_weight) >> 1) & 0x7fff_7fff_7fff_7fff
         }));
         index
     }
@@ -247,12 +248,11 @@ mod tests {
         PainterTexture::new(ImageDelta::full(image, TextureOptions::LINEAR))
     }
 
-    /// The largest difference between [`MagnifiedRows`] and bilinear interpolation in f64, in levels of 255, for a magnified image of this
-    /// size.
+    /// The largest difference, in levels, between [`OpaqueRows`] and bilinear interpolation in f64 for an image drawn with this size.
     fn largest_error(texture: &PainterTexture, [width, height]: [usize; 2]) -> f64 {
         let pair = |pixel: usize, pixels: usize, texels: usize| texture.texel_pair((pixel as f32 + 0.5) / pixels as f32, texels);
         let columns: Vec<TexelPair> = (0..width).map(|x| pair(x, width, WIDTH)).collect();
-        let mut rows = MagnifiedRows::default();
+        let mut rows = OpaqueRows::default();
         rows.start(texture, &columns);
         let mut pixels = vec![0; width];
         let mut largest: f64 = 0.0;
@@ -265,8 +265,8 @@ mod tests {
                 for (channel, shown) in shown.into_iter().enumerate() {
                     let at = |x: usize, y: usize| f64::from(texture.texels[y * WIDTH + x].to_array()[channel]);
                     let mix = |a: f64, b: f64, weight: u32| a + (b - a) * f64::from(weight) / 256.0;
-                    let of_row = |y: usize| mix(at(column.near, y), at(column.far, y), column.weight);
-                    largest = largest.max((mix(of_row(row.near), of_row(row.far), row.weight) - f64::from(shown)).abs());
+                    let of_row = |y: usize| mix(at(column.first, y), at(column.second, y), column.weight);
+                    largest = largest.max((mix(of_row(row.first), of_row(row.second), row.weight) - f64::from(shown)).abs());
                 }
             }
         }
@@ -274,21 +274,21 @@ mod tests {
     }
 
     #[test]
-    fn magnified_rows_match_bilinear_interpolation() {
+    fn opaque_rows_match_bilinear_interpolation() {
         let texture = texture();
         assert!(texture.is_opaque());
-        assert_eq!(largest_error(&texture, [WIDTH, HEIGHT]), 0.0, "an image in its own size is copied");
+        assert_eq!(largest_error(&texture, [WIDTH, HEIGHT]), 0.0, "an image drawn with its own size is copied");
         for size in [[WIDTH, 2 * HEIGHT], [2 * WIDTH, HEIGHT], [3 * WIDTH, 3 * HEIGHT], [131, 87], [20, 11], [1, 1]] {
             let error = largest_error(&texture, size);
             assert!(error < 0.6, "{size:?}: {error} levels");
         }
-        // Control: different texel rows give different pixels, so a kept row used for another one would show.
+        // Different texel rows give different pixels; otherwise the comparison above could not notice a row that is wrongly reused.
         let columns: Vec<TexelPair> = (0..WIDTH).map(|x| texture.texel_pair((x as f32 + 0.5) / WIDTH as f32, WIDTH)).collect();
-        let mut rows = MagnifiedRows::default();
+        let mut rows = OpaqueRows::default();
         rows.start(&texture, &columns);
         let [mut first, mut last] = [vec![0; WIDTH], vec![0; WIDTH]];
-        rows.write_row(&texture, &columns, TexelPair { near: 3, far: 4, weight: 128 }, &mut first);
-        rows.write_row(&texture, &columns, TexelPair { near: 9, far: 10, weight: 128 }, &mut last);
+        rows.write_row(&texture, &columns, TexelPair { first: 3, second: 4, weight: 128 }, &mut first);
+        rows.write_row(&texture, &columns, TexelPair { first: 9, second: 10, weight: 128 }, &mut last);
         assert_ne!(first, last);
     }
 

@@ -1,11 +1,11 @@
-//! Position and size of the window, saved between runs and restricted to the present monitors.
+//! Position and size of the window, saved between runs and fitted to the monitors that are connected now.
 //!
-//! In: the saved placement and the monitors. Out: the placement at which to open the window. Always: the size fits the monitor; the
+//! In: the saved placement and the monitors. Out: the placement at which to open the window. Always: the window is not larger than its monitor; its
 //! position is kept only if the user can see and move the window there. Not here: access to the window itself.
 
 use serde::{Deserialize, Serialize};
 
-/// A window's placement on the desktop when it is neither maximised nor fullscreen.
+/// A window's placement on the desktop: where it is while neither maximised nor fullscreen, and whether it is maximised.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct WindowPlacement {
@@ -25,6 +25,7 @@ impl Default for WindowPlacement {
 /// A monitor of the desktop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Monitor {
+    /// Upper left corner, desktop pixels.
     pub corner_px: [i32; 2],
     pub size_px: [u32; 2],
     /// Pixels per point.
@@ -35,20 +36,20 @@ pub(crate) struct Monitor {
 const MIN_SIZE: [f64; 2] = [320.0, 240.0];
 /// Width and height reserved for a window's frame and a taskbar, points.
 const DECORATIONS: [f64; 2] = [16.0, 64.0];
-/// Smallest side of a usable monitor, points: a system without monitors may report one of a single pixel.
+/// Smallest side of a monitor whose size is believed, points: a system without monitors may report one of a single pixel.
 const MIN_MONITOR_SIDE: f64 = 64.0;
 /// Distance of the middle of the title bar from the window's upper edge, points.
 const TITLE_BAR_POINTS: f64 = 8.0;
 
 impl Monitor {
-    fn contains(&self, at_px: [f64; 2]) -> bool {
+    fn contains(&self, point_px: [f64; 2]) -> bool {
         (0..2).all(|axis| {
             let from = f64::from(self.corner_px[axis]);
-            (from..from + f64::from(self.size_px[axis])).contains(&at_px[axis])
+            (from..from + f64::from(self.size_px[axis])).contains(&point_px[axis])
         })
     }
 
-    /// The number of a window's pixels that lie on this monitor.
+    /// The number of a window's pixels on this monitor.
     pub(crate) fn visible_px(&self, corner_px: [i32; 2], size_px: [u32; 2]) -> i64 {
         let overlap_px = |axis: usize| {
             let [window_start, start] = [corner_px[axis], self.corner_px[axis]].map(i64::from);
@@ -60,20 +61,20 @@ impl Monitor {
 
     /// Largest size of a window without its frame, points; `None` if the reported size is unusable.
     fn available_size(&self) -> Option<[f64; 2]> {
-        let sides = self.size_px.map(|side| f64::from(side) / self.scale);
-        let is_usable = sides.iter().all(|side| side.is_finite() && *side >= MIN_MONITOR_SIDE);
-        is_usable.then(|| [0, 1].map(|axis| (sides[axis] - DECORATIONS[axis]).max(MIN_MONITOR_SIDE)))
+        let size = self.size_px.map(|side| f64::from(side) / self.scale);
+        let is_usable = size.iter().all(|side| side.is_finite() && *side >= MIN_MONITOR_SIDE);
+        is_usable.then(|| [0, 1].map(|axis| (size[axis] - DECORATIONS[axis]).max(MIN_MONITOR_SIDE)))
     }
 }
 
 impl WindowPlacement {
-    /// The placement at which to open the window on these monitors. The position is kept if the middle of the title bar is on a monitor;
-    /// otherwise the size fits the first monitor.
-    pub(crate) fn on(&self, monitors: &[Monitor]) -> Self {
-        let has_title_bar = |monitor: &Monitor, [x, y]: [i32; 2]| {
+    /// The placement at which to open the window. If the middle of the title bar is on one of the monitors, the position is kept and the size fits that
+    /// monitor; otherwise the position is dropped and the size fits the first monitor.
+    pub(crate) fn fitted_to(&self, monitors: &[Monitor]) -> Self {
+        let shows_title_bar = |monitor: &Monitor, [x, y]: [i32; 2]| {
             monitor.contains([f64::from(x) + 0.5 * self.size[0] * monitor.scale, f64::from(y) + TITLE_BAR_POINTS * monitor.scale])
         };
-        let containing_monitor = self.corner_px.and_then(|corner| monitors.iter().find(|monitor| has_title_bar(monitor, corner)));
+        let containing_monitor = self.corner_px.and_then(|corner| monitors.iter().find(|monitor| shows_title_bar(monitor, corner)));
         let available_size = containing_monitor.or(monitors.first()).and_then(Monitor::available_size).unwrap_or([f64::INFINITY; 2]);
         let default = Self::default().size;
         let size = [0, 1].map(|axis| {
@@ -99,10 +100,10 @@ mod tests {
     #[test]
     fn a_visible_placement_is_kept() {
         for place in [at(0, 0), at(1600, 300), at(1200, 50), at(-400, 1000)] {
-            assert_eq!(place.on(&[LEFT, RIGHT]), place);
+            assert_eq!(place.fitted_to(&[LEFT, RIGHT]), place);
         }
         let maximised = WindowPlacement { maximised: true, ..at(1700, 0) };
-        assert_eq!(maximised.on(&[LEFT, RIGHT]), maximised);
+        assert_eq!(maximised.fitted_to(&[LEFT, RIGHT]), maximised);
     }
 
     #[test]
@@ -117,7 +118,7 @@ mod tests {
             (at(-600, 100), &[LEFT, RIGHT]),
             (at(100, 100), &[]),
         ] {
-            assert_eq!(place.on(monitors), without_position, "{place:?}");
+            assert_eq!(place.fitted_to(monitors), without_position, "{place:?}");
         }
     }
 
@@ -126,13 +127,13 @@ mod tests {
         let sized = |size, corner_px| WindowPlacement { size, corner_px, maximised: false };
         let everywhere = [LEFT, RIGHT, BELOW];
         // The monitor with two pixels per point has room for 640 by 360 points including the window frame.
-        assert_eq!(sized([1000.0, 700.0], Some([0, 1200])).on(&everywhere).size, [624.0, 296.0]);
-        assert_eq!(sized([9000.0, 700.0], None).on(&everywhere).size, [1484.0, 700.0]);
-        assert_eq!(sized([-5.0, 0.0], None).on(&everywhere).size, MIN_SIZE);
-        assert_eq!(sized([f64::NAN, f64::INFINITY], None).on(&everywhere).size, [1280.0, 800.0]);
+        assert_eq!(sized([1000.0, 700.0], Some([0, 1200])).fitted_to(&everywhere).size, [624.0, 296.0]);
+        assert_eq!(sized([9000.0, 700.0], None).fitted_to(&everywhere).size, [1484.0, 700.0]);
+        assert_eq!(sized([-5.0, 0.0], None).fitted_to(&everywhere).size, MIN_SIZE);
+        assert_eq!(sized([f64::NAN, f64::INFINITY], None).fitted_to(&everywhere).size, [1280.0, 800.0]);
         let unknown_size = Monitor { size_px: [1, 1], ..LEFT };
-        assert_eq!(sized([1000.0, 700.0], None).on(&[unknown_size]).size, [1000.0, 700.0]);
-        assert_eq!(sized([1000.0, 700.0], None).on(&[Monitor { scale: 0.0, ..LEFT }]).size, [1000.0, 700.0]);
+        assert_eq!(sized([1000.0, 700.0], None).fitted_to(&[unknown_size]).size, [1000.0, 700.0]);
+        assert_eq!(sized([1000.0, 700.0], None).fitted_to(&[Monitor { scale: 0.0, ..LEFT }]).size, [1000.0, 700.0]);
     }
 
     #[test]
@@ -148,9 +149,9 @@ mod tests {
     fn a_saved_placement_is_restored() {
         let placement = WindowPlacement { maximised: true, ..at(-3, 17) };
         let json = serde_json::to_string(&placement).expect("text");
-        assert_eq!(serde_json::from_str::<WindowPlacement>(&json).expect("a place"), placement);
+        assert_eq!(serde_json::from_str::<WindowPlacement>(&json).expect("a placement"), placement);
         assert_eq!(
-            serde_json::from_str::<WindowPlacement>("{\"size\":[700.0,500.0]}").expect("a place"),
+            serde_json::from_str::<WindowPlacement>("{\"size\":[700.0,500.0]}").expect("a placement"),
             WindowPlacement { size: [700.0, 500.0], ..WindowPlacement::default() }
         );
     }

@@ -1,8 +1,8 @@
 //! Presents the window's content, either on the GPU that renders the images or from CPU memory, which needs no graphics driver.
 //!
 //! In: egui's tessellated meshes. Out: the window's next frame. Always: a GPU presents the window only while it also renders the images, so
-//! that no image is read back. Once a GPU has presented into a window, the CPU never paints into that window, because some systems would
-//! not show the result; a new window replaces it.
+//! that no image is read back. Once a GPU has presented into a window, the CPU never paints into it, because some systems would not show the
+//! result; a new window replaces it.
 
 use crate::render::plan::GpuImage;
 use crate::session::{DeviceSurface, DisplayPreference, PresenterChoice, Session};
@@ -16,15 +16,16 @@ use winit::window::Window;
 
 type CpuSurface = Surface<Arc<Window>, Arc<Window>>;
 
+/// What presents a window, with its surface.
 enum PresentBackend {
     Cpu(CpuSurface),
     Gpu(Box<DeviceSurface>),
 }
 
-/// Presents one window, with either backend.
+/// Presents one window, by the CPU or by a GPU.
 pub(crate) struct Presenter {
     window: Arc<Window>,
-    /// `None` during a change of backend and after a failed one.
+    /// `None` while the backend changes, and after such a change has failed.
     backend: Option<PresentBackend>,
     /// A GPU failed to present; this window does not try one again.
     gpu_failed: bool,
@@ -32,8 +33,8 @@ pub(crate) struct Presenter {
 
 /// Why a window cannot be presented.
 pub(crate) enum PresentError {
-    /// The GPU failed or should no longer present, so a new window, presented by the CPU at first, must replace this one. The text is the
-    /// failure of the GPU, if it was not reported yet.
+    /// The GPU failed or should no longer present. A new window must replace this one; the CPU presents it at first. The text is the failure of the GPU,
+    /// if it was not reported yet.
     ReplaceWindow(Option<String>),
     /// The CPU failed to present.
     Cpu(String),
@@ -45,10 +46,10 @@ fn cpu_backend(window: &Arc<Window>) -> Result<PresentBackend, String> {
 }
 
 impl Presenter {
-    /// A presenter that starts on the CPU. `gpu_failed`: do not try a GPU.
+    /// A presenter that uses the CPU at first. `gpu_failed`: a GPU has failed to present, so none is tried.
     ///
     /// # Errors
-    /// The system provides no pixel buffer; the text is the reason.
+    /// If the system provides no pixel buffer; the text is the reason.
     pub(crate) fn new(window: &Arc<Window>, gpu_failed: bool) -> Result<Self, String> {
         Ok(Self { window: window.clone(), backend: Some(cpu_backend(window)?), gpu_failed })
     }
@@ -58,7 +59,7 @@ impl Presenter {
         matches!(self.backend, Some(PresentBackend::Gpu(_)))
     }
 
-    /// Whether an image on a GPU can be presented, that is, whether it is on the GPU that presents this window.
+    /// Whether an image is on the GPU that presents this window, so that it can be presented.
     pub(crate) fn holds(&self, image: &GpuImage) -> bool {
         matches!(&self.backend, Some(PresentBackend::Gpu(surface)) if surface.holds(image))
     }
@@ -106,7 +107,7 @@ impl Presenter {
     /// moment.
     ///
     /// # Errors
-    /// The backend failed.
+    /// If the backend fails.
     pub(crate) fn show(
         &mut self,
         session: &Session,

@@ -1,7 +1,7 @@
 //! Converts the interface's triangles to primitives for the GPU renderer.
 //!
-//! In: egui's tessellated meshes, the painter's textures, and the rendered view if it is on the GPU. Out: [`UiPrimitive`]s in drawing
-//! order. Always: a mesh that the CPU painter would skip is skipped here too. This module draws nothing.
+//! In: egui's tessellated meshes, the CPU painter's textures, and the rendered view if it is on the GPU. Out: [`UiPrimitive`]s in drawing
+//! order. Always: a mesh that the CPU painter would skip is skipped here, too. This module draws nothing.
 
 use crate::render::plan::{AddressMode, GpuImage, SamplerState, TextureSource, UiPrimitive};
 use crate::view::window::cpu_painter::{Painter, PixelBounds};
@@ -9,10 +9,10 @@ use crate::view::window::painter_texture::PainterTexture;
 use egui::epaint::{Mesh, Primitive};
 use egui::{ClippedPrimitive, TextureId};
 
-/// The texture id that stands for the rendered view while it is on the GPU.
-pub const ON_GPU: TextureId = TextureId::User(0);
+/// The texture id by which the interface refers to the rendered view while that is on the GPU.
+pub const SCENE_IMAGE: TextureId = TextureId::User(0);
 
-/// The primitives of a window of `[width, height]` pixels. `scene_image`: the rendered view, if it is on the GPU.
+/// The primitives for a window of `[width, height]` pixels. `scene_image`: the rendered view, if it is on the GPU.
 pub fn ui_primitives(
     painter: &Painter,
     [width, height]: [u32; 2],
@@ -23,7 +23,7 @@ pub fn ui_primitives(
     let to_primitive = |p: &ClippedPrimitive| {
         let Primitive::Mesh(mesh) = &p.primitive else { return None };
         let (texture, sampler) = match (mesh.texture_id, scene_image) {
-            (ON_GPU, Some(image)) => {
+            (SCENE_IMAGE, Some(image)) => {
                 let clamp = AddressMode::ClampToEdge;
                 (TextureSource::OnGpu(image.clone()), SamplerState { address_u: clamp, address_v: clamp, linear: true })
             }
@@ -35,23 +35,23 @@ pub fn ui_primitives(
         let bounds = PixelBounds::of(p.clip_rect, pixels_per_point, width as usize, height as usize);
         let scissor = [bounds.left, bounds.top, bounds.right, bounds.bottom].map(|v| v as u32);
         let is_visible = scissor[0] < scissor[2] && scissor[1] < scissor[3] && !mesh.indices.is_empty();
-        is_visible.then(|| of_mesh(mesh, pixels_per_point, texture, sampler, scissor))
+        is_visible.then(|| mesh_primitive(mesh, pixels_per_point, texture, sampler, scissor))
     };
     primitives.iter().filter_map(to_primitive).collect()
 }
 
 fn sampler_of(texture: &PainterTexture) -> SamplerState {
     let address = if texture.repeats { AddressMode::Repeat } else { AddressMode::ClampToEdge };
-    SamplerState { address_u: address, address_v: address, linear: texture.smooth }
+    SamplerState { address_u: address, address_v: address, linear: texture.is_linear }
 }
 
-/// The primitive of one mesh. `scissor`: left, top, right and bottom pixel, the last two exclusive.
-fn of_mesh(mesh: &Mesh, pixels_per_point: f32, texture: TextureSource, sampler: SamplerState, scissor: [u32; 4]) -> UiPrimitive {
-    let corners = &mesh.vertices;
+/// The primitive for a mesh. `scissor`: left, top, right and bottom pixel of the clip rectangle, the last two exclusive.
+fn mesh_primitive(mesh: &Mesh, pixels_per_point: f32, texture: TextureSource, sampler: SamplerState, scissor: [u32; 4]) -> UiPrimitive {
+    let vertices = &mesh.vertices;
     UiPrimitive {
-        corners_px: corners.iter().flat_map(|v| [v.pos.x * pixels_per_point, v.pos.y * pixels_per_point]).collect(),
-        uvs: corners.iter().flat_map(|v| [v.uv.x, v.uv.y]).collect(),
-        colours: corners.iter().flat_map(|v| v.color.to_array().map(|c| f32::from(c) / 255.0)).collect(),
+        corners_px: vertices.iter().flat_map(|v| [v.pos.x * pixels_per_point, v.pos.y * pixels_per_point]).collect(),
+        uvs: vertices.iter().flat_map(|v| [v.uv.x, v.uv.y]).collect(),
+        colours: vertices.iter().flat_map(|v| v.color.to_array().map(|c| f32::from(c) / 255.0)).collect(),
         indices: mesh.indices.clone(),
         texture,
         sampler,

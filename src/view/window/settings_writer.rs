@@ -1,8 +1,8 @@
 //! The settings writer: writes changed settings on a separate thread while the window is open.
 //!
-//! In: the settings after each frame. Out: calls of `write`. Always: one write at a time, half a second after the last of several changes. A program that is
-//! killed loses only changes that were not followed by such a pause. Changes that are pending when the window is closed are left to the caller, which
-//! writes the final settings.
+//! In: the settings after each frame. Out: calls of `write`. Always: changes are written once half a second has passed without a further change; a program
+//! that is killed loses only the changes that were not followed by such a pause. Changes that are pending when the window is closed are left to the
+//! caller, which writes the final settings.
 
 use crate::view::app::settings::Settings;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -19,17 +19,17 @@ pub(crate) struct SettingsSender {
 }
 
 impl SettingsSender {
-    /// `settings`: the settings as loaded; not written again until they change. The returned receiver is for [`write_changes`].
+    /// A sender that sends changes of these settings, which are on disk already. The receiver is for [`write_changes`].
     pub(crate) fn new(settings: &Settings) -> (Self, Receiver<Settings>) {
         let (sender, receiver) = channel();
         (Self { changes: sender, last: settings.clone() }, receiver)
     }
 
-    /// Sends the settings to the settings writer if they differ from the last ones.
+    /// Sends the settings to the settings writer if they differ from those that were sent last.
     pub(crate) fn send_if_changed(&mut self, settings: &Settings) {
         if self.last != *settings {
             self.last.clone_from(settings);
-            // Cannot fail, because the settings writer ends only after this sender.
+            // Cannot fail, because the settings writer keeps its receiver until this sender is dropped.
             let _ = self.changes.send(settings.clone());
         }
     }
@@ -40,7 +40,7 @@ pub(crate) fn write_changes(changes: &Receiver<Settings>, write: impl FnMut(&Set
     write_after(changes, QUIET_TIME, write);
 }
 
-/// As [`write_changes`], with another quiet time for tests.
+/// Like [`write_changes`], with a quiet time that tests can shorten.
 fn write_after(changes: &Receiver<Settings>, quiet_time: Duration, mut write: impl FnMut(&Settings)) {
     while let Ok(mut latest) = changes.recv() {
         loop {
@@ -73,7 +73,7 @@ mod tests {
             sender.send_if_changed(&zoomed(1.2));
             sender.send_if_changed(&zoomed(1.3));
             assert_eq!(written.recv(), Ok(1.3));
-            // Still pending when the sender is dropped, hence left to the caller.
+            // This change is pending when the sender is dropped, so it is left to the caller.
             sender.send_if_changed(&zoomed(1.4));
             drop(sender);
         });

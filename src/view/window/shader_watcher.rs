@@ -1,8 +1,8 @@
 //! Reloads a folder of shader fragments (source files) when a file in it changes.
 //!
-//! In: a folder. Out: the session compiles its modules from the folder's `*.wesl` files. Always: after the first reading, a separate thread reads
-//! the files, and the query worker replaces the modules. While the folder cannot be read, for example because an editor is saving a file, nothing
-//! changes.
+//! In: a folder. Out: the session's fragments, replaced by the folder's `*.wesl` files. Always: after the first time, a separate thread reads the files,
+//! and the query worker passes them to the session. While the folder cannot be read, for example because an editor is saving a file, the session keeps
+//! the last fragments.
 
 use crate::session::{FragmentFolderError, FragmentTimes, Session, fragment_times, read_fragments};
 use crate::view::worker::render_worker::RenderWorker;
@@ -15,7 +15,7 @@ const CHECK_INTERVAL: Duration = Duration::from_secs(1);
 /// Interval between checks whether the window was closed.
 const CLOSE_CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
-/// The watched folder, and the times of its files when it was last read.
+/// A watched folder, and the modification times and lengths of its files when it was last read.
 pub struct ShaderWatcher {
     folder: PathBuf,
     times_read: Mutex<FragmentTimes>,
@@ -25,14 +25,14 @@ impl ShaderWatcher {
     /// Reads the folder for the first time.
     ///
     /// # Errors
-    /// The folder or a file in it cannot be read, or it contains no fragments.
+    /// If the folder or a file in it cannot be read, or the folder contains no fragments.
     pub fn open(folder: &Path, session: &Session) -> Result<Self, FragmentFolderError> {
         let times = fragment_times(folder)?;
         session.set_fragments(read_fragments(folder, &times)?);
         Ok(Self { folder: folder.to_owned(), times_read: Mutex::new(times) })
     }
 
-    /// Reads the folder again if a file has changed.
+    /// Reads the folder again if a file has changed, and lets the query worker pass the fragments to the session.
     pub fn check_files(&self, worker: &dyn RenderWorker) {
         let Ok(times) = fragment_times(&self.folder) else { return };
         let mut times_read = self.times_read.lock();
@@ -41,7 +41,7 @@ impl ShaderWatcher {
         }
         match read_fragments(&self.folder, &times) {
             Ok(fragments) => worker.run(Box::new(move |session| session.set_fragments(fragments))),
-            // Reported only once for each state of the folder, because `times_read` is updated below.
+            // Reported only once for each state of the folder: `times_read` is updated below even after an error.
             Err(why) => worker.run(Box::new(move |session| session.notify(&why.to_string()))),
         }
         *times_read = times;

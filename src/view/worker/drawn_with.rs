@@ -1,26 +1,27 @@
-//! What an image or an answer depends on besides its request: shader fragments, the choice of renderer, data files dropped on the window.
+//! What an image or the answer to a query depends on besides its request: shader fragments, the choice of renderer, data files dropped on the window.
 //!
-//! In: a session. Out: a value that differs once one of these has changed. Always: whoever stores an answer with its request stores this value, too,
-//! and asks again when it differs.
+//! In: a session. Out: a value to be compared with an earlier one; they differ if one of these has changed. Always: whoever stores an answer with its
+//! request also stores this value, and asks again when it differs.
 
 use crate::catalog::DataLayer;
 use crate::session::{RendererPreference, Session};
 use std::sync::Arc;
 
-/// What an image or an answer depends on besides its request.
+/// What an image or the answer to a query depends on besides its request.
 #[derive(Clone)]
 pub(crate) struct DrawnWith {
     /// Digest of the shader fragments (sources) and of the emitter, which generates modules from them.
-    generator: Arc<str>,
+    generator_digest: Arc<str>,
     preference: RendererPreference,
+    /// The data files dropped on the window.
     data_layers: Vec<Arc<DataLayer>>,
 }
 
 impl DrawnWith {
-    /// What an image would depend on now.
+    /// What an image that is drawn now depends on.
     pub(crate) fn now(session: &Session) -> Self {
         Self {
-            generator: session.library().generator_digest(),
+            generator_digest: session.library().generator_digest(),
             preference: session.renderers().1,
             data_layers: session.catalog().data_layers(),
         }
@@ -29,9 +30,9 @@ impl DrawnWith {
 
 impl PartialEq for DrawnWith {
     fn eq(&self, other: &Self) -> bool {
-        // A layer never changes; a file that is dropped again becomes a new layer. So a layer is identified by its address, without comparing contents.
+        // A layer never changes, and a file that is dropped again becomes a new layer. So the address of a layer identifies it.
         let is_same_layer = |(a, b): (&Arc<DataLayer>, &Arc<DataLayer>)| Arc::ptr_eq(a, b);
-        (&self.generator, self.preference) == (&other.generator, other.preference)
+        (&self.generator_digest, self.preference) == (&other.generator_digest, other.preference)
             && self.data_layers.len() == other.data_layers.len()
             && self.data_layers.iter().zip(&other.data_layers).all(is_same_layer)
     }

@@ -1,5 +1,5 @@
-//! Work off the window's thread: rendering of images and answers to queries. Also the resolution of moving images, and the return of freed
-//! memory.
+//! Work on other threads than the window's: images are rendered, queries answered. Also the resolution of images while the view moves, and the return
+//! of freed memory to the system.
 
 pub mod adaptive_resolution;
 pub(crate) mod drawn_with;

@@ -22,11 +22,11 @@ impl<K, T> Default for QueryCache<K, T> {
     }
 }
 
-/// Largest number of answers; a full cache is cleared before the next query.
+/// Largest number of stored answers. A full cache is emptied before the next query.
 const CAPACITY: usize = 600;
 
 impl<K: Eq + Hash + Clone, T: Send + 'static> QueryCache<K, T> {
-    /// The answer, if it has arrived. The first call for a key starts `query`.
+    /// The answer, if it has arrived. If the cache has no query for this key, starts `query`.
     pub(crate) fn get(&mut self, worker: &dyn RenderWorker, key: &K, query: impl FnOnce(&Session) -> T + Send + 'static) -> Option<&T> {
         if !self.0.contains_key(key) {
             if self.0.len() >= CAPACITY {
@@ -37,7 +37,7 @@ impl<K: Eq + Hash + Clone, T: Send + 'static> QueryCache<K, T> {
         self.known(key)
     }
 
-    /// The answer, if it was requested and has arrived.
+    /// The answer, if it was requested and has arrived. Starts no query.
     pub(crate) fn known(&mut self, key: &K) -> Option<&T> {
         let answer = self.0.get_mut(key)?;
         if let Answer::Waiting(pending) = answer
@@ -58,7 +58,8 @@ impl<K: Eq + Hash + Clone, T: Send + 'static> QueryCache<K, T> {
 }
 
 impl<K, T, E> QueryCache<K, Result<T, E>> {
-    /// Drops the answers that are errors or have not arrived, so that their queries run again: an error may be a text in the language of its query.
+    /// Drops the answers that are errors or have not arrived, so that their queries run again. For a change of language: an error may be a text in the
+    /// language in which the query was made.
     pub(crate) fn forget_failures(&mut self) {
         self.0.retain(|_, answer| matches!(answer, Answer::Ready(Ok(_))));
     }
@@ -69,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_successful_answers_outlast_the_failures() {
+    fn forgetting_failures_keeps_only_successful_answers() {
         let answers = [(1, Answer::Ready(Ok("text"))), (2, Answer::Ready(Err("why"))), (3, Answer::Waiting(Pending::default()))];
         let mut cache: QueryCache<i32, Result<&str, &str>> = QueryCache(HashMap::from(answers));
         cache.forget_failures();

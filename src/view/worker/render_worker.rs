@@ -1,7 +1,7 @@
-//! Renders images and answers queries off the window's thread, so that input never waits for either.
+//! Renders images and answers queries on two other threads than the window's, so that input never waits for either.
 //!
 //! In: render jobs (a view at a size) and tasks (closures that use the session, such as queries). Out: images and answers, when they are
-//! done. Always: of several waiting jobs only the newest is rendered; no image waits for a task; `wake` is called after each image and each
+//! finished. Always: of several waiting jobs only the newest is rendered; no image waits for a task; the window is woken after each image and each
 //! task. This module does not decide what is drawn.
 
 use super::freed_memory;
@@ -22,9 +22,9 @@ use std::time::{Duration, Instant as WallInstant};
 pub struct RenderJob {
     pub request: ViewRequest,
     pub sampling: SamplingQuality,
-    /// The image may stay on the GPU if the same GPU presents the window.
+    /// Whether the image may stay on the GPU, because the same GPU presents the window.
     pub output: RequestedOutput,
-    /// Returned with the image, or with the reason why there is none.
+    /// Tells the adaptation of the exposure to which request the image belongs. It returns with the image, or with the reason why there is none.
     pub exposure_ticket: ExposureTicket,
 }
 
@@ -36,7 +36,7 @@ pub struct RenderedView {
     pub simple_draws: Vec<SimpleDraw>,
     pub width: u32,
     pub height: u32,
-    /// Opaque pixels, top row first; empty if the image stayed on the GPU.
+    /// The pixels, all opaque, top row first; empty if the image stayed on the GPU.
     pub rgba: Vec<[u8; 4]>,
     /// The image, if it stayed on the GPU.
     pub gpu_image: Option<GpuImage>,
@@ -44,9 +44,9 @@ pub struct RenderedView {
     pub by: DrawnBy,
     /// Time from the start of the job to the finished image, milliseconds.
     pub took_ms: f64,
-    /// Time for which the renderer had nothing to do before this job, milliseconds.
+    /// Time for which the render worker had no job before this one, milliseconds.
     pub waited_ms: f64,
-    /// Time by stage, of this frame only.
+    /// Time of each stage for this image.
     pub stages: Stages,
     /// Statistics of the shader library since the session was opened.
     pub library: Statistics,
@@ -59,21 +59,21 @@ pub struct FailedJob {
     pub exposure_ticket: ExposureTicket,
 }
 
-/// Work that needs the session.
+/// Work for the query worker, such as a query.
 pub type Task = Box<dyn FnOnce(&Session) + Send>;
 
-/// The session, and the threads that use it for the window.
+/// The session, and the work that the window leaves to other threads: the render worker draws images, the query worker runs tasks.
 pub trait RenderWorker {
     fn session(&self) -> &Session;
-    /// Requests an image, and drops an older job that was not started yet.
+    /// Requests an image. An older job that has not been started is dropped.
     fn submit(&self, job: RenderJob);
-    /// Takes the newest finished image, or the reason why it failed; `None` until another one is finished.
+    /// Takes the newest finished image, or the reason why there is none; `None` if no job has finished since the last call.
     fn take(&self) -> Option<Result<RenderedView, FailedJob>>;
-    /// Queues a task for the query worker, the thread that runs tasks one after the other.
+    /// Queues a task for the query worker, which runs one task after the other.
     fn run(&self, task: Task);
 }
 
-/// The answer to a query, which may not have arrived yet.
+/// The answer to a query, which arrives later.
 pub struct Pending<T>(Arc<Mutex<Option<T>>>);
 
 /// A pending answer without a query: it never arrives.
@@ -101,7 +101,7 @@ impl<T> Pending<T> {
 pub(crate) fn ask<T: Send + 'static>(worker: &dyn RenderWorker, query: impl FnOnce(&Session) -> T + Send + 'static) -> Pending<T> {
     let slot = Arc::new(Mutex::new(None));
     let answer = Arc::clone(&slot);
-    // Each thread has its own language. Texts in the answer are to be in the language of this thread, although another thread runs the query.
+    // Each thread has its own language. The query runs on another thread, but texts in the answer must be in the language of this one.
     let language = language::current();
     worker.run(Box::new(move |session| {
         language::set(language);
@@ -114,10 +114,10 @@ fn locked<T>(slot: &Mutex<T>) -> MutexGuard<'_, T> {
     slot.lock()
 }
 
-/// Renders a job on the calling thread.
+/// Renders the image of a job on the calling thread.
 ///
 /// # Errors
-/// The reason why there is no image, in one line.
+/// The reason why there is no image.
 pub(crate) fn draw(session: &Session, job: RenderJob) -> Result<RenderedView, SessionError> {
     let before = session.report_of_this_thread().0;
     let start = WallInstant::now();
@@ -168,19 +168,20 @@ impl RenderWorker for InlineWorker<'_> {
     }
 }
 
-/// Smallest interval between returns of freed pages, each of which delays the next image.
+/// Smallest interval between returns of freed pages to the system. Each of them delays the next image.
 const PAGE_RETURN_INTERVAL: Duration = Duration::from_secs(20);
 
-/// What the two threads have to do and have done.
+/// The waiting work of the two threads, and the last result.
 #[derive(Default)]
 struct Work {
-    /// The newest job that was not started yet.
+    /// The newest job, if it has not been started.
     job: Option<RenderJob>,
     tasks: VecDeque<Task>,
-    /// The newest finished image that was not taken yet.
+    /// The newest finished image, if it has not been taken.
     done: Option<Result<RenderedView, FailedJob>>,
     /// An image is being rendered.
     is_drawing: bool,
+    /// The threads are to stop.
     closed: bool,
 }
 
@@ -193,12 +194,14 @@ impl Work {
     }
 }
 
-/// The shared state of a window's two worker threads: one renders images, the other (the query worker) answers queries, and neither waits for the other.
+/// The state that the window shares with its two worker threads: the render worker draws images, the query worker runs tasks, and neither waits for
+/// the other.
 pub struct ThreadedWorker<'a> {
     session: &'a Session,
     work: Mutex<Work>,
-    /// Notified after each change of `work` for which a thread may be waiting.
+    /// Notified when `work` has a new job or task, or is closed.
     changed: Condvar,
+    /// Wakes the window.
     wake: Box<dyn Fn() + Send + Sync + 'a>,
 }
 
@@ -208,8 +211,8 @@ impl<'a> ThreadedWorker<'a> {
         Self { session, work: Mutex::default(), changed: Condvar::new(), wake: Box::new(wake) }
     }
 
-    /// Renders jobs until [`Self::close`] is called. Blocks, so it needs its own thread.
-    pub fn draw(&self) {
+    /// The render worker: renders jobs until [`Self::close`] is called. Blocks, so it needs its own thread.
+    pub fn render_until_closed(&self) {
         let mut last_page_return = WallInstant::now();
         let mut idle_since = WallInstant::now();
         while let Some(job) = self.next(Work::start_image) {
@@ -231,8 +234,8 @@ impl<'a> ThreadedWorker<'a> {
         }
     }
 
-    /// Runs tasks until [`Self::close`] is called. Blocks, so it needs its own thread.
-    pub fn answer(&self) {
+    /// The query worker: runs tasks until [`Self::close`] is called. Blocks, so it needs its own thread.
+    pub fn run_tasks_until_closed(&self) {
         while let Some(task) = self.next(|work| work.tasks.pop_front()) {
             task(self.session);
             (self.wake)();
@@ -253,7 +256,7 @@ impl<'a> ThreadedWorker<'a> {
         }
     }
 
-    /// Whether a requested image has not been finished yet, so that `wake` will be called.
+    /// Whether a requested image is not finished yet, so that the window will be woken.
     pub fn is_drawing(&self) -> bool {
         let work = locked(&self.work);
         work.is_drawing || work.job.is_some()
@@ -263,7 +266,7 @@ impl<'a> ThreadedWorker<'a> {
         locked(&self.work).closed
     }
 
-    /// Makes both threads stop after the current image and task.
+    /// Makes both threads stop once they have finished the current image and the current task.
     pub fn close(&self) {
         locked(&self.work).closed = true;
         self.changed.notify_all();

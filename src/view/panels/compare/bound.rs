@@ -1,4 +1,5 @@
-//! Error bounds of the left image relative to reference quality, as colours: each doubling of the bound, up to 32 of 255 levels, has its own colour.
+//! Shows how far each pixel of the left image can be from the same image at reference quality: an error bound per pixel, as a colour. Each colour
+//! covers bounds up to twice those of the previous colour; the last colour stands for more than 32 of 255 levels.
 //!
 //! In: a request. Out: an image of the bounds and the fraction of pixels of each colour. Always: the bounds are those of `render --error`,
 //! computed on the query worker (a background thread) and only while they are shown; while the view moves, the last computed bounds stay visible.
@@ -15,7 +16,8 @@ use crate::view::worker::drawn_with::DrawnWith;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{Color32, Sense, TextureHandle, TextureOptions, Ui, Vec2};
 
-/// Largest bound of each colour in 8-bit levels, and the colour: from dark to bright, so that colour-blind users can tell them apart.
+/// Each colour and the largest bound that it stands for, in 8-bit levels. The colours go from dark to bright, so that colour-blind users can tell
+/// them apart.
 const COLOUR_STEPS: [(u8, Color32); 7] = [
     (1, Color32::from_rgb(20, 20, 60)),
     (2, Color32::from_rgb(48, 45, 125)),
@@ -44,16 +46,16 @@ fn range_text(colour_index: usize) -> String {
 pub(crate) struct ErrorBounds {
     width: u32,
     height: u32,
-    /// The colour of each pixel's bound.
+    /// Each pixel's bound as a colour.
     rgba: Vec<[u8; 4]>,
-    /// Fraction of the pixels with each colour.
+    /// Fraction of the pixels that have each colour.
     fractions: [f64; COLOUR_STEPS.len()],
     mean: f64,
     max: u8,
 }
 
 impl ErrorBounds {
-    /// `bounds`: of each channel of each pixel; the largest of red, green and blue counts.
+    /// `bounds`: the bounds of the channels of each pixel, with alpha unused. The bound of a pixel is the largest of its red, green and blue.
     fn of(width: u32, height: u32, bounds: &[[u8; 4]]) -> Self {
         let (mut counts, mut sum, mut max) = ([0_usize; COLOUR_STEPS.len()], 0.0, 0);
         let rgba = bounds.iter().map(|pixel| {
@@ -69,16 +71,17 @@ impl ErrorBounds {
     }
 }
 
-/// The displayed bounds, and the pending bounds of another request.
+/// The displayed bounds, and those that are being computed for a newer request.
 #[derive(Default)]
 pub(crate) struct BoundView {
+    /// What the newest bounds, displayed or pending, are computed from.
     requested: Option<(ViewRequest, DrawnWith)>,
     pending: Option<Pending<Result<ErrorBounds, String>>>,
     displayed: Option<Result<(ErrorBounds, TextureHandle), String>>,
 }
 
 impl BoundView {
-    /// Starts the computation for a new request, or after a change of what it is computed with, unless a computation is running.
+    /// Starts to compute the bounds, unless a computation is running or nothing has changed on which they depend.
     pub(crate) fn ask(&mut self, worker: &dyn RenderWorker, request: &ViewRequest) {
         let requested = Some((request.clone(), DrawnWith::now(worker.session())));
         if self.pending.is_some() || self.requested == requested {
@@ -87,16 +90,17 @@ impl BoundView {
         self.requested = requested;
         let request = request.clone();
         self.pending = Some(ask(worker, move |session: &Session| {
+            // This frame holds bounds instead of colours.
             let frame = error_bounds(session, &request).map_err(|e| error_text(&e))?;
             Ok(ErrorBounds::of(frame.width, frame.height, &frame.display))
         }));
     }
 
-    /// Shows the last computed bounds. `image_name`: the name of the image that they belong to.
+    /// Shows the last computed bounds. `image_name`: the name of the image to which they belong.
     pub(crate) fn show(&mut self, ui: &mut Ui, image_name: &str) {
-        if let Some(done) = self.pending.as_ref().and_then(Pending::take) {
+        if let Some(computed) = self.pending.as_ref().and_then(Pending::take) {
             self.pending = None;
-            self.displayed = Some(done.map(|bounds| {
+            self.displayed = Some(computed.map(|bounds| {
                 let image = colour_image(bounds.width, bounds.height, bounds.rgba.clone());
                 let texture = ui.ctx().load_texture("bounds", image, TextureOptions::NEAREST);
                 (bounds, texture)
@@ -138,7 +142,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bounds_double_from_colour_to_colour_up_to_32_and_fractions_sum_to_one() {
+    fn each_colour_covers_twice_the_bound_of_the_last_and_fractions_sum_to_one() {
         assert_eq!([0, 1, 2, 3, 4, 5, 32, 33, 255].map(colour_index), [0, 0, 1, 2, 2, 3, 5, 6, 6]);
         assert_eq!([0, 2, 6].map(range_text), ["up to 1", "3 to 4", "over 32"]);
         let bounds = ErrorBounds::of(2, 2, &[[1, 0, 0, 255], [0, 9, 3, 255], [0, 0, 40, 255], [1, 1, 1, 255]]);

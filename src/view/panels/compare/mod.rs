@@ -1,7 +1,7 @@
 //! The Compare panel: the current view drawn in two variants, which may differ in quality, effects, pixel view and renderer.
 //!
-//! In: the view, two variants. Out: their images, the difference and statistics. Always: both images are drawn on the query worker (a background thread) from the
-//! same request, except for what the variants change; while the view moves, the last pair stays visible.
+//! In: the view, two variants. Out: their images, the difference and statistics. Always: the two images differ only in what the variants set; they are
+//! drawn on the query worker (a background thread) once the view is at rest; while it moves, the last pair stays visible.
 
 mod bound;
 pub mod pair;
@@ -49,13 +49,13 @@ impl Renderer {
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Variant {
     quality: Quality,
-    /// Overrides as typed, in the syntax of `--effects`; they apply after the overrides of the view.
+    /// Effect overrides as typed, in the syntax of `--effects`; they apply after those of the view.
     effects: String,
-    pixels: PixelView,
+    pixel_view: PixelView,
     renderer: Renderer,
 }
 
-/// The variants and the view that they share.
+/// Everything on which a pair of images depends: the view, the two variants, and the state of the session.
 #[derive(Clone, PartialEq)]
 struct ComparisonInput {
     request: ViewRequest,
@@ -65,15 +65,15 @@ struct ComparisonInput {
 }
 
 impl ComparisonInput {
-    /// The request of a variant. `variant`: its index.
-    fn request_of(&self, variant: usize) -> Result<ViewRequest, String> {
-        let variant = &self.variants[variant];
+    /// The request of the variant with this index: 0 is left, 1 is right.
+    fn request_of(&self, index: usize) -> Result<ViewRequest, String> {
+        let variant = &self.variants[index];
         let text = format!("{},{}", self.view_effects.to_text(), variant.effects);
         let effects = EffectOverrides::parse(&text).map_err(|e| error_text(&e))?;
-        Ok(ViewRequest { effects, quality: variant.quality, pixel_view: variant.pixels, ..self.request.clone() })
+        Ok(ViewRequest { effects, quality: variant.quality, pixel_view: variant.pixel_view, ..self.request.clone() })
     }
 
-    /// Whether two inputs differ at most by a small change of size, as when a line of text appears in the panel.
+    /// Whether two inputs differ at most slightly in the size of the image. A new line of text in the panel changes the size that little.
     fn is_close_to(&self, other: &Self) -> bool {
         const TOLERANCE_PX: u32 = 32;
         let (a, b) = (&self.request, &other.request);
@@ -85,8 +85,9 @@ impl ComparisonInput {
 
 #[derive(Default)]
 pub(crate) struct ComparePanel {
+    /// The variants as set by the user; `None` until the panel is first shown.
     variants: Option<[Variant; 2]>,
-    /// The input of the newest pair, displayed or pending.
+    /// What the newest pair, displayed or pending, is drawn from.
     input: Option<ComparisonInput>,
     pending: Option<Pending<Result<Pair, String>>>,
     /// The displayed pair, or why it could not be drawn.
@@ -97,7 +98,7 @@ pub(crate) struct ComparePanel {
 
 /// The initial variants: the view itself, and the view in draft quality, or in reference quality if the view itself is a draft.
 fn initial_variants(view: &ViewState) -> [Variant; 2] {
-    let as_seen = Variant { quality: view.quality, pixels: view.pixels, ..Variant::default() };
+    let as_seen = Variant { quality: view.quality, pixel_view: view.pixels, ..Variant::default() };
     let quality = if view.quality == Quality::Draft { Quality::Reference } else { Quality::Draft };
     [as_seen.clone(), Variant { quality, ..as_seen }]
 }
@@ -110,15 +111,15 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
 
 impl ComparePanel {
     fn show(&mut self, interface: &Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
-        if let Some(done) = self.pending.as_ref().and_then(Pending::take) {
+        if let Some(drawn) = self.pending.as_ref().and_then(Pending::take) {
             self.pending = None;
-            self.pair = Some(done.map(Arc::new));
+            self.pair = Some(drawn.map(Arc::new));
         }
         let view = &interface.viewer.view;
         let mut variants = self.variants.take().unwrap_or_else(|| initial_variants(view));
         ui.columns(2, |columns| {
             for ((ui, variant), side) in columns.iter_mut().zip(&mut variants).zip([text!("compare-left"), text!("compare-right")]) {
-                choose(ui, variant, side);
+                variant_controls(ui, variant, side);
             }
         });
         let mut swapped = false;
@@ -159,7 +160,7 @@ impl ComparePanel {
         });
     }
 
-    /// Starts to draw both variants once the view is at rest, unless they are drawn already.
+    /// Starts to draw both variants if the view is at rest, unless their images exist or are being drawn.
     fn ask(&mut self, interface: &Interface, ui: &egui::Ui, worker: &dyn RenderWorker, variants: &[Variant; 2]) {
         let Some(rendered) = interface.shown() else { return };
         let quality = interface.viewer.view.quality;
@@ -173,7 +174,7 @@ impl ComparePanel {
             view_effects: interface.viewer.view.effects.clone(),
             drawn_with: DrawnWith::now(worker.session()),
         };
-        if self.input.as_ref().is_some_and(|before| before.is_close_to(&input)) {
+        if self.input.as_ref().is_some_and(|last| last.is_close_to(&input)) {
             return;
         }
         self.input = Some(input.clone());
@@ -181,26 +182,26 @@ impl ComparePanel {
             let [left, right] = [0, 1].map(|k| draw(session, &input.request_of(k)?, &input.variants[k]));
             Pair::of(left, right)
         }));
-        // A worker that runs tasks inline, as in tests, has finished already.
+        // The worker of the tests runs a task at once, so the images may have arrived; the next frame takes them.
         ui.ctx().request_repaint();
     }
 }
 
 /// Maximum length of the longer side of a compared image, pixels.
-const MAX_PX: f32 = 1024.0;
+const MAX_SIDE_PX: f32 = 1024.0;
 
-/// The request at the panel's size, with the aspect ratio of the viewport.
+/// The request for an image that fits the panel and has the aspect ratio of the viewport.
 fn sized(request: &ViewRequest, ui: &egui::Ui) -> ViewRequest {
-    let [width, height] = [request.width, request.height].map(|side| side.max(1) as f32);
+    let [width, height] = [request.width, request.height].map(|length| length.max(1) as f32);
     let size_px = pair::fitted(ui, egui::Vec2::new(width, height)) * ui.ctx().pixels_per_point();
-    // Width and height have the same scale, which keeps the aspect ratio.
-    let size_px = size_px * (MAX_PX / size_px.max_elem()).min(1.0);
-    let [width, height] = [size_px.x, size_px.y].map(|side| side.round().max(1.0) as u32);
+    // One factor for both sides keeps the aspect ratio.
+    let size_px = size_px * (MAX_SIDE_PX / size_px.max_elem()).min(1.0);
+    let [width, height] = [size_px.x, size_px.y].map(|length| length.round().max(1.0) as u32);
     ViewRequest { width, height, ..request.clone() }
 }
 
-/// Shows the controls of one variant.
-fn choose(ui: &mut egui::Ui, variant: &mut Variant, side: &str) {
+/// Shows the controls of one variant. `side`: *Left* or *Right*, in the interface's language.
+fn variant_controls(ui: &mut egui::Ui, variant: &mut Variant, side: &str) {
     ui.strong(side);
     ui.horizontal(|ui| {
         for quality in Quality::ALL {
@@ -210,7 +211,7 @@ fn choose(ui: &mut egui::Ui, variant: &mut Variant, side: &str) {
     });
     ui.horizontal(|ui| {
         ui.label(text!("effects-show"));
-        accessible::pixel_view_list(ui, &mut variant.pixels, &text!("compare-show", side = side));
+        accessible::pixel_view_list(ui, &mut variant.pixel_view, &text!("compare-show", side = side));
     });
     ui.horizontal(|ui| {
         let shown = ComboBox::new((side, "renderer"), text!("compare-renderer"))
@@ -231,7 +232,7 @@ fn choose(ui: &mut egui::Ui, variant: &mut Variant, side: &str) {
 /// A short description of a variant, such as `draft normal`.
 fn variant_text(variant: &Variant) -> String {
     let mut words = vec![named("quality", variant.quality.name())];
-    words.extend((variant.pixels != PixelView::Final).then(|| accessible::pixel_view_name(variant.pixels)));
+    words.extend((variant.pixel_view != PixelView::Final).then(|| accessible::pixel_view_name(variant.pixel_view)));
     words.extend((!variant.effects.trim().is_empty()).then_some(variant.effects.trim()));
     words.extend((variant.renderer != Renderer::Window).then_some(variant.renderer.name()));
     words.join(" ")

@@ -1,7 +1,7 @@
 //! Display of two images of the same size: side by side, split by a line, or as their difference, with statistics.
 //!
-//! In: drawn images. Out: egui shapes. Always: images, difference and statistics belong to the same pair; differences are between display bytes,
-//! as in `orrery compare`.
+//! In: drawn images. Out: egui shapes. Always: images, difference and statistics belong to the same pair; differences are those of the 8-bit display
+//! values, as in `orrery compare`.
 
 use crate::image::{self, DisplayImage};
 use crate::view::error_texts::error_text;
@@ -16,6 +16,7 @@ pub(crate) struct ComparedImage {
     pub image: DisplayImage,
     /// Name of the renderer that drew the image.
     pub by: String,
+    /// Time for drawing the image.
     pub took_ms: f64,
 }
 
@@ -67,19 +68,21 @@ pub(crate) type ShowBound<'a> = &'a mut dyn FnMut(&mut egui::Ui, &str);
 /// State of the display of a pair.
 #[derive(Default)]
 pub(crate) struct PairView {
-    /// The pair in the textures.
+    /// The pair whose images the textures hold.
     loaded: Option<Arc<Pair>>,
-    /// Left, right, difference.
+    /// The left image, the right image and their difference; empty before the first pair.
     textures: Vec<TextureHandle>,
     mode: DisplayMode,
-    /// Fraction of the width that shows the left image; `None`: a half.
+    /// Position of the divider: the fraction of the width that shows the left image. `None`: a half.
     split: Option<f32>,
 }
 
 /// Height of the buttons above and the statistics below an image, points.
-const CONTROLS_POINTS: f32 = 70.0;
-/// Height that an image may always have, points, even if the panel must then scroll.
-const MIN_POINTS: f32 = 330.0;
+const CONTROLS_HEIGHT: f32 = 70.0;
+/// Height up to which an image is not reduced to fit the panel, points: in a lower panel the user scrolls.
+const ALWAYS_ALLOWED_HEIGHT: f32 = 330.0;
+/// Colour of the divider.
+const DIVIDER_COLOUR: Color32 = Color32::from_rgb(255, 206, 110);
 /// Texture coordinates of the entire image.
 const FULL_UV: Rect = Rect { min: Pos2::ZERO, max: pos2(1.0, 1.0) };
 
@@ -89,11 +92,13 @@ impl PairView {
         self.mode == DisplayMode::Bound
     }
 
-    /// Shows a pair. `names`: of the left and the right image. `bound`: shows the error bounds of the left image, if they are available.
-    pub(crate) fn show(&mut self, ui: &mut egui::Ui, pair: &Arc<Pair>, names: [&str; 2], bound: Option<ShowBound<'_>>) {
+    /// Shows a pair. `names`: the names of the left and the right image. `show_bound`: shows the error bounds of the left image; without it, they
+    /// cannot be chosen.
+    pub(crate) fn show(&mut self, ui: &mut egui::Ui, pair: &Arc<Pair>, names: [&str; 2], show_bound: Option<ShowBound<'_>>) {
         self.load_textures(ui.ctx(), pair);
+        let is_available = |mode: DisplayMode| show_bound.is_some() || mode != DisplayMode::Bound;
         ui.horizontal(|ui| {
-            for (mode, name, hint) in DisplayMode::ALL.into_iter().filter(|(mode, ..)| bound.is_some() || *mode != DisplayMode::Bound) {
+            for (mode, name, hint) in DisplayMode::ALL.into_iter().filter(|(mode, ..)| is_available(*mode)) {
                 ui.selectable_value(&mut self.mode, mode, plain(name)).on_hover_text(plain(hint));
             }
             if self.mode == DisplayMode::Split {
@@ -116,7 +121,7 @@ impl PairView {
                     }
                 });
             }
-            DisplayMode::Bound => return bound.map_or((), |show| show(ui, left)),
+            DisplayMode::Bound => return show_bound.map_or((), |show| show(ui, left)),
             DisplayMode::Difference => image(ui, difference, size, &text!("pair-difference-of", left = left, right = right)),
         }
         statistics(ui, pair);
@@ -143,34 +148,35 @@ impl PairView {
         }
         let split = self.split.unwrap_or(0.5);
         let x = rect.left() + split * rect.width();
-        // The rectangle, and the texture coordinates, of the part between two fractions of the width.
-        let strip = |from: f32, to: f32| {
+        // The part of the image between two fractions of its width: its rectangle on the screen and its texture coordinates.
+        let part = |from: f32, to: f32| {
             let place = Rect::from_min_max(
                 pos2(rect.left() + from * rect.width(), rect.top()),
                 pos2(rect.left() + to * rect.width(), rect.bottom()),
             );
             (place, Rect::from_min_max(pos2(from, 0.0), pos2(to, 1.0)))
         };
-        for (texture, (place, uv)) in textures.into_iter().zip([strip(0.0, split), strip(split, 1.0)]) {
+        for (texture, (place, uv)) in textures.into_iter().zip([part(0.0, split), part(split, 1.0)]) {
             ui.painter().image(texture, place, uv, Color32::WHITE);
         }
-        ui.painter().line_segment([pos2(x, rect.top()), pos2(x, rect.bottom())], Stroke::new(1.5, Color32::from_rgb(255, 206, 110)));
+        ui.painter().line_segment([pos2(x, rect.top()), pos2(x, rect.bottom())], Stroke::new(1.5, DIVIDER_COLOUR));
         let painter = ui.painter().with_clip_rect(rect);
         let font = egui::FontId::proportional(BODY);
         for (offset_points, align, name) in [(-6.0, egui::Align2::RIGHT_TOP, left), (6.0, egui::Align2::LEFT_TOP, right)] {
             // The name has a dark background, since the image below may be white.
-            let words = painter.layout_no_wrap(name.to_owned(), font.clone(), Color32::from_gray(230));
-            let place = align.anchor_size(pos2(x + offset_points, rect.top() + 4.0), words.size());
+            let galley = painter.layout_no_wrap(name.to_owned(), font.clone(), Color32::from_gray(230));
+            let place = align.anchor_size(pos2(x + offset_points, rect.top() + 4.0), galley.size());
             painter.rect_filled(place.expand(2.0), 2.0, Color32::from_black_alpha(190));
-            painter.galley(place.min, words, Color32::PLACEHOLDER);
+            painter.galley(place.min, galley, Color32::PLACEHOLDER);
         }
     }
 }
 
-/// The size of an image scaled to the panel's width, but not higher than the panel, or than [`MIN_POINTS`] in a lower panel.
+/// The size of an image scaled to the panel's width, or to its height if the image would be higher than the panel and than
+/// [`ALWAYS_ALLOWED_HEIGHT`]. The aspect ratio stays.
 pub(crate) fn fitted(ui: &egui::Ui, size: Vec2) -> Vec2 {
     let width = ui.available_width();
-    let max_height = (ui.available_height() - CONTROLS_POINTS).max(MIN_POINTS);
+    let max_height = (ui.available_height() - CONTROLS_HEIGHT).max(ALWAYS_ALLOWED_HEIGHT);
     let scale = (width / size.x.max(1.0)).min(max_height / size.y.max(1.0));
     size * scale
 }
@@ -180,7 +186,7 @@ pub(crate) fn image(ui: &mut egui::Ui, texture: egui::TextureId, size: Vec2, nam
     let size = fitted(ui, size);
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, name));
-    // A column is stretched to its full width; the image keeps its aspect ratio.
+    // In a column, egui widens the allocated rectangle to the column; the image keeps its size in the middle.
     ui.painter().image(texture, Rect::from_center_size(rect.center(), size), FULL_UV, Color32::WHITE);
 }
 

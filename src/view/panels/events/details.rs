@@ -1,7 +1,7 @@
 //! The chosen event in the Events panel: its buttons, and its contacts at the observer's place.
 //!
-//! In: the chosen event, the place. Out: actions that show the event or play it. Always: *Watch it* keeps a camera that stands at the place, if
-//! the event is visible from there. Not here: the list of events.
+//! In: the chosen event, the observer's place. Out: actions that show the event or play it. Always: if the camera stands at the place and the event is
+//! visible from there, *Watch it* leaves the camera there. Not here: the list of events.
 
 use super::{LocalView, best_view};
 use crate::catalog::NaifId;
@@ -22,9 +22,9 @@ use std::sync::Arc;
 
 /// Height of a row of the table of an event's contacts, and of the line above the table, points.
 const CONTACT_ROW_HEIGHT: f32 = 24.5;
-/// Rows of that table if the event has not more: a total solar eclipse has four contacts and a maximum at a place.
+/// Smallest number of rows for which that table has room: at a place, a total solar eclipse has four contacts and a maximum.
 const MIN_CONTACT_ROWS: usize = 5;
-/// Difference in latitude and longitude below which two places are the same: a kilometre.
+/// Two places count as the same if latitude and longitude differ by less than this: about a kilometre on the Earth.
 const SAME_PLACE_DEG: f64 = 0.01;
 
 /// Shows the chosen event: buttons for its actions, and its contacts.
@@ -45,52 +45,52 @@ pub(super) fn show(
     }
     let home = interface.information.home;
     let local_contacts = interface.events.contacts_at(event, home).and_then(|c| c.as_ref().ok()).cloned();
-    let can_see = local_contacts.as_ref().is_some_and(|(_, is_visible)| *is_visible);
+    let is_visible_at_place = local_contacts.as_ref().is_some_and(|(_, is_visible)| *is_visible);
     let is_at_place = stands_at(&interface.viewer.destination().eye, home);
     ui.horizontal_wrapped(|ui| {
         let watch = icons::button(ui, Icon::Watch, text!("events-watch"));
-        // From the place, only the contacts tell whether the event is visible there.
+        // A camera at the place stays there only if the event is visible there, which only the contacts tell.
         let is_ready = !is_at_place || interface.events.contacts_at(event, home).is_some();
         if ui.add_enabled(is_ready, watch).on_hover_text(text!("events-watch-hint")).clicked() {
             watch_event(interface, worker, event, local_contacts.as_ref().filter(|_| is_at_place), actions);
-            if is_at_place && !can_see {
+            if is_at_place && !is_visible_at_place {
                 interface.reply(text!("events-watch-elsewhere"));
             }
         }
         if ui.button(text!("events-greatest")).on_hover_text(text!("events-greatest-hint")).clicked() {
             actions.push(Action::Show(Box::new(best_view(interface, worker, event))));
         }
-        let from_home = icons::button(ui, Icon::Stand, text!("events-from-place"));
-        if ui.add_enabled(can_see, from_home).on_hover_text(text!("events-from-place-hint")).clicked() {
+        let from_place = icons::button(ui, Icon::Stand, text!("events-from-place"));
+        if ui.add_enabled(is_visible_at_place, from_place).on_hover_text(text!("events-from-place-hint")).clicked() {
             let lines = local_contacts.as_ref().map(|(lines, _)| lines.as_slice()).unwrap_or_default();
             let view = view_from_place(interface, event, lines);
             actions.push(Action::Show(Box::new(view)));
         }
     });
     information::place_fields(ui, &mut interface.information);
-    // The height is the same with and without contacts, up to five of them, so that no button moves when they arrive.
-    // A lunar eclipse has the same contacts everywhere, and a maximum.
+    // The height is reserved before the contacts arrive, so that no button moves when they do. The local rows are not known yet; an event with more
+    // than the minimum, such as a lunar eclipse, has the same contacts everywhere, and a maximum.
     let rows = (event.contacts().len() + 1).max(MIN_CONTACT_ROWS);
     let height = (rows + 1) as f32 * CONTACT_ROW_HEIGHT;
     ui.allocate_ui(vec2(ui.available_width(), height), |ui| {
         ui.set_min_height(height);
-        contacts(interface, ui, worker, event);
+        contact_table(interface, ui, worker, event);
     });
     ui.add_space(4.0);
 }
 
-/// Whether a camera stands at a place on the Earth's ground.
+/// Whether a camera stands on the Earth's ground at the observer's place.
 fn stands_at(eye: &CameraPose, home: Home) -> bool {
     let CameraPose::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, .. } = *eye else { return false };
-    let apart_deg = [latitude_deg - home.latitude_deg, wrapped_longitude_deg(longitude_deg - home.longitude_deg)];
-    apart_deg.into_iter().all(|degrees| degrees.abs() < SAME_PLACE_DEG)
+    let differences_deg = [latitude_deg - home.latitude_deg, wrapped_longitude_deg(longitude_deg - home.longitude_deg)];
+    differences_deg.into_iter().all(|degrees| degrees.abs() < SAME_PLACE_DEG)
 }
 
-/// The view of an event from the observer's place at its best moment there. `lines`: its contacts at the place.
+/// The view of an event from the observer's place, at the moment of its maximum there. `lines`: its contacts at the place.
 fn view_from_place(interface: &Interface, event: &SkyEvent, lines: &[ContactLine]) -> ViewState {
     let Home { latitude_deg, longitude_deg } = interface.information.home;
     let maximum = lines.iter().find(|line| line.name == "maximum");
-    // Without a maximum, as for moons' events, any altitude well above the horizon will do.
+    // Events of moons have no maximum. Any altitude well above the horizon will do for them.
     let altitude_deg = maximum.map_or(45.0, |line| line.altitude_deg);
     let place = GeodeticPosition { latitude_deg, longitude_deg, height_km: 0.0 };
     let mut view = event.view_from(place, altitude_deg, &interface.viewer.base_view());
@@ -98,8 +98,8 @@ fn view_from_place(interface: &Interface, event: &SkyEvent, lines: &[ContactLine
     view
 }
 
-/// Runs time through an event: at the observer's place if `at_place` says that the event is visible from it, otherwise in the best view.
-/// `at_place`: its contacts there, if the camera stands there.
+/// Runs time through an event. The view is from the observer's place if the camera stands there and the event is visible there, otherwise the best one.
+/// `at_place`: if the camera stands there, the contacts there and whether the event is visible there.
 fn watch_event(
     interface: &mut Interface,
     worker: &dyn RenderWorker,
@@ -125,8 +125,8 @@ fn contact_name(ui: &mut egui::Ui, name: &str) {
     }
 }
 
-/// Shows the contacts at the chosen place, or those for the entire Earth if the event does not occur at that place.
-fn contacts(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, event: &Arc<SkyEvent>) {
+/// Shows the contacts at the observer's place, or those for the entire Earth if the event does not occur at that place.
+fn contact_table(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, event: &Arc<SkyEvent>) {
     let home = interface.information.home;
     let panel = &mut interface.events;
     if !panel.local.as_ref().is_some_and(|l| Arc::ptr_eq(&l.event, event) && l.home == home) {
@@ -161,7 +161,8 @@ fn contacts(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWor
         for line in lines {
             contact_name(ui, line.name);
             ui.monospace(month_day_second_text(line.time));
-            // The centre is below the horizon and the refracted upper limb is not: the altitude would contradict the contact's visibility.
+            // Refraction raises the upper limb above the horizon while the centre's altitude is negative. Beside a visible contact, a negative
+            // altitude would look wrong.
             if line.is_up && line.altitude_deg < 0.0 {
                 ui.label(text!("events-at-horizon"));
             } else if line.is_up {

@@ -1,17 +1,17 @@
 //! Icons in front of the text of buttons.
 //!
-//! In: a control's text. Out: the control with a glyph of the Phosphor font in front of the text. Always: a screen reader reads only the
-//! text, because the glyph is painted and not part of the text; the glyph has the text's colour. The font contains only the glyphs listed
-//! here. It is Phosphor 2.1.2, regular (MIT, LICENSE-phosphor), reduced by fonttools:
+//! In: a control's text or accessible name. Out: the control with a glyph of the Phosphor font in front of the text, or without text. Always: a screen
+//! reader reads only the text or name, because the glyph is painted and not part of the text; the glyph has the text's colour. The font contains
+//! only the glyphs listed here. It is Phosphor 2.1.2, regular (MIT, LICENSE-phosphor), reduced by fonttools:
 //! `pyftsubset Phosphor.ttf --unicodes=... --layout-features='' --no-hinting`.
 
 use egui::{Align2, Atom, Button, FontData, FontDefinitions, FontFamily, FontId, Response, TextStyle, Ui, Vec2};
 use std::sync::Arc;
 
-/// Name of the font family.
+/// Name of the icon font and of its family.
 const FAMILY: &str = "icons";
 /// Size of a glyph, relative to the size of the text beside it.
-const SIZE: f32 = 1.2;
+const RELATIVE_SIZE: f32 = 1.2;
 
 /// An icon, named after its use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,22 +105,22 @@ fn family() -> FontFamily {
     FontFamily::Name(FAMILY.into())
 }
 
-/// egui's default fonts and the icon font. Characters that the proportional font lacks, such as the signs of arcminutes and arcseconds, come from the
-/// monospaced one.
+/// egui's default fonts and the icon font. The monospaced font supplies the characters that the proportional one lacks, such as the signs of
+/// arcminutes and arcseconds.
 pub(crate) fn fonts() -> FontDefinitions {
     let mut fonts = FontDefinitions::default();
     let monospaced = fonts.families.get(&FontFamily::Monospace).cloned().unwrap_or_default();
     let proportional = fonts.families.entry(FontFamily::Proportional).or_default();
-    let missing: Vec<_> = monospaced.into_iter().filter(|name| !proportional.contains(name)).collect();
-    proportional.extend(missing);
+    let added: Vec<_> = monospaced.into_iter().filter(|name| !proportional.contains(name)).collect();
+    proportional.extend(added);
     fonts.font_data.insert(FAMILY.into(), Arc::new(FontData::from_static(include_bytes!("phosphor.ttf"))));
     fonts.families.insert(family(), vec![FAMILY.into()]);
     fonts
 }
 
-/// The glyph, in the colour of the text. In the first frame, before the font is loaded, it is an empty space of the same size.
-fn atom(ui: &Ui, icon: Icon) -> Atom<'static> {
-    let side = (TextStyle::Button.resolve(ui.style()).size * SIZE).round();
+/// The glyph as a part of a button, in the colour of the text. In the first frame, before the font is loaded, it is an empty space of the same size.
+fn glyph_atom(ui: &Ui, icon: Icon) -> Atom<'static> {
+    let side = (TextStyle::Button.resolve(ui.style()).size * RELATIVE_SIZE).round();
     Atom::paint(Vec2::splat(side), move |ui, place| {
         if ui.fonts(|fonts| fonts.definitions().families.contains_key(&family())) {
             let font = FontId::new(side, family());
@@ -131,28 +131,28 @@ fn atom(ui: &Ui, icon: Icon) -> Atom<'static> {
 
 /// A button with an icon and text.
 pub(crate) fn button<'a>(ui: &Ui, icon: Icon, text: &'a str) -> Button<'a> {
-    Button::new((atom(ui, icon), text))
+    Button::new((glyph_atom(ui, icon), text))
 }
 
 /// A button with only an icon; `name` is its accessible name.
-pub(crate) fn bare(ui: &mut Ui, icon: Icon, name: &str) -> Response {
-    let button = Button::new(atom(ui, icon));
+pub(crate) fn without_text(ui: &mut Ui, icon: Icon, name: &str) -> Response {
+    let button = Button::new(glyph_atom(ui, icon));
     ui.add(button).accessible_name(name)
 }
 
-/// A button that stays pressed while `on`.
+/// A button that looks pressed if `on`.
 pub(crate) fn selectable(ui: &mut Ui, icon: Icon, on: bool, text: &str) -> Response {
-    let button = Button::selectable(on, (atom(ui, icon), text));
+    let button = Button::selectable(on, (glyph_atom(ui, icon), text));
     ui.add(button)
 }
 
-/// A button with only an icon that stays pressed while `on`; `name` is its accessible name.
-pub(crate) fn bare_selectable(ui: &mut Ui, icon: Icon, on: bool, name: &str) -> Response {
-    let button = Button::selectable(on, atom(ui, icon));
+/// A button with only an icon that looks pressed if `on`; `name` is its accessible name.
+pub(crate) fn selectable_without_text(ui: &mut Ui, icon: Icon, on: bool, name: &str) -> Response {
+    let button = Button::selectable(on, glyph_atom(ui, icon));
     ui.add(button).accessible_name(name)
 }
 
-/// A toggle button.
+/// A button that switches `on` when it is clicked, and looks pressed while it is on.
 pub(crate) fn toggle(ui: &mut Ui, icon: Icon, on: &mut bool, text: &str) -> Response {
     let response = selectable(ui, icon, *on, text);
     if response.clicked() {
@@ -209,12 +209,12 @@ mod tests {
         ]
     };
 
-    /// Characters beyond ASCII in the window's texts, in all languages, and in its code.
-    fn characters_beyond_ascii(folder: &std::path::Path, all: &mut std::collections::BTreeSet<char>) {
+    /// Adds the characters beyond ASCII in the texts and source files below a folder.
+    fn add_characters_beyond_ascii(folder: &std::path::Path, all: &mut std::collections::BTreeSet<char>) {
         for entry in std::fs::read_dir(folder).expect("a folder") {
             let path = entry.expect("an entry").path();
             if path.is_dir() {
-                characters_beyond_ascii(&path, all);
+                add_characters_beyond_ascii(&path, all);
             } else if path.extension().is_some_and(|e| e == "ftl" || e == "rs") {
                 all.extend(std::fs::read_to_string(path).expect("text").chars().filter(|c| !c.is_ascii()));
             }
@@ -224,7 +224,7 @@ mod tests {
     #[test]
     fn every_character_of_the_window_has_a_glyph() {
         let mut all = std::collections::BTreeSet::from(['″', '′', 'α', 'ω']);
-        characters_beyond_ascii(&std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/view"), &mut all);
+        add_characters_beyond_ascii(&std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/view"), &mut all);
         let missing_in = |definitions: FontDefinitions| {
             let ctx = egui::Context::default();
             ctx.set_fonts(definitions);

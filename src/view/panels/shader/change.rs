@@ -1,5 +1,8 @@
-//! The difference between two keys (a key names a generated shader module): their sample images, their costs, and the changed source lines by feature.
-//! Also whether any view of the catalog's bodies can need the displayed key.
+//! The part of the Key page that compares two keys (a key names a generated shader module): their sample images, their costs, and the changed source
+//! lines by feature. Also whether any view of the catalog's bodies can need the displayed key.
+//!
+//! In: the drawn key, the displayed key, the pinned keys. Out: egui shapes. Always: a difference is what the second key
+//! has in addition to the first; between equal keys none is shown.
 
 use super::queries::{KeySwap, LoadedModule, ModuleFailure, ShaderQueries};
 use super::text::{feature_colour, layout_job};
@@ -18,26 +21,26 @@ use std::sync::Arc;
 
 #[derive(Default)]
 pub(crate) struct ChangeView {
-    /// Show the current view drawn with both keys.
+    /// Whether to show the current view drawn with both keys.
     shows_view: bool,
     pair_view: PairView,
-    /// The last pair of images of the view, and the key in its second image.
+    /// The last pair of images of the view, with the key with which the second one was drawn.
     last_pair: Option<(ShaderKey, Result<Arc<Pair>, String>)>,
 }
 
-/// The two compared keys and their labels: the pinned keys; the displayed key in place of a missing pin; without pins, the drawn key and
-/// the displayed key.
+/// The two compared keys and their labels. With two pins: the pinned keys. With one: the pinned key and the displayed key. Without pins: the drawn
+/// key and the displayed key.
 fn compared_keys(panel: &ShaderPanel, inspected: &Inspected<'_>) -> Option<([ShaderKey; 2], [&'static str; 2])> {
-    let (drawn, key) = (inspected.drawn?, inspected.key()?);
+    let (drawn_key, key) = (inspected.drawn_key?, inspected.key()?);
     Some(match panel.pins {
         [Some(a), Some(b)] => ([a, b], ["A", "B"]),
         [Some(a), None] => ([a, key], ["A", text!("change-this-key")]),
         [None, Some(b)] => ([key, b], [text!("change-this-key"), "B"]),
-        [None, None] => ([drawn, key], [text!("change-drawn-key"), text!("change-this-key")]),
+        [None, None] => ([drawn_key, key], [text!("change-drawn-key"), text!("change-this-key")]),
     })
 }
 
-/// Shows whether any view can need the key, the pinned keys, and a summary of the change in one line.
+/// Shows whether any view can need the displayed key, the pinned keys, and a summary of the difference in one line.
 pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let Some((keys, names)) = compared_keys(panel, inspected) else { return };
     if let (Some(key), Some(reachable)) = (inspected.key(), panel.queries.reachable(inspected.worker)) {
@@ -88,7 +91,7 @@ pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
     ui.label(RichText::new(text!("change-summary", a = a, b = b, lines = lines, costs = costs.join(", "))).strong());
 }
 
-/// Both modules once they have arrived, or the first failure.
+/// Both modules once both have arrived, or the first failure that has arrived.
 fn both_modules(
     queries: &mut ShaderQueries,
     worker: &dyn RenderWorker,
@@ -102,6 +105,7 @@ fn both_modules(
     }
 }
 
+/// The numbers of changed features and of lines that only one of the modules has.
 fn lines_text(by_feature: &[FeatureDiff]) -> String {
     let sum = |lines: fn(&FeatureDiff) -> usize| by_feature.iter().map(lines).sum::<usize>();
     let (gone, new) = (sum(|d| d.only_first.len()), sum(|d| d.only_second.len()));
@@ -117,12 +121,12 @@ fn change_text(from: usize, to: usize) -> String {
     }
 }
 
-/// Number of operations per lane (pixel or vertex) in the software renderer's tapes (lists of operations), of both stages.
+/// Number of operations per lane (a pixel or a vertex) in the software renderer's tapes (lists of operations), vertex and fragment stage together.
 fn lane_operations(module: &LoadedModule) -> usize {
     module.tapes.iter().flat_map(|t| t.operations.values()).sum()
 }
 
-/// Number of slots (one value per lane) and registers (one value for all lanes) of the fragment stage.
+/// Number of slots (values with one element per lane) and registers (values that all lanes share) of the fragment stage's tape.
 fn slots_and_registers(module: &LoadedModule) -> usize {
     module.tapes.iter().filter(|t| t.stage == "fragment").map(|t| (t.slots + t.registers) as usize).sum()
 }
@@ -134,12 +138,12 @@ pub(crate) fn details(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
         return;
     }
     let ids = keys.map(ModuleId::Planet);
-    samples(panel, ui, inspected, &keys, names);
+    sample_images(panel, ui, inspected, &keys, names);
     pair_in_view(panel, ui, inspected);
     let Some(Ok([first, second])) = both_modules(&mut panel.queries, inspected.worker, &ids) else { return };
     CollapsingHeader::new(text!("change-cost")).default_open(true).show(ui, |ui| {
         cost_table(ui, "cost of both", &[(names[0], &first), (names[1], &second)]);
-        timing(&mut panel.queries, ui, inspected.worker, &ids, names);
+        timings(&mut panel.queries, ui, inspected.worker, &ids, names);
     });
     if let Some(Ok(by_feature)) = panel.queries.difference(inspected.worker, &ids) {
         CollapsingHeader::new(text!("change-source")).default_open(true).show(ui, |ui| {
@@ -149,11 +153,11 @@ pub(crate) fn details(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
 }
 
 /// Shows the sample images of both keys.
-fn samples(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, keys: &[ShaderKey; 2], names: [&str; 2]) {
+fn sample_images(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, keys: &[ShaderKey; 2], names: [&str; 2]) {
     ui.horizontal(|ui| {
         for (key, name) in keys.iter().zip(names) {
             ui.vertical(|ui| {
-                super::gallery::sample(&mut panel.queries, ui, inspected.worker, key, &text!("change-sample", name = name));
+                super::gallery::sample_button(&mut panel.queries, ui, inspected.worker, key, &text!("change-sample", name = name));
                 ui.weak(name);
             });
         }
@@ -161,7 +165,7 @@ fn samples(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>
     });
 }
 
-/// Shows the current view twice: with the drawn key, and with the key changed by hand in its place.
+/// If the displayed key was changed by hand, shows the current view twice: with the drawn key, and with the displayed key in its place.
 fn pair_in_view(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let (Some(draw), Some(key), true) = (inspected.draw, inspected.key(), inspected.is_changed()) else { return };
     ui.checkbox(&mut panel.change.shows_view, text!("change-in-view")).on_hover_text(text!("change-in-view-hint"));
@@ -182,7 +186,7 @@ fn pair_in_view(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspecte
     }
 }
 
-/// Largest width of each image of the pair, pixels.
+/// Largest width of the images of the pair, pixels.
 const MAX_PAIR_WIDTH: u32 = 480;
 
 /// The request for an image scaled down by an integer, so that it is at most [`MAX_PAIR_WIDTH`] wide.
@@ -191,15 +195,15 @@ fn reduced_request(request: &ViewRequest) -> ViewRequest {
     ViewRequest { width: request.width.div_ceil(divisor), height: request.height.div_ceil(divisor), ..request.clone() }
 }
 
-/// Shows a button that times both modules, and the results.
-fn timing(queries: &mut ShaderQueries, ui: &mut egui::Ui, worker: &dyn RenderWorker, ids: &[ModuleId; 2], names: [&str; 2]) {
+/// Shows a button that times both modules, and the times once they are known.
+fn timings(queries: &mut ShaderQueries, ui: &mut egui::Ui, worker: &dyn RenderWorker, ids: &[ModuleId; 2], names: [&str; 2]) {
     if ui.button(text!("change-time")).on_hover_text(text!("change-time-hint")).clicked() {
-        ids.iter().for_each(|id| queries.time(worker, id));
+        ids.iter().for_each(|id| queries.start_timing(worker, id));
     }
     for (id, name) in ids.iter().zip(names) {
-        match queries.timed(id) {
+        match queries.timing(id) {
             Some(Ok(Some(ms))) => drop(ui.label(text!("change-timed", name = name, ms = decimal(ms, 1)))),
-            // The module cannot draw the sample body.
+            // This module cannot draw the sample body.
             Some(Ok(None)) => drop(ui.label(text!("change-not-timed", name = name))),
             Some(Err(e)) => drop(ui.label(e)),
             None => {}
@@ -216,8 +220,8 @@ fn changed_lines(ui: &mut egui::Ui, diff: &FeatureDiff) {
         let font = TextStyle::Monospace.resolve(ui.style());
         for (sign, lines) in [("-", &diff.only_first), ("+", &diff.only_second)] {
             for line in lines {
-                let shown = layout_job(0, &format!("{sign} {}", line.text), "", &font, dark);
-                ui.add(egui::Label::new(shown).truncate()).on_hover_text(format!("shaders/{}:{}", line.fragment, line.line));
+                let job = layout_job(0, &format!("{sign} {}", line.text), "", &font, dark);
+                ui.add(egui::Label::new(job).truncate()).on_hover_text(format!("shaders/{}:{}", line.fragment, line.line));
             }
         }
     });

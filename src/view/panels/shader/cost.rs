@@ -1,5 +1,7 @@
 //! The Cost page: operations of the module's IR (naga's intermediate representation) and of its tapes (the lists of operations that the software
 //! renderer runs), the module's origin, and statistics of the shader library.
+//!
+//! In: the displayed module, and the library's statistics as of the last image. Out: egui shapes. Always: a module is timed only when the user asks.
 
 use super::change::cost_table;
 use super::{Inspected, ShaderPanel};
@@ -20,9 +22,9 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         if inspected.key().is_some() {
             ui.horizontal(|ui| {
                 if ui.button(text!("cost-time")).on_hover_text(text!("cost-time-hint")).clicked() {
-                    panel.queries.time(inspected.worker, &inspected.id);
+                    panel.queries.start_timing(inspected.worker, &inspected.id);
                 }
-                match panel.queries.timed(&inspected.id) {
+                match panel.queries.timing(&inspected.id) {
                     Some(Ok(Some(ms))) => drop(ui.label(text!("cost-timed", ms = decimal(ms, 1)))),
                     Some(Ok(None)) => drop(ui.label(text!("cost-not-timed"))),
                     Some(Err(e)) => drop(ui.label(e)),
@@ -44,7 +46,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
             Some((path, bytes)) => drop(ui.label(text!("cost-entry", size = decimal(*bytes as f64 / 1e3, 1), path = path.display()))),
             None => drop(ui.label(text!("cost-memory-only"))),
         }
-        statistics(ui, &inspected.rendered.library);
+        library_statistics(ui, &inspected.rendered.library);
         ui.separator();
         let operations: BTreeMap<&str, usize> = module.ir.operations.iter().map(|(kind, count)| (kind.as_str(), *count as usize)).collect();
         counts_by_kind(ui, text!("cost-ir"), &operations);
@@ -65,8 +67,8 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     });
 }
 
-/// Shows the library's counts since the session was opened, with the mean time of each kind of access.
-fn statistics(ui: &mut egui::Ui, library: &Statistics) {
+/// Shows how often the library has read, compiled and written modules since the session was opened, with the mean time of each.
+fn library_statistics(ui: &mut egui::Ui, library: &Statistics) {
     let mean_time = |total_s: f64, count: u64| {
         if count == 0 { String::new() } else { text!("cost-each", ms = decimal(1e3 * total_s / count as f64, 2)) }
     };
@@ -78,16 +80,16 @@ fn statistics(ui: &mut egui::Ui, library: &Statistics) {
             (text!("library-written"), library.written, mean_time(library.writing_s, library.written)),
             (text!("library-repaired"), library.repaired, String::new()),
         ];
-        for (label, count, mean_time) in rows {
+        for (label, count, time_each) in rows {
             ui.label(label);
             ui.monospace(count.to_string());
-            ui.label(mean_time);
+            ui.label(time_each);
             ui.end_row();
         }
     });
 }
 
-/// Shows counts by kind, largest first, three to a row.
+/// Shows a list of counts that can be folded, largest first, three in a row. Its title includes their sum.
 fn counts_by_kind(ui: &mut egui::Ui, title: &str, counts: &BTreeMap<&str, usize>) {
     let mut all: Vec<_> = counts.iter().collect();
     all.sort_by_key(|(kind, count)| (Reverse(**count), **kind));

@@ -1,9 +1,11 @@
 //! Names and descriptions of the values of each dimension of a shader key. A dimension is one independent choice in the key, such as the surface.
+//!
+//! In: a dimension and the index of a value. Out: texts in the interface's language. Always: each value of each dimension has its own description.
 
 use crate::shader::key::Dimension;
 use crate::view::language::text;
 
-/// A value as written in the key's text, or, for a value that the key omits, a word in the interface's language.
+/// The name of a value: its text in the key, or a word such as *none* for a value that the key omits.
 pub(crate) fn value_text(dimension: &Dimension, value: usize) -> &'static str {
     match dimension.texts.get(value) {
         Some(&"") if dimension.name == "view" => text!("pixels-final"),
@@ -13,12 +15,12 @@ pub(crate) fn value_text(dimension: &Dimension, value: usize) -> &'static str {
     }
 }
 
-/// Whether a dimension has only the values on and off.
+/// Whether a dimension has only two values, off (omitted in the key) and on.
 pub(crate) fn is_switch(dimension: &Dimension) -> bool {
     dimension.texts.len() == 2 && dimension.texts[0].is_empty()
 }
 
-/// What a value means for the image.
+/// What a value means for the image; empty if there is no such value.
 pub(crate) fn meaning(dimension: &Dimension, value: usize) -> &'static str {
     let meanings: &[&str] = match dimension.name {
         "surface" => &[

@@ -1,4 +1,8 @@
-//! The Gallery page: keys that differ from the displayed key in one dimension (one choice, such as the surface), each with a sample image.
+//! The Gallery page: keys that differ from the displayed key in one dimension (one independent choice, such as the surface), each with an image of the
+//! sample body.
+//!
+//! In: the displayed features. Out: egui shapes; the features of a clicked image, as if changed by hand. Always: each key is shown once; only visible
+//! images are drawn.
 
 use super::descriptions::{is_switch, value_text};
 use super::queries::{SAMPLE_PX, ShaderQueries};
@@ -18,13 +22,22 @@ pub(crate) struct GalleryPage {
 
 /// One key of the gallery.
 struct Entry {
+    /// How the key differs from the displayed one, such as `with mie`.
     caption: String,
+    /// Features that have this key, not reduced to its canonical form.
     features: DrawFeatures,
     key: ShaderKey,
 }
 
+/// Space of an entry beside its image, and below it for the caption, points.
+const ENTRY_MARGIN: Vec2 = Vec2::new(24.0, 34.0);
+/// Space for the distance between two columns, points.
+const COLUMN_GAP: f32 = 12.0;
+/// Colour of the outline of the displayed key's image.
+const OUTLINE_COLOUR: Color32 = Color32::from_rgb(255, 206, 110);
+
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
-    let (Some(drawn), Some(key)) = (inspected.drawn, inspected.key()) else {
+    let (Some(drawn_key), Some(key)) = (inspected.drawn_key, inspected.key()) else {
         ui.label(text!("gallery-none"));
         return;
     };
@@ -39,22 +52,22 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         });
         list.response.labelled_by(label.id).on_hover_text(text!("gallery-hint"));
     });
-    let base = panel.edited.unwrap_or(inspected.draw.map_or(*drawn.features(), |d| d.features));
+    let base = panel.edited.unwrap_or(inspected.draw.map_or(*drawn_key.features(), |d| d.features));
     let entries = neighbours(&base, panel.gallery.dimension);
     ui.weak(text!("gallery-count", count = entries.len().saturating_sub(1)));
     let mut clicked = None;
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         let side = SAMPLE_PX as f32;
-        let columns = ((ui.available_width() / (side + 36.0)) as usize).max(1);
+        let columns = ((ui.available_width() / (side + ENTRY_MARGIN.x + COLUMN_GAP)) as usize).max(1);
         egui::Grid::new("gallery").num_columns(columns).spacing([8.0, 8.0]).show(ui, |ui| {
             for (index, entry) in entries.iter().enumerate() {
-                ui.allocate_ui(Vec2::new(side + 24.0, side + 34.0), |ui| {
+                ui.allocate_ui(Vec2::splat(side) + ENTRY_MARGIN, |ui| {
                     ui.vertical(|ui| {
-                        ui.set_width(side + 24.0);
+                        ui.set_width(side + ENTRY_MARGIN.x);
                         let name = text!("gallery-inspect", key = entry.caption);
-                        let response = sample(&mut panel.queries, ui, inspected.worker, &entry.key, &name);
+                        let response = sample_button(&mut panel.queries, ui, inspected.worker, &entry.key, &name);
                         if entry.key == key {
-                            let outline = Stroke::new(2.0, Color32::from_rgb(255, 206, 110));
+                            let outline = Stroke::new(2.0, OUTLINE_COLOUR);
                             ui.painter().rect_stroke(response.rect, 0.0, outline, egui::StrokeKind::Inside);
                         }
                         if response.on_hover_text(entry.key.to_string()).clicked() {
@@ -74,8 +87,8 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     }
 }
 
-/// The key of `base`, then each key that differs from it in one value of one dimension, or of the named dimension only. Each key occurs
-/// once.
+/// The key of `base`, then the keys that result if one dimension of `base` is changed, each key once. With `dimension_name`, only that dimension is
+/// changed.
 fn neighbours(base: &DrawFeatures, dimension_name: Option<&str>) -> Vec<Entry> {
     let mut all = vec![Entry { caption: text!("change-this-key").into(), features: *base, key: ShaderKey::for_draw(base) }];
     for dimension in DIMENSIONS.iter().filter(|d| dimension_name.is_none_or(|name| name == d.name)) {
@@ -83,7 +96,7 @@ fn neighbours(base: &DrawFeatures, dimension_name: Option<&str>) -> Vec<Entry> {
             let mut features = *base;
             (dimension.set)(&mut features, value);
             let key = ShaderKey::for_draw(&features);
-            if all.iter().all(|t| t.key != key) {
+            if all.iter().all(|entry| entry.key != key) {
                 let caption = match (is_switch(dimension), value) {
                     (true, 0) => text!("gallery-without", dimension = dimension.name),
                     (true, _) => text!("gallery-with", dimension = dimension.name),
@@ -96,8 +109,8 @@ fn neighbours(base: &DrawFeatures, dimension_name: Option<&str>) -> Vec<Entry> {
     all
 }
 
-/// Shows the sample image of a key as a button with an accessible name.
-pub(crate) fn sample(
+/// Shows the image of the sample body drawn with a key, as a button. `name`: its accessible name.
+pub(crate) fn sample_button(
     queries: &mut ShaderQueries,
     ui: &mut egui::Ui,
     worker: &dyn RenderWorker,
@@ -107,12 +120,12 @@ pub(crate) fn sample(
     let side = Vec2::splat(SAMPLE_PX as f32);
     let (rect, response) = ui.allocate_exact_size(side, Sense::click());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, name));
-    // A sample is not requested before it is visible.
+    // An image is not requested before it is visible.
     if !ui.is_rect_visible(rect) {
         return response;
     }
     ui.painter().rect_filled(rect, 2.0, Color32::BLACK);
-    match queries.sample(ui.ctx(), worker, key) {
+    match queries.sample_texture(ui.ctx(), worker, key) {
         Some(Ok(texture)) => {
             let full_uv = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
             ui.painter().image(texture.id(), rect, full_uv, Color32::WHITE);
@@ -136,13 +149,13 @@ mod tests {
         let base = DrawFeatures { lights: 1, ring_shadow: RingShadow::Penumbra, ..DrawFeatures::MINIMAL };
         let rings = neighbours(&base, Some("ring-shadow"));
         assert_eq!(
-            rings.iter().map(|t| t.features.ring_shadow).collect::<Vec<_>>(),
+            rings.iter().map(|entry| entry.features.ring_shadow).collect::<Vec<_>>(),
             [RingShadow::Penumbra, RingShadow::None, RingShadow::PointSun]
         );
         let all = neighbours(&base, None);
-        let keys: std::collections::BTreeSet<_> = all.iter().map(|t| t.key).collect();
+        let keys: std::collections::BTreeSet<_> = all.iter().map(|entry| entry.key).collect();
         assert!(keys.len() == all.len() && all.len() > rings.len(), "{} entries", all.len());
         // Mie scattering without an atmosphere does not change the key, so it has no entry.
-        assert!(all.iter().all(|t| t.caption != "with mie"));
+        assert!(all.iter().all(|entry| entry.caption != "with mie"));
     }
 }

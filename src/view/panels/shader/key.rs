@@ -1,4 +1,8 @@
-//! The Key page: the value of each dimension (independent choice) of the key, controls that change it, and the differences that a change makes.
+//! The Key page: the value of each dimension (independent choice) of the displayed key, controls that change the key, and what a change makes
+//! different.
+//!
+//! In: the drawn features, a typed key, changed controls. Out: egui shapes; the features changed by hand. Always: a value without effect stays chosen,
+//! with the reason beside it, although the key omits it.
 
 use super::descriptions::{is_switch, meaning, value_text};
 use super::{Inspected, ShaderPanel};
@@ -20,21 +24,21 @@ pub(crate) struct KeyPage {
 }
 
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
-    let (Some(drawn), Some(key)) = (inspected.drawn, inspected.key()) else {
+    let (Some(drawn_key), Some(key)) = (inspected.drawn_key, inspected.key()) else {
         ui.label(text!("key-none"));
         return;
     };
-    let base = inspected.draw.map_or(*drawn.features(), |draw| draw.features);
+    let base = inspected.draw.map_or(*drawn_key.features(), |draw| draw.features);
     let mut edited = panel.edited.unwrap_or(base);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         super::change::summary(panel, ui, inspected);
         key_field(panel, ui, &mut edited);
-        dimensions(ui, &mut edited, drawn.features(), key.features());
+        dimensions(ui, &mut edited, drawn_key.features(), key.features());
         ui.separator();
         super::change::details(panel, ui, inspected);
     });
-    // The key counts as edited only if its features differ from those of the draw.
-    let is_unchanged = edited == base || (panel.edited.is_none() && edited == *drawn.features());
+    // Features equal to those of the draw do not count as edited, nor does the drawn key if it was typed: its features lack the values without effect.
+    let is_unchanged = edited == base || (panel.edited.is_none() && edited == *drawn_key.features());
     panel.edited = if is_unchanged { None } else { Some(edited) };
 }
 
@@ -60,18 +64,18 @@ fn key_field(panel: &mut ShaderPanel, ui: &mut egui::Ui, edited: &mut DrawFeatur
     }
 }
 
-/// Shows a control and a description for each dimension. `edited` may have values without effect; `drawn` and `displayed` are the canonical
-/// features of the draw's key and of the displayed key.
+/// Shows a control and a description for each dimension. `edited` may have values without effect; `drawn` and `displayed`, the features of the drawn
+/// key and of the displayed key, are canonical.
 fn dimensions(ui: &mut egui::Ui, edited: &mut DrawFeatures, drawn: &DrawFeatures, displayed: &DrawFeatures) {
-    // If several rules remove the value of a dimension, the first rule is shown as the reason.
+    // The rules that leave values without effect out of the key. If several concern one dimension, the first is shown as the reason.
     let rules = reductions(edited);
     let reason_without_effect = |dimension: &Dimension| rules.iter().find(|r| r.dimension == dimension.name).map(|r| r.because);
     let width = ui.available_width();
     Grid::new("dimensions").num_columns(3).striped(true).spacing([8.0, 3.0]).show(ui, |ui| {
-        let mut part = None;
+        let mut last_part = None;
         for dimension in DIMENSIONS {
-            let is_first_of_part = part != Some(dimension.part);
-            part = Some(dimension.part);
+            let is_first_of_part = last_part != Some(dimension.part);
+            last_part = Some(dimension.part);
             let value = (dimension.get)(edited);
             let effective_value = (dimension.get)(displayed);
             let is_changed = effective_value != (dimension.get)(drawn);

@@ -49,25 +49,25 @@ impl Page {
     ];
 }
 
-/// The inspected module.
+/// A module that can be chosen for inspection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum InspectedModule {
-    /// The module of a draw of the selected body, given by the name of the body's part.
+enum ModuleChoice {
+    /// The module that draws a part of the selected body; the name of that part.
     Part(&'static str),
-    /// A module without a key, which may serve draws of several bodies or none: its name in [`SIMPLE_MODULES`].
+    /// A simple shader: a module without a key, which all bodies share. Its name in [`SIMPLE_MODULES`].
     Simple(&'static str),
 }
 
 #[derive(Default)]
 pub(crate) struct ShaderPanel {
     page: Page,
-    /// The module that the user chose.
-    chosen: Option<InspectedModule>,
-    /// The body and module inspected in the last frame. When they change, features changed by hand are dropped.
-    last_inspected: Option<(NaifId, InspectedModule)>,
-    /// Features changed by hand, not reduced to the canonical form of a key.
+    /// The module that the user chose; `None`: that of the globe, or of the first draw.
+    chosen: Option<ModuleChoice>,
+    /// The body and the module that the last frame showed. When one of them changes, features changed by hand are dropped.
+    last_inspected: Option<(NaifId, ModuleChoice)>,
+    /// Features changed by hand, including values without effect, which the key omits; `None`: unchanged.
     edited: Option<DrawFeatures>,
-    /// The features of a key from the search field, until the next frame shows them.
+    /// The features of a key from the search field, which replace `edited` in the next frame.
     requested: Option<DrawFeatures>,
     /// The keys pinned as A and B, for comparison.
     pins: [Option<ShaderKey>; 2],
@@ -80,17 +80,17 @@ pub(crate) struct ShaderPanel {
     gallery: gallery::GalleryPage,
 }
 
-/// What is inspected in this frame.
+/// What the panel shows in this frame.
 struct Inspected<'a> {
     worker: &'a dyn RenderWorker,
     rendered: &'a RenderedView,
-    /// The selected body's draw that uses the module; `None` for a simple module.
+    /// The selected body's draw that uses the module; `None` for a simple shader.
     draw: Option<&'a Draw>,
-    /// The key with which the image was drawn.
-    drawn: Option<ShaderKey>,
-    /// The displayed module: the drawn module, or the module of the key changed by hand.
+    /// The key of that draw.
+    drawn_key: Option<ShaderKey>,
+    /// The displayed module: that of the draw, that of the key changed by hand, or a simple shader.
     id: ModuleId,
-    /// Number of the image on screen, counted from the start.
+    /// Number of images that the window has shown, which identifies the current one.
     image_number: u64,
 }
 
@@ -105,14 +105,14 @@ impl Inspected<'_> {
 
     /// Whether the displayed key was changed by hand.
     fn is_changed(&self) -> bool {
-        self.drawn.is_some_and(|drawn| self.key() != Some(drawn))
+        self.drawn_key.is_some_and(|drawn_key| self.key() != Some(drawn_key))
     }
 }
 
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
     let mut panel = std::mem::take(&mut interface.shader);
     panel.show(interface, ui, worker);
-    interface.viewport.picked_px = panel.probe.typed_px.take().or(interface.viewport.picked_px);
+    interface.viewport.picked_px = panel.probe.chosen_px.take().or(interface.viewport.picked_px);
     interface.shader = panel;
 }
 
@@ -120,8 +120,8 @@ impl ShaderPanel {
     /// Shows a key from the search field on the Key page.
     pub(crate) fn show_key(&mut self, key: &ShaderKey) {
         self.page = Page::Key;
-        // A simple module has no key.
-        self.chosen.take_if(|module| matches!(module, InspectedModule::Simple(_)));
+        // A simple shader has no key, so it would hide the requested one.
+        self.chosen.take_if(|module| matches!(module, ModuleChoice::Simple(_)));
         self.requested = Some(*key.features());
     }
 
@@ -131,7 +131,7 @@ impl ShaderPanel {
         self.source.request_feature(feature);
     }
 
-    /// Drops errors, which are texts in the language in which they were asked for.
+    /// Drops stored errors: their texts are in the language in which the queries were made.
     pub(crate) fn forget_failures(&mut self) {
         self.queries.forget_failures();
     }
@@ -150,29 +150,29 @@ impl ShaderPanel {
         let body = interface.viewer.selected;
         let draws: Vec<&Draw> = rendered.scene.draws.iter().filter(|d| d.body == body).collect();
         let name = interface.viewer.name(body).to_owned();
-        self.choose(ui, &name, &draws);
+        self.module_choices(ui, &name, &draws);
         let chosen = self.chosen.filter(|module| match module {
-            InspectedModule::Part(part) => draws.iter().any(|d| d.part.name() == *part),
-            InspectedModule::Simple(_) => true,
+            ModuleChoice::Part(part) => draws.iter().any(|d| d.part.name() == *part),
+            ModuleChoice::Simple(_) => true,
         });
         let globe = draws.iter().find(|d| d.part.name() == "globe").or(draws.first());
-        let module = chosen.unwrap_or(globe.map_or(InspectedModule::Simple("point"), |d| InspectedModule::Part(d.part.name())));
+        let module = chosen.unwrap_or(globe.map_or(ModuleChoice::Simple("point"), |d| ModuleChoice::Part(d.part.name())));
         if self.last_inspected.replace((body, module)) != Some((body, module)) {
             self.edited = None;
         }
         self.edited = self.requested.take().or(self.edited);
         let draw = match module {
-            InspectedModule::Part(part) => draws.into_iter().find(|d| d.part.name() == part),
-            InspectedModule::Simple(_) => None,
+            ModuleChoice::Part(part) => draws.into_iter().find(|d| d.part.name() == part),
+            ModuleChoice::Simple(_) => None,
         };
-        let drawn = draw.map(|d| ShaderKey::for_draw(&d.features));
-        let id = match (module, drawn, self.edited) {
+        let drawn_key = draw.map(|d| ShaderKey::for_draw(&d.features));
+        let id = match (module, drawn_key, self.edited) {
             (_, Some(_), Some(edited)) => ModuleId::Planet(ShaderKey::for_draw(&edited)),
-            (_, Some(drawn), None) => ModuleId::Planet(drawn),
-            (InspectedModule::Simple(name), _, _) => ModuleId::Simple(name),
-            (InspectedModule::Part(_), None, _) => ModuleId::Simple("point"),
+            (_, Some(drawn_key), None) => ModuleId::Planet(drawn_key),
+            (ModuleChoice::Simple(name), _, _) => ModuleId::Simple(name),
+            (ModuleChoice::Part(_), None, _) => ModuleId::Simple("point"),
         };
-        let inspected = Inspected { worker, rendered, draw, drawn, id, image_number: interface.viewport.images_shown };
+        let inspected = Inspected { worker, rendered, draw, drawn_key, id, image_number: interface.viewport.images_shown };
         self.heading(ui, &inspected);
         ui.horizontal_wrapped(|ui| {
             for (page, name, tooltip) in Page::ALL {
@@ -194,8 +194,8 @@ impl ShaderPanel {
         }
     }
 
-    /// Shows the choice of a draw of the body, or of a simple module.
-    fn choose(&mut self, ui: &mut egui::Ui, name: &str, draws: &[&Draw]) {
+    /// Shows buttons for the draws of the body and a list of the simple shaders, to choose the module. `name`: the body's name.
+    fn module_choices(&mut self, ui: &mut egui::Ui, name: &str, draws: &[&Draw]) {
         let current = self.last_inspected.map(|(_, module)| module);
         ui.horizontal_wrapped(|ui| {
             ui.strong(name);
@@ -203,7 +203,7 @@ impl ShaderPanel {
                 ui.weak(text!("shader-point"));
             }
             for draw in draws {
-                let part = InspectedModule::Part(draw.part.name());
+                let part = ModuleChoice::Part(draw.part.name());
                 let hover = text!("shader-part-hint", name = name, part = named("part", draw.part.name()));
                 if ui.selectable_label(current == Some(part), named("part", draw.part.name())).on_hover_text(hover).clicked() {
                     self.chosen = Some(part);
@@ -212,12 +212,12 @@ impl ShaderPanel {
             ui.separator();
             let title_of = |simple: &str| simple.replace('_', " ");
             let selected = match current {
-                Some(InspectedModule::Simple(simple)) => title_of(simple),
+                Some(ModuleChoice::Simple(simple)) => title_of(simple),
                 _ => text!("shader-shared").to_owned(),
             };
             let list = ComboBox::from_id_salt("shared modules").selected_text(selected).show_ui(ui, |ui| {
                 for simple in SIMPLE_MODULES {
-                    let module = InspectedModule::Simple(simple);
+                    let module = ModuleChoice::Simple(simple);
                     if ui.selectable_label(current == Some(module), title_of(simple)).clicked() {
                         self.chosen = Some(module);
                     }
@@ -253,7 +253,7 @@ impl ShaderPanel {
     }
 }
 
-/// Shows why a module is invalid.
+/// Shows why there is no module.
 fn show_failure(ui: &mut egui::Ui, failure: &queries::ModuleFailure) {
     ui.colored_label(ui.visuals().error_fg_color, &failure.why);
     ui.weak(text!("shader-broken"));
@@ -266,12 +266,12 @@ fn show_failure(ui: &mut egui::Ui, failure: &queries::ModuleFailure) {
 mod tests {
     use super::*;
 
-    /// A simple module has no key, so that the key of a search would not be shown.
+    /// While a simple shader is chosen, no key is shown.
     #[test]
-    fn a_searched_key_leaves_a_simple_module() {
+    fn a_key_from_the_search_field_replaces_a_chosen_simple_shader() {
         let Ok(key) = "lambert.albedo.sun1.ellipsoid".parse::<ShaderKey>() else { panic!("not a key") };
-        let rings = InspectedModule::Part("rings");
-        for (chosen, expected) in [(InspectedModule::Simple("point"), None), (rings, Some(rings))] {
+        let rings = ModuleChoice::Part("rings");
+        for (chosen, expected) in [(ModuleChoice::Simple("point"), None), (rings, Some(rings))] {
             let mut panel = ShaderPanel { chosen: Some(chosen), ..ShaderPanel::default() };
             panel.show_key(&key);
             assert_eq!((panel.chosen, panel.page), (expected, Page::Key));

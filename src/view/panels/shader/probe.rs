@@ -1,6 +1,7 @@
-//! The Probe page: the named values that each draw computes at one pixel, in f32 and in f64.
+//! The Probe page: the named values (values bound to a name in the module's source) that each draw computes at one pixel, in f32 and in f64.
 //!
-//! Always: both precisions are computed for the same view and pixel; nothing is computed before the user picks a pixel.
+//! In: the displayed view, the picked pixel. Out: egui shapes; a pixel chosen on this page. Always: both precisions are
+//! computed for the same view and pixel; nothing is computed before the user picks a pixel.
 
 use super::values::number_text;
 use super::{Inspected, ShaderPanel};
@@ -25,11 +26,11 @@ type BothPrecisions = [PixelReport; 2];
 pub(crate) struct ProbePage {
     /// Only values whose name contains this text are shown.
     filter: String,
-    /// The pixel chosen on this page, by its coordinates or by the button for the centre, until the viewport takes it.
-    pub typed_px: Option<[u32; 2]>,
+    /// A pixel chosen on this page, by its coordinates or by the button for the centre. The panel passes it on to the viewport.
+    pub chosen_px: Option<[u32; 2]>,
     /// Index of the chosen draw among those at the pixel.
     draw: usize,
-    /// The pixel and view of the last query, and what it was computed with.
+    /// The pixel and the view of the last query, and what else its answer depends on.
     requested: Option<([u32; 2], ViewRequest, DrawnWith)>,
     pending: Option<Pending<Result<BothPrecisions, ProbeError>>>,
     /// The last answer.
@@ -47,14 +48,14 @@ fn in_both_precisions(session: &Session, request: &ViewRequest, pixel: [u32; 2])
 
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, interface: &Interface) {
     let page = &mut panel.probe;
-    if let Some(done) = page.pending.as_ref().and_then(Pending::take) {
+    if let Some(answer) = page.pending.as_ref().and_then(Pending::take) {
         page.pending = None;
-        page.answer = Some(done);
+        page.answer = Some(answer);
     }
     let Some(pixel) = interface.viewport.picked_px else {
         ui.label(text!("probe-begin"));
         if ui.button(text!("probe-centre")).on_hover_text(text!("probe-centre-hint")).clicked() {
-            page.typed_px = Some(interface.viewport.size_px.map(|side| side / 2));
+            page.chosen_px = Some(interface.viewport.size_px.map(|side| side / 2));
         }
         return;
     };
@@ -75,7 +76,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         let x_field = accessible::number(ui, egui::DragValue::new(&mut x).prefix("x ").range(0..=last_px[0]), text!("probe-x"));
         let y_field = accessible::number(ui, egui::DragValue::new(&mut y).prefix("y ").range(0..=last_px[1]), text!("probe-y"));
         if x_field.changed() || y_field.changed() {
-            page.typed_px = Some([x, y]);
+            page.chosen_px = Some([x, y]);
         }
         if page.pending.is_some() {
             accessible::spinner(ui, text!("probe-another"));
@@ -101,7 +102,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     if let Some([latitude, longitude]) = draw_f32.ground_deg {
         ui.label(text!("probe-ground", latitude = signed(latitude, 4), longitude = signed(longitude, 4)));
     }
-    // At an edge, the draw may cover the pixel in one precision and not in the other.
+    // At an edge, a draw may cover the pixel in only one of the precisions.
     let draw_f64 = report_f64.draws.iter().find(|d| d.body == draw_f32.body && d.part == draw_f32.part);
     ui.horizontal(|ui| {
         let label = ui.label(text!("probe-filter"));
@@ -114,7 +115,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
 }
 
 impl ProbePage {
-    /// Starts a query if the pixel, the view or what it is drawn with has changed, the view is at rest and no other query is running.
+    /// Starts a query, unless nothing has changed on which its answer depends, the view is moving, or another query is running.
     fn start_query(&mut self, inspected: &Inspected<'_>, interface: &Interface, pixel: [u32; 2]) {
         let [width, height] = interface.viewport.size_px;
         let request = ViewRequest { width, height, quality: interface.viewer.view.quality, ..inspected.rendered.job.request.clone() };
@@ -130,19 +131,19 @@ impl ProbePage {
         let request = query.1.clone();
         self.requested = Some(query);
         let pending = ask(inspected.worker, move |session| in_both_precisions(session, &request, pixel));
-        // The worker that tests use answers at once.
+        // The worker of the tests has answered already.
         match pending.take() {
-            Some(done) => self.answer = Some(done),
+            Some(answer) => self.answer = Some(answer),
             None => self.pending = Some(pending),
         }
     }
 }
 
-/// A named value in both precisions.
+/// A number in both precisions: a named value, or one component of it.
 struct Row {
     name: String,
     in_f32: f64,
-    /// `None` if the draw in f64 has no such value, as at an edge where it does not cover the pixel.
+    /// `None` if there is no such value in f64, as at an edge where the draw covers the pixel only in f32.
     in_f64: Option<f64>,
 }
 
@@ -160,8 +161,8 @@ impl Row {
 /// Every value of a draw at the pixel, with one row for each component of a vector.
 fn rows(draw_f32: &PixelDraw, draw_f64: Option<&PixelDraw>) -> Vec<Row> {
     let mut all = Vec::new();
-    let number_f64 = |name: &str, component: usize| {
-        draw_f64.and_then(|draw| draw.values.values.iter().find(|v| v.name == name)?.numbers.get(component).copied())
+    let number_f64 = |name: &str, index: usize| {
+        draw_f64.and_then(|draw| draw.values.values.iter().find(|v| v.name == name)?.numbers.get(index).copied())
     };
     let channels = [text!("colour-red"), text!("colour-green"), text!("colour-blue"), text!("colour-coverage")];
     for (index, channel) in channels.iter().enumerate() {

@@ -1,7 +1,8 @@
-//! Queries of the Shader panel: modules with their costs, their texts, differences between modules, timings, sample images.
+//! Queries of the Shader panel: modules with their costs, their texts, differences between modules, timings, images of the sample body.
 //!
-//! Always: a query runs on the query worker (a background thread), and again only after its result was dropped; when the fragments (the shader sources from which modules
-//! are generated) change, all results are dropped.
+//! In: what a page of the panel asks for in this frame. Out: the result, some frames later. Always: a query runs on the query worker (a background
+//! thread), and again only after its result was dropped; when the fragments (the shader sources from which modules are generated) change, all results
+//! are dropped.
 
 use super::text::{ModuleText, text_of};
 use crate::catalog::NaifId;
@@ -42,10 +43,11 @@ pub(crate) struct LoadedModule {
     pub entry: Option<(PathBuf, u64)>,
 }
 
-/// Why there is no module.
+/// Why there is no valid module.
 pub(crate) struct ModuleFailure {
+    /// The error in one line.
     pub why: String,
-    /// The error with its source line and a caret below it; empty if the error has no source line.
+    /// The error as several lines: its source line, and a caret below the place of the error. Empty if no source line is known.
     pub diagnosis: String,
 }
 
@@ -63,51 +65,53 @@ fn load_module(session: &Session, id: &ModuleId) -> ModuleResult {
     Ok(Arc::new(LoadedModule { ir: ir_cost(&module), tapes, origin: library.origin(id), entry, module }))
 }
 
-/// Size of a map as the shader reads it.
+/// Size of a map in memory, as the shader reads it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MapFacts {
     pub width: u32,
     pub height: u32,
+    /// Number of images in its mip chain.
     pub levels: usize,
-    /// Size of all levels.
+    /// Size of all levels together.
     pub bytes: usize,
 }
 
-/// Side of a sample image, pixels.
+/// Side of a sample image (an image of the sample body), pixels.
 pub(crate) const SAMPLE_PX: u32 = 96;
-/// Largest number of textures of sample images; all are dropped before a further one is stored.
+/// Largest number of sample images kept as textures. When it is reached, all are dropped before the next is stored.
 const MAX_SAMPLE_TEXTURES: usize = 600;
 /// Side of a timed image, pixels.
 const TIMED_PX: u32 = 250;
 
 type SampleImageResult = Result<egui::ColorImage, String>;
 
-/// Another key for one draw of the view. The result is a pair of images of the view: unchanged, and with this key.
+/// The replacement of one draw's key by another, in the image of the view.
 #[derive(Clone, PartialEq, Eq, Hash)]
 pub(crate) struct KeySwap {
     pub body: NaifId,
     pub part: &'static str,
+    /// The new key.
     pub key: ShaderKey,
-    /// Number of the image on screen, counted from the start.
+    /// Number of images that the window has shown, which identifies the view.
     pub image_number: u64,
 }
 
 /// The results of all queries so far.
 #[derive(Default)]
 pub(crate) struct ShaderQueries {
-    /// Digest of the shader generator and its fragments, to which the results belong.
+    /// Digest of the emitter (which generates the modules) and its fragments, to which the results belong.
     generator_digest: Option<Arc<str>>,
     modules: QueryCache<ModuleId, ModuleResult>,
     texts: QueryCache<(ModuleId, Language), Result<Arc<ModuleText>, String>>,
     differences: QueryCache<[ModuleId; 2], Result<Arc<Vec<FeatureDiff>>, String>>,
     reachable_keys: QueryCache<(), Arc<BTreeSet<ShaderKey>>>,
-    timed: QueryCache<ModuleId, Result<Option<f64>, String>>,
+    timings: QueryCache<ModuleId, Result<Option<f64>, String>>,
     maps: QueryCache<(MapDecoding, String), Result<MapFacts, String>>,
     sample_images: QueryCache<ShaderKey, SampleImageResult>,
-    /// The sample images that are textures already.
+    /// The sample images that were displayed before.
     sample_textures: HashMap<ShaderKey, TextureHandle>,
     swaps: QueryCache<KeySwap, Result<Arc<Pair>, String>>,
-    /// [`KeySwap::image_number`] of the stored swaps.
+    /// [`KeySwap::image_number`] of the pairs in `swaps`.
     swap_image_number: u64,
 }
 
@@ -120,12 +124,12 @@ impl ShaderQueries {
         }
     }
 
-    /// Drops results that are errors, which are texts in the language of their query. Their queries run again.
+    /// Drops results that are errors, because their texts are in the language in which the queries were made. The queries run again.
     pub(crate) fn forget_failures(&mut self) {
         self.modules.forget_failures();
         self.texts.forget_failures();
         self.differences.forget_failures();
-        self.timed.forget_failures();
+        self.timings.forget_failures();
         self.maps.forget_failures();
         self.sample_images.forget_failures();
         self.swaps.forget_failures();
@@ -173,17 +177,18 @@ impl ShaderQueries {
         self.reachable_keys.get(worker, &(), |session| Arc::new(keys_of(possible_features(session.catalog())))).cloned()
     }
 
-    /// Starts timing a module; [`Self::timed`] returns the result, milliseconds per megapixel.
-    pub(crate) fn time(&mut self, worker: &dyn RenderWorker, id: &ModuleId) {
+    /// Starts timing a module; [`Self::timing`] returns the result.
+    pub(crate) fn start_timing(&mut self, worker: &dyn RenderWorker, id: &ModuleId) {
         let asked_id = id.clone();
-        self.timed.get(worker, id, move |session| {
+        self.timings.get(worker, id, move |session| {
             ms_per_megapixel_at(session.background_renderer(), session.library(), &asked_id, TIMED_PX).map_err(|e| error_text(&e))
         });
     }
 
-    /// The result of [`Self::time`], if it has arrived; `Ok(None)` for a module that cannot draw the sample body: one without a key, or one for meshes.
-    pub(crate) fn timed(&mut self, id: &ModuleId) -> Option<Result<Option<f64>, String>> {
-        self.timed.known(id).cloned()
+    /// The time of a module in milliseconds per megapixel, if [`Self::start_timing`] was called and the result has arrived. `Ok(None)`: the module cannot
+    /// draw the sample body, because it has no key or draws meshes.
+    pub(crate) fn timing(&mut self, id: &ModuleId) -> Option<Result<Option<f64>, String>> {
+        self.timings.known(id).cloned()
     }
 
     /// The size of a map file as it is decoded for a draw.
@@ -199,8 +204,8 @@ impl ShaderQueries {
             .cloned()
     }
 
-    /// The image of the sample body of `session::sample_body`, the same body for all keys, drawn by a key's module.
-    pub(crate) fn sample(
+    /// The image of the sample body drawn with a key. The body is the same for all keys: see `session::sample_body`.
+    pub(crate) fn sample_texture(
         &mut self,
         ctx: &egui::Context,
         worker: &dyn RenderWorker,
@@ -226,7 +231,7 @@ impl ShaderQueries {
         self.sample_textures.insert(key, texture);
     }
 
-    /// A pair of images of the view: unchanged, and with the key of one draw replaced.
+    /// Two images of the view: the first unchanged, the second with the key of one draw replaced.
     pub(crate) fn swap(
         &mut self,
         worker: &dyn RenderWorker,
@@ -234,7 +239,7 @@ impl ShaderQueries {
         request: &ViewRequest,
     ) -> Option<Result<Arc<Pair>, String>> {
         if self.swap_image_number != key_swap.image_number {
-            // Pairs of earlier views are large and no longer needed.
+            // The pairs of earlier views are dropped, because they are large and no longer needed.
             self.swap_image_number = key_swap.image_number;
             self.swaps.clear();
         }
@@ -248,8 +253,8 @@ impl ShaderQueries {
     }
 }
 
-/// Draws the sample body as display bytes, encoded with a gamma of 2.2. Radiance has a fixed scale; other pixel views are scaled so that
-/// the greatest value is white.
+/// Draws the sample body for display, encoded with a gamma of 2.2. Radiance has a fixed scale; a key of another pixel view is scaled so that the
+/// greatest value is white.
 fn draw_sample_body(session: &Session, key: &ShaderKey) -> SampleImageResult {
     let plan = sample_body_plan(session.library(), key, SAMPLE_PX, SAMPLE_HALF_SIDE_WITH_LIMB).map_err(|e| error_text(&e))?;
     let (frame, _) =
@@ -257,6 +262,7 @@ fn draw_sample_body(session: &Session, key: &ShaderKey) -> SampleImageResult {
     let is_radiance = key.features().view == PixelView::Final;
     let greatest = frame.hdr.iter().flat_map(|p| &p[..3]).copied().filter(|v| v.is_finite()).fold(1e-12, f32::max);
     let scale = if is_radiance { 1.0 } else { 1.0 / greatest };
+    // 0.4545 = 1 / 2.2.
     let encoded = |v: f32| (255.0 * (v * scale).clamp(0.0, 1.0).powf(0.4545)).round() as u8;
     let rgba = frame.hdr.iter().map(|p| [encoded(p[0]), encoded(p[1]), encoded(p[2]), 255]).collect();
     Ok(colour_image(SAMPLE_PX, SAMPLE_PX, rgba))
@@ -284,7 +290,7 @@ mod tests {
     use super::*;
     use crate::catalog::Catalog;
 
-    /// A visit of many keys must not fill the memory of the GPU.
+    /// A user who looks at many keys must not fill the memory of the GPU.
     #[test]
     fn textures_of_sample_images_are_dropped_when_there_are_too_many() {
         let keys = keys_of(possible_features(&Catalog::embedded()));

@@ -1,7 +1,7 @@
 //! The Source page: source text with line numbers, syntax colours, the feature of each line, and search.
 //!
-//! Always: only visible lines are laid out, so that a text of a hundred thousand lines scrolls as fast as a short text; the list of lines
-//! is a single Tab stop, and arrow keys move between its lines.
+//! In: the text of the displayed module in the chosen language. Out: egui shapes. Always: only visible lines are laid out, so that a text of a hundred
+//! thousand lines scrolls as fast as a short text; the list of lines is a single Tab stop, and arrow keys move between its lines.
 
 use super::text::{ModuleText, feature_colour, find_all, layout_job};
 use super::{Inspected, ShaderPanel};
@@ -12,36 +12,38 @@ use crate::view::panels::theme::{CODE, SMALL};
 use egui::{Key, RichText, ScrollArea, Sense, TextEdit, Ui, Vec2, vec2};
 use std::sync::Arc;
 
-/// Width of the margin with the names of features and the stripe.
+/// Width of the margin left of the source, which shows the feature of each line: its name and a coloured stripe.
 const MARGIN_POINTS: f32 = 112.0;
-/// Width of the coloured stripe at the right edge of the margin.
+/// Width of the stripe at the right edge of the margin.
 const STRIPE_POINTS: f32 = 4.0;
+/// Size of the font of the source.
 const FONT_POINTS: f32 = CODE;
-/// Number of rows above a line to which the list is scrolled.
+/// When the list is scrolled to a line, this number of rows stays visible above it.
 const ROWS_ABOVE: f32 = 3.0;
 
 #[derive(Default)]
 pub(crate) struct SourcePage {
+    /// The chosen language; `None`: WGSL.
     language: Option<Language>,
     /// The feature to highlight.
     feature: Option<String>,
-    /// Show only the lines of this feature.
+    /// Show only the lines of the highlighted feature.
     only_feature: bool,
-    /// Show only the stripes of the margin, without names.
+    /// The margin shows only stripes, without names.
     hides_names: bool,
-    /// Also list negated features, such as `not eclipse`: its lines are included because the draw has no eclipse.
+    /// The legend also lists negated features. The lines of `not eclipse`, for example, are in the module because the draw has no eclipse.
     shows_negated: bool,
-    /// The search string.
+    /// The text in the search field.
     needle: String,
     /// Index of the current match in `matches`.
     match_index: usize,
-    /// The last search: the searched text, the search string, and the lines (from 0) that contain it.
+    /// The last search: the source that was searched, the text that was sought, and the lines (from 0) that contain it.
     matches: Option<(Arc<ModuleText>, String, Vec<u32>)>,
     /// A feature requested by another panel, until the user chooses a feature.
     requested: Option<String>,
-    /// The text in which the requested feature was last shown.
+    /// The source in which the page has already jumped to the requested feature.
     requested_in: Option<Arc<ModuleText>>,
-    /// The first line (from 0) of the run of consecutive lines of a feature that was shown last.
+    /// The first line (from 0) of the last run jumped to. A run is a group of consecutive lines of one feature.
     run_start: Option<usize>,
     /// A line (from 0) to scroll to.
     scroll_line: Option<u32>,
@@ -115,7 +117,7 @@ impl SourcePage {
         }
     }
 
-    /// Shows the search field with the number of the current match, and scrolls to the match when it changes.
+    /// Shows the search field and the number of the current match. Scrolls to the current match when it changes.
     fn search(&mut self, ui: &mut Ui, text: &Arc<ModuleText>) {
         let mut step = 0;
         ui.horizontal(|ui| {
@@ -141,9 +143,9 @@ impl SourcePage {
             if ui.small_button(text!("source-next")).on_hover_text(text!("source-next-hint")).clicked() {
                 step = 1;
             }
-            let is_current =
+            let is_up_to_date =
                 self.matches.as_ref().is_some_and(|(searched, needle, _)| Arc::ptr_eq(searched, text) && *needle == self.needle);
-            if !is_current {
+            if !is_up_to_date {
                 let is_match = |line: &str| !find_all(line, &self.needle).is_empty();
                 let lines = (0..).zip(&text.lines).filter(|(_, line)| is_match(&line.text)).map(|(index, _)| index).collect::<Vec<u32>>();
                 self.match_index = 0;
@@ -163,7 +165,8 @@ impl SourcePage {
         });
     }
 
-    /// Shows every feature that has lines, with its colour and its number of lines, and the switch that hides all lines but those of the chosen feature.
+    /// Shows every feature that has lines, with its colour and its number of lines, and a switch that hides all lines except those of the chosen
+    /// feature.
     fn legend(&mut self, ui: &mut Ui, text: &ModuleText) {
         let dark = ui.visuals().dark_mode;
         ui.scope(|ui| {
@@ -186,8 +189,8 @@ impl SourcePage {
                     let hover = text!("source-feature-hint", lines = lines, name = name);
                     if ui.selectable_label(is_chosen, label).on_hover_text(hover).clicked() {
                         self.requested = None;
-                        let shown_start = self.run_start.filter(|_| is_chosen);
-                        self.go_to(text, feature, shown_start);
+                        let last_start = self.run_start.filter(|_| is_chosen);
+                        self.go_to(text, feature, last_start);
                     }
                 }
                 if negated_count > 0 {
@@ -197,8 +200,8 @@ impl SourcePage {
             });
         });
         ui.horizontal(|ui| {
-            // The highlighted feature may be missing from this module, if it was chosen in another.
-            if let Some(feature) = self.feature.clone().filter(|f| text.features.iter().any(|t| t.0 == *f)) {
+            // This module may lack the highlighted feature, if the user chose it in another module.
+            if let Some(feature) = self.feature.clone().filter(|f| text.features.iter().any(|(name, _)| name == f)) {
                 ui.checkbox(&mut self.only_feature, text!("source-only", feature = feature)).on_hover_text(text!("source-only-hint"));
                 if ui.small_button(text!("source-all")).on_hover_text(text!("source-all-hint")).clicked() {
                     (self.feature, self.only_feature, self.requested) = (None, false, None);
@@ -207,15 +210,15 @@ impl SourcePage {
         });
     }
 
-    /// Jumps to the longest run of consecutive lines of a feature. If a run is shown already (given by its first line), jumps to the next
-    /// one.
-    fn go_to(&mut self, text: &ModuleText, feature: usize, shown_start: Option<usize>) {
+    /// Highlights a feature (given by its index) and jumps to its longest run of consecutive lines, or, with `last_start`, to the run after the one that
+    /// starts there.
+    fn go_to(&mut self, text: &ModuleText, feature: usize, last_start: Option<usize>) {
         let has_feature = |line: usize| text.lines.get(line).is_some_and(|l| usize::from(l.feature) == feature);
         let starts: Vec<usize> = (0..text.lines.len()).filter(|i| has_feature(*i) && (*i == 0 || !has_feature(i - 1))).collect();
         let length = |start: usize| (start..text.lines.len()).take_while(|i| has_feature(*i)).count();
-        let next = match shown_start {
-            Some(shown_start) => starts.iter().find(|start| **start > shown_start).or(starts.first()),
-            // The first lines of a feature are usually declarations; its longest run is its code. Of equal runs, the first one is taken.
+        let next = match last_start {
+            Some(last_start) => starts.iter().find(|start| **start > last_start).or(starts.first()),
+            // The first lines of a feature are usually declarations; its longest run is its code. Of runs of equal length, the first is taken.
             None => starts.iter().rev().max_by_key(|start| length(**start)),
         };
         self.feature = text.features.get(feature).map(|f| f.0.clone());
@@ -223,7 +226,7 @@ impl SourcePage {
         self.scroll_line = next.map(|start| *start as u32);
     }
 
-    /// Shows the visible lines, and handles the keys of the list.
+    /// Shows the list of lines, and handles its keys.
     fn lines(&mut self, ui: &mut Ui, text: &ModuleText) {
         let highlighted = self.feature.as_ref().and_then(|name| text.features.iter().position(|f| f.0 == *name));
         // The lines that are rows of the list; `None`: all lines.
@@ -276,13 +279,13 @@ impl SourcePage {
                             chosen_feature = Some(usize::from(line.feature));
                         }
                     }
-                    let shown = ui.add(egui::Label::new(layout_job(line_index + 1, &line.text, &self.needle, &font, dark)).extend());
+                    let label = ui.add(egui::Label::new(layout_job(line_index + 1, &line.text, &self.needle, &font, dark)).extend());
                     if tab_stop.has_focus() && row == cursor_row {
-                        ui.painter().rect_stroke(shown.rect, 2.0, ui.visuals().selection.stroke, egui::StrokeKind::Outside);
-                        ui.ctx().accesskit_node_builder(tab_stop.id, |list| list.set_active_descendant(shown.id.accesskit_id()));
+                        ui.painter().rect_stroke(label.rect, 2.0, ui.visuals().selection.stroke, egui::StrokeKind::Outside);
+                        ui.ctx().accesskit_node_builder(tab_stop.id, |list| list.set_active_descendant(label.id.accesskit_id()));
                         let feature = text.features.get(usize::from(line.feature)).filter(|_| has_margin);
                         if let Some((feature, _)) = feature {
-                            ui.ctx().accesskit_node_builder(shown.id, |node| {
+                            ui.ctx().accesskit_node_builder(label.id, |node| {
                                 node.set_description(text!("source-needed-by", feature = feature))
                             });
                         }
@@ -295,8 +298,8 @@ impl SourcePage {
         }
     }
 
-    /// Shows the feature of a line in the margin. `is_first`: the line is the first visible one of its run, so the feature's name is shown
-    /// too. Returns whether the margin was clicked.
+    /// Shows the feature of a line in the margin. `is_first`: the line is the first visible line of its run, so the margin also shows the feature's
+    /// name. `highlighted`: index of the highlighted feature. Returns whether the margin was clicked.
     fn margin(&self, ui: &mut Ui, text: &ModuleText, line_index: usize, height: f32, is_first: bool, highlighted: Option<usize>) -> bool {
         let Some(line) = text.lines.get(line_index) else { return false };
         let Some((name, _)) = text.features.get(usize::from(line.feature)) else { return false };
@@ -323,7 +326,8 @@ impl SourcePage {
     }
 }
 
-/// Handles the navigation keys while the list has the focus. Returns the new row of the cursor, and whether it moved.
+/// Handles arrow keys, Page Up, Page Down, Home and End while the list has the focus. `row`: the row of the cursor; `count`: number of rows. Returns
+/// the new row of the cursor, and whether it moved.
 fn navigation_keys(ui: &Ui, tab_stop: &egui::Response, row: usize, count: usize) -> (usize, bool) {
     /// Rows by which Page Up and Page Down move.
     const PAGE_ROWS: usize = 20;

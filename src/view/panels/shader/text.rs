@@ -1,4 +1,7 @@
-//! The text of a module in one language, split into lines, with syntax colours and the feature of each line.
+//! The text of a module in one shading language, split into lines, with syntax colours and the feature of each line.
+//!
+//! In: a module, a language. Out: lines, and layout jobs that egui can display. Always: only WGSL has features and origins of lines, because the source
+//! map is that of WGSL.
 
 use crate::shader::ShaderModule;
 use crate::shader::key::DIMENSIONS;
@@ -11,9 +14,9 @@ use std::ops::Range;
 /// One line of the text, its feature and its origin.
 pub(crate) struct ModuleLine {
     pub text: String,
-    /// Index into [`ModuleText::features`].
+    /// Index into [`ModuleText::features`], if the language has features.
     pub feature: u16,
-    /// Path of the fragment (shader source) and the line in it; empty if unknown.
+    /// Path of the fragment (a shader source) and number of the line in it, such as `shaders/lib/a.wesl:7`; empty if unknown.
     pub origin: String,
 }
 
@@ -21,7 +24,8 @@ pub(crate) struct ModuleLine {
 pub(crate) struct ModuleText {
     pub language: Language,
     pub lines: Vec<ModuleLine>,
-    /// Name and number of lines of each feature; empty if the language has no source map.
+    /// Name and number of lines of each feature. The first is the module's own name, with the lines that need no feature. Empty for languages other than
+    /// WGSL.
     pub features: Vec<(String, usize)>,
 }
 
@@ -33,7 +37,7 @@ pub(crate) fn text_of(module: &ShaderModule, language: Language) -> Result<Modul
     let line = |(index, text): (usize, &str)| {
         let source = map.lines.get(index).filter(|_| has_source_map);
         let origin = source.and_then(|_| map.origin_of(index + 1)).map_or(String::new(), |(path, line)| format!("shaders/{path}:{line}"));
-        ModuleLine { text: text.replace('\t', "    "), feature: source.map_or(0, |o| o.feature), origin }
+        ModuleLine { text: text.replace('\t', "    "), feature: source.map_or(0, |origin| origin.feature), origin }
     };
     let lines: Vec<ModuleLine> = text.lines().enumerate().map(line).collect();
     let line_count = |feature: usize| lines.iter().filter(|line| usize::from(line.feature) == feature).count();
@@ -42,19 +46,22 @@ pub(crate) fn text_of(module: &ShaderModule, language: Language) -> Result<Modul
     Ok(ModuleText { language, lines, features })
 }
 
-/// The kind of a token, for its syntax colour. `Call` is the name of a called function; `Attribute` includes preprocessor lines.
+/// The kind of a token, for its syntax colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TokenKind {
     Plain,
     Comment,
+    /// A keyword, or an instruction of disassembled SPIR-V.
     Keyword,
     Type,
     Number,
+    /// The name of a called function.
     Call,
+    /// An attribute, or a preprocessor line.
     Attribute,
 }
 
-/// Keywords of WGSL, HLSL, GLSL and MSL.
+/// Keywords of WGSL, HLSL, GLSL and MSL, and boolean literals.
 const KEYWORDS: &[&str] = &[
     "alias",
     "break",
@@ -102,7 +109,9 @@ const KEYWORDS: &[&str] = &[
     "true",
     "false",
 ];
+/// Names of types in these languages.
 const TYPES: &[&str] = &["bool", "f32", "f16", "i32", "u32", "float", "int", "uint", "double", "half", "sampler", "array", "matrix"];
+/// Beginnings of further names of types.
 const TYPE_PREFIXES: &[&str] = &[
     "vec", "mat", "float2", "float3", "float4", "uint2", "uint3", "uint4", "int2", "int3", "int4", "texture", "sampler", "Texture",
     "Sampler", "ivec", "uvec", "bvec", "bool2", "bool3", "bool4", "packed_",
@@ -130,7 +139,8 @@ fn token_kind(word: &str, rest: &str) -> TokenKind {
     }
 }
 
-/// The tokens of a line, in order and without gaps; neighbours of one kind are merged. A comment extends to the end of the line.
+/// The tokens of a line as byte ranges, in order and without gaps. Adjacent tokens of the same kind are merged. A comment extends to the end of the
+/// line.
 pub(crate) fn tokens(line: &str) -> Vec<(Range<usize>, TokenKind)> {
     let mut found: Vec<(Range<usize>, TokenKind)> = Vec::new();
     let mut push = |range: Range<usize>, kind: TokenKind| match found.last_mut() {
@@ -173,7 +183,8 @@ pub(crate) fn tokens(line: &str) -> Vec<(Range<usize>, TokenKind)> {
     found
 }
 
-fn colour(kind: TokenKind, dark: bool) -> Color32 {
+/// The colour of a token on a dark or a light background.
+fn syntax_colour(kind: TokenKind, dark: bool) -> Color32 {
     let [on_dark, on_light] = match kind {
         TokenKind::Plain => [[212, 212, 212], [40, 40, 40]],
         TokenKind::Comment => [[128, 146, 118], [84, 112, 70]],
@@ -187,19 +198,20 @@ fn colour(kind: TokenKind, dark: bool) -> Color32 {
     Color32::from_rgb(r, g, b)
 }
 
-/// The colour of a feature, the same in every module. Each feature of a dimension has its own hue; all other names are grey.
+/// The colour of a feature, the same in every module. Each feature of a dimension has its own hue, which its negation shares; other names are grey.
 pub(crate) fn feature_colour(name: &str, dark: bool) -> Color32 {
-    let (negated, name) = name.strip_prefix("not ").map_or((false, name), |names| (true, names.split(", ").next().unwrap_or(names)));
+    // Of several negated features (`not a, b`), the first gives the hue.
+    let (is_negated, name) = name.strip_prefix("not ").map_or((false, name), |names| (true, names.split(", ").next().unwrap_or(names)));
     let all = DIMENSIONS.iter().flat_map(|d| d.feature_names).filter(|f| !f.is_empty());
     let Some(index) = all.into_iter().position(|f| *f == name) else { return Color32::from_gray(if dark { 155 } else { 95 }) };
-    // Steps by the golden angle (0.382 of a turn) give neighbouring features clearly different hues.
+    // Consecutive features differ by the golden angle (0.382 of a turn), so that their hues are clearly different.
     let hue = (index as f32 * 0.381_966).fract();
     let (saturation, value) = if dark { (0.45, 0.95) } else { (0.9, 0.44) };
-    // A negated feature has the same hue, paler.
-    HsvaGamma { h: hue, s: if negated { saturation * 0.5 } else { saturation }, v: value, a: 1.0 }.into()
+    // A negated feature is paler.
+    HsvaGamma { h: hue, s: if is_negated { saturation * 0.5 } else { saturation }, v: value, a: 1.0 }.into()
 }
 
-/// Lays out a line with its number (none if 0), syntax colours, and the matches of `needle` highlighted.
+/// The layout of a line, with syntax colours and highlighted occurrences of `needle`, after its number unless that is 0.
 pub(crate) fn layout_job(number: usize, line: &str, needle: &str, font: &FontId, dark: bool) -> LayoutJob {
     let format = |color: Color32| TextFormat { font_id: font.clone(), color, ..TextFormat::default() };
     let mut layout_job = LayoutJob::default();
@@ -217,10 +229,10 @@ pub(crate) fn layout_job(number: usize, line: &str, needle: &str, font: &FontId,
                 Some(m) => m.end.min(range.end),
                 None => matches.iter().map(|m| m.start).filter(|s| *s > at).min().unwrap_or(range.end).min(range.end),
             };
-            let mut text_format = format(colour(kind, dark));
+            let mut text_format = format(syntax_colour(kind, dark));
             if match_here.is_some() {
                 // Some syntax colours are illegible on the highlight, so highlighted text has the plain colour.
-                text_format.color = colour(TokenKind::Plain, dark);
+                text_format.color = syntax_colour(TokenKind::Plain, dark);
                 text_format.background = highlight;
             }
             layout_job.append(&line[at..end], 0.0, text_format);

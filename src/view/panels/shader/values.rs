@@ -1,7 +1,7 @@
 //! The Values page: the uniforms of a draw with their byte offsets, and its textures with their files.
 //!
-//! Always: the values are those of the last image. For a key changed by hand, they are the values of the same draw in the layout of that
-//! key.
+//! In: the displayed module, and its draw in the last image. Out: egui shapes. Always: the values are those of the last image; for a key changed by
+//! hand, the values of the same draw are shown in the layout of that key.
 
 use super::{Inspected, ShaderPanel};
 use crate::render::plan::{self, RING_PROFILE, role_of, uniform_bytes};
@@ -17,7 +17,7 @@ use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
 pub(crate) struct ValuesPage {
     /// Only uniforms whose name contains this text are shown.
     filter: String,
-    /// Index of the chosen draw among those that use the simple module.
+    /// Index of the chosen draw among those that use the displayed simple shader.
     draw: usize,
 }
 
@@ -53,7 +53,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     });
 }
 
-/// The uniform bytes of a draw with a simple module. If several draws use the module, shows a list to choose one; `None`: no draw uses it.
+/// The uniform bytes of a draw that uses a simple shader; `None` if no draw uses it. If several do, shows a list to choose one.
 fn simple_module_bytes(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, module: &str) -> Option<Vec<u8>> {
     let draws: Vec<_> = inspected.rendered.simple_draws.iter().filter(|d| d.module == module).collect();
     let chosen = &mut panel.values.draw;
@@ -74,12 +74,12 @@ fn simple_module_bytes(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &I
 /// The f32 components of a field; none if the field extends past the end of the bytes.
 fn numbers(field: &UniformField, bytes: &[u8]) -> Vec<f32> {
     let end = field.offset as usize + 4 * field.ty.components();
-    let of_field = bytes.get(field.offset as usize..end).unwrap_or_default();
-    of_field.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect()
+    let field_bytes = bytes.get(field.offset as usize..end).unwrap_or_default();
+    field_bytes.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect()
 }
 
-/// Formats a number: an integer below 1e6 in full; another number from 1e-4 to 1e6 with up to six decimals, without trailing zeros; any
-/// other with six significant digits.
+/// Formats a number by its magnitude: from 1e-4 to 1e6 with up to six decimals, without trailing zeros; zero as `0`; any other with six significant
+/// digits and an exponent.
 pub(crate) fn number_text(v: f32) -> String {
     let magnitude = v.abs();
     if v == v.trunc() && magnitude < 1e6 {
@@ -88,18 +88,19 @@ pub(crate) fn number_text(v: f32) -> String {
     if !(1e-4..1e6).contains(&magnitude) {
         return format!("{v:.5e}");
     }
-    // A number close to an integer, such as 1 + f32::EPSILON, has no decimals left.
+    // The point goes, too, if rounding leaves no decimals, as for 1 + f32::EPSILON.
     format!("{v:.6}").trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// Shows the table of uniforms.
 fn uniform_table(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, filter: &str) {
-    /// Largest number of rows of a matrix or array in the table, and in its tooltip.
+    /// Largest number of rows of a matrix or array that the table shows.
     const MAX_ROWS: usize = 3;
+    /// The same for the tooltip.
     const MAX_TOOLTIP_ROWS: usize = 60;
     Grid::new("uniforms").num_columns(5).striped(true).spacing([10.0, 3.0]).show(ui, |ui| {
-        for head in [text!("values-offset"), text!("values-bytes"), text!("values-type"), text!("values-name"), text!("values-value")] {
-            ui.weak(head);
+        for heading in [text!("values-offset"), text!("values-bytes"), text!("values-type"), text!("values-name"), text!("values-value")] {
+            ui.weak(heading);
         }
         ui.end_row();
         let filter = filter.trim().to_ascii_lowercase();
@@ -129,8 +130,8 @@ fn uniform_table(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, filte
 /// Shows the tables of textures and samplers.
 fn texture_table(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, layout: &Layout) {
     Grid::new("textures").num_columns(4).striped(true).spacing([10.0, 3.0]).show(ui, |ui| {
-        for head in [text!("values-binding"), text!("values-name"), text!("values-file"), text!("values-size")] {
-            ui.weak(head);
+        for heading in [text!("values-binding"), text!("values-name"), text!("values-file"), text!("values-size")] {
+            ui.weak(heading);
         }
         ui.end_row();
         for texture in &layout.textures {

@@ -1,7 +1,7 @@
 //! File dialogs of the desktop, where available.
 //!
-//! In: the field for which a file is chosen. Out: the file's path in that field. Always: the field beside the button also accepts a typed
-//! name; where no dialogs are available there is no button. The window provides the function that opens dialogs; tests provide their own.
+//! In: the text field for a file name. Out: the chosen file's path in that field. Always: the field also accepts a typed name; without dialogs there is
+//! no button beside it. The window provides the function that opens dialogs; tests provide their own.
 
 use crate::view::language::text;
 use crate::view::panels::Interface;
@@ -17,16 +17,16 @@ pub struct FileRequest {
     pub title: &'static str,
     /// File extensions without the dot.
     pub extensions: &'static [&'static str],
-    /// The file name that is in the field when the dialog opens.
+    /// The file name or path that the field contains when the dialog opens.
     pub name: String,
-    /// The dialog asks for an existing file to open; otherwise for the name of a file to save.
+    /// Whether to choose an existing file to open; otherwise the user names a file to save.
     pub opens: bool,
 }
 
 /// Opens a dialog; the result is `None` if no file was chosen or no dialog could open.
 pub type FileDialog = fn(FileRequest) -> Pending<Option<PathBuf>>;
 
-/// The text field that receives the path.
+/// A text field for a file name, which a dialog can fill.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FileField {
     View,
@@ -41,11 +41,11 @@ pub(crate) struct OpenDialog {
     answer: Pending<Option<PathBuf>>,
 }
 
-/// Interval at which an open dialog is polled.
+/// Interval between checks whether an open dialog has been answered.
 const CHECK_INTERVAL: Duration = Duration::from_millis(100);
 
 impl FileField {
-    /// The accessible name of the button.
+    /// The accessible name of the button that opens the dialog.
     fn button_name(self) -> &'static str {
         match self {
             Self::View => text!("dialog-choose-view"),
@@ -83,13 +83,13 @@ pub(crate) fn button(interface: &mut Interface, ui: &mut Ui, field: FileField) {
     let request = field.request(field_text(interface, field));
     let name = field.button_name();
     let is_enabled = interface.share.dialog.is_none();
-    let button = ui.add_enabled_ui(is_enabled, |ui| icons::bare(ui, Icon::Open, name)).inner;
+    let button = ui.add_enabled_ui(is_enabled, |ui| icons::without_text(ui, Icon::Open, name)).inner;
     if button.on_hover_text(text!("dialog-hint")).clicked() {
         interface.share.dialog = Some(OpenDialog { field, answer: open(request) });
     }
 }
 
-/// Polls the open dialog and writes the chosen path into its field.
+/// Checks whether the open dialog has been answered, and writes the chosen path into its field.
 pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context) {
     let Some(dialog) = &interface.share.dialog else { return };
     let field = dialog.field;

@@ -1,8 +1,8 @@
 //! Export of images, sequences and animations to files.
 //!
-//! In: a view or a tour, file names, image sizes. Out: files. Always: no existing file is overwritten; frames are drawn in the background,
-//! one after the other, so that the export can be stopped between frames; the export continues when the panel is closed; the file of an
-//! animation is written only after its last frame.
+//! In: a view or a tour, file names, image sizes. Out: files. Always: no existing file is overwritten; the query worker (a background thread) draws one
+//! frame after the other, so that the user can stop the export between frames; the export continues when the panel is closed; the file of an animation
+//! is written only after its last frame.
 
 use crate::files::frame_number::NumberedName;
 use crate::files::{FileAccess, write_new};
@@ -21,7 +21,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Settings of a written image.
+/// Settings of an exported image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ImageOptions {
     /// Width and height, pixels.
@@ -32,7 +32,7 @@ pub(crate) struct ImageOptions {
 
 /// The views of an export's frames.
 pub enum FrameViews {
-    /// One view at times that are `step_s` scene seconds apart.
+    /// One view, with its time increased by `step_s` seconds from frame to frame.
     Steps { view: Box<ViewState>, step_s: f64 },
     /// A tour at `rate` frames per second, drawn at this quality instead of its own.
     Tour { tour: Arc<Tour>, rate: u32, quality: Quality },
@@ -48,23 +48,24 @@ impl FrameViews {
     }
 }
 
-/// An animation with the frames encoded so far.
+/// An animation that does not have all frames yet.
 struct AnimationInProgress {
     writer: AnimationWriter<SharedBytes>,
-    /// The encoded file so far, which the writer fills.
+    /// The part of the file that is encoded already; the writer appends to it.
     bytes: SharedBytes,
     /// The file name that the user typed.
     name: String,
 }
 
+/// The files to which an export writes its frames.
 enum ExportOutput {
     /// One file per frame.
     Files(NumberedName),
-    /// One file for all frames; `None` while a frame is being added or after the last one.
+    /// One file for all frames; `None` while the query worker adds a frame, and after the last frame.
     Animation(Option<Box<AnimationInProgress>>),
 }
 
-/// The file that was written with the frame, if any, and the animation, unless it is finished.
+/// The result of a frame: the file that was written, if any, and the animation, if it needs more frames.
 type FrameResult = Result<(Option<PathBuf>, Option<Box<AnimationInProgress>>), String>;
 
 /// A running export.
@@ -76,28 +77,28 @@ pub(crate) struct Export {
     done: u32,
     /// Number of all frames.
     count: u32,
-    /// Start of the export, in egui's time (`InputState::time`).
-    began_s: f64,
+    /// Start of the export, in egui's time (`InputState::time`); NaN before it.
+    started_s: f64,
     /// The frame that is being drawn and written.
     frame: Pending<FrameResult>,
 }
 
 impl Export {
-    /// Exports frames to one file each.
+    /// An export of frames to one file each.
     ///
     /// # Errors
     /// If the name's placeholder for the frame number is invalid; the message explains how to write it.
-    pub(crate) fn of_files(frames: FrameViews, name: &str, count: u32, options: ImageOptions) -> Result<Self, String> {
+    pub(crate) fn sequence(frames: FrameViews, name: &str, count: u32, options: ImageOptions) -> Result<Self, String> {
         let files = free_sequence(name, count).map_err(|e| error_text(&e))?;
-        Ok(Self::of(frames, ExportOutput::Files(files), count, options))
+        Ok(Self::new(frames, ExportOutput::Files(files), count, options))
     }
 
-    /// Exports frames as one animation at `rate` frames per second.
+    /// An export of frames as one animation at `rate` frames per second.
     ///
     /// # Errors
     /// If the extension is not that of an animation format, the format does not support the size or the rate, or all frames together have more
     /// than [`MAX_ANIMATION_PIXELS`].
-    pub(crate) fn of_animation(frames: FrameViews, name: &str, count: u32, rate: u32, options: ImageOptions) -> Result<Self, String> {
+    pub(crate) fn animation(frames: FrameViews, name: &str, count: u32, rate: u32, options: ImageOptions) -> Result<Self, String> {
         let file_format = animation_format(Path::new(name)).ok_or_else(|| text!("export-ending", name = name))?;
         let [width, height] = options.size;
         if f64::from(width) * f64::from(height) * f64::from(count) > MAX_ANIMATION_PIXELS {
@@ -106,37 +107,37 @@ impl Export {
         let bytes = SharedBytes::default();
         let writer = AnimationWriter::new(bytes.clone(), file_format, (width, height), count, rate).map_err(|e| error_text(&e))?;
         let animation = AnimationInProgress { writer, bytes, name: name.to_owned() };
-        Ok(Self::of(frames, ExportOutput::Animation(Some(Box::new(animation))), count, options))
+        Ok(Self::new(frames, ExportOutput::Animation(Some(Box::new(animation))), count, options))
     }
 
-    fn of(frames: FrameViews, output: ExportOutput, count: u32, options: ImageOptions) -> Self {
-        Self { frames: Arc::new(frames), output, options, done: 0, count, began_s: f64::NAN, frame: Pending::default() }
+    fn new(frames: FrameViews, output: ExportOutput, count: u32, options: ImageOptions) -> Self {
+        Self { frames: Arc::new(frames), output, options, done: 0, count, started_s: f64::NAN, frame: Pending::default() }
     }
 
-    /// Starts the export.
-    pub(crate) fn begin(mut self, worker: &dyn RenderWorker, now_s: f64) -> Self {
-        self.began_s = now_s;
-        self.next(worker);
+    /// Starts the first frame. `now_s`: egui's time.
+    pub(crate) fn start(mut self, worker: &dyn RenderWorker, now_s: f64) -> Self {
+        self.started_s = now_s;
+        self.start_next_frame(worker);
         self
     }
 
-    /// Finished fraction, 0 to 1.
+    /// Finished fraction of the frames, 0 to 1.
     pub(crate) fn fraction(&self) -> f32 {
         self.done as f32 / self.count.max(1) as f32
     }
 
     /// The progress, as in `12 of 60, about 20 s left`.
     pub(crate) fn progress_text(&self, now_s: f64) -> String {
-        let left = match (self.done, now_s - self.began_s) {
+        let left = match (self.done, now_s - self.started_s) {
             (0, _) => String::new(),
             (done, elapsed_s) => format!(", {}", remaining_text(elapsed_s / f64::from(done) * f64::from(self.count - done))),
         };
         text!("export-progress", done = self.done, count = self.count, left = left)
     }
 
-    /// Takes a finished frame and starts the next one. Returns a message and whether the export has ended; `None` if no frame was finished.
-    /// `saved`: formats the message about a written file.
-    pub(crate) fn poll(&mut self, worker: &dyn RenderWorker, saved: impl Fn(&Path) -> String) -> Option<(String, bool)> {
+    /// Takes a finished frame and starts the next one. Returns a message and whether the export has ended; `None` while the frame is being drawn.
+    /// `saved_message`: formats the message about a written file.
+    pub(crate) fn poll(&mut self, worker: &dyn RenderWorker, saved_message: impl Fn(&Path) -> String) -> Option<(String, bool)> {
         let (path, animation) = match self.frame.take()? {
             Ok(result) => result,
             Err(why) => return Some((why, true)),
@@ -147,18 +148,20 @@ impl Export {
             *in_progress = animation;
         }
         if !is_over {
-            self.next(worker);
+            self.start_next_frame(worker);
         }
         let message = match (&self.output, path) {
-            (ExportOutput::Files(_), Some(path)) => text!("export-saved-frame", done = self.done, count = self.count, saved = saved(&path)),
-            (_, Some(path)) => saved(&path),
+            (ExportOutput::Files(_), Some(path)) => {
+                text!("export-saved-frame", done = self.done, count = self.count, saved = saved_message(&path))
+            }
+            (_, Some(path)) => saved_message(&path),
             (_, None) => text!("export-recording", done = self.done, count = self.count),
         };
         Some((message, is_over))
     }
 
-    /// Starts drawing the next frame.
-    fn next(&mut self, worker: &dyn RenderWorker) {
+    /// Asks the query worker to draw and write the next frame.
+    fn start_next_frame(&mut self, worker: &dyn RenderWorker) {
         let (frames, number, options) = (Arc::clone(&self.frames), self.done, self.options);
         let is_last = number + 1 == self.count;
         self.frame = match &mut self.output {
@@ -192,8 +195,8 @@ fn add_frame(
     options: ImageOptions,
     is_last: bool,
 ) -> FrameResult {
-    let is_exr = false;
-    let (_, drawn) = draw(session, view, options, is_exr)?;
+    let for_exr = false;
+    let (_, drawn) = draw(session, view, options, for_exr)?;
     animation.writer.add(&drawn.frame.display).map_err(|e| error_text(&e))?;
     if !is_last {
         return Ok((None, Some(animation)));
@@ -206,18 +209,18 @@ fn add_frame(
     Ok((Some(path), None))
 }
 
-/// Draws one image by [`Session::draw_in_background`]. `is_exr`: for a file of linear light; otherwise as displayed.
-fn draw(session: &Session, view: &ViewState, options: ImageOptions, is_exr: bool) -> Result<(ViewRequest, DrawnFrame), String> {
+/// Draws one image by [`Session::draw_in_background`], with its linear light if `for_exr`.
+fn draw(session: &Session, view: &ViewState, options: ImageOptions, for_exr: bool) -> Result<(ViewRequest, DrawnFrame), String> {
     let [width, height] = options.size;
     let mut request: ViewRequest = view.request(session.catalog(), session.ephemeris(), width, height).map_err(|e| error_text(&e))?;
     request.layers.labels = options.labels;
-    request.purpose = Purpose::of_file(is_exr);
-    let images = if is_exr { FrameImages::DisplayAndHdr } else { FrameImages::Display };
+    request.purpose = Purpose::of_file(for_exr);
+    let images = if for_exr { FrameImages::DisplayAndHdr } else { FrameImages::Display };
     let drawn = session.draw_in_background(&request, SamplingQuality::of(request.quality), images).map_err(|e| error_text(&e))?;
     Ok((request, drawn))
 }
 
-/// Draws a view and writes it under the first of the names in `files` that is free; returns that name. All names have the same extension.
+/// Draws a view and writes it to the first path of `files` at which there is no file; returns that path. All paths must have the same extension.
 pub(crate) fn save(
     session: &Session,
     view: &ViewState,

@@ -1,4 +1,7 @@
-//! The controls of the Share panel for images, sequences and animations.
+//! The controls of the Share panel for images, sequences of images and animations.
+//!
+//! In: the panel's settings. Out: changed settings, and a request for an export, which the panel starts. Always: no export can be requested while another
+//! is running.
 
 use super::dialog::{self, FileField};
 use super::export::ImageOptions;
@@ -16,7 +19,7 @@ fn side_field(value: &mut u32) -> DragValue<'_> {
     DragValue::new(value).range(1..=MAX_IMAGE_PX)
 }
 
-/// Shows fields for width, height and labels with these accessible names.
+/// Shows the fields for width, height and labels. The array contains their accessible names.
 fn option_fields(ui: &mut Ui, options: &mut ImageOptions, [width, height, labels]: [&str; 3]) {
     accessible::number(ui, side_field(&mut options.size[0]), width);
     ui.label("×");
@@ -25,7 +28,7 @@ fn option_fields(ui: &mut Ui, options: &mut ImageOptions, [width, height, labels
     checkbox.on_hover_text(text!("image-labels-hint"));
 }
 
-/// Shows the folder in which a file will be written.
+/// Shows the folder to which a file will be written.
 fn folder(ui: &mut Ui, file: &str) {
     let folder =
         absolute_path(Path::new(file)).rsplit_once(std::path::MAIN_SEPARATOR).map_or(String::new(), |(folder, _)| folder.to_owned());
@@ -48,20 +51,19 @@ pub(crate) fn single_image(interface: &mut Interface, ui: &mut Ui) {
     }
 }
 
-/// Shows the fields for the number of frames and their interval, which sequences and animations share, and the button that exports a
-/// sequence.
+/// Shows the button that exports a sequence, and the fields for the number of frames and their interval, which also apply to animations.
 pub(crate) fn frames(interface: &mut Interface, ui: &mut Ui) {
     ui.strong(text!("frames"));
     let panel = &mut interface.share;
     ui.horizontal_wrapped(|ui| {
         accessible::number(ui, DragValue::new(&mut panel.frames).range(1..=100_000), text!("frames-count"));
         ui.label(text!("frames-unit"));
-        // At most about a century.
+        // At most about a century between frames.
         let step = DragValue::new(&mut panel.step_s).range(-3.2e9..=3.2e9).suffix(" s");
         accessible::number(ui, step, text!("frames-step"));
         ui.label(text!("frames-apart"));
     });
-    // The frames begin at the displayed time, or are centred on it, so they show the event only if that time is near it.
+    // The frames begin at the displayed time, or have it in their middle, so they show an event only if that time is near the event.
     let displayed_s = interface.viewer.view.tdb_s;
     if let Some(playback) = interface.events.playback_of_chosen().filter(|playback| playback.is_near(displayed_s)) {
         let whole_event = ui.button(text!("frames-whole-event")).on_hover_text(text!("frames-whole-event-hint"));
@@ -105,13 +107,15 @@ pub(crate) fn animation(interface: &mut Interface, ui: &mut Ui) {
 pub(crate) fn progress(interface: &mut Interface, ui: &mut Ui) {
     let now_s = interface.viewport.frame_start_s;
     let Some(export) = &interface.share.export else { return };
-    let cancelled = ui.horizontal(|ui| {
-        ui.add(ProgressBar::new(export.fraction()).desired_width(120.0).show_percentage()).accessible_name(text!("export-bar"));
-        let cancel = icons::button(ui, Icon::Stop, text!("export-cancel"));
-        ui.add(cancel).on_hover_text(text!("export-cancel-hint")).clicked()
-    });
+    let is_cancelled = ui
+        .horizontal(|ui| {
+            ui.add(ProgressBar::new(export.fraction()).desired_width(120.0).show_percentage()).accessible_name(text!("export-bar"));
+            let cancel = icons::button(ui, Icon::Stop, text!("export-cancel"));
+            ui.add(cancel).on_hover_text(text!("export-cancel-hint")).clicked()
+        })
+        .inner;
     ui.label(export.progress_text(now_s));
-    if cancelled.inner {
+    if is_cancelled {
         interface.share.export = None;
         interface.reply(text!("export-stopped"));
     }

@@ -1,7 +1,7 @@
-//! The Share panel: links, view files, bookmarks, images, sequences of frames and animations; also settings of the window's appearance.
+//! The Share panel: links, view files, bookmarks, images, sequences of images and animations; also settings of the window's appearance.
 //!
-//! In: the view, file names. Out: files, and their paths. Always: no existing file is overwritten; exports continue when the panel is
-//! closed. Not here: drawing and writing of images and frames (`export`).
+//! In: the view, a typed or pasted link, file names. Out: files, a link in the clipboard, bookmarks, actions that show a view, settings. Always: no
+//! existing file is overwritten; exports continue when the panel is closed. Not here: drawing and writing of images (`export`).
 
 pub mod dialog;
 mod export;
@@ -34,20 +34,22 @@ pub(crate) struct SharePanel {
     file: String,
     /// The name for a new bookmark.
     bookmark: String,
-    /// The name of the image file, or of the files of a sequence.
+    /// The name of the image file. For the files of a sequence, it may contain a placeholder for the frame number.
     image: String,
     image_options: ImageOptions,
     /// Number of frames of a sequence or animation.
     frames: u32,
-    /// Scene seconds between frames.
+    /// Interval between frames in the time of the scene, seconds.
     step_s: f64,
     animation: Animation,
     /// The image that is being drawn and written.
     saving: Option<Pending<Result<PathBuf, String>>>,
+    /// The sequence or animation that is being drawn and written.
     export: Option<Export>,
     dialog: Option<dialog::OpenDialog>,
-    /// The user asked to save an image.
+    /// The user has asked to save an image, which [`update`] starts.
     pub wants_image: bool,
+    /// The export for which the user has asked, which [`update`] starts.
     requested_export: Option<ExportKind>,
 }
 
@@ -57,11 +59,11 @@ struct Animation {
     options: ImageOptions,
     /// Frames per second.
     rate: u32,
-    /// The displayed time is in the middle of the animation; otherwise at its start.
+    /// Whether the animation has the displayed time in its middle; otherwise at its start.
     is_centred: bool,
 }
 
-/// What an export contains.
+/// What to export.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum ExportKind {
     Sequence,
@@ -95,7 +97,7 @@ impl Default for SharePanel {
 }
 
 impl SharePanel {
-    /// Whether an image, a sequence or an animation is being exported.
+    /// Whether an image, a sequence or an animation is being drawn and written.
     pub(crate) fn is_busy(&self) -> bool {
         self.saving.is_some() || self.export.is_some()
     }
@@ -150,7 +152,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
             let write = |names| write_new(names, FileAccess::All, |out| out.write_all(text.as_bytes())).map_err(|e| error_text(&e));
             let written = candidate_names(&interface.share.file).map_err(|e| error_text(&e)).and_then(write);
             if let Ok(path) = &written {
-                // The saved file may have another name than the typed one; *Open view* opens the saved file.
+                // The saved file may have another name than the typed one. From now on *Open view* opens the saved file.
                 interface.share.file = path.display().to_string();
             }
             interface.reply(written.map_or_else(|why| why, |path| saved_message(&path)));
@@ -163,12 +165,12 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
     });
 }
 
-/// Whether the user has entered the text of a field with the Enter key; never if it is empty.
+/// Whether the user has pressed Enter in a field with this text; false if the text is blank.
 fn is_entered(field: &egui::Response, text: &str) -> bool {
     field.lost_focus() && field.ctx.input(|i| i.key_pressed(egui::Key::Enter)) && !text.trim().is_empty()
 }
 
-/// Shows the view that was read, or the error. A view clears the error of an earlier attempt, which would seem to be about this view.
+/// Shows the view that was read, or the error. A view also removes the error message of an earlier attempt.
 fn show_or_report(interface: &mut Interface, read: Result<ViewState, String>, actions: &mut Vec<Action>) {
     match read {
         Ok(view) => {
@@ -184,7 +186,7 @@ fn saved_message(path: &Path) -> String {
     text!("share-saved", file = absolute_path(path))
 }
 
-/// Starts requested exports and takes finished images and frames, whether the panel is open or not.
+/// Starts requested exports, and takes finished images and frames. Called in every frame of the interface, even if the panel is closed.
 pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
     dialog::update(interface, ctx);
     let panel = &mut interface.share;
@@ -202,7 +204,7 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
         }
     } else if let Some(kind) = kind {
         match new_export(interface, kind) {
-            Ok(export) => interface.share.export = Some(export.begin(worker, interface.viewport.frame_start_s)),
+            Ok(export) => interface.share.export = Some(export.start(worker, interface.viewport.frame_start_s)),
             Err(why) => interface.reply(why),
         }
     }
@@ -218,23 +220,23 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
     }
 }
 
-/// Creates an export with the panel's settings, without starting it.
+/// An export with the panel's settings, not started yet.
 fn new_export(interface: &Interface, kind: ExportKind) -> Result<Export, String> {
     let panel = &interface.share;
     let Animation { file, options, rate, is_centred } = &panel.animation;
     let view = interface.viewer.shareable();
     let steps = |view: ViewState| FrameViews::Steps { view: Box::new(view), step_s: panel.step_s };
     match kind {
-        ExportKind::Sequence => Export::of_files(steps(view), &panel.image, panel.frames, panel.image_options),
+        ExportKind::Sequence => Export::sequence(steps(view), &panel.image, panel.frames, panel.image_options),
         ExportKind::Animation => {
             let before_s = if *is_centred { 0.5 * f64::from(panel.frames - 1) * panel.step_s } else { 0.0 };
             let first = ViewState { tdb_s: view.tdb_s - before_s, ..view };
-            Export::of_animation(steps(first), file, panel.frames, *rate, *options)
+            Export::animation(steps(first), file, panel.frames, *rate, *options)
         }
         ExportKind::Tour => {
             let tour = interface.tour.current_tour().ok_or(text!("share-no-tour"))?;
             let count = ((tour.length_s() * f64::from(*rate)).ceil() as u32).max(1);
-            Export::of_animation(FrameViews::Tour { tour, rate: *rate, quality: view.quality }, file, count, *rate, *options)
+            Export::animation(FrameViews::Tour { tour, rate: *rate, quality: view.quality }, file, count, *rate, *options)
         }
     }
 }
@@ -260,7 +262,7 @@ fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
                 actions.push(Action::Show(Box::new(bookmark.view.clone())));
             }
             let name = text!("bookmarks-remove", name = bookmark.name);
-            if icons::bare(ui, Icon::Close, &name).on_hover_text(&name).clicked() {
+            if icons::without_text(ui, Icon::Close, &name).on_hover_text(&name).clicked() {
                 removed = Some(i);
             }
         });
