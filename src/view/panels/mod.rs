@@ -257,7 +257,7 @@ impl Interface {
             if matches!(action, Action::FlyTo(_) | Action::Show(_) | Action::ShowPreset(..)) {
                 let view = self.viewer.destination();
                 let name = format!("{} {}", self.viewer.name(view.target), minute_in_digits(view.time()));
-                self.settings.remember(name, view);
+                self.settings.add_recent(name, view);
             }
             self.viewer.apply(action, height_px, &positions);
         }
