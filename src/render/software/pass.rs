@@ -1,14 +1,14 @@
 //! Executes one pass: sets up the triangles of every draw, bins them into tiles, and shades the tiles on all cores.
 //!
 //! In: a pass and the bound stages of its draws. Out: the resolved image and timings. Always: each tile's bin lists its triangles in the order of the
-//! draws, and tiles write disjoint parts of the target, so the image has the same bits for any number of threads.
+//! draws, and tiles write disjoint parts of the image, so the image has the same bits for any number of threads.
 //!
 //! Two passes can be fused (`execute_fused`) if the second reads each pixel of the first only when it writes the same pixel (pass_fusion.rs). A tile
 //! then goes through both passes before the next tile is started, and the first pass's image is never stored.
 
 use super::RenderError;
 use super::draw_job::{DrawExtent, DrawJob};
-use super::fragment_plan::FragmentPlan;
+use super::fragment_setup::FragmentSetup;
 use super::math::Real;
 use super::pass_fusion::TileTexture;
 use super::raster::coverage::{TILE, TILE_BLOCKS, TilePixels, block_position, covers_all};
@@ -56,6 +56,7 @@ struct PassJobs<'a, R: Real> {
 /// A second pass that is executed tile by tile with the first: a full-screen draw that reads the first pass, and the draws over it.
 struct FusedPass<'a, R: Real> {
     full_screen: DrawJob<'a, R>,
+    /// The other draws of the second pass, such as labels.
     overlay: PassJobs<'a, R>,
     /// The colour to which the full-screen draw maps the first pass's clear colour, if it is the same at every pixel.
     mapped_clear_colour: Option<[f32; 4]>,
@@ -126,11 +127,11 @@ pub fn execute<R: Real>(pass: &Pass, stages: &[DrawStages<'_, R>]) -> Result<(Pa
     let image = match pass.format {
         ColourFormat::Hdr | ColourFormat::HdrF32 => {
             let write = |worker: &Worker<'_, R>, rows: TileRows<'_, '_, [f32; 4]>, _| worker.first.target.write_linear(rows);
-            PassImage::Float(draw_tiles(&jobs, None, "a pass of f32 colour", Some(pass.clear), write, all_timings)?)
+            PassImage::Float(draw_tiles(&jobs, None, "an image of f32 colours", Some(pass.clear), write, all_timings)?)
         }
         ColourFormat::Rgba8Unorm => {
             let write = |worker: &Worker<'_, R>, rows: TileRows<'_, '_, [u8; 4]>, _| worker.first.target.write_to(rows, unorm8);
-            PassImage::Unorm(draw_tiles(&jobs, None, "a pass of display bytes", Some(unorm8(pass.clear)), write, all_timings)?)
+            PassImage::Unorm(draw_tiles(&jobs, None, "an image of display bytes", Some(unorm8(pass.clear)), write, all_timings)?)
         }
     };
     timings.wall_ms = 1e3 * start.elapsed().as_secs_f64();
@@ -149,13 +150,14 @@ pub(crate) fn execute_fused<R: Real>(
     let (first_jobs, mut first_timings) = prepare_pass(first, first_stages)?;
     let (mut overlay, mut second_timings) = prepare_pass(second, second_stages)?;
     let is_full_screen = |job: &DrawJob<'_, R>| match &job.geometry.triangles[..] {
-        [triangle] => covers_all(triangle, [second.width, second.height]) && job.fragment_plan.draws_every_covered_pixel(),
+        [triangle] => covers_all(triangle, [second.width, second.height]) && job.fragment_setup.draws_every_covered_pixel(),
         _ => false,
     };
     if !overlay.jobs.first().is_some_and(is_full_screen) {
         return Ok(None);
     }
     let full_screen = overlay.jobs.remove(0);
+    // Without the full-screen draw, which needs no bins.
     overlay.bins = TileBins::new(second.width, second.height, &overlay.jobs)?;
     let mapped_clear_colour =
         full_screen.fragment.is_position_independent().then(|| Worker::new(&first_jobs, None).map_clear_colour(&first_jobs, &full_screen));
@@ -167,14 +169,14 @@ pub(crate) fn execute_fused<R: Real>(
         None => worker.final_target().write_to(rows, unorm8),
     };
     let timings = [&mut first_timings, &mut second_timings];
-    let image = draw_tiles(&first_jobs, Some(&fused), "a pass of display bytes", mapped_clear_colour.map(unorm8), write, timings)?;
+    let image = draw_tiles(&first_jobs, Some(&fused), "an image of display bytes", mapped_clear_colour.map(unorm8), write, timings)?;
     first_timings.wall_ms = 1e3 * start.elapsed().as_secs_f64();
     Ok((!fused.read_other_pixels.into_inner()).then_some((PassImage::Unorm(image), [first_timings, second_timings])))
 }
 
 /// Runs the vertex stages of a pass, sets up its triangles and bins them.
 fn prepare_pass<'a, R: Real>(pass: &'a Pass, stages: &[DrawStages<'a, R>]) -> Result<(PassJobs<'a, R>, PassTimings), RenderError> {
-    check(pass)?;
+    check_size_and_samples(pass)?;
     let mut timings = PassTimings { name: pass.name.to_owned(), ..PassTimings::default() };
     let mut jobs = Vec::with_capacity(pass.draws.len());
     for (draw, stages) in pass.draws.iter().zip(stages) {
@@ -186,9 +188,9 @@ fn prepare_pass<'a, R: Real>(pass: &'a Pass, stages: &[DrawStages<'a, R>]) -> Re
     Ok((PassJobs { pass, jobs, bins }, timings))
 }
 
-fn check(pass: &Pass) -> Result<(), RenderError> {
-    let max_size = super::MAX_SIZE;
-    if pass.width == 0 || pass.height == 0 || pass.width > max_size || pass.height > max_size {
+fn check_size_and_samples(pass: &Pass) -> Result<(), RenderError> {
+    let is_valid = |side_px: u32| (1..=super::MAX_SIDE_PX).contains(&side_px);
+    if !is_valid(pass.width) || !is_valid(pass.height) {
         return Err(RenderError::Size { pass: pass.name.to_owned(), width: pass.width, height: pass.height });
     }
     if pass.samples != 1 && pass.samples != 4 {
@@ -218,21 +220,21 @@ fn prepare_draw<'a, R: Real>(
     timings.culled += submitted - geometry.source_triangles.len();
     timings.clipped += geometry.clipped;
     timings.triangles += geometry.triangles.len();
-    let fragment_plan = FragmentPlan::new(fragment, draw.depth, pass.depth);
+    let fragment_setup = FragmentSetup::new(fragment, draw.depth, pass.depth);
     Ok(DrawJob {
         geometry,
         fragment,
-        fragment_plan,
+        fragment_setup,
         blend: draw.blend,
         shading_rate: draw.shading_rate,
-        extent: draw.extent.map(|silhouette_bounds| DrawExtent { silhouette_bounds, marks: fragment.marks().cloned() }),
+        extent: draw.extent.map(|outline| DrawExtent { outline, marks: fragment.marks().cloned() }),
         instructions_per_read: instructions_per_read(&draw.module),
     })
 }
 
 /// Draws the image of a pass, or of the second of two fused passes. The memory is not initialised first, to save one write of the image;
-/// each pixel is written once. `allocation` names the image if there is too little memory. `empty_tile_colour`: colour of a tile without triangles; `None`
-/// if it differs between pixels, in which case such tiles are shaded too. `write` writes a drawn tile, given by column and row.
+/// each pixel is written once. `allocation` names the image in the error if memory is insufficient. `empty_tile_colour`: colour of a tile without
+/// triangles; `None` if it differs between pixels, in which case such tiles are shaded too. `write` writes a drawn tile, given by column and row.
 fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     first: &PassJobs<'_, R>,
     fused: Option<&FusedPass<'_, R>>,
@@ -249,7 +251,7 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     // Boxed, because each tile moves a worker out of the list and back.
     let idle_workers: Mutex<Vec<Box<Worker<'_, R>>>> = Mutex::new(Vec::new());
     let tile_px = TILE as usize;
-    image.spare_capacity_mut()[..count].par_chunks_mut(tile_px * pass.width as usize).enumerate().for_each(|(ty, band)| {
+    image.spare_capacity_mut()[..count].par_chunks_mut(tile_px * pass.width as usize).enumerate().for_each(|(ty, tile_row)| {
         // `Some` for tiles that are filled instead of drawn.
         let fill_colour = |tx: usize| {
             let has_triangles = |bins: &TileBins| !bins.tile(tx, ty).is_empty();
@@ -257,7 +259,7 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
         };
         let mut rows_of_tiles: Vec<Vec<&mut [MaybeUninit<T>]>> =
             (0..first.bins.tiles_across).map(|tx| Vec::with_capacity(if fill_colour(tx).is_none() { tile_px } else { 0 })).collect();
-        for row in band.chunks_mut(pass.width as usize) {
+        for row in tile_row.chunks_mut(pass.width as usize) {
             for (tx, part) in row.chunks_mut(tile_px).enumerate() {
                 match fill_colour(tx) {
                     Some(colour) => part.fill(MaybeUninit::new(colour)),
@@ -275,7 +277,7 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
             idle_workers.lock().push(worker);
         });
     });
-    // SAFETY: the rows of all tiles make up the image; every tile was either filled, or drawn and written to each pixel of its rows.
+    // SAFETY: the rows of all tiles make up the image; each tile was either filled, or drawn and then written to every pixel of its rows.
     unsafe { image.set_len(count) };
     let [first_timings, second_timings] = timings;
     for worker in idle_workers.into_inner() {
@@ -291,13 +293,13 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     Ok(image)
 }
 
-/// One thread's working state for running one fragment program.
+/// The working state of one thread in one fragment program.
 type BoxedRun<'a, R> = Box<dyn LaneRun<R> + Send + 'a>;
 
 /// Buffers for drawing tiles of one pass.
 struct PassWorker<'a, R: Real> {
     target: TileTarget,
-    /// One run per draw, started on first use.
+    /// One run per draw, created on first use.
     runs: Vec<Option<BoxedRun<'a, R>>>,
     shading_seconds: f64,
 }
@@ -307,14 +309,14 @@ impl<'a, R: Real> PassWorker<'a, R> {
         Self { target: TileTarget::new(jobs.pass.samples), runs: jobs.jobs.iter().map(|_| None).collect(), shading_seconds: 0.0 }
     }
 
-    /// Draws a tile's triangles over the content of the target.
+    /// Draws a tile's triangles into the target.
     fn draw(&mut self, jobs: &PassJobs<'a, R>, [tx, ty]: [usize; 2], pixels: &TilePixels, batch: &mut Batch) {
-        let tile = [tx as u32 * TILE, ty as u32 * TILE];
-        let mut shader = TileShader { target: &mut self.target, pixels, tile, samples: jobs.pass.samples };
+        let tile_corner = [tx as u32 * TILE, ty as u32 * TILE];
+        let mut shader = TileShader { target: &mut self.target, pixels, tile_corner, samples: jobs.pass.samples };
         for entries_of_draw in jobs.bins.tile(tx, ty).chunk_by(|a, b| a.0 == b.0) {
             let draw_index = entries_of_draw[0].0 as usize;
             let job = &jobs.jobs[draw_index];
-            let run = self.runs[draw_index].get_or_insert_with(|| job.fragment.start());
+            let run = self.runs[draw_index].get_or_insert_with(|| job.fragment.new_run());
             let triangles: Vec<u32> = entries_of_draw.iter().map(|(_, t)| *t).collect();
             shader.draw(job, &triangles, run.as_mut(), batch);
         }
@@ -332,7 +334,7 @@ struct Worker<'a, R: Real> {
 
 impl<'a, R: Real> Worker<'a, R> {
     fn new(first: &PassJobs<'a, R>, fused: Option<&FusedPass<'a, R>>) -> Self {
-        let second = fused.map(|f| (PassWorker::new(&f.overlay), f.full_screen.fragment.start()));
+        let second = fused.map(|f| (PassWorker::new(&f.overlay), f.full_screen.fragment.new_run()));
         Self { first: PassWorker::new(first), second, batch: Batch::new(), resolve_seconds: 0.0 }
     }
 
@@ -346,7 +348,7 @@ impl<'a, R: Real> Worker<'a, R> {
         let start = Instant::now();
         let pass = first.pass;
         let entries = first.bins.tile(tile_index[0], tile_index[1]);
-        let uses_depth = entries.iter().any(|(draw, _)| first.jobs[*draw as usize].fragment_plan.uses_depth());
+        let uses_depth = entries.iter().any(|(draw, _)| first.jobs[*draw as usize].fragment_setup.uses_depth());
         self.first.target.clear(pass.clear, uses_depth);
         self.first.draw(first, tile_index, pixels, &mut self.batch);
         self.first.shading_seconds += start.elapsed().as_secs_f64();
@@ -361,13 +363,13 @@ impl<'a, R: Real> Worker<'a, R> {
                 self.first.target.fill_unwritten();
             }
             second.target.clear(fused.mapped_clear_colour.unwrap_or(fused.overlay.pass.clear), false);
-            let tile = tile_index.map(|k| k as u32 * TILE);
-            let texture = TileTexture::new(&self.first.target, tile, [pass.width, pass.height]);
-            let mut shader = TileShader { target: &mut second.target, pixels, tile, samples: 1 };
+            let tile_corner = tile_index.map(|k| k as u32 * TILE);
+            let texture = TileTexture::new(&self.first.target, tile_corner, [pass.width, pass.height]);
+            let mut shader = TileShader { target: &mut second.target, pixels, tile_corner, samples: 1 };
             for block in 0..TILE_BLOCKS {
                 let [x, y] = block_position(block);
-                let inside = tile[0] + x < pass.width && tile[1] + y < pass.height;
-                if inside && (fused.mapped_clear_colour.is_none() || self.first.target.is_written(block)) {
+                let is_inside = tile_corner[0] + x < pass.width && tile_corner[1] + y < pass.height;
+                if is_inside && (fused.mapped_clear_colour.is_none() || self.first.target.is_written(block)) {
                     texture.shaded_block.set(block);
                     shader.shade_block_with_texture(&fused.full_screen, block, &texture, full_screen_run.as_mut(), &mut self.batch);
                 }
@@ -378,7 +380,7 @@ impl<'a, R: Real> Worker<'a, R> {
         }
     }
 
-    /// The result of a position-independent full-screen draw for the first pass's clear colour.
+    /// The colour to which a position-independent full-screen draw maps the first pass's clear colour.
     fn map_clear_colour(&mut self, first: &PassJobs<'a, R>, full_screen: &DrawJob<'a, R>) -> [f32; 4] {
         let (pass, pixels) = (first.pass, &*PIXEL_CENTRES);
         self.first.target.clear(pass.clear, false);
@@ -386,8 +388,8 @@ impl<'a, R: Real> Worker<'a, R> {
         let mut mapped = TileTarget::new(1);
         mapped.clear([0.0; 4], false);
         let texture = TileTexture::new(&self.first.target, [0, 0], [pass.width, pass.height]);
-        let mut shader = TileShader { target: &mut mapped, pixels, tile: [0, 0], samples: 1 };
-        shader.shade_block_with_texture(full_screen, 0, &texture, full_screen.fragment.start().as_mut(), &mut self.batch);
+        let mut shader = TileShader { target: &mut mapped, pixels, tile_corner: [0, 0], samples: 1 };
+        shader.shade_block_with_texture(full_screen, 0, &texture, full_screen.fragment.new_run().as_mut(), &mut self.batch);
         mapped.block(0).map_or([0.0; 4], |planes| planes.map(|plane| plane[0]))
     }
 }

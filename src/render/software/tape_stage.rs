@@ -17,10 +17,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// An entry point of a lowered module, bound to a draw.
 pub(crate) struct TapeStage<'a, R: Real> {
     program: &'a Program,
+    /// The program's uniforms, and the values that it computes from them once per draw.
     prepared: Prepared<R>,
     textures: Box<dyn TextureUnit<R> + Sync + 'a>,
     bound: Arc<BoundProgram<R>>,
-    /// If set, native code with these uniforms runs in place of the program.
+    /// If set, the native tone map with these uniforms runs in place of the program.
     tone_map: Option<ToneMapUniforms>,
     /// As [`LaneProgram::marks`].
     marks: Option<TexelMarks>,
@@ -41,12 +42,12 @@ impl<'a, R: Real> TapeStage<'a, R> {
         Self { program, prepared, textures, bound, tone_map: None, marks: None, hit_loop_limit }
     }
 
-    /// Runs the tone map in place of the program, if the lanes are f32.
+    /// Replaces the program by the native tone map with these uniforms, if they are given and the lanes are f32.
     pub(crate) fn with_tone_map(self, tone_map: Option<ToneMapUniforms>) -> Self {
         Self { tone_map: tone_map.filter(|_| R::as_f32(&[]).is_some()), ..self }
     }
 
-    /// Sets the marked texels between which the draw discards pixels.
+    /// Sets the marks by which the program discards pixels.
     pub(crate) fn with_marks(self, marks: Option<TexelMarks>) -> Self {
         Self { marks, ..self }
     }
@@ -80,7 +81,7 @@ impl<R: Real> LaneProgram<R> for TapeStage<'_, R> {
     fn marks(&self) -> Option<&TexelMarks> {
         self.marks.as_ref()
     }
-    fn start(&self) -> Box<dyn LaneRun<R> + Send + '_> {
+    fn new_run(&self) -> Box<dyn LaneRun<R> + Send + '_> {
         let native = self.tone_map.and_then(|t| ToneMapRun::new(t, &self.program.inputs, &self.program.outputs, self.textures.as_ref()));
         if let Some(run) = native {
             return Box::new(run);

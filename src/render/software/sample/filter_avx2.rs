@@ -21,7 +21,7 @@ use std::arch::x86_64::{
 use std::mem::transmute;
 
 /// Number of lanes in a register.
-pub(super) const EIGHT: usize = 8;
+pub(super) const GROUP_LANES: usize = 8;
 
 /// A [`FilterRequest`] of f32.
 pub(super) struct F32Request<'a> {
@@ -54,9 +54,9 @@ impl<'a> F32Request<'a> {
 /// # Safety
 /// The machine has AVX2, as for all functions of this module.
 #[inline(always)]
-pub(super) unsafe fn eight(values: &[f32; BATCH], group: usize) -> __m256 {
+pub(super) unsafe fn group_of(values: &[f32; BATCH], group: usize) -> __m256 {
     // SAFETY: an array and a register have eight floats each.
-    unsafe { transmute::<[f32; EIGHT], __m256>(values.as_chunks().0[group]) }
+    unsafe { transmute::<[f32; GROUP_LANES], __m256>(values.as_chunks().0[group]) }
 }
 
 /// `n` in every lane.
@@ -284,11 +284,11 @@ unsafe fn value_of<D: Decode>(decode: D, levels: &LevelPair<'_>, lanes: &Lanes<'
     unsafe {
         let ([u, v], fraction) = (lanes.uv, lanes.fraction);
         let Some([length, step_u, step_v]) = lanes.footprints else { return trilinear(decode, levels, [u, v], fraction, needed) };
-        let length = eight(length, lanes.group);
+        let length = group_of(length, lanes.group);
         if _mm256_movemask_ps(_mm256_and_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(length, _mm256_set1_ps(1.0)), wanted)) == 0 {
             return trilinear(decode, levels, [u, v], fraction, needed);
         }
-        let (step_u, step_v) = (eight(step_u, lanes.group), eight(step_v, lanes.group));
+        let (step_u, step_v) = (group_of(step_u, lanes.group), group_of(step_v, lanes.group));
         let taps = Taps::new(length);
         let mut sum = [_mm256_setzero_ps(); 4];
         for index in 0..MAX_TAPS {
@@ -321,25 +321,25 @@ unsafe fn mask_of(lanes: u32) -> __m256 {
 }
 
 /// The lanes of a batch's channels in groups of eight.
-type Eights<'a> = [Option<&'a mut [[f32; EIGHT]]>; 4];
+type LaneGroups<'a> = [Option<&'a mut [[f32; GROUP_LANES]]>; 4];
 
 #[inline(always)]
-pub(super) fn in_eights(out: Channels<'_, f32>) -> Eights<'_> {
-    out.map(|lanes| lanes.map(|lanes| lanes.as_chunks_mut::<EIGHT>().0))
+pub(super) fn in_groups(out: Channels<'_, f32>) -> LaneGroups<'_> {
+    out.map(|lanes| lanes.map(|lanes| lanes.as_chunks_mut::<GROUP_LANES>().0))
 }
 
 /// Writes the active lanes of a group of eight.
 /// # Safety
 /// AVX2.
 #[inline(always)]
-pub(super) unsafe fn write_eight(out: &mut Eights<'_>, group: usize, value: [__m256; 4], active: u32) {
+pub(super) unsafe fn write_group(out: &mut LaneGroups<'_>, group: usize, value: [__m256; 4], active: u32) {
     for (out, value) in out.iter_mut().zip(value) {
         let Some(out) = out.as_mut().map(|out| &mut out[group]) else { continue };
         // SAFETY: the caller guarantees AVX2; registers and arrays have eight floats each.
         unsafe {
-            let kept = transmute::<[f32; EIGHT], __m256>(*out);
+            let kept = transmute::<[f32; GROUP_LANES], __m256>(*out);
             let value = if active == 0xff { value } else { _mm256_blendv_ps(kept, value, mask_of(active)) };
-            *out = transmute::<__m256, [f32; EIGHT]>(value);
+            *out = transmute::<__m256, [f32; GROUP_LANES]>(value);
         }
     }
 }
@@ -353,7 +353,7 @@ unsafe fn level_and_fraction(levels_of_lanes: &[f32; BATCH], group: usize, level
     unsafe {
         // max returns its second operand if one is NaN: NaN becomes 0.
         let coarsest = _mm256_set1_ps((level_count - 1) as f32);
-        let level = _mm256_min_ps(_mm256_max_ps(eight(levels_of_lanes, group), _mm256_setzero_ps()), coarsest);
+        let level = _mm256_min_ps(_mm256_max_ps(group_of(levels_of_lanes, group), _mm256_setzero_ps()), coarsest);
         let finer = _mm256_floor_ps(level);
         (finer, _mm256_sub_ps(level, finer))
     }
@@ -368,12 +368,12 @@ unsafe fn shared_level(levels_of_lanes: &[f32; BATCH], level_count: usize) -> Op
     unsafe {
         let (first, mut largest_fraction) = level_and_fraction(levels_of_lanes, 0, level_count);
         let mut differs = _mm256_setzero_ps();
-        for group in 1..BATCH / EIGHT {
+        for group in 1..BATCH / GROUP_LANES {
             let (finer, fraction) = level_and_fraction(levels_of_lanes, group, level_count);
             differs = _mm256_or_ps(differs, _mm256_xor_ps(finer, first));
             largest_fraction = _mm256_max_ps(largest_fraction, fraction);
         }
-        let levels = transmute::<__m256, [f32; EIGHT]>(first);
+        let levels = transmute::<__m256, [f32; GROUP_LANES]>(first);
         let is_shared = _mm256_testz_si256(_mm256_castps_si256(differs), _mm256_castps_si256(differs)) == 1
             && levels.iter().all(|level| *level == levels[0]);
         let needs_coarser = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(largest_fraction, _mm256_setzero_ps())) != 0;
@@ -394,17 +394,17 @@ pub(super) unsafe fn filter<D: Decode>(
     out: Channels<'_, f32>,
 ) {
     let needed = out.each_ref().map(|o| o.is_some());
-    let mut out = in_eights(out);
+    let mut out = in_groups(out);
     let address_modes = [state.address_u, state.address_v];
     let Some(levels_of_lanes) = request.levels_of_lanes else {
         // SAFETY: the caller guarantees AVX2.
         unsafe {
             let level = SizedLevel::new(levels[0].read(), address_modes);
-            for group in 0..BATCH / EIGHT {
-                let active = (active >> (group * EIGHT)) as u32 & 0xff;
+            for group in 0..BATCH / GROUP_LANES {
+                let active = (active >> (group * GROUP_LANES)) as u32 & 0xff;
                 if active != 0 {
-                    let value = bilinear(decode, &level, [eight(request.u, group), eight(request.v, group)], needed);
-                    write_eight(&mut out, group, value, active);
+                    let value = bilinear(decode, &level, [group_of(request.u, group), group_of(request.v, group)], needed);
+                    write_group(&mut out, group, value, active);
                 }
             }
         }
@@ -417,19 +417,19 @@ pub(super) unsafe fn filter<D: Decode>(
         // SAFETY: as above.
         unsafe {
             let pair = level_pair(levels, address_modes, finer_index, needs_coarser, None);
-            for group in 0..BATCH / EIGHT {
+            for group in 0..BATCH / GROUP_LANES {
                 let (_, fraction) = level_and_fraction(levels_of_lanes, group, levels.len());
-                let uv = [eight(request.u, group), eight(request.v, group)];
+                let uv = [group_of(request.u, group), group_of(request.v, group)];
                 let lanes = Lanes { uv, fraction, footprints: request.footprints, group };
                 let value = value_of(decode, &pair, &lanes, _mm256_castsi256_ps(_mm256_set1_epi32(-1)), needed);
-                write_eight(&mut out, group, value, 0xff);
+                write_group(&mut out, group, value, 0xff);
             }
         }
         return;
     }
     let mut previous = None;
-    for group in 0..BATCH / EIGHT {
-        let active = (active >> (group * EIGHT)) as u32 & 0xff;
+    for group in 0..BATCH / GROUP_LANES {
+        let active = (active >> (group * GROUP_LANES)) as u32 & 0xff;
         if active == 0 {
             continue;
         }
@@ -438,13 +438,13 @@ pub(super) unsafe fn filter<D: Decode>(
             let zero = _mm256_setzero_ps();
             let (finer, fraction) = level_and_fraction(levels_of_lanes, group, levels.len());
             let finer = _mm256_cvttps_epi32(finer);
-            let finer_of_lane = transmute::<__m256i, [i32; EIGHT]>(finer);
+            let finer_of_lane = transmute::<__m256i, [i32; GROUP_LANES]>(finer);
             let is_between = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(fraction, zero)) as u32;
-            let uv = [eight(request.u, group), eight(request.v, group)];
+            let uv = [group_of(request.u, group), group_of(request.v, group)];
             let lanes = Lanes { uv, fraction, footprints: request.footprints, group };
             let (mut value, mut remaining) = ([zero; 4], active);
             while remaining != 0 {
-                let finer_index = finer_of_lane[remaining.trailing_zeros() as usize % EIGHT];
+                let finer_index = finer_of_lane[remaining.trailing_zeros() as usize % GROUP_LANES];
                 let same_level = _mm256_castsi256_ps(_mm256_cmpeq_epi32(finer, _mm256_set1_epi32(finer_index)));
                 let filtered = _mm256_movemask_ps(same_level) as u32 & active;
                 let pair = level_pair(levels, address_modes, finer_index as usize, filtered & is_between != 0, previous);
@@ -456,7 +456,7 @@ pub(super) unsafe fn filter<D: Decode>(
                 }
                 remaining &= !filtered;
             }
-            write_eight(&mut out, group, value, active);
+            write_group(&mut out, group, value, active);
         }
     }
 }

@@ -18,7 +18,7 @@ pub mod filter;
 mod filter_avx2;
 pub mod footprint;
 mod lane_order;
-mod single;
+mod texel_load;
 pub mod texels;
 
 use super::exec::{Gradients, LaneMask, TextureUnit};
@@ -28,8 +28,8 @@ use crate::image::TexelFormat;
 use crate::render::plan::{AddressMode, SamplerState};
 use filter::{BATCH, Channels, sample};
 use footprint::FilterRequest;
-use single::{TexelCoordinates, load};
 use std::sync::Arc;
+use texel_load::{TexelCoordinates, load};
 use texels::{BoundLevel, Decode, Float, Srgb, Texels, Unorm};
 
 /// A texture bound to one texture use of a program.
@@ -151,7 +151,7 @@ macro_rules! functions_of_class {
             /// # Safety
             /// As above.
             $(#[$feature])*
-            pub unsafe fn single<R: Real, D: Decode>(
+            pub unsafe fn load_texels<R: Real, D: Decode>(
                 $decode: D, levels: &[BoundLevel<'_>], coordinates: TexelCoordinates<'_, R>, active: LaneMask, out: [&mut [R]; 4],
             ) {
                 load($decoder, levels, coordinates, active, out);
@@ -271,9 +271,9 @@ impl<R: Real> TextureUnit<R> for Textures<'_> {
         // SAFETY: `new` has checked that this machine has the class.
         unsafe {
             match format {
-                TexelFormat::Rgba8Srgb => for_class!(self.class, single::<R, Srgb>)(Srgb::new(), levels, coordinates, active, out),
-                TexelFormat::Rgba8Unorm => for_class!(self.class, single::<R, Unorm>)(Unorm, levels, coordinates, active, out),
-                TexelFormat::Rgba32Float => for_class!(self.class, single::<R, Float>)(Float, levels, coordinates, active, out),
+                TexelFormat::Rgba8Srgb => for_class!(self.class, load_texels::<R, Srgb>)(Srgb::new(), levels, coordinates, active, out),
+                TexelFormat::Rgba8Unorm => for_class!(self.class, load_texels::<R, Unorm>)(Unorm, levels, coordinates, active, out),
+                TexelFormat::Rgba32Float => for_class!(self.class, load_texels::<R, Float>)(Float, levels, coordinates, active, out),
             }
         }
     }

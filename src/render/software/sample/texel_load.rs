@@ -17,7 +17,7 @@ use crate::render::software::math::Real;
 pub(super) type TexelCoordinates<'a, R> = [&'a [R]; 3];
 
 /// Number of lanes that are read together.
-const EIGHT: usize = 8;
+const GROUP_LANES: usize = 8;
 
 /// Reads the texels of a batch. `out`: red, green, blue, alpha, each either empty or as long as `x`.
 #[inline(always)]
@@ -105,11 +105,11 @@ fn read_masked<R: Real, D: Decode, const MASKED: bool>(
     mask: &[u32; BATCH],
     out: Channels<'_, R>,
 ) {
-    let chunks = index.as_chunks::<EIGHT>().0.iter().zip(mask.as_chunks::<EIGHT>().0);
+    let chunks = index.as_chunks::<GROUP_LANES>().0.iter().zip(mask.as_chunks::<GROUP_LANES>().0);
     match out {
         // The usual cases, without a test of each channel for each chunk.
         [Some(r), Some(g), Some(b), Some(a)] => {
-            let [r, g, b, a] = [r, g, b, a].map(|lanes| lanes.as_chunks_mut::<EIGHT>().0);
+            let [r, g, b, a] = [r, g, b, a].map(|lanes| lanes.as_chunks_mut::<GROUP_LANES>().0);
             for (((((index, mask), to_r), to_g), to_b), to_a) in chunks.zip(r).zip(g).zip(b).zip(a) {
                 // SAFETY: `find_texels` keeps indices inside the level.
                 let [r, g, b, a] = unsafe { decode.channels_of_eight::<MASKED>(level, index, mask) };
@@ -120,7 +120,7 @@ fn read_masked<R: Real, D: Decode, const MASKED: bool>(
             }
         }
         [Some(r), Some(g), Some(b), None] => {
-            let [r, g, b] = [r, g, b].map(|lanes| lanes.as_chunks_mut::<EIGHT>().0);
+            let [r, g, b] = [r, g, b].map(|lanes| lanes.as_chunks_mut::<GROUP_LANES>().0);
             for ((((index, mask), to_r), to_g), to_b) in chunks.zip(r).zip(g).zip(b) {
                 // SAFETY: as above.
                 let [r, g, b, _] = unsafe { decode.channels_of_eight::<MASKED>(level, index, mask) };
@@ -142,7 +142,7 @@ fn read_masked<R: Real, D: Decode, const MASKED: bool>(
                 // SAFETY: as above.
                 let values = unsafe { decode.channels_of_eight::<MASKED>(level, index, mask) };
                 for (out, values) in out.iter_mut().zip(&values) {
-                    if let Some(to) = out.as_mut().and_then(|out| out.as_chunks_mut::<EIGHT>().0.get_mut(k)) {
+                    if let Some(to) = out.as_mut().and_then(|out| out.as_chunks_mut::<GROUP_LANES>().0.get_mut(k)) {
                         write::<R, false>(to, values, mask);
                     }
                 }
@@ -160,8 +160,8 @@ fn read_channel<R: Real, D: Decode, const K: usize, const MASKED: bool>(
     out: Option<&mut [R; BATCH]>,
 ) {
     let Some(out) = out else { return };
-    let chunks = index.as_chunks::<EIGHT>().0.iter().zip(mask.as_chunks::<EIGHT>().0);
-    for (to, (index, mask)) in out.as_chunks_mut::<EIGHT>().0.iter_mut().zip(chunks) {
+    let chunks = index.as_chunks::<GROUP_LANES>().0.iter().zip(mask.as_chunks::<GROUP_LANES>().0);
+    for (to, (index, mask)) in out.as_chunks_mut::<GROUP_LANES>().0.iter_mut().zip(chunks) {
         // SAFETY: `find_texels` keeps indices inside the level.
         let values = unsafe { decode.channel_of_eight::<K>(level, index) };
         write::<R, MASKED>(to, &values, mask);
@@ -169,8 +169,8 @@ fn read_channel<R: Real, D: Decode, const K: usize, const MASKED: bool>(
 }
 
 #[inline(always)]
-fn write<R: Real, const MASKED: bool>(to: &mut [R; EIGHT], values: &[f32; EIGHT], mask: &[u32; EIGHT]) {
-    for i in 0..EIGHT {
+fn write<R: Real, const MASKED: bool>(to: &mut [R; GROUP_LANES], values: &[f32; GROUP_LANES], mask: &[u32; GROUP_LANES]) {
+    for i in 0..GROUP_LANES {
         let bits = values[i].to_bits();
         to[i] = R::from_f32_bits(if MASKED { bits & mask[i] } else { bits });
     }
