@@ -1,9 +1,9 @@
 //! Shades smooth light at the middle of every 4x4 pixels and interpolates between these points.
 //!
-//! In: a draw that permits it ([`ShadingRate::Interpolated`](crate::render::plan::ShadingRate)), and its only triangle in the tile. Out: its light, added to
-//! each half of the tile (64x32 pixels, which one batch of 128 points spans) that the triangle covers. Always: the error is at most a 500th of the light (0.25 of a level of
-//! 255 at white, less in the dark), because the second differences between points are bounded. Where they exceed the bound, as near the Sun and where the
-//! light ends, nothing is drawn here, and the caller shades every pixel. Not here: which draws permit it (scene).
+//! In: a draw that permits it ([`ShadingRate::Interpolated`](crate::render::plan::ShadingRate)), and its only triangle in the tile. Out: its light, added
+//! to each half of the tile (64x32 pixels, which one batch of 128 points spans) that the triangle covers. Always: the error is at most a 500th of the
+//! light (0.25 of a level of 255 at white, less in the dark), because the second differences between points are bounded. Where they exceed the bound, as
+//! near the Sun and where the light ends, nothing is drawn here, and the caller shades every pixel. Not here: which draws permit it (scene).
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
@@ -12,7 +12,7 @@ use super::draw_job::{DrawJob, QUADS_PER_BATCH, Quad};
 use super::exec::LaneMask;
 use super::lane_inputs;
 use super::math::Real;
-use super::raster::coverage::{BLOCK_PIXELS, TILE, TILE_BLOCKS, TilePixels, block_position, covers_rectangle};
+use super::raster::coverage::{BLOCK_PIXELS, TILE_BLOCKS, TILE_SIDE_PX, TilePixels, block_position, covers_rectangle};
 use super::stage::{LANES, LaneRun};
 use super::tiles::TileTarget;
 
@@ -21,7 +21,7 @@ const SPACING: usize = 4;
 /// The points of one batch, in the order of a block's pixels (a block is 16x8 pixels): their positions are the pixel centres of a block times `SPACING`.
 const COLUMNS: usize = 16;
 const ROWS: usize = 8;
-const _: () = assert!(COLUMNS * ROWS == LANES && LANES == BLOCK_PIXELS && COLUMNS * SPACING == TILE as usize);
+const _: () = assert!(COLUMNS * ROWS == LANES && LANES == BLOCK_PIXELS && COLUMNS * SPACING == TILE_SIDE_PX as usize);
 /// Quads across the half tile, and lanes in one row of quads.
 const QUADS_ACROSS: usize = COLUMNS * SPACING / 2;
 const ROW_LANES: usize = 4 * QUADS_ACROSS;
@@ -145,7 +145,8 @@ fn interpolate_rows(grid: &Grid, rows: &mut InterpolatedRows) {
     }
 }
 
-/// Interpolates between rows of points: fills the lanes of the block whose first row of quads is `first_quad_row`. `block_column`: number of blocks to its left.
+/// Interpolates between rows of points: fills the lanes of the block whose first row of quads is `first_quad_row`. `block_column`: number of blocks to its
+/// left.
 #[inline(always)]
 fn fill_block_lanes(rows: &InterpolatedRows, block_column: usize, first_quad_row: usize, lanes: &mut [f32; BLOCK_PIXELS]) {
     for (row, lanes) in lanes.as_chunks_mut::<BLOCK_ROW_LANES>().0.iter_mut().enumerate() {

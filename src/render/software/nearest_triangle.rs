@@ -1,9 +1,9 @@
 //! Finds the triangles of a mesh that may be visible at a pixel's centre.
 //!
-//! In: a draw of a mesh and its vertex program. Out: for each triangle that may cover the centre, nearest first, the draw's vertices with the indices
-//! of that triangle only. The rasteriser rounds corners, and counts a centre on an edge as covered by only one of the two triangles; the first candidate
-//! that covers the centre in the rasteriser is the visible triangle. Barycentric coordinates are computed in homogeneous clip space, so that triangles that extend behind the camera are
-//! included.
+//! In: a draw of a mesh and its vertex program. Out: for each triangle that may cover the centre, nearest first, the draw's vertices with the indices of
+//! that triangle only. The rasteriser rounds corners, and counts a centre on an edge as covered by only one of the two triangles; the first candidate that
+//! covers the centre in the rasteriser is the visible triangle. Barycentric coordinates are computed in homogeneous clip space, so that triangles that
+//! extend behind the camera are included.
 
 use super::RenderError;
 use super::math::Real;

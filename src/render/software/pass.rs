@@ -11,7 +11,7 @@ use super::draw_job::{DrawExtent, DrawJob};
 use super::fragment_setup::FragmentSetup;
 use super::math::Real;
 use super::pass_fusion::TileTexture;
-use super::raster::coverage::{TILE, TILE_BLOCKS, TilePixels, block_position, covers_all};
+use super::raster::coverage::{TILE_BLOCKS, TILE_SIDE_PX, TilePixels, block_position, covers_all};
 use super::raster::setup::VertexGrid;
 use super::shade::{Batch, TileShader};
 use super::stage::{LaneProgram, LaneRun};
@@ -85,13 +85,13 @@ struct TileBins {
 
 impl TileBins {
     fn new<R: Real>(width: u32, height: u32, jobs: &[DrawJob<'_, R>]) -> Result<Self, RenderError> {
-        let (tiles_across, tiles_down) = (width.div_ceil(TILE) as usize, height.div_ceil(TILE) as usize);
+        let (tiles_across, tiles_down) = (width.div_ceil(TILE_SIDE_PX) as usize, height.div_ceil(TILE_SIDE_PX) as usize);
         let for_each_entry = |visit: &mut dyn FnMut(usize, (u32, u32))| {
             for (draw_index, job) in jobs.iter().enumerate() {
                 for (triangle_index, triangle) in job.geometry.triangles.iter().enumerate() {
                     let [x0, y0, x1, y1] = triangle.pixels;
-                    for ty in y0 / TILE..y1.div_ceil(TILE) {
-                        for tx in x0 / TILE..x1.div_ceil(TILE) {
+                    for ty in y0 / TILE_SIDE_PX..y1.div_ceil(TILE_SIDE_PX) {
+                        for tx in x0 / TILE_SIDE_PX..x1.div_ceil(TILE_SIDE_PX) {
                             visit(ty as usize * tiles_across + tx as usize, (draw_index as u32, triangle_index as u32));
                         }
                     }
@@ -250,17 +250,17 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     let pixels = &*PIXEL_CENTRES;
     // Boxed, because each tile moves a worker out of the list and back.
     let idle_workers: Mutex<Vec<Box<Worker<'_, R>>>> = Mutex::new(Vec::new());
-    let tile_px = TILE as usize;
-    image.spare_capacity_mut()[..count].par_chunks_mut(tile_px * pass.width as usize).enumerate().for_each(|(ty, tile_row)| {
+    let tile_side = TILE_SIDE_PX as usize;
+    image.spare_capacity_mut()[..count].par_chunks_mut(tile_side * pass.width as usize).enumerate().for_each(|(ty, tile_row)| {
         // `Some` for tiles that are filled instead of drawn.
         let fill_colour = |tx: usize| {
             let has_triangles = |bins: &TileBins| !bins.tile(tx, ty).is_empty();
             empty_tile_colour.filter(|_| !has_triangles(&first.bins) && !fused.is_some_and(|f| has_triangles(&f.overlay.bins)))
         };
         let mut rows_of_tiles: Vec<Vec<&mut [MaybeUninit<T>]>> =
-            (0..first.bins.tiles_across).map(|tx| Vec::with_capacity(if fill_colour(tx).is_none() { tile_px } else { 0 })).collect();
+            (0..first.bins.tiles_across).map(|tx| Vec::with_capacity(if fill_colour(tx).is_none() { tile_side } else { 0 })).collect();
         for row in tile_row.chunks_mut(pass.width as usize) {
-            for (tx, part) in row.chunks_mut(tile_px).enumerate() {
+            for (tx, part) in row.chunks_mut(tile_side).enumerate() {
                 match fill_colour(tx) {
                     Some(colour) => part.fill(MaybeUninit::new(colour)),
                     None => rows_of_tiles[tx].push(part),
@@ -311,7 +311,7 @@ impl<'a, R: Real> PassWorker<'a, R> {
 
     /// Draws a tile's triangles into the target.
     fn draw(&mut self, jobs: &PassJobs<'a, R>, [tx, ty]: [usize; 2], pixels: &TilePixels, batch: &mut Batch) {
-        let tile_corner = [tx as u32 * TILE, ty as u32 * TILE];
+        let tile_corner = [tx as u32 * TILE_SIDE_PX, ty as u32 * TILE_SIDE_PX];
         let mut shader = TileShader { target: &mut self.target, pixels, tile_corner, samples: jobs.pass.samples };
         for entries_of_draw in jobs.bins.tile(tx, ty).chunk_by(|a, b| a.0 == b.0) {
             let draw_index = entries_of_draw[0].0 as usize;
@@ -363,7 +363,7 @@ impl<'a, R: Real> Worker<'a, R> {
                 self.first.target.fill_unwritten();
             }
             second.target.clear(fused.mapped_clear_colour.unwrap_or(fused.overlay.pass.clear), false);
-            let tile_corner = tile_index.map(|k| k as u32 * TILE);
+            let tile_corner = tile_index.map(|k| k as u32 * TILE_SIDE_PX);
             let texture = TileTexture::new(&self.first.target, tile_corner, [pass.width, pass.height]);
             let mut shader = TileShader { target: &mut second.target, pixels, tile_corner, samples: 1 };
             for block in 0..TILE_BLOCKS {

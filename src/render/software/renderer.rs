@@ -311,10 +311,13 @@ impl SoftwareRenderer {
 /// Bound in place of the output of the first of two fused passes, which the second reads tile by tile ([`TileTexture`](super::pass_fusion::TileTexture)).
 static PLACEHOLDER: LazyLock<PassImage> = LazyLock::new(|| PassImage::Unorm(vec![[0; 4]]));
 
+/// The images of earlier passes as textures, or why one cannot be read.
 fn outputs_of(earlier: &[(PassImage, u32, u32)]) -> Vec<Result<Arc<Texels<'_>>, String>> {
     earlier.iter().map(|(image, w, h)| texels_of(image, *w, *h)).collect()
 }
 
+/// Checks that no stage of a pass was stopped.
+///
 /// # Errors
 /// A stage that was stopped at the loop limit: the image is incomplete.
 fn check_loop_limits<R: Real>(pass: &Pass, bound: &[BoundStages<'_, R>]) -> Result<(), RenderError> {
@@ -328,6 +331,7 @@ fn check_loop_limits<R: Real>(pass: &Pass, bound: &[BoundStages<'_, R>]) -> Resu
     Ok(())
 }
 
+/// The image of a pass as a texture.
 fn texels_of(image: &PassImage, width: u32, height: u32) -> Result<Arc<Texels<'_>>, String> {
     let (format, bytes): (_, &[u8]) = match image {
         PassImage::Float(pixels) => (TexelFormat::Rgba32Float, bytemuck::cast_slice(pixels)),

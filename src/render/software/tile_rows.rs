@@ -1,7 +1,7 @@
 //! Writes a resolved tile into the rows of an image, block by block, because a converted block stays in the L1 cache.
 //!
-//! In: a tile, and the part of each of its rows that lies inside the image. Out: these rows, with every pixel written. Always: a block that was not drawn has one
-//! colour, which is converted once.
+//! In: a tile, and the part of each of its rows that lies inside the image. Out: these rows, with every pixel written. Always: a block that was not drawn
+//! has one colour, which is converted once.
 
 use super::raster::coverage::{self, BLOCK_PIXELS, TILE_BLOCKS, block_position};
 use super::tiles::TileTarget;
@@ -192,6 +192,7 @@ impl TileTarget {
         self.tone_map_generic(rows, tone_map, clear_bytes);
     }
 
+    /// [`TileTarget::write_tone_mapped`] with AVX2.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
     fn tone_map_avx2(&self, rows: TileRows<'_, '_, [u8; 4]>, tone_map: &ToneMapUniforms, clear_bytes: [u8; 4]) {
@@ -204,6 +205,7 @@ impl TileTarget {
         }
     }
 
+    /// [`TileTarget::write_tone_mapped`] without special instructions.
     fn tone_map_generic(&self, rows: TileRows<'_, '_, [u8; 4]>, tone_map: &ToneMapUniforms, clear_bytes: [u8; 4]) {
         let mut words = BlockRows::default();
         for block in 0..TILE_BLOCKS {

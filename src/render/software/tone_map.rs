@@ -1,7 +1,8 @@
 //! The shipped tone map (shaders/entry/tone_map.wesl) as one native function over the pixels of a block, which replaces its tape (list of instructions).
 //!
-//! In: linear light. Out: display bytes. Always: a byte is the level (0 to 255) nearest to the exact value of the sRGB curve, by a table of the curve's 255
-//! thresholds. The tape has an error of up to a thousandth of a level, so that the two may differ by one level where a value is that close to a threshold. All kernel classes give the same bytes. Not here: a tone map that was edited, or f64, which the tape executes.
+//! In: linear light. Out: display bytes. Always: a byte is the level (0 to 255) nearest to the exact value of the sRGB curve, by a table of the curve's
+//! 255 thresholds. The tape has an error of up to a thousandth of a level, so that the two may differ by one level where a value is that close to a
+//! threshold. All kernel classes give the same bytes. Not here: a tone map that was edited, or f64, which the tape executes.
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
@@ -56,9 +57,9 @@ pub struct ToneMapUniforms {
 /// Bits of the least linear value in the table, 2^-13, which is shown as level 0, and of the greatest, the largest f32 below 1.
 const FIRST_BITS: u32 = (127 - 13) << 23;
 const LAST_BITS: u32 = 0x3f7f_ffff;
-/// A cell is a range of values with equal high bits. A factor of two is divided into 128 cells, so that a cell spans at most 1/128 of its values. The curve's slope
-/// is at most 255 * 1.055 / 2.4 = 112.1 levels per unit of the natural logarithm, so that it rises by less than a level in a cell: a cell has at most one
-/// threshold.
+/// A cell is a range of values with equal high bits. A factor of two is divided into 128 cells, so that a cell spans at most 1/128 of its values. The
+/// curve's slope is at most 255 * 1.055 / 2.4 = 112.1 levels per unit of the natural logarithm, so that it rises by less than a level in a cell: a cell
+/// has at most one threshold.
 const CELL_BITS: u32 = 16;
 const CELLS: usize = ((LAST_BITS - FIRST_BITS) >> CELL_BITS) as usize + 1;
 

@@ -1,5 +1,5 @@
-//! The shipped (not edited) tone map as a fragment stage in native code: for a tone-map pass that is not fused with the HDR pass before it (pass_fusion.rs), and for tiles
-//! of a fused one that other draws, such as labels, cover in part.
+//! The shipped (not edited) tone map as a fragment stage in native code: for a tone-map pass that is not fused with the HDR pass before it
+//! (pass_fusion.rs), and for tiles of a fused one that other draws, such as labels, cover in part.
 //!
 //! In: the tone map with its uniforms, the inputs and outputs of the program that it replaces, the HDR image. Out: a [`LaneRun`]. Always: the colours are
 //! the bytes of [`ToneMapUniforms::bytes`], divided by 255. Not here: the mapping itself (`tone_map`).

@@ -6,8 +6,8 @@
 
 /// Triangles are clipped to this distance from the target's top-left corner along each axis. The largest target is 16384 pixels wide.
 pub(crate) const GUARD_BAND_PX: f64 = 65536.0;
-/// Smallest w that is kept, relative to the triangle's greatest w, so that coordinates can be divided by w.
-const MIN_W: f64 = 1.0e-12;
+/// Smallest w that is kept, divided by the triangle's greatest w. It is positive, so that coordinates can be divided by w.
+const MIN_W_RATIO: f64 = 1.0e-12;
 
 /// A vertex in homogeneous pixel coordinates: pixel = (x / w, y / w), reversed depth = z / w.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,7 +68,7 @@ pub(crate) fn clip(triangle: &[ClipVertex; 3]) -> Option<Polygon> {
     if max_w <= 0.0 {
         return None;
     }
-    let min_w = max_w * MIN_W;
+    let min_w = max_w * MIN_W_RATIO;
     let vertex_distances = triangle.map(|c| distances(&c, min_w));
     let mut polygon = Polygon { corners: [triangle[0]; 12], count: 3, is_clipped: false };
     polygon.corners[..3].copy_from_slice(triangle);

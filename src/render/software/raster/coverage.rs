@@ -10,15 +10,15 @@
 use super::setup::{RasterTriangle, STEPS_PER_PIXEL};
 
 /// Width and height of a tile in pixels.
-pub(crate) const TILE: u32 = 64;
+pub(crate) const TILE_SIDE_PX: u32 = 64;
 /// Number of pixels in a tile.
-pub(crate) const TILE_PIXELS: usize = (TILE * TILE) as usize;
+pub(crate) const TILE_PIXELS: usize = (TILE_SIDE_PX * TILE_SIDE_PX) as usize;
 /// Number of quads in a tile.
 pub(crate) const TILE_QUADS: usize = TILE_PIXELS / 4;
 /// Width and height of a block in pixels.
 pub(crate) const BLOCK_WIDTH: u32 = 16;
 pub(crate) const BLOCK_HEIGHT: u32 = 8;
-const BLOCKS_ACROSS: u32 = TILE / BLOCK_WIDTH;
+const BLOCKS_ACROSS: u32 = TILE_SIDE_PX / BLOCK_WIDTH;
 const QUADS_ACROSS: u32 = BLOCK_WIDTH / 2;
 /// Number of quads in a block.
 pub(crate) const BLOCK_QUADS: u32 = BLOCK_WIDTH * BLOCK_HEIGHT / 4;
@@ -54,7 +54,7 @@ pub(crate) fn block_position(block: usize) -> [u32; 2] {
 
 /// The block whose top-left pixel is at `x`, `y` inside its tile; `None` if there is none.
 pub(crate) fn block_at([x, y]: [u32; 2]) -> Option<usize> {
-    let is_corner = x.is_multiple_of(BLOCK_WIDTH) && y.is_multiple_of(BLOCK_HEIGHT) && x < TILE && y < TILE;
+    let is_corner = x.is_multiple_of(BLOCK_WIDTH) && y.is_multiple_of(BLOCK_HEIGHT) && x < TILE_SIDE_PX && y < TILE_SIDE_PX;
     is_corner.then(|| (y / BLOCK_HEIGHT * BLOCKS_ACROSS + x / BLOCK_WIDTH) as usize)
 }
 
@@ -104,8 +104,8 @@ impl Default for TilePixels {
 pub(crate) fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, samples: u8, mut emit: impl FnMut(usize, usize, u16)) {
     let [px0, py0, px1, py1] = triangle.pixels;
     let (x0, y0) = (px0.max(tile_x) - tile_x, py0.max(tile_y) - tile_y);
-    let (x1, y1) = (px1.min(tile_x + TILE), py1.min(tile_y + TILE));
-    if x1 <= tile_x || y1 <= tile_y || x0 >= TILE || y0 >= TILE {
+    let (x1, y1) = (px1.min(tile_x + TILE_SIDE_PX), py1.min(tile_y + TILE_SIDE_PX));
+    if x1 <= tile_x || y1 <= tile_y || x0 >= TILE_SIDE_PX || y0 >= TILE_SIDE_PX {
         return;
     }
     let (x1, y1) = (x1 - tile_x, y1 - tile_y);
@@ -304,9 +304,9 @@ mod tests {
     #[test]
     fn lane_order_visits_every_pixel_of_a_tile_once() {
         let pixels = TilePixels::new();
-        let mut seen = vec![false; (TILE * TILE) as usize];
+        let mut seen = vec![false; (TILE_SIDE_PX * TILE_SIDE_PX) as usize];
         for (x, y) in pixels.x.iter().zip(&pixels.y) {
-            let index = (*y as u32 * TILE + *x as u32) as usize;
+            let index = (*y as u32 * TILE_SIDE_PX + *x as u32) as usize;
             assert!(!seen[index]);
             seen[index] = true;
         }
@@ -314,7 +314,7 @@ mod tests {
         for block in 0..TILE_BLOCKS {
             let [x, y] = block_position(block);
             assert_eq!((pixels.x[block * BLOCK_PIXELS], pixels.y[block * BLOCK_PIXELS]), (x as f32 + 0.5, y as f32 + 0.5));
-            assert_eq!((block_at([x, y]), block_at([x + 2, y]), block_at([x, y + TILE])), (Some(block), None, None));
+            assert_eq!((block_at([x, y]), block_at([x + 2, y]), block_at([x, y + TILE_SIDE_PX])), (Some(block), None, None));
         }
     }
 

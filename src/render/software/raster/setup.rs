@@ -91,7 +91,8 @@ pub(crate) struct SourceTriangle {
     /// Whether all three w are equal, so that varyings are linear in screen space.
     pub is_affine: bool,
     pub is_front_facing: bool,
-    /// Index of its first plane in [`RasterGeometry::planes`]: one for each component of an interpolated varying, of value / w, or of the value itself if `is_affine`.
+    /// Index of its first plane in [`RasterGeometry::planes`]: one for each component of an interpolated varying, of value / w, or of the value itself if
+    /// `is_affine`.
     pub first_plane: usize,
     /// Index of its first value in [`RasterGeometry::flat_values`]: one for each component of a flat varying.
     pub first_flat_value: usize,
@@ -208,6 +209,7 @@ fn snap(c: &ClipVertex, vertex_grid: VertexGrid) -> [i64; 2] {
     [c.x, c.y].map(|v| (v / c.w * points_per_pixel).round_ties_even() as i64 * spacing)
 }
 
+/// The edge function of the edge from one corner to the next.
 fn edge(from: [i64; 2], to: [i64; 2]) -> EdgeFunction {
     let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
     // The triangle is clockwise on the screen (y down), so the inside lies to the right of the edge. Top edges run right, left edges run up.

@@ -1,6 +1,6 @@
 //! Interpolates between the four texels around a position that is given in texels, as `texels_between` of shaders/lib/texels_between.wesl does.
 //!
-//! In: a position for each lane; the middle of the first texel is at 0. Out: up to four channels per lane, of the finest level; lanes that are not
+//! In: a position for each lane; the centre of texel `k` is at `k`. Out: up to four channels per lane, of the finest level; lanes that are not
 //! active are left unchanged. Always: every kernel class gives the same bits. Beyond the edges the image continues with its outermost texels.
 
 #[cfg(target_arch = "x86_64")]
@@ -51,7 +51,7 @@ pub(super) fn interpolate<R: Real, D: Decode>(
         }
         return;
     }
-    // The texels before and after a position along one axis, and its fraction between them.
+    // The texels before and after a position along one axis, and the position's fraction between them.
     let beside = |position: R, size: u32| {
         let n = R::from_u32(size);
         // Written so that NaN becomes the first texel.

@@ -1,4 +1,7 @@
-//! Bilinear interpolation of eight points in AVX2 registers, given their corners.
+//! Bilinear interpolation in AVX2 registers, for eight points at a time.
+//!
+//! In: the columns and rows of texels beside each point, and then the values of the texels at its four corners. Out: the corners' indices in the level, and
+//! then the interpolated value.
 
 use std::arch::x86_64::{__m256, __m256i, _mm256_add_epi32, _mm256_add_ps, _mm256_mul_ps, _mm256_mullo_epi32, _mm256_sub_ps};
 
@@ -12,7 +15,7 @@ pub(super) struct TexelsBeside {
 pub(crate) struct Corners {
     /// Top left, top right, bottom left, bottom right.
     pub index: [__m256i; 4],
-    /// Rightwards from the left texels, and downwards from the upper ones.
+    /// Of the way from the left texels to the right ones, and from the upper ones to the lower ones.
     pub fraction: [__m256; 2],
 }
 

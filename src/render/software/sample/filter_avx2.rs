@@ -1,4 +1,4 @@
-//! Filters maps eight lanes at a time in AVX2 registers, without arrays in between.
+//! Filters maps eight lanes (a group) at a time in AVX2 registers, without arrays in between.
 //!
 //! In: a batch of f32 lanes, in the order of the batch, not sorted as in `lane_order`. Eight neighbouring lanes nearly always read the same mip level;
 //! where they do not, they are filtered once for each level, which costs less than sorting the batch. Out: as [`super::filter`], by the same steps for
@@ -20,7 +20,7 @@ use std::arch::x86_64::{
 };
 use std::mem::transmute;
 
-/// Number of lanes in a register.
+/// Number of lanes in an AVX2 register, filtered together.
 pub(super) const GROUP_LANES: usize = 8;
 
 /// A [`FilterRequest`] of f32.
@@ -50,7 +50,7 @@ impl<'a> F32Request<'a> {
     }
 }
 
-/// Group `group` of eight values.
+/// The values of group `group`: lanes `8 * group` to `8 * group + 7`.
 /// # Safety
 /// The machine has AVX2, as for all functions of this module.
 #[inline(always)]
@@ -146,7 +146,7 @@ unsafe fn level_pair<'a>(
     }
 }
 
-/// The texels before and after a position along one axis, given in texels, and its fraction between them.
+/// The texels before and after each position along one axis, and the position's fraction between them. `x`: positions; the centre of texel `k` is at `k`.
 /// # Safety
 /// AVX2.
 #[inline(always)]
@@ -181,6 +181,7 @@ unsafe fn texel_pair(c: __m256, axis: &AxisSize) -> TexelsBeside {
     }
 }
 
+/// Bilinear interpolation at eight texture coordinates, between the texels of one level.
 /// # Safety
 /// AVX2.
 #[inline(always)]
@@ -222,7 +223,7 @@ unsafe fn trilinear<D: Decode>(
     }
 }
 
-/// Eight lanes to filter.
+/// A group of eight lanes to filter.
 struct Lanes<'a> {
     uv: [__m256; 2],
     /// Weight of the next coarser level.
@@ -240,7 +241,7 @@ struct Taps {
     excess: __m256,
     /// Index of the middle of the taps.
     middle: __m256,
-    /// Distance by which each tap moves towards the middle, but not past it.
+    /// Distance by which each tap moves towards the middle, at most as far as the middle.
     to_middle: __m256,
 }
 
@@ -320,7 +321,7 @@ unsafe fn mask_of(lanes: u32) -> __m256 {
     }
 }
 
-/// The lanes of a batch's channels in groups of eight.
+/// The channels of a batch, in groups of eight lanes.
 type LaneGroups<'a> = [Option<&'a mut [[f32; GROUP_LANES]]>; 4];
 
 #[inline(always)]

@@ -1,7 +1,7 @@
 //! Reads single texels by integer coordinates, a batch at a time.
 //!
 //! In: a column for each lane; a row and a level, each either per lane or common to all lanes. Out: up to four channels per lane; zero if the lane is
-//! not active or its texel lies outside the level. Always: every kernel class gives the same bits. If all lanes read the same level, they are read
+//! not active or its texel lies outside the level. Always: every kernel class gives the same bits. If all lanes read the same level, they are loaded
 //! without a branch, with gather instructions if the class has them; otherwise lane by lane.
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
@@ -19,7 +19,7 @@ pub(super) type TexelCoordinates<'a, R> = [&'a [R]; 3];
 /// Number of lanes that are read together.
 const GROUP_LANES: usize = 8;
 
-/// Reads the texels of a batch. `out`: red, green, blue, alpha, each either empty or as long as `x`.
+/// Loads the texels of a batch. `out`: red, green, blue, alpha, each either empty or as long as `x`.
 #[inline(always)]
 pub(super) fn load<R: Real, D: Decode>(
     decode: D,
@@ -49,7 +49,7 @@ pub(super) fn load<R: Real, D: Decode>(
             }
         }
     }
-    let is_complete = if y.len() == 1 {
+    let have_all_texels = if y.len() == 1 {
         let row = row.lane_bits();
         find_texels(level, x, |_| row, &mut index, &mut mask)
     } else {
@@ -58,7 +58,7 @@ pub(super) fn load<R: Real, D: Decode>(
     };
     if count == BATCH {
         let out = out.each_mut().map(|lanes| lanes.first_chunk_mut());
-        return if is_complete {
+        return if have_all_texels {
             read_masked::<R, D, false>(decode, level, &index, &mask, out)
         } else {
             read_masked::<R, D, true>(decode, level, &index, &mask, out)
@@ -73,7 +73,7 @@ pub(super) fn load<R: Real, D: Decode>(
 }
 
 /// Finds the index of each lane's texel in one level. A lane has a texel if its `mask` is set and its coordinates lie inside the level; otherwise its
-/// mask is cleared and its index is 0. Returns whether every lane has a texel.
+/// mask is cleared and its index is 0. Returns whether all lanes have a texel.
 #[inline(always)]
 fn find_texels<R: Real>(
     level: &TexelLevel<'_>,
@@ -151,6 +151,7 @@ fn read_masked<R: Real, D: Decode, const MASKED: bool>(
     }
 }
 
+/// As [`read_masked`], for channel `K` alone.
 #[inline(always)]
 fn read_channel<R: Real, D: Decode, const K: usize, const MASKED: bool>(
     decode: D,
@@ -168,6 +169,7 @@ fn read_channel<R: Real, D: Decode, const K: usize, const MASKED: bool>(
     }
 }
 
+/// Writes values of eight lanes; if `MASKED`, zero where the mask is zero.
 #[inline(always)]
 fn write<R: Real, const MASKED: bool>(to: &mut [R; GROUP_LANES], values: &[f32; GROUP_LANES], mask: &[u32; GROUP_LANES]) {
     for i in 0..GROUP_LANES {
@@ -176,7 +178,7 @@ fn write<R: Real, const MASKED: bool>(to: &mut [R; GROUP_LANES], values: &[f32; 
     }
 }
 
-/// Reads texels of several levels.
+/// Loads texels whose level differs between lanes.
 #[inline(always)]
 fn load_lane_by_lane<R: Real, D: Decode>(
     decode: D,

@@ -178,9 +178,9 @@ impl<D: FourBytes> Decode for GatherDecoder<D> {
 #[derive(Clone, Copy)]
 pub(crate) struct TransposeDecoder(pub(super) Float);
 
-/// The texel of sixteen bytes at `base[half_texel_index]`. The index counts words of eight bytes, because x86 addresses scale an index by at most eight: it is
-/// twice the texel's index. Not checked in debug builds, see [`Unaligned`]. A function, because a closure cannot be `inline(always)`, and would lack
-/// the caller's instruction set if it were not inlined.
+/// The texel of sixteen bytes that starts at `base[half_texel_index]`. The index is twice the texel's, because x86 addresses scale an index by at most
+/// eight bytes, half a texel. Not checked in debug builds, see [`Unaligned`]. A function, because a closure cannot be `inline(always)`, and would lack the
+/// caller's instruction set if it were not inlined.
 /// # Safety
 /// The texel exists.
 #[inline(always)]
