@@ -1,6 +1,6 @@
 //! Blends a fragment's colour with the target's colour.
 //!
-//! In: linear colours; for [`Blend::PremultipliedOver`] the fragment's is multiplied by its alpha. Out: the target's new colour.
+//! In: linear colours; for `Blend::PremultipliedOver` the fragment's is multiplied by its alpha. Out: the target's new colour.
 
 use crate::render::plan::Blend;
 

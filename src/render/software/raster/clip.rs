@@ -41,7 +41,7 @@ impl ClipVertex {
 pub(crate) struct Polygon {
     /// Twelve, because rounding may make a thin polygon cross a plane more than twice; ten are enough for a convex one.
     corners: [ClipVertex; 12],
-    /// Number of corners, at most ten.
+    /// Number of corners.
     count: usize,
     /// Whether the triangle was clipped; if false, the polygon is the triangle itself.
     pub is_clipped: bool,
@@ -106,7 +106,7 @@ pub(crate) fn clip(triangle: &[ClipVertex; 3]) -> Option<Polygon> {
 
 impl Polygon {
     fn push(&mut self, c: ClipVertex) {
-        // Seven planes add at most one corner each, so there are at most ten.
+        // Always true for a convex polygon: seven planes add at most one corner each, so there are at most ten.
         if self.count < self.corners.len() {
             self.corners[self.count] = c;
             self.count += 1;

@@ -1,7 +1,7 @@
 //! Triangle set-up: edges in fixed point, and the plane equations of depth, 1/w and the varyings.
 //!
 //! In: the clip-space positions and varyings of a triangle's vertices. Out: its visible raster triangles and the planes that they share, appended to a
-//! [`RasterGeometry`].
+//! `RasterGeometry`.
 //!
 //! Positions are snapped to a [`VertexGrid`]; edge functions are exact in i64 up to the guard band.
 //! Planes are derived in f64 from the homogeneous triangle (Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates",

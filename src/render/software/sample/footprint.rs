@@ -1,6 +1,6 @@
 //! Computes, from the gradients of a lane's texture coordinates, the mip level and the taps that the lane reads.
 //!
-//! In: gradients, the texture's size, the maximum number of taps. Out: a [`FilterRequest`] with a level and a footprint for each lane.
+//! In: gradients, the texture's size, the maximum number of taps. Out: a `FilterRequest` with a level and a footprint for each lane.
 //!
 //! A pixel's footprint is the ellipse, in texels, onto which the gradients map a circle of diameter 1 pixel. The lengths of its axes are the
 //! singular values of the gradient matrix. Up to `max_taps` trilinear taps fill the major axis from both ends, and the mip level is log2 of the minor
