@@ -8,10 +8,10 @@
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
 
-use super::draw_job::{DrawJob, QUADS_PER_BATCH, Quad};
 use super::exec::LaneMask;
 use super::lane_inputs;
 use super::math::Real;
+use super::prepared_draw::{PreparedDraw, QUADS_PER_BATCH, Quad};
 use super::raster::coverage::{BLOCK_PIXELS, TILE_BLOCKS, TILE_SIDE_PX, TilePixels, block_position, covers_rectangle};
 use super::stage::{LANES, LaneRun};
 use super::tiles::TileTarget;
@@ -204,13 +204,13 @@ impl InterpolatedLight {
 
     /// Shades the points of half a tile and adds the light to its blocks. `first`: the half's first quad. Returns false, and draws nothing, if the light is
     /// not smooth.
-    fn draw<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, first: Quad, tile: &mut Tile<'_>) -> bool {
+    fn draw<R: Real>(&mut self, draw: &PreparedDraw<'_, R>, run: &mut dyn LaneRun<R>, first: Quad, tile: &mut Tile<'_>) -> bool {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
             // SAFETY: AVX2 was detected.
-            return unsafe { self.draw_avx2(job, run, first, tile) };
+            return unsafe { self.draw_avx2(draw, run, first, tile) };
         }
-        self.draw_generic(job, run, first, tile)
+        self.draw_generic(draw, run, first, tile)
     }
 
     /// [`Self::draw_generic`] compiled for AVX2: wider vectors, the same rounding.
@@ -218,12 +218,18 @@ impl InterpolatedLight {
     /// The machine has AVX2.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    unsafe fn draw_avx2<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, first: Quad, tile: &mut Tile<'_>) -> bool {
-        self.draw_generic(job, run, first, tile)
+    unsafe fn draw_avx2<R: Real>(
+        &mut self,
+        draw: &PreparedDraw<'_, R>,
+        run: &mut dyn LaneRun<R>,
+        first: Quad,
+        tile: &mut Tile<'_>,
+    ) -> bool {
+        self.draw_generic(draw, run, first, tile)
     }
 
     #[inline(always)]
-    fn draw_generic<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, first: Quad, tile: &mut Tile<'_>) -> bool {
+    fn draw_generic<R: Real>(&mut self, draw: &PreparedDraw<'_, R>, run: &mut dyn LaneRun<R>, first: Quad, tile: &mut Tile<'_>) -> bool {
         let mut points = [[0.0; LANES]; 2];
         for (points, centres) in points.iter_mut().zip([&tile.pixels.x, &tile.pixels.y]) {
             for (point, centre) in points.iter_mut().zip(centres) {
@@ -231,12 +237,12 @@ impl InterpolatedLight {
             }
         }
         let [x, y] = &points;
-        lane_inputs::fill_block(job, run, first, [x, y], tile.corner);
+        lane_inputs::fill_block(draw, run, first, [x, y], tile.corner);
         if run.run(LaneMask::MAX) != LaneMask::MAX {
             return false;
         }
         let run = &*run;
-        let lanes = job.fragment_setup.colour_outputs.map(|o| o.and_then(|o| R::as_f32(run.output(o))?.first_chunk::<LANES>()));
+        let lanes = draw.fragment_setup.colour_outputs.map(|o| o.and_then(|o| R::as_f32(run.output(o))?.first_chunk::<LANES>()));
         let [Some(r), Some(g), Some(b), Some(a)] = lanes else { return false };
         // Only red, green and blue are interpolated. A draw that also changes alpha is shaded at every pixel.
         if a.iter().fold(0, |bits, a| bits | a.to_bits()) != 0 || !self.interpolate([r, g, b]) {
@@ -260,17 +266,17 @@ pub(super) struct Tile<'a> {
 
 /// Draws the halves of a tile that the draw's only triangle covers and in which its light is smooth. Returns the blocks that it has drawn, one bit each.
 pub(super) fn shade_coarsely<R: Real>(
-    job: &DrawJob<'_, R>,
+    draw: &PreparedDraw<'_, R>,
     triangles: &[u32],
     tile: &mut Tile<'_>,
     run: &mut dyn LaneRun<R>,
     light: &mut InterpolatedLight,
 ) -> u32 {
     let [triangle] = triangles else { return 0 };
-    if !job.is_interpolated() {
+    if !draw.is_interpolated() {
         return 0;
     }
-    let triangle = &job.geometry.triangles[*triangle as usize];
+    let triangle = &draw.geometry.triangles[*triangle as usize];
     let mut drawn = 0;
     for first_block in (0..TILE_BLOCKS).step_by(HALF_TILE_BLOCKS) {
         let [x, y] = block_position(first_block);
@@ -280,7 +286,7 @@ pub(super) fn shade_coarsely<R: Real>(
             continue;
         }
         let first = Quad { index: (first_block * QUADS_PER_BATCH) as u16, coverage: 0, source_triangle: triangle.source_triangle };
-        if light.draw(job, run, first, tile) {
+        if light.draw(draw, run, first, tile) {
             drawn |= ((1 << HALF_TILE_BLOCKS) - 1) << first_block;
         }
     }

@@ -13,7 +13,6 @@
 
 pub mod blend;
 mod coarse_shading;
-mod draw_job;
 pub mod error;
 pub mod exec;
 pub mod fragment_setup;
@@ -25,6 +24,7 @@ pub mod math;
 mod nearest_triangle;
 pub mod pass;
 mod pass_fusion;
+mod prepared_draw;
 pub mod program;
 pub mod raster;
 pub mod renderer;

@@ -5,11 +5,11 @@
 //! depth, depth is tested before shading, so that hidden quads are not shaded. Results are blended in quad order, which keeps the triangle order.
 
 use super::coarse_shading::{InterpolatedLight, Tile, shade_coarsely};
-use super::draw_job::{DrawJob, QUADS_PER_BATCH, Quad};
 use super::exec::{ExecutionCounts, LaneMask, TextureUnit};
 use super::fragment_setup::FragmentSetup;
 use super::lane_inputs;
 use super::math::Real;
+use super::prepared_draw::{PreparedDraw, QUADS_PER_BATCH, Quad};
 use super::raster::coverage::{
     BLOCK_HEIGHT, BLOCK_QUADS, BLOCK_WIDTH, TILE_BLOCKS, TilePixels, block_position, full_coverage, quad_position, sample_positions,
     walk_tile,
@@ -134,16 +134,16 @@ fn quad_on_screen([tile_x, tile_y]: [u32; 2], index: usize) -> [u32; 4] {
 
 impl TileShader<'_> {
     /// Draws the given triangles of one draw, in order.
-    pub(crate) fn draw<R: Real>(&mut self, job: &DrawJob<'_, R>, triangles: &[u32], run: &mut dyn LaneRun<R>, batch: &mut Batch) {
-        let setup = &job.fragment_setup;
+    pub(crate) fn draw<R: Real>(&mut self, draw: &PreparedDraw<'_, R>, triangles: &[u32], run: &mut dyn LaneRun<R>, batch: &mut Batch) {
+        let setup = &draw.fragment_setup;
         let coarsely_shaded_blocks = {
             let mut tile = Tile { target: self.target, pixels: self.pixels, corner: self.tile_corner };
-            shade_coarsely(job, triangles, &mut tile, run, &mut batch.interpolated_light)
+            shade_coarsely(draw, triangles, &mut tile, run, &mut batch.interpolated_light)
         };
         for (k, &t) in triangles.iter().enumerate() {
-            job.geometry.prefetch(&triangles[k..]);
-            let triangle = &job.geometry.triangles[t as usize];
-            let source_triangle = &job.geometry.source_triangles[triangle.source_triangle as usize];
+            draw.geometry.prefetch(&triangles[k..]);
+            let triangle = &draw.geometry.triangles[t as usize];
+            let source_triangle = &draw.geometry.source_triangles[triangle.source_triangle as usize];
             let samples = self.samples;
             let early_depth = (setup.early_depth_test && setup.uses_depth()).then(|| self.depth_at_samples(source_triangle));
             let [tile_x, tile_y] = self.tile_corner;
@@ -156,7 +156,7 @@ impl TileShader<'_> {
                 if coarsely_shaded_blocks >> (first / QUADS_PER_BATCH) & 1 == 1 {
                     return;
                 }
-                if let Some(extent) = job.extent.as_ref().filter(|_| count == QUADS_PER_BATCH) {
+                if let Some(extent) = draw.extent.as_ref().filter(|_| count == QUADS_PER_BATCH) {
                     let block = block_on_screen([tile_x, tile_y], first);
                     if extent.misses(block) {
                         return;
@@ -167,11 +167,11 @@ impl TileShader<'_> {
                     }
                 }
                 if count == QUADS_PER_BATCH && batch.count == 0 && early_depth.is_none() {
-                    self.shade_block(job, first, triangle.source_triangle, run, batch);
+                    self.shade_block(draw, first, triangle.source_triangle, run, batch);
                     return;
                 }
                 // Quads of blocks that an edge of the triangle crosses.
-                let mut extent = job.extent.as_ref().filter(|_| count != QUADS_PER_BATCH);
+                let mut extent = draw.extent.as_ref().filter(|_| count != QUADS_PER_BATCH);
                 if let Some(draw_extent) = extent {
                     let first_of_block = first / QUADS_PER_BATCH * QUADS_PER_BATCH;
                     let block = match crossed.take().filter(|block| block.first_quad == first_of_block) {
@@ -199,10 +199,10 @@ impl TileShader<'_> {
                     if coverage == 0 {
                         continue;
                     }
-                    self.gather(job, Quad { index: index as u16, coverage, source_triangle: triangle.source_triangle }, run, batch);
+                    self.gather(draw, Quad { index: index as u16, coverage, source_triangle: triangle.source_triangle }, run, batch);
                 }
             });
-            let Some(extent) = job.extent.as_ref().filter(|_| extent_edge_blocks != 0) else { continue };
+            let Some(extent) = draw.extent.as_ref().filter(|_| extent_edge_blocks != 0) else { continue };
             for block in (0..TILE_BLOCKS).filter(|b| extent_edge_blocks >> b & 1 == 1) {
                 for index in block * QUADS_PER_BATCH..(block + 1) * QUADS_PER_BATCH {
                     if extent.misses(quad_on_screen([tile_x, tile_y], index)) {
@@ -211,21 +211,21 @@ impl TileShader<'_> {
                     let full = full_coverage(samples);
                     let coverage = early_depth.as_ref().map_or(full, |depth| self.test_quad(index, full, depth, setup.depth));
                     if coverage != 0 {
-                        self.gather(job, Quad { index: index as u16, coverage, source_triangle: triangle.source_triangle }, run, batch);
+                        self.gather(draw, Quad { index: index as u16, coverage, source_triangle: triangle.source_triangle }, run, batch);
                     }
                 }
             }
         }
-        self.flush(job, run, batch, None);
+        self.flush(draw, run, batch, None);
     }
 
     /// Adds a quad to the batch, which is shaded when it is full.
     #[inline(always)]
-    fn gather<R: Real>(&mut self, job: &DrawJob<'_, R>, quad: Quad, run: &mut dyn LaneRun<R>, batch: &mut Batch) {
+    fn gather<R: Real>(&mut self, draw: &PreparedDraw<'_, R>, quad: Quad, run: &mut dyn LaneRun<R>, batch: &mut Batch) {
         batch.quads[batch.count] = quad;
         batch.count += 1;
         if batch.count == QUADS_PER_BATCH {
-            self.flush(job, run, batch, None);
+            self.flush(draw, run, batch, None);
         }
     }
 
@@ -266,19 +266,19 @@ impl TileShader<'_> {
     /// Shades one block of a full-screen draw, which reads `texture` in place of the bound textures.
     pub(crate) fn shade_block_with_texture<R: Real>(
         &mut self,
-        job: &DrawJob<'_, R>,
+        draw: &PreparedDraw<'_, R>,
         block: usize,
         texture: &dyn TextureUnit<R>,
         run: &mut dyn LaneRun<R>,
         batch: &mut Batch,
     ) {
-        self.shade_block(job, block * BLOCK_QUADS as usize, 0, &mut RunWithTexture { run, texture }, batch);
+        self.shade_block(draw, block * BLOCK_QUADS as usize, 0, &mut RunWithTexture { run, texture }, batch);
     }
 
     /// Shades a fully covered block; the batch is empty before and after.
     fn shade_block<R: Real>(
         &mut self,
-        job: &DrawJob<'_, R>,
+        draw: &PreparedDraw<'_, R>,
         first: usize,
         source_triangle: u32,
         run: &mut dyn LaneRun<R>,
@@ -289,17 +289,17 @@ impl TileShader<'_> {
             *quad = Quad { index: (first + k) as u16, coverage, source_triangle };
         }
         batch.count = QUADS_PER_BATCH;
-        self.flush(job, run, batch, Some(first));
+        self.flush(draw, run, batch, Some(first));
     }
 
     /// Shades, depth-tests and blends the collected quads. `first_of_block`: if they are the quads of one fully covered block, the index of the first of them.
-    fn flush<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, batch: &mut Batch, first_of_block: Option<usize>) {
+    fn flush<R: Real>(&mut self, draw: &PreparedDraw<'_, R>, run: &mut dyn LaneRun<R>, batch: &mut Batch, first_of_block: Option<usize>) {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
             // SAFETY: AVX2 was detected.
-            return unsafe { self.flush_avx2(job, run, batch, first_of_block) };
+            return unsafe { self.flush_avx2(draw, run, batch, first_of_block) };
         }
-        self.flush_generic(job, run, batch, first_of_block);
+        self.flush_generic(draw, run, batch, first_of_block);
     }
 
     /// [`TileShader::flush_generic`] compiled for AVX2: wider vectors, the same rounding.
@@ -309,16 +309,22 @@ impl TileShader<'_> {
     #[target_feature(enable = "avx2")]
     unsafe fn flush_avx2<R: Real>(
         &mut self,
-        job: &DrawJob<'_, R>,
+        draw: &PreparedDraw<'_, R>,
         run: &mut dyn LaneRun<R>,
         batch: &mut Batch,
         first_of_block: Option<usize>,
     ) {
-        self.flush_generic(job, run, batch, first_of_block);
+        self.flush_generic(draw, run, batch, first_of_block);
     }
 
     #[inline(always)]
-    fn flush_generic<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, batch: &mut Batch, first_of_block: Option<usize>) {
+    fn flush_generic<R: Real>(
+        &mut self,
+        draw: &PreparedDraw<'_, R>,
+        run: &mut dyn LaneRun<R>,
+        batch: &mut Batch,
+        first_of_block: Option<usize>,
+    ) {
         let count = std::mem::take(&mut batch.count);
         if count == 0 {
             return;
@@ -331,11 +337,11 @@ impl TileShader<'_> {
         let active = LaneMask::MAX >> (LANES - 4 * count);
         match first_of_block {
             // Relative to the block's corner, the pixel centres are the same for all blocks, and `pixels` begins with those of the first block.
-            Some(_) => lane_inputs::fill_block(job, run, quads[0], [&self.pixels.x, &self.pixels.y], self.tile_corner),
-            None => lane_inputs::fill_quads(job, run, quads, self.pixels, self.tile_corner),
+            Some(_) => lane_inputs::fill_block(draw, run, quads[0], [&self.pixels.x, &self.pixels.y], self.tile_corner),
+            None => lane_inputs::fill_quads(draw, run, quads, self.pixels, self.tile_corner),
         }
         let remaining = run.run(active);
-        let setup = &job.fragment_setup;
+        let setup = &draw.fragment_setup;
         // No closures: they would be compiled without this function's instruction set, and called.
         let mut outputs = [None; 4];
         for (lanes, output) in outputs.iter_mut().zip(setup.colour_outputs) {
@@ -355,7 +361,7 @@ impl TileShader<'_> {
             }
         }
         // Quads that change nothing need no depth test either. They are common: most quads of a sprite have no light.
-        if first_of_block.is_none() && job.may_drop_zero_fragments() {
+        if first_of_block.is_none() && draw.may_drop_zero_fragments() {
             drop_zero_quads(&mut batch.quads[..count], colour);
         }
         // The first quad of the block, if every sample of it is drawn.
@@ -371,19 +377,19 @@ impl TileShader<'_> {
                 _ => None,
             };
             if fully_drawn_block.is_none() {
-                self.late_depth_test(job, written_depth, remaining, &mut batch.quads[..count]);
+                self.late_depth_test(draw, written_depth, remaining, &mut batch.quads[..count]);
             }
         }
-        if let Some(instructions_per_read) = job.instructions_per_read {
+        if let Some(instructions_per_read) = draw.instructions_per_read {
             let counts = run.counts();
             let reads = f64::from(counts.texture_reads) * instructions_per_read;
             let cost = [counts.instructions as f32, reads as f32, 0.0, 0.0].map(|v| [v; LANES]);
-            self.store(job, &batch.quads[..count], cost.each_ref().map(|v| v.as_slice()));
+            self.store(draw, &batch.quads[..count], cost.each_ref().map(|v| v.as_slice()));
             return;
         }
         match fully_drawn_block {
-            Some(first) => self.target.store_lanes(first * 4, job.blend, colour),
-            None => self.store(job, &batch.quads[..count], colour),
+            Some(first) => self.target.store_lanes(first * 4, draw.blend, colour),
+            None => self.store(draw, &batch.quads[..count], colour),
         }
     }
 
@@ -404,9 +410,15 @@ impl TileShader<'_> {
     }
 
     /// Late depth test: removes discarded lanes from the coverage and depth-tests the others.
-    fn late_depth_test<R: Real>(&mut self, job: &DrawJob<'_, R>, depth: Option<&[R; LANES]>, remaining: LaneMask, quads: &mut [Quad]) {
-        let state = job.fragment_setup.depth;
-        let uses_depth = job.fragment_setup.uses_depth();
+    fn late_depth_test<R: Real>(
+        &mut self,
+        draw: &PreparedDraw<'_, R>,
+        depth: Option<&[R; LANES]>,
+        remaining: LaneMask,
+        quads: &mut [Quad],
+    ) {
+        let state = draw.fragment_setup.depth;
+        let uses_depth = draw.fragment_setup.uses_depth();
         let full = full_coverage(self.samples);
         for (q, quad) in quads.iter_mut().enumerate() {
             quad.coverage &= COVERAGE_OF_LANES[(remaining >> (q * 4)) as usize & 0xf];
@@ -423,7 +435,7 @@ impl TileShader<'_> {
                     quad.coverage = self.target.depth.test_quad(usize::from(quad.index) * 4, quad.coverage, &new, state.test, state.write);
                 }
                 None => {
-                    let source_triangle = &job.geometry.source_triangles[quad.source_triangle as usize];
+                    let source_triangle = &draw.geometry.source_triangles[quad.source_triangle as usize];
                     let depth_plane = self.depth_at_samples(source_triangle);
                     quad.coverage = self.test_quad(quad.index.into(), quad.coverage, &depth_plane, state);
                 }
@@ -433,8 +445,8 @@ impl TileShader<'_> {
 
     /// Blends the covered samples of the quads into the target.
     #[inline(always)]
-    fn store<R: Real>(&mut self, job: &DrawJob<'_, R>, quads: &[Quad], colour: [&[f32]; 4]) {
-        let blend = job.blend;
+    fn store<R: Real>(&mut self, draw: &PreparedDraw<'_, R>, quads: &[Quad], colour: [&[f32]; 4]) {
+        let blend = draw.blend;
         let full = full_coverage(self.samples);
         let mut start = 0;
         while start < quads.len() {

@@ -22,7 +22,7 @@ pub(crate) struct Corners {
 impl Corners {
     /// The corners between two columns and two rows of a level. `width`: its width in texels, in every lane.
     /// # Safety
-    /// AVX2.
+    /// The machine has AVX2.
     #[inline(always)]
     pub(super) unsafe fn new(width: __m256i, columns: TexelsBeside, rows: TexelsBeside) -> Self {
         // SAFETY: the caller guarantees AVX2.
@@ -42,7 +42,7 @@ impl Corners {
 
 /// Bilinear interpolation of one channel, given at the corners.
 /// # Safety
-/// AVX2.
+/// The machine has AVX2.
 #[inline(always)]
 pub(super) unsafe fn bilinear([a, b, c, d]: [__m256; 4], [x, y]: [__m256; 2]) -> __m256 {
     // SAFETY: the caller guarantees AVX2.

@@ -52,7 +52,7 @@ impl<'a> F32Request<'a> {
 
 /// The values of group `group`: lanes `8 * group` to `8 * group + 7`.
 /// # Safety
-/// The machine has AVX2, as for all functions of this module.
+/// The machine has AVX2.
 #[inline(always)]
 pub(super) unsafe fn group_of(values: &[f32; BATCH], group: usize) -> __m256 {
     // SAFETY: an array and a register have eight floats each.
@@ -61,7 +61,7 @@ pub(super) unsafe fn group_of(values: &[f32; BATCH], group: usize) -> __m256 {
 
 /// `n` in every lane.
 /// # Safety
-/// AVX2.
+/// The machine has AVX2.
 #[inline(always)]
 unsafe fn broadcast(n: u32) -> __m256i {
     // SAFETY: the caller guarantees AVX2.
@@ -79,7 +79,7 @@ pub(super) struct AxisSize {
 
 impl AxisSize {
     /// # Safety
-    /// AVX2.
+    /// The machine has AVX2.
     #[inline(always)]
     unsafe fn new(size: u32, repeats: bool) -> Self {
         // SAFETY: the caller guarantees AVX2.
@@ -98,7 +98,7 @@ pub(super) struct SizedLevel<'a> {
 
 impl<'a> SizedLevel<'a> {
     /// # Safety
-    /// AVX2.
+    /// The machine has AVX2.
     #[inline(always)]
     pub(super) unsafe fn new(texels: TexelLevel<'a>, address_modes: [AddressMode; 2]) -> Self {
         let repeats = address_modes.map(|mode| mode == AddressMode::Repeat);
@@ -120,7 +120,7 @@ struct LevelPair<'a> {
 
 /// The levels that some lanes read. `previous`: those that were read before, which are usually the same.
 /// # Safety
-/// AVX2.
+/// The machine has AVX2.
 #[inline(always)]
 unsafe fn level_pair<'a>(
     levels: &[BoundLevel<'a>],
@@ -148,7 +148,7 @@ unsafe fn level_pair<'a>(
 
 /// The texels before and after each position along one axis, and the position's fraction between them. `x`: positions; the centre of texel `k` is at `k`.
 /// # Safety
-/// AVX2.
+/// The machine has AVX2.
 #[inline(always)]
 pub(super) unsafe fn texels_beside(x: __m256, axis: &AxisSize) -> TexelsBeside {
     // SAFETY: the caller guarantees AVX2.
@@ -171,7 +171,7 @@ pub(super) unsafe fn texels_beside(x: __m256, axis: &AxisSize) -> TexelsBeside {
 
 /// As [`texels_beside`], for a texture coordinate (0 to 1 over the level).
 /// # Safety
-/// AVX2.
+/// The machine has AVX2.
 #[inline(always)]
 unsafe fn texel_pair(c: __m256, axis: &AxisSize) -> TexelsBeside {
     // SAFETY: the caller guarantees AVX2.
@@ -183,7 +183,7 @@ unsafe fn texel_pair(c: __m256, axis: &AxisSize) -> TexelsBeside {
 
 /// Bilinear interpolation at eight texture coordinates, between the texels of one level.
 /// # Safety
-/// AVX2.
+/// The machine has AVX2.
 #[inline(always)]
 unsafe fn bilinear<D: Decode>(decode: D, level: &SizedLevel<'_>, [u, v]: [__m256; 2], needed: [bool; 4]) -> [__m256; 4] {
     // SAFETY: the caller guarantees AVX2; `texel_pair` clamps columns and rows to the level.
@@ -195,7 +195,7 @@ unsafe fn bilinear<D: Decode>(decode: D, level: &SizedLevel<'_>, [u, v]: [__m256
 
 /// Interpolates between a level and the coarser one, if there is one.
 /// # Safety
-/// AVX2.
+/// The machine has AVX2.
 #[inline(always)]
 unsafe fn trilinear<D: Decode>(
     decode: D,
@@ -247,7 +247,7 @@ struct Taps {
 
 impl Taps {
     /// # Safety
-    /// AVX2.
+    /// The machine has AVX2.
     #[inline(always)]
     unsafe fn new(length: __m256) -> Self {
         // SAFETY: the caller guarantees AVX2.
@@ -261,7 +261,7 @@ impl Taps {
 
     /// As [`super::footprint::tap`], with the same bits: offset and weight of tap number `index`.
     /// # Safety
-    /// AVX2.
+    /// The machine has AVX2.
     #[inline(always)]
     unsafe fn tap(&self, index: __m256) -> (__m256, __m256) {
         // SAFETY: the caller guarantees AVX2.
@@ -278,7 +278,7 @@ impl Taps {
 
 /// The values of eight lanes. `wanted`: all bits set in the lanes whose value is used; `needed`: the channels that are used.
 /// # Safety
-/// AVX2.
+/// The machine has AVX2.
 #[inline(always)]
 unsafe fn value_of<D: Decode>(decode: D, levels: &LevelPair<'_>, lanes: &Lanes<'_>, wanted: __m256, needed: [bool; 4]) -> [__m256; 4] {
     // SAFETY: the caller guarantees AVX2.
@@ -311,7 +311,7 @@ unsafe fn value_of<D: Decode>(decode: D, levels: &LevelPair<'_>, lanes: &Lanes<'
 
 /// A register with all bits set in the lanes whose bit of `lanes` is set.
 /// # Safety
-/// AVX2.
+/// The machine has AVX2.
 #[inline(always)]
 unsafe fn mask_of(lanes: u32) -> __m256 {
     // SAFETY: the caller guarantees AVX2.
@@ -331,7 +331,7 @@ pub(super) fn in_groups(out: Channels<'_, f32>) -> LaneGroups<'_> {
 
 /// Writes the active lanes of a group of eight.
 /// # Safety
-/// AVX2.
+/// The machine has AVX2.
 #[inline(always)]
 pub(super) unsafe fn write_group(out: &mut LaneGroups<'_>, group: usize, value: [__m256; 4], active: u32) {
     for (out, value) in out.iter_mut().zip(value) {
@@ -347,7 +347,7 @@ pub(super) unsafe fn write_group(out: &mut LaneGroups<'_>, group: usize, value: 
 
 /// The finer level that each of eight lanes reads, and its fraction towards the coarser one.
 /// # Safety
-/// AVX2.
+/// The machine has AVX2.
 #[inline(always)]
 unsafe fn level_and_fraction(levels_of_lanes: &[f32; BATCH], group: usize, level_count: usize) -> (__m256, __m256) {
     // SAFETY: the caller guarantees AVX2.
@@ -362,7 +362,7 @@ unsafe fn level_and_fraction(levels_of_lanes: &[f32; BATCH], group: usize, level
 
 /// The finer level, if it is the same in all lanes, and whether some lane needs the coarser one as well.
 /// # Safety
-/// AVX2.
+/// The machine has AVX2.
 #[inline(always)]
 unsafe fn shared_level(levels_of_lanes: &[f32; BATCH], level_count: usize) -> Option<(usize, bool)> {
     // SAFETY: the caller guarantees AVX2; a register and an array have eight numbers each.
@@ -384,7 +384,7 @@ unsafe fn shared_level(levels_of_lanes: &[f32; BATCH], level_count: usize) -> Op
 
 /// Filters the active lanes into `out`; the other lanes of `out` are left unchanged. `levels`: from the finest to the coarsest that may be read.
 /// # Safety
-/// AVX2.
+/// The machine has AVX2.
 #[inline(always)]
 pub(super) unsafe fn filter<D: Decode>(
     decode: D,

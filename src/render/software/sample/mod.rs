@@ -150,7 +150,7 @@ macro_rules! functions_of_class {
             }
 
             /// # Safety
-            /// As above.
+            /// As for `filtered`.
             $(#[$feature])*
             pub unsafe fn load_texels<R: Real, D: Decode>(
                 $decode: D, levels: &[BoundLevel<'_>], coordinates: TexelCoordinates<'_, R>, active: LaneMask, out: [&mut [R]; 4],
@@ -159,7 +159,7 @@ macro_rules! functions_of_class {
             }
 
             /// # Safety
-            /// As above.
+            /// As for `filtered`.
             $(#[$feature])*
             pub unsafe fn between<R: Real, D: Decode>(
                 $decode: D, levels: &[BoundLevel<'_>], at: [&[R; BATCH]; 2], active: LaneMask, out: Channels<'_, R>,

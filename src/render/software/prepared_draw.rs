@@ -1,4 +1,5 @@
-//! The input of tile shading: a draw whose triangles are set up (converted to edge functions and planes), and the quads that the triangles cover.
+//! The input of tile shading: a draw whose triangles are set up (converted to edge functions and planes), the pixels that it may change, and the quads that
+//! the triangles cover.
 
 use super::fragment_setup::FragmentSetup;
 use super::math::Real;
@@ -42,7 +43,7 @@ impl DrawExtent {
 }
 
 /// A draw whose triangles are set up, ready to be shaded tile by tile.
-pub(crate) struct DrawJob<'a, R: Real> {
+pub(crate) struct PreparedDraw<'a, R: Real> {
     pub geometry: RasterGeometry,
     pub fragment: &'a dyn LaneProgram<R>,
     pub fragment_setup: FragmentSetup,
@@ -55,7 +56,7 @@ pub(crate) struct DrawJob<'a, R: Real> {
     pub instructions_per_read: Option<f64>,
 }
 
-impl<R: Real> DrawJob<'_, R> {
+impl<R: Real> PreparedDraw<'_, R> {
     /// Whether the draw adds light that may be interpolated between shaded points.
     pub(super) fn is_interpolated(&self) -> bool {
         self.shading_rate == ShadingRate::Interpolated
