@@ -5,7 +5,7 @@ use crate::scene::request::view_request::MAX_IMAGE_PX;
 use crate::shader::Lowering;
 
 // The software renderer knows no requests and so has its own limit, but it draws every image that may be requested.
-const _: () = assert!(software::MAX_SIZE == MAX_IMAGE_PX);
+const _: () = assert!(software::MAX_SIDE_PX == MAX_IMAGE_PX);
 
 /// How the shader library lowers modules for the software renderer.
 pub fn lowering() -> Lowering {

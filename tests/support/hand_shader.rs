@@ -43,7 +43,7 @@ impl<R: Real> LaneProgram<R> for HandShader<'_, R> {
     fn uses_discard(&self) -> bool {
         self.discards
     }
-    fn start(&self) -> Box<dyn LaneRun<R> + Send + '_> {
+    fn new_run(&self) -> Box<dyn LaneRun<R> + Send + '_> {
         let lanes = |n: usize| vec![[R::ZERO; LANES]; n];
         Box::new(HandRun { shader: self, inputs: lanes(self.inputs.len()), outputs: lanes(self.outputs.len()) })
     }

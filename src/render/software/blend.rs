@@ -1,4 +1,6 @@
 //! Blends a fragment's colour with the target's colour.
+//!
+//! In: linear colours; for `Blend::PremultipliedOver` the fragment's is multiplied by its alpha. Out: the target's new colour.
 
 use crate::render::plan::Blend;
 
@@ -36,7 +38,7 @@ pub(crate) fn blend_lanes(blend: Blend, source: [&[f32]; 4], target: [&mut [f32]
     }
 }
 
-/// As [`blend_lanes`], over pixels that all have the colour `colour`; `target` is only written.
+/// As [`blend_lanes`] for pixels that all have the same `colour`; `target` receives the result and is not read.
 #[inline(always)]
 pub(crate) fn blend_over_colour(blend: Blend, source: [&[f32]; 4], colour: [f32; 4], target: [&mut [f32]; 4]) {
     let alpha = source[3];

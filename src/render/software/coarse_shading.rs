@@ -1,18 +1,18 @@
 //! Shades smooth light at the middle of every 4x4 pixels and interpolates between these points.
 //!
-//! In: a draw whose plan permits it ([`ShadingRate::Interpolated`](crate::render::plan::ShadingRate)), and one triangle that covers a part of a tile: the
-//! 64x32 pixels that one batch of 128 points spans. Out: its light added to that part. Always: the error is at most a 500th of the light (0.25 of a level of
-//! 255 at white, less in the dark), because the second differences between points are bounded. Where they exceed the bound, as near the Sun and where the
-//! light ends, nothing is drawn here, and the caller shades every pixel. Not here: which light is smooth (scene).
+//! In: a draw that permits it ([`ShadingRate::Interpolated`](crate::render::plan::ShadingRate)), and its only triangle in the tile. Out: its light, added
+//! to each half of the tile (64x32 pixels, which one batch of 128 points spans) that the triangle covers. Always: the error is at most a 500th of the
+//! light (0.25 of a level of 255 at white, less in the dark), because the second differences between points are bounded. Where they exceed the bound, as
+//! near the Sun and where the light ends, nothing is drawn here, and the caller shades every pixel. Not here: which draws permit it (scene).
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
 
-use super::draw_job::{DrawJob, QUADS_PER_BATCH, Quad};
 use super::exec::LaneMask;
 use super::lane_inputs;
 use super::math::Real;
-use super::raster::coverage::{BLOCK_PIXELS, TILE, TILE_BLOCKS, TilePixels, block_position, covers_rectangle};
+use super::prepared_draw::{PreparedDraw, QUADS_PER_BATCH, Quad};
+use super::raster::coverage::{BLOCK_PIXELS, TILE_BLOCKS, TILE_SIDE_PX, TilePixels, block_position, covers_rectangle};
 use super::stage::{LANES, LaneRun};
 use super::tiles::TileTarget;
 
@@ -21,27 +21,28 @@ const SPACING: usize = 4;
 /// The points of one batch, in the order of a block's pixels (a block is 16x8 pixels): their positions are the pixel centres of a block times `SPACING`.
 const COLUMNS: usize = 16;
 const ROWS: usize = 8;
-const _: () = assert!(COLUMNS * ROWS == LANES && LANES == BLOCK_PIXELS && COLUMNS * SPACING == TILE as usize);
-/// Quads across the part, and lanes in one row of quads.
+const _: () = assert!(COLUMNS * ROWS == LANES && LANES == BLOCK_PIXELS && COLUMNS * SPACING == TILE_SIDE_PX as usize);
+/// Quads across the half tile, and lanes in one row of quads.
 const QUADS_ACROSS: usize = COLUMNS * SPACING / 2;
 const ROW_LANES: usize = 4 * QUADS_ACROSS;
-/// Rows of quads in the part and in a block, and lanes in one row of a block's quads.
+/// Rows of quads in the half tile and in a block, and lanes in one row of a block's quads.
 const QUAD_ROWS: usize = ROWS * SPACING / 2;
 const QUAD_ROWS_OF_BLOCK: usize = 4;
 const BLOCK_ROW_LANES: usize = BLOCK_PIXELS / QUAD_ROWS_OF_BLOCK;
-/// Blocks across the part, and in the whole part.
+/// Blocks across the half tile, and in all of it.
 const BLOCKS_ACROSS: usize = ROW_LANES / BLOCK_ROW_LANES;
-const PART_BLOCKS: usize = BLOCKS_ACROSS * QUAD_ROWS / QUAD_ROWS_OF_BLOCK;
+const HALF_TILE_BLOCKS: usize = BLOCKS_ACROSS * QUAD_ROWS / QUAD_ROWS_OF_BLOCK;
 
 /// Second difference of three points, relative to the middle one, above which every pixel is shaded. A linear function through two points departs from a
-/// parabola by t (t - 1) / 2 of the second difference, t being the position between the points: by at most 0.258 at the part's edge, where t is 1.375.
+/// parabola by t (t - 1) / 2 of the second difference, t being the position between the points: by at most 0.258 at the outermost pixels, where t is 1.375.
 /// The sum over both axes is 0.516 / 256, about a 500th.
 const SMOOTH_DIFFERENCE: f32 = 1.0 / 256.0;
 
 /// One colour component at the points, row by row.
 type Grid = [[f32; COLUMNS]; ROWS];
-/// One component at all columns of pixels, for each row of points, in lane order: both rows of a quad have the same value.
-type Expanded = [[f32; ROW_LANES]; ROWS];
+/// One component, interpolated along the rows of points: for each row of points, the lanes of one row of quads. Both pixel rows of a quad have the same
+/// values.
+type InterpolatedRows = [[f32; ROW_LANES]; ROWS];
 
 /// The cell (the interval between two neighbouring points) in which a quad lies along an axis with `points` points, by the index of its first point. Quads
 /// beyond the outer points use the outermost cells.
@@ -66,7 +67,7 @@ const fn across<const N: usize>(first: usize) -> [f32; N] {
     }
     positions
 }
-/// These positions for the first quad of a row, for the two quads of any cell between two points, and for the last quad.
+/// These positions for the first quad of a row, for the two quads between any two neighbouring points, and for the last quad.
 static ACROSS_FIRST: [f32; 4] = across(0);
 static ACROSS_PAIR: [f32; 8] = across(2);
 static ACROSS_LAST: [f32; 4] = across(COLUMNS * SPACING - 2);
@@ -115,7 +116,7 @@ fn is_smooth(grid: &Grid) -> bool {
     all
 }
 
-/// The values of `N` lanes between two points. Computed before they are stored, so that the compiler uses vectors.
+/// The values of `N` lanes between two points, at each lane's position in the cell. Computed before they are stored, so that the compiler uses vectors.
 #[inline(always)]
 fn between<const N: usize>(from: [f32; N], to: [f32; N], position: &[f32; N]) -> [f32; N] {
     let mut values = [0.0; N];
@@ -125,10 +126,10 @@ fn between<const N: usize>(from: [f32; N], to: [f32; N], position: &[f32; N]) ->
     values
 }
 
-/// Interpolates along the rows, from points to pixels.
+/// Interpolates along the rows of points, to the columns of pixels.
 #[inline(always)]
-fn expand(grid: &Grid, expanded: &mut Expanded) {
-    for (points, lanes) in grid.iter().zip(expanded) {
+fn interpolate_rows(grid: &Grid, rows: &mut InterpolatedRows) {
+    for (points, lanes) in grid.iter().zip(rows) {
         // The first quad and the last are outside the outer points. Between two points there are two quads.
         let (first_quad, other_quads) = lanes.split_at_mut(4);
         let (pairs, last_quad) = other_quads.as_chunks_mut::<8>();
@@ -144,35 +145,36 @@ fn expand(grid: &Grid, expanded: &mut Expanded) {
     }
 }
 
-/// Interpolates between rows: fills the lanes of the block whose first row of quads is `first_row`. `block`: number of blocks to its left.
+/// Interpolates between rows of points: fills the lanes of the block whose first row of quads is `first_quad_row`. `block_column`: number of blocks to its
+/// left.
 #[inline(always)]
-fn fill_block_lanes(expanded: &Expanded, block: usize, first_row: usize, lanes: &mut [f32; BLOCK_PIXELS]) {
+fn fill_block_lanes(rows: &InterpolatedRows, block_column: usize, first_quad_row: usize, lanes: &mut [f32; BLOCK_PIXELS]) {
     for (row, lanes) in lanes.as_chunks_mut::<BLOCK_ROW_LANES>().0.iter_mut().enumerate() {
-        let quad_row = first_row + row;
+        let quad_row = first_quad_row + row;
         let cell = cell_of_quad(quad_row, ROWS);
-        let part = |row: usize| &expanded[row].as_chunks::<BLOCK_ROW_LANES>().0[block];
-        *lanes = between(*part(cell), *part(cell + 1), &DOWN[quad_row]);
+        let at_points = |point_row: usize| &rows[point_row].as_chunks::<BLOCK_ROW_LANES>().0[block_column];
+        *lanes = between(*at_points(cell), *at_points(cell + 1), &DOWN[quad_row]);
     }
 }
 
-/// Components of the light, interpolated along the rows. A thread reuses its memory.
+/// Components of the light of half a tile, interpolated along the rows of points. A thread reuses its memory.
 #[derive(Clone, Debug)]
 pub(super) struct InterpolatedLight {
-    expanded: [Expanded; 3],
-    /// For red, green and blue, the component in `expanded` that has its values: equal components are interpolated once.
+    rows: [InterpolatedRows; 3],
+    /// For red, green and blue: the index in `rows` of its values. Equal components are interpolated once.
     source: [usize; 3],
-    /// A block of each component.
+    /// Buffers for one block of each component.
     block: [[f32; BLOCK_PIXELS]; 3],
 }
 
 impl InterpolatedLight {
     pub(super) fn new() -> Self {
-        Self { expanded: [[[0.0; ROW_LANES]; ROWS]; 3], source: [0, 1, 2], block: [[0.0; BLOCK_PIXELS]; 3] }
+        Self { rows: [[[0.0; ROW_LANES]; ROWS]; 3], source: [0, 1, 2], block: [[0.0; BLOCK_PIXELS]; 3] }
     }
 
-    /// Takes the light at the points, and interpolates along the rows. Returns false if the light is not smooth.
+    /// Interpolates the light at the points along their rows. Returns false if the light is not smooth.
     #[inline(always)]
-    fn set(&mut self, light: [&[f32; LANES]; 3]) -> bool {
+    fn interpolate(&mut self, light: [&[f32; LANES]; 3]) -> bool {
         let has_equal_bits = |a: usize, b: usize| (0..LANES).fold(0, |bits, i| bits | (light[a][i].to_bits() ^ light[b][i].to_bits())) == 0;
         self.source = [0, if has_equal_bits(0, 1) { 0 } else { 1 }, if has_equal_bits(0, 2) { 0 } else { 2 }];
         for k in 0..3 {
@@ -181,34 +183,34 @@ impl InterpolatedLight {
                 if !is_smooth(&grid) {
                     return false;
                 }
-                expand(&grid, &mut self.expanded[k]);
+                interpolate_rows(&grid, &mut self.rows[k]);
             }
         }
         true
     }
 
-    /// Red, green and blue of a block of the part, in lane order.
+    /// Red, green and blue of a block of the half tile, in lane order.
     #[inline(always)]
     fn block(&mut self, block: usize) -> [&[f32; BLOCK_PIXELS]; 3] {
         for k in 0..3 {
             if self.source[k] == k {
-                let first_row = block / BLOCKS_ACROSS * QUAD_ROWS_OF_BLOCK;
-                fill_block_lanes(&self.expanded[k], block % BLOCKS_ACROSS, first_row, &mut self.block[k]);
+                let first_quad_row = block / BLOCKS_ACROSS * QUAD_ROWS_OF_BLOCK;
+                fill_block_lanes(&self.rows[k], block % BLOCKS_ACROSS, first_quad_row, &mut self.block[k]);
             }
         }
         let [r, g, b] = self.source;
         [&self.block[r], &self.block[g], &self.block[b]]
     }
 
-    /// Shades the points of a part of the tile and adds the light to its blocks. `first`: the part's first quad. Returns false, and draws nothing, if the light
-    /// is not smooth.
-    fn draw<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, first: Quad, tile: &mut Tile<'_>) -> bool {
+    /// Shades the points of half a tile and adds the light to its blocks. `first`: the half's first quad. Returns false, and draws nothing, if the light is
+    /// not smooth.
+    fn draw<R: Real>(&mut self, draw: &PreparedDraw<'_, R>, run: &mut dyn LaneRun<R>, first: Quad, tile: &mut Tile<'_>) -> bool {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
             // SAFETY: AVX2 was detected.
-            return unsafe { self.draw_avx2(job, run, first, tile) };
+            return unsafe { self.draw_avx2(draw, run, first, tile) };
         }
-        self.draw_generic(job, run, first, tile)
+        self.draw_generic(draw, run, first, tile)
     }
 
     /// [`Self::draw_generic`] compiled for AVX2: wider vectors, the same rounding.
@@ -216,12 +218,18 @@ impl InterpolatedLight {
     /// The machine has AVX2.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    unsafe fn draw_avx2<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, first: Quad, tile: &mut Tile<'_>) -> bool {
-        self.draw_generic(job, run, first, tile)
+    unsafe fn draw_avx2<R: Real>(
+        &mut self,
+        draw: &PreparedDraw<'_, R>,
+        run: &mut dyn LaneRun<R>,
+        first: Quad,
+        tile: &mut Tile<'_>,
+    ) -> bool {
+        self.draw_generic(draw, run, first, tile)
     }
 
     #[inline(always)]
-    fn draw_generic<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, first: Quad, tile: &mut Tile<'_>) -> bool {
+    fn draw_generic<R: Real>(&mut self, draw: &PreparedDraw<'_, R>, run: &mut dyn LaneRun<R>, first: Quad, tile: &mut Tile<'_>) -> bool {
         let mut points = [[0.0; LANES]; 2];
         for (points, centres) in points.iter_mut().zip([&tile.pixels.x, &tile.pixels.y]) {
             for (point, centre) in points.iter_mut().zip(centres) {
@@ -229,26 +237,26 @@ impl InterpolatedLight {
             }
         }
         let [x, y] = &points;
-        lane_inputs::fill_block(job, run, first, [x, y], tile.corner);
+        lane_inputs::fill_block(draw, run, first, [x, y], tile.corner);
         if run.run(LaneMask::MAX) != LaneMask::MAX {
             return false;
         }
         let run = &*run;
-        let lanes = job.fragment_plan.colour_outputs.map(|o| o.and_then(|o| R::as_f32(run.output(o))?.first_chunk::<LANES>()));
+        let lanes = draw.fragment_setup.colour_outputs.map(|o| o.and_then(|o| R::as_f32(run.output(o))?.first_chunk::<LANES>()));
         let [Some(r), Some(g), Some(b), Some(a)] = lanes else { return false };
         // Only red, green and blue are interpolated. A draw that also changes alpha is shaded at every pixel.
-        if a.iter().fold(0, |bits, a| bits | a.to_bits()) != 0 || !self.set([r, g, b]) {
+        if a.iter().fold(0, |bits, a| bits | a.to_bits()) != 0 || !self.interpolate([r, g, b]) {
             return false;
         }
         let first_block = usize::from(first.index) / QUADS_PER_BATCH;
-        for block in 0..PART_BLOCKS {
+        for block in 0..HALF_TILE_BLOCKS {
             tile.target.add_light(first_block + block, self.block(block));
         }
         true
     }
 }
 
-/// The tile that is drawn.
+/// The tile that is being drawn.
 pub(super) struct Tile<'a> {
     pub target: &'a mut TileTarget,
     pub pixels: &'a TilePixels,
@@ -256,30 +264,30 @@ pub(super) struct Tile<'a> {
     pub corner: [u32; 2],
 }
 
-/// Draws the parts of a tile in which the light of a full-screen draw is smooth. Returns the blocks that it has drawn, one bit each.
+/// Draws the halves of a tile that the draw's only triangle covers and in which its light is smooth. Returns the blocks that it has drawn, one bit each.
 pub(super) fn shade_coarsely<R: Real>(
-    job: &DrawJob<'_, R>,
+    draw: &PreparedDraw<'_, R>,
     triangles: &[u32],
     tile: &mut Tile<'_>,
     run: &mut dyn LaneRun<R>,
     light: &mut InterpolatedLight,
 ) -> u32 {
     let [triangle] = triangles else { return 0 };
-    if !job.is_interpolated() {
+    if !draw.is_interpolated() {
         return 0;
     }
-    let triangle = &job.geometry.triangles[*triangle as usize];
+    let triangle = &draw.geometry.triangles[*triangle as usize];
     let mut drawn = 0;
-    for first_block in (0..TILE_BLOCKS).step_by(PART_BLOCKS) {
+    for first_block in (0..TILE_BLOCKS).step_by(HALF_TILE_BLOCKS) {
         let [x, y] = block_position(first_block);
         let [x, y] = [tile.corner[0] + x, tile.corner[1] + y];
-        let part = [x, y, x + (COLUMNS * SPACING) as u32, y + (ROWS * SPACING) as u32];
-        if !covers_rectangle(triangle, part) {
+        let half_tile = [x, y, x + (COLUMNS * SPACING) as u32, y + (ROWS * SPACING) as u32];
+        if !covers_rectangle(triangle, half_tile) {
             continue;
         }
         let first = Quad { index: (first_block * QUADS_PER_BATCH) as u16, coverage: 0, source_triangle: triangle.source_triangle };
-        if light.draw(job, run, first, tile) {
-            drawn |= ((1 << PART_BLOCKS) - 1) << first_block;
+        if light.draw(draw, run, first, tile) {
+            drawn |= ((1 << HALF_TILE_BLOCKS) - 1) << first_block;
         }
     }
     drawn

@@ -1,11 +1,11 @@
-//! Why a plan could not be executed.
+//! Why a plan could not be executed, and allocations that return such an error if memory is insufficient.
 
-use super::MAX_SIZE;
+use super::MAX_SIDE_PX;
 
 /// Each message is one line that states the error, the draw or pass if it concerns one, and a remedy if there is one.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RenderError {
-    #[error("pass {pass}: {width}x{height} pixels; each side must be 1 to {MAX_SIZE}")]
+    #[error("pass {pass}: {width}x{height} pixels; each side must be 1 to {MAX_SIDE_PX}")]
     Size { pass: String, width: u32, height: u32 },
     #[error("pass {pass}: {samples} samples per pixel; 1 and 4 are possible")]
     Samples { pass: String, samples: u8 },
@@ -41,7 +41,7 @@ pub enum RenderError {
     Threads(String),
 }
 
-/// A vector of `count` values; returns an error instead of aborting if memory is insufficient.
+/// A vector of `count` values; returns an error instead of aborting if memory is insufficient. `what` names the data in the error.
 pub(crate) fn try_vec<T: Clone>(count: usize, value: T, what: &'static str) -> Result<Vec<T>, RenderError> {
     let mut vec = Vec::new();
     if vec.try_reserve_exact(count).is_err() {
@@ -51,7 +51,7 @@ pub(crate) fn try_vec<T: Clone>(count: usize, value: T, what: &'static str) -> R
     Ok(vec)
 }
 
-/// Reserves memory for `more` values; returns an error instead of aborting if memory is insufficient.
+/// Reserves memory for `more` values; returns an error instead of aborting if memory is insufficient. `what` names the data in the error.
 pub(crate) fn try_grow<T>(vec: &mut Vec<T>, more: usize, what: &'static str) -> Result<(), RenderError> {
     let bytes = (vec.len() as u128 + more as u128) * size_of::<T>() as u128;
     vec.try_reserve(more).map_err(|_| RenderError::Memory { what, bytes })

@@ -1,8 +1,8 @@
 //! Inspects one draw at one pixel: returns its colour and every named value of its module, that is every value bound to a name in its WGSL (`let`, `var`),
 //! after the last assignment.
 //!
-//! In: a plan's draw, its modules, a pixel. Out: [`PixelValues`], in the renderer's precision, or `None` if the draw does not shade the
-//! pixel or its red is NaN there. Of a mesh only the visible triangle is drawn. The module is lowered again (compiled to a tape, see
+//! In: a plan's draw, its modules, a pixel. Out: [`PixelValues`], computed in the renderer's precision, or `None` if the draw does not shade the
+//! pixel or its red is NaN there. Of a mesh, only the triangle that is visible there is drawn. The module is lowered again (compiled to a tape, see
 //! [`lower`](super::lower)) with its named values as outputs; rasteriser, kernels and textures are the same as for images.
 
 use super::RenderError;
@@ -29,13 +29,13 @@ pub struct NamedValue {
 /// What a draw computes at a pixel, before any blending.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PixelValues {
-    /// Premultiplied colour and coverage.
+    /// Premultiplied colour and alpha.
     pub colour: [f64; 4],
     pub values: Vec<NamedValue>,
 }
 
 impl SoftwareRenderer {
-    /// Runs a draw of an image of `size` at the centre of one pixel.
+    /// Runs a draw of an image of `size` (width and height in pixels) at the centre of one pixel.
     ///
     /// # Errors
     /// As [`SoftwareRenderer::render`]; also if the draw reads the image of another pass, because no other pass is executed.
@@ -142,8 +142,8 @@ impl<R: Real> LaneProgram<R> for RecordingStage<'_, R> {
     fn uses_discard(&self) -> bool {
         self.inner.uses_discard()
     }
-    fn start(&self) -> Box<dyn LaneRun<R> + Send + '_> {
-        Box::new(RecordingRun { stage: self, run: self.inner.start() })
+    fn new_run(&self) -> Box<dyn LaneRun<R> + Send + '_> {
+        Box::new(RecordingRun { stage: self, run: self.inner.new_run() })
     }
 }
 

@@ -7,9 +7,9 @@
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
 
-use super::draw_job::{DrawJob, QUADS_PER_BATCH, Quad};
-use super::fragment_plan::FragmentInputSource;
+use super::fragment_setup::FragmentInputSource;
 use super::math::Real;
+use super::prepared_draw::{PreparedDraw, QUADS_PER_BATCH, Quad};
 use super::raster::coverage::{TilePixels, quad_position};
 use super::raster::setup::{Plane, SourceTriangle};
 use super::stage::{LANES, LaneRun};
@@ -26,7 +26,7 @@ struct Span<'a> {
     to: usize,
     triangle: &'a SourceTriangle,
     /// Top-left pixel of the first quad, in the target.
-    origin: [f64; 2],
+    first_pixel: [f64; 2],
     /// The same pixel, relative to the origin of the triangle's planes.
     from_plane_origin: [f64; 2],
 }
@@ -38,7 +38,7 @@ impl Span<'_> {
         &mut lanes.as_chunks_mut::<QUAD_LANES>().0[self.from..self.to]
     }
 
-    /// Evaluates a plane at pixels given relative to the first quad.
+    /// Evaluates a plane at positions given relative to the top-left pixel of the first quad.
     #[inline(always)]
     fn evaluate<R: Real>(&self, lanes: &mut [R; LANES], [x, y]: [&[R; LANES]; 2], plane: &Plane) {
         let at_origin = R::from_f64(plane.at(self.from_plane_origin[0], self.from_plane_origin[1]));
@@ -99,60 +99,66 @@ fn offset_quads<R: Real>(lanes: &mut [R; LANES], pixels: &[f32], quads: &[Quad; 
 }
 
 impl<'a> Span<'a> {
-    /// The quads `from..to` of a triangle, of which `first` is the first. `tile`: the tile's top-left pixel.
+    /// The quads `from..to` of a triangle, of which `first` is the first. `tile_corner`: the tile's top-left pixel.
     #[inline(always)]
-    fn new<R: Real>(job: &'a DrawJob<'_, R>, [from, to]: [usize; 2], first: Quad, tile: [u32; 2]) -> Self {
-        let corner = quad_position(first.index.into());
-        let triangle = &job.geometry.source_triangles[first.source_triangle as usize];
-        let origin = [0, 1].map(|axis: usize| f64::from(tile[axis] + corner[axis]));
-        let from_plane_origin = [origin[0] - triangle.origin[0], origin[1] - triangle.origin[1]];
-        Self { from, to, triangle, origin, from_plane_origin }
+    fn new<R: Real>(draw: &'a PreparedDraw<'_, R>, [from, to]: [usize; 2], first: Quad, tile_corner: [u32; 2]) -> Self {
+        let in_tile = quad_position(first.index.into());
+        let triangle = &draw.geometry.source_triangles[first.source_triangle as usize];
+        let first_pixel = [0, 1].map(|axis: usize| f64::from(tile_corner[axis] + in_tile[axis]));
+        let from_plane_origin = [first_pixel[0] - triangle.origin[0], first_pixel[1] - triangle.origin[1]];
+        Self { from, to, triangle, first_pixel, from_plane_origin }
     }
 }
 
-/// Fills the lane inputs of a batch of quads. `tile`: the tile's top-left pixel.
+/// Fills the lane inputs of a batch of quads. `tile_corner`: the tile's top-left pixel.
 #[inline(always)]
 pub(super) fn fill_quads<R: Real>(
-    job: &DrawJob<'_, R>,
+    draw: &PreparedDraw<'_, R>,
     run: &mut dyn LaneRun<R>,
     quads: &[Quad; QUADS_PER_BATCH],
     pixels: &TilePixels,
-    tile: [u32; 2],
+    tile_corner: [u32; 2],
 ) {
-    // Pixel centres relative to the first quad of their span.
+    // Pixel centres relative to the top-left pixel of their span's first quad.
     let (mut x, mut y) = ([R::ZERO; LANES], [R::ZERO; LANES]);
     let mut spans = SmallVec::<[Span<'_>; QUADS_PER_BATCH]>::new();
     let mut from = 0;
     while let Some(first) = quads.get(from) {
         let to = from + quads[from..].iter().take_while(|q| q.source_triangle == first.source_triangle).count();
-        let corner = quad_position(first.index.into());
-        offset_quads(&mut x, &pixels.x, quads, from..to, corner[0] as f32);
-        offset_quads(&mut y, &pixels.y, quads, from..to, corner[1] as f32);
-        spans.push(Span::new(job, [from, to], *first, tile));
+        let in_tile = quad_position(first.index.into());
+        offset_quads(&mut x, &pixels.x, quads, from..to, in_tile[0] as f32);
+        offset_quads(&mut y, &pixels.y, quads, from..to, in_tile[1] as f32);
+        spans.push(Span::new(draw, [from, to], *first, tile_corner));
         from = to;
     }
-    fill(job, run, &spans, [&x, &y]);
+    fill(draw, run, &spans, [&x, &y]);
 }
 
-/// As [`fill_quads`] for a batch of one triangle. `points`: the positions of its lanes relative to the corner of the quad `first`.
+/// As [`fill_quads`] for a batch of one triangle. `points`: x and y of its lanes, relative to the top-left pixel of the quad `first`.
 #[inline(always)]
-pub(super) fn fill_block<R: Real>(job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, first: Quad, points: [&[f32]; 2], tile: [u32; 2]) {
-    let spans = [Span::new(job, [0, QUADS_PER_BATCH], first, tile)];
+pub(super) fn fill_block<R: Real>(
+    draw: &PreparedDraw<'_, R>,
+    run: &mut dyn LaneRun<R>,
+    first: Quad,
+    points: [&[f32]; 2],
+    tile_corner: [u32; 2],
+) {
+    let spans = [Span::new(draw, [0, QUADS_PER_BATCH], first, tile_corner)];
     let [Some(x), Some(y)] = points.map(|along_axis| along_axis.first_chunk::<LANES>()) else { return };
     let lanes = |values| R::of_f32(values).and_then(|lanes| lanes.first_chunk::<LANES>());
     match (lanes(x), lanes(y)) {
-        (Some(x), Some(y)) => fill(job, run, &spans, [x, y]),
+        (Some(x), Some(y)) => fill(draw, run, &spans, [x, y]),
         _ => {
             let [x, y] = [x, y].map(|values| values.map(|value| R::from_f64(value.into())));
-            fill(job, run, &spans, [&x, &y]);
+            fill(draw, run, &spans, [&x, &y]);
         }
     }
 }
 
-/// Fills the lane inputs of spans that together are all lanes. `x`, `y`: each lane's pixel centre relative to the first quad of its span.
+/// Fills the lane inputs of spans that together make up the batch. `x`, `y`: each lane's position relative to the top-left pixel of its span's first quad.
 #[inline(always)]
-fn fill<R: Real>(job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, spans: &[Span<'_>], [x, y]: [&[R; LANES]; 2]) {
-    let sources = &job.fragment_plan.input_sources;
+fn fill<R: Real>(draw: &PreparedDraw<'_, R>, run: &mut dyn LaneRun<R>, spans: &[Span<'_>], [x, y]: [&[R; LANES]; 2]) {
+    let sources = &draw.fragment_setup.input_sources;
     let is_perspective = spans.iter().any(|s| !s.triangle.is_affine);
     let w = (is_perspective && sources.iter().any(|s| matches!(s, FragmentInputSource::Interpolated(_)))).then(|| {
         let mut w = [R::ONE; LANES];
@@ -169,19 +175,19 @@ fn fill<R: Real>(job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, spans: &[Span<'
             match *source {
                 FragmentInputSource::PixelX | FragmentInputSource::PixelY => {
                     let (axis, offsets) = if *source == FragmentInputSource::PixelX { (0, x) } else { (1, y) };
-                    let origin = R::from_f64(span.origin[axis]);
-                    span.combine(lanes, offsets, |_, offset| origin + offset);
+                    let first_pixel = R::from_f64(span.first_pixel[axis]);
+                    span.combine(lanes, offsets, |_, offset| first_pixel + offset);
                 }
                 FragmentInputSource::Depth => span.evaluate(lanes, [x, y], &triangle.depth),
                 FragmentInputSource::InverseW => span.evaluate(lanes, [x, y], &triangle.inverse_w),
                 FragmentInputSource::Interpolated(index) => {
-                    span.evaluate(lanes, [x, y], &job.geometry.planes[triangle.first_plane + index]);
+                    span.evaluate(lanes, [x, y], &draw.geometry.planes[triangle.first_plane + index]);
                     if let Some(w) = w.as_ref().filter(|_| !triangle.is_affine) {
                         span.combine(lanes, w, |lane, w| lane * w);
                     }
                 }
                 FragmentInputSource::Flat(index) => {
-                    span.fill(lanes, R::from_f64(job.geometry.flat_values[triangle.first_flat_value + index]))
+                    span.fill(lanes, R::from_f64(draw.geometry.flat_values[triangle.first_flat_value + index]))
                 }
                 FragmentInputSource::FrontFacing => span.fill(lanes, R::from_mask(triangle.is_front_facing)),
                 FragmentInputSource::Zero | FragmentInputSource::Unread => span.fill(lanes, R::ZERO),

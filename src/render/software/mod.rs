@@ -1,7 +1,10 @@
-//! The software renderer: executes the plan's modules on the CPU.
+//! The software renderer: executes a plan's passes on the CPU.
 //!
-//! [`lower`] turns a module's naga IR into a [`program`]: a tape, that is a list of instructions, each of which computes a scalar for many lanes at once. A
-//! lane is a pixel or a vertex. [`exec`] runs the tape with vector kernels. [`raster`] turns triangles into covered quads of 2x2 pixels.
+//! In: a plan and its lowered modules. Out: a frame and its timings. The entry point is [`renderer`].
+//!
+//! [`lower`] turns each entry point of a module's naga IR into a [`program`]. Its tape is a list of instructions, each of which computes a scalar for many
+//! lanes at once. A lane is a pixel or a vertex. [`exec`] runs the tape with SIMD [`kernels`]; [`sample`] reads textures for it. [`raster`] turns triangles
+//! into covered quads of 2x2 pixels.
 //!
 //! [`vertex`] turns a draw into triangles, [`pass`] sorts them into tiles and distributes the tiles over the cores, [`shade`] fills batches of 128 lanes
 //! (`lane_inputs`) and runs them (`coarse_shading`: smooth light at fewer points), [`tiles`] stores a tile's colour, `tile_depth` its depth, and `tile_rows`
@@ -10,10 +13,9 @@
 
 pub mod blend;
 mod coarse_shading;
-mod draw_job;
 pub mod error;
 pub mod exec;
-pub mod fragment_plan;
+pub mod fragment_setup;
 mod inspect_pixel;
 pub mod kernels;
 mod lane_inputs;
@@ -22,6 +24,7 @@ pub mod math;
 mod nearest_triangle;
 pub mod pass;
 mod pass_fusion;
+mod prepared_draw;
 pub mod program;
 pub mod raster;
 pub mod renderer;
@@ -48,5 +51,5 @@ pub use raster::setup::VertexGrid;
 pub use renderer::{Options, Precision, SoftwareRenderer};
 pub(crate) use timings::Timings;
 
-/// Maximum width and height of a pass, in pixels.
-pub(crate) const MAX_SIZE: u32 = 16384;
+/// Maximum width and maximum height of a pass, in pixels.
+pub(crate) const MAX_SIDE_PX: u32 = 16384;

@@ -1,9 +1,9 @@
-//! Finds the triangles of a mesh that may be the visible one at a pixel's centre.
+//! Finds the triangles of a mesh that may be visible at a pixel's centre.
 //!
-//! In: a draw of a mesh and its vertex program. Out: for each triangle that may cover the centre, nearest first, the draw's vertices with the indices
-//! of that triangle only. The rasteriser rounds corners, and gives a centre on an edge to one of the two triangles; the first candidate that it covers
-//! is the visible triangle. Barycentric coordinates are computed in homogeneous clip space, so that triangles that extend behind the camera are
-//! included.
+//! In: a draw of a mesh and its vertex program. Out: for each triangle that may cover the centre, nearest first, the draw's vertices with the indices of
+//! that triangle only. The rasteriser rounds corners, and counts a centre on an edge as covered by only one of the two triangles; the first candidate that
+//! covers the centre in the rasteriser is the visible triangle. Barycentric coordinates are computed in homogeneous clip space, so that triangles that
+//! extend behind the camera are included.
 
 use super::RenderError;
 use super::math::Real;
@@ -83,7 +83,7 @@ mod tests {
         fn uses_discard(&self) -> bool {
             false
         }
-        fn start(&self) -> Box<dyn LaneRun<f32> + Send + '_> {
+        fn new_run(&self) -> Box<dyn LaneRun<f32> + Send + '_> {
             Box::new(PassThroughRun([[0.0; LANES]; 4]))
         }
     }

@@ -1,17 +1,17 @@
 //! Executes one pass: sets up the triangles of every draw, bins them into tiles, and shades the tiles on all cores.
 //!
 //! In: a pass and the bound stages of its draws. Out: the resolved image and timings. Always: each tile's bin lists its triangles in the order of the
-//! draws, and tiles write disjoint parts of the target, so the image has the same bits for any number of threads.
+//! draws, and tiles write disjoint parts of the image, so the image has the same bits for any number of threads.
 //!
 //! Two passes can be fused (`execute_fused`) if the second reads each pixel of the first only when it writes the same pixel (pass_fusion.rs). A tile
 //! then goes through both passes before the next tile is started, and the first pass's image is never stored.
 
 use super::RenderError;
-use super::draw_job::{DrawExtent, DrawJob};
-use super::fragment_plan::FragmentPlan;
+use super::fragment_setup::FragmentSetup;
 use super::math::Real;
 use super::pass_fusion::TileTexture;
-use super::raster::coverage::{TILE, TILE_BLOCKS, TilePixels, block_position, covers_all};
+use super::prepared_draw::{DrawExtent, PreparedDraw};
+use super::raster::coverage::{TILE_BLOCKS, TILE_SIDE_PX, TilePixels, block_position, covers_all};
 use super::raster::setup::VertexGrid;
 use super::shade::{Batch, TileShader};
 use super::stage::{LaneProgram, LaneRun};
@@ -47,16 +47,17 @@ pub enum PassImage {
 }
 
 /// A pass whose triangles are set up and binned.
-struct PassJobs<'a, R: Real> {
+struct PreparedPass<'a, R: Real> {
     pass: &'a Pass,
-    jobs: Vec<DrawJob<'a, R>>,
+    draws: Vec<PreparedDraw<'a, R>>,
     bins: TileBins,
 }
 
-/// A second pass that is executed tile by tile with the first: a full-screen draw that reads the first pass, and the draws over it.
+/// A second pass that is executed tile by tile with the first. Its first draw covers the target and reads the first pass's image.
 struct FusedPass<'a, R: Real> {
-    full_screen: DrawJob<'a, R>,
-    overlay: PassJobs<'a, R>,
+    full_screen: PreparedDraw<'a, R>,
+    /// The other draws of the second pass, such as labels.
+    overlay: PreparedPass<'a, R>,
     /// The colour to which the full-screen draw maps the first pass's clear colour, if it is the same at every pixel.
     mapped_clear_colour: Option<[f32; 4]>,
     /// The uniforms of the full-screen draw if it is the shipped (not edited) tone map, which native code then applies to complete blocks.
@@ -83,14 +84,14 @@ struct TileBins {
 }
 
 impl TileBins {
-    fn new<R: Real>(width: u32, height: u32, jobs: &[DrawJob<'_, R>]) -> Result<Self, RenderError> {
-        let (tiles_across, tiles_down) = (width.div_ceil(TILE) as usize, height.div_ceil(TILE) as usize);
+    fn new<R: Real>(width: u32, height: u32, draws: &[PreparedDraw<'_, R>]) -> Result<Self, RenderError> {
+        let (tiles_across, tiles_down) = (width.div_ceil(TILE_SIDE_PX) as usize, height.div_ceil(TILE_SIDE_PX) as usize);
         let for_each_entry = |visit: &mut dyn FnMut(usize, (u32, u32))| {
-            for (draw_index, job) in jobs.iter().enumerate() {
-                for (triangle_index, triangle) in job.geometry.triangles.iter().enumerate() {
+            for (draw_index, draw) in draws.iter().enumerate() {
+                for (triangle_index, triangle) in draw.geometry.triangles.iter().enumerate() {
                     let [x0, y0, x1, y1] = triangle.pixels;
-                    for ty in y0 / TILE..y1.div_ceil(TILE) {
-                        for tx in x0 / TILE..x1.div_ceil(TILE) {
+                    for ty in y0 / TILE_SIDE_PX..y1.div_ceil(TILE_SIDE_PX) {
+                        for tx in x0 / TILE_SIDE_PX..x1.div_ceil(TILE_SIDE_PX) {
                             visit(ty as usize * tiles_across + tx as usize, (draw_index as u32, triangle_index as u32));
                         }
                     }
@@ -121,16 +122,16 @@ impl TileBins {
 /// Executes a pass. `stages`: the bound stages of the pass's draws, in order. Runs on the thread pool from which it is called.
 pub fn execute<R: Real>(pass: &Pass, stages: &[DrawStages<'_, R>]) -> Result<(PassImage, PassTimings), RenderError> {
     let start = Instant::now();
-    let (jobs, mut timings) = prepare_pass(pass, stages)?;
+    let (prepared, mut timings) = prepare_pass(pass, stages)?;
     let all_timings = [&mut timings, &mut PassTimings::default()];
     let image = match pass.format {
         ColourFormat::Hdr | ColourFormat::HdrF32 => {
             let write = |worker: &Worker<'_, R>, rows: TileRows<'_, '_, [f32; 4]>, _| worker.first.target.write_linear(rows);
-            PassImage::Float(draw_tiles(&jobs, None, "a pass of f32 colour", Some(pass.clear), write, all_timings)?)
+            PassImage::Float(draw_tiles(&prepared, None, "an image of f32 colours", Some(pass.clear), write, all_timings)?)
         }
         ColourFormat::Rgba8Unorm => {
             let write = |worker: &Worker<'_, R>, rows: TileRows<'_, '_, [u8; 4]>, _| worker.first.target.write_to(rows, unorm8);
-            PassImage::Unorm(draw_tiles(&jobs, None, "a pass of display bytes", Some(unorm8(pass.clear)), write, all_timings)?)
+            PassImage::Unorm(draw_tiles(&prepared, None, "an image of display bytes", Some(unorm8(pass.clear)), write, all_timings)?)
         }
     };
     timings.wall_ms = 1e3 * start.elapsed().as_secs_f64();
@@ -146,19 +147,22 @@ pub(crate) fn execute_fused<R: Real>(
     second_stages: &[DrawStages<'_, R>],
 ) -> Result<Option<(PassImage, [PassTimings; 2])>, RenderError> {
     let start = Instant::now();
-    let (first_jobs, mut first_timings) = prepare_pass(first, first_stages)?;
+    let (first_prepared, mut first_timings) = prepare_pass(first, first_stages)?;
     let (mut overlay, mut second_timings) = prepare_pass(second, second_stages)?;
-    let is_full_screen = |job: &DrawJob<'_, R>| match &job.geometry.triangles[..] {
-        [triangle] => covers_all(triangle, [second.width, second.height]) && job.fragment_plan.draws_every_covered_pixel(),
+    let is_full_screen = |draw: &PreparedDraw<'_, R>| match &draw.geometry.triangles[..] {
+        [triangle] => covers_all(triangle, [second.width, second.height]) && draw.fragment_setup.draws_every_covered_pixel(),
         _ => false,
     };
-    if !overlay.jobs.first().is_some_and(is_full_screen) {
+    if !overlay.draws.first().is_some_and(is_full_screen) {
         return Ok(None);
     }
-    let full_screen = overlay.jobs.remove(0);
-    overlay.bins = TileBins::new(second.width, second.height, &overlay.jobs)?;
-    let mapped_clear_colour =
-        full_screen.fragment.is_position_independent().then(|| Worker::new(&first_jobs, None).map_clear_colour(&first_jobs, &full_screen));
+    let full_screen = overlay.draws.remove(0);
+    // Without the full-screen draw, which needs no bins.
+    overlay.bins = TileBins::new(second.width, second.height, &overlay.draws)?;
+    let mapped_clear_colour = full_screen
+        .fragment
+        .is_position_independent()
+        .then(|| Worker::new(&first_prepared, None).map_clear_colour(&first_prepared, &full_screen));
     let tone_map = full_screen.fragment.tone_map();
     let fused = FusedPass { full_screen, overlay, mapped_clear_colour, tone_map, read_other_pixels: AtomicBool::new(false) };
     let clear_bytes = unorm8(mapped_clear_colour.unwrap_or_default());
@@ -167,28 +171,28 @@ pub(crate) fn execute_fused<R: Real>(
         None => worker.final_target().write_to(rows, unorm8),
     };
     let timings = [&mut first_timings, &mut second_timings];
-    let image = draw_tiles(&first_jobs, Some(&fused), "a pass of display bytes", mapped_clear_colour.map(unorm8), write, timings)?;
+    let image = draw_tiles(&first_prepared, Some(&fused), "an image of display bytes", mapped_clear_colour.map(unorm8), write, timings)?;
     first_timings.wall_ms = 1e3 * start.elapsed().as_secs_f64();
     Ok((!fused.read_other_pixels.into_inner()).then_some((PassImage::Unorm(image), [first_timings, second_timings])))
 }
 
 /// Runs the vertex stages of a pass, sets up its triangles and bins them.
-fn prepare_pass<'a, R: Real>(pass: &'a Pass, stages: &[DrawStages<'a, R>]) -> Result<(PassJobs<'a, R>, PassTimings), RenderError> {
-    check(pass)?;
+fn prepare_pass<'a, R: Real>(pass: &'a Pass, stages: &[DrawStages<'a, R>]) -> Result<(PreparedPass<'a, R>, PassTimings), RenderError> {
+    check_size_and_samples(pass)?;
     let mut timings = PassTimings { name: pass.name.to_owned(), ..PassTimings::default() };
-    let mut jobs = Vec::with_capacity(pass.draws.len());
+    let mut draws = Vec::with_capacity(pass.draws.len());
     for (draw, stages) in pass.draws.iter().zip(stages) {
-        jobs.push(prepare_draw(pass, draw, stages, &mut timings)?);
+        draws.push(prepare_draw(pass, draw, stages, &mut timings)?);
     }
     let start = Instant::now();
-    let bins = TileBins::new(pass.width, pass.height, &jobs)?;
+    let bins = TileBins::new(pass.width, pass.height, &draws)?;
     timings.binning_ms = 1e3 * start.elapsed().as_secs_f64();
-    Ok((PassJobs { pass, jobs, bins }, timings))
+    Ok((PreparedPass { pass, draws, bins }, timings))
 }
 
-fn check(pass: &Pass) -> Result<(), RenderError> {
-    let max_size = super::MAX_SIZE;
-    if pass.width == 0 || pass.height == 0 || pass.width > max_size || pass.height > max_size {
+fn check_size_and_samples(pass: &Pass) -> Result<(), RenderError> {
+    let is_valid = |side_px: u32| (1..=super::MAX_SIDE_PX).contains(&side_px);
+    if !is_valid(pass.width) || !is_valid(pass.height) {
         return Err(RenderError::Size { pass: pass.name.to_owned(), width: pass.width, height: pass.height });
     }
     if pass.samples != 1 && pass.samples != 4 {
@@ -207,7 +211,7 @@ fn prepare_draw<'a, R: Real>(
     draw: &PlanDraw,
     stages: &DrawStages<'a, R>,
     timings: &mut PassTimings,
-) -> Result<DrawJob<'a, R>, RenderError> {
+) -> Result<PreparedDraw<'a, R>, RenderError> {
     let fragment = stages.fragment;
     let AssembledDraw { geometry, submitted, vertex_seconds, setup_seconds } =
         assemble(draw, stages.vertex, fragment.inputs(), [pass.width, pass.height], stages.vertex_grid)?;
@@ -218,23 +222,23 @@ fn prepare_draw<'a, R: Real>(
     timings.culled += submitted - geometry.source_triangles.len();
     timings.clipped += geometry.clipped;
     timings.triangles += geometry.triangles.len();
-    let fragment_plan = FragmentPlan::new(fragment, draw.depth, pass.depth);
-    Ok(DrawJob {
+    let fragment_setup = FragmentSetup::new(fragment, draw.depth, pass.depth);
+    Ok(PreparedDraw {
         geometry,
         fragment,
-        fragment_plan,
+        fragment_setup,
         blend: draw.blend,
         shading_rate: draw.shading_rate,
-        extent: draw.extent.map(|silhouette_bounds| DrawExtent { silhouette_bounds, marks: fragment.marks().cloned() }),
+        extent: draw.extent.map(|outline| DrawExtent { outline, marks: fragment.marks().cloned() }),
         instructions_per_read: instructions_per_read(&draw.module),
     })
 }
 
 /// Draws the image of a pass, or of the second of two fused passes. The memory is not initialised first, to save one write of the image;
-/// each pixel is written once. `allocation` names the image if there is too little memory. `empty_tile_colour`: colour of a tile without triangles; `None`
-/// if it differs between pixels, in which case such tiles are shaded too. `write` writes a drawn tile, given by column and row.
+/// each pixel is written once. `allocation` names the image in the error if memory is insufficient. `empty_tile_colour`: colour of a tile without
+/// triangles; `None` if it differs between pixels, in which case such tiles are shaded too. `write` writes a drawn tile, given by column and row.
 fn draw_tiles<R: Real, T: Copy + Send + Sync>(
-    first: &PassJobs<'_, R>,
+    first: &PreparedPass<'_, R>,
     fused: Option<&FusedPass<'_, R>>,
     allocation: &'static str,
     empty_tile_colour: Option<T>,
@@ -248,17 +252,17 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     let pixels = &*PIXEL_CENTRES;
     // Boxed, because each tile moves a worker out of the list and back.
     let idle_workers: Mutex<Vec<Box<Worker<'_, R>>>> = Mutex::new(Vec::new());
-    let tile_px = TILE as usize;
-    image.spare_capacity_mut()[..count].par_chunks_mut(tile_px * pass.width as usize).enumerate().for_each(|(ty, band)| {
+    let tile_side = TILE_SIDE_PX as usize;
+    image.spare_capacity_mut()[..count].par_chunks_mut(tile_side * pass.width as usize).enumerate().for_each(|(ty, tile_row)| {
         // `Some` for tiles that are filled instead of drawn.
         let fill_colour = |tx: usize| {
             let has_triangles = |bins: &TileBins| !bins.tile(tx, ty).is_empty();
             empty_tile_colour.filter(|_| !has_triangles(&first.bins) && !fused.is_some_and(|f| has_triangles(&f.overlay.bins)))
         };
         let mut rows_of_tiles: Vec<Vec<&mut [MaybeUninit<T>]>> =
-            (0..first.bins.tiles_across).map(|tx| Vec::with_capacity(if fill_colour(tx).is_none() { tile_px } else { 0 })).collect();
-        for row in band.chunks_mut(pass.width as usize) {
-            for (tx, part) in row.chunks_mut(tile_px).enumerate() {
+            (0..first.bins.tiles_across).map(|tx| Vec::with_capacity(if fill_colour(tx).is_none() { tile_side } else { 0 })).collect();
+        for row in tile_row.chunks_mut(pass.width as usize) {
+            for (tx, part) in row.chunks_mut(tile_side).enumerate() {
                 match fill_colour(tx) {
                     Some(colour) => part.fill(MaybeUninit::new(colour)),
                     None => rows_of_tiles[tx].push(part),
@@ -275,7 +279,7 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
             idle_workers.lock().push(worker);
         });
     });
-    // SAFETY: the rows of all tiles make up the image; every tile was either filled, or drawn and written to each pixel of its rows.
+    // SAFETY: the rows of all tiles make up the image; each tile was either filled, or drawn and then written to every pixel of its rows.
     unsafe { image.set_len(count) };
     let [first_timings, second_timings] = timings;
     for worker in idle_workers.into_inner() {
@@ -291,32 +295,32 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     Ok(image)
 }
 
-/// One thread's working state for running one fragment program.
+/// The working state of one thread in one fragment program.
 type BoxedRun<'a, R> = Box<dyn LaneRun<R> + Send + 'a>;
 
 /// Buffers for drawing tiles of one pass.
 struct PassWorker<'a, R: Real> {
     target: TileTarget,
-    /// One run per draw, started on first use.
+    /// One run per draw, created on first use.
     runs: Vec<Option<BoxedRun<'a, R>>>,
     shading_seconds: f64,
 }
 
 impl<'a, R: Real> PassWorker<'a, R> {
-    fn new(jobs: &PassJobs<'a, R>) -> Self {
-        Self { target: TileTarget::new(jobs.pass.samples), runs: jobs.jobs.iter().map(|_| None).collect(), shading_seconds: 0.0 }
+    fn new(prepared: &PreparedPass<'a, R>) -> Self {
+        Self { target: TileTarget::new(prepared.pass.samples), runs: prepared.draws.iter().map(|_| None).collect(), shading_seconds: 0.0 }
     }
 
-    /// Draws a tile's triangles over the content of the target.
-    fn draw(&mut self, jobs: &PassJobs<'a, R>, [tx, ty]: [usize; 2], pixels: &TilePixels, batch: &mut Batch) {
-        let tile = [tx as u32 * TILE, ty as u32 * TILE];
-        let mut shader = TileShader { target: &mut self.target, pixels, tile, samples: jobs.pass.samples };
-        for entries_of_draw in jobs.bins.tile(tx, ty).chunk_by(|a, b| a.0 == b.0) {
+    /// Draws a tile's triangles into the target.
+    fn draw(&mut self, prepared: &PreparedPass<'a, R>, [tx, ty]: [usize; 2], pixels: &TilePixels, batch: &mut Batch) {
+        let tile_corner = [tx as u32 * TILE_SIDE_PX, ty as u32 * TILE_SIDE_PX];
+        let mut shader = TileShader { target: &mut self.target, pixels, tile_corner, samples: prepared.pass.samples };
+        for entries_of_draw in prepared.bins.tile(tx, ty).chunk_by(|a, b| a.0 == b.0) {
             let draw_index = entries_of_draw[0].0 as usize;
-            let job = &jobs.jobs[draw_index];
-            let run = self.runs[draw_index].get_or_insert_with(|| job.fragment.start());
+            let draw = &prepared.draws[draw_index];
+            let run = self.runs[draw_index].get_or_insert_with(|| draw.fragment.new_run());
             let triangles: Vec<u32> = entries_of_draw.iter().map(|(_, t)| *t).collect();
-            shader.draw(job, &triangles, run.as_mut(), batch);
+            shader.draw(draw, &triangles, run.as_mut(), batch);
         }
     }
 }
@@ -331,8 +335,8 @@ struct Worker<'a, R: Real> {
 }
 
 impl<'a, R: Real> Worker<'a, R> {
-    fn new(first: &PassJobs<'a, R>, fused: Option<&FusedPass<'a, R>>) -> Self {
-        let second = fused.map(|f| (PassWorker::new(&f.overlay), f.full_screen.fragment.start()));
+    fn new(first: &PreparedPass<'a, R>, fused: Option<&FusedPass<'a, R>>) -> Self {
+        let second = fused.map(|f| (PassWorker::new(&f.overlay), f.full_screen.fragment.new_run()));
         Self { first: PassWorker::new(first), second, batch: Batch::new(), resolve_seconds: 0.0 }
     }
 
@@ -342,11 +346,11 @@ impl<'a, R: Real> Worker<'a, R> {
     }
 
     /// Draws a tile of the first pass and, unless native code maps it to display bytes directly, of the fused second pass.
-    fn draw_tile(&mut self, first: &PassJobs<'a, R>, fused: Option<&FusedPass<'a, R>>, tile_index: [usize; 2], pixels: &TilePixels) {
+    fn draw_tile(&mut self, first: &PreparedPass<'a, R>, fused: Option<&FusedPass<'a, R>>, tile_index: [usize; 2], pixels: &TilePixels) {
         let start = Instant::now();
         let pass = first.pass;
         let entries = first.bins.tile(tile_index[0], tile_index[1]);
-        let uses_depth = entries.iter().any(|(draw, _)| first.jobs[*draw as usize].fragment_plan.uses_depth());
+        let uses_depth = entries.iter().any(|(draw, _)| first.draws[*draw as usize].fragment_setup.uses_depth());
         self.first.target.clear(pass.clear, uses_depth);
         self.first.draw(first, tile_index, pixels, &mut self.batch);
         self.first.shading_seconds += start.elapsed().as_secs_f64();
@@ -361,13 +365,13 @@ impl<'a, R: Real> Worker<'a, R> {
                 self.first.target.fill_unwritten();
             }
             second.target.clear(fused.mapped_clear_colour.unwrap_or(fused.overlay.pass.clear), false);
-            let tile = tile_index.map(|k| k as u32 * TILE);
-            let texture = TileTexture::new(&self.first.target, tile, [pass.width, pass.height]);
-            let mut shader = TileShader { target: &mut second.target, pixels, tile, samples: 1 };
+            let tile_corner = tile_index.map(|k| k as u32 * TILE_SIDE_PX);
+            let texture = TileTexture::new(&self.first.target, tile_corner, [pass.width, pass.height]);
+            let mut shader = TileShader { target: &mut second.target, pixels, tile_corner, samples: 1 };
             for block in 0..TILE_BLOCKS {
                 let [x, y] = block_position(block);
-                let inside = tile[0] + x < pass.width && tile[1] + y < pass.height;
-                if inside && (fused.mapped_clear_colour.is_none() || self.first.target.is_written(block)) {
+                let is_inside = tile_corner[0] + x < pass.width && tile_corner[1] + y < pass.height;
+                if is_inside && (fused.mapped_clear_colour.is_none() || self.first.target.is_written(block)) {
                     texture.shaded_block.set(block);
                     shader.shade_block_with_texture(&fused.full_screen, block, &texture, full_screen_run.as_mut(), &mut self.batch);
                 }
@@ -378,16 +382,16 @@ impl<'a, R: Real> Worker<'a, R> {
         }
     }
 
-    /// The result of a position-independent full-screen draw for the first pass's clear colour.
-    fn map_clear_colour(&mut self, first: &PassJobs<'a, R>, full_screen: &DrawJob<'a, R>) -> [f32; 4] {
+    /// The colour to which a position-independent full-screen draw maps the first pass's clear colour.
+    fn map_clear_colour(&mut self, first: &PreparedPass<'a, R>, full_screen: &PreparedDraw<'a, R>) -> [f32; 4] {
         let (pass, pixels) = (first.pass, &*PIXEL_CENTRES);
         self.first.target.clear(pass.clear, false);
         self.first.target.fill_unwritten();
         let mut mapped = TileTarget::new(1);
         mapped.clear([0.0; 4], false);
         let texture = TileTexture::new(&self.first.target, [0, 0], [pass.width, pass.height]);
-        let mut shader = TileShader { target: &mut mapped, pixels, tile: [0, 0], samples: 1 };
-        shader.shade_block_with_texture(full_screen, 0, &texture, full_screen.fragment.start().as_mut(), &mut self.batch);
+        let mut shader = TileShader { target: &mut mapped, pixels, tile_corner: [0, 0], samples: 1 };
+        shader.shade_block_with_texture(full_screen, 0, &texture, full_screen.fragment.new_run().as_mut(), &mut self.batch);
         mapped.block(0).map_or([0.0; 4], |planes| planes.map(|plane| plane[0]))
     }
 }

@@ -22,8 +22,8 @@ static BLOCK_OFFSETS: std::sync::LazyLock<[[u32; LANES]; 2]> = std::sync::LazyLo
     [offsets(0), offsets(1)]
 });
 
-/// Whether pass `k` and the next pass may be fused: pass `k` is an HDR image whose only reader is the first draw of the next pass, which writes
-/// display values of the same size.
+/// Whether pass `k` and the next pass may be fused: pass `k` draws an HDR image that only the first draw of the next pass reads, and the next pass draws
+/// a display image of the same size.
 pub(crate) fn can_fuse_with_next_pass(plan: &Plan, k: usize) -> bool {
     let (Some(hdr), Some(display)) = (plan.passes.get(k), plan.passes.get(k + 1)) else { return false };
     let reads = |source: &TextureSource| matches!(source, TextureSource::PassOutput(read) if *read == k);
@@ -41,19 +41,19 @@ pub(crate) fn can_fuse_with_next_pass(plan: &Plan, k: usize) -> bool {
 pub(crate) struct TileTexture<'a> {
     pub resolved: &'a TileTarget,
     /// Top-left pixel of the tile.
-    pub tile: [u32; 2],
+    pub tile_corner: [u32; 2],
     /// Size of the target, in pixels.
     pub size: [u32; 2],
     /// The block that is being shaded. Other blocks may contain colours of an earlier tile.
     pub shaded_block: Cell<usize>,
-    /// Set by a read of anything but the pixels of `shaded_block`, in lane order.
+    /// Set by any read that is not a load of all pixels of `shaded_block` in lane order.
     pub read_other_pixels: Cell<bool>,
 }
 
 impl<'a> TileTexture<'a> {
-    /// `tile`: top-left pixel of the tile; `size`: that of its target. The first block is the one that is being shaded.
-    pub(crate) fn new(resolved: &'a TileTarget, tile: [u32; 2], size: [u32; 2]) -> Self {
-        Self { resolved, tile, size, shaded_block: Cell::new(0), read_other_pixels: Cell::new(false) }
+    /// `tile_corner`: top-left pixel of the tile; `size`: that of its target. `shaded_block` is initially the first block.
+    pub(crate) fn new(resolved: &'a TileTarget, tile_corner: [u32; 2], size: [u32; 2]) -> Self {
+        Self { resolved, tile_corner, size, shaded_block: Cell::new(0), read_other_pixels: Cell::new(false) }
     }
 
     /// Records a read that this texture cannot serve.
@@ -62,7 +62,7 @@ impl<'a> TileTexture<'a> {
         out.into_iter().for_each(|o| o.fill(R::ZERO));
     }
 
-    /// The block that is being shaded, if its pixels have these coordinates, in lane order.
+    /// The block that is being shaded, if these are the coordinates of its pixels in lane order.
     fn block<R: Real>(&self, x: &[R], y: &[R], level: &[R]) -> Option<usize> {
         let (x, y): (&[R; LANES], &[R; LANES]) = (x.try_into().ok()?, y.try_into().ok()?);
         let [dx, dy] = &*BLOCK_OFFSETS;
@@ -71,7 +71,7 @@ impl<'a> TileTexture<'a> {
         for i in 0..LANES {
             is_block &= (x[i].lane_bits().wrapping_sub(x0) == dx[i]) & (y[i].lane_bits().wrapping_sub(y0) == dy[i]);
         }
-        let block = block_at([x0.wrapping_sub(self.tile[0]), y0.wrapping_sub(self.tile[1])]);
+        let block = block_at([x0.wrapping_sub(self.tile_corner[0]), y0.wrapping_sub(self.tile_corner[1])]);
         block.filter(|block| is_block && *block == self.shaded_block.get())
     }
 }
@@ -109,7 +109,7 @@ impl Program {
         // Slots (arrays of one value per lane) whose value depends on the lane's position.
         let mut dependent: BTreeSet<u16> =
             (0..).zip(&self.inputs).filter(|(_, input)| !matches!(input, LaneInput::FrontFacing)).map(|(k, _)| k).collect();
-        // For each target of jumps, the slots that are dependent at one of these jumps.
+        // For each instruction that is the target of jumps: the slots that are dependent at any of these jumps.
         let mut at_targets: HashMap<usize, BTreeSet<u16>> = HashMap::new();
         for (at, instr) in self.lane_tape.iter().enumerate() {
             dependent.extend(at_targets.remove(&at).unwrap_or_default());

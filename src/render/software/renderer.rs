@@ -18,7 +18,7 @@ use super::sample::{BoundTexture, Textures};
 use super::tape_stage::TapeStage;
 use super::texel_marks::TexelMarks;
 use super::timings::{PassTimings, Timings};
-use super::tone_map::ToneMapFields;
+use super::tone_map::ToneMapOffsets;
 use crate::image::TexelFormat;
 use crate::memo::RecentMap;
 use crate::render::frame::Frame;
@@ -35,11 +35,11 @@ use std::time::Instant;
 pub enum Precision {
     #[default]
     F32,
-    /// The reference: the same tape in f64, three to seven times slower.
+    /// The reference for checks of accuracy: the same tape in f64, three to seven times slower.
     F64,
 }
 
-/// Settings of a renderer. They change the image at most by rounding, of values and of vertex positions.
+/// Settings of a renderer. They change the image only by the rounding of values and of vertex positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Options {
     /// Number of threads; 0: one per logical CPU.
@@ -74,14 +74,14 @@ pub(super) struct EntryPoints {
     pub vertex: EntryPoint,
     pub fragment: EntryPoint,
     /// Set if the module is the shipped (not edited) tone map.
-    pub tone_map: Option<ToneMapFields>,
+    pub tone_map: Option<ToneMapOffsets>,
 }
 
 /// The decoded programs of each module.
 #[derive(Debug)]
 struct DecodedModules {
     by_id: RecentMap<ModuleId, Arc<EntryPoints>>,
-    /// Number of calls of [`SoftwareRenderer::forget_modules`]. A module that was fetched before such a call may have the old source; it is not kept.
+    /// Number of calls of [`SoftwareRenderer::forget_modules`]. A module that was fetched before the latest call may have the old source; it is not cached.
     times_forgotten: u64,
 }
 
@@ -140,7 +140,7 @@ impl SoftwareRenderer {
     /// Executes the plan.
     ///
     /// # Errors
-    /// A binding, attribute or varying that is missing or does not fit, with its draw or pass; insufficient memory.
+    /// A binding, attribute or varying that is missing or does not fit, or a loop that does not end, with its draw or pass; insufficient memory.
     pub fn render(&self, plan: &Plan, modules: &impl ModuleProvider, images: FrameImages) -> Result<(Frame, Timings), RenderError> {
         match self.options.precision {
             Precision::F32 => self.pool.install(|| self.render_as::<f32>(plan, modules, images)),
@@ -185,7 +185,8 @@ impl SoftwareRenderer {
             PassImage::Unorm(bytes) => {
                 frame.display = bytes;
                 if requested == FrameImages::DisplayAndHdr {
-                    // Other passes, such as that of the air's samples, may have the same size. The HDR image of a warped image or a stereo pair may have another.
+                    // Found by its index and not by its size, because other HDR images, such as that of the air samples, may have the same size. Left out if
+                    // its size differs from the display image's, as it may for a warped image or a stereo pair.
                     if let Some((PassImage::Float(hdr), w, h)) = plan.hdr_pass_index().and_then(|k| images.into_iter().nth(k))
                         && (w, h) == (width, height)
                     {
@@ -225,10 +226,10 @@ impl SoftwareRenderer {
     ) -> Result<Option<(PassImage, [PassTimings; 2], f64)>, RenderError> {
         let start = Instant::now();
         let entry_points = [self.entry_points_of_pass(first, modules)?, self.entry_points_of_pass(second, modules)?];
-        let mut outputs = outputs_of(earlier);
-        let first_bound = self.bind_all::<R>(first, &entry_points[0], &outputs)?;
-        outputs.push(texels_of(&PLACEHOLDER, 1, 1));
-        let second_bound = self.bind_all::<R>(second, &entry_points[1], &outputs)?;
+        let mut pass_outputs = outputs_of(earlier);
+        let first_bound = self.bind_all::<R>(first, &entry_points[0], &pass_outputs)?;
+        pass_outputs.push(texels_of(&PLACEHOLDER, 1, 1));
+        let second_bound = self.bind_all::<R>(second, &entry_points[1], &pass_outputs)?;
         let prepare_ms = 1e3 * start.elapsed().as_secs_f64();
         let fused = execute_fused(first, &self.stages_of(&first_bound), second, &self.stages_of(&second_bound))?;
         check_loop_limits(first, &first_bound)?;
@@ -245,12 +246,12 @@ impl SoftwareRenderer {
         &self,
         pass: &'a Pass,
         entry_points: &'a [Arc<EntryPoints>],
-        outputs: &[Result<Arc<Texels<'a>>, String>],
+        pass_outputs: &[Result<Arc<Texels<'a>>, String>],
     ) -> Result<Vec<BoundStages<'a, R>>, RenderError> {
-        pass.draws.iter().zip(entry_points).map(|(draw, entry_points)| self.bind::<R>(draw, entry_points, outputs)).collect()
+        pass.draws.iter().zip(entry_points).map(|(draw, entry_points)| self.bind::<R>(draw, entry_points, pass_outputs)).collect()
     }
 
-    /// The programs of the draw's module.
+    /// The entry points of the draw's module, from the cache if they are there.
     fn entry_points(&self, draw: &PlanDraw, modules: &impl ModuleProvider) -> Result<Arc<EntryPoints>, RenderError> {
         let times_forgotten = {
             let mut decoded = self.decoded.lock();
@@ -272,7 +273,8 @@ impl SoftwareRenderer {
         let (Some(vertex), Some(fragment)) = (vertex, fragment) else {
             return Err(module_error(format!("module {} lacks a vertex or a fragment stage", draw.module)));
         };
-        let entry_points = Arc::new(EntryPoints { vertex: vertex.into(), fragment: fragment.into(), tone_map: ToneMapFields::of(&module) });
+        let entry_points =
+            Arc::new(EntryPoints { vertex: vertex.into(), fragment: fragment.into(), tone_map: ToneMapOffsets::of(&module) });
         let mut decoded = self.decoded.lock();
         if decoded.times_forgotten == times_forgotten {
             decoded.by_id.insert(draw.module.clone(), Arc::clone(&entry_points));
@@ -286,33 +288,36 @@ impl SoftwareRenderer {
         bound.iter().map(|b| DrawStages { vertex: &b.vertex as _, vertex_grid, fragment: &b.fragment as _ }).collect()
     }
 
-    /// Both stages of a draw, bound to its uniforms and textures. `outputs`: images of earlier passes.
+    /// Both stages of a draw, bound to its uniforms and textures. `pass_outputs`: images of earlier passes.
     pub(super) fn bind<'a, R: Real>(
         &self,
         draw: &'a PlanDraw,
         entry_points: &'a EntryPoints,
-        outputs: &[Result<Arc<Texels<'a>>, String>],
+        pass_outputs: &[Result<Arc<Texels<'a>>, String>],
     ) -> Result<BoundStages<'a, R>, RenderError> {
         let mut images = HashMap::new();
         let class = self.options.kernels;
         let mut stage = |EntryPoint { program, kernel_binding }: &'a EntryPoint| {
-            let textures = textures_of(draw, program, outputs, &mut images, class)?;
+            let textures = textures_of(draw, program, pass_outputs, &mut images, class)?;
             let bound = kernel_binding.get(program, class).map_err(|what| RenderError::Module { draw: draw.label.clone(), what })?;
             Ok(TapeStage::new(program, bound, &draw.uniform_bytes, Box::new(textures), class))
         };
         let tone_map = entry_points.tone_map.and_then(|fields| fields.bind(&draw.uniform_bytes));
-        let fragment = stage(&entry_points.fragment)?.with_tone_map(tone_map).with_marks(marks_of(draw, outputs));
+        let fragment = stage(&entry_points.fragment)?.with_tone_map(tone_map).with_marks(marks_of(draw, pass_outputs));
         Ok(BoundStages { vertex: stage(&entry_points.vertex)?, fragment })
     }
 }
 
-/// Bound in place of the output of a fused pass, which the next pass reads from its tile instead.
+/// Bound in place of the output of the first of two fused passes, which the second reads tile by tile ([`TileTexture`](super::pass_fusion::TileTexture)).
 static PLACEHOLDER: LazyLock<PassImage> = LazyLock::new(|| PassImage::Unorm(vec![[0; 4]]));
 
+/// The images of earlier passes as textures, or why one cannot be read.
 fn outputs_of(earlier: &[(PassImage, u32, u32)]) -> Vec<Result<Arc<Texels<'_>>, String>> {
     earlier.iter().map(|(image, w, h)| texels_of(image, *w, *h)).collect()
 }
 
+/// Checks that no stage of a pass was stopped.
+///
 /// # Errors
 /// A stage that was stopped at the loop limit: the image is incomplete.
 fn check_loop_limits<R: Real>(pass: &Pass, bound: &[BoundStages<'_, R>]) -> Result<(), RenderError> {
@@ -326,6 +331,7 @@ fn check_loop_limits<R: Real>(pass: &Pass, bound: &[BoundStages<'_, R>]) -> Resu
     Ok(())
 }
 
+/// The image of a pass as a texture.
 fn texels_of(image: &PassImage, width: u32, height: u32) -> Result<Arc<Texels<'_>>, String> {
     let (format, bytes): (_, &[u8]) = match image {
         PassImage::Float(pixels) => (TexelFormat::Rgba32Float, bytemuck::cast_slice(pixels)),
@@ -334,11 +340,11 @@ fn texels_of(image: &PassImage, width: u32, height: u32) -> Result<Arc<Texels<'_
     Texels::new(format, std::iter::once((width, height, bytes))).map(Arc::new)
 }
 
-/// The marked texels between which a draw discards pixels (see [`MarkedImage`](crate::render::plan::MarkedImage)). `outputs`: images of earlier passes.
-fn marks_of(draw: &PlanDraw, outputs: &[Result<Arc<Texels<'_>>, String>]) -> Option<TexelMarks> {
+/// The marks by which a draw discards pixels (see [`MarkedImage`](crate::render::plan::MarkedImage)). `pass_outputs`: images of earlier passes.
+fn marks_of(draw: &PlanDraw, pass_outputs: &[Result<Arc<Texels<'_>>, String>]) -> Option<TexelMarks> {
     let marked = draw.extent?.marked?;
     match &draw.textures.iter().find(|t| t.binding == marked.binding)?.source {
-        TextureSource::PassOutput(pass) => TexelMarks::new(marked, outputs.get(*pass)?.as_ref().ok()?),
+        TextureSource::PassOutput(pass) => TexelMarks::new(marked, pass_outputs.get(*pass)?.as_ref().ok()?),
         _ => None,
     }
 }
@@ -347,7 +353,7 @@ fn marks_of(draw: &PlanDraw, outputs: &[Result<Arc<Texels<'_>>, String>]) -> Opt
 fn textures_of<'a>(
     draw: &'a PlanDraw,
     program: &Program,
-    outputs: &[Result<Arc<Texels<'a>>, String>],
+    pass_outputs: &[Result<Arc<Texels<'a>>, String>],
     images: &mut HashMap<u32, Arc<Texels<'a>>>,
     class: KernelClass,
 ) -> Result<Textures<'a>, RenderError> {
@@ -359,7 +365,8 @@ fn textures_of<'a>(
         let source = &draw.textures.iter().find(|t| t.binding == binding).ok_or_else(|| missing(binding))?.source;
         let texels = match source {
             TextureSource::PassOutput(pass) => {
-                let output = outputs.get(*pass).ok_or_else(|| RenderError::PassOrder { draw: draw.label.clone(), binding, pass: *pass })?;
+                let output =
+                    pass_outputs.get(*pass).ok_or_else(|| RenderError::PassOrder { draw: draw.label.clone(), binding, pass: *pass })?;
                 Arc::clone(output.as_ref().map_err(invalid)?)
             }
             TextureSource::OnGpu(_) => return Err(invalid(&"it is in GPU memory only".to_owned())),

@@ -5,16 +5,16 @@
 //! depth, depth is tested before shading, so that hidden quads are not shaded. Results are blended in quad order, which keeps the triangle order.
 
 use super::coarse_shading::{InterpolatedLight, Tile, shade_coarsely};
-use super::draw_job::{DrawJob, QUADS_PER_BATCH, Quad};
 use super::exec::{ExecutionCounts, LaneMask, TextureUnit};
-use super::fragment_plan::FragmentPlan;
+use super::fragment_setup::FragmentSetup;
 use super::lane_inputs;
 use super::math::Real;
+use super::prepared_draw::{PreparedDraw, QUADS_PER_BATCH, Quad};
 use super::raster::coverage::{
     BLOCK_HEIGHT, BLOCK_QUADS, BLOCK_WIDTH, TILE_BLOCKS, TilePixels, block_position, full_coverage, quad_position, sample_positions,
     walk_tile,
 };
-use super::raster::setup::{SUBPIXEL, SourceTriangle};
+use super::raster::setup::{STEPS_PER_PIXEL, SourceTriangle};
 use super::stage::{LANES, LaneRun};
 use super::tiles::TileTarget;
 use crate::render::plan::DepthState;
@@ -24,11 +24,12 @@ pub(crate) struct TileShader<'a> {
     pub target: &'a mut TileTarget,
     pub pixels: &'a TilePixels,
     /// Top-left pixel of the tile.
-    pub tile: [u32; 2],
+    pub tile_corner: [u32; 2],
+    /// Samples per pixel: 1 or 4.
     pub samples: u8,
 }
 
-/// For each set of a quad's lanes, given by four bits, the coverage of all samples of their pixels.
+/// For each set of a quad's lanes, given by four bits: the coverage of a quad in which all samples of these lanes' pixels are covered.
 const COVERAGE_OF_LANES: [u16; 16] = {
     let mut coverage = [0; 16];
     let mut lanes = 0;
@@ -109,21 +110,23 @@ fn drop_zero_quads(quads: &mut [Quad], colour: [&[f32]; 4]) {
     }
 }
 
-/// A block that an edge of a triangle crosses, and whether the draw's extent misses or covers all of it.
+/// A block that an edge of a triangle crosses.
 struct CrossedBlock {
     /// Index of its first quad in the tile.
-    first: usize,
-    is_missed: bool,
-    is_covered: bool,
+    first_quad: usize,
+    /// Whether the draw's extent includes no pixel of the block.
+    extent_misses: bool,
+    /// Whether the draw's extent includes every pixel of the block.
+    extent_covers: bool,
 }
 
-/// Left, top, right and bottom edge of the block whose first quad has this index, on the screen.
-fn block_on_screen([tile_x, tile_y]: [u32; 2], first: usize) -> [u32; 4] {
-    let [x, y] = block_position(first / QUADS_PER_BATCH);
+/// Left, top, right and bottom edge, on the screen, of the block whose first quad has this index.
+fn block_on_screen([tile_x, tile_y]: [u32; 2], first_quad: usize) -> [u32; 4] {
+    let [x, y] = block_position(first_quad / QUADS_PER_BATCH);
     [tile_x + x, tile_y + y, tile_x + x + BLOCK_WIDTH, tile_y + y + BLOCK_HEIGHT]
 }
 
-/// Left, top, right and bottom edge of the quad with this index, on the screen.
+/// Left, top, right and bottom edge, on the screen, of the quad with this index.
 fn quad_on_screen([tile_x, tile_y]: [u32; 2], index: usize) -> [u32; 4] {
     let [x, y] = quad_position(index);
     [tile_x + x, tile_y + y, tile_x + x + 2, tile_y + y + 2]
@@ -131,93 +134,98 @@ fn quad_on_screen([tile_x, tile_y]: [u32; 2], index: usize) -> [u32; 4] {
 
 impl TileShader<'_> {
     /// Draws the given triangles of one draw, in order.
-    pub(crate) fn draw<R: Real>(&mut self, job: &DrawJob<'_, R>, triangles: &[u32], run: &mut dyn LaneRun<R>, batch: &mut Batch) {
-        let plan = &job.fragment_plan;
-        let drawn_blocks = {
-            let mut tile = Tile { target: self.target, pixels: self.pixels, corner: self.tile };
-            shade_coarsely(job, triangles, &mut tile, run, &mut batch.interpolated_light)
+    pub(crate) fn draw<R: Real>(&mut self, draw: &PreparedDraw<'_, R>, triangles: &[u32], run: &mut dyn LaneRun<R>, batch: &mut Batch) {
+        let setup = &draw.fragment_setup;
+        let coarsely_shaded_blocks = {
+            let mut tile = Tile { target: self.target, pixels: self.pixels, corner: self.tile_corner };
+            shade_coarsely(draw, triangles, &mut tile, run, &mut batch.interpolated_light)
         };
         for (k, &t) in triangles.iter().enumerate() {
-            job.geometry.prefetch(&triangles[k..]);
-            let triangle = &job.geometry.triangles[t as usize];
-            let source_triangle = &job.geometry.source_triangles[triangle.source_triangle as usize];
+            draw.geometry.prefetch(&triangles[k..]);
+            let triangle = &draw.geometry.triangles[t as usize];
+            let source_triangle = &draw.geometry.source_triangles[triangle.source_triangle as usize];
             let samples = self.samples;
-            let early_depth = (plan.early_depth_test && plan.uses_depth()).then(|| self.depth_at_samples(source_triangle));
-            let [tile_x, tile_y] = self.tile;
-            // Blocks that an edge of the draw's extent crosses. They come last, so that their quads fill batches of their own.
-            let mut edge_blocks = 0_u64;
-            // Of the blocks that an edge of the triangle crosses, the one visited last.
+            let early_depth = (setup.early_depth_test && setup.uses_depth()).then(|| self.depth_at_samples(source_triangle));
+            let [tile_x, tile_y] = self.tile_corner;
+            // Bit `k`: the triangle covers block `k`, and an edge of the draw's extent crosses it. These blocks come last, so that their quads fill batches of
+            // their own.
+            let mut extent_edge_blocks = 0_u64;
+            // The latest block that an edge of the triangle crosses.
             let mut crossed: Option<CrossedBlock> = None;
             walk_tile(triangle, tile_x, tile_y, samples, |first, count, coverage| {
-                if drawn_blocks >> (first / QUADS_PER_BATCH) & 1 == 1 {
+                if coarsely_shaded_blocks >> (first / QUADS_PER_BATCH) & 1 == 1 {
                     return;
                 }
-                if let Some(extent) = job.extent.as_ref().filter(|_| count == QUADS_PER_BATCH) {
+                if let Some(extent) = draw.extent.as_ref().filter(|_| count == QUADS_PER_BATCH) {
                     let block = block_on_screen([tile_x, tile_y], first);
                     if extent.misses(block) {
                         return;
                     }
                     if !extent.covers(block) {
-                        edge_blocks |= 1 << (first / QUADS_PER_BATCH);
+                        extent_edge_blocks |= 1 << (first / QUADS_PER_BATCH);
                         return;
                     }
                 }
                 if count == QUADS_PER_BATCH && batch.count == 0 && early_depth.is_none() {
-                    self.shade_block(job, first, triangle.source_triangle, run, batch);
+                    self.shade_block(draw, first, triangle.source_triangle, run, batch);
                     return;
                 }
                 // Quads of blocks that an edge of the triangle crosses.
-                let mut extent = job.extent.as_ref().filter(|_| count != QUADS_PER_BATCH);
-                if let Some(of_draw) = extent {
+                let mut extent = draw.extent.as_ref().filter(|_| count != QUADS_PER_BATCH);
+                if let Some(draw_extent) = extent {
                     let first_of_block = first / QUADS_PER_BATCH * QUADS_PER_BATCH;
-                    let block = match crossed.take().filter(|block| block.first == first_of_block) {
+                    let block = match crossed.take().filter(|block| block.first_quad == first_of_block) {
                         Some(block) => block,
                         None => {
                             let pixels = block_on_screen([tile_x, tile_y], first_of_block);
-                            CrossedBlock { first: first_of_block, is_missed: of_draw.misses(pixels), is_covered: of_draw.covers(pixels) }
+                            CrossedBlock {
+                                first_quad: first_of_block,
+                                extent_misses: draw_extent.misses(pixels),
+                                extent_covers: draw_extent.covers(pixels),
+                            }
                         }
                     };
                     let block = crossed.insert(block);
-                    if block.is_missed {
+                    if block.extent_misses {
                         return;
                     }
-                    extent = extent.filter(|_| !block.is_covered);
+                    extent = extent.filter(|_| !block.extent_covers);
                 }
                 for index in first..first + count {
                     if extent.is_some_and(|extent| extent.misses(quad_on_screen([tile_x, tile_y], index))) {
                         continue;
                     }
-                    let coverage = early_depth.as_ref().map_or(coverage, |depth| self.test_quad(index, coverage, depth, plan.depth));
+                    let coverage = early_depth.as_ref().map_or(coverage, |depth| self.test_quad(index, coverage, depth, setup.depth));
                     if coverage == 0 {
                         continue;
                     }
-                    self.gather(job, Quad { index: index as u16, coverage, source_triangle: triangle.source_triangle }, run, batch);
+                    self.gather(draw, Quad { index: index as u16, coverage, source_triangle: triangle.source_triangle }, run, batch);
                 }
             });
-            let Some(extent) = job.extent.as_ref().filter(|_| edge_blocks != 0) else { continue };
-            for block in (0..TILE_BLOCKS).filter(|b| edge_blocks >> b & 1 == 1) {
+            let Some(extent) = draw.extent.as_ref().filter(|_| extent_edge_blocks != 0) else { continue };
+            for block in (0..TILE_BLOCKS).filter(|b| extent_edge_blocks >> b & 1 == 1) {
                 for index in block * QUADS_PER_BATCH..(block + 1) * QUADS_PER_BATCH {
                     if extent.misses(quad_on_screen([tile_x, tile_y], index)) {
                         continue;
                     }
                     let full = full_coverage(samples);
-                    let coverage = early_depth.as_ref().map_or(full, |depth| self.test_quad(index, full, depth, plan.depth));
+                    let coverage = early_depth.as_ref().map_or(full, |depth| self.test_quad(index, full, depth, setup.depth));
                     if coverage != 0 {
-                        self.gather(job, Quad { index: index as u16, coverage, source_triangle: triangle.source_triangle }, run, batch);
+                        self.gather(draw, Quad { index: index as u16, coverage, source_triangle: triangle.source_triangle }, run, batch);
                     }
                 }
             }
         }
-        self.flush(job, run, batch, None);
+        self.flush(draw, run, batch, None);
     }
 
     /// Adds a quad to the batch, which is shaded when it is full.
     #[inline(always)]
-    fn gather<R: Real>(&mut self, job: &DrawJob<'_, R>, quad: Quad, run: &mut dyn LaneRun<R>, batch: &mut Batch) {
+    fn gather<R: Real>(&mut self, draw: &PreparedDraw<'_, R>, quad: Quad, run: &mut dyn LaneRun<R>, batch: &mut Batch) {
         batch.quads[batch.count] = quad;
         batch.count += 1;
         if batch.count == QUADS_PER_BATCH {
-            self.flush(job, run, batch, None);
+            self.flush(draw, run, batch, None);
         }
     }
 
@@ -228,15 +236,15 @@ impl TileShader<'_> {
         let mut at_samples = [0.0; 4];
         for (value, [sx, sy]) in at_samples.iter_mut().zip(sample_positions(self.samples)) {
             // Relative to the pixel's centre, because `TilePixels` contains centres.
-            let (dx, dy) = (*sx as f64 / SUBPIXEL as f64 - 0.5, *sy as f64 / SUBPIXEL as f64 - 0.5);
+            let (dx, dy) = (*sx as f64 / STEPS_PER_PIXEL as f64 - 0.5, *sy as f64 / STEPS_PER_PIXEL as f64 - 0.5);
             *value = source_triangle.depth.at(corner[0] + dx, corner[1] + dy);
         }
         (at_samples, source_triangle.depth.dx, source_triangle.depth.dy)
     }
 
-    /// Offset of the tile's top-left corner from the origin of the planes.
+    /// Offset of the tile's top-left corner from the origin of the triangle's planes, in pixels.
     fn corner_from_origin(&self, source_triangle: &SourceTriangle) -> [f64; 2] {
-        [f64::from(self.tile[0]) - source_triangle.origin[0], f64::from(self.tile[1]) - source_triangle.origin[1]]
+        [f64::from(self.tile_corner[0]) - source_triangle.origin[0], f64::from(self.tile_corner[1]) - source_triangle.origin[1]]
     }
 
     /// Depth test of a quad; returns the coverage that passes.
@@ -258,19 +266,19 @@ impl TileShader<'_> {
     /// Shades one block of a full-screen draw, which reads `texture` in place of the bound textures.
     pub(crate) fn shade_block_with_texture<R: Real>(
         &mut self,
-        job: &DrawJob<'_, R>,
+        draw: &PreparedDraw<'_, R>,
         block: usize,
         texture: &dyn TextureUnit<R>,
         run: &mut dyn LaneRun<R>,
         batch: &mut Batch,
     ) {
-        self.shade_block(job, block * BLOCK_QUADS as usize, 0, &mut RunWithTexture { run, texture }, batch);
+        self.shade_block(draw, block * BLOCK_QUADS as usize, 0, &mut RunWithTexture { run, texture }, batch);
     }
 
     /// Shades a fully covered block; the batch is empty before and after.
     fn shade_block<R: Real>(
         &mut self,
-        job: &DrawJob<'_, R>,
+        draw: &PreparedDraw<'_, R>,
         first: usize,
         source_triangle: u32,
         run: &mut dyn LaneRun<R>,
@@ -281,17 +289,17 @@ impl TileShader<'_> {
             *quad = Quad { index: (first + k) as u16, coverage, source_triangle };
         }
         batch.count = QUADS_PER_BATCH;
-        self.flush(job, run, batch, Some(first));
+        self.flush(draw, run, batch, Some(first));
     }
 
-    /// Shades, depth-tests and blends the collected quads. `block`: index of the first quad, if they are the quads of one fully covered block.
-    fn flush<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, batch: &mut Batch, block: Option<usize>) {
+    /// Shades, depth-tests and blends the collected quads. `first_of_block`: if they are the quads of one fully covered block, the index of the first of them.
+    fn flush<R: Real>(&mut self, draw: &PreparedDraw<'_, R>, run: &mut dyn LaneRun<R>, batch: &mut Batch, first_of_block: Option<usize>) {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
             // SAFETY: AVX2 was detected.
-            return unsafe { self.flush_avx2(job, run, batch, block) };
+            return unsafe { self.flush_avx2(draw, run, batch, first_of_block) };
         }
-        self.flush_generic(job, run, batch, block);
+        self.flush_generic(draw, run, batch, first_of_block);
     }
 
     /// [`TileShader::flush_generic`] compiled for AVX2: wider vectors, the same rounding.
@@ -299,12 +307,24 @@ impl TileShader<'_> {
     /// The machine has AVX2.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    unsafe fn flush_avx2<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, batch: &mut Batch, block: Option<usize>) {
-        self.flush_generic(job, run, batch, block);
+    unsafe fn flush_avx2<R: Real>(
+        &mut self,
+        draw: &PreparedDraw<'_, R>,
+        run: &mut dyn LaneRun<R>,
+        batch: &mut Batch,
+        first_of_block: Option<usize>,
+    ) {
+        self.flush_generic(draw, run, batch, first_of_block);
     }
 
     #[inline(always)]
-    fn flush_generic<R: Real>(&mut self, job: &DrawJob<'_, R>, run: &mut dyn LaneRun<R>, batch: &mut Batch, block: Option<usize>) {
+    fn flush_generic<R: Real>(
+        &mut self,
+        draw: &PreparedDraw<'_, R>,
+        run: &mut dyn LaneRun<R>,
+        batch: &mut Batch,
+        first_of_block: Option<usize>,
+    ) {
         let count = std::mem::take(&mut batch.count);
         if count == 0 {
             return;
@@ -315,16 +335,16 @@ impl TileShader<'_> {
         let quads = &batch.quads;
         // Uncovered pixels of a quad run as helper lanes for derivatives.
         let active = LaneMask::MAX >> (LANES - 4 * count);
-        match block {
-            // The centres of a block's pixels relative to its corner are the same for all blocks. The first block's corner is that of the tile.
-            Some(_) => lane_inputs::fill_block(job, run, quads[0], [&self.pixels.x, &self.pixels.y], self.tile),
-            None => lane_inputs::fill_quads(job, run, quads, self.pixels, self.tile),
+        match first_of_block {
+            // Relative to the block's corner, the pixel centres are the same for all blocks, and `pixels` begins with those of the first block.
+            Some(_) => lane_inputs::fill_block(draw, run, quads[0], [&self.pixels.x, &self.pixels.y], self.tile_corner),
+            None => lane_inputs::fill_quads(draw, run, quads, self.pixels, self.tile_corner),
         }
         let remaining = run.run(active);
-        let plan = &job.fragment_plan;
+        let setup = &draw.fragment_setup;
         // No closures: they would be compiled without this function's instruction set, and called.
         let mut outputs = [None; 4];
-        for (lanes, output) in outputs.iter_mut().zip(plan.colour_outputs) {
+        for (lanes, output) in outputs.iter_mut().zip(setup.colour_outputs) {
             if let Some(output) = output {
                 *lanes = Some(run.output(output));
             }
@@ -341,42 +361,43 @@ impl TileShader<'_> {
             }
         }
         // Quads that change nothing need no depth test either. They are common: most quads of a sprite have no light.
-        if block.is_none() && job.ignores_zero_pixels() {
+        if first_of_block.is_none() && draw.may_drop_zero_fragments() {
             drop_zero_quads(&mut batch.quads[..count], colour);
         }
-        let mut fully_drawn_block = block.filter(|_| plan.early_depth_test);
-        if !plan.early_depth_test {
+        // The first quad of the block, if every sample of it is drawn.
+        let mut fully_drawn_block = first_of_block.filter(|_| setup.early_depth_test);
+        if !setup.early_depth_test {
             if remaining == 0 {
                 return;
             }
-            let written_depth = plan.depth_output.map(|o| run.output(o));
+            let written_depth = setup.depth_output.map(|o| run.output(o));
             // No closure: it would be compiled without this function's instruction set.
-            fully_drawn_block = match block {
-                Some(first) if remaining == LaneMask::MAX && self.test_block_depth(plan, written_depth, first) => Some(first),
+            fully_drawn_block = match first_of_block {
+                Some(first) if remaining == LaneMask::MAX && self.test_block_depth(setup, written_depth, first) => Some(first),
                 _ => None,
             };
             if fully_drawn_block.is_none() {
-                self.late_depth_test(job, written_depth, remaining, &mut batch.quads[..count]);
+                self.late_depth_test(draw, written_depth, remaining, &mut batch.quads[..count]);
             }
         }
-        if let Some(instructions_per_read) = job.instructions_per_read {
+        if let Some(instructions_per_read) = draw.instructions_per_read {
             let counts = run.counts();
             let reads = f64::from(counts.texture_reads) * instructions_per_read;
             let cost = [counts.instructions as f32, reads as f32, 0.0, 0.0].map(|v| [v; LANES]);
-            self.store(job, &batch.quads[..count], cost.each_ref().map(|v| v.as_slice()));
+            self.store(draw, &batch.quads[..count], cost.each_ref().map(|v| v.as_slice()));
             return;
         }
         match fully_drawn_block {
-            Some(first) => self.target.store_lanes(first * 4, job.blend, colour),
-            None => self.store(job, &batch.quads[..count], colour),
+            Some(first) => self.target.store_lanes(first * 4, draw.blend, colour),
+            None => self.store(draw, &batch.quads[..count], colour),
         }
     }
 
     /// Depth test of a complete block with the depth that the program wrote. If every sample passes, stores the depth (if the draw writes depth) and returns
-    /// true. Otherwise, or if the program writes no depth, changes nothing and returns false. If the draw does not use depth, all samples pass.
+    /// true. Otherwise, or if the program writes no depth, changes nothing and returns false. If the draw neither tests nor writes depth, returns true.
     #[inline(always)]
-    fn test_block_depth<R: Real>(&mut self, plan: &FragmentPlan, depth: Option<&[R; LANES]>, first: usize) -> bool {
-        if !plan.uses_depth() {
+    fn test_block_depth<R: Real>(&mut self, setup: &FragmentSetup, depth: Option<&[R; LANES]>, first: usize) -> bool {
+        if !setup.uses_depth() {
             return true;
         }
         let Some(values) = depth else { return false };
@@ -385,13 +406,19 @@ impl TileShader<'_> {
             Some(values) => new.iter_mut().zip(values).for_each(|(new, value)| *new = value.clamp(0.0, 1.0)),
             None => new.iter_mut().zip(values).for_each(|(new, value)| *new = (value.f64() as f32).clamp(0.0, 1.0)),
         }
-        self.target.depth.test_all(first * 4, &new, plan.depth.test, plan.depth.write)
+        self.target.depth.test_all(first * 4, &new, setup.depth.test, setup.depth.write)
     }
 
     /// Late depth test: removes discarded lanes from the coverage and depth-tests the others.
-    fn late_depth_test<R: Real>(&mut self, job: &DrawJob<'_, R>, depth: Option<&[R; LANES]>, remaining: LaneMask, quads: &mut [Quad]) {
-        let state = job.fragment_plan.depth;
-        let uses_depth = job.fragment_plan.uses_depth();
+    fn late_depth_test<R: Real>(
+        &mut self,
+        draw: &PreparedDraw<'_, R>,
+        depth: Option<&[R; LANES]>,
+        remaining: LaneMask,
+        quads: &mut [Quad],
+    ) {
+        let state = draw.fragment_setup.depth;
+        let uses_depth = draw.fragment_setup.uses_depth();
         let full = full_coverage(self.samples);
         for (q, quad) in quads.iter_mut().enumerate() {
             quad.coverage &= COVERAGE_OF_LANES[(remaining >> (q * 4)) as usize & 0xf];
@@ -408,7 +435,7 @@ impl TileShader<'_> {
                     quad.coverage = self.target.depth.test_quad(usize::from(quad.index) * 4, quad.coverage, &new, state.test, state.write);
                 }
                 None => {
-                    let source_triangle = &job.geometry.source_triangles[quad.source_triangle as usize];
+                    let source_triangle = &draw.geometry.source_triangles[quad.source_triangle as usize];
                     let depth_plane = self.depth_at_samples(source_triangle);
                     quad.coverage = self.test_quad(quad.index.into(), quad.coverage, &depth_plane, state);
                 }
@@ -418,8 +445,8 @@ impl TileShader<'_> {
 
     /// Blends the covered samples of the quads into the target.
     #[inline(always)]
-    fn store<R: Real>(&mut self, job: &DrawJob<'_, R>, quads: &[Quad], colour: [&[f32]; 4]) {
-        let blend = job.blend;
+    fn store<R: Real>(&mut self, draw: &PreparedDraw<'_, R>, quads: &[Quad], colour: [&[f32]; 4]) {
+        let blend = draw.blend;
         let full = full_coverage(self.samples);
         let mut start = 0;
         while start < quads.len() {

@@ -1,6 +1,6 @@
 //! The interface between the rasteriser and a shader stage: lanes in, lanes out.
 //!
-//! The rasteriser does not depend on the tape, the compiled form of a shader. A [`LaneProgram`] is one entry point bound to one draw's uniforms and
+//! The rasteriser does not depend on the tape, the compiled form of a shader stage. A [`LaneProgram`] is one entry point bound to one draw's uniforms and
 //! textures; each thread creates its own [`LaneRun`], fills the inputs of a batch, runs it and reads the outputs. `tape_stage` runs lowered programs; tests
 //! supply hand-written stages, so that they check coverage, interpolation and blending without a shader compiler.
 
@@ -30,12 +30,12 @@ pub trait LaneProgram<R: Real>: Sync {
     fn tone_map(&self) -> Option<ToneMapUniforms> {
         None
     }
-    /// The marked texels between which the draw discards pixels (see `texel_marks`), if there are any.
+    /// The marks by which the program discards pixels: those whose four nearest texels are all marked (see `texel_marks`).
     fn marks(&self) -> Option<&TexelMarks> {
         None
     }
     /// Creates the working state of one thread.
-    fn start(&self) -> Box<dyn LaneRun<R> + Send + '_>;
+    fn new_run(&self) -> Box<dyn LaneRun<R> + Send + '_>;
 }
 
 /// The working state of one thread in one program.

@@ -3,7 +3,7 @@
 //! In: a program, a draw's uniform bytes and textures. Out: a [`LaneProgram`]. Always: after a batch was stopped at the loop limit, no further batch
 //! runs. Not here: how a tape is executed (`exec`).
 
-use super::exec::{BoundProgram, ExecutionCounts, Executor, LaneMask, PreparedDraw, TextureUnit};
+use super::exec::{BoundProgram, DrawTapeValues, ExecutionCounts, Executor, LaneMask, TextureUnit};
 use super::kernels::KernelClass;
 use super::math::Real;
 use super::program::{LaneInput, LaneOutput, Program};
@@ -17,10 +17,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// An entry point of a lowered module, bound to a draw.
 pub(crate) struct TapeStage<'a, R: Real> {
     program: &'a Program,
-    prepared: PreparedDraw<R>,
+    /// The program's uniforms, and the values that it computes from them once per draw.
+    draw_values: DrawTapeValues<R>,
     textures: Box<dyn TextureUnit<R> + Sync + 'a>,
     bound: Arc<BoundProgram<R>>,
-    /// If set, native code with these uniforms runs in place of the program.
+    /// If set, the native tone map with these uniforms runs in place of the program.
     tone_map: Option<ToneMapUniforms>,
     /// As [`LaneProgram::marks`].
     marks: Option<TexelMarks>,
@@ -37,16 +38,16 @@ impl<'a, R: Real> TapeStage<'a, R> {
         textures: Box<dyn TextureUnit<R> + Sync + 'a>,
         class: KernelClass,
     ) -> Self {
-        let (prepared, hit_loop_limit) = (program.prepare_for(uniform_bytes, class), AtomicBool::new(false));
-        Self { program, prepared, textures, bound, tone_map: None, marks: None, hit_loop_limit }
+        let (draw_values, hit_loop_limit) = (program.prepare_for(uniform_bytes, class), AtomicBool::new(false));
+        Self { program, draw_values, textures, bound, tone_map: None, marks: None, hit_loop_limit }
     }
 
-    /// Runs the tone map in place of the program, if the lanes are f32.
+    /// Replaces the program by the native tone map with these uniforms, if they are given and the lanes are f32.
     pub(crate) fn with_tone_map(self, tone_map: Option<ToneMapUniforms>) -> Self {
         Self { tone_map: tone_map.filter(|_| R::as_f32(&[]).is_some()), ..self }
     }
 
-    /// Sets the marked texels between which the draw discards pixels.
+    /// Sets the marks by which the program discards pixels.
     pub(crate) fn with_marks(self, marks: Option<TexelMarks>) -> Self {
         Self { marks, ..self }
     }
@@ -80,7 +81,7 @@ impl<R: Real> LaneProgram<R> for TapeStage<'_, R> {
     fn marks(&self) -> Option<&TexelMarks> {
         self.marks.as_ref()
     }
-    fn start(&self) -> Box<dyn LaneRun<R> + Send + '_> {
+    fn new_run(&self) -> Box<dyn LaneRun<R> + Send + '_> {
         let native = self.tone_map.and_then(|t| ToneMapRun::new(t, &self.program.inputs, &self.program.outputs, self.textures.as_ref()));
         if let Some(run) = native {
             return Box::new(run);
@@ -106,7 +107,7 @@ impl<R: Real> LaneRun<R> for TapeRun<'_, R> {
         if self.stage.hit_loop_limit() {
             return 0;
         }
-        let remaining = self.executor.run(&self.stage.prepared, active, textures);
+        let remaining = self.executor.run(&self.stage.draw_values, active, textures);
         if self.executor.hit_loop_limit() {
             self.stage.hit_loop_limit.store(true, Ordering::Relaxed);
         }

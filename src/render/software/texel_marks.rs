@@ -1,4 +1,5 @@
-//! Which pixels a draw discards because of marks in an image: those whose four nearest texels are all marked ([`MarkedImage`]).
+//! Which pixels a draw discards because of marks in an image: those whose four nearest texels are all marked ([`MarkedImage`]). For example, the draw of
+//! clouds discards the pixels whose clouds the ground's draw has already shaded.
 //!
 //! In: the image that an earlier pass drew, and where its texels lie on the screen. Out: whether a rectangle of pixels is discarded completely (the draw
 //! "misses" it), kept completely (the draw "covers" it), or neither; these are the terms of [`Extent`](crate::render::plan::Extent). Always: the answers agree
@@ -20,7 +21,7 @@ pub struct TexelMarks {
 }
 
 impl TexelMarks {
-    /// `None` if the image has no floats, or too many texels for memory: then the module discards its pixels one by one.
+    /// `None` if the image's format is not f32, or if memory is insufficient: then the module discards its pixels one by one.
     pub(super) fn new(image: MarkedImage, texels: &Texels<'_>) -> Option<Self> {
         let level = texels.levels.first().filter(|_| texels.format == TexelFormat::Rgba32Float)?.read();
         let count = level.width * level.height;
@@ -32,7 +33,7 @@ impl TexelMarks {
         Some(Self { image, size: [level.width, level.height], is_marked })
     }
 
-    /// Whether every pixel of a rectangle is discarded. `pixels`: left, top, right and bottom edge (exclusive).
+    /// Whether every pixel of a rectangle is discarded. `pixels`: left, top, right and bottom edge (the last two exclusive).
     pub(super) fn misses(&self, pixels: [u32; 4]) -> bool {
         self.rows(pixels).is_some_and(|mut rows| rows.all(|row| row.iter().all(|is_marked| *is_marked)))
     }

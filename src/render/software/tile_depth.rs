@@ -1,7 +1,7 @@
 //! The depth of a tile's samples, and the depth test.
 //!
-//! In: a pixel's or a block's new depth. Out: the samples that pass. Always: depth is reversed, so that a greater value is nearer; a NaN is never stored.
-//! Not here: colour (tiles).
+//! In: the new depth of a pixel, a quad or a block. Out: the samples that pass. Always: depth is reversed, so that a greater value is nearer; a NaN is never
+//! stored. Not here: colour (`tiles`).
 
 use super::raster::coverage::{BLOCK_PIXELS, TILE_PIXELS};
 
@@ -14,8 +14,8 @@ pub(super) fn has_bit(mask: impl Into<u32>, k: usize) -> bool {
 /// Reversed depth of a tile's samples, pixels in lane order.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TileDepth {
-    /// Four samples per pixel. A target with one sample per pixel uses the first; only [`Self::test_all`] then also writes and tests the other three. Their
-    /// values can at worst make that test fail, and the caller then tests the covered samples alone.
+    /// Four samples per pixel. With one sample per pixel, only the first is meaningful. [`Self::test_all`] nevertheless tests and writes all four: the other
+    /// three can at worst make that test fail, and the caller then tests the covered samples alone.
     samples: Vec<[f32; 4]>,
     /// Bit `k`: the stored depth of block `k` is valid. The stored depth of the other blocks is stale; their pixels are infinitely far.
     valid_blocks: u32,

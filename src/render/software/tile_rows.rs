@@ -1,7 +1,7 @@
 //! Writes a resolved tile into the rows of an image, block by block, because a converted block stays in the L1 cache.
 //!
-//! In: a tile, and the part of each of its rows that lies inside the image. Out: every pixel of these rows. Always: a block that was not drawn has one
-//! colour, which is converted once.
+//! In: a tile, and the part of each of its rows that lies inside the image. Out: these rows, with every pixel written. Always: a block that was not drawn
+//! has one colour, which is converted once.
 
 use super::raster::coverage::{self, BLOCK_PIXELS, TILE_BLOCKS, block_position};
 use super::tiles::TileTarget;
@@ -14,8 +14,8 @@ const BLOCK_HEIGHT: usize = coverage::BLOCK_HEIGHT as usize;
 /// `rows[y]` is the part of the tile's row `y` that lies inside the image.
 pub(super) type TileRows<'a, 'b, T> = &'a mut [&'b mut [MaybeUninit<T>]];
 
-/// Converts values 0..=1 to bytes, rounding to nearest, ties to even; NaN becomes 0. Avoids saturating conversions, which would keep loops from being
-/// vectorised.
+/// Converts values of 0 to 1 to bytes, rounding to nearest, ties to even; values out of range are clamped, and NaN becomes 0. Avoids `as u8`, whose
+/// saturation would keep loops from being vectorised.
 #[inline(always)]
 pub(crate) fn unorm8(colour: [f32; 4]) -> [u8; 4] {
     let byte = |v: f32| {
@@ -153,7 +153,7 @@ impl TileTarget {
         self.write(rows, |colour| colour);
     }
 
-    /// [`TileTarget::write_linear`] with AVX2: transposes channels into pixels in registers; compiled from `write`, each pixel is copied to the stack and back.
+    /// [`TileTarget::write_linear`] with AVX2: transposes channels into pixels in registers. In `write`, the compiler copies each pixel to the stack and back.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
     fn write_linear_avx2(&self, rows: TileRows<'_, '_, [f32; 4]>) {
@@ -192,6 +192,7 @@ impl TileTarget {
         self.tone_map_generic(rows, tone_map, clear_bytes);
     }
 
+    /// [`TileTarget::write_tone_mapped`] with AVX2.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
     fn tone_map_avx2(&self, rows: TileRows<'_, '_, [u8; 4]>, tone_map: &ToneMapUniforms, clear_bytes: [u8; 4]) {
@@ -204,6 +205,7 @@ impl TileTarget {
         }
     }
 
+    /// [`TileTarget::write_tone_mapped`] without special instructions.
     fn tone_map_generic(&self, rows: TileRows<'_, '_, [u8; 4]>, tone_map: &ToneMapUniforms, clear_bytes: [u8; 4]) {
         let mut words = BlockRows::default();
         for block in 0..TILE_BLOCKS {
@@ -214,7 +216,7 @@ impl TileTarget {
         }
     }
 
-    /// Red, green and blue of a block that was drawn. Any other block is filled, if it is inside the image, and gives `None`.
+    /// Red, green and blue of a block that was written. Any other block is filled with `clear_bytes`, if it is inside the image, and gives `None`.
     #[inline(always)]
     fn written_light(&self, block: usize, rows: TileRows<'_, '_, [u8; 4]>, clear_bytes: [u8; 4]) -> Option<[&[f32; BLOCK_PIXELS]; 3]> {
         let corner = block_position(block).map(|v| v as usize);

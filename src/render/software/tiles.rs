@@ -1,4 +1,6 @@
-//! The samples of one tile while it is drawn: colour, blending, resolve; depth is in `tile_depth`.
+//! The colours of one tile's samples while it is drawn: blending and resolve.
+//!
+//! In: the colours and coverage of the fragments. Out: the resolved colour of each pixel. Not here: depth (`tile_depth`), and the image (`tile_rows`).
 //!
 //! A tile is drawn completely before the next one is started, so multisampled data exists for one tile per thread only. A pixel whose samples
 //! are all equal is stored once; the first edge through the pixel splits it into four samples. Colour is f32, as in the target, even if lanes are
@@ -22,6 +24,7 @@ const UNSPLIT: u16 = u16::MAX;
 /// The samples of a tile, with pixels in lane order (see [`super::raster::coverage`]).
 #[derive(Clone, Debug)]
 pub(crate) struct TileTarget {
+    /// Samples per pixel: 1 or 4.
     samples: u8,
     /// Colour of unsplit pixels, one array per component.
     colour: [Vec<f32>; 4],
@@ -31,9 +34,9 @@ pub(crate) struct TileTarget {
     split_colour: Vec<[[f32; 4]; 4]>,
     /// The pixels of `split_colour`.
     split_pixels: Vec<u16>,
-    /// Clear colour.
+    /// Colour of the pixels on which nothing was drawn.
     clear_colour: [f32; 4],
-    /// Bit `k`: block `k` was written since the last clear. The stored colours of the other blocks are stale; their pixels have `clear_colour`.
+    /// Bit `k`: block `k` was written since the last clear. The stored colours of the other blocks are stale; their pixels count as `clear_colour`.
     written_blocks: u32,
     /// Bit `k`: block `k` is grey, with equal red, green and blue. Only its red is valid, and stands for all three; its stored green and blue are stale.
     grey_blocks: u32,
@@ -58,6 +61,7 @@ impl TileTarget {
 
     /// Starts a new tile. `depth`: whether the tile tests or writes depth; if so, depth is cleared to infinitely far.
     pub(crate) fn clear(&mut self, colour: [f32; 4], depth: bool) {
+        // Removes the split pixels of the previous tile.
         self.resolve();
         self.clear_colour = colour;
         (self.written_blocks, self.grey_blocks) = (0, 0);
@@ -85,14 +89,14 @@ impl TileTarget {
         }
     }
 
-    /// Fills all blocks that have not been written with the clear colour. Called before the complete tile is read.
+    /// Makes all blocks valid: unwritten ones get the clear colour. Called before the complete tile is read.
     pub(crate) fn fill_unwritten(&mut self) {
         for block in 0..TILE_BLOCKS {
             self.prepare_block(block);
         }
     }
 
-    /// Blends `source` into the samples of `covered`.
+    /// Blends `source` into the samples of a pixel whose bits are set in `covered`.
     #[inline(always)]
     pub(crate) fn store(&mut self, pixel: usize, covered: u16, blend: Blend, source: [f32; 4]) {
         // Blending zeros changes nothing, and must not split a pixel. This is common at the edge of a sprite.
@@ -123,8 +127,8 @@ impl TileTarget {
         }
     }
 
-    /// Blends into all samples of the split pixels in `range`. The caller then blends all its pixels as if none were split: what is stored in a split
-    /// pixel's place is replaced when it is resolved. `source`: the colour for the pixel at an index in `range`.
+    /// Blends into all samples of the split pixels in `range`. The caller then blends all pixels of `range` as if none were split: the value that it stores
+    /// for a split pixel is overwritten by the resolve. `source`: the colour for the pixel at an index in `range`.
     #[inline(always)]
     fn blend_split_pixels(&mut self, range: Range<usize>, blend: Blend, source: impl Fn(usize) -> [f32; 4]) {
         if self.split_pixels.is_empty() {
@@ -142,7 +146,7 @@ impl TileTarget {
         }
     }
 
-    /// Blends fully covered pixels from `pixel` on.
+    /// Blends consecutive, fully covered pixels, of which `pixel` is the first.
     #[inline(always)]
     pub(crate) fn store_lanes(&mut self, pixel: usize, blend: Blend, source: [&[f32]; 4]) {
         let range = pixel..pixel + source[0].len();

@@ -1,4 +1,4 @@
-//! Times and triangle counts of a frame: plain data for `--time-report` and the benches.
+//! Times and triangle counts of a frame: plain data, which `--time-report` prints and the benches read.
 
 /// Times and triangle counts of one pass.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
@@ -11,7 +11,7 @@ pub struct PassTimings {
     pub culled: usize,
     /// Submitted triangles that were clipped by the near plane or the guard band, and are still visible.
     pub clipped: usize,
-    /// Raster triangles after clipping and culling.
+    /// Triangles to be rasterised, after clipping (which may split one into several) and culling.
     pub triangles: usize,
     /// Wall time of the vertex programs.
     pub vertex_ms: f64,
@@ -30,7 +30,7 @@ pub struct PassTimings {
 /// Times of one frame.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Timings {
-    /// Reading the modules' tapes, and binding uniforms and textures.
+    /// Decoding the modules' tapes, and binding uniforms and textures.
     pub prepare_ms: f64,
     pub passes: Vec<PassTimings>,
     /// Wall time from the call to the finished frame.

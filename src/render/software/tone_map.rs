@@ -1,8 +1,8 @@
 //! The shipped tone map (shaders/entry/tone_map.wesl) as one native function over the pixels of a block, which replaces its tape (list of instructions).
 //!
-//! In: linear light. Out: display bytes. Always: the sRGB curve rounds to the level that is nearest to its exact value, by a table of its 255
-//! thresholds. The tape has an error of up to a thousandth of a level, so that both may differ by one level where a value is that close to the middle
-//! between two levels. All kernel classes give the same bytes. Not here: a tone map that was edited, or f64, which the tape executes.
+//! In: linear light. Out: display bytes. Always: a byte is the level (0 to 255) nearest to the exact value of the sRGB curve, by a table of the curve's
+//! 255 thresholds. The tape has an error of up to a thousandth of a level, so that the two may differ by one level where a value is that close to a
+//! threshold. All kernel classes give the same bytes. Not here: a tone map that was edited, or f64, which the tape executes.
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
@@ -16,21 +16,21 @@ use std::sync::LazyLock;
 const BLOCK_WIDTH: usize = coverage::BLOCK_WIDTH as usize;
 const BLOCK_HEIGHT: usize = coverage::BLOCK_HEIGHT as usize;
 const MODULE: &str = "tone_map";
-/// SHA-256 of the emitted WGSL whose formula [`ToneMapUniforms::compress`] repeats. If the WGSL has another digest, its tape is executed instead.
+/// SHA-256 of the emitted WGSL whose formula [`ToneMapUniforms::compress`] computes. If the WGSL has another digest, its tape is executed instead.
 /// After a change of its fragments (WESL source files), adapt `compress` and record the new digest here.
-const REPEATED_WGSL_SHA256: &str = "9fee924628a7509ea6951054ece6b59f661f8d3e4c33a68cac1b0dc0e2b0884c";
+const COMPRESS_WGSL_SHA256: &str = "9fee924628a7509ea6951054ece6b59f661f8d3e4c33a68cac1b0dc0e2b0884c";
 
 /// Offsets of the shipped tone map's uniforms, in bytes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ToneMapFields {
+pub(super) struct ToneMapOffsets {
     exposure: usize,
     linear_limit: usize,
 }
 
-impl ToneMapFields {
-    /// `None` if the module is not the tone map whose formula [`ToneMapUniforms::compress`] repeats.
+impl ToneMapOffsets {
+    /// `None` if the module is not the tone map whose formula [`ToneMapUniforms::compress`] computes.
     pub(super) fn of(module: &ShaderModule) -> Option<Self> {
-        if module.id != ModuleId::Simple(MODULE) || sha256(&module.wgsl) != REPEATED_WGSL_SHA256 {
+        if module.id != ModuleId::Simple(MODULE) || sha256(&module.wgsl) != COMPRESS_WGSL_SHA256 {
             return None;
         }
         let offset = |name| module.layout.field(name).map(|field| field.offset as usize);
@@ -54,20 +54,22 @@ pub struct ToneMapUniforms {
     linear_limit: f32,
 }
 
-/// Bits of the table's first value, 2^-13, which is shown as level 0, and of its last, the largest value below 1.
-const FIRST: u32 = (127 - 13) << 23;
-const LAST: u32 = 0x3f7f_ffff;
-/// A cell is a range of values with equal high bits. A factor of two is divided into 128 cells, so that a cell spans at most 1/128 of its values. The curve's slope
-/// is at most 113 levels per unit of the natural logarithm, so that it rises by less than a level in a cell: a cell has at most one threshold.
+/// Bits of the least linear value in the table, 2^-13, which is shown as level 0, and of the greatest, the largest f32 below 1.
+const FIRST_BITS: u32 = (127 - 13) << 23;
+const LAST_BITS: u32 = 0x3f7f_ffff;
+/// A cell is a range of values with equal high bits. A factor of two is divided into 128 cells, so that a cell spans at most 1/128 of its values. The
+/// curve's slope is at most 255 * 1.055 / 2.4 = 112.1 levels per unit of the natural logarithm, so that it rises by less than a level in a cell: a cell
+/// has at most one threshold.
 const CELL_BITS: u32 = 16;
-const CELLS: usize = ((LAST - FIRST) >> CELL_BITS) as usize + 1;
+const CELLS: usize = ((LAST_BITS - FIRST_BITS) >> CELL_BITS) as usize + 1;
 
 /// One entry per cell. The sum of the entry and the low bits of a value has the value's level in its high bits.
 static LEVELS: LazyLock<Box<[u32; CELLS]>> = LazyLock::new(|| {
     let mut levels = Box::new([0; CELLS]);
-    let mut threshold_bits = [LAST + 1; 256];
-    for (level, bits) in threshold_bits.iter_mut().enumerate().skip(1).map(|(k, bits)| (k as f64 - 0.5, bits)) {
-        let encoded = level / 255.0;
+    let mut threshold_bits = [LAST_BITS + 1; 256];
+    for (level, bits) in threshold_bits.iter_mut().enumerate().skip(1) {
+        // The middle between this level and the one below.
+        let encoded = (level as f64 - 0.5) / 255.0;
         let linear = if encoded <= 12.92 * 0.003_130_8 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) };
         // The smallest f32 that is not below `linear`.
         let nearest = linear as f32;
@@ -75,7 +77,7 @@ static LEVELS: LazyLock<Box<[u32; CELLS]>> = LazyLock::new(|| {
     }
     let mut level = 0;
     for (cell, entry) in levels.iter_mut().enumerate() {
-        let start = FIRST + ((cell as u32) << CELL_BITS);
+        let start = FIRST_BITS + ((cell as u32) << CELL_BITS);
         let is_reached = |level: usize, bits: u32| threshold_bits.get(level + 1).is_some_and(|threshold| *threshold <= bits);
         level += usize::from(is_reached(level, start));
         *entry = (level as u32) << CELL_BITS;
@@ -91,8 +93,8 @@ static LEVELS: LazyLock<Box<[u32; CELLS]>> = LazyLock::new(|| {
 #[inline(always)]
 fn cell_of(linear: f32) -> (u32, u32) {
     // Such values are ordered like their bits.
-    let bits = linear.to_bits().clamp(FIRST, LAST);
-    ((bits - FIRST) >> CELL_BITS, bits & ((1 << CELL_BITS) - 1))
+    let bits = linear.to_bits().clamp(FIRST_BITS, LAST_BITS);
+    ((bits - FIRST_BITS) >> CELL_BITS, bits & ((1 << CELL_BITS) - 1))
 }
 
 /// Opaque RGBA from each channel's sum of table entry and low bits.
@@ -101,7 +103,7 @@ fn packed([r, g, b]: [u32; 3]) -> u32 {
     r >> CELL_BITS | (g >> CELL_BITS) << 8 | (b >> CELL_BITS) << 16 | 0xff00_0000
 }
 
-/// Encodes linear values, none of which is negative or NaN.
+/// Encodes linear values, none of which is negative or NaN, as opaque RGBA.
 #[inline(always)]
 fn encode_generic(linear: [&[f32; LANES]; 3], out: &mut [u32; LANES]) {
     let levels = &**LEVELS;
@@ -117,7 +119,7 @@ fn encode_generic(linear: [&[f32; LANES]; 3], out: &mut [u32; LANES]) {
 /// Encoding with gather instructions, which gives the same bytes.
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
-    use super::{BLOCK_WIDTH, BlockRows, CELL_BITS, CELLS, FIRST, LANES, LAST, LEVELS};
+    use super::{BLOCK_WIDTH, BlockRows, CELL_BITS, CELLS, FIRST_BITS, LANES, LAST_BITS, LEVELS};
     use std::arch::x86_64::{
         __m256, __m256i, _mm256_add_epi32, _mm256_and_si256, _mm256_castps_si256, _mm256_castsi256_ps, _mm256_i32gather_epi32,
         _mm256_max_ps, _mm256_min_ps, _mm256_mul_ps, _mm256_mullo_epi32, _mm256_or_si256, _mm256_permute4x64_epi64, _mm256_set1_epi32,
@@ -125,7 +127,7 @@ mod avx2 {
     };
     use std::mem::transmute;
 
-    /// The levels of eight values times `factor`, each in the high bits of its word. NaN is shown as 0.
+    /// The levels of eight values times `factor`, each in the high bits of its word. NaN gives level 0.
     #[inline]
     #[target_feature(enable = "avx2")]
     fn levels(table: &[u32; CELLS], factor: f32, values: &[f32; 8]) -> __m256i {
@@ -133,12 +135,12 @@ mod avx2 {
         // SAFETY: eight words in either form.
         let values = _mm256_mul_ps(unsafe { transmute::<[f32; 8], __m256>(*values) }, _mm256_set1_ps(factor));
         // If one operand is NaN, the maximum is the second operand.
-        let at_least_first = _mm256_max_ps(values, _mm256_castsi256_ps(word(FIRST)));
-        let bits = _mm256_castps_si256(_mm256_min_ps(at_least_first, _mm256_castsi256_ps(word(LAST))));
-        // The low bits of FIRST are zero, so that it can be subtracted after the shift: here, from the address.
-        const { assert!(FIRST.trailing_zeros() >= CELL_BITS) };
-        let origin = table.as_ptr().cast::<i32>().wrapping_sub((FIRST >> CELL_BITS) as usize);
-        // SAFETY: bits are within FIRST..=LAST, so that the addresses are those of the table's entries 0..CELLS.
+        let at_least_first = _mm256_max_ps(values, _mm256_castsi256_ps(word(FIRST_BITS)));
+        let bits = _mm256_castps_si256(_mm256_min_ps(at_least_first, _mm256_castsi256_ps(word(LAST_BITS))));
+        // The low bits of FIRST_BITS are zero, so that it can be subtracted after the shift: here, from the address.
+        const { assert!(FIRST_BITS.trailing_zeros() >= CELL_BITS) };
+        let origin = table.as_ptr().cast::<i32>().wrapping_sub((FIRST_BITS >> CELL_BITS) as usize);
+        // SAFETY: bits are within FIRST_BITS..=LAST_BITS, so that the addresses are those of the table's entries 0..CELLS.
         let entries = unsafe { _mm256_i32gather_epi32::<4>(origin, _mm256_srli_epi32::<{ CELL_BITS as i32 }>(bits)) };
         _mm256_add_epi32(entries, _mm256_and_si256(bits, word((1 << CELL_BITS) - 1)))
     }
@@ -170,7 +172,7 @@ mod avx2 {
         }
     }
 
-    /// As [`encode`], by the rows of the block.
+    /// As [`encode`], but the pixels are those of a block, and the result is by rows.
     #[inline]
     #[target_feature(enable = "avx2")]
     pub(super) fn encode_rows<const GREY: bool>(linear: [&[f32; LANES]; 3], factor: f32, rows: &mut BlockRows) {
@@ -264,7 +266,8 @@ impl ToneMapUniforms {
         avx2::encode_rows::<false>(exposed.each_ref(), 1.0, rows);
     }
 
-    /// Whether the tone curve is the identity for this light. False if a value is NaN with a positive sign, whose bits are greater than those of infinity.
+    /// Whether the tone curve is the identity for this light. False if a value is NaN with a positive sign, because the bits of such a NaN are greater than
+    /// those of infinity.
     #[inline(always)]
     fn is_linear(&self, light: &[&[f32; LANES]]) -> bool {
         // Floats that are not negative are ordered like their bits as integers; those of negative floats are negative.
@@ -277,7 +280,7 @@ impl ToneMapUniforms {
         f32::from_bits(greatest.cast_unsigned()) * self.exposure <= self.linear_limit
     }
 
-    /// Light after exposure; values that are negative or NaN become 0.
+    /// Multiplies the light by the exposure; products that are negative or NaN become 0.
     #[inline(always)]
     fn expose(&self, light: [&[f32; LANES]; 3], exposed: &mut [[f32; LANES]; 3]) {
         for (exposed, light) in exposed.iter_mut().zip(light) {
@@ -303,7 +306,7 @@ impl ToneMapUniforms {
         }
     }
 
-    /// As [`ToneMapUniforms::map_generic`], by the best instructions of this machine.
+    /// As [`ToneMapUniforms::map_generic`], with AVX2 if this machine has it.
     pub(super) fn bytes(&self, light: [&[f32; LANES]; 3], out: &mut [u32; LANES]) {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
@@ -346,7 +349,7 @@ mod tests {
 
     /// The bits of the smallest value that is shown at this level or a higher one.
     fn threshold(wanted: u32) -> u32 {
-        let (mut below, mut at) = (0, LAST + 1);
+        let (mut below, mut at) = (0, LAST_BITS + 1);
         while at - below > 1 {
             let middle = below + (at - below) / 2;
             if level(f32::from_bits(middle)) < wanted { below = middle } else { at = middle }
@@ -394,11 +397,11 @@ mod tests {
         };
         let shipped = build(&crate::shader::fragments::Fragments::default());
         let digest = sha256(&shipped.wgsl);
-        assert_eq!(digest, REPEATED_WGSL_SHA256, "the tone map's WGSL was edited: adapt ToneMapUniforms::compress, then record the digest");
-        let bound = ToneMapFields::of(&shipped).and_then(|fields| fields.bind(&[2.0_f32, 0.8].map(f32::to_le_bytes).concat()));
+        assert_eq!(digest, COMPRESS_WGSL_SHA256, "the tone map's WGSL was edited: adapt ToneMapUniforms::compress, then record the digest");
+        let bound = ToneMapOffsets::of(&shipped).and_then(|fields| fields.bind(&[2.0_f32, 0.8].map(f32::to_le_bytes).concat()));
         assert!(bound.is_some_and(|t| (t.exposure, t.linear_limit) == (2.0, 0.8)));
         let text = include_str!("../../../shaders/lib/display.wesl").replace("0.04", "0.05");
         let edited = crate::shader::fragments::Fragments::with_files([("lib/display.wesl".to_owned(), text)]);
-        assert!(ToneMapFields::of(&build(&edited)).is_none());
+        assert!(ToneMapOffsets::of(&build(&edited)).is_none());
     }
 }

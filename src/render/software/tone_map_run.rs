@@ -1,8 +1,8 @@
-//! The shipped tone map as a fragment stage, in native code: for a tone-map pass that is not fused with the HDR pass before it (pass_fusion.rs), and for tiles
-//! of a fused one that other draws, such as labels, cover in part.
+//! The shipped (not edited) tone map as a fragment stage in native code: for a tone-map pass that is not fused with the HDR pass before it
+//! (pass_fusion.rs), and for tiles of a fused one that other draws, such as labels, cover in part.
 //!
-//! In: the tone map with its uniforms, the inputs and outputs of its program, the image. Out: a [`LaneRun`]. Always: the colours are the bytes of
-//! [`ToneMapUniforms::bytes`]. Not here: the mapping itself (`tone_map`).
+//! In: the tone map with its uniforms, the inputs and outputs of the program that it replaces, the HDR image. Out: a [`LaneRun`]. Always: the colours are
+//! the bytes of [`ToneMapUniforms::bytes`], divided by 255. Not here: the mapping itself (`tone_map`).
 
 use super::exec::{ExecutionCounts, LaneMask, TextureUnit};
 use super::math::Real;
@@ -32,7 +32,7 @@ impl<'a, R: Real> ToneMapRun<'a, R> {
     ) -> Option<Self> {
         // `as_f32` returns something only if R is f32.
         R::as_f32(&[])?;
-        let input = |axis: u32| inputs.iter().position(|i| matches!(*i, LaneInput::FragCoord { component } if component == axis));
+        let position_input = |axis: u32| inputs.iter().position(|i| matches!(*i, LaneInput::FragCoord { component } if component == axis));
         let component = |output: &LaneOutput| match *output {
             LaneOutput::Location { index: 0, component, .. } if component < 4 => Some(component as usize),
             _ => None,
@@ -41,7 +41,7 @@ impl<'a, R: Real> ToneMapRun<'a, R> {
             tone_map,
             textures,
             inputs: vec![[R::ZERO; LANES]; inputs.len()],
-            position_inputs: [input(0)?, input(1)?],
+            position_inputs: [position_input(0)?, position_input(1)?],
             components: outputs.iter().map(component).collect::<Option<_>>()?,
             colour: [[R::ZERO; LANES], [R::ZERO; LANES], [R::ZERO; LANES], [R::ONE; LANES]],
         })

@@ -1,7 +1,7 @@
 //! The vertex stage: runs the vertex program over batches of vertices, and sets up the triangles.
 //!
-//! In: a draw's vertices and instances and its vertex program. Out: the draw's raster triangles in order, each with its source triangle before
-//! clipping. Always: the program runs once for each vertex of each instance, however many triangles share the vertex.
+//! In: a draw's vertices, instances and vertex program. Out: the draw's raster triangles in order, each with its source triangle (the triangle before
+//! clipping). Always: the program runs once for each vertex of each instance, however many triangles share the vertex.
 
 use super::RenderError;
 use super::exec::LaneMask;
@@ -93,26 +93,25 @@ pub(crate) struct ShadedVertices {
     /// One row per vertex, as written by [`VertexStage::run`].
     values: Vec<f64>,
     row_length: usize,
-    /// Number of vertices in one instance.
-    count: usize,
+    vertices_per_instance: usize,
 }
 
 impl ShadedVertices {
-    /// Clip position and varyings of a vertex.
+    /// Clip-space position and varyings of a vertex.
     fn row(&self, instance: usize, vertex: usize) -> &[f64] {
-        &self.values[(instance * self.count + vertex) * self.row_length..][..self.row_length]
+        &self.values[(instance * self.vertices_per_instance + vertex) * self.row_length..][..self.row_length]
     }
 
-    /// Clip position of a vertex of the first instance; `None` if the index is out of range.
+    /// Clip-space position of a vertex of the first instance; `None` if the index is out of range.
     pub(crate) fn position(&self, vertex: u32) -> Option<[f64; 4]> {
-        ((vertex as usize) < self.count && !self.values.is_empty()).then(|| {
+        ((vertex as usize) < self.vertices_per_instance && !self.values.is_empty()).then(|| {
             let row = self.row(0, vertex as usize);
             [row[0], row[1], row[2], row[3]]
         })
     }
 }
 
-/// Runs the vertex program without set-up, for the clip positions of a draw's vertices.
+/// Runs the vertex program and sets up no triangles, for the clip-space positions of a draw's vertices.
 ///
 /// # Errors
 /// As [`assemble`].
@@ -124,12 +123,11 @@ pub(crate) fn clip_positions<R: Real>(draw: &PlanDraw, vertex: &dyn LaneProgram<
 struct VertexStage<'a, R: Real> {
     program: &'a dyn LaneProgram<R>,
     sources: Vec<VertexInputSource<'a>>,
-    /// The program's outputs that make up a vertex's row: clip position, then the varyings.
+    /// The program's outputs that make up a vertex's row: clip-space position, then the varyings.
     outputs: Vec<usize>,
-    /// Number of vertices in one instance.
-    count: usize,
-    /// Number of vertices in all instances.
-    total: usize,
+    vertices_per_instance: usize,
+    /// Number of vertices of all instances.
+    total_vertices: usize,
 }
 
 impl<'a, R: Real> VertexStage<'a, R> {
@@ -139,7 +137,7 @@ impl<'a, R: Real> VertexStage<'a, R> {
         let [Some(px), Some(py), Some(pz), Some(pw)] = position else {
             return Err(RenderError::NoPosition { draw: draw.label.clone() });
         };
-        let (vertex_attributes, count) = match &draw.vertices {
+        let (vertex_attributes, vertices_per_instance) = match &draw.vertices {
             Vertices::Count(n) => (&[][..], *n as usize),
             Vertices::Mesh { attributes, indices } => {
                 let count = attributes.iter().map(element_count).min().unwrap_or(0);
@@ -156,7 +154,8 @@ impl<'a, R: Real> VertexStage<'a, R> {
         }
         let sources = program.inputs().iter().map(|i| input_source(draw, vertex_attributes, i)).collect::<Result<Vec<_>, _>>()?;
         let outputs = [px, py, pz, pw].into_iter().chain(varyings.iter().map(|v| v.vertex_output)).collect();
-        Ok(Self { program, sources, outputs, count, total: count.saturating_mul(instances) })
+        let total_vertices = vertices_per_instance.saturating_mul(instances);
+        Ok(Self { program, sources, outputs, vertices_per_instance, total_vertices })
     }
 
     /// Runs the program on one batch of vertices and writes one row per vertex to `rows`. `first`: index of the first vertex among those of all instances.
@@ -165,12 +164,12 @@ impl<'a, R: Real> VertexStage<'a, R> {
         let count = rows.len() / row_length;
         // Instance and vertex of each lane; lanes past the end repeat the last vertex.
         let [mut instances, mut vertices] = [[0_u32; LANES]; 2];
-        let (mut instance, mut vertex) = (first / self.count, first % self.count);
+        let (mut instance, mut vertex) = (first / self.vertices_per_instance, first % self.vertices_per_instance);
         for (lane, (instance_of_lane, vertex_of_lane)) in instances.iter_mut().zip(&mut vertices).enumerate() {
             (*instance_of_lane, *vertex_of_lane) = (instance as u32, vertex as u32);
             if lane + 1 < count {
                 vertex += 1;
-                if vertex == self.count {
+                if vertex == self.vertices_per_instance {
                     (instance, vertex) = (instance + 1, 0);
                 }
             }
@@ -194,7 +193,8 @@ impl<'a, R: Real> VertexStage<'a, R> {
                     // The vertices of an instance are consecutive.
                     let mut from = 0;
                     while from < LANES {
-                        let to = if instances[from] == instances[LANES - 1] { LANES } else { from + self.count - vertices[from] as usize };
+                        let vertices_left = self.vertices_per_instance - vertices[from] as usize;
+                        let to = if instances[from] == instances[LANES - 1] { LANES } else { from + vertices_left };
                         let value = R::from_f32_bits(values[instances[from] as usize * stride + component].to_bits());
                         lanes[from..to].fill(value);
                         from = to;
@@ -213,12 +213,12 @@ impl<'a, R: Real> VertexStage<'a, R> {
     /// Runs the program on every vertex of every instance.
     fn run_all(&self) -> Result<ShadedVertices, RenderError> {
         let row_length = self.outputs.len();
-        let mut values = super::try_vec(self.total.saturating_mul(row_length), 0.0_f64, "the vertices")?;
+        let mut values = super::try_vec(self.total_vertices.saturating_mul(row_length), 0.0_f64, "the vertices")?;
         values
             .par_chunks_mut(LANES * row_length)
             .enumerate()
-            .for_each_init(|| self.program.start(), |run, (batch, rows)| self.run(run.as_mut(), batch * LANES, rows));
-        Ok(ShadedVertices { values, row_length, count: self.count })
+            .for_each_init(|| self.program.new_run(), |run, (batch, rows)| self.run(run.as_mut(), batch * LANES, rows));
+        Ok(ShadedVertices { values, row_length, vertices_per_instance: self.vertices_per_instance })
     }
 }
 
@@ -280,14 +280,15 @@ pub(crate) fn assemble<R: Real>(
         }
         // No vertex is shared, so the triangles of a part are set up while its vertices are in the cache.
         Vertices::Count(_) => {
-            let triangles_per_instance = stage.count / 3;
+            let triangles_per_instance = stage.vertices_per_instance / 3;
             let submitted = triangles_per_instance.saturating_mul(instances);
             let row_length = stage.outputs.len();
             let part = |(run, rows): &mut (Box<dyn LaneRun<R> + Send + '_>, Vec<f64>), range: std::ops::Range<usize>| {
                 let (start, mut geometry) = (Instant::now(), RasterGeometry::default());
                 // Vertices that do not form a complete triangle are skipped.
-                let first_vertex =
-                    |triangle: usize| triangle / triangles_per_instance * stage.count + triangle % triangles_per_instance * 3;
+                let first_vertex = |triangle: usize| {
+                    triangle / triangles_per_instance * stage.vertices_per_instance + triangle % triangles_per_instance * 3
+                };
                 let Some(last) = range.clone().last() else { return Ok((geometry, [0.0; 2])) };
                 let vertices = first_vertex(range.start)..first_vertex(last) + 3;
                 rows.clear();
@@ -305,7 +306,7 @@ pub(crate) fn assemble<R: Real>(
                 }
                 Ok((geometry, [program_seconds, start.elapsed().as_secs_f64() - program_seconds]))
             };
-            (submitted, map_parts(submitted, || (vertex.start(), Vec::new()), part)?)
+            (submitted, map_parts(submitted, || (vertex.new_run(), Vec::new()), part)?)
         }
     };
     let total_program_seconds: f64 = parts.iter().map(|(_, [program_seconds, _])| program_seconds).sum();
@@ -315,13 +316,14 @@ pub(crate) fn assemble<R: Real>(
         parts => RasterGeometry::joined(parts.iter().map(|(geometry, _)| geometry))?,
     };
     let wall = start.elapsed().as_secs_f64();
-    // If the vertex program did not run by itself, the wall time is divided in proportion to the times of the threads.
+    // If vertices and triangles were processed together, the wall time is divided in proportion to the threads' times for each.
     let proportional_seconds = if total_seconds > 0.0 { wall * total_program_seconds / total_seconds } else { 0.0 };
     let vertex_seconds = program_wall_seconds.unwrap_or(proportional_seconds);
     Ok(AssembledDraw { geometry, submitted, vertex_seconds, setup_seconds: wall - vertex_seconds })
 }
 
-/// Processes a draw's triangles in parts, in parallel, and returns the parts in drawing order. `buffers` creates the buffers of one thread.
+/// Processes a draw's triangles in parts, in parallel, and returns the parts in drawing order. `buffers` creates the buffers of one thread; `part`
+/// processes a range of triangles.
 fn map_parts<B>(
     triangles: usize,
     buffers: impl Fn() -> B + Sync + Send,

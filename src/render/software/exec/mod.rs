@@ -50,7 +50,7 @@ pub(crate) const LANE_BITS: [u32; 32] = {
 /// The values of a program for one draw: the registers after the draw tape (the instructions that run once per draw) has run, and the uniform block, which the
 /// lane tape (the instructions that run per batch) may read.
 #[derive(Clone, Debug)]
-pub struct PreparedDraw<R> {
+pub struct DrawTapeValues<R> {
     registers: Vec<R>,
     uniform_words: Vec<u32>,
 }
@@ -86,7 +86,7 @@ fn evaluate_scalar<R: Real>(instr: &Instr, has_fma: bool, words: &[u32], read: i
 impl Program {
     /// Runs the draw tape on the bytes of the uniform block (little-endian words; missing bytes read as zero). `class` determines whether a multiply-add
     /// rounds once or twice.
-    pub fn prepare_for<R: Real>(&self, uniform_bytes: &[u8], class: KernelClass) -> PreparedDraw<R> {
+    pub fn prepare_for<R: Real>(&self, uniform_bytes: &[u8], class: KernelClass) -> DrawTapeValues<R> {
         let words: Vec<u32> = uniform_bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
         let mut registers = vec![R::ZERO; self.registers as usize];
         for (r, c) in registers.iter_mut().zip(&self.constants) {
@@ -97,7 +97,7 @@ impl Program {
                 registers[r] = value;
             }
         }
-        PreparedDraw { registers, uniform_words: words }
+        DrawTapeValues { registers, uniform_words: words }
     }
 }
 
@@ -171,10 +171,10 @@ impl<R: Real> Executor<R> {
 
     /// Runs one batch and returns the active lanes that did not discard. If the program uses derivatives, `active` must contain all four lanes of
     /// every quad that has a covered lane; the uncovered lanes are helper lanes.
-    pub fn run(&mut self, prepared: &PreparedDraw<R>, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
+    pub fn run(&mut self, draw_values: &DrawTapeValues<R>, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
         self.counts = ExecutionCounts::default();
         self.hit_loop_limit = false;
-        if active == 0 || prepared.registers.len() != self.program.register_count {
+        if active == 0 || draw_values.registers.len() != self.program.register_count {
             return 0;
         }
         // The mask of active lanes is in the slot after the inputs.
@@ -189,10 +189,10 @@ impl<R: Real> Executor<R> {
                 }
             }
         }
-        for (row, values) in self.arena[self.program.first_register_row..].iter_mut().zip(prepared.registers.chunks(LANES)) {
+        for (row, values) in self.arena[self.program.first_register_row..].iter_mut().zip(draw_values.registers.chunks(LANES)) {
             row.0[..values.len()].copy_from_slice(values);
         }
-        self.hit_loop_limit = !self.run_steps(prepared, textures);
+        self.hit_loop_limit = !self.run_steps(draw_values, textures);
         if self.hit_loop_limit {
             return 0;
         }
@@ -265,10 +265,10 @@ impl<R: Real> Executor<R> {
     }
 
     /// Runs all steps; false if the batch was stopped at the loop limit.
-    fn run_steps(&mut self, prepared: &PreparedDraw<R>, textures: &dyn TextureUnit<R>) -> bool {
+    fn run_steps(&mut self, draw_values: &DrawTapeValues<R>, textures: &dyn TextureUnit<R>) -> bool {
         // Another handle to the program, because `interpret` changes `self` while it reads the program.
         let program = Arc::clone(&self.program);
-        self.interpret(&program, prepared, textures)
+        self.interpret(&program, draw_values, textures)
     }
 
     /// Not inlined, for the reason given at `run_kernels`.
@@ -322,7 +322,7 @@ impl<R: Real> Executor<R> {
     }
 
     /// The loop over the steps; false if the batch was stopped at the loop limit.
-    fn interpret(&mut self, bound: &BoundProgram<R>, prepared: &PreparedDraw<R>, textures: &dyn TextureUnit<R>) -> bool {
+    fn interpret(&mut self, bound: &BoundProgram<R>, draw_values: &DrawTapeValues<R>, textures: &dyn TextureUnit<R>) -> bool {
         let mut next_step = 0usize;
         let mut backward_jumps = 0u32;
         while let Some(step) = bound.steps.get(next_step) {
@@ -338,12 +338,12 @@ impl<R: Real> Executor<R> {
                     continue;
                 }
                 BoundStep::LoadUniforms { from, to } => {
-                    self.load_uniforms(&bound.uniform_loads[*from as usize..*to as usize], &prepared.uniform_words);
+                    self.load_uniforms(&bound.uniform_loads[*from as usize..*to as usize], &draw_values.uniform_words);
                     continue;
                 }
                 BoundStep::Gather { dst, index, elements } => {
                     let indices = self.arena[*index as usize].0;
-                    elements.gather(&prepared.uniform_words, &indices, &mut self.arena[*dst as usize].0);
+                    elements.gather(&draw_values.uniform_words, &indices, &mut self.arena[*dst as usize].0);
                     continue;
                 }
                 BoundStep::Texture(read) => {

@@ -2,8 +2,8 @@
 //!
 //! In: up to [`MAX_OPERANDS`] operands: those of the first operation, then the remaining operands of each further operation. Out: the same bits as
 //! from the kernels of the single operations run in order, because each operation still rounds separately. The table contains the
-//! chains that occur most often in the atmosphere, eclipse, ring, map and tone-map code; the lowering calls [`find`] and splits every other
-//! chain into chains of the table and single operations.
+//! chains that occur most often in the atmosphere, eclipse, ring, map and tone-map code (docs/measurements.md: chosen by how often their operations
+//! follow each other). The lowering calls [`find`] and splits every other chain into chains of the table and single operations.
 
 use super::class::UNROLLED_LANES;
 use super::operand::{KernelOperand, unchecked_ref};
@@ -18,7 +18,7 @@ pub const MAX_OPERANDS: usize = 8;
 /// Maximum number of operations of a chain.
 pub const MAX_CHAIN_OPS: usize = 8;
 
-/// Operand kinds as bits, the first operand lowest: L = one value per lane, a slot (1); R = one value for all lanes, a register (0).
+/// Operand kinds as bits, the first operand in the lowest bit: L (1) = one value per lane, a slot; R (0) = one value for all lanes, a register.
 pub const fn kind_bits(kinds: &str) -> u8 {
     let (kinds, mut bits, mut k) = (kinds.as_bytes(), 0, 0);
     while k < kinds.len() {
@@ -431,7 +431,7 @@ pub fn find(ops: &[FusedOp], kinds: u8) -> Option<usize> {
     lookup(&INDEX, ops, kinds)
 }
 
-/// A chain as a type, with the function that evaluates it on one lane.
+/// A chain as a type, built of [`First`] and [`Then`], with the function that evaluates it on one lane.
 pub(crate) trait FusedKernel {
     /// Number of operands.
     const OPERANDS: usize;

@@ -1,22 +1,22 @@
-//! Classes of SIMD kernels (instruction sets), and the trait that supplies the kernels of an element type.
+//! Classes of SIMD kernels (instruction sets), and the trait that supplies the kernels of an element type (f32 or f64).
 
 use crate::render::software::tape::Op;
 use std::sync::OnceLock;
 
-/// Number of lanes that the kernels of less frequent operations process at a time; [`LANES`] is a multiple of it.
+/// Number of lanes that the generic kernels, those of less frequent operations, process at a time; [`LANES`] is a multiple of it.
 pub const CHUNK: usize = 32;
 
 /// Number of lanes of a batch: 32 quads of 4 pixels. Measured as the fastest of 32, 64, 128 and 256: with fewer lanes the time of the calls dominates, with
 /// more the data no longer fit into the L1 cache.
 pub const LANES: usize = 128;
 
-/// Lanes of a kernel's inner loop. The compiler unrolls a loop of this length even if the kernel has many operations. It does not unroll a loop over all
-/// [`LANES`], which then executes three more instructions per vector; a shorter loop it may unroll before it can vectorise it.
+/// Number of lanes of a kernel's inner loop. The compiler vectorises and then unrolls a loop of this length, even if the kernel has many operations. It does
+/// not unroll a loop over all [`LANES`], which would execute three more instructions per vector. It may unroll a shorter loop before it can vectorise it.
 pub(super) const UNROLLED_LANES: usize = 64;
 
 /// A SIMD kernel. Arguments: the lanes that it writes; the base of the operands; the offset of each operand from the base, in elements. Each kernel is
-/// compiled for fixed operand kinds (lane array or one value). A kernel of one operation reads three offsets even if it has fewer operands; a
-/// chain's kernel reads one for each operand. The `&mut` tells the compiler that no operand overlaps the written lanes.
+/// compiled for fixed operand kinds (array of lanes, or one value for all lanes). A kernel of one operation reads three offsets even if it has fewer
+/// operands; a chain's kernel reads one for each operand. The `&mut` tells the compiler that no operand overlaps the written lanes.
 pub type KernelFn<R> = unsafe fn(&mut [R; LANES], *const R, *const u32);
 
 /// The instruction set of the kernels. All classes that fuse multiply and add give the same bits, and so do all classes that do not.
@@ -38,7 +38,7 @@ impl KernelClass {
         {
             let has_avx2_fma = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
             let avx512 = ["avx512f", "avx512dq", "avx512vl", "avx512bw"];
-            // The macro accepts only literals.
+            // `is_x86_feature_detected!` accepts only literals.
             let has_feature = |f: &str| match f {
                 "avx512f" => is_x86_feature_detected!("avx512f"),
                 "avx512dq" => is_x86_feature_detected!("avx512dq"),
@@ -94,10 +94,10 @@ pub type ScalarFn<R> = fn(R, R, R) -> R;
 pub trait Kernels: Sized + 'static {
     /// One operation on single values, for constant folding and operations on registers. `has_fma`: whether multiply-adds round once.
     fn scalar(op: Op, has_fma: bool) -> ScalarFn<Self>;
-    /// The kernel for operands of these kinds (true = lanes); `None` if there is only the generic kernel. The kernels of a class may be called only
+    /// The kernel for operands of these kinds (true: array of lanes); `None` if there is only the generic kernel. The kernels of a class may be called only
     /// on machines where the class is in [`KernelClass::available`].
     fn specialised(class: KernelClass, op: Op, kinds: [bool; 3]) -> Option<KernelFn<Self>>;
-    /// The kernel for which every operand must be lanes.
+    /// The kernel whose operands must all be arrays of lanes.
     fn generic(class: KernelClass, op: Op) -> KernelFn<Self>;
     /// The kernels of [`all`](super::chains::all), in that order. Empty for f64, which is used only for checks and would double the build time; a
     /// chain then runs as single operations, with the same bits.

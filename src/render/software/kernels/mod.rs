@@ -1,7 +1,8 @@
 //! SIMD kernels: one generic source, compiled once per instruction set and chosen at run time.
 //!
-//! In: operands, each an array of lanes or one value for all lanes. Out: [`LANES`] lanes written. Frequent operations have one specialised kernel per
-//! combination of operand kinds; each other operation has one generic kernel, which accepts only lanes and processes [`CHUNK`] lanes at a time.
+//! In: operands, each of one of two kinds: an array of lanes, or one value for all lanes. Out: [`LANES`] lanes written. Frequent operations have one
+//! specialised kernel per combination of operand kinds; each other operation has one generic kernel, which accepts only arrays of lanes and processes
+//! [`CHUNK`] lanes at a time.
 //! [`chains`] computes several operations in one kernel.
 
 pub mod chains;
@@ -16,6 +17,7 @@ pub use class::{CHUNK, KernelClass, KernelFn, Kernels, LANES, ScalarFn};
 use operand::{KernelOperand, unchecked_ref};
 pub(crate) use ops::Eval;
 
+/// The function that computes an operation on single values.
 fn scalar_of<R: Real>(op: Op, has_fma: bool) -> ScalarFn<R> {
     macro_rules! arms {
         ($($name:ident $arity:literal,)*) => {
@@ -90,6 +92,7 @@ macro_rules! class {
         mod $module {
             use super::*;
 
+            /// The specialised kernel of `O` for operands of these kinds.
             /// # Safety
             /// As [`run_lanes`] for operands at their offsets; the instruction set of this class is available.
             $(#[$feature])*
@@ -103,6 +106,7 @@ macro_rules! class {
                 }
             }
 
+            /// The kernel of the chain `C` for operands of these kinds.
             /// # Safety
             /// As [`chains::run_lanes`]; the instruction set of this class is available.
             $(#[$feature])*
@@ -113,8 +117,9 @@ macro_rules! class {
                 unsafe { chains::run_lanes::<C, R, LANES, KINDS, $has_fma>(dst, base, offsets) }
             }
 
+            /// The generic kernel of `O`.
             /// # Safety
-            /// As [`run_lanes`] for operands at their offsets, all of them lane arrays; the instruction set is available.
+            /// As [`run_lanes`] for operands at their offsets, all of them arrays of lanes; the instruction set is available.
             $(#[$feature])*
             unsafe fn chunked<O: Eval, R: Real>(dst: &mut [R; LANES], base: *const R, offsets: *const u32) {
                 // SAFETY: the caller guarantees it.
@@ -168,7 +173,7 @@ macro_rules! class {
                 })
             }
 
-            /// The kernel for operands of these kinds (true = lanes), if there is one.
+            /// The kernel for operands of these kinds (true: array of lanes), if there is one.
             pub fn specialised<R: Real>(op: Op, kinds: [bool; 3]) -> Option<KernelFn<R>> {
                 match op {
                     Op::Copy if kinds[0] => Some(fixed_kinds::<ops::Copy, R, true, false, false>),
@@ -215,7 +220,7 @@ macro_rules! class {
 
 macro_rules! generic_kernels {
     ($($name:ident $arity:literal,)*) => {
-        /// The kernel for which every operand must be lanes.
+        /// The kernel whose operands must all be arrays of lanes.
         pub fn generic<R: Real>(op: Op) -> KernelFn<R> {
             match op {
                 Op::Dpdx => dpdx::<R>,
@@ -239,7 +244,7 @@ macro_rules! chain_kernels {
 }
 
 // The classes without fused multiply-add: SSE2, which every x86-64 machine has, and the portable class.
-class!(plain, false,);
+class!(without_fma, false,);
 #[cfg(target_arch = "x86_64")]
 class!(avx2, true, #[target_feature(enable = "avx2,fma")]);
 #[cfg(target_arch = "x86_64")]
@@ -256,7 +261,7 @@ macro_rules! for_class {
             KernelClass::Avx2Fma => avx2::$call::<$t>($($arg),*),
             #[cfg(target_arch = "aarch64")]
             KernelClass::Neon => neon::$call::<$t>($($arg),*),
-            _ => plain::$call::<$t>($($arg),*),
+            _ => without_fma::$call::<$t>($($arg),*),
         }
     };
 }

@@ -1,4 +1,4 @@
-//! Operands of a kernel.
+//! Operands of a kernel: read in the same way whether they have one value per lane or one for all lanes.
 
 use crate::render::software::math::Real;
 

@@ -4,10 +4,10 @@
 //! positive, whose depth is in 0..=1 and whose pixel coordinates stay within the guard band. Varyings are not clipped: their planes are computed
 //! from the unclipped triangle, so new corners need no interpolated values.
 
-/// Triangles are clipped to this many pixels around the target's origin; the largest target is 16384 pixels wide.
+/// Triangles are clipped to this distance from the target's top-left corner along each axis. The largest target is 16384 pixels wide.
 pub(crate) const GUARD_BAND_PX: f64 = 65536.0;
-/// Smallest w that is kept, relative to the triangle's greatest w, so that coordinates can be divided by w.
-const MIN_W: f64 = 1.0e-12;
+/// Smallest w that is kept, divided by the triangle's greatest w. It is positive, so that coordinates can be divided by w.
+const MIN_W_RATIO: f64 = 1.0e-12;
 
 /// A vertex in homogeneous pixel coordinates: pixel = (x / w, y / w), reversed depth = z / w.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +29,7 @@ impl ClipVertex {
         self.x.is_finite() && self.y.is_finite() && self.z.is_finite() && self.w.is_finite()
     }
 
+    /// The point between this vertex (`t` = 0) and the other (`t` = 1).
     fn interpolate(&self, other: &Self, t: f64) -> Self {
         let mix = |a: f64, b: f64| a + t * (b - a);
         Self { x: mix(self.x, other.x), y: mix(self.y, other.y), z: mix(self.z, other.z), w: mix(self.w, other.w) }
@@ -38,8 +39,9 @@ impl ClipVertex {
 /// A convex polygon whose corners wind like those of the triangle.
 #[derive(Clone, Debug)]
 pub(crate) struct Polygon {
+    /// Twelve, because rounding may make a thin polygon cross a plane more than twice; ten are enough for a convex one.
     corners: [ClipVertex; 12],
-    /// Number of corners, at most ten.
+    /// Number of corners.
     count: usize,
     /// Whether the triangle was clipped; if false, the polygon is the triangle itself.
     pub is_clipped: bool,
@@ -51,7 +53,7 @@ impl Polygon {
     }
 }
 
-/// Signed distances to the clip planes, positive inside.
+/// Distances to the clip planes (smallest w, near, far, left, right, top, bottom), not negative inside; their scales differ.
 fn distances(c: &ClipVertex, min_w: f64) -> [f64; 7] {
     let guard = GUARD_BAND_PX * c.w;
     [c.w - min_w, c.w - c.z, c.z, c.x + guard, guard - c.x, c.y + guard, guard - c.y]
@@ -66,7 +68,7 @@ pub(crate) fn clip(triangle: &[ClipVertex; 3]) -> Option<Polygon> {
     if max_w <= 0.0 {
         return None;
     }
-    let min_w = max_w * MIN_W;
+    let min_w = max_w * MIN_W_RATIO;
     let vertex_distances = triangle.map(|c| distances(&c, min_w));
     let mut polygon = Polygon { corners: [triangle[0]; 12], count: 3, is_clipped: false };
     polygon.corners[..3].copy_from_slice(triangle);
@@ -104,7 +106,7 @@ pub(crate) fn clip(triangle: &[ClipVertex; 3]) -> Option<Polygon> {
 
 impl Polygon {
     fn push(&mut self, c: ClipVertex) {
-        // Seven planes add at most one corner each, so there are at most ten.
+        // Always true for a convex polygon: seven planes add at most one corner each, so there are at most ten.
         if self.count < self.corners.len() {
             self.corners[self.count] = c;
             self.count += 1;

@@ -1,21 +1,24 @@
 //! Determines which samples of a tile a triangle covers.
 //!
-//! A tile is 64x64 pixels, divided into blocks of 16x8 pixels, and these into quads of 2x2. Lane order goes through blocks, quads and corners: the
-//! index of a pixel in its tile is `block * 128 + quad * 4 + corner`, and `TilePixels` maps it to x and y. The coverage of a quad is sixteen bits:
+//! In: a triangle in fixed point, and a tile. Out: the covered quads, each with its covered samples, in lane order.
+//!
+//! A tile is 64x64 pixels, divided into blocks of 16x8 pixels, and these into quads of 2x2. Lane order goes through blocks, quads and the quad's pixels (its
+//! `corner`: top left, top right, bottom left, bottom right). The index of a pixel in its tile is `block * 128 + quad * 4 + corner`; `TilePixels` maps it to
+//! x and y. The coverage of a quad is sixteen bits:
 //! four per pixel, one per sample (with one sample per pixel only the lowest of the four is used).
 
-use super::setup::{RasterTriangle, SUBPIXEL};
+use super::setup::{RasterTriangle, STEPS_PER_PIXEL};
 
 /// Width and height of a tile in pixels.
-pub(crate) const TILE: u32 = 64;
+pub(crate) const TILE_SIDE_PX: u32 = 64;
 /// Number of pixels in a tile.
-pub(crate) const TILE_PIXELS: usize = (TILE * TILE) as usize;
+pub(crate) const TILE_PIXELS: usize = (TILE_SIDE_PX * TILE_SIDE_PX) as usize;
 /// Number of quads in a tile.
 pub(crate) const TILE_QUADS: usize = TILE_PIXELS / 4;
-/// Size of a block in pixels.
+/// Width and height of a block in pixels.
 pub(crate) const BLOCK_WIDTH: u32 = 16;
 pub(crate) const BLOCK_HEIGHT: u32 = 8;
-const BLOCKS_ACROSS: u32 = TILE / BLOCK_WIDTH;
+const BLOCKS_ACROSS: u32 = TILE_SIDE_PX / BLOCK_WIDTH;
 const QUADS_ACROSS: u32 = BLOCK_WIDTH / 2;
 /// Number of quads in a block.
 pub(crate) const BLOCK_QUADS: u32 = BLOCK_WIDTH * BLOCK_HEIGHT / 4;
@@ -51,13 +54,13 @@ pub(crate) fn block_position(block: usize) -> [u32; 2] {
 
 /// The block whose top-left pixel is at `x`, `y` inside its tile; `None` if there is none.
 pub(crate) fn block_at([x, y]: [u32; 2]) -> Option<usize> {
-    let is_corner = x.is_multiple_of(BLOCK_WIDTH) && y.is_multiple_of(BLOCK_HEIGHT) && x < TILE && y < TILE;
+    let is_corner = x.is_multiple_of(BLOCK_WIDTH) && y.is_multiple_of(BLOCK_HEIGHT) && x < TILE_SIDE_PX && y < TILE_SIDE_PX;
     is_corner.then(|| (y / BLOCK_HEIGHT * BLOCKS_ACROSS + x / BLOCK_WIDTH) as usize)
 }
 
 /// Whether the triangle covers every sample of a target. The target's right and bottom edges contain no sample and need not be covered.
 pub(crate) fn covers_all(triangle: &RasterTriangle, [width, height]: [u32; 2]) -> bool {
-    let last = |size: u32| i64::from(size) * SUBPIXEL - 1;
+    let last = |size: u32| i64::from(size) * STEPS_PER_PIXEL - 1;
     let corners = [[0, 0], [last(width), 0], [0, last(height)], [last(width), last(height)]];
     triangle.pixels == [0, 0, width, height] && triangle.edges.iter().all(|e| corners.iter().all(|[x, y]| e.a * x + e.b * y + e.c >= 0))
 }
@@ -69,7 +72,7 @@ pub(crate) fn covers_rectangle(triangle: &RasterTriangle, [x0, y0, x1, y1]: [u32
     is_inside_bounds && edge_function_bounds(triangle, x0, y0, x1 - x0, y1 - y0).0 >= 0
 }
 
-/// Pixel centres of a tile in lane order, relative to the tile's corner.
+/// Pixel centres of a tile in lane order, relative to the tile's top-left corner.
 #[derive(Clone, Debug)]
 pub(crate) struct TilePixels {
     pub x: Vec<f32>,
@@ -96,13 +99,13 @@ impl Default for TilePixels {
     }
 }
 
-/// Calls `emit(quad, count, coverage)` for the quads with a covered sample in the tile at `tile_x`, `tile_y` (pixels), in lane order: once for
-/// all quads of a fully covered block, otherwise once per quad.
+/// Calls `emit(first quad, number of quads, coverage)` for the quads with a covered sample in the tile at `tile_x`, `tile_y` (pixels), in lane order: once
+/// for all quads of a fully covered block, otherwise once per quad.
 pub(crate) fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, samples: u8, mut emit: impl FnMut(usize, usize, u16)) {
     let [px0, py0, px1, py1] = triangle.pixels;
     let (x0, y0) = (px0.max(tile_x) - tile_x, py0.max(tile_y) - tile_y);
-    let (x1, y1) = (px1.min(tile_x + TILE), py1.min(tile_y + TILE));
-    if x1 <= tile_x || y1 <= tile_y || x0 >= TILE || y0 >= TILE {
+    let (x1, y1) = (px1.min(tile_x + TILE_SIDE_PX), py1.min(tile_y + TILE_SIDE_PX));
+    if x1 <= tile_x || y1 <= tile_y || x0 >= TILE_SIDE_PX || y0 >= TILE_SIDE_PX {
         return;
     }
     let (x1, y1) = (x1 - tile_x, y1 - tile_y);
@@ -115,9 +118,9 @@ pub(crate) fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, sam
             if upper < 0 {
                 continue;
             }
-            let inside_bounds = bx >= x0 && by >= y0 && bx + BLOCK_WIDTH <= x1 && by + BLOCK_HEIGHT <= y1;
+            let is_inside_bounds = bx >= x0 && by >= y0 && bx + BLOCK_WIDTH <= x1 && by + BLOCK_HEIGHT <= y1;
             let first = (block * BLOCK_QUADS) as usize;
-            if lower >= 0 && inside_bounds {
+            if lower >= 0 && is_inside_bounds {
                 emit(first, BLOCK_QUADS as usize, full_coverage(samples));
                 continue;
             }
@@ -133,8 +136,8 @@ pub(crate) fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, sam
 /// Bounds of the three edge functions over a rectangle of pixels: (smallest of the three minima, smallest of the three maxima).
 /// If the second value is negative, nothing is covered; if the first value is not negative, everything is.
 fn edge_function_bounds(triangle: &RasterTriangle, x: u32, y: u32, width: u32, height: u32) -> (i64, i64) {
-    let (x, y) = (i64::from(x) * SUBPIXEL, i64::from(y) * SUBPIXEL);
-    let (w, h) = (i64::from(width) * SUBPIXEL, i64::from(height) * SUBPIXEL);
+    let (x, y) = (i64::from(x) * STEPS_PER_PIXEL, i64::from(y) * STEPS_PER_PIXEL);
+    let (w, h) = (i64::from(width) * STEPS_PER_PIXEL, i64::from(height) * STEPS_PER_PIXEL);
     let (mut lower, mut upper) = (i64::MAX, i64::MAX);
     for e in &triangle.edges {
         let corner = e.a * x + e.b * y + e.c;
@@ -153,7 +156,7 @@ struct CoveredQuads {
     coverage: [u16; BLOCK_QUADS as usize],
 }
 
-/// A triangle's edge functions at the samples of a quad, relative to its top-left corner; `N` = 4 pixels times the samples of a pixel.
+/// A triangle's edge functions at the samples of a quad, relative to their values at the quad's top-left corner. `N`: number of samples in a quad.
 struct QuadSamples<const N: usize> {
     /// Per edge, the values at the samples.
     edge_values: [[i64; N]; 3],
@@ -164,14 +167,14 @@ struct QuadSamples<const N: usize> {
 }
 
 impl<const N: usize> QuadSamples<N> {
-    /// For a small triangle this takes as long as the coverage tests that follow. Therefore it multiplies once per sample position instead of once per
-    /// sample, and is inlined, so that the result is not copied.
+    /// For a small triangle this takes as long as the coverage tests that follow. Therefore it multiplies once per sample position in a pixel instead of
+    /// once per sample of the quad, and is inlined, so that the result is not copied.
     #[inline(always)]
     fn new(triangle: &RasterTriangle) -> Self {
         let positions = sample_positions((N / 4) as u8);
         let mut samples = Self { edge_values: [[0; N]; 3], max_at_samples: [0; 3], step: [[0; 2]; 3] };
         for (k, e) in triangle.edges.iter().enumerate() {
-            let (right, down) = (e.a * SUBPIXEL, e.b * SUBPIXEL);
+            let (right, down) = (e.a * STEPS_PER_PIXEL, e.b * STEPS_PER_PIXEL);
             let mut max_in_pixel = i64::MIN;
             for (s, [sx, sy]) in positions.iter().enumerate() {
                 let in_pixel = e.a * sx + e.b * sy;
@@ -207,7 +210,7 @@ impl<const N: usize> QuadSamples<N> {
     #[inline(always)]
     fn covered(&self, triangle: &RasterTriangle, x: u32, y: u32, [x0, y0, x1, y1]: [u32; 4]) -> CoveredQuads {
         let mut found = CoveredQuads { count: 0, index: [0; BLOCK_QUADS as usize], coverage: [0; BLOCK_QUADS as usize] };
-        let (x, y) = (i64::from(x) * SUBPIXEL, i64::from(y) * SUBPIXEL);
+        let (x, y) = (i64::from(x) * STEPS_PER_PIXEL, i64::from(y) * STEPS_PER_PIXEL);
         let at_block = triangle.edges.each_ref().map(|e| e.a * x + e.b * y + e.c);
         for row in y0 / 2..y1.div_ceil(2) {
             let in_rows = coverage_within(row * 2, y0, y1, LOWER_ROW);
@@ -301,9 +304,9 @@ mod tests {
     #[test]
     fn lane_order_visits_every_pixel_of_a_tile_once() {
         let pixels = TilePixels::new();
-        let mut seen = vec![false; (TILE * TILE) as usize];
+        let mut seen = vec![false; (TILE_SIDE_PX * TILE_SIDE_PX) as usize];
         for (x, y) in pixels.x.iter().zip(&pixels.y) {
-            let index = (*y as u32 * TILE + *x as u32) as usize;
+            let index = (*y as u32 * TILE_SIDE_PX + *x as u32) as usize;
             assert!(!seen[index]);
             seen[index] = true;
         }
@@ -311,7 +314,7 @@ mod tests {
         for block in 0..TILE_BLOCKS {
             let [x, y] = block_position(block);
             assert_eq!((pixels.x[block * BLOCK_PIXELS], pixels.y[block * BLOCK_PIXELS]), (x as f32 + 0.5, y as f32 + 0.5));
-            assert_eq!((block_at([x, y]), block_at([x + 2, y]), block_at([x, y + TILE])), (Some(block), None, None));
+            assert_eq!((block_at([x, y]), block_at([x + 2, y]), block_at([x, y + TILE_SIDE_PX])), (Some(block), None, None));
         }
     }
 
@@ -326,9 +329,10 @@ mod tests {
     fn quads_are_covered_where_their_samples_lie_inside() {
         let (mut seed, mut partly) = (1, 0);
         for round in 0..400_u32 {
-            let extent_px = [3, 12, 60, 200][round as usize % 4];
-            let corner =
-                |seed: &mut u64| [100 * SUBPIXEL, 90 * SUBPIXEL].map(|c| c + random(seed, extent_px * 4096) - extent_px as i64 * 2048);
+            let size_px = [3, 12, 60, 200][round as usize % 4];
+            let corner = |seed: &mut u64| {
+                [100 * STEPS_PER_PIXEL, 90 * STEPS_PER_PIXEL].map(|c| c + random(seed, size_px * 4096) - size_px as i64 * 2048)
+            };
             let p = [corner(&mut seed), corner(&mut seed), corner(&mut seed)];
             let edge = |a: [i64; 2], b: [i64; 2]| {
                 let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
@@ -347,7 +351,7 @@ mod tests {
                             let (x, y) = (tile_x + x + dx, tile_y + y + dy);
                             for (s, [sx, sy]) in sample_positions(samples).iter().enumerate() {
                                 let at = |e: &super::super::setup::EdgeFunction| {
-                                    e.a * (i64::from(x) * SUBPIXEL + sx) + e.b * (i64::from(y) * SUBPIXEL + sy) + e.c
+                                    e.a * (i64::from(x) * STEPS_PER_PIXEL + sx) + e.b * (i64::from(y) * STEPS_PER_PIXEL + sy) + e.c
                                 };
                                 let inside = (pixels[0]..pixels[2]).contains(&x) && (pixels[1]..pixels[3]).contains(&y);
                                 if inside && triangle.edges.iter().all(|e| at(e) >= 0) {

@@ -1,5 +1,8 @@
 //! Triangle set-up: edges in fixed point, and the plane equations of depth, 1/w and the varyings.
 //!
+//! In: the clip-space positions and varyings of a triangle's vertices. Out: its visible raster triangles and the planes that they share, appended to a
+//! `RasterGeometry`.
+//!
 //! Positions are snapped to a [`VertexGrid`]; edge functions are exact in i64 up to the guard band.
 //! Planes are derived in f64 from the homogeneous triangle (Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates",
 //! 1997), so clipped parts share the planes of the unclipped triangle.
@@ -7,8 +10,8 @@
 use super::clip::{ClipVertex, clip};
 use crate::render::software::{RenderError, try_grow};
 
-/// Number of fixed-point steps per pixel.
-pub(crate) const SUBPIXEL: i64 = 4096;
+/// Number of fixed-point steps per pixel: the resolution of positions in the rasteriser.
+pub(crate) const STEPS_PER_PIXEL: i64 = 4096;
 
 /// The grid of the rasteriser's vertex positions: a vertex moves to the nearest point of the grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -22,11 +25,11 @@ pub enum VertexGrid {
 }
 
 impl VertexGrid {
-    /// Distance of two grid points, in fixed-point steps.
+    /// Distance between neighbouring grid points, in fixed-point steps.
     const fn spacing(self) -> i64 {
         match self {
             Self::Fine => 1,
-            Self::Gpu => SUBPIXEL / 256,
+            Self::Gpu => STEPS_PER_PIXEL / 256,
         }
     }
 }
@@ -36,7 +39,7 @@ impl VertexGrid {
 pub(crate) struct RasterState {
     pub width: u32,
     pub height: u32,
-    /// x0, y0, x1, y1, exclusive; inside the target.
+    /// Left, top, right and bottom edge (the last two exclusive), inside the target.
     pub scissor: [u32; 4],
     pub cull_back: bool,
     pub vertex_grid: VertexGrid,
@@ -54,7 +57,7 @@ pub(crate) struct EdgeFunction {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct RasterTriangle {
     pub edges: [EdgeFunction; 3],
-    /// Pixels that may be covered: x0, y0, x1, y1, exclusive.
+    /// Pixels that may be covered: left, top, right and bottom edge (the last two exclusive).
     pub pixels: [u32; 4],
     /// Index of the [`SourceTriangle`] of which this triangle is a part.
     pub source_triangle: u32,
@@ -88,9 +91,10 @@ pub(crate) struct SourceTriangle {
     /// Whether all three w are equal, so that varyings are linear in screen space.
     pub is_affine: bool,
     pub is_front_facing: bool,
-    /// Index of its first plane in [`RasterGeometry::planes`]: one per interpolated scalar, of value / w, or of the value itself if `is_affine`.
+    /// Index of its first plane in [`RasterGeometry::planes`]: one for each component of an interpolated varying, of value / w, or of the value itself if
+    /// `is_affine`.
     pub first_plane: usize,
-    /// Index of its first value in [`RasterGeometry::flat_values`]: one per flat scalar.
+    /// Index of its first value in [`RasterGeometry::flat_values`]: one for each component of a flat varying.
     pub first_flat_value: usize,
 }
 
@@ -111,7 +115,7 @@ pub(crate) struct RasterGeometry {
 const MAX_PARTS: usize = 8;
 
 impl RasterGeometry {
-    /// Reserves memory for one more triangle with this many varying scalars.
+    /// Reserves memory for one more source triangle. `varyings`: number of its varyings, each component counted.
     ///
     /// # Errors
     /// Too little memory.
@@ -201,10 +205,11 @@ pub(crate) enum Interpolation {
 /// The nearest point of the grid, in fixed point.
 fn snap(c: &ClipVertex, vertex_grid: VertexGrid) -> [i64; 2] {
     let spacing = vertex_grid.spacing();
-    let points_per_pixel = (SUBPIXEL / spacing) as f64;
+    let points_per_pixel = (STEPS_PER_PIXEL / spacing) as f64;
     [c.x, c.y].map(|v| (v / c.w * points_per_pixel).round_ties_even() as i64 * spacing)
 }
 
+/// The edge function of the edge from one corner to the next.
 fn edge(from: [i64; 2], to: [i64; 2]) -> EdgeFunction {
     let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
     // The triangle is clockwise on the screen (y down), so the inside lies to the right of the edge. Top edges run right, left edges run up.
@@ -222,8 +227,8 @@ fn raster_triangle(mut p: [[i64; 2]; 3], is_clockwise: bool, raster_state: &Rast
     if area < 0 {
         p.swap(1, 2);
     }
-    let min_pixel = |axis: usize| p[0][axis].min(p[1][axis]).min(p[2][axis]).div_euclid(SUBPIXEL);
-    let max_pixel = |axis: usize| p[0][axis].max(p[1][axis]).max(p[2][axis]).div_euclid(SUBPIXEL) + 1;
+    let min_pixel = |axis: usize| p[0][axis].min(p[1][axis]).min(p[2][axis]).div_euclid(STEPS_PER_PIXEL);
+    let max_pixel = |axis: usize| p[0][axis].max(p[1][axis]).max(p[2][axis]).div_euclid(STEPS_PER_PIXEL) + 1;
     let [sx0, sy0, sx1, sy1] = raster_state.scissor.map(i64::from);
     let (x0, y0) = (min_pixel(0).max(sx0), min_pixel(1).max(sy0));
     let (x1, y1) = (max_pixel(0).min(sx1).min(raster_state.width.into()), max_pixel(1).min(sy1).min(raster_state.height.into()));
@@ -246,7 +251,7 @@ pub(crate) fn set_up(
     if !polygon.is_clipped {
         // Planes are derived from the snapped triangle, so that no covered sample lies outside that triangle, even if it is very thin.
         for c in &mut corners {
-            let [x, y] = snap(c, raster_state.vertex_grid).map(|v| v as f64 / SUBPIXEL as f64);
+            let [x, y] = snap(c, raster_state.vertex_grid).map(|v| v as f64 / STEPS_PER_PIXEL as f64);
             (c.x, c.y) = (x * c.w, y * c.w);
         }
     }
@@ -341,7 +346,7 @@ mod tests {
         // x in pixels of a target 64 pixels wide; 10.3 pixels lie between two points of either grid.
         let vertex = |x_px: f64| ClipVertex::from_clip([2.0 * x_px / 64.0 - 1.0, 0.0, 0.5, 1.0], 64, 64);
         for (grid, spacing_px) in [(VertexGrid::Fine, 1.0 / 4096.0), (VertexGrid::Gpu, 1.0 / 256.0)] {
-            let snapped_px = snap(&vertex(10.3), grid)[0] as f64 / SUBPIXEL as f64;
+            let snapped_px = snap(&vertex(10.3), grid)[0] as f64 / STEPS_PER_PIXEL as f64;
             assert!((snapped_px - 10.3).abs() <= 0.5 * spacing_px, "{grid:?}: {snapped_px}");
             assert_eq!((snapped_px / spacing_px).fract(), 0.0, "{grid:?}: {snapped_px}");
         }

@@ -1,6 +1,6 @@
 //! Interpolates between the four texels around a position that is given in texels, as `texels_between` of shaders/lib/texels_between.wesl does.
 //!
-//! In: a position for each lane; the middle of the first texel is at 0. Out: up to four channels per lane, of the finest level; lanes that are not
+//! In: a position for each lane; the centre of texel `k` is at `k`. Out: up to four channels per lane, of the finest level; lanes that are not
 //! active are left unchanged. Always: every kernel class gives the same bits. Beyond the edges the image continues with its outermost texels.
 
 #[cfg(target_arch = "x86_64")]
@@ -30,11 +30,11 @@ pub(super) fn interpolate<R: Real, D: Decode>(
         && let (Some(x), Some(y)) = (R::as_f32(x).and_then(|x| x.first_chunk()), R::as_f32(y).and_then(|y| y.first_chunk()))
     {
         let needed = out.each_ref().map(|o| o.is_some());
-        let mut out = filter_avx2::in_eights(out.map(|lanes| R::as_f32_mut(lanes?)?.first_chunk_mut()));
+        let mut out = filter_avx2::in_groups(out.map(|lanes| R::as_f32_mut(lanes?)?.first_chunk_mut()));
         // SAFETY: AVX2 decoders exist only on machines with AVX2.
         let level = unsafe { filter_avx2::SizedLevel::new(level, [AddressMode::ClampToEdge; 2]) };
-        for group in 0..BATCH / filter_avx2::EIGHT {
-            let active = (active >> (group * filter_avx2::EIGHT)) as u32 & 0xff;
+        for group in 0..BATCH / filter_avx2::GROUP_LANES {
+            let active = (active >> (group * filter_avx2::GROUP_LANES)) as u32 & 0xff;
             if active == 0 {
                 continue;
             }
@@ -42,16 +42,16 @@ pub(super) fn interpolate<R: Real, D: Decode>(
             unsafe {
                 let corners = Corners::new(
                     level.width,
-                    filter_avx2::texels_beside(filter_avx2::eight(x, group), &level.size[0]),
-                    filter_avx2::texels_beside(filter_avx2::eight(y, group), &level.size[1]),
+                    filter_avx2::texels_beside(filter_avx2::group_of(x, group), &level.size[0]),
+                    filter_avx2::texels_beside(filter_avx2::group_of(y, group), &level.size[1]),
                 );
                 let value = decode.interpolate_eight(&level.texels, &corners, needed);
-                filter_avx2::write_eight(&mut out, group, value, active);
+                filter_avx2::write_group(&mut out, group, value, active);
             }
         }
         return;
     }
-    // The texels before and after a position along one axis, and its fraction between them.
+    // The texels before and after a position along one axis, and the position's fraction between them.
     let beside = |position: R, size: u32| {
         let n = R::from_u32(size);
         // Written so that NaN becomes the first texel.

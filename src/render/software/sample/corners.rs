@@ -1,4 +1,7 @@
-//! Bilinear interpolation of eight points in AVX2 registers, given their corners.
+//! Bilinear interpolation in AVX2 registers, for eight points at a time.
+//!
+//! In: the columns and rows of texels beside each point, and then the values of the texels at its four corners. Out: the corners' indices in the level, and
+//! then the interpolated value.
 
 use std::arch::x86_64::{__m256, __m256i, _mm256_add_epi32, _mm256_add_ps, _mm256_mul_ps, _mm256_mullo_epi32, _mm256_sub_ps};
 
@@ -12,14 +15,14 @@ pub(super) struct TexelsBeside {
 pub(crate) struct Corners {
     /// Top left, top right, bottom left, bottom right.
     pub index: [__m256i; 4],
-    /// Rightwards from the left texels, and downwards from the upper ones.
+    /// Of the way from the left texels to the right ones, and from the upper ones to the lower ones.
     pub fraction: [__m256; 2],
 }
 
 impl Corners {
     /// The corners between two columns and two rows of a level. `width`: its width in texels, in every lane.
     /// # Safety
-    /// AVX2.
+    /// The machine has AVX2.
     #[inline(always)]
     pub(super) unsafe fn new(width: __m256i, columns: TexelsBeside, rows: TexelsBeside) -> Self {
         // SAFETY: the caller guarantees AVX2.
@@ -39,7 +42,7 @@ impl Corners {
 
 /// Bilinear interpolation of one channel, given at the corners.
 /// # Safety
-/// AVX2.
+/// The machine has AVX2.
 #[inline(always)]
 pub(super) unsafe fn bilinear([a, b, c, d]: [__m256; 4], [x, y]: [__m256; 2]) -> __m256 {
     // SAFETY: the caller guarantees AVX2.

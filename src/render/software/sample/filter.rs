@@ -1,7 +1,8 @@
 //! Filters the texels of a batch: nearest, bilinear, trilinear, several taps along a footprint.
 //!
-//! In: a batch's coordinates and footprints (the areas of the pixels on the map), arrays of `BATCH` lanes. Out: four linear values per lane, for the active
-//! lanes.
+//! In: a batch's coordinates and footprints (the areas of the pixels on the map), arrays of `BATCH` lanes. Out: up to four linear channels of each active
+//! lane.
+//!
 //! With AVX2 and linear filtering, `filter_avx2` filters f32 lanes without sorting them. Otherwise a counting sort first orders the active lanes by mip
 //! level and number of taps. Each level's lanes are then contiguous, those with the most taps first, and a loop over them has one level and one size.
 //! A lane's result does not depend on its neighbours or on the instruction set: multiply and add are never fused, and every lane sums its taps in the
@@ -40,6 +41,7 @@ struct TexelPair<R> {
     fraction: [R; CHUNK],
 }
 
+/// The texels beside texture coordinates along one axis. `size`: number of texels along the axis.
 #[inline(always)]
 fn texel_pair<R: Real>(coordinate: &[R; CHUNK], size: u32, mode: AddressMode) -> TexelPair<R> {
     let n = R::from_u32(size);
@@ -78,6 +80,7 @@ unsafe fn fetch<D: Decode>(decode: D, level: &TexelLevel<'_>, column: &[u32; CHU
     unsafe { decode.fetch(level, &index) }
 }
 
+/// Bilinear interpolation at a chunk of texture coordinates, between the texels of one level.
 #[inline(always)]
 fn bilinear<R: Real, D: Decode>(
     decode: D,
@@ -145,6 +148,7 @@ fn nearest_texel<R: Real>(c: R, size: u32, mode: AddressMode) -> u32 {
     (if rounded > x { k.wrapping_sub(1) } else { k }).min(size as i32 - 1) as u32
 }
 
+/// The texels nearest to a chunk of texture coordinates.
 #[inline(always)]
 fn nearest<R: Real, D: Decode>(decode: D, level: &TexelLevel<'_>, u: &[R; CHUNK], v: &[R; CHUNK], state: &SamplerState) -> [[R; CHUNK]; 4] {
     let mut index = [0; CHUNK];
@@ -183,7 +187,7 @@ fn accumulate<R: Real>(sum: &mut [LazyArray<R>; 4], start: usize, count: usize, 
     }
 }
 
-/// As [`accumulate`], each lane with its weight.
+/// As [`accumulate`], but each lane's value is multiplied by its weight.
 #[inline(always)]
 fn accumulate_weighted<R: Real>(sum: &mut [LazyArray<R>; 4], start: usize, count: usize, value: &[[R; CHUNK]; 4], weight: &[R; CHUNK]) {
     let mut weighted = *value;
@@ -238,7 +242,7 @@ pub(crate) fn sample<R: Real, D: Decode>(
     active: LaneMask,
     out: Channels<'_, R>,
 ) {
-    let channels = out.each_ref().map(|o| o.is_some());
+    let needed = out.each_ref().map(|o| o.is_some());
     let levels = &levels[..levels.len().min(MAX_LEVELS)];
     #[cfg(target_arch = "x86_64")]
     if D::FILTERS_WITH_AVX2
@@ -265,7 +269,7 @@ pub(crate) fn sample<R: Real, D: Decode>(
         key[i] = (finer_level * R::from_u32(MAX_TAPS as u32) + missing_taps).round_small().1 as u16;
     }
     let order = LaneOrder::new(&key, active);
-    // Arrays that are not needed are not zeroed: together they are as large as all other data of a batch.
+    // Lazy, so that arrays that are not needed are not zeroed: together they are as large as all other data of a batch.
     let (mut buffer_u, mut buffer_v, mut buffer_fraction, mut buffer_step_u, mut buffer_step_v, mut buffer_length) =
         (LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new());
     let (u, v) = (order.gather(request.u, &mut buffer_u), order.gather(request.v, &mut buffer_v));
@@ -280,14 +284,14 @@ pub(crate) fn sample<R: Real, D: Decode>(
             let both_levels = read_pair(levels, level, &level_fraction[from..to]);
             for start in (from..to).step_by(CHUNK) {
                 let fraction = chunk(level_fraction, start);
-                let value = trilinear(decode, both_levels, chunk(u, start), chunk(v, start), fraction, state, channels);
+                let value = trilinear(decode, both_levels, chunk(u, start), chunk(v, start), fraction, state, needed);
                 order.store(&value, start, to - start, &mut out);
             }
         }
         return;
     }
     let mut sum = [LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new()];
-    for (sum, _) in sum.iter_mut().zip(channels).filter(|(_, needed)| *needed) {
+    for (sum, _) in sum.iter_mut().zip(needed).filter(|(_, is_needed)| *is_needed) {
         sum.0 = Some([R::ZERO; PADDED]);
     }
     if !state.linear {
@@ -329,7 +333,7 @@ pub(crate) fn sample<R: Real, D: Decode>(
                         tap_u[i] = tap_u[i] + offset * step_u[i];
                         tap_v[i] = tap_v[i] + offset * step_v[i];
                     }
-                    let value = trilinear(decode, both_levels, &tap_u, &tap_v, chunk(level_fraction, start), state, channels);
+                    let value = trilinear(decode, both_levels, &tap_u, &tap_v, chunk(level_fraction, start), state, needed);
                     accumulate_weighted(&mut sum, start, to - start, &value, &weight);
                 }
             }

@@ -1,4 +1,4 @@
-//! Filters maps eight lanes at a time in AVX2 registers, without arrays in between.
+//! Filters maps eight lanes (a group) at a time in AVX2 registers, without arrays in between.
 //!
 //! In: a batch of f32 lanes, in the order of the batch, not sorted as in `lane_order`. Eight neighbouring lanes nearly always read the same mip level;
 //! where they do not, they are filtered once for each level, which costs less than sorting the batch. Out: as [`super::filter`], by the same steps for
@@ -20,8 +20,8 @@ use std::arch::x86_64::{
 };
 use std::mem::transmute;
 
-/// Number of lanes in a register.
-pub(super) const EIGHT: usize = 8;
+/// Number of lanes in an AVX2 register, filtered together.
+pub(super) const GROUP_LANES: usize = 8;
 
 /// A [`FilterRequest`] of f32.
 pub(super) struct F32Request<'a> {
@@ -50,18 +50,18 @@ impl<'a> F32Request<'a> {
     }
 }
 
-/// Group `group` of eight values.
+/// The values of group `group`: lanes `8 * group` to `8 * group + 7`.
 /// # Safety
-/// The machine has AVX2, as for all functions of this module.
+/// The machine has AVX2.
 #[inline(always)]
-pub(super) unsafe fn eight(values: &[f32; BATCH], group: usize) -> __m256 {
+pub(super) unsafe fn group_of(values: &[f32; BATCH], group: usize) -> __m256 {
     // SAFETY: an array and a register have eight floats each.
-    unsafe { transmute::<[f32; EIGHT], __m256>(values.as_chunks().0[group]) }
+    unsafe { transmute::<[f32; GROUP_LANES], __m256>(values.as_chunks().0[group]) }
 }
 
 /// `n` in every lane.
 /// # Safety
-/// AVX2.
+/// The machine has AVX2.
 #[inline(always)]
 unsafe fn broadcast(n: u32) -> __m256i {
     // SAFETY: the caller guarantees AVX2.
@@ -79,7 +79,7 @@ pub(super) struct AxisSize {
 
 impl AxisSize {
     /// # Safety
-    /// AVX2.
+    /// The machine has AVX2.
     #[inline(always)]
     unsafe fn new(size: u32, repeats: bool) -> Self {
         // SAFETY: the caller guarantees AVX2.
@@ -98,7 +98,7 @@ pub(super) struct SizedLevel<'a> {
 
 impl<'a> SizedLevel<'a> {
     /// # Safety
-    /// AVX2.
+    /// The machine has AVX2.
     #[inline(always)]
     pub(super) unsafe fn new(texels: TexelLevel<'a>, address_modes: [AddressMode; 2]) -> Self {
         let repeats = address_modes.map(|mode| mode == AddressMode::Repeat);
@@ -120,7 +120,7 @@ struct LevelPair<'a> {
 
 /// The levels that some lanes read. `previous`: those that were read before, which are usually the same.
 /// # Safety
-/// AVX2.
+/// The machine has AVX2.
 #[inline(always)]
 unsafe fn level_pair<'a>(
     levels: &[BoundLevel<'a>],
@@ -146,9 +146,9 @@ unsafe fn level_pair<'a>(
     }
 }
 
-/// The texels before and after a position along one axis, given in texels, and its fraction between them.
+/// The texels before and after each position along one axis, and the position's fraction between them. `x`: positions; the centre of texel `k` is at `k`.
 /// # Safety
-/// AVX2.
+/// The machine has AVX2.
 #[inline(always)]
 pub(super) unsafe fn texels_beside(x: __m256, axis: &AxisSize) -> TexelsBeside {
     // SAFETY: the caller guarantees AVX2.
@@ -171,7 +171,7 @@ pub(super) unsafe fn texels_beside(x: __m256, axis: &AxisSize) -> TexelsBeside {
 
 /// As [`texels_beside`], for a texture coordinate (0 to 1 over the level).
 /// # Safety
-/// AVX2.
+/// The machine has AVX2.
 #[inline(always)]
 unsafe fn texel_pair(c: __m256, axis: &AxisSize) -> TexelsBeside {
     // SAFETY: the caller guarantees AVX2.
@@ -181,8 +181,9 @@ unsafe fn texel_pair(c: __m256, axis: &AxisSize) -> TexelsBeside {
     }
 }
 
+/// Bilinear interpolation at eight texture coordinates, between the texels of one level.
 /// # Safety
-/// AVX2.
+/// The machine has AVX2.
 #[inline(always)]
 unsafe fn bilinear<D: Decode>(decode: D, level: &SizedLevel<'_>, [u, v]: [__m256; 2], needed: [bool; 4]) -> [__m256; 4] {
     // SAFETY: the caller guarantees AVX2; `texel_pair` clamps columns and rows to the level.
@@ -194,7 +195,7 @@ unsafe fn bilinear<D: Decode>(decode: D, level: &SizedLevel<'_>, [u, v]: [__m256
 
 /// Interpolates between a level and the coarser one, if there is one.
 /// # Safety
-/// AVX2.
+/// The machine has AVX2.
 #[inline(always)]
 unsafe fn trilinear<D: Decode>(
     decode: D,
@@ -222,7 +223,7 @@ unsafe fn trilinear<D: Decode>(
     }
 }
 
-/// Eight lanes to filter.
+/// A group of eight lanes to filter.
 struct Lanes<'a> {
     uv: [__m256; 2],
     /// Weight of the next coarser level.
@@ -240,13 +241,13 @@ struct Taps {
     excess: __m256,
     /// Index of the middle of the taps.
     middle: __m256,
-    /// Distance by which each tap moves towards the middle, but not past it.
+    /// Distance by which each tap moves towards the middle, at most as far as the middle.
     to_middle: __m256,
 }
 
 impl Taps {
     /// # Safety
-    /// AVX2.
+    /// The machine has AVX2.
     #[inline(always)]
     unsafe fn new(length: __m256) -> Self {
         // SAFETY: the caller guarantees AVX2.
@@ -260,7 +261,7 @@ impl Taps {
 
     /// As [`super::footprint::tap`], with the same bits: offset and weight of tap number `index`.
     /// # Safety
-    /// AVX2.
+    /// The machine has AVX2.
     #[inline(always)]
     unsafe fn tap(&self, index: __m256) -> (__m256, __m256) {
         // SAFETY: the caller guarantees AVX2.
@@ -277,18 +278,18 @@ impl Taps {
 
 /// The values of eight lanes. `wanted`: all bits set in the lanes whose value is used; `needed`: the channels that are used.
 /// # Safety
-/// AVX2.
+/// The machine has AVX2.
 #[inline(always)]
 unsafe fn value_of<D: Decode>(decode: D, levels: &LevelPair<'_>, lanes: &Lanes<'_>, wanted: __m256, needed: [bool; 4]) -> [__m256; 4] {
     // SAFETY: the caller guarantees AVX2.
     unsafe {
         let ([u, v], fraction) = (lanes.uv, lanes.fraction);
         let Some([length, step_u, step_v]) = lanes.footprints else { return trilinear(decode, levels, [u, v], fraction, needed) };
-        let length = eight(length, lanes.group);
+        let length = group_of(length, lanes.group);
         if _mm256_movemask_ps(_mm256_and_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(length, _mm256_set1_ps(1.0)), wanted)) == 0 {
             return trilinear(decode, levels, [u, v], fraction, needed);
         }
-        let (step_u, step_v) = (eight(step_u, lanes.group), eight(step_v, lanes.group));
+        let (step_u, step_v) = (group_of(step_u, lanes.group), group_of(step_v, lanes.group));
         let taps = Taps::new(length);
         let mut sum = [_mm256_setzero_ps(); 4];
         for index in 0..MAX_TAPS {
@@ -310,7 +311,7 @@ unsafe fn value_of<D: Decode>(decode: D, levels: &LevelPair<'_>, lanes: &Lanes<'
 
 /// A register with all bits set in the lanes whose bit of `lanes` is set.
 /// # Safety
-/// AVX2.
+/// The machine has AVX2.
 #[inline(always)]
 unsafe fn mask_of(lanes: u32) -> __m256 {
     // SAFETY: the caller guarantees AVX2.
@@ -320,40 +321,40 @@ unsafe fn mask_of(lanes: u32) -> __m256 {
     }
 }
 
-/// The lanes of a batch's channels in groups of eight.
-type Eights<'a> = [Option<&'a mut [[f32; EIGHT]]>; 4];
+/// The channels of a batch, in groups of eight lanes.
+type LaneGroups<'a> = [Option<&'a mut [[f32; GROUP_LANES]]>; 4];
 
 #[inline(always)]
-pub(super) fn in_eights(out: Channels<'_, f32>) -> Eights<'_> {
-    out.map(|lanes| lanes.map(|lanes| lanes.as_chunks_mut::<EIGHT>().0))
+pub(super) fn in_groups(out: Channels<'_, f32>) -> LaneGroups<'_> {
+    out.map(|lanes| lanes.map(|lanes| lanes.as_chunks_mut::<GROUP_LANES>().0))
 }
 
 /// Writes the active lanes of a group of eight.
 /// # Safety
-/// AVX2.
+/// The machine has AVX2.
 #[inline(always)]
-pub(super) unsafe fn write_eight(out: &mut Eights<'_>, group: usize, value: [__m256; 4], active: u32) {
+pub(super) unsafe fn write_group(out: &mut LaneGroups<'_>, group: usize, value: [__m256; 4], active: u32) {
     for (out, value) in out.iter_mut().zip(value) {
         let Some(out) = out.as_mut().map(|out| &mut out[group]) else { continue };
         // SAFETY: the caller guarantees AVX2; registers and arrays have eight floats each.
         unsafe {
-            let kept = transmute::<[f32; EIGHT], __m256>(*out);
+            let kept = transmute::<[f32; GROUP_LANES], __m256>(*out);
             let value = if active == 0xff { value } else { _mm256_blendv_ps(kept, value, mask_of(active)) };
-            *out = transmute::<__m256, [f32; EIGHT]>(value);
+            *out = transmute::<__m256, [f32; GROUP_LANES]>(value);
         }
     }
 }
 
 /// The finer level that each of eight lanes reads, and its fraction towards the coarser one.
 /// # Safety
-/// AVX2.
+/// The machine has AVX2.
 #[inline(always)]
 unsafe fn level_and_fraction(levels_of_lanes: &[f32; BATCH], group: usize, level_count: usize) -> (__m256, __m256) {
     // SAFETY: the caller guarantees AVX2.
     unsafe {
         // max returns its second operand if one is NaN: NaN becomes 0.
         let coarsest = _mm256_set1_ps((level_count - 1) as f32);
-        let level = _mm256_min_ps(_mm256_max_ps(eight(levels_of_lanes, group), _mm256_setzero_ps()), coarsest);
+        let level = _mm256_min_ps(_mm256_max_ps(group_of(levels_of_lanes, group), _mm256_setzero_ps()), coarsest);
         let finer = _mm256_floor_ps(level);
         (finer, _mm256_sub_ps(level, finer))
     }
@@ -361,19 +362,19 @@ unsafe fn level_and_fraction(levels_of_lanes: &[f32; BATCH], group: usize, level
 
 /// The finer level, if it is the same in all lanes, and whether some lane needs the coarser one as well.
 /// # Safety
-/// AVX2.
+/// The machine has AVX2.
 #[inline(always)]
 unsafe fn shared_level(levels_of_lanes: &[f32; BATCH], level_count: usize) -> Option<(usize, bool)> {
     // SAFETY: the caller guarantees AVX2; a register and an array have eight numbers each.
     unsafe {
         let (first, mut largest_fraction) = level_and_fraction(levels_of_lanes, 0, level_count);
         let mut differs = _mm256_setzero_ps();
-        for group in 1..BATCH / EIGHT {
+        for group in 1..BATCH / GROUP_LANES {
             let (finer, fraction) = level_and_fraction(levels_of_lanes, group, level_count);
             differs = _mm256_or_ps(differs, _mm256_xor_ps(finer, first));
             largest_fraction = _mm256_max_ps(largest_fraction, fraction);
         }
-        let levels = transmute::<__m256, [f32; EIGHT]>(first);
+        let levels = transmute::<__m256, [f32; GROUP_LANES]>(first);
         let is_shared = _mm256_testz_si256(_mm256_castps_si256(differs), _mm256_castps_si256(differs)) == 1
             && levels.iter().all(|level| *level == levels[0]);
         let needs_coarser = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(largest_fraction, _mm256_setzero_ps())) != 0;
@@ -383,7 +384,7 @@ unsafe fn shared_level(levels_of_lanes: &[f32; BATCH], level_count: usize) -> Op
 
 /// Filters the active lanes into `out`; the other lanes of `out` are left unchanged. `levels`: from the finest to the coarsest that may be read.
 /// # Safety
-/// AVX2.
+/// The machine has AVX2.
 #[inline(always)]
 pub(super) unsafe fn filter<D: Decode>(
     decode: D,
@@ -394,17 +395,17 @@ pub(super) unsafe fn filter<D: Decode>(
     out: Channels<'_, f32>,
 ) {
     let needed = out.each_ref().map(|o| o.is_some());
-    let mut out = in_eights(out);
+    let mut out = in_groups(out);
     let address_modes = [state.address_u, state.address_v];
     let Some(levels_of_lanes) = request.levels_of_lanes else {
         // SAFETY: the caller guarantees AVX2.
         unsafe {
             let level = SizedLevel::new(levels[0].read(), address_modes);
-            for group in 0..BATCH / EIGHT {
-                let active = (active >> (group * EIGHT)) as u32 & 0xff;
+            for group in 0..BATCH / GROUP_LANES {
+                let active = (active >> (group * GROUP_LANES)) as u32 & 0xff;
                 if active != 0 {
-                    let value = bilinear(decode, &level, [eight(request.u, group), eight(request.v, group)], needed);
-                    write_eight(&mut out, group, value, active);
+                    let value = bilinear(decode, &level, [group_of(request.u, group), group_of(request.v, group)], needed);
+                    write_group(&mut out, group, value, active);
                 }
             }
         }
@@ -417,19 +418,19 @@ pub(super) unsafe fn filter<D: Decode>(
         // SAFETY: as above.
         unsafe {
             let pair = level_pair(levels, address_modes, finer_index, needs_coarser, None);
-            for group in 0..BATCH / EIGHT {
+            for group in 0..BATCH / GROUP_LANES {
                 let (_, fraction) = level_and_fraction(levels_of_lanes, group, levels.len());
-                let uv = [eight(request.u, group), eight(request.v, group)];
+                let uv = [group_of(request.u, group), group_of(request.v, group)];
                 let lanes = Lanes { uv, fraction, footprints: request.footprints, group };
                 let value = value_of(decode, &pair, &lanes, _mm256_castsi256_ps(_mm256_set1_epi32(-1)), needed);
-                write_eight(&mut out, group, value, 0xff);
+                write_group(&mut out, group, value, 0xff);
             }
         }
         return;
     }
     let mut previous = None;
-    for group in 0..BATCH / EIGHT {
-        let active = (active >> (group * EIGHT)) as u32 & 0xff;
+    for group in 0..BATCH / GROUP_LANES {
+        let active = (active >> (group * GROUP_LANES)) as u32 & 0xff;
         if active == 0 {
             continue;
         }
@@ -438,13 +439,13 @@ pub(super) unsafe fn filter<D: Decode>(
             let zero = _mm256_setzero_ps();
             let (finer, fraction) = level_and_fraction(levels_of_lanes, group, levels.len());
             let finer = _mm256_cvttps_epi32(finer);
-            let finer_of_lane = transmute::<__m256i, [i32; EIGHT]>(finer);
+            let finer_of_lane = transmute::<__m256i, [i32; GROUP_LANES]>(finer);
             let is_between = _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(fraction, zero)) as u32;
-            let uv = [eight(request.u, group), eight(request.v, group)];
+            let uv = [group_of(request.u, group), group_of(request.v, group)];
             let lanes = Lanes { uv, fraction, footprints: request.footprints, group };
             let (mut value, mut remaining) = ([zero; 4], active);
             while remaining != 0 {
-                let finer_index = finer_of_lane[remaining.trailing_zeros() as usize % EIGHT];
+                let finer_index = finer_of_lane[remaining.trailing_zeros() as usize % GROUP_LANES];
                 let same_level = _mm256_castsi256_ps(_mm256_cmpeq_epi32(finer, _mm256_set1_epi32(finer_index)));
                 let filtered = _mm256_movemask_ps(same_level) as u32 & active;
                 let pair = level_pair(levels, address_modes, finer_index as usize, filtered & is_between != 0, previous);
@@ -456,7 +457,7 @@ pub(super) unsafe fn filter<D: Decode>(
                 }
                 remaining &= !filtered;
             }
-            write_eight(&mut out, group, value, active);
+            write_group(&mut out, group, value, active);
         }
     }
 }

@@ -1,4 +1,6 @@
-//! Computes the mip level and the taps that a lane reads from the gradients of its texture coordinates.
+//! Computes, from the gradients of a lane's texture coordinates, the mip level and the taps that the lane reads.
+//!
+//! In: gradients, the texture's size, the maximum number of taps. Out: a `FilterRequest` with a level and a footprint for each lane.
 //!
 //! A pixel's footprint is the ellipse, in texels, onto which the gradients map a circle of diameter 1 pixel. The lengths of its axes are the
 //! singular values of the gradient matrix. Up to `max_taps` trilinear taps fill the major axis from both ends, and the mip level is log2 of the minor
@@ -18,9 +20,9 @@ use crate::render::software::math::Real;
 pub(crate) struct Footprint<R> {
     /// Mip level, at least 0; it may be coarser than the coarsest level.
     pub level: R,
-    /// Length of the major axis in taps, at least 1. The number of taps is the next integer.
+    /// Length of the major axis in taps, at least 1. The number of taps is this length, rounded up.
     pub length: R,
-    /// The width of a tap along the major axis, in texture coordinates.
+    /// The vector along the major axis from one tap to the next, if they do not overlap, in texture coordinates.
     pub step: [R; 2],
 }
 
@@ -51,8 +53,8 @@ pub(super) fn floor<R: Real>(x: R) -> R {
 }
 
 impl<R: Real> Footprint<R> {
-    /// Anisotropic filtering: up to `max_taps` taps along the major axis, as in `filtered_map` of shaders/lib/filtered_map.wesl. The other arguments are those of
-    /// [`longest_sq`].
+    /// Anisotropic filtering: up to `max_taps` taps along the major axis, as in `filtered_map` of shaders/lib/filtered_map.wesl. The other arguments are
+    /// those of [`longest_sq`].
     #[inline(always)]
     pub(crate) fn anisotropic(size: [R; 2], dx: [R; 2], dy: [R; 2], max_taps: R) -> Self {
         let half = R::from_f64(0.5);
@@ -76,6 +78,7 @@ impl<R: Real> Footprint<R> {
         let x = if is_wide { major_sq - c } else { b };
         let y = if is_wide { b } else { major_sq - a };
         let axis_sq = x * x + y * y;
+        // At least 1e-30, so that the axis of a round footprint, which has no direction, is not divided by zero.
         let scale = width_sq.sqrt() / if axis_sq > R::from_f64(1e-30) { axis_sq } else { R::from_f64(1e-30) }.sqrt();
         Self { level: level_of(width_sq), length, step: [x * scale / size[0], y * scale / size[1]] }
     }
@@ -95,7 +98,7 @@ fn at_least_one<R: Real>(x: R) -> R {
     if x > R::ONE { x } else { R::ONE }
 }
 
-/// The level whose texels have the given width in texels of level 0. `width_sq`: its square, at least 1.
+/// The level whose texels have a given width, in texels of level 0. `width_sq`: the square of the width, at least 1.
 #[inline(always)]
 fn level_of<R: Real>(width_sq: R) -> R {
     R::from_f64(0.5) * width_sq.log2_from_one::<false>()
@@ -142,8 +145,8 @@ impl<'a, R: Real> FilterRequest<'a, R> {
             }
             return;
         };
-        // The sum of the squares of both axes is at least the square of the major axis. Where it is at most 1, `anisotropic` gives level 0 and one tap, in
-        // spite of rounding, because it shortens the footprint by 0.01.
+        // The sum of the squares of both axes is at least the square of the major axis. Where the sum is at most 1, `anisotropic` gives level 0 and one tap,
+        // in spite of rounding, because it shortens the footprint by 0.01.
         let mut sums_sq = [R::ZERO; BATCH];
         for i in 0..BATCH {
             let (ux, vx, uy, vy) = (g[0][i] * size[0], g[1][i] * size[1], g[2][i] * size[0], g[3][i] * size[1]);
@@ -180,7 +183,7 @@ mod tests {
         request.level.is_some()
     }
 
-    /// tests/software/filtered_map.rs relies on it to run the code for magnified batches.
+    /// tests/software/filtered_map.rs relies on this to test the code for magnified batches.
     #[test]
     fn a_batch_has_no_levels_only_if_all_lanes_are_magnified() {
         for is_anisotropic in [false, true] {

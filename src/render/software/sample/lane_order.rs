@@ -6,11 +6,11 @@
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
 
-use crate::render::software::exec::LaneMask;
+use crate::render::software::exec::{LANES, LaneMask};
 use crate::render::software::math::Real;
 
 /// Number of lanes in a batch.
-pub(crate) const BATCH: usize = 128;
+pub(crate) const BATCH: usize = LANES;
 /// Number of lanes that are fetched and interpolated together.
 pub(super) const CHUNK: usize = 32;
 /// Length of arrays in sorted order. A level's chunks begin at its first position, which need not be a multiple of [`CHUNK`], so the last chunk may
@@ -18,7 +18,7 @@ pub(super) const CHUNK: usize = 32;
 pub(super) const PADDED: usize = BATCH + CHUNK;
 /// Maximum number of taps of a lane.
 pub(crate) const MAX_TAPS: usize = 16;
-/// Maximum number of mip levels. Textures have at most 23, since a side has at most 2^22 texels.
+/// Maximum number of mip levels that are read. Textures have at most 23, since a side has at most 2^22 texels.
 pub(super) const MAX_LEVELS: usize = 31;
 
 /// Red, green, blue, alpha of a batch; `None` for channels that are not needed.
@@ -39,11 +39,11 @@ pub(super) struct LaneOrder {
     /// The active lanes in sorted order; `count` entries are valid. Not filled if `is_identity`.
     sorted_lanes: [u8; BATCH],
     pub(super) count: usize,
-    /// Whether all lanes are active and have the same key, so that the order is that of the batch.
+    /// Whether all lanes are active and have the same key, so that the sorted order is that of the batch.
     pub(super) is_identity: bool,
     /// `starts[key]`: the position of the first lane with that key or a greater one.
     pub(super) starts: [u8; (MAX_LEVELS + 1) * MAX_TAPS + 1],
-    /// From the finest to the coarsest level that some lane reads, whether the lane is active or not.
+    /// From the finest to the coarsest level among the keys of all lanes, active or not.
     pub(super) levels: std::ops::Range<usize>,
     /// Whether some lane, active or not, has more than one tap.
     pub(super) has_several_taps: bool,
@@ -60,7 +60,7 @@ impl LaneOrder {
             max_key = max_key.max(*k);
             inverted_keys |= !*k;
         }
-        // A lane with one tap has the last key of its level, -1 modulo MAX_TAPS, whose complement is 0 modulo MAX_TAPS.
+        // A lane with one tap has the last key of its level: all bits of key % MAX_TAPS are set, and those of the inverted key are not.
         order.has_several_taps = usize::from(inverted_keys) % MAX_TAPS != 0;
         let (min_key, max_key) = (usize::from(min_key), usize::from(max_key));
         order.levels = min_key / MAX_TAPS..max_key / MAX_TAPS + 1;
@@ -90,8 +90,8 @@ impl LaneOrder {
         order
     }
 
-    /// The values in sorted order, copied to `buffer` unless `is_identity`. A chunk of the result may start at any position below `count`; if `is_identity`, the
-    /// result is not padded, and a chunk may start only at multiples of [`CHUNK`].
+    /// The values in sorted order, copied to `buffer` unless `is_identity`. A chunk of the result may start at any position below `count`. But if
+    /// `is_identity`, the result is not padded, and a chunk may start only at multiples of [`CHUNK`].
     #[inline(always)]
     pub(super) fn gather<'a, R: Real>(&self, values: &'a [R; BATCH], buffer: &'a mut LazyArray<R>) -> &'a [R] {
         if self.is_identity {

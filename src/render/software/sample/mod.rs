@@ -1,6 +1,8 @@
 //! Samples textures for the executor, batch by batch.
 //!
-//! [`texels`] borrows and decodes texels, [`footprint`] chooses levels and taps, [`filter`] interpolates (`filter_avx2`: f32 with AVX2), `single` reads
+//! In: the textures of a draw, and the coordinates of a batch's lanes. Out: up to four linear channels per lane.
+//!
+//! [`texels`] borrows and decodes texels, [`footprint`] chooses levels and taps, [`filter`] interpolates (`filter_avx2`: f32 with AVX2), `texel_load` reads
 //! single texels, and `between` interpolates between the four texels around a position. [`Textures`] binds textures to the texture uses of one
 //! program and samples them with the kernels of one instruction set (a kernel class). Weights have the type of the lanes, f32 or f64; texels are decoded to
 //! f32, exact to f32 rounding.
@@ -18,7 +20,7 @@ pub mod filter;
 mod filter_avx2;
 pub mod footprint;
 mod lane_order;
-mod single;
+mod texel_load;
 pub mod texels;
 
 use super::exec::{Gradients, LaneMask, TextureUnit};
@@ -28,8 +30,8 @@ use crate::image::TexelFormat;
 use crate::render::plan::{AddressMode, SamplerState};
 use filter::{BATCH, Channels, sample};
 use footprint::FilterRequest;
-use single::{TexelCoordinates, load};
 use std::sync::Arc;
+use texel_load::{TexelCoordinates, load};
 use texels::{BoundLevel, Decode, Float, Srgb, Texels, Unorm};
 
 /// A texture bound to one texture use of a program.
@@ -50,7 +52,7 @@ pub struct Textures<'a> {
 const DEFAULT_SAMPLER: SamplerState =
     SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, linear: true };
 
-/// A batch's coordinates, and what determines the mip levels.
+/// What a batch asks of a sampler: texture coordinates, and what determines the mip levels.
 #[derive(Clone, Copy)]
 struct Request<'a, R> {
     u: &'a [R],
@@ -63,10 +65,9 @@ struct Request<'a, R> {
 #[derive(Clone, Copy)]
 enum LevelSource<'a, R> {
     Explicit(&'a [R]),
-    /// The longer gradient.
+    /// The longer of each lane's two gradients.
     Isotropic(Gradients<'a, R>),
     /// The footprint of the gradients, and the maximum number of taps, per lane or one for all lanes. Only maps read by `filtered_map` use it.
-    /// [`FilterRequest`] holds the resulting levels and footprints, without the kind of read.
     Anisotropic(Gradients<'a, R>, &'a [R]),
 }
 
@@ -81,7 +82,7 @@ fn full_batch<'a, R: Real>(values: &'a [R], buffer: &'a mut Option<[R; BATCH]>) 
     buffer
 }
 
-/// Filters a batch: prepares its levels and footprints, then calls [`filter::sample`].
+/// Filters a batch: computes its levels and footprints ([`FilterRequest`]), then calls [`filter::sample`].
 #[inline(always)]
 fn filter_batch<R: Real, D: Decode>(
     decode: D,
@@ -90,7 +91,7 @@ fn filter_batch<R: Real, D: Decode>(
     request: Request<'_, R>,
     out: Channels<'_, R>,
 ) {
-    // Buffers that pad a partial batch to all lanes. A request has either levels or gradients, so that the levels and du/dx share one. Separate
+    // Buffers that pad a partial batch to all lanes. A request has either levels or gradients, so that the levels and du/dx share a buffer. Separate
     // variables, because an array of buffers would be zeroed at each call.
     let (mut u, mut v, mut level_or_du_dx, mut dv_dx, mut du_dy, mut dv_dy, mut taps) = (None, None, None, None, None, None, None);
     // At most one tap in every lane: anisotropic filtering then gives the same level as isotropic filtering.
@@ -119,7 +120,7 @@ fn filter_batch<R: Real, D: Decode>(
     sample(decode, levels, &filter_request, state, request.active, out);
 }
 
-/// Calls `fill` with channels of complete batches. Channels of fewer lanes receive a copy of the first lanes.
+/// Calls `fill` with channels of `BATCH` lanes. If `out` has fewer lanes, they receive a copy of the first lanes that `fill` writes.
 #[inline(always)]
 fn write_batch<R: Real>(out: [&mut [R]; 4], fill: impl FnOnce(Channels<'_, R>)) {
     if out.iter().all(|lanes| lanes.is_empty() || lanes.len() >= BATCH) {
@@ -133,7 +134,7 @@ fn write_batch<R: Real>(out: [&mut [R]; 4], fill: impl FnOnce(Channels<'_, R>)) 
     }
 }
 
-/// The sampling functions, compiled for one kernel class. The expression `$decoder` makes the class's decoder from the format's (`$decode`).
+/// The sampling functions, compiled for one kernel class. The expression `$decoder` makes this class's decoder from the portable decoder `$decode`.
 macro_rules! functions_of_class {
     ($name:ident, $decode:ident => $decoder:expr, $(#[$feature:meta])*) => {
         mod $name {
@@ -149,16 +150,16 @@ macro_rules! functions_of_class {
             }
 
             /// # Safety
-            /// As above.
+            /// As for `filtered`.
             $(#[$feature])*
-            pub unsafe fn single<R: Real, D: Decode>(
+            pub unsafe fn load_texels<R: Real, D: Decode>(
                 $decode: D, levels: &[BoundLevel<'_>], coordinates: TexelCoordinates<'_, R>, active: LaneMask, out: [&mut [R]; 4],
             ) {
                 load($decoder, levels, coordinates, active, out);
             }
 
             /// # Safety
-            /// As above.
+            /// As for `filtered`.
             $(#[$feature])*
             pub unsafe fn between<R: Real, D: Decode>(
                 $decode: D, levels: &[BoundLevel<'_>], at: [&[R; BATCH]; 2], active: LaneMask, out: Channels<'_, R>,
@@ -271,9 +272,9 @@ impl<R: Real> TextureUnit<R> for Textures<'_> {
         // SAFETY: `new` has checked that this machine has the class.
         unsafe {
             match format {
-                TexelFormat::Rgba8Srgb => for_class!(self.class, single::<R, Srgb>)(Srgb::new(), levels, coordinates, active, out),
-                TexelFormat::Rgba8Unorm => for_class!(self.class, single::<R, Unorm>)(Unorm, levels, coordinates, active, out),
-                TexelFormat::Rgba32Float => for_class!(self.class, single::<R, Float>)(Float, levels, coordinates, active, out),
+                TexelFormat::Rgba8Srgb => for_class!(self.class, load_texels::<R, Srgb>)(Srgb::new(), levels, coordinates, active, out),
+                TexelFormat::Rgba8Unorm => for_class!(self.class, load_texels::<R, Unorm>)(Unorm, levels, coordinates, active, out),
+                TexelFormat::Rgba32Float => for_class!(self.class, load_texels::<R, Float>)(Float, levels, coordinates, active, out),
             }
         }
     }

@@ -178,14 +178,14 @@ impl<D: FourBytes> Decode for GatherDecoder<D> {
 #[derive(Clone, Copy)]
 pub(crate) struct TransposeDecoder(pub(super) Float);
 
-/// The texel of sixteen bytes at `base[word_index]`. The index counts words of eight bytes, because x86 addresses scale an index by at most eight: it is
-/// twice the texel's index. Not checked in debug builds, see [`Unaligned`]. A function, because a closure cannot be `inline(always)`, and would lack
-/// the caller's instruction set if it were not inlined.
+/// The texel of sixteen bytes that starts at `base[half_texel_index]`. The index is twice the texel's, because x86 addresses scale an index by at most
+/// eight bytes, half a texel. Not checked in debug builds, see [`Unaligned`]. A function, because a closure cannot be `inline(always)`, and would lack the
+/// caller's instruction set if it were not inlined.
 /// # Safety
 /// The texel exists.
 #[inline(always)]
-unsafe fn texel_at(base: *const u64, word_index: u32) -> __m128 {
-    let texel = base.wrapping_add(word_index as usize).cast::<Unaligned>();
+unsafe fn texel_at(base: *const u64, half_texel_index: u32) -> __m128 {
+    let texel = base.wrapping_add(half_texel_index as usize).cast::<Unaligned>();
     #[allow(clippy::transmute_ptr_to_ref, reason = "a dereferenced pointer is checked in debug builds")]
     // SAFETY: the caller guarantees it.
     unsafe {
@@ -193,14 +193,14 @@ unsafe fn texel_at(base: *const u64, word_index: u32) -> __m128 {
     }
 }
 
-/// The texels of lanes `low` (in the lower half of the result) and `low + 4`; `word_indices` as in [`texel_at`].
+/// The texels of lanes `low` (in the lower half of the result) and `low + 4`; `half_texel_indices` as in [`texel_at`].
 /// # Safety
 /// As [`texel_at`]; the machine has AVX2.
 #[inline(always)]
-unsafe fn pair(base: *const u64, word_indices: &[u32; 8], low: usize) -> __m256 {
+unsafe fn pair(base: *const u64, half_texel_indices: &[u32; 8], low: usize) -> __m256 {
     // SAFETY: the caller guarantees it.
     unsafe {
-        let (first, second) = (texel_at(base, word_indices[low]), texel_at(base, word_indices[low + 4]));
+        let (first, second) = (texel_at(base, half_texel_indices[low]), texel_at(base, half_texel_indices[low + 4]));
         _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(first), second)
     }
 }
@@ -257,11 +257,11 @@ impl Decode for TransposeDecoder {
     #[inline(always)]
     unsafe fn channel_of_eight<const K: usize>(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [f32; 8] {
         // A gather scales its indices by at most eight bytes, half a texel. Twice an index fits, since a level has at most 2^30 texels.
-        let word_indices = index.map(|i| i.wrapping_mul(2));
+        let half_texel_indices = index.map(|i| i.wrapping_mul(2));
         // SAFETY: the caller's indices lie inside the level, whose texels have sixteen bytes; a `TransposeDecoder` exists only with AVX2.
         unsafe {
             let channel_base = level.bytes.as_ptr().wrapping_add(4 * (K & 3)).cast::<i32>();
-            transmute::<__m256i, [f32; 8]>(_mm256_i32gather_epi32::<8>(channel_base, transmute::<[u32; 8], __m256i>(word_indices)))
+            transmute::<__m256i, [f32; 8]>(_mm256_i32gather_epi32::<8>(channel_base, transmute::<[u32; 8], __m256i>(half_texel_indices)))
         }
     }
     #[inline(always)]
@@ -321,9 +321,9 @@ impl TransposeDecoder {
         let base = level.bytes.as_ptr().cast::<u64>();
         // SAFETY: as in `texel_per_quad`.
         unsafe {
-            let word_indices = transmute::<__m256i, [u32; 8]>(_mm256_add_epi32(index, index));
-            let (t0, t1) = (pair(base, &word_indices, 0), pair(base, &word_indices, 1));
-            let (t2, t3) = (pair(base, &word_indices, 2), pair(base, &word_indices, 3));
+            let half_texel_indices = transmute::<__m256i, [u32; 8]>(_mm256_add_epi32(index, index));
+            let (t0, t1) = (pair(base, &half_texel_indices, 0), pair(base, &half_texel_indices, 1));
+            let (t2, t3) = (pair(base, &half_texel_indices, 2), pair(base, &half_texel_indices, 3));
             let (low_01, low_23) = (_mm256_unpacklo_ps(t0, t1), _mm256_unpacklo_ps(t2, t3));
             let (high_01, high_23) = (_mm256_unpackhi_ps(t0, t1), _mm256_unpackhi_ps(t2, t3));
             [

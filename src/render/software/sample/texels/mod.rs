@@ -1,5 +1,7 @@
 //! The texels that a binding reads: borrowed bytes of every mip level, which are decoded when read.
 //!
+//! In: a texture or the image of a pass. Out: decoders of its format, which give linear f32 channels.
+//!
 //! sRGB is decoded with a table of 256 f32, exact to f32 rounding. `Texels::new` checks once that each level has as many bytes as its size
 //! requires, so that reads check only the coordinates. The bytes of a map's level may still be on disk; `BoundLevel::read` fetches them
 //! when lanes need that level.
@@ -60,7 +62,7 @@ impl<'a> BoundLevel<'a> {
     }
 }
 
-/// A level and the next coarser one, which is read only if the `fraction` of one of the level's lanes requires it.
+/// A level and, if some lane needs it, the next coarser one. `fraction`: of each lane, the weight of the coarser level.
 #[inline(always)]
 pub(super) fn read_pair<'a, R: Real>(levels: &[BoundLevel<'a>], level: usize, fraction: &[R]) -> (TexelLevel<'a>, Option<TexelLevel<'a>>) {
     let coarser = levels.get(level + 1).filter(|_| fraction.iter().fold(false, |any, f| any | (*f > R::ZERO)));
@@ -131,7 +133,7 @@ pub(crate) trait Decode: Copy {
         [self.channel::<0>(texel), self.channel::<1>(texel), self.channel::<2>(texel), self.channel::<3>(texel)]
     }
 
-    /// Channel `K` of several lanes' texels.
+    /// Channel `K` of each of several texels.
     #[inline(always)]
     fn channel_of_each<const K: usize, const N: usize>(self, texels: &[Self::Texel; N]) -> [f32; N] {
         let mut out = [0.0; N];
@@ -141,7 +143,7 @@ pub(crate) trait Decode: Copy {
         out
     }
 
-    /// Whether maps are filtered by [`super::filter_avx2`]: true only for decoders that exist only on machines with AVX2.
+    /// Whether [`super::filter_avx2`] filters with this decoder; true only for decoders that exist only on machines with AVX2.
     #[cfg(target_arch = "x86_64")]
     const FILTERS_WITH_AVX2: bool = false;
 

@@ -1,6 +1,7 @@
-//! The inputs and outputs of a fragment program, resolved once for a draw of a pass.
+//! The inputs and outputs of a fragment program, resolved once for each draw of a pass.
 //!
-//! In: the program, and the draw's depth state. Out: `FragmentPlan`. Not here: triangles and tiles.
+//! In: the program, and the draw's depth state. Out: `FragmentSetup`, which tells where each input comes from and which outputs are colour and depth. Not
+//! here: triangles and tiles.
 
 use super::math::Real;
 use super::program::{LaneInput, LaneOutput};
@@ -14,9 +15,9 @@ pub(crate) enum FragmentInputSource {
     PixelY,
     Depth,
     InverseW,
-    /// The interpolated scalar with this index.
+    /// The interpolated varying with this index; each component counts as one.
     Interpolated(usize),
-    /// The flat scalar with this index.
+    /// The flat varying with this index; each component counts as one.
     Flat(usize),
     FrontFacing,
     Zero,
@@ -24,9 +25,9 @@ pub(crate) enum FragmentInputSource {
     Unread,
 }
 
-/// The fragment stage of one draw, prepared once per pass.
+/// Where the inputs of a draw's fragment program come from, which of its outputs are used, and how depth is tested.
 #[derive(Clone, Debug)]
-pub(crate) struct FragmentPlan {
+pub(crate) struct FragmentSetup {
     pub(super) input_sources: Vec<FragmentInputSource>,
     /// Indices of the program's outputs for red, green, blue and alpha.
     pub(super) colour_outputs: [Option<usize>; 4],
@@ -36,7 +37,7 @@ pub(crate) struct FragmentPlan {
     pub(super) depth: DepthState,
 }
 
-impl FragmentPlan {
+impl FragmentSetup {
     /// `has_depth`: the pass has a depth target.
     pub(crate) fn new<R: Real>(fragment: &dyn LaneProgram<R>, depth: DepthState, has_depth: bool) -> Self {
         let outputs = fragment.outputs();
@@ -59,7 +60,7 @@ impl FragmentPlan {
             LaneInput::SampleIndex | LaneInput::VertexIndex | LaneInput::InstanceIndex => FragmentInputSource::Zero,
         };
         let source_if_read = |(k, input)| {
-            // Also called for inputs that are not read, because it counts the scalars.
+            // Also called for inputs that are not read, because it counts the varyings.
             let source = source_of(input);
             if fragment.reads_input(k) { source } else { FragmentInputSource::Unread }
         };

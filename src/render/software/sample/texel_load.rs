@@ -1,7 +1,7 @@
 //! Reads single texels by integer coordinates, a batch at a time.
 //!
 //! In: a column for each lane; a row and a level, each either per lane or common to all lanes. Out: up to four channels per lane; zero if the lane is
-//! not active or its texel lies outside the level. Always: every kernel class gives the same bits. If all lanes read the same level, they are read
+//! not active or its texel lies outside the level. Always: every kernel class gives the same bits. If all lanes read the same level, they are loaded
 //! without a branch, with gather instructions if the class has them; otherwise lane by lane.
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
@@ -17,9 +17,9 @@ use crate::render::software::math::Real;
 pub(super) type TexelCoordinates<'a, R> = [&'a [R]; 3];
 
 /// Number of lanes that are read together.
-const EIGHT: usize = 8;
+const GROUP_LANES: usize = 8;
 
-/// Reads the texels of a batch. `out`: red, green, blue, alpha, each either empty or as long as `x`.
+/// Loads the texels of a batch. `out`: red, green, blue, alpha, each either empty or as long as `x`.
 #[inline(always)]
 pub(super) fn load<R: Real, D: Decode>(
     decode: D,
@@ -49,7 +49,7 @@ pub(super) fn load<R: Real, D: Decode>(
             }
         }
     }
-    let is_complete = if y.len() == 1 {
+    let have_all_texels = if y.len() == 1 {
         let row = row.lane_bits();
         find_texels(level, x, |_| row, &mut index, &mut mask)
     } else {
@@ -58,7 +58,7 @@ pub(super) fn load<R: Real, D: Decode>(
     };
     if count == BATCH {
         let out = out.each_mut().map(|lanes| lanes.first_chunk_mut());
-        return if is_complete {
+        return if have_all_texels {
             read_masked::<R, D, false>(decode, level, &index, &mask, out)
         } else {
             read_masked::<R, D, true>(decode, level, &index, &mask, out)
@@ -73,7 +73,7 @@ pub(super) fn load<R: Real, D: Decode>(
 }
 
 /// Finds the index of each lane's texel in one level. A lane has a texel if its `mask` is set and its coordinates lie inside the level; otherwise its
-/// mask is cleared and its index is 0. Returns whether every lane has a texel.
+/// mask is cleared and its index is 0. Returns whether all lanes have a texel.
 #[inline(always)]
 fn find_texels<R: Real>(
     level: &TexelLevel<'_>,
@@ -105,11 +105,11 @@ fn read_masked<R: Real, D: Decode, const MASKED: bool>(
     mask: &[u32; BATCH],
     out: Channels<'_, R>,
 ) {
-    let chunks = index.as_chunks::<EIGHT>().0.iter().zip(mask.as_chunks::<EIGHT>().0);
+    let chunks = index.as_chunks::<GROUP_LANES>().0.iter().zip(mask.as_chunks::<GROUP_LANES>().0);
     match out {
         // The usual cases, without a test of each channel for each chunk.
         [Some(r), Some(g), Some(b), Some(a)] => {
-            let [r, g, b, a] = [r, g, b, a].map(|lanes| lanes.as_chunks_mut::<EIGHT>().0);
+            let [r, g, b, a] = [r, g, b, a].map(|lanes| lanes.as_chunks_mut::<GROUP_LANES>().0);
             for (((((index, mask), to_r), to_g), to_b), to_a) in chunks.zip(r).zip(g).zip(b).zip(a) {
                 // SAFETY: `find_texels` keeps indices inside the level.
                 let [r, g, b, a] = unsafe { decode.channels_of_eight::<MASKED>(level, index, mask) };
@@ -120,7 +120,7 @@ fn read_masked<R: Real, D: Decode, const MASKED: bool>(
             }
         }
         [Some(r), Some(g), Some(b), None] => {
-            let [r, g, b] = [r, g, b].map(|lanes| lanes.as_chunks_mut::<EIGHT>().0);
+            let [r, g, b] = [r, g, b].map(|lanes| lanes.as_chunks_mut::<GROUP_LANES>().0);
             for ((((index, mask), to_r), to_g), to_b) in chunks.zip(r).zip(g).zip(b) {
                 // SAFETY: as above.
                 let [r, g, b, _] = unsafe { decode.channels_of_eight::<MASKED>(level, index, mask) };
@@ -142,7 +142,7 @@ fn read_masked<R: Real, D: Decode, const MASKED: bool>(
                 // SAFETY: as above.
                 let values = unsafe { decode.channels_of_eight::<MASKED>(level, index, mask) };
                 for (out, values) in out.iter_mut().zip(&values) {
-                    if let Some(to) = out.as_mut().and_then(|out| out.as_chunks_mut::<EIGHT>().0.get_mut(k)) {
+                    if let Some(to) = out.as_mut().and_then(|out| out.as_chunks_mut::<GROUP_LANES>().0.get_mut(k)) {
                         write::<R, false>(to, values, mask);
                     }
                 }
@@ -151,6 +151,7 @@ fn read_masked<R: Real, D: Decode, const MASKED: bool>(
     }
 }
 
+/// As [`read_masked`], for channel `K` alone.
 #[inline(always)]
 fn read_channel<R: Real, D: Decode, const K: usize, const MASKED: bool>(
     decode: D,
@@ -160,23 +161,24 @@ fn read_channel<R: Real, D: Decode, const K: usize, const MASKED: bool>(
     out: Option<&mut [R; BATCH]>,
 ) {
     let Some(out) = out else { return };
-    let chunks = index.as_chunks::<EIGHT>().0.iter().zip(mask.as_chunks::<EIGHT>().0);
-    for (to, (index, mask)) in out.as_chunks_mut::<EIGHT>().0.iter_mut().zip(chunks) {
+    let chunks = index.as_chunks::<GROUP_LANES>().0.iter().zip(mask.as_chunks::<GROUP_LANES>().0);
+    for (to, (index, mask)) in out.as_chunks_mut::<GROUP_LANES>().0.iter_mut().zip(chunks) {
         // SAFETY: `find_texels` keeps indices inside the level.
         let values = unsafe { decode.channel_of_eight::<K>(level, index) };
         write::<R, MASKED>(to, &values, mask);
     }
 }
 
+/// Writes values of eight lanes; if `MASKED`, zero where the mask is zero.
 #[inline(always)]
-fn write<R: Real, const MASKED: bool>(to: &mut [R; EIGHT], values: &[f32; EIGHT], mask: &[u32; EIGHT]) {
-    for i in 0..EIGHT {
+fn write<R: Real, const MASKED: bool>(to: &mut [R; GROUP_LANES], values: &[f32; GROUP_LANES], mask: &[u32; GROUP_LANES]) {
+    for i in 0..GROUP_LANES {
         let bits = values[i].to_bits();
         to[i] = R::from_f32_bits(if MASKED { bits & mask[i] } else { bits });
     }
 }
 
-/// Reads texels of several levels.
+/// Loads texels whose level differs between lanes.
 #[inline(always)]
 fn load_lane_by_lane<R: Real, D: Decode>(
     decode: D,

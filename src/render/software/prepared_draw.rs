@@ -1,13 +1,14 @@
-//! The input of tile shading: a draw whose triangles are set up (converted to edge functions and planes), and the quads that the triangles cover.
+//! The input of tile shading: a draw whose triangles are set up (converted to edge functions and planes), the pixels that it may change, and the quads that
+//! the triangles cover.
 
-use super::fragment_plan::FragmentPlan;
+use super::fragment_setup::FragmentSetup;
 use super::math::Real;
 use super::raster::setup::RasterGeometry;
 use super::stage::{LANES, LaneProgram};
 use super::texel_marks::TexelMarks;
 use crate::render::plan::{Blend, Extent, ShadingRate};
 
-/// Number of quads in a batch, the lanes that a program shades at once.
+/// Number of quads in a batch. The lanes of a batch are shaded at once.
 pub(super) const QUADS_PER_BATCH: usize = LANES / 4;
 
 /// Two by two pixels that a triangle covers partly or completely.
@@ -21,54 +22,54 @@ pub(super) struct Quad {
     pub source_triangle: u32,
 }
 
-/// The pixels that a draw may change. Its methods take rectangles of pixels: left, top, right and bottom edge (exclusive).
+/// The pixels that a draw may change. Its methods take rectangles of pixels: left, top, right and bottom edge (the last two exclusive).
 pub(crate) struct DrawExtent {
-    /// The pixels inside the draw's outline and, for the sky, outside the ground's.
-    pub silhouette_bounds: Extent,
-    /// The draw leaves out each pixel whose four nearest texels are marked.
+    /// The pixels inside the body's outline and, for its atmosphere beyond the limb, outside the ground's outline.
+    pub outline: Extent,
+    /// The draw discards each pixel whose four nearest texels in the marked image are all marked.
     pub marks: Option<TexelMarks>,
 }
 
 impl DrawExtent {
     /// Whether the draw changes no pixel of a rectangle.
     pub(super) fn misses(&self, pixels: [u32; 4]) -> bool {
-        self.silhouette_bounds.misses(pixels) || self.marks.as_ref().is_some_and(|marks| marks.misses(pixels))
+        self.outline.misses(pixels) || self.marks.as_ref().is_some_and(|marks| marks.misses(pixels))
     }
 
     /// Whether the draw may change every pixel of a rectangle.
     pub(super) fn covers(&self, pixels: [u32; 4]) -> bool {
-        self.silhouette_bounds.covers(pixels) && self.marks.as_ref().is_none_or(|marks| marks.covers(pixels))
+        self.outline.covers(pixels) && self.marks.as_ref().is_none_or(|marks| marks.covers(pixels))
     }
 }
 
 /// A draw whose triangles are set up, ready to be shaded tile by tile.
-pub(crate) struct DrawJob<'a, R: Real> {
+pub(crate) struct PreparedDraw<'a, R: Real> {
     pub geometry: RasterGeometry,
     pub fragment: &'a dyn LaneProgram<R>,
-    pub fragment_plan: FragmentPlan,
+    pub fragment_setup: FragmentSetup,
     pub blend: Blend,
     pub shading_rate: ShadingRate,
-    /// The pixels that the draw may change, if known.
+    /// The pixels that the draw may change; `None` if they are not known.
     pub extent: Option<DrawExtent>,
     /// Number of instructions that one texture read counts as. `Some` only in the pixel view of shading cost, where instruction counts replace
     /// colour.
     pub instructions_per_read: Option<f64>,
 }
 
-impl<R: Real> DrawJob<'_, R> {
+impl<R: Real> PreparedDraw<'_, R> {
     /// Whether the draw adds light that may be interpolated between shaded points.
     pub(super) fn is_interpolated(&self) -> bool {
         self.shading_rate == ShadingRate::Interpolated
             && self.blend == Blend::Add
-            && self.fragment_plan.draws_every_covered_pixel()
+            && self.fragment_setup.draws_every_covered_pixel()
             && self.extent.is_none()
             && self.instructions_per_read.is_none()
     }
 
-    /// Whether a fragment whose colour is zero in all four components changes neither colour nor depth.
-    pub(super) fn ignores_zero_pixels(&self) -> bool {
-        let plan = &self.fragment_plan;
-        let writes_late_depth = plan.depth.write && !plan.early_depth_test;
+    /// Whether a fragment whose colour is zero in all four components changes neither colour nor depth, so that it can be dropped.
+    pub(super) fn may_drop_zero_fragments(&self) -> bool {
+        let setup = &self.fragment_setup;
+        let writes_late_depth = setup.depth.write && !setup.early_depth_test;
         self.blend != Blend::Replace && self.instructions_per_read.is_none() && !writes_late_depth
     }
 }
