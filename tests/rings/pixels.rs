@@ -1,5 +1,5 @@
 //! Light of rings in single pixels: it does not depend on which faint rings are drawn, and equals the mean of smaller pixels in the same
-//! place. Also the limit beyond which the globe's shadow is left out, refracted limbs that show no Sun, and the rectangles around the two
+//! place; narrow rings are smooth lines. Also the limit beyond which the globe's shadow is left out, refracted limbs that show no Sun, and the rectangles around the two
 //! halves of the rings.
 
 use crate::support::folds::larger;
@@ -127,6 +127,51 @@ fn a_ring_pixel_has_the_light_of_the_smaller_pixels_in_its_place() {
         assert!(mean < 4e-3 && worst < 0.2, "view {k}: {mean} in the mean, {worst} of the brightest pixel");
         assert!(mean_of_points > 5e-3 && worst_of_points > 0.25, "view {k}: points would pass: {mean_of_points}, {worst_of_points}");
     }
+}
+
+/// Seen from above the pole, Uranus's epsilon ring is a fifth of a pixel wide. In each column of pixels the mean row of its light is at most a third of a pixel from
+/// where the ring is: the two spans of a pixel overlap its neighbour's. Negative control: with one span, as in draft quality, the light jumps from row to row.
+#[test]
+fn a_narrow_ring_is_a_smooth_line() {
+    const SIDE: u32 = 240;
+    const COLUMNS: std::ops::Range<u32> = 90..150;
+    let catalog = Catalog::embedded();
+    let body = catalog.body(URANUS).expect("Uranus");
+    let ring = body.rings.iter().find(|r| r.name == "Epsilon").expect("the epsilon ring");
+    let (ring_km, height_km) = (0.5 * (ring.inner_km + ring.outer_km), 1e6);
+    let half_frame_km = 1.1 * ring_km;
+    let request = ViewRequest {
+        position: Position::Offset { body: URANUS, offset_km: DVec3::Z * height_km, axes: Axes::BodyFixed },
+        fov_deg: Some(2.0 * (half_frame_km / height_km).atan().to_degrees()),
+        width: SIDE,
+        height: SIDE,
+        layers: Layers::NONE,
+        exposure: ExposureRequest::Stops(10.0),
+        effects: EffectOverrides::parse("+rings").expect("effects"),
+        ..ViewRequest::of(URANUS, Instant::parse("2028-04-01T00:00:00Z").expect("a time"))
+    };
+    let km_per_px = 2.0 * half_frame_km / f64::from(SIDE);
+    assert!((0.1..0.3).contains(&((ring.outer_km - ring.inner_km) / km_per_px)), "the ring's width in pixels");
+    let greatest_offset_px = |anisotropy: u8| {
+        let sampling = SamplingQuality { anisotropy, ..SINGLE_SAMPLE };
+        let light = SESSION.draw(&request, sampling, FrameImages::DisplayAndHdr).expect("drawn").frame.hdr;
+        let offset_px = |column: u32| {
+            let x_km = (f64::from(column) + 0.5 - 0.5 * f64::from(SIDE)) * km_per_px;
+            let row = 0.5 * f64::from(SIDE) - (ring_km * ring_km - x_km * x_km).sqrt() / km_per_px - 0.5;
+            let (mut sum, mut moment) = (0.0, 0.0);
+            for near in (row - 2.0).round() as u32..=(row + 2.0).round() as u32 {
+                let green = f64::from(light[(near * SIDE + column) as usize][1]);
+                sum += green;
+                moment += green * (f64::from(near) - row);
+            }
+            assert!(sum > 0.0, "the ring is not in column {column}");
+            (moment / sum).abs()
+        };
+        COLUMNS.map(offset_px).fold(0.0, larger)
+    };
+    let (two_spans, one_span) = (greatest_offset_px(8), greatest_offset_px(1));
+    println!("farthest from the ring: {two_spans:.2} pixels, with one span {one_span:.2}");
+    assert!(two_spans < 0.34 && one_span > 0.42, "{two_spans} and {one_span} pixels");
 }
 
 /// The golden angle, radians: directions at its multiples are spread evenly.
