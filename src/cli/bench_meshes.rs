@@ -14,11 +14,11 @@
 use super::output::{print_message, print_result, progress};
 use super::{CliError, Common};
 use crate::catalog::NaifId;
-use crate::measure::shape_model::{self, PHOBOS};
 use crate::measure::timing::{Quartiles, Workload, interleaved, seconds_of};
 use crate::render::plan::{FrameImages, SamplingQuality};
 use crate::scene::effects::Effect;
 use crate::scene::request::{Position, ViewRequest};
+use crate::session::invented_shape::{self, PHOBOS};
 use crate::session::{Session, Stage, milliseconds};
 use crate::time::Instant;
 use serde_json::{Value, json};
@@ -41,7 +41,7 @@ fn rounded(value: f64) -> f64 {
 
 /// The row of the model with this number of latitude bands.
 fn model_row(common: &Common, (width, height): (u32, u32), rounds: usize, bands: u32) -> Result<Value, CliError> {
-    let (folder, triangles) = shape_model::temporary_catalog(bands)?;
+    let (folder, triangles) = invented_shape::temporary_catalog(bands)?;
     let mut sources = common.sources_for_drawing();
     sources.catalogs = Some(folder.path().to_owned());
     let session = Session::open(&sources, print_message)?.counting_cpu();

@@ -6,7 +6,7 @@
 
 use super::images::{LinearImage, PlannedView, PrecisionRenderers, level_differences, p999};
 use super::rule::ErrorUnit;
-use super::shape_model::{self, PHOBOS};
+
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::catalog::NaifId;
 use crate::ephemeris::topocentric::ground_point_km;
@@ -15,6 +15,7 @@ use crate::render::software::Precision;
 use crate::scene::draw::{AtmosphereModel, BodyShadow, Draw, EclipseModel, PixelView, RingShadow, Shape};
 use crate::scene::effects::EffectOverrides;
 use crate::scene::request::{Axes, Layers, Look, Position, Quality, Up, ViewRequest};
+use crate::session::invented_shape::{self, PHOBOS};
 use crate::session::{Session, SessionError, Sources, standard_scenes};
 use crate::time::Instant;
 use glam::DVec3;
@@ -331,7 +332,7 @@ pub(super) fn map_taps(session: &Session, effort: Effort) -> Result<ChoiceMeasur
 
 /// Samples per pixel, on the triangles of a shape model. Limbs, rings and lines have antialiased edges at one sample, too.
 pub(super) fn samples(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
-    let (catalogs, _) = shape_model::temporary_catalog(SHAPE_MODEL_BANDS)?;
+    let (catalogs, _) = invented_shape::temporary_catalog(SHAPE_MODEL_BANDS)?;
     let sources = Sources { catalogs: Some(catalogs.path().to_owned()), ..session.sources().clone() };
     // Messages about the user's files were printed when the first session was opened.
     let session = Session::open(&sources, |_| {})?;

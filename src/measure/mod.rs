@@ -14,7 +14,6 @@ mod images;
 pub mod plot;
 mod positions;
 pub mod rule;
-pub mod shape_model;
 pub mod timing;
 mod view;
 

@@ -18,6 +18,7 @@ mod fragment_folder;
 #[cfg(feature = "gpu")]
 mod gpu_device;
 mod images;
+pub(crate) mod invented_shape;
 mod lunar_heights;
 mod meshes;
 mod provenance;

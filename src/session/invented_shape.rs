@@ -2,8 +2,8 @@
 //!
 //! In: the number of latitude bands. Out: a temporary folder of catalogs with the model, which is removed when it is dropped.
 
+use super::SessionError;
 use crate::catalog::NaifId;
-use crate::session::SessionError;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
