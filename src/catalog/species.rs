@@ -45,6 +45,13 @@ impl AerosolPhase {
         let Self { asymmetry } = self;
         [asymmetry, 0.0, 0.0, 0.0]
     }
+
+    /// The mean cosine of the scattering angle, which `scene::atmosphere::phase` tests by integration.
+    pub(crate) fn mean_cosine(self) -> f64 {
+        // Destructured without `..`, so that a new field is a compile error here.
+        let Self { asymmetry } = self;
+        asymmetry
+    }
 }
 
 impl Species {

@@ -38,10 +38,11 @@ mod tests {
         let mean = |values: &dyn Fn(f64) -> f64| cosines().map(values).sum::<f64>() / STEPS as f64;
         assert!((4.0 * PI * mean(&|cos| per_steradian(PhaseFunction::Rayleigh, cos)) - 1.0).abs() < 1e-4);
         for asymmetry in [-0.3, 0.0, 0.76, 0.95] {
-            let phase = |cos: f64| per_steradian(PhaseFunction::Aerosol(AerosolPhase { asymmetry }), cos);
+            let aerosol = AerosolPhase { asymmetry };
+            let phase = |cos: f64| per_steradian(PhaseFunction::Aerosol(aerosol), cos);
             assert!((4.0 * PI * mean(&phase) - 1.0).abs() < 1e-4, "asymmetry {asymmetry}");
             let mean_cosine = 4.0 * PI * mean(&|cos| cos * phase(cos));
-            assert!((mean_cosine - asymmetry).abs() < 1e-4, "{mean_cosine} for {asymmetry}");
+            assert!((mean_cosine - aerosol.mean_cosine()).abs() < 1e-4, "{mean_cosine} for {asymmetry}");
         }
     }
 }
