@@ -33,8 +33,9 @@ impl LightAroundSun {
         // is drawn after the air.
         let tint = |towards: DVec3| frame.air.map_or(DVec3::ONE, |a| a.tint(towards));
         let transmittance = |towards: DVec3| frame.air.map_or(DVec3::ONE, |a| a.transmittance(towards));
-        let request_with_sun_overrides = placed.iter().find(|p| p.body.id == NaifId::SUN).and_then(|sun| request.for_body(sun.body));
-        let sun_request = request_with_sun_overrides.as_ref().unwrap_or(request);
+        // The request with the effects that the user set for the Sun only.
+        let own_request = placed.iter().find(|p| p.body.id == NaifId::SUN).and_then(|sun| request.for_body(sun.body));
+        let sun_request = own_request.as_ref().unwrap_or(request);
         let veil = VeilingGlare::unless_switched_off(request, camera, placed);
         Self {
             limbs: refracted_limb::refracted_limbs(request, camera, placed, threshold, tint, reports),
