@@ -49,7 +49,7 @@ pub fn solar_eclipses(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, t
 ///
 /// # Errors
 /// As [`solar_eclipses`].
-pub fn uncounted_solar_eclipses(
+pub fn solar_eclipses_without_saros(
     catalog: &Catalog,
     ephemeris: &Ephemeris,
     from: Instant,
@@ -70,7 +70,7 @@ pub fn lunar_eclipses(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, t
 ///
 /// # Errors
 /// As [`solar_eclipses`].
-pub fn uncounted_lunar_eclipses(
+pub fn lunar_eclipses_without_saros(
     catalog: &Catalog,
     ephemeris: &Ephemeris,
     from: Instant,

@@ -6,13 +6,13 @@
 
 mod annotations;
 mod bodies;
+mod light_around_sun;
 mod sky;
-mod sunlight;
 
 use self::annotations::Annotations;
 use self::bodies::BodiesInFrame;
+use self::light_around_sun::LightAroundSun;
 use self::sky::Sky;
-use self::sunlight::LightAroundSun;
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::ephemeris::Ephemeris;
 use crate::message::reason;

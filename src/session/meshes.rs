@@ -1,8 +1,8 @@
 //! Reads shape models when a view first needs them, and computes the shadows that they cast on themselves.
 //!
-//! In: catalog entries. Out: models from the folders of `--textures` or `--catalogs`, and the Sun's heights above the local horizon at their vertices
-//! ([`crate::mesh::self_shadow`]). Computed heights are reused until the Sun's direction in body axes has changed by `SUN_DIRECTION_TOLERANCE_RAD`. An
-//! error is a single line.
+//! In: catalog entries. Out: models from the folders of `--textures` or `--catalogs`, and at each of their vertices the Sun's height: its altitude above the
+//! local horizon, in units of its angular radius ([`crate::mesh::self_shadow`]). Computed heights are reused until the Sun's direction in body axes has
+//! changed by `SUN_DIRECTION_TOLERANCE_RAD`. An error is a single line.
 
 use crate::catalog::{Body, NaifId};
 use crate::files::{check_inside, read_text};
@@ -84,8 +84,8 @@ impl Meshes {
         Ok(Arc::new(Mesh::of(&obj, &frame).map_err(|e| format!("{name}: {e}"))?))
     }
 
-    /// Height of the Sun above the local horizon, which includes the model's own relief, at each vertex, in solar radii. `towards_sun`: unit vector in
-    /// body axes. `sun_radius_rad`: the Sun's angular radius.
+    /// Altitude of the Sun above the local horizon, which includes the model's own relief, at each vertex, in angular radii of the Sun. `towards_sun`:
+    /// unit vector in body axes. `sun_radius_rad`: the Sun's angular radius.
     pub fn sun_heights(&self, model: &Arc<Mesh>, towards_sun: DVec3, sun_radius_rad: f64) -> Arc<Vec<f32>> {
         let inputs = SunHeightInputs { model: Arc::clone(model), towards_sun, sun_radius_rad };
         self.sun_heights.get_compatible(SunHeightInputs::is_usable_for, inputs, || Arc::new(model.sun_heights(towards_sun, sun_radius_rad)))

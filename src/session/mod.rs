@@ -57,7 +57,7 @@ pub use sources::Sources;
 pub use stages::{Stage, Stages, milliseconds};
 pub use standard_scenes::{StandardScene, standard_scenes};
 pub use tape_cost::{TapeCost, tape_costs};
-pub use window_surface::{DeviceSurface, DisplayError, DisplayPreference, PresenterChoice, WindowHandle};
+pub use window_surface::{DeviceSurface, DisplayError, DisplayPreference, PresenterChange, WindowHandle};
 
 use crate::catalog::constellations::Constellations;
 use crate::catalog::nomenclature;

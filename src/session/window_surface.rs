@@ -1,7 +1,7 @@
 //! Presents the window with the GPU that renders the images.
 //!
 //! In: a window's handle, and the primitives of the interface. Out: the presented frame. Always: a surface belongs to the device that renders the images.
-//! When another device or the CPU takes over rendering, [`Session::presenter_choice`] tells the window to change how it presents.
+//! When another device or the CPU takes over rendering, [`Session::presenter_change`] tells the window to change how it presents.
 
 use super::Session;
 #[cfg(feature = "gpu")]
@@ -28,7 +28,7 @@ pub enum DisplayPreference {
 
 /// The change, if any, in how the window is presented.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PresenterChoice {
+pub enum PresenterChange {
     /// No change.
     Unchanged,
     /// Present with a GPU for which the window has no surface yet.
@@ -51,7 +51,7 @@ pub enum DisplayError {
 
 #[cfg(feature = "gpu")]
 mod with_gpu {
-    use super::{DisplayError, DisplayPreference, GpuImage, PresenterChoice, Session, UiPrimitive};
+    use super::{DisplayError, DisplayPreference, GpuImage, PresenterChange, Session, UiPrimitive};
     use crate::render::gpu::{self, AdapterKind, GpuRenderer, GpuSurface};
     use crate::render::plan;
     use crate::session::gpu_device::DeviceState;
@@ -76,28 +76,31 @@ mod with_gpu {
 
     impl Session {
         /// Whether and how presentation changes in a window with this surface, or with no surface. Never blocks.
-        pub fn presenter_choice(&self, window_surface: Option<&DeviceSurface>, preference: DisplayPreference) -> PresenterChoice {
+        pub fn presenter_change(&self, window_surface: Option<&DeviceSurface>, preference: DisplayPreference) -> PresenterChange {
             let may_present = |renderer: &GpuRenderer| match preference {
                 DisplayPreference::Auto => renderer.facts().kind != AdapterKind::Software,
                 DisplayPreference::Device => true,
                 DisplayPreference::Processor => false,
             };
             let device_state = match self.devices.device_state() {
+                // For presenting, a GPU that may only render counts as no GPU.
                 DeviceState::Open(renderer) if !may_present(&renderer) => DeviceState::Software,
                 device_state => device_state,
             };
             match (device_state, window_surface) {
                 (DeviceState::Open(renderer), Some(window_surface)) if Arc::ptr_eq(&renderer, &window_surface.renderer) => {
-                    PresenterChoice::Unchanged
+                    PresenterChange::Unchanged
                 }
-                (DeviceState::Open(renderer), _) if self.is_ready_for_windows(&renderer) => PresenterChoice::NewGpu,
+                (DeviceState::Open(renderer), _) if self.is_ready_for_windows(&renderer) => PresenterChange::NewGpu,
                 // The pipelines of the window's interface are still being compiled, together with those of the images.
-                (DeviceState::Open(_), _) => PresenterChoice::Unchanged,
-                (DeviceState::Unchanged, _) | (DeviceState::Software, None) => PresenterChoice::Unchanged,
-                (DeviceState::Software, Some(_)) => PresenterChoice::Cpu,
+                (DeviceState::Open(_), _) => PresenterChange::Unchanged,
+                // `DeviceState::Unchanged`: the state of the device is not known now.
+                (DeviceState::Unchanged, _) | (DeviceState::Software, None) => PresenterChange::Unchanged,
+                (DeviceState::Software, Some(_)) => PresenterChange::Cpu,
             }
         }
 
+        /// Whether the pipelines of the interface are compiled, and the renderer is not drawing a window (then it answers `None`).
         fn is_ready_for_windows(&self, renderer: &GpuRenderer) -> bool {
             plan::warm_up_interface(self).is_ok_and(|plan| renderer.is_ready_for_windows(&plan) == Some(true))
         }
@@ -135,7 +138,7 @@ mod with_gpu {
 /// The same items for a build without the GPU renderer, where no surface exists.
 #[cfg(not(feature = "gpu"))]
 mod without_gpu {
-    use super::{DisplayError, DisplayPreference, GpuImage, PresenterChoice, Session, UiPrimitive};
+    use super::{DisplayError, DisplayPreference, GpuImage, PresenterChange, Session, UiPrimitive};
 
     /// No value of this type exists.
     pub enum DeviceSurface {}
@@ -152,8 +155,8 @@ mod without_gpu {
 
     impl Session {
         /// No change, since the CPU always presents.
-        pub fn presenter_choice(&self, _: Option<&DeviceSurface>, _: DisplayPreference) -> PresenterChoice {
-            PresenterChoice::Unchanged
+        pub fn presenter_change(&self, _: Option<&DeviceSurface>, _: DisplayPreference) -> PresenterChange {
+            PresenterChange::Unchanged
         }
 
         /// Always `None`.

@@ -23,7 +23,7 @@ use orrery::render::software::{Options, SoftwareRenderer, lowering};
 use orrery::scene::draw::PixelView;
 use orrery::scene::request::{Layers, ViewRequest};
 use orrery::session::{
-    DisplayPreference, PresenterChoice, Readiness, RendererPreference, RequestedOutput, SAMPLE_HALF_SIDE_WITH_LIMB, Session, Sources,
+    DisplayPreference, PresenterChange, Readiness, RendererPreference, RequestedOutput, SAMPLE_HALF_SIDE_WITH_LIMB, Session, Sources,
     sample_body_plan, standard_scenes,
 };
 use orrery::shader::ShaderLibrary;
@@ -156,32 +156,32 @@ fn a_lost_device_falls_back_to_software_with_the_same_view() {
     let (session, messages, _cache) = session(RendererPreference::Gpu);
     let (_, request) = views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");
     let draw = || session.draw(&request, SAMPLING, FrameImages::Display).expect("drawn");
-    assert_eq!(session.presenter_choice(None, DisplayPreference::Device), PresenterChoice::Unchanged, "nothing is open yet");
+    assert_eq!(session.presenter_change(None, DisplayPreference::Device), PresenterChange::Unchanged, "nothing is open yet");
     let before = draw();
     assert_eq!(before.by.renderer, "gpu");
     assert_eq!(
-        session.presenter_choice(None, DisplayPreference::Device),
-        PresenterChoice::Unchanged,
+        session.presenter_change(None, DisplayPreference::Device),
+        PresenterChange::Unchanged,
         "a window would wait for the pipelines of its frames"
     );
     // The pipelines of a window's frame are compiled while the software renderer draws it.
     session.draw_without_waiting(&request, SAMPLING, RequestedOutput::Frame(FrameImages::Display)).expect("drawn");
     let mut polls = 0;
-    while session.presenter_choice(None, DisplayPreference::Device) == PresenterChoice::Unchanged {
+    while session.presenter_change(None, DisplayPreference::Device) == PresenterChange::Unchanged {
         std::thread::sleep(std::time::Duration::from_millis(5));
         polls += 1;
         assert!(polls < 10_000, "the device never became ready for windows");
     }
-    assert_eq!(session.presenter_choice(None, DisplayPreference::Device), PresenterChoice::NewGpu);
+    assert_eq!(session.presenter_change(None, DisplayPreference::Device), PresenterChange::NewGpu);
     // Automatically a window uses a hardware GPU, but not a software driver (llvmpipe), for which it would wait at each image.
     let is_software = renderer.facts().kind == AdapterKind::Software;
-    let automatic = if is_software { PresenterChoice::Unchanged } else { PresenterChoice::NewGpu };
-    assert_eq!(session.presenter_choice(None, DisplayPreference::Auto), automatic);
-    assert_eq!(session.presenter_choice(None, DisplayPreference::Processor), PresenterChoice::Unchanged);
+    let automatic = if is_software { PresenterChange::Unchanged } else { PresenterChange::NewGpu };
+    assert_eq!(session.presenter_change(None, DisplayPreference::Auto), automatic);
+    assert_eq!(session.presenter_change(None, DisplayPreference::Processor), PresenterChange::Unchanged);
     session.destroy_gpu();
     let after = draw();
     assert_eq!(after.by.renderer, "software");
-    assert_eq!(session.presenter_choice(None, DisplayPreference::Device), PresenterChoice::Unchanged, "no device is left");
+    assert_eq!(session.presenter_change(None, DisplayPreference::Device), PresenterChange::Unchanged, "no device is left");
     let difference = image(before.frame).difference(&image(after.frame)).expect("one size");
     assert!(!exceeds_bounds(&difference), "a different image: mean {}, 99.9 % {}", difference.mean, difference.p999);
     draw();

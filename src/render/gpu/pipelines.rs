@@ -64,8 +64,8 @@ impl PipelineKey {
     }
 }
 
-/// Bindings of textures that are never filtered, because GPUs need not filter 32-bit floats: textures of such texels, and outputs of passes, which may be such
-/// textures.
+/// Bindings of the textures that are declared unfilterable, because a GPU need not support filtering of 32-bit float textures: images in such a format, and
+/// outputs of passes, which may have such a format. Shaders read them with `textureLoad`.
 fn unfiltered(draw: &PlanDraw) -> Vec<u32> {
     let may_be_float32 = |source: &TextureSource| match source {
         TextureSource::Image(texture) | TextureSource::Persistent(texture) => texture.format == TexelFormat::Rgba32Float,

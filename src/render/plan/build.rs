@@ -82,14 +82,14 @@ pub fn plan(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQ
 
 /// Name of the step that a body's draw belongs to.
 fn step_name(draw: &Draw) -> &'static str {
-    if draw.part == BodyPart::Globe { "opaque bodies" } else { "rings and shells" }
+    if draw.part == BodyPart::Globe { "opaque bodies" } else { "translucent layers" }
 }
 
 /// The steps of one frame. The passes of the coarse image of the air come first, because bodies read it. Then, in drawing order:
 /// 1. The sky and its stars, because everything else is in front of them.
 /// 2. Opaque bodies, translucent layers (rings, atmospheres beyond the limb, clouds) and the corona, from far to near: an antialiased limb is blended over the
-///    object behind it, which may be a ring. A refracted limb has two draws: before its body, one that occludes the Sun's disc drawn without refraction; after its
-///    body, one that adds the refracted light.
+///    object behind it, which may be a ring. A refracted limb has two draws: before its body, one that hides the Sun's disc, which was drawn without
+///    refraction; after its body, one that adds the refracted light.
 /// 3. Lines, points and the glare.
 /// 4. Bloom and the tone map.
 /// 5. Over the display image, the outline and the labels.
@@ -144,16 +144,16 @@ pub(super) fn hdr_steps(
         let mut start = first_draw;
         // Consecutive draws of one body.
         for run in draws.chunk_by(|a, b| a.body == b.body) {
-            let (body, end) = (run[0].body, start + run.len());
+            let (body, mut index, end) = (run[0].body, start, start + run.len());
             // The layers of a ringed body (ring behind, globe, ring in front) need not be consecutive: moons may be between them.
-            let is_first = !scene.draws[..start].iter().any(belongs_to(body));
+            let is_first = !scene.draws[..index].iter().any(belongs_to(body));
             let is_last = !scene.draws[end..].iter().any(belongs_to(body));
             start = end;
             let limb = scene.limbs.iter().find(|l| l.body == body);
             let (occlusion, refraction) = limb.map(|l| simple_draws::refracted_limb(scene, l, provider)).transpose()?.unzip();
             steps.extend(occlusion.flatten().filter(|_| is_first).map(|draw| over_hdr("unrefracted Sun", vec![draw])));
-            let mut index = end - run.len();
             for layers in run.chunk_by(|a, b| step_name(a) == step_name(b)) {
+                // With the rows of the coarse image of the air that this draw reads.
                 let with_subimage_rows = |k| coarse_air::with_subimage_rows(&scene.draws, k, [width, height]);
                 let draws = (index..index + layers.len()).map(|k| body_draw(&with_subimage_rows(k), width, height, provider, sampling));
                 let step = over_hdr(step_name(&layers[0]), draws.collect::<Result<Vec<_>, _>>()?);

@@ -1,6 +1,7 @@
 //! Blends a fragment's colour with the target's colour.
 //!
-//! In: linear colours; for `Blend::PremultipliedOver` the fragment's is multiplied by its alpha. Out: the target's new colour.
+//! In: colours in the encoding of the target, linear or sRGB; for `Blend::PremultipliedOver` the fragment's is multiplied by its alpha. Out: the target's new
+//! colour.
 
 use crate::render::plan::Blend;
 
@@ -38,21 +39,21 @@ pub(crate) fn blend_lanes(blend: Blend, source: [&[f32]; 4], target: [&mut [f32]
     }
 }
 
-/// As [`blend_lanes`] for pixels that all have the same `colour`; `target` receives the result and is not read.
+/// As [`blend_lanes`] for target pixels that all have the colour `before`; `target` receives the result and is not read.
 #[inline(always)]
-pub(crate) fn blend_over_colour(blend: Blend, source: [&[f32]; 4], colour: [f32; 4], target: [&mut [f32]; 4]) {
+pub(crate) fn blend_onto_colour(blend: Blend, source: [&[f32]; 4], before: [f32; 4], target: [&mut [f32]; 4]) {
     let alpha = source[3];
-    for ((from, colour), to) in source.into_iter().zip(colour).zip(target) {
+    for ((from, before), to) in source.into_iter().zip(before).zip(target) {
         match blend {
             Blend::Replace => to.copy_from_slice(from),
             Blend::PremultipliedOver => {
                 for ((t, s), a) in to.iter_mut().zip(from).zip(alpha) {
-                    *t = s + colour * (1.0 - a);
+                    *t = s + before * (1.0 - a);
                 }
             }
             Blend::Add => {
                 for (t, s) in to.iter_mut().zip(from) {
-                    *t = colour + s;
+                    *t = before + s;
                 }
             }
         }
@@ -86,7 +87,7 @@ mod tests {
             }
             let mut over_one_colour = TARGET.map(|_| vec![f32::NAN; 5]);
             let planes = over_one_colour.each_mut().map(|plane| plane.as_mut_slice());
-            blend_over_colour(blend, [&source[0], &source[1], &source[2], &source[3]], TARGET, planes);
+            blend_onto_colour(blend, [&source[0], &source[1], &source[2], &source[3]], TARGET, planes);
             assert_eq!(over_one_colour, target);
         }
     }

@@ -6,7 +6,7 @@
 //! are all equal is stored once; the first edge through the pixel splits it into four samples. Colour is f32, as in the target, even if lanes are
 //! f64.
 
-use super::blend::{blend_lanes, blend_over_colour, blend_pixel};
+use super::blend::{blend_lanes, blend_onto_colour, blend_pixel};
 use super::raster::coverage::{BLOCK_PIXELS, TILE_BLOCKS, TILE_PIXELS};
 use super::tile_depth::{TileDepth, has_bit};
 use crate::render::plan::Blend;
@@ -162,7 +162,7 @@ impl TileTarget {
             self.written_blocks |= 1 << first;
             let [r, g, b, a] = &mut self.colour;
             let planes = [&mut r[range.clone()], &mut g[range.clone()], &mut b[range.clone()], &mut a[range]];
-            blend_over_colour(blend, source, self.clear_colour, planes);
+            blend_onto_colour(blend, source, self.clear_colour, planes);
             return;
         }
         for block in first..range.end.div_ceil(BLOCK_PIXELS) {

@@ -26,15 +26,18 @@ const MIN_PENUMBRA_PX: f64 = 8.0 * COARSE_AIR_PX as f64;
 
 /// Radius of the smallest penumbra at the ground nearest to the Sun, in the body's equatorial radii; infinite without occluders.
 fn smallest_penumbra(eclipse: &EclipseUniforms) -> f64 {
+    // The uniform is the cotangent.
     let tan_sun_radius = 1.0 / f64::from(eclipse.perpendicular_axes[0].w);
     let occluders = eclipse.occluder_positions.iter().zip(&eclipse.occluder_outlines);
+    // The occluder's shorter semi-axis, widened by the Sun's angular radius from the occluder (z: its distance towards the Sun) to the ground at z = 1.
     let radius = |position: Vec4, outline: Vec4| f64::from(outline.w) + (f64::from(position.z) - 1.0).max(0.0) * tan_sun_radius;
     occluders.map(|(position, outline)| radius(*position, *outline)).fold(f64::INFINITY, f64::min)
 }
 
 /// Whether every penumbra covers some texels; a smaller one could lie between texels and be missed. Only texels at least two texels (8 pixels) inside the limb
-/// can be interpolated. There the cosine of the emission angle is 4 / sqrt(disc's radius in pixels), so a penumbra whose radius is that square root appears 8
-/// pixels wide across the limb: two texels. `radius_px`: radius of the disc at the distance of the body's centre; the visible ground is nearer.
+/// can be interpolated. On a disc with a radius of R pixels, the cosine of the emission angle is 4 / sqrt(R) there. A penumbra with a radius of sqrt(R)
+/// pixels is foreshortened by this cosine from 2 sqrt(R) to 8 pixels: two texels. `radius_px`: R at the distance of the body's centre; the visible ground is
+/// nearer.
 fn resolves_penumbrae(eclipse: &EclipseUniforms, radius_px: f64) -> bool {
     smallest_penumbra(eclipse) * radius_px >= MIN_PENUMBRA_PX.max(radius_px.sqrt())
 }
@@ -49,6 +52,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let request = inputs.frame.context.request;
     let off = |reason: Reason| (false, reason);
     let (on, reason) = match () {
+        // A probe evaluates a single draw, which must not depend on a pass before it.
         () if !request.coarse_air => off(reason!("air-pass-single-draws")),
         () if !matches!(inputs.pixel_view(), PixelView::Final | PixelView::Cost) => off(reason!("air-pass-view")),
         () if chosen.air == AtmosphereModel::Vertex => off(reason!("air-pass-vertex")),
@@ -76,8 +80,8 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
 pub(crate) fn set_bound(uniforms: &mut DrawUniforms, inputs: &DecisionInputs<'_, '_>) {
     let irradiance = uniforms.lights.first().map_or(1.0, |l| l.irradiance.max_element());
     let threshold = inputs.threshold();
-    let min_reflected = threshold.min_radiance() / f64::from(irradiance.max(f32::MIN_POSITIVE));
-    uniforms.air.coarse_bound = Vec2::new(camera::narrow_scalar(threshold.min_change()), camera::narrow_scalar(min_reflected));
+    let min_relative_radiance = threshold.min_radiance() / f64::from(irradiance.max(f32::MIN_POSITIVE));
+    uniforms.air.coarse_bound = Vec2::new(camera::narrow_scalar(threshold.min_change()), camera::narrow_scalar(min_relative_radiance));
     let radius_px = inputs.body().radii_km.x / (inputs.placed.distance_km * inputs.frame.camera.pixel_tangent());
     // A negative bound: no pixel interpolates the sunlight.
     uniforms.eclipse.coarse_bound =
@@ -103,7 +107,7 @@ mod tests {
         let moon = eclipse(60.0, 0.27);
         assert!((smallest_penumbra(&moon) - 0.544).abs() < 1e-3, "{}", smallest_penumbra(&moon));
         assert!(resolves_penumbrae(&moon, 64.0) && resolves_penumbrae(&moon, 1e5) && !resolves_penumbrae(&moon, 50.0));
-        // A penumbra of a hundredth of the body's radius has 32 pixels on a disc of 3200, but there the square root of the disc's radius is the limit.
+        // On a disc with a radius of 3200 pixels, a penumbra of a hundredth of that has a radius of MIN_PENUMBRA_PX = 32, but sqrt(3200) = 57 are required.
         let small_moon = eclipse(1.0, 0.01);
         assert!(
             !resolves_penumbrae(&small_moon, 3199.0)

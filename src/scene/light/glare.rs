@@ -128,7 +128,7 @@ impl VeilingGlare {
     }
 
     /// As [`Self::of`]; `None` also if the user has switched the glare off.
-    pub(crate) fn drawn(request: &ViewRequest, camera: &Camera, placed: &[PlacedBody<'_>]) -> Option<Self> {
+    pub(crate) fn unless_switched_off(request: &ViewRequest, camera: &Camera, placed: &[PlacedBody<'_>]) -> Option<Self> {
         let sun = placed.iter().find(|p| p.body.id == NaifId::SUN)?;
         Self::of(camera, placed).filter(|_| request.effects.override_of_body(sun.body, Effect::Glare) != Some(false))
     }

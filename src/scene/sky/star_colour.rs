@@ -2,7 +2,8 @@
 //!
 //! In: B-V. Out: linear sRGB of luminance 1, in which sunlight is white, as everywhere in the program. The star is a black body of the temperature that
 //! Ballesteros 2012 (EPL 97, 34008, eq. 14) gives for its index, seen by the CIE 1931 observer. Left out: absorption bands of the coolest stars and
-//! reddening of hot stars, whose spectra are not those of a black body. Indices outside the table are clamped to its ends.
+//! reddening of hot stars, whose spectra are not those of a black body. Indices outside
+//! `MIN_B_V..=MAX_B_V` are clamped.
 
 use crate::units::luminance;
 use glam::{DMat3, DVec3};
@@ -25,8 +26,7 @@ static COLOURS: LazyLock<[DVec3; STEPS + 1]> = LazyLock::new(|| {
     })
 });
 
-/// Effective temperature in kelvin from the colour index B-V, for the B and V colours of a black body; within 3 % of measured temperatures from 3 000 to
-/// 30 000.
+/// Effective temperature in kelvin of the black body that has the colour index B-V; within 3 % of measured temperatures of stars from 3 000 to 30 000 K.
 pub fn temperature_k(b_v: f64) -> f64 {
     4600.0 * (1.0 / (0.92 * b_v + 1.7) + 1.0 / (0.92 * b_v + 0.62))
 }
@@ -69,7 +69,7 @@ pub(super) fn star_colour(b_v: Option<f32>) -> DVec3 {
 mod tests {
     use super::*;
 
-    /// Chromaticities of black bodies: CIE illuminant A (2856 K) and Planck's locus at 6500 K and 10 000 K (CIE 15:2004).
+    /// Chromaticities of black bodies: CIE illuminant A (2856 K) and the Planckian locus at 6500 K and 10 000 K (CIE 15:2004).
     #[test]
     fn black_bodies_have_their_chromaticity() {
         for (kelvin, x, y) in [(2856.0, 0.447_57, 0.407_45), (6500.0, 0.313_5, 0.323_7), (10_000.0, 0.280_7, 0.288_4)] {

@@ -87,11 +87,11 @@ pub fn events_between(
     for kind in kinds {
         match kind {
             EventKind::Solar => {
-                let eclipses = events::uncounted_solar_eclipses(catalog, ephemeris, from, to)?;
+                let eclipses = events::solar_eclipses_without_saros(catalog, ephemeris, from, to)?;
                 found.extend(eclipses.into_iter().map(|e| SkyEvent::Solar(Box::new(e))));
             }
             EventKind::Lunar => {
-                let eclipses = events::uncounted_lunar_eclipses(catalog, ephemeris, from, to)?;
+                let eclipses = events::lunar_eclipses_without_saros(catalog, ephemeris, from, to)?;
                 found.extend(eclipses.into_iter().map(|e| SkyEvent::Lunar(Box::new(e))));
             }
             EventKind::Transit => {
@@ -173,6 +173,8 @@ const ECLIPSED_SUN_FOV_DEG: f64 = 3.0;
 /// Vertical fields of view around the Sun during a transit and around an eclipsed Moon; both discs are half a degree wide.
 const SUN_FOV_DEG: f64 = 0.8;
 const LUNAR_ECLIPSE_FOV_DEG: f64 = 0.8;
+/// Field of view from a place on the Earth around an eclipsed Moon: about three times its diameter.
+const LUNAR_ECLIPSE_FROM_PLACE_FOV_DEG: f64 = 2.0 * LUNAR_ECLIPSE_FOV_DEG;
 /// Field of view from a place on the Earth for moons' events: about twice Jupiter's largest apparent diameter.
 const PLANET_FROM_PLACE_FOV_DEG: f64 = 0.03;
 /// The same for an eclipsed moon: Callisto enters the shadow up to 0.03 degrees from the middle of Jupiter.
@@ -222,7 +224,7 @@ impl SkyEvent {
         self.kind() == other.kind() && bodies(self) == bodies(other) && apart_s < SAME_EVENT_S
     }
 
-    /// Contacts for the entire Earth, ordered by time.
+    /// Contacts that do not depend on a place on the Earth, ordered by time. Of a solar eclipse: when the shadow meets and leaves the Earth.
     pub(crate) fn contacts(&self) -> &[(&'static str, Instant)] {
         match self {
             Self::Solar(e) => &e.contacts,
@@ -305,12 +307,13 @@ impl SkyEvent {
     /// Earth's centre. Other settings come from `base_view`.
     pub fn view(&self, catalog: &Catalog, positions: &dyn BodyPositions, base_view: &ViewState) -> ViewState {
         let from_earth = |target: NaifId, fov_deg: f64| (target, CameraPose::Centre { body: NaifId::EARTH }, fov_deg);
-        // Both angles are those seen from the Earth's centre: `count` apparent diameters of a body, and the separation of two bodies.
+        // A multiple of a body's apparent diameter at the Earth's centre.
         let diameters_deg = |id: NaifId, count: f64| {
             let radius_km = catalog.body(id).map_or(1.0, |b| b.radii_km.x);
             let distance_km = positions.geometric_between_km(NaifId::EARTH, id, self.greatest()).map_or(1e9, |d| d.length());
             count * (2.0 * radius_km / distance_km).to_degrees()
         };
+        // The separation of two bodies seen from the Earth's centre.
         let apart_deg = |a: NaifId, b: NaifId| {
             let [a, b] = [a, b].map(|id| positions.geometric_between_km(NaifId::EARTH, id, self.greatest()));
             a.zip(b).map_or(0.0, |(a, b)| angle_rad(a, b).to_degrees())
@@ -319,7 +322,7 @@ impl SkyEvent {
             Self::Solar(e) => return self.view_from(e.place, e.sun_altitude_deg, base_view),
             Self::Lunar(_) => from_earth(NaifId::MOON, LUNAR_ECLIPSE_FOV_DEG),
             Self::Transit(_) => from_earth(NaifId::SUN, SUN_FOV_DEG),
-            // A mutual event: `by` is the moon that occults or eclipses.
+            // A mutual event, in which one moon occults or eclipses another.
             Self::Moons(e) if e.by_moon.is_some() => from_earth(e.moon, diameters_deg(e.moon, MUTUAL_FOV_DIAMETERS)),
             Self::Moons(e) => {
                 // An eclipsed moon is in the shadow behind the planet, which at quadrature is far from the planet's disc.
@@ -335,7 +338,7 @@ impl SkyEvent {
     pub(crate) fn view_from(&self, place: GeodeticPosition, altitude_deg: f64, base_view: &ViewState) -> ViewState {
         let (target, fov_deg) = match self {
             Self::Solar(_) => (NaifId::SUN, ECLIPSED_SUN_FOV_DEG),
-            Self::Lunar(_) => (NaifId::MOON, 2.0 * LUNAR_ECLIPSE_FOV_DEG),
+            Self::Lunar(_) => (NaifId::MOON, LUNAR_ECLIPSE_FROM_PLACE_FOV_DEG),
             Self::Transit(_) => (NaifId::SUN, SUN_FOV_DEG),
             Self::Moons(e) if e.by_moon.is_some() => (e.moon, MUTUAL_FROM_PLACE_FOV_DEG),
             Self::Moons(e) if e.class == MoonEventType::Eclipse => (e.planet, ECLIPSED_MOON_FROM_PLACE_FOV_DEG),
@@ -440,7 +443,7 @@ impl EventPlayback {
         }
     }
 
-    /// Whether a time is within the playback, or outside it by at most its length: at other places the event is earlier or later.
+    /// Whether a time is within the playback, or before or after it by at most its length. This includes the times at which other places see the event.
     pub(crate) fn is_near(&self, tdb_s: f64) -> bool {
         let length_s = self.to_tdb_s - self.from_tdb_s;
         (self.from_tdb_s - length_s..=self.to_tdb_s + length_s).contains(&tdb_s)

@@ -1,6 +1,7 @@
 //! Sizes and distances to scale, in the Information panel: the selected body next to another, and the planets along a line from the Sun.
 //!
-//! In: radii, and distances at the displayed time. Out: two drawings, each with a sentence that says the same. Always: each drawing has one scale.
+//! In: radii, and distances at the displayed time. Out: two drawings, each with a sentence that says the same. Always: each drawing has one scale,
+//! but no disc is drawn narrower or lower than `MIN_DIAMETER`.
 
 use super::Interface;
 use crate::catalog::{BodyKind, Catalog, NaifId};
@@ -64,8 +65,8 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderW
     let distance_km = |id: NaifId| positions.geometric_between_km(NaifId::SUN, id, time).map_or(0.0, DVec3::length);
     // For a selected moon, its planet is marked.
     let marked = viewer.subject(selected).filter(|s| s.kind == BodyKind::Moon).and_then(|s| s.parent).unwrap_or(selected);
-    let planets = viewer.subjects().iter().filter(|s| s.kind == BodyKind::Planet || s.id == marked && s.id != NaifId::SUN);
-    let plotted: Vec<PlottedBody<'_>> = planets
+    let subjects = viewer.subjects().iter().filter(|s| s.kind == BodyKind::Planet || s.id == marked && s.id != NaifId::SUN);
+    let plotted: Vec<PlottedBody<'_>> = subjects
         .map(|s| PlottedBody { name: body_name(&s.name), distance_au: distance_km(s.id) / KM_PER_AU, is_marked: s.id == marked })
         .collect();
     draw_distances(ui, &plotted);
@@ -184,9 +185,9 @@ struct PlottedBody<'n> {
     is_marked: bool,
 }
 
-/// The middles of the labels along the line; `None` for a label that would be too close to another, or begin left of `start`. `labels`: for each label
-/// the x coordinate of its body, its width, and whether it is marked. The marked label must come first and is always shown; the others follow from
-/// left to right.
+/// The x coordinates of the middles of the labels along the line. `None`: a label is left out because it would be too close to another, or begin left of
+/// `start`, the right edge of the Sun's disc with a gap. `labels`: for each label the x coordinate of its body, the label's width, and whether the body is
+/// marked. The marked label must come first and is always shown; the others follow from left to right.
 fn label_middles(area: [f32; 2], start: f32, labels: &[(f32, f32, bool)]) -> Vec<Option<f32>> {
     let mut last_end = start;
     let mut marked: Option<(f32, f32)> = None;

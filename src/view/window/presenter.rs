@@ -5,7 +5,7 @@
 //! result; a new window replaces it.
 
 use crate::render::plan::GpuImage;
-use crate::session::{DeviceSurface, DisplayPreference, PresenterChoice, Session};
+use crate::session::{DeviceSurface, DisplayPreference, PresenterChange, Session};
 use crate::view::window::cpu_painter::{Canvas, Painter};
 use crate::view::window::primitives::ui_primitives;
 use egui::ClippedPrimitive;
@@ -75,11 +75,11 @@ impl Presenter {
             Some(PresentBackend::Gpu(surface)) => Some(&**surface),
             _ => None,
         };
-        match session.presenter_choice(surface, preference) {
-            PresenterChoice::Unchanged => return Ok(None),
-            PresenterChoice::Cpu => return Err(PresentError::ReplaceWindow(None)),
-            PresenterChoice::NewGpu if self.gpu_failed => return Ok(None),
-            PresenterChoice::NewGpu => {}
+        match session.presenter_change(surface, preference) {
+            PresenterChange::Unchanged => return Ok(None),
+            PresenterChange::Cpu => return Err(PresentError::ReplaceWindow(None)),
+            PresenterChange::NewGpu if self.gpu_failed => return Ok(None),
+            PresenterChange::NewGpu => {}
         }
         // Only one backend at a time can own the window's surface.
         let was_on_gpu = self.is_on_gpu();

@@ -4,8 +4,8 @@
 //! allocates for the program's slots and registers. Not here: running the program.
 
 use super::LANES;
-use super::double_loops::double_loops;
 use super::uniform_words::UniformElements;
+use super::unroll_loops::unroll_loops;
 use crate::render::software::kernels::{self, KernelClass, KernelFn, ScalarFn};
 use crate::render::software::math::Real;
 use crate::render::software::program::Program;
@@ -14,7 +14,7 @@ use smallvec::SmallVec;
 use std::any::Any;
 use std::sync::{Arc, OnceLock};
 
-/// A kernel ready to be called. Offsets count elements from the start of the arena.
+/// A kernel ready to be called. Offsets count numbers from the start of the arena.
 pub(crate) struct KernelStep<R> {
     pub function: KernelFn<R>,
     /// Offset of the lanes that the kernel writes.
@@ -33,11 +33,11 @@ pub(crate) struct ScalarStep<R> {
     pub args: [u32; 3],
 }
 
-/// A load of a word of the uniform block into a register.
+/// A load of a word of the uniform block into a register. The word belongs to an element of an array in the block.
 pub(crate) struct UniformLoad {
     pub dst: u32,
     pub elements: UniformElements,
-    /// The register with the element's index; `None`: the first element.
+    /// The register with the array element's index; `None`: the first element.
     pub index: Option<u32>,
 }
 
@@ -51,9 +51,9 @@ pub(crate) enum MaskLocation {
 /// An operand of a texture read: the part of the arena that contains its values.
 #[derive(Clone, Copy)]
 pub(crate) struct TextureArg {
-    /// In elements from the start of the arena.
+    /// In numbers from the start of the arena.
     pub offset: u32,
-    /// Number of elements: `LANES`, or 1 if the operand is one value for all lanes.
+    /// Count of numbers: `LANES`, or 1 if the operand is one value for all lanes.
     pub len: u32,
 }
 
@@ -61,7 +61,7 @@ pub(crate) struct TextureArg {
 pub(crate) struct TextureRead {
     pub op: TextureOp,
     pub texture: usize,
-    /// Offset of each channel's lanes, in elements from the start of the arena.
+    /// Offset of each channel's lanes, in numbers from the start of the arena.
     pub dst: [u32; 4],
     /// Whether the program reads each channel later. A channel that it does not read is not written.
     pub channels_read: [bool; 4],
@@ -71,7 +71,7 @@ pub(crate) struct TextureRead {
 
 /// One step of a bound program. `target`: the index of the step to which a jump goes.
 pub(crate) enum BoundStep {
-    /// Runs the kernels `from..to` in order; together they count as `instructions` instructions.
+    /// Runs the kernels `from..to` in order. `instructions`: what they add to the executor's count of instructions, in which a chain counts once.
     Kernels {
         from: u32,
         to: u32,
@@ -87,7 +87,7 @@ pub(crate) enum BoundStep {
         from: u32,
         to: u32,
     },
-    /// Reads words of the uniform block, each lane at its own index.
+    /// Reads words of the uniform block, each lane from the array element whose index it has in slot `index`.
     Gather {
         dst: u32,
         index: u32,
@@ -129,7 +129,7 @@ pub struct BoundProgram<R> {
     pub(super) operand_offsets: Vec<u32>,
     /// For each input, whether the program reads it.
     pub(super) read_inputs: Vec<bool>,
-    /// Index of the arena's row at which the registers start, after the program's slots and the scratch slots; a row has `LANES` elements.
+    /// Index of the arena's row at which the registers start, after the program's slots and the scratch slots; a row has `LANES` numbers.
     pub(super) first_register_row: usize,
     pub(super) register_count: usize,
     pub(super) output_slots: Vec<u32>,
@@ -168,9 +168,9 @@ impl<R: Real> BoundProgram<R> {
             output_slots: program.output_operands.iter().map(slot).collect::<Result<_, _>>()?,
             discarded: program.discarded.as_ref().map(slot).transpose()?,
         };
-        let with_doubled_loops = double_loops(program);
-        debug_assert!(with_doubled_loops.check().is_ok());
-        bind(&with_doubled_loops, class, without_steps)
+        let with_unrolled_loops = unroll_loops(program);
+        debug_assert!(with_unrolled_loops.check().is_ok());
+        bind(&with_unrolled_loops, class, without_steps)
     }
 
     /// Whether the program reads input `k`.
@@ -226,10 +226,11 @@ fn bind<R: Real>(program: &Program, class: KernelClass, without_steps: BoundProg
     Ok(bound)
 }
 
-/// Whether the value that a slot has before the instruction `from` is read. The instructions are searched in tape order, up to a write that no jump can skip.
-/// This suffices for inputs and for results of texture reads: the next iteration of a loop, and the code after it, read them only through a loop variable, and
-/// [`double_loops`] does not exchange the place of a texture read's result. [`Instr::SkipIfNoLane`] does not count as a jump: either the results of what it
-/// skips are merged by a select, which reads the old value, or the skip leaves a loop.
+/// Whether the value that a slot has before the instruction `from` is read later. The instructions are searched in tape order, up to a write that no jump can
+/// skip. Reads through a backward jump are not searched: the slots in question hold inputs and results of texture reads, which the next iteration of a loop
+/// and the code after it read only through a loop variable, and [`unroll_loops`] leaves a texture read's result in its slot.
+/// [`Instr::SkipIfNoLane`] is not treated as a jump. If it skips one side of a branch, a select merges the results after it and reads the old
+/// value; otherwise it leaves a loop.
 fn is_read_from(program: &Program, from: usize, slot: u16) -> bool {
     let reads = |o: &Operand| *o == Operand::Slot(slot);
     // A jump can skip instructions before this one.
@@ -257,14 +258,14 @@ struct Binder<R> {
     bound: BoundProgram<R>,
     class: KernelClass,
     first_scratch_slot: u32,
-    /// Offset of register 0 in elements from the start of the arena.
+    /// Offset of register 0, in numbers from the start of the arena.
     register_offset: usize,
     /// The last step is a sequence of kernels, of operations on registers or of loads, to which further ones may be appended.
     can_extend_sequence: bool,
 }
 
 impl<R: Real> Binder<R> {
-    /// Offset of an operand in elements from the start of the arena.
+    /// Offset of an operand, in numbers from the start of the arena.
     fn offset(&self, o: &Operand) -> u32 {
         let offset = match *o {
             Operand::Slot(s) => usize::from(s) * LANES,

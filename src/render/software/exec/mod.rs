@@ -5,11 +5,11 @@
 //! kernels once ([`BoundProgram`]), and a batch allocates nothing.
 
 mod bind;
-mod double_loops;
 #[cfg(target_arch = "x86_64")]
 mod lane_masks;
 mod textures;
 mod uniform_words;
+mod unroll_loops;
 
 pub use super::kernels::LANES;
 use super::kernels::{self, KernelClass};
@@ -23,7 +23,7 @@ use std::sync::Arc;
 pub use textures::{Gradients, NoTextures, TextureUnit};
 use uniform_words::UniformElements;
 
-/// Backward jumps after which a batch is stopped, so that an endless loop does not hang a frame. A doubled loop (`double_loops`) jumps back once in two
+/// Backward jumps after which a batch is stopped, so that an endless loop does not hang a frame. An unrolled loop (`unroll_loops`) jumps back once in two
 /// iterations.
 const MAX_BACKWARD_JUMPS: u32 = 1 << 20;
 /// Instructions, each over all lanes, after which a batch is stopped at its next backward jump: a loop with long iterations would run for too long before it
@@ -277,7 +277,7 @@ impl<R: Real> Executor<R> {
         let registers = self.registers_mut().as_mut_ptr();
         for step in steps {
             let [a, b, c] = step.args.map(|r| r as usize);
-            // SAFETY: Program::check has verified every register against the count from which the arena was allocated; `double_loops` only exchanges
+            // SAFETY: Program::check has verified every register against the count from which the arena was allocated; `unroll_loops` only exchanges
             // verified ones.
             unsafe {
                 registers.add(step.dst as usize).write((step.function)(
@@ -305,7 +305,7 @@ impl<R: Real> Executor<R> {
         let base = self.arena.as_mut_ptr().cast::<R>();
         let operand_offsets = operand_offsets.as_ptr();
         for kernel in kernels {
-            // SAFETY: Program::check has verified every index against the counts from which the arena was allocated, and `double_loops` only
+            // SAFETY: Program::check has verified every index against the counts from which the arena was allocated, and `unroll_loops` only
             // exchanges verified ones, so each offset refers to a complete slot or to a register inside the arena. `dst` is a slot that is not an
             // operand of the same kernel, and scratch slots are written by broadcasts, whose operand is a register, or by chains, which alternate
             // between two slots, so nothing overlaps `dst`. `operand_offsets` has as many entries as the kernel takes (`Binder`). The class of the

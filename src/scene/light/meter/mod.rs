@@ -132,7 +132,7 @@ impl Meter<'_, '_> {
 
     /// Meters everything in the frame. `night_white`: the radiance that an image of the dark sky shows as white.
     pub(crate) fn read(&self, night_white: f64) -> MeterReading {
-        let glare = VeilingGlare::drawn(self.context.request, self.camera, self.placed);
+        let glare = VeilingGlare::unless_switched_off(self.context.request, self.camera, self.placed);
         let resolved_bodies: Vec<&PlacedBody<'_>> = self.placed.iter().filter(|p| area_px(self.camera, p) > 1.0).collect();
         let sun = self.placed.iter().find(|p| p.body.id == NaifId::SUN);
         let sun_transmittance = self.air.zip(sun).map_or(1.0, |(air, sun)| air.mean_transmittance(sun.placement.centre_km));

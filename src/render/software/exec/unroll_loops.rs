@@ -1,4 +1,4 @@
-//! Doubles the body of an innermost loop, so that its variables need no copies.
+//! Unrolls innermost loops by two: doubles the loop's body, so that its variables need no copies.
 //!
 //! In: a checked program. Out: a checked program with the same results.
 //!
@@ -26,8 +26,8 @@ struct InnerLoop {
     back_jump: usize,
 }
 
-/// The program with doubled loops; unchanged if no loop can do without a copy.
-pub(super) fn double_loops(program: &Program) -> Cow<'_, Program> {
+/// The program with its innermost loops unrolled by two; unchanged if no loop can do without a copy.
+pub(super) fn unroll_loops(program: &Program) -> Cow<'_, Program> {
     let tape = &program.lane_tape;
     let loops: Vec<(InnerLoop, Vec<ExchangedPair>)> = (0..tape.len())
         .filter_map(|at| {
