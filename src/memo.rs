@@ -1,8 +1,8 @@
 //! Small caches of values that are expensive to compute: [`Memo`], which computes a missing value itself, and [`RecentMap`].
 //!
-//! In: a key (and for [`Memo`] a function that computes its value). Out: the value. Always: keys are compared in full; the number of values is limited, and
-//! [`Memo`] drops the oldest first, [`RecentMap`] the least recently used. While one thread computes a value of a [`Memo`], other threads wait only if they
-//! need the same key. There is no process-wide cache: each lives as long as its owner.
+//! In: a key (and for [`Memo`] a function that computes its value). Out: the value. Always: keys are compared, not only their hashes; the number of
+//! values is limited, and [`Memo`] drops the oldest first, [`RecentMap`] the least recently used. While one thread computes a value of a [`Memo`], other
+//! threads wait only if they need the same key. There is no process-wide cache: each lives as long as its owner.
 
 use parking_lot::Mutex;
 use std::collections::{HashMap, VecDeque};
@@ -61,7 +61,7 @@ impl<K, V> fmt::Debug for Memo<K, V> {
 /// A map of limited size: a new entry replaces the least recently used one.
 #[derive(Debug)]
 pub(crate) struct RecentMap<K, V> {
-    /// Values, each with the count of uses at its last use.
+    /// Values, each with the number that `uses` had after the value's last use.
     entries: HashMap<K, (V, u64)>,
     /// Number of uses of any entry so far.
     uses: u64,

@@ -347,8 +347,8 @@ impl Ephemeris {
         match target {
             1..=9 => mean_elements::planet(target, tdb_s),
             10 => Some(mean_elements::sun(tdb_s)),
-            301 => Some(self.series.mean_moon(tdb_s)),
-            399 => Some(series::earth_from_moon(self.series.mean_moon(tdb_s))),
+            301 => Some(self.series.moon_by_largest_terms(tdb_s)),
+            399 => Some(series::earth_from_moon(self.series.moon_by_largest_terms(tdb_s))),
             _ => Some(State::REST),
         }
     }

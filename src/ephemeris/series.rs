@@ -19,9 +19,9 @@ pub const EARTH_MOON_MASS_RATIO: f64 = 81.300_568_221_497_22;
 const MERCURY_INTERVAL_DAYS: f64 = 16.0;
 /// Days that one polynomial of any other body covers.
 const INTERVAL_DAYS: f64 = 32.0;
-/// Limit of amplitude that leaves out no term of the Moon's series.
+/// Smallest amplitude of the terms of the Moon's series that are summed: all terms.
 const ALL_TERMS_ARCSEC: f64 = 0.0;
-/// Limit of amplitude that keeps only the largest terms of the Moon's series: equation of the centre, evection, variation and the like.
+/// Smallest amplitude of the terms that are summed for a position near the mean orbit: equation of the centre, evection, variation and the like.
 const LARGEST_TERMS_ARCSEC: f64 = 500.0;
 
 #[derive(Debug)]
@@ -76,8 +76,8 @@ impl Series {
         vsop_series_of(target).map(|series| vsop_position_km(series, tdb_s))
     }
 
-    /// The Moon's geocentric state by its largest terms only.
-    pub fn mean_moon(&self, tdb_s: f64) -> State {
+    /// The Moon's geocentric state by the largest terms of its series, for [`Source::Mean`](super::Source::Mean).
+    pub fn moon_by_largest_terms(&self, tdb_s: f64) -> State {
         self.moon.state(tdb_s, LARGEST_TERMS_ARCSEC)
     }
 }
@@ -128,6 +128,7 @@ pub fn error_km(target: i32, tdb_s: f64) -> f64 {
         10 => 1_600.0,
         301 => 7.0,
         399 => 0.1,
+        // Mercury and Venus coincide with their barycentres: a nominal bound.
         _ => 0.001,
     };
     let growth = (tdb_s / (CONSTANT_ERROR_YEARS * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY)).abs().max(1.0);

@@ -47,16 +47,17 @@ impl PoleAndMeridian {
 
 /// The Earth's rotation from GCRS to ITRS by IAU 2006/2000A and UT1, without polar motion.
 pub fn earth_itrs_from_gcrs(t: Instant) -> DMat3 {
-    itrs_with_pole(&celestial_pole(t), t)
+    itrs_from_gcrs_via(&intermediate_from_gcrs(t), t)
 }
 
-/// Rows of the rotation from GCRS to the celestial intermediate pole and origin: the slow part of the Earth's rotation.
-fn celestial_pole(t: Instant) -> [[f64; 3]; 3] {
+/// The rotation from GCRS to the celestial intermediate reference system (z its pole, x its origin), by rows. Unlike the Earth's rotation angle, it changes
+/// slowly, by precession and nutation only.
+fn intermediate_from_gcrs(t: Instant) -> [[f64; 3]; 3] {
     sofars::pnp::c2i06a(JD_J2000, t.jd_tt() - JD_J2000)
 }
 
-/// The rotation from GCRS to ITRS, from the slow part (see [`celestial_pole`]) and the Earth's rotation angle.
-fn itrs_with_pole(intermediate_from_gcrs: &[[f64; 3]; 3], t: Instant) -> DMat3 {
+/// The rotation from GCRS to ITRS, from the matrix of [`intermediate_from_gcrs`] and the Earth's rotation angle.
+fn itrs_from_gcrs_via(intermediate_from_gcrs: &[[f64; 3]; 3], t: Instant) -> DMat3 {
     let days_tt = t.jd_tt() - JD_J2000;
     let angle_rad = sofars::erst::era00(JD_J2000, t.jd_ut1() - JD_J2000);
     // Only the TIO locator s': the pole's coordinates are taken as 0.
@@ -64,11 +65,11 @@ fn itrs_with_pole(intermediate_from_gcrs: &[[f64; 3]; 3], t: Instant) -> DMat3 {
     DMat3::from_cols_array_2d(&sofars::pnp::c2tcio(intermediate_from_gcrs, angle_rad, &polar_motion)).transpose()
 }
 
-/// Spacing of the instants at which nutation's 1400 terms are summed, seconds. Between them the pole's matrix is interpolated linearly. The fortnightly
-/// term (0.09 arcsec in X) contributes most of the error: 1e-13 rad.
+/// Spacing of the instants at which [`intermediate_from_gcrs`] sums nutation's 1400 terms, seconds. Between them its matrix is interpolated linearly. The
+/// fortnightly term (0.09 arcsec in X, a coordinate of the pole) contributes most of the error: 1e-13 rad.
 const POLE_STEP_S: f64 = 240.0;
 
-/// Computes [`earth_itrs_from_gcrs`] with a cache of the slow part.
+/// Computes [`earth_itrs_from_gcrs`] with a cache of the matrices that change slowly.
 #[derive(Debug)]
 pub struct EarthRotation(TimeGrid<(), [[f64; 3]; 3]>);
 
@@ -80,10 +81,10 @@ impl Default for EarthRotation {
 
 impl EarthRotation {
     pub(crate) fn itrs_from_gcrs(&self, t: Instant) -> DMat3 {
-        let at_node = |tdb_s| celestial_pole(Instant::from_tdb_seconds_past_j2000(tdb_s));
+        let at_node = |tdb_s| intermediate_from_gcrs(Instant::from_tdb_seconds_past_j2000(tdb_s));
         let ([a, b], weight) = self.0.around((), t.tdb_seconds_past_j2000(), at_node);
         let interpolated = std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] + (b[i][j] - a[i][j]) * weight));
-        itrs_with_pole(&interpolated, t)
+        itrs_from_gcrs_via(&interpolated, t)
     }
 }
 

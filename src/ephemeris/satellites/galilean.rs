@@ -1,4 +1,5 @@
-//! L1.2 of Io, Europa, Ganymede and Callisto (Lainey, Duriez & Vienne 2006, A&A 456, 783), in the shortened series of Astronomy Engine 2.1.19.
+//! Theory L1.2 of the motion of Io, Europa, Ganymede and Callisto (Lainey, Duriez & Vienne 2006, A&A 456, 783), in the shortened series of
+//! Astronomy Engine 2.1.19.
 //!
 //! Time: TT days past 1950-01-01 00:00 (JD 2433282.5). Frame: the table's own plane near Jupiter's equator, rotated to ICRF by its matrix.
 
@@ -40,6 +41,7 @@ struct Moon {
 pub struct GalileanL12 {
     moons: [Moon; 4],
     icrf_from_frame: DMat3,
+    /// Caches the sums at the nodes of a time grid, from which they are extrapolated.
     grid: SumsGrid,
 }
 
@@ -53,29 +55,30 @@ impl GalileanL12 {
     /// State relative to Jupiter's centre; index 0 Io, 1 Europa, 2 Ganymede, 3 Callisto; `None` for another.
     pub fn state(&self, index: usize, t: Instant) -> Option<State> {
         let moon = self.moons.get(index)?;
-        let (sums, days_after) = self.grid.nearest(index, t, |node| Self::sums(moon, tt_days_past(node, EPOCH_JD_TT)));
-        Some(Self::elements(moon, t, &sums, days_after).state(&self.icrf_from_frame))
+        let (sums, days_from_node) = self.grid.nearest(index, t, |node| Self::sums(moon, tt_days_past(node, EPOCH_JD_TT)));
+        Some(Self::elements(moon, t, &sums, days_from_node).state(&self.icrf_from_frame))
     }
 
     fn sums(moon: &Moon, days: f64) -> Sums {
-        let sum = |terms: &[Term]| Derivatives::sum(terms.iter().map(|term| term.at(days, [0.0; 4])));
+        let no_shift = [0.0; 4];
+        let sum = |terms: &[Term]| Derivatives::sum(terms.iter().map(|term| term.at(days, no_shift)));
         Sums {
-            axis_or_motion: sum(&moon.a).map(|v| v.x),
+            semi_major_axis_or_mean_motion: sum(&moon.a).map(|v| v.x),
             longitude: sum(&moon.l).map(|v| v.y),
             eccentricity: sum(&moon.z),
             inclination: sum(&moon.zeta),
         }
     }
 
-    /// The elements at `t`, which is `days_after` the instant of `sums`.
-    fn elements(moon: &Moon, t: Instant, sums: &Sums, days_after: f64) -> Elements {
-        let semi_major_axis_au = sums.axis_or_motion.after(days_after);
+    /// The elements at `t`, from the sums at a node `days_from_node` earlier (negative: later).
+    fn elements(moon: &Moon, t: Instant, sums: &Sums, days_from_node: f64) -> Elements {
+        let semi_major_axis_au = sums.semi_major_axis_or_mean_motion.extrapolated(days_from_node);
         Elements {
             semi_major_axis_au,
             mean_motion_per_day: (moon.mu / semi_major_axis_au.powi(3)).sqrt(),
-            mean_longitude_rad: sums.longitude.after(days_after) + moon.al0 + moon.al1 * tt_days_past(t, EPOCH_JD_TT),
-            eccentricity: sums.eccentricity.after(days_after),
-            inclination: sums.inclination.after(days_after),
+            mean_longitude_rad: sums.longitude.extrapolated(days_from_node) + moon.al0 + moon.al1 * tt_days_past(t, EPOCH_JD_TT),
+            eccentricity: sums.eccentricity.extrapolated(days_from_node),
+            inclination: sums.inclination.extrapolated(days_from_node),
         }
     }
 }

@@ -68,8 +68,8 @@ impl<T: Copy + Default + std::ops::Add<Output = T> + std::ops::Mul<f64, Output =
         terms.fold(Self::default(), Self::plus)
     }
 
-    /// The value some days later.
-    fn after(&self, days: f64) -> T {
+    /// The value some days later, by the Taylor polynomial.
+    fn extrapolated(&self, days: f64) -> T {
         let [value, first, second, third] = self.0;
         value + first * days + second * (0.5 * days * days) + third * (days * days * days / 6.0)
     }
@@ -79,7 +79,7 @@ impl<T: Copy + Default + std::ops::Add<Output = T> + std::ops::Mul<f64, Output =
 #[derive(Clone, Copy, Debug)]
 struct Sums {
     /// Semi-major axis in au (L1.2), or the relative variation of the mean motion (TASS 1.7).
-    axis_or_motion: Derivatives<f64>,
+    semi_major_axis_or_mean_motion: Derivatives<f64>,
     /// Radians, without the secular part of the mean longitude.
     longitude: Derivatives<f64>,
     /// e (cos ϖ, sin ϖ).

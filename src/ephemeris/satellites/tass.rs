@@ -70,8 +70,8 @@ impl Tass17 {
     /// State relative to Saturn's centre; index 0 Mimas to 5 Titan, 6 Iapetus, 7 Hyperion; `None` for another.
     pub fn state(&self, index: usize, t: Instant) -> Option<State> {
         let moon = self.moons.get(index)?;
-        let (sums, days_after) = self.grid.nearest(index, t, |node| self.sums(index, moon, tt_days_past(node, EPOCH_JD_TT)));
-        Some(Self::elements(moon, t, &sums, days_after).state(&self.icrf_from_frame))
+        let (sums, days_from_node) = self.grid.nearest(index, t, |node| self.sums(index, moon, tt_days_past(node, EPOCH_JD_TT)));
+        Some(Self::elements(moon, t, &sums, days_from_node).state(&self.icrf_from_frame))
     }
 
     fn sums(&self, index: usize, moon: &Moon, days: f64) -> Sums {
@@ -92,23 +92,23 @@ impl Tass17 {
             (Derivatives::default(), &longitude[..])
         };
         Sums {
-            axis_or_motion: sum(motion).map(|v| v.x),
+            semi_major_axis_or_mean_motion: sum(motion).map(|v| v.x),
             longitude: own_slow.plus(sum(longitude).map(|v| v.y)),
             eccentricity: sum(eccentricity),
             inclination: sum(inclination),
         }
     }
 
-    /// The elements at `t`, which is `days_after` the instant of `sums`.
-    fn elements(moon: &Moon, t: Instant, sums: &Sums, days_after: f64) -> Elements {
+    /// The elements at `t`, from the sums at a node `days_from_node` earlier (negative: later).
+    fn elements(moon: &Moon, t: Instant, sums: &Sums, days_from_node: f64) -> Elements {
         let s0 = moon.s0;
-        let mean_motion_per_day = moon.aam * (1.0 + s0[0] + sums.axis_or_motion.after(days_after));
+        let mean_motion_per_day = moon.aam * (1.0 + s0[0] + sums.semi_major_axis_or_mean_motion.extrapolated(days_from_node));
         Elements {
             semi_major_axis_au: (moon.mu / (mean_motion_per_day * mean_motion_per_day)).cbrt(),
             mean_motion_per_day,
-            mean_longitude_rad: sums.longitude.after(days_after) + s0[1] + moon.aam * tt_days_past(t, EPOCH_JD_TT),
-            eccentricity: DVec2::new(s0[2], s0[3]) + sums.eccentricity.after(days_after),
-            inclination: DVec2::new(s0[4], s0[5]) + sums.inclination.after(days_after),
+            mean_longitude_rad: sums.longitude.extrapolated(days_from_node) + s0[1] + moon.aam * tt_days_past(t, EPOCH_JD_TT),
+            eccentricity: DVec2::new(s0[2], s0[3]) + sums.eccentricity.extrapolated(days_from_node),
+            inclination: DVec2::new(s0[4], s0[5]) + sums.inclination.extrapolated(days_from_node),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Fuses two passes: the tone map reads each tile of the HDR image while the tile is still in cache, and the HDR image is never stored.
 //!
-//! In: a plan, and the tile that a pass has just resolved. Out: whether the next pass may be executed tile by tile with it
-//! ([`can_fuse_with_next_pass`]), and the tile as a texture ([`TileTexture`]). Always: a program that reads anything but the pixels of the block (16x8
+//! In: a plan and one of its passes; a tile that this pass has just resolved. Out: whether the pass and the next may be fused
+//! ([`can_fuse_with_next_pass`]); the tile as a texture ([`TileTexture`]). Always: a program that reads anything but the pixels of the block (16x8
 //! pixels) that is being shaded gets zeros and sets a flag; the renderer then executes the two passes one after the other.
 
 use super::exec::{Gradients, LANES, LaneMask, TextureUnit};
@@ -103,7 +103,8 @@ impl<R: Real> TextureUnit<R> for TileTexture<'_> {
 }
 
 impl Program {
-    /// Whether a lane's position affects only the coordinates of the texels that the lane loads, so that equal texels give equal results.
+    /// Whether the result of a lane depends only on the texels that it loads, apart from values that all lanes share: its position affects which texels it
+    /// loads, and nothing else. Pixels with equal texels then have equal results, so that the clear colour is tone-mapped only once.
     /// False for programs with backward jumps, which are not analysed.
     pub fn is_position_independent(&self) -> bool {
         // Slots (arrays of one value per lane) whose value depends on the lane's position.

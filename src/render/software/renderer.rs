@@ -1,8 +1,8 @@
 //! Executes a plan on the CPU.
 //!
 //! In: a plan and its modules. Out: a frame and its timings. Always: passes run in order, and a pass may read the output of an earlier pass; the
-//! image does not depend on the number of threads. A module's tape (its compiled instructions) is decoded once and cached. The renderer has its own thread
-//! pool.
+//! image does not depend on the number of threads. The stored bytes of a module's tapes (compiled instructions) are decoded once, to a `Program` for each of
+//! its two entry points, and cached. The renderer has its own thread pool.
 
 use super::RenderError;
 use super::exec::KernelBinding;
@@ -55,7 +55,7 @@ impl Default for Options {
     }
 }
 
-/// One entry point of a module.
+/// One entry point of a module: its program, and the kernels to which that is bound.
 #[derive(Debug)]
 pub(super) struct EntryPoint {
     pub program: Program,
@@ -73,11 +73,12 @@ impl From<Program> for EntryPoint {
 pub(super) struct EntryPoints {
     pub vertex: EntryPoint,
     pub fragment: EntryPoint,
-    /// Set if the module is the shipped (not edited) tone map.
+    /// Where the uniforms of the shipped tone map lie: a native function then replaces the fragment stage's tape. `None` for any other module, and for an
+    /// edited tone map.
     pub tone_map: Option<ToneMapOffsets>,
 }
 
-/// The decoded programs of each module.
+/// The modules whose programs are decoded.
 #[derive(Debug)]
 struct DecodedModules {
     by_id: RecentMap<ModuleId, Arc<EntryPoints>>,
@@ -295,12 +296,13 @@ impl SoftwareRenderer {
         entry_points: &'a EntryPoints,
         pass_outputs: &[Result<Arc<Texels<'a>>, String>],
     ) -> Result<BoundStages<'a, R>, RenderError> {
-        let mut images = HashMap::new();
+        let mut images_by_binding = HashMap::new();
         let class = self.options.kernels;
         let mut stage = |EntryPoint { program, kernel_binding }: &'a EntryPoint| {
-            let textures = textures_of(draw, program, pass_outputs, &mut images, class)?;
-            let bound = kernel_binding.get(program, class).map_err(|what| RenderError::Module { draw: draw.label.clone(), what })?;
-            Ok(TapeStage::new(program, bound, &draw.uniform_bytes, Box::new(textures), class))
+            let textures = textures_of(draw, program, pass_outputs, &mut images_by_binding, class)?;
+            let bound_program =
+                kernel_binding.get(program, class).map_err(|what| RenderError::Module { draw: draw.label.clone(), what })?;
+            Ok(TapeStage::new(program, bound_program, &draw.uniform_bytes, Box::new(textures), class))
         };
         let tone_map = entry_points.tone_map.and_then(|fields| fields.bind(&draw.uniform_bytes));
         let fragment = stage(&entry_points.fragment)?.with_tone_map(tone_map).with_marks(marks_of(draw, pass_outputs));
@@ -349,12 +351,12 @@ fn marks_of(draw: &PlanDraw, pass_outputs: &[Result<Arc<Texels<'_>>, String>]) -
     }
 }
 
-/// The textures that a program reads, each with the draw's texture and sampler.
+/// The textures that a program reads, each with its sampler. `images_by_binding`: the draw's images that have been prepared, which its two stages share.
 fn textures_of<'a>(
     draw: &'a PlanDraw,
     program: &Program,
     pass_outputs: &[Result<Arc<Texels<'a>>, String>],
-    images: &mut HashMap<u32, Arc<Texels<'a>>>,
+    images_by_binding: &mut HashMap<u32, Arc<Texels<'a>>>,
     class: KernelClass,
 ) -> Result<Textures<'a>, RenderError> {
     let missing = |binding| RenderError::Binding { draw: draw.label.clone(), binding };
@@ -370,11 +372,11 @@ fn textures_of<'a>(
                 Arc::clone(output.as_ref().map_err(invalid)?)
             }
             TextureSource::OnGpu(_) => return Err(invalid(&"it is in GPU memory only".to_owned())),
-            TextureSource::Image(texture) | TextureSource::Persistent(texture) => match images.get(&binding) {
+            TextureSource::Image(texture) | TextureSource::Persistent(texture) => match images_by_binding.get(&binding) {
                 Some(known) => Arc::clone(known),
                 None => {
                     let texels = Arc::new(Texels::of_texture(texture).map_err(|what| invalid(&what))?);
-                    images.insert(binding, Arc::clone(&texels));
+                    images_by_binding.insert(binding, Arc::clone(&texels));
                     texels
                 }
             },

@@ -107,7 +107,7 @@ impl Margin {
                 None => message!("image-from-space"),
             },
         };
-        let second = message!("image-caption", from = from, view = image.field_of_view()).text_in(language);
+        let second = message!("image-caption", from = from, view = image.field_of_view_text()).text_in(language);
         let size = image.size_px();
         let fits = |text: &str| metrics.width_px(text) <= size.x - 1.6 * glyph_px;
         let Some((mut lines, rest)) = wrapped(&first, &CAPTION_BREAKS, &fits).zip(wrapped(&second, &CAPTION_BREAKS, &fits)) else {

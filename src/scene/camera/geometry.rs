@@ -58,8 +58,8 @@ impl ImageProjection for LeftEyeImage<'_> {
     fn disc_radius_px(&self, angular_radius_rad: f64) -> f64 {
         self.camera.disc_radius_px(angular_radius_rad)
     }
-    fn field_of_view(&self) -> Message {
-        self.camera.field_of_view()
+    fn field_of_view_text(&self) -> Message {
+        self.camera.field_of_view_text()
     }
 }
 
@@ -119,8 +119,8 @@ impl ImageProjection for WarpedImage<'_> {
     fn disc_radius_px(&self, angular_radius_rad: f64) -> f64 {
         self.geometry.image.projection(self.camera).disc_radius_px(angular_radius_rad) * self.geometry.scale()
     }
-    fn field_of_view(&self) -> Message {
-        self.geometry.image.projection(self.camera).field_of_view()
+    fn field_of_view_text(&self) -> Message {
+        self.geometry.image.projection(self.camera).field_of_view_text()
     }
 }
 

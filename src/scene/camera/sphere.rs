@@ -17,8 +17,8 @@ pub(crate) trait ImageProjection {
     fn size_px(&self) -> DVec2;
     /// Radius of a disc in the image's middle, from its angular radius.
     fn disc_radius_px(&self, angular_radius_rad: f64) -> f64;
-    /// The field of view.
-    fn field_of_view(&self) -> Message;
+    /// The text for the field of view in an image's caption.
+    fn field_of_view_text(&self) -> Message;
 }
 
 impl ImageProjection for Camera {
@@ -31,7 +31,7 @@ impl ImageProjection for Camera {
     fn disc_radius_px(&self, angular_radius_rad: f64) -> f64 {
         angular_radius_rad.tan() / self.pixel_tangent()
     }
-    fn field_of_view(&self) -> Message {
+    fn field_of_view_text(&self) -> Message {
         let deg = 2.0 * self.tan_half_fov.y.atan().to_degrees();
         let angle = match deg {
             _ if deg >= 1.0 => format!("{deg:.1}°"),
@@ -107,7 +107,7 @@ impl SphereImage {
     }
 
     /// Solid angle of the pixel at a direction in the image's axes, and the horizontal stretch there: an equirectangular image stretches its rows
-    /// near the poles.
+    /// near the poles. A lower bound keeps the solid angle positive at the poles and opposite to a fisheye's axis.
     pub fn pixel_sr_and_stretch(&self, direction: DVec3) -> (f64, f64) {
         let scale = self.radians_per_pixel();
         let off_axis = direction.truncate().length();
@@ -127,8 +127,8 @@ impl SphereImage {
         if !self.is_fisheye() {
             return densest;
         }
-        let off_axis = self.half_fov_rad.min(FRAC_PI_2);
-        densest * off_axis / off_axis.sin()
+        let angle = self.half_fov_rad.min(FRAC_PI_2);
+        densest * angle / angle.sin()
     }
 }
 
@@ -142,7 +142,7 @@ impl ImageProjection for SphereImage {
     fn disc_radius_px(&self, angular_radius_rad: f64) -> f64 {
         angular_radius_rad / self.radians_per_pixel().y
     }
-    fn field_of_view(&self) -> Message {
+    fn field_of_view_text(&self) -> Message {
         let deg = 2.0 * self.half_fov_rad.to_degrees();
         if self.is_fisheye() { message!("image-fisheye", angle = format_args!("{deg:.0}°")) } else { message!("image-whole-sphere") }
     }

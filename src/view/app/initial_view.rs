@@ -12,9 +12,9 @@ use glam::{DQuat, DVec3};
 
 /// Distance of the first view, equatorial radii.
 const START_DISTANCE_RADII: f64 = 3.5;
-/// Phase angle before the camera is moved towards the pole: the angle at the body's centre between the Sun and the camera. The terminator is visible.
+/// Angle at the body's centre between the Sun and the camera (the phase angle), before the camera is moved by [`POLE_OFFSET`]. The terminator is visible.
 const SUN_ANGLE_DEG: f64 = 62.0;
-/// Range and step of the values of this angle that are tried for a view with the Moon.
+/// Range and step of the Sun angles that are tried for a view with the Moon.
 const SUN_ANGLE_RANGE_DEG: [f64; 2] = [30.0, 94.0];
 const SUN_ANGLE_STEP_DEG: f64 = 4.0;
 /// Offset of the camera towards the pole, as a fraction of its distance from the body's centre.
@@ -43,7 +43,7 @@ pub fn initial_view(catalog: &Catalog, positions: &dyn BodyPositions, target: Na
     let with_moon = sunward.zip(moon_radii).and_then(|(sun, moon)| camera_direction_with_moon(sun, moon, pole));
     let direction = with_moon.unwrap_or_else(|| camera_direction(sunward, DVec3::Z, SUN_ANGLE_DEG, POLE_OFFSET, pole));
     let mut view = ViewState::around(target, direction * (START_DISTANCE_RADII * radius_km), radius_km, pole, time);
-    // The exposure of a sunlit planet shows no star.
+    // At the exposure of a sunlit planet no star would be visible without this layer.
     view.layers.bright_stars = true;
     Ok(view)
 }
@@ -57,7 +57,7 @@ fn camera_direction(sunward: Option<DVec3>, axis: DVec3, sun_angle_deg: f64, pol
 /// The direction from the Earth to a camera that sees the Moon beside the Earth: the one whose angle from the Sun is closest to [`SUN_ANGLE_DEG`].
 /// `moon_radii`: the Moon's position relative to the Earth's centre, in Earth radii.
 fn camera_direction_with_moon(sunward: DVec3, moon_radii: DVec3, pole: DVec3) -> Option<DVec3> {
-    // The Moon is beyond the Earth as seen by the camera, so the camera turns away from the Sun on the side opposite to the Moon.
+    // About this axis, a positive angle turns the Sun's direction away from the Moon's: seen by a camera there, the Moon is beyond the Earth.
     let axis = moon_radii.cross(sunward).try_normalize()?;
     let [min, max] = SUN_ANGLE_RANGE_DEG;
     let steps = ((max - min) / SUN_ANGLE_STEP_DEG) as u32;

@@ -168,8 +168,8 @@ impl Band<'_> {
             }
             return;
         }
-        // Bilinear filtering is separated: the texel columns of a column of pixels are the same in every row, and the texels of a row are interpolated
-        // vertically once, for all its pixels.
+        // Bilinear filtering is separable. The texel columns of each pixel column are found once for all rows. For each pixel row, texels are interpolated
+        // first vertically, once for all its pixels, then horizontally.
         let (mut columns, mut row_texels) = (std::mem::take(&mut self.columns), std::mem::take(&mut self.row_texels));
         columns.clear();
         columns.extend((left..right).map(|x| texture.texel_pair(min.uv.x + (x as f32 + 0.5 - min.pos.x) * u_per_px, texture.width)));
@@ -212,8 +212,9 @@ impl Band<'_> {
         if area < 0 {
             (b, c, pb, pc, area) = (c, b, pc, pb, -area);
         }
-        // The last pixel whose centre is not after a position; the half-open range of pixels that contains all centres between three positions.
+        // The last pixel whose centre is at or before a coordinate.
         let last_pixel = |v: i64| (v - HALF_PX).div_euclid(SUBPIXELS);
+        // The first pixel and the end of a range that contains every pixel whose centre is between the least and the greatest of three coordinates.
         let pixel_range = |v: [i64; 3]| (last_pixel(v.into_iter().min().unwrap_or(0)), last_pixel(v.into_iter().max().unwrap_or(0)) + 2);
         let (x_start, x_end) = pixel_range([pa[0], pb[0], pc[0]]);
         let (y_start, y_end) = pixel_range([pa[1], pb[1], pc[1]]);
