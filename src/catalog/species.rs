@@ -1,11 +1,11 @@
 //! A species of an atmosphere: a gas, an aerosol or an absorption layer.
 //!
-//! Plain values: `read` fills them from catalog files and checks their ranges. Not here: densities and phase functions (`scene::atmosphere`).
+//! Plain values: `catalog::read` fills them from catalog files and checks their ranges. Not here: densities and phase functions (`scene::atmosphere`).
 
-/// A gas or aerosol whose density is exponential in height, or triangular if `tent_centre_km` is set.
+/// A gas or aerosol, whose density is exponential in height, or an absorption layer, whose density is triangular: `tent_centre_km` is set.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Species {
-    /// Name of the gas or aerosol.
+    /// Its name.
     pub name: String,
     /// Scale height of an exponential profile; of a triangular one, the distance from its peak to either end.
     pub scale_height_km: f64,
@@ -16,7 +16,7 @@ pub struct Species {
     pub scattering_per_km: [f64; 3],
     /// Absorption coefficient, in the same unit and at the same height.
     pub absorption_per_km: [f64; 3],
-    /// Angular distribution of the scattered light.
+    /// Angular distribution of the scattered light; Rayleigh if the catalog gives no asymmetry, as for an absorption layer.
     pub phase: PhaseFunction,
     /// Estimated error of scattering and absorption, if they were not taken from a published table.
     pub estimate_percent: Option<f64>,

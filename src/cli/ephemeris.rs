@@ -1,5 +1,8 @@
-//! `orrery ephemeris`: prints positions and velocities, apparent places, orientations, and what a place on the Earth sees. The queries come from options, or
-//! as JSON lines from standard input.
+//! `orrery ephemeris`: prints positions and velocities, apparent places and orientations of bodies and, for a place on the Earth, azimuth and altitude, or
+//! rise, transit and set.
+//!
+//! In: one query or a range of times as options, or queries as JSON lines on standard input. Out: text, JSON or CSV on standard output. Not here: the rows of
+//! tables (`ephemeris_table`).
 
 use super::eclipse::parse_place;
 use super::ephemeris_table::{self, Columns, OutputFormat};
@@ -24,7 +27,7 @@ use std::io::BufRead;
     orrery ephemeris --body saturn --orientation --time 2017-05-17T00:00:00Z\n  \
     orrery ephemeris --body mars --apparent --from 2027-01-01 --to 2027-03-01 --step 1d --csv\n  \
     orrery ephemeris --rise-set --at 48.14,11.58 --time 2026-06-21\n\n\
-    Positions are geometric: km and km/s, ICRF axes. error_km bounds the error of the source; it is null if unknown (--kernel). \
+    Positions are geometric: km and km/s, ICRF axes. error_km bounds the error of the source; it is null if it is unknown, as for files of --kernel. \
     Azimuth is measured from north through east; altitudes are without refraction. Rise and set are those of the upper limb of the Sun and the Moon, with 34 arcminutes of \
     refraction on the Earth; twilight ends with the Sun's centre at -6, -12 and -18 degrees.",
     next_help_heading = "Query"
@@ -116,7 +119,8 @@ pub(crate) fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError>
     print_result(&text)
 }
 
-/// A table of positions, or with `--rise-set` rise, transit, set and twilights of one day.
+/// The output for `--from` or `--at`: a table of positions, apparent places, orientations, or azimuth and altitude, with one row per instant; with
+/// `--rise-set` rise, transit, set and twilights of one day.
 fn table(catalog: &Catalog, ephemeris: &Ephemeris, args: &EphemerisArgs) -> Result<String, String> {
     let at = args.at.as_deref().map(parse_place).transpose()?.map(|p| Observer {
         body: NaifId::EARTH,
@@ -312,7 +316,7 @@ mod tests {
         }
     }
 
-    /// A centre that was ignored would give the answer to another question. A source is accepted and ignored: the best one answers.
+    /// A centre that does not apply is refused, because ignoring it would answer another question. A source that does not apply is ignored.
     #[test]
     fn centres_that_a_quantity_cannot_use_are_refused() {
         let catalog = Catalog::embedded();

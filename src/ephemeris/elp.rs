@@ -1,9 +1,9 @@
 //! The Moon by ELP2000-82B, truncated. In: an instant. Out: the geocentric state, ICRF.
 //!
 //! The theory: Chapront-Touzé and Chapront, Astron. Astrophys. 190 (1988), 342; the terms are in catalogs/elp2000_truncated.csv. ELP's tidal acceleration is
-//! older than DE440's, so three coefficients were fitted to DE440's longitude over 1560 to 2640 (1500 dates). Measured against DE440
-//! (`examples/measure_ephemeris.rs`) over 1552 to 2646: 6.6 km, 3.8 arcsec at the worst, 1.4 km rms; over 1600 to 2500: 4.7 km, 2.7 arcsec. Outside these
-//! years the fitted quadratic term is an extrapolation: an error of 1 arcsec per century squared in the tidal acceleration moves the Moon by 20 arcmin
+//! older than DE440's, so three coefficients were fitted to DE440's longitude over 1560 to 2640 (1500 dates). The greatest error
+//! against DE440 (`examples/measure_ephemeris.rs`) is 6.6 km or 3.8 arcsec (1.4 km rms) over 1552 to 2646, and 4.7 km or 2.7 arcsec over 1600 to 2500. Outside
+//! these years the fitted quadratic term is an extrapolation: an error of 1 arcsec per century squared in the tidal acceleration moves the Moon by 20 arcmin
 //! in 3000 BC.
 
 use super::{EphemerisError, State, frames};
@@ -12,8 +12,8 @@ use glam::DVec3;
 
 const CENTURY_S: f64 = crate::units::DAYS_PER_JULIAN_CENTURY * crate::units::SECONDS_PER_DAY;
 
-/// The Moon's mean longitude W1, counted along the mean ecliptic of date from its departure point, which is as far from the node of the two ecliptics as the
-/// equinox of J2000 is on the ecliptic of J2000. Coefficients of powers of Julian centuries, radians.
+/// The Moon's mean longitude W1, counted along the mean ecliptic of date from the departure point. This point and the equinox of J2000 have the same angular
+/// distance from the node in which the mean ecliptics of date and of J2000 intersect. Coefficients of powers of Julian centuries, radians.
 const MEAN_LONGITUDE: [f64; 5] = [
     3.810_344_430_588_308,
     1_732_559_343.736_04 * RAD_PER_ARCSEC,
@@ -45,7 +45,7 @@ const ARGUMENTS: [[f64; 5]; 13] = [
 /// 8 arcsec at most, would change by only 0.1 arcsec in 3000 BC.
 const WITH_LUNAR_LONGITUDE: [usize; 3] = [0, 2, 3];
 
-/// Factor of the series' distances, a0 / ath in the authors' program: the theory's distance unit over the one that its mean motion defines.
+/// Factor on the distances of the series: a0 / ath in the authors' program, two values of the theory's semi-major axis in km.
 const DISTANCE_RATIO: f64 = 384_747.980_644_895_4 / 384_747.980_674_316_5;
 
 /// Laskar (1986): sin(π_A/2) sin Π_A and sin(π_A/2) cos Π_A, where the mean ecliptic of date is inclined by π_A to that of J2000 and Π_A is the
@@ -82,7 +82,8 @@ impl LunarSeries {
         Ok(Self { terms: lines.map(read).collect::<Result<_, _>>()? })
     }
 
-    /// Geocentric state, ICRF. Terms with an amplitude under `min_arcsec` are left out; 1.865 km of distance count as an arcsecond, its length at the Moon.
+    /// Geocentric state, ICRF; `tdb_s` from J2000. Terms with an amplitude under `min_arcsec` are left out. An amplitude in km is compared at 1.865 km per
+    /// arcsecond, the length of an arcsecond at the Moon's mean distance.
     pub fn state(&self, tdb_s: f64, min_arcsec: f64) -> State {
         let t = tdb_s / CENTURY_S;
         let (correction, correction_rate) = polynomial(&FITTED_TO_DE440, t);

@@ -2,8 +2,8 @@
 //!
 //! In: names of maps and how they are decoded. Out: their texels and mip levels. Always: when the decoded maps exceed [`MEMORY_BUDGET_BYTES`], those
 //! that no view has used for [`MIN_IDLE`] are dropped at the next use of any map, the least recently used first, so that a tour of all bodies
-//! does not fill the memory. Textures that other code has inserted are kept. With [`StoredMaps`], decoded maps are also kept in a folder on disk: later runs
-//! of the program do not decode them again, and read only the levels that they need.
+//! does not fill the memory. Textures that other code has inserted are kept. With a disk cache ([`StoredMaps`]), decoded maps are also kept in a folder:
+//! later runs of the program do not decode them again, and read only the levels that they need.
 
 use super::encoded_map::EncodedMap;
 use super::map_decoding::MapDecoding;
@@ -36,7 +36,7 @@ pub enum MapOrigin {
     Missing,
 }
 
-/// How overlays are decoded, before their colours are multiplied by alpha.
+/// How images with alpha (overlays on a body's ground) are decoded, before their colours are multiplied by alpha.
 const OVERLAY_DECODING: MapDecoding = MapDecoding::plain(TexelFormat::Rgba8Srgb);
 
 /// A decoded map in memory.
@@ -47,7 +47,7 @@ struct CachedMap {
     last_used: Option<Instant>,
 }
 
-/// Memory that the texels take now.
+/// Memory that the texels take now. Levels from the disk cache take none before they are first needed.
 fn bytes_in_memory(texture: &Texture) -> usize {
     texture.levels.iter().map(Level::bytes_in_memory).sum()
 }
@@ -80,8 +80,8 @@ pub struct MapStore {
     decoded: Mutex<HashMap<(String, MapDecoding), CachedMap>>,
     /// Images with premultiplied alpha, by name; never dropped.
     premultiplied: Mutex<HashMap<String, SharedTexture>>,
-    /// Decoded maps on disk.
-    stored: Option<Arc<StoredMaps>>,
+    /// The folder of decoded maps on disk.
+    disk_cache: Option<Arc<StoredMaps>>,
 }
 
 impl MapStore {
@@ -92,13 +92,13 @@ impl MapStore {
 
     /// As [`Self::new`], with a limit on the megapixels of maps in the folder.
     pub(crate) fn with_limit(folder: Option<PathBuf>, max_megapixels: u32) -> Self {
-        Self { folder, max_megapixels, decoded: Mutex::default(), premultiplied: Mutex::default(), stored: None }
+        Self { folder, max_megapixels, decoded: Mutex::default(), premultiplied: Mutex::default(), disk_cache: None }
     }
 
     /// Keeps decoded maps on disk from now on, and reads those that are there.
     #[must_use]
-    pub fn stored_in(self, stored: Option<StoredMaps>) -> Self {
-        Self { stored: stored.map(Arc::new), ..self }
+    pub fn stored_in(self, disk_cache: Option<StoredMaps>) -> Self {
+        Self { disk_cache: disk_cache.map(Arc::new), ..self }
     }
 
     /// Names and sizes in bytes of the embedded maps.
@@ -189,8 +189,8 @@ impl MapStore {
 
     fn read(&self, name: &str, decoding: MapDecoding) -> Result<Texture, ImageError> {
         let map = self.encoded(name, decoding)?;
-        match &self.stored {
-            Some(stored) => stored.texture(map),
+        match &self.disk_cache {
+            Some(disk_cache) => disk_cache.texture(map),
             None => map.decode(RowThreads::All),
         }
     }

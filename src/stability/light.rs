@@ -1,4 +1,7 @@
-//! The fraction of sunlight in umbra, penumbra, antumbra and full light, and images of an umbra at all exposures.
+//! Two sweeps of shadows. `shadows` computes the fraction of sunlight at points in umbra, penumbra, antumbra and full light; `umbra-exposure` draws moons in
+//! Jupiter's umbra at exposures from -20 to +25 stops.
+//!
+//! In: a sweep's setup. Out: the number of cases and the worst of them.
 
 use super::difference::larger_or_nan;
 use super::views::{JUPITER, view_from_offset};
@@ -19,7 +22,7 @@ use crate::units::{SPEED_OF_LIGHT_KM_S, SUN_RADIUS_KM};
 use glam::DVec3;
 use serde_json::json;
 
-/// Shadows: the body that receives it, the body that casts it, and an instant (UTC).
+/// Shadows, each as receiver, occluder and instant (UTC).
 const SHADOWS: [(&str, &str, &str); 7] = [
     ("earth", "moon", "2024-04-08T18:17:16Z"),
     ("earth", "moon", "2023-10-14T17:59:30Z"),
@@ -35,29 +38,29 @@ const SHADOWS: [(&str, &str, &str); 7] = [
 const UMBRA_MARGIN: f64 = 5e-3;
 
 /// The fraction of sunlight at a point where the angular radii of Sun and occluder and their separation determine it: 0 in the umbra, 1 in full light; `None`
-/// elsewhere, and within [`UMBRA_MARGIN`] of the boundaries.
+/// elsewhere, and within [`UMBRA_MARGIN`] of the boundaries. Positions are relative to the point.
 fn light_from_angles(sun_km: DVec3, occluder_km: DVec3, occluder: &Body) -> Option<f64> {
-    let sun_radius = (SUN_RADIUS_KM / sun_km.length()).asin();
-    let occluder_radius = |km: f64| (km / occluder_km.length()).asin();
-    let separation = angle_rad(sun_km, occluder_km);
-    if occluder_radius(occluder.radii_km.min_element()) - separation > sun_radius * (1.0 + UMBRA_MARGIN) {
+    let sun_radius_rad = (SUN_RADIUS_KM / sun_km.length()).asin();
+    let occluder_radius_rad = |km: f64| (km / occluder_km.length()).asin();
+    let separation_rad = angle_rad(sun_km, occluder_km);
+    if occluder_radius_rad(occluder.radii_km.min_element()) - separation_rad > sun_radius_rad * (1.0 + UMBRA_MARGIN) {
         Some(0.0)
-    } else if separation > sun_radius * (1.0 + UMBRA_MARGIN) + occluder_radius(occluder.radii_km.max_element()) {
+    } else if separation_rad > sun_radius_rad * (1.0 + UMBRA_MARGIN) + occluder_radius_rad(occluder.radii_km.max_element()) {
         Some(1.0)
     } else {
         None
     }
 }
 
-/// Points on the surface around the centre of a shadow, body axes, equatorial radii: in eight directions outwards, at distances from a
-/// millionth of the radius to the radius, in a geometric progression.
+/// Points on the surface: the centre of a shadow, and `steps` points in each of eight directions from it. Their distances from the centre grow geometrically
+/// from a millionth of the equatorial radius to that radius. Points are in body axes, in equatorial radii.
 fn points_around(body: &Body, sunward: DVec3, occluder_km: DVec3, steps: u32) -> Vec<DVec3> {
     let shape = body.radii_km / body.radii_km.x;
     let occluder = occluder_km / body.radii_km.x;
     // Where the line from the Sun through the occluder hits the sphere; if it misses, the direction of its closest approach to the centre.
-    let along = -sunward;
-    let nearest = occluder - along * occluder.dot(along);
-    let shadow_centre = (nearest - along * (1.0 - nearest.length_squared()).max(0.0).sqrt()).normalize();
+    let antisunward = -sunward;
+    let nearest = occluder - antisunward * occluder.dot(antisunward);
+    let shadow_centre = (nearest - antisunward * (1.0 - nearest.length_squared()).max(0.0).sqrt()).normalize();
     let (x, y) = shadow_centre.any_orthonormal_pair();
     let mut points = vec![shadow_centre * shape];
     for turn in 0..8 {
@@ -101,17 +104,17 @@ pub(super) fn shadows(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErro
             };
             for ((point, a), b) in points.iter().zip(&single).zip(&double) {
                 let point_km = *point * body.radii_km.x;
-                let light_by_angles = light_from_angles(sun_km - point_km, occluder_km - point_km, occluder);
+                let expected_light = light_from_angles(sun_km - point_km, occluder_km - point_km, occluder);
                 let difference = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, larger_or_nan);
-                let is_wrong = light_by_angles.is_some_and(|light| a.iter().chain(b).any(|v| *v != light));
+                let is_wrong = expected_light.is_some_and(|light| a.iter().chain(b).any(|v| *v != light));
                 found.add(if is_wrong { 1.0 } else { difference }, || {
                     let location = json!({
                         "body": receiver_name, "occluder": occluder_name, "time": time.to_utc_iso(), "model": model.name(),
                         "point_radii": point.to_array(),
                     });
-                    let cause = match light_by_angles {
-                        Some(light) if is_wrong => format!("the light is {light} by the angles; f32 {a:?}, f64 {b:?}"),
-                        _ => format!("eclipse_light: f32 {a:?}, f64 {b:?}"),
+                    let cause = match expected_light {
+                        Some(light) if is_wrong => format!("the fraction of sunlight must be {light}: f32 {a:?}, f64 {b:?}"),
+                        _ => format!("fraction of sunlight: f32 {a:?}, f64 {b:?}"),
                     };
                     (location, cause)
                 });
@@ -147,9 +150,9 @@ fn greatest_radiance(hdr: &[[f32; 4]]) -> f64 {
     hdr.iter().flat_map(|p| p[..3].iter()).map(|v| f64::from(v.abs())).fold(0.0, larger_or_nan)
 }
 
-/// The brightest byte of an image whose greatest radiance is `radiance`: at least 1 if there is any light, even if it is too faint for a display level; infinite if
-/// the radiance is not finite.
-fn brightness(radiance: f64, display: &[[u8; 4]]) -> f64 {
+/// How many levels (1/255) the brightest byte of an image is above black. `radiance`: the image's greatest. If it is above 0 but too faint for a display level,
+/// the result is 1; if it is not finite, infinite.
+fn levels_above_black(radiance: f64, display: &[[u8; 4]]) -> f64 {
     let brightest = display.iter().flat_map(|p| p[..3].iter()).copied().max().unwrap_or(0);
     match radiance {
         0.0 => f64::from(brightest),
@@ -165,6 +168,7 @@ pub(super) fn umbra_exposure(setup: &SweepSetup<'_>) -> Result<SweepResult, Sess
     let Some(jupiter) = session.catalog().body(JUPITER) else { return Ok(found) };
     let effects = EffectOverrides::parse("+eclipse=limb-darkened,-planet-shine,-glow,-corona,-points,-atmosphere")?;
     for moon in [501, 502, 503].map(NaifId) {
+        // The search begins on 2015-01-24.
         let (time, axis_distance_radii) = deepest_in_shadow(setup, moon, jupiter, Instant::from_jd_tdb(2_457_046.5))?;
         // Skip a moon that does not pass deep enough through the shadow.
         if axis_distance_radii > 0.8 {
@@ -187,7 +191,7 @@ pub(super) fn umbra_exposure(setup: &SweepSetup<'_>) -> Result<SweepResult, Sess
             for precision in [Precision::F32, Precision::F64] {
                 let (frame, _) = setup.renderers.renderer(precision).render(&view.plan, session.library(), FrameImages::DisplayAndHdr)?;
                 let radiance = greatest_radiance(&frame.hdr);
-                found.add(brightness(radiance, &frame.display), || {
+                found.add(levels_above_black(radiance, &frame.display), || {
                     let location = json!({ "moon": moon.0, "stops": stops, "time": time.to_utc_iso(), "axis_radii": axis_distance_radii });
                     (location, format!("{precision:?}: radiance {radiance:e} in the umbra, where it must be 0"))
                 });
@@ -203,7 +207,7 @@ mod tests {
 
     #[test]
     fn light_that_is_too_faint_or_not_a_number_is_not_black() {
-        let of = |radiance: f32| brightness(greatest_radiance(&[[0.0, radiance, 0.0, 1.0]]), &[[0, 0, 0, 255]]);
+        let of = |radiance: f32| levels_above_black(greatest_radiance(&[[0.0, radiance, 0.0, 1.0]]), &[[0, 0, 0, 255]]);
         assert_eq!([of(0.0), of(1e-30), of(f32::NAN)], [0.0, 1.0, f64::INFINITY]);
     }
 }

@@ -18,7 +18,7 @@ pub(super) struct LabelledHeights {
     pub sphere_km: f64,
 }
 
-/// The value of a keyword: the text after the first `KEYWORD =`, without quotes, unit and comment.
+/// The value of a keyword: the text after the first `KEYWORD =`, without unit and comment, and without the quotes and parentheses at its ends.
 fn value<'t>(label: &'t str, keyword: &str) -> Option<&'t str> {
     label.lines().find_map(|line| {
         let (name, value) = line.split_once('=')?;
@@ -63,16 +63,17 @@ fn image_offset(label: &str) -> Result<usize, String> {
     let Some((pointer, (_, location))) = value(label, "^IMAGE").and_then(|pointer| Some((pointer, pointer.split_once(',')?))) else {
         return Ok(0);
     };
-    let count_before = location.trim().parse::<usize>().ok().and_then(|n| n.checked_sub(1));
-    let count_before = count_before.ok_or_else(|| format!("^IMAGE = {}: its location is not a whole number from 1", echo(pointer)))?;
+    // Records or bytes.
+    let units_before = location.trim().parse::<usize>().ok().and_then(|n| n.checked_sub(1));
+    let units_before = units_before.ok_or_else(|| format!("^IMAGE = {}: its location is not a whole number from 1", echo(pointer)))?;
     let is_image_pointer = |line: &&str| line.split_once('=').is_some_and(|(name, _)| name.trim().eq_ignore_ascii_case("^IMAGE"));
     let is_in_bytes = label.lines().find(is_image_pointer).is_some_and(|line| line.to_ascii_uppercase().contains("<BYTES>"));
-    let unit_bytes = match count_before {
+    let unit_bytes = match units_before {
         0 => 0,
         _ if is_in_bytes => 1,
         _ => required(label, "RECORD_BYTES")?.parse::<usize>().map_err(|_| "RECORD_BYTES: not a whole number".to_owned())?,
     };
-    Ok(count_before.saturating_mul(unit_bytes))
+    Ok(units_before.saturating_mul(unit_bytes))
 }
 
 /// The sample format of the image: type and byte order.

@@ -78,7 +78,7 @@ fn metered(
     let brightest = placed
         .iter()
         .filter(|p| resources.night_lights.contains_key(&p.body.id))
-        .map(|p| night_lights::brightest(p.body))
+        .map(|p| night_lights::white_radiance(p.body))
         .fold(0.0, f64::max);
     let city_light_weight = (brightest / without_city_lights.white()).max(1e-30).log2() / CITY_LIGHT_FADE_STOPS;
     if city_light_weight > 0.0 { exposure_with(city_light_weight.min(1.0)) } else { without_city_lights }
@@ -113,7 +113,7 @@ pub(crate) fn night_lights_to_meter(context: Context<'_>, camera: &Camera, place
     let is_overexposed = |p: &&PlacedBody<'_>| {
         let drawn = request.effects.override_of_body(p.body, Effect::Night) != Some(false);
         let has_map = p.body.maps.night.as_ref().is_some_and(|m| !context.resources.is_unreadable(&m.file));
-        drawn && has_map && night_lights::brightest(p.body) > (-exposure.metered_stops).exp2() && p.outline.rect(camera).is_some()
+        drawn && has_map && night_lights::white_radiance(p.body) > (-exposure.metered_stops).exp2() && p.outline.rect(camera).is_some()
     };
     placed.iter().filter(|_| is_metered).filter(is_overexposed).map(|p| p.body.id).collect()
 }

@@ -16,12 +16,13 @@ pub struct NightLights {
     width: usize,
     height: usize,
     radiance: Vec<f32>,
-    /// Factors by which y and z of a unit-sphere point are multiplied, so that the direction of the result has the map's longitude and latitude.
+    /// [`Body::map_stretch`]: the factors on y (`stretch.x`) and on z (`stretch.y`) that turn a unit-sphere point into a direction with the map's longitude and
+    /// latitude.
     stretch: DVec2,
 }
 
-/// Radiance of a white texel of the body's night map; 0 without a night map.
-pub(crate) fn brightest(body: &Body) -> f64 {
+/// Radiance of a white texel of the body's night map, in the channel with the largest gain; 0 without a night map.
+pub(crate) fn white_radiance(body: &Body) -> f64 {
     body.maps.night.as_ref().map_or(0.0, |m| m.gain.iter().copied().fold(0.0, f64::max)) * NIGHT_MAP_WHITE_RADIANCE
 }
 
@@ -36,7 +37,7 @@ impl NightLights {
     /// Computes the radiance from the texels of an equirectangular map: rows from north to south, each texel's brightest channel, linear, 0 to 1. `None` if
     /// the number of texels is wrong.
     pub(crate) fn new(body: &Body, width: usize, height: usize, texels: impl Iterator<Item = f64>) -> Option<Self> {
-        let white = brightest(body);
+        let white = white_radiance(body);
         let radiance: Vec<f32> = texels.map(|t| narrow_scalar(t.max(0.0) * white)).collect();
         let is_complete = width > 0 && height > 0 && radiance.len() == width * height;
         is_complete.then(|| Self { width, height, radiance, stretch: body.map_stretch() })
@@ -71,7 +72,7 @@ mod tests {
         let earth = catalog.body(NaifId::EARTH).expect("the Earth");
         let texels = || (0..8 * 4).map(|k| f64::from(u8::from(k % 8 >= 4)));
         let night_lights = NightLights::new(earth, 8, 4, texels()).expect("complete");
-        let white = brightest(earth);
+        let white = white_radiance(earth);
         let at = |lon: f64| night_lights.at(DVec3::new(lon.to_radians().cos(), lon.to_radians().sin(), 0.1)) / white;
         assert!(white > 0.0 && (at(90.0) - 1.0).abs() < 1e-6 && at(-90.0).abs() < 1e-9 && (at(0.0) - 0.5).abs() < 1e-6, "{}", at(0.0));
         assert!(NightLights::new(earth, 8, 5, texels()).is_none());

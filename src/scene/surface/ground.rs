@@ -43,8 +43,8 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let glint = || if sunlit_ground.0 { sunlit_ground.clone() } else { reflected_glint(inputs) };
     maps.specular = log.effect_with_map(Effect::Specular, body.maps.specular.as_ref(), glint);
     maps.night = log.effect_with_map(Effect::Night, body.maps.night.as_ref(), || {
-        let brightest = night_lights::brightest(body);
-        (threshold.is_exceeded_by_radiance(brightest), reason!("city-lights", light = threshold.description(brightest)))
+        let white = night_lights::white_radiance(body);
+        (threshold.is_exceeded_by_radiance(white), reason!("city-lights", light = threshold.description(white)))
     });
     if let Some(c) = &body.clouds {
         let no_clouds = log.is_switched_off(Effect::Clouds);

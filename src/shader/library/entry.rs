@@ -1,10 +1,10 @@
 //! One entry on disk: an encoded module with a checksum.
 //!
-//! Layout: 8 bytes of magic, which end with the format's version; 32 bytes, the SHA-256 of the rest; then the postcard encoding of generator digest,
-//! module name, WGSL, IR, source map and tape (the module's program for the software renderer). Always: bytes that decode are complete, name this
-//! generator and the requested module, and contain valid IR and a tape that fits its entry points. The checksum is not a signature: anyone
-//! who can write to the folder can write an entry that passes these checks. naga's encoding omits spans, which matter only for error
-//! messages.
+//! Layout: 8 bytes of magic, which end with the format's version; 32 bytes, the SHA-256 of the rest; then the postcard encoding of generator digest
+//! (`shader::generator`), module name, WGSL, naga's IR, source map and tape (the module's program for the software renderer). Always: bytes that decode are
+//! complete, contain this program's generator digest and the name of the requested module, and contain valid IR and a tape that fits its entry points. The
+//! checksum is not a signature: anyone who can write to the folder can write an entry that passes these checks. naga's encoding omits spans, which matter only
+//! for error messages.
 
 use crate::shader::module::validate;
 use crate::shader::{Layout, Lowering, ModuleId, ShaderModule, SourceMap};
@@ -37,13 +37,16 @@ pub enum EntryError {
 /// The first fields of an entry's content, which can be decoded without the rest.
 #[derive(Serialize, Deserialize)]
 struct Head {
+    /// The generator digest.
     generator: String,
+    /// The module's name.
     module: String,
 }
 
 #[derive(Serialize)]
 struct EncodedModule<'a> {
     wgsl: &'a str,
+    /// naga's IR.
     module: &'a naga::Module,
     source_map: &'a SourceMap,
     tape: &'a [u8],
@@ -52,6 +55,7 @@ struct EncodedModule<'a> {
 #[derive(Deserialize)]
 struct DecodedModule {
     wgsl: String,
+    /// naga's IR.
     module: naga::Module,
     source_map: SourceMap,
     tape: Vec<u8>,
@@ -113,7 +117,7 @@ pub fn decode_of_any_generator(id: &ModuleId, bytes: &[u8], lowering: &Lowering)
 
 fn decode_unguarded(generator: Option<&str>, id: &ModuleId, bytes: &[u8], lowering: &Lowering) -> Result<ShaderModule, EntryError> {
     let (head, rest) = postcard::take_from_bytes::<Head>(checked(bytes)?).map_err(|_| EntryError::Content)?;
-    // An earlier revision may have written the module under a former name.
+    // An earlier revision may have written the module under a former name. Parsing replaces former names by present ones.
     let is_requested = || head.module == id.to_string() || head.module.parse::<ModuleId>().ok().as_ref() == Some(id);
     if generator.is_some_and(|g| head.generator != g) || !is_requested() {
         return Err(EntryError::OtherGeneratorOrModule);
@@ -129,19 +133,19 @@ fn decode_unguarded(generator: Option<&str>, id: &ModuleId, bytes: &[u8], loweri
     Ok(ShaderModule { id: id.clone(), wgsl, module, info, layout, source_map, tape })
 }
 
-/// Longest module name in bytes that is a file name as it is. Most file systems allow 255 bytes, some fewer.
-const MAX_FILE_NAME_BYTES: usize = 180;
-/// Characters of a longer name that its file name keeps, before a digest of the whole name.
-const KEPT_NAME_CHARS: usize = 150;
+/// Length in bytes of the longest module name that is used unchanged in the file name. Most file systems allow file names of 255 bytes, some fewer.
+const MAX_UNCHANGED_NAME_BYTES: usize = 180;
+/// Number of characters at the start of a longer name that the file name contains; a digest of the whole name follows.
+const SHORTENED_NAME_CHARS: usize = 150;
 
 /// File name of a module's entry: the module's name or, if it is too long, its start and a digest.
 pub fn file_name(id: &ModuleId) -> String {
     let name = id.to_string();
-    if name.len() <= MAX_FILE_NAME_BYTES {
+    if name.len() <= MAX_UNCHANGED_NAME_BYTES {
         return format!("{name}.{EXTENSION}");
     }
     let digest = crate::shader::generator::hex(&Sha256::digest(&name)[..8]);
-    format!("{}-{digest}.{EXTENSION}", name.chars().take(KEPT_NAME_CHARS).collect::<String>())
+    format!("{}-{digest}.{EXTENSION}", name.chars().take(SHORTENED_NAME_CHARS).collect::<String>())
 }
 
 /// File extension of entries.

@@ -64,8 +64,7 @@ fn instant<Z: TimeZone>(civil: NaiveDateTime, zone: &Z) -> Option<Instant> {
         LocalResult::Single(t) | LocalResult::Ambiguous(t, _) => t.naive_utc(),
         LocalResult::None => zone.from_local_datetime(&(civil + Duration::hours(1))).earliest()?.naive_utc(),
     };
-    let text = utc.format("%Y-%m-%dT%H:%M:%SZ").to_string();
-    Instant::parse(text.trim_start_matches('+')).ok()
+    Instant::parse(&utc.format("%Y-%m-%dT%H:%M:%SZ").to_string()).ok()
 }
 
 #[cfg(test)]

@@ -17,8 +17,8 @@ fn split_extension(name: &str) -> (&str, &str) {
     name.split_at(name.len() - extension_bytes)
 }
 
-/// The names of a sequence's frames. If one of these files exists, the name gets the smallest number for which none of them exists. A name
-/// without a placeholder gets a placeholder before its extension.
+/// The names of a sequence's frames, such as `orrery-00000.png`. If one of these files exists, a number is inserted before the frame number, as in
+/// `orrery-2-00000.png`: the smallest for which no frame's file exists. A name without a placeholder gets a placeholder before its extension.
 ///
 /// # Errors
 /// If the placeholder is invalid; the message explains how to write it.

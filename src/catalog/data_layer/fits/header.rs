@@ -1,6 +1,6 @@
 //! Headers of FITS files (standard 4.0). A header is a sequence of 80-byte cards, `KEYWORD = value / comment`, in blocks of 2880 bytes.
 //!
-//! In: the bytes of a file from the start of a header. Out: its cards and the offset of its data, or the wrong card. Always: at most 1000 blocks are read.
+//! In: the bytes of a file from the start of a header. Out: its cards and the offset of its data, or a [`CardError`]. Always: at most 1000 blocks are read.
 //! Not read: long strings (CONTINUE), hierarchical keywords.
 
 use crate::wording::echo_within;
@@ -20,12 +20,13 @@ pub(super) struct Header {
     pub data_offset: usize,
 }
 
-/// A wrong card: its number in the file, starting at 1, and what is wrong.
-pub(super) type WrongCard = (usize, String);
+/// An error in a header: the number in the file of the card to which it refers, starting at 1, and the reason. If a card is missing, the number is 1 or that of
+/// the header's first card.
+pub(super) type CardError = (usize, String);
 
 impl Header {
     /// Reads the header at the start of `bytes`. `first_card`: number in the file of the header's first card.
-    pub fn read(bytes: &[u8], first_card: usize) -> Result<Self, WrongCard> {
+    pub fn read(bytes: &[u8], first_card: usize) -> Result<Self, CardError> {
         let mut cards = Vec::new();
         for (k, card) in bytes.chunks_exact(CARD_BYTES).take(MAX_BLOCKS * BLOCK_BYTES / CARD_BYTES).enumerate() {
             let number = first_card + k;
@@ -61,7 +62,7 @@ impl Header {
     }
 
     /// The numeric value of a card; `None` if there is no such card.
-    pub fn number(&self, keyword: &str) -> Result<Option<f64>, WrongCard> {
+    pub fn number(&self, keyword: &str) -> Result<Option<f64>, CardError> {
         let Some((value, number)) = self.find(keyword) else { return Ok(None) };
         // Fortran writes exponents with D.
         let parsed = value.replace(['D', 'd'], "E").parse::<f64>().ok().filter(|v| v.is_finite());
@@ -69,7 +70,7 @@ impl Header {
     }
 
     /// The integer value of a required card.
-    pub fn integer(&self, keyword: &str, range: std::ops::RangeInclusive<i64>) -> Result<i64, WrongCard> {
+    pub fn integer(&self, keyword: &str, range: std::ops::RangeInclusive<i64>) -> Result<i64, CardError> {
         let Some((value, number)) = self.find(keyword) else { return Err((1, format!("{keyword} is missing"))) };
         let parsed = value.parse::<i64>().ok().filter(|v| range.contains(v));
         parsed.ok_or_else(|| {

@@ -1,6 +1,6 @@
 //! Images in FITS files: the first image with two axes, in the primary HDU (header-data unit) or an IMAGE extension.
 //!
-//! In: bytes, whether the image is a map of a body, and its style. Out: [`PlacedImage`], or the number of the wrong card (80 bytes of a header) and the reason.
+//! In: bytes, whether the image is a map of a body, and its style. Out: [`PlacedImage`], or an error with the number of a card (80 bytes of a header).
 //! Always: a stored number is multiplied by BSCALE, then BZERO is added; pixels that are BLANK or not finite are transparent; sizes are checked before data
 //! are read. Rejected: cubes of several planes and compressed images (fpack).
 
@@ -8,7 +8,7 @@ mod header;
 mod wcs;
 
 use super::image_style::{ImageStyle, colours};
-use header::{BLOCK_BYTES, Header, WrongCard};
+use header::{BLOCK_BYTES, CardError, Header};
 pub use wcs::ImageWcs;
 
 /// Maximum number of pixels of an image.
@@ -39,7 +39,7 @@ struct Hdu<'a> {
 
 /// Number of data bytes that a header announces (FITS standard 4.0, section 4.4.1). A size that no file has is an error: more than 2^40 along an axis, or 2^48
 /// values or more.
-fn data_bytes(header: &Header) -> Result<usize, WrongCard> {
+fn data_bytes(header: &Header) -> Result<usize, CardError> {
     let axes = header.integer("NAXIS", 0..=999)?;
     let bits = header.integer("BITPIX", -64..=64)?.unsigned_abs();
     let mut value_count: u64 = u64::from(axes > 0);
@@ -59,7 +59,7 @@ fn data_bytes(header: &Header) -> Result<usize, WrongCard> {
 }
 
 /// The first HDU with an image of two or more axes.
-fn image_hdu(bytes: &[u8]) -> Result<Hdu<'_>, WrongCard> {
+fn image_hdu(bytes: &[u8]) -> Result<Hdu<'_>, CardError> {
     if !bytes.starts_with(b"SIMPLE  =") {
         return Err((1, "does not begin with SIMPLE: not FITS".to_owned()));
     }
@@ -85,7 +85,7 @@ fn image_hdu(bytes: &[u8]) -> Result<Hdu<'_>, WrongCard> {
 }
 
 /// The values of the pixels after BSCALE and BZERO, in the order of the file; NaN where the value is BLANK.
-fn scaled_values(hdu: &Hdu<'_>) -> Result<Vec<f32>, WrongCard> {
+fn scaled_values(hdu: &Hdu<'_>) -> Result<Vec<f32>, CardError> {
     let header = &hdu.header;
     let scale = header.number("BSCALE")?.unwrap_or(1.0);
     let zero = header.number("BZERO")?.unwrap_or(0.0);
@@ -108,7 +108,7 @@ fn scaled_values(hdu: &Hdu<'_>) -> Result<Vec<f32>, WrongCard> {
 }
 
 /// Reads the first image of a file.
-pub(super) fn read(bytes: &[u8], on_body: bool, style: &ImageStyle) -> Result<PlacedImage, WrongCard> {
+pub(super) fn read(bytes: &[u8], on_body: bool, style: &ImageStyle) -> Result<PlacedImage, CardError> {
     let hdu = image_hdu(bytes)?;
     let header = &hdu.header;
     let [width, height] = [header.integer("NAXIS1", 1..=MAX_SIDE)?, header.integer("NAXIS2", 1..=MAX_SIDE)?];

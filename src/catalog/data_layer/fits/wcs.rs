@@ -4,7 +4,7 @@
 //! twice as wide as high). Always: an image with another projection, distortion or frame is rejected, and so is a map of a body with a rotated pole,
 //! since it would appear at the wrong place.
 
-use super::header::{Header, WrongCard};
+use super::header::{CardError, Header};
 use crate::wording::echo_within;
 
 /// The position of an image on the sky or a body.
@@ -35,14 +35,14 @@ pub enum ImageWcs {
 }
 
 /// The error of a card whose value is not supported.
-fn unsupported_card(header: &Header, keyword: &str, why: &str) -> WrongCard {
+fn unsupported_card(header: &Header, keyword: &str, why: &str) -> CardError {
     (header.card_number(keyword), format!("{keyword}: `{}`: {why}", echo_within(header.text(keyword), 30)))
 }
 
 /// The matrix from pixels to intermediate world coordinates, degrees: CD, or CDELT with PC or CROTA2.
-fn matrix(header: &Header) -> Result<[[f64; 2]; 2], WrongCard> {
+fn matrix(header: &Header) -> Result<[[f64; 2]; 2], CardError> {
     let number = |keyword: &str| header.number(keyword);
-    let matrix_cards = |name: &str| -> Result<[[Option<f64>; 2]; 2], WrongCard> {
+    let matrix_cards = |name: &str| -> Result<[[Option<f64>; 2]; 2], CardError> {
         let element = |k: &str| number(&format!("{name}{k}"));
         Ok([[element("1_1")?, element("1_2")?], [element("2_1")?, element("2_2")?]])
     };
@@ -78,7 +78,7 @@ fn matrix(header: &Header) -> Result<[[f64; 2]; 2], WrongCard> {
 }
 
 /// Rejects axes in units other than degrees. The standard's name of the unit is `deg` (FITS 4.0, section 4.3, table 3); other spellings are common.
-fn check_units(header: &Header) -> Result<(), WrongCard> {
+fn check_units(header: &Header) -> Result<(), CardError> {
     for keyword in ["CUNIT1", "CUNIT2"] {
         let unit = header.text(keyword);
         if !unit.is_empty() && !["deg", "degree", "degrees"].iter().any(|degrees| unit.eq_ignore_ascii_case(degrees)) {
@@ -89,7 +89,7 @@ fn check_units(header: &Header) -> Result<(), WrongCard> {
 }
 
 /// The tangent plane of an image of the sky.
-pub(super) fn on_sky(header: &Header) -> Result<ImageWcs, WrongCard> {
+pub(super) fn on_sky(header: &Header) -> Result<ImageWcs, CardError> {
     let types = [header.text("CTYPE1"), header.text("CTYPE2")];
     if types != ["RA---TAN", "DEC--TAN"] {
         let keyword = if types[0] == "RA---TAN" { "CTYPE2" } else { "CTYPE1" };
@@ -144,7 +144,7 @@ fn with_north_up([x, y]: [[f64; 2]; 2], lonpole_deg: f64) -> [[f64; 2]; 2] {
 }
 
 /// The edges of a map of a body.
-pub(super) fn on_body(header: &Header, [width, height]: [u32; 2]) -> Result<ImageWcs, WrongCard> {
+pub(super) fn on_body(header: &Header, [width, height]: [u32; 2]) -> Result<ImageWcs, CardError> {
     let types = [header.text("CTYPE1"), header.text("CTYPE2")];
     if types == ["", ""] && width == 2 * height {
         return Ok(ImageWcs::PlateCarree { west_deg: -180.0, east_deg: 180.0, south_deg: -90.0, north_deg: 90.0, mirrored: false });
