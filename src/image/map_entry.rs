@@ -1,7 +1,7 @@
-//! The file format of a stored map: a header with a checksum, then the mip levels, each with its own checksum, so that one can be read
-//! without the others.
+//! The file format of a decoded map that is kept between runs: a header with a checksum, then the mip levels, each with its own checksum, so that
+//! one can be read without the others. Such a file is an entry of the store of maps ([`super::stored_maps`]).
 //!
-//! In: a mip chain, or the bytes of a file (an entry). Out: the file, or levels. Always: a damaged header gives no levels, and a damaged level is not
+//! In: a mip chain, or the bytes of an entry. Out: the entry, or levels. Always: a damaged header gives no levels, and a damaged level is not
 //! returned, except with a probability of 2^-128; the levels have the sizes of a complete chain. Texels are packed: without alpha if the level is opaque, as
 //! one channel if it is also grey.
 //!
@@ -10,7 +10,7 @@
 //!   packed texels; last the XXH3 of the header up to here;
 //! - the packed texels of all levels, the finest first.
 //!
-//! The checksums are XXH3 because each start of the program reads megabytes of levels: SHA-256 took three quarters of the start on processors
+//! The checksums are XXH3 because each start of the program reads megabytes of levels: SHA-256 took three quarters of the startup time on processors
 //! without SHA instructions.
 
 use super::mip_level::Level;
@@ -111,7 +111,7 @@ impl EntryHeader {
     }
 }
 
-/// Number of channels from which all four follow: 1 (grey and opaque), 3 (opaque) or 4.
+/// Smallest number of channels from which RGBA can be restored: 1 (grey and opaque), 3 (opaque) or 4.
 fn stored_channels(rgba: &[u8]) -> u8 {
     let texels = rgba.as_chunks::<4>().0;
     if !texels.iter().all(|t| t[3] == u8::MAX) {
@@ -135,7 +135,7 @@ fn pack(rgba: &[u8]) -> (u8, Vec<u8>) {
     (channels, packed)
 }
 
-/// The file of a chain of levels; `None` if the chain is incomplete or does not have four bytes per texel.
+/// The entry of a chain of levels; `None` if the chain is incomplete or does not have four bytes per texel.
 pub(super) fn encode(key: &Key, chain: &[Level]) -> Option<Vec<u8>> {
     let first = chain.first()?;
     let size = (first.width, first.height);
@@ -155,7 +155,7 @@ pub(super) fn encode(key: &Key, chain: &[Level]) -> Option<Vec<u8>> {
     Some(file)
 }
 
-/// The key of a file; `None` if any part of it is damaged.
+/// The key of an entry; `None` if any part of it is damaged.
 pub(super) fn key_if_intact(file: &[u8]) -> Option<Key> {
     let header = EntryHeader::parse(file, file.len() as u64)?;
     let is_intact = |level: usize| {

@@ -1,4 +1,4 @@
-//! The plot of time against error: one panel for each choice.
+//! The plot of time against error: one panel for each choice, which is a setting whose values, its options, were compared.
 //!
 //! In: measured choices. Out: the same plot as SVG text or as pixels. Always: both axes are logarithmic: the time as a ratio to the most
 //! accurate option, the error in the unit that the panel names. An error of 0 is drawn at the panel's lower edge and labelled. Each
@@ -144,7 +144,7 @@ const LABEL_PX: i32 = 15;
 const MAX_NAME_CHARS: usize = 26;
 
 /// Offset of each label from its point, pixels: the first of several positions at which it lies within the panel (given by two corners) and overlaps no other label
-/// and no point.
+/// and no point; above the point on the right if there is none.
 fn label_offsets(points: &[(i32, i32)], texts: &[String], ((left, bottom), (right, top)): ((i32, i32), (i32, i32))) -> Vec<(i32, i32)> {
     /// Left, top, right, bottom.
     type Rect = (i32, i32, i32, i32);
@@ -157,6 +157,7 @@ fn label_offsets(points: &[(i32, i32)], texts: &[String], ((left, bottom), (righ
         let rows = [-1, 0, -2, 1, -3, 2, -4, 3, -5, 4].map(|row| row * (LABEL_PX + 3) + if row < 0 { -2 } else { 4 });
         let positions = rows.into_iter().flat_map(|dy| [7, -width - 7, -width / 2].map(|dx| (dx, dy)));
         let rect = |(dx, dy): (i32, i32)| (x + dx, y + dy, x + dx + width, y + dy + LABEL_PX);
+        // A label may extend a little into the margin on the right.
         let inside = |r: &Rect| r.0 >= left && r.2 <= right.max(left) + 8 && r.1 >= top && r.3 <= bottom;
         let free = positions.clone().find(|offset| inside(&rect(*offset)) && !occupied.iter().any(|t| overlap(t, &rect(*offset))));
         let offset = free.unwrap_or((7, -LABEL_PX - 5));

@@ -1,4 +1,4 @@
-//! Plans the drawing of a sample body with any planet module, to measure the cost of a key and to compare its results in f32 and f64.
+//! Plans the drawing of a sample body with any module that has a key, to measure the cost of a key and to compare its results in f32 and f64.
 //!
 //! In: a module and the side of a square image. Out: a plan that draws a slightly flattened body, lit from the side, as seen from far away in its
 //! equatorial plane (rings: from 25 degrees above that plane). Maps are small and the same for every key, so that differences between the images of two
@@ -20,7 +20,7 @@ use crate::scene::draw::{
 };
 use crate::scene::eclipse::REFRACTING_LAYERS;
 use crate::scene::ground_depth;
-use crate::scene::multi_scatter_in_shadow::{COLUMNS as IN_SHADOW_COLUMNS, FIRST_COLUMN_RANGE, VECTORS as IN_SHADOW_VECTORS};
+use crate::scene::multi_scatter_in_shadow::{COLUMN_RANGES_START, COLUMNS as IN_SHADOW_COLUMNS, VECTORS as IN_SHADOW_VECTORS};
 use crate::scene::multi_scatter_table::{NODES, SUNS};
 use crate::scene::ring_shine::{COLUMNS, ROWS, RingShine, sun_halves};
 use crate::scene::rings::RingConditions;
@@ -76,23 +76,26 @@ fn eclipse_uniforms(key: &ShaderKey) -> EclipseUniforms {
     EclipseUniforms {
         axis: along.extend(1.0 / sun_distance),
         perpendicular_axes: [x.extend(sun_cotangent), y.extend(sun_cotangent / sun_distance)],
+        // No error of interpolation is accepted.
         coarse_bound: Vec2::ZERO,
         coarse_row: 0.0,
         // The same law as a polynomial in mu: constant, linear and quadratic coefficient.
         limb_darkening: [0.4, 0.8, -0.2].map(|f| Vec3::splat(f / disc_light).extend(0.0)),
         occluder_positions: occluders.iter().map(|[x, y, distance, _]| Vec4::new(*x, *y, *distance, 0.0)).collect(),
+        // Direction of the long axis, then the two semi-axes.
         occluder_outlines: occluders.iter().map(|[.., radius]| Vec4::new(0.8, 0.6, *radius, 0.9 * radius)).collect(),
         air_edges: edges.collect(),
         air_transmittance: (0..REFRACTING_LAYERS).map(|k| Vec3::new(0.9, 0.6, 0.3).powf(4.0 * density(k)).extend(0.0)).collect(),
-        // Factors that increase from the centre of the shadow outwards, and from red to blue.
-        multi_scatter: (0..FIRST_COLUMN_RANGE)
+        // Factors that increase from the centre of the shadow outwards, and from red to blue. Then for each occluder the range of their columns: its start,
+        // and 1 / its length, in solar radii from the occluder's limb.
+        multi_scatter: (0..COLUMN_RANGES_START)
             .map(in_shadow_factor)
-            .chain([Vec4::new(-1.5, 1.0 / 3.0, 0.0, 0.0); IN_SHADOW_VECTORS - FIRST_COLUMN_RANGE])
+            .chain([Vec4::new(-1.5, 1.0 / 3.0, 0.0, 0.0); IN_SHADOW_VECTORS - COLUMN_RANGES_START])
             .collect(),
     }
 }
 
-/// A thin and a thick ring with a gap between them; for any surface but a ring, their shadow.
+/// A thin and a thick ring with a gap between them. The table is that of their light if the rings themselves are drawn, otherwise that of their shadow.
 fn ring_uniforms(surface: Surface) -> RingUniforms {
     let flat_ring = |inner_km: f64, outer_km: f64, tau_normal: f64| Ring {
         name: String::new(),
@@ -104,8 +107,11 @@ fn ring_uniforms(surface: Surface) -> RingUniforms {
     };
     let rings = [flat_ring(1.1, 1.5, 0.1), flat_ring(1.6, 2.2, 1.5)];
     let sine = f64::from(SUNWARD.normalize_or_zero().z);
+    let (sun_tangent, steepest_slant, flattest_slant) = (5e-4, 1.0, 4.0);
     let table = match surface {
-        Surface::Ring => RingTable::of(rings.iter(), 1.0, &RingConditions::new(Some(sun_halves(sine, 5e-4)), 1.0, 4.0)),
+        Surface::Ring => {
+            RingTable::of(rings.iter(), 1.0, &RingConditions::new(Some(sun_halves(sine, sun_tangent)), steepest_slant, flattest_slant))
+        }
         _ => RingTable::of_shadow(rings.iter(), 1.0, &[1.0 / sine]),
     };
     RingUniforms {
@@ -114,16 +120,19 @@ fn ring_uniforms(surface: Surface) -> RingUniforms {
         segments: 16.0,
         table: table.map(Arc::new),
         half_pixel: 0.002,
+        // Factor and exponent of the phase function.
         phase: Vec2::new(0.15, 3.0),
         dust_asymmetry: Vec3::new(0.99, 0.6, 0.1),
         dust_weight: Vec3::new(0.05, 0.03, 0.02),
         opposition: Vec2::new(0.3, 0.005),
+        // Both the near and the far half.
         side: 0.0,
         sun_tangent: 0.0005,
         shadow_axes: Vec3::new(1.0, 1.0, 0.95),
         sun_limb_darkening_u1: Vec3::splat(0.4),
         sun_limb_darkening_u2: Vec3::splat(0.2),
         shine: None,
+        // Direction to the Sun within the plane, 1 / height above which no ring is visible, factor on the light.
         shine_parameters: SUNWARD.truncate().normalize_or_zero().extend(1.1).extend(1.0),
     }
 }
@@ -149,9 +158,11 @@ fn sample_limb() -> LimbTable {
 fn air_uniforms() -> AtmosphereUniforms {
     let radius_sq_minus_1 = |height: f32| height * (2.0 + height);
     let air = AtmosphereUniforms {
+        // No error of interpolation is accepted.
         coarse_bound: Vec2::ZERO,
         coarse_row: 0.0,
         top: radius_sq_minus_1(0.2),
+        // As of a ray from the top of the air to the ground.
         end_heights: Vec2::new(0.2, 0.0),
         rayleigh_scale_height: 0.025,
         rayleigh_scattering: Vec3::new(2.0, 4.0, 9.0),
@@ -186,7 +197,7 @@ fn draw_uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
         anchor_du: Vec3::new(0.0, 2.0 * half_side, 0.0),
         anchor_dv: up * (-2.0 * half_side),
         ray_origin: forward,
-        // For parallel rays of length 1: 1 minus the squared distance from the axis, which is at the distance `half_side` from all sides of the image.
+        // 1 - q², where q is the distance of a ray from the body's centre, for parallel rays of length 1: q² = half_side² ((2u - 1)² + (2v - 1)²).
         silhouette_form: [
             Vec4::new(1.0 - 2.0 * half_side * half_side, 4.0 * half_side * half_side, 4.0 * half_side * half_side, 0.0),
             Vec4::new(-4.0 * half_side * half_side, 0.0, -4.0 * half_side * half_side, 0.0),
@@ -209,7 +220,7 @@ fn draw_uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
         limb_darkening_u1: Vec3::splat(0.4),
         limb_darkening_u2: Vec3::splat(0.2),
         map_stretch: Vec2::ONE,
-        // Maps are filtered, as in most views.
+        // Pixels this wide never get the smoothing of magnified maps; they do not in most views.
         map_pixel: 1.0,
         camera_height: 1.0,
         night_radiance: Vec3::splat(0.2),
@@ -229,17 +240,17 @@ fn draw_uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
         camera_in_unit_sphere: forward * -1.0e3,
         overlays: overlay_uniforms(key),
         ring: ring_uniforms(key.features().surface),
-        // As seen along the negative x axis: north is up, celestial east to the left.
+        // As seen along the negative x axis: north is up, celestial east to the left. There is no row of a body in front of the Sun (-1).
         limb: LimbUniforms { position_angle_axes: [up.extend(1.0 / half_side), Vec3::NEG_Y.extend(-1.0)], table: None },
         ..DrawUniforms::default()
     }
 }
 
-/// Overlays on the visible side: a band, and an image within it.
+/// Overlays on the visible side: an equirectangular image, and an orthographic one within it. Their rows are those of shaders/lib/overlay.wesl.
 fn overlay_uniforms(key: &ShaderKey) -> Vec<OverlayUniforms> {
     let row = |x: f32, y: f32, z: f32, w: f32| Vec4::new(x, y, z, w);
     let light = row(0.5, 0.6, 0.7, 0.8);
-    let band = [
+    let equirectangular = [
         row(1.0, 0.0, 0.0, 1.0),
         row(0.0, 1.0, 0.0, 1.0),
         row(0.0, 0.0, 1.0, 1.0),
@@ -247,7 +258,7 @@ fn overlay_uniforms(key: &ShaderKey) -> Vec<OverlayUniforms> {
         row(0.0, 1.0, 0.0, 1.0),
         light,
     ];
-    let image = [
+    let orthographic = [
         row(0.0, 1.0, 0.0, 1.0),
         row(0.0, 0.0, 1.0, 1.0),
         row(1.0, 0.0, 0.0, 1.0),
@@ -255,7 +266,11 @@ fn overlay_uniforms(key: &ShaderKey) -> Vec<OverlayUniforms> {
         row(0.0, 1.0, 0.0, 1.0),
         light,
     ];
-    [band, image].into_iter().map(|rows| OverlayUniforms { rows, wraps_around: false }).take(usize::from(key.features().overlays)).collect()
+    [equirectangular, orthographic]
+        .into_iter()
+        .map(|rows| OverlayUniforms { rows, wraps_around: false })
+        .take(usize::from(key.features().overlays))
+        .collect()
 }
 
 /// A map that varies smoothly with u and v, so that filtering is visible rather than aliasing; as a normal map it tilts normals by some degrees.
@@ -291,7 +306,7 @@ fn sphere_mesh(vertex_colour: bool) -> Vertices {
             position.extend(point);
             normal.extend(point);
             map_coordinates.extend([u, v]);
-            // In radii of the Sun, as if a ridge cast a shadow over the western side.
+            // Height of the Sun above the mesh's own horizon, in radii of the Sun, as if a ridge cast a shadow over the western side.
             sun_height.push(30.0 * point[1] + 10.0);
             colour.extend([u, v, 0.5, 1.0]);
             if column < columns && row < rows {

@@ -273,7 +273,7 @@ fn panels_are_remembered() {
     let restored = Interface::new(interface(NaifId(699), "2017-05-17T00:00:00Z").viewer, settings);
     let mut restored = crate::view::interface::harness(restored);
     settle(&mut restored);
-    assert_eq!((restored.state().tab, restored.state().bodies_shown), (Some(Tab::Events), false));
+    assert_eq!((restored.state().tab, restored.state().body_browser_shown), (Some(Tab::Events), false));
     assert!(checkbox(&restored).left() < 40.0);
     assert!((restored.state().settings.panels.panel_width.expect("a width") - width - 80.0).abs() < 2.0);
     // A missing or invalid width in a settings file is replaced by the default.
@@ -315,7 +315,7 @@ fn a_kept_panel_stays_open_beside_another() {
     harness.set_size(egui::vec2(640.0, 480.0));
     settle(&mut harness);
     assert!(harness.query_by_label("Follow target").is_none() && close_button_x(&harness, "Effects").is_some());
-    assert!(harness.state().bodies_shown, "it is hidden, not closed");
+    assert!(harness.state().body_browser_shown, "it is hidden, not closed");
     harness.set_size(egui::vec2(1100.0, 640.0));
     settle(&mut harness);
     assert!(close_button_x(&harness, "Information").is_some() && close_button_x(&harness, "Effects").is_some());

@@ -36,7 +36,7 @@ fn a_dropped_file_is_a_layer_and_an_invalid_one_is_reported() {
         harness.run_steps(1);
         harness.input_mut().dropped_files.clear();
         settle(&mut harness);
-        (harness.state().message().to_owned(), dots(&harness))
+        (harness.state().reply_text().to_owned(), dots(&harness))
     };
     let (message, dots_shown) = drop_file("own.csv", "lat,lon\n0,135\n5,140\n");
     assert_eq!((message.as_str(), dots_shown), ("own.csv: 2 points and 0 lines on Earth", 2));
@@ -57,7 +57,7 @@ fn a_dropped_file_is_a_layer_and_an_invalid_one_is_reported() {
     harness.run_steps(1);
     harness.input_mut().dropped_files.clear();
     settle(&mut harness);
-    let lines: Vec<&str> = harness.state().message().lines().collect();
+    let lines: Vec<&str> = harness.state().reply_text().lines().collect();
     assert!(lines.len() == 3 && lines[0].contains("wrong.csv:3"), "{lines:?}");
     assert_eq!(lines[1..], ["own.csv: 1 point and 0 lines in the sky", "third.csv: 1 point and 0 lines on Earth"]);
 }

@@ -64,7 +64,7 @@ fn a_reply_is_shown_below_the_reason() {
     let reason = harness.state().message_line().to_owned();
     harness.event(egui::Event::Copy);
     harness.run_steps(2);
-    let reply = harness.state().message().to_owned();
+    let reply = harness.state().reply_text().to_owned();
     assert!(!reply.is_empty() && harness.state().message_line() == reason);
     assert!(harness.query_by_label(&format!("{reason}\n{reply}")).is_some(), "{reply} is not shown");
 }

@@ -412,7 +412,7 @@ fn an_image_keeps_its_shape_until_the_next_one_is_there() {
     for size in [[1100.0, 640.0], [1400.0, 640.0], [900.0, 640.0], [1100.0, 900.0], [1300.0, 480.0]] {
         for (tab, bodies) in [(None, true), (Some(Tab::Information), true), (Some(Tab::Compare), false), (None, false)] {
             window.set_size(size.into());
-            (window.state_mut().tab, window.state_mut().bodies_shown) = (tab, bodies);
+            (window.state_mut().tab, window.state_mut().body_browser_shown) = (tab, bodies);
             window.run_steps(3);
             let sky_now = sky(&window);
             let (w, h, middle) = bright_area(&mut window, sky_now);

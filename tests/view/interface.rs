@@ -192,14 +192,14 @@ fn time_is_typed_and_stepped_and_an_invalid_time_is_refused() {
     enter(&mut harness, "1999-08-11T11:03:05Z");
     harness.key_press(egui::Key::Enter);
     settle(&mut harness);
-    assert!(harness.state().viewer.view.time().to_utc_iso().starts_with("1999-08-11T11:03:0"), "{}", harness.state().message());
+    assert!(harness.state().viewer.view.time().to_utc_iso().starts_with("1999-08-11T11:03:0"), "{}", harness.state().reply_text());
     harness.get_by_label("+d").click();
     settle(&mut harness);
     assert!(harness.state().viewer.view.time().to_utc_iso().starts_with("1999-08-12T11:03:0"));
     enter(&mut harness, "next Tuesday");
     harness.key_press(egui::Key::Enter);
     harness.run_steps(1);
-    assert!(harness.state().message().contains("next Tuesday"), "{}", harness.state().message());
+    assert!(harness.state().reply_text().contains("next Tuesday"), "{}", harness.state().reply_text());
     assert!(harness.state().viewer.view.time().to_utc_iso().starts_with("1999-08-12T11:03:0"));
 }
 

@@ -39,7 +39,7 @@ fn window(target: NaifId, distance_radii: f64, size: [f32; 2]) -> Window {
     let mut interface = interface(target, "2024-12-07T20:00:00Z");
     interface.settings.hints_followed = HintsFollowed::default();
     interface.settings.panels.now_shown = true;
-    interface.bodies_shown = size[0] > 700.0;
+    interface.body_browser_shown = size[0] > 700.0;
     if let CameraPose::Orbit { distance_radii: distance, .. } = &mut interface.viewer.view.eye {
         *distance = distance_radii;
     }

@@ -231,7 +231,7 @@ fn german_panels_have_no_english_words() {
     let mut interface = interface(SATURN, EQUINOX);
     interface.language = Language::German;
     interface.settings.panels.timeline_shown = true;
-    interface.bodies_shown = true;
+    interface.body_browser_shown = true;
     let mut harness = harness(interface);
     harness.set_size([1280.0, 800.0].into());
     let is_code = |text: &str| {

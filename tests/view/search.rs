@@ -67,7 +67,7 @@ fn each_kind_of_answer_leads_to_its_target() {
     let switched = window_after_search("-ring-shadow");
     assert_eq!(switched.state().viewer.view.effects.to_text(), "-ring-shadow");
     // Mars has no rings, so only the reply shows that something happened.
-    assert!(switched.state().message().contains(": -ring-shadow"), "{}", switched.state().message());
+    assert!(switched.state().reply_text().contains(": -ring-shadow"), "{}", switched.state().reply_text());
     assert_eq!(window_after_search("lambert.albedo.sun1.ellipsoid").state().tab, Some(Tab::Shader));
     let moment = window_after_search("great conj");
     assert!(moment.state().viewer.view.time().to_utc_iso().starts_with("2020-12-21T18:2"));

@@ -48,8 +48,8 @@ fn saved_images_overwrite_no_file_and_their_path_is_shown() {
         window.key_press_modifiers(Modifiers::COMMAND, Key::S);
         settle(&mut window);
         let path = path_of(&format!("p-{}.png", k + 2));
-        assert_eq!(window.state().message(), format!("Saved {}", path.display()), "the message must remain after later images");
-        assert_eq!(window.state().message_line(), window.state().message());
+        assert_eq!(window.state().reply_text(), format!("Saved {}", path.display()), "the message must remain after later images");
+        assert_eq!(window.state().message_line(), window.state().reply_text());
         assert_eq!(image::image_dimensions(&path).expect("an image"), (24, 16));
         assert_eq!(window.state().tab, tab, "saving opens no panel");
     }
@@ -63,7 +63,11 @@ fn saved_images_overwrite_no_file_and_their_path_is_shown() {
         settle(&mut window);
         window.get_by_label("Export sequence").click();
         settle(&mut window);
-        assert!(window.state().message().starts_with("3 of 3: Saved ") && !window.state().is_saving(), "{}", window.state().message());
+        assert!(
+            window.state().reply_text().starts_with("3 of 3: Saved ") && !window.state().is_saving(),
+            "{}",
+            window.state().reply_text()
+        );
         assert!(path_of(first_frame).exists(), "{first_frame} of {:?}", names_in(folder.path()));
     }
     assert_eq!(names_in(folder.path()).len(), 4 + 3 + 3 + 3);
@@ -78,7 +82,7 @@ fn saved_images_overwrite_no_file_and_their_path_is_shown() {
     window.run_steps(2);
     window.key_press_modifiers(Modifiers::COMMAND, Key::S);
     settle(&mut window);
-    assert!(window.state().message().contains(&path_of("none").display().to_string()), "{}", window.state().message());
+    assert!(window.state().reply_text().contains(&path_of("none").display().to_string()), "{}", window.state().reply_text());
 }
 
 /// A window with the Share panel, set to record small animations in `file`.
@@ -112,7 +116,7 @@ fn an_animation_is_saved_in_one_file_and_overwrites_none() {
         window.get_by_label("Record animation").click();
         settle(&mut window);
         let unused_path = folder.path().join(name.replacen("a.", "a-2.", 1));
-        assert_eq!(window.state().message(), format!("Saved {}", unused_path.display()));
+        assert_eq!(window.state().reply_text(), format!("Saved {}", unused_path.display()));
         assert_eq!(std::fs::read_to_string(&path).expect("a file"), "mine");
         if name.ends_with("apng") {
             let frames = frames_of_apng(&unused_path);
@@ -131,7 +135,7 @@ fn an_animation_is_saved_in_one_file_and_overwrites_none() {
     let mut window = animating(&folder.path().join("a.mp4"));
     window.get_by_label("Record animation").click();
     settle(&mut window);
-    assert!(window.state().message().contains(".gif or .apng") && !window.state().is_saving(), "{}", window.state().message());
+    assert!(window.state().reply_text().contains(".gif or .apng") && !window.state().is_saving(), "{}", window.state().reply_text());
 }
 
 /// A file that is chosen in a dialog is entered in the field. A cancelled dialog is reported; without dialogs there are no buttons for them.
@@ -164,7 +168,7 @@ fn files_are_chosen_in_a_dialog_where_there_is_one() {
     window.run_steps(2);
     window.get_by_label("Choose: view file").click();
     window.run_steps(3);
-    assert!(window.state().message().contains("No file was chosen"), "{}", window.state().message());
+    assert!(window.state().reply_text().contains("No file was chosen"), "{}", window.state().reply_text());
 }
 
 /// A saved image carries the same provenance as one of `render`, so that a sequence can resume with it.
@@ -241,10 +245,10 @@ fn enter_opens_a_link_and_adds_a_bookmark() {
     window.state_mut().tab = Some(Tab::Share);
     window.run_steps(3);
     enter(&mut window, "A link to open", "orrery://view?target=nosuch");
-    assert!(window.state().message().contains("nosuch"), "{}", window.state().message());
+    assert!(window.state().reply_text().contains("nosuch"), "{}", window.state().reply_text());
     enter(&mut window, "A link to open", "orrery://view?target=599&time=2015-01-24T06:45:00Z");
     assert_eq!(window.state().viewer.destination().target, NaifId(599));
-    assert_eq!(window.state().message(), "");
+    assert_eq!(window.state().reply_text(), "");
     enter(&mut window, "Name of the bookmark", "three shadows");
     let names: Vec<&str> = window.state().settings.bookmarks.iter().map(|bookmark| bookmark.name.as_str()).collect();
     assert_eq!(names, ["three shadows"]);

@@ -52,13 +52,13 @@ fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
     let star_pos = star_at(&window);
     click(&mut window, star_pos);
     window.run_steps(3);
-    assert!(window.state().message().starts_with("Rigel (HIP 24436), magnitude 0."), "{}", window.state().message());
+    assert!(window.state().reply_text().starts_with("Rigel (HIP 24436), magnitude 0."), "{}", window.state().reply_text());
     assert!(window.query_all_by_label_contains("Rigel (HIP 24436)").count() >= 1);
     // With Ctrl: the angle from the star to another point of the sky.
     ctrl_click(&mut window, star_pos);
-    assert!(window.state().message().contains("second place"), "{}", window.state().message());
+    assert!(window.state().reply_text().contains("second place"), "{}", window.state().reply_text());
     ctrl_click(&mut window, star_pos + egui::vec2(200.0, 150.0));
-    let message = window.state().message();
+    let message = window.state().reply_text();
     let angle_deg: f64 =
         message.strip_prefix("Angle: ").and_then(|rest| rest.strip_suffix('°')?.parse().ok()).unwrap_or_else(|| panic!("{message}"));
     // The view is 20 degrees high, with the star in its middle. Near another star a click means that star.
@@ -74,11 +74,11 @@ fn a_body_has_no_distance_from_itself_after_a_motion_of_the_camera() {
     settle(&mut window);
     let centre = window.get_by_label_contains("The sky: ").rect().center();
     ctrl_click(&mut window, centre);
-    assert!(window.state().message().contains("second place"), "{}", window.state().message());
+    assert!(window.state().reply_text().contains("second place"), "{}", window.state().reply_text());
     let CameraPose::Orbit { distance_radii, .. } = &mut window.state_mut().viewer.view.eye else { panic!("the camera must be in orbit") };
     *distance_radii *= 2.0;
     settle(&mut window);
     ctrl_click(&mut window, centre);
-    let message = window.state().message();
+    let message = window.state().reply_text();
     assert!(message.starts_with("Angle: ") && !message.contains("km"), "{message}");
 }

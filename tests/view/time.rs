@@ -241,11 +241,11 @@ fn a_measurement_starts_at_the_right_clicked_place() {
     settle(&mut window);
     window.get_by_label("Measure from here").click();
     window.run_steps(3);
-    assert!(window.state().message().contains("second place"), "{}", window.state().message());
+    assert!(window.state().reply_text().contains("second place"), "{}", window.state().reply_text());
     window.event(Event::ModifiersChanged(Modifiers::COMMAND));
     window.run_steps(1);
     press_and_release(&mut window, PointerButton::Primary, Modifiers::COMMAND);
     // Both places are the middle of the image, within a pixel: less than a degree apart.
-    let message = window.state().message();
+    let message = window.state().reply_text();
     assert!(message.starts_with("Angle: ") && !message.contains('°'), "{message}");
 }

@@ -198,7 +198,7 @@ fn a_tour_is_recorded() {
     window.run_steps(2);
     window.get_by_label("Record tour").click();
     window.run_steps(40);
-    assert!(window.state().message().starts_with("Saved ") && !window.state().is_saving(), "{}", window.state().message());
+    assert!(window.state().reply_text().starts_with("Saved ") && !window.state().is_saving(), "{}", window.state().reply_text());
     use image::AnimationDecoder;
     let bytes = std::io::Cursor::new(std::fs::read(folder.path().join("t.apng")).expect("a file"));
     let frames = image::codecs::png::PngDecoder::new(bytes).expect("a PNG").apng().expect("animated").into_frames().count();

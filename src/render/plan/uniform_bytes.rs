@@ -7,17 +7,20 @@ use crate::shader::reflect::{FieldType, LayoutError};
 use crate::shader::{Layout, UniformWriter};
 
 /// The bytes of a uniform block with this layout, filled by field name; fails on a name that the draw does not supply. `map_taps`: the most taps with which
-/// a map is filtered anisotropically; with a single one, rings are filtered in the cheaper way, too.
+/// a map is filtered anisotropically.
 pub fn uniform_bytes(layout: &Layout, uniforms: &DrawUniforms, map_taps: u8) -> Result<Vec<u8>, LayoutError> {
     let mut writer = layout.writer();
     for field in &layout.fields {
+        // The length of an array of vec4, whose elements are called rows.
         let rows = if let FieldType::Vec4Array(rows) = field.ty { rows as usize } else { 0 };
         match field.name.as_str() {
             name @ "map_taps" => writer.f32(name, f32::from(map_taps))?,
+            // Number of overlapping spans of radius over which a pixel's ring light is averaged. One span is faster, two show fewer moire patterns; a view
+            // without anisotropic filtering takes the faster way here, too.
             name @ "ring_spans" => writer.f32(name, if map_taps > 1 { 2.0 } else { 1.0 })?,
             name => {
                 let mut value = uniform_value(uniforms, name, rows).ok_or_else(|| LayoutError::Unknown(name.to_owned()))?;
-                // A module that evaluates the Sun's light alone has one row, even if the body has several lights. The Sun comes first.
+                // Lights have one row each, the Sun's first. A module that evaluates only the Sun's light has one row even if the body has several lights.
                 if let (UniformValue::Rows(lights), "light_direction" | "light_irradiance") = (&mut value, name) {
                     lights.to_mut().truncate(rows);
                 }

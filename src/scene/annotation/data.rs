@@ -1,7 +1,7 @@
 //! Points of the user's data layers over an image.
 //!
-//! In: the catalog's data layers, the time, and the bodies in view. Out: [`Dot`]s. Always: a point appears at its time and fades over its layer's
-//! `fade_days`; points on the far side of their body or behind another body are left out. A million points take about 100 ms.
+//! In: the catalog's data layers (each on a body or in the sky), the time, and the bodies in view. Out: [`Dot`]s. Always: a point appears at its
+//! time and fades over its layer's `fade_days`; points on the far side of their body or behind another body are left out. A million points take about 100 ms.
 
 use crate::catalog::{Catalog, DataLayer};
 use crate::ephemeris::topocentric::ground_point_km;
@@ -47,10 +47,12 @@ fn is_hidden(bodies: &[BodyInView], line_of_sight: DVec3, distance_km: f64) -> b
 /// The dots of all layers; those of later layers are on top.
 pub(crate) fn dots(image: &impl ImageProjection, catalog: &Catalog, bodies: &[BodyInView], now: Instant) -> Vec<Dot> {
     let scale = image.size_px().y / REFERENCE_HEIGHT_PX;
-    let placed: Vec<BodyInView> = bodies.iter().filter(|b| b.distance_km > 0.0 && b.placement.centre_km.is_finite()).cloned().collect();
+    // Bodies with a known position, not at the camera: only these hide points or have points.
+    let located: Vec<BodyInView> = bodies.iter().filter(|b| b.distance_km > 0.0 && b.placement.centre_km.is_finite()).cloned().collect();
     let mut dots = Vec::new();
     for layer in catalog.data_layers() {
-        let body = layer.body.map(|id| placed.iter().find(|b| b.id == id));
+        let body = layer.body.map(|id| located.iter().find(|b| b.id == id));
+        // The layer is on a body, which is not in view.
         if matches!(body, Some(None)) {
             continue;
         }
@@ -64,10 +66,11 @@ pub(crate) fn dots(image: &impl ImageProjection, catalog: &Catalog, bodies: &[Bo
                     if (placement.body_from_icrf.transpose() * normal).dot(line_of_sight) >= 0.0 {
                         continue;
                     }
-                    // Slightly nearer than the body's centre, so that only nearer bodies hide the point.
-                    (line_of_sight, body.distance_km * (1.0 - 1e-9))
+                    // Bodies hide the point if their centres are nearer than the centre of its own body, which therefore is not among them.
+                    (line_of_sight, body.distance_km)
                 }
                 None => {
+                    // In the sky, the fields hold right ascension and declination.
                     let ((sin_ra, cos_ra), (sin_dec, cos_dec)) =
                         (point.lon_deg.to_radians().sin_cos(), point.lat_deg.to_radians().sin_cos());
                     (DVec3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec), f64::INFINITY)
@@ -78,7 +81,7 @@ pub(crate) fn dots(image: &impl ImageProjection, catalog: &Catalog, bodies: &[Bo
             let max_centre_px = image.size_px() + radius_px;
             if centre_px.cmplt(DVec2::splat(-radius_px)).any()
                 || centre_px.cmpgt(max_centre_px).any()
-                || is_hidden(&placed, line_of_sight, distance_km)
+                || is_hidden(&located, line_of_sight, distance_km)
             {
                 continue;
             }

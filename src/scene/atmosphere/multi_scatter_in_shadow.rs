@@ -33,9 +33,9 @@ pub use crate::scene::constants::IN_SHADOW_COLUMNS as COLUMNS;
 /// Number of factors of one occluder.
 pub const FACTORS_PER_OCCLUDER: usize = ROWS * COLUMNS;
 /// Index of the first of the vec4s with the range of each occluder's columns (see [`tables`]).
-pub(crate) const FIRST_COLUMN_RANGE: usize = FACTORS_PER_OCCLUDER * MAX_OCCLUDERS as usize;
+pub(crate) const COLUMN_RANGES_START: usize = FACTORS_PER_OCCLUDER * MAX_OCCLUDERS as usize;
 /// Number of vec4s in the table: the factors and the column ranges of all occluders.
-pub const VECTORS: usize = FIRST_COLUMN_RANGE + MAX_OCCLUDERS as usize;
+pub const VECTORS: usize = COLUMN_RANGES_START + MAX_OCCLUDERS as usize;
 
 /// Number of elevations of the paths.
 const ELEVATIONS: usize = 32;
@@ -339,7 +339,7 @@ pub fn tables(body: &Body, eclipse: &EclipseUniforms) -> Vec<Vec4> {
             *to = camera::narrow(root).extend(0.0);
         }
         let column_range = DVec3::new(shadow.first_column, 1.0 / (shadow.last_column - shadow.first_column), 0.0);
-        all[FIRST_COLUMN_RANGE + index] = camera::narrow(column_range).extend(0.0);
+        all[COLUMN_RANGES_START + index] = camera::narrow(column_range).extend(0.0);
     }
     all
 }

@@ -63,9 +63,9 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     let name = interface.viewer.catalog_name(interface.viewer.selected).to_owned();
     ui.horizontal_wrapped(|ui| {
         ui.label(text!("effects-apply-to"));
-        ui.selectable_value(&mut interface.only_selected_effects, false, text!("effects-all-bodies"))
+        ui.selectable_value(&mut interface.edits_selected_body_only, false, text!("effects-all-bodies"))
             .on_hover_text(text!("effects-all-bodies-hint"));
-        ui.selectable_value(&mut interface.only_selected_effects, true, text!("effects-one-body", name = body_name(&name)))
+        ui.selectable_value(&mut interface.edits_selected_body_only, true, text!("effects-one-body", name = body_name(&name)))
             .on_hover_text(text!("effects-one-body-hint"));
         if ui.button(text!("effects-reset")).on_hover_text(text!("effects-reset-hint")).clicked() {
             overrides = EffectOverrides::default();
@@ -78,14 +78,14 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         .and_then(|d| d.scene.body(interface.viewer.selected))
         .map(|b| b.decisions.clone())
         .unwrap_or_default();
-    let only_body = interface.only_selected_effects.then(|| name.clone());
+    let only_body = interface.edits_selected_body_only.then(|| name.clone());
     // Costs are measured for effects that are drawn or were switched by hand.
     let has_cost = |effect: Effect, decision: &Decision| decision.on || overrides.override_of(effect).is_some();
     let with_cost = |e: Effect| decisions.iter().find(|d| d.effect == e.name() && has_cost(e, d)).map(|d| (e, d.on));
     let costed: Vec<(Effect, bool)> = Effect::ALL.into_iter().filter_map(with_cost).collect();
     measure_costs(interface, ui.ctx(), worker, only_body, &costed);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        let edited = if interface.only_selected_effects { overrides.of_body(&name) } else { &mut overrides };
+        let edited = if interface.edits_selected_body_only { overrides.of_body(&name) } else { &mut overrides };
         // Effects that are drawn or were switched by hand come first; the others follow, one line each.
         let (first, rest): (Vec<Effect>, Vec<Effect>) = Effect::ALL
             .into_iter()

@@ -82,10 +82,11 @@ pub struct Interface {
     pub tab: Option<Tab>,
     /// A second panel, which stays open on the other side of the viewport.
     pub kept_tab: Option<Tab>,
-    pub bodies_shown: bool,
+    /// Whether the panel with the list of bodies is open.
+    pub body_browser_shown: bool,
     pub help_shown: bool,
     /// Whether the switches of the Effects panel apply to the selected body only.
-    pub only_selected_effects: bool,
+    pub edits_selected_body_only: bool,
     /// The user asked to quit.
     pub quit_requested: bool,
     /// The window should be fullscreen.
@@ -145,9 +146,9 @@ impl Interface {
             tab,
             // No panel is on both sides, whatever the settings file says.
             kept_tab: panel_named(settings.panels.kept.as_deref()).filter(|kept| tab != Some(*kept)),
-            bodies_shown: settings.panels.bodies_shown,
+            body_browser_shown: settings.panels.bodies_shown,
             help_shown: false,
-            only_selected_effects: false,
+            edits_selected_body_only: false,
             quit_requested: false,
             fullscreen: false,
             presents_on_gpu: false,
@@ -281,7 +282,7 @@ impl Interface {
     }
 
     /// The reply to the user's last action; empty if there is none, or if its time is over.
-    pub fn message(&self) -> &str {
+    pub fn reply_text(&self) -> &str {
         &self.reply
     }
 

@@ -87,7 +87,7 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
         match text.as_str() {
             "/" => interface.search.wants_focus = true,
             "?" => interface.help_shown = !interface.help_shown,
-            "b" => interface.bodies_shown = !interface.bodies_shown,
+            "b" => interface.body_browser_shown = !interface.body_browser_shown,
             "n" => interface.settings.names = !interface.settings.names,
             "m" => interface.settings.markers = !interface.settings.markers,
             "e" => interface.time_bar.wants_next_event = true,

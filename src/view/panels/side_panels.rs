@@ -72,7 +72,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
             *stored = Some(width);
         }
     };
-    if interface.bodies_shown && (interface.tab.is_none() || ui.ctx().content_rect().width() >= MIN_WIDTH_FOR_BODIES) {
+    if interface.body_browser_shown && (interface.tab.is_none() || ui.ctx().content_rect().width() >= MIN_WIDTH_FOR_BODIES) {
         let width = valid_width(interface.settings.panels.bodies_width, MIN_BODIES_WIDTH);
         let shown = Panel::left("bodies").default_size(width).min_size(MIN_BODIES_WIDTH).show(ui, |ui| {
             // The controls below the list scroll if they are taller than this.
@@ -120,7 +120,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
             remember_width(shown.response.rect.width(), if tab.is_wide() { &mut panels.wide_width } else { &mut panels.panel_width });
         }
     }
-    interface.settings.panels.bodies_shown = interface.bodies_shown;
+    interface.settings.panels.bodies_shown = interface.body_browser_shown;
     interface.settings.panels.open = interface.tab.map(|tab| tab.name().to_owned());
     interface.settings.panels.kept = interface.kept_tab.map(|tab| tab.name().to_owned());
 }

@@ -17,7 +17,7 @@ const MIN_WIDTH_FOR_CAPTIONS: f32 = 1500.0;
 pub(crate) fn bar(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     ui.horizontal_wrapped(|ui| {
         caption(ui, text!("bar-explore"));
-        icons::toggle(ui, Icon::Bodies, &mut interface.bodies_shown, text!("bar-bodies")).on_hover_text(text!("bar-bodies-hint"));
+        icons::toggle(ui, Icon::Bodies, &mut interface.body_browser_shown, text!("bar-bodies")).on_hover_text(text!("bar-bodies-hint"));
         search::field(interface, ui, worker, actions);
         let (can_go_back, can_go_forward) = (interface.viewer.has_previous_view(), interface.viewer.has_next_view());
         for (is_enabled, icon, name, hover, action) in [

@@ -152,8 +152,8 @@ fn show_message(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
     if message.is_empty() {
         return;
     }
-    if interface.failure_reason.is_some() && !interface.message().is_empty() {
-        message = format!("{message}\n{}", interface.message());
+    if interface.failure_reason.is_some() && !interface.reply_text().is_empty() {
+        message = format!("{message}\n{}", interface.reply_text());
     }
     let area = egui::Area::new(ui.scope_id().with("message")).order(egui::Order::Middle).pivot(Align2::LEFT_BOTTOM);
     let lower_overlays = interface.viewport.overlays.iter().filter(|overlay| overlay.center().y > rect.center().y);

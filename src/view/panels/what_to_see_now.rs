@@ -110,7 +110,7 @@ fn with_texture(ctx: &egui::Context, drawn: DrawnThumbnail) -> Thumbnail {
 type OpenPanels = ([Option<Tab>; 2], bool);
 
 pub(crate) fn open_panels(interface: &Interface) -> OpenPanels {
-    ([interface.tab, interface.kept_tab], interface.bodies_shown)
+    ([interface.tab, interface.kept_tab], interface.body_browser_shown)
 }
 
 /// Hides the row permanently if this frame's input caused an action or opened or closed a panel. `panels_before`: [`open_panels`] before

@@ -39,7 +39,7 @@ const DECORATIONS: [f64; 2] = [16.0, 64.0];
 /// Smallest side of a monitor whose size is believed, points: a system without monitors may report one of a single pixel.
 const MIN_MONITOR_SIDE: f64 = 64.0;
 /// Distance of the middle of the title bar from the window's upper edge, points.
-const TITLE_BAR_POINTS: f64 = 8.0;
+const TITLE_BAR_MIDDLE: f64 = 8.0;
 
 impl Monitor {
     fn contains(&self, point_px: [f64; 2]) -> bool {
@@ -72,7 +72,7 @@ impl WindowPlacement {
     /// monitor; otherwise the position is dropped and the size fits the first monitor.
     pub(crate) fn fitted_to(&self, monitors: &[Monitor]) -> Self {
         let shows_title_bar = |monitor: &Monitor, [x, y]: [i32; 2]| {
-            monitor.contains([f64::from(x) + 0.5 * self.size[0] * monitor.scale, f64::from(y) + TITLE_BAR_POINTS * monitor.scale])
+            monitor.contains([f64::from(x) + 0.5 * self.size[0] * monitor.scale, f64::from(y) + TITLE_BAR_MIDDLE * monitor.scale])
         };
         let containing_monitor = self.corner_px.and_then(|corner| monitors.iter().find(|monitor| shows_title_bar(monitor, corner)));
         let available_size = containing_monitor.or(monitors.first()).and_then(Monitor::available_size).unwrap_or([f64::INFINITY; 2]);

@@ -1,7 +1,8 @@
 //! Decides whether the statements after a `discard` need to run for discarded lanes.
 //!
-//! In: the rest of a block. Out: whether it is lowered for the remaining lanes only. It is, unless it computes a derivative, for which discarded lanes are
-//! helper lanes. Then no texture is read for discarded lanes, and a batch without remaining lanes skips the rest.
+//! In: the statements of a block after the `discard`. Out: whether they may be lowered for the remaining lanes only, so that no texture is read for discarded
+//! lanes, and a batch without remaining lanes skips the statements. They must run for all lanes if they compute a derivative, which needs the values of
+//! discarded lanes (as helper invocations on a GPU), or if a loop is open.
 
 use super::lowerer::{DISCARDED, Lowerer};
 use super::step::SsaValue;
@@ -12,6 +13,7 @@ impl<'m> Lowerer<'m> {
     /// Whether `rest`, the statements after a `discard`, may run for the remaining lanes only. Never inside loops, because discarded lanes would not leave
     /// them.
     pub(crate) fn can_skip_discarded(&self, rest: &[(&'m Statement, Span)]) -> bool {
+        // Only a mask that can differ between lanes is worth a condition.
         matches!(self.env[DISCARDED], SsaValue::Lane(_))
             && !rest.is_empty()
             && self.frames.iter().all(|f| f.loops.is_empty())
