@@ -12,6 +12,7 @@ use crate::render::software::program::Program;
 use crate::render::software::tape::{FusedOp, Instr, Op, Operand, TextureOp};
 use smallvec::SmallVec;
 use std::any::Any;
+use std::collections::HashSet;
 use std::sync::{Arc, OnceLock};
 
 /// A kernel ready to be called. Offsets count numbers from the start of the arena.
@@ -226,27 +227,35 @@ fn bind<R: Real>(program: &Program, class: KernelClass, without_steps: BoundProg
     Ok(bound)
 }
 
-/// Whether the value that a slot has before the instruction `from` is read later. The instructions are searched in tape order, up to a write that no jump can
-/// skip. Reads through a backward jump are not searched: the slots in question hold inputs and results of texture reads, which the next iteration of a loop
-/// and the code after it read only through a loop variable, and [`unroll_loops`] leaves a texture read's result in its slot.
-/// [`Instr::SkipIfNoLane`] is not treated as a jump. If it skips one side of a branch, a select merges the results after it and reads the old
-/// value; otherwise it leaves a loop.
+/// Whether the value that a slot has before the instruction `from` is read later, on any path of forward jumps. A path ends where the slot is written: slots are
+/// reused, so a later read of the slot is of another value. Reads through a backward jump are not searched: the slots in question hold inputs and results of
+/// texture reads, which the next iteration of a loop and the code after it read only through a loop variable, and [`unroll_loops`] leaves a texture read's
+/// result in its slot. [`Instr::SkipIfNoLane`] is not treated as a jump. If it skips one side of a branch, a select merges the results after it and reads the
+/// old value; otherwise it leaves a loop.
 fn is_read_from(program: &Program, from: usize, slot: u16) -> bool {
     let reads = |o: &Operand| *o == Operand::Slot(slot);
-    // A jump can skip instructions before this one.
-    let mut skippable_until = from;
-    for (at, instr) in program.lane_tape.iter().enumerate().skip(from) {
+    let tape = &program.lane_tape;
+    // All followed jumps lead forwards, so one pass in tape order visits every path.
+    let mut targets = HashSet::new();
+    let mut is_reached = true;
+    for (at, instr) in tape.iter().enumerate().skip(from) {
+        is_reached |= targets.contains(&at);
+        if !is_reached {
+            continue;
+        }
         if instr.operands().iter().any(reads) {
             return true;
         }
-        if at >= skippable_until && instr.written_slots().contains(&slot) {
-            return false;
-        }
-        if let Instr::JumpIf { target, .. } | Instr::Jump { target } = instr {
-            skippable_until = skippable_until.max(*target as usize);
+        if instr.written_slots().contains(&slot) {
+            is_reached = false;
+        } else if let Instr::JumpIf { target, .. } | Instr::Jump { target } = instr
+            && *target as usize > at
+        {
+            targets.insert(*target as usize);
+            is_reached = matches!(instr, Instr::JumpIf { .. });
         }
     }
-    program.output_operands.iter().chain(&program.discarded).any(reads)
+    (is_reached || targets.contains(&tape.len())) && program.output_operands.iter().chain(&program.discarded).any(reads)
 }
 
 fn is_per_lane(o: &Operand) -> bool {
