@@ -8,7 +8,7 @@ use super::eclipse::parse_place;
 use super::ephemeris_table::{self, Columns, OutputFormat};
 use super::frames::step_seconds;
 use super::output::print_result;
-use super::view_args::instant_or_now;
+use super::view_args::parse_time_or_now;
 use super::{CliError, Common, inputs};
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::apparent::{apparent_place, sub_points};
@@ -239,7 +239,7 @@ fn body_id(catalog: &Catalog, field: &str, name: &str) -> Result<NaifId, String>
 }
 
 fn parse_time(text: &str) -> Result<Instant, String> {
-    instant_or_now(text).map_err(|e| e.to_string())
+    parse_time_or_now(text).map_err(|e| e.to_string())
 }
 
 /// Answers each line of standard input with one line: `{"ok": …}` or `{"error": …}`.
