@@ -235,7 +235,8 @@ impl Cell {
 /// Altitudes of the Sun's centre, degrees, at the ends of the twilights (Explanatory Supplement, 3rd ed., section 12.1.3).
 const TWILIGHTS: [(&str, f64); 3] = [("civil", -6.0), ("nautical", -12.0), ("astronomical", -18.0)];
 
-/// Rise, transit and set of a body at a place in the 24 hours from `start`, as JSON; for the Sun also dawn (start) and dusk (end) of each twilight.
+/// Rise, transit and set of a body at a place in the 24 hours from `start`, as JSON; for the Sun also civil, nautical and
+/// astronomical dawn and dusk.
 ///
 /// # Errors
 /// See [`ObserverSky::topocentric`].

@@ -23,9 +23,10 @@ const AFTER_HELP: &str = "Examples:
   orrery measure --csv > trade.csv
   orrery measure --body saturn --time 2017-05-17T00:00:00Z
 
-Each line is an option of a choice: its error against the best that the program can do,
-its CPU time as a ratio to that of the choice's most accurate option (median and
-quartiles of rounds in which all options take turns), and the qualities that use it.
+A choice is a setting, such as the number of samples per pixel; its values are its options.
+Each line is an option: its error against the best that the program can do, its CPU time
+as a ratio to that of the choice's most accurate option (median and quartiles of rounds in
+which all options take turns), and the qualities that use it.
 An option is dominated if another one is clearly better in time or error, and not worse
 in the other. A quality uses the cheapest option within its bound: for draft 1 arcsec,
 15.9 % of light (a quarter of a stop), 32 levels of 255 in 99.9 % of the pixels; for

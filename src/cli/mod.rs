@@ -52,7 +52,7 @@ mod video_output;
 mod view;
 mod view_args;
 
-/// Text below the list of verbs.
+/// The end of `orrery --help`, below the options.
 const AFTER_HELP: &str = "Without a command, the arguments are those of `view`:
   orrery --target saturn --time 2017-05-17T00:00:00Z
   orrery 'orrery://view?target=599&time=2015-01-24T06:45:00Z'
@@ -92,7 +92,7 @@ enum Verb {
     Probe(probe::ProbeArgs),
     /// Measure the difference between two images
     Compare(compare::CompareArgs),
-    /// Measure speed against accuracy: time and error of each choice
+    /// Measure speed against accuracy: time and error of alternative models and settings
     Measure(measure::MeasureArgs),
     /// Test extreme views: f32 against f64, pairs of images that should be equal, and positions against an independent computation
     Stability(stability::StabilityArgs),
@@ -110,10 +110,10 @@ enum Verb {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Common options")]
 pub(crate) struct Common {
-    /// Renderer: auto takes a hardware GPU if there is one, otherwise software
+    /// Renderer: auto uses a hardware GPU if there is one, otherwise the software renderer
     #[arg(long, global = true, value_enum, default_value = "auto")]
     pub renderer: RendererPreference,
-    /// Quality: draft takes 1 sample per pixel, standard 4, reference 4 in f64
+    /// Quality: draft uses 1 sample per pixel, standard 4, reference 4 in f64
     #[arg(long, global = true, value_enum, default_value = "standard")]
     pub quality: Quality,
     /// Folder of shader sources that replace built-in ones (`orrery shader export` writes them)

@@ -38,7 +38,7 @@ const EXAMPLES: &str = "Examples:
 A sequence resumes where it stopped: each file records its request. Files of the same
 request are kept; a file of another request stops the command before it draws
 (--overwrite replaces it). Give --time to resume: `now` is a new request each time.
---quality draft takes 1 sample per pixel and 1 texture tap, standard 4 samples and up
+--quality draft uses 1 sample per pixel and 1 texture tap, standard 4 samples and up
 to 8 taps, reference 4 samples and up to 16 taps.
 ";
 
