@@ -104,6 +104,7 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     let bar = progress(scenes.len() as u64 * (u64::from(args.frames) + 1));
     let mut rows = Vec::new();
     for scene in &scenes {
+        // A scene with invented minor planets or stars needs a session that uses these in place of the embedded ones.
         let own_session = match (scene.bodies(), scene.stars()) {
             (Some(bodies), _) => Some(open_session()?.with_minor_planets(bodies)),
             (None, Some(stars)) => Some(open_session()?.with_stars(stars)),
@@ -149,7 +150,7 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
 
 /// The number of pixels that the bodies' fragment shaders shade in one frame, and the operations and texture reads of these shaders, summed over the pixels.
 fn shader_counts(session: &Session, sampling: SamplingQuality, request: &ViewRequest) -> Result<Value, CliError> {
-    // The pixel view of the cost shows only bodies, so the shaders of stars and lines are not counted.
+    // The pixel view `cost` shows only bodies, so the shaders of stars and lines are not counted.
     let costs = session.draw(&ViewRequest { pixel_view: PixelView::Cost, ..request.clone() }, sampling, FrameImages::DisplayAndHdr)?;
     // Each of its pixels stores the operations in red, and the texture reads times INSTRUCTIONS_PER_READ in green.
     let (red, green) = (0, 1);
@@ -178,7 +179,7 @@ fn effect_rows(
     for effect in active {
         let mut request_without = request_with.clone();
         request_without.effects.set(effect, false);
-        // This frame also loads the modules and maps of the variant, so that the timed frames do not.
+        // This frame also loads the modules and maps that the image without the effect needs, so that the timed frames do not.
         let drawn_without = session.draw(&request_without, sampling, FrameImages::DisplayAndHdr)?;
         let frames = interleaved(pair_count as usize, &[&|| measure(&request_with), &|| measure(&request_without)])?;
         let difference_ms = |a: Duration, b: Duration| milliseconds(a) - milliseconds(b);

@@ -1,7 +1,7 @@
 //! `orrery bench --meshes`: measures the cost of a shape model as a function of its number of triangles.
 //!
 //! In: an image size and a number of rounds. Out: JSON with one row per model:
-//! - `triangles`: their number;
+//! - `triangles`: number of triangles;
 //! - `read_ms`: time of the maps stage in the first frame with the mesh, which reads the mesh file;
 //! - `trace_shadow_ms`: time of the scene stage in the first frame with the mesh's shadow on itself, most of which traces that shadow;
 //! - `ellipsoid_ms`: median time of a frame with the ellipsoid in place of the mesh;
@@ -25,8 +25,8 @@ use serde_json::{Value, json};
 
 /// Numbers of latitude bands from pole to pole; a sphere with n bands has 4 n (n - 1) triangles.
 const BANDS: [u32; 4] = [36, 72, 143, 286];
-/// 2013-08-20 00:00 TDB, chosen arbitrarily.
-const JD_TDB: f64 = 2_456_524.5;
+/// Time of the view, chosen arbitrarily: 2013-08-20 00:00 TDB.
+const VIEW_TIME_JD_TDB: f64 = 2_456_524.5;
 
 /// Median and quartiles of the ratios of `times` to `base_times`, each ratio from one round.
 fn ratio(times: &[f64], base_times: &[f64]) -> Value {
@@ -48,7 +48,7 @@ fn model_row(common: &Common, (width, height): (u32, u32), rounds: usize, bands:
     // Over the sub-solar point, so that the whole disc is lit.
     let position = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(4.0) };
     let with_shadow =
-        ViewRequest { width, height, position, quality: common.quality, ..ViewRequest::of(PHOBOS, Instant::from_jd_tdb(JD_TDB)) };
+        ViewRequest { width, height, position, quality: common.quality, ..ViewRequest::of(PHOBOS, Instant::from_jd_tdb(VIEW_TIME_JD_TDB)) };
     let without = |effect| {
         let mut request = with_shadow.clone();
         request.effects.set(effect, false);
@@ -57,7 +57,8 @@ fn model_row(common: &Common, (width, height): (u32, u32), rounds: usize, bands:
     let (without_shadow, ellipsoid) = (without(Effect::SelfShadow), without(Effect::Mesh));
     let sampling = SamplingQuality::of(common.quality);
     let draw = |request: &ViewRequest| session.draw(request, sampling, FrameImages::Display).map(drop);
-    // The first frame with an effect includes the one-time work for it: reading the mesh file, or tracing its shadow. The time is that of the whole stage.
+    // The first frame with an effect includes the one-time work for the effect: reading the mesh file, or tracing the mesh's shadow. The closure returns the time
+    // of the whole stage.
     let stage_ms_of_first_draw = |request: &ViewRequest, stage: Stage| -> Result<f64, CliError> {
         let earlier = session.report().0;
         draw(request)?;

@@ -1,4 +1,7 @@
-//! `orrery compare`: measures the difference between two images, and optionally the fraction of pixels in which it stays within an error bound.
+//! `orrery compare`: measures the difference between two images.
+//!
+//! In: two image files of the same size, and optionally the error bounds that `render --error` wrote. Out: mean, 99.9th percentile and maximum of the
+//! difference, PSNR, the fraction of pixels whose difference is within the bound, and a difference image.
 
 use super::output::print_result;
 use super::output_file::write_output_file;

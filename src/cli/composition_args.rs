@@ -1,6 +1,6 @@
 //! The options that describe a composition: projection, stereo, warp mesh.
 //!
-//! In: arguments. Out: a [`Composition`], with the nodes of the warp mesh, whose file is read here.
+//! In: arguments. Out: a [`Composition`]. The file of the warp mesh is read here.
 
 use super::CliError;
 use crate::files::read_text;

@@ -18,7 +18,7 @@ macro_rules! push_line {
 pub(crate) struct DoctorArgs {}
 
 /// Checks the catalog files. Returns the catalog for the other checks: the embedded one if a file is invalid.
-fn catalogs(common: &Common, out: &mut String) -> Catalog {
+fn report_catalogs(common: &Common, out: &mut String) -> Catalog {
     let folder = common.catalogs.as_ref().map(|f| f.display().to_string());
     match read_catalog(common.catalogs.as_deref()) {
         Ok(catalog) => {
@@ -39,7 +39,7 @@ fn catalogs(common: &Common, out: &mut String) -> Catalog {
 }
 
 /// Lists the number and the names of the bodies of each kind, and the bodies without a stated source.
-fn bodies(catalog: &Catalog, out: &mut String) {
+fn report_bodies(catalog: &Catalog, out: &mut String) {
     let kinds = [
         (BodyKind::Star, "star"),
         (BodyKind::Planet, "planet"),
@@ -59,7 +59,8 @@ fn bodies(catalog: &Catalog, out: &mut String) {
     }
 }
 
-fn shaders(common: &Common, out: &mut String) {
+/// Lists the number of built-in shader sources, and of those that the user's files replace or add.
+fn report_shaders(common: &Common, out: &mut String) {
     match super::inputs::fragments(common) {
         Ok(fragments) => {
             let folder = common.shaders.as_ref().map(|folder| folder.display().to_string());
@@ -74,18 +75,20 @@ fn shaders(common: &Common, out: &mut String) {
     }
 }
 
-fn kernel(common: &Common, catalog: &Catalog, out: &mut String) {
+/// Checks the ephemeris kernel.
+fn report_ephemeris_kernel(common: &Common, catalog: &Catalog, out: &mut String) {
     match super::inputs::ephemeris(common, catalog) {
         Ok(_) => match &common.kernel {
             Some(path) => push_line!(out, "kernel    {} takes precedence over the embedded one (1900 to 2100)", path.display()),
             None => push_line!(out, "kernel    embedded, 1900 to 2100; series and mean elements outside"),
         },
-        // One line per error. For a body without any source of positions, the line begins with the catalog file.
+        // One line per error. If a body has no source of positions, the line names its catalog file first.
         Err(e) => e.to_string().lines().for_each(|line| push_line!(out, "kernel    {line}")),
     }
 }
 
-fn textures(common: &Common, catalog: &Catalog, out: &mut String) {
+/// Checks maps and shape models, and lists the bodies without a map.
+fn report_textures(common: &Common, catalog: &Catalog, out: &mut String) {
     if let Some(folder) = common.textures.as_ref().filter(|folder| !folder.is_dir()) {
         push_line!(out, "textures  {}: there is no such folder; --textures takes a folder of maps", folder.display());
     }
@@ -119,8 +122,8 @@ fn textures(common: &Common, catalog: &Catalog, out: &mut String) {
     }
 }
 
-/// Reads the files of `--stars`, `--minor-planets`, `--lunar-heights` and `--sky`.
-fn data_files(common: &Common, out: &mut String) {
+/// Checks that the files of `--stars`, `--minor-planets`, `--lunar-heights` and `--sky` can be read.
+fn report_data_files(common: &Common, out: &mut String) {
     let given = common.sources();
     let (stars, minor_planets) = (given.stars.is_some(), given.minor_planets.is_some());
     let (lunar_heights, sky) = (given.lunar_heights.is_some(), given.sky.is_some());
@@ -149,18 +152,18 @@ fn data_files(common: &Common, out: &mut String) {
 
 /// Names the renderer that `--renderer` selects, and lists the graphics adapters.
 #[cfg(feature = "gpu")]
-fn adapters(common: &Common, out: &mut String) {
+fn report_adapters(common: &Common, out: &mut String) {
     use crate::render::gpu::{AdapterKind, GpuRenderer, adapters};
     let found = adapters();
-    let choice = match common.renderer {
+    let selected = match common.renderer {
         RendererPreference::Software => "software (--renderer software)".to_owned(),
-        choice => match GpuRenderer::open(choice == RendererPreference::Gpu) {
+        preference => match GpuRenderer::open(preference == RendererPreference::Gpu) {
             Ok(gpu) => format!("GPU: {}", gpu.facts()),
-            Err(e) if choice == RendererPreference::Gpu => format!("none: {e}; omit --renderer to draw in software"),
+            Err(e) if preference == RendererPreference::Gpu => format!("none: {e}; omit --renderer to draw in software"),
             Err(e) => format!("software: {e}"),
         },
     };
-    push_line!(out, "renderer  {choice}");
+    push_line!(out, "renderer  {selected}");
     for facts in &found {
         let kind = match facts.kind {
             AdapterKind::Hardware => "hardware",
@@ -175,15 +178,15 @@ fn adapters(common: &Common, out: &mut String) {
 }
 
 #[cfg(not(feature = "gpu"))]
-fn adapters(common: &Common, out: &mut String) {
+fn report_adapters(common: &Common, out: &mut String) {
     match common.renderer {
         RendererPreference::Gpu => push_line!(out, "renderer  none: this build has no GPU renderer; omit --renderer to draw in software"),
         _ => push_line!(out, "renderer  software: this build has no GPU renderer"),
     }
 }
 
-/// Names the kernel class of the software renderer, and the other ones that this machine can run.
-fn kernel_classes(used: KernelClass, available: &[KernelClass], threads: usize, out: &mut String) {
+/// Names the kernel class of the software renderer (the instruction set of its compiled functions), and the other classes that this machine can run.
+fn report_kernel_classes(used: KernelClass, available: &[KernelClass], threads: usize, out: &mut String) {
     push_line!(out, "software  {} kernels on {threads} threads", used.name());
     let others: Vec<_> = available.iter().filter(|k| **k != used).map(|k| k.name()).collect();
     if !others.is_empty() {
@@ -192,18 +195,18 @@ fn kernel_classes(used: KernelClass, available: &[KernelClass], threads: usize, 
 }
 
 pub(crate) fn run(common: &Common, _args: &DoctorArgs) -> Result<(), CliError> {
-    // As for the renderer: 0, or no option, stands for one thread per core.
+    // The renderer interprets `--threads` in the same way: 0, or no option, means one thread per core.
     let threads =
         common.threads.filter(|threads| *threads > 0).unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
     let out = &mut String::new();
-    adapters(common, out);
-    kernel_classes(Options::default().kernels, &KernelClass::available(), threads, out);
-    let catalog = catalogs(common, out);
-    bodies(&catalog, out);
-    kernel(common, &catalog, out);
-    textures(common, &catalog, out);
-    data_files(common, out);
-    shaders(common, out);
+    report_adapters(common, out);
+    report_kernel_classes(Options::default().kernels, &KernelClass::available(), threads, out);
+    let catalog = report_catalogs(common, out);
+    report_bodies(&catalog, out);
+    report_ephemeris_kernel(common, &catalog, out);
+    report_textures(common, &catalog, out);
+    report_data_files(common, out);
+    report_shaders(common, out);
     match cache_folder(common.cache.as_deref()).map(|cache| cache.join("orrery")) {
         Ok(folder) if folder.is_dir() => push_line!(out, "cache     {}", folder.display()),
         Ok(folder) => push_line!(out, "cache     {} does not exist yet; it is created with the first image", folder.display()),
@@ -220,7 +223,7 @@ mod tests {
     fn other_kernel_classes_are_listed_only_if_there_are_any() {
         let report = |available: &[KernelClass]| {
             let mut out = String::new();
-            kernel_classes(KernelClass::Portable, available, 2, &mut out);
+            report_kernel_classes(KernelClass::Portable, available, 2, &mut out);
             out
         };
         assert_eq!(report(&[KernelClass::Portable]), "software  portable kernels on 2 threads\n");

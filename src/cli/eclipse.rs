@@ -1,9 +1,12 @@
-//! `orrery eclipse find`: finds the eclipses, transits and moon events of a span of time, and prints them as a table or JSON.
+//! `orrery eclipse find`: finds eclipses, transits, and phenomena of the Galilean moons and Titan (*moon events*) in a span of time.
+//!
+//! In: the span, the kinds of events, and optionally a place on the Earth. Out: a table (`eclipse_table`) or JSON on standard output, and the paths of central
+//! solar eclipses as a GeoJSON file. The events are computed by `events`.
 
 use super::eclipse_table::as_text;
 use super::output::print_result;
 use super::output_file::write_output_file;
-use super::view_args::instant_or_now;
+use super::view_args::parse_time_or_now;
 use super::{CliError, Common, inputs};
 use crate::catalog::lunar_heights::HeightMap;
 use crate::catalog::{Catalog, NaifId};
@@ -27,7 +30,7 @@ pub(crate) struct EclipseArgs {
 
 #[derive(Subcommand, Debug)]
 enum EclipseVerb {
-    /// Find the eclipses, transits and moon events of a span of time
+    /// Find the eclipses, transits and phenomena of moons in a span of time
     Find(FindArgs),
 }
 
@@ -106,10 +109,10 @@ pub(crate) fn run(common: &Common, args: &EclipseArgs) -> Result<(), CliError> {
     path_file_result.map_err(CliError::Failed)
 }
 
-/// The events of the span as JSON objects, in order of time, and the result of writing the file of `--path`. That result is separate, so that `run` can print
-/// the events even if the file cannot be written.
+/// The events of the span as JSON objects, in order of time, and the result of writing the file of `--path`. The two are separate so that `run` can print the
+/// events even if the file cannot be written.
 fn find(catalog: &Catalog, ephemeris: &Ephemeris, args: &FindArgs) -> Result<(Vec<Value>, Result<(), String>), String> {
-    let time = |name: &str, text: &str| instant_or_now(text).map_err(|e| format!("--{name}: {e}"));
+    let time = |name: &str, text: &str| parse_time_or_now(text).map_err(|e| format!("--{name}: {e}"));
     let (from, to) = (time("from", &args.from)?, time("to", &args.to)?);
     if from >= to {
         return Err(format!("--from {} is not before --to {}: swap them", echo(&args.from), echo(&args.to)));
@@ -185,7 +188,7 @@ fn utc_times(contacts: &[(&'static str, Instant)]) -> Value {
     Value::Object(contacts.iter().map(|(name, t)| ((*name).to_owned(), json!(t.to_utc_iso()))).collect())
 }
 
-/// `lat` and `lon` are those of the point of greatest eclipse. `observer`: the place of `--at`.
+/// A solar eclipse as a JSON object. Its `lat` and `lon` are those of the point of greatest eclipse. `observer`: the place of `--at`.
 fn solar_row(eclipse: &SolarEclipse, observer: Option<GeodeticPosition>) -> Value {
     let mut row = json!({
         "kind": "solar",
@@ -209,8 +212,9 @@ fn solar_row(eclipse: &SolarEclipse, observer: Option<GeodeticPosition>) -> Valu
     row
 }
 
-/// The contacts computed with the Moon's limb profile, as the JSON object `limb`. `later_s`: seconds after the same contact of the mean limb. C2 is the last
-/// bead before totality or annularity, C3 the first one after it.
+/// The contacts computed with the Moon's limb profile, as the JSON object `limb`. Its `later_s` is the time of a contact minus that of the same contact of the
+/// mean limb. In a total eclipse, the last bead goes out at C2 and the first one shines at C3; in an annular eclipse, the last mountain leaves the Sun's limb at
+/// C2 and the first one reaches it at C3.
 fn limb_circumstances(contacts: &[LimbContact], map: &HeightMap) -> Value {
     let contact = |c: &LimbContact| {
         let (time, angle_deg) = (c.time.to_utc_iso(), c.position_angle_deg);
@@ -221,7 +225,7 @@ fn limb_circumstances(contacts: &[LimbContact], map: &HeightMap) -> Value {
     json!({ "heights": map.summary(), "contacts": by_name, "last_bead": time_of("C2"), "first_bead": time_of("C3") })
 }
 
-/// `lat` and `lon` are those of the sub-lunar point at greatest eclipse. `observer`: the place of `--at`.
+/// A lunar eclipse as a JSON object. Its `lat` and `lon` are those of the sub-lunar point at greatest eclipse. `observer`: the place of `--at`.
 fn lunar_row(eclipse: &LunarEclipse, observer: Option<GeodeticPosition>, shadow_enlargement: &str) -> Value {
     let (penumbral_s, partial_s, total_s) =
         (eclipse.duration_s("P1", "P4"), eclipse.duration_s("U1", "U4"), eclipse.duration_s("U2", "U3"));
@@ -256,6 +260,7 @@ fn name_of(catalog: &Catalog, id: NaifId) -> &str {
     catalog.body(id).map_or("", |b| b.name.as_str())
 }
 
+/// A transit of Mercury or Venus as a JSON object. `observer`: the place of `--at`.
 fn transit_row(catalog: &Catalog, transit: &Transit, observer: Option<GeodeticPosition>) -> Value {
     let mut row = json!({
         "kind": "transit",
@@ -278,6 +283,7 @@ fn transit_row(catalog: &Catalog, transit: &Transit, observer: Option<GeodeticPo
     row
 }
 
+/// An event of a moon as a JSON object. Its `by` is the other moon of a mutual event.
 fn moon_event_row(catalog: &Catalog, event: &MoonEvent) -> Value {
     json!({
         "kind": "moons",
@@ -335,7 +341,7 @@ fn write_eclipse_paths(file: &Path, eclipses: &[SolarEclipse], radii: &str, over
     write_output_file("--path", file, format!("{collection}\n").as_bytes(), overwrite).map_err(|e| e.to_string())
 }
 
-/// The instant at a fractional index of a line's places ([`events::CutVertex::position`]), by linear interpolation between the `instants` of the places.
+/// The instant at a fractional index into the places of a line ([`events::CutVertex::position`]): interpolated linearly between the `instants` of the places.
 fn instant_at(instants: &[Instant], fractional_index: f64) -> Option<Instant> {
     let before = *instants.get(fractional_index as usize)?;
     let after = instants.get(fractional_index as usize + 1).unwrap_or(&before);

@@ -5,10 +5,10 @@ use crate::events;
 use crate::time::{Instant, SHOWN_DELTA_T_ERROR_S};
 use serde_json::{Value, json};
 
-/// An ISO time without `T` and `Z`, its seconds rounded to this many decimals: with 0 decimals `2024-04-08 18:17:20`. A carry may reach the date.
+/// An ISO time without `T` and `Z`, its seconds rounded to this many decimals: with 0 decimals `2024-04-08 18:17:20`. Rounding up may change the date.
 fn rounded_time(iso: &Value, decimals: u8) -> String {
     let text = iso.as_str().unwrap_or("");
-    // Half a unit of the last decimal is added, and the digits after that decimal are cut.
+    // To round, half a unit of the last decimal is added, and the digits after that decimal are cut.
     let half_unit_s = 0.5 * 0.1_f64.powi(i32::from(decimals));
     let raised = Instant::parse(text).map_or_else(|_| text.to_owned(), |t| t.plus_seconds(half_unit_s).to_utc_iso());
     let raised = raised.trim_end_matches('Z').replace('T', " ");
@@ -31,14 +31,14 @@ fn seconds_past_j2000(iso: &Value) -> f64 {
 }
 
 /// A number with this many decimals, without a minus sign if it rounds to zero; `-` for null.
-fn number(value: &Value, decimals: usize) -> String {
+fn number_text(value: &Value, decimals: usize) -> String {
     let Some(v) = value.as_f64() else { return "-".to_owned() };
     let text = format!("{v:.decimals$}");
     text.strip_prefix('-').filter(|digits| digits.bytes().all(|b| matches!(b, b'0' | b'.'))).unwrap_or(&text).to_owned()
 }
 
 /// A duration as text, rounded to its last unit: `4m28s` or `1h02m`; `-` for null.
-fn duration(seconds: &Value) -> String {
+fn duration_text(seconds: &Value) -> String {
     match seconds.as_f64() {
         None => "-".to_owned(),
         Some(s) if s.round() < 3600.0 => format!("{}m{:02}s", s.round() as i64 / 60, s.round() as i64 % 60),
@@ -51,7 +51,7 @@ fn duration(seconds: &Value) -> String {
 
 /// A line about the largest error of Delta T among the rows, if it is large enough to change times that are printed to a second.
 fn delta_t_text(rows: &[Value]) -> Option<String> {
-    // The Earth's rotation affects longitudes, what a place sees, and times before 1972, which are UT1. All other times do not depend on Delta T.
+    // Delta T enters through the Earth's rotation. It affects longitudes, local circumstances, and times before 1972, which are UT1; no others.
     let depends_on_rotation = |row: &Value| {
         let is_ut1 = seconds_past_j2000(&row["greatest"]) < seconds_past_j2000(&json!("1972-01-01"));
         row["lat"].is_number() || !row["local"].is_null() || is_ut1
@@ -62,7 +62,7 @@ fn delta_t_text(rows: &[Value]) -> Option<String> {
         let time = rounded_time(&worst["greatest"], 0);
         let day = time.split(' ').next().unwrap_or("");
         let seconds = error_s(worst);
-        let error = if seconds < 60.0 { format!("{seconds:.1} s") } else { duration(&json!(seconds)) };
+        let error = if seconds < 60.0 { format!("{seconds:.1} s") } else { duration_text(&json!(seconds)) };
         // The Earth turns by a degree in 240 s.
         let shift_deg = seconds / 240.0;
         format!(
@@ -71,12 +71,12 @@ fn delta_t_text(rows: &[Value]) -> Option<String> {
     })
 }
 
-/// The table: a heading; a row for each event, with a line below it if the row has local circumstances; a line with the number of events, the radii and the
-/// Earth's shadow; and a line about the error of Delta T if it matters.
+/// The table: a heading; a row for each event, followed by a line of local circumstances if the row has them; a line with the number of events, the radii and the
+/// enlargement of the Earth's shadow; and a line about the error of Delta T if it is large enough to matter.
 pub(super) fn as_text(catalog: &Catalog, rows: &[Value]) -> String {
     let mut table =
         vec![["greatest (UTC)", "kind", "type", "gamma", "magnitude", "lat", "lon", "duration", "Saros", "contacts"].map(str::to_owned)];
-    // The line below each line of `table`; the heading has none.
+    // For each line of `table`, the line to print below it; none below the heading.
     let mut notes: Vec<Option<String>> = vec![None];
     for row in rows {
         let text_of = |name: &str| row[name].as_str().unwrap_or("-").to_owned();
@@ -90,11 +90,11 @@ pub(super) fn as_text(catalog: &Catalog, rows: &[Value]) -> String {
                     None => format!("{body} {}", text_of("type")),
                 },
             ),
-            number(&row["gamma"], 4),
-            number(&row["magnitude"], 4),
-            number(&row["lat"], 2),
-            number(&row["lon"], 2),
-            duration(&row["duration_s"]),
+            number_text(&row["gamma"], 4),
+            number_text(&row["magnitude"], 4),
+            number_text(&row["lat"], 2),
+            number_text(&row["lon"], 2),
+            duration_text(&row["duration_s"]),
             match (row["saros"].as_i64(), row["saros_member"].as_i64()) {
                 (Some(series), Some(member)) => format!("{series}/{member}"),
                 (Some(series), None) => series.to_string(),
@@ -117,7 +117,7 @@ pub(super) fn as_text(catalog: &Catalog, rows: &[Value]) -> String {
     text
 }
 
-/// The contacts in order of time, without C1 to C4: these are the local ones, which [`local_text`] prints with their altitudes.
+/// The contacts that do not depend on a place, in order of time. C1 to C4 are local contacts, which [`local_text`] prints with their altitudes.
 fn contacts_text(row: &Value) -> String {
     let Some(contacts) = row["contacts"].as_object() else { return String::new() };
     let mut by_time: Vec<_> = contacts.iter().filter(|(name, _)| !name.starts_with('C')).collect();
@@ -125,31 +125,32 @@ fn contacts_text(row: &Value) -> String {
     by_time.iter().map(|(name, time)| format!("{name} {}", time_of_day(time))).collect::<Vec<_>>().join(" ")
 }
 
-/// The line of a place: `here: C1 09:11:33 (8.0°) · … · maximum 10:12:02 (11.2°) · … · magnitude 1.0180`, or `here: not visible`. A second line follows
-/// if the Moon's limb profile is known.
+/// The line of local circumstances: `here: C1 09:11:33 (8.0°) · … · maximum 10:12:02 (11.2°) · … · magnitude 1.0180`, or `here: not visible`. A second line
+/// follows if the Moon's limb profile is known.
 fn local_text(local: &Value) -> String {
     if local["visible"] != json!(true) {
         return "here: not visible".to_owned();
     }
     let contact_text = |name: &str, c: &Value| {
         let below = if c["up"] == json!(true) { "" } else { ", below the horizon" };
-        format!("{name} {} ({}°{below})", time_of_day(&c["time"]), number(&c["altitude_deg"], 1))
+        format!("{name} {} ({}°{below})", time_of_day(&c["time"]), number_text(&c["altitude_deg"], 1))
     };
     let mut by_time: Vec<(String, &Value)> =
         local["contacts"].as_object().into_iter().flatten().map(|(name, c)| (name.clone(), c)).collect();
     by_time.push(("maximum".to_owned(), &local["maximum"]));
     by_time.sort_by(|(_, a), (_, b)| seconds_past_j2000(&a["time"]).total_cmp(&seconds_past_j2000(&b["time"])));
     let mut parts: Vec<String> = by_time.iter().map(|(name, c)| contact_text(name, c)).collect();
-    // If the Moon is up only while it is outside the umbra, `magnitude` is not positive. In a penumbral eclipse both magnitudes are equal.
+    // The place sees only the penumbra in two cases: the eclipse is penumbral, and both magnitudes are equal; or the Moon is up only while it is outside the umbra,
+    // and `magnitude` is not positive.
     let (magnitude, penumbral) = (&local["magnitude"], &local["penumbral_magnitude"]);
-    let in_penumbra = !penumbral.is_null() && (magnitude == penumbral || magnitude.as_f64().is_some_and(|m| m <= 0.0));
-    parts.push(if in_penumbra {
-        format!("penumbral magnitude {}", number(penumbral, 4))
+    let sees_only_penumbra = !penumbral.is_null() && (magnitude == penumbral || magnitude.as_f64().is_some_and(|m| m <= 0.0));
+    parts.push(if sees_only_penumbra {
+        format!("penumbral magnitude {}", number_text(penumbral, 4))
     } else {
-        format!("magnitude {}", number(magnitude, 4))
+        format!("magnitude {}", number_text(magnitude, 4))
     });
     if !local["obscuration"].is_null() {
-        parts.push(format!("obscuration {}", number(&local["obscuration"], 4)));
+        parts.push(format!("obscuration {}", number_text(&local["obscuration"], 4)));
     }
     for name in ["rise", "set"] {
         if !local[name].is_null() {
@@ -157,7 +158,7 @@ fn local_text(local: &Value) -> String {
         }
     }
     if !local["duration_s"].is_null() {
-        parts.push(format!("C2 to C3 {}", duration(&local["duration_s"])));
+        parts.push(format!("C2 to C3 {}", duration_text(&local["duration_s"])));
     }
     let limb = &local["limb"];
     format!("here: {}{}", parts.join(" · "), if limb.is_null() { String::new() } else { format!("\n    {}", limb_text(limb)) })
@@ -233,13 +234,13 @@ mod tests {
         assert_eq!(rounded_time(&json!("2024-04-08T18:11:48.960Z"), 1), "2024-04-08 18:11:49.0");
         assert_eq!(rounded_time(&json!("2024-04-08T18:11:48.940Z"), 1), "2024-04-08 18:11:48.9");
         for (seconds, text) in [(267.6, "4m28s"), (3599.4, "59m59s"), (3599.6, "1h00m"), (3697.7, "1h02m"), (7199.0, "2h00m")] {
-            assert_eq!(duration(&json!(seconds)), text, "{seconds}");
+            assert_eq!(duration_text(&json!(seconds)), text, "{seconds}");
         }
     }
 
     #[test]
     fn what_rounds_to_zero_or_to_a_full_circle_is_zero() {
-        assert_eq!((number(&json!(-0.00004), 4), number(&json!(-0.00006), 4)), ("0.0000".to_owned(), "-0.0001".to_owned()));
+        assert_eq!((number_text(&json!(-0.00004), 4), number_text(&json!(-0.00006), 4)), ("0.0000".to_owned(), "-0.0001".to_owned()));
         let contact = json!({ "time": "2026-08-12T18:27:00Z", "later_s": -0.04, "position_angle_deg": 359.6 });
         let text = limb_text(&json!({ "contacts": { "C1": contact }, "last_bead": "", "heights": "" }));
         assert!(text.contains("C1 18:27:00.0 (+0.0 s, at 0° from north)"), "{text}");

@@ -8,7 +8,7 @@ use super::eclipse::parse_place;
 use super::ephemeris_table::{self, Columns, OutputFormat};
 use super::frames::step_seconds;
 use super::output::print_result;
-use super::view_args::instant_or_now;
+use super::view_args::parse_time_or_now;
 use super::{CliError, Common, inputs};
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::apparent::{apparent_place, sub_points};
@@ -82,8 +82,11 @@ pub(crate) struct EphemerisArgs {
 /// The quantity that a query requests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Quantity {
+    /// The state vector: geometric position and velocity.
     State,
+    /// The apparent place.
     Apparent,
+    /// Pole, prime meridian, sub-observer and sub-solar points.
     Orientation,
 }
 
@@ -106,7 +109,7 @@ pub(crate) fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError>
         return answer_stdin(&catalog, &ephemeris, source, quantity);
     }
     if args.from.is_some() || args.at.is_some() {
-        return print_result(&table(&catalog, &ephemeris, args).map_err(CliError::Failed)?);
+        return print_result(&table_or_rise_and_set(&catalog, &ephemeris, args).map_err(CliError::Failed)?);
     }
     let or_empty = |text: &Option<String>| text.clone().unwrap_or_default();
     let query = Query { body: or_empty(&args.body), center: args.center.clone(), time: or_empty(&args.time), source };
@@ -121,7 +124,7 @@ pub(crate) fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError>
 
 /// The output for `--from` or `--at`: a table of positions, apparent places, orientations, or azimuth and altitude, with one row per instant; with
 /// `--rise-set` rise, transit, set and twilights of one day.
-fn table(catalog: &Catalog, ephemeris: &Ephemeris, args: &EphemerisArgs) -> Result<String, String> {
+fn table_or_rise_and_set(catalog: &Catalog, ephemeris: &Ephemeris, args: &EphemerisArgs) -> Result<String, String> {
     let at = args.at.as_deref().map(parse_place).transpose()?.map(|p| Observer {
         body: NaifId::EARTH,
         lat_graphic_deg: p.latitude_deg,
@@ -239,7 +242,7 @@ fn body_id(catalog: &Catalog, field: &str, name: &str) -> Result<NaifId, String>
 }
 
 fn parse_time(text: &str) -> Result<Instant, String> {
-    instant_or_now(text).map_err(|e| e.to_string())
+    parse_time_or_now(text).map_err(|e| e.to_string())
 }
 
 /// Answers each line of standard input with one line: `{"ok": …}` or `{"error": …}`.

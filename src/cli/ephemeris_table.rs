@@ -42,7 +42,8 @@ enum Cell {
         decimals: usize,
     },
     Text(String),
-    None,
+    /// A value that is unknown or does not exist: `-` in text, nothing in CSV, null in JSON.
+    Empty,
 }
 
 type Row = Vec<(&'static str, Cell)>;
@@ -95,8 +96,8 @@ pub(crate) fn table(
     Ok(format_rows(&rows, format))
 }
 
-/// The row of an instant. The numbers of decimals resolve a metre, a micrometre per second, a millisecond, 0.4 milliarcseconds in apparent places, 0.04
-/// arcseconds in other angles, and a tenth of that in semidiameters.
+/// The row of an instant. The last decimal is a metre, a micrometre per second or a millisecond; of apparent places 0.4 milliarcseconds, of their error 0.1
+/// milliarcseconds; of other angles 0.04 arcseconds, of semidiameters 0.004 arcseconds.
 fn row(catalog: &Catalog, ephemeris: &Ephemeris, body: NaifId, columns: Columns, t: Instant) -> Result<Row, EphemerisError> {
     let mut row: Row = vec![("time_utc", Cell::Text(t.to_utc_iso()))];
     match columns {
@@ -109,7 +110,7 @@ fn row(catalog: &Catalog, ephemeris: &Ephemeris, body: NaifId, columns: Columns,
                 row.push((name, Cell::Number(km_s, 9)));
             }
             row.push(("distance_km", Cell::Number(found.state.pos_km.length(), 3)));
-            let error = if found.error_km.is_finite() { Cell::Number(found.error_km, 3) } else { Cell::None };
+            let error = if found.error_km.is_finite() { Cell::Number(found.error_km, 3) } else { Cell::Empty };
             row.extend([("error_km", error), ("source", Cell::Text(source_name(found.source)))]);
         }
         Columns::Apparent => {
@@ -123,13 +124,13 @@ fn row(catalog: &Catalog, ephemeris: &Ephemeris, body: NaifId, columns: Columns,
                 ("dec_gcrs_deg", sexagesimal(gcrs.dec_text(), gcrs.dec_deg)),
                 ("distance_km", Cell::Number(apparent.distance_km, 3)),
                 ("light_time_s", Cell::Number(apparent.light_time_s, 3)),
-                ("error_arcsec", if apparent.error_arcsec.is_finite() { Cell::Number(apparent.error_arcsec, 4) } else { Cell::None }),
+                ("error_arcsec", if apparent.error_arcsec.is_finite() { Cell::Number(apparent.error_arcsec, 4) } else { Cell::Empty }),
             ]);
         }
         Columns::Orientation { observer } => {
             let body = catalog.body(body).ok_or_else(|| EphemerisError::other("a barycentre has no orientation"))?;
             let points = sub_points(ephemeris, body, observer, t)?;
-            let degrees = |value: Option<f64>| value.map_or(Cell::None, |v| Cell::Angle(v, 5));
+            let degrees = |value: Option<f64>| value.map_or(Cell::Empty, |v| Cell::Angle(v, 5));
             row.extend([
                 ("sub_observer_lat_deg", degrees(Some(points.sub_observer.lat_graphic_deg))),
                 ("sub_observer_lon_east_deg", degrees(Some(points.sub_observer.lon_east_deg))),
@@ -192,7 +193,7 @@ fn row_as_json(row: &Row) -> Value {
     let value = |cell: &Cell| match cell {
         Cell::Number(v, _) | Cell::Angle(v, _) | Cell::Sexagesimal { degrees: v, .. } => json!(v),
         Cell::Text(text) => json!(text),
-        Cell::None => Value::Null,
+        Cell::Empty => Value::Null,
     };
     row.iter().map(|(name, cell)| ((*name).to_owned(), value(cell))).collect::<Map<_, _>>().into()
 }
@@ -209,7 +210,7 @@ impl Cell {
             Self::Number(v, decimals) => format!("{v:.decimals$}"),
             Self::Angle(v, decimals) => angle_text(*v, *decimals),
             Self::Sexagesimal { text, .. } | Self::Text(text) => text.clone(),
-            Self::None => "-".into(),
+            Self::Empty => "-".into(),
         }
     }
 
@@ -218,7 +219,7 @@ impl Cell {
             Self::Number(v, decimals) => format!("{v:.decimals$}"),
             Self::Angle(v, decimals) | Self::Sexagesimal { degrees: v, decimals, .. } => angle_text(*v, *decimals),
             Self::Text(text) => text.clone(),
-            Self::None => String::new(),
+            Self::Empty => String::new(),
         }
     }
 
@@ -234,7 +235,8 @@ impl Cell {
 /// Altitudes of the Sun's centre, degrees, at the ends of the twilights (Explanatory Supplement, 3rd ed., section 12.1.3).
 const TWILIGHTS: [(&str, f64); 3] = [("civil", -6.0), ("nautical", -12.0), ("astronomical", -18.0)];
 
-/// Rise, transit and set of a body at a place in the 24 hours from `start`, as JSON; for the Sun also dawn and dusk of each twilight.
+/// Rise, transit and set of a body at a place in the 24 hours from `start`, as JSON; for the Sun also civil, nautical and
+/// astronomical dawn and dusk.
 ///
 /// # Errors
 /// See [`ObserverSky::topocentric`].
@@ -260,7 +262,7 @@ pub(crate) fn rise_and_set(
         "to": start.plus_seconds(SECONDS_PER_DAY).to_utc_iso(),
         "up_at_start": found.up_at_start,
         "rise": event(found.rise)?,
-        "transit": event(found.transit.map(|t| t.0))?,
+        "transit": event(found.transit.map(|(t, _altitude_deg)| t))?,
         "set": event(found.set)?,
     });
     if body == NaifId::SUN {

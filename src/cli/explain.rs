@@ -65,7 +65,7 @@ fn keys(body: &BodyInView) -> Vec<String> {
     body.features.iter().map(|f| ShaderKey::for_draw(f).to_string()).collect()
 }
 
-/// Notes on the body's values that are estimates.
+/// The estimated values of the body in the catalog and their effect on the image, one note per value.
 fn estimate_notes(catalog: &Catalog, body: &BodyInView) -> Vec<Message> {
     catalog.body(body.id).map(Body::estimate_notes).unwrap_or_default()
 }

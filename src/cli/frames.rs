@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 /// Where frames are written.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Output {
+pub(crate) enum FrameOutput {
     /// A single image.
     One(PathBuf),
     /// A file for each frame, whose name contains the frame number.
@@ -26,8 +26,8 @@ pub(crate) enum Output {
     Animation(PathBuf, AnimationFormat),
 }
 
-impl Output {
-    /// The output that `-o` names, for this number of frames; `None`: several, but it is not known yet how many.
+impl FrameOutput {
+    /// The output that `-o` names. `frames`: their number; `None` if there are several, but it is not known yet how many.
     pub(crate) fn parse(text: Option<&str>, frames: Option<u32>) -> Result<Self, CliError> {
         let Some(text) = text else { return Err(CliError::Failed("no output: give -o out.png (or .exr, out-%05d.png, -)".into())) };
         let invalid = |why: &str| Err(CliError::Failed(format!("-o {}: {why}", echo(text))));
@@ -40,7 +40,7 @@ impl Output {
             }
             return Ok(Self::Animation(text.into(), format));
         }
-        // As for the choice of the file's format, a file named just `.exr` has no extension.
+        // A file named just `.exr` has no extension: its format could not be chosen by the name.
         let extension = Path::new(text).extension().map(|e| e.to_ascii_lowercase());
         if extension.is_none_or(|e| e != "png" && e != "exr") {
             return invalid("the name must have the extension .png, .exr, .gif or .apng");
@@ -83,13 +83,14 @@ pub(crate) fn step_seconds(text: &str) -> Result<f64, CliError> {
 /// (0, 1): all frames.
 pub(crate) fn shard(text: Option<&str>) -> Result<(u32, u32), CliError> {
     let Some(text) = text else { return Ok((0, 1)) };
-    let fraction = text.split_once('/').and_then(|(i, n)| Some((i.trim().parse().ok()?, n.trim().parse().ok()?)));
-    fraction
+    let parsed = text.split_once('/').and_then(|(i, n)| Some((i.trim().parse().ok()?, n.trim().parse().ok()?)));
+    parsed
         .filter(|(i, n)| i < n)
         .ok_or_else(|| CliError::Failed(format!("--shard {}: write i/n with i from 0 to n-1, such as 0/4", echo(text))))
 }
 
-/// The error for an existing file that this request must not replace; `None` if there is no conflict. `starts_now`: the sequence starts at `now`.
+/// The error for an existing file that this request must not replace; `None` if the path is free or holds the requested image. `starts_now`: the sequence
+/// starts at `now`.
 fn conflict_error(path: &Path, existing: &ExistingImage, provenance: &Provenance, starts_now: bool) -> Option<CliError> {
     let path = echo(&path.display().to_string());
     let overwrite_hint = "--overwrite replaces it";
@@ -143,10 +144,10 @@ mod tests {
 
     #[test]
     fn patterns_give_the_paths_of_frames_and_invalid_ones_are_refused() {
-        let sequence = Output::parse(Some("a/out-%05d.png"), Some(10)).expect("a pattern");
+        let sequence = FrameOutput::parse(Some("a/out-%05d.png"), Some(10)).expect("a pattern");
         assert_eq!(sequence.path(7), Some("a/out-00007.png".into()));
-        assert_eq!(Output::parse(Some("out-%d.exr"), Some(10)).expect("a pattern").path(12), Some("out-12.exr".into()));
-        assert_eq!(Output::parse(Some("-"), Some(10)).expect("a stream"), Output::Stream);
+        assert_eq!(FrameOutput::parse(Some("out-%d.exr"), Some(10)).expect("a pattern").path(12), Some("out-12.exr".into()));
+        assert_eq!(FrameOutput::parse(Some("-"), Some(10)).expect("a stream"), FrameOutput::Stream);
         for (bad, frames) in [
             ("out.png", 2),
             ("out.tif", 1),
@@ -156,22 +157,22 @@ mod tests {
             ("a/.exr", 1),
             ("out-%d.gif", 2),
         ] {
-            assert!(Output::parse(Some(bad), Some(frames)).unwrap_err().to_string().contains(bad), "{bad}");
+            assert!(FrameOutput::parse(Some(bad), Some(frames)).unwrap_err().to_string().contains(bad), "{bad}");
         }
         // The number of frames of a tour is not known yet.
         for (frames, count) in [(Some(3), "for 3 frames"), (None, "for several frames")] {
-            assert!(Output::parse(Some("out.png"), frames).unwrap_err().to_string().contains(count), "{frames:?}");
+            assert!(FrameOutput::parse(Some("out.png"), frames).unwrap_err().to_string().contains(count), "{frames:?}");
         }
-        assert!(Output::parse(None, Some(1)).unwrap_err().to_string().contains("-o out.png"));
+        assert!(FrameOutput::parse(None, Some(1)).unwrap_err().to_string().contains("-o out.png"));
     }
 
     #[test]
     fn a_percent_sign_in_the_name_of_a_folder_is_not_a_frame_number() {
-        assert_eq!(Output::parse(Some("50%/a%d/out.png"), Some(1)).expect("one image"), Output::One("50%/a%d/out.png".into()));
-        let sequence = Output::parse(Some("a%d/50%/out-%03d.png"), Some(2)).expect("a pattern");
+        assert_eq!(FrameOutput::parse(Some("50%/a%d/out.png"), Some(1)).expect("one image"), FrameOutput::One("50%/a%d/out.png".into()));
+        let sequence = FrameOutput::parse(Some("a%d/50%/out-%03d.png"), Some(2)).expect("a pattern");
         assert_eq!(sequence.path(7), Some("a%d/50%/out-007.png".into()));
         // The frames would all get the same name.
-        assert!(Output::parse(Some("a-%d/out.png"), Some(2)).unwrap_err().to_string().contains("the name needs a number"));
+        assert!(FrameOutput::parse(Some("a-%d/out.png"), Some(2)).unwrap_err().to_string().contains("the name needs a number"));
     }
 
     #[test]

@@ -1,4 +1,6 @@
-//! Reads the files that the common options name: catalogs, kernel, heights of the Moon, and shader sources.
+//! Reads the files that the common options name, for work that needs no session.
+//!
+//! In: the common options. Out: the catalog, the ephemeris, the shader sources, and the shader keys that follow from the catalog.
 
 use super::{CliError, Common};
 use crate::catalog::Catalog;
@@ -40,7 +42,7 @@ pub(crate) fn reachable_keys(common: &Common) -> Result<BTreeSet<ShaderKey>, Cli
     Ok(keys_of(possible_features(&catalog(common)?)))
 }
 
-/// How modules are lowered to tapes.
+/// The settings with which modules are lowered to tapes: those of the software renderer.
 pub(crate) fn lowering() -> Lowering {
     crate::render::software::lowering()
 }

@@ -24,7 +24,7 @@ pub(crate) struct LibraryArgs {
 
 #[derive(clap::Subcommand, Debug, Clone, Copy)]
 enum LibraryVerb {
-    /// Show the location and the contents
+    /// Show the folder, and the numbers and sizes of its entries
     Status,
     /// Compile every module that a view can need
     Warm,
@@ -129,7 +129,7 @@ pub(crate) fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
                 print_json(&report)?;
             } else {
                 let damaged =
-                    modules.damaged.iter().map(|(file, what)| format!("damaged    {}: {what}\n", echo(&file.display().to_string())));
+                    modules.damaged.iter().map(|(file, why)| format!("damaged    {}: {why}\n", echo(&file.display().to_string())));
                 print_result(&format!("valid      {}\nvalid maps {valid_maps}\n{}", modules.valid, damaged.collect::<String>()))?;
             }
             if let Some(why) = &modules.unreadable {

@@ -1,12 +1,16 @@
-//! `orrery measure`: measures speed against accuracy, and prints a table, CSV or JSON, and a plot.
+//! `orrery measure`: measures speed against accuracy.
+//!
+//! A *choice* is a setting, such as the number of samples per pixel; its values are its *options* (`crate::measure`). Options of the command line are always
+//! called *command-line options* here. In: the choices to measure, or a view in which the qualities are compared. Out: a table, CSV or JSON on standard output;
+//! plots as files.
 
 use super::output::{print_message, print_result, progress};
 use super::output_file::{check_may_be_written, write_output_file};
-use super::view_args::{instant, size};
+use super::view_args::{parse_time_option, size};
 use super::{CliError, Common};
 use crate::files::check_output_path;
 use crate::image::write_png;
-use crate::measure::{CHOICES, ChoiceMeasure, Effort, OptionMeasure, SUFFICIENT_LEVELS, measure_view, plot, renderer};
+use crate::measure::{CHOICES, ChoiceMeasure, Effort, OptionMeasure, SUFFICIENT_LEVELS, measure_view, plot, renderer as measure_renderers};
 use crate::scene::request::{Position, Quality, ViewRequest};
 use crate::session::Session;
 use crate::wording::echo;
@@ -19,9 +23,10 @@ const AFTER_HELP: &str = "Examples:
   orrery measure --csv > trade.csv
   orrery measure --body saturn --time 2017-05-17T00:00:00Z
 
-Each line is an option of a choice: its error against the best that the program can do,
-its CPU time as a ratio to that of the choice's most accurate option (median and
-quartiles of rounds in which all options take turns), and the qualities that use it.
+A choice is a setting, such as the number of samples per pixel; its values are its options.
+Each line is an option: its error against the best that the program can do, its CPU time
+as a ratio to that of the choice's most accurate option (median and quartiles of rounds in
+which all options take turns), and the qualities that use it.
 An option is dominated if another one is clearly better in time or error, and not worse
 in the other. A quality uses the cheapest option within its bound: for draft 1 arcsec,
 15.9 % of light (a quarter of a stop), 32 levels of 255 in 99.9 % of the pixels; for
@@ -29,8 +34,8 @@ standard 0.1 arcsec, 0.5 %, 3 levels. Reference uses the most accurate option.
 With --body, the qualities are measured in one view, and the lowest quality is named that
 keeps 99.9 % of the pixels within 1 level of the reference.";
 
-/// The options of a view, with which `--choice`, `-o` and `--overwrite` conflict. To list only `body` is not enough: clap does not enforce `requires = "body"` if `body`
-/// conflicts with an option that is given.
+/// The command-line options of a view, with which `--choice`, `-o` and `--overwrite` conflict. To list only `body` is not enough, although the others require it:
+/// clap does not enforce `requires = "body"` if `body` conflicts with an option that is given.
 const VIEW_OPTIONS: [&str; 4] = ["body", "time", "distance_radii", "size"];
 
 #[derive(clap::Args, Debug, Default)]
@@ -84,10 +89,10 @@ pub(crate) fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
     if let Some(unknown) = args.choice.iter().find(|c| !known.iter().any(|name| c.eq_ignore_ascii_case(name))) {
         return Err(CliError::Failed(format!("--choice {}: {}", echo(unknown), crate::wording::suggestion_or_list(unknown, &known))));
     }
-    // The choices, and the comparison of renderers.
+    // One step for each choice, and one for the comparison of renderers.
     let bar = progress(CHOICES.len() as u64 + 1);
-    // Before the other choices, because its failure would discard minutes of their measurements.
-    let renderers = if is_chosen("renderer") { renderer(&session, effort)? } else { None };
+    // The renderers are compared first: if this fails, no minutes of other measurements are lost.
+    let renderers = if is_chosen("renderer") { measure_renderers(&session, effort)? } else { None };
     bar.inc(1);
     let only_renderers = !args.choice.is_empty() && args.choice.iter().all(|c| c.eq_ignore_ascii_case("renderer"));
     if renderers.is_none() && only_renderers {
@@ -118,7 +123,7 @@ pub(crate) fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
 
 fn measure_one_view(session: &Session, args: &MeasureArgs, body: &str, effort: Effort) -> Result<(), CliError> {
     let body = session.catalog().body_named(body).map_err(|e| CliError::Failed(format!("--body: {e}")))?;
-    let time = instant(args.time.as_deref().unwrap_or("now"))?;
+    let time = parse_time_option(args.time.as_deref().unwrap_or("now"))?;
     let (width, height) = size(&args.size)?;
     let position = Position::Over { towards: None, distance_radii: args.distance_radii };
     let request = ViewRequest { width, height, position, ..ViewRequest::of(body.id, time) };
@@ -141,7 +146,7 @@ fn rows(choices: &[ChoiceMeasure]) -> impl Iterator<Item = (&ChoiceMeasure, &Opt
     choices.iter().flat_map(|c| c.options.iter().map(move |o| (c, o)))
 }
 
-fn names(qualities: &[Quality]) -> Vec<&'static str> {
+fn quality_names(qualities: &[Quality]) -> Vec<&'static str> {
     qualities.iter().map(|q| q.name()).collect()
 }
 
@@ -155,7 +160,7 @@ fn row(choice: &ChoiceMeasure, option: &OptionMeasure) -> Value {
     json!({
         "choice": choice.name, "option": option.name, "error": rounded(option.measurement.error), "unit": choice.unit.name(),
         "time_ratio": rounded(time.median), "spread": [rounded(time.low), rounded(time.high)],
-        "dominated": option.is_dominated, "default_of": names(&option.default_of),
+        "dominated": option.is_dominated, "default_of": quality_names(&option.default_of),
     })
 }
 
@@ -172,7 +177,7 @@ fn csv(choices: &[ChoiceMeasure]) -> String {
             rounded(time.low),
             rounded(time.high),
             option.is_dominated,
-            names(&option.default_of).join(" "),
+            quality_names(&option.default_of).join(" "),
         )
     };
     let header = "choice,option,error,unit,time_ratio,time_ratio_low,time_ratio_high,dominated,default_of\n";
@@ -185,7 +190,7 @@ fn table(choices: &[ChoiceMeasure]) -> String {
         text += &format!("{} ({})\n", choice.name, choice.about);
         for option in &choice.options {
             let time = option.measurement.relative_time;
-            let mut notes = names(&option.default_of).join(", ");
+            let mut notes = quality_names(&option.default_of).join(", ");
             if option.is_dominated {
                 notes += if notes.is_empty() { "dominated" } else { "; dominated" };
             }

@@ -1,8 +1,13 @@
 //! The command line: arguments in, results on standard output, messages on standard error. A *verb* is one of its commands, such as `render`.
 //!
-//! Exit status: 0 for success, also if the reader of standard output closes it early; 1 for failure (one line states the reason and what to do; errors in
-//! catalog files take a line each), also if a verb rejects the value of an option; 2 if clap rejects the arguments. Each verb's arguments and function are in
-//! a file of its name (`documents` for `completions` and `man`). The results themselves are computed by the modules below the command line.
+//! Exit status:
+//! - 0: success, even if the reader of standard output closes it early;
+//! - 1: failure, or a verb rejects the value of an option. A line on standard error states the reason and what to do; invalid catalog files get a line per
+//!   invalid field;
+//! - 2: clap rejects the arguments.
+//!
+//! Each verb's arguments and function are in a file of its name (`documents` for `completions` and `man`). The verbs parse, call other modules and format:
+//! the results themselves are computed by the modules below the command line.
 
 use crate::catalog::{CatalogError, EclipseRadii};
 use crate::files::WriteError;
@@ -47,7 +52,7 @@ mod video_output;
 mod view;
 mod view_args;
 
-/// Text below the list of verbs.
+/// The end of `orrery --help`, below the options.
 const AFTER_HELP: &str = "Without a command, the arguments are those of `view`:
   orrery --target saturn --time 2017-05-17T00:00:00Z
   orrery 'orrery://view?target=599&time=2015-01-24T06:45:00Z'
@@ -87,7 +92,7 @@ enum Verb {
     Probe(probe::ProbeArgs),
     /// Measure the difference between two images
     Compare(compare::CompareArgs),
-    /// Measure speed against accuracy: time and error of each choice
+    /// Measure speed against accuracy: time and error of alternative models and settings
     Measure(measure::MeasureArgs),
     /// Test extreme views: f32 against f64, pairs of images that should be equal, and positions against an independent computation
     Stability(stability::StabilityArgs),
@@ -105,10 +110,10 @@ enum Verb {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Common options")]
 pub(crate) struct Common {
-    /// Renderer: auto takes a hardware GPU if there is one, otherwise software
+    /// Renderer: auto uses a hardware GPU if there is one, otherwise the software renderer
     #[arg(long, global = true, value_enum, default_value = "auto")]
     pub renderer: RendererPreference,
-    /// Quality: draft takes 1 sample per pixel, standard 4, reference 4 in f64
+    /// Quality: draft uses 1 sample per pixel, standard 4, reference 4 in f64
     #[arg(long, global = true, value_enum, default_value = "standard")]
     pub quality: Quality,
     /// Folder of shader sources that replace built-in ones (`orrery shader export` writes them)
@@ -164,7 +169,7 @@ pub(crate) struct Common {
 /// Why a verb failed.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum CliError {
-    /// Any other failure: one line that states the reason and what to do.
+    /// A failure without a variant of its own: one line that states the reason and what to do.
     #[error("{0}")]
     Failed(String),
     /// Invalid fields of catalog files, one per line.
@@ -179,7 +184,7 @@ pub(crate) enum CliError {
 }
 
 impl Common {
-    /// The user's sources for verbs that draw frames, so that the GPU is opened early.
+    /// The user's sources for verbs that draw frames: the GPU is opened while the catalogs are read.
     pub(crate) fn sources_for_drawing(&self) -> Sources {
         Sources { draws: true, ..self.sources() }
     }
@@ -248,7 +253,7 @@ fn parse_args(args: &[OsString]) -> Result<Cli, clap::Error> {
         Some(ContextValue::String(word)) => word.contains("://") || word.ends_with(".json") || std::path::Path::new(word).is_file(),
         _ => true,
     };
-    // With a verb, the unknown argument is that verb's.
+    // If a verb is given, the unknown argument belongs to that verb, and `view` must not be inserted.
     if !may_be_view_argument || args.iter().skip(1).any(is_verb) {
         return Err(e);
     }
@@ -270,7 +275,7 @@ fn print_usage_error(e: &clap::Error, args: &[OsString]) {
         quotable.extend(arg.split_once('=').map_or(Vec::new(), |(name, value)| vec![name.to_owned(), value.to_owned()]));
         quotable.push(arg);
     }
-    // The others are printed as they are.
+    // Only arguments that are too long or contain control characters have to be replaced.
     quotable.retain(|text| echo_within(text, MAX_ARGUMENT_CHARS) != *text);
     if quotable.is_empty() {
         let _ = e.print();

@@ -1,7 +1,7 @@
-//! The values of options that choose one variant of an enum: the name of each variant on the command line.
+//! The values of options that select a variant of an enum: the name of each variant on the command line.
 //!
-//! In: enums that other modules define. Out: clap's `ValueEnum` for them. Always: the command line has no enum of its own for a choice that a module below it
-//! also knows.
+//! In: enums of the modules below the command line. Out: an implementation of clap's `ValueEnum` for each, so that the command line needs no copies of these
+//! enums.
 
 use crate::catalog::EclipseRadii;
 use crate::ephemeris::Source;

@@ -11,7 +11,8 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-/// Checks that a file does not exist or may be replaced. For verbs that work for a while before they write, and never write the same bytes twice.
+/// Checks, before long work, that a file does not exist or may be replaced. Unlike [`write_output_file`], this refuses an existing file even if the work would
+/// produce the same content.
 pub(super) fn check_may_be_written(option: &str, path: &Path, overwrite: bool) -> Result<(), CliError> {
     if path.exists() && !overwrite { Err(exists_error(option, path)) } else { Ok(()) }
 }
@@ -28,9 +29,9 @@ pub(super) fn write_output_file(option: &str, path: &Path, bytes: &[u8], overwri
     }
     match read_bytes(path, MAX_FILE_BYTES) {
         Ok(existing) if existing == bytes => Ok(()),
-        // No file is there. If a folder or a device is, `write_new` fails.
+        // The path is free, or it is a folder or a device, for which `write_new` fails.
         Err(_) if !path.is_file() => Ok(write_new([path.to_owned()], FileAccess::All, fill).map(drop)?),
-        // Also a file that is too long, or that this user may not read.
+        // Other content, or a file that cannot be compared because it is too long or not readable.
         _ => Err(exists_error(option, path)),
     }
 }

@@ -1,4 +1,6 @@
-//! `orrery probe`: answers queries with the emitted shaders. A query is an argument, or a line of JSON on standard input.
+//! `orrery probe`: answers queries about single quantities with the emitted shaders, which the software renderer runs.
+//!
+//! In: a query as a JSON argument, or queries as JSON lines on standard input. Out: the answers as JSON, one per line.
 
 use super::output::{print_message, print_result};
 use super::{CliError, Common};
@@ -38,6 +40,7 @@ pub(crate) fn run(common: &Common, args: &ProbeArgs) -> Result<(), CliError> {
         return print_result(&if args.json { format!("{:#}\n", queries_json()) } else { queries_text() });
     }
     let session = Session::open(&common.sources(), print_message)?;
+    // 0 threads: one per core.
     let options = Options { threads: common.threads.unwrap_or(0), precision: args.precision, ..Options::default() };
     let renderer = SoftwareRenderer::new(options).map_err(|e| CliError::Failed(e.to_string()))?;
     let prober = Prober { session: &session, renderer: &renderer };

@@ -1,6 +1,10 @@
-//! `orrery render`: draws an image, or a sequence of frames, and writes image files, an animation or a video stream.
+//! `orrery render`: draws an image, or a sequence of frames.
+//!
+//! In: a view (`view_args`), or a tour file. Out: image files, an animation or a video stream; optionally images of the error bound and a report of the time taken.
+//! In a sequence, files that an earlier run completed for the same request are kept.
+
 use super::composition_args::CompositionArgs;
-use super::frames::{Output, existing_frames, shard, step_seconds};
+use super::frames::{FrameOutput, existing_frames, shard, step_seconds};
 use super::output::{print_message, print_result, print_to_stderr, progress};
 use super::render_views::Views;
 use super::video_output::VideoOutput;
@@ -34,7 +38,7 @@ const EXAMPLES: &str = "Examples:
 A sequence resumes where it stopped: each file records its request. Files of the same
 request are kept; a file of another request stops the command before it draws
 (--overwrite replaces it). Give --time to resume: `now` is a new request each time.
---quality draft takes 1 sample per pixel and 1 texture tap, standard 4 samples and up
+--quality draft uses 1 sample per pixel and 1 texture tap, standard 4 samples and up
 to 8 taps, reference 4 samples and up to 16 taps.
 ";
 
@@ -60,7 +64,7 @@ fn after_help() -> String {
 pub(crate) struct RenderArgs {
     #[command(flatten)]
     view: ViewArgs,
-    /// How views form the image: projection, stereo, warp.
+    /// How the image is put together: projection, stereo pair, warp mesh.
     #[command(flatten)]
     composition: CompositionArgs,
     /// Output file: .png, .exr (linear), a pattern such as out-%05d.png, an animation (.apng is lossless, .gif has 256 colours), or - for a y4m stream
@@ -99,10 +103,10 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let mut first_frame = None;
     let tour_file = args.tour_file();
     // The number of frames of a tour is not known before its file has been read.
-    let output = Output::parse(args.output.as_deref(), tour_file.is_none().then_some(args.frames))?;
+    let output = FrameOutput::parse(args.output.as_deref(), tour_file.is_none().then_some(args.frames))?;
     let step_s = step_seconds(&args.step)?;
     let (first_number, stride) = shard(args.shard.as_deref())?;
-    if matches!(output, Output::Stream | Output::Animation(..)) && stride > 1 {
+    if matches!(output, FrameOutput::Stream | FrameOutput::Animation(..)) && stride > 1 {
         return Err(CliError::Failed(
             "--shard needs files of one frame: a stream or an animation is written in order by one process".into(),
         ));
@@ -121,7 +125,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let numbers = || (first_number..views.count()).step_by(stride as usize);
     // A time outside the accepted range is reported before the first frame is drawn.
     if let Some(last) = numbers().next_back() {
-        views.check_last_step(&session, last)?;
+        views.check_last_frame(&session, last)?;
     }
     if views.has_stereo_or_warp() && output.path(first_number).is_some_and(|p| is_exr(&p)) {
         return Err(CliError::Failed("stereo pairs and warped images have display values: write .png, or - for a stream".into()));
@@ -193,7 +197,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         let mut report = time_report(&session, &write_stages, drawn_frames, first_frame, drawn_by);
         report["kept_frames"] = kept_frames.len().into();
         let report = format!("{report}\n");
-        if output == Output::Stream {
+        if output == FrameOutput::Stream {
             print_to_stderr(&report);
         } else {
             print_result(&report)?;
@@ -214,11 +218,11 @@ impl RenderArgs {
     }
 }
 
-/// Checks `--error`. It is an error for several frames, for stereo pairs and warped images (their frames have no linear light), with a file format other than
-/// PNG and EXR, with the file of the image itself, and with an existing file of another request.
+/// Checks `--error`. It is refused for several frames, and for stereo pairs and warped images, which have no linear light. Its files must be PNG or EXR, must not
+/// be the image itself, and must not hold the result of another request unless `--overwrite` is given.
 fn check_error_files(
     args: &RenderArgs,
-    output: &Output,
+    output: &FrameOutput,
     session: &Session,
     request: &ViewRequest,
     starts_now: bool,
@@ -250,7 +254,7 @@ fn frame_progress(frames: u64) -> indicatif::ProgressBar {
 fn text_chunks(args: &RenderArgs, title: Option<&str>, request: &ViewRequest, scene: &crate::scene::Scene) -> Vec<(&'static str, String)> {
     let v = &args.view;
     let options = [("target", &v.target), ("from", &v.from), ("at", &v.at), ("up", &v.up), ("effects", &v.effects), ("layers", &v.layers)];
-    let given = options.into_iter().filter_map(|(word, value)| Some(format!("{word} {}", value.as_ref()?)));
+    let given = options.into_iter().filter_map(|(name, value)| Some(format!("{name} {}", value.as_ref()?)));
     let mut description: Vec<String> = given.collect();
     if !request.composition.is_plain() {
         description.push(request.composition.to_text());
@@ -286,8 +290,8 @@ fn time_report(
     if let Some(cpu_time) = write_stages.cpu(Stage::Write) {
         stages.add_cpu(Stage::Write, cpu_time);
     }
-    // Only stages whose CPU time was counted. Stages that run before counting starts (catalog, kernel) have none. Where the operating system reports no CPU
-    // time, no stage has one.
+    // Only stages whose CPU time is known. It is unknown for stages that run before counting starts (catalog, kernel), and for all stages if the operating
+    // system does not report it.
     let cpu_times =
         Stage::ALL.into_iter().filter_map(|s| Some((format!("{}_ms", s.name()), serde_json::json!(milliseconds(stages.cpu(s)?)))));
     let cpu: serde_json::Map<String, serde_json::Value> = cpu_times.collect();

@@ -29,8 +29,8 @@ impl Views {
         Self::Steps { first: Box::new(first), step_s, count }
     }
 
-    /// The views along the tour of a file, `rate` frames per second. `options`: projection, stereo pair and warp mesh of the command line. If it gives a
-    /// projection or a stereo pair, they replace those of every stop.
+    /// The views along the tour of a file, `rate` frames per second. `options`: the composition that the command line requests. If it has a projection or a
+    /// stereo pair, they replace those of every stop.
     ///
     /// # Errors
     /// A file that cannot be read, an invalid field of a stop, a stop that cannot be drawn with the options, or a tour of more than [`MAX_TOUR_FRAMES`] frames.
@@ -42,16 +42,16 @@ impl Views {
         session: &Session,
         options: &Composition,
     ) -> Result<Self, CliError> {
-        use super::view_args::instant;
+        use super::view_args::parse_time_option;
         use crate::view::app::tour::{MAX_BYTES, Tour, TourFrame};
         use crate::view::app::view_state::ViewState;
         let file_error =
             |why: &dyn std::fmt::Display| CliError::Failed(format!("{}: {why}", crate::wording::echo(&file.display().to_string())));
         let text = crate::files::read_text(file, MAX_BYTES).map_err(|e| file_error(&e))?;
-        let tour = Tour::parse(&text, session, instant("now")?).map_err(|e| file_error(&e))?;
+        let tour = Tour::parse(&text, session, parse_time_option("now")?).map_err(|e| file_error(&e))?;
         let rate = f64::from(rate);
         if tour.length_s() * rate > MAX_TOUR_FRAMES {
-            // The rate is the cause: no tour is so long that 60 frames per second would be too many.
+            // A tour lasts at most an hour, so only a rate above 60 frames per second can exceed the limit.
             return Err(CliError::Failed(format!(
                 "--rate {rate}: {:.0} frames, more than {MAX_TOUR_FRAMES}; this tour of {:.1} s can have --rate {:.0}",
                 (tour.length_s() * rate).ceil(),
@@ -104,12 +104,12 @@ impl Views {
         }
     }
 
-    /// Checks, before the first frame is drawn, that the camera of the last of several steps can be placed: the ephemeris may end before its time. `last`: the
-    /// number of that frame. The views of a tour were checked when its file was read.
+    /// Checks, before the first frame is drawn, that the camera of the last of several frames can be placed: the ephemeris may end before the time of that frame.
+    /// `last`: its number. The views of a tour were checked when its file was read.
     ///
     /// # Errors
     /// The number of that frame, and why it cannot be drawn.
-    pub(crate) fn check_last_step(&self, session: &Session, last: u32) -> Result<(), CliError> {
+    pub(crate) fn check_last_frame(&self, session: &Session, last: u32) -> Result<(), CliError> {
         match self {
             Self::Steps { count, .. } if *count > 1 => viewer(session.catalog(), session.ephemeris(), &self.request(last))
                 .map(drop)

@@ -1,6 +1,7 @@
 //! `orrery shader`: lists, emits, compares, measures, verifies and exports generated shaders.
 //!
-//! The verbs `atlas` and `corpus` are in `shader_export`, `verify --report` is in `shader_report`.
+//! In: shader keys or names of simple shaders, and the fragments (built in, or replaced by `--shaders`). Out: text or JSON on standard output, and files.
+//! Not here: the verbs `atlas` and `corpus` (`shader_export`), and `verify --report` (`shader_report`).
 
 use super::inputs::{fragments, lowering, reachable_keys};
 use super::output::{print_message, print_result, print_to_stderr, progress};
@@ -22,7 +23,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// The record of digests in the source tree, the folder in which `verify` expects to run.
+/// The record of digests, relative to the root of the source tree. Without `--record`, `verify` must run there.
 const DEFAULT_RECORD: &str = "tests/shader_digests.txt";
 
 #[derive(clap::Args, Debug)]
@@ -158,8 +159,8 @@ fn layout_text(module: &ShaderModule) -> String {
     let layout = &module.layout;
     let mut text = String::new();
     let _ = writeln!(text, "uniforms  group 0, binding 0, {} bytes", layout.uniform_size);
-    for f in &layout.fields {
-        let _ = writeln!(text, "  {:>4}  {:>3}  {:<18} {}", f.offset, f.size, f.ty.to_string(), f.name);
+    for field in &layout.fields {
+        let _ = writeln!(text, "  {:>4}  {:>3}  {:<18} {}", field.offset, field.size, field.ty.to_string(), field.name);
     }
     layout.textures.iter().for_each(|b| text.push_str(&format!("texture   group 0, binding {}  {}\n", b.binding, b.name)));
     layout.samplers.iter().for_each(|b| text.push_str(&format!("sampler   group 0, binding {}  {}\n", b.binding, b.name)));
@@ -221,6 +222,7 @@ fn cost_text(module: &ShaderModule, tapes: &[TapeCost], ms_per_megapixel: Option
 
 pub(crate) fn run(common: &Common, args: &ShaderArgs) -> Result<(), CliError> {
     match &args.verb {
+        // `strength`: the number of dimensions whose combinations a covering set contains.
         ShaderVerb::Keys { covering: strength, body, time, simple, json, count } => {
             if *simple {
                 let names = || SIMPLE_MODULES.iter().map(|n| format!("{n}\n")).collect::<String>();
@@ -287,37 +289,37 @@ const MAX_TEXT_BYTES: u64 = 1 << 26;
 
 /// Writes the built-in fragments as files, except those whose file already has the same content.
 fn export(folder: &Path, overwrite: bool) -> Result<(), CliError> {
-    let shown = |path: &Path| echo(&path.display().to_string());
+    let quoted = |path: &Path| echo(&path.display().to_string());
     let (mut to_write, mut unchanged) = (Vec::new(), 0);
     for (name, text) in FRAGMENTS.iter() {
         let path = folder.join(name);
         match read_bytes(&path, MAX_TEXT_BYTES) {
             Ok(bytes) if bytes == text.as_bytes() => unchanged += 1,
             Ok(_) if !overwrite => {
-                return Err(CliError::Failed(format!("{}: differs from the built-in source; --overwrite replaces it", shown(&path))));
+                return Err(CliError::Failed(format!("{}: differs from the built-in source; --overwrite replaces it", quoted(&path))));
             }
             Err(e) if !overwrite && path.is_file() => {
-                return Err(CliError::Failed(format!("{}: {e}; --overwrite replaces it", shown(&path))));
+                return Err(CliError::Failed(format!("{}: {e}; --overwrite replaces it", quoted(&path))));
             }
             _ => to_write.push((path, *text)),
         }
     }
     for (path, text) in &to_write {
         let parent = path.parent().unwrap_or(folder);
-        std::fs::create_dir_all(parent).map_err(|e| CliError::Failed(format!("{}: {e}", shown(parent))))?;
+        std::fs::create_dir_all(parent).map_err(|e| CliError::Failed(format!("{}: {e}", quoted(parent))))?;
         write_atomic(path, FileAccess::All, |out| out.write_all(text.as_bytes()))?;
     }
     let unchanged_note = if unchanged == 0 { String::new() } else { format!(", {unchanged} unchanged") };
     print_result(&format!(
         "{} written to {}{unchanged_note}; use this folder with --shaders\n",
         counted(to_write.len(), "shader source"),
-        shown(folder)
+        quoted(folder)
     ))
 }
 
 /// Compiles and translates the modules, and compares their digests with the record at `path`, or with `update` writes them there.
 fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
-    let shown_path = echo(&path.display().to_string());
+    let quoted_path = echo(&path.display().to_string());
     // The record is read first, because compiling the modules takes minutes.
     if update {
         check_output_path(path)?;
@@ -325,14 +327,14 @@ fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
     let recorded = match read_text(path, MAX_TEXT_BYTES) {
         // An update replaces an invalid record, and creates a missing one.
         Ok(text) if update => Ok(DigestRecord::parse(&text).unwrap_or_default()),
-        Ok(text) => DigestRecord::parse(&text).map_err(|e| CliError::Failed(format!("{shown_path}: {e}"))),
+        Ok(text) => DigestRecord::parse(&text).map_err(|e| CliError::Failed(format!("{quoted_path}: {e}"))),
         Err(_) if update => Ok(DigestRecord::default()),
         Err(e) => {
             let advice = "run in the source tree, or give a file with --record and create it with --update";
-            Err(CliError::Failed(format!("{shown_path}: {e}; {advice}")))
+            Err(CliError::Failed(format!("{quoted_path}: {e}; {advice}")))
         }
     };
-    // Outside the source tree the default record is missing. The modules are compiled even so, because an invalid one is found without a record.
+    // Outside the source tree the default record is missing. The modules are compiled nevertheless, because invalid modules are found without a record.
     if path != Path::new(DEFAULT_RECORD) && recorded.is_err() {
         return recorded.map(drop);
     }
@@ -355,11 +357,11 @@ fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
     if update {
         let text = current.record.to_text();
         write_atomic(path, FileAccess::All, |out| out.write_all(text.as_bytes()))?;
-        return print_result(&format!("recorded in {shown_path}\n"));
+        return print_result(&format!("recorded in {quoted_path}\n"));
     }
     match changes.len() {
         0 => print_result("all as recorded\n"),
-        1 => Err(CliError::Failed(format!("1 module differs from {shown_path}; `--update` records it there"))),
-        n => Err(CliError::Failed(format!("{n} modules differ from {shown_path}; `--update` records them there"))),
+        1 => Err(CliError::Failed(format!("1 module differs from {quoted_path}; `--update` records it there"))),
+        n => Err(CliError::Failed(format!("{n} modules differ from {quoted_path}; `--update` records them there"))),
     }
 }

@@ -2,6 +2,7 @@
 
 use super::inputs::{fragments, lowering, reachable_keys};
 use super::output::{print_message, print_result, progress};
+use super::view_args::parse_time_option;
 use super::{CliError, Common};
 use crate::export::{Revision, atlas, corpus};
 use crate::files::read_bytes;
@@ -18,7 +19,8 @@ use std::path::Path;
 pub(crate) fn keys_of_default_view(common: &Common, body: &str, time: &str) -> Result<Vec<ShaderKey>, CliError> {
     let session = Session::open(&common.sources(), print_message)?;
     let id = session.catalog().body_named(body).map_err(|e| CliError::Failed(format!("--for: {e}")))?.id;
-    let scene = session.scene(&ViewRequest { quality: common.quality, ..ViewRequest::of(id, super::view_args::instant(time)?) })?;
+    let time = parse_time_option(time)?;
+    let scene = session.scene(&ViewRequest { quality: common.quality, ..ViewRequest::of(id, time) })?;
     Ok(key::keys_of(scene.draws.iter().map(|d| d.features)).into_iter().collect())
 }
 
@@ -72,22 +74,22 @@ const CORPUS: ExportLayout =
 
 /// Prepares an output folder. It must be new or empty, or hold an unfinished export of this kind. With `--overwrite` it may hold a complete one.
 ///
-/// The folder gets the manifest of an unfinished export, whose list is empty. If the export is interrupted, this manifest remains, and the export can be
-/// repeated. Subfolders of an earlier export are removed, because another selection of keys has files of other names.
+/// The function writes the manifest of an unfinished export, whose list is empty. If the export is interrupted, this manifest remains, and the export can be
+/// repeated. Subfolders of an earlier export are removed, because an export of other keys would leave their files behind.
 fn prepare_folder(folder: &Path, layout: &ExportLayout, overwrite: bool) -> Result<(), CliError> {
     let kind = layout.kind;
-    let shown = echo(&folder.display().to_string());
-    let failed = |e: std::io::Error| CliError::Failed(format!("{shown}: {e}"));
+    let quoted_folder = echo(&folder.display().to_string());
+    let failed = |e: std::io::Error| CliError::Failed(format!("{quoted_folder}: {e}"));
     let unfinished = serde_json::json!({ "revision": "unfinished", layout.list_field: [] });
-    // Called before any file is removed or written, because a manifest that lists files stands for a complete export.
+    // Called before any file is removed or written, because a manifest whose list is not empty marks a complete export.
     let mark_unfinished = || std::fs::write(folder.join(layout.manifest), unfinished.to_string()).map_err(failed);
     if folder.exists() {
         let is_empty = std::fs::read_dir(folder).map_err(failed)?.next().is_none();
         let manifest = read_bytes(&folder.join(layout.manifest), MAX_MANIFEST_BYTES).ok();
         let manifest = manifest.and_then(|bytes| serde_json::from_slice::<serde_json::Value>(&bytes).ok());
         let is_unfinished = manifest.as_ref() == Some(&unfinished);
-        let is_export = manifest.is_some_and(|m| m["revision"].is_string() && m[layout.list_field].is_array());
-        match (is_empty, is_export, overwrite || is_unfinished) {
+        let is_export_of_kind = manifest.is_some_and(|m| m["revision"].is_string() && m[layout.list_field].is_array());
+        match (is_empty, is_export_of_kind, overwrite || is_unfinished) {
             (true, _, _) => {}
             (false, true, true) => {
                 mark_unfinished()?;
@@ -95,8 +97,8 @@ fn prepare_folder(folder: &Path, layout: &ExportLayout, overwrite: bool) -> Resu
                     std::fs::remove_dir_all(subfolder).map_err(failed)?;
                 }
             }
-            (false, true, false) => return Err(CliError::Failed(format!("{shown} holds {kind} already; --overwrite replaces it"))),
-            (false, false, _) => return Err(CliError::Failed(format!("{shown} holds other files: name a new folder for {kind}"))),
+            (false, true, false) => return Err(CliError::Failed(format!("{quoted_folder} holds {kind} already; --overwrite replaces it"))),
+            (false, false, _) => return Err(CliError::Failed(format!("{quoted_folder} holds other files: name a new folder for {kind}"))),
         }
     }
     std::fs::create_dir_all(folder).map_err(failed)?;

@@ -1,4 +1,6 @@
-//! `orrery shader verify --report A B`: reports how two revisions of the shader library differ, grouped by cause.
+//! `orrery shader verify --report A B`: reports how the modules of two revisions of the shader library differ.
+//!
+//! In: two folders, or `built-in`. Out: text or JSON. The changed modules are grouped by cause: the changed shader sources, the generator, or the lowering.
 
 use super::CliError;
 use super::inputs::lowering;
@@ -14,7 +16,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-/// Number of modules of a group that the text lists; `--json` lists all.
+/// Number of modules that the text lists in each group; `--json` lists all.
 const MAX_LISTED: usize = 3;
 
 /// The modules that are compiled to compare two folders of fragments: those of a pairwise covering set of keys, simple shaders and probe modules.
@@ -65,8 +67,8 @@ fn report_text(report: &Report) -> String {
         }
     }
     text.push('\n');
-    for (cause, changes) in report.by_cause() {
-        text.push_str(&group_text(&cause, &changes));
+    for (causes, changes) in report.by_cause() {
+        text.push_str(&group_text(&causes, &changes));
     }
     for (revision, names) in in_one_revision {
         if !names.is_empty() {
@@ -84,23 +86,24 @@ fn more(total: usize) -> String {
     if total > MAX_LISTED { format!(" and {} more", total - MAX_LISTED) } else { String::new() }
 }
 
-/// The description of the causes that a group of changes shares, joined by ` + `. A fragment is named by its path in the source tree.
-fn cause_text(cause: &str) -> String {
+/// A description of the causes that a group of changes shares. `causes`: their names, joined by ` + `. A fragment is described by its path in the source tree.
+fn causes_text(causes: &str) -> String {
     let description = |cause: &str| match cause {
         "generator" => "the generator: lines from no shader source, or their order".to_owned(),
         "lowering" => "the lowering: the same text, another tape".to_owned(),
         path => format!("shaders/{path}"),
     };
-    cause.split(" + ").map(description).collect::<Vec<_>>().join(", ")
+    causes.split(" + ").map(description).collect::<Vec<_>>().join(", ")
 }
 
 /// The text of the modules whose changes have the same causes.
-fn group_text(cause: &str, changes: &[&ModuleChange]) -> String {
+fn group_text(causes: &str, changes: &[&ModuleChange]) -> String {
     let features: BTreeSet<&str> = changes.iter().flat_map(|c| &c.causes).flat_map(|c| &c.features).map(String::as_str).collect();
+    // The largest number of lines that a module of the group lost or gained.
     let most_lines = |count: fn(&crate::export::report::Cause) -> usize| {
         changes.iter().map(|c| c.causes.iter().map(count).sum::<usize>()).max().unwrap_or(0)
     };
-    let mut text = format!("\n{}\n  {}", cause_text(cause), counted(changes.len(), "module"));
+    let mut text = format!("\n{}\n  {}", causes_text(causes), counted(changes.len(), "module"));
     let (removed, added) = (most_lines(|c| c.removed), most_lines(|c| c.added));
     if removed + added > 0 {
         let _ = write!(text, ", at most {removed} lines removed and {added} added");

@@ -1,10 +1,10 @@
 //! Writes all frames into one output: a y4m stream on standard output, or an animation file.
 //!
-//! In: frames in order. Out: to standard output each frame as soon as it is drawn; to an animation file all frames at the end. Always: an existing file is
-//! replaced only with `--overwrite`; an interrupted run leaves no file. Not here: images in files of their own.
+//! In: frames in order. Out: the stream, to which each frame is written as soon as it is drawn, or the animation file, which is written after the last frame.
+//! Always: an existing file is replaced only with `--overwrite`; an interrupted run leaves no animation file. Not here: frames with files of their own.
 
 use super::CliError;
-use super::frames::Output;
+use super::frames::FrameOutput;
 use super::output::stdout_error;
 use super::output_file::check_may_be_written;
 use crate::files::{FileAccess, check_output_path, write_atomic, write_new};
@@ -15,7 +15,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 pub(crate) enum VideoOutput {
-    /// Each frame has a file of its own, which `render` writes.
+    /// No video: each frame has a file of its own, which `render` writes.
     ImageFiles,
     /// A y4m stream.
     Stream {
@@ -54,11 +54,11 @@ impl VideoOutput {
     ///
     /// # Errors
     /// A folder that does not exist, a file that must not be replaced, or a size, number of frames or frame rate that the format does not support.
-    pub(crate) fn begin(output: &Output, size: (u32, u32), frames: u32, rate: u32, overwrite: bool) -> Result<Self, CliError> {
+    pub(crate) fn begin(output: &FrameOutput, size: (u32, u32), frames: u32, rate: u32, overwrite: bool) -> Result<Self, CliError> {
         match output {
-            Output::One(_) | Output::Sequence(_) => Ok(Self::ImageFiles),
-            Output::Stream => Ok(Self::Stream { rate, out: None, bytes: Vec::new() }),
-            Output::Animation(path, format) => {
+            FrameOutput::One(_) | FrameOutput::Sequence(_) => Ok(Self::ImageFiles),
+            FrameOutput::Stream => Ok(Self::Stream { rate, out: None, bytes: Vec::new() }),
+            FrameOutput::Animation(path, format) => {
                 check_output_path(path)?;
                 check_may_be_written("-o", path, overwrite)?;
                 if f64::from(size.0) * f64::from(size.1) * f64::from(frames) > MAX_ANIMATION_PIXELS {
@@ -123,12 +123,13 @@ mod tests {
     use super::*;
     use crate::image::AnimationFormat;
 
-    /// The path is checked before anything is drawn; at the end all frames would be lost.
+    /// The path is checked before anything is drawn: an error at the end would discard all frames.
     #[test]
     fn an_animation_without_a_folder_is_refused_at_the_start() {
         let folder = tempfile::tempdir().expect("a folder");
-        let begin =
-            |path: PathBuf, overwrite: bool| VideoOutput::begin(&Output::Animation(path, AnimationFormat::Gif), (4, 4), 2, 25, overwrite);
+        let begin = |path: PathBuf, overwrite: bool| {
+            VideoOutput::begin(&FrameOutput::Animation(path, AnimationFormat::Gif), (4, 4), 2, 25, overwrite)
+        };
         for overwrite in [false, true] {
             for (name, message_part) in [("nowhere/a.gif", "there is no folder"), ("", "this is a folder")] {
                 let refused = begin(folder.path().join(name), overwrite).err().expect("refused").to_string();

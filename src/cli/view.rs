@@ -1,7 +1,10 @@
-//! `orrery view`: the window, and the default verb.
+//! `orrery view`, the default verb: opens the window.
+//!
+//! In: the first view (a link, a file or options), settings and language. Out: the window, until the user closes it. Not here: the window itself
+//! (`crate::view`).
 
 use super::composition_args::CompositionArgs;
-use super::view_args::instant;
+use super::view_args::parse_time_option;
 use super::{CliError, Common};
 
 const AFTER_HELP: &str = "`view` is the default command: `orrery --target saturn` is `orrery view --target saturn`.
@@ -55,7 +58,7 @@ impl Default for ViewArgs {
 
 #[cfg(not(feature = "view"))]
 pub(crate) fn run(_common: &Common, args: &ViewArgs) -> Result<(), CliError> {
-    let time_text = instant(&args.time)?.to_utc_iso();
+    let time_text = parse_time_option(&args.time)?.to_utc_iso();
     Err(CliError::Failed(format!(
         "this build has no window; to draw to a file: orrery render --target {} --time {time_text} -o {0}.png",
         args.target
@@ -69,7 +72,7 @@ pub(crate) fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
 
 #[cfg(feature = "view")]
 mod windowed {
-    use super::{CliError, Common, ViewArgs, instant};
+    use super::{CliError, Common, ViewArgs, parse_time_option};
     use crate::cli::output::print_message;
     use crate::ephemeris::body_order::by_distance;
     use crate::files::read_text;
@@ -96,7 +99,9 @@ mod windowed {
         let language =
             args.language.as_deref().map(Language::by_code).transpose().map_err(|e| CliError::Failed(format!("--language {e}")))?;
         let mut composition = args.composition.composition()?;
+        // A view state stores no warp mesh: the window warps every view.
         let warp = composition.warp.take();
+        // An allocator setting, which must be made before the session reads maps.
         return_large_blocks();
         let messages: Arc<Mutex<Vec<String>>> = Arc::default();
         let session_messages = Arc::clone(&messages);
@@ -113,7 +118,7 @@ mod windowed {
         let view_of_options = ViewState { quality: common.quality, ..view_of_options(&session, args)? };
         let saved_view = args.link.as_ref().map(|link| saved_view(link, &session)).transpose();
         let warning = saved_view.as_ref().err().cloned();
-        // The window shows it, too, because a user who clicked on a link does not see standard error.
+        // The window shows the warning, too, because a user who clicked on a link does not see standard error.
         warning.iter().for_each(|line: &String| print_message(line));
         let mut view = saved_view.ok().flatten().unwrap_or(view_of_options);
         // The projection and stereo options of the command line take precedence over those of a link.
@@ -131,7 +136,7 @@ mod windowed {
         interface.warp = warp;
         interface.file_dialog = Some(window::file_dialog::open);
         let save_settings = |settings: &Settings| settings_path.as_ref().map_or(Ok(()), |path| settings.save(path));
-        // Dropping the sender when the window has closed ends the thread that simulates device losses.
+        // When the window has closed, dropping the sender ends the thread that simulates device losses.
         let (keep_running, window_closed) = channel();
         std::thread::scope(|scope| {
             if let Some(period) = device_loss_period() {
@@ -181,16 +186,16 @@ mod windowed {
     fn view_of_options(session: &Session, args: &ViewArgs) -> Result<ViewState, CliError> {
         let catalog = session.catalog();
         let target = catalog.body_named(&args.target).map_err(|e| CliError::Failed(format!("--target: {e}")))?.id;
-        let view = initial_view(catalog, &SessionPositions(session), target, instant(&args.time)?);
+        let view = initial_view(catalog, &SessionPositions(session), target, parse_time_option(&args.time)?);
         view.map_err(|e| CliError::Failed(format!("--target {}: {e}", echo(&args.target))))
     }
 
     /// The current time; J2000 if the system clock is outside the supported calendar.
     fn now() -> Instant {
-        instant("now").unwrap_or(Instant::from_tdb_seconds_past_j2000(0.0))
+        parse_time_option("now").unwrap_or(Instant::from_tdb_seconds_past_j2000(0.0))
     }
 
-    /// Every body: planets from the Sun outwards, each followed by its moons.
+    /// The bodies that the window lists, which are all of the catalog: planets from the Sun outwards, each followed by its moons.
     fn subjects(session: &Session) -> Vec<Subject> {
         by_distance(session.catalog(), session.ephemeris())
             .into_iter()

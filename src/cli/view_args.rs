@@ -1,6 +1,6 @@
 //! The options that describe a view, shared by the verbs that render or explain a view.
 //!
-//! In: arguments. Out: a [`ViewRequest`]. `now` is read from the clock here and nowhere below: the modules below the command line take an instant.
+//! In: arguments. Out: a [`ViewRequest`]. The clock is read here to resolve `now`: the modules below the command line take instants and read no clock.
 
 use super::CliError;
 use crate::catalog::{Catalog, NaifId};
@@ -86,15 +86,16 @@ pub(super) fn is_now(text: &str) -> bool {
     text.trim().eq_ignore_ascii_case("now")
 }
 
-/// The instant that the value of `--time` stands for: `now`, to the second, or any text that [`Instant::parse`] accepts. An error names the option.
-pub(crate) fn instant(text: &str) -> Result<Instant, CliError> {
+/// Parses the value of `--time`: `now`, to the second, or any text that [`Instant::parse`] accepts. An error names the option.
+pub(crate) fn parse_time_option(text: &str) -> Result<Instant, CliError> {
     let utc_now = || chrono::Utc::now().format("%Y-%m-%dT%H:%M:%SZ").to_string();
     let text = if is_now(text) { utc_now() } else { text.to_owned() };
     Instant::parse(&text).map_err(|e| CliError::Failed(format!("--time: {e}")))
 }
 
-/// As [`instant`], but `now` is to the millisecond, and the error does not name an option.
-pub(super) fn instant_or_now(text: &str) -> Result<Instant, TimeError> {
+/// Parses a time that may come from another option or from standard input: as [`parse_time_option`], but the error does not name `--time`, and `now` is to the
+/// millisecond.
+pub(super) fn parse_time_or_now(text: &str) -> Result<Instant, TimeError> {
     if is_now(text) {
         return Instant::parse(&chrono::Utc::now().format("%Y-%m-%dT%H:%M:%S%.3fZ").to_string());
     }
@@ -105,7 +106,7 @@ fn invalid_option(option: &str, value: &str, allowed: &str) -> CliError {
     CliError::Failed(format!("{option} {}: {allowed}", echo(value)))
 }
 
-/// Width and height, in pixels, from a text such as `1024x768`. The range is checked here, because the views of a tour would clamp the size without an error.
+/// Width and height, in pixels, from a text such as `1024x768`. The range is checked here, because the views of a tour clamp the size silently.
 pub(crate) fn size(text: &str) -> Result<(u32, u32), CliError> {
     let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.trim().parse().ok()?, h.trim().parse().ok()?)));
     let (width, height): (u32, u32) = sides.ok_or_else(|| invalid_option("--size", text, "write width x height in pixels, as 1024x768"))?;
@@ -144,15 +145,15 @@ impl ViewArgs {
     pub(crate) fn request_with(&self, catalog: &Catalog, composition: Composition) -> Result<ViewRequest, CliError> {
         let body_of_option =
             |option: &str, name: &String| catalog.body_or_barycenter(name).map_err(|e| CliError::Failed(format!("{option}: {e}")));
-        let time = instant(&self.time)?;
+        let time = parse_time_option(&self.time)?;
         let target = self.target.as_ref().map(|name| body_of_option("--target", name)).transpose()?;
         let mut request = ViewRequest::of(target.unwrap_or(NaifId::EARTH), time);
         request.target = target;
         request.composition = composition;
         if let Some(file) = &self.camera_json {
-            let shown = echo(&file.display().to_string());
-            let text = read_text(file, MAX_CAMERA_FILE_BYTES).map_err(|e| CliError::Failed(format!("{shown}: {e}")))?;
-            let camera = CameraFile::parse(&shown, &text).map_err(|e| CliError::Failed(e.to_string()))?;
+            let file_name = echo(&file.display().to_string());
+            let text = read_text(file, MAX_CAMERA_FILE_BYTES).map_err(|e| CliError::Failed(format!("{file_name}: {e}")))?;
+            let camera = CameraFile::parse(&file_name, &text).map_err(|e| CliError::Failed(e.to_string()))?;
             camera.resolve(catalog, &mut request).map_err(|e| CliError::Failed(e.to_string()))?;
         } else {
             let target = target.ok_or_else(|| CliError::Failed("no target: give --target BODY or --camera-json FILE".into()))?;
@@ -239,13 +240,15 @@ impl ViewArgs {
     }
 }
 
-/// Height above a place of the ground at which its vertical is `distance_km` from the body's centre. `normal`: the vertical, a unit vector.
+/// The height at which a point above a place of the ground is `distance_km` from the body's centre. `normal`: the direction of the place's vertical, a unit
+/// vector.
 fn height_at_distance_km(ground_km: glam::DVec3, normal: glam::DVec3, distance_km: f64) -> f64 {
-    // The vertical of an oblate or triaxial body misses the centre by `beside`; its foot is `along` before the ground.
-    let along = ground_km.dot(normal);
-    let beside = (ground_km - normal * along).length();
-    // The square of a large distance would overflow.
-    (distance_km - beside).sqrt() * (distance_km + beside).sqrt() - along
+    // The vertical of an oblate or triaxial body does not pass through the centre. The point of the vertical that is closest to the centre is `depth_km` below the
+    // ground and `closest_km` from the centre.
+    let depth_km = ground_km.dot(normal);
+    let closest_km = (ground_km - normal * depth_km).length();
+    // Pythagoras, as a product of two roots because the square of a huge distance would overflow.
+    (distance_km - closest_km).sqrt() * (distance_km + closest_km).sqrt() - depth_km
 }
 
 /// Default distance from the target's centre, in equatorial radii, of a camera above a place of the target.
@@ -333,8 +336,8 @@ mod tests {
             let offset = offset_km(&args);
             let found = offset.length() / radii_km.max_element();
             assert!((found / distance_radii - 1.0).abs() < 1e-12, "{target} {at}: {found} radii, not {distance_radii}");
-            let sideways = normal.cross(offset - ground_km).length();
-            assert!(sideways < 1e-9 * offset.length(), "{target} {at}: {sideways} km beside the place");
+            let off_vertical_km = normal.cross(offset - ground_km).length();
+            assert!(off_vertical_km < 1e-9 * offset.length(), "{target} {at}: {off_vertical_km} km from the place's vertical");
             args.distance_radii = None;
             let default = offset_km(&args).length() / radii_km.max_element();
             assert!((default - DEFAULT_DISTANCE_OVER_PLACE_RADII).abs() < 1e-12, "{target} {at}: {default}");
@@ -348,10 +351,10 @@ mod tests {
         let earliest = Instant::parse("2024-01-01").expect("a time");
         for now in ["now", " now ", "\tNOW"] {
             assert!(is_now(now), "{now:?}");
-            assert!(instant(now).is_ok_and(|t| t > earliest) && instant_or_now(now).is_ok_and(|t| t > earliest), "{now:?}");
+            assert!(parse_time_option(now).is_ok_and(|t| t > earliest) && parse_time_or_now(now).is_ok_and(|t| t > earliest), "{now:?}");
         }
-        assert_eq!(instant(" 2024-01-01 ").expect("a time"), earliest);
-        assert!(!is_now("no w") && instant("no w").is_err() && instant_or_now("").is_err());
+        assert_eq!(parse_time_option(" 2024-01-01 ").expect("a time"), earliest);
+        assert!(!is_now("no w") && parse_time_option("no w").is_err() && parse_time_or_now("").is_err());
     }
 
     #[test]
