@@ -1,8 +1,8 @@
-//! The Sun's glare over the frame, for the light meter: the veil (the veiling glare of `light::glare`), and the glare of the sprite as which a small Sun is
-//! drawn.
+//! The Sun's glare over the frame, for the light meter: the veil (the veiling glare of `light::glare`), and the glare of the sprite that draws a small Sun as a
+//! point.
 //!
-//! The sprite's glare reaches at most 64 pixels, but in an image of that size it is as bright as the veil. Its radius depends on the exposure, so
-//! the median is computed for a given white.
+//! In: the placed Sun and the camera. Out: [`FrameGlare`], which computes the median radiance over the frame. The sprite's glare reaches at most 64 pixels, but
+//! in an image of that size it is as bright as the veil. Its radius depends on the exposure, so the median is computed for a given white.
 
 use super::MeteredFrame;
 use super::geometry::area_px;
@@ -15,8 +15,8 @@ use std::f64::consts::PI;
 struct PointSun {
     /// The radiance that it would have if it filled one pixel, brightest channel.
     flux: f64,
-    /// The part of the sprite's glare that is drawn.
-    glare_part: f64,
+    /// Factor on the sprite's glare: less than 1 while the Sun enters the frame.
+    glare_factor: f64,
 }
 
 /// The Sun's glare at a grid of rays over the frame.
@@ -36,7 +36,7 @@ impl FrameGlare {
             return 0.0;
         }
         let sprite = self.point.as_ref().map(|p| {
-            let radius_px = point::sprite_radius_px(p.flux, white, p.glare_part);
+            let radius_px = point::sprite_radius_px(p.flux, white, p.glare_factor);
             let [_, amplitude] = point::point_spread(radius_px);
             (p.flux * amplitude, radius_px)
         });
@@ -54,12 +54,12 @@ impl MeteredFrame<'_, '_> {
     pub(super) fn frame_glare(&self) -> FrameGlare {
         let camera = self.meter.camera;
         let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > 0.0);
-        // The sprite is drawn at the Sun's centre, also if a part of the Sun is hidden.
+        // The sprite is drawn at the Sun's centre, even if a part of the Sun is hidden.
         let Some((sun, centre)) = sun.and_then(|sun| Some((sun, camera.clip(sun.placement.centre_km)?))) else {
             return FrameGlare::default();
         };
-        let glare_part = glare::entered_fraction(camera, sun);
-        let flux = if glare_part > 0.0 && !camera.has_small_sprites {
+        let glare_factor = glare::entered_fraction(camera, sun);
+        let flux = if glare_factor > 0.0 && !camera.has_small_sprites {
             let point_light_fraction = 1.0 - self.disc_light_fraction(sun, 2.0 * (area_px(camera, sun) / PI).sqrt());
             let visible_fraction = glare::visible_fraction(self.meter.placed, sun);
             point::flux(camera, sun).max_element() * point_light_fraction * visible_fraction * self.sun_transmittance
@@ -74,6 +74,6 @@ impl MeteredFrame<'_, '_> {
             let veil = self.glare.as_ref().map_or(0.0, |veil| veil.radiance(ray.normalize()));
             [self.sun_transmittance * veil, distance_px]
         });
-        FrameGlare { samples, point: (flux > 0.0).then_some(PointSun { flux, glare_part }) }
+        FrameGlare { samples, point: (flux > 0.0).then_some(PointSun { flux, glare_factor }) }
     }
 }
