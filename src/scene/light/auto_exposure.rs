@@ -95,6 +95,7 @@ fn from_reading(reading: MeterReading) -> Exposure {
     // Glare has little effect in front of brighter subjects; in front of a dark sky it would make the image grey.
     let glare = reading.glare.median(subjects_white);
     let subject_per_glare = subjects_white * AUTO_EXPOSED_MEAN / glare;
+    // Rises from 0 to 1 while the subjects become fainter, relative to the glare, than this ratio.
     let weight_below = |ratio: f64| 1.0 / (1.0 + (subject_per_glare / ratio).powi(2));
     let [bright, faint, lost] = MAX_MEDIAN_GLARE;
     let white_per_glare =

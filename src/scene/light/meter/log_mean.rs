@@ -17,6 +17,7 @@ const WEIGHT_RADIANCE_CAP: f64 = 1.0;
 #[derive(Clone, Copy, Default)]
 pub(super) struct LogMean {
     pub weight: f64,
+    /// Sum of weight times the logarithm of radiance.
     pub log_sum: f64,
 }
 

@@ -268,11 +268,11 @@ impl<'a> MeteredFrame<'_, 'a> {
         let is_point = self.disc_light_fraction(p, diameter_px) < 1.0 && !is_target;
         let point_weight = if is_point { 1.0 - smoothstep(diameter_px - 1.0) } else { 0.0 };
         if point_weight > 0.0 {
-            // A point: all of the body's light, spread over a sprite.
+            // A point: all of the body's light, spread over a sprite, which the meter treats as uniform with the radiance of its peak.
             let pixel_sr = camera.pixel_tangent().powi(2);
-            let shown = transmittance * f64::from(p.body.colour.max_element()) * p.irradiance * PI / pixel_sr * point_peak();
+            let peak_radiance = transmittance * f64::from(p.body.colour.max_element()) * p.irradiance * PI / pixel_sr * point_peak();
             let sprite_share = weighted_in_frame_fraction(camera, p) / point_peak() / self.meter.frame_px();
-            mean.add(point_weight * sprite_share, shown, foreground_radiance);
+            mean.add(point_weight * sprite_share, peak_radiance, foreground_radiance);
             if point_weight >= 1.0 {
                 return (mean, 0.0);
             }

@@ -108,9 +108,10 @@ impl MeteredFrame<'_, '_> {
                 continue;
             }
             let cos_phase = (-ray.dot(sun)).clamp(-1.0, 1.0);
-            let (large_phase, dust_phase) = (phase::particle_phase(cos_phase), phase::dust_phase(cos_phase.acos()));
-            let [large, dust] = sums.mean([radius - half_width, radius + half_width], 1.0 / cos_emission);
-            let light = large_phase * large + dust_phase * dust;
+            // Large particles and dust have phase functions of their own.
+            let (particle_phase, dust_phase) = (phase::particle_phase(cos_phase), phase::dust_phase(cos_phase.acos()));
+            let [by_particles, by_dust] = sums.mean([radius - half_width, radius + half_width], 1.0 / cos_emission);
+            let light = particle_phase * by_particles + dust_phase * by_dust;
             // The ring gets no light in the globe's shadow, and cannot be seen behind the globe. This scale makes the globe a unit sphere.
             let unit_sphere_scale = DVec3::new(1.0, 1.0, 1.0 / polar_radius);
             let (point, to_sun) = (ring_point * unit_sphere_scale, (sun * unit_sphere_scale).normalize());
@@ -119,6 +120,7 @@ impl MeteredFrame<'_, '_> {
             let globe = ray_and_limb(&p.placement, direction);
             let behind_globe = distance > (origin - globe.point * DVec3::new(1.0, 1.0, polar_radius)).length();
             let not_hidden = if behind_globe { 1.0 - smoothstep(0.5 + globe.inside_rad / spacing) } else { 1.0 };
+            // The factor 1/4 of single scattering, which `rings::single_scatter` leaves out.
             let radiance = 0.25 * light * irradiance * sunlit;
             let weight = frame_position_weight(clip.abs().max_element());
             let visible_share = share * weight * not_hidden * Self::ray_visibility(&nearer, direction, spacing);
