@@ -8,7 +8,7 @@
 pub(crate) const RING_SLANTS: u32 = 97;
 pub(crate) const RING_SLANTS_PER_OCTAVE: u32 = 8;
 /// Rows of a ring's table that contain its bins. Bins are even steps of 1 / radius; each stores the interval of constant optical depth in which it begins,
-/// where a shader starts to look for the interval of a radius.
+/// and the outer radii of that interval and of the next two (shaders/lib/ring/intervals.wesl).
 pub(crate) const RING_BIN_ROWS: u32 = 4;
 /// Rows of a ring's table before those of the first slant: its bins and its intervals.
 pub(crate) const RING_HEADER_ROWS: u32 = RING_BIN_ROWS + 1;
