@@ -7,7 +7,8 @@
 /// x = 2^(k / [`RING_SLANTS_PER_OCTAVE`]), from 1 to 1 / [`MIN_COSINE`].
 pub(crate) const RING_SLANTS: u32 = 97;
 pub(crate) const RING_SLANTS_PER_OCTAVE: u32 = 8;
-/// Rows of a ring's table that contain its bins: even steps of 1 / radius, each with the interval of constant optical depth in which it begins.
+/// Rows of a ring's table that contain its bins. Bins are even steps of 1 / radius; each stores the interval of constant optical depth in which it begins,
+/// and the outer radii of that interval and of the next two (shaders/lib/ring/intervals.wesl).
 pub(crate) const RING_BIN_ROWS: u32 = 4;
 /// Rows of a ring's table before those of the first slant: its bins and its intervals.
 pub(crate) const RING_HEADER_ROWS: u32 = RING_BIN_ROWS + 1;
@@ -21,7 +22,7 @@ pub(crate) const SUN_STRIPS: usize = 7;
 pub const RING_SHINE_ROWS: usize = 25;
 pub const RING_SHINE_COLUMNS: usize = 33;
 
-/// Slope in t = 1 / (1 + slope z), the variable of the polynomial that approximates the scaled complementary error function erfcx(z).
+/// Slope in t = 1 / (1 + slope z), the variable of the polynomial that approximates the scaled complementary error function erfcx(z), for paths through air.
 pub(crate) const ERFCX_SLOPE: f64 = 0.46;
 /// Terms of the polynomial that approximates the optical depth of the air above the ground along a line.
 pub const GROUND_DEPTH_TERMS: usize = 8;

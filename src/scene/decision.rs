@@ -1,4 +1,7 @@
 //! Decisions: whether an effect is drawn, with the value and the threshold that decided it.
+//!
+//! In: for each effect, what its own module computed: whether its threshold is exceeded, and the reason. Out: [`Decision`]s in a [`DecisionLog`]. Always: the
+//! user's choice overrides the threshold, but cannot draw a map that is missing or unreadable.
 
 use crate::catalog::Map;
 use crate::message::{Argument, Reason, reason};
@@ -17,7 +20,7 @@ pub struct Decision {
     pub on: bool,
     /// The value, its threshold and the comparison, in one line.
     pub reason: Reason,
-    /// The model that computes the effect and its error, if there are several models. In JSON its name is that of earlier versions.
+    /// The model that computes the effect and its error, if there are several models. JSON keeps the name `tier` of earlier versions.
     #[serde(rename = "tier", skip_serializing_if = "Option::is_none")]
     pub stated_error: Option<StatedError>,
 }
@@ -51,13 +54,13 @@ impl<'a> DecisionLog<'a> {
     }
 
     /// Adds the model's stated error to the latest decision that draws `effect`.
-    pub(crate) fn stated_error(&mut self, effect: &'static str, stated_error: Option<StatedError>) {
+    pub(crate) fn set_stated_error(&mut self, effect: &'static str, stated_error: Option<StatedError>) {
         if let Some(last) = self.decisions.iter_mut().rfind(|d| d.effect == effect && d.on) {
             last.stated_error = stated_error;
         }
     }
 
-    /// Records an effect: the threshold decides unless the user set the effect.
+    /// Records the decision on an effect and returns whether it is drawn: `by_threshold`, unless the user has switched the effect on or off.
     pub(crate) fn effect(&mut self, effect: Effect, by_threshold: bool, reason: Reason) -> bool {
         match self.effects.override_of(effect) {
             Some(on) => self.record(effect.name(), on, reason!("set-by-you")),
@@ -70,7 +73,8 @@ impl<'a> DecisionLog<'a> {
         self.effects.override_of(effect) == Some(false)
     }
 
-    /// Like [`Self::effect`] for an effect that needs a map: off if the body has no such map, or if the map's file cannot be read.
+    /// Like [`Self::effect`] for an effect that needs a map: off if the body has no such map, or if the map's file cannot be read. Only otherwise is
+    /// `by_threshold` called.
     pub(crate) fn effect_with_map(&mut self, effect: Effect, map: Option<&Map>, by_threshold: impl FnOnce() -> (bool, Reason)) -> bool {
         match map {
             None => self.record(effect.name(), false, reason!("not-available")),
@@ -83,7 +87,7 @@ impl<'a> DecisionLog<'a> {
     }
 }
 
-/// A reason; if `invented` says how a map or shape was invented, followed by a `note` with that text.
+/// Appends a note to the reason if a map or shape was invented. `invented`: the catalog's text that says how; `note` makes the note from it.
 pub(crate) fn with_invented(reason: Reason, invented: Option<&str>, note: impl FnOnce(Argument) -> Reason) -> Reason {
     match invented {
         Some(how) => reason.and(note(invented_text(how))),

@@ -1,12 +1,13 @@
 //! The scene: everything that one frame shows, and for each effect the decision whether it is drawn, and why.
 //!
-//! In: the catalog, the ephemeris and a [`request::ViewRequest`]. Out: a [`Scene`]: the camera, every body with its decisions, the
-//! draws from far to near, and the points. All values are f64 until [`camera`] narrows them. No module here depends on shaders or has global state.
+//! In: the catalog, the ephemeris, a [`request::ViewRequest`], and the loaded [`Resources`]: shape models, city lights, scattering tables. Out: a [`Scene`]:
+//! the camera, every body with its decisions, the draws from far to near, and the points. All values are f64 until [`camera`] narrows them. No module here
+//! depends on shaders or has global state.
 //!
 //! `build` calls the submodules in this order: `request`, `camera` (position of the viewer), `placed` (apparent position of each body), `light::meter`
 //! (exposure), `features` with the modules of each effect (`surface`, `eclipse`, `rings`, `atmosphere`), light around the Sun (`light::corona`,
-//! `light::glare`), `visibility` (what is hidden, order of draws), `sky`, `annotation`. `draw` defines the plain values that these modules create for the
-//! renderer; `composite` combines several frames into one image.
+//! `light::glare`), `visibility` (what is hidden), `sky`, `visibility::order` (order of draws), `annotation`. `draw` defines the plain values that these
+//! modules create for the renderer; `composite` combines several frames into one image.
 
 #[doc(hidden)]
 pub mod annotation;
@@ -65,7 +66,7 @@ pub use eclipse::refracted_limb;
 pub use error::SceneError;
 pub use finished::Scene;
 pub use in_view::{Appearance, BodyInView, SubPoint};
-pub use light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CANDELAS_PER_RADIANCE, DARKEST_EV, Exposure, darkest_white};
+pub use light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CD_M2_PER_RADIANCE, DARKEST_EV, Exposure, darkest_white};
 #[doc(hidden)]
 pub use light::{corona, glare, night_lights, photometry};
 #[doc(hidden)]

@@ -36,15 +36,15 @@ mod tests {
     #[test]
     fn the_quadrature_is_exact_for_its_degree_and_not_beyond() {
         for count in [1, 4, 6, 8, 12, 16, 32] {
-            let grid = gauss_legendre(count);
-            let power = |p: i32| grid.iter().map(|(x, w)| w * x.powi(p)).sum::<f64>();
+            let nodes = gauss_legendre(count);
+            let power = |p: i32| nodes.iter().map(|(x, w)| w * x.powi(p)).sum::<f64>();
             let degree = 2 * count as i32 - 1;
             for p in 0..=degree {
                 assert!((power(p) - 1.0 / f64::from(p + 1)).abs() < 1e-12, "{count} nodes, power {p}");
             }
             // With more than 8 nodes the error of the next degree is too small for this test.
             assert!((power(degree + 1) - 1.0 / f64::from(degree + 2)).abs() > 1e-12 || count > 8);
-            assert!(grid.windows(2).all(|w| w[0].0 < w[1].0));
+            assert!(nodes.windows(2).all(|w| w[0].0 < w[1].0));
         }
     }
 

@@ -1,10 +1,10 @@
 //! The purpose of an image, and the smallest change of a pixel that is kept for this purpose.
 //!
-//! In: the requested purpose and the exposure. Out: a `Threshold`, with which decisions compare the change by an effect. Always: for linear light, an effect
-//! is kept if it changes a pixel's radiance by more than the purpose's relative floor; on black, any light is kept. For a display, an effect is kept if it
-//! may change a byte: by more than [`VISIBLE_LIGHT`] (half a level, on black) or [`VISIBLE_CHANGE`] (relative). Not here: limits of size (a disc under two
-//! pixels is only a point; a faint rim of an atmosphere, thinner than half a pixel, is left out), which do not depend on the exposure, and the maximum
-//! number of lights and occluders of a draw.
+//! In: the requested purpose and the exposure. Out: a `Threshold`, with which decisions compare the change that an effect makes. Always: for linear light, an
+//! effect is kept if it changes a pixel's radiance by more than a relative floor, which belongs to the purpose; on black, any light is kept. For a display, an
+//! effect is kept if it may change a displayed 8-bit level: if it adds more than [`VISIBLE_LIGHT`] of white to black, or changes a pixel by more than the
+//! fraction [`VISIBLE_CHANGE`]. Not here: limits of size (a disc under two pixels is only a point; a faint rim of an atmosphere, thinner than half a pixel, is
+//! left out), which do not depend on the exposure, and the maximum number of lights and occluders of a draw.
 
 use crate::message::{Reason, reason};
 use crate::scene::thresholds::{VISIBLE_CHANGE, VISIBLE_LIGHT};
@@ -12,13 +12,13 @@ use crate::scene::thresholds::{VISIBLE_CHANGE, VISIBLE_LIGHT};
 /// The use of an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Purpose {
-    /// Seen on a display at the image's exposure. An effect is kept if it adds more than [`VISIBLE_LIGHT`] of white to black, or changes a pixel by more
-    /// than the relative change [`VISIBLE_CHANGE`].
+    /// Seen on a display at the image's exposure. An effect is kept if it adds more than [`VISIBLE_LIGHT`] of white to black, or changes a pixel by more than
+    /// the fraction [`VISIBLE_CHANGE`].
     #[default]
     Display,
     /// Read as linear light at any exposure. An effect is kept if it changes a pixel by more than `floor` times the radiance without the effect.
     Linear {
-        /// Relative change below which an effect is left out.
+        /// Relative change of a pixel's radiance up to which an effect is left out.
         floor: f64,
     },
 }
@@ -45,11 +45,12 @@ impl Purpose {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Threshold {
     purpose: Purpose,
+    /// The radiance that the display shows as white.
     white: f64,
 }
 
 impl Threshold {
-    /// `white`: the radiance that the display shows as white.
+    /// The threshold for a purpose. `white`: the radiance that the display shows as white.
     pub(crate) fn of(purpose: Purpose, white: f64) -> Self {
         Self { purpose, white }
     }
@@ -82,12 +83,12 @@ impl Threshold {
         matches!(self.purpose, Purpose::Linear { .. })
     }
 
-    /// A radiance divided by white (see [`Self::of`]).
+    /// A radiance as a fraction of the radiance that the display shows as white.
     pub(crate) fn relative_to_white(self, radiance: f64) -> f64 {
         radiance / self.white
     }
 
-    /// The radiance of a fraction of white, below which a display cuts light off; 0 for linear light, which keeps all light.
+    /// For a display: the radiance that is this fraction of white, and below which light is not drawn. For linear light, which keeps all light: 0.
     pub(crate) fn cutoff_radiance(self, white_fraction: f64) -> f64 {
         if self.is_linear() { 0.0 } else { white_fraction * self.white }
     }

@@ -15,12 +15,12 @@ use crate::scene::rings::ring_shine::RingShineCache;
 use crate::scene::rings::ring_table::RingTables;
 use crate::scene::sky::map::SkyMap;
 use crate::scene::sky::minor_planet_columns::MinorPlanetColumns;
-use crate::scene::visibility::limb_profiles::LimbProfiles;
+use crate::scene::visibility::limb_profiles::LimbProfileCache;
 use glam::{DVec3, Vec4};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, OnceLock};
 
-/// A shape model that a view draws.
+/// The body whose shape model a view draws.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshRequirement {
     pub body: NaifId,
@@ -37,7 +37,7 @@ pub struct Requirements {
     pub scattering_tables: Vec<NaifId>,
     /// The maps of each drawn body, and the shape to which they are applied.
     pub maps: Vec<(MapFiles, Shape)>,
-    /// The panorama of the sky.
+    /// The file of the sky's panorama, if the view draws it.
     pub sky_map: Option<String>,
 }
 
@@ -48,7 +48,7 @@ pub struct Resources {
     pub unreadable: BTreeSet<String>,
     /// Shape models.
     pub meshes: BTreeMap<NaifId, Arc<Mesh>>,
-    /// Height of the Sun over the mesh's own horizon at each vertex, in solar radii; the scene computes it if it is missing here.
+    /// Height of the Sun's centre above the horizon that the mesh itself forms at each vertex, in radii of the Sun's disc; the scene computes missing ones.
     pub sun_heights: BTreeMap<NaifId, Arc<Vec<f32>>>,
     /// City lights for the light meter.
     pub night_lights: BTreeMap<NaifId, Arc<NightLights>>,
@@ -76,7 +76,7 @@ pub struct Caches {
     pub(crate) ring_tables: RingTables,
     pub(crate) ring_shines: RingShineCache,
     pub(crate) shadow_paths: ShadowPaths,
-    pub(crate) limb_profiles: LimbProfiles,
+    pub(crate) limb_profiles: LimbProfileCache,
     /// The elements of the catalog's minor planets as columns.
     pub(crate) minor_planets: OnceLock<Arc<MinorPlanetColumns>>,
 }

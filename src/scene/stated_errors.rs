@@ -1,8 +1,9 @@
 //! The error of each model of each effect, which `explain` prints and tests verify.
 //!
-//! In: a model, one of the features of a draw. Out: [`StatedError`]. Always: an error of light is the tolerance of a test, which reads it from here. An
-//! error in pixels is the limit below which the model is chosen: for `sphere`, of [`sphere_shadow_offset`], which a test verifies; for `point-sun`, of the
-//! penumbra's width. Not here: which model a draw gets (air, eclipse, rings) and what it costs (`bench --effects`, docs/measurements.md).
+//! In: a model, one of the features of a draw. Out: [`StatedError`]. Always: where the error is a fraction of light, a test reads it from here as its
+//! tolerance. Where it is a fraction of a pixel, the model is chosen only if its shadow's edges are off by at most this much: for `sphere` by flattening
+//! ([`sphere_shadow_offset`], which a test verifies) and by the penumbra's width, for `point-sun` by the penumbra's width. Not here: which model a draw gets
+//! (air, eclipse, rings) and what it costs (`bench --effects`, docs/measurements.md).
 
 use crate::message::{Reason, message, reason};
 use crate::scene::draw::{AtmosphereModel, BodyShadow, EclipseModel, RingShadow};
@@ -16,7 +17,7 @@ pub struct StatedError {
     /// Error that 95 % of samples do not exceed, if it is known separately from the largest error.
     #[serde(rename = "mostly", skip_serializing_if = "Option::is_none")]
     pub error_95_percent: Option<f64>,
-    /// Largest error, relative to the `quantity`.
+    /// Largest error, as a fraction of the `quantity`.
     #[serde(rename = "at_most")]
     pub max_error: f64,
     /// The quantity that the error is relative to.
@@ -31,7 +32,7 @@ impl StatedError {
         let percent = |fraction: f64| (fraction * 1e6).round() / 1e4;
         let (model, max, of) = (self.name, percent(self.max_error), message!(self.quantity.0));
         match self.error_95_percent {
-            Some(part) => reason!("model-error-mostly", model = model, max = max, mostly = percent(part), of = of),
+            Some(error) => reason!("model-error-mostly", model = model, max = max, mostly = percent(error), of = of),
             None => reason!("model-error", model = model, max = max, of = of),
         }
     }
@@ -54,11 +55,13 @@ impl serde::Serialize for Quantity {
 }
 
 const SUNLIGHT: Quantity = Quantity("quantity-sunlight");
+/// A pixel, for errors in the position of a shadow's edges.
 const EDGES: Quantity = Quantity("quantity-edges");
 
-/// The quantity of the atmosphere's errors. They are per channel, against adaptive quadrature, on new random rays in each run, for every atmosphere of the
-/// catalog (tests/atmosphere/model_bounds.rs). The bounds are at least a fifth above the worst of 51,000 rays of 73 runs: 0.97 (`vertex`), 0.67 (`pixel-8`),
-/// 0.075 (`pixel-16`, `table`), 0.0075 (`pixel-32`). In one run of 73 a ray had an error above 0.5 with `pixel-8`, in the twilight of Uranus.
+/// The light of a ray, relative to which the errors of the atmosphere's models are stated. They are per channel, against adaptive quadrature, on new random
+/// rays in each run, for every atmosphere of the catalog (tests/atmosphere/model_bounds.rs). The bounds are at least a fifth above the worst of 51,000 rays of
+/// 73 runs: 0.97 (`vertex`), 0.67 (`pixel-8`), 0.075 (`pixel-16`, `table`), 0.0075 (`pixel-32`). In one run of 73 a ray had an error above 0.5 with `pixel-8`,
+/// in the twilight of Uranus.
 const SINGLE_SCATTERING: Quantity = Quantity("quantity-ray");
 /// If the light of a ray is less than this fraction of the zenith's light (brightest channel, Sun at 45 degrees), its error is stated relative to this
 /// fraction of the zenith's light.
@@ -82,8 +85,8 @@ pub fn of_atmosphere(model: AtmosphereModel) -> Option<StatedError> {
     }
 }
 
-/// The error of an eclipse model; `None` without an eclipse. The limb-darkened disc is compared with integrals of forty digits, the simpler models with the
-/// limb-darkened disc (tests/eclipse/reference_tables.rs).
+/// The error of an eclipse model; `None` without an eclipse. `limb-darkened` is compared with integrals computed to forty digits, the simpler models with
+/// `limb-darkened` (tests/eclipse/reference_tables.rs).
 pub fn of_eclipse(model: EclipseModel) -> Option<StatedError> {
     let stated = |name, max_error, quantity| Some(StatedError { name, error_95_percent: None, max_error, quantity });
     match model {
@@ -95,8 +98,8 @@ pub fn of_eclipse(model: EclipseModel) -> Option<StatedError> {
     }
 }
 
-/// The error of a ring's shadow on the globe; `None` without a shadow. It is compared with the closed form and with sums over the Sun's disc
-/// (tests/rings/reference_tables.rs). The simpler model is chosen if its edges are off by less than `MAX_EDGE_ERROR_PX`.
+/// The error of a ring's shadow on the globe; `None` without a shadow. The shadow is compared with the closed form and with sums over the Sun's disc
+/// (tests/rings/reference_tables.rs). The simpler model is chosen if its edges are off by at most `MAX_EDGE_ERROR_PX`.
 pub fn of_ring_shadow(model: RingShadow) -> Option<StatedError> {
     let stated = |name, max_error, quantity| Some(StatedError { name, error_95_percent: None, max_error, quantity });
     match model {
@@ -106,7 +109,7 @@ pub fn of_ring_shadow(model: RingShadow) -> Option<StatedError> {
     }
 }
 
-/// The error of the globe's shadow on a ring; `None` without a shadow. It is compared as in [`of_ring_shadow`].
+/// The error of the globe's shadow on a ring; `None` without a shadow. The shadow is compared as in [`of_ring_shadow`].
 pub fn of_body_shadow(model: BodyShadow) -> Option<StatedError> {
     let stated = |name, max_error, quantity| Some(StatedError { name, error_95_percent: None, max_error, quantity });
     match model {
@@ -117,19 +120,19 @@ pub fn of_body_shadow(model: BodyShadow) -> Option<StatedError> {
 }
 
 /// Upper limit of the distance between the edges of two shadows on the ring: that of a sphere and that of the oblate globe. Lengths are in equatorial radii.
-/// `polar`: the polar radius; `sine`: sine of the Sun's elevation above the ring's plane; `outer`: the ring's outer radius.
+/// `sin_elevation`: sine of the Sun's elevation above the ring's plane; `outer_radius`: that of the ring.
 ///
-/// In the ring's plane both shadows are ellipses around the centre. Both are as wide as the equator; the sphere's semi-major axis is 1 / sine, the globe's
-/// q / sine, where q is half the height of the globe's outline as seen from the Sun. In each direction the ratio of the two radii lies between q and 1. The
-/// edges are therefore apart by at most 1 - q times the distance from the centre to the farther edge; this distance is limited by the ring's outer radius and
-/// by the shadow's own tip. If both shadows extend beyond the ring's outer edge, the difference of their half widths at that edge is a second limit. Measured
-/// by tests/rings/reference_tables.rs.
-pub fn sphere_shadow_offset(polar: f64, sine: f64, outer: f64) -> f64 {
-    let q = (polar * polar * (1.0 - sine * sine) + sine * sine).sqrt();
-    let half_width = |tip: f64| (1.0 - outer * outer / (tip * tip)).sqrt();
-    let (sphere_tip, globe_tip) = (1.0 / sine.abs().max(1e-9), q / sine.abs().max(1e-9));
-    let radial_limit = (1.0 - q) * outer.min(sphere_tip);
-    if outer < globe_tip { radial_limit.min(half_width(sphere_tip) - half_width(globe_tip)) } else { radial_limit }
+/// In the ring's plane both shadows are half-ellipses around the centre. Both are as wide as the equator. They reach out to 1 / `sin_elevation` (the sphere's)
+/// and q / `sin_elevation` (the globe's), where q is half the height of the globe's outline as seen from the Sun. In each direction the ratio of the two radii
+/// lies between q and 1. The edges are therefore apart by at most 1 - q times the distance from the centre to the farther edge; this distance is limited by the
+/// ring's outer radius and by the shadow's own tip. If both shadows extend beyond the ring's outer edge, the difference of their half widths at that edge is a
+/// second limit. Measured by tests/rings/reference_tables.rs.
+pub fn sphere_shadow_offset(polar_radius: f64, sin_elevation: f64, outer_radius: f64) -> f64 {
+    let q = (polar_radius * polar_radius * (1.0 - sin_elevation * sin_elevation) + sin_elevation * sin_elevation).sqrt();
+    let half_width = |tip: f64| (1.0 - outer_radius * outer_radius / (tip * tip)).sqrt();
+    let (sphere_tip, globe_tip) = (1.0 / sin_elevation.abs().max(1e-9), q / sin_elevation.abs().max(1e-9));
+    let radial_limit = (1.0 - q) * outer_radius.min(sphere_tip);
+    if outer_radius < globe_tip { radial_limit.min(half_width(sphere_tip) - half_width(globe_tip)) } else { radial_limit }
 }
 
 /// Error or softness of a shadow's edges, in pixels, above which the more accurate model is chosen.
@@ -147,7 +150,7 @@ mod tests {
         assert!(air[..4].windows(2).all(|w| w[1].max_error < w[0].max_error && w[1].error_95_percent < w[0].error_95_percent));
         let eclipse: Vec<StatedError> = EclipseModel::ALL.into_iter().filter_map(of_eclipse).collect();
         assert!(eclipse.len() == EclipseModel::ALL.len() - 1 && eclipse.windows(2).all(|w| w[1].max_error <= w[0].max_error));
-        let names: Vec<_> = air.iter().chain(&eclipse).map(|t| t.name).collect();
+        let names: Vec<_> = air.iter().chain(&eclipse).map(|e| e.name).collect();
         assert_eq!(names, [Effect::Atmosphere.models(), Effect::Eclipse.models()].concat());
         assert_eq!(air[2].to_string(), "pixel-16: error at most 12 %, mostly below 0.4 %, of each ray's light scattered once");
     }

@@ -3,7 +3,7 @@
 use super::SessionError;
 use crate::image::{ImageError, MapStore, read_panorama};
 use crate::render::plan::SKY_DECODING;
-use crate::scene::CANDELAS_PER_RADIANCE;
+use crate::scene::CD_M2_PER_RADIANCE;
 use crate::scene::sky::frames::SkyFrame;
 use crate::scene::sky::map::SkyMap;
 use crate::units::luminance;
@@ -41,7 +41,7 @@ pub(super) fn read_sky(
     let panorama = read_panorama(path, max_megapixels).map_err(|e| sky_error(&name, &e))?;
     let mean = luminance(panorama.texture.mean_over_sphere());
     let unit_radiance = match panorama.unit_cd_m2 {
-        Some(candelas) => candelas / CANDELAS_PER_RADIANCE,
+        Some(candelas) => candelas / CD_M2_PER_RADIANCE,
         None => default_mean_radiance() / mean.max(1e-6),
     };
     // The map store's name of the panorama, which no map of a catalog can have.

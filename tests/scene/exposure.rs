@@ -134,7 +134,7 @@ fn a_partly_hidden_sun_has_glare_in_proportion_to_its_visible_part() {
             let scene = scene(&ViewRequest { exposure: ExposureRequest::Stops(0.0), ..request(PHOBOS, time, position, Some(60.0)) });
             let sun = scene.body(NaifId::SUN).expect("the Sun").placement;
             let expected = visible_fraction_by_rays(&scene.body(PHOBOS).expect("Phobos").placement, &sun);
-            let unhidden_glare = glare::VEILING_GLARE * (orrery::units::KM_PER_AU / sun.centre_km.length()).powi(2);
+            let unhidden_glare = glare::VEILING_GLARE_COEFFICIENT * (orrery::units::KM_PER_AU / sun.centre_km.length()).powi(2);
             let glare_fraction = scene.glare.map_or(0.0, |g| f64::from(g.strength.x) / unhidden_glare);
             assert!((glare_fraction - expected).abs() < 0.03, "{k} along {sideways}: {glare_fraction}, {expected} by rays");
             match expected {

@@ -11,7 +11,7 @@ use crate::scene::atmosphere::species::{absorption_layer, mie, rayleigh, vertica
 use crate::scene::atmosphere::{height_above_unit_sphere, radius_sq_minus_1};
 use crate::scene::camera::{self, Placement};
 use crate::scene::draw::{AtmosphereModel, AtmosphereUniforms, DrawUniforms};
-use crate::scene::light::exposure::CANDELAS_PER_RADIANCE;
+use crate::scene::light::exposure::CD_M2_PER_RADIANCE;
 use crate::scene::numeric::smoothstep;
 use crate::scene::placed::PlacedBody;
 use crate::scene::purpose::Threshold;
@@ -32,7 +32,7 @@ fn night_radiance(air: &Atmosphere) -> f64 {
     if vertical_optical_depth(air).max_element() <= 0.0 {
         return 0.0;
     }
-    (NIGHT_SKY_CD_M2 + air.airglow_cd_m2.unwrap_or(0.0)) / CANDELAS_PER_RADIANCE
+    (NIGHT_SKY_CD_M2 + air.airglow_cd_m2.unwrap_or(0.0)) / CD_M2_PER_RADIANCE
 }
 
 /// Integration steps of the transmittance towards a body beyond the air; the result is within 1e-4 of that of 1000 steps.

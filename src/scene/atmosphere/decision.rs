@@ -65,7 +65,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     log.record("air-samples", true, reason);
     let chosen = &mut decisions.chosen;
     chosen.air = model;
-    log.stated_error(Effect::Atmosphere.name(), stated_errors::of_atmosphere(model));
+    log.set_stated_error(Effect::Atmosphere.name(), stated_errors::of_atmosphere(model));
     if chosen.eclipse.occluders > 0 {
         let spreads_into_shadow = model == AtmosphereModel::Table;
         let reason = if spreads_into_shadow { reason!("air-spread") } else { reason!("air-no-spread") };

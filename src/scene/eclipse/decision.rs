@@ -24,7 +24,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         found.occluders.clear();
     }
     decisions.chosen.eclipse = occluders::choose_eclipse_model(&mut found.occluders, requested_model(context.request));
-    decisions.log.stated_error(Effect::Eclipse.name(), stated_errors::of_eclipse(decisions.chosen.eclipse.model));
+    decisions.log.set_stated_error(Effect::Eclipse.name(), stated_errors::of_eclipse(decisions.chosen.eclipse.model));
     decisions.eclipse = uniforms::uniforms_of_occluders(&found.occluders, decisions.chosen.eclipse.model, &found.receiver, found.sun);
     decisions
 }
@@ -45,6 +45,6 @@ pub(crate) fn decide_for_rings(inputs: &DecisionInputs<'_, '_>, decisions: &mut 
     decisions.log.record("eclipse-on-rings", !found.occluders.is_empty(), found.reason);
     let eclipse = occluders::choose_eclipse_model(&mut found.occluders, requested_model(context.request));
     decisions.chosen.ring_eclipse = eclipse;
-    decisions.log.stated_error("eclipse-on-rings", stated_errors::of_eclipse(eclipse.model));
+    decisions.log.set_stated_error("eclipse-on-rings", stated_errors::of_eclipse(eclipse.model));
     uniforms::uniforms_of_occluders(&found.occluders, eclipse.model, &found.receiver, found.sun)
 }

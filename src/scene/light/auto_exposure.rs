@@ -1,16 +1,17 @@
 //! The exposure of an image: set by the user, or chosen for the subjects in the frame.
 //!
-//! In: the request, the camera and the placed bodies. Out: [`Exposure`] with its reason. The light meter (`meter`) gives each subject in the frame a
-//! weight; the subject with the greatest weight dominates, so that no image is a compromise between two subjects that differ by twenty stops. Always: the
-//! Sun's glare saturates at most about a tenth of the frame, the exposure is no longer than that of a photograph of the night sky, and it changes
-//! as continuously as the meter's reading. Pixel views of quantities have a fixed exposure unless the user sets one; their legend states it.
+//! In: the request, the camera and the placed bodies. Out: [`Exposure`] with its reason. The light meter (`meter`) gives each subject in the frame a weight;
+//! the subject with the greatest weight dominates, so that no image is a compromise between two subjects that differ by twenty stops. Always: the Sun's glare
+//! saturates at most about a tenth of the frame, the exposure is no longer than that of a photograph of the night sky, and it changes as continuously as the
+//! meter's reading. Pixel views of quantities are not metered: unless the user sets an exposure they have one that does not depend on the image's content, and
+//! their legend states it.
 
 use crate::catalog::NaifId;
 use crate::message::{Argument, Reason, reason};
 use crate::scene::atmosphere::air;
 use crate::scene::camera::Camera;
 use crate::scene::draw::PixelView;
-use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, CANDELAS_PER_RADIANCE, COST_STOPS, DARKEST_EV, Exposure, darkest_white};
+use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, CD_M2_PER_RADIANCE, COST_STOPS, DARKEST_EV, Exposure, darkest_white};
 use crate::scene::light::lights::{self, Reflector};
 use crate::scene::light::meter::{Meter, MeterReading, MeteredSubject};
 use crate::scene::light::night_lights;
@@ -57,7 +58,7 @@ fn metered(
     let (request, resources) = (context.request, context.resources);
     match request.pixel_view {
         PixelView::Final => {}
-        // White is a plane that faces the Sun at the target.
+        // A white plane that faces the Sun at the target is shown as white.
         PixelView::Sunlight => {
             let target = placed.iter().find(|p| Some(p.body.id) == request.target && p.body.id != NaifId::SUN);
             let irradiance = target.map_or(1.0, |p| lights::sunlight(p.sun_from_body_km).irradiance.x);
@@ -86,14 +87,15 @@ fn metered(
 
 /// The exposure for a reading of the light meter.
 fn from_reading(reading: MeterReading) -> Exposure {
-    let mut metered = reading.metered;
+    let mut subjects = reading.subjects;
     let contribution = |m: &MeteredSubject| m.weight.powi(WEIGHT_EXPONENT);
-    let total_contribution: f64 = metered.iter().map(contribution).sum();
-    let log_white: f64 = metered.iter().map(|m| contribution(m) / total_contribution * (m.radiance / m.target_level).ln()).sum();
+    let total_contribution: f64 = subjects.iter().map(contribution).sum();
+    let log_white: f64 = subjects.iter().map(|m| contribution(m) / total_contribution * (m.radiance / m.target_level).ln()).sum();
     let subjects_white = log_white.exp();
     // Glare has little effect in front of brighter subjects; in front of a dark sky it would make the image grey.
     let glare = reading.glare.median(subjects_white);
     let subject_per_glare = subjects_white * AUTO_EXPOSED_MEAN / glare;
+    // Rises from 0 to 1 while the subjects become fainter, relative to the glare, than this ratio.
     let weight_below = |ratio: f64| 1.0 / (1.0 + (subject_per_glare / ratio).powi(2));
     let [bright, faint, lost] = MAX_MEDIAN_GLARE;
     let white_per_glare =
@@ -101,12 +103,12 @@ fn from_reading(reading: MeterReading) -> Exposure {
     let glare_white = glare * white_per_glare;
     let whites = [subjects_white, glare_white, darkest_white()];
     let white = whites.iter().map(|w| w.powi(SMOOTH_MAX_EXPONENT)).sum::<f64>().powf(1.0 / f64::from(SMOOTH_MAX_EXPONENT));
-    metered.sort_by(|a, b| b.weight.total_cmp(&a.weight));
-    Exposure::of(-white.log2(), reason_of(&metered, |m| contribution(m) / total_contribution, whites))
+    subjects.sort_by(|a, b| b.weight.total_cmp(&a.weight));
+    Exposure::of(-white.log2(), reason_of(&subjects, |m| contribution(m) / total_contribution, whites))
 }
 
-/// Bodies in the frame whose city lights this exposure would overexpose: their maps are loaded, and the exposure is metered again with their light. Empty if
-/// the user has set the exposure or switched the effect off.
+/// Bodies in the frame whose city lights this exposure would overexpose: the caller loads their maps and meters again with their light. Empty if the user has
+/// set the exposure or switched the effect off.
 pub(crate) fn night_lights_to_meter(context: Context<'_>, camera: &Camera, placed: &[PlacedBody<'_>], exposure: &Exposure) -> Vec<NaifId> {
     let request = context.request;
     let is_metered = !matches!(request.exposure, ExposureRequest::Stops(_)) && request.pixel_view == PixelView::Final;
@@ -118,28 +120,29 @@ pub(crate) fn night_lights_to_meter(context: Context<'_>, camera: &Camera, place
     placed.iter().filter(|_| is_metered).filter(is_overexposed).map(|p| p.body.id).collect()
 }
 
-/// States the main subject with its luminance, a second subject that contributes more than a tenth, and what limited the exposure. The last argument: the
-/// radiances that the subjects, the glare and the night sky each require as white.
+/// The reason for a metered exposure: the main subject with its luminance, a second subject that contributes more than a tenth, and what limited the exposure.
+/// `subjects`: the one with the greatest weight first; `share`: a subject's contribution to the exposure, 0 to 1. The last argument: the radiances that the
+/// subjects, the glare and the night sky each require as white.
 fn reason_of(
-    metered: &[MeteredSubject],
+    subjects: &[MeteredSubject],
     share: impl Fn(&MeteredSubject) -> f64,
     [subjects_white, glare_white, night_white]: [f64; 3],
 ) -> Reason {
     let luminance_argument = |radiance: f64| {
-        let luminance = radiance * CANDELAS_PER_RADIANCE;
+        let luminance = radiance * CD_M2_PER_RADIANCE;
         Argument::Number(if (0.01..1e4).contains(&luminance) { Rounded(luminance).to_string() } else { format!("{luminance:.1e}") })
     };
-    let Some(first) = metered.first() else { return reason!("exposure-nothing") };
+    let Some(first) = subjects.first() else { return reason!("exposure-nothing") };
     let level = Argument::Number(Rounded(first.target_level).to_string());
     let main = reason!("exposure-metered", subject = first.name.clone(), luminance = luminance_argument(first.radiance), level = level);
-    let second = metered.get(1).filter(|m| share(m) > 0.1).map(|second| {
+    let second = subjects.get(1).filter(|m| share(m) > 0.1).map(|second| {
         let percent = Argument::Number(format!("{:.0}", 100.0 * share(second)));
         reason!("exposure-second", part = percent, subject = second.name.clone(), luminance = luminance_argument(second.radiance))
     });
     let limit = if glare_white > subjects_white.max(night_white) {
         Some(reason!("exposure-glare", luminance = luminance_argument(glare_white)))
     } else {
-        // If the dark sky is the subject, the two differ only by rounding.
+        // If the dark sky is the only subject, the two radiances differ only by rounding.
         (night_white >= 0.999 * subjects_white).then(|| reason!("exposure-night", ev = DARKEST_EV))
     };
     [main].into_iter().chain(second).chain(limit).collect()

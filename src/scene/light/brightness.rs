@@ -1,7 +1,7 @@
-//! The irradiance at the viewer from an entire body (globe and rings) outside eclipses, at any phase angle.
+//! The irradiance at the viewer from an entire body (globe and rings), at any phase angle.
 //!
-//! Left out: planet-shine on the body. Errors: 0.2 magnitudes for globes, 0.15 for Saturn with rings
-//! (tests/scene/magnitudes.rs).
+//! In: the body, and the positions of Sun and viewer. Out: the irradiance. Left out: eclipses, and planet-shine on the body. Errors: 0.2 magnitudes for globes,
+//! 0.15 for Saturn with rings (tests/scene/magnitudes.rs).
 
 use crate::catalog::Body;
 use crate::scene::light::photometry;

@@ -1,14 +1,13 @@
-//! The Sun's corona: its radiance as a function of distance from the Sun's centre, its flattening, and when it is drawn.
+//! The Sun's corona: its radiance as a function of distance from the Sun's centre, its flattening, and whether it is drawn.
 //!
-//! In: the apparent position of the Sun, the threshold, the date, the frame's glare. Out: [`Corona`], the uniforms of shaders/entry/corona.wesl, and the
-//! reason; for the light meter, the corona's weight and its radiance law. The corona is drawn around the Sun, not on its disc; nearer bodies hide it, and the
-//! air in front dims it. It is left out if it changes the glare by less than the threshold. Only glare that the frame draws counts (`glare`): beside a Sun
-//! outside the frame there is none, so the corona shows; while the Sun enters, the glare grows over the corona, which is left out once it no longer makes
-//! a visible difference. The light meter counts a corona under the same conditions, so that no image is exposed for one that is not drawn. K and F
-//! corona are combined: averaged over position angle they follow Baumbach's law, and isophotes are flattened by Ludendorff's index, which varies with the
-//! sunspot cycle. Left out: streamers, the change of the mean brightness within a cycle (a factor of two between eclipses), prominences and chromosphere,
-//! and the view of a camera inside the corona: the law is that of an observer far outside. From 15 to 25 degrees from the Sun the corona fades into the
-//! zodiacal light (scene::sky::zodiacal).
+//! In: the apparent position of the Sun, the threshold, the date, the glare that the frame draws. Out: [`Corona`], the uniforms of shaders/entry/corona.wesl,
+//! and the reason; for the light meter, the corona's weight and its radiance law. The corona is drawn around the Sun, not on its disc; nearer bodies hide it,
+//! and the air in front dims it. It is left out if it changes the glare by less than the threshold. A Sun outside the frame has no glare (`glare`), so the
+//! corona beside it is drawn; while the Sun enters the frame the glare grows, and the corona is left out once it no longer makes a visible difference. The
+//! light meter counts a corona under the same conditions, so that no image is exposed for one that is not drawn. K and F corona are combined: averaged over
+//! position angle they follow Baumbach's law, and isophotes are flattened by Ludendorff's index, which varies with the sunspot cycle. Left out: streamers, the
+//! change of the mean brightness within a cycle (a factor of two between eclipses), prominences and chromosphere, and the view of a camera inside the corona:
+//! the law is that of an observer far outside. From 15 to 25 degrees from the Sun the corona fades into the zodiacal light (scene::sky::zodiacal).
 
 use crate::catalog::NaifId;
 use crate::message::{Reason, reason};
@@ -33,7 +32,8 @@ const CENTRE_OVER_MEAN: f64 = 1.2;
 /// Baumbach 1937, Astron. Nachr. 263, 121: coefficients, in millionths of the radiance of the disc's centre, and exponents of 1 / distance.
 const BAUMBACH_TERMS: [(f64, f64); 3] = [(0.0532, 2.5), (1.425, 7.0), (2.565, 17.0)];
 
-/// Upper bound of the ratio of the radiance to its mean over position angle: at a sunspot minimum and two solar radii the shader's law gives 0.26 to 2.24.
+/// Upper bound of the ratio of the radiance to its mean over position angle. The law of shaders/entry/corona.wesl gives 0.26 to 2.24 at a sunspot minimum and
+/// two solar radii.
 const MAX_OVER_MEAN: f64 = 2.25;
 
 /// Smallest diameter of the Sun, in pixels, at which its corona can be distinguished from the disc.
@@ -74,6 +74,7 @@ pub struct Corona {
     /// Cosine of the elongation at which the corona has faded out, and 1 / (inner cosine - outer cosine), where it fades between the two.
     pub outer_cosine: f32,
     pub inverse_fade_width: f32,
+    /// The Sun's colour, tinted by the air in front of it.
     pub colour: Vec3,
     /// Radiance that is subtracted everywhere, so that the light falls to zero at the rectangle's edge; 0 for linear light.
     pub cutoff: f32,
@@ -126,8 +127,8 @@ fn rect(camera: &Camera, towards: DVec3, sine: f64) -> ClipRect {
     glare::rect_around(camera, camera.in_axes(towards), 2.0 * (0.5 * sine.asin()).sin())
 }
 
-/// Radiance of the corona at the limb, less the smallest change of the glare there for which an effect is kept. `glare`: the glare that the frame draws. If
-/// the Sun is partly hidden, the limb opposite the visible part counts, because the corona shows there first.
+/// Radiance of the corona at the limb, less the smallest change of the glare there that is kept. `glare`: the glare that the frame draws. If the Sun is partly
+/// hidden, the limb opposite the visible part counts, because the corona shows there first.
 fn excess_over_glare(min_change: f64, glare: Option<&VeilingGlare>) -> f64 {
     radiance(1.0) - min_change * glare.map_or(0.0, VeilingGlare::limb_radiance)
 }
@@ -168,9 +169,9 @@ pub(crate) fn corona(
     let cos_off_axis = towards.dot(camera.forward).clamp(0.1, 1.0);
     let limb_radiance = radiance(1.0);
     let cutoff = threshold.cutoff_radiance(VISIBLE_LIGHT);
-    // The law gives means over position angle; the flattened corona is brighter at its equator.
+    // `radiance` is a mean over position angle; the flattened corona is brighter at its equator.
     let mut radius_sine = radius_at_radiance(cutoff / MAX_OVER_MEAN) * sine;
-    // A camera as close to the Sun as this has no zodiacal light, so the corona need not fade: no direction has a cosine below -1.
+    // For a camera as close to the Sun as this no zodiacal light is drawn, so the corona must not fade: no direction has a cosine below -1.
     let [inner_cosine, outer_cosine] = if sun.distance_km < zodiacal::NEAREST_AU * KM_PER_AU {
         [-2.0, -3.0]
     } else {

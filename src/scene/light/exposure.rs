@@ -1,4 +1,4 @@
-//! The exposure of an image: the factor from radiance to display values, and the target levels of automatic exposure.
+//! The exposure of an image: the factor from radiance to display values; and the constants of automatic exposure: target levels, photometric units, limits.
 
 use crate::message::Reason;
 use crate::scene::camera::narrow_scalar;
@@ -8,7 +8,7 @@ use crate::scene::camera::narrow_scalar;
 pub struct Exposure {
     /// Base-2 logarithm of the factor that is applied to radiance before the tone map: a larger value makes the image brighter.
     pub stops: f64,
-    /// The light meter's result, from which `stops` differs during a transition; equal to `stops` if the exposure was not metered.
+    /// The light meter's result. `stops` differs from it during a transition (`ExposureRequest::Transition`), and is equal if nothing was metered.
     pub metered_stops: f64,
     /// Why the image has this exposure, for the user.
     pub reason: Reason,
@@ -33,17 +33,17 @@ impl Exposure {
     }
 }
 
-/// Fixed exposure of the pixel view of costs: 2^14 instructions are white.
+/// Exposure of the pixel view `cost`, in stops: 2^14 instructions are white.
 pub(crate) const COST_STOPS: f64 = -14.0;
-/// Level, as a linear fraction of white, at which automatic exposure shows the mean radiance of a metered subject (brightest channel), such as a
-/// fully lit disc: details twice as bright as the mean reach white but are not clipped, and a coloured body keeps its colour.
+/// Display level, as a linear fraction of white, at which automatic exposure shows the mean radiance of a metered subject (brightest channel), such as a fully
+/// lit disc: details twice as bright as the mean reach white but are not clipped, and a coloured body keeps its colour.
 pub const AUTO_EXPOSED_MEAN: f64 = 0.5;
 /// The same level for the Sun's disc: its centre reaches white, and the darkened limb stays below white.
 pub const AUTO_EXPOSED_SUN: f64 = 0.85;
 /// Luminance in cd/m2 of radiance 1, which is that of a white plane facing the Sun at 1 au: the illuminance of V = -26.76 with 2.54e-6 lux for V = 0 (Allen
 /// 1976, Astrophysical Quantities), 128 klx, divided by pi. Good to 5 %, a fourteenth of a stop: published solar illuminance constants lie between 128 and
 /// 134 klx.
-pub const CANDELAS_PER_RADIANCE: f64 = 128_000.0 / std::f64::consts::PI;
+pub const CD_M2_PER_RADIANCE: f64 = 128_000.0 / std::f64::consts::PI;
 /// Luminance that a camera's sensor shows as white at EV 0 and ISO 100, cd/m2; it is proportional to 2^EV (ISO 12232's saturation-based speed with a lens
 /// of transmittance 0.65: 78 / (100 x 0.65)). At EV 15, usual for sunlit ground, a radiance of 1 is white to 0.05 stop.
 const WHITE_AT_EV_0_CD_M2: f64 = 1.2;
@@ -54,5 +54,5 @@ pub const DARKEST_EV: f64 = -4.0;
 
 /// The smallest radiance that automatic exposure shows as white.
 pub fn darkest_white() -> f64 {
-    WHITE_AT_EV_0_CD_M2 * DARKEST_EV.exp2() / CANDELAS_PER_RADIANCE
+    WHITE_AT_EV_0_CD_M2 * DARKEST_EV.exp2() / CD_M2_PER_RADIANCE
 }

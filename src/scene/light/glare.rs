@@ -1,13 +1,14 @@
 //! The Sun's glare (effect and shader `glow`): light that the optics of the eye or a camera scatter around the Sun's disc while the Sun is in the frame.
 //!
-//! In: the Sun's apparent position, the bodies in front of it, the threshold. Out: [`Glare`], the uniforms of shaders/entry/glow.wesl, and the reason. The
-//! law is that of Stiles and Holladay, L = 10 E / theta^2 (cd/m2 and lux, degrees; CIE 146:2002, valid from 1 to 30 degrees; closer in it is extrapolated):
-//! about a tenth of the light is scattered. The law represents the glare of eye and lens together; a clean lens scatters less, by a factor that depends on
-//! the lens. Within the Sun's limb (or within a pixel, if that is wider) the glare is constant. The glare of a partly hidden Sun is centred on the middle of
-//! the visible part, and its constant core shrinks with the visible light: the glare is bright around the last bead, and faint at the opposite limb of the
-//! Moon. It is drawn as far as it can change a display level: farther out it adds less than [`VISIBLE_LIGHT`] of white. The disc keeps its full radiance,
-//! which is a hundred times that of the glare. A Sun outside the frame has no glare, as if the lens had a hood; light meter and corona therefore do not count
-//! any either. Left out: streaks and ghosts, which are specific to a lens, and the glare of bodies other than the Sun.
+//! In: the Sun's apparent position, the bodies in front of it, the threshold. Out: [`Glare`], the uniforms of shaders/entry/glow.wesl, and the reason; for
+//! light meter and corona, `VeilingGlare`: its radiance before the air dims it. The law is that of Stiles and Holladay, L = 10 E / theta^2 (cd/m2 and lux,
+//! degrees; CIE 146:2002, valid from 1 to 30 degrees; closer in it is extrapolated): about a tenth of the light is scattered. The law represents the glare of
+//! eye and lens together; a clean lens scatters less, by a factor that depends on the lens. Within the Sun's limb (or within a pixel, if that is wider) the
+//! glare is constant. The glare of a partly hidden Sun is centred on the middle of the visible part, and its constant core shrinks with the visible light: the
+//! glare is bright around the last bead, and faint at the opposite limb of the Moon. It is drawn as far as it can change a display level: farther out it adds
+//! less than [`VISIBLE_LIGHT`] of white. The disc keeps its full radiance, which is a hundred times that of the glare. A Sun outside the frame has no glare, as
+//! if the lens had a hood; light meter and corona therefore do not count any either. Left out: streaks and ghosts, which are specific to a lens, and the glare
+//! of bodies other than the Sun.
 
 use crate::catalog::NaifId;
 use crate::message::{Reason, reason};
@@ -23,7 +24,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 /// L theta^2 / E of the law above, with theta in radians, in units where a white plane under irradiance E has the radiance E (no factor pi):
 /// pi * 10 * (pi / 180)^2.
-pub const VEILING_GLARE: f64 = PI * 10.0 * (PI / 180.0) * (PI / 180.0);
+pub const VEILING_GLARE_COEFFICIENT: f64 = PI * 10.0 * (PI / 180.0) * (PI / 180.0);
 
 /// Exponent with which the glare grows while the Sun enters the frame.
 const ENTRY_EXPONENT: i32 = 6;
@@ -37,7 +38,7 @@ pub struct Glare {
     pub sun_direction: Vec3,
     /// Square of the angle within which the glare is constant, radians squared: smaller for a partly hidden Sun.
     pub core_angle_sq: f32,
-    /// Factor of the law, as in `VeilingGlare`, dimmed by the air between camera and Sun.
+    /// Radiance times theta², as in `VeilingGlare`, dimmed by the air between camera and Sun.
     pub strength: Vec3,
     pub tan_half_fov: Vec2,
     /// Radiance that is subtracted everywhere, so that the light falls to zero at the rectangle's edge; 0 for linear light.
@@ -53,8 +54,9 @@ pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) 
     if visible == DVec3::ONE { 1.0 } else { luminance(visible.to_array()) }
 }
 
-/// The position of the middle of the Sun's visible part relative to the Sun's centre, in solar radii, and the factor by which the square of the core's angle
-/// is multiplied. With this factor, the brightest glare is proportional to the square root of the visible light, so that it fades out with that light.
+/// The position of the middle of the Sun's visible part relative to the Sun's centre, in solar radii, and the factor by which the square of the core's angle is
+/// multiplied: the square root of the visible fraction of light. With it, the glare's radiance in the core is also proportional to this square root, so that it
+/// fades out with the light.
 fn middle_and_core_factor(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) -> (DVec3, f64) {
     let light = visible_fraction(placed, sun);
     if light <= 0.0 || light >= 1.0 {
@@ -67,7 +69,7 @@ fn middle_and_core_factor(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) -> (D
 /// cube, because the edges of a face are not those of the image. In between, the fraction along each axis is raised to a power, so that the glare, which is
 /// far brighter than the dark sky, appears gradually. The outline's bounding rectangle cannot be used instead: it is too wide for a body at a right angle
 /// to the line of sight.
-fn entry_fraction(camera: &Camera, towards: DVec3, sin_radius: f64) -> f64 {
+fn entered_fraction_of_disc(camera: &Camera, towards: DVec3, sin_radius: f64) -> f64 {
     if camera.is_cube_face {
         return 1.0;
     }
@@ -85,9 +87,9 @@ fn entry_fraction(camera: &Camera, towards: DVec3, sin_radius: f64) -> f64 {
     entered_along(towards.dot(camera.right), camera.tan_half_fov.x) * entered_along(towards.dot(camera.up), camera.tan_half_fov.y)
 }
 
-/// How far the Sun has entered the frame: the part of its glare that is drawn. Not for a camera at the Sun's centre.
+/// How far the Sun has entered the frame: the factor on its glare. Not for a camera at the Sun's centre.
 pub(crate) fn entered_fraction(camera: &Camera, sun: &PlacedBody<'_>) -> f64 {
-    entry_fraction(camera, sun.placement.centre_km / sun.distance_km, (sun.body.radii_km.x / sun.distance_km).min(1.0))
+    entered_fraction_of_disc(camera, sun.placement.centre_km / sun.distance_km, (sun.body.radii_km.x / sun.distance_km).min(1.0))
 }
 
 /// The glare around the Sun's visible part. Its radiance at an angle theta from the middle of that part is `strength` / theta². In the core, where theta²
@@ -99,8 +101,8 @@ pub(crate) struct VeilingGlare {
     pub core_angle_sq: f64,
     /// Square of the angle between `towards` and the farthest point of the Sun's limb, radians squared; at least `core_angle_sq`.
     far_limb_angle_sq: f64,
-    /// Fraction of the Sun's light that no body hides, reduced while the Sun enters the frame.
-    pub visible_fraction: f64,
+    /// Fraction of the Sun's light that causes glare: what no body hides, times [`entered_fraction`].
+    pub light_fraction: f64,
 }
 
 impl VeilingGlare {
@@ -113,17 +115,17 @@ impl VeilingGlare {
         if entered <= 0.0 {
             return None;
         }
-        let visible_fraction = entered * visible_fraction(placed, sun);
+        let light_fraction = entered * visible_fraction(placed, sun);
         let irradiance = (crate::units::KM_PER_AU / sun.distance_km).powi(2);
         let (middle, core_factor) = middle_and_core_factor(placed, sun);
         let pixel_sq = camera.pixel_tangent().powi(2);
         let core_angle_sq = (core_factor * (sin_radius * sin_radius).max(pixel_sq)).max(pixel_sq);
         Some(Self {
             towards: (sun.placement.centre_km / sun.distance_km + middle * sin_radius).normalize(),
-            strength: VEILING_GLARE * irradiance * visible_fraction,
+            strength: VEILING_GLARE_COEFFICIENT * irradiance * light_fraction,
             core_angle_sq,
             far_limb_angle_sq: (sin_radius * (1.0 + middle.length())).powi(2).max(core_angle_sq),
-            visible_fraction,
+            light_fraction,
         })
     }
 
@@ -171,15 +173,12 @@ pub(crate) fn glare(
     transmittance: impl Fn(DVec3) -> DVec3,
 ) -> Option<(Glare, bool, Reason)> {
     let sun = placed.iter().find(|p| p.body.id == NaifId::SUN)?;
-    let VeilingGlare { towards, strength, core_angle_sq, visible_fraction, .. } = VeilingGlare::of(camera, placed)?;
+    let VeilingGlare { towards, strength, core_angle_sq, light_fraction, .. } = VeilingGlare::of(camera, placed)?;
     let strength = transmittance(sun.placement.centre_km / sun.distance_km) * strength;
     let core_radiance = strength.max_element() / core_angle_sq;
     let on = threshold.is_exceeded_by_radiance(core_radiance);
-    let reason = if visible_fraction > 0.0 {
-        reason!("glare-at-limb", light = threshold.description(core_radiance))
-    } else {
-        reason!("glare-hidden")
-    };
+    let reason =
+        if light_fraction > 0.0 { reason!("glare-at-limb", light = threshold.description(core_radiance)) } else { reason!("glare-hidden") };
     let in_camera = camera.in_axes(towards);
     let cutoff = threshold.cutoff_radiance(VISIBLE_LIGHT);
     let rect = rect_around(camera, in_camera, (strength.max_element() / cutoff.max(f64::MIN_POSITIVE)).sqrt());
@@ -203,7 +202,7 @@ mod tests {
     fn a_tenth_of_the_light_is_scattered() {
         // The radiance divided by pi (the unit contains no factor pi), integrated over the solid angle from the limb to 30 degrees.
         let (from, to) = (0.266_f64.to_radians(), 30f64.to_radians());
-        let fraction = VEILING_GLARE / PI * 2.0 * PI * (to / from).ln();
+        let fraction = VEILING_GLARE_COEFFICIENT / PI * 2.0 * PI * (to / from).ln();
         assert!((0.05..0.15).contains(&fraction), "{fraction}");
     }
 
@@ -212,7 +211,7 @@ mod tests {
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 2.0, 100, 100);
         let at = |deg: f64| DVec3::new(deg.to_radians().cos(), deg.to_radians().sin(), 0.0);
         for (deg, shows) in [(0.0, true), (1.2, true), (1.3, false), (89.9999, false), (90.0001, false), (180.0, false)] {
-            assert_eq!(entry_fraction(&camera, at(deg), 0.0047) > 0.0, shows, "{deg} degrees");
+            assert_eq!(entered_fraction_of_disc(&camera, at(deg), 0.0047) > 0.0, shows, "{deg} degrees");
         }
     }
 

@@ -1,7 +1,8 @@
 //! The lights that shine on a body: the Sun, and other bodies that reflect enough sunlight onto it.
 //!
-//! A reflecting body is treated as a point at its centre, with the phase function of its photometric model or published law. Its angular size as seen
-//! from the lit body is ignored: on Io, where Jupiter is 19 degrees across, this moves the edge of Jupiter-shine by up to 10 degrees.
+//! In: the placed bodies. Out: [`IncidentLight`]s, each with a direction and an irradiance. Not here: eclipses. A reflecting body is treated as a point at its
+//! centre, with the phase function of its photometric model or published law. Its angular size as seen from the lit body is ignored: on Io, where Jupiter is 19
+//! degrees across, this moves the edge of Jupiter-shine by up to 10 degrees.
 
 use crate::catalog::{Body, NaifId};
 use crate::scene::light::photometry;
@@ -49,7 +50,7 @@ fn reflected_light(source: &Reflector<'_>, receiver_km: DVec3) -> Option<Inciden
 /// The lights that other bodies reflect onto a receiver. Returns the significant ones, strongest first, at most [`MAX_LIGHTS`] - 1 because one light is the
 /// Sun; and the body that reflects the strongest light, significant or not, with the radiance that this light causes.
 ///
-/// `is_significant` tests the radiance of a surface that has the receiver's albedo and faces the light.
+/// `is_significant`: whether this radiance matters; it is that of a surface that has the receiver's albedo and faces the light.
 pub(crate) fn planet_shine(
     receiver: &Body,
     receiver_km: DVec3,

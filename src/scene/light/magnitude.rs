@@ -1,9 +1,9 @@
 //! Visual magnitude of an entire body, lit by the sunlight that eclipses leave.
 //!
-//! Always: a body entirely in an umbra without refracted light has no magnitude. In a partial eclipse of the bodies named below, the error is at most 0.1
-//! magnitudes if more than 0.4 of the light is left. If less is left, the body is too bright: by up to 0.7 magnitudes if a twentieth is left, and
-//! by more below that. The cause is the linear ramp in [`crate::scene::eclipse::approximate_shadow`], whose test compares Titan, Io, Callisto and Phobos
-//! with sums over rays. The error is largest for a moon that is much smaller than the penumbra is wide.
+//! In: a placed body, and the bodies around it. Out: its magnitude. Always: a body entirely in an umbra without refracted light has no magnitude. In a partial
+//! eclipse of the bodies named below, the error is at most 0.1 magnitudes if more than 0.4 of the light is left. If less is left, the body is too bright: by up
+//! to 0.7 magnitudes if a twentieth is left, and by more below that. The cause is the linear ramp in [`crate::scene::eclipse::approximate_shadow`], whose test
+//! compares Titan, Io, Callisto and Phobos with sums over rays. The error is largest for a moon that is much smaller than the penumbra is wide.
 
 use crate::catalog::NaifId;
 use crate::scene::eclipse::sun_occluders;
@@ -11,10 +11,10 @@ use crate::scene::light::photometry;
 use crate::scene::placed::PlacedBody;
 use crate::scene::resources::Context;
 
-/// A diameter of the body's disc, in pixels, at which no occluder is left out because the disc is small.
+/// The choice of occluders depends on the disc's diameter in pixels; this one is so large that it leaves none out.
 const LARGE_DISC_PX: f64 = 1e4;
-/// Distance that bodies can move between the instants at which they are placed, which differ by their light times: light crosses a system of moons in
-/// seconds, and bodies move at tens of kilometres per second.
+/// Margin for the motion of bodies between the instants at which they are placed. Each is placed where it was when its light left it; within a system of moons
+/// these instants differ by seconds, and bodies move at tens of kilometres per second.
 const PLACEMENT_SHIFT_KM: f64 = 2e3;
 
 /// Visual magnitude; `None` for a body that no sunlight reaches.

@@ -20,7 +20,7 @@ pub(crate) mod meter;
 pub mod night_lights;
 // Published phase laws of planets and the Moon.
 pub(crate) mod phase_laws;
-// Disc-integrated photometry.
+// Reflectance, geometric albedo and phase functions; irradiance at the viewer, magnitudes.
 pub mod photometry;
 // The decision on planet-shine.
 pub(crate) mod planet_shine;

@@ -6,6 +6,7 @@
 use crate::catalog::Body;
 use crate::scene::camera::narrow_scalar;
 use crate::scene::constants::CIVIL_TWILIGHT_SINE;
+use crate::scene::numeric::smoothstep;
 use crate::scene::thresholds::NIGHT_MAP_WHITE_RADIANCE;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
@@ -26,11 +27,10 @@ pub(crate) fn white_radiance(body: &Body) -> f64 {
     body.maps.night.as_ref().map_or(0.0, |m| m.gain.iter().copied().fold(0.0, f64::max)) * NIGHT_MAP_WHITE_RADIANCE
 }
 
-/// Fraction of city lights that are on: 0 by day, 1 if the Sun is at least 6 degrees below the horizon; as in shaders/lib/night_lights.wesl.
+/// Fraction of city lights that are switched on: 0 by day, 1 if the Sun is at least 6 degrees below the horizon; as in shaders/lib/night_lights.wesl.
 /// `cos_incidence`: cosine of the Sun's zenith angle, negative at night.
 pub(crate) fn lit_fraction(cos_incidence: f64) -> f64 {
-    let x = (cos_incidence / CIVIL_TWILIGHT_SINE + 1.0).clamp(0.0, 1.0);
-    1.0 - x * x * (3.0 - 2.0 * x)
+    1.0 - smoothstep(cos_incidence / CIVIL_TWILIGHT_SINE + 1.0)
 }
 
 impl NightLights {
@@ -44,7 +44,7 @@ impl NightLights {
     }
 
     /// Radiance at a point of the ground (unit-sphere frame), bilinearly interpolated.
-    pub(crate) fn at(&self, point: DVec3) -> f64 {
+    pub(crate) fn radiance_at(&self, point: DVec3) -> f64 {
         let direction = (point * DVec3::new(1.0, self.stretch.x, self.stretch.y)).normalize();
         let u = 0.5 + direction.y.atan2(direction.x) / TAU;
         let v = 0.5 - direction.z.clamp(-1.0, 1.0).asin() / PI;
@@ -73,7 +73,7 @@ mod tests {
         let texels = || (0..8 * 4).map(|k| f64::from(u8::from(k % 8 >= 4)));
         let night_lights = NightLights::new(earth, 8, 4, texels()).expect("complete");
         let white = white_radiance(earth);
-        let at = |lon: f64| night_lights.at(DVec3::new(lon.to_radians().cos(), lon.to_radians().sin(), 0.1)) / white;
+        let at = |lon: f64| night_lights.radiance_at(DVec3::new(lon.to_radians().cos(), lon.to_radians().sin(), 0.1)) / white;
         assert!(white > 0.0 && (at(90.0) - 1.0).abs() < 1e-6 && at(-90.0).abs() < 1e-9 && (at(0.0) - 0.5).abs() < 1e-6, "{}", at(0.0));
         assert!(NightLights::new(earth, 8, 5, texels()).is_none());
         assert_eq!((lit_fraction(0.0), lit_fraction(-0.2)), (0.0, 1.0));

@@ -1,14 +1,15 @@
 //! Published phase laws: brightness of the planets' globes and of the Moon as a function of phase angle.
 //!
-//! Planets: Mallama and Hilton 2018, "Computing apparent planetary magnitudes for The Astronomical Almanac", Astronomy and
-//! Computing 25, 10-24, the V-band polynomials without rotation and without Saturn's rings. The Moon: Allen 1976, Astrophysical
-//! Quantities, 3rd ed., section 66: 0.026 a + 4.0e-9 a^4 mag, a in degrees. Only the change with phase is used; the brightness at zero phase is the
-//! catalog's geometric albedo.
+//! In: a body and a phase angle. Out: its brightness relative to zero phase; the brightness at zero phase follows from the catalog's geometric albedo. Sources:
+//! planets: Mallama and Hilton 2018, "Computing apparent planetary magnitudes for The Astronomical Almanac", Astronomy and Computing 25, 10-24, the V-band
+//! polynomials without the terms of rotation and without Saturn's rings; the Moon: 0.026 a + 4.0e-9 a^4 mag, a in degrees (Allen 1976, Astrophysical
+//! Quantities, 3rd ed., section 66).
 
 use crate::catalog::NaifId;
 
-/// Magnitude as a function of phase angle in degrees: polynomials (constant term first), each with the largest angle for which it is valid.
+/// Magnitude as a function of phase angle, by polynomials in degrees.
 pub(crate) struct PhaseLaw {
+    /// In ascending order: the largest angle of each polynomial in degrees, and its coefficients, constant term first.
     pieces: &'static [(f64, &'static [f64])],
     /// Largest phase angle to which the law was fitted, degrees.
     pub limit_deg: f64,

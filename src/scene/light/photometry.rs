@@ -1,4 +1,5 @@
-//! Disc-integrated photometry: geometric albedo and phase function of each photometric model, published phase laws, magnitudes.
+//! Photometry: reflectance and geometric albedo of each photometric model; phase functions of models and bodies; the irradiance that a body causes at a viewer;
+//! magnitudes.
 //!
 //! Units: a white Lambert plane facing a unit irradiance has radiance 1 (no factor pi), and irradiance 1 is the Sun's at 1 au. A body of geometric albedo p
 //! at full phase then has the mean radiance p times its irradiance.
@@ -73,13 +74,13 @@ fn lommel_seeliger_phase(alpha: f64) -> f64 {
     1.0 + (alpha / 2.0).sin() * (alpha / 2.0).tan() * (alpha / 4.0).tan().ln()
 }
 
-/// Phase function of an Oren-Nayar sphere, 1 at zero phase, integrated by the midpoint rule over luminance longitude and latitude
-/// (96 x 48 points; four times as many change it by less than 1e-3).
+/// Phase function of an Oren-Nayar sphere, 1 at zero phase, integrated by the midpoint rule over photometric longitude and latitude (96 x 48 points; four times
+/// as many change it by less than 1e-3).
 fn oren_nayar_phase(roughness_deg: f64, alpha: f64) -> f64 {
     let (a, b) = oren_nayar_a_b(roughness_deg);
     let model = Photometry::OrenNayar { roughness_deg };
     let (nlon, nlat) = (96, 48);
-    // The lit and visible part has luminance longitudes from alpha - 90 to 90 degrees; the viewer is at longitude 0, the Sun at alpha.
+    // The lit and visible part has photometric longitudes from alpha - 90 to 90 degrees; the viewer is at longitude 0, the Sun at alpha.
     let (from, to) = (alpha - PI / 2.0, PI / 2.0);
     // Both hemispheres reflect the same.
     let cos_latitudes: Vec<f64> = (0..nlat / 2).map(|j| (PI * ((f64::from(j) + 0.5) / f64::from(nlat) - 0.5)).cos()).collect();

@@ -44,7 +44,7 @@ fn decide_for_globe(
     let (check, model) = view.ring_shadow(all_rings, sun_radius_km);
     if decisions.log.effect(Effect::RingShadow, check.on, check.reason) {
         decisions.chosen.ring_shadow = model;
-        decisions.log.stated_error(Effect::RingShadow.name(), stated_errors::of_ring_shadow(model));
+        decisions.log.set_stated_error(Effect::RingShadow.name(), stated_errors::of_ring_shadow(model));
     }
     let user_choice = inputs.effects().override_of(Effect::RingShine);
     let (check, shine) = view.ring_shine(all_rings, sun_radius_km, user_choice);
@@ -66,7 +66,7 @@ fn draws_of_halves(inputs: &DecisionInputs<'_, '_>, view: &RingView<'_>, seen: &
     let (check, model) = view.body_shadow(seen, sun_radius_km);
     if decisions.log.effect(Effect::BodyShadow, check.on, check.reason) {
         decisions.chosen.body_shadow = model;
-        decisions.log.stated_error(Effect::BodyShadow.name(), stated_errors::of_body_shadow(model));
+        decisions.log.set_stated_error(Effect::BodyShadow.name(), stated_errors::of_body_shadow(model));
     }
     let outer_km = seen.iter().map(|r| r.outer_km).fold(0.0, f64::max);
     let eclipse = eclipse::decision::decide_for_rings(inputs, decisions, outer_km);

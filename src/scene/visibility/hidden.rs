@@ -1,11 +1,11 @@
 //! The part of a body's disc that nearer bodies hide.
 //!
-//! In: placed bodies. Out: the visible fraction of a disc's light, exactly 0 if the disc is hidden and exactly 1 if no part of it is; and the limbs of nearer
-//! bodies as uniforms of shaders/lib/foreground_limb.wesl. Nearer bodies are ellipsoids, the hidden body is a sphere. A point's flux is multiplied by its
-//! visible fraction; a depth test cannot hide a point partly, because a sprite has a single depth. Not here: transmittance of rings and air, and shadows
-//! (eclipse). The light is summed over [`CHORDS`] chords of the disc, each with a closed-form integral; the error is below 1e-4 of the light (at most
-//! 7e-5 for one round body of 0.01 to 4 radii of the disc, against 6000 chords, computed outside this program). tests/eclipse/overlapping_limbs.rs compares
-//! images with the closed forms of shaders/lib/eclipse.
+//! In: placed bodies. Out: the visible fraction of a disc's light, exactly 0 if the entire disc is hidden and exactly 1 if no part of it is; and the limbs of
+//! nearer bodies as uniforms of shaders/lib/foreground_limb.wesl. Nearer bodies are ellipsoids, the hidden body is a sphere. A point's flux is multiplied by
+//! its visible fraction; a depth test cannot hide a point partly, because a sprite has a single depth. Not here: transmittance of rings and air, and shadows
+//! (eclipse). The light is summed over [`CHORDS`] chords of the disc, each with a closed-form integral; the error is below 1e-4 of the light (at most 7e-5 for
+//! one round body of 0.01 to 4 radii of the disc, against 6000 chords, computed outside this program). tests/eclipse/overlapping_limbs.rs compares images with
+//! the closed forms of shaders/lib/eclipse.
 
 use crate::catalog::NaifId;
 use crate::message::reason;
@@ -33,8 +33,8 @@ impl Limb {
     fn on(placement: &Placement, ray: DVec3, dx: DVec3, dy: DVec3) -> Self {
         let camera = placement.camera_in_unit_sphere();
         let middle = placement.centre_km.normalize();
-        // The camera's position is parallel to the direction of the body's centre: that component drops out of the cross product and is removed
-        // before rounding.
+        // The camera's position is parallel to the direction of the body's centre: that component has no part in the cross product. It is removed first,
+        // because it would cause rounding errors.
         let [d0, d1, d2] = [ray, dx, dy].map(|v| placement.direction_in_unit_sphere(v));
         let [n0, n1, n2] = [ray, dx, dy].map(|v| camera.cross(placement.direction_in_unit_sphere(v - middle * v.dot(middle))));
         let linear = [-camera.dot(d0), -camera.dot(d1), -camera.dot(d2)];
@@ -75,8 +75,8 @@ impl Limb {
 /// Number of chords of a disc.
 const CHORDS: u32 = 720;
 
-/// Integral of the disc's radiance along a chord of half length h, from its middle to x; see shaders/lib/ring/body_shadow.wesl.
-fn along_chord(x: f64, h: f64, u1: DVec3, u2: DVec3) -> DVec3 {
+/// Integral of a limb-darkened disc's radiance along a chord of half length h, from the chord's middle to x; see shaders/lib/ring/body_shadow.wesl.
+fn radiance_along_chord(x: f64, h: f64, u1: DVec3, u2: DVec3) -> DVec3 {
     let mu = (h * h - x * x).max(0.0).sqrt();
     let of_mu = 0.5 * (x * mu + h * h * (x / h).clamp(-1.0, 1.0).asin());
     let of_mu_squared = x * (h * h - x * x / 3.0);
@@ -101,8 +101,9 @@ fn limbs_on_disc(occluding: &[&PlacedBody<'_>], farther: &PlacedBody<'_>) -> Opt
     Some((limbs, [along, across]))
 }
 
-/// Calls `visit` for each visible part of each chord: the chord's distance from the middle and half its length, and where the part begins and ends.
-fn visit_visible(limbs: &[Limb], mut visit: impl FnMut(f64, f64, f64, f64)) {
+/// Calls `visit` for each visible part of each chord. Its arguments: the chord's distance from the disc's middle, half its length, and where the part begins
+/// and ends.
+fn visit_visible_parts(limbs: &[Limb], mut visit: impl FnMut(f64, f64, f64, f64)) {
     let mut breaks = Vec::new();
     for k in 0..CHORDS {
         let (y, h) = chord(k);
@@ -128,12 +129,12 @@ fn visit_visible(limbs: &[Limb], mut visit: impl FnMut(f64, f64, f64, f64)) {
 }
 
 /// The middle of the visible part of a disc, in radii of the disc from its own middle, as a vector across the line of sight. If smooth limbs of the bodies in
-/// front cover the disc (light may remain in the valleys of the Moon's limb), it is the point of the disc's limb that they covered last.
+/// front cover the disc (light may remain in the valleys of the Moon's limb), it is the point of the disc's limb that is farthest from the largest of them.
 pub(crate) fn visible_middle(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>) -> DVec3 {
     let occluding = in_front_of(placed, farther, 0.0);
     let Some((limbs, [along, across])) = limbs_on_disc(&occluding, farther) else { return DVec3::ZERO };
     let (mut area, mut moment) = (0.0, DVec2::ZERO);
-    visit_visible(&limbs, |y, h, from, to| {
+    visit_visible_parts(&limbs, |y, h, from, to| {
         let part = (to - from) * h;
         area += part;
         moment += part * DVec2::new(0.5 * (from + to), y);
@@ -181,10 +182,10 @@ fn compute_visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>)
     let Some((limbs, _)) = limbs_on_disc(&occluding, farther) else { return DVec3::ONE };
     let (u1, u2) = limb_darkening(farther.body);
     // Chords are evenly spaced in angle, so the distance between them is proportional to h.
-    let light = |h: f64, from: f64, to: f64| (along_chord(to, h, u1, u2) - along_chord(from, h, u1, u2)) * h;
+    let light = |h: f64, from: f64, to: f64| (radiance_along_chord(to, h, u1, u2) - radiance_along_chord(from, h, u1, u2)) * h;
     let total: DVec3 = (0..CHORDS).map(|k| chord(k).1).map(|h| light(h, -h, h)).sum();
     let mut visible = DVec3::ZERO;
-    visit_visible(&limbs, |_, h, from, to| visible += light(h, from, to));
+    visit_visible_parts(&limbs, |_, h, from, to| visible += light(h, from, to));
     let visible = (visible / total).clamp(DVec3::ZERO, DVec3::ONE);
     // The lunar limb profile applies if the Moon is the only body in front of the Sun.
     match (&occluding[..], first.limb_profile.as_deref()) {
@@ -193,7 +194,7 @@ fn compute_visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>)
     }
 }
 
-/// Ratio of a small disc's area to the sum of its antialiased coverage: the antialiased limb, a pixel wide, enlarges a disc of less than a pixel.
+/// Ratio of a disc's area to the sum of its antialiased coverage. For a disc of less than a pixel it is well below 1, because the limb is drawn a pixel wide.
 fn small_disc_area_ratio(radius_px: f64) -> f64 {
     let drawn = if radius_px > 0.5 { radius_px * radius_px + 1.0 / 12.0 } else { (radius_px + 0.5).powi(3) / 3.0 };
     radius_px * radius_px / drawn
@@ -203,7 +204,7 @@ fn small_disc_area_ratio(radius_px: f64) -> f64 {
 /// the visible fractions as decisions.
 pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Draw], points: &mut [Point], bodies: &mut [BodyInView]) {
     let placed_body = |id: NaifId| placed.iter().find(|p| p.body.id == id);
-    let mut note = |farther: &PlacedBody<'_>, visible: DVec3| {
+    let mut record = |farther: &PlacedBody<'_>, visible: DVec3| {
         if visible != DVec3::ONE {
             let reason = reason!("hidden", part = format_args!("{:.6}", visible.y));
             let decision = Decision { effect: "hidden", on: visible == DVec3::ZERO, reason, stated_error: None };
@@ -214,7 +215,7 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Dra
     for point in points.iter_mut() {
         let Some(p) = placed_body(point.body) else { continue };
         let visible = visible_fraction(placed, p);
-        note(p, visible);
+        record(p, visible);
         point.flux *= narrow(visible);
     }
     let drawn: Vec<_> = draws.iter().filter(|d| d.part == BodyPart::Globe).map(|d| (d.body, d.features.shape)).collect();
@@ -231,15 +232,17 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Dra
             continue;
         }
         let visible = visible_fraction(placed, farther);
-        note(farther, visible);
-        let from_px = narrow2(camera.pixel_from_clip(middle));
+        record(farther, visible);
+        // The origin of positions in the limb's forms. It is rounded to f32 first, so that the shader subtracts exactly this pixel position.
+        let origin_px = narrow2(camera.pixel_from_clip(middle));
         let ray = |px: DVec2| camera.ray(camera.clip_from_pixel(px));
-        let origin_ray = ray(from_px.as_dvec2());
-        let (dx, dy) = (ray(from_px.as_dvec2() + DVec2::X) - origin_ray, ray(from_px.as_dvec2() + DVec2::Y) - origin_ray);
+        let origin_ray = ray(origin_px.as_dvec2());
+        let (dx, dy) = (ray(origin_px.as_dvec2() + DVec2::X) - origin_ray, ray(origin_px.as_dvec2() + DVec2::Y) - origin_ray);
         for (p, rows) in nearer.iter().zip(draw.uniforms.foreground_limbs.rows.as_chunks_mut::<3>().0) {
             let limb = Limb::on(&p.placement, origin_ray, dx, dy);
             let radius_px = (p.body.radii_km.max_element() / p.distance_km) / camera.pixel_tangent();
-            // The kinds of shaders/lib/foreground_limb.wesl: 1 for a body drawn over the disc, 2 for one too small to be drawn, 3 for one that hides all.
+            // Kinds and rows as in shaders/lib/foreground_limb.wesl. Kinds: 1 for a body drawn over the disc, 2 for one too small to be drawn, 3 if nothing of
+            // the disc is visible.
             let (kind, factor) = match shape(p) {
                 _ if visible == DVec3::ZERO => (3.0, 1.0),
                 Some(_) => (1.0, 1.0),
@@ -254,7 +257,7 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Dra
             lunar_limb::apply_to_sun(draw, moon_limb, nearer[k], camera, 3 * k, [origin_ray, dx, dy]);
         }
         let rows = &mut draw.uniforms.foreground_limbs.rows;
-        (rows[2].w, rows[5].w) = (from_px.x, from_px.y);
+        (rows[2].w, rows[5].w) = (origin_px.x, origin_px.y);
     }
 }
 

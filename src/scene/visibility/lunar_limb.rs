@@ -17,7 +17,7 @@ use crate::scene::draw::{BodyPart, Detail, Draw, LimbTable, LimbUniforms, Shape,
 use crate::scene::eclipse::occluders::limb_darkening;
 use crate::scene::in_view::BodyInView;
 use crate::scene::placed::PlacedBody;
-use crate::scene::visibility::limb_profiles::LimbProfiles;
+use crate::scene::visibility::limb_profiles::LimbProfileCache;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -30,7 +30,7 @@ const MIN_SPAN_PX: f64 = 0.25;
 const MAX_LIMB_SINE: f64 = 0.999;
 
 /// Computes the limb profile as seen from the camera and stores it in the placed Moon, if a height map is given and the Moon may touch the Sun's disc.
-pub(crate) fn compute_profile(placed: &mut [PlacedBody<'_>], profiles: &LimbProfiles) {
+pub(crate) fn compute_profile(placed: &mut [PlacedBody<'_>], profiles: &LimbProfileCache) {
     let index_of = |id: NaifId| placed.iter().position(|p| p.body.id == id);
     let (Some(moon), Some(sun)) = (index_of(NaifId::MOON), index_of(NaifId::SUN)) else { return };
     let (moon_placement, placed_sun) = (placed[moon].placement, &placed[sun]);
@@ -83,7 +83,7 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
     let (u1, u2) = limb_darkening(sun.body);
     let total = PI * (DVec3::ONE - u1 / 3.0 - u2 / 6.0);
     let mean_limb = apparent_limb.limb_angle_tan(moon.body.radii_km.max_element() - profile.sphere_km());
-    let (mut change, mut is_any_seen) = (DVec3::ZERO, false);
+    let (mut change, mut is_any_visible) = (DVec3::ZERO, false);
     for (k, height_km) in profile.heights_km().iter().enumerate() {
         let (sin, cos) = (TAU * k as f64 / LIMB_POINTS as f64).sin_cos();
         let radial = DVec2::new(cos, sin);
@@ -95,7 +95,7 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
         }
         let (enters, leaves) = (along - half_chord_sq.sqrt(), along + half_chord_sq.sqrt());
         let limb = apparent_limb.limb_angle_tan(*height_km);
-        is_any_seen |= leaves > limb.max(0.0);
+        is_any_visible |= leaves > limb.max(0.0);
         // The light between profile and mean limb is gained if the profile is lower, and lost if it is higher.
         let (from, to) = (limb.min(mean_limb).max(enters), limb.max(mean_limb).min(leaves));
         if to <= from {
@@ -111,7 +111,7 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
         let strip = (light_at(from) + 4.0 * light_at(0.5 * (from + to)) + light_at(to)) * ((to - from) / 6.0);
         change += strip * (if limb < mean_limb { 1.0 } else { -1.0 } * TAU / LIMB_POINTS as f64 / (radius * radius));
     }
-    if !is_any_seen {
+    if !is_any_visible {
         return DVec3::ZERO;
     }
     // At least one of Baily's beads is visible, so the result must not be zero.
@@ -138,7 +138,7 @@ pub(crate) fn apply_to_moon(placed: &[PlacedBody<'_>], camera: &Camera, draws: &
     let decision = Decision { effect: "limb-heights", on, reason, stated_error: None };
     bodies.iter_mut().filter(|b| b.id == NaifId::MOON).for_each(|b| b.decisions.push(decision.clone()));
     let Some(draw) = draw.filter(|_| on) else { return };
-    // The night side of the Moon needs no procedural craters, and a crescent so near to new Moon needs no average over pixels.
+    // The Moon is in front of the Sun, so the camera sees its night side: this needs no procedural craters, and no average over pixels of a thin crescent.
     draw.features.detail = Detail::None;
     draw.features.thin_limb = false;
     draw.features.limb_heights = true;
@@ -163,8 +163,8 @@ pub(crate) fn update_features(draws: &[Draw], bodies: &mut [BodyInView]) {
     }
 }
 
-/// Applies the Moon's silhouette to the Sun's draw. `row`: the first of the Moon's rows in the uniform `foreground_limb`; `rays`: the view ray of the
-/// reference pixel, and its change per pixel in x and in y.
+/// Applies the Moon's silhouette to the Sun's draw. `row`: the first of the Moon's rows in the uniform `foreground_limb`; `rays`: the view ray of the pixel
+/// position that is the origin of these rows, and its change per pixel in x and in y.
 pub(crate) fn apply_to_sun(
     draw: &mut Draw,
     moon_draw: &LimbUniforms,

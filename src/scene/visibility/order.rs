@@ -1,10 +1,10 @@
 //! The order of draws, from far to near.
 //!
-//! In: placed bodies and their draws. Out: the same draws in painter's order, so that visibility does not depend on the depth test: two layers of one body
-//! may be closer than depth can resolve. Two disjoint spheres are separated by the plane of equal tangent lengths (their radical plane); the sphere with
-//! the shorter tangent from the camera is in front. A body that does not cross the plane of a ring is entirely in front of the ring or entirely behind it,
-//! depending on whether it is on the camera's side of that plane. Both rules are valid at any distance. Within a body the layers follow [`BodyPart`]. Not here:
-//! bodies whose bounding spheres intersect, and moons that cross the ring's plane; the depth test decides between those.
+//! In: placed bodies and their draws. Out: the same draws in painter's order, so that visibility does not depend on the depth test, which cannot separate two
+//! close layers of one body. Two disjoint spheres are separated by the plane of equal tangent lengths (their radical plane); the sphere with the shorter
+//! tangent from the camera is in front. A body that does not cross the plane of a ring is entirely in front of the ring or entirely behind it, depending on
+//! whether it is on the camera's side of that plane. Both rules are valid at any distance. Within a body the layers follow [`BodyPart`]. Not here: bodies whose
+//! bounding spheres intersect, and moons that cross the ring's plane; the depth test decides between those.
 
 use crate::catalog::NaifId;
 use crate::scene::draw::{BodyPart, Draw};
@@ -90,7 +90,7 @@ pub(crate) fn far_to_near(placed: &[PlacedBody<'_>], mut draws: Vec<Draw>) -> Ve
     let ringed: Vec<NaifId> = draws.iter().filter(|d| d.part == BodyPart::Ring).map(|d| d.body).collect();
     let placed_body = |id: NaifId| placed.iter().find(|p| p.body.id == id);
     let order_of = |id: NaifId, part: BodyPart| {
-        // Draws are made from placed bodies, so this value is arbitrary.
+        // Every draw is made from a placed body, so this value is never used.
         let Some(p) = placed_body(id) else {
             return DrawOrder { group_tangent_sq_km2: 0.0, step: DrawingStep::Globe, body_tangent_sq_km2: 0.0 };
         };
@@ -116,8 +116,8 @@ pub(crate) fn far_to_near(placed: &[PlacedBody<'_>], mut draws: Vec<Draw>) -> Ve
     draws
 }
 
-/// Number of sorted draws up to the last draw of `body`, which is included: light around the body is drawn after them. For a body without a draw, the number
-/// of draws up to the last one of a farther body.
+/// Number of sorted draws up to and including the last draw of `body`: light around the body is drawn after them. For a body without a draw, the number of
+/// draws up to the last one of a farther body.
 pub(crate) fn draw_count_up_to(placed: &[PlacedBody<'_>], draws: &[Draw], body: NaifId) -> usize {
     let distance_km = |id: NaifId| placed.iter().find(|p| p.body.id == id).map_or(0.0, |p| p.distance_km);
     let body_km = distance_km(body);
@@ -125,7 +125,7 @@ pub(crate) fn draw_count_up_to(placed: &[PlacedBody<'_>], draws: &[Draw], body: 
     last.map_or(0, |last| last + 1)
 }
 
-/// A distance that sorts larger values first.
+/// A squared distance as a sort key: larger values sort first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Farther(f64);
 

@@ -1,7 +1,8 @@
 //! The weight of city lights on the ground around the camera.
 //!
-//! A night map has texels of kilometres: to a camera that stands in a city, all of its ground shines. A view from there that shows much of the sky is exposed
-//! for the sky, or no image from a city would have stars. From an aircraft, and for a camera that looks down, the lights are the subject.
+//! In: a body with a night map, and the camera. Out: a factor on the radiance of its city lights. A night map has texels of kilometres, so all ground around a
+//! camera in a city shines. A view from there that shows much of the sky is exposed for the sky; otherwise no image from a city would have stars. From an
+//! aircraft, and for a camera that looks down, the lights are the subject.
 
 use super::MeteredFrame;
 use crate::scene::atmosphere::air;
@@ -10,7 +11,7 @@ use crate::scene::placed::PlacedBody;
 
 /// Heights of the camera between which the lights around it become those of a landscape below it.
 const LANDSCAPE_HEIGHTS_KM: [f64; 2] = [0.1, 3.0];
-/// Fraction of the frame above the horizon from which a view from the ground is one of the sky.
+/// Fraction of the frame above the horizon from which on a view from the ground counts as a view of the sky.
 const SKY_VIEW_FRACTION: f64 = 0.4;
 /// Factor on the lights in a view of the sky: with it they are darker than the ground in starlight. It is above 0 so that the logarithm of the lights, and with
 /// it the exposure, changes gradually.
@@ -19,8 +20,8 @@ const SKY_VIEW_WEIGHT: f64 = 1e-4;
 /// Factor on the city lights of the ground below a camera. `sky_fraction`: the part of the frame above the horizon.
 fn weight(height_km: f64, sky_fraction: f64) -> f64 {
     let [from, to] = LANDSCAPE_HEIGHTS_KM;
-    let on_the_ground = 1.0 - smoothstep((height_km.max(1e-9) / from).ln() / (to / from).ln());
-    SKY_VIEW_WEIGHT.powf(on_the_ground * smoothstep(sky_fraction / SKY_VIEW_FRACTION))
+    let nearness_to_ground = 1.0 - smoothstep((height_km.max(1e-9) / from).ln() / (to / from).ln());
+    SKY_VIEW_WEIGHT.powf(nearness_to_ground * smoothstep(sky_fraction / SKY_VIEW_FRACTION))
 }
 
 impl MeteredFrame<'_, '_> {

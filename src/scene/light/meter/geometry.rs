@@ -1,7 +1,7 @@
 //! Geometry of the light meter: intersection of rays with bodies, and the fraction of a disc that nearer bodies leave visible.
 //!
-//! Always: weights of positions, intersections and visible fractions change continuously with position and direction. `area_px` and
-//! `weighted_in_frame_fraction` do so while an outline remains an ellipse, and jump where it opens or leaves the frame.
+//! In: the camera and the placement of a body. Out: weights, angles and fractions. Always: they change continuously with position and direction. Exceptions:
+//! `area_px` and `weighted_in_frame_fraction` jump where an ellipse becomes an open outline ([`Outline::Open`]) or leaves the frame.
 
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{Camera, Placement};
@@ -10,8 +10,8 @@ use crate::scene::placed::PlacedBody;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Number of decades by which weights fall from half-way between middle and edge of the frame to the edge, so that a body that enters the frame gains weight
-/// gradually.
+/// Number of decades by which a weight falls between the middle of the frame and its edge, so that a body that enters the frame gains weight gradually. The
+/// outer half of that distance has the entire fall.
 const EDGE_DECADES: f64 = 5.0;
 
 /// Weight of a position in the frame. `edge_fraction`: 0 in the middle of the frame, 1 on its edge.
@@ -36,8 +36,8 @@ pub(crate) fn ray_and_limb(placement: &Placement, direction: DVec3) -> RayAndLim
     RayAndLimb { inside_rad: limb_rad - cross.atan2(along), point }
 }
 
-/// Whether a body is so far beside the frame that [`ray_and_limb`] is at least half a `spacing` outside its limb for every ray of the frame. A quick test, which
-/// may also return false for such a body.
+/// Whether every ray of the frame misses the body's limb by at least half a `spacing` (an angle, as in [`ray_and_limb`]). A quick test: it may return false
+/// although this holds.
 pub(crate) fn is_beside_frame(camera: &Camera, placement: &Placement, spacing: f64) -> bool {
     let radii_km = placement.radii_km;
     let angular_radius = (radii_km.max_element() / placement.centre_km.length()).min(1.0).asin();
@@ -47,7 +47,8 @@ pub(crate) fn is_beside_frame(camera: &Camera, placement: &Placement, spacing: f
     crate::ephemeris::angle_rad(placement.centre_km, camera.forward) - angular_radius - corner > 2.0 * margin
 }
 
-/// Area within a body's outline in pixels, not clipped to the frame. An open outline counts as the entire frame, a body beside or behind it as 0.
+/// Area within a body's outline in pixels, not clipped to the frame. An open outline counts as the entire frame, a body beside the frame or behind the camera
+/// as 0.
 pub(crate) fn area_px(camera: &Camera, placed: &PlacedBody<'_>) -> f64 {
     match placed.outline {
         Outline::Ellipse { area_px, .. } => area_px,
@@ -73,13 +74,13 @@ pub(crate) fn weighted_in_frame_fraction(camera: &Camera, placed: &PlacedBody<'_
 /// Number of decades by which the weight of a crescent falls after the crescent has set behind the limb.
 const SETTING_DECADES: f64 = 9.0;
 
-/// Largest angle below the limb over which the weight falls. Over this angle a night side is exposed for a lit part that is out of sight, and too dark. A
-/// smaller angle makes a step: with 0, the exposure of the Moon from 12 radii jumps by 10.7 stops when the Sun sets.
+/// Upper limit of the angle below the limb over which the weight falls. A compromise: while the lit part is hidden but still has weight, the exposure is too
+/// short for the night side; with an angle of 0, the exposure of the Moon from 12 radii would jump by 10.7 stops when the Sun sets.
 const MAX_SETTING_RANGE_RAD: f64 = 2.5 * PI / 180.0;
 
 /// Weight of the lit part of a sphere: 1 while some of it is in sight. The limb of a near viewer hides more than half of the sphere; after the lit part has set
-/// behind it, the weight falls to nearly 0. It falls gradually because the Sun sets there at the same moment, without the twilight of an atmosphere.
-/// `distance_radii`: from the viewer to the sphere's centre.
+/// behind it, the weight falls to nearly 0. It falls gradually because the light itself ends abruptly: a body without air has no twilight. `distance_radii`:
+/// from the viewer to the sphere's centre.
 pub(crate) fn lit_part_weight(phase_angle: f64, distance_radii: f64) -> f64 {
     // Angles at the sphere's centre: from the sub-observer point to the limb, and from the limb to the lit part behind it.
     let limb = distance_radii.max(1.0).recip().acos();
@@ -124,21 +125,21 @@ pub(crate) fn visible_fraction_behind_circle(separation_rad: f64, body_radius_ra
     (1.0 - (of_disc + of_body) / PI).clamp(0.0, 1.0)
 }
 
-/// A body's limb in one direction from its centre.
-struct Limb {
+/// The point of a body's limb in one direction from its centre.
+struct LimbPoint {
     /// Angle from the body's centre.
     angle_rad: f64,
     /// Cosine between the limb's normal and the direction away from the centre.
     normal_cosine: f64,
 }
 
-/// The limb from the body's centre towards a unit vector. Valid outside the body.
-fn limb_towards(placement: &Placement, towards: DVec3) -> Limb {
+/// The point of the limb in the direction from the body's centre to a unit vector. Valid for a camera outside the body.
+fn limb_towards(placement: &Placement, towards: DVec3) -> LimbPoint {
     let distance_km = placement.centre_km.length();
     let to_centre = placement.centre_km / distance_km;
     let perpendicular =
         (towards - to_centre * towards.dot(to_centre)).try_normalize().unwrap_or_else(|| to_centre.any_orthonormal_vector());
-    // In the unit-sphere frame the ray axis + u side, with u the tangent of the angle, touches the limb if its squared distance from the centre is 1.
+    // In the unit-sphere frame, the ray along axis + u side, with u the tangent of the angle, touches the limb if its squared distance from the centre is 1.
     let (axis, side) = (placement.direction_in_unit_sphere(to_centre), placement.direction_in_unit_sphere(perpendicular));
     let (axis_sq, axis_side, side_sq) = (axis.dot(axis), axis.dot(side), side.dot(side));
     let distance_radii = distance_km / placement.radii_km.x;
@@ -152,7 +153,7 @@ fn limb_towards(placement: &Placement, towards: DVec3) -> Limb {
     let gradient = ray * (camera.length_squared() - 1.0) - camera * camera.dot(ray);
     let normal = placement.body_from_icrf.transpose() * (gradient * (placement.radii_km.x / placement.radii_km));
     let outwards = perpendicular * cos - to_centre * sin;
-    Limb { angle_rad, normal_cosine: normal.normalize_or_zero().dot(outwards).clamp(0.0, 1.0) }
+    LimbPoint { angle_rad, normal_cosine: normal.normalize_or_zero().dot(outwards).clamp(0.0, 1.0) }
 }
 
 /// Fraction of a disc that a body leaves visible. The disc has the angular radius `radius_rad` around the unit vector `towards`, and lies behind the body.

@@ -46,8 +46,8 @@ pub(crate) fn relief_weight(p: &PlacedBody<'_>, effects: &EffectOverrides) -> f6
     1.0 - smoothstep(air::camera_height_km(body, &p.placement) / body.radii_km.x / RELIEF_HEIGHT_RADII)
 }
 
-/// Mean cosine of incidence on relief, from the cosine on smooth ground. Slopes towards the light are evenly distributed up to [`RELIEF_SLOPE`]; beyond the
-/// terminator they get light as in `above_horizon` of shaders/lib/reflected.wesl.
+/// Mean cosine of incidence on relief, from the cosine on smooth ground. The slopes along the light's direction are evenly distributed up to [`RELIEF_SLOPE`]
+/// either way; beyond the terminator they get light as in `above_horizon` of shaders/lib/reflected.wesl.
 fn mean_cosine_on_relief(cos_smooth: f64) -> f64 {
     if cos_smooth.abs() >= RELIEF_SLOPE {
         return cos_smooth.max(0.0);
@@ -58,9 +58,9 @@ fn mean_cosine_on_relief(cos_smooth: f64) -> f64 {
 /// Reflectances of a body's ground, brightest channel.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Albedo {
-    /// Radiance by lights, divided by their irradiance and the photometric model's reflectance.
+    /// Radiance caused by the Sun and other bodies, divided by their irradiance and by the photometric model's reflectance.
     pub of_lights: f64,
-    /// Radiance by skylight, divided by the radiance for which the sky is exposed (`SurroundingAir::exposure_radiance`).
+    /// Radiance caused by skylight, divided by the radiance for which the sky is exposed (`SurroundingAir::exposure_radiance`).
     pub of_sky: f64,
 }
 
@@ -130,8 +130,8 @@ impl Ground<'_> {
             _ => 1.0,
         };
         let secondary: f64 = self.secondary_lights.iter().map(|(towards, irradiance)| reflected(*towards, *irradiance)).sum();
-        let lit = night_lights::lit_fraction(normal.dot(self.sun)) * self.night_light_weight;
-        let night_lights = self.night_lights.map_or(0.0, |l| if lit > 0.0 { lit * l.at(point) } else { 0.0 });
+        let lights_weight = night_lights::lit_fraction(normal.dot(self.sun)) * self.night_light_weight;
+        let night_lights = self.night_lights.map_or(0.0, |l| if lights_weight > 0.0 { lights_weight * l.radiance_at(point) } else { 0.0 });
         let ring_shine = self.ring_shine.as_ref().map_or(0.0, |(shine, radiance)| radiance * shine.irradiance(point, self.sun));
         self.albedo.of_lights * (reflected(self.sun, self.sun_irradiance * sunlight_fraction * ring_transmittance) + secondary)
             + self.albedo.of_sky * self.sky_radiance

@@ -1,6 +1,7 @@
 //! The mean radiance of a subject of the light meter.
 //!
-//! In: parts of the subject, each with its share of the frame and its radiance. Out: a [`MeteredSubject`]. Always: the mean is finite, whatever the parts are.
+//! In: the parts of a subject, each with its share of the frame and its radiance. Out: a [`MeteredSubject`]. Always: the mean is finite, whatever the parts
+//! are.
 
 use super::MeteredSubject;
 use crate::catalog::NaifId;
@@ -16,11 +17,13 @@ const WEIGHT_RADIANCE_CAP: f64 = 1.0;
 #[derive(Clone, Copy, Default)]
 pub(super) struct LogMean {
     pub weight: f64,
+    /// Sum of weight times the logarithm of radiance.
     pub log_sum: f64,
 }
 
 impl LogMean {
-    /// Adds a part of a subject. `share`: its share of the frame, times other weights. `foreground_radiance`: radiance in front of it, which lowers contrast.
+    /// Adds a part of a subject. `share`: its share of the frame, times other weights. `foreground_radiance`: that of the light added in front of it, which
+    /// lowers its contrast.
     pub fn add(&mut self, share: f64, radiance: f64, foreground_radiance: f64) {
         if share > 0.0 && radiance > 0.0 {
             let contrast = radiance / (radiance + foreground_radiance);

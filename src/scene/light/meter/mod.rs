@@ -1,4 +1,4 @@
-//! The light meter of automatic exposure: it computes the radiance of everything in the frame.
+//! The light meter of automatic exposure: it estimates the radiance of everything in the frame.
 //!
 //! In: the request, the camera, the placed bodies, the air around the camera. Out: a [`MeterReading`]: weight and radiance of each kind of subject in the
 //! frame, and the Sun's glare. Nothing is rendered: the light of each body is summed over points of its ground (`ground`) with its photometric model and mean
@@ -27,7 +27,7 @@ use crate::scene::camera::{Camera, silhouette::Outline};
 use crate::scene::eclipse::approximate_shadow::ApproximateShadow;
 use crate::scene::eclipse::sun_occluders::evaluate_shadow;
 use crate::scene::light::corona;
-use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CANDELAS_PER_RADIANCE};
+use crate::scene::light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CD_M2_PER_RADIANCE};
 use crate::scene::light::glare::VeilingGlare;
 use crate::scene::light::lights::{self, IncidentLight, Reflector};
 use crate::scene::light::photometry;
@@ -46,9 +46,9 @@ use log_mean::LogMean;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use sun_glare::FrameGlare;
 
-/// Luminance of the sky around sunset, cd/m2: below it, sky and ground look like dusk. This and the next two values are judged by eye:
-/// photographers reduce the exposure by one stop in civil twilight, and by two to three at night.
-const DAY_CD_M2: f64 = 300.0;
+/// Luminance of the sky around sunset, cd/m2. Below it, images of sky and ground are made darker, in stops per factor of ten in luminance, but not by more than
+/// the maximum. The three values are judged by eye: photographers reduce the exposure by one stop in civil twilight, and by two to three at night.
+const SUNSET_SKY_CD_M2: f64 = 300.0;
 const DUSK_STOPS_PER_DECADE: f64 = 0.6;
 const MAX_DUSK_STOPS: f64 = 3.0;
 /// Weight of the target relative to an equal area of another subject.
@@ -59,7 +59,7 @@ const SUN_WEIGHT: f64 = 256.0;
 /// Shares of the frame at which the weight of the Sun's disc is halved, because a smaller disc is no longer the subject of the image but a light source in it:
 /// if the Sun is the target, and if not.
 const SUN_HALF_WEIGHT_SHARES: [f64; 2] = [1e-3, 1e-2];
-/// Weight of the dark sky: if all points of light have less weight, the image is exposed for the dark sky.
+/// Weight of the dark sky: if everything bright in the frame has less weight, the image is exposed for the dark sky.
 const DARK_SKY_WEIGHT: f64 = 1e-6;
 /// Fraction of daylight that the drawn sky keeps in totality, scattered from outside the umbra: overhead at Dallas in 2024 (tests/eclipse/totality.rs).
 /// Measured skies keep a fifth of this (Dandekar and Turtle 1971, Applied Optics 10, 1220); up to an obscuration of 99.8 % the sky dims in proportion to
@@ -67,13 +67,15 @@ const DARK_SKY_WEIGHT: f64 = 1e-6;
 const TOTALITY_SKY_FRACTION: f64 = 5.5e-4;
 /// Distances of the camera, in body radii, between which the meter blends from rays of the frame (near) to a sum over the entire disc (far).
 const FAR_RADII: [f64; 2] = [3.0, 8.0];
-/// Rays per side over the rectangle of a near body, and over the frame.
+/// Number of rays along each side of a near body's rectangle.
 const RAYS: u32 = 20;
+/// Number of rays along each side of the frame.
 const FRAME_RAYS: u32 = 16;
-/// Radii of the innermost and outermost edge of the annuli around the Sun by which the corona is metered, solar radii. For a camera near the Sun, rays of the
-/// frame meter the corona outside the annuli (`near_corona`).
+/// Radii of the innermost and outermost edge of the annuli around the Sun on which the corona is sampled, solar radii. For a camera near the Sun, rays of the
+/// frame sample the corona outside the annuli (`near_corona`).
 const CORONA_RADII: [f64; 2] = [1.0, 4.0];
-/// Sines of the Sun's angular radius between which rays of the frame also replace the annuli: for a camera 8.3 to 5 solar radii from the Sun's centre.
+/// Sines of the Sun's angular radius between which rays of the frame gradually replace the annuli, too: for a camera 8.3 to 5 solar radii from the Sun's
+/// centre.
 const ANNULI_TO_RAYS_SINES: [f64; 2] = [0.12, 0.2];
 
 /// A subject in the frame with its metered radiance.
@@ -89,11 +91,13 @@ pub(crate) struct MeteredSubject {
     pub weight: f64,
 }
 
+/// What the meter found in the frame.
 pub(crate) struct MeterReading {
-    pub metered: Vec<MeteredSubject>,
+    pub subjects: Vec<MeteredSubject>,
     pub glare: FrameGlare,
 }
 
+/// The inputs of the light meter.
 pub(crate) struct Meter<'m, 'a> {
     pub context: Context<'m>,
     pub camera: &'m Camera,
@@ -106,9 +110,9 @@ pub(crate) struct Meter<'m, 'a> {
 }
 
 /// Factor by which the target level of surroundings of a given radiance is reduced: a photograph of dusk that is as bright as one of noon looks like day. The
-/// factor is 1 above [`DAY_CD_M2`]; below, it falls by [`DUSK_STOPS_PER_DECADE`] stops per factor of ten in luminance, by at most [`MAX_DUSK_STOPS`].
+/// factor is 1 above [`SUNSET_SKY_CD_M2`]; below, it falls by [`DUSK_STOPS_PER_DECADE`] stops per factor of ten in luminance, by at most [`MAX_DUSK_STOPS`].
 fn dusk_factor(radiance: f64) -> f64 {
-    let decades = (DAY_CD_M2 / (radiance * CANDELAS_PER_RADIANCE).max(1e-30)).log10().max(0.0);
+    let decades = (SUNSET_SKY_CD_M2 / (radiance * CD_M2_PER_RADIANCE).max(1e-30)).log10().max(0.0);
     (-(DUSK_STOPS_PER_DECADE * decades).min(MAX_DUSK_STOPS)).exp2()
 }
 
@@ -121,7 +125,7 @@ struct MeteredFrame<'f, 'a> {
     sun_transmittance: f64,
     /// Radiance of the sky around the camera.
     sky_radiance: f64,
-    /// Bodies of more than a pixel, which may hide others. The Sun is hidden by smaller ones, too.
+    /// Bodies of more than a pixel, which may hide others along rays. [`Self::visible_fraction`] lets smaller ones hide the Sun, too.
     resolved_bodies: Vec<&'f PlacedBody<'a>>,
 }
 
@@ -138,14 +142,14 @@ impl Meter<'_, '_> {
         let sun_transmittance = self.air.zip(sun).map_or(1.0, |(air, sun)| air.mean_transmittance(sun.placement.centre_km));
         let frame = MeteredFrame { meter: self, glare, sun_transmittance, sky_radiance: 0.0, resolved_bodies };
         let frame = MeteredFrame { sky_radiance: frame.sky_radiance(), ..frame };
-        let mut metered = Vec::new();
+        let mut subjects = Vec::new();
         let (mut target, mut others) = (LogMean::default(), LogMean::default());
         let (mut target_name, mut dominant, mut max_weight) = ("", None, 0.0);
         let mut share_of_bodies_in_sky = 0.0;
         for p in self.placed.iter().filter(|p| p.body.id != NaifId::SUN) {
             let (mut mean, share) = frame.body(p);
             mean.merge(&frame.rings_of(p));
-            // The ground of the body whose air surrounds the camera is below the horizon, and so outside the sky's fraction of the frame.
+            // The ground of the body whose air surrounds the camera is below the horizon, so `sky_fraction` does not contain it.
             if self.air.is_none_or(|a| a.body.id != p.body.id) {
                 share_of_bodies_in_sky += share;
             }
@@ -159,29 +163,29 @@ impl Meter<'_, '_> {
                 }
             }
         }
-        metered.extend(target.metered(target_name, self.context.request.target, AUTO_EXPOSED_MEAN));
-        metered.extend(others.metered(dominant.map_or("", |b| &b.name), dominant.map(|b| b.id), AUTO_EXPOSED_MEAN));
-        metered.extend(frame.sun());
-        metered.extend(frame.corona());
-        metered.extend(frame.corona_around_camera());
-        metered.extend(frame.refracted_limbs());
+        subjects.extend(target.metered(target_name, self.context.request.target, AUTO_EXPOSED_MEAN));
+        subjects.extend(others.metered(dominant.map_or("", |b| &b.name), dominant.map(|b| b.id), AUTO_EXPOSED_MEAN));
+        subjects.extend(frame.sun());
+        subjects.extend(frame.corona());
+        subjects.extend(frame.corona_around_camera());
+        subjects.extend(frame.refracted_limbs());
         if let Some(air) = self.air {
             let mut sky = LogMean::default();
             sky.add((frame.sky_fraction() - share_of_bodies_in_sky).max(0.0), frame.sky_radiance, 0.0);
-            metered.extend(sky.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), AUTO_EXPOSED_MEAN));
+            subjects.extend(sky.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), AUTO_EXPOSED_MEAN));
             // Sky and ground around the camera are shown darker in dusk, less so near the top of the air.
             let sky_weight = air.sky_weight();
-            let around = metered.iter_mut().filter(|m| m.body == Some(air.body.id));
+            let around = subjects.iter_mut().filter(|m| m.body == Some(air.body.id));
             around.for_each(|m| m.target_level *= dusk_factor(m.radiance).powf(sky_weight));
         }
-        metered.push(MeteredSubject {
+        subjects.push(MeteredSubject {
             name: reason!("subject-dark-sky").into(),
             body: None,
             radiance: night_white * AUTO_EXPOSED_MEAN,
             target_level: AUTO_EXPOSED_MEAN,
             weight: DARK_SKY_WEIGHT,
         });
-        MeterReading { metered, glare: frame.frame_glare() }
+        MeterReading { subjects, glare: frame.frame_glare() }
     }
 }
 
@@ -198,8 +202,8 @@ impl<'a> MeteredFrame<'_, 'a> {
         let towards = p.placement.centre_km / p.distance_km;
         let radius = (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin();
         let is_nearer = |o: &&PlacedBody<'_>| o.body.id != p.body.id && o.distance_km < p.distance_km;
-        // The Sun is so bright that bodies of less than a pixel matter, too. In front of other bodies, a body's opacity in the meter rises from 0 to 1 while its
-        // area grows from one pixel to two. A body whose centre is the camera's position has an area of 0: it hides nothing.
+        // The Sun is so bright that bodies of less than a pixel matter, too. In front of other bodies, the meter gives a body an opacity that rises from 0 to 1
+        // while its area grows from one pixel to two. A body whose centre is the camera's position has an area of 0: it hides nothing.
         let opacity = |o: &PlacedBody<'_>| {
             let area = area_px(self.meter.camera, o);
             if p.body.id == NaifId::SUN { f64::from(area > 0.0) } else { smoothstep(area - 1.0) }
@@ -264,11 +268,11 @@ impl<'a> MeteredFrame<'_, 'a> {
         let is_point = self.disc_light_fraction(p, diameter_px) < 1.0 && !is_target;
         let point_weight = if is_point { 1.0 - smoothstep(diameter_px - 1.0) } else { 0.0 };
         if point_weight > 0.0 {
-            // A point: all of the body's light, spread over a sprite.
+            // A point: all of the body's light, spread over a sprite, which the meter treats as uniform with the radiance of its peak.
             let pixel_sr = camera.pixel_tangent().powi(2);
-            let shown = transmittance * f64::from(p.body.colour.max_element()) * p.irradiance * PI / pixel_sr * point_peak();
+            let peak_radiance = transmittance * f64::from(p.body.colour.max_element()) * p.irradiance * PI / pixel_sr * point_peak();
             let sprite_share = weighted_in_frame_fraction(camera, p) / point_peak() / self.meter.frame_px();
-            mean.add(point_weight * sprite_share, shown, foreground_radiance);
+            mean.add(point_weight * sprite_share, peak_radiance, foreground_radiance);
             if point_weight >= 1.0 {
                 return (mean, 0.0);
             }
@@ -304,7 +308,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             }
             near_share
         };
-        // With the settings that the user made for this body alone.
+        // The user may have set effects for this body alone.
         let body_request = self.meter.context.request.for_body(p.body);
         let body_context = Context { request: body_request.as_ref().unwrap_or(self.meter.context.request), ..self.meter.context };
         let near_share = evaluate_shadow(body_context, p, diameter_px, |shadow, _| sum(Some(shadow)));
@@ -312,9 +316,9 @@ impl<'a> MeteredFrame<'_, 'a> {
         (mean, share * far_weight + near_share)
     }
 
-    /// Samples the disc of a distant body: calls `add` with fractions of the disc's area and their radiances. The grid in photometric longitude and
-    /// latitude (origin at the sub-observer point, equator through the sub-solar point) covers the lit and the dark part separately, so that even the thinnest
-    /// crescent is sampled; it is that of a viewer at infinity, except for [`lit_part_weight`].
+    /// Samples the disc of a distant body: calls `add` with fractions of the disc's area and their radiances. The grid in photometric longitude and latitude
+    /// (origin at the sub-observer point, equator through the sub-solar point) covers the lit and the dark part separately, so that even the thinnest crescent
+    /// is sampled. It treats the viewer as infinitely far away; only [`lit_part_weight`] takes the distance into account.
     fn sum_disc(
         &self,
         p: &PlacedBody<'_>,
@@ -466,7 +470,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         Some(MeteredSubject { weight: metered.weight * weight, ..metered })
     }
 
-    /// Evaluates a function of the view ray on a grid over the frame.
+    /// Evaluates a function of the view ray on a grid of [`FRAME_RAYS`] squared points over the frame.
     fn sample_frame<T>(&self, function: impl Fn(DVec3) -> T) -> Vec<T> {
         let clip = |k: u32| (DVec2::new(f64::from(k % FRAME_RAYS), f64::from(k / FRAME_RAYS)) + 0.5) * 2.0 / f64::from(FRAME_RAYS) - 1.0;
         (0..FRAME_RAYS * FRAME_RAYS).map(|k| function(self.meter.camera.ray(clip(k)))).collect()

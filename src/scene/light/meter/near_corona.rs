@@ -1,5 +1,5 @@
-//! Meters the corona around a camera near the Sun. There it covers the entire sky, including the hemisphere away from the Sun; the camera may even be within
-//! the inner corona.
+//! Meters the corona around a camera near the Sun, by rays of the frame. There it covers the entire sky, including the hemisphere away from the Sun; the camera
+//! may even be within the inner corona.
 
 use super::{ANNULI_TO_RAYS_SINES, AUTO_EXPOSED_MEAN, CORONA_RADII, FRAME_RAYS, LogMean, MeteredFrame, MeteredSubject, SUN_WEIGHT};
 use crate::catalog::NaifId;
@@ -10,8 +10,8 @@ use crate::scene::sky::zodiacal;
 use crate::units::KM_PER_AU;
 use glam::DVec3;
 
-/// Weight with which rays of the frame meter the inner corona; the annuli of [`MeteredFrame::corona`] meter it with the rest. `sine`: sine of the Sun's angular
-/// radius.
+/// Weight of the inner corona in the sum over rays of the frame; in the annuli of [`MeteredFrame::corona`] its weight is 1 less this. `sine`: sine of the Sun's
+/// angular radius.
 pub(super) fn ray_weight_of_inner_corona(sine: f64) -> f64 {
     let [from, to] = ANNULI_TO_RAYS_SINES;
     smoothstep((sine - from) / (to - from))

@@ -1,8 +1,9 @@
 //! The shadow of rings on the ground near the camera, for the light meter.
 //!
 //! In: the rings' intervals, the Sun, the camera. Out: the fraction of sunlight that the rings leave on the footprint of one of the meter's rays, which is the
-//! part of the ground that the ray represents. It changes gradually, because it is a mean over the footprint and the Sun's disc, also where the footprint
-//! reaches across the ring plane at the equator. From 3 radii on, the meter ignores the shadow: the entire disc is in view, of which it covers a small part.
+//! part of the ground that the ray represents. It changes gradually because it is a mean over the footprint and the Sun's disc; this also holds at the equator,
+//! where the footprint reaches across the ring plane. From 3 radii on, the meter ignores the shadow: the entire disc is in view, of which it covers a small
+//! part.
 
 use super::MeteredFrame;
 use crate::scene::numeric::smoothstep;
@@ -19,7 +20,7 @@ const RING_SHINE_IN_SHADOW: f64 = 1e-3;
 
 /// The shadow of rings on the ground of their body. Lengths in equatorial radii, body axes.
 pub(super) struct RingShadowOnGround {
-    /// Radii in the ring plane, ascending, and the integral of the blocked fraction of sunlight over the radius up to each.
+    /// Radii in the ring plane, ascending; with each, the integral over the radius, up to this one, of the fraction of sunlight that the rings block.
     blocked_up_to: Vec<[f64; 2]>,
     /// Unit vector towards the Sun.
     sun: DVec3,
@@ -53,11 +54,11 @@ impl RingShadowOnGround {
     pub(super) fn transmittance(&self, point: DVec3, spacing: f64) -> f64 {
         let ground = point * self.semi_axes;
         let footprint = (spacing * (self.camera - ground).length()).max(1e-6);
-        // Only ground beyond the ring plane, as seen from the Sun, is in shadow; near the equator that is a part of the footprint.
+        // Only ground beyond the ring plane, as seen from the Sun, is in shadow; near the equator that may be only a part of the footprint.
         let beyond_plane = -ground.z * self.sun.z.signum();
-        let part_beyond = smoothstep(0.5 + beyond_plane / footprint);
+        let fraction_beyond = smoothstep(0.5 + beyond_plane / footprint);
         let to_ring_plane = beyond_plane.max(0.0) / self.sun.z.abs();
-        if part_beyond <= 0.0 || !to_ring_plane.is_finite() {
+        if fraction_beyond <= 0.0 || !to_ring_plane.is_finite() {
             return 1.0;
         }
         let radius = (ground + self.sun * to_ring_plane).truncate().length();
@@ -65,7 +66,7 @@ impl RingShadowOnGround {
         let stretch = 1.0 + self.sun.truncate().length() / self.sun.z.abs();
         let half_width = (0.5 * footprint * stretch + self.sun_tangent * to_ring_plane).max(1e-6);
         let blocked = (self.blocked_within(radius + half_width) - self.blocked_within(radius - half_width)) / (2.0 * half_width);
-        1.0 - self.weight * part_beyond * blocked * (1.0 - self.light_in_shadow)
+        1.0 - self.weight * fraction_beyond * blocked * (1.0 - self.light_in_shadow)
     }
 }
 

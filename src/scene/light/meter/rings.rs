@@ -1,4 +1,6 @@
 //! Meters the light of rings: the light that they scatter towards the camera, and ring-shine on the night side of the globe.
+//!
+//! In: a placed body with rings. Out: the mean of the rings' radiance, as the rays of a grid over them sample it; and ring-shine with its weight.
 
 use super::geometry::{frame_position_weight, ray_and_limb};
 use super::{LogMean, MeteredFrame};
@@ -18,8 +20,8 @@ use std::sync::Arc;
 const RING_RAYS: u32 = 28;
 /// Width over which the edge of the globe's shadow on the rings is softened, globe radii: wider than the penumbra, so that the reading changes gradually.
 const SHADOW_EDGE_RADII: f64 = 0.02;
-/// Sizes of the rings' rectangle, with its margins, between which the rings gain their weight. Below, they are part of a point.
-const SMALLEST_RINGS_PX: [f64; 2] = [4.0, 8.0];
+/// Sizes of the rings' rectangle, with its margins, between which their weight rises from 0 to 1. Smaller rings are part of the body's point.
+const FADE_IN_SIZES_PX: [f64; 2] = [4.0, 8.0];
 /// Phase angles between which ring-shine on the night side fades in, radians.
 const NIGHT_SIDE_FADE_RAD: [f64; 2] = [1.0, 1.7];
 
@@ -40,7 +42,8 @@ impl MeteredFrame<'_, '_> {
         Some((shine, weight * albedo_scale * lights::sunlight(p.sun_from_body_km).irradiance.x))
     }
 
-    /// The geometry of a body's rings. The meter uses only what does not depend on `irradiance` and `threshold`, whose values here are arbitrary.
+    /// The geometry of a body's rings. The meter calls only methods whose results do not depend on `irradiance` and `threshold`, whose values here are
+    /// arbitrary.
     pub(super) fn ring_view<'v>(&'v self, p: &'v PlacedBody<'_>) -> view::RingView<'v> {
         view::RingView {
             body: p.body,
@@ -65,22 +68,21 @@ impl MeteredFrame<'_, '_> {
         }
         let unit_km = p.body.radii_km.x;
         let intervals = self.meter.context.caches.ring_tables.intervals(p.body.rings.iter(), unit_km);
-        let (Some(outer), sun) = (intervals.last().map(|s| s.to), (p.body_from_icrf * p.sun_from_body_km).normalize()) else {
-            return mean;
-        };
+        let Some(outer) = intervals.last().map(|i| i.to) else { return mean };
+        let sun = (p.body_from_icrf * p.sun_from_body_km).normalize();
         let view = self.ring_view(p);
         let Some(rect) = view.rect(outer * unit_km) else { return mean };
         let size = DVec2::new(rect.right - rect.left, rect.top - rect.bottom);
         // The flux of a body that is drawn as a point includes its rings.
-        let [from, to] = SMALLEST_RINGS_PX;
-        let share_of_size = smoothstep(((size * camera.half_size()).max_element() - from) / (to - from));
-        if share_of_size <= 0.0 {
+        let [from, to] = FADE_IN_SIZES_PX;
+        let size_weight = smoothstep(((size * camera.half_size()).max_element() - from) / (to - from));
+        if size_weight <= 0.0 {
             return mean;
         }
         let sun_tangent = crate::units::SUN_RADIUS_KM / view.sun_distance_km;
         let irradiance = lights::sunlight(p.sun_from_body_km).irradiance.x;
         let spacing = (size * camera.tan_half_fov).length() / f64::from(RING_RAYS);
-        let share = share_of_size * size.element_product() / 4.0 / f64::from(RING_RAYS * RING_RAYS);
+        let share = size_weight * size.element_product() / 4.0 / f64::from(RING_RAYS * RING_RAYS);
         let origin = p.placement.body_from_icrf * -p.placement.centre_km / unit_km;
         let polar_radius = p.body.radii_km.z / unit_km;
         // First the part of the Sun's disc on the camera's side of the ring plane, then the part on the other side.
@@ -106,17 +108,19 @@ impl MeteredFrame<'_, '_> {
                 continue;
             }
             let cos_phase = (-ray.dot(sun)).clamp(-1.0, 1.0);
-            let (large_phase, dust_phase) = (phase::particle_phase(cos_phase), phase::dust_phase(cos_phase.acos()));
-            let [large, dust] = sums.mean([radius - half_width, radius + half_width], 1.0 / cos_emission);
-            let light = large_phase * large + dust_phase * dust;
-            // The ring gets no light in the globe's shadow, and cannot be seen behind the globe.
-            let stretch = DVec3::new(1.0, 1.0, 1.0 / polar_radius);
-            let (point, to_sun) = (ring_point * stretch, (sun * stretch).normalize());
+            // Large particles and dust have phase functions of their own.
+            let (particle_phase, dust_phase) = (phase::particle_phase(cos_phase), phase::dust_phase(cos_phase.acos()));
+            let [by_particles, by_dust] = sums.mean([radius - half_width, radius + half_width], 1.0 / cos_emission);
+            let light = particle_phase * by_particles + dust_phase * by_dust;
+            // The ring gets no light in the globe's shadow, and cannot be seen behind the globe. This scale makes the globe a unit sphere.
+            let unit_sphere_scale = DVec3::new(1.0, 1.0, 1.0 / polar_radius);
+            let (point, to_sun) = (ring_point * unit_sphere_scale, (sun * unit_sphere_scale).normalize());
             let sunlit =
                 if point.dot(to_sun) < 0.0 { smoothstep((point.cross(to_sun).length() - 1.0) / SHADOW_EDGE_RADII + 0.5) } else { 1.0 };
             let globe = ray_and_limb(&p.placement, direction);
             let behind_globe = distance > (origin - globe.point * DVec3::new(1.0, 1.0, polar_radius)).length();
             let not_hidden = if behind_globe { 1.0 - smoothstep(0.5 + globe.inside_rad / spacing) } else { 1.0 };
+            // The factor 1/4 of single scattering, which `rings::single_scatter` leaves out.
             let radiance = 0.25 * light * irradiance * sunlit;
             let weight = frame_position_weight(clip.abs().max_element());
             let visible_share = share * weight * not_hidden * Self::ray_visibility(&nearer, direction, spacing);

@@ -1,8 +1,8 @@
-//! The Sun's glare over the frame, for the light meter: the veil (the veiling glare of `light::glare`), and the glare of the sprite as which a small Sun is
-//! drawn.
+//! The Sun's glare over the frame, for the light meter: the veil (the veiling glare of `light::glare`), and the glare of the sprite that draws a small Sun as a
+//! point.
 //!
-//! The sprite's glare reaches at most 64 pixels, but in an image of that size it is as bright as the veil. Its radius depends on the exposure, so
-//! the median is computed for a given white.
+//! In: the placed Sun and the camera. Out: [`FrameGlare`], which computes the median radiance over the frame. The sprite's glare reaches at most 64 pixels, but
+//! in an image of that size it is as bright as the veil. Its radius depends on the exposure, so the median is computed for a given white.
 
 use super::MeteredFrame;
 use super::geometry::area_px;
@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 struct PointSun {
     /// The radiance that it would have if it filled one pixel, brightest channel.
     flux: f64,
-    /// The part of the sprite's glare that is drawn.
+    /// The part of the sprite's glare that is drawn: less than 1 while the Sun enters the frame.
     glare_part: f64,
 }
 
@@ -54,7 +54,7 @@ impl MeteredFrame<'_, '_> {
     pub(super) fn frame_glare(&self) -> FrameGlare {
         let camera = self.meter.camera;
         let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > 0.0);
-        // The sprite is drawn at the Sun's centre, also if a part of the Sun is hidden.
+        // The sprite is drawn at the Sun's centre, even if a part of the Sun is hidden.
         let Some((sun, centre)) = sun.and_then(|sun| Some((sun, camera.clip(sun.placement.centre_km)?))) else {
             return FrameGlare::default();
         };

@@ -1,8 +1,9 @@
-//! The light of a body's air at low and negative altitudes of the Sun, seen from above the air, for the light meter.
+//! The light of a body's air around and beyond the terminator, seen from above the air, for the light meter.
 //!
 //! In: a body with air that is drawn over its ground. Out: the radiance of the air above a point of the ground. Beyond the terminator the ground gets no
 //! sunlight, but the air above it still does. By day this light is part of the body's mean albedo. Always: continuous in position and time. Left out: eclipses
-//! of that air, and the air beyond the limb. From 8 radii on, the meter ignores twilight: the entire disc is in view, of which twilight is a small part.
+//! of that air, and the air beyond the limb. From 8 radii on (`FAR_RADII`) the meter ignores twilight: the entire disc is in view, of which twilight is a small
+//! part.
 
 use super::MeteredFrame;
 use crate::catalog::{Atmosphere, Body, Species};
@@ -18,7 +19,7 @@ const RADIANCE_BY_ALTITUDE: [(f64, f64); 8] =
     [(-18.0, 3e-9), (-14.0, 6.3e-8), (-10.0, 1.3e-6), (-8.0, 6e-6), (-6.0, 5.7e-5), (-4.0, 5.2e-4), (-2.0, 2.55e-3), (0.0, 7.3e-3)];
 /// Altitude of the Sun from which the body's mean albedo includes all light of the air.
 const DAY_ALTITUDE_DEG: f64 = 5.0;
-/// Cosine of the angle of emission below which a longer path through the air no longer adds light.
+/// Cosine of the angle of emission below which the radiance no longer grows with the path's length through the air.
 const MIN_COS_EMISSION: f64 = 0.2;
 /// [`reflectance_and_radius`] of the Earth, to which [`RADIANCE_BY_ALTITUDE`] applies.
 const EARTH_REFLECTANCE: f64 = 0.114;
@@ -26,7 +27,7 @@ const EARTH_RADIUS_SCALE_HEIGHTS: f64 = 797.0;
 
 /// Reflectance of an atmosphere by light scattered once, and the body's radius in scale heights of its highest scattering species.
 fn reflectance_and_radius(body: &Body, air: &Atmosphere) -> [f64; 2] {
-    // Light scattered forwards stays in the beam.
+    // Light scattered forwards counts as not scattered.
     let depth = |s: &Species| scattering(s) * s.scale_height_km * (1.0 - s.aerosol_phase().map_or(0.0, |p| p.mean_cosine()));
     let depths: DVec3 = air.species.iter().map(depth).sum();
     let scattering_species = air.species.iter().filter(|s| scattering(s).max_element() > 0.0);
@@ -71,7 +72,7 @@ impl TwilightAir {
 
 impl MeteredFrame<'_, '_> {
     /// The air of a body that the camera sees from above; `None` if it is not drawn. Its strength falls to 0 for a camera low in the air, because the meter
-    /// counts such a camera's sky apart.
+    /// counts the sky of such a camera as a subject of its own.
     pub(super) fn twilight_air_of(&self, p: &PlacedBody<'_>) -> Option<TwilightAir> {
         if self.meter.context.request.effects.override_of_body(p.body, Effect::Atmosphere) == Some(false) {
             return None;
