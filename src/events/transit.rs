@@ -1,6 +1,6 @@
 //! Transits of Mercury and Venus across the Sun.
 //!
-//! In: a span of time. Out: least distance of the centres and the four contacts of the mean limbs, as seen from the Earth's centre and from places on
+//! In: a span of time. Out: least distance of the centres and the four contacts of the limbs, as seen from the Earth's centre and from places on
 //! the ground. Positions are apparent: the planet where the light passed it, the Sun where the light left it. Not here: the black-drop effect.
 
 use super::contacts::{Contact, seconds_between};
@@ -16,7 +16,7 @@ use crate::units::RAD_PER_ARCSEC;
 const INFERIOR_PLANETS: [NaifId; 2] = [NaifId(199), NaifId(299)];
 /// Time between samples of the elongation, which has only one minimum in the week around an inferior conjunction.
 const STEP_S: f64 = 2.0 * 86_400.0;
-/// The sample nearest to a transit has a smaller elongation than this, radians: the elongation changes by at most 1.9 degrees a day.
+/// The sample nearest to a transit, at most a day away, has a smaller elongation than this, radians: the elongation changes by at most 1.9 degrees a day.
 const MAX_ELONGATION_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
 /// Half of the fitted span. The longest transits take 8 hours.
 const HALF_SPAN_S: f64 = 6.0 * 3600.0;

@@ -6,7 +6,7 @@
 //! are not in the frame; the pixel returned for them is that of the opposite direction. In the other projections, positions outside the image have none.
 
 use super::pixel::{IMAGE_SIZE, TIME, VIEW, view_request};
-use super::{ProbeError, Prober, QueryKind, alternative, fields, optional};
+use super::{ProbeError, Prober, QueryKind, alternative, optional, parse_fields};
 use crate::catalog::NaifId;
 use crate::ephemeris::apparent::aberrated;
 use crate::scene::Scene;
@@ -59,7 +59,7 @@ fn hip_number(text: &str) -> Option<u32> {
 }
 
 fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
-    let query: Fields = fields(query)?;
+    let query: Fields = parse_fields(query)?;
     let request = view_request(prober, &query.view, query.time.as_deref(), query.size)?;
     let names = Projection::ALL.map(Projection::name);
     let requested = query.projection.as_deref().unwrap_or(names[0]);
