@@ -92,8 +92,8 @@ impl Cone {
     /// Gap between cone and spheroid, km, negative if they overlap; and the unit normal of the tangent plane at the nearest generatrix, towards the spheroid.
     pub(crate) fn gap_km(&self, earth: &Spheroid) -> (f64, DVec3) {
         let to_centre = -self.apex_km;
-        let offset_from_axis = to_centre - self.axis_direction * to_centre.dot(self.axis_direction);
-        let across = offset_from_axis.try_normalize().unwrap_or_else(|| self.axis_direction.any_orthonormal_vector());
+        let centre_from_axis = to_centre - self.axis_direction * to_centre.dot(self.axis_direction);
+        let across = centre_from_axis.try_normalize().unwrap_or_else(|| self.axis_direction.any_orthonormal_vector());
         let other = self.axis_direction.cross(across);
         let cos_half_angle = (1.0 - self.sin_half_angle * self.sin_half_angle).sqrt();
         let normal = |angle: f64| (across * angle.cos() + other * angle.sin()) * cos_half_angle - self.axis_direction * self.sin_half_angle;
@@ -127,9 +127,9 @@ mod tests {
             let cone = Cone::penumbra(sun, moon, 696_000.0, 1737.0);
             let at_apex = crate::ephemeris::angle_rad(-cone.apex_km, cone.axis_direction);
             let expected = cone.apex_km.length() * (at_apex - cone.sin_half_angle.asin()).sin() - support_km;
-            let (gap, towards) = cone.gap_km(&EARTH);
+            let (gap, normal) = cone.gap_km(&EARTH);
             assert!((gap - expected).abs() < 0.05, "{perpendicular}: {gap} for {expected}");
-            assert!(towards.dot(-perpendicular) > 0.999);
+            assert!(normal.dot(-perpendicular) > 0.999);
             let (gap, _) = Cone::axis(sun, moon).gap_km(&EARTH);
             assert!(gap > 0.0 && EARTH.half_chord_sq(moon, to_sun) < 0.0 && EARTH.sunlit_intersection_km(moon, to_sun).is_none());
         }

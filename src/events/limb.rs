@@ -39,7 +39,7 @@ pub struct LimbContact {
     pub height_km: f64,
 }
 
-/// The condition that changes at a contact.
+/// A condition on the silhouette that becomes true or false at a contact.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum ContactCondition {
     /// Some point of the silhouette lies on the Sun: outer contacts, and the inner contacts of a total eclipse.

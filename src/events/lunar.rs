@@ -26,6 +26,7 @@ const SHADOW_SEARCH_S: f64 = 4.0 * 3600.0;
 /// equatorial one: 0.0101, rounded.
 const DANJON_ENLARGEMENT: f64 = 0.01;
 
+/// The type of a lunar eclipse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LunarType {
     Penumbral,

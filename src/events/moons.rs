@@ -1,10 +1,10 @@
 //! Phenomena of the Galilean moons and Titan: transits, occultations, shadow transits, eclipses.
 //!
-//! In: a span of time. Out: events as the Earth's centre sees them. The region that a moon enters is bounded by planes tangent to the planet's spheroid. For transits
-//! and occultations they pass through the observer, the Earth's centre. For shadow transits and eclipses the observer is the Sun, and the planes are tangent to its
-//! sphere or pass through its centre. Light time between Sun, moon, planet and Earth is included. An event is listed even if another hides it, such as the end of an
-//! eclipse behind the planet. The theories of the moons limit the accuracy of instants: 30 s for the Galilean moons. Not here: the planets' atmospheres,
-//! which delay eclipses by a minute or so.
+//! In: catalog, ephemeris, a span of time. Out: events as the Earth's centre sees them. The region that a moon enters is bounded by planes tangent to the
+//! planet's spheroid. For transits and occultations they pass through the observer, the Earth's centre. For shadow transits and eclipses the observer is the
+//! Sun, and the planes are tangent to its sphere or pass through its centre. Light time between Sun, moon, planet and Earth is included. An event is listed
+//! even if another hides it, such as the end of an eclipse behind the planet. The theories of the moons limit the accuracy of instants: 30 s for the Galilean
+//! moons. Not here: the planets' atmospheres, which delay eclipses by a minute or so.
 
 use super::contacts::{Contact, seconds_between, sort_by_time};
 use super::fitted::FittedPosition;
@@ -22,6 +22,7 @@ const MOONS: [NaifId; 5] = [NaifId(501), NaifId(502), NaifId(503), NaifId(504), 
 /// Conjunctions are searched between samples; a moon's orbit has this many.
 const STEPS_PER_ORBIT: f64 = 16.0;
 
+/// The kind of phenomenon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MoonEventType {
     /// The moon in front of the planet.
@@ -51,6 +52,7 @@ impl MoonEventType {
     }
 }
 
+/// A phenomenon of a moon.
 #[derive(Clone, Debug)]
 pub struct MoonEvent {
     /// What happens.

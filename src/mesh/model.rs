@@ -242,7 +242,7 @@ impl Mesh {
         let at = |c: &Corner| positions_km[c.position as usize];
         // Normal to the triangle; its length is twice the triangle's area.
         let area_vector = |t: &[Corner; 3]| (at(&t[1]) - at(&t[0])).cross(at(&t[2]) - at(&t[0]));
-        // Below this, the length of the cross product is rounding error.
+        // A cross product below this is too small for a reliable normal.
         let triangles_with_area: Vec<&[Corner; 3]> =
             obj.triangles.iter().filter(|t| area_vector(t).length() > 1e-18 * largest_radius_km * largest_radius_km).collect();
         for t in &triangles_with_area {

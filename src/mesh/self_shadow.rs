@@ -207,7 +207,7 @@ mod tests {
 
     const RADIUS: f64 = 0.005;
 
-    /// A square floor at z = 0 of `n` by `n` cells from -1 to 1, and a wall across it at x = `wall`, `wall_height` above the floor.
+    /// A square floor at z = 0 of `n` by `n` cells from -1 to 1, and a wall parallel to its edge at x = `wall`, `wall_height` above the floor.
     fn floor_and_wall(n: u32, wall: f64, wall_height: f64) -> RayCastMesh {
         let mut vertices = Vec::new();
         let mut indices = Vec::new();

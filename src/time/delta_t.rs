@@ -132,11 +132,12 @@ fn parabola_s(year: f64) -> f64 {
 fn cubic_between((y0, f0): (f64, impl Fn(f64) -> f64), (y1, f1): (f64, impl Fn(f64) -> f64), year: f64) -> f64 {
     let step_years = 0.01;
     let span = y1 - y0;
-    let (v0, v1) = (f0(y0), f1(y1));
-    let (s0, s1) = ((v0 - f0(y0 - step_years)) / step_years * span, (f1(y1 + step_years) - v1) / step_years * span);
+    let (value0, value1) = (f0(y0), f1(y1));
+    // Slopes over the span, from differences on the outer sides, where the functions are known.
+    let (slope0, slope1) = ((value0 - f0(y0 - step_years)) / step_years * span, (f1(y1 + step_years) - value1) / step_years * span);
     let u = (year - y0) / span;
     let v = 1.0 - u;
-    v0 * v * v * (1.0 + 2.0 * u) + s0 * u * v * v + v1 * u * u * (3.0 - 2.0 * u) - s1 * u * u * v
+    value0 * v * v * (1.0 + 2.0 * u) + slope0 * u * v * v + value1 * u * u * (3.0 - 2.0 * u) - slope1 * u * u * v
 }
 
 #[cfg(test)]

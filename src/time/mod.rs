@@ -129,7 +129,8 @@ impl Instant {
         match self.utc_seconds_rounded_to_ms() {
             (_, Some(into_leap_s)) if (0.0..1.0).contains(&(into_leap_s + s)) => self.plus_seconds(s),
             (midnight_s, Some(into_leap_s)) => {
-                // The count at `midnight_s` stands still for the leap second. A span forward includes the rest of that second, a span backward only the part before.
+                // The count of UTC seconds leaves the leap second out. So of a span that ends after the leap second, only the part after it is counted; of a span
+                // that ends before, only the part before it.
                 let uncounted_s = if s > 0.0 { 1.0 } else { 0.0 };
                 Self::from_utc_seconds(midnight_s + into_leap_s + s - uncounted_s)
             }
@@ -146,7 +147,8 @@ impl Instant {
         if utc_s < UTC_START_S {
             return Self::from_ut1_seconds(utc_s);
         }
-        let last_leap = leap_seconds().rev().find(|l| utc_s >= utc_s_after(l));
+        // The sum rounds to 0.5 µs: a time that rounding has put just before midnight is after the leap second.
+        let last_leap = leap_seconds().rev().find(|l| utc_s + J2000_PAST_1900_S >= l.timestamp_tai_s);
         let tai_minus_utc_s = last_leap.map_or(FIRST_TAI_MINUS_UTC_S, |l| l.delta_at);
         Self::from_tt_seconds(utc_s + tai_minus_utc_s + TT_MINUS_TAI_S)
     }
@@ -180,7 +182,7 @@ impl Instant {
         }
         let mut offset_s = FIRST_TAI_MINUS_UTC_S;
         for leap in leap_seconds() {
-            let new_day_utc_s = utc_s_after(&leap);
+            let new_day_utc_s = leap.timestamp_tai_s - J2000_PAST_1900_S;
             if tai_s >= new_day_utc_s + leap.delta_at {
                 offset_s = leap.delta_at;
             } else if tai_s >= new_day_utc_s + offset_s {
@@ -195,12 +197,9 @@ impl Instant {
 
 /// TAI - UTC on 1972-01-01.
 const FIRST_TAI_MINUS_UTC_S: f64 = 10.0;
-/// The count of UTC seconds at the start of the day after a leap second. Despite its name, hifitime's `timestamp_tai_s` is that count (86 400 s a day since 1900),
-/// not TAI; the test `leap_seconds_count_as_published` verifies this.
-fn utc_s_after(leap: &LeapSecond) -> f64 {
-    leap.timestamp_tai_s - J2000_PAST_1900_S
-}
 
+/// The leap seconds by time. Despite its name, hifitime's `timestamp_tai_s` is not TAI but the count of UTC seconds (86 400 s a day since 1900) at the start of
+/// the day after the leap second; the test `leap_seconds_count_as_published` verifies this.
 fn leap_seconds() -> impl DoubleEndedIterator<Item = LeapSecond> {
     LatestLeapSeconds::default().filter(|l| l.announced_by_iers)
 }
