@@ -1,8 +1,8 @@
 //! The intersection of a shadow cone with the Earth's spheroid.
 //!
 //! In: centres of the Sun and the Moon relative to the Earth's, GCRS, km. Out: the gap between a cone and the spheroid, and where the cone's axis meets the ground
-//! or is nearest to it. The gap is not an approximation: a plane that touches the cone along a generatrix separates the two bodies, and the gap is the greatest
-//! distance between such a plane and the spheroid.
+//! or is nearest to it. The gap is not an approximation: it is the greatest signed distance of the spheroid from a plane that is tangent to the cone along a
+//! generatrix, negative if cone and spheroid overlap.
 
 use super::numeric::minimum;
 use crate::scene::eclipse::shadow_cone::nearest_point_and_half_chord_sq;

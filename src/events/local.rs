@@ -111,19 +111,19 @@ pub(super) struct Discs {
 
 impl Discs {
     /// Angle between the limbs, negative if the discs overlap.
-    fn limb_gap(&self) -> f64 {
+    fn limb_gap_rad(&self) -> f64 {
         self.separation_rad - self.sun_radius_rad - self.penumbral_moon_radius_rad
     }
 
     /// Separation of the centres less that at internal tangency; negative if one disc lies within the other.
-    pub(crate) fn distance_from_internal_tangency(&self) -> f64 {
+    pub(crate) fn angle_from_internal_tangency_rad(&self) -> f64 {
         self.separation_rad - (self.sun_radius_rad - self.moon_radius_rad).abs()
     }
 
     /// The covered part of the Sun's diameter while neither disc lies within the other: (L1 - m) / (L1 + L2) in Besselian notation. It is 1 when the Moon just
     /// covers the Sun, and exceeds 1 when the Moon covers more.
     pub(crate) fn covered_diameter(&self) -> f64 {
-        -self.limb_gap() / (2.0 * self.sun_radius_rad + self.penumbral_moon_radius_rad - self.moon_radius_rad)
+        -self.limb_gap_rad() / (2.0 * self.sun_radius_rad + self.penumbral_moon_radius_rad - self.moon_radius_rad)
     }
 
     /// The Moon's angular radius over the Sun's.
@@ -133,7 +133,7 @@ impl Discs {
 
     /// The part of the Sun's diameter that is covered. If one disc lies within the other, the ratio of their radii.
     fn magnitude(&self) -> f64 {
-        if self.distance_from_internal_tangency() < 0.0 { self.radius_ratio() } else { self.covered_diameter() }
+        if self.angle_from_internal_tangency_rad() < 0.0 { self.radius_ratio() } else { self.covered_diameter() }
     }
 
     fn obscuration(&self) -> f64 {
@@ -236,7 +236,7 @@ impl<'a> Station<'a> {
     /// Second and third contact around the least separation; `None` if neither disc comes to lie within the other.
     pub(crate) fn inner_contacts(&self, near_s: f64) -> Option<(f64, f64)> {
         let maximum_s = self.instant_of_maximum(near_s);
-        let outside = |s: f64| self.discs(s).distance_from_internal_tangency();
+        let outside = |s: f64| self.discs(s).angle_from_internal_tangency_rad();
         (outside(maximum_s) < 0.0)
             .then(|| (zero_crossing(maximum_s, maximum_s - SEARCH_S, outside), zero_crossing(maximum_s, maximum_s + SEARCH_S, outside)))
     }
@@ -244,17 +244,19 @@ impl<'a> Station<'a> {
     /// The instant of the least separation, searched within [`NEAR_PATH_SEARCH_S`] of `near_s`; `None` if neither disc lies within the other then.
     pub(crate) fn total_or_annular_instant_near(&self, near_s: f64) -> Option<f64> {
         let maximum_s = time_of_minimum(near_s - NEAR_PATH_SEARCH_S, near_s + NEAR_PATH_SEARCH_S, |s| self.discs(s).separation_rad);
-        (self.discs(maximum_s).distance_from_internal_tangency() < 0.0).then_some(maximum_s)
+        (self.discs(maximum_s).angle_from_internal_tangency_rad() < 0.0).then_some(maximum_s)
     }
 
     /// Contacts of the mean limbs around the least separation, which is searched around `near_s`; `None` if the discs never meet.
     pub(crate) fn mean_contacts(&self, near_s: f64) -> Option<MeanContacts> {
         let maximum_s = self.instant_of_maximum(near_s);
-        let limb_gap = |s: f64| self.discs(s).limb_gap();
-        (limb_gap(maximum_s) < 0.0).then(|| {
+        let limb_gap_rad = |s: f64| self.discs(s).limb_gap_rad();
+        (limb_gap_rad(maximum_s) < 0.0).then(|| {
             let discs = self.discs(maximum_s);
-            let outer =
-                (zero_crossing(maximum_s, maximum_s - SEARCH_S, limb_gap), zero_crossing(maximum_s, maximum_s + SEARCH_S, limb_gap));
+            let outer = (
+                zero_crossing(maximum_s, maximum_s - SEARCH_S, limb_gap_rad),
+                zero_crossing(maximum_s, maximum_s + SEARCH_S, limb_gap_rad),
+            );
             MeanContacts { maximum_s, outer, inner: self.inner_contacts(near_s), is_annular: discs.moon_radius_rad < discs.sun_radius_rad }
         })
     }

@@ -1,8 +1,8 @@
 //! Mutual phenomena of the Galilean moons: occultations and eclipses of one by another, in the seasons when the Earth or the Sun is in the plane of their
 //! orbits.
 //!
-//! In: catalog, ephemeris, a span of time. Out: events as the Earth's centre sees them. Light time between Sun, both moons and the Earth is included; moons are spheres. The
-//! theory of the moons limits the accuracy of instants to 30 s, so that grazing events are uncertain. Events that Jupiter hides are listed too.
+//! In: catalog, ephemeris, a span of time. Out: events as the Earth's centre sees them. Light time between Sun, both moons and the Earth is included; moons are
+//! spheres. The theory of the moons limits the accuracy of instants to 30 s, so that grazing events are uncertain. Events that Jupiter hides are listed too.
 
 use super::contacts::sort_by_time;
 use super::fitted::FittedPosition;

@@ -1,7 +1,8 @@
 //! The path of a central eclipse on the ground: centre line and limits.
 //!
-//! In: a solar eclipse. Out: places on the centre line at equal steps of time, and on both limits; lines cut at the antimeridian. A limit is the farthest place, on a great circle perpendicular to the path, at which the eclipse is
-//! still total or annular. Not here: the limits beyond the ends of the centre line, where only one side of the shadow meets the ground.
+//! In: a solar eclipse. Out: places on the centre line at equal steps of time, and on both limits; lines cut at the antimeridian. A limit is the farthest
+//! place, on a great circle perpendicular to the path, at which the eclipse is still total or annular. Not here: the limits beyond the ends of the centre line,
+//! where only one side of the shadow meets the ground.
 
 use super::local::GeodeticPosition;
 use super::solar::SolarEclipse;

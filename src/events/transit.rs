@@ -114,16 +114,16 @@ impl PlanetConjunction {
 
     fn transit(self, planet: NaifId) -> Option<Transit> {
         // Angles from external and internal tangency of the discs; negative if they overlap, or if the planet is entirely on the Sun.
-        let outer_gap = |s: f64| self.separation_rad(s) - self.angular_radii_rad(s).0 - self.angular_radii_rad(s).1;
-        let inner_gap = |s: f64| self.separation_rad(s) - self.angular_radii_rad(s).0 + self.angular_radii_rad(s).1;
+        let outer_gap_rad = |s: f64| self.separation_rad(s) - self.angular_radii_rad(s).0 - self.angular_radii_rad(s).1;
+        let inner_gap_rad = |s: f64| self.separation_rad(s) - self.angular_radii_rad(s).0 + self.angular_radii_rad(s).1;
         let greatest_s = time_of_minimum(-HALF_SPAN_S, HALF_SPAN_S, |s| self.separation_rad(s));
-        if outer_gap(greatest_s) >= 0.0 {
+        if outer_gap_rad(greatest_s) >= 0.0 {
             return None;
         }
         let contact = |sign: f64, f: &dyn Fn(f64) -> f64| self.sky.instant(zero_crossing(greatest_s, sign * HALF_SPAN_S, f));
-        let mut contacts = vec![("I", contact(-1.0, &outer_gap)), ("IV", contact(1.0, &outer_gap))];
-        if inner_gap(greatest_s) < 0.0 {
-            contacts.splice(1..1, [("II", contact(-1.0, &inner_gap)), ("III", contact(1.0, &inner_gap))]);
+        let mut contacts = vec![("I", contact(-1.0, &outer_gap_rad)), ("IV", contact(1.0, &outer_gap_rad))];
+        if inner_gap_rad(greatest_s) < 0.0 {
+            contacts.splice(1..1, [("II", contact(-1.0, &inner_gap_rad)), ("III", contact(1.0, &inner_gap_rad))]);
         }
         let (sun_radius, planet_radius) = self.angular_radii_rad(greatest_s);
         let north = self.sky.near_body_km(greatest_s).normalize_or_zero().z - self.sky.sun_km(greatest_s).normalize_or_zero().z;
@@ -132,7 +132,7 @@ impl PlanetConjunction {
             greatest: self.sky.instant(greatest_s),
             separation_arcsec: self.separation_rad(greatest_s) / RAD_PER_ARCSEC,
             gamma: (self.separation_rad(greatest_s) / sun_radius).copysign(north),
-            magnitude: (-outer_gap(greatest_s) / 2.0).min(planet_radius) / sun_radius,
+            magnitude: (-outer_gap_rad(greatest_s) / 2.0).min(planet_radius) / sun_radius,
             contacts,
             conjunction: self,
             greatest_s,
