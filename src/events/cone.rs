@@ -1,13 +1,14 @@
 //! The intersection of a shadow cone with the Earth's spheroid.
 //!
 //! In: centres of the Sun and the Moon relative to the Earth's, GCRS, km. Out: the gap between a cone and the spheroid, and where the cone's axis meets the ground
-//! or is nearest to it. The gap is exact: the greatest distance between the spheroid and a plane that is tangent to the cone along a generatrix.
+//! or is nearest to it. The gap is not an approximation: it is the greatest signed distance of the spheroid from a plane that is tangent to the cone along a
+//! generatrix, negative if cone and spheroid overlap.
 
 use super::numeric::minimum;
 use crate::scene::eclipse::shadow_cone::nearest_point_and_half_chord_sq;
 use glam::DVec3;
 
-/// The Earth in GCRS axes.
+/// The Earth's spheroid, centred at the origin of the GCRS.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Spheroid {
     /// Equatorial radius.
@@ -41,8 +42,8 @@ impl Spheroid {
         nearest_point_and_half_chord_sq(p, d).1
     }
 
-    /// Where the line through `point_km` along the unit vector `direction` meets the surface: of the two points the one farther along `direction`.
-    pub(crate) fn meets_line_km(&self, point_km: DVec3, direction: DVec3) -> Option<DVec3> {
+    /// Where the line through `point_km` along `direction`, the unit vector to the Sun, meets the surface: of the two points the one nearer to the Sun.
+    pub(crate) fn sunlit_intersection_km(&self, point_km: DVec3, direction: DVec3) -> Option<DVec3> {
         let (p, d) = self.in_unit_sphere_frame(point_km, direction);
         let (foot, half_chord_sq) = nearest_point_and_half_chord_sq(p, d);
         (half_chord_sq >= 0.0).then(|| self.scaled(foot + d * half_chord_sq.sqrt(), self.equatorial_km, self.polar_km))
@@ -61,40 +62,41 @@ pub(super) struct Cone {
     apex_km: DVec3,
     /// Unit vector from the apex into the cone.
     axis_direction: DVec3,
-    /// Sine of the half angle at the apex.
-    sin_half: f64,
+    /// Sine of the angle between the axis and a generatrix.
+    sin_half_angle: f64,
 }
 
 impl Cone {
     /// The cone of the penumbra, which encloses the umbra.
     pub(crate) fn penumbra(sun_km: DVec3, moon_km: DVec3, sun_radius_km: f64, moon_radius_km: f64) -> Self {
         let (to_sun, distance_km) = moon_to_sun(sun_km, moon_km);
-        let sin_half = (sun_radius_km + moon_radius_km) / distance_km;
-        Self { apex_km: moon_km + to_sun * (moon_radius_km / sin_half), axis_direction: -to_sun, sin_half }
+        let sin_half_angle = (sun_radius_km + moon_radius_km) / distance_km;
+        Self { apex_km: moon_km + to_sun * (moon_radius_km / sin_half_angle), axis_direction: -to_sun, sin_half_angle }
     }
 
-    /// If the apex is farther from the Sun than the Earth's centre, the umbra: the nappe from the apex towards the Sun. Otherwise the antumbra, the other nappe.
-    pub(crate) fn umbra(sun_km: DVec3, moon_km: DVec3, sun_radius_km: f64, moon_radius_km: f64) -> Self {
+    /// The umbra, which is the nappe from the apex towards the Sun, if the apex is farther from the Sun than the Earth's centre is. Otherwise the antumbra, which
+    /// is the other nappe.
+    pub(crate) fn umbra_or_antumbra(sun_km: DVec3, moon_km: DVec3, sun_radius_km: f64, moon_radius_km: f64) -> Self {
         let (to_sun, distance_km) = moon_to_sun(sun_km, moon_km);
-        let sin_half = (sun_radius_km - moon_radius_km) / distance_km;
-        let apex_km = moon_km - to_sun * (moon_radius_km / sin_half);
+        let sin_half_angle = (sun_radius_km - moon_radius_km) / distance_km;
+        let apex_km = moon_km - to_sun * (moon_radius_km / sin_half_angle);
         let apex_is_behind_earth = apex_km.dot(to_sun) < 0.0;
-        Self { apex_km, axis_direction: if apex_is_behind_earth { to_sun } else { -to_sun }, sin_half }
+        Self { apex_km, axis_direction: if apex_is_behind_earth { to_sun } else { -to_sun }, sin_half_angle }
     }
 
-    /// The axis as a cone without width.
+    /// The axis of the shadow as a cone with half angle 0.
     pub(crate) fn axis(sun_km: DVec3, moon_km: DVec3) -> Self {
-        Self { apex_km: moon_km, axis_direction: -moon_to_sun(sun_km, moon_km).0, sin_half: 0.0 }
+        Self { apex_km: moon_km, axis_direction: -moon_to_sun(sun_km, moon_km).0, sin_half_angle: 0.0 }
     }
 
     /// Gap between cone and spheroid, km, negative if they overlap; and the unit normal of the tangent plane at the nearest generatrix, towards the spheroid.
     pub(crate) fn gap_km(&self, earth: &Spheroid) -> (f64, DVec3) {
         let to_centre = -self.apex_km;
-        let offset_from_axis = to_centre - self.axis_direction * to_centre.dot(self.axis_direction);
-        let across = offset_from_axis.try_normalize().unwrap_or_else(|| self.axis_direction.any_orthonormal_vector());
+        let centre_from_axis = to_centre - self.axis_direction * to_centre.dot(self.axis_direction);
+        let across = centre_from_axis.try_normalize().unwrap_or_else(|| self.axis_direction.any_orthonormal_vector());
         let other = self.axis_direction.cross(across);
-        let cos_half = (1.0 - self.sin_half * self.sin_half).sqrt();
-        let normal = |angle: f64| (across * angle.cos() + other * angle.sin()) * cos_half - self.axis_direction * self.sin_half;
+        let cos_half_angle = (1.0 - self.sin_half_angle * self.sin_half_angle).sqrt();
+        let normal = |angle: f64| (across * angle.cos() + other * angle.sin()) * cos_half_angle - self.axis_direction * self.sin_half_angle;
         let gap = |n: DVec3| to_centre.dot(n) - earth.support_km(n);
         // The Earth's flattening rotates the nearest generatrix by at most 0.2 degrees where the cone grazes the Earth; the search allows 2.9.
         let nearest_normal = normal(minimum(-0.05, 0.05, 1e-7, |angle| -gap(normal(angle))));
@@ -124,18 +126,18 @@ mod tests {
             // The centre's distance from the nearest side, by the triangle of apex, centre and side.
             let cone = Cone::penumbra(sun, moon, 696_000.0, 1737.0);
             let at_apex = crate::ephemeris::angle_rad(-cone.apex_km, cone.axis_direction);
-            let expected = cone.apex_km.length() * (at_apex - cone.sin_half.asin()).sin() - support_km;
-            let (gap, towards) = cone.gap_km(&EARTH);
+            let expected = cone.apex_km.length() * (at_apex - cone.sin_half_angle.asin()).sin() - support_km;
+            let (gap, normal) = cone.gap_km(&EARTH);
             assert!((gap - expected).abs() < 0.05, "{perpendicular}: {gap} for {expected}");
-            assert!(towards.dot(-perpendicular) > 0.999);
+            assert!(normal.dot(-perpendicular) > 0.999);
             let (gap, _) = Cone::axis(sun, moon).gap_km(&EARTH);
-            assert!(gap > 0.0 && EARTH.half_chord_sq(moon, to_sun) < 0.0 && EARTH.meets_line_km(moon, to_sun).is_none());
+            assert!(gap > 0.0 && EARTH.half_chord_sq(moon, to_sun) < 0.0 && EARTH.sunlit_intersection_km(moon, to_sun).is_none());
         }
     }
 
     #[test]
-    fn a_line_meets_the_ground_on_the_sunny_side() {
-        let point_km = EARTH.meets_line_km(DVec3::new(4e5, 3000.0, 2000.0), DVec3::X).expect("it meets");
+    fn a_line_meets_the_ground_on_the_sunlit_side() {
+        let point_km = EARTH.sunlit_intersection_km(DVec3::new(4e5, 3000.0, 2000.0), DVec3::X).expect("it meets");
         assert!((point_km.y - 3000.0).abs() < 1e-9 && (point_km.z - 2000.0).abs() < 1e-9 && point_km.x > 0.0);
         assert!(
             ((point_km.x * point_km.x + point_km.y * point_km.y) / 6378.0_f64.powi(2) + point_km.z * point_km.z / 6357.0_f64.powi(2) - 1.0)

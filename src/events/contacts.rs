@@ -1,4 +1,4 @@
-//! Contacts of an event: names and instants.
+//! Contacts of an event: names (such as P1, U2 or IV) and instants.
 
 use crate::time::Instant;
 

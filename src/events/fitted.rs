@@ -4,7 +4,7 @@ use crate::ephemeris::{EphemerisError, chebyshev};
 use glam::DVec3;
 use std::cell::RefCell;
 
-/// Number of terms per axis. The error is under a metre over 38 hours of the Moon's motion, or over half an orbit of Io.
+/// Number of Chebyshev terms per axis. The error is under a metre over 38 hours of the Moon's motion, or over half an orbit of Io.
 const TERMS: usize = 14;
 
 /// A fitted position, km. Times are seconds from the middle of the span.

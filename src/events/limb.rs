@@ -39,13 +39,13 @@ pub struct LimbContact {
     pub height_km: f64,
 }
 
-/// Which part of the silhouette defines a contact.
+/// A condition on the silhouette that becomes true or false at a contact.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Touch {
+enum ContactCondition {
     /// Some point of the silhouette lies on the Sun: outer contacts, and the inner contacts of a total eclipse.
-    Any,
+    AnyPointOnSun,
     /// The entire silhouette lies on the Sun: the inner contacts of an annular eclipse.
-    All,
+    AllPointsOnSun,
 }
 
 /// The silhouette as seen from a place for some minutes.
@@ -64,7 +64,7 @@ impl<'a> Silhouette<'a> {
         Ok(Self { station, profile, icrf_from_moon: moon_from_icrf.transpose() })
     }
 
-    /// Direction to point `k` of the silhouette. Position angles stay fixed while the Moon moves.
+    /// Unit vector to point `k` of the silhouette when the Moon is at `moon_km`; the point keeps its position angle and its height while the Moon moves.
     fn direction(&self, k: usize, moon_km: DVec3) -> DVec3 {
         let (distance_km, towards) = (moon_km.length(), moon_km.normalize());
         let position_angle_axes =
@@ -74,18 +74,20 @@ impl<'a> Silhouette<'a> {
         (position_angle_axes[0] * cos + position_angle_axes[1] * sin) * sin_angle + towards * (1.0 - sin_angle * sin_angle).sqrt()
     }
 
-    /// Angle by which the silhouette's nearest (or, for [`Touch::All`], farthest) point lies outside the Sun's disc, and the index of that point.
-    fn distance_outside_sun_rad(&self, touch: Touch, s: f64) -> (f64, usize) {
+    /// Angle by which the silhouette's nearest (or, for [`ContactCondition::AllPointsOnSun`], farthest) point lies outside the Sun's disc, and the index of that
+    /// point.
+    fn angle_outside_sun_rad(&self, condition: ContactCondition, s: f64) -> (f64, usize) {
         let (sun_km, moon_km) = self.station.sun_and_moon_km(s);
-        let sun_radius = (self.station.radii().sun_radius_km / sun_km.length()).min(1.0).asin();
-        let from_sun = (0..LIMB_POINTS).map(|k| (angle_rad(self.direction(k, moon_km), sun_km) - sun_radius, k));
+        let sun_radius_rad = (self.station.radii().sun_radius_km / sun_km.length()).min(1.0).asin();
+        let from_sun = (0..LIMB_POINTS).map(|k| (angle_rad(self.direction(k, moon_km), sun_km) - sun_radius_rad, k));
         let by_distance = |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0);
-        let nearest_or_farthest = if touch == Touch::Any { from_sun.min_by(by_distance) } else { from_sun.max_by(by_distance) };
+        let nearest_or_farthest =
+            if condition == ContactCondition::AnyPointOnSun { from_sun.min_by(by_distance) } else { from_sun.max_by(by_distance) };
         nearest_or_farthest.unwrap_or((f64::INFINITY, 0))
     }
 
-    fn contact(&self, name: &'static str, s: f64, touch: Touch, mean_s: f64) -> LimbContact {
-        let (_, k) = self.distance_outside_sun_rad(touch, s);
+    fn contact(&self, name: &'static str, s: f64, condition: ContactCondition, mean_s: f64) -> LimbContact {
+        let (_, k) = self.angle_outside_sun_rad(condition, s);
         let (_, moon_km) = self.station.sun_and_moon_km(s);
         let (towards, edge) = (moon_km.normalize(), self.direction(k, moon_km));
         let east = DVec3::Z.cross(towards).normalize();
@@ -114,38 +116,42 @@ impl SolarEclipse {
         let station = self.geometry.station(place);
         let Some(mean_limb) = station.mean_contacts(self.geometry.greatest_s) else { return Ok(Vec::new()) };
         let mut found = Vec::new();
-        // The first instant, searched from `from_s` to `to_s`, at which `sign` times the distance outside the Sun is no longer negative. The first round uses the
-        // silhouette of the mean contact, the second that of the instant found by the first.
-        let first_touch = |name, touch, mean_s: f64, [from_s, to_s]: [f64; 2], sign: f64| -> Result<Option<LimbContact>, EphemerisError> {
-            let mut silhouette = Silhouette::at(&station, ephemeris, map, mean_s)?;
-            let mut at_s = None;
-            for _ in 0..2 {
-                let signed_distance = |s: f64| sign * silhouette.distance_outside_sun_rad(touch, s).0;
-                let step_s = if to_s > from_s { STEP_S } else { -STEP_S };
-                let steps = ((to_s - from_s) / step_s).ceil() as i32;
-                if signed_distance(from_s) >= 0.0 {
-                    return Ok(None);
+        // The first instant, searched from `from_s` to `to_s`, at which `sign` times the angle outside the Sun is no longer negative. The first round uses the
+        // silhouette at the contact of the mean limb, the second that at the instant found by the first.
+        let find_contact =
+            |name, condition, mean_s: f64, [from_s, to_s]: [f64; 2], sign: f64| -> Result<Option<LimbContact>, EphemerisError> {
+                let mut silhouette = Silhouette::at(&station, ephemeris, map, mean_s)?;
+                let mut at_s = None;
+                for _ in 0..2 {
+                    let signed_angle_rad = |s: f64| sign * silhouette.angle_outside_sun_rad(condition, s).0;
+                    let step_s = if to_s > from_s { STEP_S } else { -STEP_S };
+                    let steps = ((to_s - from_s) / step_s).ceil() as i32;
+                    if signed_angle_rad(from_s) >= 0.0 {
+                        return Ok(None);
+                    }
+                    let Some(k) = (1..=steps).find(|k| signed_angle_rad(from_s + step_s * f64::from(*k)) >= 0.0) else { return Ok(None) };
+                    let s = zero_crossing(from_s + step_s * f64::from(k - 1), from_s + step_s * f64::from(k), signed_angle_rad);
+                    silhouette = Silhouette::at(&station, ephemeris, map, s)?;
+                    at_s = Some(s);
                 }
-                let Some(k) = (1..=steps).find(|k| signed_distance(from_s + step_s * f64::from(*k)) >= 0.0) else { return Ok(None) };
-                let s = zero_crossing(from_s + step_s * f64::from(k - 1), from_s + step_s * f64::from(k), signed_distance);
-                silhouette = Silhouette::at(&station, ephemeris, map, s)?;
-                at_s = Some(s);
-            }
-            Ok(at_s.map(|s| silhouette.contact(name, s, touch, mean_s)))
-        };
+                Ok(at_s.map(|s| silhouette.contact(name, s, condition, mean_s)))
+            };
         let (c1, c4) = mean_limb.outer;
-        // The distance outside the Sun is positive before C1 and after C4.
-        found.extend(first_touch("C1", Touch::Any, c1, [c1 - SEARCH_S, c1 + SEARCH_S], -1.0)?);
+        // The angle outside the Sun is positive before C1 and after C4.
+        found.extend(find_contact("C1", ContactCondition::AnyPointOnSun, c1, [c1 - SEARCH_S, c1 + SEARCH_S], -1.0)?);
         if let Some((c2, c3)) = mean_limb.inner {
             // Searched from the middle outwards: totality ends when a point of the silhouette lies on the Sun, annularity when one lies off the Sun.
-            let (touch, sign) = if mean_limb.is_annular { (Touch::All, 1.0) } else { (Touch::Any, -1.0) };
+            let (condition, sign) =
+                if mean_limb.is_annular { (ContactCondition::AllPointsOnSun, 1.0) } else { (ContactCondition::AnyPointOnSun, -1.0) };
             let middle = 0.5 * (c2 + c3);
             let (start, end) = ((c2 + SEARCH_S).min(middle), (c3 - SEARCH_S).max(middle));
-            let inner =
-                [first_touch("C2", touch, c2, [start, c2 - SEARCH_S], sign)?, first_touch("C3", touch, c3, [end, c3 + SEARCH_S], sign)?];
+            let inner = [
+                find_contact("C2", condition, c2, [start, c2 - SEARCH_S], sign)?,
+                find_contact("C3", condition, c3, [end, c3 + SEARCH_S], sign)?,
+            ];
             found.extend(inner.into_iter().flatten());
         }
-        found.extend(first_touch("C4", Touch::Any, c4, [c4 + SEARCH_S, c4 - SEARCH_S], -1.0)?);
+        found.extend(find_contact("C4", ContactCondition::AnyPointOnSun, c4, [c4 + SEARCH_S, c4 - SEARCH_S], -1.0)?);
         Ok(found)
     }
 }

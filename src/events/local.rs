@@ -1,4 +1,4 @@
-//! Local circumstances of an eclipse: contacts, magnitude, altitudes, limited by sunrise and sunset.
+//! Local circumstances of an eclipse: contacts, magnitude, altitudes, rising and setting.
 //!
 //! In: a place, and the positions of the bodies during the eclipse. Out: circumstances, or none if the discs never overlap. Contacts are those of the mean limbs
 //! (the Moon as a sphere); altitudes are without refraction; the Sun or the Moon rises and sets with its upper limb, with the conventional refraction of 34 arcmin.
@@ -13,8 +13,10 @@ use std::f64::consts::{PI, TAU};
 
 /// Refraction at the horizon by the convention of almanacs, radians.
 const HORIZON_REFRACTION_RAD: f64 = 34.0 / 60.0 * PI / 180.0;
-/// Longest time from the maximum to the first or the last contact: at a place, a solar eclipse lasts at most 3.6 hours, a lunar eclipse 6.3, a transit 8.
+/// The maximum is searched this far from the given instant, and contacts this far from the maximum: a solar eclipse lasts at most 3.6 hours at a place, a transit
+/// 8.
 const SEARCH_S: f64 = 4.5 * 3600.0;
+/// Step in the search for the maximum, and for rising and setting.
 const SEARCH_STEP_S: f64 = 120.0;
 /// At a place beside the path, the discs are nearest to each other within this time before or after the instant at which they are nearest at the closest place of
 /// the centre line. The separation has only one minimum in that span. An extreme: 52 minutes, at 20 degrees from the path of 1529-11-11.
@@ -59,12 +61,12 @@ pub struct LocalContact {
 impl LocalContact {
     /// Whether the disc's upper limb is at or above the horizon, with refraction. A maximum that coincides with rising or setting counts as up.
     pub fn is_up(&self) -> bool {
-        self.altitude_deg.to_radians() + HORIZON_REFRACTION_RAD + DISC_RADIUS_RAD > -HORIZON_TOLERANCE_RAD
+        self.altitude_deg.to_radians() + HORIZON_REFRACTION_RAD + SEMIDIAMETER_RAD > -HORIZON_TOLERANCE_RAD
     }
 }
 
 /// Semidiameter of the Sun and the Moon for rising and setting, radians.
-const DISC_RADIUS_RAD: f64 = 16.0 / 60.0 * PI / 180.0;
+const SEMIDIAMETER_RAD: f64 = 16.0 / 60.0 * PI / 180.0;
 /// An altitude this far below the horizon, in radians, still counts as at the horizon: risings and settings are found to 1e-4 s, in which altitudes change by up
 /// to 1e-8.
 const HORIZON_TOLERANCE_RAD: f64 = 1e-7;
@@ -98,51 +100,51 @@ pub struct LocalCircumstances {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Discs {
     /// The Sun's radius.
-    pub sun_radius: f64,
+    pub sun_radius_rad: f64,
     /// The Moon's radius for the umbra.
-    pub moon_radius: f64,
+    pub moon_radius_rad: f64,
     /// The Moon's radius for the penumbra.
-    penumbral_moon_radius: f64,
+    penumbral_moon_radius_rad: f64,
     /// Angle between the centres.
-    separation: f64,
+    separation_rad: f64,
 }
 
 impl Discs {
     /// Angle between the limbs, negative if the discs overlap.
-    fn limb_gap(&self) -> f64 {
-        self.separation - self.sun_radius - self.penumbral_moon_radius
+    fn limb_gap_rad(&self) -> f64 {
+        self.separation_rad - self.sun_radius_rad - self.penumbral_moon_radius_rad
     }
 
     /// Separation of the centres less that at internal tangency; negative if one disc lies within the other.
-    pub(crate) fn distance_from_internal_tangency(&self) -> f64 {
-        self.separation - (self.sun_radius - self.moon_radius).abs()
+    pub(crate) fn angle_from_internal_tangency_rad(&self) -> f64 {
+        self.separation_rad - (self.sun_radius_rad - self.moon_radius_rad).abs()
     }
 
     /// The covered part of the Sun's diameter while neither disc lies within the other: (L1 - m) / (L1 + L2) in Besselian notation. It is 1 when the Moon just
     /// covers the Sun, and exceeds 1 when the Moon covers more.
     pub(crate) fn covered_diameter(&self) -> f64 {
-        -self.limb_gap() / (2.0 * self.sun_radius + self.penumbral_moon_radius - self.moon_radius)
+        -self.limb_gap_rad() / (2.0 * self.sun_radius_rad + self.penumbral_moon_radius_rad - self.moon_radius_rad)
     }
 
     /// The Moon's angular radius over the Sun's.
-    pub(crate) fn ratio(&self) -> f64 {
-        self.moon_radius / self.sun_radius
+    pub(crate) fn radius_ratio(&self) -> f64 {
+        self.moon_radius_rad / self.sun_radius_rad
     }
 
     /// The part of the Sun's diameter that is covered. If one disc lies within the other, the ratio of their radii.
     fn magnitude(&self) -> f64 {
-        if self.distance_from_internal_tangency() < 0.0 { self.ratio() } else { self.covered_diameter() }
+        if self.angle_from_internal_tangency_rad() < 0.0 { self.radius_ratio() } else { self.covered_diameter() }
     }
 
     fn obscuration(&self) -> f64 {
-        let (d, r) = (self.separation / self.sun_radius, self.moon_radius / self.sun_radius);
+        let (d, r) = (self.separation_rad / self.sun_radius_rad, self.moon_radius_rad / self.sun_radius_rad);
         if d >= 1.0 + r {
             return 0.0;
         }
         if d <= (1.0 - r).abs() {
             return (r * r).min(1.0);
         }
-        // Two circular segments: half angles at both centres.
+        // The covered area is two circular segments, whose half angles at the centres of the discs are these.
         let at_sun = ((d * d + 1.0 - r * r) / (2.0 * d)).clamp(-1.0, 1.0).acos();
         let at_moon = ((d * d + r * r - 1.0) / (2.0 * d * r)).clamp(-1.0, 1.0).acos();
         (at_sun - at_sun.sin() * at_sun.cos() + r * r * (at_moon - at_moon.sin() * at_moon.cos())) / PI
@@ -182,10 +184,10 @@ impl<'a> Station<'a> {
         let (sun, moon) = self.sun_and_moon_km(s);
         let radius = |radius_km: f64, offset: DVec3| (radius_km / offset.length()).min(1.0).asin();
         Discs {
-            sun_radius: radius(self.radii.sun_radius_km, sun),
-            moon_radius: radius(self.radii.moon_radius_km, moon),
-            penumbral_moon_radius: radius(self.radii.penumbral_moon_radius_km, moon),
-            separation: angle_rad(sun, moon),
+            sun_radius_rad: radius(self.radii.sun_radius_km, sun),
+            moon_radius_rad: radius(self.radii.moon_radius_km, moon),
+            penumbral_moon_radius_rad: radius(self.radii.penumbral_moon_radius_km, moon),
+            separation_rad: angle_rad(sun, moon),
         }
     }
 
@@ -226,7 +228,7 @@ impl<'a> Station<'a> {
     fn instant_of_maximum(&self, near_s: f64) -> f64 {
         let steps = (2.0 * SEARCH_S / SEARCH_STEP_S) as i32;
         let at = |i: i32| near_s - SEARCH_S + f64::from(i) * SEARCH_STEP_S;
-        let separation = |s: f64| self.discs(s).separation;
+        let separation = |s: f64| self.discs(s).separation_rad;
         let nearest = (0..=steps).min_by(|a, b| separation(at(*a)).total_cmp(&separation(at(*b)))).unwrap_or(0);
         time_of_minimum(at(nearest) - SEARCH_STEP_S, at(nearest) + SEARCH_STEP_S, separation)
     }
@@ -234,26 +236,28 @@ impl<'a> Station<'a> {
     /// Second and third contact around the least separation; `None` if neither disc comes to lie within the other.
     pub(crate) fn inner_contacts(&self, near_s: f64) -> Option<(f64, f64)> {
         let maximum_s = self.instant_of_maximum(near_s);
-        let outside = |s: f64| self.discs(s).distance_from_internal_tangency();
+        let outside = |s: f64| self.discs(s).angle_from_internal_tangency_rad();
         (outside(maximum_s) < 0.0)
             .then(|| (zero_crossing(maximum_s, maximum_s - SEARCH_S, outside), zero_crossing(maximum_s, maximum_s + SEARCH_S, outside)))
     }
 
     /// The instant of the least separation, searched within [`NEAR_PATH_SEARCH_S`] of `near_s`; `None` if neither disc lies within the other then.
     pub(crate) fn total_or_annular_instant_near(&self, near_s: f64) -> Option<f64> {
-        let maximum_s = time_of_minimum(near_s - NEAR_PATH_SEARCH_S, near_s + NEAR_PATH_SEARCH_S, |s| self.discs(s).separation);
-        (self.discs(maximum_s).distance_from_internal_tangency() < 0.0).then_some(maximum_s)
+        let maximum_s = time_of_minimum(near_s - NEAR_PATH_SEARCH_S, near_s + NEAR_PATH_SEARCH_S, |s| self.discs(s).separation_rad);
+        (self.discs(maximum_s).angle_from_internal_tangency_rad() < 0.0).then_some(maximum_s)
     }
 
     /// Contacts of the mean limbs around the least separation, which is searched around `near_s`; `None` if the discs never meet.
     pub(crate) fn mean_contacts(&self, near_s: f64) -> Option<MeanContacts> {
         let maximum_s = self.instant_of_maximum(near_s);
-        let limb_gap = |s: f64| self.discs(s).limb_gap();
-        (limb_gap(maximum_s) < 0.0).then(|| {
+        let limb_gap_rad = |s: f64| self.discs(s).limb_gap_rad();
+        (limb_gap_rad(maximum_s) < 0.0).then(|| {
             let discs = self.discs(maximum_s);
-            let outer =
-                (zero_crossing(maximum_s, maximum_s - SEARCH_S, limb_gap), zero_crossing(maximum_s, maximum_s + SEARCH_S, limb_gap));
-            MeanContacts { maximum_s, outer, inner: self.inner_contacts(near_s), is_annular: discs.moon_radius < discs.sun_radius }
+            let outer = (
+                zero_crossing(maximum_s, maximum_s - SEARCH_S, limb_gap_rad),
+                zero_crossing(maximum_s, maximum_s + SEARCH_S, limb_gap_rad),
+            );
+            MeanContacts { maximum_s, outer, inner: self.inner_contacts(near_s), is_annular: discs.moon_radius_rad < discs.sun_radius_rad }
         })
     }
 
@@ -310,7 +314,7 @@ impl<'a> Station<'a> {
     }
 
     fn spans_above_horizon(&self, first: f64, last: f64, body: impl Fn(f64) -> DVec3) -> AboveHorizon {
-        let upper_limb_altitude_rad = |s: f64| self.altitude_azimuth_rad(body(s), s).0 + HORIZON_REFRACTION_RAD + DISC_RADIUS_RAD;
+        let upper_limb_altitude_rad = |s: f64| self.altitude_azimuth_rad(body(s), s).0 + HORIZON_REFRACTION_RAD + SEMIDIAMETER_RAD;
         let mut above_horizon = AboveHorizon { spans: Vec::new(), rise: None, set: None };
         let mut up_since = (upper_limb_altitude_rad(first) > 0.0).then_some(first);
         let mut current = first;

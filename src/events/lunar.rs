@@ -26,6 +26,7 @@ const SHADOW_SEARCH_S: f64 = 4.0 * 3600.0;
 /// equatorial one: 0.0101, rounded.
 const DANJON_ENLARGEMENT: f64 = 0.01;
 
+/// The type of a lunar eclipse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LunarType {
     Penumbral,
@@ -86,15 +87,15 @@ struct LunarEclipseGeometry {
 /// Position of the Moon relative to the shadow, and the shadow's radii at the Moon, km.
 struct ShadowAtMoon {
     /// Vector from the axis to the Moon's centre.
-    offset_from_axis: DVec3,
+    offset_from_axis_km: DVec3,
     /// Radius of the umbra.
-    umbra_km: f64,
+    umbra_radius_km: f64,
     /// Radius of the penumbra.
-    penumbra_km: f64,
+    penumbra_radius_km: f64,
 }
 
 impl LunarEclipseGeometry {
-    /// The Moon's radius in eclipses of the Moon: the one that is used for the penumbra in solar eclipses.
+    /// The Moon's radius in lunar eclipses: the one that solar eclipses use for the penumbra.
     fn penumbral_moon_radius_km(&self) -> f64 {
         self.radii.penumbral_moon_radius_km
     }
@@ -113,37 +114,38 @@ impl LunarEclipseGeometry {
         };
         let enlargement_km = if self.radii.convention == EclipseRadii::Almanac { DANJON_ENLARGEMENT * earth_radius_km } else { 0.0 };
         ShadowAtMoon {
-            offset_from_axis: moon_km - antisolar * behind_km,
-            umbra_km: radius_km((sun_radius_km - earth_radius_km) / distance_km, -1.0) + enlargement_km,
-            penumbra_km: radius_km((sun_radius_km + earth_radius_km) / distance_km, 1.0) + enlargement_km,
+            offset_from_axis_km: moon_km - antisolar * behind_km,
+            umbra_radius_km: radius_km((sun_radius_km - earth_radius_km) / distance_km, -1.0) + enlargement_km,
+            penumbra_radius_km: radius_km((sun_radius_km + earth_radius_km) / distance_km, 1.0) + enlargement_km,
         }
     }
 
     /// Parts of the Moon's diameter inside the umbra and inside the penumbra.
     fn magnitudes(&self, s: f64) -> (f64, f64) {
         let position = self.relative_to_shadow(s);
-        let fraction_inside = |shadow_km: f64| {
-            (shadow_km + self.penumbral_moon_radius_km() - position.offset_from_axis.length()) / (2.0 * self.penumbral_moon_radius_km())
+        let fraction_inside = |shadow_radius_km: f64| {
+            (shadow_radius_km + self.penumbral_moon_radius_km() - position.offset_from_axis_km.length())
+                / (2.0 * self.penumbral_moon_radius_km())
         };
-        (fraction_inside(position.umbra_km), fraction_inside(position.penumbra_km))
+        (fraction_inside(position.umbra_radius_km), fraction_inside(position.penumbra_radius_km))
     }
 }
 
 /// The eclipse of the Moon at a full moon, if there is one.
 pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, full_moon: Syzygy) -> Result<Option<LunarEclipse>, EphemerisError> {
     debug_assert_eq!(full_moon.phase, Phase::Full);
-    if !full_moon.can_be_eclipse() {
+    if !full_moon.eclipse_is_possible() {
         return Ok(None);
     }
     let sky = EarthSky::around(ephemeris, NaifId::MOON, full_moon.mean_instant(), PHASE_SEARCH_S + SHADOW_SEARCH_S)?;
     let mut geometry = LunarEclipseGeometry { sky, radii, greatest_s: 0.0 };
-    let greatest_s = time_of_minimum(-PHASE_SEARCH_S, PHASE_SEARCH_S, |s| geometry.relative_to_shadow(s).offset_from_axis.length());
+    let greatest_s = time_of_minimum(-PHASE_SEARCH_S, PHASE_SEARCH_S, |s| geometry.relative_to_shadow(s).offset_from_axis_km.length());
     geometry.greatest_s = greatest_s;
     let (umbral_magnitude, penumbral_magnitude) = geometry.magnitudes(greatest_s);
     if penumbral_magnitude <= 0.0 {
         return Ok(None);
     }
-    // Adds the first and the last instant at which `magnitude` is `fraction`, if it exceeds that at greatest eclipse.
+    // Adds the first and the last instant at which `magnitude` equals `fraction`; none if it does not exceed `fraction` at greatest eclipse.
     let mut contacts = Vec::new();
     let mut add_contacts = |first, last, magnitude: &dyn Fn(f64) -> f64, fraction: f64| {
         let outside = |s: f64| fraction - magnitude(s);
@@ -156,7 +158,7 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, full_moon: Syz
     add_contacts("U1", "U4", &|s| geometry.magnitudes(s).0, 0.0);
     add_contacts("U2", "U3", &|s| geometry.magnitudes(s).0, 1.0);
     contacts.sort_by(|a, b| a.1.total_cmp(&b.1));
-    let offset = geometry.relative_to_shadow(greatest_s).offset_from_axis;
+    let offset = geometry.relative_to_shadow(greatest_s).offset_from_axis_km;
     let overhead = geometry.sky.itrs_from_gcrs(greatest_s) * geometry.sky.near_body_km(greatest_s);
     Ok(Some(LunarEclipse {
         class: match umbral_magnitude {
@@ -168,14 +170,14 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, full_moon: Syz
         gamma: offset.length().copysign(offset.dot(geometry.sky.pole())) / radii.earth_radii_km.x,
         umbral_magnitude,
         penumbral_magnitude,
-        // Where the Moon is in the zenith, its declination is the geodetic latitude, but for at most 0.004 degrees of parallax: the vertical misses the Earth's centre.
+        // The geodetic latitude of this place is the Moon's declination, within 0.004 degrees: the vertical does not pass exactly through the Earth's centre.
         place: GeodeticPosition {
             latitude_deg: overhead.z.atan2(overhead.truncate().length()).to_degrees(),
             longitude_deg: overhead.y.atan2(overhead.x).to_degrees(),
             height_km: 0.0,
         },
         contacts: contacts.into_iter().map(|(name, s)| (name, geometry.sky.instant(s))).collect(),
-        saros: full_moon.saros(),
+        saros: full_moon.saros_series(),
         saros_member: None,
         geometry,
     }))

@@ -22,7 +22,7 @@ pub(super) enum Phase {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Syzygy {
     pub phase: Phase,
-    /// Number of the lunation that contains it.
+    /// Number of the lunation: that of the new moon, or of the last new moon before the full moon.
     pub lunation: i64,
 }
 
@@ -50,7 +50,7 @@ impl Syzygy {
     }
 
     /// Whether the Moon is near enough to its node for an eclipse: the absolute sine of its mean argument of latitude is at most 0.36 (Meeus 1998, chapter 54).
-    pub(crate) fn can_be_eclipse(self) -> bool {
+    pub(crate) fn eclipse_is_possible(self) -> bool {
         let centuries = self.k() / LUNATIONS_PER_CENTURY;
         let argument_deg = 160.7108 + 390.670_502_84 * self.k() - 0.001_611_8 * centuries * centuries;
         argument_deg.to_radians().sin().abs() <= 0.36
@@ -60,16 +60,16 @@ impl Syzygy {
     ///
     /// Eclipses of one series are 223 lunations apart, and 358 lunations (an inex) lead to the next series. So one lunation adds 38 modulo 223,
     /// because 38 times 358 is 1 modulo 223. References: the solar eclipse of 2024-04-08 is of series 139, the lunar eclipse of 2022-11-08 of 136
-    /// (Espenak and Meeus 2006). This determines the number only modulo 223. Of the possible numbers, the result is the one nearest to that of the series that is
-    /// at this date in the middle of its life.
-    pub(crate) fn saros(self) -> i64 {
-        let (reference_lunation, reference_series, middle_at_reference) = match self.phase {
+    /// (Espenak and Meeus 2006). This determines the number only modulo 223. Of the numbers that this leaves, the result is the one nearest to the middle of the
+    /// range of series that produce eclipses at this date. That middle was 137 (Sun) and 130 (Moon) at the references, and grows by 1 in an inex.
+    pub(crate) fn saros_series(self) -> i64 {
+        let (reference_lunation, reference_series, middle_series_at_reference) = match self.phase {
             Phase::New => (300, 139, 137),
             Phase::Full => (282, 136, 130),
         };
         let lunations = self.lunation - reference_lunation;
         let number_modulo_223 = reference_series + 38 * lunations;
-        let middle_series = middle_at_reference as f64 + lunations as f64 / 358.0;
+        let middle_series = middle_series_at_reference as f64 + lunations as f64 / 358.0;
         number_modulo_223 + 223 * ((middle_series - number_modulo_223 as f64) / 223.0).round() as i64
     }
 }
@@ -98,19 +98,19 @@ mod tests {
             if syzygy.mean_instant() < Instant::parse(day_before).expect("a day").plus_seconds(-86_400.0) {
                 syzygy = syzygy.next();
             }
-            assert_eq!(syzygy.saros(), series, "{day_before}");
+            assert_eq!(syzygy.saros_series(), series, "{day_before}");
             // The next lunation belongs to another series.
-            assert_ne!(syzygy.next().saros(), series, "{day_before}");
+            assert_ne!(syzygy.next().saros_series(), series, "{day_before}");
         }
     }
 
     #[test]
-    fn a_saros_later_is_the_same_series_and_an_inex_later_the_next() {
+    fn a_saros_leads_to_the_same_series_and_an_inex_to_the_next() {
         for phase in [Phase::New, Phase::Full] {
             for lunation in (-20_000..14_000).step_by(97) {
                 let syzygy = Syzygy { phase, lunation };
-                let later = |by: i64| Syzygy { phase, lunation: lunation + by }.saros();
-                let series_difference = |n: i64| (n - syzygy.saros()).rem_euclid(223);
+                let later = |by: i64| Syzygy { phase, lunation: lunation + by }.saros_series();
+                let series_difference = |n: i64| (n - syzygy.saros_series()).rem_euclid(223);
                 assert_eq!((series_difference(later(223)), series_difference(later(358))), (0, 1), "{lunation}");
             }
         }

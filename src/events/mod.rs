@@ -45,7 +45,7 @@ pub fn solar_eclipses(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, t
     find_solar(catalog, ephemeris, from..to, true)
 }
 
-/// As [`solar_eclipses`], without their numbers in the Saros series, which take most of the time.
+/// As [`solar_eclipses`], but with [`SolarEclipse::saros_member`] left `None`: finding it takes most of the time.
 ///
 /// # Errors
 /// As [`solar_eclipses`].
@@ -66,7 +66,7 @@ pub fn lunar_eclipses(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, t
     find_lunar(catalog, ephemeris, from..to, true)
 }
 
-/// As [`lunar_eclipses`], without their numbers in the Saros series, which take most of the time.
+/// As [`lunar_eclipses`], but with [`LunarEclipse::saros_member`] left `None`: finding it takes most of the time.
 ///
 /// # Errors
 /// As [`solar_eclipses`].
@@ -79,7 +79,7 @@ pub fn lunar_eclipses_without_saros(
     find_lunar(catalog, ephemeris, from..to, false)
 }
 
-/// `with_saros_member`: whether the eclipses get their numbers in the Saros series.
+/// `with_saros_member`: whether to find each eclipse's number within its Saros series.
 fn find_solar(
     catalog: &Catalog,
     ephemeris: &Ephemeris,
@@ -105,8 +105,8 @@ fn find_lunar(
     eclipses_at_phase(Phase::Full, span, |e| e.greatest, eclipse_at, with_saros_member.then_some(set_member))
 }
 
-/// The eclipses that `eclipse_at` finds at the new or full moons of a span. `set_member` stores an eclipse's number in its Saros series; `None` skips the
-/// numbering.
+/// The eclipses that `eclipse_at` finds at the new or full moons of a span. `set_member` stores an eclipse's number within its Saros series; with
+/// `None`, the numbers are not computed.
 fn eclipses_at_phase<E>(
     phase: Phase,
     span: Range<Instant>,

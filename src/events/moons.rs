@@ -1,10 +1,10 @@
 //! Phenomena of the Galilean moons and Titan: transits, occultations, shadow transits, eclipses.
 //!
-//! In: a span of time. Out: events as the Earth's centre sees them. The region that a moon enters is bounded by planes tangent to the planet's spheroid. For transits
-//! and occultations they pass through the observer, the Earth's centre. For shadow transits and eclipses the observer is the Sun, and the planes are tangent to its
-//! sphere or pass through its centre. Light time between Sun, moon, planet and Earth is included. An event is listed even if another hides it, such as the end of an
-//! eclipse behind the planet. The theories of the moons limit the accuracy of instants: 30 s for the Galilean moons. Not here: the planets' atmospheres,
-//! which delay eclipses by a minute or so.
+//! In: catalog, ephemeris, a span of time. Out: events as the Earth's centre sees them. The region that a moon enters is bounded by planes tangent to the
+//! planet's spheroid. For transits and occultations they pass through the observer, the Earth's centre. For shadow transits and eclipses the observer is the
+//! Sun, and the planes are tangent to its sphere or pass through its centre. Light time between Sun, moon, planet and Earth is included. An event is listed
+//! even if another hides it, such as the end of an eclipse behind the planet. The theories of the moons limit the accuracy of instants: 30 s for the Galilean
+//! moons. Not here: the planets' atmospheres, which delay eclipses by a minute or so.
 
 use super::contacts::{Contact, seconds_between, sort_by_time};
 use super::fitted::FittedPosition;
@@ -15,11 +15,14 @@ use crate::time::Instant;
 use crate::units::SPEED_OF_LIGHT_KM_S;
 use glam::DVec3;
 
+/// Io, Europa, Ganymede, Callisto.
 pub(super) const GALILEAN: [NaifId; 4] = [NaifId(501), NaifId(502), NaifId(503), NaifId(504)];
+/// The Galilean moons and Titan.
 const MOONS: [NaifId; 5] = [NaifId(501), NaifId(502), NaifId(503), NaifId(504), NaifId(606)];
-/// Samples per orbit between which conjunctions are searched.
+/// Conjunctions are searched between samples; a moon's orbit has this many.
 const STEPS_PER_ORBIT: f64 = 16.0;
 
+/// The kind of phenomenon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MoonEventType {
     /// The moon in front of the planet.
@@ -49,6 +52,7 @@ impl MoonEventType {
     }
 }
 
+/// A phenomenon of a moon.
 #[derive(Clone, Debug)]
 pub struct MoonEvent {
     /// What happens.
@@ -114,6 +118,7 @@ impl MoonAndPlanet<'_> {
     /// When the moon crosses the line from the planet to the observer (time at the planet, accurate to half a minute), and whether it is then in front of the
     /// planet.
     fn conjunctions(&self, observer: NaifId, from: Instant, to: Instant) -> Result<Vec<(Instant, bool)>, EphemerisError> {
+        // NAIF numbers: 5 is the barycentre of Jupiter (599) and its moons.
         let barycentre = NaifId(self.planet.id.0 / 100);
         // Signed distance of the moon from the line, in the plane of the orbit, km; and a number that is positive if the moon is in front of the planet.
         let offsets = |t: Instant| -> Result<(f64, f64), EphemerisError> {
@@ -169,14 +174,14 @@ struct MoonConjunction {
     pole: DVec3,
 }
 
-/// The planes that bound a region. Each touches the planet; the variant tells how it meets the observer.
+/// The planes that bound a region. Each touches the planet; the variant states their position relative to the observer.
 #[derive(Clone, Copy)]
 enum BoundingPlanes {
-    /// It passes through the observer's centre.
+    /// The planes pass through the observer's centre.
     Centre,
-    /// It has planet and Sun on the same side: the boundary of the umbra, and of the convex hull of planet and Sun.
+    /// Planet and Sun are on the same side of each plane: the boundary of the umbra, and of the convex hull of planet and Sun.
     ExternalTangent,
-    /// It passes between planet and Sun: the boundary of the penumbra.
+    /// Each plane passes between planet and Sun: the boundary of the penumbra.
     InternalTangent,
 }
 
@@ -184,7 +189,7 @@ impl MoonConjunction {
     fn around(pair: &MoonAndPlanet<'_>, observer: NaifId, middle: Instant) -> Result<Self, EphemerisError> {
         let (planet, ephemeris) = (pair.planet.id, pair.ephemeris);
         let (_, vel_km_s) = pair.moon_from_planet(middle)?;
-        // Twice the time from the middle until the moon has crossed half of the planet.
+        // Twice the time in which the moon moves by the sum of both radii, and ten minutes.
         let half_span_s = 2.0 * (pair.planet.radii_km.x + pair.moon.radii_km.x) / vel_km_s.length() + 600.0;
         let instant = |s: f64| middle.plus_seconds(s);
         let moon = FittedPosition::over(half_span_s, |s| Ok(pair.moon_from_planet(instant(s))?.0))?;
@@ -220,7 +225,7 @@ impl MoonConjunction {
         let support_km = |n: DVec3| (n * radii_km.x + self.pole * (n.dot(self.pole) * (radii_km.z - radii_km.x))).length();
         let perpendicular = (moon_km - towards * moon_km.dot(towards)).try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
         let other = towards.cross(perpendicular);
-        let beyond = |angle: f64| {
+        let beyond_plane_km = |angle: f64| {
             let across = perpendicular * angle.cos() + other * angle.sin();
             // The normal is tilted so that the plane touches both planet and observer.
             let tilt = (support_km(across) + signed_observer_radius_km) / distance_km;
@@ -228,7 +233,7 @@ impl MoonConjunction {
             moon_km.dot(normal) - support_km(normal)
         };
         // The plane that the moon is farthest beyond. The flattening rotates its normal away from `perpendicular`, near the boundary by less than 0.3 radians.
-        beyond(minimum(-0.3, 0.3, 1e-5, |angle| -beyond(angle)))
+        beyond_plane_km(minimum(-0.3, 0.3, 1e-5, |angle| -beyond_plane_km(angle)))
     }
 
     /// When the Earth's centre sees what happens at `s`: for an eclipse at the moon, else at the planet.
@@ -266,13 +271,13 @@ impl MoonConjunction {
                 ("begin", "end", BoundingPlanes::Centre, 0.0),
             ],
         };
-        let sideways_km = |s: f64| {
+        let distance_from_line_km = |s: f64| {
             let (moon_km, _, to_observer) = self.geometry_of_light(s);
             moon_km.cross(to_observer.normalize_or_zero()).length()
         };
         // The positions are evaluated up to a few seconds of light time before or after an instant of the search.
         let search_s = self.half_span_s - 30.0;
-        let greatest_s = time_of_minimum(-search_s, search_s, sideways_km);
+        let greatest_s = time_of_minimum(-search_s, search_s, distance_from_line_km);
         let mut contacts = Vec::new();
         for &(first, last, planes, distance_km) in limits {
             let outside = |s: f64| self.distance_outside_km(pair, s, planes) - distance_km;

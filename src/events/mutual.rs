@@ -1,8 +1,8 @@
 //! Mutual phenomena of the Galilean moons: occultations and eclipses of one by another, in the seasons when the Earth or the Sun is in the plane of their
 //! orbits.
 //!
-//! In: a span of time. Out: events as the Earth's centre sees them. Light time between Sun, both moons and the Earth is included; moons are spheres. The
-//! theory of the moons limits the accuracy of instants to 30 s, so that grazing events are uncertain. Events that Jupiter hides are listed too.
+//! In: catalog, ephemeris, a span of time. Out: events as the Earth's centre sees them. Light time between Sun, both moons and the Earth is included; moons are
+//! spheres. The theory of the moons limits the accuracy of instants to 30 s, so that grazing events are uncertain. Events that Jupiter hides are listed too.
 
 use super::contacts::sort_by_time;
 use super::fitted::FittedPosition;
@@ -18,7 +18,7 @@ const JUPITER: NaifId = NaifId(599);
 const JUPITER_BARYCENTRE: NaifId = NaifId(5);
 /// Time between samples: two moons pass each other at 32 km/s at most.
 const STEP_S: f64 = 600.0;
-/// Two moons do not meet if their centres are farther apart than this, across the line of sight, at the sample nearest to their passage.
+/// Two moons pass without an event if, at the sample nearest to their passage, their centres are farther apart than this perpendicular to the line of sight.
 const MAX_DISTANCE_KM: f64 = 40_000.0;
 /// Sine of 4 degrees: while the Earth or the Sun is farther from the plane of Jupiter's equator, there are no events. One degree allows for the inclinations of the
 /// orbits. At the other 3 degrees, two moons on the same side of Jupiter, at least 249 000 km apart along the line of sight (Io and Europa), pass each other at
@@ -64,7 +64,7 @@ pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to
                             MutualConjunction::around(ephemeris, [moons[a], moons[b]], observer, sun.radii_km.x, at.plus_seconds(-STEP_S))?;
                         let event = conjunction.event(ephemeris)?.filter(|e| (from..to).contains(&e.greatest));
                         // Two conjunctions may belong to one event.
-                        let new_event = event.filter(|e| !found.iter().any(|earlier| is_same(earlier, e)));
+                        let new_event = event.filter(|e| !found.iter().any(|earlier| is_same_event(earlier, e)));
                         found.extend(new_event);
                     }
                 }
@@ -77,7 +77,7 @@ pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to
 }
 
 /// Whether two events are one: the same moons at the same instant.
-fn is_same(a: &MoonEvent, b: &MoonEvent) -> bool {
+fn is_same_event(a: &MoonEvent, b: &MoonEvent) -> bool {
     let apart_s = a.greatest.tdb_seconds_past_j2000() - b.greatest.tdb_seconds_past_j2000();
     (a.class, a.moon, a.by_moon) == (b.class, b.moon, b.by_moon) && apart_s.abs() < CONTACT_STEP_S
 }

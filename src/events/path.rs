@@ -1,14 +1,15 @@
 //! The path of a central eclipse on the ground: centre line and limits.
 //!
-//! In: a solar eclipse. Out: places at equal steps of time. A limit is the farthest place, on a great circle perpendicular to the path, at which the eclipse is
-//! still total or annular. Not here: the limits beyond the ends of the centre line, where only one side of the shadow meets the ground.
+//! In: a solar eclipse. Out: places on the centre line at equal steps of time, and on both limits; lines cut at the antimeridian. A limit is the farthest
+//! place, on a great circle perpendicular to the path, at which the eclipse is still total or annular. Not here: the limits beyond the ends of the centre line,
+//! where only one side of the shadow meets the ground.
 
 use super::local::GeodeticPosition;
 use super::solar::SolarEclipse;
 use crate::time::Instant;
 use std::f64::consts::FRAC_PI_2;
 
-/// Steps along the centre line.
+/// Number of steps, equal in time, along the centre line.
 const STEPS: i32 = 120;
 /// The first distance from the centre line at which a limit is searched, degrees of arc; it is doubled until the eclipse is neither total nor annular.
 const FIRST_OFFSET_DEG: f64 = 0.02;
@@ -112,8 +113,8 @@ pub struct CutVertex {
     pub position: f64,
 }
 
-/// A line of places, cut where it crosses the antimeridian, as GeoJSON requires (RFC 7946, section 3.1.9). Each cut adds two vertices, which have no place of
-/// their own; by their `position` other properties of the places, such as times, are interpolated.
+/// A line of places, cut where it crosses the antimeridian, as GeoJSON requires (RFC 7946, section 3.1.9). Each cut adds two vertices, which belong to none of
+/// the places; with their `position`, a caller interpolates other properties of the places, such as times.
 pub fn cut_at_antimeridian(places: &[GeodeticPosition]) -> Vec<Vec<CutVertex>> {
     let mut lines: Vec<Vec<CutVertex>> = vec![Vec::new()];
     let mut before: Option<CutVertex> = None;
@@ -122,9 +123,9 @@ pub fn cut_at_antimeridian(places: &[GeodeticPosition]) -> Vec<Vec<CutVertex>> {
         if let Some(before) = before.replace(vertex).filter(|b| (b.longitude_deg - vertex.longitude_deg).abs() > 180.0) {
             let edge_deg = 180.0_f64.copysign(before.longitude_deg);
             // Degrees of longitude from the earlier place to the antimeridian, and to the later place.
-            let to_antimeridian = (edge_deg - before.longitude_deg).abs();
-            let whole = 360.0 - (before.longitude_deg - vertex.longitude_deg).abs();
-            let fraction = if whole > 0.0 { to_antimeridian / whole } else { 0.0 };
+            let to_antimeridian_deg = (edge_deg - before.longitude_deg).abs();
+            let to_later_place_deg = 360.0 - (before.longitude_deg - vertex.longitude_deg).abs();
+            let fraction = if to_later_place_deg > 0.0 { to_antimeridian_deg / to_later_place_deg } else { 0.0 };
             let between = |from: f64, to: f64| from + (to - from) * fraction;
             let at_edge = CutVertex {
                 longitude_deg: edge_deg,
@@ -149,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn steps_on_the_sphere_are_inverse_to_bearings() {
+    fn the_bearing_to_a_destination_is_the_bearing_it_was_computed_from() {
         for (lat, lon) in [(0.0, 0.0), (60.0, 179.0), (-45.0, -100.0)] {
             for bearing_deg in [10.0_f64, 100.0, 200.0, 300.0] {
                 let to = destination(place(lat, lon), bearing_deg.to_radians(), 3.0);

@@ -1,4 +1,4 @@
-//! The number of an eclipse in its Saros series.
+//! The number of an eclipse within its Saros series.
 //!
 //! In: the new or full moon of an eclipse, and a function that reports whether there is an eclipse at another new or full moon of the same series. Out: the number,
 //! starting at 1. The first eclipse of a series depends on the radii of the Sun and the Moon: with a smaller shadow the series may begin later.
@@ -11,10 +11,10 @@ const SAROS_LUNATIONS: i64 = 223;
 /// More than the number of eclipses of any series.
 const MAX_MEMBERS: i64 = 100;
 
-/// Cache of the first lunations of series.
+/// Cache of the lunation at which each series begins.
 #[derive(Debug, Default)]
 pub(super) struct SeriesStarts {
-    /// Lunation of the first eclipse by number of the series.
+    /// By the number of the series: the lunation of its first eclipse.
     first_lunations: HashMap<i64, i64>,
 }
 
@@ -26,7 +26,7 @@ impl SeriesStarts {
     /// # Errors
     /// The error of `is_eclipse_at` 223 lunations before the earliest eclipse found, which therefore may not be the first of its series.
     pub(crate) fn member<E>(&mut self, syzygy: Syzygy, is_eclipse_at: impl Fn(Syzygy) -> Result<bool, E>) -> Result<i64, E> {
-        let series = syzygy.saros();
+        let series = syzygy.saros_series();
         let first = match self.first_lunations.get(&series) {
             Some(first) => *first,
             None => {
@@ -78,7 +78,7 @@ mod tests {
 
     /// Member 20 of a series: the number is known if the phase before the first member can be computed, however many earlier ones cannot.
     #[test]
-    fn only_a_start_at_the_end_of_the_span_is_unknown() {
+    fn the_number_is_unknown_only_if_the_series_may_begin_before_the_span() {
         let at = |lunation| Syzygy { phase: Phase::Full, lunation };
         for (computable, expected) in [(19, Err("too early")), (20, Ok(20)), (24, Ok(20)), (60, Ok(20))] {
             let is_eclipse_at = |s: Syzygy| match (300 - s.lunation) / SAROS_LUNATIONS {

@@ -18,7 +18,7 @@ use crate::time::Instant;
 const PHASE_SEARCH_S: f64 = 15.0 * 3600.0;
 /// The penumbra leaves the Earth within 4 hours of the greatest eclipse.
 const SHADOW_SEARCH_S: f64 = 4.0 * 3600.0;
-/// Steps along the centre line; at each end of a step, the eclipse is classified as total or annular.
+/// The centre line is divided into this many steps; at each end of a step, the eclipse is classified as total or annular.
 const LINE_STEPS: i32 = 24;
 
 /// The type of a solar eclipse: along the centre line if there is one, else at the place of greatest eclipse.
@@ -92,7 +92,7 @@ impl SolarEclipseGeometry {
     }
 
     fn umbra_gap_km(&self, s: f64) -> f64 {
-        Cone::umbra(self.sky.sun_km(s), self.sky.near_body_km(s), self.radii.sun_radius_km, self.radii.moon_radius_km)
+        Cone::umbra_or_antumbra(self.sky.sun_km(s), self.sky.near_body_km(s), self.radii.sun_radius_km, self.radii.moon_radius_km)
             .gap_km(&self.earth())
             .0
     }
@@ -100,7 +100,7 @@ impl SolarEclipseGeometry {
     /// The place where the axis of the shadow meets the ground.
     pub(crate) fn centre(&self, s: f64) -> Option<GeodeticPosition> {
         let (moon_km, (to_sun, _)) = (self.sky.near_body_km(s), moon_to_sun(self.sky.sun_km(s), self.sky.near_body_km(s)));
-        let point_km = self.earth().meets_line_km(moon_km, to_sun)?;
+        let point_km = self.earth().sunlit_intersection_km(moon_km, to_sun)?;
         Some(GeodeticPosition::of_surface_point(self.sky.itrs_from_gcrs(s) * point_km, self.radii.earth_radii_km))
     }
 
@@ -117,7 +117,7 @@ impl SolarEclipseGeometry {
         Station::new(&self.sky, self.radii, place)
     }
 
-    /// When the axis meets and leaves the ground; `None` if it misses the ground.
+    /// When the axis first meets and last leaves the ground, seconds; `None` if it misses the ground.
     pub(crate) fn central_span(&self) -> Option<(f64, f64)> {
         let earth = self.earth();
         let minus_half_chord_sq =
@@ -134,7 +134,7 @@ impl SolarEclipseGeometry {
     /// Whether the Moon's disc is larger than the Sun's at a place.
     fn is_total(&self, s: f64, place: GeodeticPosition) -> bool {
         let discs = self.station(place).discs(s);
-        discs.moon_radius > discs.sun_radius
+        discs.moon_radius_rad > discs.sun_radius_rad
     }
 
     /// The type of a central eclipse whose axis meets the ground between these two instants, from samples of the centre line.
@@ -154,7 +154,7 @@ impl SolarEclipseGeometry {
 /// The eclipse of the Sun at a new moon, if there is one.
 pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, new_moon: Syzygy) -> Result<Option<SolarEclipse>, EphemerisError> {
     debug_assert_eq!(new_moon.phase, Phase::New);
-    if !new_moon.can_be_eclipse() {
+    if !new_moon.eclipse_is_possible() {
         return Ok(None);
     }
     let sky = EarthSky::around(ephemeris, NaifId::MOON, new_moon.mean_instant(), PHASE_SEARCH_S + SHADOW_SEARCH_S)?;
@@ -170,7 +170,7 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, new_moon: Syzy
     if geometry.penumbra_gap_km(greatest_s) >= 0.0 {
         return Ok(None);
     }
-    // First and last contact of the cone whose gap this is.
+    // First and last contact with the Earth of the cone for which `gap` is the distance to the spheroid.
     let contacts_of = |gap: &dyn Fn(f64) -> f64| {
         let end = |sign: f64| zero_crossing(greatest_s, greatest_s + sign * SHADOW_SEARCH_S, gap);
         (end(-1.0), end(1.0))
@@ -198,12 +198,12 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, new_moon: Syzy
         central: central_span.is_some(),
         greatest: instant(greatest_s),
         gamma,
-        magnitude: if centre.is_some() { discs.ratio() } else { discs.covered_diameter() },
+        magnitude: if centre.is_some() { discs.radius_ratio() } else { discs.covered_diameter() },
         place,
         sun_altitude_deg: station.sun_altitude_deg(greatest_s),
         duration_s: station.inner_contacts(greatest_s).map(|(second, third)| third - second),
         contacts,
-        saros: new_moon.saros(),
+        saros: new_moon.saros_series(),
         saros_member: None,
         geometry,
     }))

@@ -1,6 +1,6 @@
 //! Transits of Mercury and Venus across the Sun.
 //!
-//! In: a span of time. Out: least distance of the centres and the four contacts of the mean limbs, as seen from the Earth's centre and from places on
+//! In: catalog, ephemeris, a span of time. Out: least distance of the centres and the four contacts of the limbs, as seen from the Earth's centre and from places on
 //! the ground. Positions are apparent: the planet where the light passed it, the Sun where the light left it. Not here: the black-drop effect.
 
 use super::contacts::{Contact, seconds_between};
@@ -16,7 +16,7 @@ use crate::units::RAD_PER_ARCSEC;
 const INFERIOR_PLANETS: [NaifId; 2] = [NaifId(199), NaifId(299)];
 /// Time between samples of the elongation, which has only one minimum in the week around an inferior conjunction.
 const STEP_S: f64 = 2.0 * 86_400.0;
-/// The sample nearest to a transit has a smaller elongation than this, radians: the elongation changes by at most 1.9 degrees a day.
+/// The sample nearest to a transit, at most a day away, has a smaller elongation than this, radians: the elongation changes by at most 1.9 degrees a day.
 const MAX_ELONGATION_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
 /// Half of the fitted span. The longest transits take 8 hours.
 const HALF_SPAN_S: f64 = 6.0 * 3600.0;
@@ -114,16 +114,16 @@ impl PlanetConjunction {
 
     fn transit(self, planet: NaifId) -> Option<Transit> {
         // Angles from external and internal tangency of the discs; negative if they overlap, or if the planet is entirely on the Sun.
-        let outer_gap = |s: f64| self.separation_rad(s) - self.angular_radii_rad(s).0 - self.angular_radii_rad(s).1;
-        let inner_gap = |s: f64| self.separation_rad(s) - self.angular_radii_rad(s).0 + self.angular_radii_rad(s).1;
+        let outer_gap_rad = |s: f64| self.separation_rad(s) - self.angular_radii_rad(s).0 - self.angular_radii_rad(s).1;
+        let inner_gap_rad = |s: f64| self.separation_rad(s) - self.angular_radii_rad(s).0 + self.angular_radii_rad(s).1;
         let greatest_s = time_of_minimum(-HALF_SPAN_S, HALF_SPAN_S, |s| self.separation_rad(s));
-        if outer_gap(greatest_s) >= 0.0 {
+        if outer_gap_rad(greatest_s) >= 0.0 {
             return None;
         }
         let contact = |sign: f64, f: &dyn Fn(f64) -> f64| self.sky.instant(zero_crossing(greatest_s, sign * HALF_SPAN_S, f));
-        let mut contacts = vec![("I", contact(-1.0, &outer_gap)), ("IV", contact(1.0, &outer_gap))];
-        if inner_gap(greatest_s) < 0.0 {
-            contacts.splice(1..1, [("II", contact(-1.0, &inner_gap)), ("III", contact(1.0, &inner_gap))]);
+        let mut contacts = vec![("I", contact(-1.0, &outer_gap_rad)), ("IV", contact(1.0, &outer_gap_rad))];
+        if inner_gap_rad(greatest_s) < 0.0 {
+            contacts.splice(1..1, [("II", contact(-1.0, &inner_gap_rad)), ("III", contact(1.0, &inner_gap_rad))]);
         }
         let (sun_radius, planet_radius) = self.angular_radii_rad(greatest_s);
         let north = self.sky.near_body_km(greatest_s).normalize_or_zero().z - self.sky.sun_km(greatest_s).normalize_or_zero().z;
@@ -132,7 +132,7 @@ impl PlanetConjunction {
             greatest: self.sky.instant(greatest_s),
             separation_arcsec: self.separation_rad(greatest_s) / RAD_PER_ARCSEC,
             gamma: (self.separation_rad(greatest_s) / sun_radius).copysign(north),
-            magnitude: (-outer_gap(greatest_s) / 2.0).min(planet_radius) / sun_radius,
+            magnitude: (-outer_gap_rad(greatest_s) / 2.0).min(planet_radius) / sun_radius,
             contacts,
             conjunction: self,
             greatest_s,

@@ -30,7 +30,7 @@ pub struct ShapeFrame {
 /// The reason why a file's triangles cannot be the shape of the body.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ShapeError {
-    /// A file in another unit, or of another body.
+    /// The file is in another unit, or of another body.
     #[error(
         "its farthest vertex is {farthest_km:.6} km from the centre; expected {} to {} times the body's {radius_km} km: is scale_km right?",
         FARTHEST_VERTEX_RANGE.start(),
@@ -42,7 +42,7 @@ pub enum ShapeError {
         /// The body's largest semi-axis.
         radius_km: f64,
     },
-    /// So many overlapping triangles that computing the shape's own shadow would take minutes.
+    /// So many triangles overlap that computing the shape's own shadow would take minutes.
     #[error("its triangles overlap: a line meets the boxes around {overlap:.0} of them on average; expected at most {MAX_OVERLAP:.0}")]
     Overlap {
         /// Mean number of triangles' boxes that a line through the shape's box meets.
@@ -68,7 +68,7 @@ pub struct Mesh {
     pub normals: Arc<Vec<f32>>,
     /// Texture coordinates, 2 numbers per vertex; u may be outside 0 to 1.
     pub map_coordinates: Arc<Vec<f32>>,
-    /// Colours: linear RGB and 1, 4 numbers per vertex; `None` if the file has no colours.
+    /// Colours: linear RGB and an alpha of 1, 4 numbers per vertex; `None` if the file has no colours.
     pub colours: Option<Arc<Vec<f32>>>,
     /// Indices, three per triangle, counter-clockwise seen from outside.
     pub indices: Arc<Vec<u32>>,
@@ -144,17 +144,17 @@ fn pole_weights(positions: [DVec3; 3]) -> Option<DVec3> {
 
 /// Makes the texture coordinates of a triangle's corners continuous across the seam and at a pole.
 fn unwrap_map_coordinates(frame: &ShapeFrame, corners: &mut [Vertex; 3]) {
-    let polar = corners.map(|c| frame.on_axis(c.position_km));
-    let Some(first) = polar.iter().position(|p| !p) else { return };
+    let is_at_pole = corners.map(|c| frame.on_axis(c.position_km));
+    let Some(first) = is_at_pole.iter().position(|p| !p) else { return };
     let u0 = corners[first].uv.x;
-    for k in (0..3).filter(|k| !polar[*k]) {
+    for k in (0..3).filter(|k| !is_at_pole[*k]) {
         corners[k].uv.x += (u0 - corners[k].uv.x).round();
     }
     // All are shifted so that the smallest u is in 0..1, as in neighbouring triangles.
-    let shift = (0..3).filter(|k| !polar[*k]).map(|k| corners[k].uv.x).fold(f64::INFINITY, f64::min).floor();
+    let shift = (0..3).filter(|k| !is_at_pole[*k]).map(|k| corners[k].uv.x).fold(f64::INFINITY, f64::min).floor();
     (0..3).for_each(|k| corners[k].uv.x -= shift);
-    let (sum, count) = (0..3).filter(|k| !polar[*k]).fold((0.0, 0.0), |(s, n), k| (s + corners[k].uv.x, n + 1.0));
-    (0..3).filter(|k| polar[*k]).for_each(|k| corners[k].uv.x = sum / count);
+    let (sum, count) = (0..3).filter(|k| !is_at_pole[*k]).fold((0.0, 0.0), |(s, n), k| (s + corners[k].uv.x, n + 1.0));
+    (0..3).filter(|k| is_at_pole[*k]).for_each(|k| corners[k].uv.x = sum / count);
 }
 
 #[derive(Default)]
@@ -194,8 +194,8 @@ impl MeshBuilder {
             side.x * side.y + side.y * side.z + side.z * side.x
         };
         let corner = |k: &u32| self.vertices[*k as usize].position_km;
-        let sum_of_triangles: f64 = self.indices.chunks_exact(3).map(|t| half_box_area(&mut t.iter().map(corner))).sum();
-        sum_of_triangles / half_box_area(&mut self.indices.iter().map(corner))
+        let sum_of_half_areas: f64 = self.indices.chunks_exact(3).map(|t| half_box_area(&mut t.iter().map(corner))).sum();
+        sum_of_half_areas / half_box_area(&mut self.indices.iter().map(corner))
     }
 
     /// Adds a triangle. `has_file_uv`: its texture coordinates are those of the file, which stay as they are.
@@ -242,6 +242,7 @@ impl Mesh {
         let at = |c: &Corner| positions_km[c.position as usize];
         // Normal to the triangle; its length is twice the triangle's area.
         let area_vector = |t: &[Corner; 3]| (at(&t[1]) - at(&t[0])).cross(at(&t[2]) - at(&t[0]));
+        // A cross product below this is too small for a reliable normal.
         let triangles_with_area: Vec<&[Corner; 3]> =
             obj.triangles.iter().filter(|t| area_vector(t).length() > 1e-18 * largest_radius_km * largest_radius_km).collect();
         for t in &triangles_with_area {
@@ -254,8 +255,11 @@ impl Mesh {
             let vertex = |c: &Corner| {
                 let position_km = at(c);
                 let file_normal = c.normal.map(|n| obj.normals[n as usize]);
-                let file_uv =
-                    c.texture.filter(|_| has_file_uv).map(|index| obj.textures[index as usize]).map(|uv| DVec2::new(uv.x, 1.0 - uv.y));
+                let file_uv = c
+                    .texture
+                    .filter(|_| has_file_uv)
+                    .map(|index| obj.texture_coordinates[index as usize])
+                    .map(|uv| DVec2::new(uv.x, 1.0 - uv.y));
                 Vertex {
                     position_km,
                     normal: file_normal.or(normals[position_ids[c.position as usize] as usize].try_normalize()).unwrap_or(face_normal),
@@ -299,18 +303,18 @@ impl Mesh {
     /// Converts the builder's f64 vertices to arrays of f32.
     fn from_builder(builder: MeshBuilder, frame: &ShapeFrame, coloured: bool) -> Self {
         let flat = |value: &dyn Fn(&Vertex) -> DVec3| -> Arc<Vec<f32>> {
-            Arc::new(builder.vertices.iter().flat_map(|p| value(p).as_vec3().to_array()).collect())
+            Arc::new(builder.vertices.iter().flat_map(|v| value(v).as_vec3().to_array()).collect())
         };
-        let colours = coloured.then(|| Arc::new(builder.vertices.iter().flat_map(|p| p.colour.as_vec3().extend(1.0).to_array()).collect()));
-        let max_radius = builder.vertices.iter().map(|p| (p.position_km / frame.radii_km).length()).fold(0.0, f64::max);
+        let colours = coloured.then(|| Arc::new(builder.vertices.iter().flat_map(|v| v.colour.as_vec3().extend(1.0).to_array()).collect()));
+        let max_radius = builder.vertices.iter().map(|v| (v.position_km / frame.radii_km).length()).fold(0.0, f64::max);
         Self {
-            positions: flat(&|p| p.position_km / frame.radii_km),
-            normals: flat(&|p| p.normal),
-            map_coordinates: Arc::new(builder.vertices.iter().flat_map(|p| p.uv.as_vec2().to_array()).collect()),
+            positions: flat(&|v| v.position_km / frame.radii_km),
+            normals: flat(&|v| v.normal),
+            map_coordinates: Arc::new(builder.vertices.iter().flat_map(|v| v.uv.as_vec2().to_array()).collect()),
             colours,
             max_radius,
             ray_cast_mesh: RayCastMesh::new(
-                builder.vertices.iter().map(|p| (p.position_km, p.normal)).collect(),
+                builder.vertices.iter().map(|v| (v.position_km, v.normal)).collect(),
                 &builder.position_ids,
                 &builder.indices,
                 frame.two_sided,

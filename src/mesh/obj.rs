@@ -1,4 +1,4 @@
-//! Reading a Wavefront OBJ file.
+//! Parses a Wavefront OBJ file.
 //!
 //! In: the file's text. Out: its positions, texture coordinates, normals, colours and faces, with faces triangulated as fans and every index checked; or
 //! the first wrong line, with its text and the allowed form. Supported are `v x y z`, `v x y z r g b`, `vt u v` (a third number is ignored), `vn x y z`
@@ -12,12 +12,12 @@ pub(crate) const MAX_COUNT: usize = 4_000_000;
 /// Maximum number of corners of a face.
 pub(crate) const MAX_CORNERS: usize = 64;
 
-/// A corner of a triangle, by index into the lists of the file.
+/// A corner of a triangle: indices in the lists of [`Obj`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Corner {
     /// Index in [`Obj::positions`], and in [`Obj::colours`] if there are colours.
     pub position: u32,
-    /// Index in [`Obj::textures`].
+    /// Index in [`Obj::texture_coordinates`].
     pub texture: Option<u32>,
     /// Index in [`Obj::normals`].
     pub normal: Option<u32>,
@@ -30,8 +30,8 @@ pub struct Obj {
     pub positions: Vec<DVec3>,
     /// Vertex colours, sRGB, 0 to 1: one for each position, or none at all.
     pub colours: Vec<DVec3>,
-    /// Texture coordinates: right and up from the map's lower left corner.
-    pub textures: Vec<DVec2>,
+    /// Texture coordinates: u to the right and v up from the map's lower left corner, 0 to 1 over the map.
+    pub texture_coordinates: Vec<DVec2>,
     /// Vertex normals: unit vectors.
     pub normals: Vec<DVec3>,
     /// The faces, split into triangles.
@@ -82,7 +82,7 @@ impl Obj {
     /// Parses a corner of a face.
     fn parse_corner(&self, word: &str) -> Result<Corner, String> {
         let mut parts = word.split('/');
-        let lists = [("v", self.positions.len()), ("vt", self.textures.len()), ("vn", self.normals.len())];
+        let lists = [("v", self.positions.len()), ("vt", self.texture_coordinates.len()), ("vn", self.normals.len())];
         let mut found = [None; 3];
         for (k, (name, length)) in lists.into_iter().enumerate() {
             found[k] = match parts.next() {
@@ -103,13 +103,13 @@ impl Obj {
     /// Parses one line: its keyword, the words after it, and the entire text for messages.
     fn parse_line(&mut self, keyword: &str, rest: &[&str], line: &str) -> Result<(), String> {
         let expected = |what: &str| format!("`{}`: expected {what}", shortened(line));
-        let check_room = |length: usize, what: &str| match length < MAX_COUNT {
+        let check_count = |length: usize, what: &str| match length < MAX_COUNT {
             true => Ok(()),
             false => Err(format!("more than {MAX_COUNT} {what}, the most that are read")),
         };
         match keyword {
             "v" => {
-                check_room(self.positions.len(), "`v`")?;
+                check_count(self.positions.len(), "`v`")?;
                 let coloured = rest.len() == 6;
                 let position = parse_numbers::<3>(rest.get(..3).filter(|_| coloured || rest.len() == 3).unwrap_or_default())
                     .ok_or_else(|| expected("v x y z, or v x y z r g b, below 1e12"))?;
@@ -123,12 +123,12 @@ impl Obj {
                 self.positions.push(DVec3::from_array(position));
             }
             "vt" => {
-                check_room(self.textures.len(), "`vt`")?;
+                check_count(self.texture_coordinates.len(), "`vt`")?;
                 let uv_words = if rest.len() == 3 { &rest[..2] } else { rest };
-                self.textures.push(DVec2::from_array(parse_numbers::<2>(uv_words).ok_or_else(|| expected("vt u v"))?));
+                self.texture_coordinates.push(DVec2::from_array(parse_numbers::<2>(uv_words).ok_or_else(|| expected("vt u v"))?));
             }
             "vn" => {
-                check_room(self.normals.len(), "`vn`")?;
+                check_count(self.normals.len(), "`vn`")?;
                 let normal = parse_numbers::<3>(rest).map(DVec3::from_array).and_then(DVec3::try_normalize);
                 self.normals.push(normal.ok_or_else(|| expected("vn x y z, not all 0"))?);
             }
@@ -138,7 +138,7 @@ impl Obj {
                 }
                 let corners = rest.iter().map(|w| self.parse_corner(w)).collect::<Result<Vec<_>, _>>()?;
                 for pair in corners[1..].windows(2) {
-                    check_room(self.triangles.len(), "triangles")?;
+                    check_count(self.triangles.len(), "triangles")?;
                     self.triangles.push([corners[0], pair[0], pair[1]]);
                 }
             }
@@ -179,7 +179,7 @@ mod tests {
         let text = "# a square\nmtllib none.mtl\no it\nv 0 0 0 1 0.5 0\nv 1 0 0 1 1 1 # corner\n\nv 1 1 0 0 0 0\nv 0 1 0 0 1 0\nvt 0 0\nvt 1 0 0\n\
                     vn 0 0 2\ng part\ns off\nusemtl red\nf 1/1/1 2/2/1 3//1 -1\nf 1 2 3\nf 1//-1 2/-1 3\nl 1 2\np 1\n";
         let obj = parse(text).expect("reads");
-        assert_eq!((obj.positions.len(), obj.colours.len(), obj.textures.len(), obj.normals.len()), (4, 4, 2, 1));
+        assert_eq!((obj.positions.len(), obj.colours.len(), obj.texture_coordinates.len(), obj.normals.len()), (4, 4, 2, 1));
         assert_eq!(parse(&format!("\u{feff}{text}")).as_ref(), Ok(&obj), "a byte order mark does not count");
         assert_eq!(obj.normals[0], DVec3::Z, "its length does not count");
         assert_eq!(obj.triangles.len(), 4, "a square is two triangles");

@@ -25,7 +25,7 @@ const VERTICES_PER_TASK: usize = 512;
 /// A mesh prepared for ray casting.
 pub(crate) struct RayCastMesh {
     /// Positions in kilometres and unit normals, by vertex.
-    points: Vec<(DVec3, DVec3)>,
+    vertices: Vec<(DVec3, DVec3)>,
     /// For each vertex an id that vertices at the same position share: triangles with a corner there do not occlude the vertex.
     position_ids: Vec<u32>,
     /// Indices in `points`.
@@ -66,11 +66,11 @@ impl Bvh {
         tree
     }
 
-    fn build_node(&mut self, mesh: &RayCastMesh, centroids: &[DVec3], triangles: &mut [u32], first: usize) {
+    fn build_node(&mut self, mesh: &RayCastMesh, centroids: &[DVec3], triangles: &mut [u32], first_in_order: usize) {
         let corners = || triangles.iter().flat_map(|t| mesh.triangles[*t as usize]).map(|k| mesh.position(k));
         let (low, high) = corners().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
         let node_index = self.nodes.len();
-        self.nodes.push(Node { low, high, start_or_second_child: first as u32, triangle_count: triangles.len() as u32 });
+        self.nodes.push(Node { low, high, start_or_second_child: first_in_order as u32, triangle_count: triangles.len() as u32 });
         if triangles.len() <= MAX_LEAF_TRIANGLES {
             return;
         }
@@ -80,10 +80,10 @@ impl Bvh {
         let half = triangles.len() / 2;
         triangles.select_nth_unstable_by(half, |a, b| centroid(a)[axis].total_cmp(&centroid(b)[axis]).then(a.cmp(b)));
         let (left, right) = triangles.split_at_mut(half);
-        self.build_node(mesh, centroids, left, first);
+        self.build_node(mesh, centroids, left, first_in_order);
         self.nodes[node_index].start_or_second_child = self.nodes.len() as u32;
         self.nodes[node_index].triangle_count = 0;
-        self.build_node(mesh, centroids, right, first + half);
+        self.build_node(mesh, centroids, right, first_in_order + half);
     }
 }
 
@@ -97,18 +97,18 @@ fn intersects_box(node: &Node, origin: DVec3, inverse_direction: DVec3) -> bool 
 
 impl RayCastMesh {
     /// `points`: positions in kilometres and unit normals; `position_ids`: equal for vertices at one position; `indices`: three per triangle.
-    pub(crate) fn new(points: Vec<(DVec3, DVec3)>, position_ids: &[u32], indices: &[u32], two_sided: bool) -> Self {
+    pub(crate) fn new(vertices: Vec<(DVec3, DVec3)>, position_ids: &[u32], indices: &[u32], two_sided: bool) -> Self {
         let triangles = indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
-        Self { points, position_ids: position_ids.to_vec(), triangles, two_sided, tree: OnceLock::new() }
+        Self { vertices, position_ids: position_ids.to_vec(), triangles, two_sided, tree: OnceLock::new() }
     }
 
     fn position(&self, vertex: u32) -> DVec3 {
-        self.points[vertex as usize].0
+        self.vertices[vertex as usize].0
     }
 
     /// Whether a ray from a vertex intersects the mesh.
     fn is_occluded(&self, tree: &Bvh, vertex: usize, direction: DVec3) -> bool {
-        let (origin, own_position_id) = (self.points[vertex].0, self.position_ids[vertex]);
+        let (origin, own_position_id) = (self.vertices[vertex].0, self.position_ids[vertex]);
         // The inverse is finite even for rays along an axis, where 0 times infinity would be NaN.
         let inverse_direction = DVec3::from_array(direction.to_array().map(|d| if d.abs() < 1e-30 { 1e30 } else { 1.0 / d }));
         let mut stack = [0_u32; 64];
@@ -154,7 +154,7 @@ impl RayCastMesh {
 
     /// The height of the Sun's centre at a vertex, in radii of the Sun. `sun`: unit vector towards it.
     fn height(&self, tree: &Bvh, vertex: usize, sun: DVec3, radius_rad: f64) -> f64 {
-        let outward = self.points[vertex].1;
+        let outward = self.vertices[vertex].1;
         let normal = if self.two_sided && outward.dot(sun) < 0.0 { -outward } else { outward };
         let cosine = normal.dot(sun).clamp(-1.0, 1.0);
         // Angle of the Sun above the tangent plane.
@@ -167,27 +167,27 @@ impl RayCastMesh {
         let is_hidden = is_occluded(0.0);
         // Search upward from a hidden Sun, or downward from a visible one to the tangent plane.
         let (sign, end_rad) = if is_hidden { (1.0, FRAC_PI_2) } else { (-1.0, plane_height_rad.max(0.0)) };
-        // Steps away from the Sun until visibility changes.
-        let (mut last_same, mut step) = (0.0, radius_rad);
-        let mut first_changed = loop {
-            if step >= end_rad {
+        // Steps away from the Sun until visibility changes: between these two angles from the Sun.
+        let (mut unchanged_rad, mut step_rad) = (0.0, radius_rad);
+        let mut changed_rad = loop {
+            if step_rad >= end_rad {
                 return if is_hidden { -end_rad / radius_rad } else { plane_height_rad / radius_rad };
             }
-            if is_occluded(sign * step) != is_hidden {
-                break step;
+            if is_occluded(sign * step_rad) != is_hidden {
+                break step_rad;
             }
-            last_same = step;
-            step *= 4.0;
+            unchanged_rad = step_rad;
+            step_rad *= 4.0;
         };
-        while first_changed - last_same > (0.25 * radius_rad).max(0.1 * last_same) {
-            let middle = 0.5 * (last_same + first_changed);
+        while changed_rad - unchanged_rad > (0.25 * radius_rad).max(0.1 * unchanged_rad) {
+            let middle = 0.5 * (unchanged_rad + changed_rad);
             if is_occluded(sign * middle) == is_hidden {
-                last_same = middle;
+                unchanged_rad = middle;
             } else {
-                first_changed = middle;
+                changed_rad = middle;
             }
         }
-        -sign * 0.5 * (last_same + first_changed) / radius_rad
+        -sign * 0.5 * (unchanged_rad + changed_rad) / radius_rad
     }
 
     /// The height of the Sun's centre at each vertex, in radii of the Sun. `towards_sun`: unit vector, body axes. `radius_rad`: the Sun's
@@ -197,7 +197,7 @@ impl RayCastMesh {
         let radius_rad = radius_rad.clamp(1e-6, 0.5);
         let max_height = MAX_HEIGHT_RAD / radius_rad;
         let height = |k| self.height(tree, k, towards_sun, radius_rad).clamp(-max_height, max_height) as f32;
-        (0..self.points.len()).into_par_iter().with_min_len(VERTICES_PER_TASK).map(height).collect()
+        (0..self.vertices.len()).into_par_iter().with_min_len(VERTICES_PER_TASK).map(height).collect()
     }
 }
 
@@ -207,27 +207,27 @@ mod tests {
 
     const RADIUS: f64 = 0.005;
 
-    /// A square floor at z = 0 of `n` by `n` cells from -1 to 1, and a wall across it at x = `wall`, `high` above the floor.
-    fn floor_and_wall(n: u32, wall: f64, high: f64) -> RayCastMesh {
-        let mut points = Vec::new();
+    /// A square floor at z = 0 of `n` by `n` cells from -1 to 1, and a wall parallel to its edge at x = `wall`, `wall_height` above the floor.
+    fn floor_and_wall(n: u32, wall: f64, wall_height: f64) -> RayCastMesh {
+        let mut vertices = Vec::new();
         let mut indices = Vec::new();
         for j in 0..=n {
             for i in 0..=n {
                 let coordinate = |k: u32| 2.0 * f64::from(k) / f64::from(n) - 1.0;
-                points.push((DVec3::new(coordinate(i), coordinate(j), 0.0), DVec3::Z));
+                vertices.push((DVec3::new(coordinate(i), coordinate(j), 0.0), DVec3::Z));
                 if i < n && j < n {
                     let index = j * (n + 1) + i;
                     indices.extend([index, index + 1, index + n + 2, index, index + n + 2, index + n + 1]);
                 }
             }
         }
-        let first = points.len() as u32;
-        for (y, z) in [(-9.0, -0.1), (9.0, -0.1), (9.0, high), (-9.0, high)] {
-            points.push((DVec3::new(wall, y, z), DVec3::NEG_X));
+        let first = vertices.len() as u32;
+        for (y, z) in [(-9.0, -0.1), (9.0, -0.1), (9.0, wall_height), (-9.0, wall_height)] {
+            vertices.push((DVec3::new(wall, y, z), DVec3::NEG_X));
         }
         indices.extend([first, first + 1, first + 2, first, first + 2, first + 3]);
-        let position_ids: Vec<u32> = (0..points.len() as u32).collect();
-        RayCastMesh::new(points, &position_ids, &indices, false)
+        let position_ids: Vec<u32> = (0..vertices.len() as u32).collect();
+        RayCastMesh::new(vertices, &position_ids, &indices, false)
     }
 
     #[test]
@@ -239,7 +239,7 @@ mod tests {
             let heights = mesh.sun_heights(DVec3::new(altitude.cos(), 0.0, altitude.sin()), RADIUS);
             let mut shadowed_and_lit = [0, 0];
             for (k, height) in heights.iter().enumerate().take(((n + 1) * (n + 1)) as usize) {
-                let height_rad = (altitude - (high / (wall - mesh.points[k].0.x)).atan()).clamp(-MAX_HEIGHT_RAD, MAX_HEIGHT_RAD);
+                let height_rad = (altitude - (high / (wall - mesh.vertices[k].0.x)).atan()).clamp(-MAX_HEIGHT_RAD, MAX_HEIGHT_RAD);
                 let allowed = 0.26 + 0.11 * (height_rad / RADIUS).abs();
                 assert!(
                     (f64::from(*height) - height_rad / RADIUS).abs() < allowed,
@@ -256,9 +256,9 @@ mod tests {
     fn the_sun_under_an_arch_is_seen() {
         // The wall begins above the ground: the view below its lower edge is free.
         let mut mesh = floor_and_wall(4, 1.5, 0.5);
-        let wall = mesh.points.len() - 4;
-        mesh.points[wall].0.z = 0.3;
-        mesh.points[wall + 1].0.z = 0.3;
+        let wall = mesh.vertices.len() - 4;
+        mesh.vertices[wall].0.z = 0.3;
+        mesh.vertices[wall + 1].0.z = 0.3;
         let at = |altitude: f64| f64::from(mesh.sun_heights(DVec3::new(altitude.cos(), 0.0, altitude.sin()), RADIUS)[12]);
         let (foot, top) = ((0.3_f64 / 1.5).atan(), (0.5_f64 / 1.5).atan());
         assert!(at(0.5 * foot) > 1.0 && at(0.5 * (foot + top)) < -1.0 && at(top + 0.1) > 1.0);

@@ -15,7 +15,7 @@ use std::sync::Arc;
 /// Maximum number of queries in one target: the width of the widest image that the renderer draws.
 const MAX_QUERIES_PER_TARGET: usize = 16_384;
 
-/// Taps on a map, for the uniforms of probe modules: they read no maps.
+/// The argument `map_taps` of [`uniform_bytes`](crate::render::plan::uniform_bytes) for probe modules, which read no maps and filter no rings.
 pub(super) const MAP_TAPS: u8 = 1;
 
 /// A module and its inputs other than the queries.
@@ -72,13 +72,13 @@ impl ProbeBatch {
     /// A plan that draws each query as an instance that covers one column of the target.
     fn plan(&self, queries: &[ProbeInputs]) -> Plan {
         let count = queries.len();
-        // The left edge of column `k` in clip space.
-        let edge = |k: usize| 2.0 * k as f32 / count as f32 - 1.0;
+        // The left edge of column `k`, x in clip space.
+        let column_edge_x = |k: usize| 2.0 * k as f32 / count as f32 - 1.0;
         let attribute = |components: u32, values: Vec<f32>| Attribute { components, values: Arc::new(values) };
         let numbers = |group: usize, part: fn((f32, f32)) -> f32| {
             attribute(4, queries.iter().flat_map(|q| q[4 * group..4 * group + 4].iter().map(|v| part(split(*v)))).collect())
         };
-        let mut attributes = vec![attribute(2, (0..count).flat_map(|k| [edge(k), edge(k + 1)]).collect())];
+        let mut attributes = vec![attribute(2, (0..count).flat_map(|k| [column_edge_x(k), column_edge_x(k + 1)]).collect())];
         attributes.extend((0..3).map(|group| numbers(group, |(high, _)| high)));
         attributes.extend((0..3).map(|group| numbers(group, |(_, low)| low)));
         let (width, height) = (count as u32, self.rows);

@@ -1,9 +1,9 @@
 //! Queries that the emitted shaders answer, run on the software renderer.
 //!
 //! In: one JSON object with a field `q`, the kind of query. Out: one JSON value, or one line that states what is wrong with the query. Each kind has a source
-//! file in this folder. It lists the fields in a [`QueryKind`], from which messages, help and checks are generated; it parses the fields, chooses the shader
-//! module (a file shaders/entry/probe_*.wesl, specialised for the features of a key) and converts its rows of numbers into named results. Always: no formula
-//! of a shader is duplicated here.
+//! file in this folder. It lists the fields in a [`QueryKind`], from which messages, help and checks are generated. Its function `answer` parses the fields,
+//! chooses the shader module (a file shaders/entry/probe_*.wesl, specialised for the features of a key) and converts the module's rows of numbers into named
+//! results. Always: the shader computes the result; no formula of a shader is duplicated here.
 
 pub mod batch;
 mod error;
@@ -66,7 +66,7 @@ impl Prober<'_> {
 }
 
 /// Parses a query's fields and answers it.
-type Answerer = fn(&Prober<'_>, Value) -> Result<Value, ProbeError>;
+type AnswerFn = fn(&Prober<'_>, Value) -> Result<Value, ProbeError>;
 
 /// One field of a query.
 pub struct QueryField {
@@ -74,7 +74,7 @@ pub struct QueryField {
     pub name: &'static str,
     /// Meaning and unit.
     pub description: &'static str,
-    /// Whether the query must have it.
+    /// Whether the field is required, optional or one of several alternatives.
     pub requirement: Requirement,
 }
 
@@ -99,7 +99,7 @@ pub struct QueryKind {
     /// A complete query.
     pub example: &'static str,
     /// The function that answers it, given the fields without `q`.
-    pub answer: Answerer,
+    pub answer: AnswerFn,
 }
 
 const fn required(name: &'static str, description: &'static str) -> QueryField {
@@ -168,7 +168,7 @@ pub(crate) fn queries_json() -> Value {
 }
 
 /// Deserialises the fields of one kind of query.
-fn fields<T: DeserializeOwned>(value: Value) -> Result<T, ProbeError> {
+fn parse_fields<T: DeserializeOwned>(value: Value) -> Result<T, ProbeError> {
     let short = with_short_texts(&value);
     let read = T::deserialize(value).map_err(|e| match T::deserialize(&short) {
         // The message quotes the input, so it is created from the shortened query.
@@ -196,7 +196,7 @@ fn unit_vector(field: &str, v: [f64; 3]) -> Result<DVec3, ProbeError> {
     DVec3::from_array(v).try_normalize().ok_or_else(|| format!("field {field:?} has no direction").into())
 }
 
-/// The value with every text cut to the length that a message may quote.
+/// The value, with every string in it cut to the length that a message may quote.
 fn with_short_texts(value: &Value) -> Value {
     const MAX_QUOTED_CHARS: usize = 100;
     match value {

@@ -1,8 +1,10 @@
-//! `disc-overlap`: the fraction of sunlight that a disc or an ellipse blocks.
+//! `disc-overlap`: the fraction of the Sun's light that a disc or an ellipse in front of it blocks.
+//!
+//! In: the outline's semi-axes and the distance of the centres in solar radii, the limb darkening and an eclipse model. Out: `blocked`, 0 to 1.
 
 use super::batch::{ProbeBatch, ProbeInputs};
 use super::sunlight::check_limb_darkening;
-use super::{ProbeError, Prober, QueryKind, alternative, fields, optional};
+use super::{ProbeError, Prober, QueryKind, alternative, optional, parse_fields};
 use crate::scene::draw::{DrawFeatures, Eclipse, EclipseModel};
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
@@ -51,7 +53,7 @@ impl Fields {
         }
     }
 
-    /// Semi-axes and distance of the centres.
+    /// Semi-axes and distance of the centres; or the reason why the fields are invalid.
     fn outline(&self) -> Result<[f64; 3], String> {
         let missing = |field: &str| format!("missing field `{field}`: give k and d, or semi_major, semi_minor and centre_distance");
         let is_disc = self.k.is_some() || self.d.is_some();
@@ -105,9 +107,9 @@ pub(super) static KIND: QueryKind = QueryKind {
 };
 
 fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
-    let query: Fields = fields(query)?;
+    let query: Fields = parse_fields(query)?;
     let [major, minor, distance] = query.outline()?;
-    // The module of a uniform disc uses only the constant term of limb darkening, 1 - u1 - u2. Without coefficients this cannot be 0.
+    // The module of a uniform disc uses only the constant term of limb darkening, 1 - u1 - u2. With both coefficients 0 it is 1, and cannot vanish.
     let (model, (u1, u2)) = match query.model {
         Model::Linear => (EclipseModel::Linear, query.limb_darkening()),
         Model::UniformDisc => (EclipseModel::UniformDisc, (0.0, 0.0)),

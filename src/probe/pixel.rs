@@ -5,7 +5,7 @@
 //! are the draws that cover the pixel's centre, nearest first, each with every value bound to a name in its WGSL (`let`, `var`), after the last
 //! assignment.
 
-use super::{ProbeError, Prober, QueryField, QueryKind, fields, optional, required};
+use super::{ProbeError, Prober, QueryField, QueryKind, optional, parse_fields, required};
 use crate::catalog::NaifId;
 use crate::render::plan::{FrameImages, Plan, SamplingQuality};
 use crate::render::software::{NamedValue, PixelValues};
@@ -59,7 +59,7 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     if !query["view"].is_object() {
         return Err("field `view` is not an object: give a camera file's, as {\"position\": {…}, \"look\": {…}}".into());
     }
-    let query: Fields = fields(query)?;
+    let query: Fields = parse_fields(query)?;
     let mut request = view_request(prober, &query.view, query.time.as_deref(), query.size)?;
     let (width, height) = (request.width, request.height);
     if query.x >= width || query.y >= height {
@@ -71,10 +71,10 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     }
     let report = inspect_pixel(prober, &request, SAMPLING, [query.x, query.y])?;
     let draws: Vec<Value> = report.draws.iter().map(draw_json).collect();
-    let summarized = report.globe_or_nearest().map_or(Value::Null, draw_json);
+    let main_draw = report.globe_or_nearest().map_or(Value::Null, draw_json);
     let mut answer = Map::new();
     for field in ["body", "part", "lat", "lon", "key"] {
-        answer.insert(field.into(), summarized[field].clone());
+        answer.insert(field.into(), main_draw[field].clone());
     }
     answer.insert("radiance".into(), json!(report.radiance.map(f64::from)));
     answer.insert("exposure_stops".into(), json!(report.exposure_stops));
@@ -98,7 +98,7 @@ pub(super) fn view_request(
     Ok(request)
 }
 
-/// The light of one pixel of an image, and the values from which its draws compute it, in the precision of the prober's renderer.
+/// The light of one pixel of an image, and the values from which its draws compute it, in the precision of the [`Prober`]'s renderer.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PixelReport {
     /// The linear pixel, all draws together.

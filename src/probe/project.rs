@@ -3,10 +3,10 @@
 //! `view`, `time` and `size` are those of the query `pixel`. A star is named by its number in the Hipparcos catalog; its proper motion, parallax
 //! and aberration are included. Right ascension and declination give an ICRF direction, to which aberration is applied, but no
 //! parallax. Pixels count from the upper left corner of the image. In a perspective image, positions behind the camera
-//! are not in the frame; the pixel returned for them is that of the opposite direction. In the other projections, positions outside the image have none.
+//! are not in the frame; the pixel returned for them is that of the opposite direction. In the other projections, positions outside the image have no pixel.
 
 use super::pixel::{IMAGE_SIZE, TIME, VIEW, view_request};
-use super::{ProbeError, Prober, QueryKind, alternative, fields, optional};
+use super::{ProbeError, Prober, QueryKind, alternative, optional, parse_fields};
 use crate::catalog::NaifId;
 use crate::ephemeris::apparent::aberrated;
 use crate::scene::Scene;
@@ -51,7 +51,7 @@ pub(super) static KIND: QueryKind = QueryKind {
     answer,
 };
 
-/// The number in a name such as `HIP 32349`.
+/// The Hipparcos number in a name such as `HIP 32349`.
 fn hip_number(text: &str) -> Option<u32> {
     let text = text.trim();
     let digits = text.get(..3).filter(|prefix| prefix.eq_ignore_ascii_case("hip")).map_or(text, |_| &text[3..]);
@@ -59,7 +59,7 @@ fn hip_number(text: &str) -> Option<u32> {
 }
 
 fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
-    let query: Fields = fields(query)?;
+    let query: Fields = parse_fields(query)?;
     let request = view_request(prober, &query.view, query.time.as_deref(), query.size)?;
     let names = Projection::ALL.map(Projection::name);
     let requested = query.projection.as_deref().unwrap_or(names[0]);
@@ -100,9 +100,9 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
         return Ok(json!({ "x": x, "y": y, "in_frame": pixel.is_some(), "hidden": hidden }));
     }
     let camera = &scene.camera;
-    let in_front = camera.clip(direction);
-    let pixel = in_front.or_else(|| camera.clip(-direction)).map(|clip| camera.pixel_from_clip(clip));
-    let in_frame = in_front.is_some_and(|clip| clip.abs().max_element() <= 1.0);
+    let clip_in_front = camera.clip(direction);
+    let pixel = clip_in_front.or_else(|| camera.clip(-direction)).map(|clip| camera.pixel_from_clip(clip));
+    let in_frame = clip_in_front.is_some_and(|clip| clip.abs().max_element() <= 1.0);
     let [x, y] = pixel.map_or([Value::Null, Value::Null], |pixel| [pixel.x.into(), pixel.y.into()]);
     Ok(json!({ "x": x, "y": y, "in_frame": in_frame, "hidden": hidden }))
 }

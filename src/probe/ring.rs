@@ -1,11 +1,12 @@
 //! `ring-transmission`: the fraction of sunlight that a ring transmits; `ring-shadow`: the fraction that a planet blocks from its ring.
 //!
+//! The shadow of a planet on its ring, which `ring-shadow` asks for, is called [`BodyShadow`] in the code; [`RingShadow`] is the shadow of a ring.
 //! Lengths are in equatorial radii; axes are the body's, with the pole at +z. The ring is a profile given in the query or that of a body in
 //! the catalog.
 
 use super::batch::{MAP_TAPS, ProbeBatch, ProbeInputs};
 use super::sunlight::check_limb_darkening;
-use super::{ProbeError, Prober, QueryKind, alternative, fields, optional, required, unit_vector};
+use super::{ProbeError, Prober, QueryKind, alternative, optional, parse_fields, required, unit_vector};
 use crate::catalog::{Body, Ring};
 use crate::render::plan::{RING_PROFILE, TextureBinding, TextureSource, ring_profile, uniform_bytes};
 use crate::scene::draw::{BodyShadow, DrawFeatures, DrawUniforms, Light, RingShadow, RingTable, RingUniforms, Surface};
@@ -20,8 +21,9 @@ use std::sync::Arc;
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Annulus {
-    /// Inner and outer radius, equatorial radii.
+    /// Inner radius, equatorial radii.
     r_in: f64,
+    /// Outer radius, equatorial radii.
     r_out: f64,
     /// Optical depth along the normal of the plane.
     tau_normal: f64,
@@ -83,7 +85,7 @@ struct BodyShadowFields {
 }
 
 /// Tangent of the Sun's angular radius, at least 1e-6: a point Sun becomes a very small disc.
-fn sun_tangent(degrees: f64) -> Result<f32, ProbeError> {
+fn sun_radius_tangent(degrees: f64) -> Result<f32, ProbeError> {
     if (0.0..=20.0).contains(&degrees) {
         Ok(degrees.to_radians().tan().max(1e-6) as f32)
     } else {
@@ -158,9 +160,9 @@ pub(super) static BODY_SHADOW: QueryKind = QueryKind {
 };
 
 fn transmission(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
-    let query: TransmissionFields = fields(query)?;
+    let query: TransmissionFields = parse_fields(query)?;
     let sun = unit_vector("sun", query.sun)?;
-    let tangent = sun_tangent(query.sun_angular_radius_deg)?;
+    let tangent = sun_radius_tangent(query.sun_angular_radius_deg)?;
     let ring_shadow = match query.model {
         TransmissionModel::PointSun => RingShadow::PointSun,
         TransmissionModel::Penumbra => RingShadow::Penumbra,
@@ -208,7 +210,7 @@ fn transmission(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> 
 }
 
 fn body_shadow(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
-    let query: BodyShadowFields = fields(query)?;
+    let query: BodyShadowFields = parse_fields(query)?;
     let sun = unit_vector("sun", query.sun)?;
     let axes = match (query.flattening, &query.body) {
         (Some(flattening), None) if (0.0..0.9).contains(&flattening) => DVec3::new(1.0, 1.0, 1.0 - flattening),
@@ -225,7 +227,7 @@ fn body_shadow(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     };
     check_limb_darkening(u1, u2)?;
     let ring = RingUniforms {
-        sun_tangent: sun_tangent(query.sun_angular_radius_deg)?,
+        sun_tangent: sun_radius_tangent(query.sun_angular_radius_deg)?,
         shadow_axes: axes.as_vec3(),
         sun_limb_darkening_u1: Vec3::splat(u1 as f32),
         sun_limb_darkening_u2: Vec3::splat(u2 as f32),

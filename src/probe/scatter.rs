@@ -1,7 +1,10 @@
 //! `scatter`: single scattering of sunlight along a ray through an atmosphere, and the ray's transmittance.
+//!
+//! In: an atmosphere, the camera, a direction and the direction of the Sun. Out: `radiance` per unit of solar irradiance, `transmittance`, and whether the ray ends
+//! at the ground.
 
 use super::batch::{MAP_TAPS, ProbeBatch, ProbeInputs};
-use super::{ProbeError, Prober, QueryKind, fields, required, unit_vector};
+use super::{ProbeError, Prober, QueryKind, parse_fields, required, unit_vector};
 use crate::catalog::{self, AerosolPhase, PhaseFunction};
 use crate::render::plan::uniform_bytes;
 use crate::scene::atmosphere::{air, species};
@@ -24,7 +27,7 @@ struct Fields {
     /// Directions away from the camera, and towards the Sun; of any length.
     dir: [f64; 3],
     sun: [f64; 3],
-    /// `tier` in queries, as in earlier versions.
+    /// The field is called `tier` in queries, because it was in earlier versions.
     #[serde(rename = "tier")]
     model: ModelName,
 }
@@ -117,7 +120,7 @@ pub(super) static KIND: QueryKind = QueryKind {
 };
 
 fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
-    let query: Fields = fields(query)?;
+    let query: Fields = parse_fields(query)?;
     let model = match query.model {
         ModelName::Vertex => AtmosphereModel::Vertex,
         ModelName::Pixel8 => AtmosphereModel::Pixel8,
@@ -138,8 +141,8 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let features = species::features_of(&atmosphere, model);
     let key = ShaderKey::for_draw(&DrawFeatures { surface: Surface::Sky, lights: 1, air: features, ..DrawFeatures::MINIMAL });
     let module = ModuleId::Probe("probe_scatter", key);
-    // The ray as the shader of a draw gets it: terms that would cancel in f32 are computed here in f64. The point of its line nearest the centre is of order
-    // one, whereas |camera|^2 - along^2 would cancel for a distant camera. The order is that in which shaders/entry/probe_scatter.wesl reads the numbers.
+    // Terms that would cancel in f32 are computed here in f64, as for the shader of a draw. `nearest` is the point of the ray's line nearest to the planet's centre;
+    // from |camera|^2 - along^2 its distance would cancel for a distant camera. The numbers are in the order in which shaders/entry/probe_scatter.wesl reads them.
     let along = camera.dot(direction);
     let nearest = camera - along * direction;
     let nearest_radius_sq_minus_1 = nearest.length_squared() - 1.0;

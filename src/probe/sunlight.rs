@@ -1,4 +1,5 @@
-//! `sunlight`: the fraction of sunlight that reaches a point on a body past other bodies. The body's own night side and rings are ignored.
+//! `sunlight`: the fraction of the Sun's light that other bodies leave at a point on a body's ground. That the ground may be on the night side, or in the shadow of
+//! the body's own rings, is ignored.
 //!
 //! `fraction` uses one limb darkening law for all channels, with `u1` 0.40 and `u2` 0.26 (the Sun at 550 nm) unless the query gives others. It
 //! is the green channel; with one law, channels differ only in the model `refracted`. `rgb` uses the catalog's law per channel. `by` lists the
@@ -6,7 +7,7 @@
 //! that at which the light arrives at the ground.
 
 use super::batch::{MAP_TAPS, ProbeBatch, ProbeInputs};
-use super::{ProbeError, Prober, QueryKind, fields, optional, required};
+use super::{ProbeError, Prober, QueryKind, optional, parse_fields, required};
 use crate::catalog::{Body, NaifId, Photometry};
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::render::plan::uniform_bytes;
@@ -89,7 +90,7 @@ pub(super) static KIND: QueryKind = QueryKind {
 };
 
 fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
-    let query: Fields = fields(query)?;
+    let query: Fields = parse_fields(query)?;
     let body = prober.catalog().body_named(&query.body).map_err(|e| format!("field \"body\": {e}"))?;
     if body.id == NaifId::SUN {
         return Err("field \"body\": the Sun lights itself".into());

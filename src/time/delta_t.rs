@@ -1,5 +1,7 @@
 //! Delta T = TT - UT1: the lag of the Earth's rotation behind uniform time.
 //!
+//! In: an instant in TT. Out: Delta T and its standard error, seconds.
+//!
 //! | dates | model | error |
 //! |---|---|---|
 //! | 1973.2 to 2027.6 | IERS finals2000A (Bulletin A, from the package astropy-iers-data 0.2026.11.2) every 73 days, cubic interpolation | 0.013 s at the worst against the daily series, 0.004 s rms; after November 2026 IERS's own prediction, some 0.05 s |
@@ -16,7 +18,7 @@ const JULIAN_YEAR_S: f64 = DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
 const PARABOLA_UNTIL_YEAR: f64 = -1720.0;
 /// The long-term parabola applies again from this year on.
 const PARABOLA_FROM_YEAR: f64 = 2500.0;
-/// The year from which the measured table holds IERS's prediction instead of measurements.
+/// From this year on, the measured table holds IERS's predictions, not measurements.
 const PREDICTED_FROM_YEAR: f64 = 2026.85;
 /// The year of the measured table's last entry.
 const TABLE_END_YEAR: f64 = 2027.8;
@@ -27,8 +29,8 @@ const BLEND_FROM_YEAR: f64 = 1955.0;
 pub fn delta_t_s(tt_s: f64) -> f64 {
     let index = measured_index(tt_s);
     // Cubic interpolation needs an entry on either side of the interval, so the table is used from its second entry to the last but one.
-    let last_served = MEASURED_MS.len() - 2;
-    if index >= 1.0 && index < last_served as f64 {
+    let last_used = MEASURED_MS.len() - 2;
+    if index >= 1.0 && index < last_used as f64 {
         return measured_s(index);
     }
     let year = year_of(tt_s);
@@ -50,10 +52,10 @@ pub fn delta_t_s(tt_s: f64) -> f64 {
         return parabola_s(year);
     }
     // The slope at the table's end is taken over two years, to exclude seasonal variation.
-    let end_year = year_of_entry(last_served);
-    let end_s = f64::from(MEASURED_MS[last_served]) * 1e-3;
+    let end_year = year_of_entry(last_used);
+    let end_s = f64::from(MEASURED_MS[last_used]) * 1e-3;
     let steps = (2.0 * DAYS_PER_JULIAN_YEAR / MEASURED_STEP_DAYS).round() as usize;
-    let slope = (end_s - f64::from(MEASURED_MS[last_served - steps]) * 1e-3) / (steps as f64 * MEASURED_STEP_DAYS / DAYS_PER_JULIAN_YEAR);
+    let slope = (end_s - f64::from(MEASURED_MS[last_used - steps]) * 1e-3) / (steps as f64 * MEASURED_STEP_DAYS / DAYS_PER_JULIAN_YEAR);
     cubic_between((end_year, move |y| end_s + slope * (y - end_year)), (PARABOLA_FROM_YEAR, parabola_s), year)
 }
 
@@ -105,7 +107,7 @@ fn measured_index(tt_s: f64) -> f64 {
     (mjd - MEASURED_FIRST_MJD) / MEASURED_STEP_DAYS
 }
 
-/// Cubic through the four nearest entries.
+/// The cubic through the two entries before and the two after this position in the table.
 fn measured_s(index: f64) -> f64 {
     let i = index as usize;
     let u = index - i as f64;
@@ -130,11 +132,12 @@ fn parabola_s(year: f64) -> f64 {
 fn cubic_between((y0, f0): (f64, impl Fn(f64) -> f64), (y1, f1): (f64, impl Fn(f64) -> f64), year: f64) -> f64 {
     let step_years = 0.01;
     let span = y1 - y0;
-    let (v0, v1) = (f0(y0), f1(y1));
-    let (s0, s1) = ((v0 - f0(y0 - step_years)) / step_years * span, (f1(y1 + step_years) - v1) / step_years * span);
+    let (value0, value1) = (f0(y0), f1(y1));
+    // Slopes over the span, from differences on the outer sides, where the functions are known.
+    let (slope0, slope1) = ((value0 - f0(y0 - step_years)) / step_years * span, (f1(y1 + step_years) - value1) / step_years * span);
     let u = (year - y0) / span;
     let v = 1.0 - u;
-    v0 * v * v * (1.0 + 2.0 * u) + s0 * u * v * v + v1 * u * u * (3.0 - 2.0 * u) - s1 * u * u * v
+    value0 * v * v * (1.0 + 2.0 * u) + slope0 * u * v * v + value1 * u * u * (3.0 - 2.0 * u) - slope1 * u * u * v
 }
 
 #[cfg(test)]

@@ -65,7 +65,7 @@ pub(super) const SPLINE: [[f64; 6]; 58] = [
 pub(super) const MEASURED_FIRST_MJD: f64 = 41684.0;
 /// Days between entries.
 pub(super) const MEASURED_STEP_DAYS: f64 = 73.0;
-/// Delta T in milliseconds at MJD `MEASURED_FIRST_MJD + i * MEASURED_STEP_DAYS`.
+/// Delta T in milliseconds at MJD `MEASURED_FIRST_MJD + i * MEASURED_STEP_DAYS`; the last entries, from late 2026 on, are predictions of IERS.
 #[rustfmt::skip]
 pub(super) const MEASURED_MS: [u32; 275] = [
     43376, 43616, 43864, 44052, 44262, 44488, 44690, 44918, 45076, 45267, 45480, 45687,

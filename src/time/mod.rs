@@ -22,9 +22,9 @@ pub(crate) const SHOWN_DELTA_T_ERROR_S: f64 = 0.5;
 
 /// TT - TAI in seconds, exact (IAU 1991).
 const TT_MINUS_TAI_S: f64 = 32.184;
-/// Seconds from hifitime's TAI origin, 1900-01-01T00:00, to 2000-01-01T12:00: 36524.5 days.
+/// Seconds from hifitime's origin, 1900-01-01T00:00, to 2000-01-01T12:00, at 86 400 s to every day: 36524.5 days.
 const J2000_PAST_1900_S: f64 = 36_524.5 * SECONDS_PER_DAY;
-/// 1972-01-01T00:00 as seconds past 2000-01-01T12:00 on its own scale: UTC proper starts here.
+/// 1972-01-01T00:00 as seconds past 2000-01-01T12:00 on its own scale: UTC with leap seconds starts here.
 const UTC_START_S: f64 = -10_227.5 * SECONDS_PER_DAY;
 
 /// An instant: seconds of TDB past J2000 (2000-01-01T12:00 TDB).
@@ -129,9 +129,10 @@ impl Instant {
         match self.utc_seconds_rounded_to_ms() {
             (_, Some(into_leap_s)) if (0.0..1.0).contains(&(into_leap_s + s)) => self.plus_seconds(s),
             (midnight_s, Some(into_leap_s)) => {
-                // A span forwards uses up the rest of the leap second, which has no number in the count.
-                let leap_length_s = if s > 0.0 { 1.0 } else { 0.0 };
-                Self::from_utc_seconds(midnight_s + into_leap_s + s - leap_length_s)
+                // The count of UTC seconds leaves the leap second out. So of a span that ends after the leap second, only the part after it is counted; of a span
+                // that ends before, only the part before it.
+                let uncounted_s = if s > 0.0 { 1.0 } else { 0.0 };
+                Self::from_utc_seconds(midnight_s + into_leap_s + s - uncounted_s)
             }
             _ => Self::from_utc_seconds(self.utc_seconds().0 + s),
         }
@@ -146,7 +147,8 @@ impl Instant {
         if utc_s < UTC_START_S {
             return Self::from_ut1_seconds(utc_s);
         }
-        let last_leap = leap_seconds().rev().find(|l| utc_s + J2000_PAST_1900_S >= l.timestamp_tai_s - LEAP_STAMP_MINUS_UTC_S);
+        // The sum rounds to 0.5 µs: a time that rounding has put just before midnight is after the leap second.
+        let last_leap = leap_seconds().rev().find(|l| utc_s + J2000_PAST_1900_S >= l.timestamp_tai_s);
         let tai_minus_utc_s = last_leap.map_or(FIRST_TAI_MINUS_UTC_S, |l| l.delta_at);
         Self::from_tt_seconds(utc_s + tai_minus_utc_s + TT_MINUS_TAI_S)
     }
@@ -173,14 +175,14 @@ impl Instant {
         self.utc_seconds_of_tai((tai_s * 1e3).round() / 1e3)
     }
 
-    /// The count of UTC seconds of this instant, whose TAI is `tai_s`.
+    /// [`Self::utc_seconds`], with `tai_s` for the TAI of this instant, which the caller may have rounded.
     fn utc_seconds_of_tai(self, tai_s: f64) -> (f64, Option<f64>) {
         if tai_s - FIRST_TAI_MINUS_UTC_S < UTC_START_S {
             return (self.ut1_seconds_past_j2000(), None);
         }
         let mut offset_s = FIRST_TAI_MINUS_UTC_S;
         for leap in leap_seconds() {
-            let new_day_utc_s = leap.timestamp_tai_s - LEAP_STAMP_MINUS_UTC_S - J2000_PAST_1900_S;
+            let new_day_utc_s = leap.timestamp_tai_s - J2000_PAST_1900_S;
             if tai_s >= new_day_utc_s + leap.delta_at {
                 offset_s = leap.delta_at;
             } else if tai_s >= new_day_utc_s + offset_s {
@@ -195,10 +197,9 @@ impl Instant {
 
 /// TAI - UTC on 1972-01-01.
 const FIRST_TAI_MINUS_UTC_S: f64 = 10.0;
-/// hifitime's `timestamp_tai_s` of a leap second, less the UTC count (86 400 s a day since 1900) at the start of the following day. Despite its name, the
-/// field is that count, so the difference is 0; the test `leap_seconds_count_as_published` verifies this.
-const LEAP_STAMP_MINUS_UTC_S: f64 = 0.0;
 
+/// The leap seconds by time. Despite its name, hifitime's `timestamp_tai_s` is not TAI but the count of UTC seconds (86 400 s a day since 1900) at the start of
+/// the day after the leap second; the test `leap_seconds_count_as_published` verifies this.
 fn leap_seconds() -> impl DoubleEndedIterator<Item = LeapSecond> {
     LatestLeapSeconds::default().filter(|l| l.announced_by_iers)
 }

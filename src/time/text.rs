@@ -1,4 +1,4 @@
-//! Times as text: ISO 8601 UTC and `jd_tdb:`, read and written.
+//! Parses and formats times: ISO 8601 UTC, and `jd_tdb:` with a Julian date.
 //!
 //! The calendar arithmetic is written here, because years range from -9999 to 9999 and leap seconds must survive a round trip.
 
@@ -8,7 +8,7 @@ use crate::wording::echo_within;
 
 const ALLOWED: &str = "give ISO 8601 UTC such as 2024-04-08T18:17:16Z, or jd_tdb:2460409.262";
 
-/// Signs of UTC after a time of day: Z, and the offset of zero that many programs write.
+/// Endings of a time of day that mean UTC: Z, and the offset of zero that many programs write.
 const UTC_SUFFIXES: [&str; 5] = ["Z", "z", "+00:00", "+0000", "+00"];
 
 pub(super) fn parse(text: &str) -> Result<Instant, TimeError> {
@@ -103,7 +103,7 @@ pub(super) fn format_tt(t: Instant) -> String {
     if tt_s.abs() <= MAX_CALENDAR_S { calendar_text(tt_s, None) } else { format_utc(t) }
 }
 
-/// A million years, below the overflow of the calendar's integers.
+/// A million years in seconds, far below the overflow of the integers in [`calendar_date`].
 const MAX_CALENDAR_S: f64 = 3.2e13;
 
 /// Date and time of day of a count of seconds past 2000-01-01T12:00, to the millisecond. `leap_s`: for a time in a leap second, the seconds since its start;
@@ -117,7 +117,7 @@ fn calendar_text(count_s: f64, leap_s: Option<f64>) -> String {
     let past_midnight_ms = start_ms + 0.5 * SECONDS_PER_DAY * 1e3;
     let day_number = (past_midnight_ms / (SECONDS_PER_DAY * 1e3)).floor();
     let ms_of_day = (past_midnight_ms - day_number * SECONDS_PER_DAY * 1e3) as i64;
-    let (year, month, day) = calendar(day_number as i64);
+    let (year, month, day) = calendar_date(day_number as i64);
     let (hour, minute) = (ms_of_day / 3_600_000, ms_of_day / 60_000 % 60);
     let (second, ms) = match leap_ms {
         Some(ms) => (60, ms as i64),
@@ -137,7 +137,8 @@ fn days_in_month(year: i64, month: i64) -> i64 {
     }
 }
 
-/// Days from 2000-01-01 to the date, both at noon. Counts from 1 March, so that the leap day ends the year.
+/// Days from 2000-01-01 to the date, both at noon. Counts from 1 March, so that the leap day ends the year; (153 m + 2) / 5 is the number of days before month m
+/// of that year (H. Hinnant, chrono-Compatible Low-Level Date Algorithms, `days_from_civil`).
 fn days_past_j2000_noon(year: i64, month: i64, day: i64) -> f64 {
     let year_from_march = if month <= 2 { year - 1 } else { year };
     let month_from_march = (month + 9) % 12;
@@ -148,7 +149,7 @@ fn days_past_j2000_noon(year: i64, month: i64, day: i64) -> f64 {
 }
 
 /// Year, month and day of a number of days past 2000-01-01: the inverse of [`days_past_j2000_noon`], in cycles of 400 years (146 097 days).
-fn calendar(days_past_2000: i64) -> (i64, i64, i64) {
+fn calendar_date(days_past_2000: i64) -> (i64, i64, i64) {
     let days_past_march_0000 = days_past_2000 + 730_425;
     let cycle = days_past_march_0000.div_euclid(146_097);
     let day_of_cycle = days_past_march_0000.rem_euclid(146_097);
@@ -167,11 +168,11 @@ mod tests {
     #[test]
     fn calendar_and_day_numbers_are_inverse() {
         for n in (-3_000_000..3_000_000).step_by(977) {
-            let (y, m, d) = calendar(n);
+            let (y, m, d) = calendar_date(n);
             assert_eq!(days_past_j2000_noon(y, m, d) as i64, n, "{y}-{m}-{d}");
         }
-        assert_eq!(calendar(0), (2000, 1, 1));
+        assert_eq!(calendar_date(0), (2000, 1, 1));
         // 0000-03-01 (Gregorian) starts at Julian day 1 721 119.5.
-        assert_eq!(calendar(1_721_120 - 2_451_545), (0, 3, 1));
+        assert_eq!(calendar_date(1_721_120 - 2_451_545), (0, 3, 1));
     }
 }
