@@ -22,7 +22,7 @@ use crate::scene::eclipse::REFRACTING_LAYERS;
 use crate::scene::ground_depth;
 use crate::scene::multi_scatter_in_shadow::{COLUMNS as IN_SHADOW_COLUMNS, FIRST_COLUMN_RANGE, VECTORS as IN_SHADOW_VECTORS};
 use crate::scene::multi_scatter_table::{NODES, SUNS};
-use crate::scene::ring_shine::{COLUMNS, ROWS, RingShine, sun_halves};
+use crate::scene::ring_shine::{COLUMNS, ROWS, RingShine, sun_disc_parts};
 use crate::scene::rings::RingConditions;
 use crate::shader::key::ShaderKey;
 use crate::shader::{ModuleId, ShaderLibrary, ShaderModule};
@@ -105,7 +105,7 @@ fn ring_uniforms(surface: Surface) -> RingUniforms {
     let rings = [flat_ring(1.1, 1.5, 0.1), flat_ring(1.6, 2.2, 1.5)];
     let sine = f64::from(SUNWARD.normalize_or_zero().z);
     let table = match surface {
-        Surface::Ring => RingTable::of(rings.iter(), 1.0, &RingConditions::new(Some(sun_halves(sine, 5e-4)), 1.0, 4.0)),
+        Surface::Ring => RingTable::of(rings.iter(), 1.0, &RingConditions::new(Some(sun_disc_parts(sine, 5e-4)), 1.0, 4.0)),
         _ => RingTable::of_shadow(rings.iter(), 1.0, &[1.0 / sine]),
     };
     RingUniforms {

@@ -85,7 +85,7 @@ mod tests {
     use super::*;
     use crate::catalog::Catalog;
     use crate::scene::rings::ring_table::intervals;
-    use crate::scene::rings::single_scatter::{scattered, sun_halves};
+    use crate::scene::rings::single_scatter::{scattered, sun_disc_parts};
 
     /// Tangent of the Sun's angular radius as seen from Saturn.
     const SUN_TANGENT: f64 = 4.8e-4;
@@ -115,7 +115,7 @@ mod tests {
         let (inner, outer) = (intervals[0].from, intervals[intervals.len() - 1].to);
         let mut greatest: f64 = 0.0;
         for sin_elevation in [0.45, 0.02] {
-            let [centre_side, other_side] = sun_halves(sin_elevation, SUN_TANGENT);
+            let [centre_side, other_side] = sun_disc_parts(sin_elevation, SUN_TANGENT);
             for sunlight in [[centre_side, other_side], [other_side, centre_side]] {
                 let mut sums = RadialSums::new(&intervals, sunlight);
                 for k in 0..400 {

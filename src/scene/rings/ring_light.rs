@@ -6,7 +6,7 @@
 //! between globe and rings, the Sun's size.
 
 use crate::catalog::Body;
-use crate::scene::rings::phase::{MIN_COSINE, dust_phase, particle_phase};
+use crate::scene::rings::phase::{MIN_COSINE, dust_phase, large_particle_phase};
 use crate::scene::rings::ring_shine::scattered;
 use crate::scene::rings::ring_table::{RingInterval, RingTables};
 use crate::units::luminance;
@@ -56,7 +56,7 @@ impl RingLight {
             (0..RADII).map(|k| globe.visible_fraction(from + (k as f64 + 0.5) * width, sun, viewer)).collect();
         let visible_at = |r: f64| visible_fractions[(((r - from) / width) as usize).min(RADII - 1)];
         let cos_phase = sun.dot(viewer).clamp(-1.0, 1.0);
-        let (large_particle_phase, dust_phase) = (particle_phase(cos_phase), dust_phase(cos_phase.acos()));
+        let (large_particle_phase, dust_phase) = (large_particle_phase(cos_phase), dust_phase(cos_phase.acos()));
         let reflected = |s: &RingInterval| {
             let scattered = scattered(s.tau, 1.0 / mu, 1.0 / mu0, same_side);
             let area = PI * (s.to - s.from) * (s.to + s.from) * viewer.z.abs();

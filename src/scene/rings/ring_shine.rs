@@ -15,9 +15,9 @@ use crate::scene::camera::narrow_scalar;
 use crate::scene::constants::{RING_SLANTS, RING_SLANTS_PER_OCTAVE};
 pub use crate::scene::draw::tables::RingShine;
 use crate::scene::numeric::gauss_legendre;
-use crate::scene::rings::phase::{MIN_COSINE, particle_phase};
+use crate::scene::rings::phase::{MIN_COSINE, large_particle_phase};
 use crate::scene::rings::ring_table::{self, RingInterval, intervals};
-pub use crate::scene::rings::single_scatter::{scattered, sun_halves};
+pub use crate::scene::rings::single_scatter::{scattered, sun_disc_parts};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -121,7 +121,7 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
             }
         }
     }
-    let sun_halves = sun_halves(geometry.sin_elevation.abs(), geometry.sun_tangent);
+    let sun_disc_parts = sun_disc_parts(geometry.sin_elevation.abs(), geometry.sun_tangent);
     let annulus = |group: &Vec<RingInterval>| {
         let weights: f64 = group.iter().map(weight).sum();
         let radius = group.iter().map(|s| weight(s) * 0.5 * (s.from + s.to)).sum::<f64>() / weights.max(1e-300);
@@ -129,7 +129,7 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
             let slant = (k as f64 / SLANTS_PER_OCTAVE).exp2();
             let from_interval = |interval: &RingInterval| {
                 let from_half = |half: usize| {
-                    let [fraction, sine] = sun_halves[half];
+                    let [fraction, sine] = sun_disc_parts[half];
                     if fraction > 0.0 { fraction * scattered(interval.tau, slant, 1.0 / sine.max(MIN_COSINE), half == side) } else { 0.0 }
                 };
                 DVec3::from_array(interval.albedo) * ((interval.to - interval.from) * (from_half(0) + from_half(1)))
@@ -247,7 +247,7 @@ impl RingShineGeometry<'_> {
                     let distance = distance_sq.sqrt();
                     let cos_incidence = normal.dot(to_ring).max(0.0) / distance;
                     let cos_emission = (place.z / distance).max(MIN_COSINE);
-                    let phase = particle_phase(-sun.dot(to_ring) / distance);
+                    let phase = large_particle_phase(-sun.dot(to_ring) / distance);
                     // The ring's projected area divided by height: polar_ratio / distance is the cosine of emission divided by height.
                     let projected_area = (b - a) * w * r * cos_incidence * self.polar_ratio / (distance * distance_sq);
                     sum += annulus.light_along(side, 1.0 / cos_emission) * (0.25 / PI * phase * projected_area);
@@ -316,7 +316,7 @@ impl RingShineGeometry<'_> {
 
     /// Upper limit of the irradiance of any place, per unit of sunlight: as if each ring had its maximum brightness and none of it were below the horizon.
     pub(crate) fn upper_limit(&self) -> f64 {
-        let brightest = particle_phase(1.0);
+        let brightest = large_particle_phase(1.0);
         let limit_of_ring = |ring: &&Ring| {
             let r = (ring.outer_km + ring.inner_km) / (2.0 * self.radius_km);
             let albedo = ring.albedo.iter().copied().fold(0.0, f64::max);
@@ -360,7 +360,7 @@ mod tests {
     #[test]
     fn halves_of_the_sun_share_its_light() {
         for sine in [0.0, 1e-4, 3e-4, 4.99e-4, 5e-4, 0.1] {
-            let [[above, up], [below, down]] = sun_halves(sine, 5e-4);
+            let [[above, up], [below, down]] = sun_disc_parts(sine, 5e-4);
             assert!((above + below - 1.0).abs() < 1e-12 && up >= 0.0 && down >= 0.0);
             // The mean height of the entire disc is the height of its centre.
             assert!((above * up - below * down - sine).abs() < 1e-9, "{sine}: {above} {up} {below} {down}");

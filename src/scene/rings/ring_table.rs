@@ -176,7 +176,7 @@ fn radial_range(intervals: &[RingInterval]) -> Option<[f64; 2]> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RingConditions {
     /// Fractions of the Sun's disc on the viewer's side of the plane and on the other, each with the mean sine of its elevation; see
-    /// [`sun_halves`](super::ring_shine::sun_halves). `None` for the pixel view of albedo.
+    /// [`sun_disc_parts`](super::ring_shine::sun_disc_parts). `None` for the pixel view of albedo.
     pub sunlight: Option<[[f64; 2]; 2]>,
     /// Indices of the first and the last slant of the table's rows.
     slants: [u32; 2],

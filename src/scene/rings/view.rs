@@ -14,8 +14,8 @@ use crate::scene::draw::uniforms::RingUniforms;
 use crate::scene::eclipse::occluders::limb_darkening;
 use crate::scene::purpose;
 use crate::scene::resources::Caches;
-use crate::scene::rings::phase::{DUST_LOBES, MIN_COSINE, OPPOSITION, PHASE_EXPONENT, dust_phase, particle_phase, phase_factor};
-use crate::scene::rings::ring_shine::{RingShineGeometry, sun_halves};
+use crate::scene::rings::phase::{DUST_LOBES, MIN_COSINE, OPPOSITION, PHASE_EXPONENT, dust_phase, large_particle_phase, power_law_factor};
+use crate::scene::rings::ring_shine::{RingShineGeometry, sun_disc_parts};
 use crate::scene::rings::ring_table::{RingConditions, slants_of_sunlight};
 use crate::scene::stated_errors::{self, MAX_EDGE_ERROR_PX};
 use glam::{DVec2, DVec3, Vec2, Vec4};
@@ -116,13 +116,13 @@ impl<'a> RingView<'a> {
     }
 
     /// The camera's height over the plane and its distance from the axis, equatorial radii.
-    fn viewer_radii(&self) -> (f64, f64) {
+    fn camera_height_and_axis_distance(&self) -> (f64, f64) {
         let viewer = self.placement.body_from_icrf * -self.placement.centre_km / self.body.radii_km.x;
         (viewer.z.abs().max(1e-9), viewer.truncate().length())
     }
 
     fn frame_limits(&self) -> FrameLimits {
-        let (height, axis_distance) = self.viewer_radii();
+        let (height, axis_distance) = self.camera_height_and_axis_distance();
         let corners = self.corner_rays();
         let longest_ray = corners.iter().map(|r| r.length()).fold(0.0, f64::max);
         // Each ray of the frame is a weighted mean of the corner rays. If all of these point to the same side of the plane, no ray is flatter than the
@@ -161,7 +161,7 @@ impl<'a> RingView<'a> {
         let [smallest, largest] = limits.phase_angles;
         // Few rings have dust, and its phase function is the costly one.
         let of_dust = if ring.dust > 0.0 { dust_phase(smallest).max(dust_phase(largest)) * ring.dust } else { 0.0 };
-        let phase = particle_phase(smallest.cos()) * (1.0 - ring.dust) + of_dust;
+        let phase = large_particle_phase(smallest.cos()) * (1.0 - ring.dust) + of_dust;
         // Upper limit of single scattering: each photon is scattered once, and none is lost afterwards.
         RingChange {
             hidden: -(-limits.max_slant_depth).exp_m1(),
@@ -306,7 +306,7 @@ impl<'a> RingView<'a> {
     /// Maximum number of segments into which shaders/lib/ring/surface.wesl divides a pixel's footprint: 32 for each equatorial radius of the longest
     /// footprint's length.
     fn max_segments(&self) -> f64 {
-        let (height, axis_distance) = self.viewer_radii();
+        let (height, axis_distance) = self.camera_height_and_axis_distance();
         let outer = self.outermost_km() / self.body.radii_km.x;
         // Across a pixel the ray turns by at most the pixel's tangent. The 5 % added to the outer radius cover pixels at the edge, whose middle is outside the
         // ring.
@@ -354,7 +354,7 @@ impl<'a> RingView<'a> {
     /// The light on the rings and the range of slants of the view rays that cross them.
     fn conditions(&self, sun: Option<&Body>, pixel_view: PixelView) -> RingConditions {
         let viewer = self.placement.body_from_icrf * -self.placement.centre_km;
-        let [centre_side, other_side] = sun_halves(self.sun.z.abs(), self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x)).max(1e-6));
+        let [centre_side, other_side] = sun_disc_parts(self.sun.z.abs(), self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x)).max(1e-6));
         let sunlight = if viewer.z * self.sun.z > 0.0 { [centre_side, other_side] } else { [other_side, centre_side] };
         let sunlight = sunlight.map(|half| half.map(rounded_for_reuse));
         // Slants from the point of the plane nearest to the viewer to the farthest point of any ring, drawn or not, because the middle of a pixel may lie
@@ -396,7 +396,7 @@ impl<'a> RingView<'a> {
             outermost_radius: narrow(self.outermost_km() / self.body.radii_km.x),
             segments: narrow(self.max_segments()),
             half_pixel: narrow(0.5 / self.pixels_per_radius()),
-            phase: Vec2::new(narrow(phase_factor()), narrow(PHASE_EXPONENT)),
+            phase: Vec2::new(narrow(power_law_factor()), narrow(PHASE_EXPONENT)),
             dust_asymmetry: lobe(0),
             dust_weight: lobe(1),
             opposition: Vec2::new(narrow(OPPOSITION[0]), narrow(OPPOSITION[1])),

@@ -17,7 +17,7 @@ use std::sync::Arc;
 const UNOBSTRUCTED_SUN_HEIGHT: f32 = 1e3;
 
 /// Direction of the Sun in body axes and its angular radius (radians), for a mesh's self-shadowing; `None` without sunlight.
-pub(crate) fn sun_over(frame: &FrameContext<'_>, placed: &PlacedBody<'_>) -> Option<(DVec3, f64)> {
+pub(crate) fn sun_direction_and_radius(frame: &FrameContext<'_>, placed: &PlacedBody<'_>) -> Option<(DVec3, f64)> {
     let sun = frame.reflectors.iter().find(|r| r.body.id == NaifId::SUN && r.body.id != placed.body.id)?;
     let radius_rad = (sun.body.radii_km.x / placed.sun_from_body_km.length()).clamp(0.0, 1.0).asin();
     Some(((placed.body_from_icrf * placed.sun_from_body_km).normalize(), radius_rad))
@@ -43,7 +43,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         reason!("mesh-triangles", count = model.triangles(), file = &shape_model.file, radii = format_args!("{:.3}", model.max_radius));
     log.effect(Effect::Mesh, true, with_invented(reason, shape_model.invented.as_deref(), |how| reason!("shape-invented", how = how)));
     decisions.chosen.mesh = Some(meshes::flags(body, model));
-    let Some((towards, radius_rad)) = sun_over(inputs.frame, inputs.placed) else { return decisions };
+    let Some((towards, radius_rad)) = sun_direction_and_radius(inputs.frame, inputs.placed) else { return decisions };
     let reason = reason!("mesh-shadow", degrees = format_args!("{:.3}", 2.0 * radius_rad.to_degrees())).and(reason!("mesh-shadow-sharp"));
     let is_lit = !Capabilities::of(body).emissive;
     if log.effect(Effect::SelfShadow, is_lit, reason) {

@@ -84,7 +84,7 @@ impl MeteredFrame<'_, '_> {
         let origin = p.placement.body_from_icrf * -p.placement.centre_km / unit_km;
         let polar_radius = p.body.radii_km.z / unit_km;
         // First the part of the Sun's disc on the camera's side of the ring plane, then the part on the other side.
-        let [centre_side, other_side] = ring_shine::sun_halves(sun.z.abs(), sun_tangent);
+        let [centre_side, other_side] = ring_shine::sun_disc_parts(sun.z.abs(), sun_tangent);
         let sunlight = if sun.z * origin.z < 0.0 { [other_side, centre_side] } else { [centre_side, other_side] };
         let nearer = self.nearer_bodies(p, spacing);
         let mut sums = RadialSums::new(&intervals, sunlight);
@@ -106,7 +106,7 @@ impl MeteredFrame<'_, '_> {
                 continue;
             }
             let cos_phase = (-ray.dot(sun)).clamp(-1.0, 1.0);
-            let (large_phase, dust_phase) = (phase::particle_phase(cos_phase), phase::dust_phase(cos_phase.acos()));
+            let (large_phase, dust_phase) = (phase::large_particle_phase(cos_phase), phase::dust_phase(cos_phase.acos()));
             let [large, dust] = sums.mean([radius - half_width, radius + half_width], 1.0 / cos_emission);
             let light = large_phase * large + dust_phase * dust;
             // The ring gets no light in the globe's shadow, and cannot be seen behind the globe.
