@@ -1,6 +1,7 @@
 //! Phase functions of a ring's particles, normalised to a mean of 1 over all directions.
 //!
-//! In: the phase angle in radians (0 is backscattering) or its cosine. Out: the phase function of large particles or of dust.
+//! In: the phase angle `alpha` in radians (0 is backscattering) or its cosine. Out: the phase function of large particles or of dust, as in
+//! shaders/lib/ring.
 
 use std::sync::OnceLock;
 
@@ -44,7 +45,7 @@ fn phase_of_lobes(lobes: &[[f64; 2]], alpha: f64) -> f64 {
     lobes.iter().map(|[g, weight]| weight * (1.0 - g * g) / ((1.0 - g).powi(2) + 4.0 * g * cos_half_sq).powf(1.5)).sum()
 }
 
-/// Phase function of large particles with the opposition surge, from the cosine of the phase angle, as in shaders/lib/ring.
+/// Phase function of large particles with the opposition surge, from the cosine of the phase angle.
 pub fn large_particle_phase(cos_alpha: f64) -> f64 {
     let alpha = cos_alpha.clamp(-1.0, 1.0).acos();
     let [height, width] = OPPOSITION;

@@ -47,18 +47,18 @@ impl RingShine {
             let low = (position as usize).min(count - 2);
             (low, position - low as f64)
         };
-        let (column, right) = cell(hour_fraction, COLUMNS);
-        let (row, up) = cell((height / self.max_height).min(1.0).sqrt(), ROWS);
-        let first = if point.z * sun.z >= 0.0 { 0 } else { ROWS };
+        let (column, column_fraction) = cell(hour_fraction, COLUMNS);
+        let (row, row_fraction) = cell((height / self.max_height).min(1.0).sqrt(), ROWS);
+        let first_row = if point.z * sun.z >= 0.0 { 0 } else { ROWS };
         let texel = |row: usize, column: usize| {
-            let index = 4 * ((first + row) * COLUMNS + column);
+            let index = 4 * ((first_row + row) * COLUMNS + column);
             self.texels.get(index..index + 3).map_or(0.0, |t| t.iter().copied().fold(0.0, f32::max)).into()
         };
         let mixed = |row: usize| -> f64 {
             let (a, b): (f64, f64) = (texel(row, column), texel(row, column + 1));
-            a + right * (b - a)
+            a + column_fraction * (b - a)
         };
-        (mixed(row) + up * (mixed(row + 1) - mixed(row))) * height
+        (mixed(row) + row_fraction * (mixed(row + 1) - mixed(row))) * height
     }
 }
 
@@ -104,18 +104,19 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
     }
     let weight_per_annulus = total / ANNULI as f64;
     let mut groups: Vec<Vec<RingInterval>> = vec![Vec::new()];
-    let mut filled = 0.0;
+    // Weight of the last group.
+    let mut group_weight = 0.0;
     for interval in intervals.into_iter().filter(|s| s.tau > 0.0) {
         let parts = (weight(&interval) / weight_per_annulus).ceil().max(1.0);
         let width = (interval.to - interval.from) / parts;
         for k in 0..parts as usize {
             let from = interval.from + width * k as f64;
             let part = RingInterval { from, to: from + width, ..interval };
-            if filled >= weight_per_annulus {
+            if group_weight >= weight_per_annulus {
                 groups.push(Vec::new());
-                filled -= weight_per_annulus;
+                group_weight -= weight_per_annulus;
             }
-            filled += weight(&part);
+            group_weight += weight(&part);
             if let Some(group) = groups.last_mut() {
                 group.push(part);
             }
@@ -128,11 +129,15 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
         let light_at_slant = |side: usize, k: usize| {
             let slant = (k as f64 / SLANTS_PER_OCTAVE).exp2();
             let from_interval = |interval: &RingInterval| {
-                let from_half = |half: usize| {
-                    let [fraction, sine] = sun_disc_parts[half];
-                    if fraction > 0.0 { fraction * scattered(interval.tau, slant, 1.0 / sine.max(MIN_COSINE), half == side) } else { 0.0 }
+                let from_sun_part = |sun_part: usize| {
+                    let [fraction, sine] = sun_disc_parts[sun_part];
+                    if fraction > 0.0 {
+                        fraction * scattered(interval.tau, slant, 1.0 / sine.max(MIN_COSINE), sun_part == side)
+                    } else {
+                        0.0
+                    }
                 };
-                DVec3::from_array(interval.albedo) * ((interval.to - interval.from) * (from_half(0) + from_half(1)))
+                DVec3::from_array(interval.albedo) * ((interval.to - interval.from) * (from_sun_part(0) + from_sun_part(1)))
             };
             group.iter().map(from_interval).sum()
         };
@@ -226,16 +231,17 @@ impl RingShineGeometry<'_> {
         let sun = DVec3::new(cosine * cos_hour, -cosine * sin_hour, if side == 0 { sine } else { -sine });
         // Horizontal component of the Sun's direction in the unit-sphere frame.
         let sun_horizontal = cosine / cosine.hypot(sine / self.polar_ratio);
-        let horizon = 1.0 / horizontal.max(1e-9);
+        // Only beyond this radius the rings' plane is above the horizon of the place.
+        let horizon_radius = 1.0 / horizontal.max(1e-9);
         let mut sum = DVec3::ZERO;
-        for annulus in annuli.iter().filter(|a| a.radius > horizon) {
+        for annulus in annuli.iter().filter(|a| a.radius > horizon_radius) {
             let r = annulus.radius;
-            let half_arc = (horizon / r).acos();
+            let half_arc = (horizon_radius / r).acos();
             // Half angle of the ring's arc in the globe's shadow, centred on the anti-solar point, whose hour angle is pi.
             let shadow_cosine = (r * r - 1.0).max(0.0).sqrt() / (r * sun_horizontal).max(1e-12);
-            let shadow = if shadow_cosine < 1.0 { shadow_cosine.acos() } else { 0.0 };
+            let shadow_half_arc = if shadow_cosine < 1.0 { shadow_cosine.acos() } else { 0.0 };
             let (from, to) = (hour_angle - half_arc, hour_angle + half_arc);
-            for [a, b] in [[from, to.min(PI - shadow)], [from.max(PI + shadow), to]] {
+            for [a, b] in [[from, to.min(PI - shadow_half_arc)], [from.max(PI + shadow_half_arc), to]] {
                 if b <= a {
                     continue;
                 }
@@ -314,7 +320,8 @@ impl RingShineGeometry<'_> {
         own.into_iter().chain(self.rings.iter().flat_map(|r| ring_table::cache_key(r)))
     }
 
-    /// Upper limit of the irradiance of any place, per unit of sunlight: as if each ring had its maximum brightness and none of it were below the horizon.
+    /// Upper limit of the irradiance of any place, per unit of sunlight: as if each ring had its maximum brightness and none of it were below the horizon. A
+    /// test compares it with tables.
     pub(crate) fn upper_limit(&self) -> f64 {
         let brightest = large_particle_phase(1.0);
         let limit_of_ring = |ring: &&Ring| {
@@ -358,7 +365,7 @@ mod tests {
     }
 
     #[test]
-    fn halves_of_the_sun_share_its_light() {
+    fn the_parts_of_the_suns_disc_share_its_light() {
         for sine in [0.0, 1e-4, 3e-4, 4.99e-4, 5e-4, 0.1] {
             let [[above, up], [below, down]] = sun_disc_parts(sine, 5e-4);
             assert!((above + below - 1.0).abs() < 1e-12 && up >= 0.0 && down >= 0.0);
