@@ -4,9 +4,9 @@
 //! ground, 0 to 1. Drawn surfaces are shaded by shaders/lib/eclipse instead. Limb darkening is ignored.
 //!
 //! As seen from the point, an occluder's outline is an ellipse. It is replaced by a circle of the ellipse's radius in the direction of the Sun's centre. The
-//! hidden fraction increases linearly as the separation decreases, from 0 at outer contact to the largest fraction that the ellipse can hide, at inner contact. Of several
-//! occluders only the one that hides most counts. The equatorial radius would not be accurate enough: a planet is hundreds of solar radii wide as seen from
-//! its moons, and would hide the Sun even where the Sun is visible beyond a pole of the oblate planet.
+//! hidden fraction increases linearly as the separation decreases, from 0 at outer contact to the largest fraction that the ellipse can hide, at inner
+//! contact. Of several occluders only the one that hides most counts. The equatorial radius would not be accurate enough: a planet is hundreds of solar radii
+//! wide as seen from its moons, and would hide the Sun even where the Sun is visible beyond a pole of the oblate planet.
 //!
 //! Largest error of the fraction, measured by this module's test against rays to a limb-darkened disc, in green:
 //! - 0.08 behind a planet as seen from its moons, behind Phobos and behind a round body of 0.3 solar radii;

@@ -155,8 +155,8 @@ impl PassageGeometry<'_, '_> {
         ShadowPath { centre_line, limits, middle: self.receiver.time.plus_seconds(middle_s) }
     }
 
-    /// The two points of the umbra's edge that move over the ground in the edge's own direction: the one on the left of the motion, seen from above, then the one on
-    /// its right.
+    /// The two points of the umbra's edge that move over the ground in the edge's own direction: the one on the left of the motion, seen from above, then the
+    /// one on its right.
     fn limit_points(&self, s: f64) -> Option<[Option<DVec3>; 2]> {
         let (before, now, after) = (self.cone(s - DIFFERENCE_STEP_S)?, self.cone(s)?, self.cone(s + DIFFERENCE_STEP_S)?);
         let ground_point = |cone: &ShadowCone, angle: f64| cone.ground_point(cone.generator_at(ConeKind::Umbra, angle));

@@ -70,8 +70,8 @@ pub(crate) enum ReceivingPart {
     Rings { outer_km: f64 },
 }
 
-/// The occluders of a part of a placed body; `None` if the body is the Sun or the catalog has no Sun. With a `camera`, only shadows in its image count; without one, all
-/// shadows on the side that faces the viewer.
+/// The occluders of a part of a placed body; `None` if the body is the Sun or the catalog has no Sun. With a `camera`, only shadows in its image count;
+/// without one, all shadows on the side that faces the viewer.
 pub(crate) fn sun_occluders<'a>(
     context: Context<'_>,
     placed: &PlacedBody<'a>,
@@ -94,7 +94,7 @@ pub(crate) fn sun_occluders<'a>(
     let camera_position = placed.placement.camera_in_unit_sphere() * body.radii_km / body.radii_km.x;
     let frustum = camera.map(|c| Frustum::of(c, &placed.placement));
     let extent = ReceiverExtent { max_radius, shape, camera: Some(camera_position), frustum, pixel: 2.0 / diameter_px.max(1e-9) };
-    // With the effect forced on, every shadow counts. So it does in linear light, whose exposure is not known yet.
+    // With the effect forced on, every shadow counts. The same holds in linear light, whose exposure is not known yet.
     let include_all = context.request.effects.override_of(Effect::Eclipse) == Some(true) || context.request.purpose != Purpose::Display;
     let found = occluders::select_occluders(candidates, sun, &receiver, extent, include_all);
     Some(SunOccluders { receiver, sun, camera: camera_position, occluders: found.occluders, reason: found.reason })

@@ -2,8 +2,9 @@
 //! its rays.
 //!
 //! In: the intervals of a body's rings and the Sun's light on them. Out: mean light between two radii, of large particles and of dust, without the
-//! factor phase function / 4. A path's slant is 1 / cosine of its angle to the rings' normal: 1 along the normal, larger for flatter paths. Always: exact in radius. Between the tabulated slants the light is linear in the slant's logarithm, as in the ring's table
-//! (shaders/lib/ring/profile.wesl); the error is under 3e-4 of the sunlight (test below). A slant's sums are computed when a ray first needs them.
+//! factor phase function / 4. A path's slant is 1 / cosine of its angle to the rings' normal: 1 along the normal, larger for flatter paths. Always: exact in
+//! radius. Between the tabulated slants the light is linear in the slant's logarithm, as in the ring's table (shaders/lib/ring/profile.wesl); the error is
+//! under 3e-4 of the sunlight (test below). A slant's sums are computed when a ray first needs them.
 
 use super::ring_table::{RingConditions, RingInterval, SLANTS};
 use crate::scene::constants::RING_SLANTS_PER_OCTAVE;

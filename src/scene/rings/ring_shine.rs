@@ -231,7 +231,7 @@ impl RingShineGeometry<'_> {
         let sun = DVec3::new(cosine * cos_hour, -cosine * sin_hour, if side == 0 { sine } else { -sine });
         // Horizontal component of the Sun's direction in the unit-sphere frame.
         let sun_horizontal = cosine / cosine.hypot(sine / self.polar_ratio);
-        // Only beyond this radius the rings' plane is above the horizon of the place.
+        // Of the rings' plane, only points beyond this radius can be above the horizon of the place.
         let horizon_radius = 1.0 / horizontal.max(1e-9);
         let mut sum = DVec3::ZERO;
         for annulus in annuli.iter().filter(|a| a.radius > horizon_radius) {

@@ -1,7 +1,8 @@
 //! The ground of a body: its shape and its maps.
 //!
-//! In: the inputs of one body and the decisions made before. Out: the decisions. Relief, sun glint and cloud shadows are visible at every size of a disc: averaged over a pixel they still change its light by several levels. Cloud
-//! shadows are left out if no sunlit ground is in view. The glint is left out if, in addition, the light of other bodies is too weak for a visible glint.
+//! In: the inputs of one body and the decisions made before. Out: the decisions. Relief, sun glint and cloud shadows are visible at every size of a disc:
+//! averaged over a pixel they still change its light by several levels. Cloud shadows are left out if no sunlit ground is in view. The glint is left out if,
+//! in addition, the light of other bodies is too weak for a visible glint.
 
 use crate::message::{Reason, reason};
 use crate::scene::draw::features::{Detail, MapSet};

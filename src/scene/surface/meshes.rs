@@ -34,8 +34,8 @@ pub(crate) fn model<'r>(context: Context<'r>, body: &Body) -> Option<&'r Arc<Mes
 /// Whether a body's model is needed: the body is large enough and the file is readable.
 pub(crate) fn is_required(context: Context<'_>, camera: &Camera, placed: &PlacedBody<'_>) -> bool {
     let is_large = 2.0 * placed.body.radii_km.max_element() / placed.distance_km.max(1e-9) / camera.pixel_tangent() > POINT_ONLY_BELOW_PX;
-    let is_readable = placed.body.mesh.as_ref().is_some_and(|m| !context.resources.is_unreadable(&m.file));
-    is_large && is_readable && context.request.effects.override_of(Effect::Mesh) != Some(false)
+    let has_readable_model = placed.body.mesh.as_ref().is_some_and(|m| !context.resources.is_unreadable(&m.file));
+    is_large && has_readable_model && context.request.effects.override_of(Effect::Mesh) != Some(false)
 }
 
 /// The rectangle of the image that the model may touch; `None` if it is outside.
