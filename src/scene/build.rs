@@ -155,7 +155,7 @@ impl<'a> SceneBuilder<'a> {
                 FrameContext { context: Context { request: own_request.as_ref().unwrap_or(self.request), ..frame.context }, ..frame };
             if meshes::is_required(frame.context, frame.camera, p) {
                 let is_self_shadowed = frame.context.request.effects.override_of(Effect::SelfShadow) != Some(false);
-                let sun = mesh_decision::sun_over(&frame, p).filter(|_| is_self_shadowed);
+                let sun = mesh_decision::sun_direction_and_radius(&frame, p).filter(|_| is_self_shadowed);
                 requirements.meshes.push(MeshRequirement { body: p.body.id, sun });
             }
             if needs_table(&DecisionInputs::of(&frame, p)) {

@@ -22,7 +22,7 @@ use crate::scene::eclipse::REFRACTING_LAYERS;
 use crate::scene::ground_depth;
 use crate::scene::multi_scatter_in_shadow::{COLUMN_RANGES_START, COLUMNS as IN_SHADOW_COLUMNS, VECTORS as IN_SHADOW_VECTORS};
 use crate::scene::multi_scatter_table::{NODES, SUNS};
-use crate::scene::ring_shine::{COLUMNS, ROWS, RingShine, sun_halves};
+use crate::scene::ring_shine::{COLUMNS, ROWS, RingShine, sun_disc_parts};
 use crate::scene::rings::RingConditions;
 use crate::shader::key::ShaderKey;
 use crate::shader::{ModuleId, ShaderLibrary, ShaderModule};
@@ -110,7 +110,7 @@ fn ring_uniforms(surface: Surface) -> RingUniforms {
     let (sun_tangent, steepest_slant, flattest_slant) = (5e-4, 1.0, 4.0);
     let table = match surface {
         Surface::Ring => {
-            RingTable::of(rings.iter(), 1.0, &RingConditions::new(Some(sun_halves(sine, sun_tangent)), steepest_slant, flattest_slant))
+            RingTable::of(rings.iter(), 1.0, &RingConditions::new(Some(sun_disc_parts(sine, sun_tangent)), steepest_slant, flattest_slant))
         }
         _ => RingTable::of_shadow(rings.iter(), 1.0, &[1.0 / sine]),
     };

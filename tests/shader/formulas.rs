@@ -13,8 +13,8 @@ use orrery::scene::atmosphere::phase;
 use orrery::scene::draw::{CloudUniforms, DrawUniforms, Light, RingTable, Surface};
 use orrery::scene::photometry::{model_geometric_albedo, model_phase, reflectance};
 use orrery::scene::request::ViewRequest;
-use orrery::scene::ring_shine::{scattered, sun_halves};
-use orrery::scene::rings::{MIN_COSINE, RingConditions, dust_phase, particle_phase};
+use orrery::scene::ring_shine::{scattered, sun_disc_parts};
+use orrery::scene::rings::{MIN_COSINE, RingConditions, dust_phase, large_particle_phase};
 use orrery::time::Instant;
 use orrery::units::linear_to_srgb;
 use std::f64::consts::PI;
@@ -66,7 +66,7 @@ fn the_phase_functions_of_rings_agree_with_the_shader() {
     let uniforms = saturns_ring();
     let inputs: Vec<EvalInput> = phase_cosines().into_iter().map(|c| eval_input([c])).collect();
     for (function, reference) in
-        [("ring_particle_phase", particle_phase as fn(f64) -> f64), ("ring_dust_phase", |c: f64| dust_phase(c.acos()))]
+        [("ring_particle_phase", large_particle_phase as fn(f64) -> f64), ("ring_dust_phase", |c: f64| dust_phase(c.acos()))]
     {
         let value = format!("vec4f({function}(p.x))");
         let expected = || phase_cosines().into_iter().map(reference);
@@ -132,7 +132,7 @@ fn light_scattered_by_a_ring_agrees_with_the_shader() {
     let mut detected = 0;
     for tau in [0.01, 0.3, 1.0, 3.0] {
         for sine in [0.0, 0.004, 0.015, 0.03, 0.1, 0.2, 0.3001, 0.45] {
-            let [sunward, beyond] = sun_halves(sine, SUN_TANGENT);
+            let [sunward, beyond] = sun_disc_parts(sine, SUN_TANGENT);
             for sunlight in [[sunward, beyond], [beyond, sunward]] {
                 let ring = Ring { name: "one".into(), inner_km: 1.2, outer_km: 2.2, tau_normal: tau, albedo: [1.0; 3], dust: 0.0 };
                 let table = RingTable::of([ring].iter(), 1.0, &RingConditions::new(Some(sunlight), 1.0, 50.0)).expect("a table");

@@ -3,10 +3,10 @@
 //! In: the occluders of a receiver, the eclipse model and the Sun. Out: the fraction of sunlight at a point, or its mean over the visible lit
 //! ground, 0 to 1. Drawn surfaces are shaded by shaders/lib/eclipse instead. Limb darkening is ignored.
 //!
-//! An occluder's outline, as seen from the point, is an ellipse. It is replaced by a circle of the ellipse's radius in the direction of the Sun's centre. The
-//! hidden fraction increases linearly as the separation decreases, from 0 at outer contact to the largest fraction that the ellipse can hide. Of several
-//! occluders only the one that hides most counts. The equatorial radius would not be accurate enough: a planet is hundreds of solar radii wide as seen from
-//! its moons, and would hide the Sun even where the Sun is visible beyond a pole of the oblate planet.
+//! As seen from the point, an occluder's outline is an ellipse. It is replaced by a circle of the ellipse's radius in the direction of the Sun's centre. The
+//! hidden fraction increases linearly as the separation decreases, from 0 at outer contact to the largest fraction that the ellipse can hide, at inner
+//! contact. Of several occluders only the one that hides most counts. The equatorial radius would not be accurate enough: a planet is hundreds of solar radii
+//! wide as seen from its moons, and would hide the Sun even where the Sun is visible beyond a pole of the oblate planet.
 //!
 //! Largest error of the fraction, measured by this module's test against rays to a limb-darkened disc, in green:
 //! - 0.08 behind a planet as seen from its moons, behind Phobos and behind a round body of 0.3 solar radii;
@@ -110,6 +110,7 @@ impl<'a> ApproximateShadow<'a> {
         let middle = sum.normalize_or(self.axis.perpendicular_axes[0]);
         let side = if difference.length() > 1e-6 { difference.normalize() } else { middle.any_orthonormal_vector() };
         let pole = side.cross(middle);
+        // (pi - phase angle) / 2.
         let half_width_rad = sum.length().atan2(difference.length());
         let (mut sunlight, mut weights) = (0.0, 0.0);
         let points = self.mean_points();
@@ -169,7 +170,7 @@ mod tests {
         fn occluder_at(&self, offset_across: DVec2) -> Occluder<'a> {
             let (long_axis, semi_axes) = outline(&self.axis, self.receiver_from_occluder, self.radii);
             let along = self.along;
-            Occluder { body: self.occluder, offset_across, along, long_axis, semi_axes, max_obscuration: 0.0, has_umbra: false }
+            Occluder { body: self.occluder, offset_across, along, long_axis, semi_axes, max_blocked_fraction: 0.0, has_umbra: false }
         }
 
         /// The fraction of sunlight by [`ApproximateShadow`].
@@ -189,7 +190,7 @@ mod tests {
             origin.dot(ray) > 0.0 || origin.cross(ray).length() > 1.0
         }
 
-        /// The same fraction by rays to points of the Sun's disc, weighted by its limb darkening in green.
+        /// The fraction of sunlight at a point by rays to points of the Sun's disc, weighted by its limb darkening in green.
         fn by_rays(&self, offset_across: DVec2, point: DVec3) -> f64 {
             const RAYS: u32 = 1500;
             let to_sun = self.axis.sunward * self.axis.sun_distance - point;
@@ -314,10 +315,10 @@ mod tests {
         }
     }
 
-    /// The direction to a camera that sees the receiver at a phase angle. `azimuth`: where the camera turns off the line to the Sun.
-    fn camera(axis: &Axis, phase_deg: f64, azimuth: f64) -> DVec3 {
+    /// The direction to a camera that sees the receiver at a phase angle. `azimuth_rad`: angle of the camera around the line to the Sun.
+    fn camera(axis: &Axis, phase_deg: f64, azimuth_rad: f64) -> DVec3 {
         let (sin, cos) = phase_deg.to_radians().sin_cos();
-        let across = DVec2::from_angle(azimuth);
+        let across = DVec2::from_angle(azimuth_rad);
         axis.sunward * cos + (axis.perpendicular_axes[0] * across.x + axis.perpendicular_axes[1] * across.y) * sin
     }
 

@@ -63,7 +63,7 @@ impl<'a> Receiver<'a> {
 pub(crate) struct Axis {
     /// Unit vector to the Sun's centre.
     pub(crate) sunward: DVec3,
-    /// Unit vectors perpendicular to it and to each other.
+    /// Unit vectors perpendicular to it and to each other. Every 2D vector "across the axis" has these two as its basis.
     pub(crate) perpendicular_axes: [DVec3; 2],
     pub(crate) sun_distance: f64,
     /// Cotangent of the Sun's angular radius.
@@ -85,7 +85,7 @@ impl Axis {
         Some(Self { sunward, perpendicular_axes: [x, y], sun_distance, cot_sun_radius })
     }
 
-    /// Coordinates of a vector across the axis.
+    /// Components of a vector perpendicular to the axis.
     pub(crate) fn offset_across(&self, v: DVec3) -> DVec2 {
         DVec2::new(v.dot(self.perpendicular_axes[0]), v.dot(self.perpendicular_axes[1]))
     }
@@ -100,7 +100,7 @@ const MAX_STRAIGHT_LIGHT_TIME_S: f64 = 10.0;
 #[derive(Clone, Debug)]
 pub struct Occluder<'a> {
     pub body: &'a Body,
-    /// Position of its centre: coordinates across the axis, and distance along the axis from the receiver's centre.
+    /// Position of its centre: components perpendicular to the axis, and distance along the axis from the receiver's centre.
     pub(crate) offset_across: DVec2,
     pub(crate) along: f64,
     /// Unit vector along the outline's major axis.
@@ -108,7 +108,7 @@ pub struct Occluder<'a> {
     /// Semi-axes of the outline, major and minor.
     pub(crate) semi_axes: DVec2,
     /// Largest fraction of sunlight that it can block at any point of the receiver; 0 until [`select_occluders`] computes it.
-    pub(crate) max_obscuration: f64,
+    pub(crate) max_blocked_fraction: f64,
     /// Whether some point of the receiver is in its umbra; false until [`select_occluders`] computes it.
     pub(crate) has_umbra: bool,
 }
@@ -173,7 +173,7 @@ pub fn find<'a>(
 }
 
 /// The first part of the search, and the only one that evaluates the ephemeris: the bodies between the receiver and the Sun that are large enough to matter,
-/// wherever their shadows fall.
+/// even if their shadows miss the receiver.
 pub fn candidates<'a>(
     ephemeris: &Ephemeris,
     bodies: impl Iterator<Item = &'a Body>,
@@ -205,7 +205,7 @@ pub fn select_occluders<'a>(
         if gap > 0.0 {
             // The gap in penumbra radii.
             let gap_ratio = gap / occluder.penumbra_radius(&axis, extent.max_radius);
-            if occluder.max_obscuration > VISIBLE_CHANGE && nearest.is_none_or(|(min_ratio, _)| gap_ratio < min_ratio) {
+            if occluder.max_blocked_fraction > VISIBLE_CHANGE && nearest.is_none_or(|(min_ratio, _)| gap_ratio < min_ratio) {
                 nearest = Some((gap_ratio, &body.name));
             }
             continue;
@@ -216,7 +216,7 @@ pub fn select_occluders<'a>(
         }
     }
     // A large moon whose shadow falls outside the image must not take the place of a small one whose shadow is in it.
-    let blocked_light = |o: &Occluder<'_>| o.max_obscuration * o.shadow_area();
+    let blocked_light = |o: &Occluder<'_>| o.max_blocked_fraction * o.outline_area();
     occluders
         .sort_by(|(importance_a, a), (importance_b, b)| importance_b.cmp(importance_a).then(blocked_light(b).total_cmp(&blocked_light(a))));
     let mut occluders: Vec<Occluder<'a>> = occluders.into_iter().map(|(_, occluder)| occluder).collect();
@@ -225,7 +225,7 @@ pub fn select_occluders<'a>(
     let reason = match (occluders.first(), nearest) {
         (Some(first), _) => {
             let names: Vec<String> = occluders.iter().map(|o| o.body.name.clone()).collect();
-            let takes = reason!("eclipse-takes", body = &first.body.name, part = format_args!("{:.3}", first.max_obscuration));
+            let takes = reason!("eclipse-takes", body = &first.body.name, part = format_args!("{:.3}", first.max_blocked_fraction));
             let found = reason!("eclipse-penumbra-of", bodies = names).and(takes);
             if left_out > 0 { found.and(reason!("eclipse-omitted", count = left_out)) } else { found }
         }
@@ -246,25 +246,27 @@ fn can_occlude(occluder: &Body, receiver: &Body) -> bool {
     system_planet(occluder) == system_planet(receiver) || occluder.kind == BodyKind::Planet
 }
 
-/// Largest fraction of sunlight that a body of this radius can block at a distance `depth` from the receiver.
-fn max_obscuration(radius: f64, axis: &Axis, sun: &Body, depth: f64) -> f64 {
-    let solar_radii = radius * axis.cot_sun_radius / depth.max(1e-9);
-    if solar_radii >= 1.0 { 1.0 } else { (solar_radii * solar_radii * centre_to_mean_radiance(sun)).min(1.0) }
+/// Largest fraction of sunlight that a body of this radius can block at a distance `depth` from the receiver, both in the receiver's equatorial radii.
+fn max_blocked_fraction(radius: f64, axis: &Axis, sun: &Body, depth: f64) -> f64 {
+    let apparent_radius = radius * axis.cot_sun_radius / depth.max(1e-9);
+    // In solar radii. The most light is lost where the body covers the bright centre of the Sun's disc.
+    if apparent_radius >= 1.0 { 1.0 } else { (apparent_radius * apparent_radius * centre_to_mean_radiance(sun)).min(1.0) }
 }
 
 impl<'a> Occluder<'a> {
     fn of(ephemeris: &Ephemeris, body: &'a Body, receiver: &Receiver<'_>, axis: &Axis, sun: &Body) -> Option<Self> {
         let receiver_radius_km = receiver.radius_km();
         let radius = body.radii_km.max_element() / receiver_radius_km;
-        // The geometric position, not corrected for light time, is enough to reject bodies that are far too small. Half the distance is a margin for the error.
+        // The geometric position, not corrected for light time, is enough to reject bodies that are far too small. Half the distance and a tenth
+        // of the threshold leave a margin for its error.
         let geometric = ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, receiver.time, None).ok()?.state;
         let distance_km = (geometric.pos_km - receiver.position_km).length();
-        if max_obscuration(radius, axis, sun, 0.5 * distance_km / receiver_radius_km) < 0.1 * VISIBLE_CHANGE {
+        if max_blocked_fraction(radius, axis, sun, 0.5 * distance_km / receiver_radius_km) < 0.1 * VISIBLE_CHANGE {
             return None;
         }
         let light_time_s = distance_km / SPEED_OF_LIGHT_KM_S;
         // Where and when the light passed the occluder.
-        let (position_km, light_passage) = if light_time_s < MAX_STRAIGHT_LIGHT_TIME_S {
+        let (position_km, passage_time) = if light_time_s < MAX_STRAIGHT_LIGHT_TIME_S {
             // Orbital speeds are 1e-4 of the speed of light, so one iteration is enough.
             let light_time_s = (geometric.pos_km - geometric.vel_km_s * light_time_s - receiver.position_km).length() / SPEED_OF_LIGHT_KM_S;
             (geometric.pos_km - geometric.vel_km_s * light_time_s, receiver.time.plus_seconds(-light_time_s))
@@ -276,27 +278,27 @@ impl<'a> Occluder<'a> {
         if along <= 0.0 || along >= axis.sun_distance {
             return None;
         }
-        let occluder_from_icrf = ephemeris.body_from_icrf(body.id, light_passage).ok()?;
+        let occluder_from_icrf = ephemeris.body_from_icrf(body.id, passage_time).ok()?;
         let (long_axis, semi_axes) =
             outline(axis, receiver.body_from_icrf * occluder_from_icrf.transpose(), body.radii_km / receiver_radius_km);
-        Some(Self { body, offset_across, along, long_axis, semi_axes, max_obscuration: 0.0, has_umbra: false })
+        Some(Self { body, offset_across, along, long_axis, semi_axes, max_blocked_fraction: 0.0, has_umbra: false })
     }
 
-    /// A copy with `max_obscuration` and `has_umbra` set for points within `max_radius` of the receiver's centre.
+    /// A copy with `max_blocked_fraction` and `has_umbra` set for points within `max_radius` of the receiver's centre.
     fn for_points_within(&self, axis: &Axis, sun: &Body, max_radius: f64, receiver_radius_km: f64) -> Self {
         let radius = self.body.radii_km.max_element() / receiver_radius_km;
-        let max_obscuration = max_obscuration(radius, axis, sun, (self.along - max_radius).max(radius));
+        let max_blocked_fraction = max_blocked_fraction(radius, axis, sun, (self.along - max_radius).max(radius));
         let has_umbra = self.offset_across.length() < max_radius + self.semi_axes.x - self.along / axis.cot_sun_radius;
-        Self { max_obscuration, has_umbra, ..self.clone() }
+        Self { max_blocked_fraction, has_umbra, ..self.clone() }
     }
 
-    /// Radius of the penumbra at the receiver's side away from the Sun, where it is largest.
+    /// Radius of the penumbra at the end of the receiver that is farthest from the occluder, where it is largest.
     fn penumbra_radius(&self, axis: &Axis, max_radius: f64) -> f64 {
         self.semi_axes.x + (self.along + max_radius) / axis.cot_sun_radius
     }
 
-    /// Area of the occluder's outline. The occluder blocks at most the sunlight that falls on an area of this size.
-    fn shadow_area(&self) -> f64 {
+    /// Area of the occluder's outline. It blocks at most the sunlight that would fall on an area of this size.
+    fn outline_area(&self) -> f64 {
         std::f64::consts::PI * self.semi_axes.x * self.semi_axes.y
     }
 
@@ -323,14 +325,14 @@ impl<'a> Occluder<'a> {
             return Importance::OutOfView;
         }
         // A shadow smaller than a pixel darkens it in proportion to its area.
-        let pixel_fraction = if pixel > 0.0 { self.shadow_area() / (pixel * pixel) } else { 1.0 };
-        if self.max_obscuration * pixel_fraction.min(1.0) > VISIBLE_CHANGE { Importance::Visible } else { Importance::Negligible }
+        let pixel_fraction = if pixel > 0.0 { self.outline_area() / (pixel * pixel) } else { 1.0 };
+        if self.max_blocked_fraction * pixel_fraction.min(1.0) > VISIBLE_CHANGE { Importance::Visible } else { Importance::Negligible }
     }
 
     /// Whether a point that the occluder darkens may be on the side that the viewer sees; true if it is unknown (rings, or points far above the ground). Tests
-    /// points in the penumbra, and the lit point that projects along the axis to the same place as the sub-camera point. `MARGIN` covers
-    /// the gaps between these points. Points and horizon are those of the ellipsoid with these `axis_ratios`: for an oblate planet, those of a sphere would be off by more
-    /// than the margin.
+    /// points in the penumbra, and the lit point that projects along the axis to the same place as the sub-observer point. `MARGIN` covers
+    /// the gaps between these points. Points and horizon are those of the ellipsoid with these `axis_ratios`: for an oblate planet, those of a sphere would
+    /// be off by more than the margin.
     fn shadow_is_visible(&self, axis: &Axis, extent: ReceiverExtent, axis_ratios: DVec3) -> bool {
         /// Equatorial radii.
         const MARGIN: f64 = 0.03;
@@ -338,10 +340,10 @@ impl<'a> Occluder<'a> {
         let camera = camera / axis_ratios;
         let distance = camera.length();
         let radius = self.penumbra_radius(axis, extent.max_radius) + MARGIN;
-        let towards = camera / distance;
+        let towards_camera = camera / distance;
         // A point of the ground is visible if its component towards the camera exceeds 1 / distance. A point at height h is visible farther beyond the horizon, by
-        // about sqrt(2 h).
-        let horizon = 1.0 / distance - MARGIN - (extent.max_radius - 1.0).max(0.0).sqrt() * 1.5;
+        // about sqrt(2 h); the factor 1.5 is sqrt(2), rounded up.
+        let min_component = 1.0 / distance - MARGIN - (extent.max_radius - 1.0).max(0.0).sqrt() * 1.5;
         let sunward_in_unit_sphere = (axis.sunward / axis_ratios).normalize();
         // The lit point at an offset across the axis, or, beyond the receiver's outline, the nearest point of that outline; in the frame in which the
         // receiver is the unit sphere.
@@ -352,14 +354,15 @@ impl<'a> Occluder<'a> {
         };
         let is_visible = |offset_across: DVec2| {
             let point = lit_point(offset_across);
+            // The thousandth keeps points that rounding moves just outside the edge.
             let inside = (axis.offset_across(point * axis_ratios) - self.offset_across).length() <= radius * 1.001;
-            inside && towards.dot(point) > horizon
+            inside && towards_camera.dot(point) > min_component
         };
         let penumbra_is_visible = (0..96).any(|k| {
             let direction = DVec2::from_angle(f64::from(k) * std::f64::consts::TAU / 96.0);
             [1.0, 0.66, 0.33, 0.0].iter().any(|fraction| is_visible(self.offset_across + direction * (radius * fraction)))
         });
-        penumbra_is_visible || is_visible(axis.offset_across(towards * axis_ratios))
+        penumbra_is_visible || is_visible(axis.offset_across(towards_camera * axis_ratios))
     }
 }
 
@@ -382,13 +385,15 @@ pub(crate) fn outline(axis: &Axis, receiver_from_occluder: DMat3, radii: DVec3) 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EclipseModelChoice {
     Requested(EclipseModel),
-    /// For drafts: uniform discs. Where there is an umbra, also refracted light, because the umbra has no other light.
+    /// For drafts: the Sun as a uniform disc. In the umbra of a body whose air refracts light, the model `Refracted`, because no
+    /// other light reaches the umbra.
     Draft,
-    /// Discs with limb darkening. Where there is an umbra, also refracted light.
+    /// The Sun with limb darkening. In the umbra of a body whose air refracts light, also refracted light.
     Best,
 }
 
-/// Chooses the model. If it includes refraction, the occluder whose air refracts light is moved to the front.
+/// Chooses the model. If it includes refraction, the occluder whose air refracts light becomes the first. `Refracted` without such an occluder becomes
+/// `LimbDarkened`.
 pub fn choose_eclipse_model(occluders: &mut [Occluder<'_>], requested: EclipseModelChoice) -> Eclipse {
     let count = u8::try_from(occluders.len()).unwrap_or(MAX_OCCLUDERS);
     let requested_refracted = requested == EclipseModelChoice::Requested(EclipseModel::Refracted);
@@ -410,7 +415,7 @@ pub fn choose_eclipse_model(occluders: &mut [Occluder<'_>], requested: EclipseMo
 }
 
 /// Largest number of occluders that a body of the catalog can have at once, and whether one of them has air that refracts light. Counts the other bodies of its
-/// system, and one planet of another system for bodies outside Jupiter's orbit. (Inside that orbit, other planets look too small to darken a body visibly.)
+/// system, and one planet of another system, except for the systems of Mercury to Jupiter: seen from there, other planets look too small to darken a body visibly.
 pub fn max_occluders<'a>(bodies: &'a [Body], receiver: &'a Body) -> (u8, bool) {
     let mut others = bodies.iter().filter(|b| b.id != receiver.id && b.id != NaifId::SUN && system_planet(b) == system_planet(receiver));
     // NAIF codes from 100 to 599: the systems of the planets from Mercury to Jupiter.
@@ -449,8 +454,15 @@ mod tests {
                 let semi_axes = DVec2::splat(0.0126);
                 let offset_across = axis.offset_across(point)
                     + DVec2::from_angle(random.between(0.0, std::f64::consts::TAU)) * semi_axes * random.between(0.0, 1.0);
-                let occluder =
-                    Occluder { body, offset_across, along: 8.7, long_axis: DVec2::X, semi_axes, max_obscuration: 1.0, has_umbra: true };
+                let occluder = Occluder {
+                    body,
+                    offset_across,
+                    along: 8.7,
+                    long_axis: DVec2::X,
+                    semi_axes,
+                    max_blocked_fraction: 1.0,
+                    has_umbra: true,
+                };
                 let is_visible = |ratios: DVec3| occluder.shadow_is_visible(&axis, extent, ratios);
                 let cos_emission = normal.dot((camera - point).normalize());
                 if cos_emission > 0.02 {

@@ -171,24 +171,25 @@ pub(crate) fn segments(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad:
         let side = if k < SEGMENTS { 0.0 } else { std::f64::consts::PI };
         side + half_arc * (2.0 * (f64::from(k % SEGMENTS) + 0.5) / f64::from(SEGMENTS) - 1.0)
     });
-    let step = 2.0 * half_arc / f64::from(SEGMENTS);
+    let step_rad = 2.0 * half_arc / f64::from(SEGMENTS);
     let pixel_radii = pixel_rad * geometry.limb_distance;
     let segment = |angle: f64| {
         let (sin, cos) = angle.sin_cos();
+        // Angles from the body's centre at which the line at this position angle enters and leaves the Sun's disc; negative on the opposite side.
         let half_chord = (geometry.sun_radius.powi(2) - (geometry.separation * sin).powi(2)).max(0.0).sqrt();
         let (from, to) = (geometry.separation * cos - half_chord, geometry.separation * cos + half_chord);
         // Thickness of the layers that show the Sun, in radii, and their transmittance summed over it.
-        let (thickness, light) =
+        let (shown_thickness, light) =
             layers.edges.iter().zip(&layers.transmittances).fold((0.0, 0.0), |(thickness, light), (layer, transmittances)| {
                 let (low, high) = geometry.unrefracted_angles(layer);
                 let shown = (high.min(to) - low.max(from)).max(0.0) / (high - low).max(1e-300) * (layer.z - layer.x);
                 (thickness + shown, light + shown * transmittances.max_element())
             });
-        let width = thickness.max(pixel_radii);
+        let width = shown_thickness.max(pixel_radii);
         let (sin_limb, cos_limb) = geometry.limb_radius.sin_cos();
         LimbSegment {
             direction: to_body * cos_limb + (x * cos + y * sin) * sin_limb,
-            solid_angle: step * sin_limb * width / geometry.limb_distance,
+            solid_angle: step_rad * sin_limb * width / geometry.limb_distance,
             radiance: photometry::sun_disc_radiance() * light / width,
         }
     };

@@ -2,8 +2,8 @@
 //!
 //! In: a body with an atmosphere. Out: [`RefractingLayers`]. The bending angle of a ray that grazes an exponential atmosphere is the refractivity at the
 //! grazing point times sqrt(2 pi r / H) (Baum and Code 1953, Astron. J. 58, 108); the atmosphere is isothermal with the scale height of its gas. The
-//! transmittance of a layer includes extinction by the catalog's species along the straight grazing ray, and for bodies with clouds also haze and gaps
-//! between clouds. Not modelled: weather, and the curvature of the ray in the extinction (under 2 % of its length for the Earth).
+//! transmittance of a layer includes extinction by the catalog's species along the straight grazing ray, and for bodies with clouds also by haze and
+//! clouds, with mean values of the Earth. Not modelled: weather, and the curvature of the ray in the extinction (under 2 % of its length for the Earth).
 
 use crate::catalog::{Atmosphere, Body};
 use crate::scene::atmosphere::extinction::optical_depth;
@@ -29,7 +29,8 @@ const CLOUD_CORRELATION_KM: f64 = 300.0;
 pub(crate) struct RefractingLayers {
     /// Height of the top of the highest layer.
     pub top: f64,
-    /// For each layer: radius, and reduced bending angle (bending angle times [`bending_fraction`], radians), at the lower edge, then both at the upper edge.
+    /// For each layer: apparent radius (impact parameter of the ray), and reduced bending angle (bending angle times [`bending_fraction`], radians), at the lower
+    /// edge (x, y), then at the upper edge (z, w).
     pub edges: Vec<DVec4>,
     /// For each layer: its mean transmittance, per channel.
     pub transmittances: Vec<DVec3>,
@@ -87,7 +88,7 @@ pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, bending_fraction: f
     // spacings tried (powers, exponentials, other factors) this one approximated the sum over the air best; tests/atmosphere/refracted_limb.rs bounds its error.
     let sinh_scale_km = 0.75 * rayleigh.scale_height_km;
     let height_km = |edge: f64| sinh_scale_km * (edge / LAYERS as f64 * (air.top_km / sinh_scale_km).asinh()).sinh();
-    // Radius and reduced bending angle at an edge.
+    // Apparent radius and reduced bending angle at an edge.
     let edge_at = |edge: usize| {
         let h = height_km(edge as f64);
         let local_refractivity = refractivity * (-h / rayleigh.scale_height_km).exp();

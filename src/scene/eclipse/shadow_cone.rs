@@ -26,11 +26,11 @@ pub(crate) struct GroundLine {
     pub is_closed: bool,
 }
 
-/// Umbra and penumbra of one occluder.
+/// The shadow of one occluder: the cone of its umbra and that of its penumbra.
 #[derive(Clone, Debug)]
 pub(crate) struct ShadowCone {
     axis: Axis,
-    /// The occluder's centre: coordinates across the axis and along it.
+    /// The occluder's centre: components perpendicular to the axis and along it.
     offset_across: DVec2,
     along: f64,
     /// Unit vector along the major axis of the occluder's outline, and the outline's semi-axes.
@@ -74,12 +74,12 @@ impl ShadowCone {
         Self { axis, offset_across: DVec2::ZERO, along: 0.0, long_axis, semi_axes, axis_ratios }
     }
 
-    /// The vector with these coordinates across the axis and along it.
+    /// The vector with these components perpendicular to the axis and along it.
     fn in_body_axes(&self, offset_across: DVec2, along: f64) -> DVec3 {
         self.axis.perpendicular_axes[0] * offset_across.x + self.axis.perpendicular_axes[1] * offset_across.y + self.axis.sunward * along
     }
 
-    /// The generator that touches the occluder's outline at the angle `angle` (the ellipse's parameter), radians from the receiver's north.
+    /// The generator that touches the occluder's outline at `angle`: the ellipse's eccentric angle, radians, from the direction of the receiver's north.
     pub(crate) fn generator_at(&self, kind: ConeKind, angle: f64) -> ConeLine {
         let north = self.axis.offset_across(DVec3::Z).try_normalize().unwrap_or(DVec2::X);
         let (sin, cos) = (angle + self.long_axis.angle_to(north)).sin_cos();
@@ -107,7 +107,7 @@ impl ShadowCone {
         if sun_radius > radius { radius * (self.axis.sun_distance - self.along) / (sun_radius - radius) } else { f64::INFINITY }
     }
 
-    /// Radius of a cone at the distance of the receiver's centre.
+    /// Radius of a cone, along the outline's major axis, at the distance of the receiver's centre.
     pub(crate) fn radius(&self, kind: ConeKind) -> f64 {
         let half_penumbra_width = self.along / self.axis.cot_sun_radius;
         match kind {

@@ -17,13 +17,13 @@ use std::sync::Arc;
 
 /// A passage is found if its middle is at most this far from the receiver's time, seconds.
 const MAX_MIDDLE_OFFSET_S: f64 = 6.0 * 3600.0;
-/// Upper limit of half a passage's duration, seconds: half of Callisto's passage takes about 2.5 hours.
+/// Upper limit of half a passage's duration, seconds: half of Callisto's passage over Jupiter takes about 2.5 hours.
 const MAX_HALF_DURATION_S: f64 = 6.0 * 3600.0;
 /// Number of intervals between the instants at which the points of a line are computed.
 const INSTANT_INTERVALS: u32 = 200;
 /// Number of the umbra's generators in the search for the limits.
 const GENERATORS: u32 = 64;
-/// The motion of the umbra's edge over the ground is the difference between this many seconds later and earlier.
+/// The motion of the umbra's edge over the ground is a central difference: between this many seconds later and this many earlier.
 const DIFFERENCE_STEP_S: f64 = 1.0;
 
 /// Lines on the ground of one passage.
@@ -31,6 +31,7 @@ const DIFFERENCE_STEP_S: f64 = 1.0;
 pub(crate) struct ShadowPath {
     /// The path of the shadow's axis; `None` if it misses the ground.
     pub centre_line: Option<GroundLine>,
+    /// The limits of the umbra, or of the antumbra beyond its apex.
     pub limits: Vec<GroundLine>,
     /// When the shadow's axis is nearest to the receiver's centre.
     pub middle: Instant,
@@ -57,7 +58,8 @@ impl Default for ShadowPaths {
 }
 
 impl ShadowPaths {
-    /// The path of an occluder's shadow over the receiver; `None` if the middle of the passage is more than `MAX_MIDDLE_OFFSET_S` away, or if the penumbra misses.
+    /// The path of an occluder's shadow over the receiver; `None` if the middle of the passage is more than `MAX_MIDDLE_OFFSET_S` away, or if the penumbra
+    /// misses the receiver.
     pub(crate) fn of(
         &self,
         ephemeris: &Ephemeris,
@@ -153,8 +155,8 @@ impl PassageGeometry<'_, '_> {
         ShadowPath { centre_line, limits, middle: self.receiver.time.plus_seconds(middle_s) }
     }
 
-    /// The two points of the umbra's edge that move over the ground in the edge's own direction: the one on the left of the motion, seen from above, then the one on
-    /// its right.
+    /// The two points of the umbra's edge that move over the ground in the edge's own direction: the one on the left of the motion, seen from above, then the
+    /// one on its right.
     fn limit_points(&self, s: f64) -> Option<[Option<DVec3>; 2]> {
         let (before, now, after) = (self.cone(s - DIFFERENCE_STEP_S)?, self.cone(s)?, self.cone(s + DIFFERENCE_STEP_S)?);
         let ground_point = |cone: &ShadowCone, angle: f64| cone.ground_point(cone.generator_at(ConeKind::Umbra, angle));
@@ -171,15 +173,17 @@ impl PassageGeometry<'_, '_> {
         let centroid = edge.iter().sum::<DVec3>() / edge.len().max(1) as f64;
         let mut sides = [None; 2];
         for k in 0..all.len() {
-            let ((from, Some((.., begin))), (_, Some((.., end)))) = (all[k], all[(k + 1) % all.len()]) else { continue };
-            if (begin > 0.0) == (end > 0.0) {
+            let ((from, Some((.., from_component))), (_, Some((.., next_component)))) = (all[k], all[(k + 1) % all.len()]) else {
+                continue;
+            };
+            if (from_component > 0.0) == (next_component > 0.0) {
                 continue;
             }
             let (mut low, mut high) = (from, from + TAU / f64::from(GENERATORS));
             for _ in 0..40 {
                 let angle = 0.5 * (low + high);
                 let (.., component) = motion_at(angle)?;
-                if (component > 0.0) == (begin > 0.0) { low = angle } else { high = angle }
+                if (component > 0.0) == (from_component > 0.0) { low = angle } else { high = angle }
             }
             let (point, motion, _) = motion_at(low)?;
             let is_left = point.cross(motion).dot(point - centroid) > 0.0;

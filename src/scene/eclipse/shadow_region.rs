@@ -61,9 +61,10 @@ impl ShadowRegion {
         // Distances behind the occluder, along the shadow's axis, at which a cross section of the penumbra can contain a point of the receiver.
         let along = centre.dot(sunward);
         let far_radius = radius_at((along + max_radius).max(0.0));
-        let from_axis_sq = (centre - sunward * along).length_squared();
-        let half_chord = ((max_radius + far_radius).powi(2) - from_axis_sq).max(0.0).sqrt();
-        if from_axis_sq > (max_radius + far_radius).powi(2) {
+        let axis_distance_sq = (centre - sunward * along).length_squared();
+        // A point of the axis is at most `max_radius + far_radius` from the receiver's centre if its cross section touches the receiver.
+        let half_chord = ((max_radius + far_radius).powi(2) - axis_distance_sq).max(0.0).sqrt();
+        if axis_distance_sq > (max_radius + far_radius).powi(2) {
             return None;
         }
         // A cross section is perpendicular to the axis: at more than `max_radius` along the axis from the receiver's centre it contains no point of the receiver.
@@ -74,6 +75,7 @@ impl ShadowRegion {
             // `radius_at`, the other an additional margin.
             let cosine = (1.0 - sunward.z * sunward.z).max(0.0).sqrt() * RADIUS_MARGIN * RADIUS_MARGIN;
             for side in [1.0, -1.0] {
+                // The cross section reaches the plane from this side if
                 // side * (centre.z - behind * sunward.z) <= (radius + behind * widening) * cosine
                 let (rate, bound) = (side * sunward.z + widening * cosine, side * centre.z - radius * cosine);
                 if rate > 0.0 {

@@ -1,7 +1,7 @@
 //! The occluders between the Sun and a placed body, and the fraction of sunlight that they let through.
 //!
 //! In: a placed body, its size in pixels, and the request's eclipse settings. Out: the selected occluders and the reason for the selection, or a value
-//! computed from their shadows. The candidates are computed once per placed body and cached in it.
+//! computed from their shadows, such as the mean fraction of sunlight. The candidates are computed once per placed body and cached in it.
 
 use crate::catalog::{Body, NaifId};
 use crate::message::Reason;
@@ -52,7 +52,7 @@ pub(crate) fn receiver_and_candidates<'p, 'a>(
             time: placed.emitted_at,
             body_from_icrf: placed.body_from_icrf,
             // Without a velocity, aberration is left out.
-            velocity_km_s: state.map_or(DVec3::ZERO, |a| a.state.vel_km_s),
+            velocity_km_s: state.map_or(DVec3::ZERO, |found| found.state.vel_km_s),
             sun_from_body_km: placed.sun_from_body_km,
         };
         let candidates = occluders::candidates(context.ephemeris, placed.catalog.bodies().iter(), sun, &receiver);
@@ -70,8 +70,8 @@ pub(crate) enum ReceivingPart {
     Rings { outer_km: f64 },
 }
 
-/// The occluders of a part of a placed body; `None` if the body is the Sun. With a `camera`, only shadows in its image count; without one, all
-/// shadows on the side that faces the viewer.
+/// The occluders of a part of a placed body; `None` if the body is the Sun or the catalog has no Sun. With a `camera`, only shadows in its image count;
+/// without one, all shadows on the side that faces the viewer.
 pub(crate) fn sun_occluders<'a>(
     context: Context<'_>,
     placed: &PlacedBody<'a>,
@@ -94,6 +94,7 @@ pub(crate) fn sun_occluders<'a>(
     let camera_position = placed.placement.camera_in_unit_sphere() * body.radii_km / body.radii_km.x;
     let frustum = camera.map(|c| Frustum::of(c, &placed.placement));
     let extent = ReceiverExtent { max_radius, shape, camera: Some(camera_position), frustum, pixel: 2.0 / diameter_px.max(1e-9) };
+    // With the effect forced on, every shadow counts. The same holds in linear light, whose exposure is not known yet.
     let include_all = context.request.effects.override_of(Effect::Eclipse) == Some(true) || context.request.purpose != Purpose::Display;
     let found = occluders::select_occluders(candidates, sun, &receiver, extent, include_all);
     Some(SunOccluders { receiver, sun, camera: camera_position, occluders: found.occluders, reason: found.reason })

@@ -211,7 +211,7 @@ fn globe(inputs: &DecisionInputs<'_, '_>, decided: &Decisions<'_>, rect: ClipRec
     let overlays = decided.overlays.iter().map(|o| overlays::uniforms(body, o, factor)).collect();
     let mut uniforms = DrawUniforms { ring: decided.ring.clone(), albedo: uniforms.albedo * camera::narrow(tint), overlays, ..uniforms };
     if let Some(model) = inputs.model.filter(|_| features.shape == Shape::Mesh) {
-        mesh_decision::set(&mut uniforms, inputs, model, decided.self_shadow);
+        mesh_decision::set_uniforms(&mut uniforms, inputs, model, decided.self_shadow);
     }
     Draw {
         body: body.id,

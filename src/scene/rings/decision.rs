@@ -60,7 +60,7 @@ fn decide_for_globe(
     ring_uniforms
 }
 
-/// The draws of the rings: the half behind the globe's centre, then the half in front of it.
+/// The draws of the rings: the half behind the globe's centre, then the half in front of it. Also decides on the globe's shadow and on eclipses of the rings.
 fn draws_of_halves(inputs: &DecisionInputs<'_, '_>, view: &RingView<'_>, seen: &[&Ring], decisions: &mut Decisions<'_>) -> Vec<Draw> {
     let sun_radius_km = inputs.sun().map_or(0.0, |s| s.radii_km.x);
     let (check, model) = view.body_shadow(seen, sun_radius_km);
@@ -73,12 +73,14 @@ fn draws_of_halves(inputs: &DecisionInputs<'_, '_>, view: &RingView<'_>, seen: &
     let Some(features) = decisions.chosen.ring_features(view.body, inputs.pixel_view()) else { return Vec::new() };
     let sunlight = lights::sunlight(view.sun * view.sun_distance_km);
     let shared = DrawUniforms {
+        // Rings have the albedo of their table. This factor fades them out together with the disc.
         albedo: camera::narrow(DVec3::splat(inputs.disc_fraction)),
         lights: vec![Light { direction_in_body: camera::narrow(view.sun), irradiance: camera::narrow(sunlight.irradiance) }],
         ring: view.uniforms(seen, inputs.sun(), inputs.pixel_view()),
         eclipse,
         ..DrawUniforms::default()
     };
+    // `side`: -1 behind the globe's centre, 1 in front of it.
     let half = |part: BodyPart, side: f32| {
         let rays = view.rays(view.half_rect(outer_km, side.into())?);
         let DrawUniforms { albedo, lights, mut ring, eclipse, .. } = shared.clone();

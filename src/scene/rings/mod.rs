@@ -9,5 +9,5 @@ pub mod ring_table;
 mod single_scatter;
 pub(crate) mod view;
 
-pub use phase::{MIN_COSINE, dust_phase, particle_phase};
+pub use phase::{MIN_COSINE, dust_phase, large_particle_phase};
 pub use ring_table::{RingConditions, slants_of_sunlight};

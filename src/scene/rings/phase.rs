@@ -1,6 +1,7 @@
 //! Phase functions of a ring's particles, normalised to a mean of 1 over all directions.
 //!
-//! In: the phase angle in radians (0 is backscattering) or its cosine. Out: the phase function of large particles or of dust.
+//! In: the phase angle `alpha` in radians (0 is backscattering) or its cosine. Out: the phase function of large particles or of dust, as in
+//! shaders/lib/ring.
 
 use std::sync::OnceLock;
 
@@ -18,7 +19,7 @@ pub(crate) const DUST_LOBES: [[f64; 2]; 3] = [[0.995, 0.643], [0.665, 0.176], [0
 pub use crate::scene::constants::MIN_COSINE;
 
 /// The factor that normalises the power law to a mean of 1 over all directions.
-pub(crate) fn phase_factor() -> f64 {
+pub(crate) fn power_law_factor() -> f64 {
     static FACTOR: OnceLock<f64> = OnceLock::new();
     *FACTOR.get_or_init(|| {
         let (n, h) = (4096, std::f64::consts::PI / 4096.0);
@@ -28,8 +29,8 @@ pub(crate) fn phase_factor() -> f64 {
 }
 
 /// Phase function of large particles without the opposition surge.
-fn large_particle_phase(alpha: f64) -> f64 {
-    phase_factor() * (std::f64::consts::PI - alpha).powf(PHASE_EXPONENT)
+fn power_law_phase(alpha: f64) -> f64 {
+    power_law_factor() * (std::f64::consts::PI - alpha).powf(PHASE_EXPONENT)
 }
 
 /// Phase function of dust, with a steep forward-scattering peak.
@@ -44,11 +45,11 @@ fn phase_of_lobes(lobes: &[[f64; 2]], alpha: f64) -> f64 {
     lobes.iter().map(|[g, weight]| weight * (1.0 - g * g) / ((1.0 - g).powi(2) + 4.0 * g * cos_half_sq).powf(1.5)).sum()
 }
 
-/// Phase function of large particles with the opposition surge, from the cosine of the phase angle, as in shaders/lib/ring.
-pub fn particle_phase(cos_alpha: f64) -> f64 {
+/// Phase function of large particles with the opposition surge, from the cosine of the phase angle.
+pub fn large_particle_phase(cos_alpha: f64) -> f64 {
     let alpha = cos_alpha.clamp(-1.0, 1.0).acos();
     let [height, width] = OPPOSITION;
-    large_particle_phase(alpha) * (1.0 + height / (1.0 + (0.5 * alpha).tan() / width))
+    power_law_phase(alpha) * (1.0 + height / (1.0 + (0.5 * alpha).tan() / width))
 }
 
 #[cfg(test)]
@@ -57,7 +58,7 @@ mod tests {
 
     /// Phase function of a mixture of large particles and dust, without the opposition surge.
     fn phase_function(alpha: f64, dust: f64) -> f64 {
-        large_particle_phase(alpha) * (1.0 - dust) + dust_phase(alpha) * dust
+        power_law_phase(alpha) * (1.0 - dust) + dust_phase(alpha) * dust
     }
 
     /// The mean over all directions. Steps are even in the logarithm of the angle from the Sun's direction, so that they resolve the narrowest lobe.

@@ -2,9 +2,9 @@
 //! its rays.
 //!
 //! In: the intervals of a body's rings and the Sun's light on them. Out: mean light between two radii, of large particles and of dust, without the
-//! factor phase function / 4. A path's slant is 1 / cosine of its angle to the rings' normal, as in all of `rings`: 1 along the normal, larger for
-//! flatter paths. Always: exact in radius. Between the tabulated slants the light is linear in the slant's logarithm, as in the ring's table
-//! (shaders/lib/ring/profile.wesl); the error is under 3e-4 of the sunlight (test below). A slant's sums are computed when a ray first needs them.
+//! factor phase function / 4. A path's slant is 1 / cosine of its angle to the rings' normal: 1 along the normal, larger for flatter paths. Always: exact in
+//! radius. Between the tabulated slants the light is linear in the slant's logarithm, as in the ring's table (shaders/lib/ring/profile.wesl); the error is
+//! under 3e-4 of the sunlight (test below). A slant's sums are computed when a ray first needs them.
 
 use super::ring_table::{RingConditions, RingInterval, SLANTS};
 use crate::scene::constants::RING_SLANTS_PER_OCTAVE;
@@ -85,7 +85,7 @@ mod tests {
     use super::*;
     use crate::catalog::Catalog;
     use crate::scene::rings::ring_table::intervals;
-    use crate::scene::rings::single_scatter::{scattered, sun_halves};
+    use crate::scene::rings::single_scatter::{scattered, sun_disc_parts};
 
     /// Tangent of the Sun's angular radius as seen from Saturn.
     const SUN_TANGENT: f64 = 4.8e-4;
@@ -115,7 +115,7 @@ mod tests {
         let (inner, outer) = (intervals[0].from, intervals[intervals.len() - 1].to);
         let mut greatest: f64 = 0.0;
         for sin_elevation in [0.45, 0.02] {
-            let [centre_side, other_side] = sun_halves(sin_elevation, SUN_TANGENT);
+            let [centre_side, other_side] = sun_disc_parts(sin_elevation, SUN_TANGENT);
             for sunlight in [[centre_side, other_side], [other_side, centre_side]] {
                 let mut sums = RadialSums::new(&intervals, sunlight);
                 for k in 0..400 {

@@ -6,7 +6,7 @@
 //! between globe and rings, the Sun's size.
 
 use crate::catalog::Body;
-use crate::scene::rings::phase::{MIN_COSINE, dust_phase, particle_phase};
+use crate::scene::rings::phase::{MIN_COSINE, dust_phase, large_particle_phase};
 use crate::scene::rings::ring_shine::scattered;
 use crate::scene::rings::ring_table::{RingInterval, RingTables};
 use crate::units::luminance;
@@ -14,8 +14,8 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
 
-/// Number of radii at which the rings are tested for being hidden or shadowed by the globe. With four times as many radii and azimuths the sum changes by
-/// less than 0.002 mag.
+/// Number of radii at which the rings are tested for being hidden or shadowed by the globe. With four times as many radii and azimuths the light of the
+/// rings changes by less than 0.002 mag.
 const RADII: usize = 24;
 /// Number of azimuths tested at each radius.
 const AZIMUTHS: usize = 72;
@@ -46,8 +46,8 @@ impl RingLight {
         if body.rings.iter().all(|r| r.tau_normal <= 0.0) {
             return Self::NONE;
         }
-        let layer = tables.intervals(body.rings.iter(), unit_km);
-        let (Some(first), Some(last)) = (layer.first(), layer.last()) else { return Self::NONE };
+        let intervals = tables.intervals(body.rings.iter(), unit_km);
+        let (Some(first), Some(last)) = (intervals.first(), intervals.last()) else { return Self::NONE };
         let (mu, mu0) = (viewer.z.abs().max(MIN_COSINE), sun.z.abs().max(MIN_COSINE));
         let same_side = viewer.z * sun.z > 0.0;
         let globe = Globe { axes: body.radii_km / unit_km };
@@ -56,15 +56,15 @@ impl RingLight {
             (0..RADII).map(|k| globe.visible_fraction(from + (k as f64 + 0.5) * width, sun, viewer)).collect();
         let visible_at = |r: f64| visible_fractions[(((r - from) / width) as usize).min(RADII - 1)];
         let cos_phase = sun.dot(viewer).clamp(-1.0, 1.0);
-        let (large_particle_phase, dust_phase) = (particle_phase(cos_phase), dust_phase(cos_phase.acos()));
-        let reflected = |s: &RingInterval| {
-            let scattered = scattered(s.tau, 1.0 / mu, 1.0 / mu0, same_side);
-            let area = PI * (s.to - s.from) * (s.to + s.from) * viewer.z.abs();
-            let phase = large_particle_phase * (1.0 - s.dust) + dust_phase * s.dust;
-            0.25 * phase * luminance(s.albedo) * scattered * area * visible_at(0.5 * (s.from + s.to))
+        let (large_particle_phase, dust_phase) = (large_particle_phase(cos_phase), dust_phase(cos_phase.acos()));
+        let reflected = |interval: &RingInterval| {
+            let scattered = scattered(interval.tau, 1.0 / mu, 1.0 / mu0, same_side);
+            let area = PI * (interval.to - interval.from) * (interval.to + interval.from) * viewer.z.abs();
+            let phase = large_particle_phase * (1.0 - interval.dust) + dust_phase * interval.dust;
+            0.25 * phase * luminance(interval.albedo) * scattered * area * visible_at(0.5 * (interval.from + interval.to))
         };
-        let ring_albedo = if sun.z == 0.0 { 0.0 } else { layer.iter().map(reflected).sum::<f64>() / PI };
-        Self { ring_albedo, globe_light_fraction: globe.transmitted_fraction(&layer, sun, viewer) }
+        let ring_albedo = if sun.z == 0.0 { 0.0 } else { intervals.iter().map(reflected).sum::<f64>() / PI };
+        Self { ring_albedo, globe_light_fraction: globe.transmitted_fraction(&intervals, sun, viewer) }
     }
 }
 
@@ -74,13 +74,13 @@ struct Globe {
 }
 
 impl Globe {
-    /// Fraction of a circle in the ring's plane that both the Sun and the viewer see.
+    /// Fraction of a circle in the rings' plane, with this radius, from which neither the Sun nor the viewer is hidden by the globe.
     fn visible_fraction(&self, radius: f64, sun: DVec3, viewer: DVec3) -> f64 {
         // The globe as a unit sphere: coordinates divided by its semi-axes.
         let circle_axes = DVec2::splat(radius) / self.axes.truncate();
         let [sun, viewer] = [sun, viewer].map(|towards| towards / self.axes);
         let [sun_sq, viewer_sq] = [sun, viewer].map(DVec3::length_squared);
-        let is_seen = |direction: &&DVec2| {
+        let is_visible = |direction: &&DVec2| {
             let point = **direction * circle_axes;
             let radius_sq_minus_1 = point.length_squared() - 1.0;
             let is_blocked = |towards: DVec2, towards_sq: f64| {
@@ -89,11 +89,11 @@ impl Globe {
             };
             !is_blocked(sun.truncate(), sun_sq) && !is_blocked(viewer.truncate(), viewer_sq)
         };
-        DIRECTIONS.iter().filter(is_seen).count() as f64 / AZIMUTHS as f64
+        DIRECTIONS.iter().filter(is_visible).count() as f64 / AZIMUTHS as f64
     }
 
     /// Fraction of a Lambert globe's light that the rings transmit, both on the way from the Sun and on the way to the viewer.
-    fn transmitted_fraction(&self, layer: &[RingInterval], sun: DVec3, viewer: DVec3) -> f64 {
+    fn transmitted_fraction(&self, intervals: &[RingInterval], sun: DVec3, viewer: DVec3) -> f64 {
         let (across, up) = viewer.any_orthonormal_pair();
         let (mut reflected, mut transmitted) = (0.0, 0.0);
         for k in 0..DISC_GRID * DISC_GRID {
@@ -110,20 +110,23 @@ impl Globe {
             let point = hit * self.axes;
             let light = normal.dot(sun).max(0.0);
             reflected += light;
-            transmitted += light * transmittance(layer, point, sun) * transmittance(layer, point, viewer);
+            transmitted += light * transmittance(intervals, point, sun) * transmittance(intervals, point, viewer);
         }
         if reflected > 0.0 { transmitted / reflected } else { 1.0 }
     }
 }
 
 /// Transmittance of the rings along a ray from a point of the globe.
-fn transmittance(layer: &[RingInterval], point: DVec3, towards: DVec3) -> f64 {
+fn transmittance(intervals: &[RingInterval], point: DVec3, towards: DVec3) -> f64 {
     if point.z * towards.z >= 0.0 {
         return 1.0;
     }
     let radius = (point - towards * (point.z / towards.z)).truncate().length();
-    let index = layer.partition_point(|s| s.to <= radius);
-    layer.get(index).filter(|s| s.from <= radius).map_or(1.0, |s| (-s.tau / towards.z.abs().max(MIN_COSINE)).exp())
+    let index = intervals.partition_point(|interval| interval.to <= radius);
+    intervals
+        .get(index)
+        .filter(|interval| interval.from <= radius)
+        .map_or(1.0, |interval| (-interval.tau / towards.z.abs().max(MIN_COSINE)).exp())
 }
 
 #[cfg(test)]

@@ -15,9 +15,9 @@ use crate::scene::camera::narrow_scalar;
 use crate::scene::constants::{RING_SLANTS, RING_SLANTS_PER_OCTAVE};
 pub use crate::scene::draw::tables::RingShine;
 use crate::scene::numeric::gauss_legendre;
-use crate::scene::rings::phase::{MIN_COSINE, particle_phase};
+use crate::scene::rings::phase::{MIN_COSINE, large_particle_phase};
 use crate::scene::rings::ring_table::{self, RingInterval, intervals};
-pub use crate::scene::rings::single_scatter::{scattered, sun_halves};
+pub use crate::scene::rings::single_scatter::{scattered, sun_disc_parts};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -47,18 +47,18 @@ impl RingShine {
             let low = (position as usize).min(count - 2);
             (low, position - low as f64)
         };
-        let (column, right) = cell(hour_fraction, COLUMNS);
-        let (row, up) = cell((height / self.max_height).min(1.0).sqrt(), ROWS);
-        let first = if point.z * sun.z >= 0.0 { 0 } else { ROWS };
+        let (column, column_fraction) = cell(hour_fraction, COLUMNS);
+        let (row, row_fraction) = cell((height / self.max_height).min(1.0).sqrt(), ROWS);
+        let first_row = if point.z * sun.z >= 0.0 { 0 } else { ROWS };
         let texel = |row: usize, column: usize| {
-            let index = 4 * ((first + row) * COLUMNS + column);
+            let index = 4 * ((first_row + row) * COLUMNS + column);
             self.texels.get(index..index + 3).map_or(0.0, |t| t.iter().copied().fold(0.0, f32::max)).into()
         };
         let mixed = |row: usize| -> f64 {
             let (a, b): (f64, f64) = (texel(row, column), texel(row, column + 1));
-            a + right * (b - a)
+            a + column_fraction * (b - a)
         };
-        (mixed(row) + up * (mixed(row + 1) - mixed(row))) * height
+        (mixed(row) + row_fraction * (mixed(row + 1) - mixed(row))) * height
     }
 }
 
@@ -104,35 +104,40 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
     }
     let weight_per_annulus = total / ANNULI as f64;
     let mut groups: Vec<Vec<RingInterval>> = vec![Vec::new()];
-    let mut filled = 0.0;
+    // Weight of the last group.
+    let mut group_weight = 0.0;
     for interval in intervals.into_iter().filter(|s| s.tau > 0.0) {
         let parts = (weight(&interval) / weight_per_annulus).ceil().max(1.0);
         let width = (interval.to - interval.from) / parts;
         for k in 0..parts as usize {
             let from = interval.from + width * k as f64;
             let part = RingInterval { from, to: from + width, ..interval };
-            if filled >= weight_per_annulus {
+            if group_weight >= weight_per_annulus {
                 groups.push(Vec::new());
-                filled -= weight_per_annulus;
+                group_weight -= weight_per_annulus;
             }
-            filled += weight(&part);
+            group_weight += weight(&part);
             if let Some(group) = groups.last_mut() {
                 group.push(part);
             }
         }
     }
-    let sun_halves = sun_halves(geometry.sin_elevation.abs(), geometry.sun_tangent);
+    let sun_disc_parts = sun_disc_parts(geometry.sin_elevation.abs(), geometry.sun_tangent);
     let annulus = |group: &Vec<RingInterval>| {
         let weights: f64 = group.iter().map(weight).sum();
         let radius = group.iter().map(|s| weight(s) * 0.5 * (s.from + s.to)).sum::<f64>() / weights.max(1e-300);
         let light_at_slant = |side: usize, k: usize| {
             let slant = (k as f64 / SLANTS_PER_OCTAVE).exp2();
             let from_interval = |interval: &RingInterval| {
-                let from_half = |half: usize| {
-                    let [fraction, sine] = sun_halves[half];
-                    if fraction > 0.0 { fraction * scattered(interval.tau, slant, 1.0 / sine.max(MIN_COSINE), half == side) } else { 0.0 }
+                let from_sun_part = |sun_part: usize| {
+                    let [fraction, sine] = sun_disc_parts[sun_part];
+                    if fraction > 0.0 {
+                        fraction * scattered(interval.tau, slant, 1.0 / sine.max(MIN_COSINE), sun_part == side)
+                    } else {
+                        0.0
+                    }
                 };
-                DVec3::from_array(interval.albedo) * ((interval.to - interval.from) * (from_half(0) + from_half(1)))
+                DVec3::from_array(interval.albedo) * ((interval.to - interval.from) * (from_sun_part(0) + from_sun_part(1)))
             };
             group.iter().map(from_interval).sum()
         };
@@ -226,16 +231,17 @@ impl RingShineGeometry<'_> {
         let sun = DVec3::new(cosine * cos_hour, -cosine * sin_hour, if side == 0 { sine } else { -sine });
         // Horizontal component of the Sun's direction in the unit-sphere frame.
         let sun_horizontal = cosine / cosine.hypot(sine / self.polar_ratio);
-        let horizon = 1.0 / horizontal.max(1e-9);
+        // Of the rings' plane, only points beyond this radius can be above the horizon of the place.
+        let horizon_radius = 1.0 / horizontal.max(1e-9);
         let mut sum = DVec3::ZERO;
-        for annulus in annuli.iter().filter(|a| a.radius > horizon) {
+        for annulus in annuli.iter().filter(|a| a.radius > horizon_radius) {
             let r = annulus.radius;
-            let half_arc = (horizon / r).acos();
+            let half_arc = (horizon_radius / r).acos();
             // Half angle of the ring's arc in the globe's shadow, centred on the anti-solar point, whose hour angle is pi.
             let shadow_cosine = (r * r - 1.0).max(0.0).sqrt() / (r * sun_horizontal).max(1e-12);
-            let shadow = if shadow_cosine < 1.0 { shadow_cosine.acos() } else { 0.0 };
+            let shadow_half_arc = if shadow_cosine < 1.0 { shadow_cosine.acos() } else { 0.0 };
             let (from, to) = (hour_angle - half_arc, hour_angle + half_arc);
-            for [a, b] in [[from, to.min(PI - shadow)], [from.max(PI + shadow), to]] {
+            for [a, b] in [[from, to.min(PI - shadow_half_arc)], [from.max(PI + shadow_half_arc), to]] {
                 if b <= a {
                     continue;
                 }
@@ -247,7 +253,7 @@ impl RingShineGeometry<'_> {
                     let distance = distance_sq.sqrt();
                     let cos_incidence = normal.dot(to_ring).max(0.0) / distance;
                     let cos_emission = (place.z / distance).max(MIN_COSINE);
-                    let phase = particle_phase(-sun.dot(to_ring) / distance);
+                    let phase = large_particle_phase(-sun.dot(to_ring) / distance);
                     // The ring's projected area divided by height: polar_ratio / distance is the cosine of emission divided by height.
                     let projected_area = (b - a) * w * r * cos_incidence * self.polar_ratio / (distance * distance_sq);
                     sum += annulus.light_along(side, 1.0 / cos_emission) * (0.25 / PI * phase * projected_area);
@@ -314,9 +320,10 @@ impl RingShineGeometry<'_> {
         own.into_iter().chain(self.rings.iter().flat_map(|r| ring_table::cache_key(r)))
     }
 
-    /// Upper limit of the irradiance of any place, per unit of sunlight: as if each ring had its maximum brightness and none of it were below the horizon.
+    /// Upper limit of the irradiance of any place, per unit of sunlight: as if each ring had its maximum brightness and none of it were below the horizon. A
+    /// test compares it with tables.
     pub(crate) fn upper_limit(&self) -> f64 {
-        let brightest = particle_phase(1.0);
+        let brightest = large_particle_phase(1.0);
         let limit_of_ring = |ring: &&Ring| {
             let r = (ring.outer_km + ring.inner_km) / (2.0 * self.radius_km);
             let albedo = ring.albedo.iter().copied().fold(0.0, f64::max);
@@ -358,9 +365,9 @@ mod tests {
     }
 
     #[test]
-    fn halves_of_the_sun_share_its_light() {
+    fn the_parts_of_the_suns_disc_share_its_light() {
         for sine in [0.0, 1e-4, 3e-4, 4.99e-4, 5e-4, 0.1] {
-            let [[above, up], [below, down]] = sun_halves(sine, 5e-4);
+            let [[above, up], [below, down]] = sun_disc_parts(sine, 5e-4);
             assert!((above + below - 1.0).abs() < 1e-12 && up >= 0.0 && down >= 0.0);
             // The mean height of the entire disc is the height of its centre.
             assert!((above * up - below * down - sine).abs() < 1e-9, "{sine}: {above} {up} {below} {down}");

@@ -146,12 +146,12 @@ impl RadiusBins {
         let count = RING_BIN_ROWS as usize * columns;
         let bins_per_inverse_radius = count as f64 / (1.0 / inner - 1.0 / outer);
         let at_inner = bins_per_inverse_radius / inner;
-        let ends: Vec<f32> = ends(intervals).collect();
+        let outer_radii: Vec<f32> = outer_radii(intervals).collect();
         let texel = |bin: usize| {
             let radius = bins_per_inverse_radius / (at_inner - (bin as f64 - BIN_MARGIN));
             let interval = if bin == 0 { 0 } else { intervals.partition_point(|s| s.to <= radius).min(intervals.len() - 1) };
-            let end = |k: usize| ends.get(interval + k).copied().unwrap_or(f32::MAX);
-            [narrow_scalar(interval as f64), end(0), end(1), end(2)]
+            let outer_radius = |k: usize| outer_radii.get(interval + k).copied().unwrap_or(f32::MAX);
+            [narrow_scalar(interval as f64), outer_radius(0), outer_radius(1), outer_radius(2)]
         };
         // Consecutive bins lie in one column, in consecutive rows.
         let rows = RING_BIN_ROWS as usize;
@@ -161,7 +161,7 @@ impl RadiusBins {
 }
 
 /// Outer radii of the intervals; for the last interval `f32::MAX`.
-fn ends(intervals: &[RingInterval]) -> impl Iterator<Item = f32> {
+fn outer_radii(intervals: &[RingInterval]) -> impl Iterator<Item = f32> {
     let last = intervals.len().saturating_sub(1);
     intervals.iter().enumerate().map(move |(k, s)| if k == last { f32::MAX } else { narrow_scalar(s.to) })
 }
@@ -176,7 +176,7 @@ fn radial_range(intervals: &[RingInterval]) -> Option<[f64; 2]> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RingConditions {
     /// Fractions of the Sun's disc on the viewer's side of the plane and on the other, each with the mean sine of its elevation; see
-    /// [`sun_halves`](super::ring_shine::sun_halves). `None` for the pixel view of albedo.
+    /// [`sun_disc_parts`](super::ring_shine::sun_disc_parts). `None` for the pixel view of albedo.
     pub sunlight: Option<[[f64; 2]; 2]>,
     /// Indices of the first and the last slant of the table's rows.
     slants: [u32; 2],
@@ -194,15 +194,15 @@ impl RingConditions {
     /// light that it removes.
     pub(super) fn light(&self, interval: &RingInterval, slant: f64) -> f64 {
         let Some(sunlight) = self.sunlight else { return interval.removed_fraction(slant) };
-        let light_of_half = |(half, [fraction, sine]): (usize, [f64; 2])| {
-            if fraction > 0.0 { fraction * scattered(interval.tau, slant, 1.0 / sine.max(MIN_COSINE), half == 0) } else { 0.0 }
+        let light_of_part = |(part, [fraction, sine]): (usize, [f64; 2])| {
+            if fraction > 0.0 { fraction * scattered(interval.tau, slant, 1.0 / sine.max(MIN_COSINE), part == 0) } else { 0.0 }
         };
-        sunlight.into_iter().enumerate().map(light_of_half).sum()
+        sunlight.into_iter().enumerate().map(light_of_part).sum()
     }
 }
 
 impl RingTable {
-    /// The table for the fragments of a ring. `None` without a ring, or with more than [`MAX_NODES`] edges. `unit_km`: the body's equatorial radius.
+    /// The table for the draws of a ring. `None` without a ring, or with more than [`MAX_NODES`] edges. `unit_km`: the body's equatorial radius.
     pub fn of<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64, conditions: &RingConditions) -> Option<Self> {
         Self::of_intervals(&intervals(rings, unit_km), conditions)
     }
@@ -216,16 +216,17 @@ impl RingTable {
         let mut texels = bins.texels;
         texels.reserve(nodes * height as usize * 4);
         let mut dusty_count = 0.0;
-        for (interval, end) in intervals.iter().zip(ends(intervals)) {
+        for (interval, outer_radius) in intervals.iter().zip(outer_radii(intervals)) {
             // The number of dusty intervals farther in, plus one half if this one is dusty.
             let dust_code = dusty_count + if interval.has_dust() { 0.5 } else { 0.0 };
             dusty_count += if interval.has_dust() { 1.0 } else { 0.0 };
-            texels.extend([narrow_scalar(interval.from), end, dust_code, 0.0]);
+            texels.extend([narrow_scalar(interval.from), outer_radius, dust_code, 0.0]);
         }
         texels.extend([narrow_scalar(radius_range[1]), f32::MAX, dusty_count, 0.0]);
         for k in first..=last {
             let slant = (f64::from(k) / f64::from(RING_SLANTS_PER_OCTAVE)).exp2();
             // Dust has rows of its own, because it has another phase function. Besides, its sums would lose precision if added to those of dense rings.
+            // For each kind (0: large particles, 1: dust) the row of means, then the row of their integrals.
             let mut rows = [const { Vec::new() }; RING_ROWS_PER_SLANT as usize];
             let mut sums = [[0.0; 4]; 2];
             for interval in intervals {
@@ -251,7 +252,7 @@ impl RingTable {
         Some(Self { width: nodes as u32, height, texels, radius_range, bins: bins.formula, slants: conditions.slants })
     }
 
-    /// The table for the fragments of a globe in the rings' shadow, for the slants of sunlight of [`slants_of_sunlight`]. `None` as in
+    /// The table for the draw of a globe in the rings' shadow, for the slants of sunlight of [`slants_of_sunlight`]. `None` as in
     /// [`RingTable::of`].
     pub fn of_shadow<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_km: f64, slants: &[f64]) -> Option<Self> {
         Self::of_shadow_intervals(&intervals(rings, unit_km), slants)
@@ -264,9 +265,9 @@ impl RingTable {
         let mut texels = bins.texels;
         for slant in slants {
             let mut sum = 0.0;
-            for (interval, end) in intervals.iter().zip(ends(intervals)) {
+            for (interval, outer_radius) in intervals.iter().zip(outer_radii(intervals)) {
                 let removed_fraction = interval.removed_fraction(*slant);
-                texels.extend([narrow_scalar(interval.from), end, narrow_scalar(removed_fraction), narrow_scalar(sum)]);
+                texels.extend([narrow_scalar(interval.from), outer_radius, narrow_scalar(removed_fraction), narrow_scalar(sum)]);
                 sum += (interval.to - interval.from) * removed_fraction;
             }
             texels.extend([narrow_scalar(radius_range[1]), f32::MAX, 0.0, narrow_scalar(sum)]);
@@ -277,6 +278,7 @@ impl RingTable {
             texels,
             radius_range,
             bins: bins.formula,
+            // Only a ring's own table has rows for a range of slants.
             slants: [0, 1],
         })
     }

@@ -7,15 +7,15 @@ use std::f64::consts::PI;
 
 /// The two parts into which the layer's plane cuts the Sun's disc, first that with the Sun's centre: for each its fraction of the disc, and the mean sine
 /// of its elevation over its own side of the plane. `sine`: sine of the centre's elevation, not negative; `tangent`: tangent of the Sun's angular radius.
-pub fn sun_halves(sine: f64, tangent: f64) -> [[f64; 2]; 2] {
+pub fn sun_disc_parts(sine: f64, tangent: f64) -> [[f64; 2]; 2] {
     if sine >= tangent {
         return [[1.0, sine], [0.0, 1.0]];
     }
-    // A disc cut by a line: its area and first moment.
-    let h = sine / tangent;
-    let chord = (1.0 - h * h).sqrt();
-    let above = 0.5 + (h * chord + h.asin()) / PI;
-    let moment = tangent * (h * above + chord.powi(3) * 2.0 / (3.0 * PI));
+    // The disc cut by the plane: height of its centre above the plane and half the chord, both in radii of the disc; area and first moment of the part above.
+    let height = sine / tangent;
+    let half_chord = (1.0 - height * height).sqrt();
+    let above = 0.5 + (height * half_chord + height.asin()) / PI;
+    let moment = tangent * (height * above + half_chord.powi(3) * 2.0 / (3.0 * PI));
     [[above, moment / above.max(1e-9)], [1.0 - above, (moment - sine) / (1.0 - above).max(1e-9)]]
 }
 

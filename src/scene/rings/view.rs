@@ -14,8 +14,8 @@ use crate::scene::draw::uniforms::RingUniforms;
 use crate::scene::eclipse::occluders::limb_darkening;
 use crate::scene::purpose;
 use crate::scene::resources::Caches;
-use crate::scene::rings::phase::{DUST_LOBES, MIN_COSINE, OPPOSITION, PHASE_EXPONENT, dust_phase, particle_phase, phase_factor};
-use crate::scene::rings::ring_shine::{RingShineGeometry, sun_halves};
+use crate::scene::rings::phase::{DUST_LOBES, MIN_COSINE, OPPOSITION, PHASE_EXPONENT, dust_phase, large_particle_phase, power_law_factor};
+use crate::scene::rings::ring_shine::{RingShineGeometry, sun_disc_parts};
 use crate::scene::rings::ring_table::{RingConditions, slants_of_sunlight};
 use crate::scene::stated_errors::{self, MAX_EDGE_ERROR_PX};
 use glam::{DVec2, DVec3, Vec2, Vec4};
@@ -86,7 +86,7 @@ struct RingChange {
     filled: f64,
 }
 
-/// Whether an effect passes its threshold, and the reason.
+/// Whether an effect exceeds its threshold, and the reason.
 pub(crate) struct ThresholdCheck {
     pub on: bool,
     pub reason: Reason,
@@ -115,14 +115,14 @@ impl<'a> RingView<'a> {
         clips.map(|clip| self.placement.body_from_icrf * self.camera.ray(clip))
     }
 
-    /// The camera's height over the plane and its distance from the axis, equatorial radii.
-    fn viewer_radii(&self) -> (f64, f64) {
+    /// The camera's height over the rings' plane and its distance from the body's axis, equatorial radii.
+    fn camera_height_and_axis_distance(&self) -> (f64, f64) {
         let viewer = self.placement.body_from_icrf * -self.placement.centre_km / self.body.radii_km.x;
         (viewer.z.abs().max(1e-9), viewer.truncate().length())
     }
 
     fn frame_limits(&self) -> FrameLimits {
-        let (height, axis_distance) = self.viewer_radii();
+        let (height, axis_distance) = self.camera_height_and_axis_distance();
         let corners = self.corner_rays();
         let longest_ray = corners.iter().map(|r| r.length()).fold(0.0, f64::max);
         // Each ray of the frame is a weighted mean of the corner rays. If all of these point to the same side of the plane, no ray is flatter than the
@@ -161,7 +161,7 @@ impl<'a> RingView<'a> {
         let [smallest, largest] = limits.phase_angles;
         // Few rings have dust, and its phase function is the costly one.
         let of_dust = if ring.dust > 0.0 { dust_phase(smallest).max(dust_phase(largest)) * ring.dust } else { 0.0 };
-        let phase = particle_phase(smallest.cos()) * (1.0 - ring.dust) + of_dust;
+        let phase = large_particle_phase(smallest.cos()) * (1.0 - ring.dust) + of_dust;
         // Upper limit of single scattering: each photon is scattered once, and none is lost afterwards.
         RingChange {
             hidden: -(-limits.max_slant_depth).exp_m1(),
@@ -225,6 +225,8 @@ impl<'a> RingView<'a> {
         let farthest_km = self.body.radii_km.x / sine.max(1e-9);
         let max_removed_fraction =
             rings.iter().filter(|r| r.inner_km < farthest_km).map(|r| -(-r.tau_normal / sine.max(MIN_COSINE)).exp_m1()).fold(0.0, f64::max);
+        // Half the penumbra's width in the rings' plane, for the point of the globe that is farthest from the plane: its distance along the sunlight is about
+        // 1 / sine, and the light crosses the plane obliquely, which stretches the width by 1 / sine.
         let penumbra_px = tangent / sine.max(tangent) / sine.max(tangent) * self.pixels_per_radius();
         let model = if penumbra_px > MAX_EDGE_ERROR_PX { RingShadow::Penumbra } else { RingShadow::PointSun };
         let (degrees, light) = (sine.asin().to_degrees(), self.threshold.change_description(max_removed_fraction));
@@ -306,7 +308,7 @@ impl<'a> RingView<'a> {
     /// Maximum number of segments into which shaders/lib/ring/surface.wesl divides a pixel's footprint: 32 for each equatorial radius of the longest
     /// footprint's length.
     fn max_segments(&self) -> f64 {
-        let (height, axis_distance) = self.viewer_radii();
+        let (height, axis_distance) = self.camera_height_and_axis_distance();
         let outer = self.outermost_km() / self.body.radii_km.x;
         // Across a pixel the ray turns by at most the pixel's tangent. The 5 % added to the outer radius cover pixels at the edge, whose middle is outside the
         // ring.
@@ -330,14 +332,15 @@ impl<'a> RingView<'a> {
             sin_elevation: self.sun.z,
             sun_tangent: self.sun_tangent(sun_radius_km),
         };
-        let radiance = self.irradiance * self.body.geometric_albedo.max(0.01);
-        let upper_limit = geometry.upper_limit() * radiance;
+        // Radiance of the ground per unit of ring-shine.
+        let ground_radiance = self.irradiance * self.body.geometric_albedo.max(0.01);
+        let upper_limit = geometry.upper_limit() * ground_radiance;
         if user_choice == Some(false) || user_choice.is_none() && !self.threshold.is_exceeded_by_radiance(upper_limit) {
             let reason = reason!("ring-shine-below", light = self.threshold.description(upper_limit));
             return (ThresholdCheck { on: false, reason }, None);
         }
         let shine = geometry.shine(&self.caches.ring_shines);
-        let max_radiance = shine.as_ref().map_or(0.0, |s| s.brightest) * radiance;
+        let max_radiance = shine.as_ref().map_or(0.0, |s| s.brightest) * ground_radiance;
         let reason = reason!("ring-shine-up-to", light = self.threshold.description(max_radiance));
         (ThresholdCheck { on: self.threshold.is_exceeded_by_radiance(max_radiance), reason }, shine)
     }
@@ -354,9 +357,9 @@ impl<'a> RingView<'a> {
     /// The light on the rings and the range of slants of the view rays that cross them.
     fn conditions(&self, sun: Option<&Body>, pixel_view: PixelView) -> RingConditions {
         let viewer = self.placement.body_from_icrf * -self.placement.centre_km;
-        let [centre_side, other_side] = sun_halves(self.sun.z.abs(), self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x)).max(1e-6));
+        let [centre_side, other_side] = sun_disc_parts(self.sun.z.abs(), self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x)).max(1e-6));
         let sunlight = if viewer.z * self.sun.z > 0.0 { [centre_side, other_side] } else { [other_side, centre_side] };
-        let sunlight = sunlight.map(|half| half.map(rounded_for_reuse));
+        let sunlight = sunlight.map(|part| part.map(rounded_for_reuse));
         // Slants from the point of the plane nearest to the viewer to the farthest point of any ring, drawn or not, because the middle of a pixel may lie
         // outside the drawn rings.
         let outer_km = self.outermost_km();
@@ -388,7 +391,8 @@ impl<'a> RingView<'a> {
 
     fn uniforms_with(&self, table: Arc<RingTable>, sun: Option<&Body>) -> RingUniforms {
         let (u1, u2) = sun.map(limb_darkening).unwrap_or_default();
-        let lobe = |k: usize| camera::narrow(DVec3::from_array(DUST_LOBES.map(|l| l[k])));
+        // 0: the asymmetry of each lobe; 1: its weight.
+        let of_each_lobe = |k: usize| camera::narrow(DVec3::from_array(DUST_LOBES.map(|lobe| lobe[k])));
         let narrow = camera::narrow_scalar;
         RingUniforms {
             radius_range: Vec2::new(narrow(table.radius_range[0]), narrow(table.radius_range[1])),
@@ -396,9 +400,9 @@ impl<'a> RingView<'a> {
             outermost_radius: narrow(self.outermost_km() / self.body.radii_km.x),
             segments: narrow(self.max_segments()),
             half_pixel: narrow(0.5 / self.pixels_per_radius()),
-            phase: Vec2::new(narrow(phase_factor()), narrow(PHASE_EXPONENT)),
-            dust_asymmetry: lobe(0),
-            dust_weight: lobe(1),
+            phase: Vec2::new(narrow(power_law_factor()), narrow(PHASE_EXPONENT)),
+            dust_asymmetry: of_each_lobe(0),
+            dust_weight: of_each_lobe(1),
             opposition: Vec2::new(narrow(OPPOSITION[0]), narrow(OPPOSITION[1])),
             side: 0.0,
             sun_tangent: narrow(self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x)).max(1e-6)),

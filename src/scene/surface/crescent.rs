@@ -11,7 +11,8 @@ use std::f64::consts::FRAC_PI_2;
 /// Width in pixels below which a crescent is thin. Evaluated at one point of each pixel, a crescent of width w > 1 loses 0.22 / w^1.5 of its light: 2.7 % at this
 /// width, 8 % at 2 pixels, and most of it below half a pixel.
 const MAX_WIDTH_PX: f64 = 4.0;
-/// Width in radii below which the pixels of a crescent are not averaged: at phase angles above 179 degrees, where bodies are silhouettes before the Sun or beside it.
+/// Width in radii below which the pixels of a crescent are not averaged: at phase angles above 179 degrees, where bodies are silhouettes in front of the Sun
+/// or close to it.
 const MIN_WIDTH: f64 = 1.5e-4;
 
 /// Name of the decision.

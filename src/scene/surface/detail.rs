@@ -3,7 +3,8 @@
 //!
 //! In: the body's placement and the camera. Out: [`DetailUniforms`]. Always: a point on the ground has the same craters, hills or billows from any camera. This
 //! is true in f32 down to a metre above the ground and in fields of view of an arcsecond, because lattice positions are reduced in f64, and because in narrow
-//! fields the shader's positions are relative to a point of the visible ground. Size classes fade in and out from weight 0 as the camera moves.
+//! fields the shader's positions are relative to a point of the visible ground. As the camera moves, each lattice
+//! fades in from weight 0, and out again.
 
 use crate::catalog::Map;
 use crate::message::{Reason, reason};
@@ -27,7 +28,7 @@ pub(crate) fn description(detail: Detail) -> Reason {
 const DEFAULT_MAP_COLUMNS: u32 = 512;
 /// Pixels per texel, directly below the camera, above which detail appears: the lower end of `wanted` in shaders/lib/detail.wesl.
 const MIN_TEXEL_PX: f64 = 6.0;
-/// Ground that a pixel may span on a body without a map: a fourth of the coarsest cell, degrees.
+/// Ground that a pixel may span, degrees, for detail to appear on a body without a map: a fourth of the coarsest cell.
 const UNMAPPED_DEG_PER_PX: f64 = 0.72;
 /// Cell size of the coarsest lattice, radii.
 const COARSEST_CELL: f64 = 0.05;
@@ -93,7 +94,7 @@ pub(crate) fn uniforms(detail: Detail, camera: &Camera, placement: &Placement, r
     // Positions are relative to the reference point, or without one to the camera or the body's centre.
     let origin = reference.as_ref().map_or(if rays.anchor_is_camera { camera_position } else { DVec3::ZERO }, |r| r.point);
     let pixel_radii = (camera_position.length() - 1.0).max(1e-9) * camera.pixel_tangent();
-    // The index of the lattice whose cells are just visible directly below the camera.
+    // The index, not rounded, of the lattice whose cells are just visible directly below the camera.
     let finest = ((MIN_CELL_PX * pixel_radii / COARSEST_CELL).ln() / ratio.ln()).max(0.0);
     let last = finest.ceil() as i32;
     let row = |k: usize| {

@@ -1,7 +1,8 @@
 //! The ground of a body: its shape and its maps.
 //!
-//! Relief, sun glint and cloud shadows are visible at every size of a disc: averaged over a pixel they still change its light by several levels. Cloud
-//! shadows are left out if no sunlit ground is in view. The glint is left out if, in addition, the light of other bodies is too weak for a visible glint.
+//! In: the inputs of one body and the decisions made before. Out: the decisions. Relief, sun glint and cloud shadows are visible at every size of a disc:
+//! averaged over a pixel they still change its light by several levels. Cloud shadows are left out if no sunlit ground is in view. The glint is left out if,
+//! in addition, the light of other bodies is too weak for a visible glint.
 
 use crate::message::{Reason, reason};
 use crate::scene::draw::features::{Detail, MapSet};
@@ -70,8 +71,9 @@ const GLINT_OVER_GROUND: f64 = 100.0;
 /// Whether the glint of another body's light is visible; used if no sunlit ground is in view.
 fn reflected_glint(inputs: &DecisionInputs<'_, '_>) -> (bool, Reason) {
     let (placed, threshold) = (inputs.placed, inputs.threshold());
-    let shines = inputs.effects().override_of(Effect::PlanetShine) != Some(false);
-    let strongest = lights::planet_shine(inputs.body(), placed.position_km, inputs.frame.reflectors, |_| false).1.filter(|_| shines);
+    let has_planet_shine = inputs.effects().override_of(Effect::PlanetShine) != Some(false);
+    let strongest =
+        lights::planet_shine(inputs.body(), placed.position_km, inputs.frame.reflectors, |_| false).1.filter(|_| has_planet_shine);
     let glint = strongest.map_or(0.0, |(_, radiance)| radiance * GLINT_OVER_GROUND);
     (
         threshold.is_exceeded_by_radiance(glint),
@@ -82,7 +84,7 @@ fn reflected_glint(inputs: &DecisionInputs<'_, '_>) -> (bool, Reason) {
 /// Margin beyond the terminator for the Sun's angular radius at Mercury and for refraction, degrees.
 const TERMINATOR_MARGIN_DEG: f64 = 2.0;
 
-/// Whether sunlit ground is in view: whether the angle between sub-camera and sub-solar point is less than the angle from the sub-camera point to the
+/// Whether sunlit ground is in view: whether the angle between sub-observer and sub-solar point is less than the angle from the sub-observer point to the
 /// horizon plus that from the sub-solar point to the terminator.
 fn sunlit_ground_in_view(inputs: &DecisionInputs<'_, '_>) -> (bool, Reason) {
     let (body, placed) = (inputs.body(), inputs.placed);

@@ -1,4 +1,7 @@
 //! Decides whether a body is drawn as a mesh, and whether the mesh casts shadows on itself.
+//!
+//! In: the inputs of one body, with its shape model if it has been loaded, and the decisions made before. Out: the decisions, and the uniforms of a mesh: the
+//! transformation of its vertices, and the height of the Sun at each vertex.
 
 use crate::catalog::NaifId;
 use crate::mesh::Mesh;
@@ -17,7 +20,7 @@ use std::sync::Arc;
 const UNOBSTRUCTED_SUN_HEIGHT: f32 = 1e3;
 
 /// Direction of the Sun in body axes and its angular radius (radians), for a mesh's self-shadowing; `None` without sunlight.
-pub(crate) fn sun_over(frame: &FrameContext<'_>, placed: &PlacedBody<'_>) -> Option<(DVec3, f64)> {
+pub(crate) fn sun_direction_and_radius(frame: &FrameContext<'_>, placed: &PlacedBody<'_>) -> Option<(DVec3, f64)> {
     let sun = frame.reflectors.iter().find(|r| r.body.id == NaifId::SUN && r.body.id != placed.body.id)?;
     let radius_rad = (sun.body.radii_km.x / placed.sun_from_body_km.length()).clamp(0.0, 1.0).asin();
     Some(((placed.body_from_icrf * placed.sun_from_body_km).normalize(), radius_rad))
@@ -43,23 +46,29 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         reason!("mesh-triangles", count = model.triangles(), file = &shape_model.file, radii = format_args!("{:.3}", model.max_radius));
     log.effect(Effect::Mesh, true, with_invented(reason, shape_model.invented.as_deref(), |how| reason!("shape-invented", how = how)));
     decisions.chosen.mesh = Some(meshes::flags(body, model));
-    let Some((towards, radius_rad)) = sun_over(inputs.frame, inputs.placed) else { return decisions };
-    let reason = reason!("mesh-shadow", degrees = format_args!("{:.3}", 2.0 * radius_rad.to_degrees())).and(reason!("mesh-shadow-sharp"));
+    let Some((to_sun, sun_radius_rad)) = sun_direction_and_radius(inputs.frame, inputs.placed) else { return decisions };
+    let reason =
+        reason!("mesh-shadow", degrees = format_args!("{:.3}", 2.0 * sun_radius_rad.to_degrees())).and(reason!("mesh-shadow-sharp"));
     let is_lit = !Capabilities::of(body).emissive;
     if log.effect(Effect::SelfShadow, is_lit, reason) {
-        decisions.self_shadow = Some((towards, radius_rad));
+        decisions.self_shadow = Some((to_sun, sun_radius_rad));
     }
     decisions
 }
 
 /// Sets the vertex transformation, and the height of the Sun at each vertex: above the mesh's own horizon if it casts shadows on itself.
-pub(crate) fn set(uniforms: &mut DrawUniforms, inputs: &DecisionInputs<'_, '_>, model: &Arc<Mesh>, self_shadow: Option<(DVec3, f64)>) {
+pub(crate) fn set_uniforms(
+    uniforms: &mut DrawUniforms,
+    inputs: &DecisionInputs<'_, '_>,
+    model: &Arc<Mesh>,
+    self_shadow: Option<(DVec3, f64)>,
+) {
     let (anchor, matrix) = meshes::clip_from_unit_sphere(inputs.frame.camera, &inputs.placed.placement);
     uniforms.mesh_anchor = anchor;
     uniforms.clip_from_unit_sphere = matrix;
     let loaded = || inputs.frame.context.resources.sun_heights.get(&inputs.body().id).cloned();
     let sun_heights = match self_shadow {
-        Some((towards, radius_rad)) => loaded().unwrap_or_else(|| Arc::new(model.sun_heights(towards, radius_rad))),
+        Some((to_sun, sun_radius_rad)) => loaded().unwrap_or_else(|| Arc::new(model.sun_heights(to_sun, sun_radius_rad))),
         None => Arc::new(vec![UNOBSTRUCTED_SUN_HEIGHT; model.vertices()]),
     };
     uniforms.mesh = Some(MeshInstance { model: Arc::clone(model), sun_heights });

@@ -23,7 +23,7 @@ const NEAR_RADII: f64 = 8.0;
 /// and could not order the triangles. With this minimum, depth between bodies is wrong by up to this fraction of the distance.
 const MIN_DEPTH_RATIO: f64 = 1e-5;
 
-/// The model with which a body is drawn; `None` if the catalog has none, if it is unreadable or not loaded yet, or if the user switched it off.
+/// The shape model with which a body is drawn; `None` if the catalog has none, if it is unreadable or not loaded yet, or if the user switched it off.
 pub(crate) fn model<'r>(context: Context<'r>, body: &Body) -> Option<&'r Arc<Mesh>> {
     body.mesh
         .as_ref()
@@ -33,9 +33,9 @@ pub(crate) fn model<'r>(context: Context<'r>, body: &Body) -> Option<&'r Arc<Mes
 
 /// Whether a body's model is needed: the body is large enough and the file is readable.
 pub(crate) fn is_required(context: Context<'_>, camera: &Camera, placed: &PlacedBody<'_>) -> bool {
-    let large = 2.0 * placed.body.radii_km.max_element() / placed.distance_km.max(1e-9) / camera.pixel_tangent() > POINT_ONLY_BELOW_PX;
-    let wanted = placed.body.mesh.as_ref().is_some_and(|m| !context.resources.is_unreadable(&m.file));
-    large && wanted && context.request.effects.override_of(Effect::Mesh) != Some(false)
+    let is_large = 2.0 * placed.body.radii_km.max_element() / placed.distance_km.max(1e-9) / camera.pixel_tangent() > POINT_ONLY_BELOW_PX;
+    let has_readable_model = placed.body.mesh.as_ref().is_some_and(|m| !context.resources.is_unreadable(&m.file));
+    is_large && has_readable_model && context.request.effects.override_of(Effect::Mesh) != Some(false)
 }
 
 /// The rectangle of the image that the model may touch; `None` if it is outside.
@@ -61,6 +61,7 @@ pub(crate) fn clip_from_unit_sphere(camera: &Camera, placement: &Placement) -> (
     let icrf_from_body = placement.body_from_icrf.transpose();
     let from_camera_km = placement.centre_km + icrf_from_body * (anchor.as_dvec3() * placement.radii_km);
     let near = NEAR_DEPTH_KM / unit_km;
+    // Relative decrease of z per radius of depth beyond the anchor, where the perspective alone would give less than `MIN_DEPTH_RATIO`.
     let added_slope = (MIN_DEPTH_RATIO - unit_km / placement.centre_km.length()).max(0.0);
     // `homogeneous`: 1 for a position relative to the camera, 0 for a direction.
     let clip = |v_km: DVec3, homogeneous: f64| {

@@ -86,7 +86,7 @@ impl MeteredFrame<'_, '_> {
         let origin = p.placement.body_from_icrf * -p.placement.centre_km / unit_km;
         let polar_radius = p.body.radii_km.z / unit_km;
         // First the part of the Sun's disc on the camera's side of the ring plane, then the part on the other side.
-        let [centre_side, other_side] = ring_shine::sun_halves(sun.z.abs(), sun_tangent);
+        let [centre_side, other_side] = ring_shine::sun_disc_parts(sun.z.abs(), sun_tangent);
         let sunlight = if sun.z * origin.z < 0.0 { [other_side, centre_side] } else { [centre_side, other_side] };
         let nearer = self.nearer_bodies(p, spacing);
         let mut sums = RadialSums::new(&intervals, sunlight);
@@ -109,7 +109,7 @@ impl MeteredFrame<'_, '_> {
             }
             let cos_phase = (-ray.dot(sun)).clamp(-1.0, 1.0);
             // Large particles and dust have phase functions of their own.
-            let (particle_phase, dust_phase) = (phase::particle_phase(cos_phase), phase::dust_phase(cos_phase.acos()));
+            let (particle_phase, dust_phase) = (phase::large_particle_phase(cos_phase), phase::dust_phase(cos_phase.acos()));
             let [by_particles, by_dust] = sums.mean([radius - half_width, radius + half_width], 1.0 / cos_emission);
             let light = particle_phase * by_particles + dust_phase * by_dust;
             // The ring gets no light in the globe's shadow, and cannot be seen behind the globe. This scale makes the globe a unit sphere.
