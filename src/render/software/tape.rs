@@ -129,6 +129,8 @@ pub enum Instr {
         op: TextureOp,
         texture: u16,
         dst: [u16; 4],
+        /// Of the four results, those that any instruction reads. The others are neither filtered nor written.
+        channels_read: [bool; 4],
         args: Vec<Operand>,
         mask: Operand,
     },

@@ -12,7 +12,6 @@ use crate::render::software::program::Program;
 use crate::render::software::tape::{FusedOp, Instr, Op, Operand, TextureOp};
 use smallvec::SmallVec;
 use std::any::Any;
-use std::collections::HashSet;
 use std::sync::{Arc, OnceLock};
 
 /// A kernel ready to be called. Offsets count numbers from the start of the arena.
@@ -163,7 +162,7 @@ impl<R: Real> BoundProgram<R> {
             uniform_loads: Vec::new(),
             texture_reads: Vec::new(),
             operand_offsets: Vec::new(),
-            read_inputs: (0..program.inputs.len()).map(|k| is_read_from(program, 0, k as u16)).collect(),
+            read_inputs: (0..program.inputs.len()).map(|k| input_is_read(program, k as u16)).collect(),
             first_register_row: (program.slots + SCRATCH_SLOTS) as usize,
             register_count: program.registers as usize,
             output_slots: program.output_operands.iter().map(slot).collect::<Result<_, _>>()?,
@@ -211,11 +210,11 @@ fn bind<R: Real>(program: &Program, class: KernelClass, without_steps: BoundProg
         is_target[target as usize] = true;
     }
     let mut step_of_instr = Vec::with_capacity(program.lane_tape.len() + 1);
-    for (at, (instr, is_target)) in program.lane_tape.iter().zip(&is_target).enumerate() {
+    for (instr, is_target) in program.lane_tape.iter().zip(&is_target) {
         // A jump target starts a new step. For an instruction that extends the previous step, this index is one too great, but no jump refers to it.
         binder.can_extend_sequence &= !is_target;
         step_of_instr.push(binder.bound.steps.len() as u32);
-        binder.bind(instr, |slot| is_read_from(program, at + 1, slot))?;
+        binder.bind(instr)?;
     }
     let mut bound = binder.bound;
     step_of_instr.push(bound.steps.len() as u32);
@@ -227,35 +226,26 @@ fn bind<R: Real>(program: &Program, class: KernelClass, without_steps: BoundProg
     Ok(bound)
 }
 
-/// Whether the value that a slot has before the instruction `from` is read later, on any path of forward jumps. A path ends where the slot is written: slots are
-/// reused, so a later read of the slot is of another value. Reads through a backward jump are not searched: the slots in question hold inputs and results of
-/// texture reads, which the next iteration of a loop and the code after it read only through a loop variable, and [`unroll_loops`] leaves a texture read's
-/// result in its slot. [`Instr::SkipIfNoLane`] is not treated as a jump. If it skips one side of a branch, a select merges the results after it and reads the
-/// old value; otherwise it leaves a loop.
-fn is_read_from(program: &Program, from: usize, slot: u16) -> bool {
+/// Whether the input in a slot is read. The search ends at a write that no jump can skip: slots are reused, so a later read of the slot is of another value.
+/// Reads through a backward jump are not searched, because a loop reads values from before it only through a loop variable.
+/// [`Instr::SkipIfNoLane`] is not treated as a jump. If it skips one side of a branch, a select merges the results after it and reads the old value;
+/// otherwise it leaves a loop.
+fn input_is_read(program: &Program, slot: u16) -> bool {
     let reads = |o: &Operand| *o == Operand::Slot(slot);
-    let tape = &program.lane_tape;
-    // All followed jumps lead forwards, so one pass in tape order visits every path.
-    let mut targets = HashSet::new();
-    let mut is_reached = true;
-    for (at, instr) in tape.iter().enumerate().skip(from) {
-        is_reached |= targets.contains(&at);
-        if !is_reached {
-            continue;
-        }
+    // A jump can skip instructions before this one.
+    let mut skippable_until = 0;
+    for (at, instr) in program.lane_tape.iter().enumerate() {
         if instr.operands().iter().any(reads) {
             return true;
         }
-        if instr.written_slots().contains(&slot) {
-            is_reached = false;
-        } else if let Instr::JumpIf { target, .. } | Instr::Jump { target } = instr
-            && *target as usize > at
-        {
-            targets.insert(*target as usize);
-            is_reached = matches!(instr, Instr::JumpIf { .. });
+        if at >= skippable_until && instr.written_slots().contains(&slot) {
+            return false;
+        }
+        if let Instr::JumpIf { target, .. } | Instr::Jump { target } = instr {
+            skippable_until = skippable_until.max(*target as usize);
         }
     }
-    (is_reached || targets.contains(&tape.len())) && program.output_operands.iter().chain(&program.discarded).any(reads)
+    program.output_operands.iter().chain(&program.discarded).any(reads)
 }
 
 fn is_per_lane(o: &Operand) -> bool {
@@ -397,8 +387,8 @@ impl<R: Real> Binder<R> {
         Ok(())
     }
 
-    /// Binds one instruction. `is_read`: whether the value that the instruction writes into a slot is read.
-    fn bind(&mut self, instr: &Instr, is_read: impl Fn(u16) -> bool) -> Result<(), String> {
+    /// Binds one instruction.
+    fn bind(&mut self, instr: &Instr) -> Result<(), String> {
         let mut scratch_used = 0;
         // `Program::check` has verified that these operands are registers.
         let register = |o: &Operand| match *o {
@@ -421,7 +411,7 @@ impl<R: Real> Binder<R> {
                 let elements = UniformElements { kind: *kind, offset: *offset, stride: *stride, count: *count };
                 self.push_step(BoundStep::Gather { dst: u32::from(*dst), index, elements });
             }
-            Instr::Texture { op, texture, dst, args, mask } => {
+            Instr::Texture { op, texture, dst, channels_read, args, mask } => {
                 let mut texture_args = [TextureArg { offset: 0, len: LANES as u32 }; 7];
                 for (k, (to, o)) in texture_args.iter_mut().zip(args).enumerate() {
                     *to = match o {
@@ -436,7 +426,8 @@ impl<R: Real> Binder<R> {
                     Operand::Slot(s) => MaskLocation::Slot(u32::from(*s)),
                     Operand::Reg(r) => MaskLocation::Register(usize::from(*r)),
                 };
-                let (channels_read, dst) = (dst.map(is_read), dst.map(|slot| Self::slot_offset(u32::from(slot))));
+                let dst = dst.map(|slot| Self::slot_offset(u32::from(slot)));
+                let channels_read = *channels_read;
                 let read = TextureRead { op: *op, texture: usize::from(*texture), dst, channels_read, args: texture_args, mask };
                 self.bound.texture_reads.push(read);
                 self.push_step(BoundStep::Texture(self.bound.texture_reads.len() as u32 - 1));

@@ -199,6 +199,8 @@ pub(crate) fn finish(
         super::chains::fuse_chains(&mut builder.lane_steps, outputs);
     }
     let live_ranges = live_ranges(&builder.lane_steps, inputs, outputs);
+    let mut values_read: HashSet<SsaValue> = outputs.iter().copied().collect();
+    builder.lane_steps.iter().for_each(|step| values_read.extend(reads(step)));
     let mut allocation: HashMap<SsaValue, Operand> = HashMap::default();
     let mut registers = NumberAllocator { free: Vec::new(), count: builder.constants.len() as u32 };
     let mut slots = NumberAllocator { free: Vec::new(), count: inputs.len() as u32 };
@@ -283,6 +285,7 @@ pub(crate) fn finish(
                 op: *op,
                 texture: *texture,
                 dst: [number(*r)?, number(*g)?, number(*b)?, number(*a)?],
+                channels_read: [r, g, b, a].map(|v| values_read.contains(v)),
                 args: operands(args)?,
                 mask: operand(*mask)?,
             }),
