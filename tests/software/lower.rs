@@ -344,6 +344,35 @@ fn textures_get_their_arguments() {
     assert_eq!(lanes[12], [3.0 + 3.0 + 4.0 + 5.0, 2.0 + 2.0, 3.0, 1.0]);
 }
 
+/// The texture's result is used beside and after a branch that reads other texels, so its unused channels' slots are free for values of the branch.
+#[test]
+fn unused_channels_of_a_texture_read_are_not_computed() {
+    let program = compile(
+        "struct Draw { detail: f32 }
+        @group(0) @binding(0) var<uniform> draw: Draw;
+        @group(0) @binding(1) var map: texture_2d<f32>;
+        @fragment fn main(@location(0) at: vec2f) -> @location(0) vec4f {
+            var value = textureLoad(map, vec2i(at), 0);
+            if draw.detail > 0.5 {
+                var finer = vec4f(0.0);
+                for (var k = 0; k < 4; k++) {
+                    finer += 0.25 * textureLoad(map, vec2i(at) + vec2i(k, 0), 0);
+                }
+                if at.x > 8.0 {
+                    value = mix(value, finer, fract(at.x));
+                }
+            }
+            return vec4f(value.x, 0.0, 0.0, value.z);
+        }",
+    );
+    let channels: Vec<[bool; 4]> = program
+        .lane_tape
+        .iter()
+        .filter_map(|i| if let Instr::Texture { channels_read, .. } = i { Some(*channels_read) } else { None })
+        .collect();
+    assert_eq!(channels, [[true, false, true, false]; 2]);
+}
+
 #[test]
 fn vertex_stage_interface() {
     let program = compile(
