@@ -1,5 +1,5 @@
 //! Lines on the ground of one body, on the side that faces the camera: its grid of planetographic latitude and east longitude, and its terminator. For
-//! `eclipse_lines` it also draws smooth lines through given points.
+//! `eclipse_lines` it also draws smooth lines through given points. `data_lines` adds to the same [`GroundLineBuilder`].
 //!
 //! In: the placed body. Out: line segments, labels and decisions. Always: a line ends at the limb. The end is computed from the ellipsoid, not by the
 //! depth test, so that lines do not flicker. Nearer bodies are drawn later, over the lines. Not modelled: relief, shape models, and the effect of three
@@ -81,8 +81,8 @@ pub(super) struct GroundLineBuilder<'a, 'b> {
     pub(super) output: AnnotationLines,
 }
 
-/// Curve parameter between two adjacent points of a [`GroundLine`]: below the longest span that [`Curve`] may replace by a chord, so that only the
-/// deviation in pixels decides whether a span is halved.
+/// Step of the curve parameter from one point of a [`GroundLine`] to the next. It is shorter than the longest span that [`Curve`] may replace by a chord, so that
+/// only the deviation in pixels decides whether a span is halved.
 const POINT_STEP: f64 = 0.15;
 
 /// A Catmull-Rom curve (Catmull and Rom 1974) on the unit sphere. At an integer parameter k it passes through point k of the line.
@@ -111,7 +111,7 @@ fn curve_point(line: &GroundLine, t: f64) -> DVec3 {
 }
 
 impl GroundLineBuilder<'_, '_> {
-    /// Draws the visible part of a circle in a parameter range. Returns where a label goes: the middle of the first run inside the frame, in camera axes.
+    /// Draws the visible part of a circle in a parameter range. Returns where a label goes: the middle of the first part inside the frame, in camera axes.
     fn draw_circle(&mut self, circle: &Circle, range: [f64; 2], opacity: &dyn Fn(f64) -> f64, colour: DVec3) -> Option<DVec3> {
         let placement = &self.placed.placement;
         let point = |t: f64| placement.centre_km + placement.body_from_icrf.transpose() * (circle.at(t) * placement.radii_km);
@@ -138,11 +138,12 @@ impl GroundLineBuilder<'_, '_> {
             return;
         }
         let spans = if line.is_closed { count } else { count - 1 };
-        let height_over_horizon = |t: f64| camera.dot(curve_point(line, t)) - 1.0;
+        // Height of the camera above the plane that touches the unit sphere at the point: positive where the camera sees the point.
+        let camera_height = |t: f64| camera.dot(curve_point(line, t)) - 1.0;
         let limb_between = |mut visible: f64, mut hidden: f64| {
             for _ in 0..40 {
                 let middle = 0.5 * (visible + hidden);
-                if height_over_horizon(middle) > 0.0 { visible = middle } else { hidden = middle }
+                if camera_height(middle) > 0.0 { visible = middle } else { hidden = middle }
             }
             visible
         };
@@ -159,7 +160,7 @@ impl GroundLineBuilder<'_, '_> {
         let depth = |p: DVec3| (NEAR_DEPTH_KM / p.z).min(1.0);
         for k in 0..spans {
             let (from, to) = (k as f64, (k + 1) as f64);
-            let range = match (height_over_horizon(from) > 0.0, height_over_horizon(to) > 0.0) {
+            let range = match (camera_height(from) > 0.0, camera_height(to) > 0.0) {
                 (true, true) => [from, to],
                 (true, false) => [from, limb_between(from, to)],
                 (false, true) => [limb_between(to, from), to],
@@ -248,12 +249,9 @@ mod tests {
                 let found = circle.visible_intervals(camera, range);
                 for n in 0..=5000 {
                     let t = range[0] + (range[1] - range[0]) * f64::from(n) / 5000.0;
-                    let height_over_horizon = camera.dot(circle.at(t)) - 1.0;
+                    let camera_height = camera.dot(circle.at(t)) - 1.0;
                     let is_in = found.iter().any(|[from, to]| (*from..=*to).contains(&t));
-                    assert!(
-                        is_in == (height_over_horizon > 0.0) || height_over_horizon.abs() < 1e-9,
-                        "camera {k}, {t}: {height_over_horizon}"
-                    );
+                    assert!(is_in == (camera_height > 0.0) || camera_height.abs() < 1e-9, "camera {k}, {t}: {camera_height}");
                 }
             }
         }

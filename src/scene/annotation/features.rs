@@ -29,15 +29,15 @@ fn fade_in((from, to): (f64, f64), value: f64) -> f64 {
     smoothstep((value - from) / (to - from))
 }
 
-/// The names, and the pixel positions of landing sites. `occupied`: rectangles of other labels; the rectangles of the names are added to it.
-pub(crate) fn features(
+/// The names, and the positions of the named landing sites in pixels. `occupied`: rectangles of other labels; the rectangles of the names are added to it.
+pub(crate) fn surface_feature_names(
     image: &impl ImageProjection,
     bodies: &[BodyInView],
     metrics: &LabelMetrics,
     occupied: &mut Vec<Rect>,
 ) -> (Vec<TextLine>, Vec<DVec2>) {
     let size = image.size_px();
-    let glyph_px = metrics.size_px();
+    let glyph_px = metrics.glyph_px();
     let pixels_per_radian = image.disc_radius_px(1e-6) * 1e6;
     let (mut names, mut sites) = (Vec::new(), Vec::new());
     let mut nearest_first: Vec<&BodyInView> = bodies.iter().filter(|b| b.distance_km.is_finite() && b.distance_km > 0.0).collect();
@@ -64,7 +64,7 @@ pub(crate) fn features(
                 if feature.is_landing_site { fade_in(SITE_FADE, body_px / glyph_px) } else { fade_in(FEATURE_FADE, feature_px / glyph_px) };
             if opacity < 0.02 {
                 if !feature.is_landing_site && feature_px < FEATURE_FADE.0 * glyph_px {
-                    // The remaining features are smaller, and no part of the ground is much nearer than `nearest_km`.
+                    // The remaining features are smaller, and no part of the ground is nearer than `nearest_km`.
                     let nearest_km = (body.distance_km - placement.radii_km.max_element()).max(1e-3);
                     if feature.effective_size_km / nearest_km * pixels_per_radian < FEATURE_FADE.0 * glyph_px {
                         break;

@@ -68,8 +68,8 @@ pub(crate) fn legend(view: PixelView, exposure: &Exposure, tone_map: ToneMap) ->
             range("(natural logarithm)")
         ),
         PixelView::Cost => format!(
-            "cost: red is what the software renderer ran for the pixel, in instructions of its tape (several operations joined into one count once, \
-             loops by their turns, all draws added up), green texture reads times {INSTRUCTIONS_PER_READ}; {}; full green {} reads",
+            "cost: red is what the software renderer ran for the pixel, in instructions of its tape (operations fused into one count once, loops count \
+             each iteration, all draws are added up), green texture reads times {INSTRUCTIONS_PER_READ}; {}; full green {} reads",
             range("instructions"),
             white / INSTRUCTIONS_PER_READ
         ),

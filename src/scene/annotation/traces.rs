@@ -82,6 +82,7 @@ fn period_s(ephemeris: &Ephemeris, body: &Body, placed: &PlacedBody<'_>) -> Opti
     let parent = placed.catalog.body(body.parent?)?;
     let state = ephemeris.state(body.id, parent.id, placed.emitted_at, None).ok()?.state;
     let gm = parent.gm_km3_s2? + body.gm_km3_s2.unwrap_or(0.0);
+    // GM over the semi-major axis: positive on an ellipse.
     let alpha = 2.0 * gm / state.pos_km.length() - state.vel_km_s.length_squared();
     (alpha > 0.0).then(|| TAU * gm / alpha.powf(1.5))
 }
