@@ -151,6 +151,7 @@ impl<'a> SceneBuilder<'a> {
         let frame = self.frame(self.request, known);
         let mut requirements = Requirements::default();
         for p in self.placed.iter().filter(|p| !self.camera_is_at_centre_of(p.body)) {
+            // The request with the effects that the user set for this one body.
             let own_request = self.request.for_body(p.body);
             let body_frame =
                 FrameContext { context: Context { request: own_request.as_ref().unwrap_or(self.request), ..frame.context }, ..frame };

@@ -1,5 +1,5 @@
 //! Lines on the ground of one body, on the side that faces the camera: its grid of planetographic latitude and east longitude, and its terminator. For
-//! `eclipse_lines` it also draws smooth lines through given points. `data_lines` adds to the same [`GroundLineBuilder`].
+//! `eclipse_lines` it also draws smooth lines through given points. `data_lines` adds to the same `GroundLineBuilder`.
 //!
 //! In: the placed body. Out: line segments, labels and decisions. Always: a line ends at the limb. The end is computed from the ellipsoid, not by the
 //! depth test, so that lines do not flicker. Nearer bodies are drawn later, over the lines. Not modelled: relief, shape models, and the effect of three

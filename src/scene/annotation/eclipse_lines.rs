@@ -120,7 +120,7 @@ impl ConeBuilder<'_, '_> {
 pub(crate) fn in_space(context: Context<'_>, camera: &Camera, placed: &PlacedBody<'_>) -> (Vec<LineSegment>, Decision) {
     let decided = |on, reason| Decision { effect: "eclipse-cones", on, reason, stated_error: None };
     let shadow_setup = sun_occluders::receiver_and_candidates(context, placed)
-        .and_then(|(receiver, sun, all)| Some((receiver, Axis::of(receiver, sun)?, all)));
+        .and_then(|(receiver, sun, candidates)| Some((receiver, Axis::of(receiver, sun)?, candidates)));
     let Some((receiver, axis, candidates)) = shadow_setup else { return (Vec::new(), decided(false, reason!("lines-no-sun"))) };
     let mut cones = ConeBuilder { camera, placed, segments: Vec::new() };
     let mut body_names = vec![receiver.body.name.clone()];

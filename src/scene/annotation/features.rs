@@ -19,6 +19,8 @@ const FEATURE_FADE: (f64, f64) = (0.9, 1.4);
 const SITE_FADE: (f64, f64) = (16.0, 22.0);
 /// Cosine of the emission angle at which a name starts to appear, and at which it is opaque.
 const LIMB_FADE: (f64, f64) = (0.15, 0.35);
+/// Opacity below which a name is left out.
+const MIN_OPACITY: f64 = 0.02;
 /// Largest diameter of a named feature, in units of the image's shorter side: larger ones fill the view.
 const MAX_FEATURE_SIZE: f64 = 1.5;
 /// sRGB of a feature's name.
@@ -62,7 +64,7 @@ pub(crate) fn surface_feature_names(
             let feature_px = feature.effective_size_km / distance_km * pixels_per_radian;
             opacity *=
                 if feature.is_landing_site { fade_in(SITE_FADE, body_px / glyph_px) } else { fade_in(FEATURE_FADE, feature_px / glyph_px) };
-            if opacity < 0.02 {
+            if opacity < MIN_OPACITY {
                 if !feature.is_landing_site && feature_px < FEATURE_FADE.0 * glyph_px {
                     // The remaining features are smaller, and no part of the ground is nearer than `nearest_km`.
                     let nearest_km = (body.distance_km - placement.radii_km.max_element()).max(1e-3);

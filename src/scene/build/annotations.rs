@@ -78,8 +78,8 @@ impl Annotations {
 }
 
 impl<'a> SceneBuilder<'a> {
-    /// The target, else the body that the viewer stands on. Its shadow cones are drawn. All bodies have ground lines, but only those of this body are recorded in the
-    /// decisions.
+    /// The target, else the body that the viewer stands on. Its shadow cones are drawn. All bodies have ground lines, but only those of this body are recorded
+    /// in the decisions.
     fn target_or_ground_body(&self) -> Option<&PlacedBody<'a>> {
         let id = self.request.target.or(self.viewer.stands_on.map(|ground| ground.id))?;
         self.placed.iter().find(|p| p.body.id == id && !self.camera_is_at_centre_of(p.body))
@@ -104,7 +104,8 @@ impl<'a> SceneBuilder<'a> {
     }
 
     /// Whether any body, including the one that the viewer stands on, hides a text on the sky. The ground hides a text only if it reaches a glyph's height
-    /// above the text's centre, so that texts on the horizon are kept. Grid coordinates are never hidden: they stay at the image's edge, even azimuths below the horizon.
+    /// above the text's centre, so that texts on the horizon are kept. Grid coordinates are never hidden: they stay at the image's edge, and so do azimuths
+    /// below the horizon.
     fn is_behind_body(&self, text: &UnplacedText, glyph_px: f64) -> bool {
         let hides = |p: &PlacedBody<'_>| {
             let is_ground = self.viewer.stands_on.is_some_and(|ground| ground.id == p.body.id);

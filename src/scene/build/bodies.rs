@@ -46,6 +46,7 @@ impl BodiesInFrame {
         let trace_centre = request.target.unwrap_or(NaifId::SUN);
         let (mut draws, mut points, mut orbit_arcs, mut trace_segments) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let mut placed_reports = placed.iter().map(|p| {
+            // The request with the effects that the user set for this one body.
             let own_request = request.for_body(p.body);
             let own_context = Context { request: own_request.as_ref().unwrap_or(request), ..frame.context };
             let mut decided = features::decide(&FrameContext { context: own_context, ..*frame }, p, builder.camera_is_at_centre_of(p.body));

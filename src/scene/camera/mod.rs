@@ -198,8 +198,8 @@ impl Camera {
         DVec2::new(f64::from(self.width), f64::from(self.height)) / 2.0
     }
 
-    /// Whether a sphere may be in the frame: partly in front of the near plane, and not entirely outside any of the frustum's four side planes, each moved outwards by a
-    /// margin.
+    /// Whether a sphere may be in the frame: partly in front of the near plane, and not entirely outside any of the frustum's four side planes, each moved
+    /// outwards by a margin.
     /// `centre_km`: in the camera's axes (right, up, forward).
     pub(crate) fn sphere_may_be_in_frame(&self, centre_km: DVec3, radius_km: f64, margin_px: f64) -> bool {
         let half = self.half_size();

@@ -59,7 +59,7 @@ pub struct Composite {
     pub scenes: Vec<Scene>,
     pub arrangement: Arrangement,
     /// The scene of the entire image. For faces it holds what is drawn after they have been combined: stars, points and labels. Otherwise it is the scene of the first
-    /// frame, with the geometry of the entire image.
+    /// frame; for a stereo pair, with the geometry of the pair.
     pub whole: Scene,
 }
 
