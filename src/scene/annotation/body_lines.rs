@@ -31,14 +31,18 @@ struct Circle {
 }
 
 /// The cap of the unit sphere that a camera outside it sees, in planetographic latitudes. `axis_ratio`: polar divided by equatorial radius.
-fn visible_cap(camera: DVec3, axis_ratio: f64) -> Cap {
-    let distance = camera.length();
-    let latitude_deg = (camera.z / distance).clamp(-1.0, 1.0).asin().to_degrees();
+fn visible_cap(camera_position: DVec3, axis_ratio: f64) -> Cap {
+    let distance = camera_position.length();
+    let latitude_deg = (camera_position.z / distance).clamp(-1.0, 1.0).asin().to_degrees();
     let radius_deg = (1.0 / distance).clamp(-1.0, 1.0).acos().to_degrees() + 0.01;
     // The tangent of a planetographic latitude is the tangent of the latitude on the unit sphere divided by the ratio. The two latitudes differ by at most
     // this angle: 3 degrees on Saturn. The margin is at least 6 degrees.
     let margin_deg = ((1.0 - axis_ratio).abs() / (1.0 + axis_ratio)).asin().to_degrees().max(6.0);
-    Cap { longitude_deg: camera.y.atan2(camera.x).to_degrees(), latitude_deg, radius_deg: (radius_deg + margin_deg).min(180.0) }
+    Cap {
+        longitude_deg: camera_position.y.atan2(camera_position.x).to_degrees(),
+        latitude_deg,
+        radius_deg: (radius_deg + margin_deg).min(180.0),
+    }
 }
 
 impl Circle {
@@ -59,8 +63,8 @@ impl Circle {
     }
 
     /// The parts of a parameter range within -pi to 2 pi that are visible from a camera outside the unit sphere.
-    fn visible_intervals(&self, camera: DVec3, [from, to]: [f64; 2]) -> Vec<[f64; 2]> {
-        let (offset, a, b) = (camera.dot(self.centre) - 1.0, camera.dot(self.a), camera.dot(self.b));
+    fn visible_intervals(&self, camera_position: DVec3, [from, to]: [f64; 2]) -> Vec<[f64; 2]> {
+        let (offset, a, b) = (camera_position.dot(self.centre) - 1.0, camera_position.dot(self.a), camera_position.dot(self.b));
         let amplitude = a.hypot(b);
         if offset >= amplitude {
             return vec![[from, to]];
@@ -132,14 +136,14 @@ impl GroundLineBuilder<'_, '_> {
     /// Draws the visible part of a smooth line through points.
     pub(super) fn draw_line(&mut self, line: &GroundLine, opacity: f64, colour: DVec3) {
         let placement = &self.placed.placement;
-        let camera = placement.camera_in_unit_sphere();
+        let camera_position = placement.camera_in_unit_sphere();
         let count = line.points.len();
         if count < 3 {
             return;
         }
         let spans = if line.is_closed { count } else { count - 1 };
         // Height of the camera above the plane that touches the unit sphere at the point: positive where the camera sees the point.
-        let camera_height = |t: f64| camera.dot(curve_point(line, t)) - 1.0;
+        let camera_height = |t: f64| camera_position.dot(curve_point(line, t)) - 1.0;
         let limb_between = |mut visible: f64, mut hidden: f64| {
             for _ in 0..40 {
                 let middle = 0.5 * (visible + hidden);
@@ -180,13 +184,13 @@ impl GroundLineBuilder<'_, '_> {
     /// Draws the grid of latitude and longitude, with its coordinates.
     pub(super) fn grid(&mut self, language: TextLanguage) {
         let radii_km = self.placed.placement.radii_km;
-        let camera = self.placed.placement.camera_in_unit_sphere();
+        let camera_position = self.placed.placement.camera_in_unit_sphere();
         // Degrees of latitude per pixel at the sub-observer point.
-        let height_km = (camera.length() - 1.0).max(1e-9) * radii_km.x;
+        let height_km = (camera_position.length() - 1.0).max(1e-9) * radii_km.x;
         let pixel_deg = (height_km * self.camera.pixel_tangent() / radii_km.x).to_degrees().min(3.0);
         let axis_ratio = radii_km.z / radii_km.x;
         let mut count = 0;
-        for line in grid_lines(visible_cap(camera, axis_ratio), pixel_deg) {
+        for line in grid_lines(visible_cap(camera_position, axis_ratio), pixel_deg) {
             let (circle, range) = match line.kind {
                 GridLineKind::Parallel => {
                     // The latitude on the unit sphere that corresponds to the planetographic latitude.
