@@ -1,7 +1,7 @@
 //! Builds a finished [`Scene`] from a request.
 //!
 //! In: catalog, ephemeris and a request. The steps, in their order: [`SceneBuilder::new`] places the bodies and meters their light;
-//! [`SceneBuilder::meter_night_lights`] adds the light of cities; [`SceneBuilder::requirements`] lists the other files and tables that the view needs;
+//! [`SceneBuilder::meter_night_lights`] adds their night lights (cities); [`SceneBuilder::requirements`] lists the other files and tables that the view needs;
 //! [`SceneBuilder::build`] decides on every effect and creates the scene from the resources that were loaded. The scene is never modified afterwards.
 
 mod annotations;
@@ -53,12 +53,12 @@ pub struct SceneBuilder<'a> {
     reflectors: Vec<Reflector<'a>>,
     /// The atmosphere around the camera, if it is in one.
     air: Option<SurroundingAir<'a>>,
-    /// Ignores city lights until [`Self::meter_night_lights`] has been called.
+    /// Does not include night lights until [`Self::meter_night_lights`] has been called.
     exposure: Exposure,
 }
 
 impl Scene {
-    /// Builds the scene of a request from the catalog and the ephemeris alone, without shape models, city lights or multiple-scattering tables.
+    /// Builds the scene of a request from the catalog and the ephemeris alone, without shape models, metered night lights or multiple-scattering tables.
     ///
     /// # Errors
     /// Invalid camera parameters, a camera inside a body, or a target that cannot be placed.
@@ -114,12 +114,12 @@ impl<'a> SceneBuilder<'a> {
         &self.exposure
     }
 
-    /// The bodies whose city lights the exposure depends on.
+    /// The bodies whose night lights the exposure depends on. `known`: as for [`Self::requirements`].
     pub(crate) fn night_lights_to_meter(&self, known: &Resources) -> Vec<NaifId> {
         auto_exposure::night_lights_to_meter(self.context(known), &self.viewer.camera, &self.placed, &self.exposure)
     }
 
-    /// Meters the light again, now including city lights.
+    /// Meters the light again, now including night lights (cities).
     pub(crate) fn meter_night_lights(&mut self, resources: &Resources) {
         let camera = &self.viewer.camera;
         self.exposure = auto_exposure::exposure(self.context(resources), camera, &self.placed, &self.reflectors, self.air.as_ref());
@@ -145,23 +145,25 @@ impl<'a> SceneBuilder<'a> {
         self.viewer.at_centre_of == Some(body.id)
     }
 
-    /// The files and tables that [`Self::build`] needs for the complete scene. `known` records which files cannot be read.
+    /// The files and tables that [`Self::build`] needs for the complete scene. `known`: what has been loaded so far, including which files cannot
+    /// be read; such files are not listed.
     pub fn requirements(&self, known: &Resources) -> Requirements {
         let frame = self.frame(self.request, known);
         let mut requirements = Requirements::default();
         for p in self.placed.iter().filter(|p| !self.camera_is_at_centre_of(p.body)) {
+            // The request with the effects that the user set for this one body.
             let own_request = self.request.for_body(p.body);
-            let frame =
+            let body_frame =
                 FrameContext { context: Context { request: own_request.as_ref().unwrap_or(self.request), ..frame.context }, ..frame };
-            if meshes::is_required(frame.context, frame.camera, p) {
-                let is_self_shadowed = frame.context.request.effects.override_of(Effect::SelfShadow) != Some(false);
-                let sun = mesh_decision::sun_direction_and_radius(&frame, p).filter(|_| is_self_shadowed);
+            if meshes::is_required(body_frame.context, body_frame.camera, p) {
+                let is_self_shadowed = body_frame.context.request.effects.override_of(Effect::SelfShadow) != Some(false);
+                let sun = mesh_decision::sun_direction_and_radius(&body_frame, p).filter(|_| is_self_shadowed);
                 requirements.meshes.push(MeshRequirement { body: p.body.id, sun });
             }
-            if needs_table(&DecisionInputs::of(&frame, p)) {
+            if needs_table(&DecisionInputs::of(&body_frame, p)) {
                 requirements.scattering_tables.push(p.body.id);
             }
-            requirements.maps.extend(features::required_maps(&frame, p));
+            requirements.maps.extend(features::required_maps(&body_frame, p));
         }
         // The choice of the map does not depend on the corona.
         let has_corona = false;

@@ -1,6 +1,6 @@
 //! The finished scene: everything that one frame shows, the input of `render::plan`.
 //!
-//! Plain values. `build` creates them; nothing changes them afterwards.
+//! Plain values. `build` creates them, and `composite` derives the scene of a composed image from those of its frames; nothing changes them afterwards.
 
 use crate::catalog::NaifId;
 use crate::scene::annotation::strokes::LineSegment;
@@ -45,21 +45,21 @@ pub struct Scene {
     pub sky_images: Vec<SkyImageDraw>,
     /// Stars, drawn behind all bodies.
     pub stars: Vec<StarSprite>,
-    /// Minor planets of the element lists; nearer bodies hide them.
+    /// Minor planets, from lists of orbital elements; nearer bodies hide them.
     pub minor_planets: Option<MinorPlanets>,
     /// Comets, with their tails and orbits.
     pub comets: Comets,
-    /// Decisions about the sky beyond all bodies.
+    /// Decisions that belong to no single body: about stars, diffuse light, minor planets, comets, and lines.
     pub sky_decisions: Vec<Decision>,
     /// Lines of grids and constellations, drawn between the sky's diffuse light and its stars.
     pub sky_lines: Vec<LineSegment>,
     /// Draws of bodies, sorted from far to near.
     pub draws: Vec<Draw>,
-    /// Bodies too small for a disc.
+    /// Bodies of up to 4 pixels, drawn as points of light (`scene::point`).
     pub points: Vec<Point>,
     /// Orbits, drawn over the bodies; nearer bodies hide them.
     pub orbits: Vec<orbit_arcs::OrbitArc>,
-    /// Other lines in space: traces of past motion, cones of eclipses, frames of instruments; hidden like orbits.
+    /// Other lines in space: traces of past motion, shadow cones, outlines of instruments' fields of view; hidden like orbits.
     pub lines_in_space: Vec<LineSegment>,
     /// Lines on the ground of bodies, on the side that faces the camera.
     pub ground_lines: Vec<(NaifId, Vec<LineSegment>)>,
@@ -88,7 +88,7 @@ impl Scene {
     }
 
     /// Rectangles of all texts and bars in the image except the names of bodies.
-    #[cfg_attr(not(feature = "view"), expect(dead_code, reason = "the window alone asks for them"))]
+    #[cfg_attr(not(feature = "view"), expect(dead_code, reason = "only the window asks for them"))]
     pub(crate) fn text_rects(&self) -> Vec<Rect> {
         let label_rects = |layer: &labels::LabelLayer| layer.occupied(&LabelMetrics::of_size(layer.size_px)).collect::<Vec<_>>();
         let line_text_rects = |layer: &line_texts::TextLayer| {

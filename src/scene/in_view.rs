@@ -21,10 +21,10 @@ pub enum Appearance {
     NotShown,
 }
 
-/// Planetocentric coordinates of a point on the surface.
+/// A sub-observer or sub-solar point, in planetocentric coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct SubPoint {
-    /// Planetocentric latitude, that of the line from the centre, north positive. The latitude of a place on the ground is planetographic.
+    /// Planetocentric latitude, north positive: the angle between the equator and the line from the centre. A request gives planetographic latitudes instead.
     #[serde(rename = "latitude_deg")]
     pub lat_centric_deg: f64,
     /// Longitude, east positive, -180..=180.

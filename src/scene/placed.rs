@@ -30,14 +30,14 @@ pub(crate) struct PlacedBody<'a> {
     pub sun_from_body_km: DVec3,
     /// The time at which the light that the viewer sees left the body.
     pub emitted_at: Instant,
-    /// Orientation at `emitted_at`, for directions towards lights.
+    /// Orientation at `emitted_at` without aberration, for directions towards sources of light; `placement` has the orientation with aberration.
     pub body_from_icrf: DMat3,
     /// Position and orientation as the viewer sees them: both are rotated by aberration.
     pub placement: Placement,
     /// Distance from the camera.
     pub distance_km: f64,
-    /// Phase angle, radians.
-    pub phase_angle: f64,
+    /// Angle at the body between the Sun and the viewer; 0 for the Sun.
+    pub phase_angle_rad: f64,
     /// Outline of the ellipsoid in the image.
     pub outline: Outline,
     /// Irradiance at the viewer from globe and rings without eclipses, in units of the Sun's at 1 au.
@@ -58,7 +58,7 @@ impl PlacedBody<'_> {
     pub(crate) fn phase_brightness(&self) -> f64 {
         match self.body.photometry {
             Photometry::Emissive { .. } => photometry::sun_disc_radiance(),
-            _ => photometry::phase_correction(self.body, self.phase_angle, self.distance_km / self.body.radii_km.x),
+            _ => photometry::phase_correction(self.body, self.phase_angle_rad, self.distance_km / self.body.radii_km.x),
         }
     }
 
@@ -105,7 +105,7 @@ pub(crate) fn place<'a>(
     if !camera_at_centre && placement.camera_is_inside() {
         return Err(SceneError::Inside(body.name.clone()));
     }
-    let phase_angle =
+    let phase_angle_rad =
         if body.id == NaifId::SUN || camera_at_centre { 0.0 } else { crate::ephemeris::angle_rad(-astrometric_km, sun_from_body_km) };
     let to_camera = placement.camera_in_unit_sphere() * body.radii_km;
     let irradiance = if camera_at_centre {
@@ -114,7 +114,7 @@ pub(crate) fn place<'a>(
         brightness::irradiance(
             &caches.ring_tables,
             body,
-            phase_angle,
+            phase_angle_rad,
             body_from_icrf * sun_from_body_km,
             to_camera.normalize() * distance_km,
         )
@@ -129,7 +129,7 @@ pub(crate) fn place<'a>(
         body_from_icrf,
         placement,
         distance_km,
-        phase_angle,
+        phase_angle_rad,
         outline,
         irradiance,
         sun_occluders: OnceCell::new(),

@@ -45,7 +45,7 @@ pub(crate) fn drawn_disc_share(points: Option<bool>, diameter_px: f64) -> f64 {
     if points == Some(false) { 1.0 } else { disc_share(diameter_px) }
 }
 
-/// Value at the sprite's rim of the core's Gaussian of amplitude 1, and the integral over the sprite's circle of that Gaussian less this value.
+/// For a core of amplitude 1: the Gaussian's value at the sprite's rim, and the integral over the sprite's circle of the Gaussian less this value.
 fn lowered_core(radius_px: f64) -> (f64, f64) {
     let x = 0.5 * (radius_px / CORE_SIGMA_PX).powi(2);
     let at_rim = (-x).exp();
@@ -85,8 +85,8 @@ pub(crate) fn flux(camera: &Camera, placed: &PlacedBody<'_>) -> DVec3 {
     placed.body.colour.as_dvec3() * (placed.irradiance * PI / pixel_sr)
 }
 
-/// Radius of the sprite whose glare has this part of the light that the glare of a sprite of `radius_px` has.
-fn with_part_of_glare(radius_px: f64, part: f64) -> f64 {
+/// The radius at which a sprite's glare has only a fraction (`part`) of the light that it has at `radius_px`.
+fn radius_for_part_of_glare_px(radius_px: f64, part: f64) -> f64 {
     if part >= 1.0 {
         return radius_px;
     }
@@ -97,7 +97,7 @@ fn with_part_of_glare(radius_px: f64, part: f64) -> f64 {
 /// Radius of the sprite of a point of this flux: wide enough for the glare of a point that is brighter than white, else the smallest. `glare_part`: the part
 /// of that glare that is drawn.
 pub(crate) fn sprite_radius_px(flux: f64, white: f64, glare_part: f64) -> f64 {
-    with_part_of_glare(point_radius_px(flux * point_peak() / white), glare_part)
+    radius_for_part_of_glare_px(point_radius_px(flux * point_peak() / white), glare_part)
 }
 
 /// Sets the radius of a point's sprite (see [`sprite_radius_px`]).
@@ -157,13 +157,13 @@ mod tests {
         assert_eq!(point_spread(point_radius_px(1.0))[1], 0.0);
     }
 
-    /// The core loses the light that its glare has, so that light shows what part is left.
+    /// The light of the glare is what the core lacks.
     #[test]
     fn a_sprite_with_part_of_its_glare_has_that_part_of_the_light() {
         let in_glare = |radius_px: f64| 1.0 - point_spread(radius_px)[0] * lowered_core(radius_px).1;
         for radius_px in [2.0, 2.5, 10.0, MAX_RADIUS_PX] {
             for part in [0.0, 1e-6, 0.3, 0.99, 1.0] {
-                let reduced_px = with_part_of_glare(radius_px, part);
+                let reduced_px = radius_for_part_of_glare_px(radius_px, part);
                 assert!((POINT_RADIUS_PX..=radius_px).contains(&reduced_px), "{radius_px} {part}: {reduced_px}");
                 assert!((in_glare(reduced_px) - part * in_glare(radius_px)).abs() < 1e-9, "{radius_px} {part}: {reduced_px}");
             }

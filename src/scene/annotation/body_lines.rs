@@ -1,5 +1,5 @@
 //! Lines on the ground of one body, on the side that faces the camera: its grid of planetographic latitude and east longitude, and its terminator. For
-//! `eclipse_lines` it also draws smooth lines through given points.
+//! `eclipse_lines` it also draws smooth lines through given points. `data_lines` adds to the same `GroundLineBuilder`.
 //!
 //! In: the placed body. Out: line segments, labels and decisions. Always: a line ends at the limb. The end is computed from the ellipsoid, not by the
 //! depth test, so that lines do not flicker. Nearer bodies are drawn later, over the lines. Not modelled: relief, shape models, and the effect of three
@@ -31,14 +31,18 @@ struct Circle {
 }
 
 /// The cap of the unit sphere that a camera outside it sees, in planetographic latitudes. `axis_ratio`: polar divided by equatorial radius.
-fn visible_cap(camera: DVec3, axis_ratio: f64) -> Cap {
-    let distance = camera.length();
-    let latitude_deg = (camera.z / distance).clamp(-1.0, 1.0).asin().to_degrees();
+fn visible_cap(camera_position: DVec3, axis_ratio: f64) -> Cap {
+    let distance = camera_position.length();
+    let latitude_deg = (camera_position.z / distance).clamp(-1.0, 1.0).asin().to_degrees();
     let radius_deg = (1.0 / distance).clamp(-1.0, 1.0).acos().to_degrees() + 0.01;
     // The tangent of a planetographic latitude is the tangent of the latitude on the unit sphere divided by the ratio. The two latitudes differ by at most
     // this angle: 3 degrees on Saturn. The margin is at least 6 degrees.
     let margin_deg = ((1.0 - axis_ratio).abs() / (1.0 + axis_ratio)).asin().to_degrees().max(6.0);
-    Cap { longitude_deg: camera.y.atan2(camera.x).to_degrees(), latitude_deg, radius_deg: (radius_deg + margin_deg).min(180.0) }
+    Cap {
+        longitude_deg: camera_position.y.atan2(camera_position.x).to_degrees(),
+        latitude_deg,
+        radius_deg: (radius_deg + margin_deg).min(180.0),
+    }
 }
 
 impl Circle {
@@ -59,8 +63,8 @@ impl Circle {
     }
 
     /// The parts of a parameter range within -pi to 2 pi that are visible from a camera outside the unit sphere.
-    fn visible_intervals(&self, camera: DVec3, [from, to]: [f64; 2]) -> Vec<[f64; 2]> {
-        let (offset, a, b) = (camera.dot(self.centre) - 1.0, camera.dot(self.a), camera.dot(self.b));
+    fn visible_intervals(&self, camera_position: DVec3, [from, to]: [f64; 2]) -> Vec<[f64; 2]> {
+        let (offset, a, b) = (camera_position.dot(self.centre) - 1.0, camera_position.dot(self.a), camera_position.dot(self.b));
         let amplitude = a.hypot(b);
         if offset >= amplitude {
             return vec![[from, to]];
@@ -81,8 +85,8 @@ pub(super) struct GroundLineBuilder<'a, 'b> {
     pub(super) output: AnnotationLines,
 }
 
-/// Curve parameter between two adjacent points of a [`GroundLine`]: below the longest span that [`Curve`] may replace by a chord, so that only the
-/// deviation in pixels decides whether a span is halved.
+/// Step of the curve parameter from one point of a [`GroundLine`] to the next. It is shorter than the longest span that [`Curve`] may replace by a chord, so that
+/// only the deviation in pixels decides whether a span is halved.
 const POINT_STEP: f64 = 0.15;
 
 /// A Catmull-Rom curve (Catmull and Rom 1974) on the unit sphere. At an integer parameter k it passes through point k of the line.
@@ -111,7 +115,7 @@ fn curve_point(line: &GroundLine, t: f64) -> DVec3 {
 }
 
 impl GroundLineBuilder<'_, '_> {
-    /// Draws the visible part of a circle in a parameter range. Returns where a label goes: the middle of the first run inside the frame, in camera axes.
+    /// Draws the visible part of a circle in a parameter range. Returns where a label goes: the middle of the first part inside the frame, in camera axes.
     fn draw_circle(&mut self, circle: &Circle, range: [f64; 2], opacity: &dyn Fn(f64) -> f64, colour: DVec3) -> Option<DVec3> {
         let placement = &self.placed.placement;
         let point = |t: f64| placement.centre_km + placement.body_from_icrf.transpose() * (circle.at(t) * placement.radii_km);
@@ -132,17 +136,18 @@ impl GroundLineBuilder<'_, '_> {
     /// Draws the visible part of a smooth line through points.
     pub(super) fn draw_line(&mut self, line: &GroundLine, opacity: f64, colour: DVec3) {
         let placement = &self.placed.placement;
-        let camera = placement.camera_in_unit_sphere();
+        let camera_position = placement.camera_in_unit_sphere();
         let count = line.points.len();
         if count < 3 {
             return;
         }
         let spans = if line.is_closed { count } else { count - 1 };
-        let height_over_horizon = |t: f64| camera.dot(curve_point(line, t)) - 1.0;
+        // Height of the camera above the plane that touches the unit sphere at the point: positive where the camera sees the point.
+        let camera_height = |t: f64| camera_position.dot(curve_point(line, t)) - 1.0;
         let limb_between = |mut visible: f64, mut hidden: f64| {
             for _ in 0..40 {
                 let middle = 0.5 * (visible + hidden);
-                if height_over_horizon(middle) > 0.0 { visible = middle } else { hidden = middle }
+                if camera_height(middle) > 0.0 { visible = middle } else { hidden = middle }
             }
             visible
         };
@@ -159,7 +164,7 @@ impl GroundLineBuilder<'_, '_> {
         let depth = |p: DVec3| (NEAR_DEPTH_KM / p.z).min(1.0);
         for k in 0..spans {
             let (from, to) = (k as f64, (k + 1) as f64);
-            let range = match (height_over_horizon(from) > 0.0, height_over_horizon(to) > 0.0) {
+            let range = match (camera_height(from) > 0.0, camera_height(to) > 0.0) {
                 (true, true) => [from, to],
                 (true, false) => [from, limb_between(from, to)],
                 (false, true) => [limb_between(to, from), to],
@@ -179,13 +184,13 @@ impl GroundLineBuilder<'_, '_> {
     /// Draws the grid of latitude and longitude, with its coordinates.
     pub(super) fn grid(&mut self, language: TextLanguage) {
         let radii_km = self.placed.placement.radii_km;
-        let camera = self.placed.placement.camera_in_unit_sphere();
+        let camera_position = self.placed.placement.camera_in_unit_sphere();
         // Degrees of latitude per pixel at the sub-observer point.
-        let height_km = (camera.length() - 1.0).max(1e-9) * radii_km.x;
+        let height_km = (camera_position.length() - 1.0).max(1e-9) * radii_km.x;
         let pixel_deg = (height_km * self.camera.pixel_tangent() / radii_km.x).to_degrees().min(3.0);
         let axis_ratio = radii_km.z / radii_km.x;
         let mut count = 0;
-        for line in grid_lines(visible_cap(camera, axis_ratio), pixel_deg) {
+        for line in grid_lines(visible_cap(camera_position, axis_ratio), pixel_deg) {
             let (circle, range) = match line.kind {
                 GridLineKind::Parallel => {
                     // The latitude on the unit sphere that corresponds to the planetographic latitude.
@@ -248,12 +253,9 @@ mod tests {
                 let found = circle.visible_intervals(camera, range);
                 for n in 0..=5000 {
                     let t = range[0] + (range[1] - range[0]) * f64::from(n) / 5000.0;
-                    let height_over_horizon = camera.dot(circle.at(t)) - 1.0;
+                    let camera_height = camera.dot(circle.at(t)) - 1.0;
                     let is_in = found.iter().any(|[from, to]| (*from..=*to).contains(&t));
-                    assert!(
-                        is_in == (height_over_horizon > 0.0) || height_over_horizon.abs() < 1e-9,
-                        "camera {k}, {t}: {height_over_horizon}"
-                    );
+                    assert!(is_in == (camera_height > 0.0) || camera_height.abs() < 1e-9, "camera {k}, {t}: {camera_height}");
                 }
             }
         }

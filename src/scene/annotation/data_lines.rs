@@ -2,7 +2,7 @@
 //!
 //! In: the layers, the time, and the placed body. Out: line segments and a decision. Always: a line is straight in longitude and planetographic latitude
 //! from vertex to vertex (RFC 7946, section 3.1.1) and ends at the limb. Between vertices more than half a turn apart in longitude it takes the shorter
-//! way around; only a line of two vertices that are a whole turn apart is a whole parallel. It appears at its time and fades like a data point. Vertices
+//! way around; only a line of two vertices at the same latitude, a whole turn apart, is a whole parallel. It appears at its time and fades like a data point. Vertices
 //! closer than `MERGE_PX` are merged. Ignores relief and shape models. A million vertices take about 0.2 s per frame.
 
 use crate::catalog::DataLayer;
@@ -27,7 +27,7 @@ const STEP_RAD: f64 = 0.05;
 struct Vertex {
     /// Planetographic latitude and longitude, radians.
     lat_lon: DVec2,
-    /// Parameter of the curve: length in radians along the path as for `STEP_RAD`, plus 1, because `Curve::runs` always starts a new run at parameter 0.
+    /// Parameter of the curve: length of the path up to here, radians; the length of a step is as for [`STEP_RAD`].
     parameter: f64,
     /// Position on the unit sphere.
     point: DVec3,
@@ -50,7 +50,7 @@ impl Path {
         for (k, vertex) in vertices.iter().enumerate() {
             let mut to = DVec2::new(vertex[0], vertex[1]).map(f64::to_radians);
             let Some(last) = path.vertices.last() else {
-                path.vertices.push(Vertex { lat_lon: to, parameter: 1.0, point: on_unit_sphere(radii_km, to) });
+                path.vertices.push(Vertex { lat_lon: to, parameter: 0.0, point: on_unit_sphere(radii_km, to) });
                 continue;
             };
             let (from, mut parameter) = (last.lat_lon, last.parameter);
@@ -87,19 +87,20 @@ impl Path {
 
     /// The parts visible from a camera outside the unit sphere, each as the parameters of its points.
     fn visible_parts(&self, camera: DVec3) -> Vec<Vec<f64>> {
-        let height_over_horizon = |point: DVec3| camera.dot(point) - 1.0;
+        // Height of the camera above the plane that touches the unit sphere at the point: positive where the camera sees the point.
+        let camera_height = |point: DVec3| camera.dot(point) - 1.0;
         let limb_between = |mut visible: f64, mut hidden: f64| {
             for _ in 0..40 {
                 let middle = 0.5 * (visible + hidden);
-                if height_over_horizon(self.at(middle)) > 0.0 { visible = middle } else { hidden = middle }
+                if camera_height(self.at(middle)) > 0.0 { visible = middle } else { hidden = middle }
             }
             visible
         };
         let mut parts: Vec<Vec<f64>> = Vec::new();
         for (k, vertex) in self.vertices.iter().enumerate() {
             let before = k.checked_sub(1).map(|k| &self.vertices[k]);
-            let visible_before = before.filter(|b| height_over_horizon(b.point) > 0.0);
-            match (visible_before, height_over_horizon(vertex.point) > 0.0, parts.last_mut()) {
+            let visible_before = before.filter(|b| camera_height(b.point) > 0.0);
+            match (visible_before, camera_height(vertex.point) > 0.0, parts.last_mut()) {
                 (Some(_), true, Some(part)) => part.push(vertex.parameter),
                 (Some(b), false, Some(part)) => part.push(limb_between(b.parameter, vertex.parameter)),
                 (_, true, _) => {
@@ -162,7 +163,7 @@ mod tests {
         for (vertices, middle) in [([[49.0, -123.0], [49.0, -95.0]], [49.0, -109.0]), ([[10.0, 179.0], [20.0, -179.0]], [15.0, 180.0])] {
             let path = Path::of(&vertices, EARTH, 0.0);
             let last = path.vertices.last().expect("a vertex").parameter;
-            let found = path.at(0.5 * (1.0 + last));
+            let found = path.at(0.5 * last);
             let expected = on_unit_sphere(EARTH, DVec2::from_array(middle).map(f64::to_radians));
             assert!(found.distance(expected) < 1e-9, "{vertices:?}: {found} {expected}");
         }
@@ -177,7 +178,7 @@ mod tests {
     fn a_line_of_a_whole_turn_is_a_parallel() {
         let length_deg = |vertices: &[[f64; 2]]| {
             let path = Path::of(vertices, EARTH, 1e-3);
-            (path.vertices.last().expect("a vertex").parameter - 1.0).to_degrees()
+            path.vertices.last().expect("a vertex").parameter.to_degrees()
         };
         assert!((length_deg(&[[66.56, -180.0], [66.56, 180.0]]) - 360.0).abs() < 1e-6);
         assert!((length_deg(&[[10.0, 179.0], [10.0, 180.0], [10.0, -180.0], [10.0, -179.0]]) - 2.0).abs() < 1e-6);
@@ -193,13 +194,10 @@ mod tests {
             let parts = path.visible_parts(camera);
             assert!(!parts.is_empty() || camera.z < 0.15);
             for n in 0..=5000 {
-                let parameter = 1.0 + (last - 1.0) * f64::from(n) / 5000.0;
-                let height_over_horizon = camera.dot(path.at(parameter)) - 1.0;
+                let parameter = last * f64::from(n) / 5000.0;
+                let camera_height = camera.dot(path.at(parameter)) - 1.0;
                 let is_in = parts.iter().any(|p| (p[0]..=p[p.len() - 1]).contains(&parameter));
-                assert!(
-                    is_in == (height_over_horizon > 0.0) || height_over_horizon.abs() < 2e-4,
-                    "{camera}, {parameter}: {height_over_horizon}"
-                );
+                assert!(is_in == (camera_height > 0.0) || camera_height.abs() < 2e-4, "{camera}, {parameter}: {camera_height}");
             }
         }
     }

@@ -24,6 +24,7 @@ const PATH_COLOUR: DVec3 = DVec3::new(0.3, 0.9, 1.0);
 const UMBRA_OPACITY: f64 = 0.95;
 const CENTRE_LINE_OPACITY: f64 = 0.95;
 const PENUMBRA_OPACITY: f64 = 0.9;
+/// Opacity of the northern and southern limits of a path.
 const LIMIT_OPACITY: f64 = 0.75;
 /// Opacity of cones, whose many lines overlap.
 const CONE_OPACITY: f64 = 0.4;
@@ -93,7 +94,7 @@ impl ConeBuilder<'_, '_> {
         }
     }
 
-    /// Draws a cone from the body that casts the shadow; `length` returns the length of the generator at an angle.
+    /// Draws a cone from the occluder; `length` returns the length of the generator at an angle.
     fn draw_cone(&mut self, cone: &ShadowCone, kind: ConeKind, length: &dyn Fn(f64) -> f64, colour: DVec3) {
         let at = |turns: f64, fraction: f64| {
             let angle = TAU * turns;
@@ -107,6 +108,7 @@ impl ConeBuilder<'_, '_> {
         for k in 0..CONE_SECTIONS {
             let fraction = f64::from(k) / f64::from(CONE_SECTIONS);
             // A section is nearly a circle, and its parameter is in turns: the second derivative, the larger one, is about (2 pi)^2 times the radius.
+            // The factor 1.2 allows for the deviation from a circle.
             let middle = 0.5 * (at(0.0, fraction) + at(0.5, fraction));
             let radius = (0..8).map(|eighth| at(f64::from(eighth) / 8.0, fraction).distance(middle)).fold(0.0, f64::max);
             self.draw_line(&|t| at(t, fraction), 8, 1.2 * TAU * TAU * radius, colour);
@@ -118,7 +120,7 @@ impl ConeBuilder<'_, '_> {
 pub(crate) fn in_space(context: Context<'_>, camera: &Camera, placed: &PlacedBody<'_>) -> (Vec<LineSegment>, Decision) {
     let decided = |on, reason| Decision { effect: "eclipse-cones", on, reason, stated_error: None };
     let shadow_setup = sun_occluders::receiver_and_candidates(context, placed)
-        .and_then(|(receiver, sun, all)| Some((receiver, Axis::of(receiver, sun)?, all)));
+        .and_then(|(receiver, sun, candidates)| Some((receiver, Axis::of(receiver, sun)?, candidates)));
     let Some((receiver, axis, candidates)) = shadow_setup else { return (Vec::new(), decided(false, reason!("lines-no-sun"))) };
     let mut cones = ConeBuilder { camera, placed, segments: Vec::new() };
     let mut body_names = vec![receiver.body.name.clone()];

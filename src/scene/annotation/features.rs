@@ -19,6 +19,8 @@ const FEATURE_FADE: (f64, f64) = (0.9, 1.4);
 const SITE_FADE: (f64, f64) = (16.0, 22.0);
 /// Cosine of the emission angle at which a name starts to appear, and at which it is opaque.
 const LIMB_FADE: (f64, f64) = (0.15, 0.35);
+/// Opacity below which a name is left out.
+const MIN_OPACITY: f64 = 0.02;
 /// Largest diameter of a named feature, in units of the image's shorter side: larger ones fill the view.
 const MAX_FEATURE_SIZE: f64 = 1.5;
 /// sRGB of a feature's name.
@@ -29,15 +31,15 @@ fn fade_in((from, to): (f64, f64), value: f64) -> f64 {
     smoothstep((value - from) / (to - from))
 }
 
-/// The names, and the pixel positions of landing sites. `occupied`: rectangles of other labels; the rectangles of the names are added to it.
-pub(crate) fn features(
+/// The names, and the positions of the named landing sites in pixels. `occupied`: rectangles of other labels; the rectangles of the names are added to it.
+pub(crate) fn surface_feature_names(
     image: &impl ImageProjection,
     bodies: &[BodyInView],
     metrics: &LabelMetrics,
     occupied: &mut Vec<Rect>,
 ) -> (Vec<TextLine>, Vec<DVec2>) {
     let size = image.size_px();
-    let glyph_px = metrics.size_px();
+    let glyph_px = metrics.glyph_px();
     let pixels_per_radian = image.disc_radius_px(1e-6) * 1e6;
     let (mut names, mut sites) = (Vec::new(), Vec::new());
     let mut nearest_first: Vec<&BodyInView> = bodies.iter().filter(|b| b.distance_km.is_finite() && b.distance_km > 0.0).collect();
@@ -62,9 +64,9 @@ pub(crate) fn features(
             let feature_px = feature.effective_size_km / distance_km * pixels_per_radian;
             opacity *=
                 if feature.is_landing_site { fade_in(SITE_FADE, body_px / glyph_px) } else { fade_in(FEATURE_FADE, feature_px / glyph_px) };
-            if opacity < 0.02 {
+            if opacity < MIN_OPACITY {
                 if !feature.is_landing_site && feature_px < FEATURE_FADE.0 * glyph_px {
-                    // The remaining features are smaller, and no part of the ground is much nearer than `nearest_km`.
+                    // The remaining features are smaller, and no part of the ground is nearer than `nearest_km`.
                     let nearest_km = (body.distance_km - placement.radii_km.max_element()).max(1e-3);
                     if feature.effective_size_km / nearest_km * pixels_per_radian < FEATURE_FADE.0 * glyph_px {
                         break;

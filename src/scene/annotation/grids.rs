@@ -13,7 +13,7 @@ const STEPS_DEG: [f64; 11] = [90.0, 30.0, 10.0, 5.0, 1.0, 0.5, 1.0 / 6.0, 1.0 / 
 /// Distance between neighbouring lines, in pixels, up to which a line is invisible, and from which it has its full opacity.
 const SPACING_FADE_PX: (f64, f64) = (60.0, 130.0);
 
-/// A parallel, or half a meridian circle from pole to pole.
+/// A parallel, or a meridian from pole to pole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct GridLine {
     pub kind: GridLineKind,

@@ -1,4 +1,4 @@
-//! Outlines (frames) of the fields of view of instruments over the image, each with the instrument's name.
+//! Outlines of the fields of view of instruments over the image, each with the instrument's name. In this module such an outline is called a *frame*.
 //!
 //! In: the catalog's instruments, the camera, and the target's direction. Out: line segments, labels and a decision. Always: a frame is centred on the
 //! target, or on the middle of the image if the target is not in it; sides of a rectangle are great circles; an instrument whose field covers the
@@ -21,14 +21,14 @@ const MIN_SIZE_PX: f64 = 8.0;
 /// Distance between a frame and its name, in glyph heights.
 const NAME_OFFSET: f64 = 0.8;
 
-/// Orthonormal axes of a frame: towards its centre, and its directions up and left as seen from inside the celestial sphere.
-struct FrameAxes {
+/// Orthonormal axes of a field of view: towards its centre, and its directions up and left as seen from inside the celestial sphere.
+struct FieldAxes {
     centre: DVec3,
     up: DVec3,
     left: DVec3,
 }
 
-impl FrameAxes {
+impl FieldAxes {
     /// `position_angle_deg`: angle of `up` from north through east. East is to the left of north, because the sky is seen from inside.
     fn of(centre: DVec3, position_angle_deg: f64) -> Self {
         let east = DVec3::Z.cross(centre).try_normalize().unwrap_or(DVec3::Y);
@@ -59,6 +59,7 @@ fn draw_arc(camera: &Camera, output: &mut AnnotationLines, point: &dyn Fn(f64) -
     }
 }
 
+/// Draws the shorter arc of a great circle between two unit vectors.
 fn draw_great_circle(camera: &Camera, output: &mut AnnotationLines, a: DVec3, b: DVec3) {
     let angle = a.cross(b).length().atan2(a.dot(b));
     if angle > 0.0 {
@@ -67,8 +68,8 @@ fn draw_great_circle(camera: &Camera, output: &mut AnnotationLines, a: DVec3, b:
     }
 }
 
-/// The frames of all instruments. `size_px`: height of glyphs.
-pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option<DVec3>, size_px: f64) -> AnnotationLines {
+/// The frames of all instruments. `glyph_px`: height of glyphs.
+pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option<DVec3>, glyph_px: f64) -> AnnotationLines {
     let mut output = AnnotationLines::default();
     let in_image = |v: &DVec3| camera.clip(*v).is_some_and(|clip| clip.abs().max_element() < 1.0);
     let target = target.and_then(DVec3::try_normalize);
@@ -79,7 +80,7 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
     let max_tan = camera.tan_half_fov.max_element();
     let (mut drawn, mut left_out) = (Vec::new(), 0);
     for instrument in instruments {
-        let axes = FrameAxes::of(centre, instrument.position_angle_deg);
+        let axes = FieldAxes::of(centre, instrument.position_angle_deg);
         let half_size_rad = match instrument.field_of_view {
             FieldOfView::Circle { diameter_deg } => DVec2::splat((0.5 * diameter_deg).to_radians()),
             FieldOfView::Rectangle { width_deg, height_deg } => 0.5 * DVec2::new(width_deg, height_deg).map(f64::to_radians),
@@ -105,7 +106,7 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
         }
         drawn.push(instrument.name.clone());
         if let Some(clip) = camera.clip(axes.at_tangents(0.0, tan.y)) {
-            let at_px = camera.pixel_from_clip(clip) - DVec2::new(0.0, NAME_OFFSET * size_px);
+            let at_px = camera.pixel_from_clip(clip) - DVec2::new(0.0, NAME_OFFSET * glyph_px);
             output.texts.push(UnplacedText { text: instrument.name.clone(), at_px, colour: COLOUR, is_grid_coordinate: false });
         }
     }

@@ -82,13 +82,14 @@ pub(crate) const MARKER_OPACITY: f32 = 0.55;
 /// Radius of a disc, relative to the image's height, from which the body is not named, because it fills the image.
 pub(crate) const FILLS_IMAGE: f64 = 0.45;
 
-/// The labels of an image, for glyphs of `size_px`.
+/// The labels of an image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LabelLayer {
+    /// Size of the glyphs.
     pub size_px: f64,
     pub selected: NaifId,
     pub labels: Vec<Label>,
-    /// Caption, scale bar and compass, and the names of surface features.
+    /// Caption, scale bar and compass; also the names of surface features and the rings of landing sites.
     pub margin: Margin,
     /// Points of data, below all names.
     pub dots: Vec<Dot>,
@@ -120,7 +121,7 @@ impl LabelLayer {
             occupied.extend(layer.labels.iter().filter_map(of_label));
         }
         if layers.features {
-            let (names, sites) = features::features(image, bodies, &metrics, &mut occupied);
+            let (names, sites) = features::surface_feature_names(image, bodies, &metrics, &mut occupied);
             layer.margin.texts.extend(names);
             layer.margin.rings.extend(sites);
         }
@@ -140,7 +141,7 @@ impl LabelLayer {
         self.margin.rings.extend(margin.rings);
     }
 
-    /// Rectangles of the texts and bars in the margin.
+    /// Rectangles of the texts and bars of [`Self::margin`].
     pub(crate) fn occupied<'a>(&'a self, metrics: &'a LabelMetrics) -> impl Iterator<Item = Rect> + 'a {
         self.margin.occupied(metrics)
     }

@@ -43,7 +43,7 @@ pub(crate) fn legend(view: PixelView, exposure: &Exposure, tone_map: ToneMap) ->
                 .into()
         }
         PixelView::Albedo => format!(
-            "albedo: factor of the surface's photometric law in red, green, blue; of a ring, its particles' albedo times its opacity; {}",
+            "albedo: factor of the surface's photometric model in red, green, blue; of a ring, its particles' albedo times its opacity; {}",
             range("(no unit)")
         ),
         PixelView::Uv => {
@@ -58,7 +58,10 @@ pub(crate) fn legend(view: PixelView, exposure: &Exposure, tone_map: ToneMap) ->
             )
         }
         PixelView::Eclipse => {
-            format!("eclipse: visible fraction of the Sun's light past occluders, red, green, blue; {}", range("(no unit; 1 no eclipse)"))
+            format!(
+                "eclipse: fraction of the Sun's light that passes the occluders, in red, green, blue; {}",
+                range("(no unit; 1 no eclipse)")
+            )
         }
         PixelView::Ring => {
             format!("ring: transmittance of the ring towards the Sun; on the ring its opacity along the view; {}", range("(no unit)"))
@@ -68,8 +71,8 @@ pub(crate) fn legend(view: PixelView, exposure: &Exposure, tone_map: ToneMap) ->
             range("(natural logarithm)")
         ),
         PixelView::Cost => format!(
-            "cost: red is what the software renderer ran for the pixel, in instructions of its tape (several operations joined into one count once, \
-             loops by their turns, all draws added up), green texture reads times {INSTRUCTIONS_PER_READ}; {}; full green {} reads",
+            "cost: red is what the software renderer ran for the pixel, in instructions of its tape (operations fused into one count once, loops count \
+             each iteration, all draws are added up), green texture reads times {INSTRUCTIONS_PER_READ}; {}; full green {} reads",
             range("instructions"),
             white / INSTRUCTIONS_PER_READ
         ),

@@ -35,6 +35,7 @@ pub struct PlacedText {
 /// The texts of an image and their glyph size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TextLayer {
+    /// Size of the glyphs.
     pub size_px: f64,
     pub texts: Vec<PlacedText>,
 }
@@ -47,8 +48,8 @@ const WHITE_FRACTION: f64 = 0.35;
 const MAX_TEXTS: usize = 400;
 
 /// Places the texts that fit into the image and overlap neither each other nor the labels of bodies. `labels`: the image's other labels.
-pub(crate) fn place_texts(mut candidates: Vec<UnplacedText>, labels: Option<&LabelLayer>, size_px: f64, image_px: DVec2) -> TextLayer {
-    let metrics = LabelMetrics::of_size(size_px);
+pub(crate) fn place_texts(mut candidates: Vec<UnplacedText>, labels: Option<&LabelLayer>, glyph_px: f64, image_px: DVec2) -> TextLayer {
+    let metrics = LabelMetrics::of_size(glyph_px);
     let body_rects = labels.into_iter().flat_map(|layer| {
         let label_metrics = LabelMetrics::of_size(layer.size_px);
         layer.labels.iter().filter_map(move |l| Some(label_rect(l.centre_px, l.radius_px, &l.name, &label_metrics, l.name_side?)))
@@ -59,7 +60,7 @@ pub(crate) fn place_texts(mut candidates: Vec<UnplacedText>, labels: Option<&Lab
     let mut texts = Vec::new();
     for text in candidates {
         let size = DVec2::new(text.text.chars().count() as f64 * metrics.glyph_width_px, metrics.line_height_px);
-        let edge_distance_px = EDGE_DISTANCE * size_px;
+        let edge_distance_px = EDGE_DISTANCE * glyph_px;
         let mut corner = text.at_px - 0.5 * size;
         if text.is_grid_coordinate {
             corner = corner.clamp(DVec2::splat(edge_distance_px), (image_px - size - edge_distance_px).max(DVec2::splat(edge_distance_px)));
@@ -72,7 +73,7 @@ pub(crate) fn place_texts(mut candidates: Vec<UnplacedText>, labels: Option<&Lab
             texts.push(PlacedText { text: text.text, left_px, colour });
         }
     }
-    TextLayer { size_px, texts }
+    TextLayer { size_px: glyph_px, texts }
 }
 
 #[cfg(test)]

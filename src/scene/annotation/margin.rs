@@ -1,4 +1,4 @@
-//! The margin of an image: caption, scale bar, compass.
+//! The margin of an image: caption, scale bar and compass, which are drawn over the image near its edges.
 //!
 //! In: the request and the bodies in view. Out: texts, bars and rings. Always: lengths are round numbers; a length in kilometres is valid at the
 //! target's distance, across the line of sight. Without a target, or if its disc is small, the bar is an angle. The compass points to the target's north
@@ -13,7 +13,7 @@ use crate::scene::request::view_request::{Position, ViewRequest};
 use crate::units::KM_PER_AU;
 use glam::DVec2;
 
-/// Texts, bars and rings. A ring is a circle that marks a position in the image, given by its centre in pixels; it has nothing to do with a planet's rings.
+/// Texts, bars and rings. A ring, given by its centre in pixels, is a circle that marks a position in the image: the compass or a landing site.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Margin {
     pub texts: Vec<TextLine>,
@@ -28,7 +28,7 @@ const MAX_CAPTION_FRACTION: f64 = 0.5;
 /// Line spacing of a caption, in glyph sizes.
 const CAPTION_LINE_SPACING: f64 = 1.3;
 /// Diameter in pixels below which a target counts as a point, and the scale bar shows an angle.
-const DISC_PX: f64 = 20.0;
+const MIN_DISC_PX: f64 = 20.0;
 
 impl Margin {
     /// The margin of an image.
@@ -84,7 +84,7 @@ impl Margin {
         target: Option<&BodyInView>,
         metrics: &LabelMetrics,
     ) {
-        let (glyph_px, language) = (metrics.size_px(), request.language);
+        let (glyph_px, language) = (metrics.glyph_px(), request.language);
         let length = |km| Argument::Number(length_text(km));
         let name_of = |id| catalog.body(id).map_or(message!("image-barycentre").into(), |b| Argument::from(&b.name));
         let time = language.time(&request.time.to_utc_iso());
@@ -125,11 +125,11 @@ impl Margin {
     }
 
     fn scale_bar(&mut self, image: &impl ImageProjection, target: Option<&BodyInView>, language: TextLanguage, metrics: &LabelMetrics) {
-        let (size, glyph_px) = (image.size_px(), metrics.size_px());
+        let (size, glyph_px) = (image.size_px(), metrics.glyph_px());
         let pixels_per_radian = image.disc_radius_px(1e-6) * 1e6;
         let max_rad = MAX_BAR_FRACTION * size.x / pixels_per_radian;
         let disc_px = |t: &&BodyInView| 2.0 * t.placement.radii_km.max_element() / t.distance_km * pixels_per_radian;
-        let (text, angle_rad) = match target.filter(|t| disc_px(t) >= DISC_PX) {
+        let (text, angle_rad) = match target.filter(|t| disc_px(t) >= MIN_DISC_PX) {
             Some(t) => {
                 let km = round_number_below(max_rad * t.distance_km);
                 (length_text(km), km / t.distance_km)
@@ -170,7 +170,7 @@ impl Margin {
     }
 
     fn compass(&mut self, image: &impl ImageProjection, target: &BodyInView, metrics: &LabelMetrics) {
-        let (size, glyph_px) = (image.size_px(), metrics.size_px());
+        let (size, glyph_px) = (image.size_px(), metrics.glyph_px());
         let centre = target.placement.centre_km;
         let pole = target.placement.body_from_icrf.row(2);
         // A pole almost along the line of sight has no reliable direction in the image.
@@ -283,7 +283,7 @@ mod tests {
         (Margin::of(&camera, &request, &Catalog::embedded(), &[], &metrics), metrics)
     }
 
-    /// The caption once ran out of narrow images, such as the halves of a stereo pair, and through the scale bar.
+    /// The caption once extended beyond narrow images, such as the halves of a stereo pair, and overlapped the scale bar.
     #[test]
     fn caption_and_scale_bar_fit_into_every_image() {
         for (width, height) in [(1000, 700), (300, 300), (250, 300), (200, 100), (100, 1000), (48, 48), (16, 16), (1, 1)] {

@@ -95,7 +95,7 @@ impl Conic {
         if self.is_closed() { self.gm_km3_s2 / self.alpha } else { self.body_km.length() }
     }
 
-    /// Whether the conic is an ellipse short enough to be drawn completely.
+    /// Whether the conic is drawn as a whole: an ellipse whose semi-major axis is less than 400 times the body's distance. A longer one is drawn like an open path.
     fn is_closed(&self) -> bool {
         self.alpha > 0.0 && self.gm_km3_s2 / self.alpha < OPEN_PATH_EXTENT.0 * 10.0 * self.body_km.length()
     }
@@ -173,7 +173,7 @@ impl ArcSubdivision<'_> {
         narrow_scalar(self.opacity * (MIN_OPACITY + (1.0 - MIN_OPACITY) * remaining))
     }
 
-    /// Largest distance on the screen from the middle of a chord's part of the arc to the chord, pixels.
+    /// Largest distance on the screen, in pixels, between a chord and the middle of the part of the arc that it replaces.
     fn chord_error_px(&self, from: f64, to: f64) -> f64 {
         let on_screen_px = |k: u32| {
             let s = from + (to - from) * f64::from(k) / f64::from(2 * CHORDS_PER_ARC);
@@ -186,7 +186,7 @@ impl ArcSubdivision<'_> {
             let [middle, end] = [2 * chord + 1, 2 * chord + 2].map(on_screen_px);
             let (along, to_middle) = (end - start, middle - start);
             let length = along.length();
-            // Where the line folds, the middle is not beside the middle half of the chord.
+            // Where the line folds back on the screen, the middle does not project onto the middle half of the chord: the distance to the nearer end counts.
             let error = if length > 0.0 && (0.25..=0.75).contains(&(to_middle.dot(along) / (length * length))) {
                 along.perp_dot(to_middle).abs() / length
             } else {
@@ -219,8 +219,8 @@ impl ArcSubdivision<'_> {
         let is_short = self.conic.alpha.abs() * (2.0 * half).powi(2) < MAX_STUMPFF_ARGUMENT
             && across < MAX_HALF_LENGTH * self.camera.tan_half_fov.length() * nearest
             && radius < 0.9 * middle.length();
-        let is_ahead_of_camera = middle.z - radius > NEAR_DEPTH_KM;
-        if is_short && is_ahead_of_camera && self.chord_error_px(from, to) < MAX_CHORD_ERROR_PX {
+        let is_in_front_of_camera = middle.z - radius > NEAR_DEPTH_KM;
+        if is_short && is_in_front_of_camera && self.chord_error_px(from, to) < MAX_CHORD_ERROR_PX {
             // u = (s - origin) / s_per_u. An arc that ends at the body has its origin there, so that it is exact at the body.
             let (origin, range) = if from == 0.0 {
                 (from, [0.0, 1.0])
@@ -294,9 +294,9 @@ mod tests {
         vec![
             ("planet", two_body::state_in_frame(1.5e9, 0.2, 0.4, 1.0, 2.0, 0.7, 6.8e-9)),
             ("comet", at(8.8e7, 0.967, 0.8)),
-            ("just an ellipse", at(5e7, 0.999_99, -1.5)),
+            ("nearly parabolic ellipse", at(5e7, 0.999_99, -1.5)),
             ("parabola", at(5e7, 1.0, 1.2)),
-            ("just a hyperbola", at(5e7, 1.000_01, 0.4)),
+            ("nearly parabolic hyperbola", at(5e7, 1.000_01, 0.4)),
             ("hyperbola", at(3e8, 3.4, -0.3)),
         ]
     }

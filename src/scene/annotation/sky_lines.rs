@@ -1,4 +1,4 @@
-//! Lines on the sky, infinitely far away: grids, and the figures and borders of constellations, with their labels.
+//! Lines on the sky, infinitely far away: grids, and the figures and boundaries of constellations, with their labels.
 //!
 //! In: the requested layers, the viewer, and the local horizon if the viewer stands on a body. Out: `AnnotationLines`: line segments in drawing order, which
 //! all bodies hide; their labels; and a decision about each layer. Always: a vertex of a figure is at the drawn position of its star, and a grid line is where
@@ -46,7 +46,7 @@ const ECLIPTIC: LineStyle = style(1.0, 0.65, 0.2, 0.5);
 const GALACTIC: LineStyle = style(0.85, 0.35, 1.0, 0.5);
 const HORIZON: LineStyle = style(0.3, 1.0, 0.4, 0.5);
 const FIGURE: LineStyle = style(0.45, 0.65, 1.0, 0.75);
-const BORDER: LineStyle = style(1.0, 0.35, 0.3, 0.45);
+const BOUNDARY: LineStyle = style(1.0, 0.35, 0.3, 0.45);
 
 /// Smallest vertical field of view in which constellations are named.
 const NAMES_MIN_FOV_DEG: f64 = 4.0;
@@ -228,8 +228,8 @@ fn boundaries(builder: &mut SkyLineBuilder<'_>) {
             let ra_dec = from.lerp(to, t / length);
             aberrated(icrf_from_b1875 * direction(ra_dec.x.to_degrees(), ra_dec.y.to_degrees()), velocity)
         };
-        // Along a parallel, right ascension changes by 1 / cosine per radian of arc, and the curve bends by as much.
-        builder.arc(&point, [0.0, length], DERIVATIVE_BOUND / max_cosine.max(1e-3), |_| 1.0, BORDER);
+        // Along a parallel, right ascension changes by 1 / cosine per radian of arc, and the derivatives are at most this large.
+        builder.arc(&point, [0.0, length], DERIVATIVE_BOUND / max_cosine.max(1e-3), |_| 1.0, BOUNDARY);
     }
     let count = builder.output.segments.len() - before;
     builder.decide("boundaries", count > 0, if count > 0 { reason!("lines-borders") } else { reason!("lines-no-border") });

@@ -10,12 +10,13 @@ pub struct LabelMetrics {
 }
 
 impl LabelMetrics {
-    pub fn of_size(size_px: f64) -> Self {
-        Self { glyph_width_px: GLYPH_WIDTH * size_px, line_height_px: LINE_HEIGHT * size_px }
+    /// For glyphs of this size.
+    pub fn of_size(glyph_px: f64) -> Self {
+        Self { glyph_width_px: GLYPH_WIDTH * glyph_px, line_height_px: LINE_HEIGHT * glyph_px }
     }
 
     /// Size of the glyphs.
-    pub(crate) fn size_px(&self) -> f64 {
+    pub(crate) fn glyph_px(&self) -> f64 {
         self.line_height_px / LINE_HEIGHT
     }
 
@@ -32,8 +33,8 @@ impl LabelMetrics {
 
     /// Horizontal distance, equal to the vertical one, from a body's centre to the near end of its name.
     pub(crate) fn gap_px(&self, radius_px: f64) -> f64 {
-        let size_px = self.size_px();
-        (radius_px * std::f64::consts::FRAC_1_SQRT_2).max(MARKER_RADIUS * size_px) + 0.3 * size_px
+        let glyph_px = self.glyph_px();
+        (radius_px * std::f64::consts::FRAC_1_SQRT_2).max(MARKER_RADIUS * glyph_px) + 0.3 * glyph_px
     }
 }
 

@@ -24,7 +24,7 @@ const MAX_SAMPLES: usize = 1200;
 /// Line segments between two samples.
 const SEGMENTS_PER_SAMPLE: usize = 4;
 /// Length of a path in orbital periods: of the centre or of the body about its parent, whichever is longer.
-const PERIODS: f64 = 1.0;
+const LENGTH_PERIODS: f64 = 1.0;
 /// Maximum length of a path.
 const MAX_DAYS: f64 = 12.0 * DAYS_PER_JULIAN_YEAR;
 /// Opacity at the body; the path fades to 0 at its end.
@@ -82,6 +82,7 @@ fn period_s(ephemeris: &Ephemeris, body: &Body, placed: &PlacedBody<'_>) -> Opti
     let parent = placed.catalog.body(body.parent?)?;
     let state = ephemeris.state(body.id, parent.id, placed.emitted_at, None).ok()?.state;
     let gm = parent.gm_km3_s2? + body.gm_km3_s2.unwrap_or(0.0);
+    // GM over the semi-major axis: positive on an ellipse.
     let alpha = 2.0 * gm / state.pos_km.length() - state.vel_km_s.length_squared();
     (alpha > 0.0).then(|| TAU * gm / alpha.powf(1.5))
 }
@@ -115,7 +116,7 @@ pub(crate) fn trace(
     if longest_s <= 0.0 {
         return Some((Vec::new(), decision(false, reason!("trace-no-period"))));
     }
-    let span_s = (PERIODS * longest_s).min(MAX_DAYS * SECONDS_PER_DAY);
+    let span_s = (LENGTH_PERIODS * longest_s).min(MAX_DAYS * SECONDS_PER_DAY);
     let samples = ((span_s / shortest_s * SAMPLES_PER_PERIOD).ceil() as usize).clamp(16, MAX_SAMPLES);
     let step_s = span_s / samples as f64;
     let states: Result<Vec<State>, _> = (0..=samples)
@@ -154,16 +155,16 @@ mod tests {
         let states: Vec<State> = (0..=48).map(|k| at(-step_s * f64::from(k))).collect();
         let path = path(&states, step_s);
         assert_eq!((path.len(), path[0]), (48 * SEGMENTS_PER_SAMPLE + 1, (DVec3::ZERO, 1.0)));
-        let (mut worst, mut straight) = (0.0_f64, 0.0_f64);
+        let (mut worst_km, mut worst_linear_km) = (0.0_f64, 0.0_f64);
         for (k, (p, _)) in path.iter().enumerate() {
             let expected = at(-step_s * k as f64 / SEGMENTS_PER_SAMPLE as f64).pos_km - states[0].pos_km;
-            worst = worst.max(p.distance(expected));
+            worst_km = worst_km.max(p.distance(expected));
             let (a, fraction) = (k / SEGMENTS_PER_SAMPLE, (k % SEGMENTS_PER_SAMPLE) as f64 / SEGMENTS_PER_SAMPLE as f64);
             if let Some(b) = states.get(a + 1) {
-                straight = straight.max((states[a].pos_km.lerp(b.pos_km, fraction) - states[0].pos_km).distance(expected));
+                worst_linear_km = worst_linear_km.max((states[a].pos_km.lerp(b.pos_km, fraction) - states[0].pos_km).distance(expected));
             }
         }
-        assert!(worst < 4.0 && straight > 400.0, "{worst} km, straight {straight} km");
+        assert!(worst_km < 4.0 && worst_linear_km > 400.0, "{worst_km} km, linear interpolation {worst_linear_km} km");
         assert!(path.windows(2).all(|w| w[1].1 < w[0].1), "it fades");
     }
 }

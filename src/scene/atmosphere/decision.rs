@@ -82,7 +82,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let map_weight = if map_includes_air { air::opacity_below(air, height_km) } else { 0.0 };
     let colour_includes_air = map_includes_air && !camera_is_inside;
     let continues_disc = colour_includes_air && !air::is_visible_over_disc(air);
-    let rim = Rim::of(body, air, inputs.diameter_px, inputs.placed.phase_angle, continues_disc);
+    let rim = Rim::of(body, air, inputs.diameter_px, inputs.placed.phase_angle_rad, continues_disc);
     let rim_is_left_out = !camera_is_inside && rim.is_negligible();
     if !camera_is_inside && rim.is_low() {
         let reason = reason!(

@@ -1,6 +1,6 @@
 //! Lines and texts over the image: grids, constellation figures, lines on the ground, shadow cones, instruments, names.
 //!
-//! In: the reports of the bodies and the stars of the frame. Out: [`Annotations`]. Always: pixel views other than the final image have labels but no
+//! In: the placed bodies, their reports, and the stars of the frame. Out: [`Annotations`]. Always: pixel views other than the final image have labels but no
 //! other annotations; no text covers another; a body hides the texts on the sky and on other bodies behind it.
 
 use super::SceneBuilder;
@@ -38,8 +38,8 @@ impl Annotations {
             let (sky_lines, ground_lines, lines_in_space) = Default::default();
             return Self { sky_lines, ground_lines, lines_in_space, labels, line_texts: None, decisions: Vec::new() };
         }
-        let size_px = labels::glyph_size_px(camera.height);
-        let body = builder.body_with_lines();
+        let glyph_px = labels::glyph_size_px(camera.height);
+        let body = builder.target_or_ground_body();
         let cones = body.filter(|_| request.layers.eclipse_cones).map(|p| eclipse_lines::in_space(frame.context, camera, p));
         let (cone_lines, cone_decision) = cones.unzip();
         let sky = sky_lines::sky_lines(request, &builder.viewer, builder.local_horizon());
@@ -49,17 +49,17 @@ impl Annotations {
             builder.placed.iter().filter(|p| body.is_none_or(|b| b.body.id != p.body.id) && !builder.camera_is_at_centre_of(p.body));
         let others: Vec<(&PlacedBody<'_>, AnnotationLines)> =
             others.map(|p| (p, ground_lines::ground_lines(frame.context, camera, Some(p), &data))).collect();
-        let instruments = builder.instrument_frames(size_px);
+        let instruments = builder.instrument_frames(glyph_px);
         let is_hidden = |at_px: DVec2| builder.is_covered(at_px);
         let names =
-            request.layers.star_names.then(|| star_names::star_names(camera, stars, builder.catalog.stars().stars(), size_px, is_hidden));
+            request.layers.star_names.then(|| star_names::star_names(camera, stars, builder.catalog.stars().stars(), glyph_px, is_hidden));
         let (star_texts, star_decision) = names.unzip();
-        let sky_texts = star_texts.into_iter().flatten().chain(sky.texts).filter(|t| !builder.is_behind_body(t, size_px));
+        let sky_texts = star_texts.into_iter().flatten().chain(sky.texts).filter(|t| !builder.is_behind_body(t, glyph_px));
         let other_texts = others.iter().flat_map(|(p, lines)| lines.texts.iter().filter(|t| builder.is_seen_on(p, t)).cloned());
         let own_texts = ground.texts.into_iter().filter(|t| body.is_some_and(|p| builder.is_seen_on(p, t)));
         let candidates: Vec<_> = sky_texts.chain(own_texts).chain(other_texts).chain(instruments.texts).collect();
         let line_texts =
-            (!candidates.is_empty()).then(|| line_texts::place_texts(candidates, labels.as_ref(), size_px, camera.half_size() * 2.0));
+            (!candidates.is_empty()).then(|| line_texts::place_texts(candidates, labels.as_ref(), glyph_px, camera.half_size() * 2.0));
         let decisions = cone_decision.into_iter().chain(sky.decisions).chain(ground.decisions).chain(instruments.decisions);
         Self {
             sky_lines: sky.segments,
@@ -78,13 +78,14 @@ impl Annotations {
 }
 
 impl<'a> SceneBuilder<'a> {
-    /// The body whose ground lines are recorded in the decisions: the target, or the body that the viewer stands on.
-    fn body_with_lines(&self) -> Option<&PlacedBody<'a>> {
+    /// The target, else the body that the viewer stands on. Its shadow cones are drawn. All bodies have ground lines, but only those of this body are recorded
+    /// in the decisions.
+    fn target_or_ground_body(&self) -> Option<&PlacedBody<'a>> {
         let id = self.request.target.or(self.viewer.stands_on.map(|ground| ground.id))?;
         self.placed.iter().find(|p| p.body.id == id && !self.camera_is_at_centre_of(p.body))
     }
 
-    /// Whether `body` is the nearest body at the position of a text of its ground lines, so that no other body hides the text.
+    /// Whether no other body hides a text of the ground lines of `body`: at the text's position `body` is the nearest body.
     fn is_seen_on(&self, body: &PlacedBody<'_>, text: &UnplacedText) -> bool {
         let covers = |p: &&PlacedBody<'_>| self.viewer.camera.surface_under_pixel(&p.placement, text.at_px).is_some();
         let nearest = self
@@ -103,23 +104,24 @@ impl<'a> SceneBuilder<'a> {
     }
 
     /// Whether any body, including the one that the viewer stands on, hides a text on the sky. The ground hides a text only if it reaches a glyph's height
-    /// above the text, so that texts on the horizon are kept. Grid coordinates are never hidden: they stay at the image's edge, even azimuths below the horizon.
-    fn is_behind_body(&self, text: &UnplacedText, size_px: f64) -> bool {
+    /// above the text's centre, so that texts on the horizon are kept. Grid coordinates are never hidden: they stay at the image's edge, and so do azimuths
+    /// below the horizon.
+    fn is_behind_body(&self, text: &UnplacedText, glyph_px: f64) -> bool {
         let hides = |p: &PlacedBody<'_>| {
             let is_ground = self.viewer.stands_on.is_some_and(|ground| ground.id == p.body.id);
-            let lift_px = if is_ground { DVec2::new(0.0, size_px) } else { DVec2::ZERO };
+            let lift_px = if is_ground { DVec2::new(0.0, glyph_px) } else { DVec2::ZERO };
             !self.camera_is_at_centre_of(p.body) && self.viewer.camera.surface_under_pixel(&p.placement, text.at_px - lift_px).is_some()
         };
         !text.is_grid_coordinate && self.placed.iter().any(hides)
     }
 
-    /// Outlines of instruments' fields of view, centred on the target.
-    fn instrument_frames(&self, size_px: f64) -> AnnotationLines {
+    /// Outlines of instruments' fields of view, centred on the target. `glyph_px`: height of glyphs.
+    fn instrument_frames(&self, glyph_px: f64) -> AnnotationLines {
         if !self.request.layers.instruments {
             return AnnotationLines::default();
         }
         let target = self.placed.iter().find(|p| Some(p.body.id) == self.request.target && !self.camera_is_at_centre_of(p.body));
-        instrument_frames::frames(self.catalog.instruments(), &self.viewer.camera, target.map(|p| p.placement.centre_km), size_px)
+        instrument_frames::frames(self.catalog.instruments(), &self.viewer.camera, target.map(|p| p.placement.centre_km), glyph_px)
     }
 
     /// The [`horizon_axes`] of a viewer who stands on a body.

@@ -1,7 +1,7 @@
 //! The bodies of a frame: the draws, points and lines that result from the decisions about them, and the report of each body.
 //!
 //! In: the placed bodies of a [`SceneBuilder`]. Out: [`BodiesInFrame`]: draws in catalog order, points, orbits, traces, and one report per body of the catalog.
-//! Not here: light around the Sun (`sunlight`), and the order of the draws (`visibility`).
+//! Not here: light around the Sun (`light_around_sun`), and the order of the draws (`visibility::order`).
 
 use super::SceneBuilder;
 use crate::catalog::{Body, NaifId};
@@ -46,6 +46,7 @@ impl BodiesInFrame {
         let trace_centre = request.target.unwrap_or(NaifId::SUN);
         let (mut draws, mut points, mut orbit_arcs, mut trace_segments) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let mut placed_reports = placed.iter().map(|p| {
+            // The request with the effects that the user set for this one body.
             let own_request = request.for_body(p.body);
             let own_context = Context { request: own_request.as_ref().unwrap_or(request), ..frame.context };
             let mut decided = features::decide(&FrameContext { context: own_context, ..*frame }, p, builder.camera_is_at_centre_of(p.body));
@@ -98,11 +99,11 @@ fn report(placed: &PlacedBody<'_>, decided: DecidedBody, draws: &[Draw], magnitu
         distance_km: placed.distance_km,
         angular_diameter_deg: 2.0 * (placed.body.radii_km.max_element() / placed.distance_km).min(1.0).asin().to_degrees(),
         diameter_px: decided.diameter_px,
-        phase_angle_deg: placed.phase_angle.to_degrees(),
+        phase_angle_deg: placed.phase_angle_rad.to_degrees(),
         magnitude,
         sub_observer: SubPoint::of(to_viewer),
         sub_solar: to_sun.map(SubPoint::of),
-        sun_altitude_deg: to_sun.and_then(|to_sun| altitude_at_sub_viewer_deg(to_viewer, to_sun, placed.body.radii_km)),
+        sun_altitude_deg: to_sun.and_then(|to_sun| altitude_at_sub_observer_deg(to_viewer, to_sun, placed.body.radii_km)),
         placement: placed.placement,
         features: draws.iter().map(|d| d.features).collect(),
         invented: invented(placed.body, draws),
@@ -110,9 +111,9 @@ fn report(placed: &PlacedBody<'_>, decided: DecidedBody, draws: &[Draw], magnitu
     }
 }
 
-/// Altitude of a target, degrees, as seen from the sub-viewer point, where the line from an ellipsoid's centre to the viewer meets the ellipsoid. The horizon there
-/// is perpendicular to the ellipsoid's normal, not to that line. `viewer_km`, `target_km`: from the centre, body axes. `None` if the viewer is at the centre.
-fn altitude_at_sub_viewer_deg(viewer_km: DVec3, target_km: DVec3, radii_km: DVec3) -> Option<f64> {
+/// Altitude of a target, degrees, at the sub-observer point of an ellipsoid. The horizon there is perpendicular to the ellipsoid's normal, not to the line from the
+/// centre to the viewer. `viewer_km`, `target_km`: from the centre, body axes. `None` if the viewer is at the centre.
+fn altitude_at_sub_observer_deg(viewer_km: DVec3, target_km: DVec3, radii_km: DVec3) -> Option<f64> {
     let in_unit_sphere = (viewer_km / radii_km).try_normalize()?;
     let up = in_unit_sphere / radii_km;
     let to_target_km = target_km - in_unit_sphere * radii_km;
@@ -140,7 +141,7 @@ pub(super) fn not_placed(body: &Body, reason: Reason) -> BodyInView {
     }
 }
 
-/// The maps, shape and detail shown in a body's draws that are invented, not measured: each with its file and the method of its invention.
+/// What a body's draws show that is invented, not measured: the file of each such map or shape, or `detail`; and how it was made.
 fn invented(body: &Body, draws: &[Draw]) -> Vec<(String, Reason)> {
     let maps = [&body.maps.albedo, &body.maps.normal, &body.maps.specular, &body.maps.night].into_iter().flatten();
     let maps = maps.chain(body.clouds.as_ref().map(|c| &c.map)).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));
@@ -163,11 +164,11 @@ mod tests {
     const SUN_KM: f64 = 1.4e9;
 
     #[test]
-    fn the_sun_is_overhead_at_the_sub_solar_point_and_underfoot_opposite_to_it() {
+    fn the_sun_is_at_the_zenith_of_the_sub_solar_point_and_at_the_nadir_of_its_antipode() {
         let sphere = DVec3::splat(3000.0);
         let towards_sun = DVec3::new(2.0, -1.0, 0.5).normalize();
         let (sun, aside) = (SUN_KM * towards_sun, towards_sun.any_orthonormal_vector());
-        let altitude = |viewer: DVec3| altitude_at_sub_viewer_deg(viewer, sun, sphere).expect("a point below the viewer");
+        let altitude = |viewer: DVec3| altitude_at_sub_observer_deg(viewer, sun, sphere).expect("a sub-observer point");
         assert!((altitude(sun) - 90.0).abs() < 1e-6 && (altitude(1e-5 * sun) - 90.0).abs() < 1e-6);
         assert!((altitude(-sun) + 90.0).abs() < 1e-6);
         // At the terminator the centre of the Sun is lower by the angle under which the radius is seen from the Sun.
@@ -176,14 +177,14 @@ mod tests {
         assert!((altitude(sun + SUN_KM * aside) - 45.0).abs() < 2.0 * dip_deg);
     }
 
-    /// On an oblate body the vertical is not the line from the centre. The reference is the published relation of both latitudes,
+    /// On an oblate body the vertical is not the line from the centre. The reference is the published relation between planetographic and planetocentric latitude,
     /// tan(graphic) = (a / c)² tan(centric).
     #[test]
     fn the_horizon_of_an_oblate_body_is_normal_to_the_ellipsoid() {
         let saturn = DVec3::new(60268.0, 60268.0, 54364.0);
         let (sin, cos) = 30.0_f64.to_radians().sin_cos();
         let towards = DVec3::new(cos, 0.0, sin);
-        let altitude = altitude_at_sub_viewer_deg(1e6 * towards, 1e15 * towards, saturn).expect("a point below the viewer");
+        let altitude = altitude_at_sub_observer_deg(1e6 * towards, 1e15 * towards, saturn).expect("a sub-observer point");
         let lat_graphic_deg = ((60268.0_f64 / 54364.0).powi(2) * sin / cos).atan().to_degrees();
         assert!((altitude - (90.0 - (lat_graphic_deg - 30.0))).abs() < 1e-6, "{altitude} {lat_graphic_deg}");
         // Negative control: with the line from the centre as the vertical the Sun would be overhead.
@@ -191,8 +192,8 @@ mod tests {
     }
 
     #[test]
-    fn a_viewer_at_the_centre_is_above_no_point() {
-        assert_eq!(altitude_at_sub_viewer_deg(DVec3::ZERO, SUN_KM * DVec3::X, DVec3::splat(3000.0)), None);
-        assert_eq!(altitude_at_sub_viewer_deg(DVec3::NAN, SUN_KM * DVec3::X, DVec3::splat(3000.0)), None);
+    fn a_viewer_at_the_centre_has_no_sub_observer_point() {
+        assert_eq!(altitude_at_sub_observer_deg(DVec3::ZERO, SUN_KM * DVec3::X, DVec3::splat(3000.0)), None);
+        assert_eq!(altitude_at_sub_observer_deg(DVec3::NAN, SUN_KM * DVec3::X, DVec3::splat(3000.0)), None);
     }
 }

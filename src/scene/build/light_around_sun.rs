@@ -1,7 +1,7 @@
 //! Light around the Sun: refracted limbs of bodies in front of it, its corona and its glare.
 //!
 //! In: the placed bodies of a frame, and the effects that the user has set. Out: the effects to draw; each decision is added to the report of its body. Not
-//! here: the light of each effect (`eclipse::refracted_limb`, `light`).
+//! here: the brightness of each effect (`eclipse::refracted_limb`, `light`).
 
 use crate::catalog::NaifId;
 use crate::message::{Reason, reason};
@@ -29,11 +29,11 @@ impl LightAroundSun {
     /// Decides on all three effects, and records each decision in the report of its body.
     pub(super) fn decide(frame: &FrameContext<'_>, placed: &[PlacedBody<'_>], reports: &mut [BodyInView]) -> Self {
         let (request, camera, threshold) = (frame.context.request, frame.camera, frame.threshold);
-        // Limbs and corona are drawn before the air around the camera, whose draw applies the mean transmittance: only its tint is left to apply. The glare
-        // is drawn after the air.
+        // Limbs and corona are drawn before the air around the camera. The draw of that air multiplies them by its transmittance averaged over the channels,
+        // so here they get only the tint: the transmittance divided by that average. The glare is drawn after the air.
         let tint = |towards: DVec3| frame.air.map_or(DVec3::ONE, |a| a.tint(towards));
         let transmittance = |towards: DVec3| frame.air.map_or(DVec3::ONE, |a| a.transmittance(towards));
-        // The request with the effects that the user set for the Sun only.
+        // The request with the effects that the user set for this one body, the Sun.
         let own_request = placed.iter().find(|p| p.body.id == NaifId::SUN).and_then(|sun| request.for_body(sun.body));
         let sun_request = own_request.as_ref().unwrap_or(request);
         let veil = VeilingGlare::unless_switched_off(request, camera, placed);
@@ -46,7 +46,7 @@ impl LightAroundSun {
 }
 
 /// Decides whether to draw an effect of the Sun, and records the decision. A setting of the user takes precedence over the threshold. `found`: the effect,
-/// whether it exceeds the threshold, and the reason.
+/// whether it exceeds the threshold, and the reason; `None` if there is nothing to draw or decide.
 fn decide<T>(request: &ViewRequest, effect: Effect, found: Option<(T, bool, Reason)>, reports: &mut [BodyInView]) -> Option<T> {
     let (light, exceeds_threshold, reason) = found.filter(|_| request.pixel_view == PixelView::Final)?;
     let (on, reason) = match request.effects.override_of(effect) {

@@ -1,4 +1,6 @@
-//! The sky beyond all bodies of the catalog: stars, diffuse light, images, minor planets and comets.
+//! What a scene shows in addition to the bodies of the catalog: stars, diffuse light, the user's sky images, minor planets and comets.
+//!
+//! In: the viewer, the exposure and the threshold of a [`SceneBuilder`]. Out: [`Sky`]. Not here: lines and names on the sky (`annotations`).
 
 use super::SceneBuilder;
 use crate::catalog::NaifId;

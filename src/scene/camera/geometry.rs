@@ -63,7 +63,7 @@ impl ImageProjection for LeftEyeImage<'_> {
     }
 }
 
-/// A finished image on a mesh. The mapping and its inverse use the triangles that the renderer draws, so that labels and marks match the drawn image.
+/// A finished image on a mesh. The mapping and its inverse use the triangles that the renderer draws, so that labels and markers match the drawn image.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WarpedGeometry {
     /// How the image on the mesh shows directions.
@@ -93,7 +93,7 @@ impl WarpedGeometry {
         Some(DVec2::new(position.x, 1.0 - position.y) * size(self.image_px))
     }
 
-    /// Pixels of the screen per pixel of the image, if the image fills the screen's height.
+    /// Pixels of the screen per pixel of the image, for a mesh on which the image fills the screen's height; an approximation for any other.
     pub(crate) fn scale(&self) -> f64 {
         f64::from(self.screen_px[1]) / f64::from(self.image_px[1])
     }
@@ -125,7 +125,7 @@ impl ImageProjection for WarpedImage<'_> {
 }
 
 impl ImageGeometry {
-    /// The projection by which labels and marks are placed.
+    /// The projection by which labels and markers are placed.
     pub(crate) fn projection<'a>(&'a self, camera: &'a Camera) -> Box<dyn ImageProjection + 'a> {
         match self {
             Self::Perspective => Box::new(camera.clone()),

@@ -19,7 +19,7 @@ pub const NEAR_DEPTH_KM: f64 = 1e-4;
 pub struct Camera {
     /// Barycentric position, ICRF.
     pub position_km: DVec3,
-    /// Unit axes in ICRF; `right` x `up` points back at the viewer.
+    /// Unit axes in ICRF; `right` x `up` is -`forward`.
     pub right: DVec3,
     pub up: DVec3,
     pub forward: DVec3,
@@ -29,7 +29,7 @@ pub struct Camera {
     pub height: u32,
     /// Whether the frame is one face of a dome image or of a whole-sphere image. The Sun's glare is then drawn even if the Sun is outside the frame.
     pub is_cube_face: bool,
-    /// Whether the frame belongs to a dome image or a whole-sphere image, in which no point's sprite covers more than a small part.
+    /// Whether the frame belongs to a dome image or a whole-sphere image, in which sprites of points are limited to a small part of the image.
     pub has_small_sprites: bool,
 }
 
@@ -147,7 +147,8 @@ pub struct ViewRays {
     pub camera_in_unit_sphere: Vec3,
 }
 
-/// The anchor of the rays: the camera or the plane through the body's centre. `Auto` chooses the form whose rounding error moves the silhouette less.
+/// Where the anchors of view rays are: at the camera, or on the plane through the body's centre parallel to the image. `Auto` chooses the form whose rounding
+/// error moves the silhouette less.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AnchorForm {
     Auto,
@@ -197,7 +198,8 @@ impl Camera {
         DVec2::new(f64::from(self.width), f64::from(self.height)) / 2.0
     }
 
-    /// Whether a sphere may be in the frame: in front of the near plane and inside the frustum's four side planes, each moved outwards by a margin.
+    /// Whether a sphere may be in the frame: partly in front of the near plane, and not entirely outside any of the frustum's four side planes, each moved
+    /// outwards by a margin.
     /// `centre_km`: in the camera's axes (right, up, forward).
     pub(crate) fn sphere_may_be_in_frame(&self, centre_km: DVec3, radius_km: f64, margin_px: f64) -> bool {
         let half = self.half_size();

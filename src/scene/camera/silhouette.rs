@@ -1,8 +1,9 @@
 //! The outline of an ellipsoid in the image: the conic section of its tangent cone with the image plane, in f64.
 //!
-//! In: a camera and a body's placement. Out: an [`Outline`]. The view ray at homogeneous image position v meets the body if vᵀQv >= 0. Image positions are
-//! relative to the projected centre, in units of the body's radius; c is the camera, and r and u are the image axes, all in the unit-sphere frame. Then Q
-//! has the closed form in [`Outline::of`]. No large numbers cancel, so the outline of a kilometre-sized moon at 100 au is still accurate.
+//! In: a camera and a body's placement. Out: an [`Outline`]. Let c be the camera and r and u the image axes, all in the unit-sphere frame. The view ray
+//! through the image position (x, y), relative to the projected centre in units of the body's radius, has the direction d = x r + y u - c. It meets the body if
+//! |d|² - |c x d|² >= 0. The left side is a quadratic form in v = (x, y, 1), vᵀQv; [`Outline::of`] has Q in closed form. No large numbers cancel, so the
+//! outline of a kilometre-sized moon at 100 au is still accurate.
 
 use crate::scene::camera::{Camera, ClipRect, Placement};
 use glam::{DMat2, DVec2, DVec3};
@@ -47,6 +48,7 @@ fn meets_frame(camera: &Camera, placement: &Placement) -> bool {
 fn nearest_cosine(axis: DVec3, from: DVec3, to: DVec3) -> f64 {
     let step = to - from;
     let (a, b) = (axis.dot(from), axis.dot(step));
+    // Where the derivative of the cosine along the segment is zero.
     let stationary = (b * from.length_squared() - a * from.dot(step)) / (a * step.length_squared() - b * from.dot(step));
     let cosine = |t: f64| axis.dot((from + step * t).normalize());
     let inside = if (0.0..=1.0).contains(&stationary) { cosine(stationary) } else { -1.0 };
@@ -54,7 +56,7 @@ fn nearest_cosine(axis: DVec3, from: DVec3, to: DVec3) -> f64 {
 }
 
 impl Outline {
-    /// `camera` must be outside the body.
+    /// The outline of a body. The camera must be outside the body.
     pub fn of(camera: &Camera, placement: &Placement) -> Self {
         let depth_km = placement.centre_km.dot(camera.forward);
         let c = placement.camera_in_unit_sphere();

@@ -20,11 +20,10 @@ use glam::{DMat3, DVec3};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Viewer {
     pub camera: Camera,
-    /// Barycentric velocity, ICRF: that of the body in whose centre or on whose ground the camera is, zero for a camera over its target or at an offset from a
+    /// Barycentric velocity, ICRF: that of the body at whose centre or on whose ground the camera is; zero for a camera over its target or at an offset from a
     /// body.
     pub velocity_km_s: DVec3,
-    /// Velocity of the body relative to which the camera is placed, for the aberration of stars. The aberration of bodies uses `velocity_km_s`, which is zero
-    /// for a camera that is not on or in a body.
+    /// Velocity of the body relative to which the camera is placed, for the aberration of stars. The aberration of bodies uses `velocity_km_s`.
     pub body_velocity_km_s: DVec3,
     /// The requested up direction (ICRF, of any length), not necessarily orthogonal to the line of sight.
     pub up_hint: DVec3,
@@ -109,6 +108,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
     let mut velocity_km_s = DVec3::ZERO;
     let mut at_centre_of = None;
     let mut stands_on = None;
+    // The direction of `Up::Zenith`: away from the centre or the ground of the body below the camera.
     let mut zenith = None;
     // The body relative to which the camera is placed.
     let reference_body;

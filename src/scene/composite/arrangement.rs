@@ -1,4 +1,5 @@
-//! The frames of a composed image and their arrangement, as plain values.
+//! The frames of a composed image and their arrangement, as plain values. [`CompositeFrames::of`] creates them. A scene is built for each frame; `render::plan::composite`
+//! combines the images as the arrangement says.
 
 use crate::scene::camera::sphere::SphereImage;
 use crate::scene::camera::viewpoint::Viewer;

@@ -18,7 +18,7 @@ use crate::units::KM_PER_AU;
 use glam::DVec3;
 
 /// Default parallax of infinity relative to the image's width: viewers fuse a parallax of a few hundredths without effort.
-const INFINITY_PARALLAX_OF_WIDTH: f64 = 1.0 / 30.0;
+const INFINITY_PARALLAX_FRACTION: f64 = 1.0 / 30.0;
 /// The mean distance between human eyes, kilometres (63 mm: Dodgson 2004, SPIE 5291, 36).
 const HUMAN_EYE_SEPARATION_KM: f64 = 63e-6;
 
@@ -45,10 +45,10 @@ pub(super) fn frames(
     let viewer = viewpoint::viewer(catalog, ephemeris, &request)?;
     let distance_km = target_distance_km(ephemeris, &request, &viewer)?;
     let pixel_km = distance_km * viewer.camera.pixel_tangent();
-    let (separation_km, infinity_px) = match stereo.eye_separation_km {
+    let (separation_km, infinity_parallax_px) = match stereo.eye_separation_km {
         None if !stands_on_ground => {
-            let infinity_px = (f64::from(request.width) * INFINITY_PARALLAX_OF_WIDTH).round().max(1.0);
-            (infinity_px * pixel_km, infinity_px)
+            let infinity_parallax_px = (f64::from(request.width) * INFINITY_PARALLAX_FRACTION).round().max(1.0);
+            (infinity_parallax_px * pixel_km, infinity_parallax_px)
         }
         given => {
             let separation_km = given.unwrap_or(HUMAN_EYE_SEPARATION_KM);
@@ -56,26 +56,27 @@ pub(super) fn frames(
         }
     };
     let max_px = f64::from(request.width / 2);
-    if infinity_px > max_px {
-        let infinity_text = if infinity_px < 1e6 { format!("{infinity_px:.0}") } else { format!("{infinity_px:.1e}") };
+    if infinity_parallax_px > max_px {
+        let infinity_text =
+            if infinity_parallax_px < 1e6 { format!("{infinity_parallax_px:.0}") } else { format!("{infinity_parallax_px:.1e}") };
         return Err(SceneError::Request(format!(
             "eyes {separation_km:?} km apart see the stars {infinity_text} pixels apart, more than half of the image's width: choose at most {:.6e} km",
             max_px * pixel_km
         )));
     }
-    // The cast is exact: `infinity_px` is a whole number of at most half of 16384.
-    let infinity_columns = infinity_px as u32;
+    // The cast is exact: `infinity_parallax_px` is a whole number of at most half of 16384.
+    let infinity_parallax_columns = infinity_parallax_px as u32;
     let eye = |side: f64| {
         let mut viewer = viewer.clone();
         let camera = &mut viewer.camera;
         camera.position_km += camera.right * (0.5 * side * separation_km);
-        let width = request.width + infinity_columns;
+        let width = request.width + infinity_parallax_columns;
         camera.tan_half_fov.x *= f64::from(width) / f64::from(request.width);
         camera.width = width;
         FrameRequest { request: ViewRequest { width, ..request.clone() }, viewer }
     };
     let frames = vec![eye(-1.0), eye(1.0)];
-    let arrangement = Arrangement::Eyes(Eyes { layout: stereo.layout, separation_km, columns: [infinity_columns, 0] });
+    let arrangement = Arrangement::Eyes(Eyes { layout: stereo.layout, separation_km, columns: [infinity_parallax_columns, 0] });
     Ok(CompositeFrames { meter: FrameRequest { request, viewer }, frames, arrangement })
 }
 

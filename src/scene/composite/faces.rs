@@ -4,10 +4,10 @@
 //! In: a request for a fisheye or an equirectangular image. Out: frames for the visible faces, and the image's projection. The border lets the filter
 //! read pixels beyond the face's edge. The Sun's glare is off by default, because an image of the entire sky always contains the Sun.
 //!
-//! Face size. A face has the fewest pixels per radian at its centre. There, it should have as many as the image has anywhere. A fisheye has the same number
-//! everywhere along its radii. Across the radii it has more, the more the farther from its axis. The number that counts is that at its rim, or at 90 degrees
-//! from the axis if the image shows more: farther out it is ignored, because it grows without limit towards 180 degrees. If a face would therefore exceed
-//! [`MAX_RIM_MATCHED_FACE_PX`], it gets that size, or the larger one at which its centre has as many pixels per radian as the fisheye has along its radii.
+//! Size of a face. A face has the fewest pixels per radian at its centre. There, it should have as many as the image has where it is densest. Along its radii, a
+//! fisheye has the same density everywhere. Across them, the density grows with the angle from the axis; towards 180 degrees it grows without limit, so that only
+//! the part up to 90 degrees counts. If a face of the resulting size exceeded [`MAX_RIM_MATCHED_FACE_PX`], it gets that size, or the size that matches the
+//! fisheye's density along its radii if this is larger.
 
 use super::arrangement::{Arrangement, CompositeFrames, Faces, FrameRequest};
 use crate::catalog::Catalog;
@@ -61,8 +61,8 @@ pub(crate) fn face_of(direction: DVec3) -> usize {
 /// Number of cells along each side of the grid that samples a face to find its visible part.
 const GRID_CELLS: u32 = 32;
 
-/// Bounds (left, top, right, bottom) of the visible part of a face: of its directions at most `half_fov_rad` from the image's axis, a cap of the sphere. They
-/// are fractions of the face's side from its top left corner; `None` if the face is outside the cap.
+/// Bounds (left, top, right, bottom) of the part of a face that a fisheye shows: the directions at most `half_fov_rad` from the image's axis, a cap of the sphere.
+/// They are fractions of the face's side from its top left corner; `None` if the face is outside the cap.
 fn visible_bounds(face: usize, half_fov_rad: f64) -> Option<[f64; 4]> {
     let [right, up, forward] = AXES[face];
     let step = 1.0 / f64::from(GRID_CELLS);
@@ -81,22 +81,22 @@ fn visible_bounds(face: usize, half_fov_rad: f64) -> Option<[f64; 4]> {
 }
 
 /// Size of a face before rounding, in pixels (see the module's documentation). At its centre a face of 2 n pixels has n per radian.
-fn exact_size_px(image: &SphereImage) -> f64 {
-    let densest_px = 2.0 * image.pixels_per_radian();
-    let along_radii_px = 2.0 / image.radians_per_pixel().min_element();
-    densest_px.min(along_radii_px.max(f64::from(MAX_RIM_MATCHED_FACE_PX)))
+fn exact_face_size_px(image: &SphereImage) -> f64 {
+    let for_densest_px = 2.0 * image.pixels_per_radian();
+    let for_radii_px = 2.0 / image.radians_per_pixel().min_element();
+    for_densest_px.min(for_radii_px.max(f64::from(MAX_RIM_MATCHED_FACE_PX)))
 }
 
 /// Size of a face, in pixels. For an equirectangular image of 16384 by 16384 this is 10432 pixels.
-fn size_px(image: &SphereImage) -> u32 {
-    (exact_size_px(image).ceil() as u32).max(MIN_FACE_PX).next_multiple_of(2)
+fn face_size_px(image: &SphereImage) -> u32 {
+    (exact_face_size_px(image).ceil() as u32).max(MIN_FACE_PX).next_multiple_of(2)
 }
 
 /// For a fisheye whose faces would be larger than [`MAX_FACE_PX`]: the least field of view, for an image of the same size, at which they fit. In degrees,
 /// rounded up to a tenth.
 fn least_fov_deg(image: &SphereImage) -> f64 {
-    // Such large faces match the pixels per radian along the radii (`exact_size_px`), so their size is inversely proportional to the field of view.
-    let exact_deg = 2.0 * image.half_fov_rad.to_degrees() * exact_size_px(image) / f64::from(MAX_FACE_PX);
+    // Such large faces match the pixels per radian along the radii (`exact_face_size_px`), so their size is inversely proportional to the field of view.
+    let exact_deg = 2.0 * image.half_fov_rad.to_degrees() * exact_face_size_px(image) / f64::from(MAX_FACE_PX);
     // The factor allows for rounding errors: without it, the faces at a result that is exactly a multiple of a tenth might need one more pixel.
     (10.0 * exact_deg * (1.0 + 1e-12)).ceil() / 10.0
 }
@@ -118,7 +118,7 @@ pub(super) fn frames(
     let (width, height) = (request.width, request.height);
     let half_fov_rad = fov_deg.to_radians() / 2.0;
     let image = SphereImage { right, up, forward, projection: composition.projection, half_fov_rad, width, height };
-    let face_px = size_px(&image);
+    let face_px = face_size_px(&image);
     let frame_px = face_px + 2 * BORDER_PX;
     if face_px > MAX_FACE_PX {
         let least_deg = least_fov_deg(&image);
@@ -229,7 +229,7 @@ mod tests {
             width: side_px,
             height: side_px,
         };
-        let is_refused = |side_px: u32, fov_deg: f64| size_px(&fisheye(side_px, fov_deg)) > MAX_FACE_PX;
+        let is_refused = |side_px: u32, fov_deg: f64| face_size_px(&fisheye(side_px, fov_deg)) > MAX_FACE_PX;
         let mut refused = 0;
         for side_px in (1..=MAX_IMAGE_PX).step_by(37).chain([MAX_IMAGE_PX]) {
             for fov_deg in (0..40).map(|k| 1.0 + 3.1 * f64::from(k)).filter(|fov_deg| is_refused(side_px, *fov_deg)) {

@@ -58,18 +58,19 @@ impl CompositeFrames {
 pub struct Composite {
     pub scenes: Vec<Scene>,
     pub arrangement: Arrangement,
-    /// The scene that is drawn over the entire image: for faces it has the stars, points and labels; otherwise it is that of the first frame.
+    /// The scene of the entire image. For faces it holds what is drawn after they have been combined: stars, points and labels. Otherwise it is the scene of the first
+    /// frame; for a stereo pair, with the geometry of the pair.
     pub whole: Scene,
 }
 
 impl Composite {
-    /// Combines the scenes of the frames, one per frame in the same order; `None` without scenes. `meter`: the camera of the light meter; for a stereo pair
-    /// it is midway between the eyes.
+    /// Combines the scenes of the frames, one per frame in the same order; `None` without scenes. `meter_camera`: for a stereo
+    /// pair it is midway between the eyes.
     pub(crate) fn new(
         catalog: &Catalog,
         request: &ViewRequest,
         arrangement: Arrangement,
-        meter: &Camera,
+        meter_camera: &Camera,
         mut scenes: Vec<Scene>,
     ) -> Option<Self> {
         let mut whole = scenes.first()?.clone();
@@ -106,11 +107,11 @@ impl Composite {
         }
         if let Arrangement::Eyes(Eyes { columns, layout, .. }) = &arrangement {
             let side_by_side = *layout == StereoLayout::SideBySide;
-            whole.geometry = ImageGeometry::Stereo(StereoGeometry { left_column: columns[0], width: meter.width, side_by_side });
+            whole.geometry = ImageGeometry::Stereo(StereoGeometry { left_column: columns[0], width: meter_camera.width, side_by_side });
             // Texts in the margin have the same position in both images, hence zero parallax.
             let metrics = LabelMetrics::of_size(LabelLayer::empty(request).size_px);
             for (scene, column) in scenes.iter_mut().zip(columns) {
-                let margin = Margin::of(meter, request, catalog, &scene.bodies, &metrics);
+                let margin = Margin::of(meter_camera, request, catalog, &scene.bodies, &metrics);
                 if margin != Margin::default() {
                     let labels = scene.labels.get_or_insert_with(|| LabelLayer::empty(request));
                     labels.add(margin.shifted(f64::from(*column)));

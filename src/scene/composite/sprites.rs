@@ -2,8 +2,8 @@
 //!
 //! In: the sprites of a face's frame. Out: sprites in the clip space of the image, with the same irradiance. A sprite's flux is inversely proportional to
 //! the solid angle of a pixel, which differs between face and image. Each sprite comes from the face that contains its direction. Always:
-//! a sprite is as high as a star in a perspective image. In an equirectangular image it is stretched horizontally as the image is, so that it spans the same
-//! angle in both directions. Sprites that cross the left or right edge of such an image are repeated at the opposite edge. Near its poles, where a sprite
+//! a sprite has as many pixels in height as in a perspective image. In an equirectangular image it is stretched horizontally as the image is, so that it
+//! spans the same angle in both directions. Sprites that cross the left or right edge of such an image are repeated at the opposite edge. Near its poles, where a sprite
 //! may surround the pole, the face draws the sprite itself, and the image is resampled from it.
 
 use super::faces::face_of;
@@ -16,7 +16,7 @@ use glam::{DVec2, Vec3};
 
 /// Maximum radius of a sprite relative to the image's shorter side. Without this limit the Sun, which is in every image of the entire sphere, would cover
 /// everything within 20 degrees at a night exposure.
-const MAX_RADIUS_OF_SHORT_SIDE: f64 = 0.015;
+const MAX_RADIUS_FRACTION: f64 = 0.015;
 /// Radius in pixels that a sprite may have in any image, however small.
 const ALWAYS_ALLOWED_RADIUS_PX: f64 = 8.0;
 
@@ -36,8 +36,8 @@ struct ProjectedSprite {
 enum Drawn {
     /// In the image, by these sprites; none if another face contains the direction.
     InImage(Vec<ProjectedSprite>),
-    /// In the face, with this radius in the face's pixels. `place`: the sprite in the image, with radius 0.
-    InFace { radius_px: f32, place: ProjectedSprite },
+    /// In the face, with this radius in the face's pixels. `for_picking`: the sprite in the image, with radius 0.
+    InFace { radius_px: f32, for_picking: ProjectedSprite },
 }
 
 /// The sprites of a face, divided into those that the face draws itself and those of the image.
@@ -57,7 +57,7 @@ fn project(image: &SphereImage, face: usize, camera: &Camera, centre: Vec3, flux
     let flux = flux.as_dvec3() * (face_sr / image_sr);
     let size = DVec2::new(f64::from(image.width), f64::from(image.height));
     let clip_of = |px: DVec2| DVec2::new(2.0 * px.x / size.x - 1.0, 1.0 - 2.0 * px.y / size.y);
-    let max_px = MAX_RADIUS_OF_SHORT_SIDE * size.y.min(size.x);
+    let max_px = MAX_RADIUS_FRACTION * size.y.min(size.x);
     let peak = flux.max_element() / stretch.max(1.0) * point_peak() / white;
     let radius_px = point_radius_px(peak).min(max_px.max(ALWAYS_ALLOWED_RADIUS_PX));
     let wraps = image.projection == Projection::Equirectangular;
@@ -72,7 +72,7 @@ fn project(image: &SphereImage, face: usize, camera: &Camera, centre: Vec3, flux
         let radians_per_face_px = camera.pixel_tangent() * cos_off_axis.powf(1.5);
         let to_edge_px = (1.0 - f64::from(centre.x.abs().max(centre.y.abs()))) * camera.half_size().min_element();
         let in_face_px = (radius_px * image.radians_per_pixel().y / radians_per_face_px).min(to_edge_px).max(POINT_RADIUS_PX);
-        return Drawn::InFace { radius_px: narrow_scalar(in_face_px), place: sprite_at(pixel, 0.0, 1.0) };
+        return Drawn::InFace { radius_px: narrow_scalar(in_face_px), for_picking: sprite_at(pixel, 0.0, 1.0) };
     }
     let stretch = stretch.min(0.5 * size.x / radius_px).max(1.0);
     let mut sprites = Vec::new();
@@ -95,9 +95,9 @@ pub(crate) fn stars(image: &SphereImage, face: usize, camera: &Camera, of_face: 
         let in_image = |ProjectedSprite { centre, radius_px, stretch, flux }| StarSprite { centre, radius_px, stretch, flux, star: s.star };
         match project(image, face, camera, s.centre, s.flux, white) {
             Drawn::InImage(sprites) => divided.in_image.extend(sprites.into_iter().map(in_image)),
-            Drawn::InFace { radius_px, place } => {
+            Drawn::InFace { radius_px, for_picking } => {
                 divided.in_face.push(StarSprite { radius_px, ..*s });
-                divided.in_image.push(in_image(place));
+                divided.in_image.push(in_image(for_picking));
             }
         }
     }

@@ -111,7 +111,7 @@ fn ring_view<'c>(frame: &'c FrameContext<'c>, placed: &'c PlacedBody<'_>) -> Opt
         placement: &placed.placement,
         sun: (placed.body_from_icrf * placed.sun_from_body_km).normalize(),
         sun_distance_km: placed.sun_from_body_km.length(),
-        phase_angle: placed.phase_angle,
+        phase_angle: placed.phase_angle_rad,
         irradiance: lights::sunlight(placed.sun_from_body_km).irradiance.x,
         threshold: frame.threshold,
         caches: frame.context.caches,

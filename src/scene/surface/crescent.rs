@@ -32,7 +32,7 @@ fn is_thin(diameter_px: f64, phase_angle: f64) -> bool {
 
 /// Decides whether the pixels of a crescent are averaged. Eclipses, meshes and relief finer than the maps exclude it, which limits the number of shader keys.
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
-    let (diameter_px, phase_angle) = (inputs.diameter_px, inputs.placed.phase_angle);
+    let (diameter_px, phase_angle) = (inputs.diameter_px, inputs.placed.phase_angle_rad);
     let chosen = &mut decisions.chosen;
     let is_possible =
         !Capabilities::of(inputs.body()).emissive && chosen.eclipse.occluders == 0 && !chosen.detail && inputs.model.is_none();

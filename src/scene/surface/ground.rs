@@ -89,7 +89,7 @@ const TERMINATOR_MARGIN_DEG: f64 = 2.0;
 fn sunlit_ground_in_view(inputs: &DecisionInputs<'_, '_>) -> (bool, Reason) {
     let (body, placed) = (inputs.body(), inputs.placed);
     let horizon_deg = (body.radii_km.min_element() / placed.distance_km).min(1.0).acos().to_degrees();
-    let (separation_deg, max_separation_deg) = (placed.phase_angle.to_degrees(), 90.0 + horizon_deg + TERMINATOR_MARGIN_DEG);
+    let (separation_deg, max_separation_deg) = (placed.phase_angle_rad.to_degrees(), 90.0 + horizon_deg + TERMINATOR_MARGIN_DEG);
     (
         separation_deg < max_separation_deg,
         reason!("sun-from-zenith", degrees = format_args!("{separation_deg:.1}"))

@@ -29,7 +29,7 @@ impl MeteredFrame<'_, '_> {
     /// Ring-shine on the globe, if its night side is visible, and the ground's radiance per unit of ring-shine. On the day side ring-shine is a
     /// hundredth of the light and is left out.
     pub(super) fn ring_shine_on(&self, p: &PlacedBody<'_>, diameter_px: f64) -> Option<(Arc<RingShine>, f64)> {
-        let weight = smoothstep((p.phase_angle - NIGHT_SIDE_FADE_RAD[0]) / (NIGHT_SIDE_FADE_RAD[1] - NIGHT_SIDE_FADE_RAD[0]));
+        let weight = smoothstep((p.phase_angle_rad - NIGHT_SIDE_FADE_RAD[0]) / (NIGHT_SIDE_FADE_RAD[1] - NIGHT_SIDE_FADE_RAD[0]));
         let user_choice = self.meter.context.request.effects.override_of_body(p.body, Effect::RingShine);
         let rings: Vec<&Ring> = p.body.rings.iter().filter(|r| r.tau_normal > 0.0).collect();
         // A body that is drawn as a point has no ground that ring-shine could light.
@@ -51,7 +51,7 @@ impl MeteredFrame<'_, '_> {
             placement: &p.placement,
             sun: (p.body_from_icrf * p.sun_from_body_km).normalize(),
             sun_distance_km: p.sun_from_body_km.length(),
-            phase_angle: p.phase_angle,
+            phase_angle: p.phase_angle_rad,
             irradiance: 1.0,
             threshold: Threshold::of(Purpose::LINEAR, 1.0),
             caches: self.meter.context.caches,
