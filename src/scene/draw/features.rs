@@ -1,8 +1,9 @@
-//! The features of a draw, which determine the code of its shader. The shader key, which names the shader module, is derived from [`DrawFeatures`] alone.
+//! The features of a draw, which determine the code of its shader. The shader key, which names the shader module, is derived from [`DrawFeatures`]
+//! alone.
 //!
-//! Plain values without computation: `scene::features` sets them, `shader::key` reads them. Two draws with equal features run the same shader module; they
-//! may differ in their uniforms. Not here: which combinations are valid (`shader::key`), and the
-//! choice of features for a draw (`scene::features`).
+//! Plain values without computation: `scene::features` sets them, `shader::key` reads them. Two draws with equal features run the same shader module;
+//! they may differ in their uniforms. Not here: which combinations are valid (`shader::key`), and the choice of features for a draw
+//! (`scene::features`).
 
 /// The photometric model of a body's ground, or the kind of surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]

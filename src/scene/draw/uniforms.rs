@@ -1,7 +1,7 @@
 //! The uniforms of one draw, all f32.
 //!
-//! Plain values: `scene::features` and the modules of each effect fill them, `render::plan` writes them to uniform blocks by name. A field followed by a quoted name fills the uniform
-//! of that name in shaders/lib/draw.wesl. To add a uniform, add one line in that file and one here.
+//! Plain values: `scene::features` and the modules of each effect fill them, `render::plan` writes them to uniform blocks by name. A field followed
+//! by a quoted name fills the uniform of that name in shaders/lib/draw.wesl. To add a uniform, add one line in that file and one here.
 
 use crate::mesh::Mesh;
 use crate::scene::camera::{self, ViewRays};

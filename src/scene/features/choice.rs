@@ -66,7 +66,7 @@ pub fn ellipsoid_flattening(body: &Body) -> f64 {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FeatureSelection {
     pub ellipsoid: bool,
-    /// MeshFlags of the mesh that is drawn in place of the ellipsoid; `None` without a mesh.
+    /// Properties of the mesh that is drawn in place of the ellipsoid; `None` without a mesh.
     pub mesh: Option<MeshFlags>,
     pub maps: MapSet,
     /// Procedural relief and albedo finer than the maps.

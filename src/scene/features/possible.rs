@@ -1,7 +1,7 @@
 //! Every set of draw features that the catalog's bodies allow.
 //!
-//! In: the catalog. Out: [`possible_features`], the list of all values that [`FeatureSelection::globe_features`] and the similar functions for clouds, rings
-//! and sky can return. Always: the shader keys that are validated ahead of time and those that frames use come from the same functions.
+//! In: the catalog. Out: [`possible_features`], the list of all values that [`FeatureSelection::globe_features`] and the similar functions for
+//! clouds, rings and sky can return. Always: the shader keys that are validated ahead of time and those that frames use come from the same functions.
 
 use crate::catalog::{Body, Catalog, MAX_OVERLAYS, ShapeModel};
 use crate::scene::atmosphere::air;

@@ -1,7 +1,7 @@
-//! The effects that a user can switch, and the user's settings.
+//! The effects that a user can switch on or off, and the user's choices.
 //!
-//! In: texts such as `+night,-normal,+eclipse=linear`. Out: [`EffectOverrides`]. Always: an unknown name is an error here, so that later stages need
-//! only match on enums.
+//! In: texts such as `+night,-normal,+eclipse=linear`. Out: [`EffectOverrides`]. Always: an unknown effect or model is an error here, so that later stages only
+//! match on enums. An unknown body is an error in [`super::ViewRequest::check_bodies`].
 
 use crate::catalog::{Body, normalized_name};
 use crate::scene::draw::features::{AtmosphereModel, EclipseModel};

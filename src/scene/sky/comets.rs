@@ -1,11 +1,11 @@
 //! Comets: the head as a point of light, a tail of dust and a tail of ions.
 //!
-//! In: the catalog's comets, the camera, the white level. Out: [`Comets`]: sprites for shaders/entry/point.wesl and ribbon segments for
-//! shaders/entry/comet_tail.wesl. The head has the total magnitude M1 + 5 log d + K1 log r, with the distances d from the viewer and r from the Sun in au,
-//! and M1 and K1 from the catalog. Ions move with the solar wind and lag by the comet's own
-//! velocity. Dust grains move on orbits of their own from the point of release; radiation pressure reduces the Sun's gravity on them by the fraction beta.
-//! The directions of tails follow from this alone; their lengths and their shares of the light are chosen after drawings by observers, not measured. All
-//! values are f64; only clip coordinates are narrowed. Left out: jets, outbursts, disconnections, anti-tails of large grains, variations of the solar wind.
+//! In: the catalog's comets, the camera, the white level. Out: [`Comets`]: sprites for shaders/entry/point.wesl, ribbon segments for
+//! shaders/entry/comet_tail.wesl, and arcs of orbits. The head has the total magnitude M1 + 5 log d + K1 log r, with the distances d from the viewer
+//! and r from the Sun in au, and M1 and K1 from the catalog. Ions move with the solar wind and lag by the comet's own velocity. Dust grains move on
+//! orbits of their own from the point of release; radiation pressure reduces the Sun's gravity on them by the fraction beta. The directions of tails
+//! follow from this alone; their lengths and their shares of the light are chosen to resemble drawings by observers, not measured. All values are
+//! f64; only clip coordinates are narrowed. Left out: jets, outbursts, disconnections, anti-tails of large grains, variations of the solar wind.
 
 use super::minor_planets::{MARK_LEVEL, NEAR_AU};
 use super::star_colour::star_colour;

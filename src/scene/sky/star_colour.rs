@@ -1,8 +1,8 @@
 //! The colour of a star from its colour index B-V.
 //!
-//! In: B-V. Out: linear sRGB of luminance 1, in which sunlight is white, as everywhere in the program. The star is a black body of the temperature that
-//! Ballesteros 2012 (EPL 97, 34008, eq. 14) gives for its index, seen by the CIE 1931 observer. Left out: differences between a
-//! star's spectrum and that of a black body, such as the absorption bands of cool stars. Indices outside `MIN_B_V..=MAX_B_V` are clamped.
+//! In: B-V. Out: linear sRGB of luminance 1, in which sunlight is white, as everywhere in the program. The star is a black body of the temperature
+//! that Ballesteros 2012 (EPL 97, 34008, eq. 14) gives for its index, seen by the CIE 1931 observer. Left out: differences between a star's spectrum
+//! and that of a black body, such as the absorption bands of cool stars. Indices outside `MIN_B_V..=MAX_B_V` are clamped.
 
 use crate::units::luminance;
 use glam::{DMat3, DVec3};
