@@ -11,7 +11,7 @@ use crate::scene::camera::NEAR_DEPTH_KM;
 use crate::scene::orbit_arcs::{CHORDS_PER_ARC, OrbitArc};
 use crate::scene::orbits;
 use crate::scene::sky::comets::TailSegment;
-use crate::scene::sky::minor_planets::{LIGHT_TIME, NEAR_AU};
+use crate::scene::sky::minor_planets::{LIGHT_TIME_PER_AU, NEAR_AU};
 use crate::scene::{CORE_SIGMA_PX, GLARE_FRACTION, GLARE_RADIUS_EXPONENT, GLARE_SCALE_RADIUS_PX, MAX_RADIUS_PX, POINT_RADIUS_PX, Scene};
 use std::sync::Arc;
 
@@ -40,7 +40,7 @@ pub(super) fn minor_planets(scene: &Scene, provider: &impl ResourceProvider) -> 
         w.f32("flux_per_irradiance", minor_planets.flux_per_irradiance)?;
         w.f32("peak_over_white", minor_planets.peak_over_white)?;
         w.f32("mark_flux", minor_planets.mark_flux)?;
-        w.f32("light_time", LIGHT_TIME as f32)?;
+        w.f32("light_time", LIGHT_TIME_PER_AU as f32)?;
         w.f32("near_au", NEAR_AU as f32)
     })?;
     // One triangle per body; its sprite is drawn in the inscribed circle.

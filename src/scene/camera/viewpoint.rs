@@ -10,7 +10,9 @@ use crate::ephemeris::topocentric::ground_point_km;
 use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::scene::camera::Camera;
 use crate::scene::error::SceneError;
-use crate::scene::request::view_request::{Axes, FITTED_DISC, FOV_AT_DISTANCE_DEG, FOV_DEFAULT_DEG, Look, Position, Up, ViewRequest};
+use crate::scene::request::view_request::{
+    Axes, FITTED_DISC_FRACTION, FOV_AT_DISTANCE_DEG, FOV_DEFAULT_DEG, Look, Position, Up, ViewRequest,
+};
 use crate::scene::sky::frames::ecliptic_pole;
 use crate::time::Instant;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S};
@@ -42,15 +44,15 @@ pub struct BodyUnderCamera {
     pub centre_km: DVec3,
 }
 
-/// Distance from a sphere's centre, in its radii, at which its disc has the diameter [`FITTED_DISC`]. A disc of angular radius a fills the fraction
+/// Distance from a sphere's centre, in its radii, at which its disc has the diameter [`FITTED_DISC_FRACTION`]. A disc of angular radius a fills the fraction
 /// tan a / tan(fov / 2) of the frame's height.
 fn fitted_distance_radii(fov_deg: f64) -> f64 {
-    1.0 / (FITTED_DISC * (fov_deg.to_radians() / 2.0).tan()).atan().sin()
+    1.0 / (FITTED_DISC_FRACTION * (fov_deg.to_radians() / 2.0).tan()).atan().sin()
 }
 
-/// The field of view in which a disc of this angular radius has the diameter [`FITTED_DISC`].
+/// The field of view in which a disc of this angular radius has the diameter [`FITTED_DISC_FRACTION`].
 fn fitted_fov_deg(angular_radius_rad: f64) -> f64 {
-    2.0 * (angular_radius_rad.tan() / FITTED_DISC).atan().to_degrees()
+    2.0 * (angular_radius_rad.tan() / FITTED_DISC_FRACTION).atan().to_degrees()
 }
 
 /// Looks up bodies and their states at the request's time.

@@ -1,7 +1,9 @@
-//! The features of a draw, which determine the code of its shader. The shader key, which names the shader module, is derived from [`DrawFeatures`] alone.
+//! The features of a draw, which determine the code of its shader. The shader key, which names the shader module, is derived from [`DrawFeatures`]
+//! alone.
 //!
-//! Plain values, no uniforms: two draws with equal features run the same shader module. Not here: which combinations are valid (`shader::key`), and the
-//! choice of features for a draw (`scene::features`).
+//! Plain values without computation: `scene::features` sets them, `shader::key` reads them. Two draws with equal features run the same shader module;
+//! they may differ in their uniforms. Not here: which combinations are valid (`shader::key`), and the choice of features for a draw
+//! (`scene::features`).
 
 /// The photometric model of a body's ground, or the kind of surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
@@ -35,7 +37,7 @@ pub struct MapSet {
     pub cloud_shadow: bool,
 }
 
-/// The geometry: an intersected sphere or ellipsoid, or the triangles of a mesh.
+/// The geometry: a sphere or an ellipsoid, which the fragment shader intersects, or the triangles of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum Shape {
     Sphere,
@@ -77,7 +79,7 @@ impl EclipseModel {
 /// Number of occluders, and the model of their shadows. Either both are set or neither is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct Eclipse {
-    /// 0..=4.
+    /// At most [`MAX_OCCLUDERS`].
     pub occluders: u8,
     pub model: EclipseModel,
 }
@@ -153,7 +155,7 @@ impl AtmosphereModel {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct Air {
     pub model: AtmosphereModel,
-    /// Haze or dust, which scatters mainly forward.
+    /// An aerosol such as haze or dust, which scatters mainly forward.
     pub mie: bool,
     /// A layer that only absorbs.
     pub absorption: bool,
@@ -163,14 +165,14 @@ pub struct Air {
 /// sunlight that passes the occluders to the ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum AirPass {
-    /// Each pixel evaluates it.
+    /// Each pixel evaluates the light of the air.
     #[default]
     None,
     /// The pixels read the image where its interpolation is accurate enough.
     Read,
     /// The draw that fills the image with the light of the air.
     Drawn,
-    /// As `Read`, and where the image is used the ground's draw also shows the clouds; the clouds' own draw shows them elsewhere.
+    /// As `Read`. In addition, the ground's draw also shows the clouds in pixels that it interpolates; the clouds' own draw shows them elsewhere.
     ReadWithClouds,
     /// The draw that fills the image with the sunlight that passes the occluders.
     SunlightDrawn,
@@ -190,16 +192,16 @@ impl AirPass {
     }
 }
 
-/// Properties of a mesh's triangles and texture.
+/// Properties of a mesh's triangles and texture; all `false` for other shapes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
-pub struct Flags {
+pub struct MeshFlags {
     pub two_sided: bool,
     pub alpha_texture: bool,
     pub vertex_colour: bool,
 }
 
-/// Scale of the green channel of [`PixelView::Cost`]: the number of texture reads times this. It makes reads visible beside the instructions of the red
-/// channel: 16 reads are as bright as 16384 instructions.
+/// Factor on the number of texture reads in the green channel of [`PixelView::Cost`]. The red channel is the number of instructions. With this factor 16
+/// reads are as bright as 16384 instructions, so that both are visible.
 pub const INSTRUCTIONS_PER_READ: f64 = 1024.0;
 
 /// The quantity that a pixel shows.
@@ -236,9 +238,7 @@ impl PixelView {
         Self::OpticalDepth,
         Self::Cost,
     ];
-}
 
-impl PixelView {
     pub fn by_name(name: &str) -> Option<Self> {
         // Earlier versions called the final image `shaded`.
         let known = Self::ALL.map(|v| (v.name(), v)).into_iter().chain([("shaded", Self::Final)]);
@@ -290,9 +290,9 @@ pub struct DrawFeatures {
     pub detail: Detail,
     /// Which custom surface colours the ground: 0 for none, else 1..=[`MAX_CUSTOM_SURFACES`].
     pub custom_surface: u8,
-    /// Number of images laid over the albedo by their alpha: 0..=2.
+    /// Number of images blended over the albedo by their alpha, at most `catalog::MAX_OVERLAYS`.
     pub overlays: u8,
-    /// Number of lights, 0..=3: the Sun first, then bodies that reflect light.
+    /// Number of lights, at most `scene::thresholds::MAX_LIGHTS`: the Sun first, then bodies that reflect light.
     pub lights: u8,
     pub eclipse: Eclipse,
     pub ring_shadow: RingShadow,
@@ -300,7 +300,7 @@ pub struct DrawFeatures {
     pub ring_shine: bool,
     pub body_shadow: BodyShadow,
     pub air: Air,
-    /// Whether the air's light, and the sunlight of an eclipse, are interpolated in a coarse image.
+    /// Whether the air's light, and the sunlight of an eclipse, are interpolated from the coarse image of the air.
     pub air_pass: AirPass,
     pub shape: Shape,
     /// Whether the draw uses the lunar limb profile. In the Moon's draw the profile shapes the Moon's limb, in the Sun's draw the edge of the part that the
@@ -309,7 +309,7 @@ pub struct DrawFeatures {
     /// Whether pixels at the limb show the mean light over their area. A draw of the sky averages the light of the air, other draws that of a thin crescent and
     /// of the air in front of it.
     pub thin_limb: bool,
-    pub flags: Flags,
+    pub flags: MeshFlags,
     pub view: PixelView,
 }
 
@@ -331,7 +331,7 @@ impl DrawFeatures {
         shape: Shape::Sphere,
         limb_heights: false,
         thin_limb: false,
-        flags: Flags { two_sided: false, alpha_texture: false, vertex_colour: false },
+        flags: MeshFlags { two_sided: false, alpha_texture: false, vertex_colour: false },
         view: PixelView::Final,
     };
 

@@ -1,6 +1,7 @@
 //! Draws: their features ([`features::DrawFeatures`]), uniforms ([`uniforms::DrawUniforms`]) and maps; also points and stars.
 //!
-//! Plain values: `scene::features` creates them, `shader` derives keys from the features, `render::plan` fills uniform blocks from the uniforms.
+//! Plain values without computation. `scene::features` creates draws and points, `scene::sky` stars; `shader` derives keys from the features, and
+//! `render::plan` fills uniform blocks from the uniforms.
 
 pub mod features;
 pub mod tables;
@@ -9,8 +10,8 @@ pub mod uniforms;
 use crate::catalog::NaifId;
 pub use crate::scene::constants;
 pub use features::{
-    Air, AirPass, AtmosphereModel, BodyShadow, Detail, DrawFeatures, Eclipse, EclipseModel, Flags, INSTRUCTIONS_PER_READ,
-    MAX_CUSTOM_SURFACES, MAX_OCCLUDERS, MapSet, PixelView, RingShadow, Shape, Surface,
+    Air, AirPass, AtmosphereModel, BodyShadow, Detail, DrawFeatures, Eclipse, EclipseModel, INSTRUCTIONS_PER_READ, MAX_CUSTOM_SURFACES,
+    MAX_OCCLUDERS, MapSet, MeshFlags, PixelView, RingShadow, Shape, Surface,
 };
 use glam::Vec3;
 pub use tables::{LimbTable, RingShine, RingTable};
@@ -58,14 +59,14 @@ pub struct Draw {
 }
 
 impl Draw {
-    /// The same shape in black, without maps and effects: it shows which pixels the draw covers.
+    /// A draw of the same shape in black, without maps and effects, which shows what pixels this draw covers.
     pub fn shape_alone(&self) -> Self {
         let two_sided = self.features.flags.two_sided;
         let limb_heights = self.features.limb_heights && self.features.surface != Surface::Emissive;
         let features = DrawFeatures {
             shape: self.features.shape,
             limb_heights,
-            flags: Flags { two_sided, ..Flags::default() },
+            flags: MeshFlags { two_sided, ..MeshFlags::default() },
             ..DrawFeatures::MINIMAL
         };
         Self { features, map_files: MapFiles::default(), ..self.clone() }
@@ -116,12 +117,12 @@ impl MapFiles {
     }
 }
 
-/// A star: a sprite behind all bodies.
+/// A star or the head of a comet: a sprite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StarSprite {
-    /// Clip x and y, and reversed depth, which is 0: infinitely far.
+    /// Clip x and y, and reversed depth, which is 0 (infinitely far) for a star.
     pub centre: Vec3,
-    /// Half the height of the sprite in pixels; 0 if another frame of a composed image draws it.
+    /// Half the height of the sprite in pixels; 0 if another frame of a composed image draws the sprite.
     pub radius_px: f32,
     /// Width over height, above 1 away from the equator of an equirectangular image.
     pub stretch: f32,

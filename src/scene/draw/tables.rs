@@ -1,9 +1,10 @@
-//! Tables that shaders read as textures: plain values. `scene::rings` fills those of rings, `scene::visibility` the lunar limb profile.
+//! Tables that shaders read as textures: plain values. `scene::rings` fills those of rings, `scene::visibility` fills that of the lunar limb profile;
+//! `render::plan` makes textures from them.
 
 use crate::scene::constants::RING_BIN_ROWS;
 
-/// Integrals over a ring's radius: texels row by row, four numbers per texel. Their layout is documented in shaders/lib/ring/profile.wesl for the ring itself,
-/// and in shaders/lib/ring/shadow.wesl for its shadow.
+/// Integrals over a ring's radius, for the ring's own draw or for the ring's shadow: texels row by row, four numbers per texel. shaders/lib/ring/profile.wesl
+/// documents the layout for the ring's own draw, shaders/lib/ring/shadow.wesl that for the shadow.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RingTable {
     pub width: u32,
@@ -13,13 +14,13 @@ pub struct RingTable {
     pub radius_range: [f64; 2],
     /// Coefficients of the bin index, `bins[0] - bins[1] / radius`; `bins[2]` is the index of the last bin.
     pub bins: [f64; 3],
-    /// Indices of the first and the last slant for which a ring's own table has rows.
+    /// Indices of the first and the last slant for which the table of a ring's own draw has rows.
     pub slants: [u32; 2],
 }
 
 impl RingTable {
-    /// Number of rows after those of the bins.
-    pub fn rows(&self) -> u32 {
+    /// Number of rows after the first rows, which hold the bins.
+    pub fn rows_after_bins(&self) -> u32 {
         self.height - RING_BIN_ROWS
     }
 }
@@ -32,11 +33,12 @@ pub struct RingShine {
     pub texels: Vec<f32>,
     /// Height above the ring's plane (|z| in the unit-sphere frame) above which no ring is visible.
     pub max_height: f64,
-    /// The largest irradiance (not divided by height), brightest channel.
+    /// The largest irradiance (not divided by height), brightest channel, per unit of sunlight.
     pub brightest: f64,
 }
 
-/// The lunar limb profile: texels row by row. Each texel contains the height, the difference between the next height and this one, 0 and 0; in radii.
+/// The lunar limb profile: one texel per position angle, in increasing order. Each texel contains the height above the sphere of the Moon's radius, the
+/// difference between the next height and this one, 0 and 0. Heights are in the Moon's radii.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LimbTable {
     pub texels: Vec<f32>,

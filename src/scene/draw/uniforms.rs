@@ -1,7 +1,7 @@
 //! The uniforms of one draw, all f32.
 //!
-//! Plain values: `features` and the modules of each effect fill them, `render::plan` writes them by name. A field followed by a quoted name fills the uniform
-//! of that name in shaders/lib/draw.wesl. To add a uniform, add one line in that file and one here.
+//! Plain values: `scene::features` and the modules of each effect fill them, `render::plan` writes them to uniform blocks by name. A field followed
+//! by a quoted name fills the uniform of that name in shaders/lib/draw.wesl. To add a uniform, add one line in that file and one here.
 
 use crate::mesh::Mesh;
 use crate::scene::camera::{self, ViewRays};
@@ -106,7 +106,7 @@ uniforms! {
         pub ray_origin: Vec3 = "ray_origin",
         pub ray_du: Vec3 = "ray_du",
         pub ray_dv: Vec3 = "ray_dv",
-        /// Near camera: |camera|² - 1, computed in f64. Ignored when `anchor_is_camera` is 0.
+        /// Near camera: |camera|² - 1, computed in f64 and then narrowed. Ignored when `anchor_is_camera` is 0.
         pub anchor_radius_sq_minus_1: f32 = "anchor_radius_sq_minus_1",
         /// 1: the anchor is the camera. 0: it is in the plane through the body's centre.
         pub anchor_is_camera: f32 = "anchor_is_camera",
@@ -114,7 +114,7 @@ uniforms! {
         pub silhouette_form: [Vec4; 2] = "silhouette_form",
         /// Clip-space depth of a point p of the unit-sphere frame: reversed depth = 1 / (dot(row.xyz, p) + row.w).
         pub depth_row: Vec4 = "depth_row",
-        /// Semi-axes over the equatorial radius: (1, b/a, c/a).
+        /// Semi-axes divided by the equatorial radius: (1, b/a, c/a).
         pub axis_ratios: Vec3 = "axis_ratios",
         /// Linear RGB reflectance, or radiance for emissive surfaces: a factor on the albedo map if there is one, else the value itself.
         pub albedo: Vec3 = "albedo",
@@ -196,8 +196,8 @@ uniforms! {
     pub struct AtmosphereUniforms {
         /// `radius_sq_minus_1` of the top.
         pub top: f32 = "air_top",
-        /// Heights of the two ends of a ray that rises or falls all along: x of the end at the camera, y of the far end. An end outside the air has the height
-        /// of the air's top. `air_quadrature_nodes` is computed from them.
+        /// Heights of the two ends of a view ray along which the height only increases or only decreases: x at the camera, y at the far end. An end outside
+        /// the air has the height of the air's top. `scene::atmosphere::uniform_rows` computes the uniform `air_quadrature_nodes` from them.
         pub end_heights: Vec2,
         pub rayleigh_scale_height: f32 = "air_rayleigh_scale_height",
         /// Coefficients per equatorial radius at the floor, linear RGB.
@@ -215,10 +215,10 @@ uniforms! {
         pub absorption_extinction: Vec3 = "air_absorption_extinction",
         /// Optical depth of the air above the ground, as `scene::atmosphere::ground_depth` fits it.
         pub ground_depth: [Vec4; GROUND_DEPTH_TERMS] = "air_ground_depth",
-        /// 0: the atmosphere is composited over the ground. 1: the ground's map includes the atmosphere, so the brighter of both is shown. 2: the map includes
+        /// 0: the atmosphere is composited over the ground. 1: the ground's map includes the atmosphere, so the brighter of the two is shown. 2: the map includes
         /// an atmosphere that is transparent straight down, so the disc shows the map alone, and the atmosphere beyond the limb continues the disc's brightness.
         pub blend_mode: f32 = "air_blend_mode",
-        /// Weight of modes 1 and 2; mode 0 has the rest. 1 above the air, less in it, 0 in mode 0.
+        /// Weight of mode 1 or 2 in a mixture with mode 0: 1 for a camera above the air, less for one in it; 0 if `blend_mode` is 0.
         pub map_weight: f32 = "air_map_weight",
         /// Radiance of the night sky; 0 for an atmosphere seen from outside.
         pub night_radiance: f32 = "air_night_radiance",
@@ -229,8 +229,8 @@ uniforms! {
         pub coarse_bound: Vec2,
         /// First row of the body's part of that image. `render::plan` sets this field.
         pub coarse_row: f32 = "air_coarse_row",
-        /// The draw counts heights from the floor, the table of multiply scattered light from the ground. x: height of the floor above the ground. y: 1 / height
-        /// of the air's top above the ground.
+        /// Heights for the table of multiply scattered light, which measures them from the ground, whereas the draw measures them from the floor. x: height of
+        /// the floor above the ground. y: 1 / height of the air's top above the ground.
         pub multi_scatter_heights: Vec2 = "air_multi_scatter_heights",
         /// The table of `scene::atmosphere::multi_scatter_table`; empty if the draw does not read it.
         pub multi_scatter: Arc<Vec<Vec4>> = "air_multi_scatter",
@@ -273,13 +273,13 @@ uniforms! {
         pub lattice: [Vec4; DETAIL_ROWS] = "detail_lattice",
         /// Per lattice: the cell that contains the reference point (xyz), modulo the lattices' period.
         pub cells: [Vec4; DETAIL_ROWS] = "detail_cells",
-        /// Side in radii of the cells that are just too large to be drawn, because the rows hold the finest lattices only. From half this side on, lattices
-        /// fade out.
+        /// Side in radii of the cells at which lattices have faded out. They fade out from half this side on, because the rows hold the finest lattices only.
         pub largest: f32 = "detail_largest",
         /// The camera relative to the reference point (xyz), and the tangent of the angle that a pixel spans (w).
         pub camera: Vec4 = "detail_camera",
-        /// In narrow fields the reference point is on the ground. First row: that point (xyz), and its distance from the camera in lengths of the ray (w; 0: the
-        /// field is not narrow). Second row: the ray to the point (xyz), and the point's u in the draw's rectangle (w). Third row: the point's v (x).
+        /// In a narrow field of view the reference point is on the ground. First row: that point (xyz), and its distance from the camera divided by the length
+        /// of the ray to it (w; 0: the field is not narrow). Second row: that ray (xyz), and the point's u in the draw's rectangle (w). Third row: the
+        /// point's v (x).
         pub reference: [Vec4; 3] = "detail_reference",
     }
 }
@@ -299,8 +299,8 @@ uniforms! {
     /// Uniforms of shaders/lib/foreground_limb.wesl.
     #[derive(Clone, Copy, Debug, Default, PartialEq)]
     pub struct ForegroundLimbUniforms {
-        /// For each of two bodies three rows, which shaders/lib/foreground_limb.wesl describes. They take positions on the screen relative to one pixel for both
-        /// bodies. Its x is the w of the first body's third row; its y is the w of the second body's third row.
+        /// Three rows for each of two bodies, which shaders/lib/foreground_limb.wesl describes. All rows share one origin of screen positions: the w components
+        /// of the two third rows are its x and its y, pixels.
         pub rows: [Vec4; 6] = "foreground_limb",
     }
 }
@@ -340,7 +340,7 @@ uniforms! {
         pub side: f32 = "ring_side",
         /// Tangent of the Sun's angular radius.
         pub sun_tangent: f32 = "sun_tangent",
-        /// For the globe's shadow on the rings: the globe's semi-axes over its equatorial radius.
+        /// For the globe's shadow on the rings: the globe's semi-axes divided by its equatorial radius.
         pub shadow_axes: Vec3 = "shadow_axes",
         pub sun_limb_darkening_u1: Vec3 = "sun_limb_darkening_u1",
         pub sun_limb_darkening_u2: Vec3 = "sun_limb_darkening_u2",
@@ -353,21 +353,21 @@ uniforms! {
 }
 
 impl RingUniforms {
-    /// The bin of a radius in the table is x - y / radius, at most z.
+    /// Coefficients of the bin index of a radius in the table: x - y / radius, at most z.
     fn bins(&self) -> Vec3 {
         self.table.as_ref().map_or(Vec3::ZERO, |t| Vec3::from_array(t.bins.map(camera::narrow_scalar)))
     }
 
-    /// The table's first slant, as its index among all slants, and the largest offset from there.
+    /// The index of the table's first slant among all slants, and the largest offset from that index.
     fn slants(&self) -> Vec2 {
         let [first, last] = self.table.as_ref().map_or([0, 1], |t| t.slants).map(f64::from);
         // The upper limit stays just below the last row, so that interpolation reads the last row as the successor of the row before it.
         Vec2::new(camera::narrow_scalar(first), camera::narrow_scalar(last - first - 1e-3))
     }
 
-    /// Of a shadow's table: the number of rows, one per slant of sunlight.
+    /// Number of rows of a shadow's table, one per slant of sunlight.
     fn sun_rows(&self) -> f32 {
-        self.table.as_ref().map_or(0.0, |t| camera::narrow_scalar(f64::from(t.rows())))
+        self.table.as_ref().map_or(0.0, |t| camera::narrow_scalar(f64::from(t.rows_after_bins())))
     }
 }
 

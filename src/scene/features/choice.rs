@@ -6,7 +6,7 @@
 use crate::catalog::{Body, InventedRelief, MAX_OVERLAYS, NaifId, Photometry};
 use crate::scene::atmosphere::species;
 use crate::scene::draw::features::{
-    AirPass, AtmosphereModel, BodyShadow, Detail, DrawFeatures, Eclipse, Flags, MapSet, PixelView, RingShadow, Shape, Surface,
+    AirPass, AtmosphereModel, BodyShadow, Detail, DrawFeatures, Eclipse, MapSet, MeshFlags, PixelView, RingShadow, Shape, Surface,
 };
 use crate::scene::thresholds::MAX_LIGHTS;
 
@@ -16,9 +16,9 @@ pub struct Capabilities {
     /// Whether the semi-axes differ.
     pub ellipsoid: bool,
     pub maps: MapSet,
-    /// Whether the body emits its light, as the Sun does.
+    /// Whether the body emits light, as the Sun does.
     pub emissive: bool,
-    /// Whether a ring has an optical depth, without which it cannot be drawn.
+    /// Whether the body has a ring of known optical depth, without which a ring cannot be drawn.
     pub rings: bool,
     /// The kind of procedural relief of the ground.
     pub detail: Detail,
@@ -66,12 +66,12 @@ pub fn ellipsoid_flattening(body: &Body) -> f64 {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FeatureSelection {
     pub ellipsoid: bool,
-    /// Flags of the mesh that is drawn in place of the ellipsoid; `None` without a mesh.
-    pub mesh: Option<Flags>,
+    /// Properties of the mesh that is drawn in place of the ellipsoid; `None` without a mesh.
+    pub mesh: Option<MeshFlags>,
     pub maps: MapSet,
-    /// Relief and albedo finer than the maps.
+    /// Procedural relief and albedo finer than the maps.
     pub detail: bool,
-    /// Billows finer than the cloud map.
+    /// Procedural billows finer than the cloud map.
     pub cloud_detail: bool,
     /// Whether the body's custom surface is drawn.
     pub custom_surface: bool,
@@ -88,20 +88,20 @@ pub struct FeatureSelection {
     pub body_shadow: BodyShadow,
     /// The model of the atmosphere; [`AtmosphereModel::None`] without an atmosphere.
     pub air: AtmosphereModel,
-    /// Whether the air in front of ground and clouds is interpolated from a coarse image, and whether the ground's draw then also shows the clouds.
+    /// Whether the air in front of ground and clouds is interpolated from the coarse image, and whether the ground's draw then also shows the clouds.
     pub air_pass: AirPass,
     /// Whether the lunar limb profile shapes the limb.
     pub limb_heights: bool,
     /// Whether the sunlit crescent is so thin that ground and clouds average its light over each pixel.
     pub thin_crescent: bool,
-    /// Whether the draw of the air beyond the limb averages its light over each pixel.
+    /// Whether the air beyond the limb is so thin on the screen that its draw averages its light over each pixel.
     pub averaged_rim: bool,
 }
 
 impl FeatureSelection {
-    /// Whether ring-shine lights the globe. Ring-shine excludes planet-shine, because supporting both would double the number of shader keys of ringed bodies. Moons
-    /// light a ringed globe about a thousand times less than its rings do, and less than the rings even when the Sun hardly lights the rings.
-    fn lit_by_rings(self, body: &Body) -> bool {
+    /// Whether ring-shine is selected and possible. It excludes planet-shine, because supporting both would double the number of shader keys of ringed bodies.
+    /// Moons light a ringed globe about a thousand times less than its rings do, and less than the rings even when the Sun is nearly in the rings' plane.
+    fn has_ring_shine(self, body: &Body) -> bool {
         let available = Capabilities::of(body);
         self.ring_shine && available.rings && !available.emissive
     }
@@ -111,8 +111,8 @@ impl FeatureSelection {
         self.eclipse.occluders == 0 && matches!(view, PixelView::Final | PixelView::Cost)
     }
 
-    /// Whether the ground's draw can show the clouds: only with albedo, normal and cloud maps and without `other_features`, which limits the number of shader
-    /// keys.
+    /// Whether the ground's draw can show the clouds: only with albedo, normal and cloud maps and without overlays, a mesh and the other features tested here.
+    /// This limits the number of shader keys.
     pub(crate) fn shows_clouds_on_ground(self, body: &Body) -> bool {
         let available = Capabilities::of(body);
         let maps = [
@@ -131,12 +131,12 @@ impl FeatureSelection {
     }
 
     /// The features of the globe's draw, without features that the body does not have.
-    pub(crate) fn features(self, body: &Body, view: PixelView) -> DrawFeatures {
+    pub(crate) fn globe_features(self, body: &Body, view: PixelView) -> DrawFeatures {
         let available = Capabilities::of(body);
         let air = species::features(body, self.air);
         // Under an atmosphere the shape is always the ellipsoid, even if a sphere would be accurate enough: this halves the number of keys.
         let ellipsoid = self.ellipsoid || air.model != AtmosphereModel::None;
-        let mesh = self.mesh.zip(body.mesh.as_ref()).filter(|_| air.model == AtmosphereModel::None).map(|(flags, model)| Flags {
+        let mesh = self.mesh.zip(body.mesh.as_ref()).filter(|_| air.model == AtmosphereModel::None).map(|(flags, model)| MeshFlags {
             two_sided: flags.two_sided && model.two_sided,
             alpha_texture: flags.alpha_texture && model.alpha && self.maps.albedo && available.maps.albedo,
             vertex_colour: flags.vertex_colour && model.vertex_colours,
@@ -161,7 +161,7 @@ impl FeatureSelection {
             detail: if self.detail && mesh.is_none() && self.shows_detail(view) { available.detail } else { Detail::None },
             custom_surface: if self.custom_surface { available.custom_surface } else { 0 },
             overlays: self.overlays.min(body.overlays.len().min(usize::from(MAX_OVERLAYS)) as u8),
-            lights: match (available.emissive, self.lit_by_rings(body), self.secondary_light_count) {
+            lights: match (available.emissive, self.has_ring_shine(body), self.secondary_light_count) {
                 (true, ..) => 0,
                 (false, true, _) | (false, false, 0) => 1,
                 // The number of lights is rounded up to the maximum, which halves the number of these keys; the last light may be black.
@@ -175,7 +175,7 @@ impl FeatureSelection {
             } else {
                 RingShadow::None
             },
-            ring_shine: self.lit_by_rings(body),
+            ring_shine: self.has_ring_shine(body),
             shape: match mesh {
                 Some(_) => Shape::Mesh,
                 None if ellipsoid && available.ellipsoid => Shape::Ellipsoid,
@@ -203,7 +203,7 @@ impl FeatureSelection {
     /// The features of the cloud shell's draw; `None` if the body has no clouds or the pixel view shows a quantity of the ground below them.
     pub(crate) fn cloud_features(self, body: &Body, view: PixelView) -> Option<DrawFeatures> {
         let shown = body.clouds.is_some() && matches!(view, PixelView::Final | PixelView::Cost);
-        let ground = Self { mesh: None, ..self }.features(body, view);
+        let ground = Self { mesh: None, ..self }.globe_features(body, view);
         shown.then_some(DrawFeatures {
             surface: Surface::Cloud,
             maps: MapSet::default(),
@@ -234,7 +234,7 @@ impl FeatureSelection {
     /// The features of the draw of the atmosphere beyond the limb; `None` without an atmosphere or if the pixel view does not show it.
     pub(crate) fn sky_features(self, body: &Body, view: PixelView) -> Option<DrawFeatures> {
         let shown = matches!(view, PixelView::Final | PixelView::Cost | PixelView::OpticalDepth);
-        let ground = self.features(body, view);
+        let ground = self.globe_features(body, view);
         let sky = DrawFeatures {
             surface: Surface::Sky,
             maps: MapSet::default(),

@@ -1,4 +1,7 @@
 //! The uniforms shared by all draws of a body's globe and of the shells around it.
+//!
+//! In: the inputs of the decisions about a body, the placement and the rectangle of the draw, the maps it reads, its lights. Out: [`DrawUniforms`]. Not here:
+//! uniforms of eclipse, rings and overlays, which [`super::decide`] sets.
 
 use crate::catalog::{Body, Map, NaifId, Photometry};
 use crate::scene::atmosphere::{air, clouds};
@@ -29,7 +32,7 @@ pub(crate) fn uniforms(
 }
 
 /// Lower limit of the widths of pixels on a body's ground, in circumferences; 0 for a body with a shape model, parts of which are nearer than its ellipsoid.
-fn smallest_pixel(camera: &Camera, placement: &camera::Placement, body: &Body) -> f64 {
+fn min_pixel_width(camera: &Camera, placement: &camera::Placement, body: &Body) -> f64 {
     if body.mesh.is_some() {
         return 0.0;
     }
@@ -51,7 +54,6 @@ pub(crate) fn uniforms_of_fraction(
     let rays = camera.view_rays(placement, rect, AnchorForm::Auto);
     let gain = |map: &Option<Map>| map.as_ref().map_or(DVec3::ONE, |m| DVec3::from_array(m.gain));
     let emissive = matches!(body.photometry, Photometry::Emissive { .. });
-    let brightness = placed.phase_brightness();
     let reflectance = match (maps.albedo, emissive) {
         (true, _) => gain(&body.maps.albedo),
         (false, true) => body.colour.as_dvec3(),
@@ -63,10 +65,12 @@ pub(crate) fn uniforms_of_fraction(
         Photometry::OrenNayar { roughness_deg } => roughness_deg.to_radians().powi(2),
         _ => 0.0,
     };
-    // The albedo includes the phase correction for sunlight. Light from another body has a different phase angle, so its irradiance is corrected.
+    // The albedo includes the phase correction for sunlight. Light from another body has a different phase angle, so its irradiance is multiplied by the ratio
+    // of the two corrections.
+    let sun_phase_correction = placed.phase_brightness();
     let phase_ratio = |l: &IncidentLight| {
         let phase_angle = crate::ephemeris::angle_rad(l.direction, -placed.placement.centre_km);
-        photometry::phase_correction(body, phase_angle, placed.distance_km / body.radii_km.x) / brightness.max(1e-6)
+        photometry::phase_correction(body, phase_angle, placed.distance_km / body.radii_km.x) / sun_phase_correction.max(1e-6)
     };
     let to_body_frame = |l: &IncidentLight| Light {
         direction_in_body: camera::narrow((placed.body_from_icrf * l.direction).normalize()),
@@ -85,7 +89,7 @@ pub(crate) fn uniforms_of_fraction(
         limb_darkening_u1: camera::narrow(u1),
         limb_darkening_u2: camera::narrow(u2),
         map_stretch: camera::narrow2(body.map_stretch()),
-        map_pixel: camera::narrow_scalar(smallest_pixel(camera, placement, body)),
+        map_pixel: camera::narrow_scalar(min_pixel_width(camera, placement, body)),
         camera_height: camera::narrow_scalar(placement.camera_in_unit_sphere().length() - 1.0),
         night_radiance: camera::narrow(gain(&body.maps.night) * NIGHT_MAP_WHITE_RADIANCE * fraction),
         specular_strength: camera::narrow_scalar(gain(&body.maps.specular).x),

@@ -42,13 +42,14 @@ pub(crate) struct FrameContext<'a> {
 pub(crate) struct DecisionInputs<'c, 'a> {
     pub frame: &'c FrameContext<'c>,
     pub placed: &'c PlacedBody<'a>,
-    /// Diameter of a circle with the area of the body's outline.
+    /// Diameter of a circle with the area of the body's outline, if that is an ellipse in the frame. Otherwise an estimate from radius and distance; 0 behind the
+    /// camera.
     pub diameter_px: f64,
-    /// The rectangle that the globe or mesh may touch; `None` if it is outside the image.
+    /// The rectangle that bounds the globe or mesh in the image; `None` if the body is outside the image.
     pub rect: Option<ClipRect>,
     /// The body's shape model, if it is drawn as triangles.
     pub model: Option<&'c Arc<Mesh>>,
-    /// The geometry of the body's rings, if they or the globe, on which they cast shadow and light, may be in the image.
+    /// The geometry of the body's rings, if the rings, or the globe that they shade and light, may be in the image.
     pub ring_view: Option<RingView<'c>>,
     /// Fraction of the body's light that is drawn as a disc; the rest is drawn as a point.
     pub disc_fraction: f64,
@@ -118,7 +119,7 @@ fn ring_view<'c>(frame: &'c FrameContext<'c>, placed: &'c PlacedBody<'_>) -> Opt
     })
 }
 
-/// The decisions about one body so far: selected features, uniforms, draws of single effects, and reasons.
+/// The decisions about one body so far: selected features, uniforms, finished draws of sky, clouds and rings, and reasons.
 pub(crate) struct Decisions<'c> {
     pub log: DecisionLog<'c>,
     pub chosen: FeatureSelection,
@@ -133,7 +134,7 @@ pub(crate) struct Decisions<'c> {
     pub blend_mode: f32,
     /// The value of [`crate::scene::draw::AtmosphereUniforms::map_weight`].
     pub map_weight: f32,
-    /// Direction of the Sun in body axes and its angular radius, if a mesh casts shadows on itself.
+    /// Direction of the Sun in body axes and its angular radius in radians, if a mesh casts shadows on itself.
     pub self_shadow: Option<(DVec3, f64)>,
     /// The draw of the atmosphere beyond the limb.
     pub sky: Option<Draw>,
@@ -166,6 +167,6 @@ impl<'c> Decisions<'c> {
 pub(crate) type DecideEffect = for<'c> fn(&DecisionInputs<'c, '_>, Decisions<'c>) -> Decisions<'c>;
 
 /// Runs a list of decisions in order; each reads the decisions before it.
-pub(crate) fn decide_in_order<'c>(all: &[DecideEffect], inputs: &DecisionInputs<'c, '_>, decisions: Decisions<'c>) -> Decisions<'c> {
-    all.iter().fold(decisions, |decisions, decide| decide(inputs, decisions))
+pub(crate) fn decide_in_order<'c>(steps: &[DecideEffect], inputs: &DecisionInputs<'c, '_>, decisions: Decisions<'c>) -> Decisions<'c> {
+    steps.iter().fold(decisions, |decisions, decide| decide(inputs, decisions))
 }

@@ -1,7 +1,7 @@
 //! Decides which features the draws of one body have. Each decision compares a value with a threshold.
 //!
 //! In: a frame and a placed body. Out: the body's draws, its point, and every decision with its reason. The module of each effect decides on its
-//! features; [`ALL_DECISIONS`] lists the decisions in order. Always: a decision reads only the results of decisions before it.
+//! features. [`decide`] runs [`ALL_DECISIONS`] in order. Always: a decision reads only the results of decisions before it.
 
 pub mod choice;
 pub(crate) mod globe;
@@ -72,7 +72,7 @@ fn leave_out_rare_combinations<'c>(inputs: &DecisionInputs<'c, '_>, mut decision
         chosen.detail = false;
     }
     if chosen.ring_shine && !decisions.secondary_lights.is_empty() {
-        // Leaves out the light that causes the smaller irradiance of the ground.
+        // No shader has both ring-shine and planet-shine: the light that causes the smaller irradiance of the ground is left out.
         let rings_irradiance =
             decisions.ring.shine.as_ref().map_or(0.0, |s| s.brightest) * lights::sunlight(inputs.placed.sun_from_body_km).irradiance.x;
         let bodies_irradiance = decisions.secondary_lights.iter().map(|l| l.irradiance.max_element()).fold(0.0, f64::max);
@@ -88,7 +88,7 @@ fn leave_out_rare_combinations<'c>(inputs: &DecisionInputs<'c, '_>, mut decision
     decisions
 }
 
-/// Decides on all effects of one body. `camera_at_centre`: the camera is at the body's centre.
+/// Decides on all effects of one body. `camera_at_centre`: whether the camera is at the body's centre, from where the body is not drawn.
 pub(crate) fn decide(frame: &FrameContext<'_>, placed: &PlacedBody<'_>, camera_at_centre: bool) -> DecidedBody {
     let inputs = DecisionInputs::of(frame, placed);
     let mut log = inputs.log();
@@ -109,13 +109,12 @@ pub(crate) fn decide(frame: &FrameContext<'_>, placed: &PlacedBody<'_>, camera_a
     }
     let decided = decide_in_order(&ALL_DECISIONS, &inputs, Decisions::new(log));
     let appearance = if point.is_some() { Appearance::DiscAndPoint } else { Appearance::Disc };
-    let globe = inputs.rect.map(|rect| globe(&inputs, &decided, rect));
+    let globe = inputs.rect.map(|rect| globe_draw(&inputs, &decided, rect));
     let (draws, decisions) = assemble(&inputs, globe, decided);
     DecidedBody { appearance, diameter_px, decisions, draws, point }
 }
 
-/// The map files that the body's draws read, except those known to be unreadable, and the shape of the globe's draw; `None` if the body is not drawn as a
-/// disc.
+/// The map files that the body's draws read, except those known to be unreadable, and the shape of the globe's draw; `None` if the body has no draws.
 pub(crate) fn required_maps(frame: &FrameContext<'_>, placed: &PlacedBody<'_>) -> Option<(MapFiles, Shape)> {
     let inputs = DecisionInputs::of(frame, placed);
     let has_mesh = meshes::is_required(frame.context, frame.camera, placed);
@@ -123,7 +122,7 @@ pub(crate) fn required_maps(frame: &FrameContext<'_>, placed: &PlacedBody<'_>) -
         return None;
     }
     let decided = decide_in_order(&MAP_DECISIONS, &inputs, Decisions::new(inputs.log()));
-    let features = decided.chosen.features(inputs.body(), inputs.pixel_view());
+    let features = decided.chosen.globe_features(inputs.body(), inputs.pixel_view());
     let mut files = map_files(&inputs, &features, &decided);
     let cloud_draw_map = decided.clouds.and_then(|c| c.map_files.cloud);
     files.cloud = files.cloud.or(cloud_draw_map);
@@ -139,8 +138,8 @@ fn not_shown(inputs: &DecisionInputs<'_, '_>, mut decided: Decisions<'_>, reason
 
 /// Decides on a body whose ground is outside the frame, but whose atmosphere may be in it.
 fn decide_air_only<'c>(inputs: &DecisionInputs<'c, '_>, decisions: Decisions<'c>) -> DecidedBody {
-    let all: &[DecideEffect] = if inputs.body().atmosphere.is_some() { &AIR_ONLY_DECISIONS } else { &[] };
-    let decided = decide_in_order(all, inputs, decisions);
+    let steps: &[DecideEffect] = if inputs.body().atmosphere.is_some() { &AIR_ONLY_DECISIONS } else { &[] };
+    let decided = decide_in_order(steps, inputs, decisions);
     if decided.sky.is_none() {
         let reason = if inputs.placed.outline == Outline::Behind { reason!("behind-camera") } else { reason!("outside-frame") };
         return not_shown(inputs, decided, reason);
@@ -149,7 +148,7 @@ fn decide_air_only<'c>(inputs: &DecisionInputs<'c, '_>, decisions: Decisions<'c>
     DecidedBody { appearance: Appearance::Disc, diameter_px: inputs.diameter_px, decisions, draws, point: None }
 }
 
-/// Decides on the point that replaces a small disc or shares its light.
+/// Decides on the point that replaces a small disc; at diameters in between, disc and point share the light.
 fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Option<Point> {
     let (frame, placed, disc_fraction) = (inputs.frame, inputs.placed, inputs.disc_fraction);
     // Points are drawn after the air, so its transmittance is applied here.
@@ -181,7 +180,7 @@ fn point_beside_frame(inputs: &DecisionInputs<'_, '_>) -> Option<Point> {
     if !point::reaches_frame(camera, clip, point::MAX_RADIUS_PX) {
         return None;
     }
-    // The decisions about the point are discarded: the body's report says only that it is outside the frame.
+    // The decisions about the point go to a log that is discarded: `explain` says only that the body is outside the frame.
     point_of(inputs, &mut inputs.log())
 }
 
@@ -200,12 +199,12 @@ fn map_files(inputs: &DecisionInputs<'_, '_>, features: &DrawFeatures, decided: 
     }
 }
 
-/// The draw of the globe or of its mesh.
-fn globe(inputs: &DecisionInputs<'_, '_>, decided: &Decisions<'_>, rect: ClipRect) -> Draw {
+/// The draw of the globe, or of the mesh that replaces it.
+fn globe_draw(inputs: &DecisionInputs<'_, '_>, decided: &Decisions<'_>, rect: ClipRect) -> Draw {
     let (frame, placed, body) = (inputs.frame, inputs.placed, inputs.body());
     // The atmosphere around the camera reddens light from outside it.
     let tint = frame.air.filter(|a| a.body.id != body.id).map_or(DVec3::ONE, |a| a.tint(placed.placement.centre_km));
-    let features = decided.chosen.features(body, inputs.pixel_view());
+    let features = decided.chosen.globe_features(body, inputs.pixel_view());
     let uniforms = globe::uniforms(inputs, &placed.placement, rect, decided.chosen.maps, &decided.secondary_lights);
     let factor = placed.radiance_scale() * inputs.disc_fraction * tint;
     let overlays = decided.overlays.iter().map(|o| overlays::uniforms(body, o, factor)).collect();
@@ -239,10 +238,10 @@ fn assemble(inputs: &DecisionInputs<'_, '_>, mut globe: Option<Draw>, mut decide
     }
     for draw in &mut draws {
         // The features may have more lights than actually shine on the body; the rest are black.
-        let dark =
+        let black =
             Light { direction_in_body: draw.uniforms.lights.first().map_or(Vec3::Z, |l| l.direction_in_body), irradiance: Vec3::ZERO };
         while draw.uniforms.lights.len() < usize::from(draw.features.lights) {
-            draw.uniforms.lights.push(dark);
+            draw.uniforms.lights.push(black);
         }
         draw.uniforms.eclipse.clone_from(&decided.eclipse);
         if draw.part == BodyPart::Sky && draw.features.ring_shadow != RingShadow::None {

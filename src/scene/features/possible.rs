@@ -1,12 +1,12 @@
 //! Every set of draw features that the catalog's bodies allow.
 //!
-//! In: the catalog. Out: [`possible_features`], the list of all values that [`FeatureSelection::features`] and the similar functions for clouds, rings
-//! and sky can return. Always: the shader keys that are validated ahead of time and those that frames use come from the same functions.
+//! In: the catalog. Out: [`possible_features`], the list of all values that [`FeatureSelection::globe_features`] and the similar functions for
+//! clouds, rings and sky can return. Always: the shader keys that are validated ahead of time and those that frames use come from the same functions.
 
 use crate::catalog::{Body, Catalog, MAX_OVERLAYS, ShapeModel};
 use crate::scene::atmosphere::air;
 use crate::scene::draw::features::{
-    AirPass, AtmosphereModel, BodyShadow, DrawFeatures, Eclipse, EclipseModel, Flags, MapSet, PixelView, RingShadow,
+    AirPass, AtmosphereModel, BodyShadow, DrawFeatures, Eclipse, EclipseModel, MapSet, MeshFlags, PixelView, RingShadow,
 };
 use crate::scene::eclipse::occluders;
 use crate::scene::features::choice::{Capabilities, FeatureSelection};
@@ -40,19 +40,20 @@ fn possible_maps(body: &Body) -> Vec<MapSet> {
 }
 
 /// No mesh, and the body's mesh without and with vertex colours, because its file may lack them.
-fn possible_meshes(body: &Body) -> Vec<Option<Flags>> {
-    let flags = |m: &ShapeModel, vertex_colour| Some(Flags { two_sided: m.two_sided, alpha_texture: m.alpha, vertex_colour });
+fn possible_meshes(body: &Body) -> Vec<Option<MeshFlags>> {
+    let flags = |m: &ShapeModel, vertex_colour| Some(MeshFlags { two_sided: m.two_sided, alpha_texture: m.alpha, vertex_colour });
     let meshes = body.mesh.iter().flat_map(|m| [false, m.vertex_colours].map(|coloured| flags(m, coloured)));
     std::iter::once(None).chain(meshes).collect()
 }
 
 /// The features of the globe for one selection, in every variation of mesh, overlays, custom surface, ring-shine, detail, lunar limb profile
 /// and thin crescent.
-fn ground_features(chosen: FeatureSelection, body: &Body, view: PixelView) -> impl Iterator<Item = DrawFeatures> {
+fn possible_globes(chosen: FeatureSelection, body: &Body, view: PixelView) -> impl Iterator<Item = DrawFeatures> {
     let overlays = 0..=body.overlays.len().min(usize::from(MAX_OVERLAYS)) as u8;
     possible_meshes(body).into_iter().flat_map(move |mesh| {
         let with_overlays = move |overlays| {
-            // Ring-shine, detail and limb profile: at most one of them. A thin crescent: only without detail and limb profile.
+            // Ring-shine, detail, limb profile and thin crescent, in this order. At most one of the first three; a thin crescent only without detail and limb
+            // profile.
             let combinations = [
                 (false, false, false, false),
                 (true, false, false, false),
@@ -64,8 +65,8 @@ fn ground_features(chosen: FeatureSelection, body: &Body, view: PixelView) -> im
             let custom = [false, true].into_iter().filter(|custom| !custom || body.custom_surface > 0);
             custom.flat_map(move |custom_surface| {
                 combinations.map(|(ring_shine, detail, limb_heights, thin_crescent)| {
-                    let others = FeatureSelection { overlays, custom_surface, mesh, ..chosen };
-                    FeatureSelection { ring_shine, detail, limb_heights, thin_crescent, ..others }.features(body, view)
+                    let base = FeatureSelection { overlays, custom_surface, mesh, ..chosen };
+                    FeatureSelection { ring_shine, detail, limb_heights, thin_crescent, ..base }.globe_features(body, view)
                 })
             })
         };
@@ -77,12 +78,12 @@ fn ground_features(chosen: FeatureSelection, body: &Body, view: PixelView) -> im
 /// image, also no ring shadow with each way of reading that image.
 fn shadows_and_air_passes(air: AtmosphereModel, view: PixelView) -> impl Iterator<Item = (RingShadow, AirPass)> {
     let coarse = !matches!(air, AtmosphereModel::None | AtmosphereModel::Vertex) && matches!(view, PixelView::Final | PixelView::Cost);
-    let by_pixel = RingShadow::ALL.map(|shadow| (shadow, AirPass::None));
+    let without_coarse_image = RingShadow::ALL.map(|shadow| (shadow, AirPass::None));
     let readers = [AirPass::Read, AirPass::ReadWithClouds].map(|air_pass| (RingShadow::None, air_pass));
-    by_pixel.into_iter().chain(readers.into_iter().filter(move |_| coarse))
+    without_coarse_image.into_iter().chain(readers.into_iter().filter(move |_| coarse))
 }
 
-/// The features of the cloud shell for one selection: plain, with billows, and as a thin crescent.
+/// The features of the cloud shell for one selection: plain, with billows, and for a thin crescent.
 fn possible_clouds(chosen: FeatureSelection, body: &Body, view: PixelView) -> impl Iterator<Item = DrawFeatures> {
     [(false, false), (true, false), (false, true)].into_iter().filter_map(move |(cloud_detail, thin_crescent)| {
         FeatureSelection { cloud_detail, thin_crescent, ..chosen }.cloud_features(body, view)
@@ -116,7 +117,7 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
                                     air,
                                     ..FeatureSelection::default()
                                 };
-                                all.extend(ground_features(chosen, body, view));
+                                all.extend(possible_globes(chosen, body, view));
                                 all.extend(possible_clouds(chosen, body, view));
                                 all.extend(chosen.ring_features(body, view));
                             }
@@ -132,7 +133,7 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
                                         air_pass,
                                         ..FeatureSelection::default()
                                     };
-                                    all.extend(ground_features(chosen, body, view));
+                                    all.extend(possible_globes(chosen, body, view));
                                     all.extend(possible_clouds(chosen, body, view));
                                     let skies =
                                         both.map(|averaged_rim| FeatureSelection { averaged_rim, ..chosen }.sky_features(body, view));
@@ -165,8 +166,8 @@ mod tests {
             for air in air::possible_models(body) {
                 for (secondary_light_count, ring_shine) in [(0, false), (1, false), (2, false), (0, true)] {
                     let chosen = FeatureSelection { secondary_light_count, ring_shine, air, ..FeatureSelection::default() };
-                    let plain = chosen.features(body, PixelView::Final);
-                    let eclipsed = FeatureSelection { eclipse, ..chosen }.features(body, PixelView::Final);
+                    let plain = chosen.globe_features(body, PixelView::Final);
+                    let eclipsed = FeatureSelection { eclipse, ..chosen }.globe_features(body, PixelView::Final);
                     assert_eq!(DrawFeatures { eclipse: plain.eclipse, lights: plain.lights, ..eclipsed }, plain, "{}", body.name);
                     let has_air = air != AtmosphereModel::None;
                     assert!(eclipsed.lights == plain.lights || has_air && plain.lights > 1 && eclipsed.lights > plain.lights);
@@ -185,13 +186,13 @@ mod tests {
         let sun = catalog.body(crate::catalog::NaifId::SUN).expect("the Sun");
         let everything = MapSet { albedo: true, normal: true, specular: true, night: true, cloud_shadow: true };
         let features = FeatureSelection { ellipsoid: true, maps: everything, secondary_light_count: 200, ..FeatureSelection::default() }
-            .features(sun, PixelView::Final);
+            .globe_features(sun, PixelView::Final);
         assert_eq!((features.surface, features.lights, features.maps.night), (Surface::Emissive, 0, false));
         assert!(all.contains(&features));
         assert!(all.iter().all(|f| f.lights <= MAX_LIGHTS && (f.surface == Surface::Emissive) == (f.lights == 0)));
         assert!(!all.iter().any(|f| f.shape == Shape::Mesh));
-        let with_flag_of_a_mesh = DrawFeatures { flags: Flags { two_sided: true, ..Flags::default() }, ..features };
-        assert!(!all.contains(&with_flag_of_a_mesh));
+        let with_mesh_flag = DrawFeatures { flags: MeshFlags { two_sided: true, ..MeshFlags::default() }, ..features };
+        assert!(!all.contains(&with_mesh_flag));
     }
 
     #[test]
@@ -200,14 +201,14 @@ mod tests {
             let text = format!("[[body]]\nid = 401\n[body.mesh]\nfile = \"phobos.obj\"\n{rest}");
             Catalog::with_files(&[("mine.toml".into(), text)]).expect("a valid catalog")
         };
-        let flags = |catalog: &Catalog| -> BTreeSet<Flags> {
+        let flags = |catalog: &Catalog| -> BTreeSet<MeshFlags> {
             possible_features(catalog).into_iter().filter(|f| f.shape == Shape::Mesh).map(|f| f.flags).collect()
         };
-        let plain = Flags::default();
-        assert_eq!(flags(&file("")), [plain, Flags { vertex_colour: true, ..plain }].into());
-        let cut = Flags { two_sided: true, alpha_texture: true, vertex_colour: false };
+        let plain = MeshFlags::default();
+        assert_eq!(flags(&file("")), [plain, MeshFlags { vertex_colour: true, ..plain }].into());
+        let cut = MeshFlags { two_sided: true, alpha_texture: true, vertex_colour: false };
         // The alpha texture is part of the albedo map; without that map nothing is cut out.
-        let both = [cut, Flags { alpha_texture: false, ..cut }].into();
+        let both = [cut, MeshFlags { alpha_texture: false, ..cut }].into();
         assert_eq!(flags(&file("two_sided = true\nalpha = true\nvertex_colours = false\n")), both);
     }
 }

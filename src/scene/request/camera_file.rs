@@ -1,4 +1,4 @@
-//! The camera file: position, look, up and field of view as JSON.
+//! The camera file: position, direction of view (`look`), up direction and field of view as JSON.
 //!
 //! In: the text of a file. Out: [`CameraFile`]; [`CameraFile::resolve`] looks up its names in the catalog. Always: an unknown field is an error that
 //! names it.
@@ -10,14 +10,14 @@ use crate::wording::{echo, json_error_text, suggestion_or_list};
 use glam::DVec3;
 use serde::Deserialize;
 
-/// A value that must be a JSON object; without this wrapper serde would also accept an array of the values in order.
+/// A value that must be a JSON object. Without this wrapper serde would also accept an array of the field values, in the order of the fields.
 #[derive(Clone, Debug)]
 struct Object<T>(T);
 
-impl<'de, T: Deserialize<'de> + NamedObject> Deserialize<'de> for Object<T> {
+impl<'de, T: Deserialize<'de> + DescribedObject> Deserialize<'de> for Object<T> {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct ObjectVisitor<T>(std::marker::PhantomData<T>);
-        impl<'de, T: Deserialize<'de> + NamedObject> serde::de::Visitor<'de> for ObjectVisitor<T> {
+        impl<'de, T: Deserialize<'de> + DescribedObject> serde::de::Visitor<'de> for ObjectVisitor<T> {
             type Value = Object<T>;
             fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
                 f.write_str(T::DESCRIPTION)
@@ -30,17 +30,17 @@ impl<'de, T: Deserialize<'de> + NamedObject> Deserialize<'de> for Object<T> {
     }
 }
 
-/// The description of an object of the camera file in error messages.
-trait NamedObject {
+/// An object of the camera file, with its description in error messages.
+trait DescribedObject {
     const DESCRIPTION: &'static str;
 }
-impl NamedObject for CameraFile {
+impl DescribedObject for CameraFile {
     const DESCRIPTION: &'static str = "an object {\"position\": {…}, \"look\": {…}, …}";
 }
-impl NamedObject for PositionFile {
+impl DescribedObject for PositionFile {
     const DESCRIPTION: &'static str = "an object {\"body\": …, \"radii\": [x, y, z]}";
 }
-impl NamedObject for LookFile {
+impl DescribedObject for LookFile {
     const DESCRIPTION: &'static str = "an object {\"at\": …} or {\"direction\": [x, y, z]}";
 }
 
@@ -120,8 +120,8 @@ pub fn up_by_name(name: &str) -> Result<Up, SceneError> {
         "celestial" => Ok(Up::Celestial),
         "ecliptic" => Ok(Up::Ecliptic),
         _ => {
-            let meant = suggestion_or_list(name, &["north", "zenith", "celestial", "ecliptic"]);
-            Err(SceneError::Request(format!("up `{}`: {meant}", echo(name))))
+            let suggestion = suggestion_or_list(name, &["north", "zenith", "celestial", "ecliptic"]);
+            Err(SceneError::Request(format!("up `{}`: {suggestion}", echo(name))))
         }
     }
 }
@@ -136,12 +136,12 @@ impl CameraFile {
         Ok(object.0)
     }
 
-    /// Copies position, look, up and field of view into a request. The body that the camera looks at becomes the target.
+    /// Copies position, direction of view, up direction and field of view into a request. The body that the camera looks at becomes the target.
     pub fn resolve(&self, catalog: &Catalog, request: &mut ViewRequest) -> Result<(), SceneError> {
         let id_of = |name: &str| catalog.body_or_barycenter(name);
         let position = &self.position.0;
         let body = id_of(&position.body)?;
-        // Only a position on the ground has a height; with an offset it would be ignored.
+        // Only a position on the ground has a height. With an offset, a height is an error, because it would have no effect.
         let height_km = position.height_km;
         request.position = match (position.radii, position.km, position.latitude_deg, position.longitude_deg) {
             (Some(radii), None, None, None) if height_km.is_none() => {

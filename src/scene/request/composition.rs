@@ -40,7 +40,7 @@ impl Projection {
         }
     }
 
-    /// The value with a name.
+    /// The projection with this name.
     pub fn by_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|p| p.name().eq_ignore_ascii_case(name))
     }
@@ -70,7 +70,7 @@ impl StereoLayout {
         }
     }
 
-    /// The value with a name.
+    /// The layout with this name.
     pub fn by_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|p| p.name().eq_ignore_ascii_case(name))
     }

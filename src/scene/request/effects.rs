@@ -1,7 +1,7 @@
-//! The effects that a user can switch, and the user's settings.
+//! The effects that a user can switch on or off, and the user's choices.
 //!
-//! In: texts such as `+night,-normal,+eclipse=linear`. Out: [`EffectOverrides`]. Always: an unknown name is an error here, so that later stages need
-//! only match on enums.
+//! In: texts such as `+night,-normal,+eclipse=linear`. Out: [`EffectOverrides`]. Always: an unknown effect or model is an error here, so that later stages only
+//! match on enums. An unknown body is an error in [`super::ViewRequest::check_bodies`].
 
 use crate::catalog::{Body, normalized_name};
 use crate::scene::draw::features::{AtmosphereModel, EclipseModel};
@@ -22,13 +22,13 @@ pub enum Effect {
     Albedo,
     /// Images over the ground.
     Overlays,
-    /// Relief by the normal map.
+    /// Relief from the normal map.
     Normal,
     /// Procedural relief and albedo finer than the maps.
     Detail,
     /// The user's WESL function that colours the ground.
     CustomSurface,
-    /// The Sun's mirror image on water.
+    /// Sun glint: the specular reflection of the Sun on water.
     Specular,
     /// City lights of the night side.
     Night,
@@ -196,9 +196,9 @@ impl EffectOverrides {
 
     /// Switches an effect on or off for all bodies.
     pub fn set(&mut self, effect: Effect, on: bool) {
-        let (to, from) = if on { (&mut self.on, &mut self.off) } else { (&mut self.off, &mut self.on) };
-        to.insert(effect);
-        from.remove(&effect);
+        let (chosen, opposite) = if on { (&mut self.on, &mut self.off) } else { (&mut self.off, &mut self.on) };
+        chosen.insert(effect);
+        opposite.remove(&effect);
         if !on {
             self.clear_model(effect);
         }
@@ -219,19 +219,19 @@ impl EffectOverrides {
         self.for_catalog_body(body).as_ref().unwrap_or(self).override_of(effect)
     }
 
-    /// All overrides that apply to a body with these names, in increasing order of precedence.
+    /// All overrides that apply to a body with these names: overrides under later names take precedence.
     fn under_names<'n>(&self, names: impl Iterator<Item = &'n str>) -> Option<Self> {
         if self.per_body.is_empty() {
             return None;
         }
-        let mut own = names.filter_map(|name| self.per_body.get(&normalized_name(name))).peekable();
-        own.peek()?;
+        let mut under_each_name = names.filter_map(|name| self.per_body.get(&normalized_name(name))).peekable();
+        under_each_name.peek()?;
         let mut all = Self { per_body: BTreeMap::new(), ..self.clone() };
-        own.for_each(|own| all.apply(own));
+        under_each_name.for_each(|own| all.apply(own));
         Some(all)
     }
 
-    /// Applies overrides for one body.
+    /// Applies overrides for one body. A model chosen for the body cancels a `-` for all bodies, as in [`Self::choose_model`].
     fn apply(&mut self, own: &Self) {
         for effect in Effect::ALL {
             if let Some(on) = own.override_of(effect) {

@@ -1,4 +1,7 @@
-//! Layers: everything drawn behind and over the bodies. Each layer is switched by its name.
+//! Layers: everything drawn behind and over the bodies, and bloom. The user switches each layer on or off by its name.
+//!
+//! In: a text such as `+orbits,-stars`. Out: [`Layers`], or an error that names the invalid part. Always: a layer that the text does not name has its
+//! default.
 
 use crate::scene::error::SceneError;
 use crate::wording::{echo, suggestion_or_list};
@@ -6,7 +9,7 @@ use crate::wording::{echo, suggestion_or_list};
 /// Declares each layer: its field, its name, and whether it is on by default.
 macro_rules! layers {
     ($($(#[$about:meta])* $field:ident: $name:literal $default:literal,)*) => {
-        /// Which layers are drawn behind and over the bodies, including lens effects.
+        /// Which layers are drawn.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub struct Layers {
             $($(#[$about])* pub $field: bool,)*
@@ -26,7 +29,7 @@ macro_rules! layers {
             /// Every layer's name.
             pub const NAMES: [&str; [$($name),*].len()] = [$($name),*];
 
-            /// The switch of the layer with a name.
+            /// The switch of the layer with this name; `None` if there is no such layer.
             pub fn by_name(&mut self, name: &str) -> Option<&mut bool> {
                 match name {
                     $($name => Some(&mut self.$field),)*
@@ -60,7 +63,7 @@ layers! {
     bloom: "bloom" false,
     /// Stars that the exposure shows.
     stars: "stars" true,
-    /// Stars bright enough to be seen, whatever the exposure; not inside an atmosphere.
+    /// Brightens all stars, so that those to magnitude 9.5 are visible at any exposure; no effect inside an atmosphere.
     bright_stars: "bright-stars" false,
     /// The Milky Way or the panorama that replaces it, if the exposure shows it.
     milky_way: "milky-way" true,
@@ -100,14 +103,14 @@ impl Layers {
     /// The layers that differ from the default, such as `+orbits,-stars`.
     pub fn to_text(mut self) -> String {
         let mut default = Self::default();
-        let switched = Self::NAMES.into_iter().filter_map(|name| {
+        let differing = Self::NAMES.into_iter().filter_map(|name| {
             let on = *self.by_name(name)?;
             (on != *default.by_name(name)?).then(|| format!("{}{name}", if on { '+' } else { '-' }))
         });
-        switched.collect::<Vec<_>>().join(",")
+        differing.collect::<Vec<_>>().join(",")
     }
 
-    /// Reads `+orbits,-labels`.
+    /// Reads a text such as `+orbits,-labels`.
     pub fn parse(text: &str) -> Result<Self, SceneError> {
         let mut layers = Self::default();
         for part in text.split(',').map(str::trim).filter(|p| !p.is_empty()) {

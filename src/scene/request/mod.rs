@@ -1,7 +1,7 @@
 //! The request for a view: camera position and direction, field of view, exposure, layers and effects.
 //!
-//! In: plain values from the command line or the window, or a camera file (a JSON file that describes a camera). Out: a [`ViewRequest`], which names
-//! bodies by NAIF code. This module does not use the ephemeris; names are resolved against the catalog by [`CameraFile::resolve`](camera_file::CameraFile::resolve).
+//! In: values and texts from the command line or the window, or a camera file (a JSON file that describes a camera). Out: a [`ViewRequest`], which
+//! names bodies by NAIF code. This module does not use the ephemeris; names are resolved against the catalog by [`CameraFile::resolve`](camera_file::CameraFile::resolve).
 
 pub mod camera_file;
 pub mod composition;
@@ -15,7 +15,7 @@ pub use camera_file::{CAMERA_FILE_HELP, CameraFile, up_by_name};
 pub use composition::{Composition, Projection, Stereo, StereoLayout};
 pub use layers::Layers;
 pub use view_request::{
-    Axes, EYE_HEIGHT_KM, ExposureRequest, FITTED_DISC, FOV_AT_DISTANCE_DEG, FOV_DEFAULT_DEG, INVISIBLE_EXPOSURE_CHANGE_STOPS, Look,
-    Position, Quality, ToneMap, Up, ViewRequest,
+    Axes, EYE_HEIGHT_KM, ExposureRequest, FITTED_DISC_FRACTION, FOV_AT_DISTANCE_DEG, FOV_DEFAULT_DEG, INVISIBLE_EXPOSURE_CHANGE_STOPS,
+    Look, Position, Quality, ToneMap, Up, ViewRequest,
 };
 pub use warp_mesh::WarpMesh;

@@ -1,4 +1,6 @@
 //! A view request: position and direction of the camera, field of view, exposure, effects and layers.
+//!
+//! In: values from the command line, the window or a camera file. Out: [`ViewRequest`]; [`ViewRequest::check`] rejects values outside their ranges.
 
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::message::TextLanguage;
@@ -26,15 +28,15 @@ pub enum Axes {
 /// The position of the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Position {
-    /// Over the target on the side of `towards` (`None`: the Earth's side; for the Earth itself the Sun's side), at a distance
-    /// from its centre in equatorial radii (`None`: so that the disc fills 3/4 of the frame's height).
+    /// Over the side of the target that faces another body.
     Over {
         /// The body towards which the camera is displaced from the target's centre; `None`: the Earth or, if the target is the Earth, the Sun.
         towards: Option<NaifId>,
-        /// Distance from the target's centre in its equatorial radii; `None`: fitted.
+        /// Distance from the target's centre in its equatorial radii; `None`: the distance at which the disc fills [`FITTED_DISC_FRACTION`] of the frame's
+        /// height.
         distance_radii: Option<f64>,
     },
-    /// At a body's centre or a barycentre, moving with it: directions include stellar aberration by its velocity. The body itself is not drawn.
+    /// At a body's centre or a barycentre, moving with it, so that stellar aberration follows from its velocity. The body itself is not drawn.
     Centre(NaifId),
     /// Above a point of a body's reference ellipsoid: planetographic latitude, east longitude, height along the normal.
     Ground {
@@ -114,7 +116,7 @@ pub enum ExposureRequest {
     Auto,
     /// Given in stops: at 0 a white plane facing the Sun at 1 au reaches linear 1; each stop doubles the value.
     Stops(f64),
-    /// Interpolated from given stops to those of `Auto`.
+    /// Interpolated between given stops and the metered ones, while the window adapts its exposure.
     Transition {
         /// The stops at the start.
         from_stops: f64,
@@ -158,7 +160,7 @@ impl ToneMap {
         }
     }
 
-    /// The tone map of a name, including former names.
+    /// The tone map with this name; names of earlier versions are accepted.
     pub fn by_name(name: &str) -> Option<Self> {
         // Earlier versions used the names `film` and `plain`.
         let former = [("film", Self::Filmic), ("plain", Self::Clipped)];
@@ -175,7 +177,7 @@ pub enum Quality {
     /// Four samples per pixel, and up to 8 taps per read of a map.
     #[default]
     Standard,
-    /// Four samples per pixel, up to 16 taps per read of a map, and air evaluated for each pixel. The command line also computes it in f64.
+    /// Four samples per pixel, up to 16 taps per read of a map, and air evaluated for each pixel. The command line also computes such images in f64.
     Reference,
 }
 
@@ -192,7 +194,7 @@ impl Quality {
         }
     }
 
-    /// The quality of a name.
+    /// The quality with this name.
     pub fn by_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|q| q.name().eq_ignore_ascii_case(name))
     }
@@ -243,7 +245,7 @@ pub struct ViewRequest {
     pub purpose: Purpose,
     /// The language of texts in the image: caption, names of bodies, numbers.
     pub language: TextLanguage,
-    /// Whether the air may be interpolated from a coarse image. If not, each draw can be examined by itself.
+    /// Whether draws may interpolate the air from the coarse image, which other draws fill. `false` for a probe of one pixel, which runs each draw alone.
     pub coarse_air: bool,
 }
 
@@ -252,7 +254,7 @@ pub const FOV_DEFAULT_DEG: f64 = 20.0;
 /// Default field of view if the distance or the position is given, on the ground too: at 3 radii a disc then fills 85 % of the frame's height.
 pub const FOV_AT_DISTANCE_DEG: f64 = 45.0;
 /// Diameter of a fitted disc relative to the frame's height.
-pub const FITTED_DISC: f64 = 0.75;
+pub const FITTED_DISC_FRACTION: f64 = 0.75;
 
 impl ViewRequest {
     /// The default view of a body: see [`Position::Over`].
@@ -281,7 +283,7 @@ impl ViewRequest {
         }
     }
 
-    /// The request with the effects that the user set for this body applied; `None` if there are none.
+    /// The request with the effects that the user set for this body only; `None` if there are none.
     pub(crate) fn for_body(&self, body: &Body) -> Option<Self> {
         self.effects.for_catalog_body(body).map(|effects| Self { effects, ..self.clone() })
     }
@@ -343,5 +345,5 @@ impl ViewRequest {
     }
 }
 
-/// Height of a standing viewer's eye, kilometres.
+/// Height of a standing person's eyes above the ground, kilometres.
 pub const EYE_HEIGHT_KM: f64 = 0.0017;

@@ -22,7 +22,7 @@ pub struct WarpNode {
     pub brightness: f64,
 }
 
-/// A mesh without folds.
+/// A valid mesh: its nodes, and two triangles for each cell that is drawn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WarpMesh {
     columns: usize,
@@ -73,20 +73,20 @@ impl WarpMesh {
         }
         let mut nodes = Vec::with_capacity(columns * rows);
         let mut line_of_node = Vec::with_capacity(columns * rows);
-        for (line, words) in lines {
+        for (line, node_text) in lines {
             if nodes.len() == columns * rows {
                 return Err(error_at(line, format!("one line too many: {columns} columns and {rows} rows have {} nodes", nodes.len())));
             }
-            nodes.push(node(words).map_err(|what| error_at(line, what))?);
+            nodes.push(parse_node(node_text).map_err(|what| error_at(line, what))?);
             line_of_node.push(line);
         }
         if nodes.len() < columns * rows {
-            let (whole, part) = (nodes.len() / columns, nodes.len() % columns);
-            let what = format!("ends after {whole} rows and {part} nodes; {rows} rows of {columns} nodes were announced");
+            let (rows_read, rest) = (nodes.len() / columns, nodes.len() % columns);
+            let what = format!("ends after {rows_read} rows and {rest} nodes; {rows} rows of {columns} nodes were announced");
             return Err(error_at(last, what));
         }
         let mut triangles = Vec::new();
-        let mut turns_left: Option<bool> = None;
+        let mut is_counter_clockwise: Option<bool> = None;
         let cell_columns = if polar { columns } else { columns - 1 };
         for (row, column) in (0..rows - 1).flat_map(|r| (0..cell_columns).map(move |c| (r, c))) {
             let next = (column + 1) % columns;
@@ -95,10 +95,11 @@ impl WarpMesh {
             if cell.iter().any(|k| nodes[*k].brightness < 0.0) {
                 continue;
             }
-            // All corners of a convex cell turn the same way. The middle of a polar mesh is one point, and its cells there are triangles.
-            let areas = [twice_area(a, b, c), twice_area(b, c, d), twice_area(c, d, a), twice_area(d, a, b)];
-            let (left, right) = (areas.iter().any(|t| *t > 0.0), areas.iter().any(|t| *t < 0.0));
-            let folded = left == right || turns_left.is_some_and(|t| t != left);
+            // At all corners of a convex cell the outline turns to the same side. In the middle of a polar mesh a whole row of nodes is at one point, so
+            // the cells there are triangles, and some of these areas are 0.
+            let corner_areas = [twice_area(a, b, c), twice_area(b, c, d), twice_area(c, d, a), twice_area(d, a, b)];
+            let (left, right) = (corner_areas.iter().any(|t| *t > 0.0), corner_areas.iter().any(|t| *t < 0.0));
+            let folded = left == right || is_counter_clockwise.is_some_and(|c| c != left);
             if folded {
                 let (row, column) = (row + 1, column + 1);
                 let what = format!(
@@ -106,7 +107,7 @@ impl WarpMesh {
                 );
                 return Err(error_at(line_of_node[cell[0]], what));
             }
-            turns_left = Some(left);
+            is_counter_clockwise = Some(left);
             let [a, b, c, d] = cell.map(|k| k as u32);
             triangles.extend(if left { [a, b, c, a, c, d] } else { [a, c, b, a, d, c] });
         }
@@ -126,18 +127,18 @@ impl WarpMesh {
         &self.triangles
     }
 
-    /// Derivatives of the image's coordinates by screen x and y at each node: the mean over the triangles around it.
+    /// Derivatives of the image position with respect to screen x and y at each node: the mean over the triangles around it.
     pub fn gradients(&self) -> Vec<[DVec2; 2]> {
         let mut sums = vec![([DVec2::ZERO; 2], 0.0); self.nodes.len()];
         for corners in self.triangles.chunks_exact(3) {
             let [a, b, c] = [corners[0], corners[1], corners[2]].map(|k| self.nodes[k as usize]);
-            let (e, f) = (b.screen - a.screen, c.screen - a.screen);
-            let (p, q) = (b.image - a.image, c.image - a.image);
-            let area = e.perp_dot(f);
+            let [screen_b, screen_c] = [b.screen - a.screen, c.screen - a.screen];
+            let [image_b, image_c] = [b.image - a.image, c.image - a.image];
+            let area = screen_b.perp_dot(screen_c);
             if area == 0.0 {
                 continue;
             }
-            let derivatives = [(p * f.y - q * e.y) / area, (q * e.x - p * f.x) / area];
+            let derivatives = [(image_b * screen_c.y - image_c * screen_b.y) / area, (image_c * screen_b.x - image_b * screen_c.x) / area];
             for k in corners {
                 let (sum, count) = &mut sums[*k as usize];
                 *sum = [sum[0] + derivatives[0], sum[1] + derivatives[1]];
@@ -172,25 +173,29 @@ impl WarpMesh {
         })
     }
 
-    /// The smaller of the derivatives by screen x and y, in image heights per screen unit: its tenth percentile over the nodes. `aspect`: the
-    /// image's width divided by its height. If no derivative is positive, 0.5, that of an undistorted mesh.
+    /// Magnitude of the derivative of the image position with respect to screen x or y, whichever is smaller, in image heights per screen unit: the
+    /// tenth percentile over the nodes, at least 0.001. `aspect`: the image's width divided by its height. If the derivatives are 0 at all nodes, the
+    /// result is 0.5, the value of an undistorted mesh.
     pub fn tenth_percentile_derivative(&self, aspect: f64) -> f64 {
-        let lengths = |[x, y]: [DVec2; 2]| [x, y].map(|v| (v * DVec2::new(aspect, 1.0)).length()).into_iter().fold(f64::MAX, f64::min);
-        let mut all: Vec<f64> = self.gradients().into_iter().map(lengths).filter(|l| *l > 0.0).collect();
+        let smaller =
+            |derivatives: [DVec2; 2]| derivatives.map(|v| (v * DVec2::new(aspect, 1.0)).length()).into_iter().fold(f64::MAX, f64::min);
+        let mut all: Vec<f64> = self.gradients().into_iter().map(smaller).filter(|magnitude| *magnitude > 0.0).collect();
         all.sort_by(f64::total_cmp);
         all.get(all.len() / 10).copied().unwrap_or(0.5).max(1e-3)
     }
 
-    /// A digest for provenance: FNV-1a over all numbers.
+    /// A digest for provenance: FNV-1a over the numbers of the nodes and of columns and triangles. A polar mesh has more triangles than a rectangular
+    /// mesh of the same nodes.
     pub fn digest(&self) -> String {
         let numbers = self.nodes.iter().flat_map(|n| [n.screen.x, n.screen.y, n.image.x, n.image.y, n.brightness]);
-        let bytes = (self.columns as u64).to_le_bytes().into_iter().chain(numbers.flat_map(f64::to_le_bytes));
+        let counts = [self.columns as u64, (self.triangles.len() / 3) as u64];
+        let bytes = counts.into_iter().flat_map(u64::to_le_bytes).chain(numbers.flat_map(f64::to_le_bytes));
         format!("{:016x}", bytes.fold(0xcbf2_9ce4_8422_2325_u64, |h, b| (h ^ u64::from(b)).wrapping_mul(0x100_0000_01b3)))
     }
 }
 
 /// Reads the line `x y u v i` of a node.
-fn node(text: &str) -> Result<WarpNode, String> {
+fn parse_node(text: &str) -> Result<WarpNode, String> {
     const FIELDS: [&str; 5] = ["x", "y", "u", "v", "i"];
     let mut numbers = [0.0; 5];
     let words: Vec<&str> = text.split_whitespace().collect();
@@ -241,6 +246,15 @@ mod tests {
         }
         // Mirrored meshes, as used for rear projection, are not folds.
         assert!(WarpMesh::parse("m", &text(5, 4, |x, y| (-x, y))).is_ok());
+    }
+
+    /// Four nodes on each of two circles. The rectangular mesh lacks the cell between the last column and the first.
+    #[test]
+    fn a_polar_mesh_and_a_rectangular_mesh_of_the_same_nodes_differ_in_their_digests() {
+        let nodes = "0.5 0 0 0 1\n0 0.5 0 0 1\n-0.5 0 0 0 1\n0 -0.5 0 0 1\n1 0 0 0 1\n0 1 0 0 1\n-1 0 0 0 1\n0 -1 0 0 1\n";
+        let [polar, rectangular] = ["1", "2"].map(|kind| WarpMesh::parse("m", &format!("{kind}\n4 2\n{nodes}")).expect("a mesh"));
+        assert_eq!((polar.nodes(), polar.triangles().len(), rectangular.triangles().len()), (rectangular.nodes(), 24, 18));
+        assert_ne!(polar.digest(), rectangular.digest());
     }
 
     #[test]

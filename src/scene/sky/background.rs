@@ -1,6 +1,6 @@
 //! Diffuse light behind all bodies: the Milky Way or the user's panorama, and zodiacal light.
 //!
-//! In: the camera, the apparent Sun, the threshold, the panorama's frame and scale. Out: [`SkyBackground`], the uniforms of
+//! In: the camera, the apparent Sun, the threshold, the panorama's frame and radiance. Out: [`SkyBackground`], the uniforms of
 //! shaders/entry/sky_background.wesl, and the reasons. Always: the background is behind everything else; the draw of the air in front dims it; each of
 //! the two parts is left out if it is below the threshold. Rotations are f64; only the view's axes are narrowed. Left out:
 //! aberration of diffuse light (0.3 arcmin), its tint by air, and the parallax of the Milky Way.
@@ -26,8 +26,8 @@ use std::f64::consts::TAU;
 pub struct SkyBackground {
     /// `None`: no panorama.
     pub map_file: Option<String>,
-    /// View ray of depth 1 through the middle of the image, and its change to the right and to the upper edge. Axes of all directions here: those of
-    /// the panorama.
+    /// View ray of depth 1 through the middle of the image, and its change to the right and to the upper edge. All directions here are in the axes of
+    /// the panorama's frame.
     pub middle: Vec3,
     pub right: Vec3,
     pub up: Vec3,
@@ -35,7 +35,7 @@ pub struct SkyBackground {
     pub map_radiance: f32,
     /// Mip level of the panorama.
     pub map_level: f32,
-    /// Radiance for a value of 1 of `zodiacal::law`; 0 if zodiacal light is not drawn.
+    /// `zodiacal::unit_radiance`, with the user's boost; 0 if zodiacal light is not drawn.
     pub zodiacal_radiance: f32,
     pub to_sun: Vec3,
     pub ecliptic_pole: Vec3,
@@ -53,14 +53,14 @@ pub struct SkyBackground {
 const GRID_RAYS: u32 = 17;
 
 /// The brightest zodiacal light in the frame, radiance.
-fn brightest_zodiacal(camera: &Camera, to_sun: DVec3, unit: f64) -> f64 {
+fn brightest_zodiacal(camera: &Camera, to_sun: DVec3, unit_radiance: f64) -> f64 {
     let inner = zodiacal::CORONA_BLEND_DEG.0.to_radians().cos();
     let clip = |k: u32| 2.0 * f64::from(k) / f64::from(GRID_RAYS - 1) - 1.0;
     let at = |k: u32| {
         let ray = camera.ray(DVec2::new(clip(k % GRID_RAYS), clip(k / GRID_RAYS))).normalize();
         zodiacal::law(ray.dot(to_sun).min(inner), ray.dot(ecliptic_pole()))
     };
-    (0..GRID_RAYS * GRID_RAYS).map(at).fold(0.0, f64::max) * unit
+    (0..GRID_RAYS * GRID_RAYS).map(at).fold(0.0, f64::max) * unit_radiance
 }
 
 /// The background of a frame with the decisions about its parts; none in pixel views other than the final image.
@@ -70,7 +70,7 @@ pub(crate) fn background(
     placed: &[PlacedBody<'_>],
     threshold: Threshold,
     map: &SkyMap,
-    is_unreadable: bool,
+    is_map_unreadable: bool,
     has_corona: bool,
 ) -> (Option<SkyBackground>, Vec<Decision>) {
     if request.pixel_view != PixelView::Final {
@@ -87,29 +87,29 @@ pub(crate) fn background(
             reason!("of-white", light = format_args!("{light:.1e}"), threshold = format_args!("{VISIBLE_LIGHT:.1e}"))
         }
     };
-    let brightest = map.brightest * map.unit_radiance * boost;
+    let max_map_radiance = map.brightest * map.unit_radiance * boost;
     let milky_way = if !request.layers.milky_way {
         decided("milky-way", false, reason!("set-by-you"))
-    } else if is_unreadable {
+    } else if is_map_unreadable {
         decided("milky-way", false, reason!("cannot-be-read", file = &map.file))
     } else {
-        let light = comparison(brightest);
+        let light = comparison(max_map_radiance);
         let reason =
             if map.is_milky_way { reason!("milky-way-clouds", light = light) } else { reason!("milky-way-panorama", light = light) };
-        decided("milky-way", is_visible(brightest), reason)
+        decided("milky-way", is_visible(max_map_radiance), reason)
     };
     let sun = placed.iter().find(|p| p.body.id == NaifId::SUN);
     let (to_sun, sun_au) = sun.map_or((DVec3::X, 0.0), |s| (s.placement.centre_km / s.distance_km, s.distance_km / KM_PER_AU));
-    let unit = zodiacal::unit_radiance(sun_au.max(zodiacal::NEAREST_AU)) * boost;
-    let light = brightest_zodiacal(camera, to_sun, unit);
+    let zodiacal_unit = zodiacal::unit_radiance(sun_au.max(zodiacal::NEAREST_AU)) * boost;
+    let max_zodiacal_radiance = brightest_zodiacal(camera, to_sun, zodiacal_unit);
     let zodiacal_light = if !request.layers.zodiacal_light {
         decided("zodiacal-light", false, reason!("set-by-you"))
     } else if sun_au < zodiacal::NEAREST_AU {
         decided("zodiacal-light", false, reason!("zodiacal-near-sun", distance = zodiacal::NEAREST_AU))
     } else {
-        decided("zodiacal-light", is_visible(light), reason!("zodiacal-at-most", light = comparison(light)))
+        decided("zodiacal-light", is_visible(max_zodiacal_radiance), reason!("zodiacal-at-most", light = comparison(max_zodiacal_radiance)))
     };
-    let (draws_map, draws_dust) = (milky_way.on, zodiacal_light.on);
+    let (draws_map, draws_zodiacal) = (milky_way.on, zodiacal_light.on);
     let map_from_icrf = map.frame.icrf_from_frame().transpose();
     let texel_rad = TAU / f64::from(map.width);
     let axis = |v: DVec3| narrow(map_from_icrf * v);
@@ -120,15 +120,15 @@ pub(crate) fn background(
         up: axis(camera.up * camera.tan_half_fov.y),
         map_radiance: narrow_scalar(if draws_map { map.unit_radiance * boost } else { 0.0 }),
         map_level: narrow_scalar((camera.pixel_tangent() / texel_rad).log2().max(0.0)),
-        zodiacal_radiance: narrow_scalar(if draws_dust { unit } else { 0.0 }),
+        zodiacal_radiance: narrow_scalar(if draws_zodiacal { zodiacal_unit } else { 0.0 }),
         to_sun: axis(to_sun),
         ecliptic_pole: axis(ecliptic_pole()),
         zodiacal_law: zodiacal::LAW.map(|row| narrow4(DVec4::from_array(row))),
         log_offset: narrow_scalar(zodiacal::LOG_OFFSET),
         inner_cosine: narrow_scalar(zodiacal::CORONA_BLEND_DEG.0.to_radians().cos()),
         outer_cosine: narrow_scalar(zodiacal::CORONA_BLEND_DEG.1.to_radians().cos()),
-        // With boosted zodiacal light the transition to the corona would be visible, so it is not made.
+        // The corona is not boosted, so a blend from boosted zodiacal light into it would be visible: the zodiacal light then continues up to the Sun.
         corona: if has_corona && request.stars_boost == 0.0 { 1.0 } else { 0.0 },
     };
-    ((draws_map || draws_dust).then_some(background), vec![milky_way, zodiacal_light])
+    ((draws_map || draws_zodiacal).then_some(background), vec![milky_way, zodiacal_light])
 }

@@ -1,11 +1,11 @@
 //! Comets: the head as a point of light, a tail of dust and a tail of ions.
 //!
-//! In: the catalog's comets, the camera, the white level. Out: [`Comets`]: sprites for shaders/entry/point.wesl and ribbon segments for
-//! shaders/entry/comet_tail.wesl. The head has the total magnitude M1 + 5 log d + K1 log r, with the
-//! distances d from the viewer and r from the Sun in au, and M1 and K1 from the catalog. Ions move with the solar wind and lag by the comet's own
-//! velocity. Dust grains move on orbits of their own from the point of release; radiation pressure reduces the Sun's gravity on them by the fraction beta.
-//! The directions of tails follow from this alone; their lengths and their shares of the light are chosen after drawings by observers, not measured. All
-//! values are f64; only clip coordinates are narrowed. Left out: jets, outbursts, disconnections, anti-tails of large grains, variations of the solar wind.
+//! In: the catalog's comets, the camera, the white level. Out: [`Comets`]: sprites for shaders/entry/point.wesl, ribbon segments for
+//! shaders/entry/comet_tail.wesl, and arcs of orbits. The head has the total magnitude M1 + 5 log d + K1 log r, with the distances d from the viewer
+//! and r from the Sun in au, and M1 and K1 from the catalog. Ions move with the solar wind and lag by the comet's own velocity. Dust grains move on
+//! orbits of their own from the point of release; radiation pressure reduces the Sun's gravity on them by the fraction beta. The directions of tails
+//! follow from this alone; their lengths and their shares of the light are chosen to resemble drawings by observers, not measured. All values are
+//! f64; only clip coordinates are narrowed. Left out: jets, outbursts, disconnections, anti-tails of large grains, variations of the solar wind.
 
 use super::minor_planets::{MARK_LEVEL, NEAR_AU};
 use super::star_colour::star_colour;
@@ -35,13 +35,13 @@ const MIN_BETA: f64 = 0.03;
 const MAX_BETA: f64 = 1.0;
 /// Number of values of beta for which grains are computed; the grains of one beta form a line, a syndyne.
 const SYNDYNES: usize = 14;
-/// Speed at which grains are released, au per day: 0.2 km/s.
-const GRAIN_SPEED_AU_DAY: f64 = 0.2 * SECONDS_PER_DAY / KM_PER_AU;
+/// Speed at which grains leave the coma in all directions, which widens the dust tail, au per day: 0.2 km/s.
+const GRAIN_SPEED_AU_PER_DAY: f64 = 0.2 * SECONDS_PER_DAY / KM_PER_AU;
 /// Largest age of grains since their release, days.
 const MAX_AGE_DAYS: f64 = 60.0;
-/// Points along a ribbon.
+/// Number of stations, the points along the centre line of a ribbon.
 const STATIONS: usize = 24;
-/// Light of each tail relative to that of the head, for complete tails.
+/// Irradiance of each tail divided by that of the head, for complete tails.
 const DUST_FRACTION: f64 = 0.4;
 const ION_FRACTION: f64 = 0.12;
 /// Heliocentric distances, au, at which an approaching comet's tails start to grow, and at which they are complete.
@@ -50,17 +50,18 @@ const TAILS_AU: (f64, f64) = (3.0, 1.5);
 const MIN_LEVEL: f64 = 1.0 / 4096.0;
 /// Opacity of a comet's orbit at the comet.
 const ORBIT_OPACITY: f64 = 0.6;
-/// Length of the ion tail at a production of 10^30 water molecules per second, and its maximum, au.
+/// Length of the ion tail at a production of 10^30 water molecules per second, and the maximum of its length, au.
 const ION_LENGTH_AU: f64 = 0.25;
 const MAX_ION_LENGTH_AU: f64 = 0.8;
 /// Radius of the dense part of a coma, au (80 000 km), and tangent of the ion tail's half opening angle.
 const COMA_AU: f64 = 80_000.0 / KM_PER_AU;
 const ION_SPREAD: f64 = 0.03;
-/// Integral of an ion ribbon's Gaussian profile from edge to edge, in half widths.
+/// Integral of an ion ribbon's Gaussian cross profile from edge to edge, divided by the ribbon's half width.
 const RIBBON_PROFILE_INTEGRAL: f64 = 0.839_4;
-/// Integral of the profile of a dust patch, relative to the patch's width.
+/// Integral of a dust patch's cross profile from edge to edge, divided by the patch's width.
 const PATCH_PROFILE_INTEGRAL: f64 = 0.5;
-/// Linear RGB of CO+, whose bands lie from 400 to 500 nm, and of a coma with the green of C2; the code scales them to luminance 1. Chosen by eye.
+/// Linear RGB of the ion tail (CO+, whose bands lie from 400 to 500 nm) and of the coma (with the green bands of C2), chosen by eye; [`of_luminance_1`] scales
+/// them.
 const ION_RGB: [f64; 3] = [0.30, 0.55, 1.0];
 const COMA_RGB: [f64; 3] = [0.85, 1.05, 0.8];
 
@@ -171,7 +172,8 @@ impl CometProjection<'_> {
         (beyond(a.px) & beyond(b.px)).any() || (beyond(-a.px) & beyond(-b.px)).any()
     }
 
-    /// Adds a ribbon through points. For each point: `irradiance` is that of the segment that starts there, `half_px` the ribbon's half width.
+    /// Adds a ribbon through stations. For each station: `irradiance` is that of the segment that starts there (the last station has none), `half_px` is the
+    /// ribbon's half width.
     fn ribbon(
         &self,
         stations: &[Option<ProjectedPoint>],
@@ -210,31 +212,33 @@ impl CometProjection<'_> {
         }
     }
 
-    /// Adds the dust tail, of total irradiance `light`: patches between grains of neighbouring beta and age.
+    /// Adds the dust tail, of total irradiance `light`: patches between grains of neighbouring beta and age. The patches between two syndynes form a strip.
     fn dust(&self, orbit: &HeliocentricOrbit, days: f64, light: f64, segments: &mut Vec<TailSegment>) {
         // Ages are more densely spaced for recently released grains.
         let age = |k: usize| MAX_AGE_DAYS * (k as f64 / (STATIONS - 1) as f64).powi(2);
-        // Light is distributed evenly in the logarithm of beta, and fades at both ends.
-        let beta_fraction = |line: usize| line as f64 / (SYNDYNES - 1) as f64;
-        let beta = |line: usize| MIN_BETA * (MAX_BETA / MIN_BETA).powf(beta_fraction(line));
-        let fan: Vec<Vec<DVec3>> =
+        // The values of beta are evenly spaced in the logarithm; the light per value falls to zero at both ends of the range.
+        let log_beta_fraction = |line: usize| line as f64 / (SYNDYNES - 1) as f64;
+        let beta = |line: usize| MIN_BETA * (MAX_BETA / MIN_BETA).powf(log_beta_fraction(line));
+        let syndynes: Vec<Vec<DVec3>> =
             (0..SYNDYNES).map(|line| (0..STATIONS).map(|k| grain(orbit, days, age(k), beta(line))).collect()).collect();
-        let projected: Vec<Vec<Option<ProjectedPoint>>> = fan.iter().map(|line| line.iter().map(|p| self.project(*p)).collect()).collect();
+        let projected: Vec<Vec<Option<ProjectedPoint>>> =
+            syndynes.iter().map(|line| line.iter().map(|p| self.project(*p)).collect()).collect();
         // Grains are produced and lit in inverse proportion to the squared distance from the Sun; the exponential thins out old grains.
         let production = |k: usize| {
-            let (release_au, current_au) = (heliocentric_state(orbit, days - age(k)).position.length(), fan[0][k].length());
+            let (release_au, current_au) = (heliocentric_state(orbit, days - age(k)).position.length(), syndynes[0][k].length());
             (age(k + 1) - age(k)) / (release_au * release_au * current_au * current_au) * (-age(k) / (0.4 * MAX_AGE_DAYS)).exp()
         };
         let production: Vec<f64> = (0..STATIONS - 1).map(production).collect();
         let beta_weight: Vec<f64> =
-            (0..SYNDYNES - 1).map(|line| (PI * 0.5 * (beta_fraction(line) + beta_fraction(line + 1))).sin().powi(2)).collect();
+            (0..SYNDYNES - 1).map(|line| (PI * 0.5 * (log_beta_fraction(line) + log_beta_fraction(line + 1))).sin().powi(2)).collect();
         let total = production.iter().sum::<f64>() * beta_weight.iter().sum::<f64>();
-        // A point of a patch's centre line, and the vector in pixels from it to the patch's edge, widened by the grains' own speed.
+        // A cross-section of the strip between two syndynes: its centre, and the vector in pixels from there to the strip's edge. The speed of release widens
+        // the strip.
         let section = |line: usize, k: usize| -> Option<(ProjectedPoint, DVec2)> {
             let (a, b) = (projected[line][k]?, projected[line + 1][k]?);
             let [before, after] = [k.saturating_sub(1), (k + 1).min(STATIONS - 1)].map(|j| projected[line][j].unwrap_or(a));
-            let spread = (0.5 * COMA_AU + GRAIN_SPEED_AU_DAY * age(k)) * a.px_per_au;
-            // Each patch extends to the centre line of the next.
+            let spread = (0.5 * COMA_AU + GRAIN_SPEED_AU_PER_DAY * age(k)) * a.px_per_au;
+            // Each strip extends to the centre line of the next, so that neighbours overlap.
             let gap = b.px - a.px;
             let across = gap.try_normalize().or_else(|| (after.px - before.px).perp().try_normalize()).unwrap_or(DVec2::X);
             Some((ProjectedPoint { px: 0.5 * (a.px + b.px), ..a }, gap + across * spread))
@@ -242,8 +246,8 @@ impl CometProjection<'_> {
         let radiance = |line: usize, k: usize| -> Option<f64> {
             let ((a, edge_a), (b, edge_b)) = (section(line, k)?, section(line, k + 1)?);
             let length_px = (b.px - a.px).length().max(0.5 * COMA_AU * a.px_per_au);
-            // Twice the mean half width.
-            let width_px = 2.0 * 0.5 * (edge_a.length() + edge_b.length());
+            // The edges are half widths, so their sum is the mean width.
+            let width_px = edge_a.length() + edge_b.length();
             Some(light * production[k] * beta_weight[line] / total * a.gain / (length_px * width_px * PATCH_PROFILE_INTEGRAL))
         };
         // Mean radiance of the patches before and after a section.
@@ -326,20 +330,20 @@ pub(crate) fn comets(
     let projection =
         CometProjection { camera, camera_au: (camera.position_km - sun_position_km) / KM_PER_AU, velocity_km_s: viewer.velocity_km_s };
     let mut in_frame = Comets::default();
-    let (mut brightest, mut shown) = (None::<(f64, String)>, 0);
+    let (mut brightest, mut heads_shown) = (None::<(f64, String)>, 0);
     for comet in all() {
         let (state, emission_days) = state_at_emission(&comet.orbit, days, projection.camera_au);
         let (from_sun, distance) = (state.position.length(), state.position.distance(projection.camera_au));
         let Some(magnitude) = total_magnitude(comet.brightness, distance, from_sun) else { continue };
         let light = irradiance_of_magnitude(magnitude);
         let head = projection.project(state.position);
-        let growth = smoothstep((TAILS_AU.0 - from_sun) / (TAILS_AU.0 - TAILS_AU.1));
+        let tail_growth = smoothstep((TAILS_AU.0 - from_sun) / (TAILS_AU.0 - TAILS_AU.1));
         // Tails are visible only if the head is, because the head is brighter than any part of its tails.
         let is_visible = light * PI / camera.pixel_tangent().powi(2) * point_peak() > white * MIN_LEVEL;
-        if growth > 0.0 && is_visible {
+        if tail_growth > 0.0 && is_visible {
             let length_au = (ION_LENGTH_AU * water_production(magnitude - 5.0 * distance.log10()).sqrt()).min(MAX_ION_LENGTH_AU);
-            projection.dust(&comet.orbit, emission_days, DUST_FRACTION * growth * light, &mut in_frame.tails);
-            projection.ions(&state, ION_FRACTION * growth * light, length_au, &mut in_frame.tails);
+            projection.dust(&comet.orbit, emission_days, DUST_FRACTION * tail_growth * light, &mut in_frame.tails);
+            projection.ions(&state, ION_FRACTION * tail_growth * light, length_au, &mut in_frame.tails);
         }
         let Some(head) = head else { continue };
         let flux = (light * head.gain).max(MARK_LEVEL * white / point_peak());
@@ -347,8 +351,8 @@ pub(crate) fn comets(
         if head.px.abs().cmpgt(camera.half_size() + radius_px).any() {
             continue;
         }
-        shown += 1;
-        if growth > 0.0 && request.layers.orbits {
+        heads_shown += 1;
+        if tail_growth > 0.0 && request.layers.orbits {
             in_frame.orbits.extend(projection.orbit(&state));
         }
         if brightest.as_ref().is_none_or(|(brightest_so_far, _)| magnitude < *brightest_so_far) {
@@ -363,11 +367,11 @@ pub(crate) fn comets(
     in_frame.tails.retain(|t| t.radiance[0].max(t.radiance[1]) > min_radiance);
     let heads = match brightest {
         Some((magnitude, name)) => {
-            reason!("comets-brightest", count = shown, comet = &name, magnitude = format_args!("{magnitude:.1}"))
+            reason!("comets-brightest", count = heads_shown, comet = &name, magnitude = format_args!("{magnitude:.1}"))
         }
         None => reason!("comets-none"),
     };
     let reason = heads.and(reason!("comets-tails", count = in_frame.tails.len()));
-    let on = shown > 0 || !in_frame.tails.is_empty();
+    let on = heads_shown > 0 || !in_frame.tails.is_empty();
     (in_frame, decided(on, reason))
 }

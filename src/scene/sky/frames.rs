@@ -1,13 +1,13 @@
-//! Celestial coordinate frames: equatorial, ecliptic and galactic, each as a rotation to ICRF.
+//! Celestial coordinate frames: equatorial, ecliptic and galactic.
 //!
-//! All are fixed at J2000, without precession.
+//! In: a frame's name. Out: [`SkyFrame`], with its rotation to ICRF. Always: the frames are those of J2000, without precession.
 
 use crate::units::RAD_PER_ARCSEC;
 use crate::wording::suggestion_or_list;
 use glam::{DMat3, DVec3};
 
-/// Mean obliquity of J2000, IAU 2006 (84381.406 arcsec), radians.
-const OBLIQUITY_J2000: f64 = 84_381.406 * RAD_PER_ARCSEC;
+/// Mean obliquity of the ecliptic at J2000 (IAU 2006: 84381.406 arcsec), radians.
+const OBLIQUITY_J2000_RAD: f64 = 84_381.406 * RAD_PER_ARCSEC;
 
 /// A celestial coordinate frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -34,7 +34,7 @@ pub fn direction(longitude_deg: f64, latitude_deg: f64) -> DVec3 {
 
 /// The ecliptic's north pole of J2000, ICRF.
 pub fn ecliptic_pole() -> DVec3 {
-    DVec3::new(0.0, -OBLIQUITY_J2000.sin(), OBLIQUITY_J2000.cos())
+    DVec3::new(0.0, -OBLIQUITY_J2000_RAD.sin(), OBLIQUITY_J2000_RAD.cos())
 }
 
 impl SkyFrame {
@@ -84,7 +84,7 @@ mod tests {
     /// Known directions: the Galactic centre and pole (by the spherical triangle of the Hipparcos catalog's constants), the celestial pole in
     /// Galactic axes, the summer solstice, the ecliptic pole.
     #[test]
-    fn frames_are_where_they_are_defined() {
+    fn frames_have_their_published_axes() {
         let off_arcsec = |frame: SkyFrame, (lon, lat): (f64, f64), (ra, dec): (f64, f64)| {
             crate::ephemeris::angle_rad(frame.icrf_from_frame() * direction(lon, lat), direction(ra, dec)).to_degrees() * 3600.0
         };

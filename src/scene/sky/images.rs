@@ -1,4 +1,4 @@
-//! The user's images of the sky, drawn as tangent planes behind all bodies.
+//! The user's images of the sky, drawn behind all bodies. Each is in a tangent plane of the celestial sphere (gnomonic projection, FITS `TAN`).
 //!
 //! In: the catalog's layers with an image of the sky, the camera, the viewer's velocity. Out: [`SkyImageDraw`], the uniforms of
 //! shaders/entry/sky_image.wesl, and the reasons. Always: an image is display-referred: its white is white at any exposure. Its tangent point and axes
@@ -16,12 +16,12 @@ use std::sync::Arc;
 /// Smallest size of a sky image in the frame, pixels.
 const MIN_SIZE_PX: f64 = 0.5;
 /// Finite-difference step along the tangent plane for its axes under aberration, radians.
-const STEP: f64 = 1e-4;
+const STEP_RAD: f64 = 1e-4;
 
 /// Uniforms of an image on the sky.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyImageDraw {
-    /// The name under which textures are looked up.
+    /// The name under which the texture is looked up.
     pub image: String,
     /// The homogeneous image coordinates (u = x / z, v = y / z) of the frame's middle, and their change to the frame's right and to its upper edge.
     pub middle: Vec3,
@@ -45,8 +45,8 @@ fn image_from_icrf(wcs: &ImageWcs, size: DVec2, velocity_km_s: DVec3) -> Option<
     // The plane's axes under aberration, as finite differences of apparent directions.
     let apparent_centre = aberrated(to_centre, velocity_km_s);
     let apparent_axis = |axis: DVec3| {
-        let step = aberrated((to_centre + STEP * axis).normalize(), velocity_km_s);
-        (step / step.dot(apparent_centre) - apparent_centre) / STEP
+        let step = aberrated((to_centre + STEP_RAD * axis).normalize(), velocity_km_s);
+        (step / step.dot(apparent_centre) - apparent_centre) / STEP_RAD
     };
     let icrf_from_plane = DMat3::from_cols(apparent_axis(east), apparent_axis(north), apparent_centre);
     let [[a, b], [c, d]] = *deg_per_px;
@@ -73,8 +73,9 @@ pub(crate) fn images(layers: &[Arc<DataLayer>], camera: &Camera, velocity_km_s: 
         };
         let texel = DVec2::ONE / size;
         let span_px = DVec2::new(distance_px(DVec2::X * texel) * size.x, distance_px(DVec2::Y * texel) * size.y);
-        let radius = 0.5 * span_px.length() * camera.pixel_tangent() / middle.normalize().length();
-        let in_frame = camera.sphere_may_be_in_frame(camera.in_axes(middle.normalize()), radius.min(2.0), 1.0);
+        // The image is tested as a sphere at the distance 1; one of radius 2 is in the frame whatever its direction.
+        let radius = (0.5 * span_px.length() * camera.pixel_tangent()).min(2.0);
+        let in_frame = camera.sphere_may_be_in_frame(camera.in_axes(middle.normalize()), radius, 1.0);
         let on = in_frame && span_px.max_element() > MIN_SIZE_PX;
         let [width, height] = [span_px.x, span_px.y].map(|px| Argument::Number(format!("{px:.1}")));
         let name = &layer.name;

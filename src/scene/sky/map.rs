@@ -1,6 +1,6 @@
-//! A panorama of the sky: its frame and the scale of its texels.
+//! A panorama of the sky: its frame, and the radiance of its texels.
 //!
-//! In: published figures, or a file's metadata. Out: [`SkyMap`]. Not here: the texels.
+//! In: published figures, or the metadata of the user's file. Out: [`SkyMap`]. Not here: the texels.
 
 use crate::scene::sky::frames::SkyFrame;
 use crate::scene::sky::zodiacal::S10;
@@ -15,9 +15,9 @@ pub struct SkyMap {
     pub width: u32,
     /// Radiance of the linear value 1.
     pub unit_radiance: f64,
-    /// Largest linear value, averaged over some texels.
+    /// Largest linear value of a bright region, averaged over its texels; 1 for a panorama of the user.
     pub brightest: f64,
-    /// Whether it is the built-in Milky Way, for the decision's text.
+    /// Whether this is the built-in Milky Way, for the text of the decision.
     pub is_milky_way: bool,
 }
 
@@ -29,20 +29,20 @@ pub(crate) const MILKY_WAY_FILE: &str = "milky_way.jpg";
 /// brightest Milky Way lies between 20 and 21).
 const CLOUD_S10: f64 = 820.0;
 /// The linear luminance of the same cloud in the panorama.
-const CLOUD_VALUE: f64 = 0.3385;
+const CLOUD_LINEAR_VALUE: f64 = 0.3385;
 
 impl SkyMap {
     /// The built-in Milky Way. Its stars are filtered out, because those of the star catalog are drawn separately. With the star cloud at `CLOUD_S10`,
     /// the mean over the sky is 71 stars of tenth magnitude per square degree, and the stars to V 7 add 26. The sum agrees with the roughly 100 of
     /// integrated starlight (Roach & Megill 1961, ApJ 133, 228).
     pub(crate) fn milky_way() -> Self {
-        let unit_radiance = CLOUD_S10 / CLOUD_VALUE * *S10;
+        let unit_radiance = CLOUD_S10 / CLOUD_LINEAR_VALUE * *S10;
         Self {
             file: MILKY_WAY_FILE.into(),
             frame: SkyFrame::Galactic,
             width: 2048,
             unit_radiance,
-            brightest: CLOUD_VALUE,
+            brightest: CLOUD_LINEAR_VALUE,
             is_milky_way: true,
         }
     }

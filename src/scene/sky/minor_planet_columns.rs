@@ -1,6 +1,6 @@
 //! Vertex data of shaders/entry/minor_planets.wesl: columns that do not change from frame to frame, and each body's time since its perihelion.
 //!
-//! In: the orbits of small bodies. Out: [`MinorPlanetColumns`]. Always: times are reduced in f64 to at most half a period before they are narrowed.
+//! In: the orbits of small bodies, and a time. Out: [`MinorPlanetColumns`]. Always: times are reduced in f64 to at most half a period before they are narrowed.
 
 use crate::catalog::small_bodies::{BrightnessLaw, GAUSS_CONSTANT, HeliocentricOrbit, SmallBody};
 use crate::scene::camera::{narrow, narrow_scalar};
@@ -22,7 +22,8 @@ pub struct MinorPlanetColumns {
     timings: Arc<Vec<OrbitTiming>>,
 }
 
-/// Timing of an orbit: a perihelion passage in days past J2000, the length in days of the shader's unit of time, and half the period in that unit.
+/// Timing of an orbit: a perihelion passage in days past J2000, the length in days of the shader's unit of time, and half the period in that unit. The unit
+/// is the time in which the mean anomaly of an orbit with the semi-major axis q, the perihelion distance, increases by one radian.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct OrbitTiming {
     passage_days: f64,
@@ -32,8 +33,8 @@ struct OrbitTiming {
 
 impl OrbitTiming {
     fn of(orbit: &HeliocentricOrbit) -> Self {
-        let (q, alpha) = (orbit.perihelion_au, 1.0 - orbit.eccentricity);
-        let half_period = if alpha > 0.0 { PI * alpha.powf(-1.5) } else { f64::INFINITY };
+        let (q, one_minus_e) = (orbit.perihelion_au, 1.0 - orbit.eccentricity);
+        let half_period = if one_minus_e > 0.0 { PI * one_minus_e.powf(-1.5) } else { f64::INFINITY };
         Self { passage_days: orbit.passage_days, days_per_unit: q.powf(1.5) / GAUSS_CONSTANT, half_period }
     }
 
@@ -46,25 +47,26 @@ impl OrbitTiming {
 
 impl MinorPlanetColumns {
     pub(crate) fn of(bodies: &[SmallBody]) -> Self {
-        let mut columns = [Vec::with_capacity(4 * bodies.len()), Vec::with_capacity(4 * bodies.len()), Vec::with_capacity(bodies.len())];
+        let (mut perihelion, mut along) = (Vec::with_capacity(4 * bodies.len()), Vec::with_capacity(4 * bodies.len()));
+        let mut slope = Vec::with_capacity(bodies.len());
         for body in bodies {
             let orbit = &body.orbit;
-            let (brightness, slope) = match body.brightness {
+            let (irradiance, g) = match body.brightness {
                 BrightnessLaw::Asteroid { h, g } => (irradiance_of_magnitude(h), g),
                 BrightnessLaw::Comet { .. } | BrightnessLaw::Unknown => (0.0, 0.0),
             };
-            let along = orbit.motion_at_perihelion * (orbit.perihelion_au * (1.0 + orbit.eccentricity).sqrt());
-            columns[0].extend(narrow(orbit.to_perihelion * orbit.perihelion_au).to_array());
-            columns[0].push(narrow_scalar(1.0 - orbit.eccentricity));
-            columns[1].extend(narrow(along).to_array());
-            columns[1].push(narrow_scalar(brightness));
-            columns[2].push(narrow_scalar(slope));
+            perihelion.extend(narrow(orbit.to_perihelion * orbit.perihelion_au).to_array());
+            perihelion.push(narrow_scalar(1.0 - orbit.eccentricity));
+            let motion = orbit.motion_at_perihelion * (orbit.perihelion_au * (1.0 + orbit.eccentricity).sqrt());
+            along.extend(narrow(motion).to_array());
+            along.push(narrow_scalar(irradiance));
+            slope.push(narrow_scalar(g));
         }
-        let [perihelion, along, slope] = columns.map(Arc::new);
-        Self { perihelion, along, slope, timings: Arc::new(bodies.iter().map(|b| OrbitTiming::of(&b.orbit)).collect()) }
+        let timings = bodies.iter().map(|b| OrbitTiming::of(&b.orbit)).collect();
+        Self { perihelion: Arc::new(perihelion), along: Arc::new(along), slope: Arc::new(slope), timings: Arc::new(timings) }
     }
 
-    /// Time of each body since its nearest perihelion passage, in the shader's unit.
+    /// Time of each body since its nearest perihelion passage, in the shader's unit. `days`: past J2000.
     pub(crate) fn times(&self, days: f64) -> Vec<f32> {
         self.timings.iter().map(|timing| narrow_scalar(timing.since_passage(days))).collect()
     }

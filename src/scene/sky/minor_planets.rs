@@ -1,10 +1,10 @@
 //! Minor planets as points of light: the inputs of the vertex stage of shaders/entry/minor_planets.wesl.
 //!
-//! In: the orbits of the catalog's small bodies, the camera, the white level. Out: [`MinorPlanets`]: columns that do not change from frame to frame, each
-//! body's time since its perihelion, and uniforms. Always: times are reduced in f64 before they are narrowed, and the heliocentric camera position is
-//! split into two f32 vectors, so that a body's position is accurate to 1e-6 of its semi-major axis up to e = 0.97 (for larger e see
-//! tests/scene/minor_planets.rs). Brightness follows the H,G law. A body too faint for the exposure is drawn at [`MARK_LEVEL`], so the layer is off by
-//! default. Left out: perturbations since the elements' epoch.
+//! In: the orbits of the catalog's small bodies, the camera, the white level. Out: [`MinorPlanets`]: columns that do not change from frame to frame,
+//! each body's time since its perihelion, and uniforms. Always: times are reduced to at most half a period in f64 before they are narrowed, and the
+//! heliocentric camera position is split into two f32 vectors, so that a body's position is accurate to 1e-6 of its semi-major axis up to e = 0.97
+//! (for larger e see tests/scene/minor_planets.rs). Brightness follows the H,G law. A body too faint for the exposure is drawn at [`MARK_LEVEL`], so
+//! the layer is off by default. Left out: perturbations since the elements' epoch.
 
 use super::minor_planet_columns::MinorPlanetColumns;
 use crate::catalog::small_bodies::GAUSS_CONSTANT;
@@ -21,10 +21,11 @@ use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Brightness of the central pixel of a marker, as a fraction of white.
+/// Radiance of the central pixel of a marker as a fraction of white, if the markers are few.
 pub const MARK_LEVEL: f64 = 0.25;
-/// Number of bodies above which markers become fainter, by the fourth root of the number; otherwise a hundred thousand markers would form a white ring.
-const FADE_COUNT: f64 = 1000.0;
+/// Largest number of bodies whose markers reach [`MARK_LEVEL`]. Markers of more bodies are fainter, in inverse proportion to the fourth root of the number;
+/// otherwise the markers of a hundred thousand bodies would merge into a white ring.
+const FULL_LEVEL_COUNT: f64 = 1000.0;
 /// Colour index B-V of a typical minor planet, between those of the C and the S type (0.70 and 0.86; Tedesco, Tholen and Zellner 1982, Astron. J. 87,
 /// 1585).
 const B_V: f32 = 0.78;
@@ -44,14 +45,14 @@ pub struct MinorPlanets {
     pub colour: Vec3,
     /// Flux divided by irradiance for a point in the middle of the frame.
     pub flux_per_irradiance: f32,
-    /// Brightness of the central pixel of a point of flux 1, relative to white.
+    /// Radiance of the central pixel of a point of flux 1, divided by that of white.
     pub peak_over_white: f32,
     /// Flux of a marker: the smallest flux with which a body is drawn.
     pub mark_flux: f32,
 }
 
-/// Light time per au in the unit of time of an orbit with a perihelion distance of 1 au: days per au times Gauss' constant.
-pub(crate) const LIGHT_TIME: f64 = KM_PER_AU / SPEED_OF_LIGHT_KM_S / SECONDS_PER_DAY * GAUSS_CONSTANT;
+/// Light time per au, in the shader's unit of time for an orbit with a perihelion distance of 1 au (1 / Gauss' constant, days).
+pub(crate) const LIGHT_TIME_PER_AU: f64 = KM_PER_AU / SPEED_OF_LIGHT_KM_S / SECONDS_PER_DAY * GAUSS_CONSTANT;
 /// View depth that maps to reversed depth 1, au.
 pub(crate) const NEAR_AU: f64 = NEAR_DEPTH_KM / KM_PER_AU;
 
@@ -78,10 +79,10 @@ pub(crate) fn minor_planets(
     }
     let Some(sun_position_km) = sun_position_km else { return (None, decided(false, reason!("no-sun-known"))) };
     let (camera, columns) = (&viewer.camera, columns());
-    let mark_level = MARK_LEVEL * (FADE_COUNT / columns.slope.len() as f64).powf(0.25).min(1.0);
+    let mark_level = MARK_LEVEL * (FULL_LEVEL_COUNT / columns.slope.len() as f64).powf(0.25).min(1.0);
     let days = request.time.tdb_seconds_past_j2000() / SECONDS_PER_DAY;
     let colour = star_colour(Some(B_V));
-    let all = MinorPlanets {
+    let drawn = MinorPlanets {
         times: Arc::new(columns.times(days)),
         axes: [camera.right / camera.tan_half_fov.x, camera.up / camera.tan_half_fov.y, camera.forward].map(narrow),
         camera_parts: two_parts((camera.position_km - sun_position_km) / KM_PER_AU),
@@ -92,7 +93,7 @@ pub(crate) fn minor_planets(
         mark_flux: narrow_scalar(mark_level * white / point_peak()),
         columns,
     };
-    let count = all.times.len();
+    let count = drawn.times.len();
     let reason = reason!("minor-orbits", count = count).and(reason!("minor-brightness", level = format_args!("{mark_level:.2}")));
-    (Some(all), decided(count > 0, reason))
+    (Some(drawn), decided(count > 0, reason))
 }

@@ -1,5 +1,7 @@
-//! The sky: stars, the Milky Way and zodiacal light behind all bodies; also minor planets and comets, which are too small to be bodies of the
-//! catalog.
+//! The sky: stars, the Milky Way, zodiacal light and the user's images behind all bodies; also minor planets and comets, which are drawn from orbital
+//! elements, not as bodies of the catalog.
+//!
+//! In: the catalog, the camera with its motion, threshold and white level. Out: sprites, ribbon segments and uniforms, each with a decision and its reason.
 
 pub mod background;
 pub mod comets;

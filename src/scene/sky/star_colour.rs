@@ -1,9 +1,8 @@
 //! The colour of a star from its colour index B-V.
 //!
-//! In: B-V. Out: linear sRGB of luminance 1, in which sunlight is white, as everywhere in the program. The star is a black body of the temperature that
-//! Ballesteros 2012 (EPL 97, 34008, eq. 14) gives for its index, seen by the CIE 1931 observer. Left out: absorption bands of the coolest stars and
-//! reddening of hot stars, whose spectra are not those of a black body. Indices outside
-//! `MIN_B_V..=MAX_B_V` are clamped.
+//! In: B-V. Out: linear sRGB of luminance 1, in which sunlight is white, as everywhere in the program. The star is a black body of the temperature
+//! that Ballesteros 2012 (EPL 97, 34008, eq. 14) gives for its index, seen by the CIE 1931 observer. Left out: differences between a star's spectrum
+//! and that of a black body, such as the absorption bands of cool stars. Indices outside `MIN_B_V..=MAX_B_V` are clamped.
 
 use crate::units::luminance;
 use glam::{DMat3, DVec3};
@@ -26,15 +25,16 @@ static COLOURS: LazyLock<[DVec3; STEPS + 1]> = LazyLock::new(|| {
     })
 });
 
-/// Effective temperature in kelvin of the black body that has the colour index B-V; within 3 % of measured temperatures of stars from 3 000 to 30 000 K.
+/// Temperature in kelvin of the black body that has the colour index B-V: an estimate of a star's effective temperature. It is within 5 % for stars like the
+/// Sun and Sirius, and too low for hot stars: 16 600 K at B-V = -0.30, where main-sequence stars have about 30 000 K (Pecaut & Mamajek 2013, ApJS 208, 9).
 pub fn temperature_k(b_v: f64) -> f64 {
     4600.0 * (1.0 / (0.92 * b_v + 1.7) + 1.0 / (0.92 * b_v + 0.62))
 }
 
 /// Colour-matching functions of the CIE 1931 observer, approximated by the sums of Gaussians of Wyman, Sloan and Shirley 2013 (JCGT 2, 2, eq. 4).
-fn observer(nm: f64) -> DVec3 {
-    let lobe = |height: f64, middle: f64, below: f64, above: f64| {
-        let x = (nm - middle) / if nm < middle { below } else { above };
+fn colour_matching(nm: f64) -> DVec3 {
+    let lobe = |height: f64, middle_nm: f64, width_below_nm: f64, width_above_nm: f64| {
+        let x = (nm - middle_nm) / if nm < middle_nm { width_below_nm } else { width_above_nm };
         height * (-0.5 * x * x).exp()
     };
     DVec3::new(
@@ -44,17 +44,17 @@ fn observer(nm: f64) -> DVec3 {
     )
 }
 
-/// CIE XYZ of a black body, in arbitrary units.
-fn black_body(kelvin: f64) -> DVec3 {
-    // Planck's second radiation constant, nm K (CODATA 2018).
+/// CIE XYZ of a black body, in arbitrary units: Planck's law, summed in steps of 5 nm.
+fn black_body_xyz(kelvin: f64) -> DVec3 {
+    // Second radiation constant hc/k, nm K (CODATA 2018).
     const C2: f64 = 1.438_776_877e7;
-    (380..=780).step_by(5).map(f64::from).map(|nm| observer(nm) * ((600.0 / nm).powi(5) / (C2 / (nm * kelvin)).exp_m1())).sum()
+    (380..=780).step_by(5).map(f64::from).map(|nm| colour_matching(nm) * ((600.0 / nm).powi(5) / (C2 / (nm * kelvin)).exp_m1())).sum()
 }
 
 /// The colour of a black body in the primaries of sRGB (IEC 61966-2-1).
 fn linear_srgb(kelvin: f64) -> DVec3 {
     let rgb_from_xyz = DMat3::from_cols_array(&[3.2406, -0.9689, 0.0557, -1.5372, 1.8758, -0.2040, -0.4986, 0.0415, 1.0570]);
-    rgb_from_xyz * black_body(kelvin)
+    rgb_from_xyz * black_body_xyz(kelvin)
 }
 
 /// Colour of a star: linear sRGB of luminance 1; white if its colour index is unknown.
@@ -73,7 +73,7 @@ mod tests {
     #[test]
     fn black_bodies_have_their_chromaticity() {
         for (kelvin, x, y) in [(2856.0, 0.447_57, 0.407_45), (6500.0, 0.313_5, 0.323_7), (10_000.0, 0.280_7, 0.288_4)] {
-            let v = black_body(kelvin);
+            let v = black_body_xyz(kelvin);
             let sum = v.element_sum();
             assert!((v.x / sum - x).abs() < 0.004 && (v.y / sum - y).abs() < 0.004, "{kelvin}: {} {}", v.x / sum, v.y / sum);
         }

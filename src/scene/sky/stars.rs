@@ -1,10 +1,10 @@
 //! The stars of a frame: which stars are visible at the exposure, with their positions and brightness.
 //!
 //! In: the star catalog, the viewer, the threshold and the white level, the air around the camera. Out: [`StarSprite`]s for shaders/entry/point.wesl,
-//! and the reason. Stars are drawn first, behind all bodies: later draws cover, dim or outshine them. Always: a star that is too faint for the display has
-//! no sprite; a cell of the star catalog (a patch of the sky) that is outside the frame, or whose
-//! brightest star is too faint, costs one comparison. A star's flux is that of a body of the same
-//! magnitude. Left out: refraction and scintillation. A double star that the catalog does not resolve is drawn as one star.
+//! and the reason. Stars are drawn first, behind all bodies: later draws cover, dim or outshine them. Always: a star that is too faint for the
+//! display has no sprite; a cell of the star catalog (a patch of the sky) that is outside the frame, or whose brightest star is too faint, costs one
+//! comparison. A star's flux is that of a body of the same magnitude. Left out: refraction and scintillation. A double star that the catalog does not
+//! resolve is drawn as one star.
 
 use super::star_colour::star_colour;
 use crate::catalog::Catalog;
@@ -31,7 +31,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 pub struct ApparentStar {
     /// Unit vector, ICRF, with proper motion, parallax and aberration.
     pub direction: DVec3,
-    /// Factor on the irradiance by the magnitude in the star catalog.
+    /// Factor on the irradiance that follows from the magnitude in the star catalog.
     pub brightening: f64,
 }
 
@@ -43,7 +43,7 @@ impl ApparentStar {
 
 /// Computes the apparent places of the stars of one frame.
 pub struct StarPlacer {
-    /// Years of proper motion.
+    /// Years since the epoch of the star catalog, for proper motion.
     years_since_epoch: f64,
     /// Barycentric position of the viewer.
     viewer_au: DVec3,
@@ -121,9 +121,9 @@ fn limiting_magnitude(camera: &Camera, threshold: Threshold) -> f64 {
     if min_peak > 0.0 { magnitude(min_peak / point_peak() * pixel_sr / PI) } else { f64::INFINITY }
 }
 
-/// Magnitude at which a star adds [`VISIBLE_LIGHT`] in the layer of bright stars, half a level of 255. Then a star of magnitude 0 is white, one of
-/// magnitude 2 has 0.15 of white in linear light, and one of magnitude 6 is at level 12.
-const BRIGHTENED_LIMIT: f64 = 9.5;
+/// The faintest magnitude that the layer of bright stars makes visible: all stars are brightened so that a star of this magnitude adds [`VISIBLE_LIGHT`], half
+/// a level of 255. Then a star of magnitude 0 is white, one of magnitude 2 has 0.15 of white in linear light, and one of magnitude 6 is at level 12.
+const BRIGHT_STARS_LIMIT: f64 = 9.5;
 
 /// The stars of a frame and the decision about them; no decision in pixel views other than the final image.
 pub(crate) fn stars(
@@ -144,15 +144,16 @@ pub(crate) fn stars(
     let camera = &viewer.camera;
     // A boost of one stop shows stars that are 2.5 log10(2) magnitudes fainter.
     let boost = request.stars_boost.exp2();
-    let limit_as_set = limiting_magnitude(camera, threshold) + 2.5 * boost.log10();
-    // In air the layer of bright stars has no effect: by day brightened stars would show through the sky that outshines them.
-    let lift_mag = if request.layers.bright_stars && air.is_none() { (BRIGHTENED_LIMIT - limit_as_set).max(0.0) } else { 0.0 };
-    let limit = limit_as_set + lift_mag;
-    let boost = boost * 10f64.powf(0.4 * lift_mag);
+    let limit_without_layer = limiting_magnitude(camera, threshold) + 2.5 * boost.log10();
+    // In air the layer of bright stars has no effect: by day, brightened stars would be visible against the bright sky.
+    let brightening_mag =
+        if request.layers.bright_stars && air.is_none() { (BRIGHT_STARS_LIMIT - limit_without_layer).max(0.0) } else { 0.0 };
+    let limit = limit_without_layer + brightening_mag;
+    let boost = boost * 10f64.powf(0.4 * brightening_mag);
     let limit_note = match limit.is_finite() {
         false => reason!("stars-linear"),
-        true if lift_mag > 0.0 => {
-            reason!("stars-brightened", stops = format_args!("{:+.1}", boost.log2()), alone = format_args!("{limit_as_set:.1}"))
+        true if brightening_mag > 0.0 => {
+            reason!("stars-brightened", stops = format_args!("{:+.1}", boost.log2()), alone = format_args!("{limit_without_layer:.1}"))
         }
         true if boost == 1.0 => reason!("stars-to-magnitude", limit = format_args!("{limit:.1}")),
         true => {
@@ -160,7 +161,7 @@ pub(crate) fn stars(
         }
     };
     // Near the Sun no star is noticeably brighter than in the star catalog, so the brightest star decides; farther away cells are tested with their parallax.
-    let is_near_sun = viewer.camera.position_km.length() < CONSTANT_BRIGHTNESS_KM;
+    let is_near_sun = viewer.camera.position_km.length() < CATALOG_BRIGHTNESS_KM;
     if is_near_sun && f64::from(catalog.brightest_magnitude()) > limit {
         return (Vec::new(), decided(false, limit_note));
     }
@@ -185,7 +186,7 @@ pub(crate) fn stars(
 }
 
 /// Distance from the Sun (1000 au) within which no star is brighter than from the Earth by more than a hundredth of a magnitude (the nearest by 0.008).
-const CONSTANT_BRIGHTNESS_KM: f64 = 1000.0 * KM_PER_AU;
+const CATALOG_BRIGHTNESS_KM: f64 = 1000.0 * KM_PER_AU;
 
 /// The frame against which cells are culled.
 struct CullingFrame<'c> {

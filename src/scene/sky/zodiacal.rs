@@ -13,16 +13,16 @@ use std::f64::consts::PI;
 use std::sync::LazyLock;
 
 /// Square degrees in a steradian.
-const SQUARE_DEGREES: f64 = (180.0 / PI) * (180.0 / PI);
+const SQUARE_DEGREES_PER_SR: f64 = (180.0 / PI) * (180.0 / PI);
 
 /// Radiance of one star of tenth magnitude per square degree.
-pub(crate) static S10: LazyLock<f64> = LazyLock::new(|| irradiance_of_magnitude(10.0) * SQUARE_DEGREES * PI);
+pub(crate) static S10: LazyLock<f64> = LazyLock::new(|| irradiance_of_magnitude(10.0) * SQUARE_DEGREES_PER_SR * PI);
 
 /// One S10 unit (one star of tenth magnitude and of the Sun's colour per square degree) in the table's unit, 1e-8 W/m2/sr/um (Leinert et al. 1998, table 2).
 const TABLE_PER_S10: f64 = 1.28;
 /// Exponent of the observer's distance from the Sun.
 const DISTANCE_EXPONENT: f64 = -2.3;
-/// Distance from the Sun, au, within which only the corona's law is used.
+/// Distance of the observer from the Sun, au, within which no zodiacal light is drawn, only the corona.
 pub(crate) const NEAREST_AU: f64 = 0.1;
 /// Elongations, degrees, between which the corona blends into the zodiacal light.
 pub(crate) const CORONA_BLEND_DEG: (f64, f64) = (15.0, 25.0);
@@ -45,8 +45,8 @@ pub fn law(cos_elongation: f64, sin_latitude: f64) -> f64 {
     let g = (LOG_OFFSET - cos_elongation).log2();
     // For an observer in the ecliptic the latitude never exceeds the elongation. For other observers the value at this limit is used.
     let s = sin_latitude.abs().min((1.0 - cos_elongation * cos_elongation).max(0.0).sqrt());
-    let by_latitude = LAW.into_iter().rev().fold(DVec4::ZERO, |sum, row| sum * g + DVec4::from_array(row));
-    by_latitude.dot(DVec4::new(1.0, s, s * s, s * s * s)).exp2()
+    let latitude_polynomial = LAW.into_iter().rev().fold(DVec4::ZERO, |sum, row| sum * g + DVec4::from_array(row));
+    latitude_polynomial.dot(DVec4::new(1.0, s, s * s, s * s * s)).exp2()
 }
 
 /// Radiance for a value of 1 of [`law`], for an observer at this distance from the Sun.

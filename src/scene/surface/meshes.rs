@@ -8,7 +8,7 @@ use crate::catalog::Body;
 use crate::mesh::Mesh;
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{self, Camera, ClipRect, NEAR_DEPTH_KM, Placement};
-use crate::scene::draw::features::Flags;
+use crate::scene::draw::features::MeshFlags;
 use crate::scene::placed::PlacedBody;
 use crate::scene::point::POINT_ONLY_BELOW_PX;
 use crate::scene::request::effects::Effect;
@@ -45,8 +45,8 @@ pub(crate) fn rect(camera: &Camera, placement: &Placement, model: &Mesh) -> Opti
 }
 
 /// The flags of a draw of the model.
-pub(crate) fn flags(body: &Body, model: &Mesh) -> Flags {
-    body.mesh.as_ref().map_or_else(Flags::default, |m| Flags {
+pub(crate) fn flags(body: &Body, model: &Mesh) -> MeshFlags {
+    body.mesh.as_ref().map_or_else(MeshFlags::default, |m| MeshFlags {
         two_sided: m.two_sided,
         alpha_texture: m.alpha,
         vertex_colour: m.vertex_colours && model.colours.is_some(),

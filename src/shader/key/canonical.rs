@@ -393,7 +393,7 @@ mod tests {
 
     #[test]
     fn canonical_keeps_all_features_of_a_lit_planet_that_has_every_effect() {
-        use crate::scene::draw::{Air, Eclipse, Flags, MapSet};
+        use crate::scene::draw::{Air, Eclipse, MapSet, MeshFlags};
         let f = DrawFeatures {
             surface: Surface::OrenNayar,
             maps: MapSet { albedo: true, normal: true, specular: true, night: true, cloud_shadow: true },
@@ -406,12 +406,12 @@ mod tests {
             shape: Shape::Ellipsoid,
             limb_heights: true,
             thin_limb: true,
-            flags: Flags { alpha_texture: true, ..Flags::default() },
+            flags: MeshFlags { alpha_texture: true, ..MeshFlags::default() },
             ..DrawFeatures::MINIMAL
         };
         assert_eq!(canonical(&f), f);
         // A mesh has additional flags, and no atmosphere.
-        let flags = Flags { two_sided: true, alpha_texture: true, vertex_colour: true };
+        let flags = MeshFlags { two_sided: true, alpha_texture: true, vertex_colour: true };
         let mesh = DrawFeatures { shape: Shape::Mesh, air: Air::default(), limb_heights: false, thin_limb: false, flags, ..f };
         assert_eq!(canonical(&mesh), mesh);
         assert_eq!(canonical(&DrawFeatures { air: f.air, ..mesh }), mesh);
