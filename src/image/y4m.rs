@@ -92,7 +92,7 @@ fn convert_generic(pixels: &[[u8; 4]; BLOCK_PIXELS], planes: [&mut [u8; BLOCK_PI
     }
 }
 
-/// The same integer arithmetic as [`convert_generic`], for 32 pixels at a time.
+/// The same integer arithmetic as `convert_generic`, for 32 pixels at a time.
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
     use super::{BLOCK_PIXELS, Content, FRACTION_BITS, LUMA, PLANE_FACTORS, level};

@@ -1,4 +1,4 @@
-//! What a plan needs besides its scene.
+//! What a plan needs besides its scene: the session implements this trait, so that planning itself reads no files and keeps no caches.
 
 use super::error::PlanError;
 use crate::image::{GlyphAtlas, MapDecoding, SharedTexture};

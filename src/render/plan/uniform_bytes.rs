@@ -6,11 +6,12 @@ use crate::scene::uniform_value;
 use crate::shader::reflect::{FieldType, LayoutError};
 use crate::shader::{Layout, UniformWriter};
 
-/// The bytes of a uniform block with this layout, filled by field name; fails on a name that the draw does not supply. `map_taps`: the most taps with which
-/// a map is filtered anisotropically; with a single one, rings are filtered in the cheaper way, too.
+/// The bytes of a uniform block with this layout, filled by field name; fails on a name that the draw does not supply. `map_taps`: the maximum number of
+/// taps with which a map is filtered anisotropically. If it is 1, a ring's profile is averaged over one span per pixel instead of two, too.
 pub fn uniform_bytes(layout: &Layout, uniforms: &DrawUniforms, map_taps: u8) -> Result<Vec<u8>, LayoutError> {
     let mut writer = layout.writer();
     for field in &layout.fields {
+        // Only arrays have rows.
         let rows = if let FieldType::Vec4Array(rows) = field.ty { rows as usize } else { 0 };
         match field.name.as_str() {
             name @ "map_taps" => writer.f32(name, f32::from(map_taps))?,
