@@ -43,7 +43,7 @@ impl Level {
         Self { width, height, texels: Texels::InMemory(bytes) }
     }
 
-    /// A level of four bytes a texel, which `source` supplies when it is needed.
+    /// A level of four bytes per texel, which `source` supplies when it is needed.
     pub(super) fn on_demand((width, height): (u32, u32), source: Arc<dyn LevelSource>, level: usize) -> Self {
         let byte_count = 4 * width as usize * height as usize;
         Self { width, height, texels: Texels::OnDemand(OnDemand { source, level, byte_count, bytes: OnceLock::new() }) }

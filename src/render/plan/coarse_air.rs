@@ -30,8 +30,8 @@ pub const COARSE_AIR_TEXTURE: &str = "coarse_air";
 /// The binding of that variable in shaders/lib/air/coarse.wesl.
 const COARSE_AIR_BINDING: u32 = 14;
 
-// shaders/lib/air/coarse.wesl detects that one of the four texels around a pixel is unmarked only if that texel lowers the interpolated alpha by more than 1/128. A texel's smallest bilinear weight is
-// 1 / (2 COARSE_AIR_PX)^2: in x and y, a pixel's centre is at least half a pixel from each texel.
+// shaders/lib/air/coarse.wesl detects that one of the four texels around a pixel is unmarked only if that texel lowers the interpolated alpha by more than
+// 1/128. A texel's smallest bilinear weight is 1 / (2 COARSE_AIR_PX)^2: in x and y, a pixel's centre is at least half a pixel from each texel.
 const _: () = assert!(4 * COARSE_AIR_PX * COARSE_AIR_PX < 128);
 
 fn reads_coarse_air(draw: &Draw) -> bool {
@@ -180,7 +180,8 @@ fn sampling_draw(
     })
 }
 
-/// Distance from a subimage's edge to the screen's edge, in texels: the border and half a texel.
+/// Distance from a subimage's edge to the screen's edge, in texels: the border, and half a texel because the next texel's centre lies on
+/// the screen's edge.
 fn screen_edge_texels() -> f32 {
     COARSE_AIR_BORDER as f32 + 0.5
 }

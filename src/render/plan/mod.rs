@@ -1,7 +1,7 @@
 //! The render plan: the passes of a frame in order, with their draws, bindings and uniform bytes.
 //!
-//! In: a finished scene, and a [`ResourceProvider`] of layouts, maps and glyphs. Out: a [`Plan`] of plain values, which every renderer can execute without further
-//! decisions. Not here: the choice of what is drawn (scene).
+//! In: a finished scene, and a [`ResourceProvider`] of layouts, maps and glyphs. Out: a [`Plan`] of plain values, which every renderer can execute
+//! without further decisions. Not here: the choice of what is drawn (scene).
 
 mod build;
 mod coarse_air;

@@ -35,6 +35,7 @@ pub(super) fn minor_planets(scene: &Scene, provider: &impl ResourceProvider) -> 
         w.vec3("velocity", minor_planets.velocity)?;
         w.vec3("colour", minor_planets.colour)?;
         w.vec2("pixel_size", scene.camera.clip_per_pixel())?;
+        // How the size of a sprite and its glare follow from its brightest pixel: `law` of `point_shape` in shaders/lib/point_shape.wesl.
         w.vec4("point_law", [POINT_RADIUS_PX, GLARE_RADIUS_EXPONENT, MAX_RADIUS_PX, GLARE_FRACTION].map(|v| v as f32).into())?;
         w.f32("core_sigma_px", CORE_SIGMA_PX as f32)?;
         w.f32("glare_scale_radius_px", GLARE_SCALE_RADIUS_PX as f32)?;
