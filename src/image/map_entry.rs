@@ -1,9 +1,9 @@
 //! The file format of a stored map: a header with a checksum, then the mip levels, each with its own checksum, so that one level can be read
 //! without the others.
 //!
-//! In: a mip chain, or the bytes of such a file (an entry of the disk cache). Out: the file, or levels. Always: a damaged header gives no levels, and a damaged level is not
-//! returned, except with a probability of 2^-128; the levels have the sizes of a complete chain. Texels are packed: without alpha if the level is opaque, as
-//! one channel if it is also grey.
+//! In: a mip chain, or the bytes of such a file (an entry of the disk cache). Out: the file, or levels. Always: a damaged header gives no levels, and a
+//! damaged level is not returned, except with a probability of 2^-128; the levels have the sizes of a complete chain. Texels are packed: without alpha if the
+//! level is opaque, as one channel if it is also grey.
 //!
 //! Layout, integers little-endian:
 //! - header: [`MAGIC`]; the key of the map; width and height of level 0, u32; for each level its number of channels, u8, and the XXH3 checksum (128 bits) of its

@@ -138,9 +138,8 @@ fn decode_row(rgba: &[u8], colour: &[f32; 256], out: &mut Vec<[f32; 4]>) {
     );
 }
 
-/// Adds a row of the finer level, with weight `wy`, to the sums of a row of the next level. The finer texels of each texel are added from left to right, so that both
-/// branches round alike.
-/// `columns`: [`area_weights`] of each texel of the row.
+/// Adds a row of the finer level, with weight `wy`, to the sums of a row of the next level. The finer texels of each texel are added from left to right, so
+/// that both branches round alike. `columns`: [`area_weights`] of each texel of the row.
 #[inline(always)]
 fn add_row(sums: &mut [[f32; 4]], row: &[[f32; 4]], columns: &[(usize, [f32; 3])], wy: f32) {
     if row.len() == 2 * sums.len() {

@@ -1,7 +1,8 @@
 //! Images: textures with their mip chains, files of finished frames (PNG, EXR, animated PNG, GIF, y4m), and the difference of two images.
 //!
-//! In: encoded image files (maps and panoramas), or the rows of a frame. Out: [`Texture`]s with mip chains computed in linear light, or encoded files. The texture of a map or panorama always has all levels down to 1x1; glyph atlases and tables of floats have one level. Nothing here
-//! depends on what an image shows.
+//! In: encoded image files (maps and panoramas), or the rows of a frame. Out: [`Texture`]s with mip chains computed in linear light, or encoded files. The
+//! texture of a map or panorama always has all levels down to 1x1; glyph atlases and tables of floats have one level. Nothing here depends on what an image
+//! shows.
 
 use crate::unwinding::catch_panic;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits, RgbaImage};

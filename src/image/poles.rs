@@ -98,8 +98,8 @@ impl PoleRowFilter {
 /// Scratch memory: prefix sums of a row's texels.
 pub(super) type PrefixSums = Vec<[f64; 4]>;
 
-/// A Gaussian filter along the circle of a row, whose last texel adjoins the first. It is approximated by three box filters of equal length, whose variances add
-/// up to sigma². If a box is as long as the circle or longer, each texel becomes the mean of the circle.
+/// A Gaussian filter along the circle of a row, whose last texel adjoins the first. It is approximated by three box filters of equal length, whose variances
+/// add up to sigma². If a box is as long as the circle or longer, each texel becomes the mean of the circle.
 fn gaussian(texels: &mut [[f32; 4]], sigma: f64, sums: &mut PrefixSums) {
     let count = texels.len();
     // A box with `whole` texels on both sides has the variance whole (whole + 1) / 3; fractional weights on the next texels add the rest.

@@ -1,5 +1,5 @@
-//! Cost and error of drawing bodies. The choices (settings with several options) are the models of light and of shape, sampling, resolution and precision. Each is
-//! measured in views in which its options differ.
+//! Cost and error of drawing bodies. The choices (settings with several options) are the models of light and of shape, sampling, resolution and precision.
+//! Each is measured in views in which its options differ.
 //!
 //! In: a session and an effort (how long the measurement may take). Out: a [`ChoiceMeasure`]. Always: all options of a choice draw the same views at the same
 //! exposures. Which model a quality uses is read from the scene that the program builds at that quality; which precision and resolution it uses is stated here.

@@ -1,9 +1,9 @@
 //! Plans of images that are composed of several frames: stereo pairs, domes, whole spheres, and the warp onto a projector's screen.
 //!
 //! In: the scenes of the frames and their arrangement ([`Composite`]). Out: one plan with the passes of every frame, followed by the passes that combine the
-//! frames. The frames of a dome or sphere are the faces of a cube around the camera, those of a stereo pair the views of both eyes. Always: the faces are combined before bloom and tone
-//! map, so that no seam shows; both eyes are tone-mapped before they are combined, since an anaglyph combines display values. Not here: the choice of frames
-//! (scene::composite).
+//! frames. The frames of a dome or sphere are the faces of a cube around the camera, those of a stereo pair the views of both eyes. Always: the faces are
+//! combined before bloom and tone map, so that no seam shows; both eyes are tone-mapped before they are combined, since an anaglyph combines display values.
+//! Not here: the choice of frames (scene::composite).
 
 use super::build::{DISPLAY_TARGET, HDR_TARGET, SamplingQuality, hdr_steps, modules, plan, steps_with_faces};
 use super::error::PlanError;

@@ -1,6 +1,7 @@
 //! Binds images and samplers to the texture variables of a body's module, by the variable's name.
 //!
-//! In: a draw, its module's layout, and the provider of images. Out: texture and sampler bindings. Always: only textures that the module declares are requested.
+//! In: a draw, its module's layout, and the provider of images. Out: texture and sampler bindings. Always: only textures that the module declares are
+//! requested.
 
 use super::error::PlanError;
 use super::passes::{AddressMode, SamplerBinding, SamplerState, TextureBinding, TextureSource};

@@ -85,8 +85,8 @@ pub(super) fn simple_draw(
     full_screen_draw(module, [scene.camera.width, scene.camera.height], provider, fill)
 }
 
-/// A draw of a simple shader: one triangle over the full target, without depth. `fill` writes the uniforms by field name. Callers override fields of the draw for
-/// other geometry or state.
+/// A draw of a simple shader: one triangle over the full target, without depth. `fill` writes the uniforms by field name. Callers override fields of the draw
+/// for other geometry or state.
 pub(super) fn full_screen_draw(
     module: &'static str,
     [width, height]: [u32; 2],
