@@ -122,7 +122,7 @@ static STORED_MAP: LazyLock<PathBuf> = LazyLock::new(|| {
 
 /// Every texel of the map of which there is an entry.
 fn read_stored(folder: &Path) -> Vec<u8> {
-    let maps = MapStore::new(Some(folder.to_owned())).stored_in(Some(StoredMaps::new(folder)));
+    let maps = MapStore::new(Some(folder.to_owned())).with_disk_cache(Some(StoredMaps::new(folder)));
     let map = maps.get("a.png", TexelFormat::Rgba8Srgb).expect("a map");
     map.levels.iter().flat_map(|level| level.bytes().to_vec()).collect()
 }

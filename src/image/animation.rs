@@ -1,8 +1,8 @@
 //! Encodes frames as an animation: an animated PNG, which is lossless, or a GIF of 256 colours per frame.
 //!
-//! In: frames of one size, top row first, their number and their rate. Out: the bytes of a file. Always: the animation loops forever at the
-//! given rate. GIF delays are in hundredths of a second, so at rates that do not divide 100 some frames are shown a hundredth longer, to keep the
-//! mean rate. Alpha is ignored. The same input gives the same bytes.
+//! In: frames of one size (display bytes, top row first), their number and their rate. Out: the bytes of a file. Always: the animation loops
+//! forever at the given rate. GIF delays are whole hundredths of a second, so at rates that do not divide 100 the delays of a GIF's frames differ by one
+//! hundredth, which keeps the mean rate. Alpha is ignored. The same input gives the same bytes.
 
 use super::ImageError;
 use parking_lot::Mutex;
@@ -10,7 +10,7 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Largest side of a GIF in pixels, and largest rate of an animated PNG, the denominator of its delays: both are stored in 16 bits.
+/// Largest side of a GIF in pixels, and largest rate of an animated PNG (the denominator of its frame delays): the formats store both in 16 bits.
 const MAX_U16: u32 = u16::MAX as u32;
 /// Speed setting of the search for a frame's 256 colours: 1 is best, 30 is fastest.
 const PALETTE_SEARCH_SPEED: i32 = 10;
@@ -101,7 +101,7 @@ impl<W: Write> AnimationWriter<W> {
         Ok(Self { encoder, width, height, rate, frames_written: 0 })
     }
 
-    /// Adds a frame.
+    /// Adds a frame of sRGB display bytes.
     ///
     /// # Errors
     /// The frame has another size, or the writer failed.
@@ -129,7 +129,7 @@ impl<W: Write> AnimationWriter<W> {
     /// Finishes the file.
     ///
     /// # Errors
-    /// Fewer frames than announced at the start, or an error of the writer.
+    /// Fewer frames of an animated PNG than announced at the start (a GIF does not store their number), or an error of the writer.
     pub(crate) fn finish(self) -> Result<(), ImageError> {
         match self.encoder {
             Encoder::Apng(writer) => writer.finish().map_err(write_error),

@@ -20,7 +20,7 @@ pub struct Difference {
     pub max: u8,
     /// Peak signal-to-noise ratio; `None` (infinite) for equal images.
     pub psnr_db: Option<f64>,
-    /// Number of pixels of either image.
+    /// Number of pixels of each image.
     pub pixels: u64,
 }
 
@@ -43,7 +43,8 @@ impl DisplayImage {
         self.rgba.iter().any(|p| p[3] != u8::MAX)
     }
 
-    fn check_same_size(&self, other: &Self) -> Result<(), ImageError> {
+    /// Checks that both images have the same size and all of their pixels.
+    fn check_comparable(&self, other: &Self) -> Result<(), ImageError> {
         if (self.width, self.height) != (other.width, other.height) {
             let (a, b) = ((self.width, self.height), (other.width, other.height));
             return Err(ImageError::DifferentSizes { a, b });
@@ -60,7 +61,7 @@ impl DisplayImage {
     /// # Errors
     /// Different sizes, or an image without all of its pixels.
     pub fn difference(&self, other: &Self) -> Result<Difference, ImageError> {
-        self.check_same_size(other)?;
+        self.check_comparable(other)?;
         let channels = if self.has_alpha() || other.has_alpha() { 4 } else { 3 };
         let mut level_counts = [0_u64; 256];
         for (p, q) in self.rgba.iter().zip(&other.rgba) {
@@ -69,7 +70,7 @@ impl DisplayImage {
             }
         }
         let value_count: u64 = level_counts.iter().sum();
-        // The mean of a power of the differences.
+        // The mean of the differences raised to `power`.
         let moment =
             |power: i32| (0_u8..=255).zip(level_counts).map(|(d, n)| f64::from(d).powi(power) * n as f64).sum::<f64>() / value_count as f64;
         let mean_square = moment(2);
@@ -87,8 +88,8 @@ impl DisplayImage {
     /// # Errors
     /// Different sizes, or an image without all of its pixels.
     pub(crate) fn fraction_within(&self, other: &Self, tolerances: &Self) -> Result<f64, ImageError> {
-        self.check_same_size(other)?;
-        self.check_same_size(tolerances)?;
+        self.check_comparable(other)?;
+        self.check_comparable(tolerances)?;
         let is_within = |((p, q), max): &((&[u8; 4], &[u8; 4]), &[u8; 4])| (0..3).all(|c| p[c].abs_diff(q[c]) <= max[c]);
         let within = self.rgba.iter().zip(&other.rgba).zip(&tolerances.rgba).filter(is_within).count();
         Ok(within as f64 / self.rgba.len() as f64)
@@ -99,7 +100,7 @@ impl DisplayImage {
     /// # Errors
     /// Different sizes, or an image without all of its pixels.
     pub fn difference_image(&self, other: &Self) -> Result<Self, ImageError> {
-        self.check_same_size(other)?;
+        self.check_comparable(other)?;
         let differences = || self.rgba.iter().zip(&other.rgba).map(|(p, q)| [0, 1, 2].map(|c| p[c].abs_diff(q[c])));
         let largest = u32::from(differences().flatten().max().unwrap_or(0).max(1));
         let pixel = |difference: [u8; 3]| {
@@ -153,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bound_holds_where_no_channel_exceeds_it() {
+    fn a_pixel_is_within_its_tolerance_if_no_channel_exceeds_it() {
         let (a, b) = (image(10, 10, |_| 10), image(10, 10, |i| if i < 3 { 14 } else { 11 }));
         assert_eq!(a.fraction_within(&b, &image(10, 10, |_| 1)).expect("one size"), 0.97);
         assert_eq!(a.fraction_within(&b, &image(10, 10, |_| 4)).expect("one size"), 1.0);
@@ -174,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn the_image_of_differences_is_stretched_and_sizes_must_agree() {
+    fn the_image_of_differences_is_scaled_to_255_and_sizes_must_agree() {
         let shown = image(3, 1, |_| 9).difference_image(&image(3, 1, |i| 9 + 2 * i as u8)).expect("one size");
         assert_eq!(shown.rgba, [[0, 0, 0, 255], [127, 127, 127, 255], [255, 255, 255, 255]]);
         let error = image(3, 1, |_| 0).difference(&image(1, 3, |_| 0)).expect_err("sizes").to_string();

@@ -16,7 +16,7 @@ pub(super) struct EncodedMap {
     pub bytes: Cow<'static, [u8]>,
     /// How it is decoded.
     pub decoding: MapDecoding,
-    /// Limit on its size.
+    /// Limit on its number of pixels.
     pub max_megapixels: u32,
 }
 

@@ -1,9 +1,9 @@
 //! A glyph atlas: the glyphs of one text size in one texture, with their positions and advances.
 //!
-//! In: the characters to be drawn and their size in pixels. Out: [`GlyphAtlas`]: one mip level of coverage (the same in all four channels),
-//! a [`Glyph`] for each character, one for the ring that marks surface features and bodies of a few pixels, and one for a filled square. Always: at least one
-//! empty texel lies between the rectangles of two glyphs (cells). A character missing in the font becomes the font's replacement glyph. Not here: the
-//! position of text.
+//! In: the characters to be drawn and their size in pixels. Out: [`GlyphAtlas`]: a texture of one mip level that holds coverage (the same in all four
+//! channels), a [`Glyph`] for each character, one for the ring that marks surface features and bodies of a few pixels, and one for a filled square. Always:
+//! each glyph has a rectangle of its own in the texture (its cell), and at least one empty texel lies between two cells. A character missing in the font
+//! becomes the font's replacement glyph. Not here: the position of text.
 //!
 //! A pen position is the top left corner of a pixel, but the ring is drawn around the middle of that pixel: to centre it on a point, a caller subtracts half a
 //! pixel from the point. The font is Ubuntu Light, as in the window.
@@ -20,7 +20,7 @@ pub struct Glyph {
     pub at: [u32; 2],
     /// Width and height; nothing is drawn if either is 0.
     pub size: [u32; 2],
-    /// From the pen position on the baseline to the cell's top left corner; y down.
+    /// From the pen position on the baseline to the cell's top left corner, pixels; y points down.
     pub bearing: [i32; 2],
     /// Advance of the pen, pixels.
     pub advance: f32,
@@ -73,7 +73,7 @@ fn rasterise(font: &FontRef<'_>, character: char, size_px: f32) -> GlyphBitmap {
     GlyphBitmap { size, bearing: [bounds.min.x as i32, bounds.min.y as i32], advance, coverage }
 }
 
-/// Points per pixel: the font crate assumes 96 pixels per inch.
+/// Points per pixel: the font crate assumes 96 pixels per inch, and an inch has 72 points.
 const POINTS_PER_PX: f32 = 0.75;
 
 /// A ring, antialiased by the distance from its edges. Its centre is the middle of the pen's pixel.
@@ -100,7 +100,7 @@ fn solid_square(side: u32) -> GlyphBitmap {
 }
 
 impl GlyphAtlas {
-    /// Draws the given characters for text of `size_px`. `marker_radius_ems`: radius of the ring, in units of the font size.
+    /// Draws the given characters for text of `size_px`, which is limited to 4 to 512. `marker_radius_ems`: radius of the ring, in units of the font size.
     pub(crate) fn draw(characters: impl IntoIterator<Item = char>, size_px: f32, marker_radius_ems: f32) -> Self {
         let size_px = size_px.clamp(4.0, 512.0);
         let font = FontRef::try_from_slice(epaint_default_fonts::UBUNTU_LIGHT).ok();

@@ -1,8 +1,8 @@
 //! Text embedded in saved images, and the integrity of the complete file.
 //!
-//! In: bytes of a file. Out: the text under one key, and whether the file is intact. Always: any changed or missing byte is detected. A PNG has
-//! a checksum for each chunk; an EXR has none, so [`seal_exr`] stores the SHA-256 of
-//! the file in an attribute, in front of the text: the EXR is then *sealed*. Not here: the meaning of the text.
+//! In: bytes of a file. Out: its text (of a PNG, the text under one key), and whether the file is intact. Always: any changed or missing byte is detected.
+//! A PNG has a checksum for each chunk; an EXR has none, so [`seal_exr`] stores the SHA-256 of the file in an attribute, in front of the text: the EXR is
+//! then *sealed*. Not here: the meaning of the text.
 
 use super::ImageError;
 use sha2::{Digest, Sha256};
@@ -10,7 +10,7 @@ use std::io::Cursor;
 
 /// Hexadecimal digits of a SHA-256.
 const DIGEST_LEN: usize = 64;
-/// The attribute of a sealed EXR; its value is the digest, a space, and the text.
+/// The name of the attribute of a sealed EXR. The attribute's value is the digest, a space, and the text.
 const ATTRIBUTE: &str = "orreryRequest";
 
 fn damaged(why: impl std::fmt::Display) -> ImageError {
@@ -33,7 +33,7 @@ fn png_decoder(bytes: &[u8]) -> png::Decoder<Cursor<&[u8]>> {
     png::Decoder::new_with_options(Cursor::new(bytes), options)
 }
 
-/// Checks that these are the bytes of an intact PNG of that size.
+/// Checks that these are the bytes of an intact PNG of this size, in pixels.
 pub fn verify_png(bytes: &[u8], (width, height): (u32, u32)) -> Result<(), ImageError> {
     let mut reader = png_decoder(bytes).read_info().map_err(damaged)?;
     let (w, h) = reader.info().size();
@@ -45,7 +45,7 @@ pub fn verify_png(bytes: &[u8], (width, height): (u32, u32)) -> Result<(), Image
     reader.finish().map_err(damaged)
 }
 
-/// Name and value of the attribute, with zero digits in place of the digest, which [`seal_exr`] fills in.
+/// Name and value of the attribute of an EXR that is to be sealed, with zero digits in place of the digest, which [`seal_exr`] fills in.
 pub(super) fn unsealed_attribute(text: &str) -> (&'static str, String) {
     (ATTRIBUTE, format!("{} {text}", "0".repeat(DIGEST_LEN)))
 }

@@ -9,7 +9,7 @@ use crate::units::linear_to_srgb;
 /// A linear image, and the factor from its light to display light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ExposedPixels<'a> {
-    /// Red, green, blue and coverage.
+    /// Red, green and blue, and the coverage, which is ignored.
     pub light: &'a [[f32; 4]],
     /// Factor from light to display light, where 1 is white.
     pub exposure_factor: f64,
@@ -20,7 +20,7 @@ pub(crate) fn display_level(light: f32, exposure_factor: f64) -> f64 {
     255.0 * linear_to_srgb((f64::from(light) * exposure_factor).clamp(0.0, 1.0))
 }
 
-/// For each pixel, the greatest difference of any channel, in display levels.
+/// For each pixel, the greatest difference of red, green or blue, in display levels.
 pub(crate) fn level_differences(a: ExposedPixels<'_>, b: ExposedPixels<'_>) -> Vec<f64> {
     let difference = |(p, q): (&[f32; 4], &[f32; 4])| {
         let is_finite = |p: &[f32; 4]| p.iter().all(|v| v.is_finite());

@@ -1,6 +1,7 @@
 //! How a map's file is decoded: its colour space, the filter of its polar rows, and the quantity that is averaged for its coarser levels.
 //!
-//! In: the role of the map. Out: values to compare and hash, which identify a decoded map. Not here: decoding.
+//! The values here can be compared and hashed: a file and its [`MapDecoding`] together identify a decoded map. Not here: decoding; which map is decoded how
+//! (`render::plan::map_decoding`).
 
 use super::{PoleFilter, TexelFormat};
 
@@ -11,7 +12,8 @@ pub struct MapDecoding {
     pub format: TexelFormat,
     /// How rows near the poles are filtered.
     pub poles: PoleFilter,
-    /// For a map whose texels shaders convert to opacities: how they do. `None`: a coarser texel has the mean value of its finer texels.
+    /// For a map whose texel values shaders convert to opacities: the parameters of the conversion. `None`: a coarser texel has the mean value of its finer
+    /// texels.
     pub opacity: Option<OpacityTexels>,
 }
 

@@ -1,4 +1,4 @@
-//! The store of maps. A map in the user's folder takes precedence over an embedded one; each is decoded when first needed.
+//! The store of maps. A map in the user's folder takes precedence over an embedded one of the same name; each is decoded when first needed.
 //!
 //! In: names of maps and how they are decoded. Out: their texels and mip levels. Always: when the decoded maps exceed [`MEMORY_BUDGET_BYTES`], those
 //! that no view has used for [`MIN_IDLE`] are dropped at the next use of any map, the least recently used first, so that a tour of all bodies
@@ -97,7 +97,7 @@ impl MapStore {
 
     /// Keeps decoded maps on disk from now on, and reads those that are there.
     #[must_use]
-    pub fn stored_in(self, disk_cache: Option<StoredMaps>) -> Self {
+    pub fn with_disk_cache(self, disk_cache: Option<StoredMaps>) -> Self {
         Self { disk_cache: disk_cache.map(Arc::new), ..self }
     }
 

@@ -1,15 +1,15 @@
 //! One mip level of a texture, in memory or read from a store when its texels are first needed.
 //!
 //! In: texels, or a [`LevelSource`] and the level's index. Out: size and bytes. Always: a level has the same bytes whichever thread reads it
-//! first; other threads that need it wait for that thread. A source never waits for another thread, so that it can be used inside a parallel
-//! computation.
+//! first; other threads that need it wait for that thread. While a source reads, its thread runs no other
+//! rayon task, so that a level can be read inside a parallel computation.
 
 use std::fmt::Debug;
 use std::sync::{Arc, OnceLock};
 
-/// What supplies the texels of a mip chain, level by level.
+/// Supplies the texels of a mip chain, level by level.
 pub(super) trait LevelSource: Debug + Send + Sync {
-    /// The texels of a level. An implementation must not use rayon: a thread that waits for rayon may run another task meanwhile. If that task needs
+    /// The texels of a level. An implementation must not wait for rayon: a thread that waits for rayon may run another task meanwhile. If that task needs
     /// the same level, the thread waits for itself.
     fn read(&self, level: usize) -> Vec<u8>;
 }
@@ -43,7 +43,7 @@ impl Level {
         Self { width, height, texels: Texels::InMemory(bytes) }
     }
 
-    /// A level of four bytes a texel, which `source` supplies when it is needed.
+    /// A level of four bytes per texel, which `source` supplies when it is needed.
     pub(super) fn on_demand((width, height): (u32, u32), source: Arc<dyn LevelSource>, level: usize) -> Self {
         let byte_count = 4 * width as usize * height as usize;
         Self { width, height, texels: Texels::OnDemand(OnDemand { source, level, byte_count, bytes: OnceLock::new() }) }
@@ -64,6 +64,7 @@ impl Level {
 
     /// The bytes of all texels, moved out of the level.
     pub(super) fn into_bytes(mut self) -> Vec<u8> {
+        // Reads them if they have not been read yet.
         self.bytes();
         match &mut self.texels {
             Texels::InMemory(bytes) => std::mem::take(bytes),

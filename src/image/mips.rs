@@ -35,7 +35,7 @@ impl RowThreads {
 static SRGB: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| srgb_to_linear(i as f64 / 255.0) as f32));
 static UNORM: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| i as f32 / 255.0));
 
-/// Steps of the sRGB encoding table. The slope of the encoding at black is 12.92, so a step is at most 12.92 x 255 / 65536 = 0.051 of an 8-bit level.
+/// Steps of the sRGB encoding table. The slope of the encoding at black is 12.92, so a step is at most 12.92 x 255 / 65536 = 0.050 of an 8-bit level.
 const SRGB_STEPS: usize = 65_536;
 static SRGB_BYTES: LazyLock<Vec<u8>> =
     LazyLock::new(|| (0..=SRGB_STEPS).map(|i| (linear_to_srgb(i as f64 / SRGB_STEPS as f64) * 255.0).round() as u8).collect());
@@ -138,8 +138,8 @@ fn decode_row(rgba: &[u8], colour: &[f32; 256], out: &mut Vec<[f32; 4]>) {
     );
 }
 
-/// Adds a row of the finer level, with weight `wy`, to the sums of a row of the next level. The finer texels of each texel are added from left to right.
-/// `columns`: [`area_weights`] of each texel of the row.
+/// Adds a row of the finer level, with weight `wy`, to the sums of a row of the next level. The finer texels of each texel are added from left to right, so
+/// that both branches round alike. `columns`: [`area_weights`] of each texel of the row.
 #[inline(always)]
 fn add_row(sums: &mut [[f32; 4]], row: &[[f32; 4]], columns: &[(usize, [f32; 3])], wy: f32) {
     if row.len() == 2 * sums.len() {

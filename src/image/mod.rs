@@ -1,8 +1,8 @@
-//! Images in memory: textures with their mip chains, finished frames as PNG, EXR and y4m, and the difference of two images.
+//! Images: textures with their mip chains, files of finished frames (PNG, EXR, animated PNG, GIF, y4m), and the difference of two images.
 //!
-//! In: encoded map files (embedded or from a folder), or the rows of a frame. Out: [`Texture`]s with full mip chains computed in linear light, or
-//! encoded files. The texture of a map or panorama always has all levels down to 1x1; glyph atlases and tables of floats have one level. Nothing here
-//! depends on what an image shows.
+//! In: encoded image files (maps and panoramas), or the rows of a frame. Out: [`Texture`]s with mip chains computed in linear light, or encoded files. The
+//! texture of a map or panorama always has all levels down to 1x1; glyph atlases and tables of floats have one level. Nothing here depends on what an image
+//! shows.
 
 use crate::unwinding::catch_panic;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits, RgbaImage};
@@ -82,7 +82,7 @@ pub struct Texture {
 
 pub type SharedTexture = Arc<Texture>;
 
-/// Why an image could not be read or written: one line, with the name.
+/// Why an image could not be read, compared or written: one line.
 #[derive(Debug, thiserror::Error)]
 pub enum ImageError {
     #[error("no map named {name}: it is not embedded{searched}; put it into a folder, and name the folder with --textures")]
@@ -96,6 +96,7 @@ pub enum ImageError {
     WrongLength { width: u32, height: u32, given: usize },
     #[error("the images differ in size, {}x{} and {}x{} pixels", a.0, a.1, b.0, b.1)]
     DifferentSizes { a: (u32, u32), b: (u32, u32) },
+    /// A saved image whose bytes have changed or are missing.
     #[error("not a whole image: {0}")]
     Damaged(String),
     #[error("the image could not be written: {0}")]

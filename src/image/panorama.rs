@@ -2,8 +2,10 @@
 //!
 //! In: a PNG, JPEG or EXR; or a folder of six faces, or a file pattern in which `*` stands for a face's name. Out: an equirectangular texture, longitude 0
 //! in the middle and increasing to the left, north up, and the luminance that the texel value 1 represents. The values of an EXR are taken to
-//! be in cd/m². Always: the texture is 8-bit sRGB, which every device can filter; the brightest ten-thousandth of an EXR's pixels is clipped. Cube faces are named `px`, `nx`, `py`, `ny`, `pz`, `nz` as for a cube map seen from
-//! inside: `pz` has longitude 0 at its centre, `px` is to its right, `py` contains the north pole.
+//! be in cd/m². Always: the texture is 8-bit sRGB, which every device can filter; the brightest ten-thousandth of an EXR's pixels is clipped.
+//!
+//! Cube faces are named `px`, `nx`, `py`, `ny`, `pz`, `nz` as for a cube map seen from inside: `pz` has longitude 0 at its centre, `px` is to its right, `py`
+//! contains the north pole.
 
 use super::mips::RowThreads;
 use super::{DEFAULT_MAX_MEGAPIXELS, ImageError, MAX_FILE_BYTES, MAX_MAP_SIDE, MapDecoding, PoleFilter, TexelFormat, Texture, decode_any};
@@ -22,7 +24,7 @@ const EXTENSIONS: [&str; 4] = ["png", "jpg", "jpeg", "exr"];
 const FACES: [&str; 6] = ["px", "nx", "py", "ny", "pz", "nz"];
 /// Largest width of a panorama that is made from a cube, texels.
 const MAX_WIDTH_FROM_CUBE: usize = 8192;
-/// Fraction of an EXR's pixels that may be brighter than the texture's value 1.
+/// Fraction of an EXR's pixels that are brighter than the texel value 1, and are therefore clipped.
 const CLIPPED_FRACTION: f64 = 1e-4;
 
 /// A panorama.
@@ -64,18 +66,18 @@ pub fn read_panorama(path: &Path, max_megapixels: Option<u32>) -> Result<Panoram
     for face in faces {
         let face = face?;
         let image = read(&face)?;
-        let first = decoded.first().map_or(image.width(), |f: &DynamicImage| f.width());
-        if image.width() != image.height() || image.width() != first {
-            let size = format!("{}x{} pixels: the six faces must be squares of one size", image.width(), image.height());
-            return Err(unreadable(&face, size));
+        let common_side = decoded.first().map_or(image.width(), |f: &DynamicImage| f.width());
+        if image.width() != image.height() || image.width() != common_side {
+            let reason = format!("{}x{} pixels: the six faces must be squares of one size", image.width(), image.height());
+            return Err(unreadable(&face, reason));
         }
         let (side, max) = (u64::from(image.width()), u64::from(max_megapixels.unwrap_or(DEFAULT_MAX_MEGAPIXELS)));
         let total_megapixels = (6 * side * side).div_ceil(1_000_000);
         if total_megapixels > max {
-            let size = format!(
+            let reason = format!(
                 "six faces of {side}x{side} pixels are {total_megapixels} megapixels, more than {max}; --max-megapixels {total_megapixels} allows them"
             );
-            return Err(unreadable(&face, size));
+            return Err(unreadable(&face, reason));
         }
         if decoded.first().is_some_and(|first| is_linear(first) != is_linear(&image)) {
             return Err(unreadable(

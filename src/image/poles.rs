@@ -53,15 +53,16 @@ pub(super) struct PoleRowFilter {
     /// Whether the level was computed from a filtered finer level.
     finer_is_filtered: bool,
     /// Sine and cosine of each column's longitude from the map's left edge; empty unless normals are filtered.
-    columns: Vec<[f32; 2]>,
+    longitude_sin_cos: Vec<[f32; 2]>,
 }
 
 impl PoleRowFilter {
     /// The filter of a level of this size.
     pub(crate) fn of(poles: PoleFilter, width: usize, height: usize, finer_is_filtered: bool) -> Self {
         let longitude = |x: usize| (x as f64 + 0.5) / width as f64 * TAU;
-        let columns = (0..width).map(|x| [longitude(x).sin() as f32, longitude(x).cos() as f32]);
-        Self { poles, height, finer_is_filtered, columns: if poles == PoleFilter::Normals { columns.collect() } else { Vec::new() } }
+        let sin_cos = (0..width).map(|x| [longitude(x).sin() as f32, longitude(x).cos() as f32]);
+        let longitude_sin_cos = if poles == PoleFilter::Normals { sin_cos.collect() } else { Vec::new() };
+        Self { poles, height, finer_is_filtered, longitude_sin_cos }
     }
 
     /// Sigma of a row in texels; 0 if the filter keeps the row.
@@ -82,12 +83,12 @@ impl PoleRowFilter {
         }
         // In the frame at the pole, a slope to the north points towards the north pole, but away from the south pole.
         let north_sign = if 2 * row < self.height { -1.0 } else { 1.0 };
-        for (t, [sine, cosine]) in texels.iter_mut().zip(&self.columns) {
+        for (t, [sine, cosine]) in texels.iter_mut().zip(&self.longitude_sin_cos) {
             let (e, n) = (t[0] - NO_SLOPE, (t[1] - NO_SLOPE) * north_sign);
             (t[0], t[1]) = (n * cosine - e * sine, e * cosine + n * sine);
         }
         gaussian(texels, sigma, sums);
-        for (t, [sine, cosine]) in texels.iter_mut().zip(&self.columns) {
+        for (t, [sine, cosine]) in texels.iter_mut().zip(&self.longitude_sin_cos) {
             let (x, y) = (t[0], t[1]);
             (t[0], t[1]) = (NO_SLOPE + y * cosine - x * sine, NO_SLOPE + (x * cosine + y * sine) * north_sign);
         }
@@ -97,8 +98,8 @@ impl PoleRowFilter {
 /// Scratch memory: prefix sums of a row's texels.
 pub(super) type PrefixSums = Vec<[f64; 4]>;
 
-/// A circular Gaussian, approximated by three box filters of equal length, whose variances add up to sigma²; the mean of the entire circle if
-/// a box is longer than the circle.
+/// A Gaussian filter along the circle of a row, whose last texel adjoins the first. It is approximated by three box filters of equal length, whose variances
+/// add up to sigma². If a box is as long as the circle or longer, each texel becomes the mean of the circle.
 fn gaussian(texels: &mut [[f32; 4]], sigma: f64, sums: &mut PrefixSums) {
     let count = texels.len();
     // A box with `whole` texels on both sides has the variance whole (whole + 1) / 3; fractional weights on the next texels add the rest.
@@ -156,11 +157,12 @@ impl BoxFilter {
                 }
                 next += section.len();
             }
+            // For each texel, the prefix sums at both ends of the texels with full weight (inner), and one texel beyond them (outer).
             let ends = sums.iter().zip(&sums[1..]).zip(sums[2 * whole + 2..].iter().zip(&sums[2 * whole + 3..]));
-            for (t, ((before, first), (last, after))) in texels.iter_mut().zip(ends) {
+            for (t, ((outer_start, inner_start), (inner_end, outer_end))) in texels.iter_mut().zip(ends) {
                 for c in 0..4 {
-                    let inner = last[c] - first[c];
-                    t[c] = ((inner + self.end_weight * (after[c] - before[c] - inner)) * self.weight) as f32;
+                    let inner = inner_end[c] - inner_start[c];
+                    t[c] = ((inner + self.end_weight * (outer_end[c] - outer_start[c] - inner)) * self.weight) as f32;
                 }
             }
         }

@@ -1,10 +1,10 @@
 //! The folder in which decoded maps are kept between runs of the program, because decoding a map and computing its mip levels takes longer
 //! than drawing a frame.
 //!
-//! A stored map is an entry of the folder ([`map_entry`]). In: the file of a map. Out: its texture, whose levels are read from the folder one by one, each when it is first needed; or a decoded
-//! texture, which is then stored. Always: the levels are those that the decoder returns; a damaged entry is decoded again and replaced; a folder
-//! that cannot be written only costs time; the entries together have at most [`DISK_BUDGET_BYTES`]: those of other versions of the program are
-//! removed first, then the oldest.
+//! A stored map is a file of the folder, called an entry ([`map_entry`]). In: the file of a map. Out: its texture. If the map has an entry, the levels are
+//! read from it one by one, each when it is first needed; if not, the map is decoded and stored. Always: the levels are those that the decoder returns; the
+//! map of a damaged entry is decoded again, and the entry replaced; if the folder cannot be written, maps are decoded in each run; the entries together have
+//! at most [`DISK_BUDGET_BYTES`]: those of other versions of the program are removed first, then the oldest.
 
 use super::encoded_map::EncodedMap;
 use super::map_entry::{self, EntryHeader, Key};
@@ -39,7 +39,7 @@ const SOURCES: [&str; 7] = [
 const DECODERS: [&str; 5] = ["image", "png", "fdeflate", "zune-core", "zune-jpeg"];
 const CARGO_LOCK: &str = include_str!("../../Cargo.lock");
 
-/// The entry of a library in the lock file, with version and checksum.
+/// The section of a library in the lock file, with version and checksum.
 fn locked_package(name: &str) -> Option<&'static str> {
     let line = format!("name = \"{name}\"\n");
     CARGO_LOCK.split("\n\n").find(|block| block.contains(&line))
@@ -142,8 +142,8 @@ impl StoredMaps {
         };
         check_size(&map.name, header.size, map.max_megapixels, MAX_MAP_SIDE)?;
         let (format, sizes) = (map.decoding.format, header.sizes());
-        let stored = Arc::new(StoredMap { store: Arc::clone(self), map, header, decoded: OnceLock::new() });
-        let level = |(k, size)| Level::on_demand(size, Arc::clone(&stored) as Arc<dyn LevelSource>, k);
+        let source = Arc::new(EntryLevels { store: Arc::clone(self), map, header, decoded: OnceLock::new() });
+        let level = |(k, size)| Level::on_demand(size, Arc::clone(&source) as Arc<dyn LevelSource>, k);
         Ok(Texture { format, levels: sizes.into_iter().enumerate().map(level).collect() })
     }
 
@@ -238,17 +238,17 @@ impl StoredMaps {
     }
 }
 
-/// A map with an entry whose header is intact.
+/// The levels of a map with an entry whose header is intact.
 #[derive(Debug)]
-struct StoredMap {
+struct EntryLevels {
     store: Arc<StoredMaps>,
     map: EncodedMap,
     header: EntryHeader,
-    /// The levels as decoded again, after a level could not be read.
+    /// All levels, decoded again from the map's file after a level could not be read from the entry.
     decoded: OnceLock<Vec<Level>>,
 }
 
-impl LevelSource for StoredMap {
+impl LevelSource for EntryLevels {
     fn read(&self, level: usize) -> Vec<u8> {
         if self.decoded.get().is_none() {
             let (start, byte_count) = self.header.byte_range(level);
@@ -277,7 +277,7 @@ mod tests {
 
     /// A map as a new run of the program reads it.
     fn read(cache: &Path, (name, decoding): (&str, MapDecoding)) -> SharedTexture {
-        MapStore::new(None).stored_in(Some(StoredMaps::new(cache))).get_decoded(name, decoding).expect("a map")
+        MapStore::new(None).with_disk_cache(Some(StoredMaps::new(cache))).get_decoded(name, decoding).expect("a map")
     }
 
     fn files(cache: &Path) -> Vec<PathBuf> {
@@ -364,11 +364,11 @@ mod tests {
         assert_eq!(files(cache.path()).len(), 2);
         let vesta = orrery_textures::MAPS.iter().find(|(name, _)| *name == "vesta.jpg").expect("shipped").1;
         std::fs::write(folder.path().join("ceres.jpg"), vesta).expect("written");
-        let own = MapStore::new(Some(folder.path().to_owned())).stored_in(Some(StoredMaps::new(cache.path())));
+        let own = MapStore::new(Some(folder.path().to_owned())).with_disk_cache(Some(StoredMaps::new(cache.path())));
         assert!(own.get_decoded("ceres.jpg", COLOUR).expect("a map").levels == read(cache.path(), ("vesta.jpg", COLOUR)).levels);
         assert_eq!(files(cache.path()).len(), 3, "Vesta's entry serves both names");
         // The limit of megapixels holds for stored maps as well: 512 x 256 texels are less than one.
-        let small = MapStore::with_limit(Some(folder.path().to_owned()), 0).stored_in(Some(StoredMaps::new(cache.path())));
+        let small = MapStore::with_limit(Some(folder.path().to_owned()), 0).with_disk_cache(Some(StoredMaps::new(cache.path())));
         assert!(matches!(small.get_decoded("ceres.jpg", COLOUR), Err(ImageError::TooLarge { .. })));
         let mut edited = SOURCES;
         edited[2] = "// edited";

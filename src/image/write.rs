@@ -1,7 +1,7 @@
 //! Writes finished frames: PNG with text chunks, EXR with linear floats.
 //!
-//! In: rows of pixels, top first. Out: the bytes of a file. Always: the same input gives the same bytes, because neither a time nor the
-//! program's version is added; a caller may add them to the text.
+//! In: the pixels of a frame, top row first, and texts to embed. Out: the bytes of a file. Always: the same input gives the same bytes, because neither a
+//! time nor the program's version is added; a caller may add them to the text.
 
 use super::ImageError;
 use super::integrity::{seal_exr, unsealed_attribute};

@@ -15,7 +15,7 @@ pub fn write_y4m_header(out: &mut impl Write, width: u32, height: u32, rate: u32
 const FRAME_HEADER: &[u8] = b"FRAME\n";
 /// Pixels that are converted together.
 const BLOCK_PIXELS: usize = 128;
-/// Number of fraction bits of the fixed-point numbers. Every sum is between 0 and 256, so it fits in 31 bits.
+/// Number of fraction bits of the fixed-point numbers. Every sum is at least 0 and less than 256, so it fits in 31 bits.
 const FRACTION_BITS: u32 = 23;
 
 /// A value in fixed point, rounded.
@@ -31,10 +31,10 @@ const LUMA: [i32; 4] = {
     [to_fixed_point(scale * r), to_fixed_point(scale * g), to_fixed_point(scale * b), to_fixed_point(16.5)]
 };
 
-/// Factors and offset of a chroma component: channel `own` (0 or 2) minus luma, divided by `range`. The factors add up to exactly zero, so
+/// Factors and offset of a chroma component: channel `own` (0: red, 2: blue) minus luma, divided by `divisor`. The factors add up to exactly zero, so
 /// that grey has no chroma.
-const fn chroma(own: usize, range: f64) -> [i32; 4] {
-    let scale = 224.0 / 255.0 / range;
+const fn chroma(own: usize, divisor: f64) -> [i32; 4] {
+    let scale = 224.0 / 255.0 / divisor;
     let other = 2 - own;
     let mut factors = [0; 4];
     factors[own] = to_fixed_point(scale * (1.0 - LUMINANCE_WEIGHTS[own]));
@@ -92,7 +92,7 @@ fn convert_generic(pixels: &[[u8; 4]; BLOCK_PIXELS], planes: [&mut [u8; BLOCK_PI
     }
 }
 
-/// The same integer arithmetic for 32 pixels at a time.
+/// The same integer arithmetic as `convert_generic`, for 32 pixels at a time.
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
     use super::{BLOCK_PIXELS, Content, FRACTION_BITS, LUMA, PLANE_FACTORS, level};
@@ -153,7 +153,7 @@ mod avx2 {
             }
             Content::Grey => {
                 convert_grey(pixels, y);
-                // As for black.
+                // Grey has no chroma, so its levels are those of black.
                 let [cb_level, cr_level] = [1, 2].map(|plane: usize| level(PLANE_FACTORS[plane], 0));
                 (*cb, *cr) = ([cb_level; BLOCK_PIXELS], [cr_level; BLOCK_PIXELS]);
                 return;

@@ -1,4 +1,7 @@
-//! Cost and error of complete images, by quality, with and without stars, and by renderer. Terms (choice, option, candidate): see [`super`].
+//! Cost and error of complete images, by quality, with and without stars, and by renderer.
+//!
+//! In: a session and an effort (how long the measurement may take). Out: a [`ChoiceMeasure`] of each of these choices. Terms (choice, option, candidate): see
+//! [`super`].
 
 use super::drawings::standard_request;
 use super::images::{LinearImage, PrecisionRenderers, level_differences, p999};
@@ -73,7 +76,7 @@ pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     measure_choice("stars", "light of the night sky around Orion, 45 degrees", ErrorUnit::PercentOfLight, effort.rounds(), candidates)
 }
 
-/// The software renderer against a GPU; `None` if the session does not use one. CPU time is measured, so the time of a hardware GPU is only that of
+/// The software renderer against a GPU; `None` if the session uses no GPU. CPU time is measured, so the time of a hardware GPU is only that of
 /// the work left to the CPU.
 ///
 /// # Errors

@@ -1,12 +1,11 @@
-//! Cost and error of drawing. The choices (settings with several options) are models of light, shape, sampling, resolution and precision. Each is measured in views
-//! in which it matters.
+//! Cost and error of drawing bodies. The choices (settings with several options) are the models of light and of shape, sampling, resolution and precision.
+//! Each is measured in views in which its options differ.
 //!
 //! In: a session and an effort (how long the measurement may take). Out: a [`ChoiceMeasure`]. Always: all options of a choice draw the same views at the same
 //! exposures. Which model a quality uses is read from the scene that the program builds at that quality; which precision and resolution it uses is stated here.
 
 use super::images::{LinearImage, PlannedView, PrecisionRenderers, level_differences, p999};
 use super::rule::ErrorUnit;
-
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::catalog::NaifId;
 use crate::ephemeris::topocentric::ground_point_km;

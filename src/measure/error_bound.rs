@@ -18,7 +18,7 @@ use crate::scene::SceneError;
 use crate::scene::draw::{EclipseModel, PixelView};
 use crate::scene::effects::{Effect, VISIBLE_CHANGE, VISIBLE_LIGHT};
 use crate::scene::request::{ExposureRequest, Purpose, Quality, ViewRequest};
-use crate::scene::stated_errors::{AIR_TRANSMITTANCE, of_atmosphere, of_eclipse};
+use crate::scene::stated_errors;
 use crate::session::{Session, SessionError};
 use crate::units::linear_to_srgb;
 
@@ -96,7 +96,7 @@ pub(crate) fn error_bounds(session: &Session, request: &ViewRequest) -> Result<F
             let air = inputs.air.as_ref().map_or(0.0, |air| {
                 let airless = f64::from(air.airless[k][c]);
                 let transmitted = airless * (-f64::from(air.optical_depth[k][c])).exp();
-                air.max_error * (light - transmitted).max(0.0) + AIR_TRANSMITTANCE * airless
+                air.max_error * (light - transmitted).max(0.0) + stated_errors::AIR_TRANSMITTANCE * airless
             });
             let models = MODEL_DIFFERENCE_FACTOR * f64::from((pixel[c] - inputs.reference_models[k][c]).abs());
             let left_out = if is_display { VISIBLE_LIGHT / factor + VISIBLE_CHANGE * light.abs() } else { 0.0 };
@@ -126,7 +126,7 @@ fn level_bound(light: f64, bound: f64) -> u8 {
     (difference.ceil() + 1.0).min(255.0) as u8
 }
 
-/// Greatest absolute difference between pixel `k` and its eight neighbours, per channel.
+/// Greatest absolute difference of light between pixel `k` and its eight neighbours, per channel.
 fn neighbour_difference(light: &[[f32; 4]], width: u32, k: usize) -> [f64; 3] {
     let (w, h) = (width as i64, (light.len() / width as usize) as i64);
     let (x, y) = (k as i64 % w, k as i64 / w);
@@ -157,18 +157,20 @@ fn bound_inputs(renderers: &PrecisionRenderers<'_>, request: &ViewRequest, view:
     };
     // Differences from the reference's models are measured with an image; the errors of the reference's models are the stated ones.
     let reference_request = ViewRequest { quality: Quality::Reference, ..exposed.clone() };
-    let reference_models = renderers
+    let reference_models_view = renderers
         .plan_view(&reference_request, SamplingQuality { anisotropy: SamplingQuality::of(Quality::Reference).anisotropy, ..sampling })?;
     // The scene of an entire sphere has no draws of bodies: those are in the frames of its faces, and so in the plan.
-    let features_in_frames = reference_models.plan.features_of_bodies();
-    let features = || reference_models.scene.draws.iter().map(|d| d.features).chain(features_in_frames.iter().copied());
-    let eclipse_fraction = features().filter_map(|f| of_eclipse(f.eclipse.model)).map(|stated| stated.max_error).fold(0.0, f64::max);
+    let features_in_frames = reference_models_view.plan.features_of_bodies();
+    let features = || reference_models_view.scene.draws.iter().map(|d| d.features).chain(features_in_frames.iter().copied());
+    let eclipse_fraction =
+        features().filter_map(|f| stated_errors::of_eclipse(f.eclipse.model)).map(|stated| stated.max_error).fold(0.0, f64::max);
     let without_eclipses = if features().any(|f| f.eclipse.model != EclipseModel::None) {
         Some((draw(&without(Effect::Eclipse))?, eclipse_fraction))
     } else {
         None
     };
-    let air = if let Some(max_error) = features().filter_map(|f| of_atmosphere(f.air.model)).map(|stated| stated.max_error).reduce(f64::max)
+    let air = if let Some(max_error) =
+        features().filter_map(|f| stated_errors::of_atmosphere(f.air.model)).map(|stated| stated.max_error).reduce(f64::max)
     {
         let depth_request = ViewRequest { pixel_view: PixelView::OpticalDepth, ..exposed.clone() };
         Some(AirInputs { airless: draw(&without(Effect::Atmosphere))?, optical_depth: draw(&depth_request)?, max_error })
@@ -177,7 +179,7 @@ fn bound_inputs(renderers: &PrecisionRenderers<'_>, request: &ViewRequest, view:
     };
     let shown = renderers.draw_linear(view, precision)?.light;
     let other_precision = renderers.draw_linear(view, opposite_precision)?.light;
-    let reference_models = renderers.draw_linear(&reference_models, Precision::F32)?.light;
+    let reference_models = renderers.draw_linear(&reference_models_view, Precision::F32)?.light;
     Ok(BoundInputs { shown, other_precision, reference_models, without_eclipses, air })
 }
 

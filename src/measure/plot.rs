@@ -117,8 +117,8 @@ where
         let (x, y) = (option.measurement.relative_time.median, drawn_error(option));
         let colour = if option.is_dominated { DOMINATED } else { FRONTIER };
         let style = if option.is_dominated { colour.stroke_width(2) } else { colour.filled() };
-        let ends = [(option.measurement.relative_time.low, y), (option.measurement.relative_time.high, y)];
-        chart.draw_series([PathElement::new(ends.to_vec(), colour.stroke_width(2))]).map_err(plot_error)?;
+        let quartile_bar = [(option.measurement.relative_time.low, y), (option.measurement.relative_time.high, y)];
+        chart.draw_series([PathElement::new(quartile_bar.to_vec(), colour.stroke_width(2))]).map_err(plot_error)?;
         chart.draw_series([Circle::new((x, y), 5, style)]).map_err(plot_error)?;
     }
     let corners = (chart.backend_coord(&(times.start, errors.start)), chart.backend_coord(&(times.end, errors.end)));
@@ -126,6 +126,7 @@ where
     let texts: Vec<String> = options
         .iter()
         .map(|o| {
+            // An error of 0 has no place on the logarithmic axis.
             let zero = if o.measurement.error > 0.0 { "" } else { ", 0" };
             format!("{} ({:.2}{zero})", o.name.chars().take(MAX_NAME_CHARS).collect::<String>(), o.measurement.relative_time.median)
         })

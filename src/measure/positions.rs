@@ -29,10 +29,10 @@ fn instants() -> impl Iterator<Item = Instant> {
 }
 
 /// A way of computing the direction of a body from the Earth. The vector may have any length.
-type Direction<'a> = Box<dyn Fn(NaifId, Instant) -> Result<DVec3, EphemerisError> + 'a>;
+type DirectionFn<'a> = Box<dyn Fn(NaifId, Instant) -> Result<DVec3, EphemerisError> + 'a>;
 
 /// The greatest angular separation between two ways of computing directions, arcseconds.
-fn worst_arcsec(a: &Direction<'_>, b: &Direction<'_>) -> Result<f64, EphemerisError> {
+fn worst_arcsec(a: &DirectionFn<'_>, b: &DirectionFn<'_>) -> Result<f64, EphemerisError> {
     let mut worst = 0.0_f64;
     for t in instants() {
         for body in BODIES {
@@ -44,8 +44,8 @@ fn worst_arcsec(a: &Direction<'_>, b: &Direction<'_>) -> Result<f64, EphemerisEr
 
 /// The candidates of a choice among methods of computing directions, with their errors against `reference`.
 fn candidates<'a>(
-    methods: Vec<(&'static str, Direction<'a>, Vec<Quality>)>,
-    reference: &Direction<'_>,
+    methods: Vec<(&'static str, DirectionFn<'a>, Vec<Quality>)>,
+    reference: &DirectionFn<'_>,
 ) -> Result<Vec<Candidate<'a>>, EphemerisError> {
     let mut all = Vec::new();
     for (name, method, default_of) in methods {
@@ -68,7 +68,7 @@ fn candidates<'a>(
 /// The sources of the ephemeris (`--source`): mean elements, series, kernel. In the years that the kernel covers, every quality uses the kernel.
 pub(super) fn ephemeris_source(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let ephemeris = session.ephemeris();
-    let direction_by = |source: Source| -> Direction<'_> {
+    let direction_by = |source: Source| -> DirectionFn<'_> {
         Box::new(move |body, t| Ok(ephemeris.state(body, NaifId::EARTH, t, Some(source))?.state.pos_km))
     };
     let methods = vec![
@@ -85,8 +85,8 @@ pub(super) fn ephemeris_source(session: &Session, effort: Effort) -> Result<Choi
 pub(super) fn light_time(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let ephemeris = session.ephemeris();
     let state = move |body, t| Ok::<_, EphemerisError>(ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None)?.state);
-    let geometric: Direction<'_> = Box::new(move |body, t| Ok(state(body, t)?.pos_km - state(NaifId::EARTH, t)?.pos_km));
-    let corrected_for_light_time: Direction<'_> = Box::new(move |body, t| {
+    let geometric: DirectionFn<'_> = Box::new(move |body, t| Ok(state(body, t)?.pos_km - state(NaifId::EARTH, t)?.pos_km));
+    let corrected_for_light_time: DirectionFn<'_> = Box::new(move |body, t| {
         let observer_km = state(NaifId::EARTH, t)?.pos_km;
         Ok(ephemeris.light_time_position(body, observer_km, t)?.0 - observer_km)
     });
@@ -98,9 +98,9 @@ pub(super) fn light_time(session: &Session, effort: Effort) -> Result<ChoiceMeas
     let methods = vec![
         ("geometric", geometric, vec![]),
         ("light-time", corrected_for_light_time, vec![]),
-        ("apparent", Box::new(apparent) as Direction<'_>, Quality::ALL.to_vec()),
+        ("apparent", Box::new(apparent) as DirectionFn<'_>, Quality::ALL.to_vec()),
     ];
-    let reference: Direction<'_> = Box::new(apparent);
+    let reference: DirectionFn<'_> = Box::new(apparent);
     let about =
         "worst direction from the Earth, Sun to Neptune and Moon, 1905-2089, against the apparent direction (light time and aberration)";
     measure_choice("light-time", about, ErrorUnit::Arcseconds, effort.rounds(), candidates(methods, &reference)?)

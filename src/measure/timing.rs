@@ -18,6 +18,7 @@ pub(crate) fn interleaved<T, E>(rounds: usize, workloads: &[&Workload<'_, T, E>]
     let mut results: Vec<Vec<T>> = workloads.iter().map(|_| Vec::with_capacity(rounds)).collect();
     let count = workloads.len();
     for round in 0..rounds {
+        // Every other round runs backwards, and every second round starts with another workload.
         for step in 0..count {
             let position = (step + round / 2) % count;
             let k = if round % 2 == 0 { position } else { count - 1 - position };

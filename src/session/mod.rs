@@ -215,7 +215,7 @@ impl Session {
         let ephemeris = stages.measure(Stage::Kernel, || read_ephemeris(&catalog, sources.kernel.as_deref()))?;
         let cache = cache_folder(sources.cache.as_deref()).map_err(|e| notify(&e.to_string())).ok();
         let maps = MapStore::with_limit(sources.textures.clone(), sources.max_megapixels.unwrap_or(DEFAULT_MAX_MEGAPIXELS));
-        let maps = maps.stored_in(cache.as_deref().map(StoredMaps::new));
+        let maps = maps.with_disk_cache(cache.as_deref().map(StoredMaps::new));
         let sky_map =
             stages.measure(Stage::Maps, || sky_map::read_sky(sources.sky.as_deref(), sources.sky_frame, &maps, sources.max_megapixels))?;
         data_layers::add_images(&catalog, &maps)?;

@@ -10,7 +10,7 @@ use crate::image::{Level, SharedTexture, TexelFormat, Texture};
 use crate::render::plan::{
     AddressMode, Attribute, Blend, COARSE_AIR_TEXTURE, ColourFormat, Cull, DepthState, FrameImages, Instances, LIMB_TABLE, Pass, Plan,
     PlanDraw, PlanError, RING_PROFILE, RING_SHINE, SamplerBinding, SamplerState, ShadingRate, TextureBinding, TextureSource, Vertices,
-    coarse_air_size, limb_table, map_format, ring_profile, ring_shine, role_of, uniform_bytes,
+    coarse_air_subimage_size, limb_table, map_format, ring_profile, ring_shine, role_of, uniform_bytes,
 };
 use crate::render::software::SoftwareRenderer;
 use crate::scene::constants::{LIMB_COLUMNS, LIMB_ROWS};
@@ -336,7 +336,7 @@ pub fn sample_body_plan(library: &ShaderLibrary, key: &ShaderKey, side_px: u32, 
 /// A coarse image of the air without marked texels, so that each pixel evaluates its own air. If the ground's draw also shades clouds, the left half is
 /// marked, so that the draws of ground and clouds each shade a part of the clouds.
 fn coarse_air(side_px: u32, air_pass: AirPass) -> SharedTexture {
-    let [width, height] = coarse_air_size([side_px, side_px]);
+    let [width, height] = coarse_air_subimage_size([side_px, side_px]);
     let is_marked = |column: u32| air_pass == AirPass::ReadWithClouds && column < width / 2;
     let texel = |column| if is_marked(column) { [0.3_f32, 0.4, 0.5, 1.0] } else { [0.0; 4] };
     let bytes = (0..width * height).flat_map(|k| texel(k % width)).flat_map(f32::to_le_bytes).collect();

@@ -90,7 +90,7 @@ fn the_renderers_match_the_cpu_painter() {
     assert!(!exceeds_bounds(&difference), "mean {:.3}, 99.9 % {}, greatest {}", difference.mean, difference.p999, difference.max);
     // Negative control: a shift by one pixel must be detected.
     let mut moved = ui_primitives(&painter, SIZE, SCALE, &primitives, None);
-    moved.iter_mut().for_each(|p| p.corners_px.iter_mut().step_by(2).for_each(|x| *x += 1.0));
+    moved.iter_mut().for_each(|p| p.positions_px.iter_mut().step_by(2).for_each(|x| *x += 1.0));
     let moved = plan::interface(moved, SIZE, &*SESSION).expect("a plan");
     let (moved, _) = SESSION.renderer().render(&moved, SESSION.library(), FrameImages::Display).expect("drawn");
     assert!(exceeds_bounds(&difference_of(&painted, &image(moved))), "a shift by one pixel is not detected");
@@ -199,7 +199,7 @@ fn a_large_texture_is_uploaded_completely() {
         let (left, right) = (1000.0 / width as f32, 1064.0 / width as f32);
         let (top, bottom) = (y0 as f32 / height as f32, (y0 + 64) as f32 / height as f32);
         let square = UiPrimitive {
-            corners_px: vec![0.0, 0.0, 64.0, 0.0, 0.0, 64.0, 64.0, 64.0],
+            positions_px: vec![0.0, 0.0, 64.0, 0.0, 0.0, 64.0, 64.0, 64.0],
             uvs: vec![left, top, right, top, left, bottom, right, bottom],
             colours: vec![1.0; 16],
             indices: vec![0, 1, 2, 2, 1, 3],

@@ -23,12 +23,12 @@ use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
 use std::sync::Arc;
 
-/// Samples per pixel and anisotropic filtering.
+/// The number of samples per pixel, and of taps per map lookup.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SamplingQuality {
     /// 1 or 4.
     pub samples: u8,
-    /// Maximum number of taps along a pixel's footprint on a map, 1..=16.
+    /// Maximum number of taps (samples of a map along a pixel's footprint, for anisotropic filtering), 1..=16.
     pub anisotropy: u8,
 }
 
@@ -43,7 +43,7 @@ impl SamplingQuality {
     }
 }
 
-/// The modules that a scene's plan runs, each once, so that they can be fetched ahead.
+/// The modules that a scene's plan runs, each once, so that they can be compiled before the plan is made.
 pub fn modules(scene: &Scene) -> Vec<ModuleId> {
     let module_of = |d: &Draw| ModuleId::Planet(ShaderKey::for_draw(&d.features));
     let mut all: Vec<_> = scene.draws.iter().chain(&scene.outlined).map(module_of).collect();
@@ -60,7 +60,7 @@ pub(super) const HDR_TARGET: &str = "light";
 pub(crate) const DISPLAY_TARGET: &str = "picture";
 
 impl Plan {
-    /// The pass that draws the linear HDR image; `None` in a plan that draws no scene. Passes that it reads come before it.
+    /// The pass that draws the linear HDR image; `None` in a plan that draws no scene. The passes whose output it reads come before it.
     pub fn hdr_pass(&self) -> Option<&Pass> {
         self.hdr_pass_index().and_then(|k| self.passes.get(k))
     }
@@ -80,7 +80,7 @@ pub fn plan(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQ
     Ok(graph::compile(&steps(scene, provider, sampling)?, DISPLAY_TARGET)?)
 }
 
-/// Name of the step that a body's draw belongs to.
+/// Name of the step to which a body's draw belongs.
 fn step_name(draw: &Draw) -> &'static str {
     if draw.part == BodyPart::Globe { "opaque bodies" } else { "translucent layers" }
 }
@@ -153,7 +153,7 @@ pub(super) fn hdr_steps(
             let (occlusion, refraction) = limb.map(|l| simple_draws::refracted_limb(scene, l, provider)).transpose()?.unzip();
             steps.extend(occlusion.flatten().filter(|_| is_first).map(|draw| over_hdr("unrefracted Sun", vec![draw])));
             for layers in run.chunk_by(|a, b| step_name(a) == step_name(b)) {
-                // With the rows of the coarse image of the air that this draw reads.
+                // Draw `k` with the first rows of its subimages in the coarse image of the air.
                 let with_subimage_rows = |k| coarse_air::with_subimage_rows(&scene.draws, k, [width, height]);
                 let draws = (index..index + layers.len()).map(|k| body_draw(&with_subimage_rows(k), width, height, provider, sampling));
                 let step = over_hdr(step_name(&layers[0]), draws.collect::<Result<Vec<_>, _>>()?);
@@ -236,6 +236,7 @@ fn depth_of(part: BodyPart) -> DepthState {
     DepthState { test: is_globe, write: is_globe }
 }
 
+/// The draw of one part of a body.
 fn body_draw(
     draw: &Draw,
     width: u32,
@@ -267,6 +268,6 @@ fn body_draw(
         cull,
         depth: depth_of(draw.part),
         scissor: scissor(draw.uniforms.rect_in_clip, width, height),
-        extent: Extent::of(draw, [width, height], coarse_air::shown_by_ground(draw)),
+        extent: Extent::of(draw, [width, height], coarse_air::marks_for_clouds(draw)),
     })
 }

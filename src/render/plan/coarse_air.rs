@@ -1,6 +1,6 @@
-//! The coarse image of the air: draws of bodies interpolate the light of the air between its texels instead of evaluating it at each pixel. A first pass
-//! evaluates the air of each body whose draw reads the image and, in an eclipse, the sunlight that gets past the occluders to its ground. A second pass marks
-//! the texels around which interpolation is accurate enough.
+//! The coarse image of the air: the light of the air at every few pixels. Draws of bodies interpolate it instead of evaluating the atmosphere at each pixel. A
+//! first pass evaluates the air of each body whose draw reads the image and, in an eclipse, the sunlight that passes the occluders to its ground. A second pass
+//! marks the texels around which interpolation is accurate enough (alpha 1).
 //!
 //! In: the scene's draws, the layouts of modules. Out: the steps of both passes, and the draws with the first rows of their subimages. Always: a texel lies at
 //! the corner of four pixels of the screen, `COARSE_AIR_PX` pixels from the next; each quantity (air or sunlight) of each draw has its own subimage, a range
@@ -30,8 +30,8 @@ pub const COARSE_AIR_TEXTURE: &str = "coarse_air";
 /// The binding of that variable in shaders/lib/air/coarse.wesl.
 const COARSE_AIR_BINDING: u32 = 14;
 
-// shaders/lib/air/coarse.wesl detects an unmarked texel if it lowers the interpolated alpha by more than 1/128. A texel's smallest bilinear weight is
-// 1 / (2 COARSE_AIR_PX)^2: in x and y, a pixel's centre is at least half a pixel from each texel.
+// shaders/lib/air/coarse.wesl detects that one of the four texels around a pixel is unmarked only if that texel lowers the interpolated alpha by more than
+// 1/128. A texel's smallest bilinear weight is 1 / (2 COARSE_AIR_PX)^2: in x and y, a pixel's centre is at least half a pixel from each texel.
 const _: () = assert!(4 * COARSE_AIR_PX * COARSE_AIR_PX < 128);
 
 fn reads_coarse_air(draw: &Draw) -> bool {
@@ -59,8 +59,8 @@ pub(super) fn modules(draws: &[Draw]) -> Vec<ModuleId> {
     all
 }
 
-/// Size of a subimage, for a screen of this size.
-pub fn coarse_air_size(screen: [u32; 2]) -> [u32; 2] {
+/// Width and height of a subimage in texels, for a screen of this size in pixels.
+pub fn coarse_air_subimage_size(screen: [u32; 2]) -> [u32; 2] {
     screen.map(|px| px.div_ceil(COARSE_AIR_PX) + 1 + 2 * COARSE_AIR_BORDER)
 }
 
@@ -78,7 +78,7 @@ pub(super) fn with_subimage_rows(draws: &[Draw], k: usize, screen: [u32; 2]) -> 
     }
     let mut draw = draw.clone();
     let (ground, clouds) = ground_and_clouds(draws, k).unwrap_or((k, k));
-    let first_row = |subimage| (subimage * coarse_air_size(screen)[1]) as f32;
+    let first_row = |subimage| (subimage * coarse_air_subimage_size(screen)[1]) as f32;
     draw.uniforms.air.coarse_row = first_row(subimages_before(draws, ground));
     draw.uniforms.eclipse.coarse_row = first_row(subimages_before(draws, ground) + 1);
     draw.uniforms.clouds.coarse_row = first_row(subimages_before(draws, clouds));
@@ -87,7 +87,7 @@ pub(super) fn with_subimage_rows(draws: &[Draw], k: usize, screen: [u32; 2]) -> 
 
 /// For the clouds' draw, if the ground's draw also shows the clouds: the image with the marks. Between four marked texels the ground's draw shows the
 /// clouds, and the clouds' draw discards its pixels. `draw`: as [`with_subimage_rows`] returns it.
-pub(super) fn shown_by_ground(draw: &Draw) -> Option<MarkedImage> {
+pub(super) fn marks_for_clouds(draw: &Draw) -> Option<MarkedImage> {
     let is_shared = draw.part == BodyPart::Clouds && draw.features.air_pass == AirPass::ReadWithClouds;
     is_shared.then(|| {
         let first_texel = [COARSE_AIR_BORDER, COARSE_AIR_BORDER + draw.uniforms.air.coarse_row as u32];
@@ -111,15 +111,15 @@ pub(super) fn steps(
     if subimage_count == 0 {
         return Ok(Vec::new());
     }
-    let [width, subimage_height] = coarse_air_size(screen);
+    let [width, subimage_height] = coarse_air_subimage_size(screen);
     let height = subimage_count * subimage_height;
-    let mut samples = Vec::new();
-    let mut marks = Vec::new();
+    let mut sampling_draws = Vec::new();
+    let mut marking_draws = Vec::new();
     for (k, draw) in draws.iter().enumerate() {
         for (subimage, features) in (subimages_before(draws, k)..).zip(subimages_of(draw)) {
             let is_sunlight = features.air_pass == AirPass::SunlightDrawn;
             let bound = if is_sunlight { draw.uniforms.eclipse.coarse_bound } else { draw.uniforms.air.coarse_bound };
-            // This quantity must not be interpolated: its subimage keeps the clear colour, whose alpha 0 marks no texel.
+            // A negative bound: this quantity must not be interpolated. Its subimage keeps the clear colour, whose alpha 0 marks no texel.
             if bound.min_element() < 0.0 {
                 continue;
             }
@@ -129,7 +129,7 @@ pub(super) fn steps(
             let uniforms = uniforms_over_texels(&draw.uniforms, rect, scissor, screen, [width, height]);
             let quantity = if is_sunlight { "sunlight" } else { "air" };
             let label = format!("{} {quantity} samples", draw.name);
-            samples.push(samples_draw(label, &features, uniforms, scissor, provider)?);
+            sampling_draws.push(sampling_draw(label, &features, uniforms, scissor, provider)?);
             let subimages_to_clouds = ground_and_clouds(draws, k)
                 .filter(|(ground, _)| *ground == k && !is_sunlight)
                 .map_or(0, |(_, clouds)| subimages_before(draws, clouds) - subimage);
@@ -138,19 +138,19 @@ pub(super) fn steps(
                 w.vec2("bound", bound)?;
                 w.f32("rows_to_clouds", (subimages_to_clouds * subimage_height) as f32)
             })?;
-            marks.push(PlanDraw { label: format!("{} coarse {quantity}", draw.name), scissor, ..marking });
+            marking_draws.push(PlanDraw { label: format!("{} coarse {quantity}", draw.name), scissor, ..marking });
         }
     }
     let target = |resource| TargetDescriptor { resource, width, height, format, samples: 1, clear: [0.0; 4], depth: false };
     let reads_samples = vec![Read { resource: SAMPLES_TARGET, binding: FIRST_READ_BINDING }];
     Ok(vec![
-        PassStep { name: SAMPLES_TARGET, reads: vec![], writes: Write::New(target(SAMPLES_TARGET)), draws: samples },
-        PassStep { name: COARSE_AIR_TARGET, reads: reads_samples, writes: Write::New(target(COARSE_AIR_TARGET)), draws: marks },
+        PassStep { name: SAMPLES_TARGET, reads: vec![], writes: Write::New(target(SAMPLES_TARGET)), draws: sampling_draws },
+        PassStep { name: COARSE_AIR_TARGET, reads: reads_samples, writes: Write::New(target(COARSE_AIR_TARGET)), draws: marking_draws },
     ])
 }
 
-/// The draw that fills one subimage.
-fn samples_draw(
+/// The draw that fills one subimage in the first pass.
+fn sampling_draw(
     label: String,
     features: &DrawFeatures,
     mut uniforms: DrawUniforms,
@@ -180,14 +180,15 @@ fn samples_draw(
     })
 }
 
-/// Distance from a subimage's edge to the screen's edge, in texels: the border and half a texel.
+/// Distance from a subimage's edge to the screen's edge, in texels: the border, and half a texel because the next texel's centre lies on
+/// the screen's edge.
 fn screen_edge_texels() -> f32 {
     COARSE_AIR_BORDER as f32 + 0.5
 }
 
 /// The texels of a subimage around a rectangle of the screen, and one more on each side: left, top, right and bottom edge (the last two exclusive).
 fn rect_in_subimage(rect_in_clip: Vec4, screen: [u32; 2]) -> [u32; 4] {
-    let size = coarse_air_size(screen);
+    let size = coarse_air_subimage_size(screen);
     let texel_of = |clip: f32, side: u32| 0.5 * (1.0 + clip) * side as f32 / COARSE_AIR_PX as f32 + screen_edge_texels();
     let [x0, y0, x1, y1] = rect_in_clip.to_array();
     let first = |at: f32| (at.floor() - 1.0).max(0.0) as u32;

@@ -1,9 +1,9 @@
 //! Plans of images that are composed of several frames: stereo pairs, domes, whole spheres, and the warp onto a projector's screen.
 //!
-//! In: the scene module's [`Composite`]. Out: one plan with the passes of every frame, followed by the passes that combine the frames. The frames of a dome
-//! or sphere are the faces of a cube around the camera, those of a stereo pair the views of both eyes. Always: the faces are combined before bloom and tone
-//! map, so that no seam shows; both eyes are tone-mapped before they are combined, since an anaglyph combines display values. Not here: the choice of frames
-//! (scene::composite).
+//! In: the scenes of the frames and their arrangement ([`Composite`]). Out: one plan with the passes of every frame, followed by the passes that combine the
+//! frames. The frames of a dome or sphere are the faces of a cube around the camera, those of a stereo pair the views of both eyes. Always: the faces are
+//! combined before bloom and tone map, so that no seam shows; both eyes are tone-mapped before they are combined, since an anaglyph combines display values.
+//! Not here: the choice of frames (scene::composite).
 
 use super::build::{DISPLAY_TARGET, HDR_TARGET, SamplingQuality, hdr_steps, modules, plan, steps_with_faces};
 use super::error::PlanError;
@@ -21,7 +21,7 @@ use std::sync::Arc;
 const STEREO_TARGET: &str = "both eyes";
 /// Name of the warp pass.
 const SCREEN_TARGET: &str = "screen";
-/// Taps per pixel along each axis with which the faces, or an image to be warped, are resampled.
+/// Taps (texture samples) per pixel along each axis with which the faces, or an image to be warped, are resampled.
 const TAPS: f32 = 4.0;
 /// The same for drafts, which have one sample per pixel.
 const DRAFT_TAPS: f32 = 2.0;
@@ -91,7 +91,7 @@ pub fn composite(
     Ok(combined)
 }
 
-/// Index and size of the last pass.
+/// Index of the last pass, and its size in pixels.
 fn last_pass(plan: &Plan) -> (usize, [u32; 2]) {
     (plan.passes.len().saturating_sub(1), plan.passes.last().map_or([1, 1], |p| [p.width, p.height]))
 }
@@ -159,6 +159,7 @@ fn plan_faces(
     Ok(combined)
 }
 
+/// The draw that resamples the faces to the dome or whole-sphere image.
 fn sphere_draw(faces: &Faces, provider: &impl ResourceProvider, taps: f32) -> Result<PlanDraw, PlanError> {
     let image = &faces.image;
     let (width, height) = (image.width, image.height);

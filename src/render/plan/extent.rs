@@ -1,5 +1,5 @@
-//! Bounds the pixels that a body's draw can change, so that a renderer may skip the others: by the outline of its ellipsoid on the screen, and by
-//! marked texels.
+//! Bounds of the pixels that a body's draw can change, so that a renderer may skip the others: the outline of its ellipsoid on the screen, and
+//! marked texels, between which the draw discards its pixels.
 //!
 //! A *form* is a quadratic polynomial of the position on the screen that is positive inside an outline. In: the uniforms of a body's draw. Their silhouette
 //! form, a polynomial of the position in the draw's rectangle, is |ray|^2 (1 - q^2), where q is the distance of the view ray from the body's centre in the
@@ -37,7 +37,7 @@ impl MarkedImage {
     pub(crate) fn texels_around(&self, [left, top, right, bottom]: [u32; 4]) -> [u32; 4] {
         let [x, y] = self.first_texel;
         let texel_before = |pixel: u32| pixel / self.pixels_per_texel;
-        // The texel after the last pixel follows the one before it, and the exclusive edge is one further: hence 2.
+        // The last pixel lies between the texel `texel_before` and the next; the exclusive edge is one further: hence 2.
         let [last_column, last_row] = [right, bottom].map(|edge| edge.saturating_sub(1));
         [x + texel_before(left), y + texel_before(top), x + texel_before(last_column) + 2, y + texel_before(last_row) + 2]
     }

@@ -20,7 +20,7 @@ pub struct TargetDescriptor {
     pub samples: u8,
     /// Clear colour, as stored in the target.
     pub clear: [f32; 4],
-    /// Whether the target has a depth buffer.
+    /// Whether a depth buffer belongs to the target.
     pub depth: bool,
 }
 
@@ -33,7 +33,7 @@ pub enum Write {
     Over(&'static str),
 }
 
-/// A finished resource that the step's draws read as a texture.
+/// A finished resource that a step's draws read as a texture, and its binding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Read {
     pub resource: &'static str,
@@ -131,7 +131,7 @@ pub(crate) fn compile(steps: &[PassStep], image: &'static str) -> Result<Plan, G
         return Err(GraphError::NoImage(image));
     }
     let order = topological_order(&by_resource, image)?;
-    // The order has only resources that the image depends on. So a cycle among others is reported as unconnected, not as circular.
+    // The order contains only resources on which the image depends, so a cycle among others is reported as unconnected, not as circular.
     if let Some(step) = steps.iter().find(|s| !order.contains(&s.resource())) {
         return Err(GraphError::Unconnected { step: step.name, resource: step.resource() });
     }

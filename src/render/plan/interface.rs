@@ -26,7 +26,7 @@ const SAMPLER_BINDING: u32 = 2;
 #[derive(Clone, Debug)]
 pub struct UiPrimitive {
     /// Two numbers per vertex: pixels from the window's top-left corner.
-    pub corners_px: Vec<f32>,
+    pub positions_px: Vec<f32>,
     /// Two numbers per vertex: texture coordinates, 0 to 1 from the texture's top-left corner.
     pub uvs: Vec<f32>,
     /// Four numbers per vertex: sRGB-encoded, premultiplied, 0 to 1.
@@ -56,7 +56,7 @@ pub fn interface_step(
             textures: vec![TextureBinding { binding: TEXTURE_BINDING, source: primitive.texture }],
             samplers: vec![SamplerBinding { binding: SAMPLER_BINDING, state: primitive.sampler }],
             vertices: Vertices::Mesh {
-                attributes: vec![attribute(2, primitive.corners_px), attribute(2, primitive.uvs), attribute(4, primitive.colours)],
+                attributes: vec![attribute(2, primitive.positions_px), attribute(2, primitive.uvs), attribute(4, primitive.colours)],
                 indices: Arc::new(primitive.indices),
             },
             blend: Blend::PremultipliedOver,
@@ -93,7 +93,7 @@ pub fn interface(primitives: Vec<UiPrimitive>, size: [u32; 2], provider: &impl R
 pub fn warm_up_interface(provider: &impl ResourceProvider) -> Result<Plan, PlanError> {
     let white = Texture { format: TexelFormat::Rgba8Unorm, levels: vec![Level::new(1, 1, vec![255; 4])] };
     let primitive = UiPrimitive {
-        corners_px: vec![0.0, 0.0, 2.0, 0.0, 0.0, 2.0],
+        positions_px: vec![0.0, 0.0, 2.0, 0.0, 0.0, 2.0],
         uvs: vec![0.5; 6],
         colours: vec![1.0; 12],
         indices: vec![0, 1, 2],

@@ -16,7 +16,7 @@ use crate::scene::labels::{
 };
 use std::sync::Arc;
 
-/// Opacity of a line's label.
+/// Opacity of the label of a line, such as a grid line or a constellation's.
 const LINE_LABEL_OPACITY: f32 = 0.85;
 /// Opacity of the shadows that keep texts and bars readable on a bright background.
 const SHADOW_OPACITY: f32 = 0.7;
@@ -32,6 +32,7 @@ struct GlyphQuad {
     corner_px: [f32; 2],
     /// Rectangle in the atlas: x, y, width, height in texels.
     cell: [f32; 4],
+    /// sRGB-encoded, 0 to 1, and opacity.
     colour: [f32; 4],
 }
 
@@ -104,7 +105,7 @@ fn filled_bar(bar: &Bar, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     (0..columns * rows).map(tile).collect()
 }
 
-/// Caption, scale bar and compass, and the names of surface features with their ring-shaped markers, all drawn in the same way.
+/// Caption, scale bar and compass; also the names of surface features with their ring-shaped markers, which the scene puts into the same lists.
 fn margin_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let shadow_px = shadow_offset_px(layer.size_px);
     let margin = &layer.margin;

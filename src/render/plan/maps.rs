@@ -1,6 +1,7 @@
 //! Binds images and samplers to the texture variables of a body's module, by the variable's name.
 //!
-//! In: a draw and its module's layout. Out: texture and sampler bindings. Always: only textures that the module declares are requested.
+//! In: a draw, its module's layout, and the provider of images. Out: texture and sampler bindings. Always: only textures that the module declares are
+//! requested.
 
 use super::error::PlanError;
 use super::passes::{AddressMode, SamplerBinding, SamplerState, TextureBinding, TextureSource};
@@ -97,7 +98,7 @@ pub(super) fn samplers(draw: &Draw, layout: &Layout) -> Vec<SamplerBinding> {
     layout.samplers.iter().filter_map(|s| Some(SamplerBinding { binding: s.binding, state: state_of(&s.name)? })).collect()
 }
 
-/// The bytes of a table of floats, in the order that a texture has.
+/// The bytes of a table of floats, in the byte order of textures.
 fn little_endian_bytes(texels: &[f32]) -> Vec<u8> {
     if cfg!(target_endian = "little") {
         return bytemuck::cast_slice(texels).to_vec();

@@ -1,4 +1,7 @@
-//! The render plan: passes in order, with their draws and uniform bytes. Plain values for every renderer.
+//! The render plan: the passes of a frame in order, with their draws, bindings and uniform bytes.
+//!
+//! In: a finished scene, and a [`ResourceProvider`] of layouts, maps and glyphs. Out: a [`Plan`] of plain values, which every renderer can execute
+//! without further decisions. Not here: the choice of what is drawn (scene).
 
 mod build;
 mod coarse_air;
@@ -17,12 +20,12 @@ mod sky;
 mod small_bodies;
 mod uniform_bytes;
 pub use build::{SamplingQuality, modules, plan, steps};
-pub use coarse_air::{COARSE_AIR_TEXTURE, coarse_air_size};
+pub use coarse_air::{COARSE_AIR_TEXTURE, coarse_air_subimage_size};
 pub use composite::{composite, composite_modules};
 pub use error::PlanError;
 pub use extent::{Extent, MarkedImage};
 pub use interface::{INTERFACE_MODULE, UiPrimitive, interface, interface_step, warm_up_interface};
-// The constants are names of texture variables, whose textures `limb_table`, `ring_profile` and `ring_shine` make.
+// The constants are the names of the texture variables to which the results of `limb_table`, `ring_profile` and `ring_shine` are bound.
 pub use maps::{LIMB_TABLE, RING_PROFILE, RING_SHINE, limb_table, map_decoding, map_format, ring_profile, ring_shine, role_of};
 pub use passes::{
     AddressMode, Attribute, Blend, ColourFormat, Cull, DepthState, FrameImages, GpuImage, Instances, ModuleProvider, Pass, Plan, PlanDraw,

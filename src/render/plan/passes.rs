@@ -1,4 +1,4 @@
-//! The render plan as plain values: passes, draws, bindings.
+//! The types of a render plan: passes, draws, bindings. They are plain values, which this folder makes and the renderers read.
 
 use super::extent::Extent;
 use crate::image::SharedTexture;
@@ -83,7 +83,7 @@ pub enum ShadingRate {
     /// Each pixel's centre.
     #[default]
     PerPixel,
-    /// The draw adds light without fine structure. Where interpolation between fewer points errs by at most a 500th of the light, a renderer may use it.
+    /// The draw adds light without fine structure. A renderer may interpolate it between fewer points where the error is at most a 500th of the light.
     Interpolated,
 }
 
@@ -138,13 +138,14 @@ pub enum ColourFormat {
     Hdr,
     /// Linear HDR target that needs f32, because its radiances are below the range of half floats, such as those of a night sky.
     HdrF32,
-    /// Display-ready bytes, already encoded by the shader.
+    /// Bytes that the shader has already encoded: display values, or masks.
     Rgba8Unorm,
 }
 
 /// Draws into one target, which is cleared first.
 #[derive(Clone, Debug)]
 pub struct Pass {
+    /// Name of the target (of the resource in the frame graph).
     pub name: &'static str,
     pub width: u32,
     pub height: u32,
@@ -220,7 +221,7 @@ impl Plan {
     }
 }
 
-/// Supplies the modules of a plan.
+/// Supplies the compiled modules of a plan.
 pub trait ModuleProvider: Sync {
     /// # Errors
     /// A module that does not exist or does not compile.

@@ -85,7 +85,8 @@ pub(super) fn simple_draw(
     full_screen_draw(module, [scene.camera.width, scene.camera.height], provider, fill)
 }
 
-/// A draw of a simple shader: one triangle over the full target, without depth. Callers override fields for other geometry or state.
+/// A draw of a simple shader: one triangle over the full target, without depth. `fill` writes the uniforms by field name. Callers override fields of the draw
+/// for other geometry or state.
 pub(super) fn full_screen_draw(
     module: &'static str,
     [width, height]: [u32; 2],
@@ -129,8 +130,9 @@ pub(super) fn instanced_rectangles<T>(items: &[T], attributes: &[InstanceAttribu
 /// The depth state of draws that can be hidden by nearer bodies and hide nothing themselves.
 pub(super) const DEPTH_TESTED: DepthState = DepthState { test: true, write: false };
 
-/// A vec4: a sprite's radius in pixels, the amplitudes of its core and its glare for a flux of 1 (see [`point_spread`]), and its width over its height.
+/// A sprite's radius in pixels, the amplitudes of its core and its glare for a flux of 1 (see [`point_spread`]), and `stretch`, its width over its height.
 fn sprite_attribute(radius_px: f32, stretch: f32) -> Vec<f32> {
+    // A wider sprite spreads the same flux over a greater area.
     let [core, glare] = point_spread(f64::from(radius_px)).map(|amplitude| amplitude / f64::from(stretch));
     vec![radius_px, core as f32, glare as f32, stretch]
 }
@@ -160,7 +162,7 @@ pub(super) const STAR_ATTRIBUTES: [InstanceAttribute<StarSprite>; 3] =
     [(3, |s| s.centre.to_array().to_vec()), (4, |s| sprite_attribute(s.radius_px, s.stretch)), (3, |s| s.flux.to_array().to_vec())];
 
 pub(super) fn stars(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
-    // A radius of 0: another frame of a composed image draws the star.
+    // A radius of 0 means that another frame of a composed image draws the star.
     let drawn_here: Vec<StarSprite> = scene.stars.iter().filter(|s| s.radius_px > 0.0).copied().collect();
     sprites("stars", &drawn_here, &STAR_ATTRIBUTES, scene, provider)
 }

@@ -1,4 +1,6 @@
-//! The draws of the diffuse sky (Milky Way, zodiacal light) and of the user's images of the sky, which are drawn over it: one full-screen triangle each.
+//! The draws of the diffuse sky (Milky Way, zodiacal light) and of the user's images of the sky, which are drawn over it.
+//!
+//! In: the scene, the layouts of the simple shaders, the panorama and the images. Out: one full-screen draw for the diffuse sky and one for each image.
 
 use super::error::PlanError;
 use super::passes::{AddressMode, Blend, PlanDraw, SamplerBinding, SamplerState, TextureBinding, TextureSource};

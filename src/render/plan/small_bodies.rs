@@ -1,4 +1,4 @@
-//! The draws of minor planets, comets, and the orbits of bodies.
+//! The draws of minor planets and comets as points and tails, and of the orbits of bodies as lines.
 //!
 //! In: the scene and the layouts of the simple shaders. Out: draws with their uniform bytes filled by field name, and their instance attributes.
 //! Not here: the choice of what is drawn (scene).
@@ -15,6 +15,7 @@ use crate::scene::sky::minor_planets::{LIGHT_TIME_PER_AU, NEAR_AU};
 use crate::scene::{CORE_SIGMA_PX, GLARE_FRACTION, GLARE_RADIUS_EXPONENT, GLARE_SCALE_RADIUS_PX, MAX_RADIUS_PX, POINT_RADIUS_PX, Scene};
 use std::sync::Arc;
 
+/// All minor planets in one draw; the shader computes their positions from their orbital elements.
 pub(super) fn minor_planets(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     let Some(minor_planets) = &scene.minor_planets else { return Ok(Vec::new()) };
     let attribute = |components: u32, values: &Arc<Vec<f32>>| Attribute { components, values: Arc::clone(values) };
@@ -34,6 +35,7 @@ pub(super) fn minor_planets(scene: &Scene, provider: &impl ResourceProvider) -> 
         w.vec3("velocity", minor_planets.velocity)?;
         w.vec3("colour", minor_planets.colour)?;
         w.vec2("pixel_size", scene.camera.clip_per_pixel())?;
+        // How the size of a sprite and its glare follow from its brightest pixel: `law` of `point_shape` in shaders/lib/point_shape.wesl.
         w.vec4("point_law", [POINT_RADIUS_PX, GLARE_RADIUS_EXPONENT, MAX_RADIUS_PX, GLARE_FRACTION].map(|v| v as f32).into())?;
         w.f32("core_sigma_px", CORE_SIGMA_PX as f32)?;
         w.f32("glare_scale_radius_px", GLARE_SCALE_RADIUS_PX as f32)?;
@@ -48,6 +50,7 @@ pub(super) fn minor_planets(scene: &Scene, provider: &impl ResourceProvider) -> 
     Ok(vec![PlanDraw { label: "minor planets".into(), vertices, instances, blend: Blend::Add, depth: DEPTH_TESTED, ..draw }])
 }
 
+/// Arcs of orbits, each a polyline of [`CHORDS_PER_ARC`] chords, which the shader computes.
 pub(super) fn orbits(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     if scene.orbits.is_empty() {
         return Ok(Vec::new());

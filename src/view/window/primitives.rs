@@ -49,7 +49,7 @@ fn sampler_of(texture: &PainterTexture) -> SamplerState {
 fn mesh_primitive(mesh: &Mesh, pixels_per_point: f32, texture: TextureSource, sampler: SamplerState, scissor: [u32; 4]) -> UiPrimitive {
     let vertices = &mesh.vertices;
     UiPrimitive {
-        corners_px: vertices.iter().flat_map(|v| [v.pos.x * pixels_per_point, v.pos.y * pixels_per_point]).collect(),
+        positions_px: vertices.iter().flat_map(|v| [v.pos.x * pixels_per_point, v.pos.y * pixels_per_point]).collect(),
         uvs: vertices.iter().flat_map(|v| [v.uv.x, v.uv.y]).collect(),
         colours: vertices.iter().flat_map(|v| v.color.to_array().map(|c| f32::from(c) / 255.0)).collect(),
         indices: mesh.indices.clone(),
