@@ -104,7 +104,7 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     let bar = progress(scenes.len() as u64 * (u64::from(args.frames) + 1));
     let mut rows = Vec::new();
     for scene in &scenes {
-        let own_session = match (scene.bodies(), scene.stars()) {
+        let own_session = match (scene.minor_planets(), scene.stars()) {
             (Some(bodies), _) => Some(open_session()?.with_minor_planets(bodies)),
             (None, Some(stars)) => Some(open_session()?.with_stars(stars)),
             (None, None) => None,

@@ -43,7 +43,7 @@ pub struct Devices {
 struct PlanModules<'a> {
     library: &'a ShaderLibrary,
     /// Only if the user's shader sources are in use: the plan's modules, and the number of changes of the sources before these modules were fetched.
-    snapshot: Option<(gpu::ModuleSet, u64)>,
+    snapshot: Option<(gpu::ModuleSnapshot, u64)>,
 }
 
 #[cfg(feature = "gpu")]
@@ -118,7 +118,7 @@ impl Devices {
         }
         let (modules, untested_ids, changes) = loop {
             let changes = self.shader_source_changes();
-            let modules = gpu::ModuleSet::of(plan, library);
+            let modules = gpu::ModuleSnapshot::of(plan, library);
             let untested_ids: Vec<ModuleId> = modules.ids().filter(|id| !self.dry_run_modules.lock().contains(*id)).cloned().collect();
             // If nothing has changed until here, `untested_ids` refers to these modules, not to later ones with the same ids.
             if self.shader_source_changes() == changes {
@@ -174,7 +174,7 @@ impl Devices {
     /// Draws the plan with the GPU if one is available, else with the given software renderer. Waits until the GPU's pipelines are compiled.
     ///
     /// # Errors
-    /// The reason why neither can draw, or that the user requires a GPU and no adapter was found.
+    /// The software renderer failed, an endless loop in the user's shader sources, or the user requires a GPU and none can be opened.
     #[cfg(feature = "gpu")]
     pub fn draw_waiting(
         &self,
@@ -275,7 +275,7 @@ impl Devices {
         *self.shader_source_changes.lock()
     }
 
-    /// Drops everything compiled from modules. Called when the modules of some names have changed.
+    /// Drops everything compiled from modules. Called when modules have changed under the same ids.
     pub fn forget_modules(&self) {
         self.software.forget_modules();
         if let Some(Some(background_renderer)) = self.background_renderer.get() {
