@@ -1,6 +1,7 @@
 //! Catches panics of libraries that read untrusted bytes.
 //!
-//! In: a call into a library with untrusted input. Out: its result, or `None` if it panics. Always: such a panic prints nothing. Not for code of this crate, whose panics must be seen.
+//! In: a call into a library with untrusted input. Out: its result, or `None` if it panics. Always: such a panic prints nothing. Not for code of this crate,
+//! whose panics must be seen.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};

@@ -1,7 +1,7 @@
 //! Parts of messages: quotations of input, counts, suggestions of known words, and JSON errors in plain words.
 //!
-//! In: untrusted text, counts, known words. Out: text for one line on a terminal. Always: a quotation contains no control character and at most as many characters as the caller
-//! allows. Not here: the sentences of messages.
+//! In: untrusted text, counts, known words. Out: text for one line on a terminal. Always: a quotation contains no control character and at most as
+//! many characters as the caller allows. Not here: the sentences of messages.
 
 /// Largest length of a quotation of input in a message, characters.
 pub(crate) const MAX_ECHO_CHARS: usize = 200;

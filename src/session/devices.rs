@@ -34,7 +34,7 @@ pub struct Devices {
     dry_run_modules: Mutex<HashSet<ModuleId>>,
     #[cfg(not(feature = "gpu"))]
     preference: RendererPreference,
-    /// Number of changes of the shader sources. Locked during a change.
+    /// Number of times that the shader sources have changed. Locked during a change.
     shader_source_changes: Mutex<u64>,
 }
 
@@ -42,7 +42,7 @@ pub struct Devices {
 #[cfg(feature = "gpu")]
 struct PlanModules<'a> {
     library: &'a ShaderLibrary,
-    /// Only if the user's shader sources are in use: the plan's modules, and the number of changes of the sources before these modules were fetched.
+    /// Only if the user's shader sources are in use: the plan's modules, and the value of [`Devices::shader_source_changes`] before these modules were fetched.
     snapshot: Option<(gpu::ModuleSnapshot, u64)>,
 }
 
@@ -103,9 +103,8 @@ impl Devices {
     }
 
     /// The modules with which the GPU draws a plan. With the user's shader sources, new modules are executed in software first, because the software
-    /// renderer detects an endless loop, which would hang a GPU. The GPU then gets exactly the executed modules, whatever changes meanwhile, unless the
-    /// software renderer fails for another reason.
-    /// [`Self::forget_if_outdated`] must follow the drawing.
+    /// renderer detects an endless loop, which would hang a GPU. The GPU then gets exactly these modules, whatever changes meanwhile. If the software
+    /// renderer fails for another reason, the GPU gets them although not all were executed. [`Self::forget_if_outdated`] must follow the drawing.
     #[cfg(feature = "gpu")]
     fn modules_for_gpu<'a>(
         &self,
@@ -270,7 +269,7 @@ impl Devices {
         *changes += 1;
     }
 
-    /// Number of changes of the shader sources. Waits for the end of a change.
+    /// Number of times that the shader sources have changed. Waits for the end of a change.
     pub fn shader_source_changes(&self) -> u64 {
         *self.shader_source_changes.lock()
     }

@@ -20,8 +20,9 @@ type Notify = dyn Fn(&str) + Send + Sync;
 /// A thread that opens the device and compiles the pipelines of the current plan.
 struct Preparing {
     thread: JoinHandle<Result<Arc<GpuRenderer>, GpuError>>,
-    /// Number of changes of modules, and preference, when the thread was started.
+    /// [`Gpu::module_changes`] before the thread's modules were fetched.
     module_changes: u64,
+    /// The preference when the thread was started.
     preference: RendererPreference,
 }
 
@@ -50,7 +51,7 @@ enum DeviceLifecycle {
 pub struct Gpu {
     preference: Mutex<RendererPreference>,
     lifecycle: Mutex<DeviceLifecycle>,
-    /// Number of changes of modules. Each makes the compiled pipelines outdated.
+    /// Number of times that modules have changed. Each change makes the compiled pipelines outdated.
     module_changes: AtomicU64,
     /// Whether a preparing thread's result was taken over, and no image of the window was requested since.
     just_ready: AtomicBool,

@@ -1,6 +1,6 @@
 //! The renderers that a user may request, and the result of drawing a plan.
 //!
-//! In: nothing; the module only defines types. Out: the user's choice, what [`super::devices`] returns for a plan, and whether its GPU is ready.
+//! In: nothing; the module only defines types. Out: the user's choice, what `devices` returns for a plan, and whether its GPU is ready.
 
 use crate::render::frame::Frame;
 #[cfg(feature = "gpu")]
