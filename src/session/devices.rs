@@ -42,7 +42,7 @@ pub struct Devices {
 #[cfg(feature = "gpu")]
 struct PlanModules<'a> {
     library: &'a ShaderLibrary,
-    /// Only if the user's shader sources are in use: the plan's modules, and the value of [`Devices::shader_source_changes`] before these modules were fetched.
+    /// Only if the user's shader sources are in use: the plan's modules, and the value of `shader_source_changes` before these modules were fetched.
     snapshot: Option<(gpu::ModuleSnapshot, u64)>,
 }
 

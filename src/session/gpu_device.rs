@@ -20,7 +20,7 @@ type Notify = dyn Fn(&str) + Send + Sync;
 /// A thread that opens the device and compiles the pipelines of the current plan.
 struct Preparing {
     thread: JoinHandle<Result<Arc<GpuRenderer>, GpuError>>,
-    /// [`Gpu::module_changes`] before the thread's modules were fetched.
+    /// `Gpu::module_changes` before the thread's modules were fetched.
     module_changes: u64,
     /// The preference when the thread was started.
     preference: RendererPreference,
