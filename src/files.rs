@@ -120,29 +120,29 @@ pub(crate) fn write_atomic(
     replace(path, access, fill).map_err(|e| write_error(path, &e))
 }
 
-/// Writes a file atomically under the first of `names` that does not exist yet, and returns that name. All `names` must be in one folder.
+/// Writes a file atomically at the first of `paths` that does not exist yet, and returns that path. All `paths` must be in one folder.
 ///
 /// # Errors
-/// The path and the reason, for example that every name is taken.
+/// The path and the reason, for example that a file exists at every path.
 pub(crate) fn write_new(
-    names: impl IntoIterator<Item = PathBuf>,
+    paths: impl IntoIterator<Item = PathBuf>,
     access: FileAccess,
     fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<()>,
 ) -> std::result::Result<PathBuf, WriteError> {
-    let mut names = names.into_iter();
+    let mut paths = paths.into_iter();
     let none = || WriteError { path: String::new(), why: "no name to write to".into() };
-    let mut name = names.next().ok_or_else(none)?;
-    let mut file = write_temporary(&name, access, fill).map_err(|e| write_error(&name, &e))?;
+    let mut path = paths.next().ok_or_else(none)?;
+    let mut file = write_temporary(&path, access, fill).map_err(|e| write_error(&path, &e))?;
     loop {
         // A single system call checks and renames; between two separate calls another program could take the name.
-        match file.persist_noclobber(&name) {
-            Ok(_) => return Ok(name),
+        match file.persist_noclobber(&path) {
+            Ok(_) => return Ok(path),
             Err(e) if e.error.kind() == ErrorKind::AlreadyExists => {
-                let taken = || WriteError { path: echo(&name.display().to_string()), why: "a file of this name exists already".into() };
+                let taken = || WriteError { path: echo(&path.display().to_string()), why: "a file of this name exists already".into() };
                 file = e.file;
-                name = names.next().ok_or_else(taken)?;
+                path = paths.next().ok_or_else(taken)?;
             }
-            Err(e) => return Err(write_error(&name, &e.error)),
+            Err(e) => return Err(write_error(&path, &e.error)),
         }
     }
 }
@@ -161,7 +161,7 @@ pub(crate) fn write_cached(path: &Path, bytes: &[u8]) -> Result<()> {
 }
 
 /// Why a pipe or a device is not written to.
-const NOT_REPLACED: &str = "not a regular file, which cannot be replaced";
+const NOT_REPLACED: &str = "not a regular file; only a regular file can be replaced";
 
 /// Writes a file atomically in place of an existing one, if there is one.
 fn replace(path: &Path, access: FileAccess, fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<()>) -> Result<()> {
@@ -179,7 +179,7 @@ fn write_temporary(path: &Path, access: FileAccess, fill: impl FnOnce(&mut BufWr
     remove_stale_once(folder);
     let mut options = OpenOptions::new();
     options.read(true).write(true).create_new(true);
-    // The system takes the bits of the umask away. A mode set later would give them back.
+    // The mode is set at creation, because the system then applies the umask; a mode set later would bypass it.
     #[cfg(unix)]
     std::os::unix::fs::OpenOptionsExt::mode(&mut options, if access == FileAccess::All { 0o666 } else { 0o600 });
     #[cfg(not(unix))]
@@ -199,8 +199,8 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Checks, before long work whose result is to be written to a file, that its folder exists and that the path is neither a folder nor another thing that
-/// is not replaced.
+/// Checks whether a file can be written, before the long work that computes its content: its folder must exist, and the path must be unused or name a
+/// regular file.
 ///
 /// # Errors
 /// The path and the reason.
@@ -223,7 +223,7 @@ pub(crate) fn is_same_file(a: &Path, b: &Path) -> bool {
     place(a).is_some_and(|of_a| place(b) == Some(of_a))
 }
 
-/// Removes a file. Returns false if it was no longer there, for another process may have removed it.
+/// Removes a file. Returns false if there is none, which is no error, because another process may have removed it.
 ///
 /// # Errors
 /// The reason why the file cannot be removed.

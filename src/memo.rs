@@ -1,7 +1,7 @@
-//! Small caches of values that are expensive to compute: [`Memo`], which computes a missing value itself, and [`RecentMap`].
+//! Small caches of values that are expensive to compute: [`Memo`], a FIFO cache that computes a missing value itself, and [`LruMap`], an LRU cache.
 //!
 //! In: a key (and for [`Memo`] a function that computes its value). Out: the value. Always: keys are compared, not only their hashes; the number of
-//! values is limited, and [`Memo`] drops the oldest first, [`RecentMap`] the least recently used. While one thread computes a value of a [`Memo`], other
+//! values is limited, and [`Memo`] drops the oldest first, [`LruMap`] the least recently used. While one thread computes a value of a [`Memo`], other
 //! threads wait only if they need the same key. There is no process-wide cache: each lives as long as its owner.
 
 use parking_lot::Mutex;
@@ -10,10 +10,10 @@ use std::fmt;
 use std::hash::Hash;
 use std::sync::{Arc, OnceLock};
 
-/// Keys with their values, oldest first. A value is empty while it is computed.
+/// Keys with their values, oldest first. A cell is empty while its value is computed.
 type Entries<K, V> = VecDeque<(K, Arc<OnceLock<V>>)>;
 
-/// A cache of values by key.
+/// A FIFO cache of values by key, shared by threads.
 pub(crate) struct Memo<K, V> {
     entries: Mutex<Entries<K, V>>,
     capacity: usize,
@@ -58,9 +58,9 @@ impl<K, V> fmt::Debug for Memo<K, V> {
     }
 }
 
-/// A map of limited size: a new entry replaces the least recently used one.
+/// An LRU cache: a map of limited size in which a new entry replaces the least recently used one.
 #[derive(Debug)]
-pub(crate) struct RecentMap<K, V> {
+pub(crate) struct LruMap<K, V> {
     /// Values, each with the number that `uses` had after the value's last use.
     entries: HashMap<K, (V, u64)>,
     /// Number of uses of any entry so far.
@@ -68,7 +68,7 @@ pub(crate) struct RecentMap<K, V> {
     capacity: usize,
 }
 
-impl<K: Eq + Hash + Clone, V: Clone> RecentMap<K, V> {
+impl<K: Eq + Hash + Clone, V: Clone> LruMap<K, V> {
     /// `capacity`: largest number of entries.
     pub(crate) fn with_capacity(capacity: usize) -> Self {
         Self { entries: HashMap::new(), uses: 0, capacity }
@@ -108,9 +108,9 @@ impl<K: Eq + Hash + Clone, V: Clone> RecentMap<K, V> {
 
 /// A key that consists of numbers, compared bit by bit.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Numbers(Vec<u64>);
+pub(crate) struct NumbersKey(Vec<u64>);
 
-impl FromIterator<f64> for Numbers {
+impl FromIterator<f64> for NumbersKey {
     fn from_iter<I: IntoIterator<Item = f64>>(numbers: I) -> Self {
         Self(numbers.into_iter().map(f64::to_bits).collect())
     }
@@ -145,7 +145,7 @@ mod tests {
 
     #[test]
     fn a_new_entry_replaces_the_least_recently_used_one() {
-        let mut recent = RecentMap::with_capacity(3);
+        let mut recent = LruMap::with_capacity(3);
         for n in 1..=3 {
             recent.insert(n, 10 * n);
         }
@@ -194,7 +194,7 @@ mod tests {
 
     #[test]
     fn number_keys_differ_if_any_bit_differs() {
-        let key = |v: &[f64]| v.iter().copied().collect::<Numbers>();
+        let key = |v: &[f64]| v.iter().copied().collect::<NumbersKey>();
         assert_eq!(key(&[1.0, 0.5]), key(&[1.0, 0.5]));
         assert!(key(&[0.0]) != key(&[-0.0]) && key(&[1.0]) != key(&[1.0, 0.0]));
     }

@@ -1,6 +1,7 @@
 //! Catches panics of libraries that read untrusted bytes.
 //!
-//! In: a call into a library with untrusted input. Out: its result, or `None` if it panics. Always: such a panic prints nothing. Not for code of this crate.
+//! In: a call into a library with untrusted input. Out: its result, or `None` if it panics. Always: such a panic prints nothing. Not for code of this crate,
+//! whose panics must be seen.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
@@ -16,9 +17,9 @@ pub(crate) fn catch_panic<T>(read: impl FnOnce() -> T) -> Option<T> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
         let default_hook = take_hook();
-        set_hook(Box::new(move |about| {
+        set_hook(Box::new(move |info| {
             if !IS_QUIET.get() {
-                default_hook(about);
+                default_hook(info);
             }
         }));
     });

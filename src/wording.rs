@@ -1,9 +1,9 @@
-//! Parts of messages: quotations of input, counts, and suggestions of known words.
+//! Parts of messages: quotations of input, counts, suggestions of known words, and JSON errors in plain words.
 //!
-//! In: untrusted text. Out: text for one line on a terminal. Always: a quotation contains no control character and at most as many characters as the caller
-//! allows. Not here: the sentences of messages.
+//! In: untrusted text, counts, known words. Out: text for one line on a terminal. Always: a quotation contains no control character and at most as
+//! many characters as the caller allows. Not here: the sentences of messages.
 
-/// Longest quotation of input in a message, characters.
+/// Largest length of a quotation of input in a message, characters.
 pub(crate) const MAX_ECHO_CHARS: usize = 200;
 
 /// The input with control characters escaped, cut at [`MAX_ECHO_CHARS`].

@@ -20,9 +20,11 @@ pub(crate) struct FrameNumberError {
 /// A name with a placeholder for the frame number.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct NumberedName {
+    /// Folder, and the file name up to the placeholder.
     pub before: String,
     /// Minimum number of digits.
     pub min_digits: usize,
+    /// The file name after the placeholder.
     pub after: String,
 }
 
@@ -67,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn an_invalid_placeholder_is_refused_with_the_way_to_write_it() {
+    fn the_error_for_an_invalid_placeholder_shows_a_valid_one() {
         for bad in ["%x.png", "a-%d-%d.png", "100%.png", "out-%5d.png", "%099d.png"] {
             let why = NumberedName::of(bad).expect_err(bad).to_string();
             assert!(why.contains(bad) && why.contains("%05d"), "{why}");

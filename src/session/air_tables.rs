@@ -42,7 +42,7 @@ fn digest_with(code: &[u8; 32], body: &Body) -> String {
             let Species { name: _, scale_height_km, tent_centre_km, scattering_per_km, absorption_per_km, phase, estimate_percent: _ } = s;
             inputs.extend(scattering_per_km);
             inputs.extend(absorption_per_km);
-            // Absent values are represented by numbers that no species can have.
+            // A missing tent centre and the Rayleigh phase function are represented by numbers that no species can have.
             inputs.extend([*scale_height_km, tent_centre_km.unwrap_or(-1.0)]);
             inputs.extend(match phase {
                 PhaseFunction::Rayleigh => [9.0; 4],
@@ -128,7 +128,7 @@ mod tests {
     }
 
     /// The digest must cover every module of `scene` that the table's code uses; otherwise a table could change without a new name. `camera` is not covered, so
-    /// the code may use only its narrowing to f32.
+    /// the code may use only its function `narrow`, which converts to f32.
     #[test]
     fn the_digest_covers_all_code_of_a_table() {
         let allowed = ["atmosphere::extinction", "atmosphere::phase", "camera", "constants"];
@@ -137,7 +137,7 @@ mod tests {
             assert!(used(source).iter().all(|name| allowed.contains(&name.as_str())), "{:?}", used(source));
             // The sources use absolute paths only, except in unit tests.
             assert_eq!(source.matches("super::").count(), source.matches("use super::*;").count());
-            // The sources use only the narrowing from the camera module.
+            // From the camera module, the sources use only `narrow`.
             assert_eq!(source.matches("camera::").count(), source.matches("camera::narrow(").count());
         }
         assert_eq!(used("use crate::scene::eclipse::{Shade};"), ["eclipse"]);

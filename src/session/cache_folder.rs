@@ -1,11 +1,14 @@
-//! The cache folder: shader library, tables and decoded maps that are kept between runs.
+//! Chooses the cache folder, which keeps shader library, tables and decoded maps between runs.
+//!
+//! In: the folder that the user named, if any. Out: that folder or the system's cache folder, or the reason why neither is used. Always: no other user can
+//! write to it. Not here: its creation and its files.
 
 use super::CacheFolderError;
 use crate::files::foreign_write_access;
 use crate::wording::echo;
 use std::path::{Path, PathBuf};
 
-/// The folders below `orrery/`.
+/// The program's folders below `orrery/`, one for each kind of cached file.
 const SUBFOLDERS: [&str; 4] = ["shaders", "air", "rings", "maps"];
 
 /// The given cache folder, or else the user's cache folder on this system.

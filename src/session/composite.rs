@@ -17,6 +17,11 @@ const MIN_UNWARPED_HEIGHT_PX: f64 = 256.0;
 const MAX_UNWARPED_SIDE_PX: f64 = 8192.0;
 
 impl Session {
+    /// The scene of the entire image, and the plan that draws its frames and combines them. A map that cannot be read is reported once, and its body is
+    /// drawn without the map.
+    ///
+    /// # Errors
+    /// A scene cannot be built, or a module cannot be compiled.
     pub(super) fn composite_plan(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<(Scene, Plan), SessionError> {
         loop {
             let (composite, screen_px) = self.composite_of(request)?;

@@ -34,7 +34,7 @@ pub struct Devices {
     dry_run_modules: Mutex<HashSet<ModuleId>>,
     #[cfg(not(feature = "gpu"))]
     preference: RendererPreference,
-    /// Number of changes of the shader sources. Locked during a change.
+    /// Number of times that the shader sources have changed. Locked during a change.
     shader_source_changes: Mutex<u64>,
 }
 
@@ -42,8 +42,8 @@ pub struct Devices {
 #[cfg(feature = "gpu")]
 struct PlanModules<'a> {
     library: &'a ShaderLibrary,
-    /// Only if the user's shader sources are in use: the plan's modules, and the number of changes of the sources before these modules were fetched.
-    snapshot: Option<(gpu::ModuleSet, u64)>,
+    /// Only if the user's shader sources are in use: the plan's modules, and the value of `shader_source_changes` before these modules were fetched.
+    snapshot: Option<(gpu::ModuleSnapshot, u64)>,
 }
 
 #[cfg(feature = "gpu")]
@@ -103,9 +103,8 @@ impl Devices {
     }
 
     /// The modules with which the GPU draws a plan. With the user's shader sources, new modules are executed in software first, because the software
-    /// renderer detects an endless loop, which would hang a GPU. The GPU then gets exactly the executed modules, whatever changes meanwhile, unless the
-    /// software renderer fails for another reason.
-    /// [`Self::forget_if_outdated`] must follow the drawing.
+    /// renderer detects an endless loop, which would hang a GPU. The GPU then gets exactly these modules, whatever changes meanwhile. If the software
+    /// renderer fails for another reason, the GPU gets them although not all were executed. [`Self::forget_if_outdated`] must follow the drawing.
     #[cfg(feature = "gpu")]
     fn modules_for_gpu<'a>(
         &self,
@@ -118,7 +117,7 @@ impl Devices {
         }
         let (modules, untested_ids, changes) = loop {
             let changes = self.shader_source_changes();
-            let modules = gpu::ModuleSet::of(plan, library);
+            let modules = gpu::ModuleSnapshot::of(plan, library);
             let untested_ids: Vec<ModuleId> = modules.ids().filter(|id| !self.dry_run_modules.lock().contains(*id)).cloned().collect();
             // If nothing has changed until here, `untested_ids` refers to these modules, not to later ones with the same ids.
             if self.shader_source_changes() == changes {
@@ -174,7 +173,7 @@ impl Devices {
     /// Draws the plan with the GPU if one is available, else with the given software renderer. Waits until the GPU's pipelines are compiled.
     ///
     /// # Errors
-    /// The reason why neither can draw, or that the user requires a GPU and no adapter was found.
+    /// The software renderer failed, an endless loop in the user's shader sources, or the user requires a GPU and none can be opened.
     #[cfg(feature = "gpu")]
     pub fn draw_waiting(
         &self,
@@ -270,12 +269,12 @@ impl Devices {
         *changes += 1;
     }
 
-    /// Number of changes of the shader sources. Waits for the end of a change.
+    /// Number of times that the shader sources have changed. Waits for the end of a change.
     pub fn shader_source_changes(&self) -> u64 {
         *self.shader_source_changes.lock()
     }
 
-    /// Drops everything compiled from modules. Called when the modules of some names have changed.
+    /// Drops everything compiled from modules. Called when modules have changed under the same ids.
     pub fn forget_modules(&self) {
         self.software.forget_modules();
         if let Some(Some(background_renderer)) = self.background_renderer.get() {

@@ -28,7 +28,7 @@ pub struct EffectCost {
 pub struct LightChange {
     /// Total luminance of the second image minus that of the first: -1..=1.
     pub net: f64,
-    /// Sum of the absolute changes of the pixels' luminance.
+    /// Sum of the absolute changes of the pixels' luminance: 0..=2.
     pub absolute: f64,
 }
 
@@ -49,8 +49,8 @@ fn luminance([r, g, b, _]: &[f32; 4]) -> f64 {
 }
 
 impl Session {
-    /// Draws `request` with and without `effect`, and compares. `stops`: the exposure of the view. `already_on`: the view already has the effect, by its
-    /// request or automatically; otherwise the effect is switched on for the comparison. `of_body`: the effect is switched only for this body.
+    /// Draws `request` with and without `effect`, and compares. `stops`: the exposure of the view, which both images get. `already_on`: the view already has
+    /// the effect, by its request or automatically; otherwise the effect is switched on for the comparison. `of_body`: the effect is switched only for this body.
     ///
     /// # Errors
     /// The reason why the view cannot be drawn.

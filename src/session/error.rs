@@ -1,4 +1,6 @@
 //! Errors of opening a session and of drawing a view.
+//!
+//! In: the errors of the stages. Out: one error type for all of them, and one for the cache folder, without which a session still works.
 
 use super::custom_surfaces::SurfaceError;
 use super::fragment_folder::FragmentFolderError;

@@ -17,7 +17,7 @@ pub type FragmentTimes = BTreeMap<PathBuf, (SystemTime, u64)>;
 const MAX_DEPTH: usize = 8;
 /// Largest number of files.
 const MAX_FILES: usize = 2000;
-/// Largest fragment file, bytes; the longest built-in fragment has 13 kB.
+/// Largest fragment file, bytes; the longest built-in fragment has 14 kB.
 const MAX_FILE_BYTES: u64 = 1 << 20;
 
 /// Why a folder's fragments cannot be used: the file or folder, and what is wrong with it.
@@ -50,12 +50,12 @@ pub enum FragmentFolderError {
     },
 }
 
-fn shown(path: &Path) -> String {
+fn shown_path(path: &Path) -> String {
     echo(&path.display().to_string())
 }
 
 fn unreadable(path: &Path, source: std::io::Error) -> FragmentFolderError {
-    FragmentFolderError::Unreadable { path: shown(path), source }
+    FragmentFolderError::Unreadable { path: shown_path(path), source }
 }
 
 /// Whether a file or folder is hidden. Editors and file systems keep locks, drafts and attributes in hidden files, some with the extension `.wesl`;
@@ -89,14 +89,14 @@ pub fn fragment_times(folder: &Path) -> Result<FragmentTimes, FragmentFolderErro
             }
         }
         if found.len() > MAX_FILES {
-            return Err(FragmentFolderError::TooMany(shown(&root)));
+            return Err(FragmentFolderError::TooMany(shown_path(&root)));
         }
     }
     if let Some(path) = outdated {
-        return Err(FragmentFolderError::Outdated(shown(&path)));
+        return Err(FragmentFolderError::Outdated(shown_path(&path)));
     }
     if found.is_empty() {
-        return Err(FragmentFolderError::Empty(shown(folder)));
+        return Err(FragmentFolderError::Empty(shown_path(folder)));
     }
     Ok(found)
 }
@@ -121,7 +121,7 @@ pub fn read_fragments(folder: &Path, files: &FragmentTimes) -> Result<Fragments,
     let fragments = Fragments::with_files(files.keys().map(read_file).collect::<Result<Vec<_>, FragmentFolderError>>()?);
     match fragments.unused().first() {
         None => Ok(fragments),
-        Some(path) => Err(FragmentFolderError::Unused { path: shown(&folder.join(path)), hint: suggestion(path) }),
+        Some(path) => Err(FragmentFolderError::Unused { path: shown_path(&folder.join(path)), hint: suggestion(path) }),
     }
 }
 

@@ -20,8 +20,9 @@ type Notify = dyn Fn(&str) + Send + Sync;
 /// A thread that opens the device and compiles the pipelines of the current plan.
 struct Preparing {
     thread: JoinHandle<Result<Arc<GpuRenderer>, GpuError>>,
-    /// Number of changes of modules, and preference, when the thread was started.
+    /// `Gpu::module_changes` before the thread's modules were fetched.
     module_changes: u64,
+    /// The preference when the thread was started.
     preference: RendererPreference,
 }
 
@@ -29,7 +30,7 @@ struct Preparing {
 pub enum DeviceState {
     /// The device draws.
     Open(Arc<GpuRenderer>),
-    /// The device is not open yet, is being prepared, or its state is locked: the last reported state still applies.
+    /// The device is not open yet, is being prepared, or its lifecycle is locked: the last reported state still applies.
     Unchanged,
     /// The software renderer draws.
     Software,
@@ -49,8 +50,8 @@ enum DeviceLifecycle {
 /// The GPU of a session: its device, and the user's preference.
 pub struct Gpu {
     preference: Mutex<RendererPreference>,
-    state: Mutex<DeviceLifecycle>,
-    /// Number of changes of modules. Each makes the compiled pipelines outdated.
+    lifecycle: Mutex<DeviceLifecycle>,
+    /// Number of times that modules have changed. Each change makes the compiled pipelines outdated.
     module_changes: AtomicU64,
     /// Whether a preparing thread's result was taken over, and no image of the window was requested since.
     just_ready: AtomicBool,
@@ -58,10 +59,10 @@ pub struct Gpu {
     last_error: Mutex<Option<GpuError>>,
 }
 
-/// The modules of plans as they are at one time.
-pub struct ModuleSet(HashMap<ModuleId, Arc<ShaderModule>>);
+/// The modules of a plan, or of several, as they were at one time.
+pub struct ModuleSnapshot(HashMap<ModuleId, Arc<ShaderModule>>);
 
-impl ModuleSet {
+impl ModuleSnapshot {
     /// The modules of a plan, without those that cannot be compiled.
     pub fn of(plan: &Plan, provider: &impl ModuleProvider) -> Self {
         let ids: HashSet<&ModuleId> = plan.passes.iter().flat_map(|p| &p.draws).map(|d| &d.module).collect();
@@ -73,16 +74,16 @@ impl ModuleSet {
     }
 }
 
-impl ModuleProvider for ModuleSet {
+impl ModuleProvider for ModuleSnapshot {
     fn module(&self, id: &ModuleId) -> Result<Arc<ShaderModule>, ShaderError> {
         self.0.get(id).cloned().ok_or_else(|| ShaderError::NoSuchModule(id.to_string()))
     }
 }
 
-/// The state after a device could not be opened, if the user does not require one. Reports the fallback to software in one line.
+/// The lifecycle after a device could not be opened, if the user does not require one. Reports the fallback to software in one line.
 fn fall_back(e: &GpuError, notify: &Notify) -> DeviceLifecycle {
     match e {
-        GpuError::SoftwareDriver(_) => notify(&format!("{e}: drawing in software; --renderer gpu forces it")),
+        GpuError::SoftwareDriver(_) => notify(&format!("{e}: drawing in software; --renderer gpu uses the driver nevertheless")),
         e => notify(&format!("{e}: drawing in software")),
     }
     DeviceLifecycle::Closed
@@ -91,7 +92,7 @@ fn fall_back(e: &GpuError, notify: &Notify) -> DeviceLifecycle {
 impl Drop for Gpu {
     /// Waits until no driver is loading or compiling, because at process exit a driver frees memory that such a thread uses.
     fn drop(&mut self) {
-        if let DeviceLifecycle::Preparing(preparing) = std::mem::replace(&mut *self.state.lock(), DeviceLifecycle::Closed) {
+        if let DeviceLifecycle::Preparing(preparing) = std::mem::replace(&mut *self.lifecycle.lock(), DeviceLifecycle::Closed) {
             let _ = preparing.thread.join();
         }
     }
@@ -99,10 +100,10 @@ impl Drop for Gpu {
 
 impl Gpu {
     pub fn new(preference: RendererPreference) -> Self {
-        let state = if preference == RendererPreference::Software { DeviceLifecycle::Closed } else { DeviceLifecycle::Unopened };
+        let lifecycle = if preference == RendererPreference::Software { DeviceLifecycle::Closed } else { DeviceLifecycle::Unopened };
         Self {
             preference: Mutex::new(preference),
-            state: Mutex::new(state),
+            lifecycle: Mutex::new(lifecycle),
             module_changes: AtomicU64::new(0),
             just_ready: AtomicBool::new(false),
             last_error: Mutex::default(),
@@ -120,16 +121,16 @@ impl Gpu {
             return;
         }
         self.last_error.lock().take();
-        let mut state = self.state.lock();
-        if !matches!(*state, DeviceLifecycle::Preparing(_)) {
-            *state = if preference == RendererPreference::Software { DeviceLifecycle::Closed } else { DeviceLifecycle::Unopened };
+        let mut lifecycle = self.lifecycle.lock();
+        if !matches!(*lifecycle, DeviceLifecycle::Preparing(_)) {
+            *lifecycle = if preference == RendererPreference::Software { DeviceLifecycle::Closed } else { DeviceLifecycle::Unopened };
         }
     }
 
     /// Whether the GPU is being prepared for an image that was drawn in software. Never blocks.
     pub fn readiness(&self) -> Readiness {
-        let Some(state) = self.state.try_lock() else { return Readiness::Settled };
-        match &*state {
+        let Some(lifecycle) = self.lifecycle.try_lock() else { return Readiness::Settled };
+        match &*lifecycle {
             _ if self.preference() == RendererPreference::Software => Readiness::Settled,
             DeviceLifecycle::Preparing(preparing) if preparing.thread.is_finished() => Readiness::JustReady,
             DeviceLifecycle::Preparing(_) => Readiness::Preparing,
@@ -141,7 +142,7 @@ impl Gpu {
     /// Drops all pipelines, including those that a thread is compiling.
     pub fn forget_modules(&self) {
         self.module_changes.fetch_add(1, Ordering::SeqCst);
-        let open = match &*self.state.lock() {
+        let open = match &*self.lifecycle.lock() {
             DeviceLifecycle::Open(renderer) => Some(Arc::clone(renderer)),
             _ => None,
         };
@@ -155,9 +156,9 @@ impl Gpu {
         if self.preference() == RendererPreference::Software {
             return DeviceState::Software;
         }
-        let Some(mut state) = self.state.try_lock() else { return DeviceState::Unchanged };
-        self.take_over_finished(&mut state, notify);
-        match &*state {
+        let Some(mut lifecycle) = self.lifecycle.try_lock() else { return DeviceState::Unchanged };
+        self.take_over_finished(&mut lifecycle, notify);
+        match &*lifecycle {
             DeviceLifecycle::Open(renderer) => DeviceState::Open(Arc::clone(renderer)),
             DeviceLifecycle::Unopened | DeviceLifecycle::Preparing(_) => DeviceState::Unchanged,
             DeviceLifecycle::Closed => DeviceState::Software,
@@ -182,8 +183,8 @@ impl Gpu {
     }
 
     /// Takes over the result of a preparing thread that has finished.
-    fn take_over_finished(&self, state: &mut DeviceLifecycle, notify: &Notify) {
-        *state = match std::mem::replace(state, DeviceLifecycle::Unopened) {
+    fn take_over_finished(&self, lifecycle: &mut DeviceLifecycle, notify: &Notify) {
+        *lifecycle = match std::mem::replace(lifecycle, DeviceLifecycle::Unopened) {
             DeviceLifecycle::Preparing(preparing) if preparing.thread.is_finished() => {
                 self.just_ready.store(true, Ordering::SeqCst);
                 self.wait_prepared(preparing).unwrap_or_else(|e| fall_back(&e, notify))
@@ -194,39 +195,39 @@ impl Gpu {
 
     /// Starts to open the device on a thread, in parallel with the other work before the first frame.
     pub fn start_opening(&self) {
-        let mut state = self.state.lock();
-        if matches!(*state, DeviceLifecycle::Unopened) {
+        let mut lifecycle = self.lifecycle.lock();
+        if matches!(*lifecycle, DeviceLifecycle::Unopened) {
             let accept_software = self.preference() == RendererPreference::Gpu;
-            *state = self.prepare(self.module_changes.load(Ordering::SeqCst), move || GpuRenderer::open(accept_software).map(Arc::new));
+            *lifecycle = self.prepare(self.module_changes.load(Ordering::SeqCst), move || GpuRenderer::open(accept_software).map(Arc::new));
         }
     }
 
     /// Destroys the open device, as a driver reset would.
     pub fn destroy(&self) {
-        if let DeviceLifecycle::Open(renderer) = &*self.state.lock() {
+        if let DeviceLifecycle::Open(renderer) = &*self.lifecycle.lock() {
             renderer.destroy();
         }
     }
 
     /// The open device; opens it if necessary, and waits for it. `None`: the software renderer must draw.
     fn open_or_wait(&self, notify: &Notify) -> Result<Option<Arc<GpuRenderer>>, RendererError> {
-        let mut state = self.state.lock();
-        let mut next_state = Ok(std::mem::replace(&mut *state, DeviceLifecycle::Unopened));
-        if let Ok(DeviceLifecycle::Preparing(preparing)) = next_state {
-            next_state = self.wait_prepared(preparing);
+        let mut lifecycle = self.lifecycle.lock();
+        let mut next = Ok(std::mem::replace(&mut *lifecycle, DeviceLifecycle::Unopened));
+        if let Ok(DeviceLifecycle::Preparing(preparing)) = next {
+            next = self.wait_prepared(preparing);
         }
-        if let Ok(DeviceLifecycle::Unopened) = next_state {
-            next_state =
+        if let Ok(DeviceLifecycle::Unopened) = next {
+            next =
                 GpuRenderer::open(self.preference() == RendererPreference::Gpu).map(|renderer| DeviceLifecycle::Open(Arc::new(renderer)));
         }
-        *state = match next_state {
-            Ok(next_state) => next_state,
+        *lifecycle = match next {
+            Ok(next) => next,
             Err(e) if self.preference() == RendererPreference::Gpu => {
                 return Err(RendererError::Gpu(e));
             }
             Err(e) => fall_back(&e, notify),
         };
-        Ok(if let DeviceLifecycle::Open(renderer) = &*state { Some(Arc::clone(renderer)) } else { None })
+        Ok(if let DeviceLifecycle::Open(renderer) = &*lifecycle { Some(Arc::clone(renderer)) } else { None })
     }
 
     /// Draws a plan, and waits for the device if necessary. `None`: the software renderer must draw.
@@ -240,7 +241,7 @@ impl Gpu {
         if self.preference() == RendererPreference::Software {
             return Ok(None);
         }
-        // The state is not locked while drawing, so that `device_state` and `draw_if_ready` can read it meanwhile.
+        // The lifecycle is not locked while drawing, so that `device_state` and `draw_if_ready` can read it meanwhile.
         Ok(self.open_or_wait(notify)?.and_then(|renderer| self.draw_on(&renderer, renderer.lock(), plan, modules, output, notify)))
     }
 
@@ -275,9 +276,9 @@ impl Gpu {
                     notify(&format!("{e}: drawing in software"));
                 }
                 if e.is_final() {
-                    let mut state = self.state.lock();
-                    if matches!(&*state, DeviceLifecycle::Open(open) if Arc::ptr_eq(open, renderer)) {
-                        *state = DeviceLifecycle::Closed;
+                    let mut lifecycle = self.lifecycle.lock();
+                    if matches!(&*lifecycle, DeviceLifecycle::Open(open) if Arc::ptr_eq(open, renderer)) {
+                        *lifecycle = DeviceLifecycle::Closed;
                     }
                 }
                 None
@@ -299,10 +300,10 @@ impl Gpu {
             return None;
         }
         // If the lock is taken, another thread opens the device or waits for it.
-        let mut state = self.state.try_lock()?;
-        self.take_over_finished(&mut state, &**notify);
+        let mut lifecycle = self.lifecycle.try_lock()?;
+        self.take_over_finished(&mut lifecycle, &**notify);
         self.just_ready.store(false, Ordering::SeqCst);
-        let renderer = match &*state {
+        let renderer = match &*lifecycle {
             DeviceLifecycle::Open(renderer) => Some(Arc::clone(renderer)),
             DeviceLifecycle::Unopened => None,
             DeviceLifecycle::Preparing(_) | DeviceLifecycle::Closed => return None,
@@ -311,7 +312,7 @@ impl Gpu {
         if let Some(renderer) = &renderer {
             let is_ready_for_window = interface_plan.as_ref().and_then(|plan| renderer.is_ready_for_windows(plan)).unwrap_or(true);
             if let Some(frame_guard) = renderer.try_lock_for(plan).filter(|_| is_ready_for_window) {
-                drop(state);
+                drop(lifecycle);
                 return self.draw_on(renderer, frame_guard, plan, modules, output, &**notify);
             }
         }
@@ -319,9 +320,9 @@ impl Gpu {
         let ids: Vec<&ModuleId> = passes.flat_map(|p| &p.draws).map(|d| &d.module).collect();
         // Read before the modules: if they change in between, pipelines are dropped unnecessarily, which is better than keeping outdated ones.
         let module_changes = self.module_changes.load(Ordering::SeqCst);
-        let modules = ids.into_iter().map(|id| Some((id.clone(), modules.module(id).ok()?))).collect::<Option<_>>().map(ModuleSet)?;
+        let modules = ids.into_iter().map(|id| Some((id.clone(), modules.module(id).ok()?))).collect::<Option<_>>().map(ModuleSnapshot)?;
         let (plan, preference) = (plan.clone(), self.preference());
-        *state = self.prepare(module_changes, move || {
+        *lifecycle = self.prepare(module_changes, move || {
             let renderer = renderer.map_or_else(|| GpuRenderer::open(preference == RendererPreference::Gpu).map(Arc::new), Ok)?;
             // The plan is drawn once and the result dropped, because some drivers compile pipelines only at the first draw.
             let errors = [

@@ -27,17 +27,17 @@ pub fn write_image(path: &Path, frame: &Frame, text: &[(&'static str, String)]) 
     write_atomic(path, FileAccess::All, |out| encode_image(out, is_exr(path), frame, text))
 }
 
-/// As [`write_image`], but to the first of the paths `names` at which no file exists yet. All names must have the same extension.
+/// As [`write_image`], but to the first of `paths` at which no file exists yet; returns this path. `is_exr`: the format, the same for all paths.
 ///
 /// # Errors
 /// The path and the reason.
 pub fn write_new_image(
-    names: impl IntoIterator<Item = PathBuf>,
+    paths: impl IntoIterator<Item = PathBuf>,
     is_exr: bool,
     frame: &Frame,
     text: &[(&'static str, String)],
 ) -> Result<PathBuf, WriteError> {
-    write_new(names, FileAccess::All, |out| encode_image(out, is_exr, frame, text))
+    write_new(paths, FileAccess::All, |out| encode_image(out, is_exr, frame, text))
 }
 
 fn encode_image(out: &mut BufWriter<&mut File>, is_exr: bool, frame: &Frame, text: &[(&'static str, String)]) -> std::io::Result<()> {

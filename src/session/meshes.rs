@@ -16,11 +16,11 @@ use std::sync::Arc;
 const SUN_DIRECTION_TOLERANCE_RAD: f64 = 5e-4;
 /// Relative change of the Sun's angular radius below which computed heights are reused.
 const SUN_SIZE_TOLERANCE: f64 = 0.01;
-/// Largest number of sets of heights in memory: enough for two views of several bodies.
-const MAX_HEIGHT_SETS: usize = 8;
+/// Largest number of models' Sun heights in memory: enough for two views of several bodies.
+const MAX_SUN_HEIGHT_SETS: usize = 8;
 /// Largest number of models in memory.
 const MAX_MODELS: usize = 64;
-/// Largest mesh file, bytes.
+/// Largest OBJ file, bytes.
 const MAX_BYTES: u64 = 1 << 30;
 
 /// The inputs from which the Sun's heights at a model's vertices are computed.
@@ -54,7 +54,7 @@ impl Meshes {
         Self {
             folders: folders.into_iter().collect(),
             models: Memo::with_capacity(MAX_MODELS),
-            sun_heights: Memo::with_capacity(MAX_HEIGHT_SETS),
+            sun_heights: Memo::with_capacity(MAX_SUN_HEIGHT_SETS),
         }
     }
 
@@ -113,7 +113,7 @@ mod tests {
         assert!(!Arc::ptr_eq(&first, &heights_for_angle(&model, std::f64::consts::PI)), "from the other side");
         assert!(!Arc::ptr_eq(&first, &heights_for_angle(&self::model(), 0.0)), "another shape");
         // More sets than the limit drop the oldest one.
-        (1..=MAX_HEIGHT_SETS).for_each(|k| drop(heights_for_angle(&model, 0.1 * k as f64)));
+        (1..=MAX_SUN_HEIGHT_SETS).for_each(|k| drop(heights_for_angle(&model, 0.1 * k as f64)));
         assert!(!Arc::ptr_eq(&first, &heights_for_angle(&model, 0.0)));
     }
 }

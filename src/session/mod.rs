@@ -104,7 +104,7 @@ pub struct DrawnFrame {
 const MAX_CATALOG_BYTES: u64 = 1 << 24;
 /// Largest kernel, bytes: DE441, the longest that the JPL publishes, has 3.3 GB (https://ssd.jpl.nasa.gov/ftp/eph/planets/bsp/).
 const MAX_KERNEL_BYTES: u64 = 4 << 30;
-/// Characters of coordinates, for the glyph atlas. Only the degree sign is not ASCII.
+/// Characters of coordinates, for the glyph atlas.
 const COORDINATE_CHARS: &str = "0123456789+-.°'\"hmsNESW";
 /// Largest number of textures of ring tables in memory: enough for the rings and their shadows in a frame.
 const MAX_RING_PROFILES: usize = 6;
@@ -296,12 +296,12 @@ impl Session {
         (self.devices.choices(), self.devices.preference())
     }
 
-    /// Whether the GPU is still being prepared on another thread; until then the window's images are drawn in software. Never blocks.
+    /// Whether the GPU is still being prepared on another thread; until it is ready, the window's images are drawn in software. Never blocks.
     pub fn readiness(&self) -> Readiness {
         self.devices.readiness()
     }
 
-    /// Sets the renderer for the next frame and all later ones.
+    /// Sets the renderer for the next frame and all later ones. Ignored if it is not among the choices of [`Self::renderers`].
     pub fn set_renderer_preference(&self, preference: RendererPreference) {
         self.devices.set_preference(preference);
     }
@@ -314,7 +314,7 @@ impl Session {
         software_renderers::renderer(Some(self.renderer().threads()), double_precision)
     }
 
-    /// As [`Self::renderer_in`] in f64, but with the vertices on the grid of GPUs, so that edges cover the same pixels as a GPU's.
+    /// As [`Self::renderer_in`] in f64, but vertices snap to the subpixel grid of GPUs, so that edges cover the same pixels as a GPU's.
     ///
     /// # Errors
     /// The threads cannot be started.

@@ -107,8 +107,8 @@ fn calendar_time(provenance: &Provenance) -> &str {
 }
 
 impl Provenance {
-    /// The provenance of a request; `sources` from [`source_digests`].
-    pub(super) fn new(catalog: &Catalog, request: &ViewRequest, sources: &BTreeMap<String, String>) -> Self {
+    /// The provenance of a request. `digests`: those of everything from which the session draws, by name, as in [`source_digests`].
+    pub(super) fn new(catalog: &Catalog, request: &ViewRequest, digests: &BTreeMap<String, String>) -> Self {
         let name = |id: NaifId| catalog.body(id).map_or_else(|| format!("place {}", id.0), |b| b.name.clone());
         // Destructured without `..`: a new field of a request does not compile until the provenance covers it.
         let ViewRequest {
@@ -164,7 +164,7 @@ impl Provenance {
             ExposureRequest::Transition { from_stops, progress } => format!("{progress} of the way from {from_stops} stops to auto"),
         };
         let entry = |name: &str, value: String| (name.to_owned(), value);
-        let mut values = sources.clone();
+        let mut values = digests.clone();
         values.extend([
             entry("target", target.map_or("none".into(), name)),
             entry("time", format!("{} (TDB {} s past J2000)", time.to_utc_iso(), time.tdb_seconds_past_j2000())),
@@ -189,7 +189,7 @@ impl Provenance {
         Self(values)
     }
 
-    /// The provenance of the image of this request's error bounds, which must not be mistaken for the request's own image.
+    /// The provenance of the image that shows the error bounds of this request's image. It differs, so that neither is mistaken for the other.
     #[must_use]
     pub fn of_error_bound(mut self) -> Self {
         self.0.insert("content".to_owned(), "bound of the error".to_owned());
@@ -280,25 +280,25 @@ impl Session {
 
     /// The provenance of a request that this session draws.
     pub fn provenance(&self, request: &ViewRequest) -> Provenance {
-        let sources = self.source_digests.get_or_init(|| {
-            let mut sources = source_digests(&self.catalog, &self.sources);
+        let digests = self.source_digests.get_or_init(|| {
+            let mut digests = source_digests(&self.catalog, &self.sources);
             if let Some(map) = self.catalog.lunar_heights() {
-                sources.insert(
+                digests.insert(
                     "lunar heights".into(),
                     hex_digest([map.summary().into_bytes(), bytemuck::cast_slice(map.heights_km()).to_vec()]),
                 );
             }
-            sources.insert("sky".into(), self.sky_map.as_ref().map_or("embedded".into(), |map| self.sky_digest(map)));
-            sources
+            digests.insert("sky".into(), self.sky_map.as_ref().map_or("embedded".into(), |map| self.sky_digest(map)));
+            digests
         });
-        let mut sources = sources.clone();
+        let mut digests = digests.clone();
         // The window may change these while it runs.
         let layers = self.catalog.data_layers();
         if !layers.is_empty() {
-            sources.insert("data".into(), hex_digest(layers.iter().map(|l| layer_text(l).into_bytes())));
+            digests.insert("data".into(), hex_digest(layers.iter().map(|l| layer_text(l).into_bytes())));
         }
-        sources.insert("shaders".into(), self.library.generator_digest().to_string());
-        sources.insert("renderer".into(), self.devices.preference().name().into());
-        Provenance::new(&self.catalog, request, &sources)
+        digests.insert("shaders".into(), self.library.generator_digest().to_string());
+        digests.insert("renderer".into(), self.devices.preference().name().into());
+        Provenance::new(&self.catalog, request, &digests)
     }
 }

@@ -1,4 +1,6 @@
 //! The renderers that a user may request, and the result of drawing a plan.
+//!
+//! In: nothing; the module only defines types. Out: the user's choice, what `devices` returns for a plan, and whether its GPU is ready.
 
 use crate::render::frame::Frame;
 #[cfg(feature = "gpu")]
@@ -11,7 +13,7 @@ use crate::render::software::{RenderError, Timings};
 pub enum RendererPreference {
     /// A GPU, unless its driver is known to draw on the CPU; else the software renderer.
     Auto,
-    /// Any adapter, including software drivers; without one, drawing fails.
+    /// Any adapter, including software drivers. If none is usable, a command fails; a window draws in software.
     Gpu,
     /// Only the software renderer.
     #[default]
@@ -78,13 +80,13 @@ pub enum RequestedOutput {
     OnGpu,
 }
 
-/// Whether the GPU could now draw an image that the window drew in software.
+/// Whether the GPU can draw the image that the window last drew in software, or soon will.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Readiness {
-    /// No work in progress.
+    /// No thread prepares the GPU, and none has finished since the last image.
     Settled,
     /// A thread opens the device, or compiles the pipelines that the last image needs.
     Preparing,
-    /// The thread has finished.
+    /// The thread has finished: the window should draw its image again.
     JustReady,
 }

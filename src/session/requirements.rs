@@ -18,7 +18,7 @@ use std::sync::Arc;
 const MAX_NIGHT_LIGHTS_WIDTH: u32 = 2048;
 
 impl Session {
-    /// The scene of a view. Reads or computes shape models, city lights and tables, but not maps; maps already found unreadable are left out.
+    /// The scene of a view. Reads or computes shape models, city lights and tables, but not maps; maps that could not be read before are left out.
     ///
     /// # Errors
     /// See [`SceneBuilder::new`].

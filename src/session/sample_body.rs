@@ -61,7 +61,7 @@ fn eclipse_uniforms(key: &ShaderKey) -> EclipseUniforms {
     let (x, y) = along.any_orthonormal_pair();
     let occluders = &OCCLUDERS[..usize::from(key.features().eclipse.occluders).min(OCCLUDERS.len())];
     let [_, _, _, radius] = OCCLUDERS[0];
-    // Bending and extinction decrease with height; extinction is weakest in red.
+    // Bending and extinction decrease with the height of layer `k`; extinction is weakest in red.
     let density = |k: usize| 1.0 - k as f32 / REFRACTING_LAYERS as f32;
     // Radius and bending angle at the lower edge of a layer.
     let edge = |k: usize| (radius * (1.1 - 0.1 * density(k)), 0.02 * density(k).powi(2));
@@ -97,7 +97,7 @@ fn eclipse_uniforms(key: &ShaderKey) -> EclipseUniforms {
 
 /// A thin and a thick ring with a gap between them. The table is that of their light if the rings themselves are drawn, otherwise that of their shadow.
 fn ring_uniforms(surface: Surface) -> RingUniforms {
-    let flat_ring = |inner_km: f64, outer_km: f64, tau_normal: f64| Ring {
+    let sample_ring = |inner_km: f64, outer_km: f64, tau_normal: f64| Ring {
         name: String::new(),
         inner_km,
         outer_km,
@@ -105,7 +105,7 @@ fn ring_uniforms(surface: Surface) -> RingUniforms {
         albedo: [0.8, 0.7, 0.5],
         dust: 0.0,
     };
-    let rings = [flat_ring(1.1, 1.5, 0.1), flat_ring(1.6, 2.2, 1.5)];
+    let rings = [sample_ring(1.1, 1.5, 0.1), sample_ring(1.6, 2.2, 1.5)];
     let sine = f64::from(SUNWARD.normalize_or_zero().z);
     let (sun_tangent, steepest_slant, flattest_slant) = (5e-4, 1.0, 4.0);
     let table = match surface {
@@ -154,7 +154,7 @@ fn sample_limb() -> LimbTable {
     LimbTable { texels: (0..points).flat_map(|k| [height(k), height(k + 1) - height(k), 0.0, 0.0]).collect() }
 }
 
-/// An atmosphere with Rayleigh and Mie scattering and an absorption layer. Its height is a tenth of the body's diameter, so that each part is visible.
+/// An atmosphere with Rayleigh and Mie scattering and an absorption layer. Its height is a fifth of the body's radius, so that each part is visible.
 fn air_uniforms() -> AtmosphereUniforms {
     let radius_sq_minus_1 = |height: f32| height * (2.0 + height);
     let air = AtmosphereUniforms {
@@ -398,7 +398,7 @@ pub fn sample_body_plan_of(module: &ShaderModule, key: &ShaderKey, side_px: u32,
     Ok(Plan { passes: vec![pass] })
 }
 
-/// Elapsed milliseconds for a million pixels that all lie on the sample body, from the fastest of five runs. `None` for a module that draws no body,
+/// Elapsed milliseconds for a million pixels that all lie on the sample body, from the fastest of several runs. `None` for a module that draws no body,
 /// and for a mesh, whose time depends on its number of triangles.
 ///
 /// # Errors

@@ -1,4 +1,6 @@
-//! Reads the user's panorama of the sky when the session is opened, and determines its scale of radiance.
+//! Reads the user's panorama of the sky when the session is opened, and determines the radiance that its value 1 stands for.
+//!
+//! In: the file, its axes, and the map store. Out: a [`SkyMap`], whose texels are in the map store, or an error in one line.
 
 use super::SessionError;
 use crate::image::{ImageError, MapStore, read_panorama};
@@ -10,9 +12,11 @@ use crate::units::luminance;
 use crate::wording::echo;
 use std::path::Path;
 
-/// Mean radiance that a panorama without a unit is given: that of the embedded Milky Way, whose mean linear value is 0.0293.
+/// Mean radiance that a panorama without a unit is given: that of the embedded Milky Way.
 fn default_mean_radiance() -> f64 {
-    SkyMap::milky_way().unit_radiance * 0.0293
+    /// Mean luminance over the sphere of the embedded map's linear texels.
+    const MILKY_WAY_MEAN: f64 = 0.0293;
+    SkyMap::milky_way().unit_radiance * MILKY_WAY_MEAN
 }
 
 /// The error for `--sky`. It names the file once: the one that cannot be read, which may be a face of a cube, or else the panorama.
@@ -41,7 +45,7 @@ pub(super) fn read_sky(
     let panorama = read_panorama(path, max_megapixels).map_err(|e| sky_error(&name, &e))?;
     let mean = luminance(panorama.texture.mean_over_sphere());
     let unit_radiance = match panorama.unit_cd_m2 {
-        Some(candelas) => candelas / CD_M2_PER_RADIANCE,
+        Some(cd_m2) => cd_m2 / CD_M2_PER_RADIANCE,
         None => default_mean_radiance() / mean.max(1e-6),
     };
     // The map store's name of the panorama, which no map of a catalog can have.

@@ -1,4 +1,6 @@
 //! Creates software renderers with a session's options.
+//!
+//! In: the number of threads, and the precision. Out: a renderer with its own thread pool, or the error of starting the threads.
 
 use crate::render::software::{self, Options, Precision, RenderError, SoftwareRenderer, VertexGrid};
 use crate::scene::request::view_request::MAX_IMAGE_PX;

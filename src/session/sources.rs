@@ -1,4 +1,6 @@
 //! The inputs with which a session is opened: files and folders that the user names, and options for drawing.
+//!
+//! In: the values of command-line options, or of a library's caller. Out: [`Sources`]. Not here: reading and checking the files.
 
 use super::{RendererPreference, SurfaceFile};
 use crate::catalog::EclipseRadii;

@@ -1,4 +1,6 @@
 //! Times of the stages: elapsed time, and CPU time of all threads of the process if it is counted.
+//!
+//! In: the time of each run of a stage. Out: the sum for each stage, sums and differences of such lists, and their JSON. Not here: the measurement of CPU time.
 
 use std::time::{Duration, Instant};
 

@@ -1,4 +1,6 @@
 //! The scenes that benchmarks draw; the command line and criterion share this list.
+//!
+//! In: the size of the images. Out: named view requests at fixed times, some with synthetic minor planets or stars that the session must be given.
 
 use crate::catalog::NaifId;
 use crate::catalog::small_bodies::SmallBodies;
@@ -17,7 +19,7 @@ pub struct StandardScene {
 
 impl StandardScene {
     /// Minor planets that replace the embedded ones while this scene is measured.
-    pub fn bodies(&self) -> Option<SmallBodies> {
+    pub fn minor_planets(&self) -> Option<SmallBodies> {
         /// Number of minor planets of the scene `belt`.
         const COUNT: usize = 100_000;
         (self.name == "belt").then(|| SmallBodies::synthetic_belt(COUNT))
@@ -31,10 +33,10 @@ impl StandardScene {
     }
 }
 
-/// 2024-04-08T18:18:25 TDB, the day of a total eclipse over North America.
+/// 2024-04-08T18:18:25 TDB, the greatest eclipse of the total solar eclipse over North America. The time of all scenes but `moon-limb`.
 const ECLIPSE_JD_TDB: f64 = 2_460_409.262_789_4;
 
-/// 2024-04-16 01:01 TDB, six hours after first quarter. For the Moon's limb, because in the eclipse the near side is dark.
+/// 2024-04-16 01:01 TDB, six hours after first quarter. The time of the scene `moon-limb`, because at the time of the eclipse the near side is dark.
 const QUARTER_JD_TDB: f64 = 2_460_416.542_5;
 
 const JUPITER: NaifId = NaifId(599);
@@ -46,7 +48,7 @@ fn view_of(target: NaifId, distance_radii: f64, time: Instant) -> ViewRequest {
     ViewRequest { position, ..ViewRequest::of(target, time) }
 }
 
-/// The list of scenes: the Earth from 3 radii, Saturn, the Moon's limb from 400 km, Jupiter with its four large moons, the planets from 56 au in the Earth's
+/// The list of scenes: the Earth from 3 radii, Saturn, the Moon's limb from 400 km, Jupiter with its Galilean moons, the planets from 56 au in the Earth's
 /// direction, the night sky around Orion with constellation figures, the main belt, and the same night sky with a million stars and without figures.
 pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
     let time = Instant::from_jd_tdb(ECLIPSE_JD_TDB);
@@ -69,7 +71,7 @@ pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
         layers: Layers { constellations: true, ..Layers::default() },
         ..ViewRequest::of(NaifId::EARTH, time)
     };
-    // From 6.3 au north of the ecliptic; [`StandardScene::bodies`] generates the belt.
+    // From 6.3 au north of the ecliptic; [`StandardScene::minor_planets`] generates the belt.
     let belt = ViewRequest {
         position: Position::Offset { body: NaifId::SUN, offset_km: glam::DVec3::new(0.0, -3.5e8, 8.8e8), axes: Axes::Icrf },
         layers: Layers { minor_planets: true, ..Layers::default() },

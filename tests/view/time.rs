@@ -135,7 +135,7 @@ fn hints_disappear_when_used() {
 #[test]
 fn driver_messages_do_not_cover_the_image() {
     let mut window = window_without_images(NaifId(499));
-    let line = "llvmpipe is a software driver: drawing in software; --renderer gpu forces it";
+    let line = "llvmpipe is a software driver: drawing in software; --renderer gpu uses the driver nevertheless";
     window.state().session_messages.lock().push(line.into());
     window.run_steps(2);
     assert_eq!(window.state().message_line(), "");

@@ -20,7 +20,7 @@ use super::texel_marks::TexelMarks;
 use super::timings::{PassTimings, Timings};
 use super::tone_map::ToneMapOffsets;
 use crate::image::TexelFormat;
-use crate::memo::RecentMap;
+use crate::memo::LruMap;
 use crate::render::frame::Frame;
 use crate::render::plan::{FrameImages, ModuleProvider, Pass, Plan, PlanDraw, TextureSource};
 use crate::shader::ModuleId;
@@ -81,7 +81,7 @@ pub(super) struct EntryPoints {
 /// The modules whose programs are decoded.
 #[derive(Debug)]
 struct DecodedModules {
-    by_id: RecentMap<ModuleId, Arc<EntryPoints>>,
+    by_id: LruMap<ModuleId, Arc<EntryPoints>>,
     /// Number of calls of [`SoftwareRenderer::forget_modules`]. A module that was fetched before the latest call may have the old source; it is not cached.
     times_forgotten: u64,
 }
@@ -112,7 +112,7 @@ impl SoftwareRenderer {
             .thread_name(|k| format!("draw-{k}"))
             .build()
             .map_err(|e| RenderError::Threads(e.to_string()))?;
-        let decoded = DecodedModules { by_id: RecentMap::with_capacity(MODULES_KEPT), times_forgotten: 0 };
+        let decoded = DecodedModules { by_id: LruMap::with_capacity(MODULES_KEPT), times_forgotten: 0 };
         Ok(Self { pool, options, decoded: Mutex::new(decoded) })
     }
 

@@ -10,7 +10,7 @@
 //! globe's shadow. The edges of this part are the limits of integration, so that the quadrature never crosses a discontinuity.
 
 use crate::catalog::Ring;
-use crate::memo::{Memo, Numbers};
+use crate::memo::{Memo, NumbersKey};
 use crate::scene::camera::narrow_scalar;
 use crate::scene::constants::{RING_SLANTS, RING_SLANTS_PER_OCTAVE};
 pub use crate::scene::draw::tables::RingShine;
@@ -181,9 +181,9 @@ pub(crate) trait RingShineStore: std::fmt::Debug + Send + Sync {
 #[derive(Debug)]
 pub struct RingShineCache {
     /// Tables interpolated between knots.
-    shines: Memo<Numbers, Option<Arc<RingShine>>>,
+    shines: Memo<NumbersKey, Option<Arc<RingShine>>>,
     /// Tables of the knots.
-    knots: Memo<Numbers, Option<Arc<RingShine>>>,
+    knots: Memo<NumbersKey, Option<Arc<RingShine>>>,
     /// `None`: in memory only.
     store: Option<Box<dyn RingShineStore>>,
 }

@@ -4,7 +4,7 @@
 //! f32 texels; their meaning and the interpolation error between rows are documented in shaders/lib/ring. Always: radii increase, integrals never decrease.
 
 use crate::catalog::Ring;
-use crate::memo::{Memo, Numbers};
+use crate::memo::{Memo, NumbersKey};
 use crate::scene::camera::narrow_scalar;
 use crate::scene::constants::{MIN_COSINE, RING_BIN_ROWS, RING_HEADER_ROWS, RING_ROWS_PER_SLANT, RING_SLANTS_PER_OCTAVE, SUN_STRIPS};
 use crate::scene::draw::tables::RingTable;
@@ -65,9 +65,9 @@ const CACHE_CAPACITY: usize = 6;
 /// Tables of rings, cached from frame to frame.
 #[derive(Debug)]
 pub(crate) struct RingTables {
-    intervals: Memo<Numbers, Arc<Vec<RingInterval>>>,
-    profiles: Memo<Numbers, Option<Arc<RingTable>>>,
-    shadows: Memo<Numbers, Option<Arc<RingTable>>>,
+    intervals: Memo<NumbersKey, Arc<Vec<RingInterval>>>,
+    profiles: Memo<NumbersKey, Option<Arc<RingTable>>>,
+    shadows: Memo<NumbersKey, Option<Arc<RingTable>>>,
 }
 
 impl Default for RingTables {

@@ -13,7 +13,7 @@ use super::fragments::Fragments;
 use super::generator;
 use super::{Lowering, ModuleId, ShaderError, ShaderModule};
 use crate::files::{is_temporary, read_bytes, remove_if_present, write_cached};
-use crate::memo::RecentMap;
+use crate::memo::LruMap;
 use parking_lot::{Mutex, RwLock};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -134,7 +134,7 @@ pub struct ShaderLibrary {
     root: Option<PathBuf>,
     generator: RwLock<Generator>,
     lowering: Lowering,
-    modules: Mutex<RecentMap<ModuleId, ModuleCell>>,
+    modules: Mutex<LruMap<ModuleId, ModuleCell>>,
     counters: Counters,
     report: Box<dyn Fn(&str) + Send + Sync>,
     write_error_reported: AtomicBool,
@@ -157,7 +157,7 @@ impl ShaderLibrary {
             root,
             generator: RwLock::new(Generator::of(Fragments::default(), &lowering)),
             lowering,
-            modules: Mutex::new(RecentMap::with_capacity(MODULES_KEPT)),
+            modules: Mutex::new(LruMap::with_capacity(MODULES_KEPT)),
             counters: Counters::default(),
             report,
             write_error_reported: AtomicBool::new(false),
