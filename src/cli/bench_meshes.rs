@@ -18,7 +18,7 @@ use crate::measure::timing::{Quartiles, Workload, interleaved, seconds_of};
 use crate::render::plan::{FrameImages, SamplingQuality};
 use crate::scene::effects::Effect;
 use crate::scene::request::{Position, ViewRequest};
-use crate::session::invented_shape::{self, PHOBOS};
+use crate::session::invented_shape::{InventedShape, PHOBOS};
 use crate::session::{Session, Stage, milliseconds};
 use crate::time::Instant;
 use serde_json::{Value, json};
@@ -41,10 +41,8 @@ fn rounded(value: f64) -> f64 {
 
 /// The row of the model with this number of latitude bands.
 fn model_row(common: &Common, (width, height): (u32, u32), rounds: usize, bands: u32) -> Result<Value, CliError> {
-    let (folder, triangles) = invented_shape::temporary_catalog(bands)?;
-    let mut sources = common.sources_for_drawing();
-    sources.catalogs = Some(folder.path().to_owned());
-    let session = Session::open(&sources, print_message)?.counting_cpu();
+    let shape = InventedShape::of(&common.sources_for_drawing(), bands)?;
+    let session = Session::open(&shape.sources, print_message)?.counting_cpu();
     // Over the sub-solar point, so that the whole disc is lit.
     let position = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(4.0) };
     let with_shadow =
@@ -73,7 +71,7 @@ fn model_row(common: &Common, (width, height): (u32, u32), rounds: usize, bands:
     let workloads: [&Workload<'_, f64, _>; 3] = [&|| timed(&ellipsoid), &|| timed(&without_shadow), &|| timed(&with_shadow)];
     let times = interleaved(rounds, &workloads)?;
     Ok(json!({
-        "triangles": triangles,
+        "triangles": shape.triangles,
         "read_ms": rounded(read_ms),
         "trace_shadow_ms": rounded(trace_shadow_ms),
         "ellipsoid_ms": Quartiles::of(times[0].clone()).map(|q| rounded(1e3 * q.median)),

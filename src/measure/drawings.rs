@@ -14,7 +14,7 @@ use crate::render::software::Precision;
 use crate::scene::draw::{AtmosphereModel, BodyShadow, Draw, EclipseModel, PixelView, RingShadow, Shape};
 use crate::scene::effects::EffectOverrides;
 use crate::scene::request::{Axes, Layers, Look, Position, Quality, Up, ViewRequest};
-use crate::session::invented_shape::{self, PHOBOS};
+use crate::session::invented_shape::{InventedShape, PHOBOS};
 use crate::session::{Session, SessionError, Sources, standard_scenes};
 use crate::time::Instant;
 use glam::DVec3;
@@ -331,10 +331,9 @@ pub(super) fn map_taps(session: &Session, effort: Effort) -> Result<ChoiceMeasur
 
 /// Samples per pixel, on the triangles of a shape model. Limbs, rings and lines have antialiased edges at one sample, too.
 pub(super) fn samples(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
-    let (catalogs, _) = invented_shape::temporary_catalog(SHAPE_MODEL_BANDS)?;
-    let sources = Sources { catalogs: Some(catalogs.path().to_owned()), ..session.sources().clone() };
-    // Messages about the user's files were printed when the first session was opened.
-    let session = Session::open(&sources, |_| {})?;
+    let shape = InventedShape::of(session.sources(), SHAPE_MODEL_BANDS)?;
+    // Everything is drawn in software, so no GPU is opened. Messages about the user's files were printed when the first session was opened.
+    let session = Session::open(&Sources { draws: false, ..shape.sources.clone() }, |_| {})?;
     let renderers = PrecisionRenderers::new(&session)?;
     let view = view_from_direction(PHOBOS, EARTH_JD_TDB, NaifId::SUN, 4.0, effort);
     let request = renderers.with_metered_exposure(with_effects(&view, "-points,-glow")?)?;

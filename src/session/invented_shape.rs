@@ -1,12 +1,14 @@
 //! An invented shape model in place of Phobos, for measurements: a bumpy sphere of any number of triangles.
 //!
-//! In: the number of latitude bands. Out: a temporary folder of catalogs with the model, which is removed when it is dropped.
+//! In: what the user's session was opened with, and the number of latitude bands. Out: what a session with the model is opened with, and the temporary folder
+//! that contains the model. Always: the built-in catalog without the user's catalogs and custom surfaces, whose bodies it may lack.
 
-use super::SessionError;
+use super::{SessionError, Sources};
 use crate::catalog::NaifId;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
+use std::path::Path;
 use tempfile::TempDir;
 
 /// The body that has the invented shape.
@@ -51,20 +53,31 @@ fn bumpy_sphere(bands: u32) -> (String, u32) {
     (text, triangles)
 }
 
-/// A folder of catalogs in which Phobos has a model with this number of latitude bands, and the model's number of triangles.
-///
-/// # Errors
-/// The folder or a file that cannot be written, and why.
-pub(crate) fn temporary_catalog(bands: u32) -> Result<(TempDir, u32), SessionError> {
-    let failed = |path: &std::path::Path, e: std::io::Error| SessionError::File { path: path.display().to_string(), why: e.to_string() };
-    let folder = tempfile::tempdir().map_err(|e| failed(&std::env::temp_dir(), e))?;
-    let (text, triangles) = bumpy_sphere(bands);
-    let catalog = "[[body]]\nid = 401\n[body.mesh]\nfile = \"bumpy.obj\"\ninvented = \"all of it, for a measurement\"\n";
-    for (name, text) in [("bumpy.obj", text.as_str()), ("bumpy.toml", catalog)] {
-        let path = folder.path().join(name);
-        std::fs::write(&path, text).map_err(|e| failed(&path, e))?;
+/// Sources in which Phobos has an invented shape.
+pub(crate) struct InventedShape {
+    pub sources: Sources,
+    pub triangles: u32,
+    /// Contains the model; removed when this is dropped.
+    _folder: TempDir,
+}
+
+impl InventedShape {
+    /// A model with this number of latitude bands, in place of the catalogs and the custom surfaces of `sources`.
+    ///
+    /// # Errors
+    /// The folder or a file that cannot be written, and why.
+    pub(crate) fn of(sources: &Sources, bands: u32) -> Result<Self, SessionError> {
+        let failed = |path: &Path, e: std::io::Error| SessionError::File { path: path.display().to_string(), why: e.to_string() };
+        let folder = tempfile::tempdir().map_err(|e| failed(&std::env::temp_dir(), e))?;
+        let (text, triangles) = bumpy_sphere(bands);
+        let catalog = "[[body]]\nid = 401\n[body.mesh]\nfile = \"bumpy.obj\"\ninvented = \"all of it, for a measurement\"\n";
+        for (name, text) in [("bumpy.obj", text.as_str()), ("bumpy.toml", catalog)] {
+            let path = folder.path().join(name);
+            std::fs::write(&path, text).map_err(|e| failed(&path, e))?;
+        }
+        let sources = Sources { catalogs: Some(folder.path().to_owned()), surfaces: Vec::new(), ..sources.clone() };
+        Ok(Self { sources, triangles, _folder: folder })
     }
-    Ok((folder, triangles))
 }
 
 #[cfg(test)]

@@ -401,6 +401,7 @@ fn program_of(ops: &[FusedOp], kinds: &str, constants: Vec<Constant>) -> Program
         name: "one chain".into(),
         stage: ShaderStage::Fragment,
         inputs: (0..lanes).map(|k| LaneInput::Location { index: k.into(), component: 0, flat: false }).collect(),
+        inputs_read: vec![true; usize::from(lanes)],
         outputs: vec![LaneOutput::Location { index: 0, component: 0, flat: false }],
         output_operands: vec![Operand::Slot(dst)],
         textures: Vec::new(),

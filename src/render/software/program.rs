@@ -86,6 +86,8 @@ pub struct Program {
     pub stage: ShaderStage,
     /// Lane inputs in order. When a run starts, input k is in slot k, and the mask of active lanes is in the slot after the last input.
     pub inputs: Vec<LaneInput>,
+    /// For each input, whether any instruction reads it.
+    pub inputs_read: Vec<bool>,
     pub outputs: Vec<LaneOutput>,
     /// For each output, the slot that contains it after the run.
     pub output_operands: Vec<Operand>,
@@ -139,6 +141,7 @@ impl Program {
             Operand::Reg(r) => u32::from(r) < self.registers,
         };
         let valid = self.inputs.len() < self.slots as usize
+            && self.inputs_read.len() == self.inputs.len()
             && self.slots < SLOT_OR_REGISTER_LIMIT
             && self.registers < SLOT_OR_REGISTER_LIMIT
             && self.constants.len() <= self.registers as usize

@@ -160,3 +160,21 @@ pub(crate) fn segments(
     };
     (0..screen.len().saturating_sub(1)).map(segment).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An arc inside the frame is one polyline, whatever its parameters are; the part that leaves the frame ends it.
+    #[test]
+    fn a_curve_is_cut_only_at_the_frame() {
+        let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 60.0, 800, 600);
+        let point = |t: f64| DVec3::new(t.cos(), t.sin(), 0.0);
+        let curve = Curve { camera: &camera, point: &point, derivative_bound: 1.0, tolerance_factor: 1.0 };
+        let runs = |parameters: &[f64]| curve.runs(parameters).len();
+        assert_eq!(runs(&[-0.3, 0.0, 0.3]), 1);
+        assert_eq!(runs(&[0.0, 0.1, 0.2]), 1);
+        // Two turns pass the camera's axis three times: at -2 pi, 0 and 2 pi.
+        assert_eq!(runs(&[-2.0 * std::f64::consts::PI - 0.1, 0.0, 2.0 * std::f64::consts::PI + 0.1]), 3);
+    }
+}

@@ -172,9 +172,9 @@ impl ToneMap {
 /// The trade-off between speed and accuracy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Quality {
-    /// One sample per pixel, one tap per read of a map, and faster models of eclipses and air.
+    /// One sample per pixel, one tap per read of a map, rings averaged over one span of radius per pixel, and faster models of eclipses and air.
     Draft,
-    /// Four samples per pixel, and up to 8 taps per read of a map.
+    /// Four samples per pixel, up to 8 taps per read of a map, and rings averaged over two spans of radius per pixel.
     #[default]
     Standard,
     /// Four samples per pixel, up to 16 taps per read of a map, and air evaluated for each pixel. The command line also computes such images in f64.

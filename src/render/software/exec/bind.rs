@@ -128,7 +128,7 @@ pub struct BoundProgram<R> {
     /// Arena offsets of the operands of every kernel, in order.
     pub(super) operand_offsets: Vec<u32>,
     /// For each input, whether the program reads it.
-    pub(super) read_inputs: Vec<bool>,
+    pub(super) inputs_read: Vec<bool>,
     /// Index of the arena's row at which the registers start, after the program's slots and the scratch slots; a row has `LANES` numbers.
     pub(super) first_register_row: usize,
     pub(super) register_count: usize,
@@ -162,7 +162,7 @@ impl<R: Real> BoundProgram<R> {
             uniform_loads: Vec::new(),
             texture_reads: Vec::new(),
             operand_offsets: Vec::new(),
-            read_inputs: (0..program.inputs.len()).map(|k| input_is_read(program, k as u16)).collect(),
+            inputs_read: program.inputs_read.clone(),
             first_register_row: (program.slots + SCRATCH_SLOTS) as usize,
             register_count: program.registers as usize,
             output_slots: program.output_operands.iter().map(slot).collect::<Result<_, _>>()?,
@@ -175,7 +175,7 @@ impl<R: Real> BoundProgram<R> {
 
     /// Whether the program reads input `k`.
     pub(crate) fn reads_input(&self, k: usize) -> bool {
-        self.read_inputs.get(k).is_some_and(|is_read| *is_read)
+        self.inputs_read.get(k).is_some_and(|is_read| *is_read)
     }
 }
 
@@ -224,28 +224,6 @@ fn bind<R: Real>(program: &Program, class: KernelClass, without_steps: BoundProg
         }
     }
     Ok(bound)
-}
-
-/// Whether the input in a slot is read. The search ends at a write that no jump can skip: slots are reused, so a later read of the slot is of another value.
-/// Reads through a backward jump are not searched, because a loop reads values from before it only through a loop variable.
-/// [`Instr::SkipIfNoLane`] is not treated as a jump. If it skips one side of a branch, a select merges the results after it and reads the old value;
-/// otherwise it leaves a loop.
-fn input_is_read(program: &Program, slot: u16) -> bool {
-    let reads = |o: &Operand| *o == Operand::Slot(slot);
-    // A jump can skip instructions before this one.
-    let mut skippable_until = 0;
-    for (at, instr) in program.lane_tape.iter().enumerate() {
-        if instr.operands().iter().any(reads) {
-            return true;
-        }
-        if at >= skippable_until && instr.written_slots().contains(&slot) {
-            return false;
-        }
-        if let Instr::JumpIf { target, .. } | Instr::Jump { target } = instr {
-            skippable_until = skippable_until.max(*target as usize);
-        }
-    }
-    program.output_operands.iter().chain(&program.discarded).any(reads)
 }
 
 fn is_per_lane(o: &Operand) -> bool {

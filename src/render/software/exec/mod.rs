@@ -150,7 +150,7 @@ impl<R: Real> Executor<R> {
 
     /// The lanes of input `k`. If the program reads the input, the caller must write it before every run, because a run may overwrite it.
     pub fn input_mut(&mut self, k: usize) -> &mut [R; LANES] {
-        assert!(k < self.program.read_inputs.len(), "input {k} of {}", self.program.read_inputs.len());
+        assert!(k < self.program.inputs_read.len(), "input {k} of {}", self.program.inputs_read.len());
         &mut self.arena[k].0
     }
 
@@ -178,7 +178,7 @@ impl<R: Real> Executor<R> {
             return 0;
         }
         // The mask of active lanes is in the slot after the inputs.
-        let mask = &mut self.arena[self.program.read_inputs.len()].0;
+        let mask = &mut self.arena[self.program.inputs_read.len()].0;
         if active == LaneMask::MAX {
             mask.fill(R::from_mask(true));
         } else {

@@ -176,15 +176,8 @@ fn exchangeable_pairs(program: &Program, found: &InnerLoop) -> Vec<ExchangedPair
         .filter_map(|instr| instr.target().map(|t| t as usize))
         .filter(|to| !(found.head..=found.back_jump).contains(to))
         .collect();
-    // `bind` leaves out channels that are not read later on the tape, and does not look back to the first body: a texel that the next iteration
-    // reads must keep its copy.
-    let is_texel = |operand: Operand| {
-        tape[found.head..found.back_jump]
-            .iter()
-            .any(|i| matches!(i, Instr::Texture { .. }) && i.written_slots().iter().any(|s| Operand::Slot(*s) == operand))
-    };
     all.iter()
-        .filter(|(to, from)| uses(*to) == 1 && uses(*from) == 1 && !is_texel(*to) && !is_texel(*from))
+        .filter(|(to, from)| uses(*to) == 1 && uses(*from) == 1)
         .filter(|(_, from)| !exits.iter().chain([&found.head]).any(|at| may_be_read(program, *at, *from)))
         .map(|(variable, next)| ExchangedPair { variable: *variable, next: *next })
         .collect()

@@ -17,6 +17,8 @@ use smallvec::smallvec;
 pub(crate) struct FinishedTapes {
     pub draw_tape: Vec<Instr>,
     pub lane_tape: Vec<Instr>,
+    /// For each input, whether any instruction reads it. The last one is the mask of active lanes.
+    pub inputs_read: Vec<bool>,
     pub outputs: Vec<Operand>,
     pub registers: u32,
     pub slots: u32,
@@ -307,6 +309,7 @@ pub(crate) fn finish(
     Ok(FinishedTapes {
         draw_tape,
         lane_tape,
+        inputs_read: inputs.iter().map(|v| values_read.contains(v)).collect(),
         outputs: outputs.iter().map(|v| operand_of(&allocation, *v)).collect::<Result<_, _>>()?,
         registers: registers.count.max(1),
         slots: slots.count.max(1),

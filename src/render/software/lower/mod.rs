@@ -127,7 +127,8 @@ fn lower_entry_point(
         }
     }
     let constants = builder.constants.clone();
-    let finished = finish::finish(builder, &interface.input_values, &outputs, fuse_chains)?;
+    let mut finished = finish::finish(builder, &interface.input_values, &outputs, fuse_chains)?;
+    finished.inputs_read.truncate(interface.inputs.len());
     let mut output_operands = finished.outputs;
     let discarded = if discarded_mask.is_some() { output_operands.pop() } else { None };
     let uses_derivatives =
@@ -136,6 +137,7 @@ fn lower_entry_point(
         name: entry.to_owned(),
         stage,
         inputs: interface.inputs,
+        inputs_read: finished.inputs_read,
         outputs: interface.outputs,
         output_operands,
         textures: lowerer.textures,
