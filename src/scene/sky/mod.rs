@@ -11,7 +11,8 @@ pub mod map;
 pub mod minor_planet_columns;
 pub mod minor_planets;
 mod star_colour;
+mod star_temperature;
 pub mod stars;
 pub mod zodiacal;
 
-pub use star_colour::temperature_k;
+pub use star_temperature::temperature_k;

@@ -1,8 +1,8 @@
 //! The colour of a star from its colour index B-V.
 //!
-//! In: B-V. Out: linear sRGB of luminance 1, in which sunlight is white, as everywhere in the program. The star is a black body of the temperature
-//! that Ballesteros 2012 (EPL 97, 34008, eq. 14) gives for its index, seen by the CIE 1931 observer. Left out: differences between a star's spectrum
-//! and that of a black body, such as the absorption bands of cool stars. Indices outside `MIN_B_V..=MAX_B_V` are clamped.
+//! In: B-V. Out: linear sRGB of luminance 1, in which sunlight is white, as everywhere in the program. The star is drawn as the black body that has its
+//! index, seen by the CIE 1931 observer. Left out: differences between a star's spectrum and that of a black body, such as the absorption bands of cool
+//! stars. Indices outside `MIN_B_V..=MAX_B_V` are clamped. The temperature of this black body is not the star's: see [`super::star_temperature`].
 
 use crate::units::luminance;
 use glam::{DMat3, DVec3};
@@ -20,14 +20,13 @@ static COLOURS: LazyLock<[DVec3; STEPS + 1]> = LazyLock::new(|| {
     std::array::from_fn(|k| {
         let b_v = MIN_B_V + (MAX_B_V - MIN_B_V) * k as f64 / STEPS as f64;
         // Scaled so that the Sun is white.
-        let colour = (linear_srgb(temperature_k(b_v)) / sun).max(DVec3::ZERO);
+        let colour = (linear_srgb(black_body_k(b_v)) / sun).max(DVec3::ZERO);
         colour / luminance(colour.to_array())
     })
 });
 
-/// Temperature in kelvin of the black body that has the colour index B-V: an estimate of a star's effective temperature. It is within 5 % for stars like the
-/// Sun and Sirius, and too low for hot stars: 16 600 K at B-V = -0.30, where main-sequence stars have about 30 000 K (Pecaut & Mamajek 2013, ApJS 208, 9).
-pub fn temperature_k(b_v: f64) -> f64 {
+/// Temperature in kelvin of the black body that has the colour index B-V (Ballesteros 2012, EPL 97, 34008, eq. 14).
+pub(super) fn black_body_k(b_v: f64) -> f64 {
     4600.0 * (1.0 / (0.92 * b_v + 1.7) + 1.0 / (0.92 * b_v + 0.62))
 }
 
