@@ -60,7 +60,9 @@ impl TimeBar {
 /// Time steps of the buttons: seconds, and the message id of the step's name.
 const STEPS: [(f64, &str); 4] =
     [(60.0, "step-minute"), (3600.0, "step-hour"), (SECONDS_PER_DAY, "step-day"), (DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY, "step-year")];
-/// Length of time that is searched for the next or previous event, seconds. The gaps between events of one kind are much shorter.
+/// Length of time that is searched for the next or previous event, seconds. The longest gap between events of one kind is that of transits, 13 years
+/// (Mercury's of 2019 and 2032). Ten times as long is a choice: it also exceeds the 121.5 years between the transits of Venus of 1882 and 2004, and a search
+/// without result ends after it.
 const EVENT_SEARCH_S: f64 = 130.0 * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
 /// Time between the displayed time and the start of the search, seconds, so that the search does not find the displayed event.
 const EVENT_GAP_S: f64 = 60.0;
