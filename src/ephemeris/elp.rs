@@ -45,10 +45,10 @@ const ARGUMENTS: [[f64; 5]; 13] = [
 /// 8 arcsec at most, would change by only 0.1 arcsec in 3000 BC.
 const WITH_LUNAR_LONGITUDE: [usize; 3] = [0, 2, 3];
 
-/// Factor on the distances of the series, a0 / ath in the authors' program (ELP82B.F, "constants fitted to JPL's ephemerides DE200/LE200"; CDS VI/79). The note on
-/// ELP/MPP02 (Chapront and Francou 2002, section 5.1) has the same factor with the fit to DE405: a0(DE405) / a0(ELP), where a0 is the Moon's Keplerian semi-major
-/// axis in km and a0(ELP) is `ath`. So `ath` is the axis that the series were computed with, and a0, by that analogy, the one of the constants fitted to DE200. It
-/// moves the Moon by 3 cm.
+/// Factor on the distances of the series, a0 / ath in the authors' program (ELP82B.F, "constants fitted to JPL's ephemerides DE200/LE200"; CDS
+/// VI/79). The note on ELP/MPP02 (Chapront and Francou 2002, section 5.1) has the same factor with the fit to DE405: a0(DE405) / a0(ELP), where a0 is
+/// the Moon's Keplerian semi-major axis in km and a0(ELP) is `ath`. So `ath` is the axis that the series were computed with, and a0, by that analogy,
+/// the one of the constants fitted to DE200. It moves the Moon by 3 cm.
 const DISTANCE_RATIO: f64 = 384_747.980_644_895_4 / 384_747.980_674_316_5;
 
 /// Laskar (1986): sin(π_A/2) sin Π_A and sin(π_A/2) cos Π_A, where the mean ecliptic of date is inclined by π_A to that of J2000 and Π_A is the

@@ -154,9 +154,9 @@ impl RasterGeometry {
     }
 }
 
-/// Prefetch distances, in triangles: of raster triangles; of source triangles; of planes and flat values. Each refers to the one before, so the three are
-/// fetched one after the other, each four triangles after what it is found by, and the last four triangles before its use. Four is a choice: docs/measurements.md
-/// has times with these distances only.
+/// Prefetch distances, in triangles: of raster triangles; of source triangles; of planes and flat values. Each refers to the one before, so the three
+/// are fetched one after the other, each four triangles after what it is found by, and the last four triangles before its use. Four is a choice:
+/// docs/measurements.md has times with these distances only.
 #[cfg(target_arch = "x86_64")]
 const PREFETCH_DISTANCES: [usize; 3] = [12, 8, 4];
 
