@@ -32,13 +32,14 @@ pub(crate) fn group_mark() -> &'static str {
     text!("number-group-mark")
 }
 
-/// A number with `decimals` decimals and thousands separators.
+/// A number with `decimals` decimals and thousands separators. A negative number that is rounded to 0 has no sign.
 pub(crate) fn grouped(value: f64, decimals: usize) -> String {
     let text = format!("{:.decimals$}", value.abs());
     let (whole, rest) =
         text.split_once('.').map_or((text.as_str(), String::new()), |(whole, fraction)| (whole, localised(format!(".{fraction}"))));
     let groups: Vec<&str> = whole.as_bytes().rchunks(3).rev().filter_map(|group| std::str::from_utf8(group).ok()).collect();
-    format!("{}{}{rest}", if value < 0.0 { "-" } else { "" }, groups.join(group_mark()))
+    let sign = if value < 0.0 && text.contains(|c| !matches!(c, '0' | '.')) { "-" } else { "" };
+    format!("{sign}{}{rest}", groups.join(group_mark()))
 }
 
 /// A number that another module has written: `1.19e3` becomes `1 190`. The number of significant digits is unchanged.
@@ -75,6 +76,22 @@ pub(crate) fn typed_number(text: &str) -> Option<f64> {
 mod tests {
     use super::*;
     use crate::view::language::{Language, set};
+
+    #[test]
+    fn a_number_that_is_rounded_to_zero_has_no_sign() {
+        set(Language::English);
+        for (value, decimals, text) in [
+            (-0.4, 0, "0"),
+            (-0.0, 1, "0.0"),
+            (-0.004, 2, "0.00"),
+            (-0.006, 2, "-0.01"),
+            (-0.6, 0, "-1"),
+            (-1234.0, 0, "-1 234"),
+            (0.4, 0, "0"),
+        ] {
+            assert_eq!(grouped(value, decimals), text, "{value}");
+        }
+    }
 
     #[test]
     fn numbers_of_other_modules_have_no_exponent_and_keep_their_digits() {

@@ -45,7 +45,10 @@ fn data_bytes(header: &Header) -> Result<usize, CardError> {
     let mut value_count: u64 = u64::from(axes > 0);
     for k in 1..=axes {
         let side = header.integer(&format!("NAXIS{k}"), 0..=1 << 40)?.unsigned_abs();
-        // A side may be 0: NAXIS1 is, in the deprecated structure of random groups (standard, section 6).
+        // A side may be 0: NAXIS1 is, in the deprecated structure of random groups, where it does not count (standard, section 6).
+        if k == 1 && side == 0 && has_random_groups(header) {
+            continue;
+        }
         value_count = value_count
             .checked_mul(side)
             .filter(|c| *c < 1 << 48)
@@ -58,12 +61,18 @@ fn data_bytes(header: &Header) -> Result<usize, CardError> {
     bytes.ok_or_else(|| (header.card_number("NAXIS1"), "more data than a file holds".to_owned()))
 }
 
+fn has_random_groups(header: &Header) -> bool {
+    header.text("GROUPS") == "T"
+}
+
 /// The first HDU with an image of two or more axes.
 fn image_hdu(bytes: &[u8]) -> Result<Hdu<'_>, CardError> {
     if !bytes.starts_with(b"SIMPLE  =") {
         return Err((1, "does not begin with SIMPLE: not FITS".to_owned()));
     }
     let (mut offset, mut is_compressed) = (0, false);
+    // Why the first image without pixels is none.
+    let mut empty_axis = None;
     for _ in 0..MAX_HDUS {
         let rest = bytes.get(offset..).filter(|rest| rest.len() >= BLOCK_BYTES);
         let Some(rest) = rest else { break };
@@ -72,16 +81,33 @@ fn image_hdu(bytes: &[u8]) -> Result<Hdu<'_>, CardError> {
         let data = rest.get(header.data_offset..).unwrap_or_default();
         is_compressed |= header.text("ZIMAGE") == "T";
         let is_image = matches!(header.text("XTENSION"), "" | "IMAGE") && header.integer("NAXIS", 0..=999)? >= 2;
-        if is_image && length > 0 {
+        let empty = if is_image { empty_axis_of(&header) } else { None };
+        if is_image && empty.is_none() && length > 0 {
             let data = data.get(..length).ok_or_else(|| {
                 (header.card_number("NAXIS1"), format!("{length} bytes of data announced, {} in the file: cut short", data.len()))
             })?;
             return Ok(Hdu { header, data });
         }
+        empty_axis = empty_axis.or(empty);
         offset = offset.saturating_add(header.data_offset).saturating_add(length.next_multiple_of(BLOCK_BYTES));
     }
-    let why = if is_compressed { "the image is compressed; unpack it (funpack)" } else { "no image in it: no HDU of two axes" };
-    Err((1, why.to_owned()))
+    Err(match empty_axis {
+        _ if is_compressed => (1, "the image is compressed; unpack it (funpack)".to_owned()),
+        Some(error) => error,
+        None => (1, "no image in it: no HDU of two axes".to_owned()),
+    })
+}
+
+/// The error of an image with a side of 0: random groups, which have NAXIS1 = 0, or an image without pixels.
+fn empty_axis_of(header: &Header) -> Option<CardError> {
+    let mut keywords = (1..=999).map(|k| format!("NAXIS{k}")).take_while(|k| !header.text(k).is_empty());
+    let keyword = keywords.find(|k| header.integer(k, 0..=0).is_ok())?;
+    let why = if has_random_groups(header) {
+        format!("{keyword}: 0, so that these are random groups, not an image; they cannot be drawn")
+    } else {
+        format!("{keyword}: 0 pixels along this axis, so that there is no image to draw")
+    };
+    Some((header.card_number(&keyword), why))
 }
 
 /// The values of the pixels after BSCALE and BZERO, in the order of the file; NaN where the value is BLANK.
@@ -315,6 +341,20 @@ mod tests {
         assert!(read(b"GIF89a", false, &full_range()).is_err_and(|(_, w)| w.contains("not FITS")));
         assert!(read(&header_block(SIMPLE, &[bits])[..2000], false, &full_range()).is_err_and(|(_, w)| w.contains("no image")));
         assert!(why(&[bits, &[("NAXIS", "0")]], &[]).1.starts_with("no image in it"));
+        let sides = |width, height| -> [(&str, &str); 3] { [("NAXIS", "2"), ("NAXIS1", width), ("NAXIS2", height)] };
+        for (width, height, card, expected) in [("0", "2", 4, "NAXIS1: 0 pixels along this axis"), ("2", "0", 5, "NAXIS2: 0 pixels")] {
+            let (at, why) = why(&[bits, &sides(width, height), TAN], &[]);
+            assert!(at == card && why.starts_with(expected), "{at}: {why}");
+        }
+        let groups: &[(&str, &str)] = &[("GROUPS", "T"), ("PCOUNT", "1"), ("GCOUNT", "4000")];
+        let (at, reason) = why(&[bits, &sides("0", "2"), groups], &[]);
+        assert!(at == 4 && reason.contains("random groups"), "{at}: {reason}");
+        // An image after random groups (4000 groups of 1 + 2 bytes) is found.
+        let mut groups_then_image = header_block(SIMPLE, &[bits, &sides("0", "2"), groups]);
+        groups_then_image.resize(groups_then_image.len() + 12_000_usize.next_multiple_of(BLOCK_BYTES), 0);
+        groups_then_image.extend(header_block("XTENSION= 'IMAGE   '", &[bits, SIZE, TAN]));
+        groups_then_image.extend([1_u8, 2, 3, 4]);
+        assert!(read(&groups_then_image, false, &full_range()).is_ok());
         let cut = header_block(SIMPLE, &[bits, &[("NAXIS", "2"), ("NAXIS1", "100"), ("NAXIS2", "100")], TAN]);
         assert!(read(&cut, false, &full_range()).is_err_and(|(_, w)| w.starts_with("10000 bytes of data announced, 0 in the file")));
         for (from, to, card, expected) in [
