@@ -16,7 +16,7 @@ pub enum SceneError {
     #[error("`{0}` is not a body of the catalog (a barycentre has no surface): name a body")]
     NotABody(String),
     /// The camera is inside a body.
-    #[error("the camera is inside {0}: move it out, or leave the body's name out of the position")]
+    #[error("the camera is inside {0}: move it above the surface, or exactly to the centre, from where {0} is not drawn")]
     Inside(String),
     /// The ephemeris has no position at that time.
     #[error(transparent)]
