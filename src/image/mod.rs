@@ -87,9 +87,9 @@ pub type SharedTexture = Arc<Texture>;
 pub enum ImageError {
     #[error("no map named {name}: it is not embedded{searched}; put it into a folder, and name the folder with --textures")]
     Missing { name: String, searched: String },
-    #[error("{name}: not an image that can be read: {reason}")]
+    #[error("{name}: {}", unreadable_text(reason))]
     Unreadable { name: String, reason: String },
-    #[error("{name}: {width} x {height} pixels are {} megapixels, more than {max_megapixels}; --max-megapixels {} allows them", megapixels(*width, *height), megapixels(*width, *height))]
+    #[error("{name}: {}", too_large_text(*width, *height, *max_megapixels))]
     TooLarge { name: String, width: u32, height: u32, max_megapixels: u32 },
     /// A buffer does not have the length of an image of this size.
     #[error("{given} bytes are not an image of {width}x{height} texels")]
@@ -101,6 +101,26 @@ pub enum ImageError {
     Damaged(String),
     #[error("the image could not be written: {0}")]
     Write(String),
+}
+
+impl ImageError {
+    /// The file that the error is about, if it names one, and the reason without the file's name.
+    pub(crate) fn file_and_reason(&self) -> (Option<&str>, String) {
+        match self {
+            Self::Unreadable { name, reason } => (Some(name.as_str()), unreadable_text(reason)),
+            Self::TooLarge { name, width, height, max_megapixels } => (Some(name.as_str()), too_large_text(*width, *height, *max_megapixels)),
+            other => (None, other.to_string()),
+        }
+    }
+}
+
+fn unreadable_text(reason: &str) -> String {
+    format!("not an image that can be read: {reason}")
+}
+
+fn too_large_text(width: u32, height: u32, max_megapixels: u32) -> String {
+    let needed = megapixels(width, height);
+    format!("{width} x {height} pixels are {needed} megapixels, more than {max_megapixels}; --max-megapixels {needed} allows them")
 }
 
 /// Megapixels, rounded up.

@@ -21,13 +21,8 @@ fn default_mean_radiance() -> f64 {
 
 /// The error for `--sky`. It names the file once: the one that cannot be read, which may be a face of a cube, or else the panorama.
 fn sky_error(panorama: &str, e: &ImageError) -> SessionError {
-    let file: &str = match e {
-        ImageError::Unreadable { name, .. } | ImageError::TooLarge { name, .. } => name,
-        _ => panorama,
-    };
-    let text = e.to_string();
-    let why = text.strip_prefix(&format!("{file}: ")).unwrap_or(&text);
-    SessionError::File { path: echo(file), why: format!("--sky: {why}") }
+    let (file, reason) = e.file_and_reason();
+    SessionError::File { path: echo(file.unwrap_or(panorama)), why: format!("--sky: {reason}") }
 }
 
 /// Reads the panorama that the option `--sky` names, and adds its texels to the map store.
@@ -53,4 +48,26 @@ pub(super) fn read_sky(
     let width = panorama.texture.levels[0].width;
     maps.insert(&file, SKY_DECODING, panorama.texture);
     Ok(Some(SkyMap { file, frame, width, unit_radiance, brightest: 1.0, is_milky_way: false }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_names_its_file_once() {
+        let reason = "cut short".to_owned();
+        for (error, line) in [
+            (ImageError::Unreadable { name: "px.png".into(), reason }, "px.png: --sky: not an image that can be read: cut short"),
+            (
+                ImageError::TooLarge { name: "sky.exr".into(), width: 20_000, height: 10_000, max_megapixels: 64 },
+                "sky.exr: --sky: 20000 x 10000 pixels are 200 megapixels, more than 64; --max-megapixels 200 allows them",
+            ),
+            (ImageError::Damaged("no end".into()), "sky: --sky: not a whole image: no end"),
+        ] {
+            assert_eq!(sky_error("sky", &error).to_string(), line);
+            // What `ImageError` shows by itself is the same with its file in front.
+            assert!(error.to_string().ends_with(&error.file_and_reason().1), "{error}");
+        }
+    }
 }
