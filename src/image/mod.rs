@@ -108,7 +108,9 @@ impl ImageError {
     pub(crate) fn file_and_reason(&self) -> (Option<&str>, String) {
         match self {
             Self::Unreadable { name, reason } => (Some(name.as_str()), unreadable_text(reason)),
-            Self::TooLarge { name, width, height, max_megapixels } => (Some(name.as_str()), too_large_text(*width, *height, *max_megapixels)),
+            Self::TooLarge { name, width, height, max_megapixels } => {
+                (Some(name.as_str()), too_large_text(*width, *height, *max_megapixels))
+            }
             other => (None, other.to_string()),
         }
     }

@@ -10,7 +10,7 @@ use orrery::view::panels::{Interface, Tab};
 use orrery::view::window::shader_watcher::ShaderWatcher;
 use orrery::view::worker::render_worker::{FailedJob, InlineWorker, RenderJob, RenderWorker, RenderedView, Task};
 use std::collections::{BTreeSet, VecDeque};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Saturn from its lit side, with the rings' shadow on the globe; time is paused.
 fn interface_at_saturn() -> Interface {
@@ -193,6 +193,45 @@ fn an_invalid_fragment_on_disk_is_shown_with_its_error_until_it_is_repaired() {
     harness.run_steps(8);
     assert!(harness.state().message_line().is_empty(), "{}", harness.state().message_line());
     assert!(names_containing(&harness, "fn broken( {").is_empty());
+}
+
+/// While an editor saves a file, the folder may be without it for an instant: that is not reported.
+#[test]
+fn a_folder_that_stays_without_fragments_is_reported_once() {
+    let (cache, folder) = (tempfile::tempdir().expect("a temporary folder"), tempfile::tempdir().expect("a temporary folder"));
+    let sources = Sources { cache: Some(cache.path().to_owned()), ..Sources::default() };
+    let lines = Arc::new(Mutex::new(Vec::new()));
+    let noted = Arc::clone(&lines);
+    let session = Session::open(&sources, move |line| {
+        noted.lock().unwrap_or_else(PoisonError::into_inner).push(line.to_owned());
+    })
+    .expect("a session");
+    let reported = || lines.lock().unwrap_or_else(PoisonError::into_inner).iter().filter(|line: &&String| line.contains("*.wesl")).count();
+    let (path, text) = FRAGMENTS.iter().find(|(path, _)| *path == "lib/draw.wesl").expect("a fragment");
+    let file = folder.path().join(path);
+    std::fs::create_dir_all(file.parent().expect("a parent")).expect("made");
+    std::fs::write(&file, text).expect("written");
+    let watcher = ShaderWatcher::open(folder.path(), &session).expect("reads");
+    let worker = InlineWorker::new(&session);
+    let mut expected = 0;
+    for checks_without in [1, 4, 1, 2] {
+        std::fs::remove_file(&file).expect("removed");
+        for _ in 0..checks_without {
+            watcher.check_files(&worker);
+        }
+        expected += usize::from(checks_without > 1);
+        assert_eq!(reported(), expected, "after {checks_without} checks");
+        std::fs::write(&file, text).expect("written");
+        watcher.check_files(&worker);
+    }
+    // Another error is reported, too.
+    std::fs::remove_file(&file).expect("removed");
+    watcher.check_files(&worker);
+    watcher.check_files(&worker);
+    std::fs::write(file.with_extension("wgsl"), text).expect("written");
+    watcher.check_files(&worker);
+    watcher.check_files(&worker);
+    assert_eq!(reported(), expected + 2);
 }
 
 /// Answers at most one question per frame.

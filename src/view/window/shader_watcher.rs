@@ -2,7 +2,7 @@
 //!
 //! In: a folder. Out: the session's fragments, replaced by the folder's `*.wesl` files. Always: after the first time, a separate thread reads the files,
 //! and the query worker passes them to the session. While the folder cannot be read, for example because an editor is saving a file, the session keeps
-//! the last fragments.
+//! the last fragments; an error that two checks in succession find is reported once.
 
 use crate::session::{FragmentFolderError, FragmentTimes, Session, fragment_times, read_fragments};
 use crate::view::worker::render_worker::RenderWorker;
@@ -15,10 +15,20 @@ const CHECK_INTERVAL: Duration = Duration::from_secs(1);
 /// Interval between checks whether the window was closed.
 const CLOSE_CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
-/// A watched folder, and the modification times and lengths of its files when it was last read.
+/// A watched folder.
 pub struct ShaderWatcher {
     folder: PathBuf,
-    times_read: Mutex<FragmentTimes>,
+    last_check: Mutex<LastCheck>,
+}
+
+/// What the checks up to now have found.
+struct LastCheck {
+    /// The modification times and lengths of the folder's files when it was last read.
+    times_read: FragmentTimes,
+    /// Why the files could not be listed in the last check; `None` if they could.
+    error: Option<String>,
+    /// Whether this error was reported.
+    is_reported: bool,
 }
 
 impl ShaderWatcher {
@@ -29,14 +39,19 @@ impl ShaderWatcher {
     pub fn open(folder: &Path, session: &Session) -> Result<Self, FragmentFolderError> {
         let times = fragment_times(folder)?;
         session.set_fragments(read_fragments(folder, &times)?);
-        Ok(Self { folder: folder.to_owned(), times_read: Mutex::new(times) })
+        let last_check = LastCheck { times_read: times, error: None, is_reported: false };
+        Ok(Self { folder: folder.to_owned(), last_check: Mutex::new(last_check) })
     }
 
     /// Reads the folder again if a file has changed, and lets the query worker pass the fragments to the session.
     pub fn check_files(&self, worker: &dyn RenderWorker) {
-        let Ok(times) = fragment_times(&self.folder) else { return };
-        let mut times_read = self.times_read.lock();
-        if *times_read == times {
+        let mut last = self.last_check.lock();
+        let times = match fragment_times(&self.folder) {
+            Ok(times) => times,
+            Err(why) => return last.fail(why.to_string(), worker),
+        };
+        (last.error, last.is_reported) = (None, false);
+        if last.times_read == times {
             return;
         }
         match read_fragments(&self.folder, &times) {
@@ -44,7 +59,7 @@ impl ShaderWatcher {
             // Reported only once for each state of the folder: `times_read` is updated below even after an error.
             Err(why) => worker.run(Box::new(move |session| session.notify(&why.to_string()))),
         }
-        *times_read = times;
+        last.times_read = times;
     }
 
     /// Checks the files once a second until `is_closed` returns true. Blocks, so it needs its own thread.
@@ -57,6 +72,18 @@ impl ShaderWatcher {
                 waited = Duration::ZERO;
                 self.check_files(worker);
             }
+        }
+    }
+}
+
+impl LastCheck {
+    /// Reports an error that the check before this one had found, too, unless it was reported already: while an editor saves a file, the folder has an error for
+    /// an instant.
+    fn fail(&mut self, why: String, worker: &dyn RenderWorker) {
+        if self.error.as_ref() != Some(&why) {
+            (self.error, self.is_reported) = (Some(why), false);
+        } else if !std::mem::replace(&mut self.is_reported, true) {
+            worker.run(Box::new(move |session| session.notify(&why)));
         }
     }
 }
