@@ -128,6 +128,8 @@ mod windowed {
         let (settings, load_message) = settings_path.as_deref().map_or((Settings::default(), None), Settings::load);
         load_message.iter().for_each(|line: &String| print_message(line));
         messages.lock().extend(load_message);
+        // What this window read or wrote last: another window may have changed the file since.
+        let last_saved = Mutex::new(settings.clone());
         let mut interface = Interface::new(viewer, settings);
         interface.language =
             language.or(interface.settings.language).unwrap_or_else(|| Language::of_environment(|name| std::env::var(name).ok()));
@@ -135,7 +137,15 @@ mod windowed {
         interface.warning = warning;
         interface.warp = warp;
         interface.file_dialog = Some(window::file_dialog::open);
-        let save_settings = |settings: &Settings| settings_path.as_ref().map_or(Ok(()), |path| settings.save(path));
+        let save_settings = |settings: &Settings| {
+            let Some(path) = &settings_path else { return Ok(()) };
+            let mut base = last_saved.lock();
+            let saved = settings.save(path, Some(&base));
+            if saved.is_ok() {
+                base.clone_from(settings);
+            }
+            saved
+        };
         // When the window has closed, dropping the sender ends the thread that simulates device losses.
         let (keep_running, window_closed) = channel();
         std::thread::scope(|scope| {

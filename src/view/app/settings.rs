@@ -2,8 +2,10 @@
 //!
 //! In: a file, if it exists. Out: [`Settings`], written back atomically. Always: a file with invalid content is reported and renamed to
 //! `.broken`, or `.broken-2` and so on if that exists (the newest few are kept), and its valid fields and bookmarks are used; missing fields have their
-//! defaults; unknown fields, and bookmarks of another version of the program, are written back unchanged (`other_version`).
+//! defaults; unknown fields, and bookmarks of another version of the program, are written back unchanged (`other_version`), and what another running
+//! program has changed in the file stays (`merge`).
 
+mod merge;
 mod other_version;
 
 use self::other_version::OtherVersion;
@@ -240,7 +242,7 @@ impl Settings {
         if let Some(unread) = unread {
             let line = match set_aside(path) {
                 // The valid part is written at once: the settings writer waits for a change.
-                Ok(aside) => match settings.save(path) {
+                Ok(aside) => match settings.save_over(path, None, Some(&text)) {
                     Ok(()) => aside,
                     Err(e) => format!("{aside}; {e}"),
                 },
@@ -252,14 +254,23 @@ impl Settings {
         (settings, notice)
     }
 
-    /// Writes the file atomically.
+    /// Writes the file atomically. `base`: the settings that this program read or wrote last; what has not changed since is taken from the file. Without
+    /// `base` only unknown fields are.
     ///
     /// # Errors
     /// If the folder or the file cannot be written; the error names the path and the reason.
-    pub(crate) fn save(&self, path: &Path) -> Result<(), WriteError> {
+    pub(crate) fn save(&self, path: &Path, base: Option<&Self>) -> Result<(), WriteError> {
+        self.save_over(path, base, read_text(path, MAX_BYTES).ok().as_deref())
+    }
+
+    /// As [`Settings::save`], but merges with the text `stored` instead of that of the file.
+    fn save_over(&self, path: &Path, base: Option<&Self>, stored: Option<&str>) -> Result<(), WriteError> {
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         std::fs::create_dir_all(folder).map_err(|e| write_error(path, &e))?;
-        write_atomic(path, FileAccess::Owner, |out| serde_json::to_writer_pretty(out, &self.saved()).map_err(Error::other))
+        write_atomic(path, FileAccess::Owner, |out| {
+            let content = self.merged_with(base, stored).map_err(Error::other)?;
+            serde_json::to_writer_pretty(out, &content).map_err(Error::other)
+        })
     }
 
     /// The path of the settings file in the user's configuration folder.
@@ -346,7 +357,7 @@ mod tests {
         }
         settings.add_recent("again".into(), view(39));
         assert_eq!((settings.recent.len(), settings.recent[0].name.as_str()), (MAX_RECENT, "again"));
-        settings.save(&path).expect("a file");
+        settings.save(&path, None).expect("a file");
         assert_eq!(Settings::load(&path), (settings.clone(), None));
         // Earlier versions wrote views under another field name.
         let text = std::fs::read_to_string(&path).expect("text");
@@ -370,7 +381,7 @@ mod tests {
         }
         let german = Settings { language: Some(Language::German), ..others };
         assert_eq!(read("{\"language\": \"de\", \"names\": false, \"zoom\": 1.5}"), (german.clone(), None));
-        german.save(&path).expect("a file");
+        german.save(&path, None).expect("a file");
         assert_eq!(Settings::load(&path), (german, None));
         // A file that is not JSON is set aside.
         assert!(read("{\"language\": de}").1.is_some());

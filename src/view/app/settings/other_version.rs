@@ -2,16 +2,16 @@
 //!
 //! In: the text of a settings file. Out: the settings that this version can read, and the rest. Always: a field or bookmark that cannot be read affects no
 //! other; fields with unknown names, and bookmarks and recent views that cannot be read, are saved as they were, so that the other version still finds
-//! them. Not kept: unknown fields inside a known field, such as a panel's.
+//! them. Not here: unknown fields inside a known one, such as a panel's, which stay in the file (`merge`).
 
 use super::{Bookmark, MAX_RECENT, Settings};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 /// The field of bookmarks.
-const BOOKMARKS: &str = "bookmarks";
+pub(super) const BOOKMARKS: &str = "bookmarks";
 /// Fields that are lists of views; each entry is read separately.
-const LISTS: [&str; 2] = [BOOKMARKS, "recent"];
+pub(super) const LISTS: [&str; 2] = [BOOKMARKS, "recent"];
 
 /// The parts of a settings file that this version cannot read, but writes back.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -141,7 +141,7 @@ mod tests {
         assert!(notice.expect("a line").contains("1 bookmark of another version"));
         assert!(!folder.path().join("settings.json.broken").exists(), "nothing is lost");
         // This version saves a change; nothing of the newer one is lost.
-        Settings { names: false, ..settings }.save(&path).expect("a file");
+        Settings { names: false, ..settings }.save(&path, None).expect("a file");
         let saved: Value = serde_json::from_str(&std::fs::read_to_string(&path).expect("text")).expect("JSON");
         assert_eq!((&saved["telescope"], &saved["names"]), (&newer["telescope"], &json!(false)));
         assert_eq!((saved["bookmarks"].as_array().map(Vec::len), &saved["bookmarks"][2]), (Some(3), &unknown));
