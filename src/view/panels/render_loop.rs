@@ -33,10 +33,10 @@ const MAX_REAL_TIME_LOAD: f64 = 0.1;
 /// Change of the displayed time, seconds, above which a new image is drawn at once: the user must have set the time, because images at real
 /// time are rarely so far apart.
 const TIME_JUMP_S: f64 = 120.0;
-/// Upper bound of the motion of any body's pole within [`TIME_JUMP_S`], radians. A camera in orbit is placed relative to the pole and moves
-/// with it: positions and directions that differ by less (relative to their length) count as unchanged, but only in a view at rest, so that
-/// a drag is always drawn at once. The fastest pole of catalogs/pck00011.tpc is that of Neptune's moon Naiad: at most 7.3e-6 by the rates and amplitudes of
-/// its series; all others stay below 1.3e-6. A body that keeps one face to its planet without such a series turns with its orbit, which precesses far slower.
+/// Upper bound of the motion of any body's pole within [`TIME_JUMP_S`], radians. A camera in orbit is placed relative to the pole and moves with it:
+/// positions and directions that differ by less (relative to their length) count as unchanged, but only in a view at rest, so that a drag is always
+/// drawn at once. The fastest pole of catalogs/pck00011.tpc is that of Neptune's moon Naiad: at most 7.3e-6 by the rates and amplitudes of its
+/// series; all others stay below 1.3e-6. Bodies without such a series, which turn with their orbits, were not examined.
 const MAX_POLE_MOTION_RAD: f64 = 1e-5;
 
 /// The image on screen, the last requested image, and their state. Times are in egui's time (`InputState::time`).
