@@ -20,6 +20,8 @@ use super::star_colour::black_body_k;
 /// B-V and effective temperature, kelvin, of main-sequence stars from O3 to B9.5: E. Mamajek, "A Modern Mean Dwarf Stellar Color and Effective Temperature
 /// Sequence", version 2024.05.15 (github.com/emamajek/SpectralType), the continuation of Pecaut & Mamajek 2013, ApJS 208, 9, table 5. The rows O3, O4, O5, O7,
 /// O9, B0, B0.5, B1, B1.5, B2, B2.5, B3, B5, B6, B7, B8, B9, B9.5.
+// The index of O7 V resembles 1/pi.
+#[expect(clippy::approx_constant)]
 const HOT: [(f64, f64); 18] = [
     (-0.330, 45_900.0),
     (-0.326, 42_900.0),
