@@ -136,8 +136,9 @@ impl<'a> OccludedSun<'a> {
     pub fn seen_from(prober: &'a Prober<'a>, receiver: &'a Receiver<'a>, model_choice: EclipseModelChoice) -> Result<Self, ProbeError> {
         let sun = prober.catalog().body(NaifId::SUN).ok_or("the catalog has no Sun")?;
         let extent = ReceiverExtent { max_radius: 1.0, shape: ReceiverShape::Ball, camera: None, frustum: None, pixel: 0.0 };
-        let include_all = true;
-        let occluders = eclipse::find(prober.ephemeris(), prober.catalog().bodies().iter(), sun, receiver, extent, include_all).occluders;
+        // Every penumbra that touches the receiver, however little it darkens.
+        let min_change = None;
+        let occluders = eclipse::find(prober.ephemeris(), prober.catalog().bodies().iter(), sun, receiver, extent, min_change).occluders;
         Ok(Self { prober, receiver, sun, model_choice, occluders })
     }
 

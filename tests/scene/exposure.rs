@@ -334,3 +334,32 @@ fn the_corona_around_a_camera_is_metered() {
         assert!(white < 0.5, "{height_km} km: {white} of the frame is white at {} stops", metered.exposure.stops);
     }
 }
+
+/// The Sun behind the Earth, seen from the Moon's distance: only its refracted image at the limb is left. The exposure is the same on whichever side of the Earth
+/// that image is, in wide and in tall images, although the limb is nearer to the frame's edge at the top of one and at the sides of the other.
+#[test]
+fn the_exposure_of_a_refracted_sun_does_not_depend_on_its_side() {
+    let time = "2022-11-08T11:00:00Z";
+    let instant = Instant::parse(time).expect("a time");
+    let towards_sun = -SESSION.ephemeris().state(NaifId::EARTH, NaifId::SUN, instant, None).expect("a position").state.pos_km.normalize();
+    let right = towards_sun.cross(DVec3::Z).normalize();
+    let up = right.cross(towards_sun);
+    let at = |side: DVec3, (width, height): (u32, u32), effects: &str| {
+        // The Sun's centre is 0.6 degrees from the Earth's, whose radius is 0.95 degrees.
+        let separation = 0.6_f64.to_radians();
+        let towards_earth = towards_sun * separation.cos() + side * separation.sin();
+        let position = Position::Offset { body: NaifId::EARTH, offset_km: towards_earth * -384_400.0, axes: Axes::Icrf };
+        let effects = EffectOverrides::parse(effects).expect("effects");
+        let fov_deg = 2.6 * f64::from(height) / f64::from(width.min(height));
+        scene(&ViewRequest { width, height, effects, ..request(NaifId::EARTH, time, position, Some(fov_deg)) }).exposure.stops
+    };
+    for size in [(256, 144), (144, 256), (128, 128)] {
+        let stops = [right, -right, up, -up].map(|side| at(side, size, ""));
+        println!("{size:?}: {stops:?}");
+        let (least, most) = (stops.into_iter().fold(f64::INFINITY, f64::min), stops.into_iter().fold(f64::NEG_INFINITY, f64::max));
+        assert!(most - least < 1.0, "{size:?}: {stops:?}");
+        // Without the limb the exposure is that of the night side: the sides could differ by as much.
+        let without_limb = at(right, size, "-refracted-limb");
+        assert!(without_limb > most + 8.0, "{size:?}: {without_limb}, {stops:?}");
+    }
+}

@@ -78,3 +78,29 @@ fn a_body_keeps_its_light_while_it_shrinks_to_a_point() {
         assert_eq!(appearances, [Appearance::Disc, Appearance::DiscAndPoint, Appearance::Point], "side {side}");
     }
 }
+
+/// While disc and point share the light of a body with air, the image has no more light than either of them alone: the disc's share also dims the light that the
+/// air scatters in front of the ground and beyond the limb, and the clouds. The disc and the point of such a body differ by themselves: the point's light follows
+/// from a published phase law, the disc's from the model of the air.
+#[test]
+fn the_disc_and_the_point_of_a_body_with_air_share_its_light() {
+    let session = &*crate::support::session::SESSION;
+    // The Moon is in its last quarter, so that it is not in the images of the Earth.
+    let time = "2023-06-11T00:00:00Z";
+    for body in [606, 499, 399].map(NaifId) {
+        let subject = Subject { body, from: NaifId::SUN, time };
+        let (disc, ..) = light(session, &subject, 64, 4.0, "");
+        let (point, ..) = light(session, &subject, 64, 1.9, "");
+        let most = disc.max(point) * (1.0 + TOLERANCE);
+        let least = disc.min(point) * (1.0 - 2.0 * TOLERANCE);
+        for step in 1..20 {
+            let (both, diameter_px, appearance) = light(session, &subject, 64, 2.0 + 0.1 * f64::from(step), "");
+            assert_eq!(appearance, Appearance::DiscAndPoint);
+            println!("{body:?} {diameter_px:.2} px: {:.3} of the disc's light, {:.3} of the point's", both / disc, both / point);
+            assert!((least..most).contains(&both), "{body:?} {diameter_px} px: {both}, disc {disc}, point {point}");
+        }
+        // An entire disc and most of the point together are too much: the comparison can fail.
+        let (entire_disc, ..) = light(session, &subject, 64, 2.5, "-points");
+        assert!(entire_disc + 0.8 * point > most, "{body:?}: {entire_disc} and {point}, not above {most}");
+    }
+}

@@ -9,7 +9,7 @@ use orrery::render::plan::{self, SamplingQuality};
 use orrery::scene::Scene;
 use orrery::scene::draw::BodyPart;
 use orrery::scene::effects::EffectOverrides;
-use orrery::scene::request::{ExposureRequest, Position, Purpose, ViewRequest};
+use orrery::scene::request::{Axes, ExposureRequest, Position, Purpose, ViewRequest};
 use orrery::time::Instant;
 
 /// A body seen so that its disc fills three quarters of the image, whatever its size.
@@ -122,4 +122,46 @@ fn discs_under_air_have_the_same_light_at_every_size() {
     let ground = View { effects: "-atmosphere", ..MARS };
     let with_air = light(&MARS.scene(48)) / light(&ground.scene(48));
     assert!(with_air.x > 1.1, "{with_air}");
+}
+
+/// Jupiter's crescent at a phase angle of 150 degrees, a fraction of a pixel wide, for files of linear light. Small moons are in front of the Sun somewhere over
+/// Jupiter at most times; their shadows, which change no pixel by more than the floor of linear light, do not keep the crescent from being averaged.
+#[test]
+fn a_crescent_in_a_file_of_linear_light_has_the_same_light_at_every_size() {
+    let jupiter = NaifId(599);
+    let scene = |side: u32, hour: u32, effects: &str| {
+        let time = Instant::parse(&format!("2024-04-08T{hour:02}:00:00Z")).expect("a time");
+        let sun_km = SESSION.ephemeris().state(NaifId::SUN, jupiter, time, None).expect("a position").state.pos_km;
+        let towards_sun = sun_km.normalize();
+        let across = towards_sun.cross(DVec3::Z).normalize();
+        let phase = 150_f64.to_radians();
+        let request = ViewRequest {
+            position: Position::Offset {
+                body: jupiter,
+                offset_km: (across * phase.sin() + towards_sun * phase.cos()) * 4e7,
+                axes: Axes::Icrf,
+            },
+            fov_deg: Some(0.3),
+            effects: EffectOverrides::parse(effects).expect("effects"),
+            exposure: ExposureRequest::Stops(0.0),
+            purpose: Purpose::LINEAR,
+            width: side,
+            height: side,
+            ..ViewRequest::of(jupiter, time)
+        };
+        let mut scene = SESSION.scene(&request).expect("a scene");
+        scene.draws.retain(|d| d.body == jupiter);
+        scene
+    };
+    // The light with every shadow that exists, of an image whose crescent is then evaluated at one point of each pixel.
+    let with_shadows = |hour: &u32| light(&scene(12, *hour, "+eclipse")).x / light(&scene(12, *hour, "-eclipse")).x;
+    let (hour, found) = (0..24).map(|hour| (hour, with_shadows(&hour))).min_by(|a, b| a.1.total_cmp(&b.1)).expect("hours");
+    println!("{hour} h: {found} of the light");
+    assert!(found < 0.85, "{found}");
+    let reference = light(&scene(512, hour, ""));
+    for side in [12, 16, 24, 32, 48, 64, 128] {
+        let ratio = light(&scene(side, hour, "")) / reference;
+        println!("{side} pixels: {ratio}");
+        assert!((ratio - 1.0).abs().max_element() < 0.1, "{side} pixels: {ratio}");
+    }
 }

@@ -88,7 +88,7 @@ fn draw(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Optio
     let brightness = photometry::phase_correction(body, placed.phase_angle_rad, placed.distance_km / body.radii_km.x);
     uniforms.air = air::uniforms(body, shell_scale);
     air::set_ends(&mut uniforms, air::FarEnd::Ground);
-    uniforms.albedo = camera::narrow(DVec3::splat(clouds.albedo * brightness * inputs.disc_fraction));
+    uniforms.albedo = camera::narrow(DVec3::splat(clouds.albedo * brightness));
     let map_files =
         MapFiles { cloud: Some(clouds.map.file.clone()), cloud_texel_bits: Some(clouds::texel_bits(clouds)), ..MapFiles::default() };
     Some(Draw { body: body.id, part: BodyPart::Clouds, name: format!("{} clouds", body.name), features, uniforms, map_files })

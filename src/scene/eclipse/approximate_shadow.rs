@@ -44,7 +44,7 @@ pub(crate) struct ApproximateShadow<'a> {
     occluders: &'a [Occluder<'a>],
     axis: Axis,
     /// The refracting layers of the first occluder's air. `None` if the model leaves out refraction, or if that air does not refract light. Where air refracts,
-    /// `occluders::choose_eclipse_model` moves its body to the first place.
+    /// `model::choose_eclipse_model` moves its body to the first place.
     layers: Option<refraction::RefractingLayers>,
 }
 

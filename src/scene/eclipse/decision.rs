@@ -5,8 +5,8 @@
 use crate::message::reason;
 use crate::scene::draw::features::Eclipse;
 use crate::scene::draw::uniforms::EclipseUniforms;
-use crate::scene::eclipse::sun_occluders::{ReceivingPart, requested_model, sun_occluders};
-use crate::scene::eclipse::{occluders, uniforms};
+use crate::scene::eclipse::sun_occluders::{ReceivingPart, sun_occluders};
+use crate::scene::eclipse::{model, uniforms};
 use crate::scene::features::choice::Capabilities;
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::request::effects::Effect;
@@ -23,7 +23,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     if !decisions.log.effect(Effect::Eclipse, !found.occluders.is_empty(), std::mem::take(&mut found.reason)) {
         found.occluders.clear();
     }
-    decisions.chosen.eclipse = occluders::choose_eclipse_model(&mut found.occluders, requested_model(context.request));
+    decisions.chosen.eclipse = model::choose_eclipse_model(&mut found.occluders, model::requested_model(context.request));
     decisions.log.set_stated_error(Effect::Eclipse.name(), stated_errors::of_eclipse(decisions.chosen.eclipse.model));
     decisions.eclipse = uniforms::uniforms_of_occluders(&found.occluders, decisions.chosen.eclipse.model, &found.receiver, found.sun);
     decisions
@@ -43,7 +43,7 @@ pub(crate) fn decide_for_rings(inputs: &DecisionInputs<'_, '_>, decisions: &mut 
         found.reason = reason!("eclipse-switched-off");
     }
     decisions.log.record("eclipse-on-rings", !found.occluders.is_empty(), found.reason);
-    let eclipse = occluders::choose_eclipse_model(&mut found.occluders, requested_model(context.request));
+    let eclipse = model::choose_eclipse_model(&mut found.occluders, model::requested_model(context.request));
     decisions.chosen.ring_eclipse = eclipse;
     decisions.log.set_stated_error("eclipse-on-rings", stated_errors::of_eclipse(eclipse.model));
     uniforms::uniforms_of_occluders(&found.occluders, eclipse.model, &found.receiver, found.sun)

@@ -3,6 +3,7 @@
 
 pub mod approximate_shadow;
 pub(crate) mod decision;
+pub(crate) mod model;
 pub mod occluders;
 pub mod refracted_limb;
 pub(crate) mod refraction;
@@ -12,9 +13,9 @@ pub mod shadow_region;
 pub(crate) mod sun_occluders;
 pub mod uniforms;
 
+pub use model::{EclipseModelChoice, choose_eclipse_model};
 pub use occluders::{
-    EclipseModelChoice, FoundOccluders, Occluder, Receiver, ReceiverExtent, candidates, choose_eclipse_model, find, limb_darkening,
-    max_occluders, select_occluders,
+    FoundOccluders, Occluder, Receiver, ReceiverExtent, candidates, find, limb_darkening, max_occluders, select_occluders,
 };
 pub use refraction::LAYERS as REFRACTING_LAYERS;
 pub use shadow_region::ReceiverShape;

@@ -1,4 +1,4 @@
-//! The occluders of a receiver, and the model by which their shadows are computed.
+//! The occluders of a receiver.
 //!
 //! In: the receiver at its apparent time, and the catalog's other bodies. Out: at most [`MAX_OCCLUDERS`] occluders that can darken a visible pixel. Light
 //! time is accounted for: an occluder is where it was when the light that reaches the receiver passed it, and the Sun where it was when that light left it.
@@ -9,7 +9,7 @@ use crate::catalog::{Body, BodyKind, NaifId, Photometry};
 use crate::ephemeris::Ephemeris;
 use crate::ephemeris::apparent::aberrated;
 use crate::message::{Reason, reason};
-use crate::scene::draw::features::{Eclipse, EclipseModel, MAX_OCCLUDERS};
+use crate::scene::draw::features::MAX_OCCLUDERS;
 use crate::scene::eclipse::refraction;
 use crate::scene::eclipse::shadow_region::{Frustum, ReceiverShape, ShadowRegion};
 use crate::scene::thresholds::VISIBLE_CHANGE;
@@ -96,6 +96,10 @@ impl Axis {
 /// (tests/ephemeris/positions.rs).
 const MAX_STRAIGHT_LIGHT_TIME_S: f64 = 10.0;
 
+/// Largest fraction of sunlight that a body must be able to block to count as an occluder: a tenth of what can be seen. Transits of planets that are seen from
+/// the systems of Mercury to Jupiter block less, except those of Venus and the Earth.
+const MIN_BLOCKED_FRACTION: f64 = 0.1 * VISIBLE_CHANGE;
+
 /// A body that may be in front of the Sun: its outline projected along the axis, in the receiver's equatorial radii.
 #[derive(Clone, Debug)]
 pub struct Occluder<'a> {
@@ -159,17 +163,16 @@ pub struct FoundOccluders<'a> {
     pub reason: Reason,
 }
 
-/// Finds the occluders of `receiver` among `bodies`. `include_all`: also occluders whose shadow cannot be seen, if their penumbra touches
-/// the receiver.
+/// Finds the occluders of `receiver` among `bodies`. `min_change`: as for [`select_occluders`].
 pub fn find<'a>(
     ephemeris: &Ephemeris,
     bodies: impl Iterator<Item = &'a Body>,
     sun: &Body,
     receiver: &Receiver<'_>,
     extent: ReceiverExtent,
-    include_all: bool,
+    min_change: Option<f64>,
 ) -> FoundOccluders<'a> {
-    select_occluders(&candidates(ephemeris, bodies, sun, receiver), sun, receiver, extent, include_all)
+    select_occluders(&candidates(ephemeris, bodies, sun, receiver), sun, receiver, extent, min_change)
 }
 
 /// The first part of the search, and the only one that evaluates the ephemeris: the bodies between the receiver and the Sun that are large enough to matter,
@@ -185,13 +188,14 @@ pub fn candidates<'a>(
     others.filter_map(|body| Occluder::of(ephemeris, body, receiver, &axis, sun)).collect()
 }
 
-/// The second part of the search: selects those candidates of `receiver` whose shadows matter, and the reason for the selection.
+/// The second part of the search: selects those candidates of `receiver` whose shadows matter, and the reason for the selection. `min_change`: the relative
+/// change of a pixel above which a shadow in the image matters; `None`: every shadow whose penumbra touches the receiver matters, in the image or not.
 pub fn select_occluders<'a>(
     candidates: &[Occluder<'a>],
     sun: &Body,
     receiver: &Receiver<'_>,
     extent: ReceiverExtent,
-    include_all: bool,
+    min_change: Option<f64>,
 ) -> FoundOccluders<'a> {
     let Some(axis) = Axis::of(receiver, sun) else {
         return FoundOccluders { occluders: Vec::new(), reason: reason!("inside-sun") };
@@ -200,6 +204,9 @@ pub fn select_occluders<'a>(
     let mut nearest: Option<(f64, &'a str)> = None;
     for occluder in candidates {
         let occluder = occluder.for_points_within(&axis, sun, extent.max_radius, receiver.radius_km());
+        if occluder.max_blocked_fraction < MIN_BLOCKED_FRACTION {
+            continue;
+        }
         let body = occluder.body;
         let gap = occluder.penumbra_gap(&axis, extent.max_radius);
         if gap > 0.0 {
@@ -210,8 +217,9 @@ pub fn select_occluders<'a>(
             }
             continue;
         }
-        let importance = occluder.importance(&axis, extent, receiver.body.radii_km / receiver.radius_km());
-        if importance == Importance::Visible || include_all {
+        let axis_ratios = receiver.body.radii_km / receiver.radius_km();
+        let importance = occluder.importance(&axis, extent, axis_ratios, min_change.unwrap_or(VISIBLE_CHANGE));
+        if importance == Importance::Visible || min_change.is_none() {
             occluders.push((importance, occluder));
         }
     }
@@ -257,11 +265,11 @@ impl<'a> Occluder<'a> {
     fn of(ephemeris: &Ephemeris, body: &'a Body, receiver: &Receiver<'_>, axis: &Axis, sun: &Body) -> Option<Self> {
         let receiver_radius_km = receiver.radius_km();
         let radius = body.radii_km.max_element() / receiver_radius_km;
-        // The geometric position, not corrected for light time, is enough to reject bodies that are far too small. Half the distance and a tenth
-        // of the threshold leave a margin for its error.
+        // The geometric position, not corrected for light time, is enough to reject bodies that are far too small. Half the distance leaves a margin for its
+        // error.
         let geometric = ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, receiver.time, None).ok()?.state;
         let distance_km = (geometric.pos_km - receiver.position_km).length();
-        if max_blocked_fraction(radius, axis, sun, 0.5 * distance_km / receiver_radius_km) < 0.1 * VISIBLE_CHANGE {
+        if max_blocked_fraction(radius, axis, sun, 0.5 * distance_km / receiver_radius_km) < MIN_BLOCKED_FRACTION {
             return None;
         }
         let light_time_s = distance_km / SPEED_OF_LIGHT_KM_S;
@@ -307,8 +315,9 @@ impl<'a> Occluder<'a> {
         self.offset_across.length() - max_radius - self.penumbra_radius(axis, max_radius)
     }
 
-    /// How much the shadow matters to the image. `axis_ratios`: the receiver's semi-axes divided by its equatorial radius.
-    fn importance(&self, axis: &Axis, extent: ReceiverExtent, axis_ratios: DVec3) -> Importance {
+    /// How much the shadow matters to the image. `axis_ratios`: the receiver's semi-axes divided by its equatorial radius; `min_change`: the relative change of
+    /// a pixel above which it is visible.
+    fn importance(&self, axis: &Axis, extent: ReceiverExtent, axis_ratios: DVec3, min_change: f64) -> Importance {
         let mut pixel = extent.pixel;
         if let Some(frustum) = extent.frustum {
             let centre = axis.perpendicular_axes[0] * self.offset_across.x
@@ -326,7 +335,7 @@ impl<'a> Occluder<'a> {
         }
         // A shadow smaller than a pixel darkens it in proportion to its area.
         let pixel_fraction = if pixel > 0.0 { self.outline_area() / (pixel * pixel) } else { 1.0 };
-        if self.max_blocked_fraction * pixel_fraction.min(1.0) > VISIBLE_CHANGE { Importance::Visible } else { Importance::Negligible }
+        if self.max_blocked_fraction * pixel_fraction.min(1.0) > min_change { Importance::Visible } else { Importance::Negligible }
     }
 
     /// Whether a point that the occluder darkens may be on the side that the viewer sees; true if it is unknown (rings, or points far above the ground). Tests
@@ -381,39 +390,6 @@ pub(crate) fn outline(axis: &Axis, receiver_from_occluder: DMat3, radii: DVec3) 
     (long_axis, DVec2::new((mean + spread).max(0.0).sqrt(), (mean - spread).max(0.0).sqrt()))
 }
 
-/// The eclipse model that the user requested, or a default that depends on the quality.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum EclipseModelChoice {
-    Requested(EclipseModel),
-    /// For drafts: the Sun as a uniform disc. In the umbra of a body whose air refracts light, the model `Refracted`, because no
-    /// other light reaches the umbra.
-    Draft,
-    /// The Sun with limb darkening. In the umbra of a body whose air refracts light, also refracted light.
-    Best,
-}
-
-/// Chooses the model. If it includes refraction, the occluder whose air refracts light becomes the first. `Refracted` without such an occluder becomes
-/// `LimbDarkened`.
-pub fn choose_eclipse_model(occluders: &mut [Occluder<'_>], requested: EclipseModelChoice) -> Eclipse {
-    let count = u8::try_from(occluders.len()).unwrap_or(MAX_OCCLUDERS);
-    let requested_refracted = requested == EclipseModelChoice::Requested(EclipseModel::Refracted);
-    let model = match requested {
-        _ if count == 0 => EclipseModel::None,
-        EclipseModelChoice::Requested(EclipseModel::Refracted) | EclipseModelChoice::Best | EclipseModelChoice::Draft => {
-            match occluders.iter().position(|o| refraction::refracts(o.body) && (o.has_umbra || requested_refracted)) {
-                Some(k) => {
-                    occluders[..=k].rotate_right(1);
-                    EclipseModel::Refracted
-                }
-                None if requested == EclipseModelChoice::Draft => EclipseModel::UniformDisc,
-                None => EclipseModel::LimbDarkened,
-            }
-        }
-        EclipseModelChoice::Requested(model) => model,
-    };
-    Eclipse { occluders: count, model }
-}
-
 /// Largest number of occluders that a body of the catalog can have at once, and whether one of them has air that refracts light. Counts the other bodies of its
 /// system, and one planet of another system, except for the systems of Mercury to Jupiter: seen from there, other planets look too small to darken a body visibly.
 pub fn max_occluders<'a>(bodies: &'a [Body], receiver: &'a Body) -> (u8, bool) {
@@ -429,6 +405,40 @@ mod tests {
     use super::*;
     use crate::catalog::Catalog;
     use crate::random::Random;
+
+    /// Mercury in front of the Sun, seen from Venus, which has no other occluder: even on request it is none, so that no draw needs a module with an eclipse of
+    /// Venus. A body with five times its radius is one.
+    #[test]
+    fn a_body_too_small_to_be_seen_is_no_occluder() {
+        let catalog = Catalog::embedded();
+        let [venus, mercury, sun] = [299, 199, 10].map(|id| catalog.body(NaifId(id)).expect("in the catalog"));
+        let receiver = Receiver {
+            body: venus,
+            position_km: DVec3::ZERO,
+            time: Instant::from_tdb_seconds_past_j2000(0.0),
+            body_from_icrf: DMat3::IDENTITY,
+            velocity_km_s: DVec3::ZERO,
+            sun_from_body_km: DVec3::X * 1.08e8,
+        };
+        let extent = ReceiverExtent { max_radius: 1.0, shape: ReceiverShape::Ball, camera: None, frustum: None, pixel: 0.0 };
+        let count = |radii_of_mercury: f64| {
+            let semi_axes = DVec2::splat(mercury.radii_km.x * radii_of_mercury / venus.radii_km.x);
+            let body = Body { radii_km: mercury.radii_km * radii_of_mercury, ..mercury.clone() };
+            let (long_axis, along) = (DVec2::X, 5e7 / venus.radii_km.x);
+            let occluder = Occluder {
+                body: &body,
+                offset_across: DVec2::ZERO,
+                along,
+                long_axis,
+                semi_axes,
+                max_blocked_fraction: 0.0,
+                has_umbra: false,
+            };
+            select_occluders(&[occluder], sun, &receiver, extent, None).occluders.len()
+        };
+        assert_eq!((count(1.0), count(5.0)), (0, 1));
+        assert_eq!(max_occluders(catalog.bodies(), venus).0, 0);
+    }
 
     /// Small shadows on a sphere, on an ellipsoid as oblate as Saturn, and on one as elongated as Phobos: one that darkens a point which the camera sees is
     /// never left out, and one far on the other side is. If the ellipsoids are taken for spheres, some are left out.

@@ -8,24 +8,14 @@ use crate::message::Reason;
 use crate::scene::atmosphere::clouds;
 use crate::scene::camera::Camera;
 use crate::scene::eclipse::approximate_shadow::ApproximateShadow;
-use crate::scene::eclipse::occluders::{self, EclipseModelChoice, Occluder, Receiver, ReceiverExtent};
+use crate::scene::eclipse::model::{EclipseModelChoice, choose_eclipse_model, requested_model};
+use crate::scene::eclipse::occluders::{self, Occluder, Receiver, ReceiverExtent};
 use crate::scene::eclipse::shadow_region::{Frustum, ReceiverShape};
 use crate::scene::placed::PlacedBody;
-use crate::scene::purpose::Purpose;
 use crate::scene::request::effects::Effect;
-use crate::scene::request::view_request::{Quality, ViewRequest};
 use crate::scene::resources::Context;
 use crate::scene::surface::meshes;
 use glam::DVec3;
-
-/// The eclipse model that the user set, or the default of the quality.
-pub(crate) fn requested_model(request: &ViewRequest) -> EclipseModelChoice {
-    match (request.effects.eclipse_model(), request.quality) {
-        (Some(model), _) => EclipseModelChoice::Requested(model),
-        (None, Quality::Draft) => EclipseModelChoice::Draft,
-        (None, Quality::Standard | Quality::Reference) => EclipseModelChoice::Best,
-    }
-}
 
 /// The occluders of one receiver.
 pub(crate) struct SunOccluders<'a> {
@@ -94,9 +84,10 @@ pub(crate) fn sun_occluders<'a>(
     let camera_position = placed.placement.camera_in_unit_sphere() * body.radii_km / body.radii_km.x;
     let frustum = camera.map(|c| Frustum::of(c, &placed.placement));
     let extent = ReceiverExtent { max_radius, shape, camera: Some(camera_position), frustum, pixel: 2.0 / diameter_px.max(1e-9) };
-    // With the effect forced on, every shadow counts. The same holds in linear light, whose exposure is not known yet.
-    let include_all = context.request.effects.override_of(Effect::Eclipse) == Some(true) || context.request.purpose != Purpose::Display;
-    let found = occluders::select_occluders(candidates, sun, &receiver, extent, include_all);
+    // With the effect forced on, every shadow counts.
+    let is_forced = context.request.effects.override_of(Effect::Eclipse) == Some(true);
+    let min_change = (!is_forced).then(|| context.request.purpose.min_change());
+    let found = occluders::select_occluders(candidates, sun, &receiver, extent, min_change);
     Some(SunOccluders { receiver, sun, camera: camera_position, occluders: found.occluders, reason: found.reason })
 }
 
@@ -136,6 +127,6 @@ fn evaluate_shadow_with_model<T>(
     evaluate: impl FnOnce(&ApproximateShadow<'_>, DVec3) -> T,
 ) -> Option<T> {
     let mut found = sun_occluders(context, placed, diameter_px, ReceivingPart::Body, None)?;
-    let model = occluders::choose_eclipse_model(&mut found.occluders, requested_model).model;
+    let model = choose_eclipse_model(&mut found.occluders, requested_model).model;
     ApproximateShadow::of(&found.occluders, model, &found.receiver, found.sun).map(|shadow| evaluate(&shadow, found.camera))
 }

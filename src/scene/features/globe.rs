@@ -41,6 +41,17 @@ fn min_pixel_width(camera: &Camera, placement: &camera::Placement, body: &Body) 
     straight_below_deg / 360.0 / (1.0 + camera.tan_half_fov.length_squared())
 }
 
+/// The factor on the colour of a draw that shows `fraction` of a body's light, linear RGB. For a body that shines by itself it is the fraction. For others it is
+/// 1: their lights are dimmed instead, so that light which does not depend on the colour is dimmed, too: that scattered by air, and glint.
+pub(crate) fn colour_factor(body: &Body, fraction: DVec3) -> DVec3 {
+    if matches!(body.photometry, Photometry::Emissive { .. }) { fraction } else { DVec3::ONE }
+}
+
+/// The factor by which the atmosphere around the camera reddens the light of a body outside it (see [`air::SurroundingAir::tint`]), linear RGB.
+pub(crate) fn tint(inputs: &DecisionInputs<'_, '_>) -> DVec3 {
+    inputs.frame.air.filter(|a| a.body.id != inputs.body().id).map_or(DVec3::ONE, |a| a.tint(inputs.placed.placement.centre_km))
+}
+
 /// Like [`uniforms`], but for a draw that shows `fraction` of the body's light.
 pub(crate) fn uniforms_of_fraction(
     inputs: &DecisionInputs<'_, '_>,
@@ -51,6 +62,8 @@ pub(crate) fn uniforms_of_fraction(
     fraction: f64,
 ) -> DrawUniforms {
     let (camera, placed, body) = (inputs.frame.camera, inputs.placed, inputs.body());
+    // The atmosphere around the camera reddens light from outside it.
+    let fraction = tint(inputs) * fraction;
     let rays = camera.view_rays(placement, rect, AnchorForm::Auto);
     let gain = |map: &Option<Map>| map.as_ref().map_or(DVec3::ONE, |m| DVec3::from_array(m.gain));
     let emissive = matches!(body.photometry, Photometry::Emissive { .. });
@@ -74,7 +87,7 @@ pub(crate) fn uniforms_of_fraction(
     };
     let to_body_frame = |l: &IncidentLight| Light {
         direction_in_body: camera::narrow((placed.body_from_icrf * l.direction).normalize()),
-        irradiance: camera::narrow(l.irradiance * if l.from == NaifId::SUN { 1.0 } else { phase_ratio(l) }),
+        irradiance: camera::narrow(l.irradiance * fraction * if l.from == NaifId::SUN { 1.0 } else { phase_ratio(l) }),
     };
     let lights = if emissive {
         Vec::new()
@@ -83,7 +96,7 @@ pub(crate) fn uniforms_of_fraction(
     };
     let mut uniforms = DrawUniforms {
         axis_ratios: camera::narrow(body.radii_km / body.radii_km.x),
-        albedo: camera::narrow(reflectance * placed.radiance_scale() * fraction),
+        albedo: camera::narrow(reflectance * placed.radiance_scale() * colour_factor(body, fraction)),
         lights,
         photometric_parameter: camera::narrow_scalar(photometric_parameter),
         limb_darkening_u1: camera::narrow(u1),

@@ -11,8 +11,8 @@ pub mod possible;
 use crate::catalog::{Map, NaifId};
 use crate::message::{Reason, reason};
 use crate::scene::atmosphere::multi_scatter_in_shadow;
+use crate::scene::camera::ClipRect;
 use crate::scene::camera::silhouette::Outline;
-use crate::scene::camera::{self, ClipRect};
 use crate::scene::decision::{Decision, DecisionLog};
 use crate::scene::draw::features::{AirPass, AtmosphereModel, DrawFeatures, PixelView, RingShadow, Shape};
 use crate::scene::draw::uniforms::{DrawUniforms, Light};
@@ -201,14 +201,12 @@ fn map_files(inputs: &DecisionInputs<'_, '_>, features: &DrawFeatures, decided: 
 
 /// The draw of the globe, or of the mesh that replaces it.
 fn globe_draw(inputs: &DecisionInputs<'_, '_>, decided: &Decisions<'_>, rect: ClipRect) -> Draw {
-    let (frame, placed, body) = (inputs.frame, inputs.placed, inputs.body());
-    // The atmosphere around the camera reddens light from outside it.
-    let tint = frame.air.filter(|a| a.body.id != body.id).map_or(DVec3::ONE, |a| a.tint(placed.placement.centre_km));
+    let (placed, body) = (inputs.placed, inputs.body());
     let features = decided.chosen.globe_features(body, inputs.pixel_view());
     let uniforms = globe::uniforms(inputs, &placed.placement, rect, decided.chosen.maps, &decided.secondary_lights);
-    let factor = placed.radiance_scale() * inputs.disc_fraction * tint;
+    let factor = placed.radiance_scale() * globe::colour_factor(body, globe::tint(inputs) * inputs.disc_fraction);
     let overlays = decided.overlays.iter().map(|o| overlays::uniforms(body, o, factor)).collect();
-    let mut uniforms = DrawUniforms { ring: decided.ring.clone(), albedo: uniforms.albedo * camera::narrow(tint), overlays, ..uniforms };
+    let mut uniforms = DrawUniforms { ring: decided.ring.clone(), overlays, ..uniforms };
     if let Some(model) = inputs.model.filter(|_| features.shape == Shape::Mesh) {
         mesh_decision::set_uniforms(&mut uniforms, inputs, model, decided.self_shadow);
     }

@@ -9,12 +9,12 @@ use crate::scene::draw::features::RingShadow;
 use crate::scene::draw::uniforms::{DrawUniforms, Light, RingUniforms};
 use crate::scene::draw::{BodyPart, Draw, MapFiles};
 use crate::scene::eclipse;
+use crate::scene::features::globe;
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::light::lights;
 use crate::scene::request::effects::Effect;
 use crate::scene::rings::view::RingView;
 use crate::scene::stated_errors;
-use glam::DVec3;
 
 /// Decides on the rings, on their shadow and light on the globe, and on the globe's shadow on them.
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
@@ -73,8 +73,8 @@ fn draws_of_halves(inputs: &DecisionInputs<'_, '_>, view: &RingView<'_>, seen: &
     let Some(features) = decisions.chosen.ring_features(view.body, inputs.pixel_view()) else { return Vec::new() };
     let sunlight = lights::sunlight(view.sun * view.sun_distance_km);
     let shared = DrawUniforms {
-        // Rings have the albedo of their table. This factor fades them out together with the disc.
-        albedo: camera::narrow(DVec3::splat(inputs.disc_fraction)),
+        // Rings have the albedo of their table. This factor fades them out together with the disc, and reddens them as the atmosphere around the camera does.
+        albedo: camera::narrow(globe::tint(inputs) * inputs.disc_fraction),
         lights: vec![Light { direction_in_body: camera::narrow(view.sun), irradiance: camera::narrow(sunlight.irradiance) }],
         ring: view.uniforms(seen, inputs.sun(), inputs.pixel_view()),
         eclipse,

@@ -60,15 +60,23 @@ pub(crate) fn area_px(camera: &Camera, placed: &PlacedBody<'_>) -> f64 {
 /// Fraction of the bounding box of a body's outline that is in the frame, times the weight of its position. 0 for an open outline: rays sample
 /// such a body, and a Sun with an open outline counts as entirely in the frame.
 pub(crate) fn weighted_in_frame_fraction(camera: &Camera, placed: &PlacedBody<'_>) -> f64 {
-    let Outline::Ellipse { bounds, .. } = placed.outline else { return 0.0 };
-    let size = DVec2::new(bounds.right - bounds.left, bounds.top - bounds.bottom);
-    // Outlines narrower than two pixels count as two pixels wide, as their light is spread over a sprite.
-    let size = size.max(2.0 / camera.half_size());
-    let box_centre = 0.5 * DVec2::new(bounds.right + bounds.left, bounds.top + bounds.bottom);
+    let Some((box_centre, size)) = bounding_box(camera, placed) else { return 0.0 };
     let inside = (DVec2::ONE.min(box_centre + 0.5 * size) - DVec2::NEG_ONE.max(box_centre - 0.5 * size)).max(DVec2::ZERO);
-    // The weight is that of the part of the outline nearest to the frame's middle.
-    let edge_fraction = (box_centre.abs() - 0.5 * size).max_element().clamp(0.0, 1.0);
-    (inside / size).element_product().min(1.0) * frame_position_weight(edge_fraction)
+    (inside / size).element_product().min(1.0) * outline_position_weight(camera, placed)
+}
+
+/// Weight of the position of a body's outline in the frame: that of the part of its bounding box that is nearest to the frame's middle. 0 for an open outline.
+pub(crate) fn outline_position_weight(camera: &Camera, placed: &PlacedBody<'_>) -> f64 {
+    let Some((box_centre, size)) = bounding_box(camera, placed) else { return 0.0 };
+    frame_position_weight((box_centre.abs() - 0.5 * size).max_element().clamp(0.0, 1.0))
+}
+
+/// Centre and size of the bounding box of a body's outline, clip coordinates; `None` for an open outline. Outlines narrower than two pixels count as two pixels
+/// wide, as their light is spread over a sprite.
+fn bounding_box(camera: &Camera, placed: &PlacedBody<'_>) -> Option<(DVec2, DVec2)> {
+    let Outline::Ellipse { bounds, .. } = placed.outline else { return None };
+    let size = DVec2::new(bounds.right - bounds.left, bounds.top - bounds.bottom).max(2.0 / camera.half_size());
+    Some((0.5 * DVec2::new(bounds.right + bounds.left, bounds.top + bounds.bottom), size))
 }
 
 /// Number of decades by which the weight of a crescent falls after the crescent has set behind the limb.

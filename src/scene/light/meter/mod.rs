@@ -116,6 +116,14 @@ fn dusk_factor(radiance: f64) -> f64 {
     (-(DUSK_STOPS_PER_DECADE * decades).min(MAX_DUSK_STOPS)).exp2()
 }
 
+/// Weight of the sum over a body's entire disc; the rest is that of rays of the frame. 0 for a body with an open outline.
+fn far_weight(placed: &PlacedBody<'_>) -> f64 {
+    let [from, to] = FAR_RADII;
+    let is_closed = matches!(placed.outline, Outline::Ellipse { .. });
+    let radii = placed.distance_km / placed.body.radii_km.max_element();
+    if is_closed { smoothstep((radii / from).ln() / (to / from).ln()) } else { 0.0 }
+}
+
 /// Inputs that all parts of a reading share.
 struct MeteredFrame<'f, 'a> {
     meter: &'f Meter<'f, 'a>,
@@ -247,14 +255,10 @@ impl<'a> MeteredFrame<'_, 'a> {
     /// Meters a body (globe without rings). Returns the mean of its radiance, and its share of the frame.
     fn body(&self, p: &PlacedBody<'_>) -> (LogMean, f64) {
         let (camera, mut mean) = (self.meter.camera, LogMean::default());
-        let far_weight = match p.outline {
-            Outline::Ellipse { .. } => {
-                let [from, to] = FAR_RADII;
-                smoothstep((p.distance_km / p.body.radii_km.max_element() / from).ln() / (to / from).ln())
-            }
-            Outline::Open => 0.0,
-            Outline::Behind | Outline::Beside => return (mean, 0.0),
-        };
+        if matches!(p.outline, Outline::Behind | Outline::Beside) {
+            return (mean, 0.0);
+        }
+        let far_weight = far_weight(p);
         let area = area_px(camera, p);
         let share = area / self.meter.frame_px() * weighted_in_frame_fraction(camera, p);
         if far_weight > 0.0 && share <= 0.0 {

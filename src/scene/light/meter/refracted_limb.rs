@@ -1,13 +1,14 @@
 //! Meters the sunlight that the air at the limbs of bodies in front of the Sun refracts, such as the ring of the Earth's air seen from the eclipsed Moon.
 
-use super::geometry::frame_position_weight;
-use super::{LogMean, MeteredFrame, MeteredSubject, SUN_WEIGHT};
+use super::geometry::{frame_position_weight, outline_position_weight};
+use super::{LogMean, MeteredFrame, MeteredSubject, SUN_WEIGHT, far_weight};
 use crate::catalog::NaifId;
 use crate::message::reason;
 use crate::scene::eclipse::refracted_limb;
 use crate::scene::light::exposure::AUTO_EXPOSED_MEAN;
 use crate::scene::numeric::smoothstep;
 use crate::scene::request::effects::Effect;
+use glam::FloatExt;
 
 impl MeteredFrame<'_, '_> {
     /// Meters all refracted limbs of the frame, unless the user has switched them or the atmosphere off.
@@ -27,12 +28,15 @@ impl MeteredFrame<'_, '_> {
                 continue;
             }
             let mut mean = LogMean::default();
+            // A limb seen from afar is a part of its body's image and has the weight of the body's position, wherever on the limb the Sun's light is.
+            let (far_weight, body_weight) = (far_weight(p), outline_position_weight(camera, p));
             let nearer = self.nearer_bodies(p, camera.pixel_tangent());
             for segment in segments {
                 let Some(clip) = camera.clip(segment.direction) else { continue };
                 // Segments are thin, so the frame's edge is softened over a hundredth of the image instead of a segment's width.
                 let edge = (1.0 - clip.abs()) * 50.0 + 0.5;
-                let inside = smoothstep(edge.x) * smoothstep(edge.y) * frame_position_weight(clip.abs().max_element().min(1.0));
+                let position_weight = frame_position_weight(clip.abs().max_element().min(1.0)).lerp(body_weight, far_weight);
+                let inside = smoothstep(edge.x) * smoothstep(edge.y) * position_weight;
                 let visible = inside * Self::ray_visibility(&nearer, segment.direction, camera.pixel_tangent());
                 mean.add(
                     visible * segment.solid_angle / frame_sr,
