@@ -6,8 +6,8 @@
 /// Tolerance of times, seconds.
 const TOLERANCE_S: f64 = 1e-4;
 
-/// The zero of `f` between `inside`, where it is negative, and `outside`, which may be earlier; `outside` if `f` is negative there. Between them the sign of `f`
-/// changes at most once.
+/// The zero of `f` between `inside`, where it is negative, and `outside`, which may be earlier; `outside` if `f` is negative there. Between them, the sign of
+/// `f` changes at most once.
 pub(super) fn zero_crossing(inside: f64, outside: f64, f: impl Fn(f64) -> f64) -> f64 {
     if f(outside) < 0.0 {
         return outside;

@@ -1,9 +1,9 @@
 //! The panels at the sides of the viewport: the list of bodies, the open panel, and a second panel that the user keeps open.
 //!
 //! In: which panels are open, and their widths from the settings. Out: the panels' content, and the widths to which the user dragged them, up to half the
-//! width of the window. Always: the open panel and the kept panel are on opposite sides of the viewport. The kept panel is hidden while the window is too narrow for two
-//! panels; the list of bodies is hidden while a panel is open in a narrow window. A panel whose title is dragged to the other half of the window
-//! moves there, and the other panel takes its side.
+//! width of the window. Always: the open panel and the kept panel are on opposite sides of the viewport. The kept panel is hidden while the window is too
+//! narrow for two panels; the list of bodies is hidden while a panel is open in a narrow window. A panel whose title is dragged to the other half of the
+//! window moves there, and the other panel takes its side.
 
 use super::icons::{self, Icon};
 use super::{Interface, Tab, body_browser, camera_controls};
