@@ -70,7 +70,7 @@ struct ExportLayout {
 const ATLAS: ExportLayout =
     ExportLayout { kind: "an atlas", manifest: atlas::MANIFEST, list_field: "modules", subfolders: ["pages", "pictures"] };
 const CORPUS: ExportLayout =
-    ExportLayout { kind: "a set of test cases", manifest: corpus::MANIFEST, list_field: "cases", subfolders: ["cases", "data"] };
+    ExportLayout { kind: "a corpus", manifest: corpus::MANIFEST, list_field: "cases", subfolders: ["cases", "data"] };
 
 /// Prepares an output folder. It must be new or empty, or hold an unfinished export of this kind. With `--overwrite` it may hold a complete one.
 ///
@@ -119,24 +119,29 @@ fn revision(common: &Common) -> Result<Revision, CliError> {
 pub(crate) fn atlas(common: &Common, folder: &Path, options: &ExportOptions) -> Result<(), CliError> {
     let keys = options
         .keys(common, || Ok(reachable_keys(common)?.union(&covering_keys(2).into_iter().collect::<BTreeSet<_>>()).copied().collect()))?;
-    let with_simple = options.body.is_none();
-    let simple = SIMPLE_MODULES.iter().filter(|_| with_simple).map(|n| ModuleId::Simple(n));
-    let ids: Vec<ModuleId> = keys.into_iter().map(ModuleId::Planet).chain(simple).collect();
+    let mut ids: Vec<ModuleId> = keys.into_iter().map(ModuleId::Planet).collect();
+    if options.body.is_none() {
+        ids.extend(SIMPLE_MODULES.iter().map(|name| ModuleId::Simple(name)));
+    }
+    // Read before the folder is emptied, because `--shaders` may be wrong.
+    let revision = revision(common)?;
     prepare_folder(folder, &ATLAS, options.overwrite)?;
     let bar = progress(ids.len() as u64);
-    let written = atlas::write(folder, &revision(common)?, &ids, &lowering(), || bar.inc(1));
+    let written = atlas::write(folder, &revision, &ids, &lowering(), || bar.inc(1));
     bar.finish_and_clear();
     let entries = written.map_err(|e| CliError::Failed(echo(&e.to_string())))?;
-    print_result(&format!("{} modules written; open {}\n", entries.len(), echo(&folder.join("index.html").display().to_string())))
+    let index = folder.join("index.html").display().to_string();
+    print_result(&format!("{} written; open {}\n", counted(entries.len(), "module"), echo(&index)))
 }
 
 pub(crate) fn corpus(common: &Common, folder: &Path, options: &ExportOptions) -> Result<(), CliError> {
     let keys = options.keys(common, || Ok(covering_keys(2)))?;
     // Keys of the pixel view `cost` are left out: their pixels count the software renderer's operations, which another implementation cannot reproduce.
     let keys: Vec<ShaderKey> = keys.into_iter().filter(|k| k.instructions_per_read().is_none()).collect();
+    let revision = revision(common)?;
     prepare_folder(folder, &CORPUS, options.overwrite)?;
     let bar = progress(keys.len() as u64);
-    let written = corpus::write(folder, &revision(common)?, &keys, &lowering(), || bar.inc(1));
+    let written = corpus::write(folder, &revision, &keys, &lowering(), || bar.inc(1));
     bar.finish_and_clear();
     let cases = written.map_err(|e| CliError::Failed(echo(&e.to_string())))?;
     print_result(&format!(
@@ -158,7 +163,7 @@ mod tests {
         std::fs::create_dir(folder.path().join("cases")).expect("made");
         std::fs::write(&manifest, r#"{"revision":"built-in","cases":["a"]}"#).expect("written");
         assert!(prepare_folder(folder.path(), &CORPUS, false).is_err() && manifest.exists());
-        // The second time after an interruption.
+        // The second time, the first export counts as interrupted.
         for _ in 0..2 {
             prepare_folder(folder.path(), &CORPUS, true).expect("prepared");
             let manifest: serde_json::Value = serde_json::from_slice(&std::fs::read(&manifest).expect("a manifest")).expect("JSON");
@@ -168,7 +173,7 @@ mod tests {
         }
     }
 
-    /// After the interruption the folder has files, but its manifest lists none.
+    /// An interrupted export leaves files, but its manifest lists none.
     #[test]
     fn an_interrupted_first_export_can_be_repeated() {
         let parent = tempfile::tempdir().expect("a folder");

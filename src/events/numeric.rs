@@ -1,26 +1,31 @@
 //! Roots and minima of smooth functions of time.
+//!
+//! Times are seconds from an instant near the event: beyond 5e11 s (16,000 years) neighbouring f64 numbers are farther apart than the tolerance, and the
+//! searches would not end.
 
-/// Tolerance of instants, seconds.
+/// Tolerance of times, seconds.
 const TOLERANCE_S: f64 = 1e-4;
 
-/// The zero of `f` between `inside`, where it is negative, and `outside`; `outside` if it stays negative.
+/// The zero of `f` between `inside`, where it is negative, and `outside`, which may be earlier; `outside` if `f` is negative there. Between them, the sign of
+/// `f` changes at most once.
 pub(super) fn zero_crossing(inside: f64, outside: f64, f: impl Fn(f64) -> f64) -> f64 {
     if f(outside) < 0.0 {
         return outside;
     }
-    let (mut negative, mut other) = (inside, outside);
-    while (other - negative).abs() > TOLERANCE_S {
-        let middle = 0.5 * (negative + other);
+    let (mut negative, mut not_negative) = (inside, outside);
+    while (not_negative - negative).abs() > TOLERANCE_S {
+        let middle = 0.5 * (negative + not_negative);
         if f(middle) < 0.0 {
             negative = middle;
         } else {
-            other = middle;
+            not_negative = middle;
         }
     }
-    0.5 * (negative + other)
+    0.5 * (negative + not_negative)
 }
 
-/// The argument at which `f`, which has one minimum between `a` and `b`, is least, by golden-section search to `tolerance`.
+/// The argument at which `f`, which has one minimum between `a` and the larger `b`, is least, by golden-section search to `tolerance`. `f` is flat near its
+/// minimum, so rounding errors of its values can displace the result by more than `tolerance`.
 pub(super) fn minimum(mut a: f64, mut b: f64, tolerance: f64, f: impl Fn(f64) -> f64) -> f64 {
     const INVERSE_GOLDEN_RATIO: f64 = 0.618_033_988_749_895;
     let (mut left, mut right) = (b - INVERSE_GOLDEN_RATIO * (b - a), a + INVERSE_GOLDEN_RATIO * (b - a));

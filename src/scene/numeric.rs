@@ -29,6 +29,11 @@ pub(crate) fn smoothstep(x: f64) -> f64 {
     x * x * (3.0 - 2.0 * x)
 }
 
+/// [`smoothstep`] between two limits: 0 up to the first, 1 from the second.
+pub(crate) fn smooth_rise((from, to): (f64, f64), value: f64) -> f64 {
+    smoothstep((value - from) / (to - from))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

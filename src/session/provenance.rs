@@ -2,10 +2,10 @@
 //! own files.
 //!
 //! In: a view request, and the sources from which the session draws it. Out: a [`Provenance`], named values as one line of JSON; for an existing file,
-//! whether it is complete and to which request it belongs. Always: the provenance depends on every field of a request and on every catalog, map, kernel
-//! and fragment that can change the image. It does not depend on the clock, on paths, on the number of threads or on the cache folder. Two builds of
-//! the same version have different provenances only if their catalogs or shaders differ. If either the GPU or the software renderer may draw, the
-//! provenance does not say which one drew.
+//! whether it is complete and to which request it belongs. Always: the provenance depends on every field of a request, on every catalog, map, kernel and
+//! fragment that can change the image, and on the precision of the software renderer. It does not depend on the clock, on paths, on the number of threads
+//! or on the cache folder. Two builds of the same version have different provenances only if their catalogs or shaders differ. If either the GPU or the
+//! software renderer may draw, the provenance does not say which one drew.
 
 use super::images::{PROVENANCE_CHUNK, is_exr};
 use super::{Session, Sources};
@@ -33,12 +33,12 @@ pub enum ExistingImage {
     None,
     /// A complete file with the same provenance.
     Same,
-    /// A file of another request. The text lists the differing fields: for each its name, the file's value and this request's value, as in
-    /// `size 64x64, not 32x32`.
+    /// A file of another request. The text lists the first three differing fields: for each its name, the file's value and this request's value, as in
+    /// `size 64x64, not 32x32`; then the number of the others.
     Other(String),
-    /// The provenance matches, but the file is incomplete. The text gives the reason.
+    /// The provenance matches, but the file is not a complete image of this size. The text gives the reason.
     Damaged(String),
-    /// The file has no readable provenance. The text gives the reason.
+    /// No provenance can be read: the path is not that of a readable file, or the file has none. The text gives the reason.
     Unknown(String),
 }
 
@@ -66,9 +66,9 @@ fn file_digest(path: &Path) -> String {
     read().unwrap_or_else(|_| "none".into())
 }
 
-/// Digests of the files from which a session draws: its catalog, and the files of `opened_with`.
-fn source_digests(catalog: &Catalog, opened_with: &Sources) -> BTreeMap<String, String> {
-    // The citations of values (`sources`) are left out, because they change no image.
+/// Digests of the files from which a session draws: its catalog, and the files of the sources with which it was opened.
+fn source_digests(catalog: &Catalog, sources: &Sources) -> BTreeMap<String, String> {
+    // The citations of values (`Body::sources`) are left out, because they change no image.
     let bodies = catalog.bodies().iter().map(|b| format!("{:?}", Body { sources: BTreeMap::new(), ..b.clone() }).into_bytes());
     let instruments = catalog.instruments().iter().map(|i| format!("{i:?}").into_bytes());
     let files = catalog.bodies().iter().flat_map(|b| {
@@ -78,8 +78,7 @@ fn source_digests(catalog: &Catalog, opened_with: &Sources) -> BTreeMap<String, 
     });
     let files = files.chain([MILKY_WAY_FILE]);
     // If several folders have a file of this name, the session reads the first one.
-    let found =
-        files.filter_map(|name| Some((name, opened_with.map_and_mesh_folders().map(|f| f.join(name)).find(|path| path.is_file())?)));
+    let found = files.filter_map(|name| Some((name, sources.map_and_mesh_folders().map(|f| f.join(name)).find(|path| path.is_file())?)));
     let digests: BTreeMap<&str, String> = found.map(|(name, path)| (name, file_digest(&path))).collect();
     let images =
         if digests.is_empty() { "embedded".into() } else { hex_digest(digests.iter().map(|(n, d)| format!("{n} {d}").into_bytes())) };
@@ -88,9 +87,9 @@ fn source_digests(catalog: &Catalog, opened_with: &Sources) -> BTreeMap<String, 
     BTreeMap::from([
         entry("program", format!("orrery {}", env!("CARGO_PKG_VERSION"))),
         entry("catalogs", hex_digest(bodies.chain(instruments))),
-        entry("kernel", file(&opened_with.kernel)),
-        entry("stars", file(&opened_with.stars)),
-        entry("minor planets", file(&opened_with.minor_planets)),
+        entry("kernel", file(&sources.kernel)),
+        entry("stars", file(&sources.stars)),
+        entry("minor planets", file(&sources.minor_planets)),
         entry("images", images),
     ])
 }
@@ -213,7 +212,7 @@ impl Provenance {
         serde_json::from_str(text).ok().map(Self)
     }
 
-    /// The first three fields in which two provenances differ, in the form of [`ExistingImage::Other`], and the number of the other ones.
+    /// The fields in which two provenances differ, as [`ExistingImage::Other`] lists them.
     fn differences(theirs: &Self, ours: &Self) -> String {
         // The fields that a user knows best come first.
         let best_known = ["target", "time", "from", "size", "effects", "layers", "quality"];
@@ -298,7 +297,33 @@ impl Session {
             digests.insert("data".into(), hex_digest(layers.iter().map(|l| layer_text(l).into_bytes())));
         }
         digests.insert("shaders".into(), self.library.generator_digest().to_string());
-        digests.insert("renderer".into(), self.devices.preference().name().into());
+        let precision = if self.sources.double_precision { " in f64" } else { "" };
+        digests.insert("renderer".into(), format!("{}{precision}", self.devices.preference().name()));
         Provenance::new(&self.catalog, request, &digests)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::session::RendererPreference;
+    use crate::time::Instant;
+
+    /// An image in f32 must not pass for the same view in f64, for example one that a window saved at quality `reference`.
+    #[test]
+    fn the_provenance_contains_the_precision() {
+        let request = ViewRequest::of(NaifId::MOON, Instant::parse("2024-04-08T18:17:16Z").expect("a time"));
+        let [single, double] = [false, true].map(|double_precision| {
+            let cache = tempfile::tempdir().expect("a folder");
+            let sources = Sources {
+                renderer: RendererPreference::Software,
+                double_precision,
+                cache: Some(cache.path().to_owned()),
+                threads: Some(1),
+                ..Sources::default()
+            };
+            Session::open(&sources, |line| panic!("{line}")).expect("a session").provenance(&request)
+        });
+        assert_eq!(Provenance::differences(&single, &double), "renderer software, not software in f64");
     }
 }

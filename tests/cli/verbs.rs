@@ -89,6 +89,24 @@ fn usage_errors_exit_with_2_and_failures_with_1_and_one_line() {
     }
 }
 
+/// With --overwrite, a wrong folder of shader sources is reported before anything of the earlier export is removed.
+#[test]
+fn a_failed_export_leaves_the_earlier_one() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let manifest = folder.path().join(orrery::export::corpus::MANIFEST);
+    let case = folder.path().join("cases").join("a.json");
+    let manifest_text = r#"{"revision":"built-in","cases":["a"]}"#;
+    std::fs::create_dir(folder.path().join("cases")).expect("made");
+    std::fs::write(&case, "{}").expect("written");
+    std::fs::write(&manifest, manifest_text).expect("written");
+    let path = folder.path().to_str().expect("a path");
+    let out = orrery(&["shader", "corpus", "-o", path, "--covering", "2", "--overwrite", "--shaders", "/nowhere/shaders"]);
+    let stderr_text = String::from_utf8_lossy(&out.stderr);
+    assert!(out.status.code() == Some(1) && stderr_text.contains("/nowhere/shaders"), "{stderr_text}");
+    assert!(case.is_file());
+    assert_eq!(std::fs::read_to_string(&manifest).expect("there"), manifest_text);
+}
+
 /// clap does not demand an option that another one excludes. These words once had no effect: the answer was one to another question.
 #[test]
 fn options_whose_required_option_is_excluded_are_refused() {

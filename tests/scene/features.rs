@@ -106,6 +106,16 @@ fn names_do_not_overlap_and_are_on_the_near_side() {
     assert!(max_names > 30, "{max_names}");
 }
 
+/// A disc whose radius is 48 percent of the image's height has no name, so that no name of a feature avoids its place; one of 32 percent has a name.
+#[test]
+fn a_body_that_fills_the_image_is_not_named() {
+    for (distance_radii, is_named) in [(6.0, false), (9.0, true)] {
+        let scene = scene(&view(301, "+labels", Some(distance_radii)));
+        let moon = layer(&scene).labels.iter().find(|l| l.body == MOON).expect("a label");
+        assert_eq!(moon.name_side.is_some(), is_named, "{distance_radii}: {moon:?}");
+    }
+}
+
 /// From the Earth, the six landing sites (Apollo 11, 12, 14 to 17) are named if the Moon is large in the image, and none if it is small.
 #[test]
 fn apollo_sites_are_named_only_on_a_large_moon() {

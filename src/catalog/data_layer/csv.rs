@@ -1,12 +1,13 @@
 //! Points in a table of comma-separated values (RFC 4180, without line breaks in values).
 //!
-//! In: the text. Its first line names the columns; empty lines and lines that begin with # are skipped. Out: points, or the wrong line and field.
+//! In: the text. Empty lines and lines that begin with # are skipped; the first other line names the columns. Out: points, or the wrong line and field.
 
 use super::columns::Columns;
 use super::layer::Content;
 
-/// The values of a line, without their quotes. Within quotes, a doubled quote means one quote.
-fn values(line: &str) -> Vec<String> {
+/// The values of a line, without their quotes and without spaces around them. Within quotes, a doubled quote means one quote. A quote inside an unquoted value
+/// is an ordinary character.
+fn values(line: &str) -> Result<Vec<String>, String> {
     let (mut all, mut value, mut quoted) = (Vec::new(), String::new(), false);
     let mut chars = line.chars().peekable();
     while let Some(c) = chars.next() {
@@ -15,24 +16,57 @@ fn values(line: &str) -> Vec<String> {
                 chars.next();
                 value.push('"');
             }
-            '"' => quoted = !quoted,
+            '"' if quoted => quoted = false,
+            '"' if value.trim().is_empty() => quoted = true,
             ',' if !quoted => all.push(std::mem::take(&mut value).trim().to_owned()),
             _ => value.push(c),
         }
     }
+    if quoted {
+        return Err("a quoted value does not end on this line".to_owned());
+    }
     all.push(value.trim().to_owned());
-    all
+    Ok(all)
 }
 
 /// The points of a table. The error is a line number and what is wrong there.
 pub(super) fn read(text: &str, on_body: bool) -> Result<Content, (usize, String)> {
     let mut lines = (1..).zip(text.trim_start_matches('\u{feff}').lines()).filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('#'));
     let (first, head) = lines.next().ok_or_else(|| (1, "empty; the first line names the columns".to_owned()))?;
-    let columns = Columns::of(&values(head), on_body).map_err(|why| (first, format!("the first line {why}")))?;
+    let names = values(head).map_err(|why| (first, why))?;
+    let columns = Columns::of(&names, on_body).map_err(|why| (first, format!("the line of column names {why}")))?;
     let mut content = Content::default();
     for (number, line) in lines {
-        let point = columns.point(&values(line)).and_then(|point| content.count_positions(1).map(|()| point));
+        let values = values(line).map_err(|why| (number, why))?;
+        let point = columns.point(&values).and_then(|point| content.count_positions(1).map(|()| point));
         content.points.push(point.map_err(|why| (number, why))?);
     }
     Ok(content)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_quote_at_the_start_of_a_value_quotes_it() {
+        for (line, expected) in [
+            (r#""a, b",1"#, &["a, b", "1"][..]),
+            (r#" "say ""hi""" , 2 "#, &[r#"say "hi""#, "2"]),
+            (r#""",3"#, &["", "3"]),
+            (r#"a 5" telescope,4"#, &[r#"a 5" telescope"#, "4"]),
+        ] {
+            assert_eq!(values(line).expect("values"), expected, "{line}");
+        }
+    }
+
+    #[test]
+    fn a_quoted_value_that_does_not_end_is_an_error() {
+        let error = read("# places\nlat,lon,place\n1,2,\"Tohoku\n", true).expect_err("an open quote");
+        assert_eq!(error, (3, "a quoted value does not end on this line".to_owned()));
+        assert_eq!(read("lat,\"lon\n1,2\n", true).expect_err("an open quote").0, 1);
+        // The line of column names is the first one only without comments.
+        let error = read("# places\nlat,place\n1,here\n", true).expect_err("no longitude");
+        assert_eq!(error, (2, "the line of column names has no column lon_deg".to_owned()));
+    }
 }

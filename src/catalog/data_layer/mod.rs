@@ -206,8 +206,8 @@ mod tests {
     fn each_mistake_names_file_line_and_field() {
         let why = |text: &str| on(Some(NaifId::EARTH)).with_content("q.csv", text.as_bytes()).expect_err("a mistake").to_string();
         assert!(why("").starts_with("q.csv:1: empty"));
-        assert!(why("ra,dec\n1,2\n").starts_with("q.csv:1: the first line has no columns lat_deg"));
-        assert!(why("lat,dec\n1,2\n").starts_with("q.csv:1: the first line has no column lon_deg"));
+        assert!(why("ra,dec\n1,2\n").starts_with("q.csv:1: the line of column names has no columns lat_deg"));
+        assert!(why("lat,dec\n1,2\n").starts_with("q.csv:1: the line of column names has no column lon_deg"));
         assert!(why("lat,lon\n1,2\n95,2\n").starts_with("q.csv:3: field lat_deg: `95` is not degrees"));
         assert!(why("lat,lon\n1,x\n").starts_with("q.csv:2: field lon_deg: `x`"));
         assert!(why("lat,lon\n1\n").starts_with("q.csv:2: 1 values; the table names 2 columns"));

@@ -1,4 +1,4 @@
-//! Finished images in GPU memory. An image is kept as long as a [`GpuImage`] handle to it exists; registering an image drops those without a handle.
+//! Finished images in GPU memory. An image is kept at least as long as a [`GpuImage`] handle to it exists: each registration drops the images without a handle.
 
 use crate::render::plan::GpuImage;
 use std::collections::HashMap;
@@ -17,6 +17,7 @@ pub(crate) struct GpuImages {
 }
 
 impl GpuImages {
+    /// Keeps an image of this size in pixels, and returns its first handle.
     pub(crate) fn register(&mut self, view: TextureView, [width, height]: [u32; 2]) -> GpuImage {
         self.by_id.retain(|_, (handles, _)| handles.strong_count() > 0);
         let id = Arc::new(NEXT_ID.fetch_add(1, Ordering::Relaxed));

@@ -12,7 +12,7 @@ use crate::image::{Glyph, GlyphAtlas};
 use crate::scene::Scene;
 use crate::scene::annotation::line_texts::{PlacedText, TextLayer};
 use crate::scene::labels::{
-    Bar, Dot, FILLS_IMAGE, LabelLayer, LabelMetrics, MARKER_OPACITY, MARKER_RADIUS, NAME_COLOUR, Rect, SELECTED_COLOUR, TextLine,
+    Bar, Dot, LabelLayer, LabelMetrics, MARKER_OPACITY, MARKER_RADIUS, NAME_COLOUR, Rect, SELECTED_COLOUR, TextLine,
 };
 use std::sync::Arc;
 
@@ -44,7 +44,7 @@ fn glyph_quad(glyph: &Glyph, pen: [f64; 2], [r, g, b]: [f32; 3], opacity: f32) -
 }
 
 /// Markers and names, the least important first, each name over its own shadow.
-fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas, height: u32) -> Vec<GlyphQuad> {
+fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let metrics = LabelMetrics::of_size(layer.size_px);
     let shadow_px = shadow_offset_px(layer.size_px);
     let mut quads = Vec::new();
@@ -56,10 +56,7 @@ fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas, height: u32) -> Vec<Glyp
             let pen = [centre[0] - 0.5, centre[1] - 0.5];
             quads.push(glyph_quad(&glyphs.marker, pen, text_colour, if is_selected { 1.0 } else { MARKER_OPACITY }));
         }
-        // A body that fills the image is not named.
-        if let Some(side) = label.name_side
-            && label.radius_px < FILLS_IMAGE * f64::from(height)
-        {
+        if let Some(side) = label.name_side {
             let [x, y] = side.offset_px(&metrics, label.radius_px).to_array();
             let width = glyphs.layout(&label.name).last().map_or(0.0, |(x, glyph)| f64::from(x + glyph.advance));
             let left_px = [centre[0] + x - if side.left { width } else { 0.0 }, centre[1] + y];
@@ -147,7 +144,7 @@ pub(super) fn labels(scene: &Scene, provider: &impl ResourceProvider) -> Result<
     let mut quads = scene.line_texts.as_ref().map_or(Vec::new(), |texts| line_labels(texts, &glyphs));
     let mut draws = Vec::new();
     if let Some(labels) = labels {
-        quads.extend(body_labels(labels, &glyphs, scene.camera.height));
+        quads.extend(body_labels(labels, &glyphs));
         quads.extend(margin_labels(labels, &glyphs));
         draws = dots(scene, &labels.dots, provider)?;
     }

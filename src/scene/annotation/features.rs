@@ -1,35 +1,34 @@
 //! Names of surface features: which of them fit into an image, and where.
 //!
-//! In: the bodies in an image and the rectangles of other labels. Out: [`TextLine`]s. Always: names do not overlap; landing sites have priority, then
-//! more prominent features. A name is centred on its feature, so that it stays in place while the view moves. It fades out as its feature becomes smaller
-//! in the image, and towards the limb. Features on the far side of their body or behind a nearer body have no name.
+//! In: the bodies in an image and the rectangles of other labels. Out: [`TextLine`]s, and the positions of named landing sites. Always: names overlap neither
+//! each other nor other labels. Nearer bodies have priority; on each body, landing sites, then larger features. The name of a landing site is beside it;
+//! any other name is centred on its feature, so that it stays in place while the view moves. A name fades out as its feature becomes smaller in the image
+//! (that of a landing site as the body does), and towards the limb. Features on the far side of their body or behind a nearer body have no name.
 
 use super::text::{LabelMetrics, Rect, TextLine};
 use crate::catalog::nomenclature;
 use crate::scene::camera::sphere::ImageProjection;
 use crate::scene::in_view::BodyInView;
-use crate::scene::numeric::smoothstep;
+use crate::scene::numeric::smooth_rise;
 use glam::DVec2;
 
 /// Maximum number of names in an image.
 const MAX_NAMES: usize = 70;
-/// Diameter of a feature, in glyph sizes, at which its name starts to appear, and at which it is opaque.
+/// Smallest diameter, in glyph sizes, of a body whose features are named.
+const MIN_BODY_SIZE: f64 = 4.0;
+/// [Effective size](nomenclature::SurfaceFeature::effective_size_km) of a feature in the image, in glyph sizes, at which its name starts to appear, and at
+/// which it is opaque.
 const FEATURE_FADE: (f64, f64) = (0.9, 1.4);
-/// The same for the name of a landing site; here the diameter is that of the body.
+/// The same for the name of a landing site, for the diameter of the body.
 const SITE_FADE: (f64, f64) = (16.0, 22.0);
 /// Cosine of the emission angle at which a name starts to appear, and at which it is opaque.
 const LIMB_FADE: (f64, f64) = (0.15, 0.35);
 /// Opacity below which a name is left out.
 const MIN_OPACITY: f64 = 0.02;
-/// Largest diameter of a named feature, in units of the image's shorter side: larger ones fill the view.
+/// Largest effective size of a named feature, in units of the image's shorter side: larger ones fill the view.
 const MAX_FEATURE_SIZE: f64 = 1.5;
 /// sRGB of a feature's name.
 pub(crate) const FEATURE_COLOUR: [u8; 3] = [238, 226, 196];
-
-/// Rises smoothly from 0 at the first value to 1 at the second.
-fn fade_in((from, to): (f64, f64), value: f64) -> f64 {
-    smoothstep((value - from) / (to - from))
-}
 
 /// The names, and the positions of the named landing sites in pixels. `occupied`: rectangles of other labels; the rectangles of the names are added to it.
 pub(crate) fn surface_feature_names(
@@ -47,7 +46,7 @@ pub(crate) fn surface_feature_names(
     for (k, body) in nearest_first.iter().enumerate() {
         let placement = &body.placement;
         let body_px = 2.0 * placement.radii_km.max_element() / body.distance_km * pixels_per_radian;
-        if body_px < 4.0 * glyph_px || placement.camera_is_inside() {
+        if body_px < MIN_BODY_SIZE * glyph_px || placement.camera_is_inside() {
             continue;
         }
         let camera = placement.camera_in_unit_sphere() * placement.radii_km;
@@ -60,10 +59,13 @@ pub(crate) fn surface_feature_names(
             let normal = (ground / (placement.radii_km * placement.radii_km)).normalize();
             let to_camera = camera - ground;
             let distance_km = to_camera.length();
-            let mut opacity = fade_in(LIMB_FADE, to_camera.dot(normal) / distance_km);
+            let mut opacity = smooth_rise(LIMB_FADE, to_camera.dot(normal) / distance_km);
             let feature_px = feature.effective_size_km / distance_km * pixels_per_radian;
-            opacity *=
-                if feature.is_landing_site { fade_in(SITE_FADE, body_px / glyph_px) } else { fade_in(FEATURE_FADE, feature_px / glyph_px) };
+            opacity *= if feature.is_landing_site {
+                smooth_rise(SITE_FADE, body_px / glyph_px)
+            } else {
+                smooth_rise(FEATURE_FADE, feature_px / glyph_px)
+            };
             if opacity < MIN_OPACITY {
                 if !feature.is_landing_site && feature_px < FEATURE_FADE.0 * glyph_px {
                     // The remaining features are smaller, and no part of the ground is nearer than `nearest_km`.
@@ -82,26 +84,24 @@ pub(crate) fn surface_feature_names(
             if is_hidden || feature_px > MAX_FEATURE_SIZE * size.min_element() {
                 continue;
             }
+            // Left ends of the name's centre line.
             let width = metrics.width_px(feature.name);
-            let extent = DVec2::new(width, metrics.line_height_px);
-            let centred = feature_at_px - 0.5 * extent;
-            let side_offset = DVec2::new(0.5 * width + 0.7 * glyph_px, 0.0);
+            let centred = feature_at_px - DVec2::new(0.5 * width, 0.0);
+            let to_side = DVec2::new(0.5 * width + 0.7 * glyph_px, 0.0);
             // A landing site's name is placed on its right, or if that does not fit, on its left, below right or above right.
-            let below = DVec2::new(0.0, 1.4 * extent.y);
-            let corners = match feature.is_landing_site {
-                true => vec![centred + side_offset, centred - side_offset, centred + side_offset + below, centred + side_offset - below],
+            let down = DVec2::new(0.0, 1.4 * metrics.line_height_px);
+            let places = match feature.is_landing_site {
+                true => vec![centred + to_side, centred - to_side, centred + to_side + down, centred + to_side - down],
                 false => vec![centred],
             };
-            let fits = |corner: &DVec2| {
-                let rect = Rect { min: *corner, max: *corner + extent };
+            let fits = |(_, rect): &(DVec2, Rect)| {
                 let with_margin = rect.padded(DVec2::new(0.6, 0.3) * glyph_px);
                 rect.is_in_image(size) && !occupied.iter().any(|t| t.overlaps(&with_margin))
             };
-            let Some(corner) = corners.into_iter().find(fits) else { continue };
-            let rect = Rect { min: corner, max: corner + extent };
+            let with_rect = |left_px| (left_px, metrics.rect(feature.name, left_px));
+            let Some((left_px, rect)) = places.into_iter().map(with_rect).find(fits) else { continue };
             occupied.push(rect);
             sites.extend(feature.is_landing_site.then_some(feature_at_px));
-            let left_px = DVec2::new(corner.x, corner.y + 0.5 * metrics.line_height_px);
             names.push(TextLine { text: feature.name.to_owned(), left_px, colour: FEATURE_COLOUR, opacity });
         }
     }

@@ -5,13 +5,16 @@
 //! opacity, so no line flickers when the camera pans. Not here: the orientation of the sphere, and drawing.
 
 use crate::message::TextLanguage;
-use crate::scene::numeric::smoothstep;
+use crate::scene::numeric::smooth_rise;
 use std::f64::consts::FRAC_PI_2;
 
 /// Grid steps from 90 degrees down to an arc second, each a multiple of the next.
 const STEPS_DEG: [f64; 11] = [90.0, 30.0, 10.0, 5.0, 1.0, 0.5, 1.0 / 6.0, 1.0 / 30.0, 1.0 / 60.0, 1.0 / 360.0, 1.0 / 3600.0];
 /// Distance between neighbouring lines, in pixels, up to which a line is invisible, and from which it has its full opacity.
 const SPACING_FADE_PX: (f64, f64) = (60.0, 130.0);
+
+/// Largest latitude of a parallel: nearer to a pole it would be a point.
+const MAX_PARALLEL_DEG: f64 = 89.999_999;
 
 /// A parallel, or a meridian from pole to pole.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,7 +45,7 @@ pub(crate) struct Cap {
 
 /// Opacity of lines whose neighbours are `spacing_deg` away. `pixel_deg`: degrees per pixel.
 fn opacity_at_spacing(spacing_deg: f64, pixel_deg: f64) -> f64 {
-    smoothstep((spacing_deg / pixel_deg - SPACING_FADE_PX.0) / (SPACING_FADE_PX.1 - SPACING_FADE_PX.0))
+    smooth_rise(SPACING_FADE_PX, spacing_deg / pixel_deg)
 }
 
 impl GridLine {
@@ -57,7 +60,7 @@ impl GridLine {
         opacity_at_spacing(self.step_deg * spacing_factor, pixel_deg)
     }
 
-    /// The range of latitudes in which a meridian is visible.
+    /// The range of latitudes in which the line, if it is a meridian, is visible.
     pub(crate) fn latitude_range_deg(&self, pixel_deg: f64) -> [f64; 2] {
         let min_cosine = SPACING_FADE_PX.0 * pixel_deg / self.step_deg;
         let max_deg = if self.step_deg == STEPS_DEG[0] || min_cosine <= 0.0 { 90.0 } else { min_cosine.min(1.0).acos().to_degrees() };
@@ -79,12 +82,13 @@ pub(crate) fn grid_lines(cap: Cap, pixel_deg: f64) -> Vec<GridLine> {
     };
     let mut lines = Vec::new();
     for (k, step_deg) in STEPS_DEG.into_iter().enumerate() {
+        // A line of a coarser grid is also in the next coarser one, because each step is a multiple of the next.
         let is_in_no_coarser_grid = |n: i64| k == 0 || !is_multiple(n as f64 * step_deg, STEPS_DEG[k - 1]);
+        // The multiples of the step in a range.
         let indices = |from: f64, to: f64| ((from / step_deg).ceil() as i64)..=((to / step_deg).floor() as i64);
         if opacity_at_spacing(step_deg, pixel_deg) > 0.0 || k == 0 {
-            // A parallel at a pole would be a point.
-            let parallels =
-                indices(latitudes[0], latitudes[1]).filter(|n| is_in_no_coarser_grid(*n) && (*n as f64 * step_deg).abs() < 89.999_999);
+            let parallels = indices(latitudes[0], latitudes[1])
+                .filter(|n| is_in_no_coarser_grid(*n) && (*n as f64 * step_deg).abs() < MAX_PARALLEL_DEG);
             lines.extend(parallels.map(|n| GridLine { kind: GridLineKind::Parallel, coordinate_deg: n as f64 * step_deg, step_deg }));
         }
         if opacity_at_spacing(step_deg * largest_cosine, pixel_deg) > 0.0 || k == 0 {
@@ -109,7 +113,7 @@ fn is_multiple(value: f64, step: f64) -> bool {
     (ratio - ratio.round()).abs() < 1e-6
 }
 
-/// An angle with minutes and seconds only where they are not zero: `-20°30'`, `1°0'5"`.
+/// An angle in degrees, minutes and seconds, without the smaller units that are zero: `-20°`, `-20°30'`, `1°0'5"`.
 pub(crate) fn angle_text(degrees: f64) -> String {
     angle_text_with("", degrees)
 }
@@ -121,36 +125,39 @@ pub(crate) fn signed_angle_text(degrees: f64) -> String {
 
 /// [`angle_text`] with this text in front if the angle is positive.
 fn angle_text_with(plus: &str, degrees: f64) -> String {
-    let seconds = (degrees.abs() * 3600.0).round() as u64;
+    let seconds = (degrees.abs() * 3600.0).round();
     let sign = match () {
-        () if seconds == 0 => "",
+        () if seconds == 0.0 => "",
         () if degrees < 0.0 => "-",
         () => plus,
     };
-    sexagesimal_text(sign, seconds, ["°", "'", "\""])
+    sexagesimal_text(sign, (100.0 * seconds) as u64, ["°", "'", "\""])
 }
 
-/// A right ascension in hours, minutes and seconds, to a tenth of a second; trailing zeros are left out.
+/// A right ascension in hours, minutes and seconds, without the smaller units that are zero. Seconds have up to two decimals, because the finest grid has a
+/// meridian every 1/15 second.
 pub(crate) fn hours_text(degrees: f64) -> String {
-    let tenths = (degrees.rem_euclid(360.0) / 15.0 * 36_000.0).round() as u64 % 864_000;
-    let text = sexagesimal_text("", tenths / 10, ["h", "m", "s"]);
-    if tenths.is_multiple_of(10) {
-        text
-    } else {
-        format!("{}h{}m{}.{}s", tenths / 36_000, tenths / 600 % 60, tenths / 10 % 60, tenths % 10)
+    const HUNDREDTHS_PER_HOUR: f64 = 360_000.0;
+    let hundredths = (degrees.rem_euclid(360.0) / 15.0 * HUNDREDTHS_PER_HOUR).round() as u64 % (24 * HUNDREDTHS_PER_HOUR as u64);
+    sexagesimal_text("", hundredths, ["h", "m", "s"])
+}
+
+/// A number of degrees or hours, given in hundredths of a second, without the smaller units that are zero.
+fn sexagesimal_text(sign: &str, hundredths: u64, [whole, minute, second]: [&str; 3]) -> String {
+    let seconds = hundredths / 100;
+    let (wholes, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
+    match (minutes, seconds, hundredths % 100) {
+        (0, 0, 0) => format!("{sign}{wholes}{whole}"),
+        (_, 0, 0) => format!("{sign}{wholes}{whole}{minutes}{minute}"),
+        (_, _, 0) => format!("{sign}{wholes}{whole}{minutes}{minute}{seconds}{second}"),
+        (_, _, decimals) => {
+            let seconds = format!("{seconds}.{decimals:02}");
+            format!("{sign}{wholes}{whole}{minutes}{minute}{}{second}", seconds.trim_end_matches('0'))
+        }
     }
 }
 
-fn sexagesimal_text(sign: &str, seconds: u64, [whole, minute, second]: [&str; 3]) -> String {
-    let (d, m, s) = (seconds / 3600, seconds / 60 % 60, seconds % 60);
-    match (m, s) {
-        (0, 0) => format!("{sign}{d}{whole}"),
-        (m, 0) => format!("{sign}{d}{whole}{m}{minute}"),
-        (m, s) => format!("{sign}{d}{whole}{m}{minute}{s}{second}"),
-    }
-}
-
-/// The compass point of an azimuth if there is one, else the azimuth in degrees.
+/// The compass point of an azimuth if it is one of eight, else the azimuth as an angle.
 pub(crate) fn azimuth_text(degrees: f64, language: TextLanguage) -> String {
     const POINTS: [&str; 8] = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
     let eighth = degrees / 45.0;
@@ -218,6 +225,9 @@ mod tests {
         assert_eq!((signed_angle_text(0.0).as_str(), angle_text(1.0 + 5.0 / 3600.0).as_str()), ("0°", "1°0'5\""));
         assert_eq!((hours_text(90.0).as_str(), hours_text(82.5).as_str(), hours_text(360.0).as_str()), ("6h", "5h30m", "0h"));
         assert_eq!(hours_text(1.0 / 3600.0 * 7.5), "0h0m0.5s");
+        assert_eq!((hours_text(-1e-9).as_str(), hours_text(359.999_999_99).as_str()), ("0h", "0h"));
+        // Neighbouring meridians of the finest grid have different texts.
+        assert_eq!([1.0, 2.0, 10.0].map(|seconds| hours_text(seconds / 3600.0)), ["0h0m0.07s", "0h0m0.13s", "0h0m0.67s"]);
         assert_eq!(([315.0, 30.0, 360.0, 90.0].map(|degrees| azimuth_text(degrees, TextLanguage::English))), ["NW", "30°", "N", "E"]);
     }
 }

@@ -1,9 +1,9 @@
-//! Labels of bodies: names and markers, fewer of them where bodies are crowded.
+//! Labels of bodies: names and markers, fewer of them where bodies are crowded. Also the layer that contains them together with an image's other texts.
 //!
 //! In: the bodies that a camera sees, and the selected one. Out: labels in pixels of the image, important ones first. Always: names do not overlap
-//! (estimated from the mean width of a glyph) or cover other texts. A body whose name does not fit keeps its marker. The selected body's name may be some
-//! lines away where there is no room at its sides. A body has no label if its centre is outside the image, if it is behind the disc of a nearer body, or if
-//! it is close to a more important label. Does not draw glyphs.
+//! (estimated from the mean width of a glyph) or cover other texts. A body whose name does not fit keeps its marker; a body that fills the image has no name.
+//! The selected body's name may be some lines away where there is no room at its sides. A body has no label if its centre is outside the image, if it is
+//! behind the disc of a nearer body, or if it is close to a more important label. Does not draw glyphs.
 
 use super::data::{self, Dot};
 use super::features;
@@ -15,8 +15,7 @@ use crate::catalog::{Catalog, NaifId};
 use crate::scene::camera::Placement;
 use crate::scene::camera::sphere::ImageProjection;
 use crate::scene::draw::PixelView;
-use crate::scene::in_view::Appearance;
-use crate::scene::in_view::BodyInView;
+use crate::scene::in_view::{Appearance, BodyInView};
 use crate::scene::request::view_request::ViewRequest;
 use glam::DVec2;
 
@@ -29,7 +28,7 @@ pub struct Label {
     pub centre_px: DVec2,
     /// Radius of the body's disc.
     pub radius_px: f64,
-    /// The side on which its name is placed; `None` if the name does not fit.
+    /// The side on which its name is placed; `None` if the name does not fit, or if the body fills the image.
     pub name_side: Option<LabelSide>,
 }
 
@@ -62,6 +61,7 @@ impl LabelSide {
 
 /// Diameter in pixels above which a disc is more important than any smaller body except the Sun and the selected body.
 const LARGE_DISC_PX: f64 = 24.0;
+
 /// Sort key of a body's label, the most important first: its class, then its magnitude. A body of unknown magnitude counts as fainter than any other.
 fn rank(body: &BodyInView, selected: NaifId, parent_of: &impl Fn(NaifId) -> Option<NaifId>) -> (u8, f64) {
     let orbits_sun = parent_of(body.id).is_none_or(|p| p == NaifId::SUN);
@@ -72,7 +72,7 @@ fn rank(body: &BodyInView, selected: NaifId, parent_of: &impl Fn(NaifId) -> Opti
         () if orbits_sun => 3,
         () => 4,
     };
-    (class, body.magnitude.unwrap_or(99.0))
+    (class, body.magnitude.unwrap_or(f64::INFINITY))
 }
 
 /// sRGB of the selected body's name, marker and outline.
@@ -80,7 +80,7 @@ pub(crate) const SELECTED_COLOUR: [u8; 3] = [255, 206, 110];
 /// Opacity of a marker relative to that of a name, for a body that is not selected.
 pub(crate) const MARKER_OPACITY: f32 = 0.55;
 /// Radius of a disc, relative to the image's height, from which the body is not named, because it fills the image.
-pub(crate) const FILLS_IMAGE: f64 = 0.45;
+const FILLS_IMAGE: f64 = 0.45;
 
 /// The labels of an image.
 #[derive(Clone, Debug, PartialEq)]
@@ -96,7 +96,7 @@ pub struct LabelLayer {
 }
 
 impl LabelLayer {
-    /// The labels of the request's layers; `None` if there are none.
+    /// The texts, marks and data points of the layers that the request switches on; `None` if it switches on none of these layers.
     pub(crate) fn of(image: &impl ImageProjection, request: &ViewRequest, catalog: &Catalog, bodies: &[BodyInView]) -> Option<Self> {
         let layers = &request.layers;
         let shows_margin = layers.caption || layers.scale_bar || layers.compass;
@@ -141,7 +141,7 @@ impl LabelLayer {
         self.margin.rings.extend(margin.rings);
     }
 
-    /// Rectangles of the texts and bars of [`Self::margin`].
+    /// Rectangles of the texts and bars of [`Self::margin`]; those of [`Self::labels`] are not included.
     pub(crate) fn occupied<'a>(&'a self, metrics: &'a LabelMetrics) -> impl Iterator<Item = Rect> + 'a {
         self.margin.occupied(metrics)
     }
@@ -159,6 +159,11 @@ const NAME_MARGIN: f64 = 1.0;
 /// Distance in pixels from a more important body below which a body has no label; half the radius of that body's disc if this is larger, but at most
 /// 20 pixels.
 const CROWDED_PX: f64 = 7.0;
+/// Radius of a disc in pixels above which a body hides others; smaller ones are drawn as points or nearly so.
+const MIN_HIDING_RADIUS_PX: f64 = 3.0;
+/// How far inside the outline of a nearer body a disc must be to be hidden, relative to the nearer body's radius, for a camera at a height of one radius
+/// or more above that body. Lower cameras: in proportion to the height.
+const HIDDEN_DEPTH: f64 = 0.03;
 
 /// The labels of the bodies that a camera sees, most important first. `name_of` translates names; `occupied`: rectangles that names avoid.
 pub(crate) fn body_labels(
@@ -184,15 +189,15 @@ pub(crate) fn body_labels(
             is_inside.then_some((b, centre, radius_px))
         })
         .collect();
-    // Bodies that are larger than a point hide others even if their centres are outside the image: for example the body on which the camera stands.
-    let is_disc = |b: &&BodyInView| !b.placement.camera_is_inside() && image.disc_radius_px(angular_radius_rad(b)) > 3.0;
+    // Bodies hide others even if their centres are outside the image: for example the body on which the camera stands.
+    let is_disc = |b: &&BodyInView| !b.placement.camera_is_inside() && image.disc_radius_px(angular_radius_rad(b)) > MIN_HIDING_RADIUS_PX;
     let possibly_hiding: Vec<&BodyInView> = bodies.iter().filter(is_placed).filter(is_disc).collect();
     // A body is hidden only if its disc is well inside the outline of the nearer body, so a moon over the pole of an oblate planet keeps its label.
     let is_hidden = |b: &BodyInView| {
         possibly_hiding.iter().filter(|other| other.id != b.id && other.distance_km < b.distance_km).any(|nearer| {
             // For a camera on the ground the outline is the horizon, and a body just below it is hidden.
             let height_radii = (nearer.placement.camera_in_unit_sphere().length() - 1.0).clamp(0.0, 1.0);
-            let shrunk = Placement { radii_km: (1.0 - 0.03 * height_radii) * nearer.placement.radii_km, ..nearer.placement };
+            let shrunk = Placement { radii_km: (1.0 - HIDDEN_DEPTH * height_radii) * nearer.placement.radii_km, ..nearer.placement };
             shrunk.covers_disc(b.placement.centre_km, angular_radius_rad(b))
         })
     };
@@ -212,7 +217,8 @@ pub(crate) fn body_labels(
         let margin = DVec2::new(NAME_MARGIN * metrics.glyph_width_px, 0.0);
         let fits = |(_, rect): &(LabelSide, Rect)| rect.is_in_image(size) && !occupied.iter().any(|o| o.overlaps(&rect.padded(margin)));
         let max_lines = if b.id == selected { SELECTED_MAX_LINES } else { 0 };
-        let place = LabelSide::places(max_lines).map(with_rect).find(fits);
+        let is_named = radius_px < FILLS_IMAGE * size.y;
+        let place = LabelSide::places(max_lines).map(with_rect).find(fits).filter(|_| is_named);
         occupied.extend(place.map(|(_, rect)| rect));
         chosen.push(Label { body: b.id, name, centre_px, radius_px, name_side: place.map(|(side, _)| side) });
     }
@@ -221,8 +227,7 @@ pub(crate) fn body_labels(
 
 /// The rectangle of a body's name at its disc or marker.
 pub fn label_rect(centre_px: DVec2, radius_px: f64, name: &str, metrics: &LabelMetrics, side: LabelSide) -> Rect {
-    let width_px = name.chars().count() as f64 * metrics.glyph_width_px;
     let near_end = centre_px + side.offset_px(metrics, radius_px);
-    let corner = near_end - DVec2::new(if side.left { width_px } else { 0.0 }, 0.5 * metrics.line_height_px);
-    Rect { min: corner, max: corner + DVec2::new(width_px, metrics.line_height_px) }
+    let left_px = if side.left { near_end - DVec2::new(metrics.width_px(name), 0.0) } else { near_end };
+    metrics.rect(name, left_px)
 }

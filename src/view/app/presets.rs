@@ -1,8 +1,8 @@
 //! Views of general interest that are not moments of the catalog: the whole system, the Moon's phases, the sky tonight.
 //!
-//! In: the current time, the observer's place, positions. Out: a [`ViewState`], or `None` if the ephemeris does not cover the time; the rate of
-//! time at which the view runs. Always: quality and effects are those of the user. A preset may change orbits, constellations, the brightness of
-//! stars and the exposure; `PresetChanges` undoes this for the next view.
+//! In: the time that the window shows, the observer's place, positions. Out: a [`ViewState`], or `None` if the ephemeris does not cover the time; the rate
+//! of time at which the view runs. Always: quality and effects are those of the user. Besides camera and time, a preset may change only orbits,
+//! constellations, the brightness of stars and the exposure; `PresetChanges` undoes this for the next view.
 
 use super::body_positions::BodyPositions;
 use super::orbit_camera::OrbitCamera;
@@ -20,20 +20,23 @@ use glam::DVec3;
 const SYSTEM_ELEVATION_DEG: f64 = 40.0;
 /// Exposure of a view of the system: low enough that the Sun's glare hides no orbit, high enough that the layer of brightened stars shows stars.
 const SYSTEM_EXPOSURE_STOPS: f64 = 2.0;
-/// Distances from the Sun at which the orbits of Neptune and of Mars fill the image, au.
+/// Distance from the Sun at which the orbit of Neptune fills the image; [`INNER_DISTANCE_AU`]: that of Mars.
 const OUTER_DISTANCE_AU: f64 = 75.0;
+/// See [`OUTER_DISTANCE_AU`].
 const INNER_DISTANCE_AU: f64 = 3.9;
 /// Height of the camera of [`Preset::SkyTonight`] above the ground.
 const SKY_CAMERA_HEIGHT_KM: f64 = 0.002;
 /// Altitude of the middle of its image; the image's lower edge is just above the horizon.
 const SKY_ALTITUDE_DEG: f64 = 38.0;
+/// Its vertical field of view.
 const SKY_FOV_DEG: f64 = 75.0;
 /// Stops by which stars, Milky Way and zodiacal light are brightened.
 const SKY_STARS_BOOST: f64 = 2.0;
 /// Altitude of the Sun below which the sky counts as dark: the middle of astronomical twilight (-12 to -18 degrees).
 const DARK_SUN_ALTITUDE_DEG: f64 = -15.0;
-/// Time step and length of the search for a dark sky, seconds.
+/// Time step of the search for a dark sky.
 const DARK_STEP_S: f64 = 600.0;
+/// Length of the search.
 const DARK_SEARCH_S: f64 = SECONDS_PER_DAY;
 
 /// A view of general interest.
@@ -126,7 +129,8 @@ fn system_view(distance_au: f64, positions: &dyn BodyPositions, now: Instant, ba
     Some(ViewState { orbits: true, exposure_stops: Some(SYSTEM_EXPOSURE_STOPS), paused: None, ..view })
 }
 
-/// The first time from now on at which the sky over a place is dark; if it stays bright for a day, the time of the lowest Sun.
+/// The first time from `now` on at which the sky over a place is dark; if it stays bright for a day, the time of the lowest Sun. `None` if the ephemeris ends
+/// before the search does.
 fn dark_time(positions: &dyn BodyPositions, now: Instant, home: Home) -> Option<Instant> {
     // Only the direction of the vertical is used; it does not depend on the radii.
     let (_, up) = ground_point_km(DVec3::ONE, home.latitude_deg, home.longitude_deg, 0.0);

@@ -1,13 +1,13 @@
 //! The panels at the sides of the viewport: the list of bodies, the open panel, and a second panel that the user keeps open.
 //!
-//! In: which panels are open, and their widths from the settings. Out: the panels' content, and the widths to which the user dragged them.
-//! Always: the open panel and the kept panel are on opposite sides of the viewport. The kept panel is hidden while the window is too narrow for two
-//! panels; the list of bodies is hidden while a panel is open in a narrow window. A panel whose title is dragged to the other half of the window
-//! moves there, and the other panel takes its side.
+//! In: which panels are open, and their widths from the settings. Out: the panels' content, and the widths to which the user dragged them, up to half the
+//! width of the window. Always: the open panel and the kept panel are on opposite sides of the viewport. The kept panel is hidden while the window is too
+//! narrow for two panels; the list of bodies is hidden while a panel is open in a narrow window. A panel whose title is dragged to the other half of the
+//! window moves there, and the other panel takes its side.
 
 use super::icons::{self, Icon};
 use super::{Interface, Tab, body_browser, camera_controls};
-use crate::view::app::settings::valid_width;
+use crate::view::app::settings::{PanelLayout, valid_width};
 use crate::view::app::viewer::Action;
 use crate::view::language::text;
 use crate::view::worker::render_worker::RenderWorker;
@@ -63,6 +63,26 @@ impl Interface {
     }
 }
 
+/// The name under which egui stores the width of a panel. Wide panels have names of their own, so that they do not take the width of the others.
+fn egui_name(tab: Tab, is_kept: bool) -> &'static str {
+    match (tab.is_wide(), is_kept) {
+        (false, false) => "open panel",
+        (true, false) => "wide open panel",
+        (false, true) => "kept panel",
+        (true, true) => "wide kept panel",
+    }
+}
+
+/// The width of a panel in the settings.
+fn stored_width(panels: &mut PanelLayout, tab: Tab, is_kept: bool) -> &mut Option<f32> {
+    match (tab.is_wide(), is_kept) {
+        (false, false) => &mut panels.panel_width,
+        (true, false) => &mut panels.wide_width,
+        (false, true) => &mut panels.kept_width,
+        (true, true) => &mut panels.kept_wide_width,
+    }
+}
+
 /// Shows the list of bodies and the open panels, and stores the widths that the user set.
 pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     // A width above half the window is not stored: the minimum width may have enforced it in a temporarily small window.
@@ -89,24 +109,19 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
     }
     let on_left = interface.settings.panels.on_left;
     if let Some(tab) = interface.visible_kept(ui.ctx()) {
-        let name = if tab.is_wide() { "wide kept panel" } else { "kept panel" };
+        let name = egui_name(tab, true);
         let panel = if on_left { Panel::right(name) } else { Panel::left(name) };
-        let panels = &interface.settings.panels;
-        let stored = if tab.is_wide() { panels.kept_wide_width } else { panels.kept_width };
-        let width = valid_width(stored, tab.default_width());
+        let width = valid_width(*stored_width(&mut interface.settings.panels, tab, true), tab.default_width());
         let shown = panel.default_size(width).min_size(MIN_PANEL_WIDTH).show(ui, |ui| {
             heading(interface, ui, tab);
             tab.show(interface, ui, worker, actions);
         });
-        let panels = &mut interface.settings.panels;
-        remember_width(shown.response.rect.width(), if tab.is_wide() { &mut panels.kept_wide_width } else { &mut panels.kept_width });
+        remember_width(shown.response.rect.width(), stored_width(&mut interface.settings.panels, tab, true));
     }
     if let Some(tab) = interface.tab {
-        let stored = if tab.is_wide() { interface.settings.panels.wide_width } else { interface.settings.panels.panel_width };
-        // egui stores a panel's width under the panel's name, so wide panels have a name of their own.
-        let name = if tab.is_wide() { "wide open panel" } else { "open panel" };
+        let name = egui_name(tab, false);
         let panel = if on_left { Panel::left(name) } else { Panel::right(name) };
-        let width = valid_width(stored, tab.default_width());
+        let width = valid_width(*stored_width(&mut interface.settings.panels, tab, false), tab.default_width());
         // Some of the viewport stays visible between two panels.
         let is_kept_visible = interface.visible_kept(ui.ctx()).is_some();
         let max_panel_width =
@@ -115,9 +130,9 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
             heading(interface, ui, tab);
             tab.show(interface, ui, worker, actions);
         });
-        let panels = &mut interface.settings.panels;
+        // A width that this limit enforced is not stored.
         if shown.response.rect.width() < max_panel_width {
-            remember_width(shown.response.rect.width(), if tab.is_wide() { &mut panels.wide_width } else { &mut panels.panel_width });
+            remember_width(shown.response.rect.width(), stored_width(&mut interface.settings.panels, tab, false));
         }
     }
     interface.settings.panels.bodies_shown = interface.body_browser_shown;

@@ -8,7 +8,7 @@ use super::icons::{self, Icon};
 use super::{Interface, tour, what_to_see_now};
 use crate::catalog::NaifId;
 use crate::scene::Scene;
-use crate::scene::labels::{self, FILLS_IMAGE, LabelMetrics, MARKER_OPACITY, MARKER_RADIUS, body_at, snapped_px, star_at, star_px};
+use crate::scene::labels::{self, LabelMetrics, MARKER_OPACITY, MARKER_RADIUS, body_at, snapped_px, star_at, star_px};
 use crate::scene::request::view_request::MAX_IMAGE_PX;
 use crate::view::app::orbit_camera::LOG_HEIGHT_PER_NOTCH;
 use crate::view::app::viewer::Action;
@@ -259,10 +259,9 @@ fn paint_labels(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &Im
                 Stroke::new(1.0, colour.gamma_multiply(if is_selected { 1.0 } else { MARKER_OPACITY })),
             );
         }
-        // A body that fills the image is named in the title instead.
+        // A body that fills the image has no name side: the title names it.
         if let Some(side) = label.name_side
             && interface.settings.names
-            && radius < FILLS_IMAGE as f32 * rect.height()
         {
             let text_at = at + vec2(side.offset_px(&LabelMetrics::of_size(f64::from(NAME_POINTS)), f64::from(radius)));
             let align = if side.left { Align2::RIGHT_CENTER } else { Align2::LEFT_CENTER };

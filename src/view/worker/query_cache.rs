@@ -1,19 +1,20 @@
 //! A cache of query results that are computed off the window's thread.
 //!
-//! In: a key and a query. Out: the answer, some frames later. Always: a query runs once per key until its answer is dropped; a lookup
-//! never blocks.
+//! In: a key and a query. Out: the answer, some frames later. Always: a query runs once per key until its entry is dropped; a lookup never blocks.
+//! Not for more than `CAPACITY` keys in one frame: they would displace each other before their answers arrive.
 
 use crate::session::Session;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use std::collections::HashMap;
 use std::hash::Hash;
 
+/// The state of a query.
 enum Answer<T> {
     Waiting(Pending<T>),
     Ready(T),
 }
 
-/// The answers by key, arrived or pending.
+/// The queries by key, answered or pending.
 pub(crate) struct QueryCache<K, T>(HashMap<K, Answer<T>>);
 
 impl<K, T> Default for QueryCache<K, T> {
@@ -22,7 +23,7 @@ impl<K, T> Default for QueryCache<K, T> {
     }
 }
 
-/// Largest number of stored answers. A full cache is emptied before the next query.
+/// Largest number of entries. A full cache is emptied, also of pending queries, before the next query.
 const CAPACITY: usize = 600;
 
 impl<K: Eq + Hash + Clone, T: Send + 'static> QueryCache<K, T> {
@@ -51,15 +52,15 @@ impl<K: Eq + Hash + Clone, T: Send + 'static> QueryCache<K, T> {
         }
     }
 
-    /// Drops all answers.
+    /// Drops all entries.
     pub(crate) fn clear(&mut self) {
         self.0.clear();
     }
 }
 
 impl<K, T, E> QueryCache<K, Result<T, E>> {
-    /// Drops the answers that are errors or have not arrived, so that their queries run again. For a change of language: an error may be a text in the
-    /// language in which the query was made.
+    /// Drops the entries whose answers are errors or have not arrived, so that their queries run again. For a change of language: an error may be a text in
+    /// the language in which the query was made.
     pub(crate) fn forget_failures(&mut self) {
         self.0.retain(|_, answer| matches!(answer, Answer::Ready(Ok(_))));
     }

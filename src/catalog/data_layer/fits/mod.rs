@@ -294,6 +294,23 @@ mod tests {
         }
         let rotated = [&plate_carree("10")[..], &[("LONPOLE", "90")]].concat();
         assert!(file_with(&rotated, SIZE, &[1, 2, 3, 4]).is_err_and(|(_, why)| why.starts_with("LONPOLE")));
+        let (_, north_up) = file_with(&plate_carree("10"), SIZE, &[1, 2, 3, 4]).expect("a part");
+        for (latitude, is_north_up) in [("90", true), ("0", true), ("-90", false)] {
+            let with_pole = [&plate_carree("10")[..], &[("LATPOLE", latitude)]].concat();
+            match file_with(&with_pole, SIZE, &[1, 2, 3, 4]) {
+                Ok((_, wcs)) => assert!(is_north_up && wcs == north_up, "{latitude}: {wcs:?}"),
+                Err((card, why)) => assert!(!is_north_up && card == 13 && why.starts_with("LATPOLE: `-90`"), "{latitude}: {card}: {why}"),
+            }
+        }
+        let far = plate_carree("10").map(|(keyword, value)| (keyword, if keyword == "CRPIX1" { "1e300" } else { value }));
+        assert!(
+            file_with(&far, SIZE, &[1, 2, 3, 4]).is_err_and(|(card, why)| card == 9 && why == "CRPIX1: `1e300` is not within ±10000000000")
+        );
+        // The scale is in card 11 or 12, as CD.
+        for (cd, expected) in [(["0.0", "10"], 11), (["10", "-10"], 12)] {
+            let cards = [&plate_carree("10")[..5], &[("CD1_1", cd[0]), ("CD2_2", cd[1])]].concat();
+            assert!(file_with(&cards, SIZE, &[1, 2, 3, 4]).is_err_and(|(card, _)| card == expected), "{cd:?}");
+        }
     }
 
     /// In older files the cards of frame and equinox have other names.
@@ -361,7 +378,7 @@ mod tests {
             ("RA---TAN", "RA---SIN", 6, "CTYPE1: `RA---SIN`: on the sky only"),
             ("RA---TAN", "RA---TAN-SIP", 6, "CTYPE1: `RA---TAN-SIP`"),
             ("83.633", "x", 8, "CRVAL1: `x` is not a number"),
-            ("22.0145", "122.0", 9, "CRVAL2: 122 is not within ±90"),
+            ("22.0145", "122.0", 9, "CRVAL2: `122.0` is not within ±90"),
         ] {
             let changed: Vec<(&str, String)> = TAN.iter().map(|(k, v)| (*k, v.replace(from, to))).collect();
             let changed: Vec<(&str, &str)> = changed.iter().map(|(k, v)| (*k, v.as_str())).collect();

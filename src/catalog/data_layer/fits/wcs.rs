@@ -39,6 +39,24 @@ fn unsupported_card(header: &Header, keyword: &str, why: &str) -> CardError {
     (header.card_number(keyword), format!("{keyword}: `{}`: {why}", echo_within(header.text(keyword), 30)))
 }
 
+/// The number of the card with the scale along an axis, 1 or 2: of CD, or of CDELT in a file without CD.
+fn scale_card_number(header: &Header, axis: u8) -> usize {
+    let keywords = [format!("CD{axis}_{axis}"), format!("CDELT{axis}")];
+    keywords.iter().find(|k| !header.text(k).is_empty()).map_or(1, |k| header.card_number(k))
+}
+
+/// The number of a card that the image must have, from -`limit` to `limit`.
+fn required(header: &Header, keyword: &str, limit: f64) -> Result<f64, CardError> {
+    match header.number(keyword)? {
+        Some(v) if v.abs() <= limit => Ok(v),
+        Some(_) => {
+            let value = echo_within(header.text(keyword), 30);
+            Err((header.card_number(keyword), format!("{keyword}: `{value}` is not within ±{limit}")))
+        }
+        None => Err((1, format!("{keyword} is missing"))),
+    }
+}
+
 /// The matrix from pixels to intermediate world coordinates, degrees: CD, or CDELT with PC or CROTA2.
 fn matrix(header: &Header) -> Result<[[f64; 2]; 2], CardError> {
     let number = |keyword: &str| header.number(keyword);
@@ -69,10 +87,7 @@ fn matrix(header: &Header) -> Result<[[f64; 2]; 2], CardError> {
     let area = (a * d - b * c).abs();
     // A pixel has at least 1e-9 square arcseconds and at most 10,000 square degrees, about a quarter of the sky.
     if !(1e-9 / (3600.0 * 3600.0)..=1e4).contains(&area) {
-        return Err((
-            header.card_number("CDELT1").max(header.card_number("CD1_1")),
-            format!("a pixel of {area:.1e} square degrees cannot be placed"),
-        ));
+        return Err((scale_card_number(header, 1), format!("a pixel of {area:.1e} square degrees cannot be placed")));
     }
     Ok(deg_per_px)
 }
@@ -114,13 +129,8 @@ pub(super) fn on_sky(header: &Header) -> Result<ImageWcs, CardError> {
         return Err(unsupported_card(header, keyword, "only ICRS and FK5 J2000 coordinates are supported"));
     }
     check_units(header)?;
-    let required = |keyword: &str, limit: f64| match header.number(keyword)? {
-        Some(v) if v.abs() <= limit => Ok(v),
-        Some(v) => Err((header.card_number(keyword), format!("{keyword}: {v} is not within ±{limit}"))),
-        None => Err((1, format!("{keyword} is missing"))),
-    };
-    let centre_deg = [required("CRVAL1", 360.0)?, required("CRVAL2", 90.0)?];
-    let centre_px = [required("CRPIX1", 1e7)?, required("CRPIX2", 1e7)?];
+    let centre_deg = [required(header, "CRVAL1", 360.0)?, required(header, "CRVAL2", 90.0)?];
+    let centre_px = [required(header, "CRPIX1", 1e7)?, required(header, "CRPIX2", 1e7)?];
     // LONPOLE states on which side of the image north is. Without it, north is up (180), but in an image around the north pole it is down (0; Calabretta &
     // Greisen, section 2.2).
     let default_lonpole = if centre_deg[1] < 90.0 { 180.0 } else { 0.0 };
@@ -149,11 +159,11 @@ pub(super) fn on_body(header: &Header, [width, height]: [u32; 2]) -> Result<Imag
     if types == ["", ""] && width == 2 * height {
         return Ok(ImageWcs::PlateCarree { west_deg: -180.0, east_deg: 180.0, south_deg: -90.0, north_deg: 90.0, mirrored: false });
     }
-    let is_car = |text: &str, kinds: &[&str]| text.strip_suffix("CAR").is_some_and(|axis| kinds.contains(&axis.trim_end_matches('-')));
+    let is_car = |text: &str, axis: &str| text.strip_suffix("CAR").is_some_and(|name| name.trim_end_matches('-') == axis);
     // Axes of a body's map are named xxLN and xxLT, or LON and LAT; GLON and RA are coordinates of the sky.
     let has_longitude = types[0].get(2..4) == Some("LN") && types[0].ends_with("-CAR");
     let has_latitude = types[1].get(2..4) == Some("LT") && types[1].ends_with("-CAR");
-    if !(has_longitude && has_latitude || is_car(types[0], &["LON"]) && is_car(types[1], &["LAT"])) {
+    if !(has_longitude && has_latitude || is_car(types[0], "LON") && is_car(types[1], "LAT")) {
         return Err(unsupported_card(
             header,
             "CTYPE1",
@@ -171,15 +181,21 @@ pub(super) fn on_body(header: &Header, [width, height]: [u32; 2]) -> Result<Imag
     if !matches!(header.number("LONPOLE")?, None | Some(0.0 | 180.0)) {
         return Err(unsupported_card(header, "LONPOLE", "only 0 and 180 are supported: any other value means a rotated map"));
     }
-    let [[dx, b], [c, dy]] = matrix(header)?;
-    if b.abs() > 1e-9 || c.abs() > 1e-9 || dy <= 0.0 {
+    // With CRVAL2 = 0, LONPOLE allows two orientations: LATPOLE, 90 by default, is nearest to the latitude of the pole that applies (section 2.4 of the
+    // second paper). South is up if it is negative.
+    if header.number("LATPOLE")?.is_some_and(|latitude| latitude < 0.0) {
+        return Err(unsupported_card(header, "LATPOLE", "only a map with north up is supported: a negative value means that south is up"));
+    }
+    // Degrees per pixel. `lon_by_y` and `lat_by_x` are 0 except for rounding errors unless the map is rotated.
+    let [[dx, lon_by_y], [lat_by_x, dy]] = matrix(header)?;
+    if lon_by_y.abs() > 1e-9 || lat_by_x.abs() > 1e-9 || dy <= 0.0 {
         return Err((
-            header.card_number("CDELT2"),
+            scale_card_number(header, 2),
             "a rotated map, or one whose rows run from north to south, is not supported".to_owned(),
         ));
     }
-    let required = |keyword: &str| header.number(keyword)?.ok_or_else(|| (1, format!("{keyword} is missing")));
-    let [x, y, lon] = [required("CRPIX1")?, required("CRPIX2")?, required("CRVAL1")?];
+    // The limits keep the edges short in a message.
+    let [x, y, lon] = [required(header, "CRPIX1", 1e10)?, required(header, "CRPIX2", 1e10)?, required(header, "CRVAL1", 720.0)?];
     let edges = [0.5, f64::from(width) + 0.5].map(|px| lon + (px - x) * dx);
     let [west_deg, east_deg] = if dx < 0.0 { [edges[1], edges[0]] } else { edges };
     let [south_deg, north_deg] = [0.5, f64::from(height) + 0.5].map(|px| (px - y) * dy);
