@@ -18,7 +18,7 @@ pub(crate) fn interleaved<T, E>(rounds: usize, workloads: &[&Workload<'_, T, E>]
     let mut results: Vec<Vec<T>> = workloads.iter().map(|_| Vec::with_capacity(rounds)).collect();
     let count = workloads.len();
     for round in 0..rounds {
-        // Every other round runs backwards, and every second round starts with another workload.
+        // Rounds with an odd number run backwards. After every two rounds, the first workload of a round changes.
         for step in 0..count {
             let position = (step + round / 2) % count;
             let k = if round % 2 == 0 { position } else { count - 1 - position };
@@ -28,7 +28,7 @@ pub(crate) fn interleaved<T, E>(rounds: usize, workloads: &[&Workload<'_, T, E>]
     Ok(results)
 }
 
-/// Seconds that a workload takes: CPU time of the process, or elapsed time where the system does not report it.
+/// Seconds that a workload takes: CPU time of the process, or elapsed time where the system does not report it or its clock has not advanced.
 ///
 /// # Errors
 /// The workload's error.
