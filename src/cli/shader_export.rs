@@ -126,8 +126,8 @@ pub(crate) fn atlas(common: &Common, folder: &Path, options: &ExportOptions) -> 
     let bar = progress(ids.len() as u64);
     let written = atlas::write(folder, &revision(common)?, &ids, &lowering(), || bar.inc(1));
     bar.finish_and_clear();
-    let entries = written.map_err(|e| CliError::Failed(echo(&e.to_string())))?;
-    print_result(&format!("{} modules written; open {}\n", entries.len(), echo(&folder.join("index.html").display().to_string())))
+    let modules = written.map_err(|e| CliError::Failed(echo(&e.to_string())))?;
+    print_result(&format!("{} modules written; open {}\n", modules.len(), echo(&folder.join("index.html").display().to_string())))
 }
 
 pub(crate) fn corpus(common: &Common, folder: &Path, options: &ExportOptions) -> Result<(), CliError> {
