@@ -88,15 +88,14 @@ pub(crate) fn error_bounds(session: &Session, request: &ViewRequest) -> Result<F
         let bound: [f64; 3] = std::array::from_fn(|c| {
             let light = f64::from(pixel[c]);
             let rounding = 2.0 * f64::from((pixel[c] - inputs.other_precision[k][c]).abs()) + 1e-6 * light.abs();
-            let eclipse = inputs.without_eclipses.as_ref().map_or(0.0, |(unshadowed, fraction)| {
-                let unshadowed = f64::from(unshadowed[k][c]);
-                if (unshadowed - light).abs() > 1e-6 * unshadowed { fraction * unshadowed } else { 0.0 }
-            });
-            let air = inputs.air.as_ref().map_or(0.0, |air| {
-                let airless = f64::from(air.airless[k][c]);
-                let transmitted = airless * (-f64::from(air.optical_depth[k][c])).exp();
-                air.max_error * (light - transmitted).max(0.0) + stated_errors::AIR_TRANSMITTANCE * airless
-            });
+            let eclipse = inputs
+                .without_eclipses
+                .as_ref()
+                .map_or(0.0, |(unshadowed, max_error)| eclipse_error(light, f64::from(unshadowed[k][c]), *max_error));
+            let air = inputs
+                .air
+                .as_ref()
+                .map_or(0.0, |air| air_error(light, f64::from(air.airless[k][c]), f64::from(air.optical_depth[k][c]), air.max_error));
             let models = MODEL_DIFFERENCE_FACTOR * f64::from((pixel[c] - inputs.reference_models[k][c]).abs());
             let left_out = if is_display { VISIBLE_LIGHT / factor + VISIBLE_CHANGE * light.abs() } else { 0.0 };
             known_or_infinite(rounding + models + eclipse + air + sampling_error_fraction(request.quality) * difference[c] + left_out)
@@ -108,6 +107,19 @@ pub(crate) fn error_bounds(session: &Session, request: &ViewRequest) -> Result<F
         display.push([levels[0], levels[1], levels[2], u8::MAX]);
     }
     Ok(Frame { width, height, hdr, display })
+}
+
+/// Bound of the error of the eclipse model, from the light with and without eclipses; 0 where eclipses change nothing. NaN if `unshadowed` is NaN.
+fn eclipse_error(light: f64, unshadowed: f64, max_error: f64) -> f64 {
+    if (unshadowed - light).abs() <= 1e-6 * unshadowed { 0.0 } else { max_error * unshadowed }
+}
+
+/// Bound of the error of the atmosphere model, from the light with and without atmospheres. `max_error` applies to the scattered light: what remains without
+/// the transmitted light. NaN if an input is NaN.
+fn air_error(light: f64, airless: f64, optical_depth: f64, max_error: f64) -> f64 {
+    let transmitted = airless * (-optical_depth).exp();
+    let scattered = if light <= transmitted { 0.0 } else { light - transmitted };
+    max_error * scattered + stated_errors::AIR_TRANSMITTANCE * airless
 }
 
 /// The bound of a channel; infinite if it is not a number, because then nothing is known of the channel (`f64::max` would ignore it).
@@ -209,6 +221,16 @@ mod tests {
         for (light, bound) in [(0.5, f64::INFINITY), (f64::NAN, 0.1), (f64::INFINITY, 0.1), (0.5, f64::NAN)] {
             assert_eq!(level_bound(light, bound), 255, "light {light}, bound {bound}");
         }
+    }
+
+    /// `f64::max` and comparisons with NaN would give an error of 0.
+    #[test]
+    fn an_input_that_is_not_a_number_is_not_taken_for_no_error() {
+        assert_eq!([eclipse_error(0.5, 0.5, 0.1), eclipse_error(0.5, 1.0, 0.1)], [0.0, 0.1]);
+        assert!(eclipse_error(0.5, f64::NAN, 0.1).is_nan() && eclipse_error(f64::NAN, 0.5, 0.1) == 0.05);
+        assert_eq!(air_error(0.5, 0.0, 0.0, 0.1), 0.05);
+        assert_eq!(air_error(0.25, 0.5, 0.0, 0.1), stated_errors::AIR_TRANSMITTANCE * 0.5);
+        assert!(air_error(0.5, 0.5, f64::NAN, 0.1).is_nan());
     }
 
     #[test]
