@@ -1,4 +1,4 @@
-//! Compares two revisions of the shader library: source, image, figures and cost of each module, by cause.
+//! Compares two revisions of the shader library: source, sample image and figures (cost, statistics of the image) of each module, by cause.
 //!
 //! In: two [`Revision`]s. Out: a [`Report`]. Always: modules with equal text and tape are counted and not drawn. A module that one revision
 //! cannot compile is a failure with its reason, never "equal". The causes of a change are the fragments whose lines differ. If the text differs but no
