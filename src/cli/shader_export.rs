@@ -129,9 +129,9 @@ pub(crate) fn atlas(common: &Common, folder: &Path, options: &ExportOptions) -> 
     let bar = progress(ids.len() as u64);
     let written = atlas::write(folder, &revision, &ids, &lowering(), || bar.inc(1));
     bar.finish_and_clear();
-    let entries = written.map_err(|e| CliError::Failed(echo(&e.to_string())))?;
+    let modules = written.map_err(|e| CliError::Failed(echo(&e.to_string())))?;
     let index = folder.join("index.html").display().to_string();
-    print_result(&format!("{} written; open {}\n", counted(entries.len(), "module"), echo(&index)))
+    print_result(&format!("{} written; open {}\n", counted(modules.len(), "module"), echo(&index)))
 }
 
 pub(crate) fn corpus(common: &Common, folder: &Path, options: &ExportOptions) -> Result<(), CliError> {

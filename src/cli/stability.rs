@@ -80,7 +80,7 @@ pub(crate) fn run(common: &Common, args: &StabilityArgs) -> Result<(), CliError>
 fn report_json(report: &SweepReport) -> Value {
     json!({
         "name": report.name, "cases": report.found.cases, "worst": report.found.worst, "bound": report.bound, "unit": report.unit,
-        "where": report.found.location, "cause": report.found.cause,
+        "where": report.found.worst_case, "cause": report.found.cause,
     })
 }
 
@@ -90,6 +90,6 @@ fn report_text(report: &SweepReport) -> String {
     let found = &report.found;
     format!(
         "{:<15} {verdict:<6} {:>6} cases, worst {:.3e} of {:.3e} {} ({})\n    at {}\n    {}\n",
-        report.name, found.cases, found.worst, report.bound, report.unit, report.reason, found.location, found.cause,
+        report.name, found.cases, found.worst, report.bound, report.unit, report.reason, found.worst_case, found.cause,
     )
 }

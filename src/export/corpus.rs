@@ -6,14 +6,14 @@
 //! body. docs/corpus.md describes the format.
 
 use super::revision::{Revision, RevisionError};
-use super::sample_image::{SampleBodyRenderer, SampleImage, level_differences, map_with_renderers};
+use super::sample_image::{SampleBodyRenderer, SampleImage, map_with_renderers};
 use crate::files::{FileAccess, WriteError, write_atomic, write_error};
 use crate::image::{TexelFormat, Texture};
 use crate::render::plan::{AddressMode, Attribute, PlanDraw, TextureSource, Vertices};
 use crate::session::SessionError;
 use crate::shader::generator::hex;
 use crate::shader::key::ShaderKey;
-use crate::shader::library::file_name;
+use crate::shader::library::file_stem;
 use crate::shader::{Lowering, ModuleId, ShaderModule};
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
@@ -158,9 +158,8 @@ fn assemble_case(module: &ShaderModule, draw: &PlanDraw, sample: &SampleImage) -
     let vertices = vertices_json(&draw.vertices, &mut blobs);
     let entry_points: serde_json::Map<String, Value> =
         module.module.entry_points.iter().map(|e| (format!("{:?}", e.stage).to_lowercase(), json!(e.name))).collect();
-    let folder = file_name(&module.id);
     Ok(Case {
-        folder: format!("cases/{}", folder.rsplit_once('.').map_or(folder.as_str(), |(stem, _)| stem)),
+        folder: format!("cases/{}", file_stem(&module.id)),
         wgsl: module.wgsl.clone(),
         json: json!({
             "format": FORMAT,
@@ -173,7 +172,8 @@ fn assemble_case(module: &ShaderModule, draw: &PlanDraw, sample: &SampleImage) -
             "vertices": vertices,
             "expected": expected,
             "tolerance": TOLERANCE,
-            "own_f32_max_error": level_differences(&sample.single, &sample.double).into_iter().fold(0.0, f64::max) / 255.0,
+            // After sRGB encoding, unlike the tolerance.
+            "own_f32_max_error": sample.rounding_levels() / 255.0,
         }),
         blobs,
     })

@@ -1,15 +1,14 @@
-//! Compares two revisions of the shader library: source, image, figures and cost of each module, by cause.
+//! Compares two revisions of the shader library: source, sample image and figures (cost, statistics of the image) of each module, by cause.
 //!
 //! In: two [`Revision`]s. Out: a [`Report`]. Always: modules with equal text and tape are counted and not drawn. A module that one revision
 //! cannot compile is a failure with its reason, never "equal". The causes of a change are the fragments whose lines differ. If the text differs but no
 //! fragment does, the cause is the generator. If the text is equal and only the tape differs, it is the lowering.
 
 use super::revision::Revision;
-use super::sample_image::{SampleBodyRenderer, SampleImage, level_differences};
+use super::sample_image::{SampleBodyRenderer, SampleImage, level_differences, map_with_renderers};
 use crate::session::{SessionError, tape_costs};
 use crate::shader::compare::changed_lines;
 use crate::shader::{Lowering, ModuleId, ShaderModule};
-use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -86,13 +85,14 @@ enum ModuleComparison {
     Changed(Box<ModuleChange>),
     OnlyInFirst,
     OnlyInSecond,
-    Failed(String),
 }
 
-/// The modules that at least one revision lists. `default_ids`: those to compare if both revisions are folders of fragments.
+/// The modules to compare: those that at least one library lists, or `default_ids` if both revisions are folders of fragments.
 fn ids(revisions: [&Revision; 2], default_ids: &[ModuleId]) -> Vec<ModuleId> {
-    let listed: Vec<ModuleId> = revisions.iter().filter_map(|r| r.ids()).flatten().collect();
-    let all: BTreeSet<ModuleId> = if listed.is_empty() { default_ids.iter().cloned().collect() } else { listed.into_iter().collect() };
+    let libraries: Vec<Vec<ModuleId>> = revisions.iter().filter_map(|r| r.ids()).collect();
+    // A library may list no module that this program knows, so an empty list does not mean fragments.
+    let all: BTreeSet<ModuleId> =
+        if libraries.is_empty() { default_ids.iter().cloned().collect() } else { libraries.into_iter().flatten().collect() };
     all.into_iter().collect()
 }
 
@@ -177,32 +177,26 @@ impl Report {
         drop(SampleBodyRenderer::new(SIDE_PX)?);
         let ids = ids(revisions, default_ids);
         on_start(ids.len());
-        // Each rayon job has its own renderer, which runs on one thread.
-        let new_renderer = || SampleBodyRenderer::new(SIDE_PX).map_err(|e| e.to_string());
-        let compare_module = |renderer: &mut Result<SampleBodyRenderer, String>, id: &ModuleId| {
+        let compare_module = |renderer: &SampleBodyRenderer, id: &ModuleId| -> Result<ModuleComparison, String> {
             let modules = revisions.map(|r| r.module(id, lowering).map_err(|e| format!("{}: {e}", r.name)));
-            let compared = match modules {
-                [Ok(Some(a)), Ok(Some(b))] => match renderer {
-                    Ok(renderer) => compare(renderer, [a, b], id).unwrap_or_else(ModuleComparison::Failed),
-                    Err(e) => ModuleComparison::Failed(e.clone()),
-                },
-                [Err(e), _] | [_, Err(e)] => ModuleComparison::Failed(e),
-                [Ok(Some(_)), Ok(None)] => ModuleComparison::OnlyInFirst,
+            match modules {
+                [Ok(Some(a)), Ok(Some(b))] => compare(renderer, [a, b], id),
+                [Err(e), _] | [_, Err(e)] => Err(e),
+                [Ok(Some(_)), Ok(None)] => Ok(ModuleComparison::OnlyInFirst),
                 // At least one revision lists the module.
-                [Ok(None), Ok(_)] => ModuleComparison::OnlyInSecond,
-            };
-            on_module_done();
-            compared
+                [Ok(None), Ok(_)] => Ok(ModuleComparison::OnlyInSecond),
+            }
         };
-        let compared: Vec<ModuleComparison> = ids.par_iter().map_init(new_renderer, compare_module).collect();
+        let renderer_error = |_: &ModuleId, e: &SessionError| e.to_string();
+        let compared = map_with_renderers(SIDE_PX, &ids, compare_module, renderer_error, on_module_done);
         let mut report = Self { first: revisions[0].name.clone(), second: revisions[1].name.clone(), ..Self::default() };
         for (id, compared) in ids.iter().zip(compared) {
             match compared {
-                ModuleComparison::Equal => report.equal += 1,
-                ModuleComparison::Changed(change) => report.changed.push(*change),
-                ModuleComparison::OnlyInFirst => report.only_first.push(id.to_string()),
-                ModuleComparison::OnlyInSecond => report.only_second.push(id.to_string()),
-                ModuleComparison::Failed(why) => report.failures.push((id.to_string(), why)),
+                Ok(ModuleComparison::Equal) => report.equal += 1,
+                Ok(ModuleComparison::Changed(change)) => report.changed.push(*change),
+                Ok(ModuleComparison::OnlyInFirst) => report.only_first.push(id.to_string()),
+                Ok(ModuleComparison::OnlyInSecond) => report.only_second.push(id.to_string()),
+                Err(why) => report.failures.push((id.to_string(), why)),
             }
         }
         let [first, second] = revisions.map(Revision::unknown_modules);

@@ -52,11 +52,16 @@ pub struct Revision {
     unknown: BTreeSet<String>,
 }
 
+/// Everything in a folder. An error names this folder, which may be one below the folder that the user gave.
+fn paths_in(folder: &Path) -> Result<Vec<PathBuf>, RevisionError> {
+    let failed = |source| RevisionError::Folder { folder: folder.to_owned(), source };
+    std::fs::read_dir(folder).map_err(failed)?.map(|entry| entry.map(|e| e.path()).map_err(failed)).collect()
+}
+
 /// The paths of the entries in a folder, sorted.
-fn entries_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
+fn entries_in(folder: &Path) -> Result<Vec<PathBuf>, RevisionError> {
     let mut entries = Vec::new();
-    for entry in std::fs::read_dir(folder)? {
-        let path = entry?.path();
+    for path in paths_in(folder)? {
         if path.extension().is_some_and(|e| e == EXTENSION) {
             entries.push(path);
         }
@@ -66,10 +71,9 @@ fn entries_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
 }
 
 /// Folders below a library's root that contain entries: one for each generator.
-fn generator_folders(root: &Path) -> std::io::Result<Vec<PathBuf>> {
+fn generator_folders(root: &Path) -> Result<Vec<PathBuf>, RevisionError> {
     let mut found = Vec::new();
-    for entry in std::fs::read_dir(root)? {
-        let path = entry?.path();
+    for path in paths_in(root)? {
         if path.is_dir() && !entries_in(&path)?.is_empty() {
             found.push(path);
         }
@@ -95,8 +99,7 @@ impl Revision {
     /// # Errors
     /// The folder cannot be read, contains none of these, or contains several revisions.
     pub fn open(folder: &Path) -> Result<Self, RevisionError> {
-        let failed = |source| RevisionError::Folder { folder: folder.to_owned(), source };
-        let entries = entries_in(folder).map_err(failed)?;
+        let entries = entries_in(folder)?;
         if !entries.is_empty() {
             return Self::of_entries(folder, entries);
         }
@@ -104,10 +107,10 @@ impl Revision {
             if !root.is_dir() {
                 continue;
             }
-            let found = generator_folders(&root).map_err(failed)?;
+            let found = generator_folders(&root)?;
             match &found[..] {
                 [] => {}
-                [one] => return Self::of_entries(one, entries_in(one).map_err(failed)?),
+                [one] => return Self::of_entries(one, entries_in(one)?),
                 several => {
                     let names = several.iter().map(|p| p.display().to_string()).collect();
                     return Err(RevisionError::Several { folder: folder.to_owned(), names });

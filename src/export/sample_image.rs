@@ -103,7 +103,7 @@ impl SampleBodyRenderer {
     ///
     /// # Errors
     /// See [`sample_body_plan_of`].
-    pub fn plan(&self, module: &ShaderModule, key: &ShaderKey) -> Result<Plan, SessionError> {
+    pub(crate) fn plan(&self, module: &ShaderModule, key: &ShaderKey) -> Result<Plan, SessionError> {
         sample_body_plan_of(module, key, self.side_px, SAMPLE_HALF_SIDE_WITH_LIMB)
     }
 

@@ -4,7 +4,7 @@
 //! [`super`].
 
 use super::drawings::standard_request;
-use super::images::{LinearImage, PrecisionRenderers, level_differences, p999};
+use super::images::{LinearImage, PrecisionRenderers, level_differences, p999, precision_of};
 use super::rule::ErrorUnit;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::render::plan::{FrameImages, SamplingQuality};
@@ -14,11 +14,6 @@ use crate::session::{RendererPreference, Session, SessionError, standard_scenes}
 
 /// Names of standard scenes that together contain discs, rings, atmospheres, maps and limbs.
 const SCENES: [&str; 3] = ["earth-3-radii", "saturn", "moon-limb"];
-
-/// The precision of a quality's software renderer.
-pub(super) fn precision_of(quality: Quality) -> Precision {
-    if quality == Quality::Reference { Precision::F64 } else { Precision::F32 }
-}
 
 /// The qualities (`--quality`), with everything that a quality sets: models, sampling and precision. Measured in [`SCENES`].
 pub(super) fn quality(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {

@@ -2,9 +2,9 @@
 //! Each is measured in views in which its options differ.
 //!
 //! In: a session and an effort (how long the measurement may take). Out: a [`ChoiceMeasure`]. Always: all options of a choice draw the same views at the same
-//! exposures. Which model a quality uses is read from the scene that the program builds at that quality; which precision and resolution it uses is stated here.
+//! exposures. Which model a quality uses is read from the scene that the program builds at that quality; every quality uses the full resolution.
 
-use super::images::{LinearImage, PlannedView, PrecisionRenderers, level_differences, p999};
+use super::images::{LinearImage, PlannedView, PrecisionRenderers, SINGLE_SAMPLE, larger_or_nan, level_differences, p999, precision_of};
 use super::rule::ErrorUnit;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::catalog::NaifId;
@@ -21,8 +21,6 @@ use glam::DVec3;
 
 const SATURN: NaifId = NaifId(699);
 const URANUS: NaifId = NaifId(799);
-/// One sample per pixel and eight taps (samples of a map along a pixel's footprint) for all options, so that only the choice differs.
-const SINGLE_SAMPLE: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 8 };
 /// 2022-11-08T09:45 UTC: half of the Moon in the umbra, half in the penumbra.
 const MOON_HALF_IN_UMBRA_JD_TDB: f64 = 2_459_891.907_1;
 /// 2017-05-17: the Sun 26 degrees above Saturn's rings.
@@ -77,8 +75,8 @@ fn qualities_with_draw(
     Ok(found)
 }
 
-/// Difference from the reference in percent of the reference pixel's radiance: the 99.9th percentile over pixels and channels. A faint pixel counts as much as a
-/// bright one, because the exposure may be chosen for it.
+/// Difference from the reference in percent of the reference pixel's radiance: the 99.9th percentile over pixels and channels. A faint pixel counts as much
+/// as a bright one, because the exposure may be chosen for it.
 fn p999_percent_of_pixel_light(image: &LinearImage, reference: &LinearImage) -> f64 {
     let channels = image.light.iter().zip(&reference.light).flat_map(|(p, q)| (0..3).map(move |c| (f64::from(p[c]), f64::from(q[c]))));
     p999(channels.filter(|(_, q)| *q > 0.0).map(|(p, q)| 100.0 * (p - q).abs() / q).collect())
@@ -238,7 +236,7 @@ pub(super) fn near_air_model(session: &Session, effort: Effort) -> Result<Choice
     air_choice(&renderers, "air-near", about, &[limb, sky], effort)
 }
 
-/// Measures the models of atmospheric scattering in `views`; the error of a model is the worst of them.
+/// Measures the models of atmospheric scattering in `views`. The error of a model is the greatest of its errors in these views.
 fn air_choice(
     renderers: &PrecisionRenderers<'_>,
     name: &'static str,
@@ -260,7 +258,7 @@ fn air_choice(
         let mut planned_views = Vec::new();
         for (request, reference) in views.iter().zip(&references) {
             let view = plan_of(request, model)?;
-            worst = worst.max(summed_difference_percent(&renderers.draw_linear(&view, Precision::F32)?, reference));
+            worst = larger_or_nan(worst, summed_difference_percent(&renderers.draw_linear(&view, Precision::F32)?, reference));
             planned_views.push(view);
         }
         let workload = Box::new(move || planned_views.iter().try_for_each(|view| renderers.draw(view, Precision::F32)));
@@ -377,9 +375,8 @@ pub(super) fn precision(session: &Session, effort: Effort) -> Result<ChoiceMeasu
     let view = || renderers.plan_view(&request, SINGLE_SAMPLE);
     let reference = renderers.draw_linear(&view()?, Precision::F64)?;
     let mut candidates = Vec::new();
-    for (precision, name, default_of) in
-        [(Precision::F32, "f32", vec![Quality::Draft, Quality::Standard]), (Precision::F64, "f64", vec![Quality::Reference])]
-    {
+    for (precision, name) in [(Precision::F32, "f32"), (Precision::F64, "f64")] {
+        let default_of = Quality::ALL.into_iter().filter(|q| precision_of(*q) == precision).collect();
         candidates.push(candidate(&renderers, name, view()?, precision, default_of, |p| p999(level_differences(p, &reference)))?);
     }
     measure_choice("precision", "the Earth from 3 radii in an eclipse", ErrorUnit::Levels, effort.rounds(), candidates)

@@ -5,12 +5,11 @@
 //! - the stated errors of the reference's models ([`stated_errors`](crate::scene::stated_errors));
 //! - rounding: twice the difference of f32 and f64, plus 1e-6 of the light;
 //! - sampling: a fraction of the difference from the neighbouring pixels;
-//! - features left out because they are below the threshold of visibility (only on a display).
+//! - effects left out because they are below the threshold of visibility (only on a display).
 //!
 //! The bounds hold for this program's models; docs/accuracy.md lists effects that none of them includes.
 
-use super::complete_images::precision_of;
-use super::images::{PlannedView, PrecisionRenderers};
+use super::images::{PlannedView, PrecisionRenderers, precision_of};
 use crate::render::frame::Frame;
 use crate::render::plan::SamplingQuality;
 use crate::render::software::Precision;
@@ -89,31 +88,43 @@ pub(crate) fn error_bounds(session: &Session, request: &ViewRequest) -> Result<F
         let bound: [f64; 3] = std::array::from_fn(|c| {
             let light = f64::from(pixel[c]);
             let rounding = 2.0 * f64::from((pixel[c] - inputs.other_precision[k][c]).abs()) + 1e-6 * light.abs();
-            let eclipse = inputs.without_eclipses.as_ref().map_or(0.0, |(unshadowed, fraction)| {
-                let unshadowed = f64::from(unshadowed[k][c]);
-                if (unshadowed - light).abs() > 1e-6 * unshadowed { fraction * unshadowed } else { 0.0 }
-            });
-            let air = inputs.air.as_ref().map_or(0.0, |air| {
-                let airless = f64::from(air.airless[k][c]);
-                let transmitted = airless * (-f64::from(air.optical_depth[k][c])).exp();
-                air.max_error * (light - transmitted).max(0.0) + stated_errors::AIR_TRANSMITTANCE * airless
-            });
+            let eclipse = inputs
+                .without_eclipses
+                .as_ref()
+                .map_or(0.0, |(unshadowed, max_error)| eclipse_error(light, f64::from(unshadowed[k][c]), *max_error));
+            let air = inputs
+                .air
+                .as_ref()
+                .map_or(0.0, |air| air_error(light, f64::from(air.airless[k][c]), f64::from(air.optical_depth[k][c]), air.max_error));
             let models = MODEL_DIFFERENCE_FACTOR * f64::from((pixel[c] - inputs.reference_models[k][c]).abs());
             let left_out = if is_display { VISIBLE_LIGHT / factor + VISIBLE_CHANGE * light.abs() } else { 0.0 };
-            rounding + models + eclipse + air + sampling_error_fraction(request.quality) * difference[c] + left_out
+            known_or_infinite(rounding + models + eclipse + air + sampling_error_fraction(request.quality) * difference[c] + left_out)
         });
         hdr.push([bound[0] as f32, bound[1] as f32, bound[2] as f32, 1.0]);
         // With a tone map that preserves hue each channel depends on the others, so the largest bound applies to all.
-        let worst = greatest(bound);
+        let worst = bound.into_iter().fold(0.0, f64::max);
         let levels = [0, 1, 2].map(|c| level_bound(f64::from(pixel[c]) * factor, worst * factor));
         display.push([levels[0], levels[1], levels[2], u8::MAX]);
     }
     Ok(Frame { width, height, hdr, display })
 }
 
-/// The greatest of the bounds; infinite if one is not a number, because then nothing is known of the pixel (`f64::max` would ignore it).
-fn greatest(bounds: [f64; 3]) -> f64 {
-    if bounds.iter().any(|b| b.is_nan()) { f64::INFINITY } else { bounds.into_iter().fold(0.0, f64::max) }
+/// Bound of the error of the eclipse model, from the light with and without eclipses; 0 where eclipses change nothing. NaN if `unshadowed` is NaN.
+fn eclipse_error(light: f64, unshadowed: f64, max_error: f64) -> f64 {
+    if (unshadowed - light).abs() <= 1e-6 * unshadowed { 0.0 } else { max_error * unshadowed }
+}
+
+/// Bound of the error of the atmosphere model, from the light with and without atmospheres. `max_error` applies to the scattered light: what remains without
+/// the transmitted light. NaN if an input is NaN.
+fn air_error(light: f64, airless: f64, optical_depth: f64, max_error: f64) -> f64 {
+    let transmitted = airless * (-optical_depth).exp();
+    let scattered = if light <= transmitted { 0.0 } else { light - transmitted };
+    max_error * scattered + stated_errors::AIR_TRANSMITTANCE * airless
+}
+
+/// The bound of a channel; infinite if it is not a number, because then nothing is known of the channel (`f64::max` would ignore it).
+fn known_or_infinite(bound: f64) -> f64 {
+    if bound.is_nan() { f64::INFINITY } else { bound }
 }
 
 /// Bound of the error of the display level (255ths), from a bound of the error of the exposed radiance `light`; includes one level for rounding to bytes.
@@ -206,11 +217,20 @@ mod tests {
     /// Light of a pixel that overflows in one of the precisions.
     #[test]
     fn a_bound_that_is_not_a_number_is_the_greatest() {
-        assert_eq!(greatest([0.5, f64::NAN, 0.25]), f64::INFINITY);
-        assert_eq!(greatest([0.5, 0.75, 0.25]), 0.75);
+        assert_eq!([0.5, f64::NAN, f64::INFINITY].map(known_or_infinite), [0.5, f64::INFINITY, f64::INFINITY]);
         for (light, bound) in [(0.5, f64::INFINITY), (f64::NAN, 0.1), (f64::INFINITY, 0.1), (0.5, f64::NAN)] {
             assert_eq!(level_bound(light, bound), 255, "light {light}, bound {bound}");
         }
+    }
+
+    /// `f64::max` and comparisons with NaN would give an error of 0.
+    #[test]
+    fn an_input_that_is_not_a_number_is_not_taken_for_no_error() {
+        assert_eq!([eclipse_error(0.5, 0.5, 0.1), eclipse_error(0.5, 1.0, 0.1)], [0.0, 0.1]);
+        assert!(eclipse_error(0.5, f64::NAN, 0.1).is_nan() && eclipse_error(f64::NAN, 0.5, 0.1) == 0.05);
+        assert_eq!(air_error(0.5, 0.0, 0.0, 0.1), 0.05);
+        assert_eq!(air_error(0.25, 0.5, 0.0, 0.1), stated_errors::AIR_TRANSMITTANCE * 0.5);
+        assert!(air_error(0.5, 0.5, f64::NAN, 0.1).is_nan());
     }
 
     #[test]

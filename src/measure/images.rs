@@ -8,8 +8,12 @@ use crate::image::levels::{self, ExposedPixels};
 use crate::render::plan::{self, FrameImages, Plan, SamplingQuality};
 use crate::render::software::{Precision, SoftwareRenderer};
 use crate::scene::Scene;
-use crate::scene::request::{ExposureRequest, ViewRequest};
+use crate::scene::request::{ExposureRequest, Quality, ViewRequest};
 use crate::session::{Session, SessionError};
+
+/// One sample per pixel, as in draft images, and at most eight taps (samples of a map along a pixel's footprint): the sampling of all images whose comparison
+/// is not about sampling.
+pub(crate) const SINGLE_SAMPLE: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 8 };
 
 /// The sampling with which exposures are metered.
 const METERING_SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 16 };
@@ -69,6 +73,16 @@ impl LinearImage {
     fn exposed_pixels(&self) -> ExposedPixels<'_> {
         ExposedPixels { light: &self.light, exposure_factor: self.exposure_factor }
     }
+}
+
+/// The larger value; NaN, which `f64::max` ignores, counts as the largest.
+pub(crate) fn larger_or_nan(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
+}
+
+/// The precision in which the software renderer draws images of a quality, as `--quality` sets it.
+pub(super) fn precision_of(quality: Quality) -> Precision {
+    if quality == Quality::Reference { Precision::F64 } else { Precision::F32 }
 }
 
 /// For each pixel, the greatest difference of any channel, in display levels.

@@ -1,5 +1,5 @@
-//! Speed against accuracy. A choice is a setting, such as the number of samples per pixel; its values are its options. This module measures time and error of each
-//! option.
+//! Speed against accuracy. A choice is a setting, such as the number of samples per pixel; its values are its options. This module measures time and error of
+//! each option.
 //!
 //! In: a session, and the time that the measurement may take. Out: `ChoiceMeasure`s: for each option its error in a perceptible unit and the
 //! ratio of its time to that of the choice's most accurate option. Always: times are ratios of alternating runs ([`timing`]); errors are
@@ -19,7 +19,7 @@ mod view;
 
 pub(crate) use complete_images::renderer;
 pub(crate) use error_bound::{check_has_bounds, error_bounds};
-pub(crate) use images::{LinearImage, PlannedView, PrecisionRenderers, level_differences};
+pub(crate) use images::{LinearImage, PlannedView, PrecisionRenderers, SINGLE_SAMPLE, larger_or_nan, level_differences};
 pub(crate) use timing::quantile;
 pub(crate) use view::{SUFFICIENT_LEVELS, measure_view};
 
@@ -110,14 +110,18 @@ pub(crate) struct Candidate<'a> {
 }
 
 /// Times the candidates alternately and applies the rule. Ratios are relative to the last of the most accurate candidates. That one runs
-/// twice in each round, and its own ratio is that of the times of its two runs: a measure of the noise.
+/// twice in each round, and its own ratio is that of the times of its two runs: a measure of the noise. An error that is not a number counts as infinite.
 pub(crate) fn measure_choice(
     name: &'static str,
     about: &'static str,
     unit: ErrorUnit,
     rounds: usize,
-    candidates: Vec<Candidate<'_>>,
+    mut candidates: Vec<Candidate<'_>>,
 ) -> Result<ChoiceMeasure, SessionError> {
+    // No comparison with NaN is true, so an option with this error would count as one of the most accurate.
+    for candidate in candidates.iter_mut().filter(|c| c.error.is_nan()) {
+        candidate.error = f64::INFINITY;
+    }
     let least_error = candidates.iter().map(|c| c.error).fold(f64::INFINITY, f64::min);
     let reference = candidates.iter().rposition(|c| c.error <= least_error).unwrap_or(0);
     let mut times = {
@@ -162,8 +166,8 @@ const EXEMPT_FROM_RULE: [&str; 5] = ["ring-shadow", "body-shadow", "shape", "sam
 /// A function that measures one choice.
 pub(crate) type MeasureFn = fn(&Session, Effort) -> Result<ChoiceMeasure, SessionError>;
 
-/// Every choice by name, except [`renderer`], which only a session with a GPU has. In the order in which a frame is made: positions, light, shapes, sampling, the
-/// complete image.
+/// Every choice by name, except [`renderer`], which only a session with a GPU has. In the order in which a frame is made: positions, light, shapes, sampling,
+/// the complete image.
 pub(crate) const CHOICES: [(&str, MeasureFn); 14] = [
     ("ephemeris", positions::ephemeris_source),
     ("light-time", positions::light_time),
@@ -180,3 +184,20 @@ pub(crate) const CHOICES: [(&str, MeasureFn); 14] = [
     ("stars", complete_images::stars),
     ("quality", complete_images::quality),
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An image that is not finite has such an error.
+    #[test]
+    fn an_error_that_is_not_a_number_is_infinite_and_no_quality_may_use_the_option() {
+        let candidate =
+            |name: &str, error: f64| Candidate { name: name.to_owned(), error, default_of: vec![], workload: Box::new(|| Ok(())) };
+        let candidates = vec![candidate("broken", f64::NAN), candidate("intact", 1.0)];
+        let measured = measure_choice("choice", "a test", ErrorUnit::Levels, 3, candidates).expect("measured");
+        assert_eq!(measured.options[0].measurement.error, f64::INFINITY);
+        let admissible_for: Vec<_> = measured.options.into_iter().map(|o| o.admissible_for).collect();
+        assert_eq!(admissible_for, [vec![], Quality::ALL.to_vec()]);
+    }
+}

@@ -1,8 +1,8 @@
 //! The plot of time against error: one panel for each choice, which is a setting whose values, its options, were compared.
 //!
 //! In: measured choices. Out: the same plot as SVG text or as pixels. Always: both axes are logarithmic: the time as a ratio to the most
-//! accurate option, the error in the unit that the panel names. An error of 0 is drawn at the panel's lower edge and labelled. Each
-//! option's label contains its time ratio. Options on the Pareto frontier are joined by a line; dominated options are hollow.
+//! accurate option, the error in the unit that the panel names. An error of 0 is drawn at the panel's lower edge, an infinite one at its upper edge, and both
+//! are labelled. Each option's label contains its time ratio. Options on the Pareto frontier are joined by a line; dominated options are hollow.
 
 use super::{ChoiceMeasure, OptionMeasure};
 use plotters::coord::Shift;
@@ -82,11 +82,10 @@ where
     B::ErrorType: 'static,
 {
     let options = &choice.options;
-    let positive = options.iter().map(|o| o.measurement.error).filter(|e| *e > 0.0);
-    // A logarithmic axis has no 0: errors of 0 are drawn at the lower edge.
-    let errors = axis_range(positive, 0.1, 8.0);
-    let lower_edge = errors.start;
-    let drawn_error = |o: &OptionMeasure| if o.measurement.error > 0.0 { o.measurement.error } else { lower_edge };
+    // A logarithmic axis has neither 0 nor infinity: such errors are drawn at its ends.
+    let errors = axis_range(options.iter().map(|o| o.measurement.error).filter(|e| *e > 0.0 && e.is_finite()), 0.1, 8.0);
+    let (lower_edge, upper_edge) = (errors.start, errors.end);
+    let drawn_error = |o: &OptionMeasure| o.measurement.error.clamp(lower_edge, upper_edge);
     let times = axis_range(options.iter().map(|o| o.measurement.relative_time.median), 0.5, 3.0);
     let mut chart = ChartBuilder::on(panel)
         .margin(10)
@@ -126,9 +125,16 @@ where
     let texts: Vec<String> = options
         .iter()
         .map(|o| {
-            // An error of 0 has no place on the logarithmic axis.
-            let zero = if o.measurement.error > 0.0 { "" } else { ", 0" };
-            format!("{} ({:.2}{zero})", o.name.chars().take(MAX_NAME_CHARS).collect::<String>(), o.measurement.relative_time.median)
+            let error_off_axis = match o.measurement.error {
+                0.0 => ", 0",
+                f64::INFINITY => ", infinite",
+                _ => "",
+            };
+            format!(
+                "{} ({:.2}{error_off_axis})",
+                o.name.chars().take(MAX_NAME_CHARS).collect::<String>(),
+                o.measurement.relative_time.median
+            )
         })
         .collect();
     for (k, offset) in label_offsets(&points, &texts, corners).into_iter().enumerate() {
@@ -140,12 +146,13 @@ where
     Ok(())
 }
 
-/// Height of the options' names, pixels, and the number of characters to which they are cut.
+/// Height of the labels, pixels.
 const LABEL_PX: i32 = 15;
+/// Number of characters to which an option's name is cut.
 const MAX_NAME_CHARS: usize = 26;
 
-/// Offset of each label from its point, pixels: the first of several positions at which it lies within the panel (given by two corners) and overlaps no other label
-/// and no point; above the point on the right if there is none.
+/// Offset of each label from its point, pixels: the first of several positions at which it lies within the panel (given by two corners) and overlaps no other
+/// label and no point; above the point on the right if there is none.
 fn label_offsets(points: &[(i32, i32)], texts: &[String], ((left, bottom), (right, top)): ((i32, i32), (i32, i32))) -> Vec<(i32, i32)> {
     /// Left, top, right, bottom.
     type Rect = (i32, i32, i32, i32);

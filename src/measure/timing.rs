@@ -18,7 +18,7 @@ pub(crate) fn interleaved<T, E>(rounds: usize, workloads: &[&Workload<'_, T, E>]
     let mut results: Vec<Vec<T>> = workloads.iter().map(|_| Vec::with_capacity(rounds)).collect();
     let count = workloads.len();
     for round in 0..rounds {
-        // Every other round runs backwards, and every second round starts with another workload.
+        // Rounds with an odd number run backwards. After every two rounds, the first workload of a round changes.
         for step in 0..count {
             let position = (step + round / 2) % count;
             let k = if round % 2 == 0 { position } else { count - 1 - position };
@@ -28,7 +28,7 @@ pub(crate) fn interleaved<T, E>(rounds: usize, workloads: &[&Workload<'_, T, E>]
     Ok(results)
 }
 
-/// Seconds that a workload takes: CPU time of the process, or elapsed time where the system does not report it.
+/// Seconds that a workload takes: CPU time of the process, or elapsed time where the system does not report it or its clock has not advanced.
 ///
 /// # Errors
 /// The workload's error.
@@ -71,8 +71,9 @@ pub(crate) fn quantile(sorted: &[f64], fraction: f64) -> Option<f64> {
     let last = sorted.len().checked_sub(1)?;
     let position = fraction.clamp(0.0, 1.0) * last as f64;
     let below = position.floor() as usize;
-    let above = (below + 1).min(last);
-    Some(sorted[below] + (position - below as f64) * (sorted[above] - sorted[below]))
+    let (low, high, weight) = (sorted[below], sorted[(below + 1).min(last)], position - below as f64);
+    // Between infinite values, or with a weight of 0 before an infinite one, the interpolation would give NaN.
+    Some(if weight == 0.0 || low == high { low } else { low + weight * (high - low) })
 }
 
 #[cfg(test)]
@@ -128,6 +129,8 @@ mod tests {
         assert_eq!((spread.low, spread.median, spread.high), (2.0, 3.0, 4.0));
         assert_eq!(Quartiles::of([7.0]).expect("a value"), Quartiles { low: 7.0, median: 7.0, high: 7.0 });
         assert_eq!(Quartiles::of([]), None);
+        let with_infinite = [1.0, 2.0, f64::INFINITY, f64::INFINITY];
+        assert_eq!([0.0, 1.0 / 3.0, 0.9, 1.0].map(|f| quantile(&with_infinite, f)), [1.0, 2.0, f64::INFINITY, f64::INFINITY].map(Some));
         assert_eq!(Quartiles::of_ratios(&[1.0], &[0.0]), None);
     }
 }

@@ -3,8 +3,7 @@
 //! In: a view. Out: [`ViewMeasure`]: error and time of each quality relative to the reference quality's image at the same exposure, and the lowest
 //! sufficient quality.
 
-use super::complete_images::precision_of;
-use super::images::{PrecisionRenderers, level_differences, p999};
+use super::images::{PrecisionRenderers, level_differences, p999, precision_of};
 use super::rule::ErrorUnit;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::render::plan::SamplingQuality;

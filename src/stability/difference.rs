@@ -2,7 +2,7 @@
 //! large difference ([`first_large_difference`]). The GPU may draw the f32 image; named values are always those of the software renderer.
 
 use super::{SweepResult, SweepSetup};
-use crate::measure::{LinearImage, PlannedView, level_differences};
+use crate::measure::{LinearImage, PlannedView, larger_or_nan, level_differences};
 use crate::render::plan::PlanDraw;
 use crate::render::software::{NamedValue, Precision};
 use crate::session::SessionError;
@@ -30,20 +30,21 @@ pub(super) fn least_differences<'a, T: 'a>(
     least
 }
 
-/// The larger value; NaN, which `f64::max` ignores, counts as the largest.
-pub(super) fn larger_or_nan(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) }
+/// Index of the pixel with the greatest difference of two images, and that difference in display levels. A pixel that is not finite counts as an infinite
+/// difference, even if it is so in both images.
+pub(super) fn worst_pixel(a: &LinearImage, b: &LinearImage) -> (usize, f64) {
+    let first_not_finite = |image: &LinearImage| image.light.iter().position(|pixel| !pixel.iter().all(|v| v.is_finite()));
+    match first_not_finite(a).or_else(|| first_not_finite(b)) {
+        Some(index) => (index, f64::INFINITY),
+        None => worst_of(&level_differences(a, b)),
+    }
 }
 
-/// Draws a view in both precisions and adds the difference, in levels, to `found`. `case`: what identifies the view. If the view is the worst so far, `found` keeps
-/// `case` with the worst pixel added, and the cause.
+/// Draws a view in both precisions and adds the difference, in levels, to `found`. `case`: what identifies the view. If the view is the worst so far, `found`
+/// keeps `case` with the worst pixel added, and the cause.
 pub(super) fn compare(setup: &SweepSetup<'_>, found: &mut SweepResult, view: &PlannedView, case: &Value) -> Result<(), SessionError> {
     let [single, double] = [setup.draw_linear(view, Precision::F32)?, setup.draw_linear(view, Precision::F64)?];
-    let first_not_finite = |image: &LinearImage| image.light.iter().position(|pixel| !pixel.iter().all(|v| v.is_finite()));
-    let (worst_index, worst) = match first_not_finite(&single).or(first_not_finite(&double)) {
-        Some(index) => (index, f64::INFINITY),
-        None => worst_of(&level_differences(&single, &double)),
-    };
+    let (worst_index, worst) = worst_pixel(&single, &double);
     let pixel = [worst_index as u32 % single.width, worst_index as u32 / single.width];
     found.add(worst, || {
         let mut case = case.clone();
@@ -113,6 +114,21 @@ mod tests {
         assert_eq!([least[0], least[1], least[3]], [0.0, 0.5, 1.0]);
         assert!(least[2].is_nan(), "{least:?}");
         assert!(least_differences(&image, std::iter::empty(), difference).iter().all(|v| v.is_nan()), "no image to compare with");
+    }
+
+    /// Such a pixel is broken in both precisions, so that the images do not differ.
+    #[test]
+    fn a_pixel_that_is_not_finite_in_either_image_is_the_worst() {
+        let image = |third: f32| LinearImage {
+            width: 4,
+            height: 1,
+            light: [0.0, 0.5, third, 0.25].map(|v| [v, 0.1, 0.1, 1.0]).to_vec(),
+            exposure_factor: 1.0,
+        };
+        assert_eq!(worst_pixel(&image(0.5), &image(0.5)).1, 0.0);
+        for broken in [f32::NAN, f32::INFINITY] {
+            assert_eq!(worst_pixel(&image(broken), &image(broken)), (2, f64::INFINITY), "{broken}");
+        }
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! Two sweeps of complete images: `depth` draws bodies with clouds, air or rings from near to far, `scale` compares images of two sizes.
 
-use super::difference::worst_of;
+use super::difference::worst_pixel;
 use super::views::{SATURN, sunward, view_from_offset};
-use super::{SINGLE_SAMPLE, SweepResult, SweepSetup};
+use super::{SINGLE_SAMPLE, SweepResult, SweepSetup, retain_draws};
 use crate::catalog::NaifId;
 use crate::measure::{LinearImage, level_differences};
 use crate::render::plan::SamplingQuality;
@@ -29,7 +29,7 @@ pub(super) fn depth(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
     let emission_time = Instant::from_jd_tdb(2_460_469.762);
     let bodies = [(NaifId::EARTH, "+clouds,+atmosphere,-planet-shine,-eclipse,-points"), (SATURN, "+rings,-planet-shine,-eclipse,-points")];
     for (body, effects) in bodies {
-        let Some(radius_km) = session.catalog().body(body).map(|b| b.radii_km.x) else { continue };
+        let Some((name, radius_km)) = session.catalog().body(body).map(|b| (b.name.as_str(), b.radii_km.x)) else { continue };
         let towards = (sunward(setup, body, emission_time) + DVec3::new(0.1, -0.2, 0.3)).normalize();
         let far_km = 100.0 * KM_PER_AU;
         let steps = setup.by_effort(14, 60);
@@ -53,8 +53,7 @@ pub(super) fn depth(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
             // Only the draws of the body, because other bodies pass behind it.
             let drawn = |samples: u8, precision| -> Result<LinearImage, SessionError> {
                 let mut view = setup.plan_view(&request, SamplingQuality { samples, ..SINGLE_SAMPLE })?;
-                let name = session.catalog().body(body).map_or("", |b| b.name.as_str());
-                view.plan.passes[0].draws.retain(|d| d.label.starts_with(name));
+                retain_draws(&mut view.plan, |label| label.starts_with(name));
                 setup.draw_linear(&view, precision)
             };
             let (one, four, exact) = (drawn(1, Precision::F32)?, drawn(4, Precision::F32)?, drawn(1, Precision::F64)?);
@@ -63,7 +62,7 @@ pub(super) fn depth(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
                 pairs.push(("this distance against the one before", &one, before));
             }
             for (what, a, b) in pairs {
-                let (worst_index, worst) = worst_of(&level_differences(a, b));
+                let (worst_index, worst) = worst_pixel(a, b);
                 found.add(worst, || {
                     let pixel = [worst_index as u32 % side, worst_index as u32 / side];
                     (json!({ "body": body.0, "distance_radii": distance_km / radius_km, "pixel": pixel }), what.to_owned())
@@ -91,8 +90,9 @@ pub(super) fn scale(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
         let fine = setup.draw_linear(&setup.renderers.plan_target(&fine, sampling)?, Precision::F32)?.downsampled(factor);
         let differences = level_differences(&coarse, &fine);
         let mean = differences.iter().sum::<f64>() / differences.len() as f64;
-        let (worst_index, worst) = worst_of(&differences);
-        found.add(mean, || {
+        let (worst_index, worst) = worst_pixel(&coarse, &fine);
+        // A pixel that is not finite in both images has no difference, so that the mean would not show it.
+        found.add(if worst.is_finite() { mean } else { worst }, || {
             let pixel = [worst_index as u32 % side, worst_index as u32 / side];
             (
                 json!({ "scene": name, "side_px": side, "finer_side_px": side * factor, "pixel": pixel }),

@@ -1,10 +1,12 @@
-//! Shaders with every feature, f32 against f64. A key names the features of one emitted module. The keys of a covering set together contain every combination of
-//! values of any two (or three) dimensions. Each is drawn on the sample body, a made-up globe.
+//! Shaders with every feature, f32 against f64. A key names the features of one emitted module. The keys of a covering set together contain every combination
+//! of values of any two (or three) dimensions. Each is drawn on the sample body, a made-up globe.
+//!
+//! In: a sweep's setup. Out: the greatest difference of a channel, where white is 1.
 
-use super::difference::{describe_cause, larger_or_nan, least_differences, worst_of};
+use super::difference::{describe_cause, least_differences, worst_of};
 use super::{SweepResult, SweepSetup};
 use crate::catalog::NaifId;
-use crate::measure::PlannedView;
+use crate::measure::{PlannedView, larger_or_nan};
 use crate::render::software::Precision;
 use crate::scene::request::ViewRequest;
 use crate::session::{SAMPLE_HALF_SIDE_ON_DISC, SAMPLE_HALF_SIDE_WITH_LIMB, SessionError, sample_body_plan};
@@ -19,7 +21,8 @@ pub(super) fn run(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
     let session = setup.session();
     let request = ViewRequest { width: SIDE_PX, height: SIDE_PX, ..ViewRequest::of(NaifId::MOON, super::views::eclipse_instant()) };
-    let scene = session.plan(&request, super::SINGLE_SAMPLE)?.0;
+    // A planned view needs a scene, but the sample body has none: of this one nothing is drawn, and only its exposure is read.
+    let scene = session.scene(&request)?;
     for key in covering_keys(setup.by_effort(2, 3)) {
         for half_side_radii in [SAMPLE_HALF_SIDE_ON_DISC, SAMPLE_HALF_SIDE_WITH_LIMB] {
             let mut plan = sample_body_plan(session.library(), &key, SIDE_PX, half_side_radii)?;
@@ -33,8 +36,8 @@ pub(super) fn run(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
             let (worst_index, worst) = worst_of(&differences);
             let pixel = [worst_index as u32 % SIDE_PX, worst_index as u32 / SIDE_PX];
             found.add(worst, || {
-                let location = json!({ "key": key.to_string(), "half_side_radii": half_side_radii, "pixel": pixel });
-                (location, describe_cause(setup, &view, [SIDE_PX, SIDE_PX], pixel))
+                let case = json!({ "key": key.to_string(), "half_side_radii": half_side_radii, "pixel": pixel });
+                (case, describe_cause(setup, &view, [SIDE_PX, SIDE_PX], pixel))
             });
         }
     }

@@ -3,11 +3,11 @@
 //!
 //! In: a sweep's setup. Out: the number of cases and the worst of them.
 
-use super::difference::larger_or_nan;
 use super::views::{JUPITER, view_from_offset};
-use super::{SINGLE_SAMPLE, SweepResult, SweepSetup};
+use super::{SINGLE_SAMPLE, SweepResult, SweepSetup, retain_draws};
 use crate::catalog::{Body, NaifId};
 use crate::ephemeris::angle_rad;
+use crate::measure::larger_or_nan;
 use crate::probe::Prober;
 use crate::probe::sunlight::OccludedSun;
 use crate::render::plan::FrameImages;
@@ -34,7 +34,8 @@ const SHADOWS: [(&str, &str, &str); 7] = [
 ];
 
 /// Margin, as a fraction of the Sun's angular radius, by which a point must be inside an umbra or outside a penumbra for its light to be
-/// certain: exactly 0 or 1.
+/// certain: exactly 0 or 1. f32 resolves directions to 6e-8 rad, or 1.2e-4 of the Sun's radius as seen from Saturn (4.9e-4 rad); the margin is forty times
+/// that.
 const UMBRA_MARGIN: f64 = 5e-3;
 
 /// The fraction of sunlight at a point where the angular radii of Sun and occluder and their separation determine it: 0 in the umbra, 1 in full light; `None`
@@ -108,7 +109,7 @@ pub(super) fn shadows(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErro
                 let difference = (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, larger_or_nan);
                 let is_wrong = expected_light.is_some_and(|light| a.iter().chain(b).any(|v| *v != light));
                 found.add(if is_wrong { 1.0 } else { difference }, || {
-                    let location = json!({
+                    let case = json!({
                         "body": receiver_name, "occluder": occluder_name, "time": time.to_utc_iso(), "model": model.name(),
                         "point_radii": point.to_array(),
                     });
@@ -116,7 +117,7 @@ pub(super) fn shadows(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErro
                         Some(light) if is_wrong => format!("the fraction of sunlight must be {light}: f32 {a:?}, f64 {b:?}"),
                         _ => format!("fraction of sunlight: f32 {a:?}, f64 {b:?}"),
                     };
-                    (location, cause)
+                    (case, cause)
                 });
             }
         }
@@ -124,11 +125,15 @@ pub(super) fn shadows(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErro
     Ok(found)
 }
 
+/// Greatest distance from the shadow's axis, in equatorial radii of Jupiter, at which a moon counts as deep in the umbra. At Ganymede's distance the polar
+/// radius of the umbra is 0.92 of this unit, and Ganymede's own radius 0.04, so such a moon is entirely in the umbra.
+const MAX_AXIS_DISTANCE_RADII: f64 = 0.8;
+
 /// Duration of the search for a moon's passage through the shadow: longer than the periods of Io, Europa and Ganymede (172 hours).
 const SEARCH_DURATION_S: f64 = 175.0 * 3600.0;
 
 /// The instant after `from` at which a moon is deepest in its planet's shadow, and the distance of its centre from the shadow's axis, in
-/// planet radii.
+/// equatorial radii of the planet. The distance is infinite if the moon is never behind the planet.
 fn deepest_in_shadow(setup: &SweepSetup<'_>, moon: NaifId, planet: &Body, from: Instant) -> Result<(Instant, f64), SessionError> {
     let ephemeris = setup.session().ephemeris();
     let mut best = (from, f64::INFINITY);
@@ -171,10 +176,10 @@ pub(super) fn umbra_exposure(setup: &SweepSetup<'_>) -> Result<SweepResult, Sess
         // The search begins on 2015-01-24.
         let (time, axis_distance_radii) = deepest_in_shadow(setup, moon, jupiter, Instant::from_jd_tdb(2_457_046.5))?;
         // Skip a moon that does not pass deep enough through the shadow.
-        if axis_distance_radii > 0.8 {
+        if axis_distance_radii > MAX_AXIS_DISTANCE_RADII {
             continue;
         }
-        let radius_km = session.catalog().body(moon).map_or(1.0, |b| b.radii_km.x);
+        let Some((name, radius_km)) = session.catalog().body(moon).map(|b| (b.name.as_str(), b.radii_km.x)) else { continue };
         // The camera is on the Sun's side of the moon and looks along the axis of the shadow.
         let antisunward = -session.ephemeris().state(NaifId::SUN, moon, time, None)?.state.pos_km.normalize();
         for stops in (-20..=25).step_by(setup.by_effort(9, 1)) {
@@ -187,13 +192,13 @@ pub(super) fn umbra_exposure(setup: &SweepSetup<'_>) -> Result<SweepResult, Sess
             };
             let mut view = setup.plan_view(&request, SINGLE_SAMPLE)?;
             // Only the moon's draws, not Jupiter's.
-            view.plan.passes[0].draws.retain(|d| session.catalog().body(moon).is_some_and(|b| d.label.starts_with(&b.name)));
+            retain_draws(&mut view.plan, |label| label.starts_with(name));
             for precision in [Precision::F32, Precision::F64] {
                 let (frame, _) = setup.renderers.renderer(precision).render(&view.plan, session.library(), FrameImages::DisplayAndHdr)?;
                 let radiance = greatest_radiance(&frame.hdr);
                 found.add(levels_above_black(radiance, &frame.display), || {
-                    let location = json!({ "moon": moon.0, "stops": stops, "time": time.to_utc_iso(), "axis_radii": axis_distance_radii });
-                    (location, format!("{precision:?}: radiance {radiance:e} in the umbra, where it must be 0"))
+                    let case = json!({ "moon": moon.0, "stops": stops, "time": time.to_utc_iso(), "axis_radii": axis_distance_radii });
+                    (case, format!("{precision:?}: radiance {radiance:e} in the umbra, where it must be 0"))
                 });
             }
         }

@@ -10,13 +10,13 @@ mod difference;
 mod images;
 mod keys;
 mod light;
+mod light_time;
 mod moving;
 mod omitted_effects;
-mod places;
 mod views;
 
 use crate::catalog::NaifId;
-use crate::measure::{Effort, LinearImage, PlannedView, PrecisionRenderers};
+use crate::measure::{Effort, LinearImage, PlannedView, PrecisionRenderers, SINGLE_SAMPLE};
 use crate::render::frame::Frame;
 use crate::render::plan::{FrameImages, Plan, SamplingQuality};
 use crate::render::software::{Precision, SoftwareRenderer};
@@ -33,8 +33,8 @@ pub struct SweepResult {
     pub cases: usize,
     /// The worst result, in the sweep's unit.
     pub worst: f64,
-    /// What identifies the case with the worst result.
-    pub location: Value,
+    /// What identifies the case with the worst result. The sweeps `needs-display` and `needs-linear` list the worst views above their bound.
+    pub worst_case: Value,
     /// The first difference in that case: a named value of a module, a decision, a pixel.
     pub cause: String,
 }
@@ -42,16 +42,16 @@ pub struct SweepResult {
 impl SweepResult {
     /// An empty result, before the first case.
     fn empty() -> Self {
-        Self { cases: 0, worst: 0.0, location: Value::Null, cause: "every case was skipped, so nothing was compared".into() }
+        Self { cases: 0, worst: 0.0, worst_case: Value::Null, cause: "every case was skipped, so nothing was compared".into() }
     }
 
-    /// Counts a case, and keeps it if it is the worst so far. `describe`: its location and cause. NaN counts as infinite.
+    /// Counts a case, and keeps it if it is the worst so far. `describe`: what identifies it, and the cause. NaN counts as infinite.
     fn add(&mut self, result: f64, describe: impl FnOnce() -> (Value, String)) {
         self.cases += 1;
         let result = if result.is_nan() { f64::INFINITY } else { result };
         if result > self.worst || self.cases == 1 {
             self.worst = result;
-            (self.location, self.cause) = describe();
+            (self.worst_case, self.cause) = describe();
         }
     }
 }
@@ -103,10 +103,10 @@ pub(crate) type ApparentDirection = fn(&Session, NaifId, Instant) -> Result<DVec
 /// Fault injection: tests use it to show that a sweep finds an error.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct InjectedFaults {
-    /// Changes each plan before it is drawn.
+    /// Changes each plan before it is drawn, except in the sweep `scale` and for the frames with every effect of `needs-display` and `needs-linear`.
     pub plan: Option<fn(&mut Plan)>,
     /// Replaces the scene's directions of bodies in the sweep `light-time`.
-    pub place: Option<ApparentDirection>,
+    pub apparent_direction: Option<ApparentDirection>,
     /// Replaces the purpose for which the scene chooses effects in the sweeps `needs-display` and `needs-linear`; the frames with every effect keep theirs.
     pub purpose: Option<Purpose>,
 }
@@ -170,7 +170,7 @@ impl<'a> SweepSetup<'a> {
     }
 
     /// The finished image of a view, drawn as in [`Self::draw_linear`].
-    fn display(&self, view: &PlannedView, precision: Precision) -> Result<Vec<[u8; 4]>, SessionError> {
+    fn draw_display(&self, view: &PlannedView, precision: Precision) -> Result<Vec<[u8; 4]>, SessionError> {
         if precision == Precision::F64 || !self.uses_gpu() {
             let (frame, _) = self.renderers.renderer(precision).render(&view.plan, self.session().library(), FrameImages::Display)?;
             return Ok(frame.display);
@@ -193,8 +193,22 @@ impl<'a> SweepSetup<'a> {
     }
 }
 
-/// One sample per pixel, as in draft images, and at most eight taps (see the glossary).
-const SINGLE_SAMPLE: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 8 };
+/// A view, or `None` if it is impossible: from inside a body, or at a time that the ephemeris does not cover. Other errors, such as a module that cannot be
+/// compiled, are faults and end the sweep.
+fn if_possible<T>(view: Result<T, SessionError>) -> Result<Option<T>, SessionError> {
+    match view {
+        Ok(view) => Ok(Some(view)),
+        Err(SessionError::Scene(_) | SessionError::Ephemeris(_)) => Ok(None),
+        Err(e) => Err(e),
+    }
+}
+
+/// Keeps those draws of the linear image whose label satisfies `condition`.
+fn retain_draws(plan: &mut Plan, condition: impl Fn(&str) -> bool) {
+    if let Some(index) = plan.hdr_pass_index() {
+        plan.passes[index].draws.retain(|draw| condition(&draw.label));
+    }
+}
 
 /// Half a level of 255, which is invisible: the bound of f32 against f64.
 const HALF_LEVEL: f64 = 0.5;
@@ -270,7 +284,7 @@ pub const SWEEPS: [Sweep; 21] = [
     sweep(
         "places",
         (1.0, "255ths"),
-        "a level at poles, antimeridian, sub-solar and antisolar points, Sun on the horizon: 0.56 on the Earth's horizon at sunset; in full 1.26 two metres over Mercury's pole",
+        "a level at poles, on the antimeridian, with the Sun in the zenith, in the nadir and on the horizon: 0.56 on the Earth's horizon at sunset; in full 1.26 two metres over Mercury's pole",
         views::places,
     )
     .in_full(1.5)
@@ -306,7 +320,7 @@ pub const SWEEPS: [Sweep; 21] = [
         light::shadows,
     ),
     sweep("umbra-exposure", (0.0, "255ths"), "an umbra is black at any exposure from -20 to +25 stops", light::umbra_exposure),
-    sweep("light-time", (0.01, "arcsec"), "directions from the Earth's centre against light time by bisection", places::light_time),
+    sweep("light-time", (0.01, "arcsec"), "directions from the Earth's centre against light time by bisection", light_time::run),
     sweep("depth", (3.0, "255ths"), "f32 against f64, and 1 sample against 4, of bodies with layers at every distance", images::depth),
     sweep(
         "motion",

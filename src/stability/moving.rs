@@ -1,7 +1,9 @@
 //! Two sweeps of image sequences: in `motion` the camera or bodies move by less than a pixel per step; `exposure` follows automatic exposure through eclipses.
+//!
+//! In: a sweep's setup. Out: the greatest change from one step to the next, in display levels or in stops.
 
-use super::views::{JUPITER, SATURN, eclipse_instant, sunward, view_from_offset};
-use super::{SINGLE_SAMPLE, SweepResult, SweepSetup};
+use super::views::{DALLAS, JUPITER, SATURN, eclipse_instant, sunward, view_from_offset};
+use super::{SINGLE_SAMPLE, SweepResult, SweepSetup, retain_draws};
 use crate::catalog::NaifId;
 use crate::measure::{LinearImage, PlannedView};
 use crate::render::software::Precision;
@@ -18,13 +20,13 @@ fn luminances(image: &LinearImage) -> Vec<f64> {
     image.light.iter().map(|p| crate::units::luminance([p[0], p[1], p[2]].map(f64::from))).collect()
 }
 
-/// Most that the mean over 3 x 3 pixels may change when the image moves by a pixel, as a fraction of the range of luminance around them. An edge that moves by a
-/// pixel along an axis changes the mean by a third of the range, along the diagonal by 0.47 of it.
+/// Most that the mean over 3 x 3 pixels may change when the image moves by a pixel, as a fraction of the range of luminance around them. An edge that moves
+/// by a pixel along an axis changes the mean by a third of the range, along the diagonal by 0.47 of it.
 const MAX_CHANGE_FRACTION: f64 = 0.5;
 
-/// Greatest change of luminance, in levels, that a movement of the first image by a pixel does not explain, and its pixel. Such a movement explains a change of up to
-/// [`MAX_CHANGE_FRACTION`] of the luminance range within two pixels in the first image. Means over 3 x 3 pixels are compared, so that a point source may move
-/// within its pixel. The two outermost rows and columns are excluded, because they lack neighbours.
+/// Greatest change of luminance, in levels, that a movement of the first image by a pixel does not explain, and its pixel. Such a movement explains a change
+/// of up to [`MAX_CHANGE_FRACTION`] of the luminance range within two pixels in the first image. Means over 3 x 3 pixels are compared, so that a point source
+/// may move within its pixel. The two outermost rows and columns are excluded, because they lack neighbours.
 fn change_unexplained_by_first(first: &LinearImage, second: &LinearImage) -> (f64, [i64; 2]) {
     let (a, b) = (luminances(first), luminances(second));
     let (w, h) = (first.width as i64, first.height as i64);
@@ -62,11 +64,11 @@ fn unexplained_change(first: &LinearImage, second: &LinearImage) -> (f64, [i64; 
 
 /// Names the draw whose removal leaves the least unexplained change between two frames.
 fn responsible_draw(setup: &SweepSetup<'_>, views: [&PlannedView; 2]) -> String {
-    let labels: BTreeSet<&str> = views.iter().flat_map(|v| &v.plan.passes[0].draws).map(|d| d.label.as_str()).collect();
+    let labels: BTreeSet<&str> = views.iter().filter_map(|v| v.plan.hdr_pass()).flat_map(|p| &p.draws).map(|d| d.label.as_str()).collect();
     let without = |label: &str| {
         let [first, second] = views.map(|view| {
             let mut view = PlannedView { scene: view.scene.clone(), plan: view.plan.clone() };
-            view.plan.passes[0].draws.retain(|d| d.label != label);
+            retain_draws(&mut view.plan, |l| l != label);
             setup.draw_linear(&view, Precision::F32).ok()
         });
         Some((unexplained_change(&first?, &second?).0, label.to_owned()))
@@ -110,9 +112,9 @@ pub(super) fn motion(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
             look: Look::Along { direction: -towards + perpendicular * (k * step_rad).tan(), axes: Axes::Icrf },
             ..base.clone()
         })?;
-        // Each step multiplies the camera's height above the body by the factor that moves the image's edge by a third of a pixel, 0.33 of
-        // `side / 2` pixels. A full run ends at 3.4 times the first height.
-        let growth = 0.33 * 2.0 / f64::from(side);
+        // Each step multiplies the camera's height above the body by the same factor. It moves a point at the edge of the image, `side / 2` pixels from the
+        // centre, by a third of a pixel. A full run ends at 3.4 times the first height.
+        let growth = 0.33 / (0.5 * f64::from(side));
         sequence(&format!("away from {} at {distance_radii} radii", body.0), steps_away, &|k| {
             let offset_km = towards * (distance_radii - 1.0) * (1.0 + growth).powf(k) * radius_km + towards * radius_km;
             ViewRequest { position: Position::Offset { body, offset_km, axes: Axes::Icrf }, ..base.clone() }
@@ -137,12 +139,12 @@ pub(super) fn motion(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
     Ok(found)
 }
 
-/// Display level from which a pixel counts as visible beside black.
+/// Display level from which a pixel counts as visible beside black. A choice: 0.4 % of the light of white.
 const VISIBLE_LEVEL: u8 = 12;
 /// The result for an image in which nothing is visible.
 const INVISIBLE_RESULT: f64 = 99.0;
 
-/// A sequence in which Io enters and leaves the shadow within one step, so that its changes of exposure are not checked.
+/// A sequence whose changes of exposure are not checked: Io's entry into the shadow takes less than one step, and so does its exit.
 const ORBIT_OF_IO: &str = "Io once around Jupiter";
 
 /// Changes of automatic exposure in stops from step to step through eclipses, and whether anything is visible in each image.
@@ -150,14 +152,13 @@ pub(super) fn exposure(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErr
     let mut found = SweepResult::empty();
     // A short sweep takes steps four times as long.
     let step_factor = setup.by_effort(4.0, 1.0);
-    let dallas = Position::Ground { body: NaifId::EARTH, latitude_deg: 32.78, longitude_deg: -96.8, height_km: 2e-3 };
     let from_earth = Position::Centre(NaifId::EARTH);
     let over = Position::Over { towards: Some(NaifId::SUN), distance_radii: None };
     let sequences = [
         // The edge of the Moon that leaves the umbra brightens by 1.3 stops in a minute.
         ("the Moon, 2022-11-08", NaifId::MOON, from_earth, "2022-11-08T08:00:00Z", 6.0 * 3600.0, 20.0, None),
         ("the Earth in the Moon's shadow", NaifId::EARTH, over, "2024-04-08T15:30:00Z", 5.5 * 3600.0, 120.0, None),
-        ("the Sun from Dallas, second contact", NaifId::SUN, dallas, "2024-04-08T18:30:00Z", 20.0 * 60.0, 1.0, Some(3.0)),
+        ("the Sun from Dallas, second contact", NaifId::SUN, DALLAS, "2024-04-08T18:30:00Z", 20.0 * 60.0, 1.0, Some(3.0)),
         // At the end of its entry into the umbra, Io loses 11 stops in ten seconds.
         ("Io into Jupiter's umbra", NaifId(501), from_earth, "2015-01-26T20:20:20Z", 45.0, 0.25, None),
         (ORBIT_OF_IO, NaifId(501), from_earth, "2015-01-26T00:00:00Z", 42.0 * 3600.0, 900.0, None),
@@ -171,7 +172,7 @@ pub(super) fn exposure(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErr
             let request =
                 ViewRequest { position, fov_deg, exposure: ExposureRequest::Auto, width: 24, height: 24, ..ViewRequest::of(body, time) };
             let view = setup.plan_view(&request, SINGLE_SAMPLE)?;
-            let display = setup.display(&view, Precision::F32)?;
+            let display = setup.draw_display(&view, Precision::F32)?;
             let brightest = display.iter().flat_map(|p| p[..3].iter()).copied().max().unwrap_or(0);
             let stops = view.scene.exposure.stops;
             // Along Io's orbit only visibility is checked.
@@ -179,8 +180,8 @@ pub(super) fn exposure(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErr
             let step = before.map_or(0.0, |before: f64| (stops - before).abs() / step_factor);
             let result = if brightest < VISIBLE_LEVEL { INVISIBLE_RESULT } else { step };
             found.add(result, || {
-                let location = json!({ "sequence": name, "time": time.to_utc_iso(), "step_s": step_s });
-                (location, format!("{stops:.2} stops, brightest level {brightest}: {}", view.scene.exposure.reason))
+                let case = json!({ "sequence": name, "time": time.to_utc_iso(), "step_s": step_s });
+                (case, format!("{stops:.2} stops, brightest level {brightest}: {}", view.scene.exposure.reason))
             });
             previous = Some(stops);
         }

@@ -7,7 +7,7 @@
 //! both frames have the same exposure; "every effect" means that each effect but [`UNCHANGED_EFFECTS`] is switched on by hand.
 
 use super::difference::worst_of;
-use super::{SINGLE_SAMPLE, SweepResult, SweepSetup};
+use super::{SINGLE_SAMPLE, SweepResult, SweepSetup, if_possible};
 use crate::image::levels::display_level;
 use crate::measure::{LinearImage, PlannedView, quantile};
 use crate::random::Random;
@@ -28,13 +28,13 @@ const DISPLAY_BOUND: f64 = 1.0;
 const LINEAR_BOUND: f64 = 2e-3;
 
 /// Effects that are not switched on by hand, so that the scene chooses them in both frames. Points and meshes set how a body is represented and not its
-/// radiance; no body of the shipped catalogs has overlays; the corona is left out because of its size, if the Sun is smaller than a pixel or two, and not because
-/// it is faint.
+/// radiance; no body of the shipped catalogs has overlays; the corona is left out because of its size, if the Sun is smaller than a pixel or two, and not
+/// because it is faint.
 const UNCHANGED_EFFECTS: [Effect; 4] = [Effect::Points, Effect::Mesh, Effect::Overlays, Effect::Corona];
 
 /// A view, and what identifies it.
 struct RandomView {
-    location: Value,
+    case: Value,
     request: ViewRequest,
 }
 
@@ -63,11 +63,11 @@ fn views(setup: &SweepSetup<'_>, count: usize) -> Vec<RandomView> {
             layers: Layers { stars: false, ..Layers::default() },
             ..ViewRequest::of(body.id, time)
         };
-        let location = json!({
+        let case = json!({
             "seed": setup.seed, "view": k, "body": body.name, "time": time.to_utc_iso(), "distance_radii": distance_radii,
             "direction": direction.to_array(), "fov_deg": request.fov_deg,
         });
-        RandomView { location, request }
+        RandomView { case, request }
     };
     (0..count).map(view).collect()
 }
@@ -93,7 +93,8 @@ fn frames(setup: &SweepSetup<'_>, request: &ViewRequest, purpose: Purpose, effec
     for draw in &mut scene.draws {
         let Some(same) = chosen.scene.draws.iter().find(|c| c.body == draw.body && c.part == draw.part) else { continue };
         let chosen_features = same.features;
-        // A draw of air can have eclipses or the shadow of rings, not both. Where switching on eclipses would remove the rings' shadow, the draw stays as chosen.
+        // A draw of air can have eclipses or the shadow of rings, not both. Where switching on eclipses would remove the rings' shadow, the draw stays as
+        // chosen.
         if chosen_features.ring_shadow != RingShadow::None && draw.features.ring_shadow == RingShadow::None {
             *draw = same.clone();
             continue;
@@ -132,7 +133,7 @@ impl WorstPixel {
 /// A measure of the difference of two frames.
 type DifferenceMeasure<'a> = &'a dyn Fn(&FramePair) -> Result<WorstPixel, SessionError>;
 
-/// As JSON: a pixel's coordinates, and its radiance and display level per channel in both frames and in the true frame.
+/// A pixel as JSON: its coordinates, and its radiance and display level per channel in both frames and in the true frame.
 fn values_at(setup: &SweepSetup<'_>, request: &ViewRequest, purpose: Purpose, pixel: usize) -> Result<Value, SessionError> {
     let both = frames(setup, request, purpose, &Effect::ALL)?;
     let at = |image: &LinearImage| image.light.get(pixel).map(|p| [p[0], p[1], p[2]]);
@@ -177,31 +178,34 @@ fn sweep_views(
 ) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
     let (mut results, mut cost_ratios) = (Vec::new(), Vec::new());
-    for RandomView { location, request } in views(setup, setup.views.unwrap_or(setup.by_effort(160, 3000))) {
-        let Ok(frames) = frames(setup, &request, purpose, &Effect::ALL) else { continue };
+    for RandomView { case, request } in views(setup, setup.views.unwrap_or(setup.by_effort(160, 3000))) {
+        let Some(frames) = if_possible(frames(setup, &request, purpose, &Effect::ALL))? else { continue };
         let worst = difference(&frames)?;
-        found.add(worst.difference, || (location.clone(), String::new()));
-        results.push((worst, request, location));
+        found.add(worst.difference, || (case.clone(), String::new()));
+        results.push((worst, request, case));
         let [chosen, all] = [operations(setup, &frames.chosen), operations(setup, &frames.all)];
         cost_ratios.extend((all > 0.0).then_some(chosen / all));
+    }
+    if results.is_empty() {
+        return Ok(found);
     }
     results.sort_by(|a, b| b.0.difference.total_cmp(&a.0.difference));
     // For each effect, the number of explained views in which it makes the greatest difference alone, and the greatest of these differences.
     let mut omitted: BTreeMap<&str, (usize, f64)> = BTreeMap::new();
     let mut explained = Vec::new();
-    for (worst, request, location) in results.iter().take_while(|f| f.0.difference > bound).take(MAX_EXPLAINED) {
+    for (worst, request, case) in results.iter().take_while(|f| f.0.difference > bound).take(MAX_EXPLAINED) {
         let (alone, effect) = worst_omission(setup, request, purpose, difference)?;
-        let mut location = location.clone();
-        location["apart"] = json!(worst.difference);
-        location["lacks"] = json!(effect);
-        location["values"] = values_at(setup, request, purpose, worst.index)?;
-        explained.push(location);
+        let mut case = case.clone();
+        case["apart"] = json!(worst.difference);
+        case["lacks"] = json!(effect);
+        case["values"] = values_at(setup, request, purpose, worst.index)?;
+        explained.push(case);
         let (view_count, max_difference) = omitted.entry(effect).or_default();
         *view_count += 1;
         *max_difference = max_difference.max(alone);
     }
     if !explained.is_empty() {
-        found.location = Value::Array(explained);
+        found.worst_case = Value::Array(explained);
     }
     let named = omitted.iter().map(|(effect, (views, max))| format!("{effect} in {views} (up to {max:.2e})")).collect::<Vec<_>>();
     let explained_count = omitted.values().map(|(views, _)| views).sum::<usize>();
@@ -242,14 +246,14 @@ fn operations(setup: &SweepSetup<'_>, view: &PlannedView) -> f64 {
 /// The sweep for displays, by the difference of display bytes.
 pub(super) fn display(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     sweep_views(setup, Purpose::Display, DISPLAY_BOUND, &|frames| {
-        let (chosen, all) = (setup.display(&frames.chosen, Precision::F32)?, setup.display(&frames.all, Precision::F32)?);
+        let (chosen, all) = (setup.draw_display(&frames.chosen, Precision::F32)?, setup.draw_display(&frames.all, Precision::F32)?);
         let difference = |(a, b): (&[u8; 4], &[u8; 4])| (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).fold(0.0, f64::max);
         Ok(WorstPixel::of(chosen.iter().zip(&all).map(difference)))
     })
 }
 
-/// The sweep for linear light, by the difference relative to the pixel's radiance in the frame with every effect. Pixels below a millionth of
-/// the brightest are ignored, because rounding dominates there.
+/// The sweep for linear light, by the difference relative to the pixel's radiance. Pixels below a millionth of the brightest in both frames are ignored,
+/// because rounding dominates there.
 pub(super) fn linear(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     sweep_views(setup, Purpose::LINEAR, LINEAR_BOUND, &|frames| {
         let (chosen, all) = (setup.draw_linear(&frames.chosen, Precision::F32)?, setup.draw_linear(&frames.all, Precision::F32)?);
@@ -258,13 +262,14 @@ pub(super) fn linear(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
     })
 }
 
-/// Greatest difference of any channel, relative to the pixel's radiance in the frame with every effect; 0 below a millionth of `brightest`, infinite
-/// if a value of either frame is not finite, which `f32::max` would ignore.
+/// Greatest difference of any channel, relative to the pixel's radiance in the frame in which it is brighter: an omitted shadow may leave light where the frame
+/// with every effect has none. 0 if both radiances are below a millionth of `brightest`; infinite if a value of either frame is not finite, which `f32::max`
+/// would ignore.
 fn relative_difference(chosen: &[f32; 4], all: &[f32; 4], brightest: f32) -> f64 {
     if chosen[..3].iter().chain(&all[..3]).any(|v| !v.is_finite()) {
         return f64::INFINITY;
     }
-    let radiance = all[..3].iter().fold(0.0_f32, |a, b| a.max(*b));
+    let radiance = chosen[..3].iter().chain(&all[..3]).fold(0.0_f32, |a, b| a.max(*b));
     let difference = (0..3).map(|c| (chosen[c] - all[c]).abs()).fold(0.0, f32::max);
     if radiance > 1e-6 * brightest { f64::from(difference / radiance) } else { 0.0 }
 }
@@ -278,7 +283,9 @@ mod tests {
         let grey = [0.5, 0.5, 0.5, 1.0];
         assert_eq!(relative_difference(&grey, &grey, 1.0), 0.0);
         assert_eq!(relative_difference(&[0.5, 0.25, 0.5, 1.0], &grey, 1.0), 0.5);
-        assert_eq!(relative_difference(&[0.0, 0.0, 0.0, 1.0], &grey, 1e9), 0.0, "too faint beside the brightest pixel");
+        let black = [0.0, 0.0, 0.0, 1.0];
+        assert_eq!(relative_difference(&black, &grey, 1e9), 0.0, "too faint beside the brightest pixel");
+        assert_eq!(relative_difference(&grey, &black, 1.0), 1.0, "light in an umbra that the scene omits");
         for broken in [f32::NAN, f32::INFINITY] {
             let broken = [0.5, broken, 0.5, 1.0];
             assert_eq!(relative_difference(&broken, &grey, 1.0), f64::INFINITY);

@@ -1,9 +1,9 @@
 //! Sweeps of extreme views (distances, angles, places, instants, sizes), f32 against f64.
 //!
-//! In: lists of views. Out: the worst pixel of each list. A view that cannot be planned, such as one from inside its target, is skipped.
+//! In: lists of views. Out: the worst pixel of each list. An impossible view, such as one from inside its target, is skipped.
 
 use super::difference::{compare, least_differences, worst_of};
-use super::{SINGLE_SAMPLE, SweepResult, SweepSetup};
+use super::{SINGLE_SAMPLE, SweepResult, SweepSetup, if_possible};
 use crate::catalog::{Body, NaifId};
 use crate::events;
 use crate::random::Random;
@@ -17,22 +17,23 @@ use serde_json::{Value, json};
 
 pub(super) const SATURN: NaifId = NaifId(699);
 pub(super) const JUPITER: NaifId = NaifId(599);
+/// Two metres above the ground in Dallas, where the eclipse of 2024-04-08 was total.
+pub(super) const DALLAS: Position = Position::Ground { body: NaifId::EARTH, latitude_deg: 32.78, longitude_deg: -96.8, height_km: 2e-3 };
 /// 2024-04-08T18:17:16 UTC, in the middle of a total eclipse of the Sun.
 const ECLIPSE_JD_TDB: f64 = 2_460_409.262_789_4;
 
 /// A view, and what identifies it in a report.
 pub(super) struct ExtremeView {
-    pub location: Value,
+    pub case: Value,
     pub request: ViewRequest,
 }
 
-/// Compares f32 and f64 in each view. Views that cannot be planned are skipped.
+/// Compares f32 and f64 in each view. Impossible views are skipped: those from inside the target, or outside the years of a body's ephemeris.
 fn compare_views(setup: &SweepSetup<'_>, views: impl IntoIterator<Item = ExtremeView>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
-    for ExtremeView { location, request } in views {
-        // There is no view from inside the target, or outside the years of a body's ephemeris.
-        if let Ok(view) = setup.plan_view(&request, SINGLE_SAMPLE) {
-            compare(setup, &mut found, &view, &location)?;
+    for ExtremeView { case, request } in views {
+        if let Some(view) = if_possible(setup.plan_view(&request, SINGLE_SAMPLE))? {
+            compare(setup, &mut found, &view, &case)?;
         }
     }
     Ok(found)
@@ -76,7 +77,7 @@ pub(super) fn distance(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErr
             // Heights in logarithmic steps.
             let height_km = 1e-3 * (100.0 * KM_PER_AU / 1e-3).powf(f64::from(k) / f64::from(steps - 1));
             fovs_deg.into_iter().map(move |fov_deg| ExtremeView {
-                location: json!({ "body": body.name, "height_km": height_km, "fov_deg": fov_deg }),
+                case: json!({ "body": body.name, "height_km": height_km, "fov_deg": fov_deg }),
                 request: view_from_offset(body.id, time, towards * (radius_km + height_km), fov_deg, side),
             })
         })
@@ -100,7 +101,7 @@ pub(super) fn pairs(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
                     height: 16,
                     ..ViewRequest::of(target.id, eclipse_instant())
                 };
-                views.push(ExtremeView { location: json!({ "from": from.name, "body": target.name }), request });
+                views.push(ExtremeView { case: json!({ "from": from.name, "body": target.name }), request });
             }
         }
     }
@@ -158,12 +159,15 @@ fn horizon_views(setup: &SweepSetup<'_>, fovs_deg: &[f64]) -> Result<SweepResult
             let dip_rad = (radius_km / (radius_km + height_km)).acos();
             for k in 0..azimuths {
                 let [east, north, up] = local_axes(23.0, 77.0);
-                let (sin, cos) = (0.4 + f64::from(k) * std::f64::consts::TAU / f64::from(azimuths)).sin_cos();
+                // From north towards east.
+                let azimuth_rad = 0.4 + f64::from(k) * std::f64::consts::TAU / f64::from(azimuths);
+                let (sin, cos) = azimuth_rad.sin_cos();
                 let direction = (east * sin + north * cos) * dip_rad.cos() - up * dip_rad.sin();
                 for &fov_deg in fovs_deg {
-                    let location = json!({ "body": body.name, "height_km": height_km, "azimuth": k, "fov_deg": fov_deg });
+                    let case =
+                        json!({ "body": body.name, "height_km": height_km, "azimuth_deg": azimuth_rad.to_degrees(), "fov_deg": fov_deg });
                     views.push(ExtremeView {
-                        location,
+                        case,
                         request: ground_view(&body, [23.0, 77.0, height_km], direction, fov_deg, eclipse_instant()),
                     });
                 }
@@ -173,7 +177,7 @@ fn horizon_views(setup: &SweepSetup<'_>, fovs_deg: &[f64]) -> Result<SweepResult
     compare_views(setup, views)
 }
 
-/// Views down, along the horizon and towards the Sun: at the poles, on the antimeridian, at the sub-solar point and its antipode, and at the terminator.
+/// Views down, along the horizon and towards the Sun: at the poles, on the antimeridian, with the Sun in the zenith or in the nadir, and at the terminator.
 pub(super) fn places(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let names: &[&str] = setup.by_effort(
         &["earth", "saturn", "moon"],
@@ -183,15 +187,16 @@ pub(super) fn places(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
     for body in bodies_named(setup, names) {
         let Ok(body_from_icrf) = setup.session().ephemeris().body_from_icrf(body.id, eclipse_instant()) else { continue };
         let sun = body_from_icrf * sunward(setup, body.id, eclipse_instant());
+        // The planetographic latitude at which the Sun is in the zenith is its declination; that of the sub-solar point differs on an oblate body.
         let (latitude, longitude) = (sun.z.asin().to_degrees(), sun.y.atan2(sun.x).to_degrees());
         let spots = [
             ("north pole", 90.0, 0.0),
             ("south pole", -90.0, 10.0),
             ("beside the pole", 89.999, 45.0),
             ("antimeridian", 10.0, 180.0),
-            ("map's seam", 0.0, -179.999_99),
-            ("sub-solar point", latitude, longitude),
-            ("antisolar point", -latitude, longitude + 180.0),
+            ("beside the antimeridian", 0.0, -179.999_99),
+            ("Sun in the zenith", latitude, longitude),
+            ("Sun in the nadir", -latitude, longitude + 180.0),
             ("Sun on the horizon", 0.0, longitude + 90.0),
             ("Sun just set", 0.0, longitude + 90.5),
         ];
@@ -200,9 +205,9 @@ pub(super) fn places(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
             let [east, _, up] = local_axes(latitude_deg, longitude_deg);
             for (look, direction) in [("down", east * 1e-3 - up), ("horizon", east - 0.05 * up), ("Sun", sun)] {
                 for height_km in [2e-3, 1000.0] {
-                    let location = json!({ "body": body.name, "place": place, "look": look, "height_km": height_km });
+                    let case = json!({ "body": body.name, "place": place, "look": look, "height_km": height_km });
                     views.push(ExtremeView {
-                        location,
+                        case,
                         request: ground_view(&body, [latitude_deg, longitude_deg, height_km], direction, 50.0, eclipse_instant()),
                     });
                 }
@@ -219,13 +224,14 @@ pub(super) fn ring_plane(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionE
     let ringed = catalog.bodies().iter().filter(|b| !b.rings.is_empty());
     for body in ringed {
         let Ok(body_from_icrf) = setup.session().ephemeris().body_from_icrf(body.id, eclipse_instant()) else { continue };
-        for height in [0.0, 1e-9, -1e-6, 1e-4, 1e-2] {
+        // Tangent of the camera's elevation above the ring plane.
+        for tan_elevation in [0.0, 1e-9, -1e-6, 1e-4, 1e-2] {
             for distance_radii in [1.5, 4.0, 30.0, 1e5] {
-                let offset = body_from_icrf.transpose() * DVec3::new(0.6, -0.8, height) * distance_radii * body.radii_km.x;
+                let offset = body_from_icrf.transpose() * DVec3::new(0.6, -0.8, tan_elevation) * distance_radii * body.radii_km.x;
                 let fov_deg = (2.0 * (2.5_f64 / distance_radii).atan().to_degrees()).min(120.0);
-                let location = json!({ "body": body.name, "distance_radii": distance_radii, "height": height });
+                let case = json!({ "body": body.name, "distance_radii": distance_radii, "tan_elevation": tan_elevation });
                 views.push(ExtremeView {
-                    location,
+                    case,
                     request: view_from_offset(body.id, eclipse_instant(), offset, fov_deg, setup.by_effort(24, 64)),
                 });
             }
@@ -237,7 +243,7 @@ pub(super) fn ring_plane(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionE
             let time = Instant::from_jd_tdb(jd_tdb + hours / 24.0);
             let side = setup.by_effort(24, 96);
             let request = ViewRequest { width: side, height: side, ..ViewRequest::of(SATURN, time) };
-            views.push(ExtremeView { location: json!({ "body": "Saturn", "time": time.to_utc_iso() }), request });
+            views.push(ExtremeView { case: json!({ "body": "Saturn", "time": time.to_utc_iso() }), request });
         }
     }
     compare_views(setup, views)
@@ -256,11 +262,9 @@ pub(super) fn contacts(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErr
             for seconds in [-0.5, 0.0, 0.5] {
                 let (name, at) = *contact;
                 let time = at.plus_seconds(seconds);
-                let location = json!({ "eclipse": eclipse.greatest.to_utc_iso(), "contact": name, "seconds": seconds, "seen": "space" });
-                views.push(ExtremeView {
-                    location,
-                    request: ViewRequest { width: side, height: side, ..ViewRequest::of(NaifId::EARTH, time) },
-                });
+                let case = json!({ "eclipse": eclipse.greatest.to_utc_iso(), "contact": name, "seconds": seconds, "seen": "space" });
+                views
+                    .push(ExtremeView { case, request: ViewRequest { width: side, height: side, ..ViewRequest::of(NaifId::EARTH, time) } });
             }
         }
         let half_s = eclipse.duration_s.unwrap_or(600.0) / 2.0;
@@ -273,15 +277,15 @@ pub(super) fn contacts(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErr
                 height_km: 2e-3,
             };
             let request = ViewRequest { position, fov_deg: Some(1.5), width: side, height: side, ..ViewRequest::of(NaifId::SUN, time) };
-            let location = json!({ "eclipse": eclipse.greatest.to_utc_iso(), "seconds": seconds, "seen": "ground" });
-            views.push(ExtremeView { location, request });
+            let case = json!({ "eclipse": eclipse.greatest.to_utc_iso(), "seconds": seconds, "seen": "ground" });
+            views.push(ExtremeView { case, request });
         }
     }
     for eclipse in events::lunar_eclipses(catalog, ephemeris, from, to)? {
         for (name, time) in &eclipse.contacts {
             let request = ViewRequest { width: side, height: side, ..ViewRequest::of(NaifId::MOON, *time) };
-            let location = json!({ "eclipse": eclipse.greatest.to_utc_iso(), "contact": name, "seen": "Earth" });
-            views.push(ExtremeView { location, request });
+            let case = json!({ "eclipse": eclipse.greatest.to_utc_iso(), "contact": name, "seen": "Earth" });
+            views.push(ExtremeView { case, request });
         }
     }
     compare_views(setup, views)
@@ -291,7 +295,7 @@ pub(super) fn contacts(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErr
 pub(super) fn radii(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let side = setup.by_effort(24, 96);
     let view = |body: &Body| ExtremeView {
-        location: json!({ "body": body.name, "radius_km": body.radii_km.x }),
+        case: json!({ "body": body.name, "radius_km": body.radii_km.x }),
         request: ViewRequest { width: side, height: side, ..ViewRequest::of(body.id, eclipse_instant()) },
     };
     compare_views(setup, setup.session().catalog().bodies().iter().map(view).collect::<Vec<_>>())
@@ -305,7 +309,7 @@ pub(super) fn years(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
         let time = Instant::from_jd_tdb(2_451_545.0 + DAYS_PER_JULIAN_YEAR * f64::from(year - 2000));
         for body in bodies_named(setup, &["earth", "moon", "saturn", "jupiter", "io", "mercury", "sun"]) {
             let request = ViewRequest { width: 24, height: 24, ..ViewRequest::of(body.id, time) };
-            views.push(ExtremeView { location: json!({ "body": body.name, "year": year }), request });
+            views.push(ExtremeView { case: json!({ "body": body.name, "year": year }), request });
         }
     }
     compare_views(setup, views)
@@ -321,9 +325,9 @@ pub(super) fn sizes(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
         for k in 0..steps {
             let diameter_px = 0.3 * (4.0 * f64::from(side) / 0.3).powf(f64::from(k) / f64::from(steps - 1));
             let fov_deg = 2.0 * ((1.0_f64 / 60.0) * f64::from(side) / diameter_px).atan().to_degrees();
-            let location = json!({ "body": body.name, "diameter_px": diameter_px });
+            let case = json!({ "body": body.name, "diameter_px": diameter_px });
             views.push(ExtremeView {
-                location,
+                case,
                 request: view_from_offset(body.id, eclipse_instant(), towards * distance_km, fov_deg.min(170.0), side),
             });
         }
@@ -331,7 +335,8 @@ pub(super) fn sizes(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
     compare_views(setup, views)
 }
 
-/// Views that use the simple shaders (those without a key): lines, labels, outline, bloom, points, corona, glare, refracted limb and tone map. Compares display bytes.
+/// Views that use the simple shaders (those without a key): lines, labels, outline, bloom, points, corona, glare, refracted limb and tone map. Compares
+/// display bytes.
 pub(super) fn simple(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let side = setup.by_effort(96, 256);
     let all = Layers::ALL;
@@ -340,7 +345,6 @@ pub(super) fn simple(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
     let in_shadow = Instant::from_jd_tdb(2_459_891.959);
     let night_sky = standard_scenes(side, side).into_iter().find(|s| s.name == "night-sky").map(|s| s.request);
     let night_sky = night_sky.unwrap_or_else(|| request_of(SATURN, eclipse_instant()));
-    let dallas = Position::Ground { body: NaifId::EARTH, latitude_deg: 32.78, longitude_deg: -96.8, height_km: 2e-3 };
     let totality = Instant::from_jd_tdb(2_460_409.280_4);
     let views = [
         (
@@ -359,7 +363,7 @@ pub(super) fn simple(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
                 ..request_of(NaifId::SUN, eclipse_instant())
             },
         ),
-        ("corona", ViewRequest { position: dallas, fov_deg: Some(3.0), ..request_of(NaifId::SUN, totality) }),
+        ("corona", ViewRequest { position: DALLAS, fov_deg: Some(3.0), ..request_of(NaifId::SUN, totality) }),
         (
             "refracted limb",
             ViewRequest { position: Position::Centre(NaifId::MOON), fov_deg: Some(2.4), ..request_of(NaifId::EARTH, in_shadow) },
@@ -370,7 +374,7 @@ pub(super) fn simple(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
     let mut found = SweepResult::empty();
     for (name, request) in views {
         let view = setup.plan_view(&request, SINGLE_SAMPLE)?;
-        let (single, exact_frames) = (setup.display(&view, Precision::F32)?, setup.exact_frames(&view)?);
+        let (single, exact_frames) = (setup.draw_display(&view, Precision::F32)?, setup.exact_frames(&view)?);
         let difference = |a: &[u8; 4], b: &[u8; 4]| (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).fold(0.0, f64::max);
         let differences = least_differences(&single, exact_frames.iter().map(|frame| &*frame.display), difference);
         let (worst_index, worst) = worst_of(&differences);

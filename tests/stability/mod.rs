@@ -18,7 +18,7 @@ fn swept(session: &Session, name: &str, faults: InjectedFaults) -> SweepReport {
     let report = run(sweep, &setup).unwrap_or_else(|e| panic!("{name}: {e}"));
     println!(
         "{name}: {} cases, {:e} of {:e} {}, {}",
-        report.found.cases, report.found.worst, report.bound, report.found.location, report.found.cause
+        report.found.cases, report.found.worst, report.bound, report.found.worst_case, report.found.cause
     );
     report
 }
@@ -80,6 +80,16 @@ fn a_sweep_without_a_case_fails() {
     assert!(without_case.has_failed());
 }
 
+/// The sweep `sizes` also draws bodies without rings. If it skipped the views of Saturn, it would keep its bound.
+#[test]
+fn a_module_that_cannot_be_compiled_ends_a_sweep() {
+    let broken = session_with_edits(&[("lib/ring/photometry.wesl", "fn ring_reflectance(", "fn 0ring_reflectance(")]);
+    let setup = SweepSetup::new(&broken, Effort::Short, 1, InjectedFaults::default()).expect("a setup");
+    let sizes = SWEEPS.iter().find(|s| s.name == "sizes").expect("the sweep");
+    let error = run(sizes, &setup).expect_err("a module does not compile").to_string();
+    assert!(error.contains("ring"), "{error}");
+}
+
 #[test]
 fn an_umbra_is_black_at_every_exposure() {
     let report = swept(&SESSION, "umbra-exposure", InjectedFaults::default());
@@ -92,7 +102,7 @@ fn missing_light_time_is_detected() {
         Ok(session.ephemeris().state(body, NaifId::EARTH, time, None)?.state.pos_km)
     }
     assert!(!swept(&SESSION, "light-time", InjectedFaults::default()).has_failed());
-    let report = swept(&SESSION, "light-time", InjectedFaults { place: Some(geometric), ..InjectedFaults::default() });
+    let report = swept(&SESSION, "light-time", InjectedFaults { apparent_direction: Some(geometric), ..InjectedFaults::default() });
     assert!(report.has_failed() && report.found.worst > 20.0, "aberration alone is 20 arcseconds");
 }
 
@@ -101,7 +111,7 @@ fn a_body_without_a_direction_is_detected() {
     fn nowhere(_: &Session, _: NaifId, _: Instant) -> Result<glam::DVec3, SessionError> {
         Ok(glam::DVec3::ZERO)
     }
-    assert!(swept(&SESSION, "light-time", InjectedFaults { place: Some(nowhere), ..InjectedFaults::default() }).has_failed());
+    assert!(swept(&SESSION, "light-time", InjectedFaults { apparent_direction: Some(nowhere), ..InjectedFaults::default() }).has_failed());
 }
 
 #[test]
@@ -135,7 +145,7 @@ fn every_other_sweep_keeps_its_bound() {
         .map(|(_, s)| s)
         .map(|s| swept(&SESSION, s.name, InjectedFaults::default()))
         .filter(SweepReport::has_failed)
-        .map(|r| format!("{}: {:e} of {:e} at {}: {}", r.name, r.found.worst, r.bound, r.found.location, r.found.cause))
+        .map(|r| format!("{}: {:e} of {:e} at {}: {}", r.name, r.found.worst, r.bound, r.found.worst_case, r.found.cause))
         .collect();
     assert!(failed.is_empty(), "{}", failed.join("\n"));
 }

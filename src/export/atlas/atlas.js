@@ -12,18 +12,23 @@ if (filter) {
     }
     document.getElementById("count").textContent = `${shown} shown`;
   };
-  const hash = location.hash.slice(1);
-  try {
-    filter.value = decodeURIComponent(hash);
-  } catch {
-    // A link that was typed or cut may have a percent sign that encodes nothing: it is taken as it is.
-    filter.value = hash;
-  }
+  const applyAddress = () => {
+    const hash = location.hash.slice(1);
+    try {
+      filter.value = decodeURIComponent(hash);
+    } catch {
+      // A link that was typed or cut may have a percent sign that encodes nothing: it is taken as it is.
+      filter.value = hash;
+    }
+    apply();
+  };
   filter.addEventListener("input", () => {
     history.replaceState(null, "", `#${encodeURIComponent(filter.value)}`);
     apply();
   });
-  apply();
+  // Does not follow replaceState, only an address that the user edits or opens.
+  window.addEventListener("hashchange", applyAddress);
+  applyAddress();
 }
 
 // Module page: assembles the module's source from the table of lines (lines.js). Each line has the colour of the feature

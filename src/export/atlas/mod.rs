@@ -14,7 +14,7 @@ use super::sample_image::{SampleBodyRenderer, SampleImage, map_with_renderers};
 use crate::files::{FileAccess, WriteError, write_atomic};
 use crate::image::write_png;
 use crate::session::SessionError;
-use crate::shader::library::file_name;
+use crate::shader::library::file_stem;
 use crate::shader::{Lowering, ModuleId, ShaderModule};
 use lines::LineTable;
 use serde::Serialize;
@@ -43,11 +43,12 @@ pub enum AtlasError {
     Module { module: String, why: String },
 }
 
-/// One entry of the list of modules.
+/// A module as the manifest lists it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Entry {
-    /// Key or name.
-    pub module: String,
+pub struct ListedModule {
+    /// Key, or name of a simple module.
+    #[serde(rename = "module")]
+    pub name: String,
     /// Path of its page below the atlas folder, `pages/STEM.html`; its image, if any, is `pictures/STEM.png`.
     pub page: String,
     pub has_image: bool,
@@ -63,12 +64,6 @@ struct RenderedModule {
     module: Arc<ShaderModule>,
     figures: Figures,
     image: Option<SampleImage>,
-}
-
-/// Name of a module's files, without the extension.
-fn stem(id: &ModuleId) -> String {
-    let name = file_name(id);
-    name.rsplit_once('.').map_or(name.clone(), |(stem, _)| stem.to_owned())
 }
 
 /// Reads a module from the revision, draws the sample body with it, and computes the figures of both.
@@ -102,15 +97,15 @@ pub fn write(
     ids: &[ModuleId],
     lowering: &Lowering,
     on_module_done: impl Fn() + Sync,
-) -> Result<Vec<Entry>, AtlasError> {
+) -> Result<Vec<ListedModule>, AtlasError> {
     for name in ["pages", "pictures"] {
         let subfolder = folder.join(name);
         std::fs::create_dir_all(&subfolder).map_err(|e| crate::files::write_error(&subfolder, &e))?;
     }
-    let stems_by_name: BTreeMap<String, String> = ids.iter().map(|id| (id.to_string(), stem(id))).collect();
+    let stems_by_name: BTreeMap<String, String> = ids.iter().map(|id| (id.to_string(), file_stem(id))).collect();
     let neighbours_of = neighbours::of(stems_by_name.keys().map(String::as_str));
     let mut table = LineTable::default();
-    let mut entries = Vec::new();
+    let mut listed_modules = Vec::new();
     for chunk in ids.chunks(MODULES_PER_CHUNK) {
         let make = |renderer: &SampleBodyRenderer, id: &ModuleId| render_module(renderer, revision, id, lowering);
         let renderer_error = |id: &ModuleId, e: &SessionError| AtlasError::Module { module: id.to_string(), why: e.to_string() };
@@ -127,27 +122,27 @@ pub fn write(
                 write_file(&folder.join("pictures").join(format!("{stem}.png")), &png)?;
             }
             let runs = table.add(&module.wgsl, &module.source_map);
-            let entry = Entry {
+            let listed = ListedModule {
                 page: format!("pages/{stem}.html"),
                 has_image: image.is_some(),
                 features: module.source_map.features.clone(),
                 lines: module.wgsl.lines().count(),
                 figures,
-                module: name.clone(),
+                name: name.clone(),
             };
             let neighbours = neighbours_of.get(name.as_str()).map(Vec::as_slice).unwrap_or_default();
             let neighbour_links: Vec<(String, &str)> =
                 neighbours.iter().map(|n| (n.change.clone(), stems_by_name[n.key].as_str())).collect();
-            write_file(&folder.join(&entry.page), page::of_module(&entry, stem, &runs, &neighbour_links).as_bytes())?;
-            entries.push(entry);
+            write_file(&folder.join(&listed.page), page::of_module(&listed, stem, &runs, &neighbour_links).as_bytes())?;
+            listed_modules.push(listed);
         }
     }
     write_file(&folder.join("lines.js"), table.script().as_bytes())?;
     write_file(&folder.join("atlas.js"), include_bytes!("atlas.js"))?;
     write_file(&folder.join("atlas.css"), include_bytes!("atlas.css"))?;
-    write_file(&folder.join("index.html"), page::index(&revision.name, &entries).as_bytes())?;
+    write_file(&folder.join("index.html"), page::index(&revision.name, &listed_modules).as_bytes())?;
     // The manifest is written last, so that a folder whose manifest lists modules is complete.
-    let manifest = serde_json::json!({ "revision": revision.name, "modules": entries });
+    let manifest = serde_json::json!({ "revision": revision.name, "modules": listed_modules });
     write_file(&folder.join(MANIFEST), manifest.to_string().as_bytes())?;
-    Ok(entries)
+    Ok(listed_modules)
 }

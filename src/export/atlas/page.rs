@@ -1,7 +1,7 @@
 //! The pages of the atlas as HTML. Names, figures and links are plain text and need no script; `atlas.js` assembles the
 //! source.
 
-use super::{Entry, IMAGE_SIDE_PX};
+use super::{IMAGE_SIDE_PX, ListedModule};
 use std::fmt::Write;
 
 /// Escapes text for HTML.
@@ -24,11 +24,11 @@ fn number_or_empty(value: Option<f64>) -> String {
 
 /// The page of one module. `stem`: name of its files without the extension. `runs`: its lines, as `LineTable::add` returns them. `neighbours`: for each
 /// neighbouring module, the change that leads to it and the stem of its files.
-pub(crate) fn of_module(entry: &Entry, stem: &str, runs: &str, neighbours: &[(String, &str)]) -> String {
-    let name = escaped(&entry.module);
-    let mut html = head(&entry.module, "../");
+pub(crate) fn of_module(module: &ListedModule, stem: &str, runs: &str, neighbours: &[(String, &str)]) -> String {
+    let name = escaped(&module.name);
+    let mut html = head(&module.name, "../");
     let _ = write!(html, "<p><a href=\"../index.html\">All modules</a></p>\n<h1>{name}</h1>\n<div class=\"about\">\n");
-    if entry.has_image {
+    if module.has_image {
         let _ = writeln!(
             html,
             "<img src=\"../pictures/{stem}.png\" width=\"{side}\" height=\"{side}\" alt=\"The sample body drawn by {name}\">",
@@ -37,13 +37,13 @@ pub(crate) fn of_module(entry: &Entry, stem: &str, runs: &str, neighbours: &[(St
         );
     }
     html.push_str("<table>\n");
-    let f = &entry.figures;
+    let f = &module.figures;
     let rows = [
-        ("Lines", entry.lines.to_string()),
+        ("Lines", module.lines.to_string()),
         ("Operations per pixel, each loop counted once", f.operations.to_string()),
         ("Texture reads", f.texture_reads.to_string()),
-        ("Slots per lane", f.slots.to_string()),
-        ("Mean luminance of the image", number_or_empty(f.mean_luminance)),
+        ("Slots: values per pixel that are live at once", f.slots.to_string()),
+        ("Mean luminance of the image, where white is 1", number_or_empty(f.mean_luminance)),
         ("Greatest difference between f32 and f64, levels of 255", number_or_empty(f.rounding_levels)),
     ];
     for (label, value) in rows.iter().filter(|(_, value)| !value.is_empty()) {
@@ -51,7 +51,7 @@ pub(crate) fn of_module(entry: &Entry, stem: &str, runs: &str, neighbours: &[(St
     }
     html.push_str("</table>\n");
     if !neighbours.is_empty() {
-        html.push_str("<div><h2>One step away</h2>\n<ul class=\"steps\">\n");
+        html.push_str("<div><h2>Modules that differ in one part of the key</h2>\n<ul class=\"neighbours\">\n");
         for (change, stem) in neighbours {
             let _ = writeln!(html, "<li><a href=\"{}.html\">{}</a></li>", escaped(stem), escaped(change));
         }
@@ -59,23 +59,23 @@ pub(crate) fn of_module(entry: &Entry, stem: &str, runs: &str, neighbours: &[(St
     }
     let _ = write!(
         html,
-        "</div>\n<h2>Source</h2>\n<p id=\"legend\"></p>\n<noscript><p>The source needs scripts; <code>orrery shader emit {name}</code> prints it.</p></noscript>\n<pre id=\"source\" data-runs=\"{runs}\"></pre>\n<script src=\"../lines.js\"></script>\n<script src=\"../atlas.js\"></script>\n</body>\n</html>\n"
+        "</div>\n<h2>Source</h2>\n<p id=\"legend\"></p>\n<noscript><p>A script assembles the source; without it, <code>orrery shader emit {name}</code> prints the built-in one.</p></noscript>\n<pre id=\"source\" data-runs=\"{runs}\"></pre>\n<script src=\"../lines.js\"></script>\n<script src=\"../atlas.js\"></script>\n</body>\n</html>\n"
     );
     html
 }
 
 /// The index page: the list of all modules, with a filter.
-pub(crate) fn index(revision: &str, entries: &[Entry]) -> String {
+pub(crate) fn index(revision: &str, modules: &[ListedModule]) -> String {
     let mut html = head("Orrery: atlas of shader modules", "");
     let _ = write!(
         html,
-        "<h1>Atlas of shader modules</h1>\n<p>{} modules of revision <code>{}</code>. Each image is the same sample body, lit from the side, drawn by that module in the software renderer.</p>\n<p><label>Features: <input id=\"filter\" type=\"search\" size=\"50\" placeholder=\"clouds -eclipse ringshadow\"></label> <span id=\"count\"></span></p>\n<ul class=\"modules\">\n",
-        entries.len(),
+        "<h1>Atlas of shader modules</h1>\n<p>{} modules of revision <code>{}</code>. Each image is the same sample body, lit from the side, drawn by that module in the software renderer.</p>\n<p><label>Filter by key: <input id=\"filter\" type=\"search\" size=\"50\" placeholder=\"clouds -eclipse ringshadow\"></label> <span id=\"count\"></span></p>\n<ul class=\"modules\">\n",
+        modules.len(),
         escaped(revision)
     );
-    for entry in entries {
-        let image = if entry.has_image {
-            let stem = entry.page.trim_start_matches("pages/").trim_end_matches(".html");
+    for module in modules {
+        let image = if module.has_image {
+            let stem = module.page.trim_start_matches("pages/").trim_end_matches(".html");
             let (stem, side) = (escaped(stem), IMAGE_SIDE_PX);
             format!("<img src=\"pictures/{stem}.png\" width=\"{side}\" height=\"{side}\" loading=\"lazy\" alt=\"\">")
         } else {
@@ -84,10 +84,10 @@ pub(crate) fn index(revision: &str, entries: &[Entry]) -> String {
         let _ = writeln!(
             html,
             "<li><a href=\"{}\">{image}<span>{}</span></a> <small>{} operations, {} texture reads</small></li>",
-            escaped(&entry.page),
-            escaped(&entry.module),
-            entry.figures.operations,
-            entry.figures.texture_reads
+            escaped(&module.page),
+            escaped(&module.name),
+            module.figures.operations,
+            module.figures.texture_reads
         );
     }
     html.push_str("</ul>\n<script src=\"atlas.js\"></script>\n</body>\n</html>\n");

@@ -138,14 +138,19 @@ const MAX_UNCHANGED_NAME_BYTES: usize = 180;
 /// Number of characters at the start of a longer name that the file name contains; a digest of the whole name follows.
 const SHORTENED_NAME_CHARS: usize = 150;
 
-/// File name of a module's entry: the module's name or, if it is too long, its start and a digest.
+/// File name of a module's entry.
 pub fn file_name(id: &ModuleId) -> String {
+    format!("{}.{EXTENSION}", file_stem(id))
+}
+
+/// Name of a module's files, without the extension: the module's name or, if it is too long, its start and a digest.
+pub(crate) fn file_stem(id: &ModuleId) -> String {
     let name = id.to_string();
     if name.len() <= MAX_UNCHANGED_NAME_BYTES {
-        return format!("{name}.{EXTENSION}");
+        return name;
     }
     let digest = crate::shader::generator::hex(&Sha256::digest(&name)[..8]);
-    format!("{}-{digest}.{EXTENSION}", name.chars().take(SHORTENED_NAME_CHARS).collect::<String>())
+    format!("{}-{digest}", name.chars().take(SHORTENED_NAME_CHARS).collect::<String>())
 }
 
 /// File extension of entries.

@@ -7,6 +7,7 @@
 
 mod entry;
 
+pub(crate) use entry::file_stem;
 pub use entry::{EXTENSION, EntryError, decode, decode_of_any_generator, file_name, module_name};
 
 use super::fragments::Fragments;

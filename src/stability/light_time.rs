@@ -1,6 +1,8 @@
-//! The sweep `light-time`: directions of bodies in the scene against an independent computation. (The sweep `places` is in [`super::views`].)
+//! The sweep `light-time`: directions of bodies in the scene against an independent computation.
+//!
+//! In: a sweep's setup. Out: the greatest angle between the two directions, arcseconds.
 
-use super::{SweepResult, SweepSetup};
+use super::{SweepResult, SweepSetup, if_possible};
 use crate::catalog::NaifId;
 use crate::ephemeris::angle_rad;
 use crate::scene::request::{Position, ViewRequest};
@@ -13,8 +15,7 @@ use serde_json::json;
 /// A vector in the apparent direction of a body in the scene of a view from the Earth's centre; zero if the scene lacks the body.
 fn direction_in_scene(session: &Session, body: NaifId, time: Instant) -> Result<DVec3, SessionError> {
     let request = ViewRequest { position: Position::Centre(NaifId::EARTH), width: 16, height: 16, ..ViewRequest::of(body, time) };
-    let (scene, _) = session.plan(&request, super::SINGLE_SAMPLE)?;
-    Ok(scene.body(body).map_or(DVec3::ZERO, |b| b.placement.centre_km))
+    Ok(session.scene(&request)?.body(body).map_or(DVec3::ZERO, |b| b.placement.centre_km))
 }
 
 /// The apparent direction from the Earth's centre: light time by bisection, then relativistic aberration.
@@ -22,7 +23,7 @@ fn direction_by_bisection(session: &Session, body: NaifId, time: Instant) -> Res
     let ephemeris = session.ephemeris();
     let state = |body, time| ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, time, None).map(|s| s.state);
     let observer = state(NaifId::EARTH, time)?;
-    // Light travels 80 au in 40 000 s; all bodies of the shipped catalogs are nearer.
+    // Light travels 80 au in 40 000 s. All bodies of the shipped catalogs are nearer.
     let (mut low_s, mut high_s) = (0.0, 40_000.0);
     // To a microsecond, during which a body moves by less than 0.1 m.
     while high_s - low_s > 1e-6 {
@@ -37,18 +38,19 @@ fn direction_by_bisection(session: &Session, body: NaifId, time: Instant) -> Res
     Ok((seen / gamma + beta * (1.0 + gamma / (1.0 + gamma) * beta.dot(seen))) / (1.0 + beta.dot(seen)))
 }
 
-/// Directions of all bodies from the Earth's centre, from 1901 to 2088 (full) or in 1901 and 1999 (short). Instants that the ephemeris does not cover are skipped.
-pub(super) fn light_time(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
+/// Directions of all bodies from the Earth's centre, from 1901 to 2088 (full) or in 1901 and 1999 (short). Instants that the ephemeris does not cover are
+/// skipped.
+pub(super) fn run(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
     let session = setup.session();
-    let direction_of = setup.faults.place.unwrap_or(direction_in_scene);
+    let direction_of = setup.faults.apparent_direction.unwrap_or(direction_in_scene);
     let bodies = session.catalog().bodies().iter().filter(|b| b.id != NaifId::EARTH);
     for body in bodies {
         for k in 0..setup.by_effort(2, 20) {
             let time = Instant::from_jd_tdb(2_415_500.3 + 72_000.0 * f64::from(k) / f64::from(setup.by_effort(2, 20)));
-            let (Ok(placed), Ok(expected)) = (direction_of(session, body.id, time), direction_by_bisection(session, body.id, time)) else {
-                continue;
-            };
+            let placed = if_possible(direction_of(session, body.id, time))?;
+            let expected = if_possible(direction_by_bisection(session, body.id, time))?;
+            let (Some(placed), Some(expected)) = (placed, expected) else { continue };
             // A zero vector, such as that of a body that the scene lacks, has no direction, and `angle_rad` would return 0.
             let separation = if placed == DVec3::ZERO { f64::INFINITY } else { angle_rad(placed, expected) / RAD_PER_ARCSEC };
             found.add(separation, || {
