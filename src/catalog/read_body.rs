@@ -1,7 +1,7 @@
 //! Reading `[[body]]`: merges the fields that one file gives for a body into those of earlier files.
 //!
 //! In: the TOML table, and the drafts of the bodies read so far. Out: the changed draft, and problems in the shared list. A field of a later file replaces the
-//! same field. Photometry, motion, rotation, clouds and mesh are replaced as a whole, maps and sources one by one.
+//! same field. Photometry, motion, rotation, clouds and mesh are replaced as a whole; maps, sources and estimates one by one.
 
 use super::fields::{
     ALLOWED_NAME, each_component, finite, invented, is_name, optional_percent, optional_word, read_map, required_number, required_word,
@@ -200,6 +200,7 @@ fn mesh(mut table: TableReader) -> Option<WithLine<ShapeModel>> {
     let mut flag = |field, default| table.optional::<bool>(field, "true or false", |_| true).map_or(default, |l| l.value);
     let (two_sided, alpha, vertex_colours) = (flag("two_sided", false), flag("alpha", false), flag("vertex_colours", true));
     let invented = invented(&mut table);
+    // Only for readers of the file.
     let _ = table.optional::<String>("source", "a string", |_| true);
     table.finish();
     let scale_km = scale_km.map_or(1.0, |l| l.value);
@@ -207,16 +208,11 @@ fn mesh(mut table: TableReader) -> Option<WithLine<ShapeModel>> {
     Some(WithLine { value, source_line })
 }
 
-/// Replaces those of a body's maps that a `maps` table gives.
-fn maps(mut table: TableReader, maps: &mut Maps) {
-    for (field, target) in
-        [("albedo", &mut maps.albedo), ("normal", &mut maps.normal), ("specular", &mut maps.specular), ("night", &mut maps.night)]
-    {
-        if let Some(found) = table.section(field).and_then(read_map) {
-            *target = Some(found);
-        }
-    }
+fn maps(mut table: TableReader) -> Maps {
+    let mut map = |field| table.section(field).and_then(read_map);
+    let found = Maps { albedo: map("albedo"), normal: map("normal"), specular: map("specular"), night: map("night") };
     table.finish();
+    found
 }
 
 fn estimates(mut table: TableReader) -> Estimates {
@@ -270,25 +266,24 @@ pub(super) fn body(mut table: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>
         clear_sky_colour: table.optional("clear_sky_colour_linear_srgb", ALLOWED_COLOUR, is_colour).map(|l| l.value),
         colour: table.optional("colour_linear_srgb", ALLOWED_COLOUR, is_colour).map(|l| l.value),
         photometry: table.section("photometry").and_then(photometry),
-        maps: Maps::default(),
+        maps: table.section("maps").map(maps).unwrap_or_default(),
         clouds: table.section("clouds").and_then(clouds),
         mesh: table.section("mesh").and_then(mesh),
         motion: table.section("motion").and_then(|table| with_line(table, motion)),
         rotation: table.section("rotation").and_then(|table| with_line(table, rotation)),
-        sources: BTreeMap::new(),
+        sources: table.strings("sources"),
         estimates: table.section("estimates").map(estimates).unwrap_or_default(),
     };
-    let Some(id) = id else {
-        return table.finish();
-    };
-    let earlier = drafts.remove(&id.value);
-    if let Some(earlier) = earlier {
+    table.finish();
+    let Some(id) = id else { return };
+    if let Some(earlier) = drafts.remove(&id.value) {
         // An estimated error belongs to the value given in the same file. If this file replaces the value, the earlier error is dropped.
         let estimate = |new: Option<f64>, value_is_new: bool, earlier: Option<f64>| new.or(earlier.filter(|_| !value_is_new));
         draft.estimates = Estimates {
             albedo_percent: estimate(draft.estimates.albedo_percent, draft.geometric_albedo.is_some(), earlier.estimates.albedo_percent),
             colour_percent: estimate(draft.estimates.colour_percent, draft.colour.is_some(), earlier.estimates.colour_percent),
         };
+        // Missing fields are reported where the body is first described.
         draft.source_line = earlier.source_line;
         draft.name = draft.name.or(earlier.name);
         draft.aliases = draft.aliases.or(earlier.aliases);
@@ -303,17 +298,17 @@ pub(super) fn body(mut table: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>
         draft.clear_sky_colour = draft.clear_sky_colour.or(earlier.clear_sky_colour);
         draft.colour = draft.colour.or(earlier.colour);
         draft.photometry = draft.photometry.or(earlier.photometry);
-        draft.maps = earlier.maps;
+        draft.maps = Maps {
+            albedo: draft.maps.albedo.or(earlier.maps.albedo),
+            normal: draft.maps.normal.or(earlier.maps.normal),
+            specular: draft.maps.specular.or(earlier.maps.specular),
+            night: draft.maps.night.or(earlier.maps.night),
+        };
         draft.clouds = draft.clouds.or(earlier.clouds);
         draft.mesh = draft.mesh.or(earlier.mesh);
         draft.motion = draft.motion.or(earlier.motion);
         draft.rotation = draft.rotation.or(earlier.rotation);
-        draft.sources = earlier.sources;
+        draft.sources = earlier.sources.into_iter().chain(draft.sources).collect();
     }
-    if let Some(maps_table) = table.section("maps") {
-        maps(maps_table, &mut draft.maps);
-    }
-    draft.sources.extend(table.strings("sources"));
     drafts.insert(id.value, draft);
-    table.finish();
 }

@@ -166,6 +166,16 @@ fn invalid_rings_names_ids_and_toml_are_reported() {
     );
     let no_id = problems("[[body]]\nname = \"Nobody\"\n");
     assert_eq!(no_id, ["mine.toml:1: Nobody.id is missing: expected a NAIF code above 9"]);
+    // The rest of such an entry is read, too.
+    let with_maps = problems("[[body]]\nname = \"Nobody\"\n[body.maps]\nnight = { fil = \"a.png\" }\n[body.sources]\nradii = \"a book\"\n");
+    assert_eq!(
+        with_maps,
+        [
+            "mine.toml:1: Nobody.id is missing: expected a NAIF code above 9",
+            "mine.toml:4: Nobody.maps.night.fil is not a field here: did you mean `file`?",
+            "mine.toml:4: Nobody.maps.night.file is missing: expected a file name without folders",
+        ]
+    );
     let duplicate_alias = problems("[[body]]\nid = 499\naliases = [\"Venus\"]\n");
     assert_eq!(duplicate_alias.len(), 1, "{duplicate_alias:?}");
 }
