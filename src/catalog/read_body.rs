@@ -18,6 +18,14 @@ fn is_colour(rgb: &[f64; 3]) -> bool {
     each_component(|x| (0.0..=100.0).contains(&x))(rgb) && rgb.iter().sum::<f64>() > 0.0
 }
 
+fn required_fraction(table: &mut TableReader, field: &'static str) -> Option<f64> {
+    required_number(table, field, "a number from 0 to 1", |x| (0.0..=1.0).contains(&x))
+}
+
+fn required_pole_dec_deg(table: &mut TableReader) -> Option<f64> {
+    required_number(table, "pole_dec_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0)
+}
+
 /// The fields of one body as read so far.
 pub(super) struct BodyDraft {
     pub source_line: SourceLine,
@@ -70,8 +78,9 @@ fn photometry(mut table: TableReader) -> Option<Photometry> {
         }
         PhotometryWord::Lambert => Some(Photometry::Lambert),
         PhotometryWord::LommelSeeliger => Some(Photometry::LommelSeeliger),
-        PhotometryWord::LunarLambert => required_number(&mut table, "lunar_weight", "a number from 0 to 1", |x| (0.0..=1.0).contains(&x))
-            .map(|lunar_weight| Photometry::LunarLambert { lunar_weight }),
+        PhotometryWord::LunarLambert => {
+            required_fraction(&mut table, "lunar_weight").map(|lunar_weight| Photometry::LunarLambert { lunar_weight })
+        }
         PhotometryWord::OrenNayar => required_number(&mut table, "roughness_deg", "degrees from 0 to 60", |x| (0.0..=60.0).contains(&x))
             .map(|roughness_deg| Photometry::OrenNayar { roughness_deg }),
     };
@@ -112,7 +121,7 @@ fn motion(mut table: TableReader) -> Option<Motion> {
 fn mean_elements(table: &mut TableReader) -> Option<MeanElements> {
     let any = |_| true;
     let pole_ra_deg = required_number(table, "pole_ra_deg", "degrees", any);
-    let pole_dec_deg = required_number(table, "pole_dec_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0);
+    let pole_dec_deg = required_pole_dec_deg(table);
     let epoch_jd_tt = required_number(table, "epoch_jd_tt", "a Julian date", any);
     let semi_major_axis_km = required_number(table, "semi_major_axis_km", "kilometres above 0", |x| x > 0.0);
     let eccentricity = required_number(table, "eccentricity", "a number from 0 to below 1", |x| (0.0..1.0).contains(&x));
@@ -164,7 +173,7 @@ fn rotation(mut table: TableReader) -> Option<Rotation> {
         RotationWord::Synchronous => Some(Rotation::Synchronous),
         RotationWord::Fixed => {
             let pole_ra_deg = required_number(&mut table, "pole_ra_deg", "degrees", |_| true);
-            let pole_dec_deg = required_number(&mut table, "pole_dec_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0);
+            let pole_dec_deg = required_pole_dec_deg(&mut table);
             let w0_deg = required_number(&mut table, "w0_deg", "degrees", |_| true);
             let w_deg_day = required_number(&mut table, "w_deg_day", "degrees a day", |_| true);
             match (pole_ra_deg, pole_dec_deg, w0_deg, w_deg_day) {
@@ -180,10 +189,9 @@ fn rotation(mut table: TableReader) -> Option<Rotation> {
 }
 
 fn clouds(mut table: TableReader) -> Option<Clouds> {
-    let from_0_to_1 = "a number from 0 to 1";
     let height_km = required_number(&mut table, "height_km", "kilometres above 0, at most 1000", |x| x > 0.0 && x <= 1000.0);
-    let albedo = required_number(&mut table, "albedo", from_0_to_1, |x| (0.0..=1.0).contains(&x));
-    let clear_texel = required_number(&mut table, "clear_texel", from_0_to_1, |x| (0.0..=1.0).contains(&x));
+    let albedo = required_fraction(&mut table, "albedo");
+    let clear_texel = required_fraction(&mut table, "clear_texel");
     let closed_texel = required_number(&mut table, "closed_texel", "a number above clear_texel, at most 1", |x| {
         x <= 1.0 && clear_texel.is_none_or(|clear| x > clear)
     });
