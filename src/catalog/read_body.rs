@@ -118,22 +118,27 @@ fn motion(mut table: TableReader) -> Option<Motion> {
     result
 }
 
+/// The values of the periods of precession of [`MeanElements`], for messages.
+const ALLOWED_PERIOD: &str = "Julian years, at least 1e-6 of either sign, or 0 for none";
+
+/// The ranges of rates and lengths are far wider than those of any body. Beyond them, a position could overflow and become NaN.
 fn mean_elements(table: &mut TableReader) -> Option<MeanElements> {
     let any = |_| true;
+    let is_period = |x: f64| x == 0.0 || x.abs() >= 1e-6;
     let pole_ra_deg = required_number(table, "pole_ra_deg", "degrees", any);
     let pole_dec_deg = required_pole_dec_deg(table);
-    let epoch_jd_tt = required_number(table, "epoch_jd_tt", "a Julian date", any);
-    let semi_major_axis_km = required_number(table, "semi_major_axis_km", "kilometres above 0", |x| x > 0.0);
+    let epoch_jd_tt = required_number(table, "epoch_jd_tt", "a Julian date from -1e8 to 1e8", |x| x.abs() <= 1e8);
+    let semi_major_axis_km = required_number(table, "semi_major_axis_km", "kilometres above 0, below 1e15", |x| x > 0.0 && x < 1e15);
     let eccentricity = required_number(table, "eccentricity", "a number from 0 to below 1", |x| (0.0..1.0).contains(&x));
     let inclination_deg = required_number(table, "inclination_deg", "degrees from 0 to 180", |x| (0.0..=180.0).contains(&x));
     let node_deg = required_number(table, "node_deg", "degrees", any);
     let argument_of_periapsis_deg = required_number(table, "argument_of_periapsis_deg", "degrees", any);
     let mean_anomaly_deg = required_number(table, "mean_anomaly_deg", "degrees", any);
-    let mean_motion_deg_day = required_number(table, "mean_motion_deg_day", "degrees a day above 0", |x| x > 0.0);
-    let node_period_yr = required_number(table, "node_period_yr", "Julian years, 0 for none", any);
-    let argument_period_yr = required_number(table, "argument_period_yr", "Julian years, 0 for none", any);
-    let quadratic =
-        table.optional::<f64>("longitude_quadratic_deg_cy2", "degrees per Julian century squared, 0 if left out", |v| v.is_finite());
+    let mean_motion_deg_day = required_number(table, "mean_motion_deg_day", "degrees a day above 0, at most 1e6", |x| x > 0.0 && x <= 1e6);
+    let node_period_yr = required_number(table, "node_period_yr", ALLOWED_PERIOD, is_period);
+    let argument_period_yr = required_number(table, "argument_period_yr", ALLOWED_PERIOD, is_period);
+    let allowed_quadratic = "degrees per Julian century squared from -1e6 to 1e6, 0 if left out";
+    let quadratic = table.optional::<f64>("longitude_quadratic_deg_cy2", allowed_quadratic, |v| v.abs() <= 1e6);
     Some(MeanElements {
         pole_ra_deg: pole_ra_deg?,
         pole_dec_deg: pole_dec_deg?,
@@ -175,7 +180,7 @@ fn rotation(mut table: TableReader) -> Option<Rotation> {
             let pole_ra_deg = required_number(&mut table, "pole_ra_deg", "degrees", |_| true);
             let pole_dec_deg = required_pole_dec_deg(&mut table);
             let w0_deg = required_number(&mut table, "w0_deg", "degrees", |_| true);
-            let w_deg_day = required_number(&mut table, "w_deg_day", "degrees a day", |_| true);
+            let w_deg_day = required_number(&mut table, "w_deg_day", "degrees a day from -1e6 to 1e6", |x| x.abs() <= 1e6);
             match (pole_ra_deg, pole_dec_deg, w0_deg, w_deg_day) {
                 (Some(pole_ra_deg), Some(pole_dec_deg), Some(w0_deg), Some(w_deg_day)) => {
                     Some(Rotation::Fixed { pole_ra_deg, pole_dec_deg, w0_deg, w_deg_day })
