@@ -2,8 +2,8 @@
 //!
 //! Plain values: `catalog::read` fills them from catalog files and checks their ranges. Not here: densities and phase functions (`scene::atmosphere`).
 
-/// A gas or aerosol, whose density is exponential in height, or an absorption layer, whose density is triangular: `tent_centre_km` is set. Draws have the
-/// first gas, the first aerosol and the first absorption layer of an atmosphere (`scene::atmosphere::species`).
+/// A gas or aerosol, whose density is exponential in height, or an absorption layer, whose density is triangular: `tent_centre_km` is set. An
+/// atmosphere has at most one of each.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Species {
     /// The species' name, shown with its estimated error.

@@ -432,6 +432,22 @@ fn cycles_and_duplicate_names_are_found_in_the_users_file() {
     }
 }
 
+/// Draws have one of each kind. A second one would count in optical depths and tables, but would not be drawn.
+#[test]
+fn a_second_species_of_a_kind_is_refused() {
+    let species = |name: &str, kind: &str| format!("[[atmosphere.species]]\nname = \"{name}\"\nscale_height_km = 8.0\n{kind}\n");
+    let air = |list: &[String]| problems(&format!("[[atmosphere]]\nbody = \"Mars\"\ntop_km = 80.0\n{}", list.concat()));
+    let [gas, aerosol, layer] = [("n2", ""), ("haze", "asymmetry = 0.5"), ("ozone", "tent_centre_km = 20.0")].map(|(n, k)| species(n, k));
+    assert_eq!(air(&[gas.clone(), aerosol.clone(), layer.clone()]), Vec::<String>::new());
+    for (first, second, kind) in
+        [(&gas, "", "gas "), (&aerosol, "asymmetry = 0.0", "aerosol "), (&layer, "tent_centre_km = 9.0", "absorption layer ")]
+    {
+        let found = air(&[first.clone(), species("second", second)]);
+        let expected = format!("mine.toml:8: atmosphere.species = \"second\": expected at most one {kind}");
+        assert!(found.len() == 1 && found[0].starts_with(&expected), "{found:?}");
+    }
+}
+
 /// Elements and rotations with which a position or an orientation would overflow and become NaN.
 #[test]
 fn elements_and_rates_beyond_all_bodies_are_refused() {
