@@ -66,8 +66,7 @@ fn species(mut table: TableReader) -> Option<Species> {
     })
 }
 
-/// Maximum number of species of an atmosphere. Each adds work to every sample of a view ray; a file of one megabyte could list thousands, and a frame would
-/// take minutes.
+/// Maximum number of species of an atmosphere that are read, of the thousands that a file of one megabyte could list. A valid atmosphere has at most three.
 const MAX_SPECIES: usize = 16;
 /// Maximum number of rings of a body: each has two edges, and the table of edges (`scene::rings`) has room for 4,096.
 const MAX_RINGS: usize = 2000;
