@@ -1,7 +1,7 @@
 //! Catches panics of libraries that read untrusted bytes.
 //!
-//! In: a call into a library with untrusted input. Out: its result, or `None` if it panics. Always: such a panic prints nothing. Not for code of this crate,
-//! whose panics must be seen.
+//! In: a call that reads untrusted bytes by a library. Out: its result, or `None` if it panics. Always: a panic on the calling thread prints nothing. A call
+//! contains as little code of this crate as possible, because its panics are hidden, too.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
@@ -12,14 +12,15 @@ thread_local! {
     static IS_QUIET: Cell<bool> = const { Cell::new(false) };
 }
 
-/// The result of `read`; `None` if it panicked, in which case everything that the closure owned has been dropped.
+/// The result of `read`; `None` if it panicked. What `read` owned has then been dropped; what it borrowed mutably may be half changed, so the caller must
+/// not use it.
 pub(crate) fn catch_panic<T>(read: impl FnOnce() -> T) -> Option<T> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
-        let default_hook = take_hook();
+        let earlier_hook = take_hook();
         set_hook(Box::new(move |info| {
             if !IS_QUIET.get() {
-                default_hook(info);
+                earlier_hook(info);
             }
         }));
     });

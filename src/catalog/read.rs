@@ -5,7 +5,7 @@
 //! name.
 
 use super::data_layer;
-use super::fields::{ALLOWED_NAME, each_component, finite, is_name, optional_percent, required_number};
+use super::fields::{ALLOWED_NAME, each_component, finite, is_name, optional_percent, required_number, with_line};
 use super::instrument::{Instrument, instrument};
 use super::layer_list::LayerList;
 use super::overlay;
@@ -66,8 +66,7 @@ fn species(mut table: TableReader) -> Option<Species> {
     })
 }
 
-/// Maximum number of species of an atmosphere. Each adds work to every sample of a view ray; a file of one megabyte could list thousands, and a frame would
-/// take minutes.
+/// Maximum number of species of an atmosphere that are read, of the thousands that a file of one megabyte could list. A valid atmosphere has at most three.
 const MAX_SPECIES: usize = 16;
 /// Maximum number of rings of a body: each has two edges, and the table of edges (`scene::rings`) has room for 4,096.
 const MAX_RINGS: usize = 2000;
@@ -83,10 +82,27 @@ fn atmosphere(mut table: TableReader) -> Option<(WithLine<String>, Atmosphere)> 
         table.problem(&section.source_line, "species", &sections.len().to_string(), &format!("at most {MAX_SPECIES} species"));
         return None;
     }
-    let species: Vec<_> = sections.into_iter().filter_map(species).collect();
+    let species: Vec<WithLine<Species>> = sections.into_iter().filter_map(|section| with_line(section, species)).collect();
+    report_second_of_a_kind(&table, &species);
     let _ = table.optional::<String>("source", "a string", |_| true);
     table.finish();
+    let species = species.into_iter().map(|l| l.value).collect();
     Some((body_name?, Atmosphere { top_km: top_km?, refractivity, airglow_cd_m2, species }))
+}
+
+/// Draws have one gas, one aerosol and one absorption layer, so a second one would be left out of them.
+fn report_second_of_a_kind(table: &TableReader, species: &[WithLine<Species>]) {
+    let kinds: [(&str, fn(&Species) -> bool); 3] = [
+        ("gas (a species without `asymmetry`); a mixture of gases is one", Species::is_gas),
+        ("aerosol (a species with `asymmetry`)", |s| s.aerosol_phase().is_some()),
+        ("absorption layer (a species with `tent_centre_km`)", |s| s.tent_centre_km.is_some()),
+    ];
+    for (kind, is_of_kind) in kinds {
+        if let Some(second) = species.iter().filter(|s| is_of_kind(&s.value)).nth(1) {
+            let name = format!("\"{}\"", echo_within(&second.value.name, 60));
+            table.problem(&second.source_line, "species", &name, &format!("at most one {kind}"));
+        }
+    }
 }
 
 /// Reads every file; later files override earlier ones. All problems are returned together.

@@ -1,7 +1,7 @@
 //! Reading `[[body]]`: merges the fields that one file gives for a body into those of earlier files.
 //!
 //! In: the TOML table, and the drafts of the bodies read so far. Out: the changed draft, and problems in the shared list. A field of a later file replaces the
-//! same field. Photometry, motion, rotation, clouds and mesh are replaced as a whole, maps and sources one by one.
+//! same field. Photometry, motion, rotation, clouds and mesh are replaced as a whole; maps, sources and estimates one by one.
 
 use super::fields::{
     ALLOWED_NAME, each_component, finite, invented, is_name, optional_percent, optional_word, read_map, required_number, required_word,
@@ -16,6 +16,14 @@ const ALLOWED_COLOUR: &str = "three numbers from 0 to 100, not all 0";
 
 fn is_colour(rgb: &[f64; 3]) -> bool {
     each_component(|x| (0.0..=100.0).contains(&x))(rgb) && rgb.iter().sum::<f64>() > 0.0
+}
+
+fn required_fraction(table: &mut TableReader, field: &'static str) -> Option<f64> {
+    required_number(table, field, "a number from 0 to 1", |x| (0.0..=1.0).contains(&x))
+}
+
+fn required_pole_dec_deg(table: &mut TableReader) -> Option<f64> {
+    required_number(table, "pole_dec_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0)
 }
 
 /// The fields of one body as read so far.
@@ -70,8 +78,9 @@ fn photometry(mut table: TableReader) -> Option<Photometry> {
         }
         PhotometryWord::Lambert => Some(Photometry::Lambert),
         PhotometryWord::LommelSeeliger => Some(Photometry::LommelSeeliger),
-        PhotometryWord::LunarLambert => required_number(&mut table, "lunar_weight", "a number from 0 to 1", |x| (0.0..=1.0).contains(&x))
-            .map(|lunar_weight| Photometry::LunarLambert { lunar_weight }),
+        PhotometryWord::LunarLambert => {
+            required_fraction(&mut table, "lunar_weight").map(|lunar_weight| Photometry::LunarLambert { lunar_weight })
+        }
         PhotometryWord::OrenNayar => required_number(&mut table, "roughness_deg", "degrees from 0 to 60", |x| (0.0..=60.0).contains(&x))
             .map(|roughness_deg| Photometry::OrenNayar { roughness_deg }),
     };
@@ -109,22 +118,27 @@ fn motion(mut table: TableReader) -> Option<Motion> {
     result
 }
 
+/// The values of the periods of precession of [`MeanElements`], for messages.
+const ALLOWED_PERIOD: &str = "Julian years, at least 1e-6 of either sign, or 0 for none";
+
+/// The ranges of rates and lengths are far wider than those of any body. Beyond them, a position could overflow and become NaN.
 fn mean_elements(table: &mut TableReader) -> Option<MeanElements> {
     let any = |_| true;
+    let is_period = |x: f64| x == 0.0 || x.abs() >= 1e-6;
     let pole_ra_deg = required_number(table, "pole_ra_deg", "degrees", any);
-    let pole_dec_deg = required_number(table, "pole_dec_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0);
-    let epoch_jd_tt = required_number(table, "epoch_jd_tt", "a Julian date", any);
-    let semi_major_axis_km = required_number(table, "semi_major_axis_km", "kilometres above 0", |x| x > 0.0);
+    let pole_dec_deg = required_pole_dec_deg(table);
+    let epoch_jd_tt = required_number(table, "epoch_jd_tt", "a Julian date from -1e8 to 1e8", |x| x.abs() <= 1e8);
+    let semi_major_axis_km = required_number(table, "semi_major_axis_km", "kilometres above 0, below 1e15", |x| x > 0.0 && x < 1e15);
     let eccentricity = required_number(table, "eccentricity", "a number from 0 to below 1", |x| (0.0..1.0).contains(&x));
     let inclination_deg = required_number(table, "inclination_deg", "degrees from 0 to 180", |x| (0.0..=180.0).contains(&x));
     let node_deg = required_number(table, "node_deg", "degrees", any);
     let argument_of_periapsis_deg = required_number(table, "argument_of_periapsis_deg", "degrees", any);
     let mean_anomaly_deg = required_number(table, "mean_anomaly_deg", "degrees", any);
-    let mean_motion_deg_day = required_number(table, "mean_motion_deg_day", "degrees a day above 0", |x| x > 0.0);
-    let node_period_yr = required_number(table, "node_period_yr", "Julian years, 0 for none", any);
-    let argument_period_yr = required_number(table, "argument_period_yr", "Julian years, 0 for none", any);
-    let quadratic =
-        table.optional::<f64>("longitude_quadratic_deg_cy2", "degrees per Julian century squared, 0 if left out", |v| v.is_finite());
+    let mean_motion_deg_day = required_number(table, "mean_motion_deg_day", "degrees a day above 0, at most 1e6", |x| x > 0.0 && x <= 1e6);
+    let node_period_yr = required_number(table, "node_period_yr", ALLOWED_PERIOD, is_period);
+    let argument_period_yr = required_number(table, "argument_period_yr", ALLOWED_PERIOD, is_period);
+    let allowed_quadratic = "degrees per Julian century squared from -1e6 to 1e6, 0 if left out";
+    let quadratic = table.optional::<f64>("longitude_quadratic_deg_cy2", allowed_quadratic, |v| v.abs() <= 1e6);
     Some(MeanElements {
         pole_ra_deg: pole_ra_deg?,
         pole_dec_deg: pole_dec_deg?,
@@ -164,9 +178,9 @@ fn rotation(mut table: TableReader) -> Option<Rotation> {
         RotationWord::Synchronous => Some(Rotation::Synchronous),
         RotationWord::Fixed => {
             let pole_ra_deg = required_number(&mut table, "pole_ra_deg", "degrees", |_| true);
-            let pole_dec_deg = required_number(&mut table, "pole_dec_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0);
+            let pole_dec_deg = required_pole_dec_deg(&mut table);
             let w0_deg = required_number(&mut table, "w0_deg", "degrees", |_| true);
-            let w_deg_day = required_number(&mut table, "w_deg_day", "degrees a day", |_| true);
+            let w_deg_day = required_number(&mut table, "w_deg_day", "degrees a day from -1e6 to 1e6", |x| x.abs() <= 1e6);
             match (pole_ra_deg, pole_dec_deg, w0_deg, w_deg_day) {
                 (Some(pole_ra_deg), Some(pole_dec_deg), Some(w0_deg), Some(w_deg_day)) => {
                     Some(Rotation::Fixed { pole_ra_deg, pole_dec_deg, w0_deg, w_deg_day })
@@ -180,10 +194,9 @@ fn rotation(mut table: TableReader) -> Option<Rotation> {
 }
 
 fn clouds(mut table: TableReader) -> Option<Clouds> {
-    let from_0_to_1 = "a number from 0 to 1";
     let height_km = required_number(&mut table, "height_km", "kilometres above 0, at most 1000", |x| x > 0.0 && x <= 1000.0);
-    let albedo = required_number(&mut table, "albedo", from_0_to_1, |x| (0.0..=1.0).contains(&x));
-    let clear_texel = required_number(&mut table, "clear_texel", from_0_to_1, |x| (0.0..=1.0).contains(&x));
+    let albedo = required_fraction(&mut table, "albedo");
+    let clear_texel = required_fraction(&mut table, "clear_texel");
     let closed_texel = required_number(&mut table, "closed_texel", "a number above clear_texel, at most 1", |x| {
         x <= 1.0 && clear_texel.is_none_or(|clear| x > clear)
     });
@@ -200,6 +213,7 @@ fn mesh(mut table: TableReader) -> Option<WithLine<ShapeModel>> {
     let mut flag = |field, default| table.optional::<bool>(field, "true or false", |_| true).map_or(default, |l| l.value);
     let (two_sided, alpha, vertex_colours) = (flag("two_sided", false), flag("alpha", false), flag("vertex_colours", true));
     let invented = invented(&mut table);
+    // Only for readers of the file.
     let _ = table.optional::<String>("source", "a string", |_| true);
     table.finish();
     let scale_km = scale_km.map_or(1.0, |l| l.value);
@@ -207,16 +221,11 @@ fn mesh(mut table: TableReader) -> Option<WithLine<ShapeModel>> {
     Some(WithLine { value, source_line })
 }
 
-/// Replaces those of a body's maps that a `maps` table gives.
-fn maps(mut table: TableReader, maps: &mut Maps) {
-    for (field, target) in
-        [("albedo", &mut maps.albedo), ("normal", &mut maps.normal), ("specular", &mut maps.specular), ("night", &mut maps.night)]
-    {
-        if let Some(found) = table.section(field).and_then(read_map) {
-            *target = Some(found);
-        }
-    }
+fn maps(mut table: TableReader) -> Maps {
+    let mut map = |field| table.section(field).and_then(read_map);
+    let found = Maps { albedo: map("albedo"), normal: map("normal"), specular: map("specular"), night: map("night") };
     table.finish();
+    found
 }
 
 fn estimates(mut table: TableReader) -> Estimates {
@@ -270,25 +279,24 @@ pub(super) fn body(mut table: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>
         clear_sky_colour: table.optional("clear_sky_colour_linear_srgb", ALLOWED_COLOUR, is_colour).map(|l| l.value),
         colour: table.optional("colour_linear_srgb", ALLOWED_COLOUR, is_colour).map(|l| l.value),
         photometry: table.section("photometry").and_then(photometry),
-        maps: Maps::default(),
+        maps: table.section("maps").map(maps).unwrap_or_default(),
         clouds: table.section("clouds").and_then(clouds),
         mesh: table.section("mesh").and_then(mesh),
         motion: table.section("motion").and_then(|table| with_line(table, motion)),
         rotation: table.section("rotation").and_then(|table| with_line(table, rotation)),
-        sources: BTreeMap::new(),
+        sources: table.strings("sources"),
         estimates: table.section("estimates").map(estimates).unwrap_or_default(),
     };
-    let Some(id) = id else {
-        return table.finish();
-    };
-    let earlier = drafts.remove(&id.value);
-    if let Some(earlier) = earlier {
+    table.finish();
+    let Some(id) = id else { return };
+    if let Some(earlier) = drafts.remove(&id.value) {
         // An estimated error belongs to the value given in the same file. If this file replaces the value, the earlier error is dropped.
         let estimate = |new: Option<f64>, value_is_new: bool, earlier: Option<f64>| new.or(earlier.filter(|_| !value_is_new));
         draft.estimates = Estimates {
             albedo_percent: estimate(draft.estimates.albedo_percent, draft.geometric_albedo.is_some(), earlier.estimates.albedo_percent),
             colour_percent: estimate(draft.estimates.colour_percent, draft.colour.is_some(), earlier.estimates.colour_percent),
         };
+        // Missing fields are reported where the body is first described.
         draft.source_line = earlier.source_line;
         draft.name = draft.name.or(earlier.name);
         draft.aliases = draft.aliases.or(earlier.aliases);
@@ -303,17 +311,17 @@ pub(super) fn body(mut table: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>
         draft.clear_sky_colour = draft.clear_sky_colour.or(earlier.clear_sky_colour);
         draft.colour = draft.colour.or(earlier.colour);
         draft.photometry = draft.photometry.or(earlier.photometry);
-        draft.maps = earlier.maps;
+        draft.maps = Maps {
+            albedo: draft.maps.albedo.or(earlier.maps.albedo),
+            normal: draft.maps.normal.or(earlier.maps.normal),
+            specular: draft.maps.specular.or(earlier.maps.specular),
+            night: draft.maps.night.or(earlier.maps.night),
+        };
         draft.clouds = draft.clouds.or(earlier.clouds);
         draft.mesh = draft.mesh.or(earlier.mesh);
         draft.motion = draft.motion.or(earlier.motion);
         draft.rotation = draft.rotation.or(earlier.rotation);
-        draft.sources = earlier.sources;
+        draft.sources = earlier.sources.into_iter().chain(draft.sources).collect();
     }
-    if let Some(maps_table) = table.section("maps") {
-        maps(maps_table, &mut draft.maps);
-    }
-    draft.sources.extend(table.strings("sources"));
     drafts.insert(id.value, draft);
-    table.finish();
 }

@@ -2,17 +2,18 @@
 //!
 //! Plain values: `catalog::read` fills them from catalog files and checks their ranges. Not here: densities and phase functions (`scene::atmosphere`).
 
-/// A gas or aerosol, whose density is exponential in height, or an absorption layer, whose density is triangular: `tent_centre_km` is set.
+/// A gas or aerosol, whose density is exponential in height, or an absorption layer, whose density is triangular: `tent_centre_km` is set. An
+/// atmosphere has at most one of each.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Species {
-    /// Its name.
+    /// The species' name, shown with its estimated error.
     pub name: String,
     /// Scale height of an exponential profile; of a triangular one, the distance from its peak to either end.
     pub scale_height_km: f64,
     /// Height of the peak of a triangular (tent-shaped) profile; `None` for an exponential one.
     pub tent_centre_km: Option<f64>,
     /// Scattering coefficient per kilometre, averaged over each linear sRGB channel. It applies at height 0, on the ellipsoid; for a triangular profile, at its
-    /// peak.
+    /// peak, where draws only remove the scattered light from its path.
     pub scattering_per_km: [f64; 3],
     /// Absorption coefficient, in the same unit and at the same height.
     pub absorption_per_km: [f64; 3],
@@ -48,7 +49,7 @@ impl AerosolPhase {
 
     /// The mean cosine of the scattering angle, which `scene::atmosphere::phase` tests by integration.
     pub(crate) fn mean_cosine(self) -> f64 {
-        // Destructured without `..`, so that a new field is a compile error here.
+        // Likewise.
         let Self { asymmetry } = self;
         asymmetry
     }

@@ -79,23 +79,23 @@ pub(crate) fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
         check_output_path(path)?;
         check_may_be_written("-o", path, args.overwrite)?;
     }
+    let known: Vec<&str> = CHOICES.iter().map(|(name, _)| *name).chain(["renderer"]).collect();
+    if let Some(unknown) = args.choice.iter().find(|given| !known.iter().any(|name| given.eq_ignore_ascii_case(name))) {
+        return Err(CliError::Failed(format!("--choice {}: {}", echo(unknown), crate::wording::suggestion_or_list(unknown, &known))));
+    }
     let effort = if args.short { Effort::Short } else { Effort::Full };
     let session = Session::open(&common.sources_for_drawing(), print_message)?;
     if let Some(body) = &args.body {
         return measure_one_view(&session, args, body, effort);
     }
-    let is_chosen = |name: &str| args.choice.is_empty() || args.choice.iter().any(|c| c.eq_ignore_ascii_case(name));
-    let known: Vec<&str> = CHOICES.iter().map(|(name, _)| *name).chain(["renderer"]).collect();
-    if let Some(unknown) = args.choice.iter().find(|c| !known.iter().any(|name| c.eq_ignore_ascii_case(name))) {
-        return Err(CliError::Failed(format!("--choice {}: {}", echo(unknown), crate::wording::suggestion_or_list(unknown, &known))));
-    }
+    let is_named = |name: &str| args.choice.iter().any(|given| given.eq_ignore_ascii_case(name));
+    let is_chosen = |name: &str| args.choice.is_empty() || is_named(name);
     // One step for each choice, and one for the comparison of renderers.
     let bar = progress(CHOICES.len() as u64 + 1);
     // The renderers are compared first: if this fails, no minutes of other measurements are lost.
     let renderers = if is_chosen("renderer") { measure_renderers(&session, effort)? } else { None };
     bar.inc(1);
-    let only_renderers = !args.choice.is_empty() && args.choice.iter().all(|c| c.eq_ignore_ascii_case("renderer"));
-    if renderers.is_none() && only_renderers {
+    if renderers.is_none() && is_named("renderer") {
         let why = "--choice renderer: no GPU draws here, so that nothing can be compared; `orrery doctor` lists the adapters";
         return Err(CliError::Failed(why.into()));
     }
@@ -108,9 +108,7 @@ pub(crate) fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
     }
     choices.extend(renderers);
     bar.finish_and_clear();
-    for path in &args.output {
-        write_plot(path, &choices, args.overwrite)?;
-    }
+    let plots_written = args.output.iter().try_for_each(|path| write_plot(path, &choices, args.overwrite));
     let text = if args.json {
         format!("{}\n", json!({ "choices": rows(&choices).map(|(c, o)| row(c, o)).collect::<Vec<_>>() }))
     } else if args.csv {
@@ -118,11 +116,14 @@ pub(crate) fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
     } else {
         table(&choices)
     };
-    print_result(&text)
+    // Also if a plot could not be written: the measurement has taken minutes.
+    print_result(&text)?;
+    plots_written
 }
 
 fn measure_one_view(session: &Session, args: &MeasureArgs, body: &str, effort: Effort) -> Result<(), CliError> {
     let body = session.catalog().body_named(body).map_err(|e| CliError::Failed(format!("--body: {e}")))?;
+    // clap demands the time if the body is given.
     let time = parse_time_option(args.time.as_deref().unwrap_or("now"))?;
     let (width, height) = size(&args.size)?;
     let position = Position::Over { towards: None, distance_radii: args.distance_radii };
@@ -239,4 +240,25 @@ fn write_plot(path: &Path, choices: &[ChoiceMeasure], overwrite: bool) -> Result
         }
     };
     write_output_file("-o", path, &bytes, overwrite)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measure::rule::ErrorUnit;
+
+    #[test]
+    fn the_help_states_the_bounds_of_the_rule() {
+        let help = AFTER_HELP.replace('\n', " ");
+        let bounds = |quality: Quality| {
+            [ErrorUnit::Arcseconds, ErrorUnit::PercentOfLight, ErrorUnit::Levels].map(|unit| unit.bound(quality).expect("a bound"))
+        };
+        let [arcsec, percent, levels] = bounds(Quality::Draft);
+        let of_draft = format!("for draft {arcsec} arcsec, {percent} % of light (a quarter of a stop), {levels} levels of 255 in 99.9 %");
+        let [arcsec, percent, levels] = bounds(Quality::Standard);
+        let of_standard = format!("for standard {arcsec} arcsec, {percent} %, {levels} levels.");
+        assert!(help.contains(&of_draft) && help.contains(&of_standard), "{of_draft}; {of_standard}: {help}");
+        let of_view = format!("keeps 99.9 % of the pixels within {SUFFICIENT_LEVELS} level of the reference.");
+        assert!(help.contains(&of_view), "{of_view}: {help}");
+    }
 }

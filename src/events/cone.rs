@@ -1,8 +1,9 @@
 //! The intersection of a shadow cone with the Earth's spheroid.
 //!
-//! In: centres of the Sun and the Moon relative to the Earth's, GCRS, km. Out: the gap between a cone and the spheroid, and where the cone's axis meets the ground
-//! or is nearest to it. The gap is not an approximation: it is the greatest signed distance of the spheroid from a plane that is tangent to the cone along a
-//! generatrix, negative if cone and spheroid overlap.
+//! In: centres of the Sun and the Moon relative to the Earth's, GCRS, km. Out: the gap between a cone and the spheroid, and where the cone's axis meets the
+//! ground or is nearest to it. The gap is the greatest signed distance of the spheroid from a plane that is tangent to the cone along a generatrix, negative if
+//! they overlap. It is exact where they are apart or graze each other, hence at the contacts of an eclipse. If the axis passes near the Earth's centre,
+//! it can be up to 21 km, the difference of the spheroid's radii, less than the greatest distance; its sign is right there, too.
 
 use super::numeric::minimum;
 use crate::scene::eclipse::shadow_cone::nearest_point_and_half_chord_sq;
@@ -30,7 +31,7 @@ impl Spheroid {
         self.scaled(direction, self.equatorial_km, self.polar_km).length()
     }
 
-    /// The point of the surface that lies farthest along a direction.
+    /// The point of the surface that lies farthest along a direction, which may have any length.
     pub(crate) fn support_point_km(&self, direction: DVec3) -> DVec3 {
         self.scaled(direction, self.equatorial_km.powi(2), self.polar_km.powi(2)) / self.support_km(direction)
     }
@@ -74,8 +75,8 @@ impl Cone {
         Self { apex_km: moon_km + to_sun * (moon_radius_km / sin_half_angle), axis_direction: -to_sun, sin_half_angle }
     }
 
-    /// The umbra, which is the nappe from the apex towards the Sun, if the apex is farther from the Sun than the Earth's centre is. Otherwise the antumbra, which
-    /// is the other nappe.
+    /// The umbra if the apex lies behind the Earth's centre, as seen from the Sun; otherwise the antumbra. The umbra is the nappe that opens towards the Sun,
+    /// the antumbra the other one.
     pub(crate) fn umbra_or_antumbra(sun_km: DVec3, moon_km: DVec3, sun_radius_km: f64, moon_radius_km: f64) -> Self {
         let (to_sun, distance_km) = moon_to_sun(sun_km, moon_km);
         let sin_half_angle = (sun_radius_km - moon_radius_km) / distance_km;
@@ -94,9 +95,9 @@ impl Cone {
         let to_centre = -self.apex_km;
         let centre_from_axis = to_centre - self.axis_direction * to_centre.dot(self.axis_direction);
         let across = centre_from_axis.try_normalize().unwrap_or_else(|| self.axis_direction.any_orthonormal_vector());
-        let other = self.axis_direction.cross(across);
+        let third = self.axis_direction.cross(across);
         let cos_half_angle = (1.0 - self.sin_half_angle * self.sin_half_angle).sqrt();
-        let normal = |angle: f64| (across * angle.cos() + other * angle.sin()) * cos_half_angle - self.axis_direction * self.sin_half_angle;
+        let normal = |angle: f64| (across * angle.cos() + third * angle.sin()) * cos_half_angle - self.axis_direction * self.sin_half_angle;
         let gap = |n: DVec3| to_centre.dot(n) - earth.support_km(n);
         // The Earth's flattening rotates the nearest generatrix by at most 0.2 degrees where the cone grazes the Earth; the search allows 2.9.
         let nearest_normal = normal(minimum(-0.05, 0.05, 1e-7, |angle| -gap(normal(angle))));

@@ -151,8 +151,10 @@ pub struct Fragments {
 
 impl PartialEq for Fragments {
     fn eq(&self, other: &Self) -> bool {
-        let texts = |f: &Self| f.files.iter().map(|(path, (text, _))| (path.clone(), text.clone())).collect::<Vec<_>>();
-        texts(self) == texts(other)
+        // Not the parsed forms, which follow from the texts.
+        let mut pairs = self.files.iter().zip(&other.files);
+        self.files.len() == other.files.len()
+            && pairs.all(|((path, (text, _)), (other_path, (other_text, _)))| path == other_path && text == other_text)
     }
 }
 
@@ -193,7 +195,7 @@ impl Fragments {
 
     /// A fragment's text by its path inside shaders/.
     pub fn text(&self, path: &str) -> Option<&str> {
-        let built_in = || FRAGMENTS.iter().find(|(name, _)| *name == path).map(|(_, text)| *text);
+        let built_in = || PARSED.get(path).map(|(text, _)| *text);
         self.files.get(path).map(|(text, _)| text.as_str()).or_else(built_in)
     }
 
@@ -207,20 +209,20 @@ impl Fragments {
         self.files.is_empty()
     }
 
-    /// New files that no fragment with a built-in path imports, directly or through others, sorted by path. Empty if any file has an error.
+    /// New files that no fragment with a built-in path imports, directly or through others, sorted by path. Empty if a file that is used has an error.
     pub fn unused(&self) -> Vec<&str> {
-        let imports_of = |path: &str| match self.parsed(path) {
-            Some((_, Ok(fragment))) => fragment.imports.iter().map(|i| i.path.clone()).collect(),
-            _ => Vec::new(),
-        };
-        if self.files.keys().any(|path| matches!(self.parsed(path), Some((_, Err(_))))) {
-            // The imports of a broken fragment are unknown; its error is reported when it is emitted.
-            return Vec::new();
-        }
         let mut reached: BTreeSet<String> = FRAGMENTS.iter().map(|(path, _)| (*path).to_owned()).collect();
         let mut pending: Vec<String> = self.files.keys().filter(|path| reached.contains(*path)).cloned().collect();
         while let Some(path) = pending.pop() {
-            pending.extend(imports_of(&path).into_iter().filter(|p| reached.insert(p.clone())));
+            match self.parsed(&path) {
+                Some((_, Ok(fragment))) => {
+                    pending.extend(fragment.imports.iter().map(|i| i.path.clone()).filter(|p| reached.insert(p.clone())));
+                }
+                // What a broken fragment imports is unknown; its error is reported when a module with it is emitted.
+                Some((_, Err(_))) => return Vec::new(),
+                // An import of a missing file, which is reported likewise.
+                None => {}
+            }
         }
         self.files.keys().filter(|path| !reached.contains(*path)).map(String::as_str).collect()
     }
@@ -228,7 +230,7 @@ impl Fragments {
     /// Path and text of every fragment: first those with the path of a built-in one, sorted by path, then the new ones.
     pub fn all(&self) -> impl Iterator<Item = (&str, &str)> {
         let built_in = FRAGMENTS.iter().map(|(path, text)| (*path, self.files.get(*path).map_or(*text, |(text, _)| text.as_str())));
-        let is_new = |(path, _): &(&String, &(String, Parsed))| FRAGMENTS.iter().all(|(known, _)| known != path);
+        let is_new = |(path, _): &(&String, &(String, Parsed))| !PARSED.contains_key(path.as_str());
         built_in.chain(self.files.iter().filter(is_new).map(|(path, (text, _))| (path.as_str(), text.as_str())))
     }
 }
@@ -246,5 +248,21 @@ mod tests {
         let restored = changed.and_files(file(text));
         assert_eq!(restored.text(path), Some(text));
         assert!(restored.are_built_in() && restored == Fragments::default());
+    }
+
+    #[test]
+    fn a_file_that_nothing_imports_is_unused_also_beside_broken_files() {
+        let user = |import: &str| ("lib/clouds.wesl".to_owned(), format!("import package::lib::{import}::a;\n"));
+        let new = |name: &str, text: &str| (format!("lib/{name}.wesl"), text.to_owned());
+        let (sound, broken) = ("const a = 1.0;\n", "const a = = 1.0;\n");
+        let unused = |files: Vec<(String, String)>| {
+            let fragments = Fragments::with_files(files);
+            fragments.unused().into_iter().map(str::to_owned).collect::<Vec<_>>()
+        };
+        assert_eq!(unused(vec![user("mine"), new("mine", sound), new("other", sound)]), ["lib/other.wesl"]);
+        assert_eq!(unused(vec![user("mine"), new("mine", sound), new("other", broken)]), ["lib/other.wesl"]);
+        assert_eq!(unused(vec![user("mine"), new("mine", sound), new("other", broken), new("third", sound)]).len(), 2);
+        // The broken file is used, and may import the other one.
+        assert!(unused(vec![user("mine"), new("mine", broken), new("other", sound)]).is_empty());
     }
 }

@@ -166,6 +166,16 @@ fn invalid_rings_names_ids_and_toml_are_reported() {
     );
     let no_id = problems("[[body]]\nname = \"Nobody\"\n");
     assert_eq!(no_id, ["mine.toml:1: Nobody.id is missing: expected a NAIF code above 9"]);
+    // The rest of such an entry is read, too.
+    let with_maps = problems("[[body]]\nname = \"Nobody\"\n[body.maps]\nnight = { fil = \"a.png\" }\n[body.sources]\nradii = \"a book\"\n");
+    assert_eq!(
+        with_maps,
+        [
+            "mine.toml:1: Nobody.id is missing: expected a NAIF code above 9",
+            "mine.toml:4: Nobody.maps.night.fil is not a field here: did you mean `file`?",
+            "mine.toml:4: Nobody.maps.night.file is missing: expected a file name without folders",
+        ]
+    );
     let duplicate_alias = problems("[[body]]\nid = 499\naliases = [\"Venus\"]\n");
     assert_eq!(duplicate_alias.len(), 1, "{duplicate_alias:?}");
 }
@@ -420,4 +430,61 @@ fn cycles_and_duplicate_names_are_found_in_the_users_file() {
             assert!(found.contains(&format!(":{line}: ")) && found.contains(message) && !found.contains("moons_inner"), "{found}");
         }
     }
+}
+
+/// Draws have one of each kind. A second one would count in optical depths and tables, but would not be drawn.
+#[test]
+fn a_second_species_of_a_kind_is_refused() {
+    let species = |name: &str, kind: &str| format!("[[atmosphere.species]]\nname = \"{name}\"\nscale_height_km = 8.0\n{kind}\n");
+    let air = |list: &[String]| problems(&format!("[[atmosphere]]\nbody = \"Mars\"\ntop_km = 80.0\n{}", list.concat()));
+    let [gas, aerosol, layer] = [("n2", ""), ("haze", "asymmetry = 0.5"), ("ozone", "tent_centre_km = 20.0")].map(|(n, k)| species(n, k));
+    assert_eq!(air(&[gas.clone(), aerosol.clone(), layer.clone()]), Vec::<String>::new());
+    for (first, second, kind) in
+        [(&gas, "", "gas "), (&aerosol, "asymmetry = 0.0", "aerosol "), (&layer, "tent_centre_km = 9.0", "absorption layer ")]
+    {
+        let found = air(&[first.clone(), species("second", second)]);
+        let expected = format!("mine.toml:8: atmosphere.species = \"second\": expected at most one {kind}");
+        assert!(found.len() == 1 && found[0].starts_with(&expected), "{found:?}");
+    }
+}
+
+/// Elements and rotations with which a position or an orientation would overflow and become NaN.
+#[test]
+fn elements_and_rates_beyond_all_bodies_are_refused() {
+    let usual = [
+        ("pole_ra_deg", "270.0"),
+        ("pole_dec_deg", "66.5"),
+        ("epoch_jd_tt", "2451545.0"),
+        ("semi_major_axis_km", "9376.0"),
+        ("eccentricity", "0.015"),
+        ("inclination_deg", "1.1"),
+        ("node_deg", "1e300"),
+        ("argument_of_periapsis_deg", "216.3"),
+        ("mean_anomaly_deg", "-1e300"),
+        ("mean_motion_deg_day", "1128.8"),
+        ("node_period_yr", "-2.26"),
+        ("argument_period_yr", "0.0"),
+        ("longitude_quadratic_deg_cy2", "12.7"),
+    ];
+    let phobos = |changed: &str, value: &str| {
+        let line = |(field, usual): &(&str, &str)| format!("{field} = {}\n", if *field == changed { value } else { *usual });
+        let elements: String = usual.iter().map(line).collect();
+        problems(&format!("[[body]]\nid = 401\n[body.motion]\ntheory = \"mean-elements\"\n{elements}"))
+    };
+    assert_eq!(phobos("", ""), Vec::<String>::new(), "an angle may have any value");
+    for (field, value) in [
+        ("epoch_jd_tt", "-1e300"),
+        ("semi_major_axis_km", "1e300"),
+        ("mean_motion_deg_day", "1e300"),
+        ("node_period_yr", "1e-320"),
+        ("argument_period_yr", "-1e-320"),
+        ("longitude_quadratic_deg_cy2", "-1e300"),
+    ] {
+        let found = phobos(field, value);
+        assert!(found.len() == 1 && found[0].contains(&format!("Phobos.motion.{field} = {value}: expected ")), "{found:?}");
+    }
+    let spin = "rotation = { model = \"fixed\", pole_ra_deg = 1e300, pole_dec_deg = 66.5, w0_deg = 1e300, w_deg_day =";
+    assert_eq!(problems(&format!("[[body]]\nid = 401\n{spin} -750.0 }}\n")), Vec::<String>::new());
+    let found = problems(&format!("[[body]]\nid = 401\n{spin} -1e300 }}\n"));
+    assert_eq!(found, ["mine.toml:3: Phobos.rotation.w_deg_day = -1e300: expected degrees a day from -1e6 to 1e6"]);
 }

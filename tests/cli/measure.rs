@@ -91,6 +91,7 @@ fn the_quality_that_suffices_for_a_view_is_named() {
         (&["measure", "-o", "trade.gif"], ".png or .svg"),
         // The tests draw in software. An empty table would look like a result.
         (&["measure", "--short", "--choice", "renderer"], "no GPU draws here"),
+        (&["measure", "--short", "--choice", "ephemeris,renderer"], "no GPU draws here"),
         // Said before anything is measured, hence before the unknown choice.
         (&["measure", "--choice", "speed", "-o", "nowhere/trade.png"], "there is no folder nowhere"),
         (&["measure", "--body", "moon", "--time", "now", "--distance-radii", "-5"], "-5"),
@@ -126,6 +127,17 @@ fn an_existing_plot_is_replaced_only_with_overwrite() {
     assert_eq!(std::fs::read_to_string(&plot).expect("kept"), "mine");
     text(&["measure", "--short", "--choice", "ephemeris", "-o", shown, "--overwrite"]);
     assert!(std::fs::read_to_string(&plot).expect("replaced").contains("ephemeris [arcsec]"));
+}
+
+/// The measurement has taken minutes, so that it is printed in any case.
+#[test]
+fn the_table_is_printed_also_if_a_plot_cannot_be_written() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let plot = folder.path().join(format!("{}.svg", "x".repeat(300)));
+    let out = orrery(&["measure", "--short", "--choice", "ephemeris", "-o", plot.to_str().expect("a path")]);
+    let (stdout_text, stderr_text) = (String::from_utf8_lossy(&out.stdout), String::from_utf8_lossy(&out.stderr));
+    assert!(out.status.code() == Some(1) && stderr_text.lines().count() == 1, "{stderr_text}");
+    assert!(stdout_text.starts_with("ephemeris") && stdout_text.contains("kernel"), "{stdout_text}");
 }
 
 /// A view measures the qualities alone, so that a choice beside it would have no effect.

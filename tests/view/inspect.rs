@@ -107,6 +107,24 @@ fn a_pixel_is_reported_in_both_precisions() {
     assert!(single > 0.0 && (single - double).abs() < 1e-4 * double && difference < 1e-4 * double, "{red:?}");
 }
 
+/// The values of a pixel that the smaller image does not have would never be computed.
+#[test]
+fn a_pixel_outside_the_image_of_a_smaller_window_is_not_inspected() {
+    let worker = InlineWorker::new(session());
+    let mut harness = harness(&worker, interface_at_saturn());
+    open_shader_page(&mut harness, "Probe");
+    press(&mut harness, "Centre of the image");
+    let has_values = |harness: &Harness<'_, Interface>| !names_containing(harness, "f64 difference").is_empty();
+    assert!(has_values(&harness));
+    // The old centre lies below the lower edge.
+    harness.set_size(egui::vec2(1280.0, 340.0));
+    harness.run_steps(12);
+    assert!(!has_values(&harness) && harness.query_by_label("Centre of the image").is_some());
+    harness.set_size(egui::vec2(1280.0, 800.0));
+    harness.run_steps(12);
+    assert!(has_values(&harness), "the pixel is inside again");
+}
+
 #[test]
 fn two_variants_are_drawn_and_compared() {
     let worker = InlineWorker::new(session());

@@ -10,7 +10,7 @@ use super::error::PlanError;
 use super::graph;
 use super::passes::{Attribute, Blend, ColourFormat, Pass, Plan, PlanDraw, TextureBinding, TextureSource, Vertices};
 use super::provider::ResourceProvider;
-use super::simple_draws::full_screen_draw;
+use super::simple_draws::{FIRST_READ_BINDING, full_screen_draw};
 use crate::scene::composite::{Arrangement, BORDER_PX, Composite, Eyes, Faces};
 use crate::scene::request::{Projection, StereoLayout, WarpMesh};
 use crate::shader::ModuleId;
@@ -18,9 +18,9 @@ use glam::{DVec2, Vec2};
 use std::sync::Arc;
 
 /// Name of the pass that combines both eyes.
-const STEREO_TARGET: &str = "both eyes";
+const STEREO_PASS: &str = "both eyes";
 /// Name of the warp pass.
-const SCREEN_TARGET: &str = "screen";
+const WARP_PASS: &str = "screen";
 /// Taps (texture samples) per pixel along each axis with which the faces, or an image to be warped, are resampled.
 const TAPS: f32 = 4.0;
 /// The same for drafts, which have one sample per pixel.
@@ -34,6 +34,7 @@ fn stereo_module(layout: StereoLayout) -> &'static str {
     }
 }
 
+/// The module that resamples the faces. A perspective image has none.
 fn sphere_module(projection: Projection) -> &'static str {
     if projection == Projection::Fisheye { "fisheye" } else { "equirectangular" }
 }
@@ -85,8 +86,8 @@ pub fn composite(
     if let Some((mesh, size)) = warp {
         let (image, image_px) = last_pass(&combined);
         let draw = warp_draw(mesh, size, image_px, provider, sampling)?;
-        let textures = vec![TextureBinding { binding: 1, source: TextureSource::PassOutput(image) }];
-        combined.passes.push(display_pass(SCREEN_TARGET, size, sampling.samples, PlanDraw { textures, ..draw }));
+        let textures = vec![TextureBinding { binding: FIRST_READ_BINDING, source: TextureSource::PassOutput(image) }];
+        combined.passes.push(display_pass(WARP_PASS, size, sampling.samples, PlanDraw { textures, ..draw }));
     }
     Ok(combined)
 }
@@ -108,18 +109,18 @@ fn plan_eyes(composite: &Composite, eyes: &Eyes, provider: &impl ResourceProvide
         append(&mut combined, plan(scene, provider, sampling)?.passes);
         images.push(last_pass(&combined));
     }
-    // `eyes.columns`: the column of each frame at which the eye's image starts. It is 0 for the right eye; both frames are wider than an eye's image by
-    // the left eye's column.
-    let [left_column_offset, _] = eyes.columns;
-    let eye_px = images.first().map_or([1, 1], |(_, [w, h])| [w - left_column_offset, *h]);
+    // The left eye's image ends at the last column of its frame.
+    let [left_column, _] = eyes.columns;
+    let eye_px = images.first().map_or([1, 1], |(_, [w, h])| [w - left_column, *h]);
     let is_side_by_side = eyes.layout == StereoLayout::SideBySide;
     let size = if is_side_by_side { [2 * eye_px[0], eye_px[1]] } else { eye_px };
     let draw = full_screen_draw(stereo_module(eyes.layout), size, provider, |w| {
         w.vec2("columns", Vec2::from_array(eyes.columns.map(|c| c as f32)))?;
         if is_side_by_side { w.f32("eye_width_px", eye_px[0] as f32) } else { Ok(()) }
     })?;
-    let textures = (1..).zip(&images).map(|(binding, (k, _))| TextureBinding { binding, source: TextureSource::PassOutput(*k) });
-    combined.passes.push(display_pass(STEREO_TARGET, size, 1, PlanDraw { textures: textures.collect(), ..draw }));
+    let textures =
+        (FIRST_READ_BINDING..).zip(&images).map(|(binding, (k, _))| TextureBinding { binding, source: TextureSource::PassOutput(*k) });
+    combined.passes.push(display_pass(STEREO_PASS, size, 1, PlanDraw { textures: textures.collect(), ..draw }));
     Ok(combined)
 }
 
@@ -145,6 +146,7 @@ fn plan_faces(
     }
     let draw = sphere_draw(faces, provider, taps(sampling))?;
     let resampling_module = draw.module.clone();
+    // The faces are antialiased already; stars and points are smooth sprites.
     let single_sample = SamplingQuality { samples: 1, ..sampling };
     let whole_plan = graph::compile(&steps_with_faces(&composite.whole, provider, single_sample, Some(draw))?, DISPLAY_TARGET)?;
     // A face without a frame is not visible in the image, so any pass may be bound for it.
@@ -152,8 +154,9 @@ fn plan_faces(
     let passes_before = combined.passes.len();
     append(&mut combined, whole_plan.passes);
     for draw in combined.passes[passes_before..].iter_mut().flat_map(|p| &mut p.draws).filter(|d| d.module == resampling_module) {
-        let textures =
-            (1..).zip(&faces.frame_of).map(|(binding, f)| TextureBinding { binding, source: TextureSource::PassOutput(pass_of(*f)) });
+        let textures = (FIRST_READ_BINDING..)
+            .zip(&faces.frame_of)
+            .map(|(binding, f)| TextureBinding { binding, source: TextureSource::PassOutput(pass_of(*f)) });
         draw.textures = textures.collect();
     }
     Ok(combined)
@@ -189,7 +192,7 @@ fn warp_draw(
 ) -> Result<PlanDraw, PlanError> {
     let screen = DVec2::new(f64::from(width), f64::from(height));
     let image = DVec2::from_array(image_px.map(f64::from));
-    // On the screen, the mesh's y runs from -1 to 1.
+    // On the screen, the mesh's y runs from -1 to 1, its x from minus to plus the aspect ratio.
     let px_per_unit = 0.5 * screen.y;
     let flip_y = DVec2::new(1.0, -1.0);
     let nodes = mesh.nodes();

@@ -1,5 +1,5 @@
-//! Bounds of the pixels that a body's draw can change, so that a renderer may skip the others: the outline of its ellipsoid on the screen, and
-//! marked texels, between which the draw discards its pixels.
+//! Bounds of the pixels that a body's draw can change, so that a renderer may skip the others: the outline of its ellipsoid on the screen, and an image
+//! that marks pixels which the draw discards ([`MarkedImage`]).
 //!
 //! A *form* is a quadratic polynomial of the position on the screen that is positive inside an outline. In: the uniforms of a body's draw. Their silhouette
 //! form, a polynomial of the position in the draw's rectangle, is |ray|^2 (1 - q^2), where q is the distance of the view ray from the body's centre in the
@@ -93,13 +93,13 @@ impl Ellipse {
 
     /// Whether the rectangle, with a margin, is entirely inside: a concave function is least at a corner.
     fn contains(&self, pixels: [u32; 4]) -> bool {
-        let ([x, y], [half_x, half_y]) = middle_and_half_sides(pixels);
+        let ([x, y], [half_x, half_y]) = middle_and_padded_half_sides(pixels);
         [-half_x, half_x].iter().all(|dx| [-half_y, half_y].iter().all(|dy| self.value_at(x + dx, y + dy) > 0.0))
     }
 
     /// Whether the rectangle, with a margin, is entirely outside: a concave function lies below its tangent plane.
     fn is_outside(&self, pixels: [u32; 4]) -> bool {
-        let ([middle_x, middle_y], [half_x, half_y]) = middle_and_half_sides(pixels);
+        let ([middle_x, middle_y], [half_x, half_y]) = middle_and_padded_half_sides(pixels);
         let [_, x, y, xx, xy, yy] = self.0;
         let slope_x = x + 2.0 * xx * middle_x + xy * middle_y;
         let slope_y = y + 2.0 * yy * middle_y + xy * middle_x;
@@ -113,8 +113,8 @@ impl Ellipse {
     }
 }
 
-/// The middle of a rectangle and half its sides, with a margin for antialiased edges and quads.
-fn middle_and_half_sides(pixels: [u32; 4]) -> ([f64; 2], [f64; 2]) {
+/// The middle of a rectangle, and half its sides plus a margin for antialiased edges and quads.
+fn middle_and_padded_half_sides(pixels: [u32; 4]) -> ([f64; 2], [f64; 2]) {
     let [left, top, right, bottom] = pixels.map(f64::from);
     ([0.5 * (left + right), 0.5 * (top + bottom)], [0.5 * (right - left) + PADDING_PX, 0.5 * (bottom - top) + PADDING_PX])
 }

@@ -7,7 +7,7 @@
 use crate::message::{Reason, reason};
 use crate::scene::camera;
 use crate::scene::constants::COARSE_AIR_PX;
-use crate::scene::draw::features::{AirPass, AtmosphereModel, PixelView, RingShadow};
+use crate::scene::draw::features::{AirPass, AtmosphereModel, RingShadow};
 use crate::scene::draw::uniforms::{DrawUniforms, EclipseUniforms};
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
 use crate::scene::request::view_request::Quality;
@@ -54,7 +54,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let (on, reason) = match () {
         // A probe evaluates a single draw, which must not depend on a pass before it.
         () if !request.coarse_air => off(reason!("air-pass-single-draws")),
-        () if !matches!(inputs.pixel_view(), PixelView::Final | PixelView::Cost) => off(reason!("air-pass-view")),
+        () if !inputs.pixel_view().shows_radiance() => off(reason!("air-pass-view")),
         () if chosen.air == AtmosphereModel::Vertex => off(reason!("air-pass-vertex")),
         () if chosen.ring_shadow != RingShadow::None => off(reason!("air-pass-ring-shadow")),
         () if threshold.is_linear() => off(reason!("air-pass-linear")),

@@ -245,6 +245,11 @@ impl PixelView {
         known.into_iter().find(|(n, _)| n.eq_ignore_ascii_case(name)).map(|(_, v)| v)
     }
 
+    /// Whether the pixel shows radiance or, in the cost view, what it costs to compute that radiance.
+    pub(crate) fn shows_radiance(self) -> bool {
+        matches!(self, Self::Final | Self::Cost)
+    }
+
     pub fn name(self) -> &'static str {
         match self {
             Self::Final => "final",

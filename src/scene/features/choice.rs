@@ -18,7 +18,7 @@ pub struct Capabilities {
     pub maps: MapSet,
     /// Whether the body emits light, as the Sun does.
     pub emissive: bool,
-    /// Whether the body has a ring of known optical depth, without which a ring cannot be drawn.
+    /// Whether the body has a ring with an optical depth above 0; others are invisible.
     pub rings: bool,
     /// The kind of procedural relief of the ground.
     pub detail: Detail,
@@ -38,10 +38,10 @@ impl Capabilities {
             night: body.maps.night.is_some() && !emissive,
             cloud_shadow: body.clouds.is_some() && !emissive,
         };
-        let has_air = body.atmosphere.is_some() || body.clouds.is_some();
+        let has_air_or_clouds = body.atmosphere.is_some() || body.clouds.is_some();
         let detail = match body.invented_relief {
             InventedRelief::Hills if !emissive => Detail::Hills,
-            InventedRelief::Craters if !emissive && !has_air => Detail::Craters,
+            InventedRelief::Craters if !emissive && !has_air_or_clouds => Detail::Craters,
             _ => Detail::None,
         };
         let limb_heights = [NaifId::MOON, NaifId::SUN].contains(&body.id);
@@ -108,26 +108,27 @@ impl FeatureSelection {
 
     /// Whether a draw can show procedural relief: not in an eclipse, and not in pixel views of single quantities.
     fn shows_detail(self, view: PixelView) -> bool {
-        self.eclipse.occluders == 0 && matches!(view, PixelView::Final | PixelView::Cost)
+        self.eclipse.occluders == 0 && view.shows_radiance()
     }
 
     /// Whether the ground's draw can show the clouds: only with albedo, normal and cloud maps and without overlays, a mesh and the other features tested here.
     /// This limits the number of shader keys.
     pub(crate) fn shows_clouds_on_ground(self, body: &Body) -> bool {
         let available = Capabilities::of(body);
-        let maps = [
-            (self.maps.albedo, available.maps.albedo),
-            (self.maps.normal, available.maps.normal),
-            (self.maps.cloud_shadow, available.maps.cloud_shadow),
-        ];
-        let other_features = self.detail
+        let has_maps = self.maps.albedo
+            && available.maps.albedo
+            && self.maps.normal
+            && available.maps.normal
+            && self.maps.cloud_shadow
+            && available.maps.cloud_shadow;
+        let has_other_features = self.detail
             || self.cloud_detail
             || self.custom_surface
             || self.mesh.is_some()
             || self.ring_shine
             || self.limb_heights
             || self.thin_crescent;
-        maps.iter().all(|(chosen, available)| *chosen && *available) && !other_features && self.overlays == 0
+        has_maps && !has_other_features && self.overlays == 0
     }
 
     /// The features of the globe's draw, without features that the body does not have.
@@ -166,7 +167,7 @@ impl FeatureSelection {
                 (false, true, _) | (false, false, 0) => 1,
                 // The number of lights is rounded up to the maximum, which halves the number of these keys; the last light may be black.
                 (false, false, _) if air.model != AtmosphereModel::None && self.eclipse.occluders > 0 => MAX_LIGHTS,
-                (false, false, secondary) => (1 + secondary).min(MAX_LIGHTS),
+                (false, false, secondary) => 1 + secondary.min(MAX_LIGHTS - 1),
             },
             eclipse: if available.emissive { Eclipse::default() } else { self.eclipse },
             // Under an atmosphere in an eclipse the ring's shadow is left out; `leave_out_rare_combinations` records this.
@@ -202,7 +203,7 @@ impl FeatureSelection {
 
     /// The features of the cloud shell's draw; `None` if the body has no clouds or the pixel view shows a quantity of the ground below them.
     pub(crate) fn cloud_features(self, body: &Body, view: PixelView) -> Option<DrawFeatures> {
-        let shown = body.clouds.is_some() && matches!(view, PixelView::Final | PixelView::Cost);
+        let shown = body.clouds.is_some() && view.shows_radiance();
         let ground = Self { mesh: None, ..self }.globe_features(body, view);
         shown.then_some(DrawFeatures {
             surface: Surface::Cloud,
@@ -233,7 +234,7 @@ impl FeatureSelection {
 
     /// The features of the draw of the atmosphere beyond the limb; `None` without an atmosphere or if the pixel view does not show it.
     pub(crate) fn sky_features(self, body: &Body, view: PixelView) -> Option<DrawFeatures> {
-        let shown = matches!(view, PixelView::Final | PixelView::Cost | PixelView::OpticalDepth);
+        let shown = view.shows_radiance() || view == PixelView::OpticalDepth;
         let ground = self.globe_features(body, view);
         let sky = DrawFeatures {
             surface: Surface::Sky,

@@ -77,7 +77,7 @@ fn possible_globes(chosen: FeatureSelection, body: &Body, view: PixelView) -> im
 /// The pairs of ring shadow and air pass under an atmosphere: each ring shadow with air evaluated per pixel; where the air can be interpolated from a coarse
 /// image, also no ring shadow with each way of reading that image.
 fn shadows_and_air_passes(air: AtmosphereModel, view: PixelView) -> impl Iterator<Item = (RingShadow, AirPass)> {
-    let coarse = !matches!(air, AtmosphereModel::None | AtmosphereModel::Vertex) && matches!(view, PixelView::Final | PixelView::Cost);
+    let coarse = !matches!(air, AtmosphereModel::None | AtmosphereModel::Vertex) && view.shows_radiance();
     let without_coarse_image = RingShadow::ALL.map(|shadow| (shadow, AirPass::None));
     let readers = [AirPass::Read, AirPass::ReadWithClouds].map(|air_pass| (RingShadow::None, air_pass));
     without_coarse_image.into_iter().chain(readers.into_iter().filter(move |_| coarse))
@@ -189,6 +189,9 @@ mod tests {
             .globe_features(sun, PixelView::Final);
         assert_eq!((features.surface, features.lights, features.maps.night), (Surface::Emissive, 0, false));
         assert!(all.contains(&features));
+        let mars = catalog.body(crate::catalog::NaifId(499)).expect("Mars");
+        let many_lights = FeatureSelection { secondary_light_count: u8::MAX, ..FeatureSelection::default() };
+        assert_eq!(many_lights.globe_features(mars, PixelView::Final).lights, MAX_LIGHTS);
         assert!(all.iter().all(|f| f.lights <= MAX_LIGHTS && (f.surface == Surface::Emissive) == (f.lights == 0)));
         assert!(!all.iter().any(|f| f.shape == Shape::Mesh));
         let with_mesh_flag = DrawFeatures { flags: MeshFlags { two_sided: true, ..MeshFlags::default() }, ..features };

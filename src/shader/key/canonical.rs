@@ -20,9 +20,8 @@ pub struct CanonicalRule {
 fn is_emissive(f: &DrawFeatures) -> bool {
     f.surface == Surface::Emissive
 }
-/// Whether the pixel shows radiance or, in the cost view, what it costs to compute that radiance.
 fn shows_radiance(f: &DrawFeatures) -> bool {
-    matches!(f.view, PixelView::Final | PixelView::Cost)
+    f.view.shows_radiance()
 }
 /// Whether the surface is a sky, cloud or ring, which has none of the maps and effects of solid ground.
 fn has_no_ground(f: &DrawFeatures) -> bool {

@@ -1,4 +1,6 @@
 //! Lowers the built-in functions of WGSL to tape operations.
+//!
+//! In: a function and its arguments. Out: the scalars of the result; an error for a function without a lowering, such as `frexp`.
 
 use super::error::Result;
 use super::lowerer::Lowerer;
@@ -28,6 +30,8 @@ impl Lowerer<'_> {
         self.builder.op(Op::Fma, &[a, b, c])
     }
 
+    /// The scalars of a built-in function's result: of a vector by component, of a matrix by column. `a`, `b`, `c` and `d` below are the arguments in WGSL's
+    /// order.
     pub(crate) fn math(
         &mut self,
         fun: MathFunction,
@@ -154,13 +158,14 @@ impl Lowerer<'_> {
                 all
             }
             M::Step => {
+                // a: the edge.
                 let (zero, one) = (self.builder.float(0.0), self.builder.float(1.0));
                 let reached = self.map_pairs(Op::FLe, &a, &b);
                 reached.into_iter().map(|r| self.builder.select(r, one, zero)).collect()
             }
             M::SmoothStep => {
                 let (three, minus_two) = (self.builder.float(3.0), self.builder.float(-2.0));
-                // (x - low) / (high - low), then 3 t^2 - 2 t^3.
+                // a: low, b: high, c: x. t = (x - low) / (high - low), then 3 t^2 - 2 t^3.
                 let from_low = self.map_pairs(Op::Sub, &c, &a);
                 let range = self.map_pairs(Op::Sub, &b, &a);
                 let t = self.map_pairs(Op::Div, &from_low, &range);
@@ -281,7 +286,7 @@ impl Lowerer<'_> {
         let is_empty = self.builder.binary(Op::IEq, count, zero);
         let bits_above = self.builder.binary(Op::ISub, available, count);
         let bits_outside = self.builder.binary(Op::ISub, word_bits, count);
-        // Shifts take their count modulo 32, which matters only for a count of 0: the select below handles it.
+        // A shift takes its number of bits modulo 32, which matters only for a count of 0: the select below handles it.
         let left_aligned = self.builder.binary(Op::Shl, x, bits_above);
         let y = self.builder.binary(if signed { Op::ShrI } else { Op::ShrU }, left_aligned, bits_outside);
         self.builder.select(is_empty, zero, y)
@@ -295,6 +300,7 @@ impl Lowerer<'_> {
         let count = self.builder.binary(Op::UMin, count, available);
         let is_empty = self.builder.binary(Op::IEq, count, zero);
         let bits_outside = self.builder.binary(Op::ISub, word_bits, count);
+        // Here, too, shifts by 32 occur only for a count of 0.
         let ones = self.builder.binary(Op::ShrU, all_ones, bits_outside);
         let mask = self.builder.binary(Op::Shl, ones, offset);
         let shifted = self.builder.binary(Op::Shl, new, offset);

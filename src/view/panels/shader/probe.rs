@@ -17,7 +17,7 @@ use crate::view::panels::theme::SMALL;
 use crate::view::panels::{Interface, accessible};
 use crate::view::worker::drawn_with::DrawnWith;
 use crate::view::worker::render_worker::{Pending, ask};
-use egui::{RichText, ScrollArea, TextEdit, TextStyle};
+use egui::{FontId, RichText, ScrollArea, TextEdit};
 
 /// The reports of one pixel computed in f32 and in f64.
 type BothPrecisions = [PixelReport; 2];
@@ -29,7 +29,7 @@ pub(crate) struct ProbePage {
     /// A pixel chosen on this page, by its coordinates or by the button for the centre. The panel passes it on to the viewport.
     pub chosen_px: Option<[u32; 2]>,
     /// Index of the chosen draw among those at the pixel.
-    draw: usize,
+    draw_index: usize,
     /// The pixel and the view of the last query, and what else its answer depends on.
     requested: Option<([u32; 2], ViewRequest, DrawnWith)>,
     pending: Option<Pending<Result<BothPrecisions, ProbeError>>>,
@@ -52,14 +52,28 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         page.pending = None;
         page.answer = Some(answer);
     }
-    let Some(pixel) = interface.viewport.picked_px else {
+    // A pixel that was picked in a larger window may lie outside the image.
+    let [width, height] = interface.viewport.size_px;
+    let Some(pixel) = interface.viewport.picked_px.filter(|[x, y]| *x < width && *y < height) else {
         ui.label(text!("probe-begin"));
         if ui.button(text!("probe-centre")).on_hover_text(text!("probe-centre-hint")).clicked() {
-            page.chosen_px = Some(interface.viewport.size_px.map(|side| side / 2));
+            page.chosen_px = Some([width / 2, height / 2]);
         }
         return;
     };
     page.start_query(inspected, interface, pixel);
+    ui.horizontal(|ui| {
+        ui.strong(text!("probe-pixel"));
+        let [mut x, mut y] = pixel;
+        let x_field = accessible::number(ui, egui::DragValue::new(&mut x).prefix("x ").range(0..=width - 1), text!("probe-x"));
+        let y_field = accessible::number(ui, egui::DragValue::new(&mut y).prefix("y ").range(0..=height - 1), text!("probe-y"));
+        if x_field.changed() || y_field.changed() {
+            page.chosen_px = Some([x, y]);
+        }
+        if page.pending.is_some() && page.answer.is_some() {
+            accessible::spinner(ui, text!("probe-another"));
+        }
+    });
     let Some(answer) = &page.answer else {
         accessible::spinner(ui, text!("probe-coming"));
         return;
@@ -69,25 +83,12 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         Err(why) => return drop(ui.colored_label(ui.visuals().warn_fg_color, error_text(why))),
     };
     let radiance = report_f32.radiance.map(number_text).join(", ");
-    ui.horizontal(|ui| {
-        ui.strong(text!("probe-pixel"));
-        let [mut x, mut y] = pixel;
-        let last_px = interface.viewport.size_px.map(|side| side.saturating_sub(1));
-        let x_field = accessible::number(ui, egui::DragValue::new(&mut x).prefix("x ").range(0..=last_px[0]), text!("probe-x"));
-        let y_field = accessible::number(ui, egui::DragValue::new(&mut y).prefix("y ").range(0..=last_px[1]), text!("probe-y"));
-        if x_field.changed() || y_field.changed() {
-            page.chosen_px = Some([x, y]);
-        }
-        if page.pending.is_some() {
-            accessible::spinner(ui, text!("probe-another"));
-        }
-    });
     ui.label(text!("probe-radiance", level = radiance, stops = signed(report_f32.exposure_stops, 2), time = instant_text(report_f32.time)));
     if report_f32.draws.is_empty() {
         ui.label(text!("probe-empty"));
         return;
     }
-    let mut chosen = page.draw.min(report_f32.draws.len() - 1);
+    let mut chosen = page.draw_index.min(report_f32.draws.len() - 1);
     ui.horizontal_wrapped(|ui| {
         for (index, draw) in report_f32.draws.iter().enumerate() {
             let name = format!("{} {}", body_name(&draw.name), named("part", draw.part.name()));
@@ -96,7 +97,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
             }
         }
     });
-    page.draw = chosen;
+    page.draw_index = chosen;
     let draw_f32 = &report_f32.draws[chosen];
     ui.add(egui::Label::new(RichText::new(draw_f32.module.to_string()).monospace().size(SMALL)).wrap());
     if let Some([latitude, longitude]) = draw_f32.ground_deg {
@@ -115,17 +116,12 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
 }
 
 impl ProbePage {
-    /// Starts a query, unless nothing has changed on which its answer depends, the view is moving, or another query is running.
+    /// Starts a query about a pixel of the image, unless nothing has changed on which its answer depends, the view is moving, or another query is running.
     fn start_query(&mut self, inspected: &Inspected<'_>, interface: &Interface, pixel: [u32; 2]) {
         let [width, height] = interface.viewport.size_px;
         let request = ViewRequest { width, height, quality: interface.viewer.view.quality, ..inspected.rendered.job.request.clone() };
         let query = (pixel, request, DrawnWith::now(inspected.worker.session()));
-        if self.requested.as_ref() == Some(&query)
-            || self.pending.is_some()
-            || interface.viewer.is_animating()
-            || pixel[0] >= width
-            || pixel[1] >= height
-        {
+        if self.requested.as_ref() == Some(&query) || self.pending.is_some() || interface.viewer.is_animating() {
             return;
         }
         let request = query.1.clone();
@@ -182,19 +178,50 @@ fn rows(draw_f32: &PixelDraw, draw_f64: Option<&PixelDraw>) -> Vec<Row> {
     all
 }
 
+fn row_text(text: String) -> RichText {
+    RichText::new(text).monospace().size(SMALL)
+}
+
+/// Height of a row, points.
+fn row_height(ui: &egui::Ui) -> f32 {
+    ui.ctx().fonts_mut(|fonts| fonts.row_height(&FontId::monospace(SMALL)))
+}
+
 /// Shows the rows whose name contains the filter text.
 fn table(ui: &mut egui::Ui, rows: &[Row], filter: &str) {
     let shown: Vec<&Row> = rows.iter().filter(|r| r.name.contains(filter.trim())).collect();
-    let small = |text: String| RichText::new(text).monospace().size(SMALL);
     ui.label(
-        small(format!("{:<34} {:>14} {:>17} {:>10}", text!("probe-count", count = shown.len()), "f32", "f64", text!("probe-difference")))
-            .strong(),
+        row_text(format!(
+            "{:<34} {:>14} {:>17} {:>10}",
+            text!("probe-count", count = shown.len()),
+            "f32",
+            "f64",
+            text!("probe-difference")
+        ))
+        .strong(),
     );
     ui.spacing_mut().item_spacing.y = 1.0;
-    let height = ui.text_style_height(&TextStyle::Monospace);
+    let height = row_height(ui);
     ScrollArea::both().auto_shrink(false).show_rows(ui, height, shown.len(), |ui, range| {
         for row in shown.get(range).unwrap_or_default() {
-            ui.add(egui::Label::new(small(row.text())).extend());
+            ui.add(egui::Label::new(row_text(row.text())).extend());
         }
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// With another height, rows would be missing at the end of the list, or a gap would follow them.
+    #[test]
+    fn a_row_is_as_high_as_its_text() {
+        let mut heights = [0.0; 2];
+        {
+            let _harness = egui_kittest::Harness::new_ui(|ui| {
+                heights = [ui.add(egui::Label::new(row_text("colour red".to_owned()))).rect.height(), row_height(ui)];
+            });
+        }
+        assert!(heights[0] > 5.0 && (heights[0] - heights[1]).abs() < 0.75, "{heights:?}");
+    }
 }
