@@ -99,8 +99,8 @@ fn random(index: usize) -> Footprint {
     Footprint { uv: [3.0 * unit(0) - 1.0, 3.0 * unit(1) - 1.0], major, minor, rotation: unit(4) * 6.3, phase: unit(0) * 6.3 }
 }
 
-/// A quasi-random footprint of at most 0.66 texels, so that the squares of its axes add up to less than 1 in every lane of a batch. The lanes of a quad are a quarter of a texel apart, as in
-/// an image, and often lie between the same four texels.
+/// A quasi-random footprint of at most 0.66 texels, so that the squares of its axes add up to less than 1 in every lane of a batch. The lanes of a quad are a
+/// quarter of a texel apart, as in an image, and often lie between the same four texels.
 fn magnified(index: usize) -> Footprint {
     let Footprint { uv: [u, v], major, minor, rotation, phase } = random(index / 4);
     let shrunk = (-0.6 - 0.3 * (major.log2() + 3.0)).exp2();
@@ -315,8 +315,8 @@ fn code_of_guide(index: usize) -> &'static str {
     GUIDE.split("```wgsl").nth(index + 1).and_then(|text| text.split("```").next()).expect("a code block")
 }
 
-/// The fragment edited as the guide says: `function`, which is defined in the code block `index`, reads the texels of each level; the code block 0 keeps bilinear
-/// reads for `smooth_map`.
+/// The fragment edited as the guide says: `function`, which is defined in the code block `index`, reads the texels of each level; the code block 0 keeps
+/// bilinear reads for `smooth_map`.
 fn example_of_guide(function: &str, index: usize) -> Program {
     let reads = edited(FINER_READ, &FINER_READ.replace("bilinear", function));
     assert!(reads.contains(COARSER_READ) && reads.contains("    let reach ="));
