@@ -1,6 +1,7 @@
 //! A species of an atmosphere: a gas, an aerosol or an absorption layer.
 //!
 //! Plain values: `catalog::read` fills them from catalog files and checks their ranges. Not here: densities and phase functions (`scene::atmosphere`).
+//! docs/phase-function.md lists the edits for another phase function.
 
 /// A gas or aerosol, whose density is exponential in height, or an absorption layer, whose density is triangular: `tent_centre_km` is set. An
 /// atmosphere has at most one of each.
@@ -32,7 +33,8 @@ pub enum PhaseFunction {
     Aerosol(AerosolPhase),
 }
 
-/// The parameters of the aerosols' phase function.
+/// The parameters of the aerosols' phase function. Another function is also a parameter here, because shaders evaluate it once per view ray and so need no
+/// variant of a module.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AerosolPhase {
     /// Henyey-Greenstein asymmetry: the mean cosine of the scattering angle, between -1 and 1.

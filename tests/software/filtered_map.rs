@@ -1,5 +1,5 @@
 //! Anisotropic filtering by `filtered_map` (shaders/lib/filtered_map.wesl): the function run tap by tap, against the single texture operation that the
-//! software renderer substitutes for it, on random footprints; and the example in docs/map-filter.md against the definition of its filter.
+//! software renderer substitutes for it, on random footprints; and the examples in docs/map-filter.md against the definitions of their filters.
 //!
 //! The fragment is lowered twice: unchanged, and with its function renamed, so that the lowering does not recognise it. Only the unedited function is
 //! replaced.
@@ -20,6 +20,9 @@ use std::sync::Arc;
 
 const FRAGMENT: &str = include_str!("../../shaders/lib/filtered_map.wesl");
 const GUIDE: &str = include_str!("../../docs/map-filter.md");
+/// The two places where `filtered_map` reads the texels of one level.
+const FINER_READ: &str = "bilinear(map, map_sampler, place, finer)";
+const COARSER_READ: &str = "bilinear(map, map_sampler, place, min(finer + 1u, last))";
 
 const ENTRY: &str = "
 struct Draw { max_taps: f32 }
@@ -96,8 +99,8 @@ fn random(index: usize) -> Footprint {
     Footprint { uv: [3.0 * unit(0) - 1.0, 3.0 * unit(1) - 1.0], major, minor, rotation: unit(4) * 6.3, phase: unit(0) * 6.3 }
 }
 
-/// A quasi-random footprint of at most 0.66 texels, so that the squares of its axes add up to less than 1 in every lane of a batch. The lanes of a quad are a quarter of a texel apart, as in
-/// an image, and often lie between the same four texels.
+/// A quasi-random footprint of at most 0.66 texels, so that the squares of its axes add up to less than 1 in every lane of a batch. The lanes of a quad are a
+/// quarter of a texel apart, as in an image, and often lie between the same four texels.
 fn magnified(index: usize) -> Footprint {
     let Footprint { uv: [u, v], major, minor, rotation, phase } = random(index / 4);
     let shrunk = (-0.6 - 0.3 * (major.log2() + 3.0)).exp2();
@@ -269,49 +272,81 @@ fn no_jump_separates_magnification_from_minification() {
         }
     }
     // The comparison must be able to fail: half the value where the footprint is at most a texel wide.
-    let read = "bilinear(map, map_sampler, place, finer)";
-    let halved = edited(read, &format!("select(1.0, 0.5, reach.level < 1.0e-6) * {read}"));
+    let halved = edited(FINER_READ, &format!("select(1.0, 0.5, reach.level < 1.0e-6) * {FINER_READ}"));
     let step = greatest_step::<f64>(&program(&format!("{halved}{ENTRY}")), KernelClass::detect(), growing);
     assert!(step > 1e-2, "a jump of {step} is not detected");
 }
 
-/// A channel of a cubic B-spline through the texels of a level, by its definition with sixteen texels; u is periodic, v is clamped.
-fn b_spline(level: &Level, [u, v]: [f64; 2], channel: usize) -> f64 {
+/// A channel of a level by a separable filter of sixteen texels, by definition; u is periodic, v is clamped. `weight`: of a texel, by its distance along one
+/// axis.
+fn by_definition(level: &Level, [u, v]: [f64; 2], channel: usize, weight: fn(f64) -> f64) -> f64 {
     let (w, h) = (i64::from(level.width), i64::from(level.height));
     let (x, y) = (u * w as f64 - 0.5, v * h as f64 - 0.5);
-    let weight = |distance: f64| {
-        let d = distance.abs();
-        if d < 1.0 { 2.0 / 3.0 - d * d + d * d * d / 2.0 } else { (2.0 - d).max(0.0).powi(3) / 6.0 }
-    };
     let mut sum = 0.0;
     for i in x.floor() as i64 - 1..=x.floor() as i64 + 2 {
         for j in y.floor() as i64 - 1..=y.floor() as i64 + 2 {
             let at = ((j.clamp(0, h - 1) * w + i.rem_euclid(w)) * 16) as usize + channel * 4;
             let texel = f32::from_le_bytes(level.bytes()[at..at + 4].try_into().expect("four bytes"));
-            sum += weight(x - i as f64) * weight(y - j as f64) * f64::from(texel);
+            sum += weight((x - i as f64).abs()) * weight((y - j as f64).abs()) * f64::from(texel);
         }
     }
-    sum
+    // Only filters with negative weights leave this range, and these are clamped to it.
+    sum.clamp(0.0, 1.0)
+}
+
+fn b_spline_weight(d: f64) -> f64 {
+    if d < 1.0 { 2.0 / 3.0 - d * d + d * d * d / 2.0 } else { (2.0 - d).max(0.0).powi(3) / 6.0 }
+}
+
+fn catmull_rom_weight(d: f64) -> f64 {
+    match d {
+        d if d < 1.0 => 1.0 - 2.5 * d * d + 1.5 * d * d * d,
+        d if d < 2.0 => 2.0 - 4.0 * d + 2.5 * d * d - 0.5 * d * d * d,
+        _ => 0.0,
+    }
+}
+
+fn linear_weight(d: f64) -> f64 {
+    (1.0 - d).max(0.0)
+}
+
+/// The guide's code block of this number, from 0.
+fn code_of_guide(index: usize) -> &'static str {
+    GUIDE.split("```wgsl").nth(index + 1).and_then(|text| text.split("```").next()).expect("a code block")
+}
+
+/// The fragment edited as the guide says: `function`, which is defined in the code block `index`, reads the texels of each level; the code block 0 keeps
+/// bilinear reads for `smooth_map`.
+fn example_of_guide(function: &str, index: usize) -> Program {
+    let reads = edited(FINER_READ, &FINER_READ.replace("bilinear", function));
+    assert!(reads.contains(COARSER_READ) && reads.contains("    let reach ="));
+    let reads = reads.replace(COARSER_READ, &COARSER_READ.replace("bilinear", function));
+    let guarded = reads.replace("    let reach =", &format!("{}    let reach =", code_of_guide(0)));
+    program(&format!("{guarded}{}{ENTRY}", code_of_guide(index)))
+}
+
+/// The greatest error at magnified footprints against a filter of level 0.
+fn error_of_magnified(filter: &Program, max_taps: f32, weight: fn(f64) -> f64) -> f64 {
+    let (texture, class) = (noise(), KernelClass::detect());
+    let values = batch::<f64>(filter, &bound(filter, &texture, class), class, max_taps, magnified);
+    let errors = |lane: usize| {
+        [0, 1, 2, 3].map(|k: usize| (values[lane][k] - by_definition(&texture.levels[0], magnified(lane).uv, k, weight)).abs())
+    };
+    greatest((0..LANES).flat_map(errors))
 }
 
 #[test]
-fn the_example_in_the_guide_magnifies_by_a_b_spline_without_a_jump() {
-    let function = GUIDE.split("```wgsl").nth(1).and_then(|text| text.split("```").next()).expect("an example");
-    let calls = edited("bilinear(map, map_sampler, place, finer)", "b_spline(map, map_sampler, place, finer)");
-    let example = program(&format!("{calls}{function}{ENTRY}"));
-    assert!(is_interpreted(&example));
-    let (texture, class) = (noise(), KernelClass::detect());
-    let finest = &texture.levels[0];
-    let greatest_error = |filter: &Program| {
-        let values = batch::<f64>(filter, &bound(filter, &texture, class), class, 8.0, magnified);
-        let errors = |lane: usize| [0, 1, 2, 3].map(|k: usize| (values[lane][k] - b_spline(finest, magnified(lane).uv, k)).abs());
-        greatest((0..LANES).flat_map(errors))
-    };
-    let (error, error_of_bilinear) = (greatest_error(&example), greatest_error(&program(&renamed())));
-    assert!(error < 1e-9, "{error}");
-    assert!(error_of_bilinear > 1e-2, "the bilinear filter is not detected: {error_of_bilinear}");
-    let step = greatest_step::<f64>(&example, class, growing);
-    assert!(step < GREATEST_STEP_OF_GROWTH, "a step of {step}");
+fn the_examples_in_the_guide_magnify_by_their_filters_without_a_jump_and_keep_bilinear_reads() {
+    let of_shipped = |weight| error_of_magnified(&program(&renamed()), 8.0, weight);
+    for (function, index, weight) in [("b_spline", 1, b_spline_weight as fn(f64) -> f64), ("catmull_rom", 2, catmull_rom_weight)] {
+        let example = example_of_guide(function, index);
+        assert!(is_interpreted(&example));
+        let (error, of_bilinear_reads) = (error_of_magnified(&example, 8.0, weight), error_of_magnified(&example, 0.0, linear_weight));
+        assert!(error < 1e-9 && of_bilinear_reads < 1e-9, "{function}: {error}, without taps {of_bilinear_reads}");
+        assert!(of_shipped(weight) > 1e-2, "{function}: the bilinear filter is not detected: {}", of_shipped(weight));
+        let step = greatest_step::<f64>(&example, KernelClass::detect(), growing);
+        assert!(step < GREATEST_STEP_OF_GROWTH, "{function}: a step of {step}");
+    }
 }
 
 /// An edited function under its original name, so that only its body differs from the shipped one.

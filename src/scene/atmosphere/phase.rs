@@ -1,7 +1,8 @@
 //! Phase functions of the air, per steradian: the mean over all directions is 1 / (4 pi).
 //!
 //! In: the catalog's phase function of a species, and the cosine of the scattering angle, 1 for forward scattering. Out: the phase function's value. Always: it
-//! is that of the shader's functions (shaders/lib/air/phase.wesl) divided by pi; tests/shader/formulas.rs compares them.
+//! is that of the shader's functions (shaders/lib/air/phase.wesl) divided by pi; tests/shader/formulas.rs compares them. docs/phase-function.md says how to
+//! add one.
 
 use crate::catalog::{AerosolPhase, PhaseFunction};
 use std::f64::consts::PI;

@@ -22,7 +22,8 @@ use crate::view::error_texts::error_text;
 use crate::view::language::dates::second_text;
 use crate::view::language::numbers::{grouped, localised};
 use crate::view::language::{body_name, catalog_text, decimal, message_text, reason_text, signed, text};
-use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
+use crate::view::worker::latest_answer::LatestAnswer;
+use crate::view::worker::render_worker::RenderWorker;
 use egui::{Grid, ScrollArea};
 
 impl LengthUnit {
@@ -85,11 +86,7 @@ pub(crate) struct InformationPanel {
     pub comparison: SizeComparison,
     /// Text in the city field.
     typed_city: String,
-    /// The inputs of the newest report, pending or arrived.
-    requested: Option<ReportInputs>,
-    pending: Option<Pending<SkyReport>>,
-    /// The last report that has arrived.
-    report: Option<(ReportInputs, SkyReport)>,
+    report: LatestAnswer<ReportInputs, SkyReport>,
 }
 
 impl InformationPanel {
@@ -99,7 +96,7 @@ impl InformationPanel {
 
     /// Drops the report, whose errors are texts in the language in which it was asked for.
     pub(crate) fn forget_report(&mut self) {
-        (self.requested, self.pending, self.report) = (None, None, None);
+        self.report.clear();
     }
 }
 
@@ -202,15 +199,8 @@ fn sky_of_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
         place_deg: [panel.home.latitude_deg, panel.home.longitude_deg],
         tdb_minutes: (time.tdb_seconds_past_j2000() / 60.0).floor() as i64,
     };
-    if let Some(report) = panel.pending.as_ref().and_then(Pending::take) {
-        panel.report = panel.requested.map(|requested| (requested, report));
-        panel.pending = None;
-    }
-    if panel.requested != Some(inputs) && panel.pending.is_none() {
-        panel.requested = Some(inputs);
-        panel.pending = Some(ask(worker, move |session| report(session, inputs, time)));
-    }
-    let Some((_, report)) = panel.report.as_ref().filter(|(inputs, _)| inputs.body == body.id) else {
+    let answer = panel.report.update(worker, inputs, move |session| report(session, inputs, time));
+    let Some((_, report)) = answer.filter(|(inputs, _)| inputs.body == body.id) else {
         ui.weak(text!("computing"));
         return;
     };

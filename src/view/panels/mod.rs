@@ -59,18 +59,30 @@ const MAX_MESSAGE_LINES: usize = 5;
 /// How long the reply to a user's action is shown, seconds: long enough to read a path.
 const REPLY_S: f64 = 20.0;
 
-/// A panel at a side of the viewport, in the order of the digit keys that open them. `tab.rs` has a row for each panel, in the same order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Tab {
-    Moments,
-    Events,
-    Effects,
-    Shader,
-    Compare,
-    Information,
-    Performance,
-    Share,
+/// Declares [`Tab`] with the list of its variants and their names.
+macro_rules! tabs {
+    ($($tab:ident),* $(,)?) => {
+        /// A panel at a side of the viewport. `tab.rs` has a row for each panel, in the same order; docs/panel.md says how to add one.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Tab {
+            $($tab),*
+        }
+
+        impl Tab {
+            /// All panels: digit key `k` opens the panel at index `k - 1`.
+            pub const ALL: [Self; [$(stringify!($tab)),*].len()] = [$(Self::$tab),*];
+
+            /// The name under which the settings store the panel. It is the variant's, so that a renamed variant is another panel to old settings.
+            fn name(self) -> &'static str {
+                match self {
+                    $(Self::$tab => stringify!($tab)),*
+                }
+            }
+        }
+    };
 }
+
+tabs!(Moments, Events, Effects, Shader, Compare, Information, Performance, Share);
 
 /// State of the interface: the viewer and the panels.
 pub struct Interface {

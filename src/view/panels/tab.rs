@@ -1,7 +1,7 @@
 //! The table of the panels at the sides of the viewport: one row for each, in the order of their digit keys.
 //!
-//! In: the panels' modules. Out: all that the top bar, the shortcuts, the settings and `side_panels` know about a panel. Always: no panel imports this
-//! file; a panel that opens another one names it by `super::Tab`.
+//! In: the panels' modules. Out: all that the top bar, the shortcuts and `side_panels` know about a panel. Always: no panel imports this file; a panel
+//! that opens another one names it by `super::Tab`.
 
 use super::icons::Icon;
 use super::{Interface, Tab, compare, effects, events, information, moments, performance, shader, share};
@@ -31,8 +31,6 @@ pub(super) enum Group {
 /// What the interface knows about a panel.
 struct Row {
     tab: Tab,
-    /// The name under which the settings store the panel.
-    name: &'static str,
     title: fn() -> &'static str,
     /// The tooltip of the panel's button.
     about: fn() -> &'static str,
@@ -44,11 +42,10 @@ struct Row {
     show: fn(&mut Interface, &mut Ui, &dyn RenderWorker, &mut Vec<Action>),
 }
 
-/// The rows, in the order of [`Tab`].
-const ROWS: &[Row] = &[
+/// The rows, in the order of [`Tab`]. The compiler demands one for each variant.
+const ROWS: &[Row; Tab::ALL.len()] = &[
     Row {
         tab: Tab::Moments,
-        name: "Moments",
         title: || text!("tab-moments"),
         about: || text!("tab-moments-about"),
         icon: Icon::Moments,
@@ -58,7 +55,6 @@ const ROWS: &[Row] = &[
     },
     Row {
         tab: Tab::Events,
-        name: "Events",
         title: || text!("tab-events"),
         about: || text!("tab-events-about"),
         icon: Icon::Events,
@@ -68,7 +64,6 @@ const ROWS: &[Row] = &[
     },
     Row {
         tab: Tab::Effects,
-        name: "Effects",
         title: || text!("tab-effects"),
         about: || text!("tab-effects-about"),
         icon: Icon::Effects,
@@ -78,7 +73,6 @@ const ROWS: &[Row] = &[
     },
     Row {
         tab: Tab::Shader,
-        name: "Shader",
         title: || text!("tab-shader"),
         about: || text!("tab-shader-about"),
         icon: Icon::Shader,
@@ -88,7 +82,6 @@ const ROWS: &[Row] = &[
     },
     Row {
         tab: Tab::Compare,
-        name: "Compare",
         title: || text!("tab-compare"),
         about: || text!("tab-compare-about"),
         icon: Icon::Compare,
@@ -98,7 +91,6 @@ const ROWS: &[Row] = &[
     },
     Row {
         tab: Tab::Information,
-        name: "Information",
         title: || text!("tab-information"),
         about: || text!("tab-information-about"),
         icon: Icon::Information,
@@ -108,7 +100,6 @@ const ROWS: &[Row] = &[
     },
     Row {
         tab: Tab::Performance,
-        name: "Performance",
         title: || text!("tab-performance"),
         about: || text!("tab-performance-about"),
         icon: Icon::Performance,
@@ -118,7 +109,6 @@ const ROWS: &[Row] = &[
     },
     Row {
         tab: Tab::Share,
-        name: "Share",
         title: || text!("tab-share"),
         about: || text!("tab-share-about"),
         icon: Icon::Share,
@@ -128,20 +118,15 @@ const ROWS: &[Row] = &[
     },
 ];
 
-impl Tab {
-    /// All panels: digit key `k` opens the panel at index `k - 1`.
-    pub const ALL: [Self; ROWS.len()] = {
-        assert!(ROWS.len() == Self::Share as usize + 1, "each variant has a row; name the last variant here");
-        let mut all = [Self::Moments; ROWS.len()];
-        let mut k = 0;
-        while k < ROWS.len() {
-            all[k] = ROWS[k].tab;
-            assert!(all[k] as usize == k, "the rows are in the order of the variants");
-            k += 1;
-        }
-        all
-    };
+const _: () = {
+    let mut k = 0;
+    while k < ROWS.len() {
+        assert!(ROWS[k].tab as usize == k, "the rows are in the order of the variants");
+        k += 1;
+    }
+};
 
+impl Tab {
     fn row(self) -> &'static Row {
         &ROWS[self as usize]
     }
@@ -154,11 +139,6 @@ impl Tab {
     /// The panel of a typed digit.
     pub(super) fn of_digit(typed: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|tab| tab.digit().to_string() == typed)
-    }
-
-    /// The name under which the settings store the panel.
-    pub(super) fn name(self) -> &'static str {
-        self.row().name
     }
 
     pub fn title(self) -> &'static str {

@@ -4,5 +4,6 @@
 pub mod adaptive_resolution;
 pub(crate) mod drawn_with;
 pub mod freed_memory;
+pub(crate) mod latest_answer;
 pub mod query_cache;
 pub mod render_worker;

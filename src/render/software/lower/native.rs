@@ -6,7 +6,8 @@
 //! fragments agree. If the shipped fragment itself was edited since its native operation was written, which [`NativeFunction::reimplemented_sha256`] shows, no
 //! call of it is replaced: the renderer interprets it, slowly but correctly.
 //!
-//! Two bodies are equal if they lower to the same steps. Names, comments and positions in the text do not matter.
+//! Two bodies are equal if they lower to the same steps. Names, comments and positions in the text do not matter. docs/map-filter.md says what to edit for
+//! another filter of maps.
 
 use super::builder::SsaBuilder;
 use super::error::{LowerError, Result};
@@ -176,7 +177,7 @@ mod tests {
                 digest == native.reimplemented_sha256,
                 "Rust reimplements another version of {name}, so that the software renderer interprets it, correctly but slowly. Adapt \
                  src/render/software/sample/, record the digest {digest} in NATIVE_FUNCTIONS, and run software::{name}, which compares both \
-                 (CONTRIBUTING.md, Change how a map is filtered)"
+                 (docs/map-filter.md)"
             );
             assert!(native.lower_shipped().is_some(), "{name} must lower on its own");
         }

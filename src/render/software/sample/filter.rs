@@ -90,9 +90,23 @@ fn bilinear<R: Real, D: Decode>(
     state: &SamplerState,
     needed: ChannelMask,
 ) -> [[R; CHUNK]; 4] {
-    let x = texel_pair(u, level.width, state.address_u);
-    let y = texel_pair(v, level.height, state.address_v);
+    let (x, y) = (texel_pair(u, level.width, state.address_u), texel_pair(v, level.height, state.address_v));
     // SAFETY: `texel_pair` clamps columns and rows to the level.
+    unsafe { bilinear_between(decode, level, &x, &y, needed) }
+}
+
+/// Bilinear interpolation between two columns and two rows of a level.
+/// # Safety
+/// Columns and rows lie inside the level.
+#[inline(always)]
+unsafe fn bilinear_between<R: Real, D: Decode>(
+    decode: D,
+    level: &TexelLevel<'_>,
+    x: &TexelPair<R>,
+    y: &TexelPair<R>,
+    needed: ChannelMask,
+) -> [[R; CHUNK]; 4] {
+    // SAFETY: the caller guarantees it.
     let texels = unsafe {
         [
             fetch(decode, level, &x.first, &y.first),

@@ -4,8 +4,8 @@
 //!
 //! [`texels`] borrows and decodes texels, [`footprint`] chooses levels and taps, [`filter`] interpolates (`filter_avx2`: f32 with AVX2), `texel_load` reads
 //! single texels, and `between` interpolates between the four texels around a position. [`Textures`] binds textures to the texture uses of one
-//! program and samples them with the kernels of one instruction set (a kernel class). Weights have the type of the lanes, f32 or f64; texels are decoded to
-//! f32, exact to f32 rounding.
+//! program and samples them with the kernels of one instruction set (a kernel class). docs/map-filter.md lists the edits for another filter of maps.
+//! Weights have the type of the lanes, f32 or f64; texels are decoded to f32, exact to f32 rounding.
 //!
 //! Texels are kept as the texture stores them, 4 bytes each in a map (16 in a table of floats), and are decoded when read: a map of 8192x4096 takes
 //! 179 MB with its mip levels, whereas half floats or 16-bit integers would take 358 MB and f32 716 MB. Decoding sRGB with a table of 1 kB costs
