@@ -92,7 +92,8 @@ fn atmosphere(mut table: TableReader) -> Option<(WithLine<String>, Atmosphere)> 
 
 /// Draws have one gas, one aerosol and one absorption layer, so a second one would be left out of them.
 fn report_second_of_a_kind(table: &TableReader, species: &[WithLine<Species>]) {
-    let kinds: [(&str, fn(&Species) -> bool); 3] = [
+    type IsOfKind = fn(&Species) -> bool;
+    let kinds: [(&str, IsOfKind); 3] = [
         ("gas (a species without `asymmetry`); a mixture of gases is one", Species::is_gas),
         ("aerosol (a species with `asymmetry`)", |s| s.aerosol_phase().is_some()),
         ("absorption layer (a species with `tent_centre_km`)", |s| s.tent_centre_km.is_some()),
