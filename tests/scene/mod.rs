@@ -23,6 +23,7 @@ mod overlays;
 mod pixel_views;
 mod real_sky;
 mod relief;
+mod rims;
 mod shrinking;
 mod silhouette;
 mod six_cases;

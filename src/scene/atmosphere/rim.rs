@@ -26,7 +26,7 @@ const BRIGHT_SCALE_HEIGHTS: f64 = 4.0;
 /// Number of heights at which the light of the rim is summed.
 const HEIGHTS: usize = 64;
 /// Ratio of all light that the rim scatters to the light scattered once, for a rim that is opaque along the limb where it is bright. The Earth's is 1.8.
-const ALL_ORDERS_OVER_SINGLE: f64 = 2.0;
+pub(crate) const ALL_ORDERS_OVER_SINGLE: f64 = 2.0;
 
 /// The rim of a body's air as seen from outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,7 +60,7 @@ impl Rim {
 }
 
 /// Species of exponential profile: those that scatter.
-fn exponential(air: &Atmosphere) -> impl Iterator<Item = &Species> {
+pub(crate) fn exponential(air: &Atmosphere) -> impl Iterator<Item = &Species> {
     air.species.iter().filter(|s| s.tent_centre_km.is_none())
 }
 
@@ -68,6 +68,25 @@ fn exponential(air: &Atmosphere) -> impl Iterator<Item = &Species> {
 pub(crate) fn height_px(body: &Body, air: &Atmosphere, diameter_px: f64) -> f64 {
     let rim_km = (BRIGHT_SCALE_HEIGHTS * exponential(air).map(|s| s.scale_height_km).fold(0.0, f64::max)).min(air.top_km);
     rim_km / (2.0 * body.radii_km.max_element()) * diameter_px
+}
+
+/// Of the ray that grazes at a height: its optical depth t, and t w p, with the single-scattering albedo w and the phase function times pi p. The column of a
+/// species is that of [`light_ratio`].
+pub(crate) fn tangent_ray(air: &Atmosphere, radius_km: f64, height_km: f64, cos_scattering: f64) -> (DVec3, DVec3) {
+    let (mut depth, mut scattered) = (DVec3::ZERO, DVec3::ZERO);
+    for s in exponential(air) {
+        let column_km = (2.0 * PI * radius_km * s.scale_height_km).sqrt() * density(s, height_km);
+        let per_steradian = phase::per_steradian(s.phase, cos_scattering);
+        depth += extinction(s) * column_km;
+        scattered += scattering(s) * (column_km * PI * per_steradian);
+    }
+    (depth, scattered)
+}
+
+/// How much of the rim continues the disc's colour, 0 to 1, if the body's colours include its air: the blend of `disc_beyond_limb`, from an opacity of 0.2 along
+/// the limb to one of 0.5. `at_limb`: the mean opacity along the limb.
+pub(crate) fn continued_part(at_limb: f64) -> f64 {
+    smoothstep((at_limb - 0.2) / 0.3)
 }
 
 /// The rim's light divided by the disc's.
@@ -85,17 +104,7 @@ fn light_ratio(body: &Body, air: &Atmosphere, phase_angle: f64, continues_disc: 
     let radius_km = body.radii_km.max_element();
     let cos_scattering = -phase_angle.cos();
     let step_km = air.top_km / HEIGHTS as f64;
-    // t and t w p of the ray that grazes at a height.
-    let along = |height_km: f64| {
-        let (mut depth, mut scattered) = (DVec3::ZERO, DVec3::ZERO);
-        for s in exponential(air) {
-            let column_km = (2.0 * PI * radius_km * s.scale_height_km).sqrt() * density(s, height_km);
-            let per_steradian = phase::per_steradian(s.phase, cos_scattering);
-            depth += extinction(s) * column_km;
-            scattered += scattering(s) * (column_km * PI * per_steradian);
-        }
-        (depth, scattered)
-    };
+    let along = |height_km: f64| tangent_ray(air, radius_km, height_km, cos_scattering);
     let (mut scattered_km, mut opaque_km) = (DVec3::ZERO, DVec3::ZERO);
     for k in 0..HEIGHTS {
         let (depth, scattered) = along((k as f64 + 0.5) * step_km);
@@ -112,8 +121,7 @@ fn light_ratio(body: &Body, air: &Atmosphere, phase_angle: f64, continues_disc: 
     let at_limb = (DVec3::ONE - (-along(0.0).0).exp()).element_sum() / 3.0;
     let relative_km = opaque_km.element_sum() / 3.0 / at_limb.max(1e-12);
     let continued = 2.0 * phase_angle.sin() * relative_km / (PI * radius_km * model_disc.max(1e-12));
-    // The blend of `disc_beyond_limb`: from an opacity of 0.2 along the limb to one of 0.5.
-    scattered + (continued - scattered) * smoothstep((at_limb - 0.2) / 0.3)
+    scattered + (continued - scattered) * continued_part(at_limb)
 }
 
 #[cfg(test)]

@@ -6,8 +6,8 @@
 //! continuously with position, time, field of view and phase (exceptions: [`geometry`]), because the weight of each subject falls off smoothly at limbs and at
 //! the edges of the frame, and the light of the sky fades towards the top of the air. Only the glare and the corona that the image shows are metered: no glare
 //! of a Sun outside the frame, and no corona that the glare hides or the user switched off. Left out: maps other than city lights (a sea is as bright as a
-//! desert), relief far below the camera, the shadow of rings on a distant planet, the air beyond a limb, and the light that another body's air adds in front of
-//! bodies behind it.
+//! desert), relief far below the camera, the shadow of rings on a distant planet, the air beyond a near limb, and the light that another body's air adds in front
+//! of bodies behind it.
 
 mod city_lights;
 mod geometry;
@@ -15,6 +15,7 @@ mod ground;
 mod log_mean;
 mod near_corona;
 mod refracted_limb;
+mod rim;
 mod ring_shadow;
 mod rings;
 mod sun_glare;
@@ -308,6 +309,9 @@ impl<'a> MeteredFrame<'_, 'a> {
                 let visible_share = share * self.visible_fraction(p) * far_weight * (1.0 - point_weight);
                 self.sum_disc(p, &ground, shadow, diameter_px, |area_fraction, radiance| {
                     mean.add(visible_share * area_fraction / dilution, radiance * dilution * transmittance, foreground_radiance)
+                });
+                self.sum_rim(p, ground.albedo.of_lights, diameter_px, |area, radiance| {
+                    mean.add(visible_share * area / dilution, radiance * dilution * transmittance, foreground_radiance);
                 });
             }
             near_share

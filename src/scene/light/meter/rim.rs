@@ -1,0 +1,140 @@
+//! The air beyond the limb of a body seen from afar, for the light meter: most of the light of a body in front of the Sun is in this ring.
+//!
+//! In: a body with air, the direction of the Sun. Out: parts of the ring with their area and radiance. Always: continuous in position and time. The radiance is
+//! that of the drawn rim within a factor of three where the rim is bright (tests/scene/rims.rs). Left out: eclipses and the shadows of rings on the air, absorbing
+//! layers, and the ring around a near body, only a part of which is in view (`FAR_RADII`).
+
+use super::MeteredFrame;
+use crate::catalog::{Atmosphere, Species};
+use crate::scene::atmosphere::extinction::{density, extinction};
+use crate::scene::atmosphere::{air, rim};
+use crate::scene::light::lights;
+use crate::scene::placed::PlacedBody;
+use crate::scene::request::effects::Effect;
+use glam::DVec3;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// Number of position angles on half of the limb, and of heights, at which the ring is sampled.
+const POSITION_ANGLES: u32 = 12;
+const HEIGHTS: u32 = 24;
+
+/// Column of a species of exponential profile from a height towards the Sun, in km at the density of the ground; infinite if the ground hides the Sun. By the
+/// approximation of Chapman's function c / ((c - 1) cos z + 1), c = sqrt(pi x / 2), x the radius in scale heights.
+fn column_towards_sun_km(s: &Species, radius_km: f64, height_km: f64, sin_altitude: f64) -> f64 {
+    let scale_height_km = s.scale_height_km;
+    let horizontal = (FRAC_PI_2 * radius_km / scale_height_km).sqrt();
+    let upwards_km = scale_height_km * horizontal / ((horizontal - 1.0) * sin_altitude.abs() + 1.0) * density(s, height_km);
+    if sin_altitude >= 0.0 {
+        return upwards_km;
+    }
+    // The ray first descends to its lowest point. Both of its halves have the column of a horizontal ray from there; the one behind the start is not crossed.
+    let lowest_km = (radius_km + height_km) * (1.0 - sin_altitude * sin_altitude).sqrt() - radius_km;
+    if lowest_km < 0.0 {
+        return f64::INFINITY;
+    }
+    2.0 * scale_height_km * horizontal * density(s, lowest_km) - upwards_km
+}
+
+/// Fraction of sunlight that reaches a height of the limb, per channel.
+fn sunlight(air: &Atmosphere, radius_km: f64, height_km: f64, sin_altitude: f64) -> DVec3 {
+    let depth: DVec3 =
+        rim::exponential(air).map(|s| extinction(s) * column_towards_sun_km(s, radius_km, height_km, sin_altitude).min(1e30)).sum();
+    (-depth).exp()
+}
+
+/// A body's ring of air.
+pub(super) struct RimOfAir<'p> {
+    air: &'p Atmosphere,
+    radius_km: f64,
+    phase_angle_rad: f64,
+    /// See [`rim::continued_part`]; 0 if the body's colours exclude the air.
+    continued_part: f64,
+    /// Mean opacity along the limb.
+    at_limb: f64,
+    /// Radiance of the ground under a Sun in the zenith, per irradiance: the disc's colour, which an opaque rim continues.
+    disc_albedo: f64,
+}
+
+impl<'p> RimOfAir<'p> {
+    /// `None` for a body without air. `disc_albedo`: see the field.
+    pub(super) fn of(p: &PlacedBody<'p>, disc_albedo: f64) -> Option<Self> {
+        let air = p.body.atmosphere.as_ref()?;
+        let radius_km = p.body.radii_km.max_element();
+        let (depth, _) = rim::tangent_ray(air, radius_km, 0.0, 0.0);
+        let at_limb = (DVec3::ONE - (-depth).exp()).element_sum() / 3.0;
+        let continues_disc = !air::colours_exclude_air(p.body) && !air::is_visible_over_disc(air);
+        let continued_part = if continues_disc { rim::continued_part(at_limb) } else { 0.0 };
+        Some(Self { air, radius_km, phase_angle_rad: p.phase_angle_rad, continued_part, at_limb, disc_albedo })
+    }
+
+    /// Radiance per irradiance, brightest channel, at a height over the limb. `cos_position_angle`: cosine of the angle around the disc's centre from the
+    /// direction of the Sun.
+    fn radiance(&self, height_km: f64, cos_position_angle: f64) -> f64 {
+        let (depth, scattered) = rim::tangent_ray(self.air, self.radius_km, height_km, -self.phase_angle_rad.cos());
+        let opacity = DVec3::ONE - (-depth).exp();
+        let sin_altitude = self.phase_angle_rad.sin() * cos_position_angle;
+        let sunlight = sunlight(self.air, self.radius_km, height_km, sin_altitude);
+        let scattered = rim::ALL_ORDERS_OVER_SINGLE * (scattered * opacity / depth.max(DVec3::splat(1e-12)) * sunlight).max_element();
+        let continued = self.disc_albedo * sin_altitude.max(0.0) * opacity.element_sum() / 3.0 / self.at_limb.max(1e-12);
+        scattered + (continued - scattered) * self.continued_part
+    }
+
+    /// Calls `add` with the area of each part of the ring, relative to that of the disc, and its radiance per irradiance. `height_px`: that of the ring's bright
+    /// part; a lower ring than a pixel is spread over a pixel.
+    pub(super) fn sum(&self, height_px: f64, mut add: impl FnMut(f64, f64)) {
+        let spread = height_px.clamp(1e-6, 1.0);
+        let step_km = self.air.top_km / f64::from(HEIGHTS);
+        for k in 0..HEIGHTS * POSITION_ANGLES {
+            let midpoint = |k: u32, n: u32| (f64::from(k) + 0.5) / f64::from(n);
+            let height_km = self.air.top_km * midpoint(k % HEIGHTS, HEIGHTS);
+            let position_angle = PI * midpoint(k / HEIGHTS, POSITION_ANGLES);
+            // The ring has the circumference 2 pi R and the disc the area pi R squared; a position angle stands for both sides.
+            let area = 2.0 * (1.0 + height_km / self.radius_km) * step_km / self.radius_km / f64::from(POSITION_ANGLES);
+            add(area / spread, self.radiance(height_km, position_angle.cos()) * spread);
+        }
+    }
+}
+
+impl MeteredFrame<'_, '_> {
+    /// Calls `add` with the area of each part of the ring of air around a body, relative to that of its disc, and its radiance. Nothing if the body has no air, the
+    /// user has switched it off, or the camera is in it.
+    pub(super) fn sum_rim(&self, p: &PlacedBody<'_>, disc_albedo: f64, diameter_px: f64, mut add: impl FnMut(f64, f64)) {
+        let is_off = self.meter.context.request.effects.override_of_body(p.body, Effect::Atmosphere) == Some(false);
+        let Some(rim) = RimOfAir::of(p, disc_albedo).filter(|_| !is_off) else { return };
+        let irradiance = lights::sunlight(p.sun_from_body_km).irradiance.x;
+        rim.sum(rim::height_px(p.body, rim.air, diameter_px), |area, radiance| add(area, radiance * irradiance));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::{Catalog, NaifId};
+
+    /// The column towards the Sun against a sum over the ray, for the Earth, within 8 %; and it is continuous at the horizon.
+    #[test]
+    fn the_column_towards_the_sun_is_that_along_the_ray() {
+        let catalog = Catalog::embedded();
+        let body = catalog.body(NaifId::EARTH).expect("the Earth");
+        let air = body.atmosphere.as_ref().expect("air");
+        let gas = rim::exponential(air).next().expect("gas");
+        let radius_km = body.radii_km.x;
+        for (height_km, altitude_deg) in [(0.0, 90.0), (5.0, 30.0), (10.0, 5.0), (20.0, 0.0), (20.0, -1.0), (30.0, -3.0), (50.0, -5.0)] {
+            let sin_altitude = f64::to_radians(altitude_deg).sin();
+            let from_centre_km = radius_km + height_km;
+            let (step_km, mut expected) = (0.5, 0.0);
+            for k in 0..8000 {
+                let length_km = (f64::from(k) + 0.5) * step_km;
+                let height_km = (from_centre_km * from_centre_km + length_km * length_km + 2.0 * from_centre_km * length_km * sin_altitude)
+                    .sqrt()
+                    - radius_km;
+                expected += density(gas, height_km) * step_km;
+            }
+            let found = column_towards_sun_km(gas, radius_km, height_km, sin_altitude);
+            assert!((found / expected - 1.0).abs() < 0.08, "{height_km} km, {altitude_deg} degrees: {found} km, not {expected}");
+        }
+        assert_eq!(column_towards_sun_km(gas, radius_km, 20.0, f64::to_radians(-6.0).sin()), f64::INFINITY);
+        let [above, below] = [1e-9, -1e-9].map(|sine| column_towards_sun_km(gas, radius_km, 20.0, sine));
+        assert!((above / below - 1.0).abs() < 1e-6, "{above} {below}");
+    }
+}
