@@ -1,8 +1,8 @@
 //! Custom surfaces: a WESL function that colours the ground of one body, `--surface BODY=FILE`.
 //!
 //! In: bodies and files. Out: the catalog in which each of these bodies has a surface number, and the fragments that replace the built-in placeholders
-//! shaders/lib/custom/surface_1.wesl to surface_4.wesl. Always: each file is checked before anything is drawn, by compiling a module with it; errors name the user's
-//! file. Not here: the inputs of a surface function (shaders/lib/custom/surface_point.wesl).
+//! shaders/lib/custom/surface_1.wesl to surface_4.wesl. Always: each file is checked before anything is drawn, by compiling a module with it; errors name the
+//! user's file. Not here: the inputs of a surface function (shaders/lib/custom/surface_point.wesl).
 
 use crate::catalog::Catalog;
 use crate::files::read_text;
