@@ -94,6 +94,6 @@ fn target_distance_km(ephemeris: &Ephemeris, request: &ViewRequest, viewer: &Vie
         Some(ground) if ground.id == target => ground.centre_km,
         _ => ephemeris.light_time_position(target, viewer.camera.position_km, request.time)?.0,
     };
-    // `viewpoint::viewer` has already rejected a camera at the centre of its target.
+    // 0 for a camera at the target's centre, which `viewpoint::viewer` rejects only if the camera looks at the target.
     Ok((apparent_km - viewer.camera.position_km).length().clamp(1e-6, 1e9 * KM_PER_AU))
 }
