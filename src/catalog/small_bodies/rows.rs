@@ -91,14 +91,14 @@ pub(super) fn number(k: usize, text: &str) -> Result<Option<f64>, String> {
 /// The perihelion distance of an orbit with this semi-major axis, if it is in the range of `q_au`.
 fn perihelion_of_axis_au(semi_major_axis_au: f64, eccentricity: f64) -> Result<f64, String> {
     let perihelion_au = semi_major_axis_au * (1.0 - eccentricity);
-    let given = format!("a_au is `{semi_major_axis_au:?}` and e `{eccentricity:?}`");
+    let given = || format!("a_au is `{semi_major_axis_au:?}` and e `{eccentricity:?}`");
     let field = &FIELDS[PERIHELION_DISTANCE];
     if (field.min..=field.max).contains(&perihelion_au) {
         Ok(perihelion_au)
     } else if perihelion_au > 0.0 {
-        Err(format!("{given}, so q_au would be {perihelion_au:?}; {}", field.expectation()))
+        Err(format!("{}, so q_au would be {perihelion_au:?}; {}", given(), field.expectation()))
     } else {
-        Err(format!("{given}: an ellipse has a above 0 and e below 1, a hyperbola a below 0"))
+        Err(format!("{}: an ellipse has a above 0 and e below 1, a hyperbola a below 0", given()))
     }
 }
 
