@@ -2,8 +2,8 @@
 //! a level can be read without the others. Such a file is an entry of the store of maps ([`super::stored_maps`]).
 //!
 //! In: a mip chain, or the bytes of an entry. Out: the entry, or levels. Always: a damaged header gives no levels, and a damaged level is not
-//! returned, except with a probability of 2^-128; the levels have the sizes of a complete chain. Texels are packed: without alpha if the level is opaque, as
-//! one channel if it is also grey. The bytes of texels are those of `TexelFormat::Rgba8Srgb` or `Rgba8Unorm`; maps of floats are not stored.
+//! returned, except with a probability of 2^-128; the levels have the sizes of a complete chain. Texels are packed: without alpha if the level is opaque,
+//! as one channel if it is also grey. Only chains with four bytes per texel have entries: maps of floats are not stored.
 //!
 //! Layout, integers little-endian:
 //! - header: [`MAGIC`]; the key of the map; width and height of level 0, u32; for each level its number of channels, u8, and the XXH3 checksum (128 bits) of its
