@@ -6,8 +6,8 @@
 //! as one channel if it is also grey. Only chains with four bytes per texel have entries: maps of floats are not stored.
 //!
 //! Layout, integers little-endian:
-//! - header: [`MAGIC`]; the key of the map; width and height of level 0, u32; for each level its number of channels, u8, and the XXH3 checksum (128 bits) of its
-//!   packed texels; last the XXH3 of the header up to here;
+//! - header: [`MAGIC`]; the key of the map; width and height of level 0, u32; for each level its number of channels, u8, and the XXH3 checksum (128 bits) of
+//!   its packed texels; last the XXH3 of the header up to here;
 //! - the packed texels of all levels, the finest first.
 //!
 //! The checksums are XXH3 because each start of the program reads megabytes of levels: SHA-256 took three quarters of the startup time on processors
