@@ -1,17 +1,20 @@
-//! Caches of slow, smooth functions of time. [`GridCache`] stores values by the index of a node or of an interval of a fixed grid. [`TimeGrid`] gives values at
-//! nodes, from which the caller interpolates or extrapolates.
+//! Caches of slow, smooth functions of time.
 //!
-//! In: a key, an instant, the function. Out ([`TimeGrid`]): the values at the two nodes around the instant and the weight of the later one, or the value at the
-//! nearest node and the seconds from there. Always: the nodes are multiples of one step from J2000, so that a result does not depend on earlier calls. A frame asks for a
-//! planet's moons at dozens of instants that differ by the light time between them: these share a few nodes, and later frames of the same instant reuse them.
+//! [`GridCache`] stores values by the index of a node or of an interval of a fixed grid. [`TimeGrid`] gives values at nodes, from which the caller interpolates
+//! or extrapolates.
+//!
+//! In: a key, an instant, the function. Out ([`TimeGrid`]): the values at the two nodes around the instant and the weight of the later one, or the value at
+//! the nearest node and the seconds from there. Always: the nodes are multiples of one step from J2000, so that a result does not depend on earlier calls. A
+//! frame asks for a planet's moons at dozens of instants that differ by the light time between them: these share a few nodes, and later frames of the same
+//! instant reuse them. Not here: the check of instants. Callers exclude those that are not finite, or so far away that the index of a node would overflow.
 
 use parking_lot::Mutex;
 use rustc_hash::FxHashMap;
 use std::fmt;
 use std::hash::Hash;
 
-/// Largest number of nodes that a [`TimeGrid`] stores.
-const MAX_NODES: usize = 4096;
+/// Largest number of values that a [`TimeGrid`] stores, of all keys together.
+const MAX_VALUES: usize = 4096;
 
 /// Values by key, such as a body, and by the index of the node or interval.
 pub(crate) struct GridCache<K, V> {
@@ -42,6 +45,7 @@ impl<K: Copy + Eq + Hash, V: Clone> GridCache<K, V> {
 }
 
 impl<K, V> GridCache<K, V> {
+    /// Number of stored values.
     pub(crate) fn len(&self) -> usize {
         self.values.lock().len()
     }
@@ -63,7 +67,7 @@ pub(crate) struct TimeGrid<K, V> {
 impl<K: Copy + Eq + Hash, V: Clone> TimeGrid<K, V> {
     /// `step_s`: the spacing of the nodes.
     pub(crate) fn new(step_s: f64) -> Self {
-        Self { step_s, nodes: GridCache::with_capacity(MAX_NODES) }
+        Self { step_s, nodes: GridCache::with_capacity(MAX_VALUES) }
     }
 
     /// The value at the nearest node, and the seconds from there to the instant. `compute` gets TDB seconds past J2000.
@@ -110,9 +114,9 @@ mod tests {
         // Another key has its own values: two more evaluations, after six by each grid.
         forward.around(1, 0.0, square);
         assert_eq!(evaluations.load(Ordering::Relaxed), 14);
-        for k in 0..=MAX_NODES {
+        for k in 0..=MAX_VALUES {
             forward.around(2, k as f64 * 80.0, square);
         }
-        assert!(forward.nodes.len() <= MAX_NODES);
+        assert!(forward.nodes.len() <= MAX_VALUES);
     }
 }

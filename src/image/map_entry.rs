@@ -1,13 +1,13 @@
 //! The file format of a decoded map that is kept between runs: a header with a checksum, then the mip levels, each with its own checksum, so that
-//! one can be read without the others. Such a file is an entry of the store of maps ([`super::stored_maps`]).
+//! a level can be read without the others. Such a file is an entry of the store of maps ([`super::stored_maps`]).
 //!
 //! In: a mip chain, or the bytes of an entry. Out: the entry, or levels. Always: a damaged header gives no levels, and a damaged level is not
-//! returned, except with a probability of 2^-128; the levels have the sizes of a complete chain. Texels are packed: without alpha if the level is opaque, as
-//! one channel if it is also grey.
+//! returned, except with a probability of 2^-128; the levels have the sizes of a complete chain. Texels are packed: without alpha if the level is opaque,
+//! as one channel if it is also grey. Only chains with four bytes per texel have entries: maps of floats are not stored.
 //!
 //! Layout, integers little-endian:
-//! - header: [`MAGIC`]; the key of the map; width and height of level 0, u32; for each level its number of channels, u8, and the XXH3 checksum (128 bits) of its
-//!   packed texels; last the XXH3 of the header up to here;
+//! - header: [`MAGIC`]; the key of the map; width and height of level 0, u32; for each level its number of channels, u8, and the XXH3 checksum (128 bits) of
+//!   its packed texels; last the XXH3 of the header up to here;
 //! - the packed texels of all levels, the finest first.
 //!
 //! The checksums are XXH3 because each start of the program reads megabytes of levels: SHA-256 took three quarters of the startup time on processors
@@ -25,7 +25,7 @@ const CHECKSUM_BYTES: usize = 16;
 /// Bytes of the header for each level: number of channels, checksum.
 const LEVEL_RECORD_BYTES: usize = 1 + CHECKSUM_BYTES;
 /// Magic, key and size.
-const PREFIX_BYTES: usize = 8 + 16 + 8;
+const PREFIX_BYTES: usize = MAGIC.len() + size_of::<Key>() + 2 * size_of::<u32>();
 /// Levels of the longest chain: a side of up to 2^32 - 1 texels can be halved 31 times.
 const MAX_LEVELS: usize = 32;
 /// Length of the longest header.
@@ -111,7 +111,7 @@ impl EntryHeader {
     }
 }
 
-/// Smallest number of channels from which RGBA can be restored: 1 (grey and opaque), 3 (opaque) or 4.
+/// The number of channels to store: 1 for a grey and opaque level, 3 for an opaque one, else 4, also for grey with alpha.
 fn stored_channels(rgba: &[u8]) -> u8 {
     let texels = rgba.as_chunks::<4>().0;
     if !texels.iter().all(|t| t[3] == u8::MAX) {

@@ -5,11 +5,12 @@
 //! - the stated errors of the reference's models ([`stated_errors`](crate::scene::stated_errors));
 //! - rounding: twice the difference of f32 and f64, plus 1e-6 of the light;
 //! - sampling: a fraction of the difference from the neighbouring pixels;
-//! - effects left out because they are below the threshold of visibility (only on a display).
+//! - effects left out because they are below the threshold of visibility (only on a display): the threshold once, for all of them together.
 //!
-//! The bounds hold for this program's models; docs/accuracy.md lists effects that none of them includes.
+//! The bounds hold for this program's models; docs/accuracy.md lists effects that none of them includes. Bounds in display levels leave out bloom and the tone
+//! map (see `level_bound`).
 
-use super::images::{PlannedView, PrecisionRenderers, precision_of};
+use super::images::{PlannedView, PrecisionRenderers, larger_or_nan, precision_of};
 use crate::render::frame::Frame;
 use crate::render::plan::SamplingQuality;
 use crate::render::software::Precision;
@@ -21,13 +22,14 @@ use crate::scene::stated_errors;
 use crate::session::{Session, SessionError};
 use crate::units::linear_to_srgb;
 
-/// Error of taking fewer samples than the reference, as a measured fraction of the greatest difference between a pixel and its eight neighbours
-/// (tests/cli/error_bound.rs). Limbs and rings are antialiased analytically; the remaining error is that of a shading edge inside a pixel
-/// with one sample.
-fn sampling_error_fraction(quality: Quality) -> f64 {
+/// Bound of the error of a shading edge inside a pixel, from `difference`, the greatest one between the pixel and its eight neighbours. Limbs and rings are
+/// antialiased analytically. The fractions are empirical: tests/cli/error_bound.rs checks that bounds with them hold. Images of standard quality have as many
+/// samples per pixel as the reference, so their fraction is a margin.
+fn sampling_error(quality: Quality, difference: f64) -> f64 {
     match quality {
-        Quality::Draft => 0.5,
-        Quality::Standard => 0.25,
+        Quality::Draft => 0.5 * difference,
+        Quality::Standard => 0.25 * difference,
+        // Not 0 times the difference, which is NaN beside a pixel of infinite light.
         Quality::Reference => 0.0,
     }
 }
@@ -98,7 +100,7 @@ pub(crate) fn error_bounds(session: &Session, request: &ViewRequest) -> Result<F
                 .map_or(0.0, |air| air_error(light, f64::from(air.airless[k][c]), f64::from(air.optical_depth[k][c]), air.max_error));
             let models = MODEL_DIFFERENCE_FACTOR * f64::from((pixel[c] - inputs.reference_models[k][c]).abs());
             let left_out = if is_display { VISIBLE_LIGHT / factor + VISIBLE_CHANGE * light.abs() } else { 0.0 };
-            known_or_infinite(rounding + models + eclipse + air + sampling_error_fraction(request.quality) * difference[c] + left_out)
+            known_or_infinite(rounding + models + eclipse + air + sampling_error(request.quality, difference[c]) + left_out)
         });
         hdr.push([bound[0] as f32, bound[1] as f32, bound[2] as f32, 1.0]);
         // With a tone map that preserves hue each channel depends on the others, so the largest bound applies to all.
@@ -109,7 +111,8 @@ pub(crate) fn error_bounds(session: &Session, request: &ViewRequest) -> Result<F
     Ok(Frame { width, height, hdr, display })
 }
 
-/// Bound of the error of the eclipse model, from the light with and without eclipses; 0 where eclipses change nothing. NaN if `unshadowed` is NaN.
+/// Bound of the error of the eclipse model, from the light with and without eclipses; 0 where eclipses change at most 1e-6 of the light. NaN if `unshadowed` is
+/// NaN.
 fn eclipse_error(light: f64, unshadowed: f64, max_error: f64) -> f64 {
     if (unshadowed - light).abs() <= 1e-6 * unshadowed { 0.0 } else { max_error * unshadowed }
 }
@@ -127,7 +130,8 @@ fn known_or_infinite(bound: f64) -> f64 {
     if bound.is_nan() { f64::INFINITY } else { bound }
 }
 
-/// Bound of the error of the display level (255ths), from a bound of the error of the exposed radiance `light`; includes one level for rounding to bytes.
+/// Bound of the error of the display level (255ths), from a bound of the error of the exposed radiance `light`; includes one level for rounding to bytes. The
+/// tone map is left out: the slope of its curve is at most 1. So is bloom, which passes on about a seventh of the error of pixels brighter than white.
 fn level_bound(light: f64, bound: f64) -> u8 {
     if !(light + bound).is_finite() {
         return u8::MAX;
@@ -137,7 +141,7 @@ fn level_bound(light: f64, bound: f64) -> u8 {
     (difference.ceil() + 1.0).min(255.0) as u8
 }
 
-/// Greatest absolute difference of light between pixel `k` and its eight neighbours, per channel.
+/// Greatest absolute difference of light between pixel `k` and its eight neighbours, per channel; NaN if one of them is not a number.
 fn neighbour_difference(light: &[[f32; 4]], width: u32, k: usize) -> [f64; 3] {
     let (w, h) = (width as i64, (light.len() / width as usize) as i64);
     let (x, y) = (k as i64 % w, k as i64 / w);
@@ -146,7 +150,7 @@ fn neighbour_difference(light: &[[f32; 4]], width: u32, k: usize) -> [f64; 3] {
         let (nx, ny) = ((x + dx).clamp(0, w - 1), (y + dy).clamp(0, h - 1));
         let neighbour = light[(ny * w + nx) as usize];
         for (c, greatest) in greatest.iter_mut().enumerate() {
-            *greatest = greatest.max(f64::from((neighbour[c] - light[k][c]).abs()));
+            *greatest = larger_or_nan(*greatest, f64::from((neighbour[c] - light[k][c]).abs()));
         }
     }
     greatest
@@ -231,6 +235,14 @@ mod tests {
         assert_eq!(air_error(0.5, 0.0, 0.0, 0.1), 0.05);
         assert_eq!(air_error(0.25, 0.5, 0.0, 0.1), stated_errors::AIR_TRANSMITTANCE * 0.5);
         assert!(air_error(0.5, 0.5, f64::NAN, 0.1).is_nan());
+        let mut light = vec![[0.5, 0.5, 0.5, 1.0]; 25];
+        light[12] = [f32::NAN, f32::INFINITY, 0.5, 1.0];
+        // Pixel 6 touches pixel 12.
+        let near = neighbour_difference(&light, 5, 6);
+        assert!(near[0].is_nan() && near[1] == f64::INFINITY && near[2] == 0.0, "{near:?}");
+        assert_eq!(neighbour_difference(&light, 5, 4), [0.0; 3]);
+        assert!(sampling_error(Quality::Standard, near[0]).is_nan());
+        assert_eq!([Quality::Standard, Quality::Reference].map(|quality| sampling_error(quality, near[1])), [f64::INFINITY, 0.0]);
     }
 
     #[test]

@@ -51,14 +51,15 @@ pub struct SceneBuilder<'a> {
     unplaced: Vec<Option<BodyInView>>,
     /// All placed bodies, as sources of light for each other.
     reflectors: Vec<Reflector<'a>>,
-    /// The atmosphere around the camera, if it is in one.
+    /// The atmosphere around the camera, if it is in one; of several, that of the first body in catalog order.
     air: Option<SurroundingAir<'a>>,
     /// Does not include night lights until [`Self::meter_night_lights`] has been called.
     exposure: Exposure,
 }
 
 impl Scene {
-    /// Builds the scene of a request from the catalog and the ephemeris alone, without shape models, metered night lights or multiple-scattering tables.
+    /// Builds the scene of a request from the catalog and the ephemeris alone. It lacks what [`Resources`] would supply: shape models, metered night lights,
+    /// multiple-scattering tables and the user's panorama of the sky.
     ///
     /// # Errors
     /// Invalid camera parameters, a camera inside a body, or a target that cannot be placed.
@@ -129,9 +130,9 @@ impl<'a> SceneBuilder<'a> {
         Context { request: self.request, ephemeris: self.ephemeris, resources, caches: self.caches }
     }
 
-    fn frame<'f>(&'f self, request: &'f ViewRequest, resources: &'f Resources) -> FrameContext<'f> {
+    fn frame<'f>(&'f self, resources: &'f Resources) -> FrameContext<'f> {
         FrameContext {
-            context: Context { request, ..self.context(resources) },
+            context: self.context(resources),
             catalog: self.catalog,
             camera: &self.viewer.camera,
             threshold: Threshold::of(self.request.purpose, self.exposure.white()),
@@ -148,7 +149,7 @@ impl<'a> SceneBuilder<'a> {
     /// The files and tables that [`Self::build`] needs for the complete scene. `known`: what has been loaded so far, including which files cannot
     /// be read; such files are not listed.
     pub fn requirements(&self, known: &Resources) -> Requirements {
-        let frame = self.frame(self.request, known);
+        let frame = self.frame(known);
         let mut requirements = Requirements::default();
         for p in self.placed.iter().filter(|p| !self.camera_is_at_centre_of(p.body)) {
             // The request with the effects that the user set for this one body.
@@ -156,8 +157,8 @@ impl<'a> SceneBuilder<'a> {
             let body_frame =
                 FrameContext { context: Context { request: own_request.as_ref().unwrap_or(self.request), ..frame.context }, ..frame };
             if meshes::is_required(body_frame.context, body_frame.camera, p) {
-                let is_self_shadowed = body_frame.context.request.effects.override_of(Effect::SelfShadow) != Some(false);
-                let sun = mesh_decision::sun_direction_and_radius(&body_frame, p).filter(|_| is_self_shadowed);
+                let may_shadow_itself = body_frame.context.request.effects.override_of(Effect::SelfShadow) != Some(false);
+                let sun = mesh_decision::sun_direction_and_radius(&body_frame, p).filter(|_| may_shadow_itself);
                 requirements.meshes.push(MeshRequirement { body: p.body.id, sun });
             }
             if needs_table(&DecisionInputs::of(&body_frame, p)) {
@@ -174,7 +175,7 @@ impl<'a> SceneBuilder<'a> {
     /// Decides on every effect of every body, and creates the scene from the resources that were loaded.
     pub fn build(self, resources: &Resources) -> Scene {
         let (request, camera) = (self.request, &self.viewer.camera);
-        let frame = self.frame(request, resources);
+        let frame = self.frame(resources);
         let mut bodies = BodiesInFrame::decide(&self, &frame);
         let sun = LightAroundSun::decide(&frame, &self.placed, &mut bodies.reports);
         bodies.apply_visibility(&self.placed, camera, self.exposure.white());

@@ -1,8 +1,8 @@
 //! Custom surfaces: a WESL function that colours the ground of one body, `--surface BODY=FILE`.
 //!
 //! In: bodies and files. Out: the catalog in which each of these bodies has a surface number, and the fragments that replace the built-in placeholders
-//! shaders/lib/custom/surface_1.wesl and so on. Always: each file is checked before anything is drawn, by compiling a module with it; errors name the user's
-//! file. Not here: the inputs of a surface function (shaders/lib/custom/surface_point.wesl).
+//! shaders/lib/custom/surface_1.wesl to surface_4.wesl. Always: each file is checked before anything is drawn, by compiling a module with it; errors name the
+//! user's file. Not here: the inputs of a surface function (shaders/lib/custom/surface_point.wesl).
 
 use crate::catalog::Catalog;
 use crate::files::read_text;
@@ -49,7 +49,7 @@ pub enum SurfaceError {
     /// More surfaces than placeholders.
     #[error("--surface: {0} surfaces; at most {MAX_CUSTOM_SURFACES} in one run")]
     TooMany(usize),
-    /// The body does not exist.
+    /// No body of the catalog has this name, or it is that of a barycentre.
     #[error("--surface {body}: {why}")]
     Body {
         /// The body as the user wrote it.
@@ -61,8 +61,10 @@ pub enum SurfaceError {
     #[error("--surface {0}: this body has a surface already; name each body once")]
     Twice(String),
     /// A file that cannot be read.
-    #[error("{path}: {source}")]
+    #[error("--surface {body}={path}: {source}")]
     File {
+        /// The body as the user wrote it.
+        body: String,
         /// The path as the user named it.
         path: String,
         /// The system's error.
@@ -83,8 +85,16 @@ pub enum SurfaceError {
 }
 
 /// Path of the fragment with this number, below shaders/.
-fn fragment_path(number: usize) -> String {
+fn fragment_path(number: u8) -> String {
     format!("lib/custom/surface_{number}.wesl")
+}
+
+/// The surfaces with their numbers, or an error if there are more surfaces than placeholders.
+fn numbered(surfaces: &[SurfaceFile]) -> Result<impl Iterator<Item = (u8, &SurfaceFile)>, SurfaceError> {
+    if surfaces.len() > usize::from(MAX_CUSTOM_SURFACES) {
+        return Err(SurfaceError::TooMany(surfaces.len()));
+    }
+    Ok((1..=MAX_CUSTOM_SURFACES).zip(surfaces))
 }
 
 /// The catalog in which each listed body has the number of its surface, counted from 1 in the order of the list.
@@ -92,10 +102,7 @@ fn fragment_path(number: usize) -> String {
 /// # Errors
 /// An unknown or repeated body, or more surfaces than placeholders.
 pub fn with_surfaces(mut catalog: Catalog, surfaces: &[SurfaceFile]) -> Result<Catalog, SurfaceError> {
-    if surfaces.len() > usize::from(MAX_CUSTOM_SURFACES) {
-        return Err(SurfaceError::TooMany(surfaces.len()));
-    }
-    for (number, surface) in (1..).zip(surfaces) {
+    for (number, surface) in numbered(surfaces)? {
         let body = || echo(&surface.body);
         let id = catalog.body_named(&surface.body).map_err(|e| SurfaceError::Body { body: body(), why: e.to_string() })?.id;
         if !catalog.set_custom_surface(id, number) {
@@ -108,21 +115,22 @@ pub fn with_surfaces(mut catalog: Catalog, surfaces: &[SurfaceFile]) -> Result<C
 /// The texts of the files, each with the path below shaders/ of the placeholder that it replaces. `base`: the other fragments with which they are compiled.
 ///
 /// # Errors
-/// A file that cannot be read, or with which no module compiles.
+/// A file that cannot be read, a file with which a module does not compile, or more surfaces than placeholders.
 pub fn surface_fragments(surfaces: &[SurfaceFile], base: &Fragments) -> Result<Vec<(String, String)>, SurfaceError> {
     let mut texts = Vec::new();
-    for (number, surface) in (1..).zip(surfaces) {
-        let path = || echo(&surface.file.display().to_string());
-        let text = read_text(&surface.file, MAX_FILE_BYTES).map_err(|source| SurfaceError::File { path: path(), source })?;
+    for (number, surface) in numbered(surfaces)? {
+        let file_error = |source| SurfaceError::File { body: echo(&surface.body), path: echo(&surface.file.display().to_string()), source };
+        let text = read_text(&surface.file, MAX_FILE_BYTES).map_err(file_error)?;
         texts.push((fragment_path(number), text));
     }
     let fragments = base.clone().and_files(texts.iter().cloned());
-    for (number, surface) in (1..=MAX_CUSTOM_SURFACES).zip(surfaces) {
+    for (number, surface) in numbered(surfaces)? {
         let sample_features = DrawFeatures { custom_surface: number, lights: 1, ..DrawFeatures::MINIMAL };
         let id = ModuleId::Planet(ShaderKey::for_draw(&sample_features));
         if let Err(e) = ShaderModule::build_with(&fragments, &id, &Lowering::none()) {
             let path = echo(&surface.file.display().to_string());
-            let why = echo(&e.to_string()).replace(&format!("shaders/{}", fragment_path(number.into())), &path);
+            // Cut before the path is inserted, so that a long path does not displace the error.
+            let why = echo(&e.to_string()).replace(&format!("shaders/{}", fragment_path(number)), &path);
             return Err(SurfaceError::Module { body: echo(&surface.body), path, why });
         }
     }
@@ -141,5 +149,16 @@ mod tests {
         for invalid in ["mars", "=a.wesl", "mars=", " =a"] {
             assert_eq!(invalid.parse::<SurfaceFile>(), Err(SurfaceArgumentError), "{invalid}");
         }
+    }
+
+    /// `orrery doctor` reads the files without the catalog.
+    #[test]
+    fn more_files_than_placeholders_are_refused_before_they_are_read() {
+        let surface = SurfaceFile { body: "moon".into(), file: "no-such-file.wesl".into() };
+        let surfaces = vec![surface; usize::from(MAX_CUSTOM_SURFACES) + 1];
+        let error = surface_fragments(&surfaces, &Fragments::default()).expect_err("too many");
+        assert_eq!(error.to_string(), SurfaceError::TooMany(surfaces.len()).to_string());
+        let error = surface_fragments(&surfaces[1..], &Fragments::default()).expect_err("no file").to_string();
+        assert!(error.starts_with("--surface moon=no-such-file.wesl: "), "{error}");
     }
 }

@@ -367,6 +367,19 @@ fn impossible_stereo_pairs_are_refused() {
     assert!(frames_with_separation(1000.0).is_ok());
     assert!(frames_with_separation(1e7).expect_err("too far").contains("at most"));
     assert!(frames_with_separation(0.0).expect_err("none").contains("more than 0"));
+    // The largest separation that a message names is accepted, even if each eye's image is a pixel wide.
+    for width in [2, 200] {
+        let frames = |km: f64| {
+            let stereo = Some(Stereo { layout: StereoLayout::SideBySide, eye_separation_km: Some(km) });
+            let composition = Composition { stereo, ..Composition::default() };
+            let request = ViewRequest { composition, width, ..ViewRequest::of(NaifId(699), time("2024-01-01T00:00:00Z")) };
+            CompositeFrames::of(SESSION.catalog(), SESSION.ephemeris(), &request).map(|_| ()).map_err(|e| e.to_string())
+        };
+        let message = frames(1e12).expect_err("too far");
+        let largest_km =
+            message.rsplit_once("at most ").and_then(|(_, km)| km.strip_suffix(" km")?.parse::<f64>().ok()).expect("a separation");
+        assert!(frames(largest_km).is_ok() && frames(1.1 * largest_km).is_err(), "{width}: {message}");
+    }
     // Images a pixel wide have no column to spare for the usual parallax; the message does not name a separation that nobody gave.
     for (layout, width, is_possible) in [
         (StereoLayout::Anaglyph, 1, false),

@@ -131,6 +131,7 @@ fn a_camera_path_to_or_from_a_centre_stays_outside_the_body() {
 #[test]
 fn a_tour_error_names_its_stop_and_field() {
     let with_second_stop = |fields: &str| format!(r#"{{"title":"T","stops":[{{"view":"orrery://view?target=Moon"}},{{{fields}}}]}}"#);
+    let two_stops = |fields: &str| format!(r#"{{"title":"T","stops":[{{{fields}}},{{"view":"orrery://view?target=Moon"}}]}}"#);
     for (text, message_part) in [
         ("[".to_owned(), "not a tour"),
         (r#"{"title":"T","stops":[]}"#.to_owned(), "at least one stop"),
@@ -142,6 +143,10 @@ fn a_tour_error_names_its_stop_and_field() {
         (with_second_stop(r#""view":"orrery://view?target=Moon","travel_s":1e9"#), "stop 2, travel_s"),
         (with_second_stop(r#""view":"orrery://view?target=Moon","time_rate":1e99"#), "stop 2, time_rate"),
         (with_second_stop(r#""view":"orrery://view?target=Moon","holds":3"#), "holds"),
+        // Times beyond the ephemeris: in the second stop, in the first, and at the end of the first only.
+        (with_second_stop(r#""view":"orrery://view?target=Moon&tdb_s=1e12""#), "stop 2, view: "),
+        (two_stops(r#""view":"orrery://view?target=Moon&tdb_s=1e12""#), "stop 1, view: "),
+        (two_stops(r#""view":"orrery://view?target=Moon","hold_s":1000,"time_rate":1e9"#), "stop 1, time_rate: "),
     ] {
         let error = parse(&text).expect_err(&text);
         assert!(error.contains(message_part) && !error.contains('\n'), "{text}: {error}");

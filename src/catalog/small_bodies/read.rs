@@ -255,6 +255,12 @@ mod tests {
         let row = |text: &str| why(&format!("{HEAD}x,0.1,2.5,3,4,5,6,60000,9,\n{text}\n"));
         assert_eq!(row("y,-0.1,2.5,3,4,5,6,60000,9,"), "m.csv:3: e is `-0.1`; expected an eccentricity from 0 to 100");
         assert!(row("y,1.2,2.5,3,4,5,6,60000,9,").contains("m.csv:3: a_au is `2.5` and e `1.2`"));
+        // A perihelion distance from a and e is checked like one that is given: with these the position would not be a number, or be far beyond the stars.
+        assert_eq!(
+            row("y,0,1e-300,3,4,5,6,60000,9,"),
+            "m.csv:3: a_au is `1e-300` and e `0.0`, so q_au would be 1e-300; expected au from 0.00001 to 10000"
+        );
+        assert!(row("y,100,-1e6,3,4,5,6,60000,9,").contains("so q_au would be 99000000.0"));
         assert!(row("y,0.1,2.5,190,4,5,6,60000,9,").contains("i_deg is `190`; expected degrees from 0 to 180"));
         assert!(row("y,0.1,2.5,3,4,5,,60000,9,").contains("tp_jd is empty, and so is M_deg"));
         assert!(row("y,0.1,2.5,3,4,5,6,60000,dim,").contains("H is `dim`"));

@@ -1,7 +1,8 @@
 //! One row of a table of small bodies: its fields, their units and ranges, and the orbit computed from them.
 //!
 //! In: the text of each field of the row. Out: a [`SmallBody`], or the wrong field with its allowed values. An orbit is given by the perihelion distance or
-//! the semi-major axis, and by the time of a perihelion passage or the mean anomaly at an epoch; angles in degrees, ecliptic and equinox of J2000.
+//! the semi-major axis, and by the time of a perihelion passage or the mean anomaly at an epoch; angles in degrees, ecliptic and equinox of J2000. These axes
+//! are taken for those of the ICRF, from which they differ by 0.02 arcsec.
 
 use super::{BrightnessLaw, GAUSS_CONSTANT, HeliocentricOrbit, SmallBody};
 use crate::units::{JD_J2000, RAD_PER_ARCSEC};
@@ -28,6 +29,13 @@ pub(super) struct Field {
     max: f64,
     /// What messages call an allowed value.
     expected: &'static str,
+}
+
+impl Field {
+    /// What a message says about the allowed values.
+    fn expectation(&self) -> String {
+        format!("expected {} from {} to {}", self.expected, self.min, self.max)
+    }
 }
 
 const fn field(name: &'static str, columns: &'static [&'static str], [min, max]: [f64; 2], expected: &'static str) -> Field {
@@ -57,14 +65,14 @@ pub(super) const FIELDS: [Field; 14] = [
     field("a_au", &["aau", "a"], [-1e6, 1e6], "au"),
     field("q_au", &["qau", "q"], [1e-5, 1e4], "au"),
     field("M_deg", &["mdeg", "ma", "m"], [-1e7, 1e7], "degrees"),
-    // The ranges of the two kinds of dates do not overlap, so that one given for the other is an error. It would move the epoch by 6,500 years.
+    // The ranges of Julian and modified Julian dates do not overlap, so that a date of the wrong kind is an error and does not move the epoch by 6,570 years.
     field("epoch_jd", &["epochjd", "epoch"], [1e6, 1e7], "a Julian date (TDB)"),
     field("epoch_mjd", &["epochmjd"], [-1.4e6, 999_999.0], "a modified Julian date (TDB)"),
     field("tp_jd", &["tpjd", "tp"], [1e6, 1e7], "a Julian date (TDB)"),
     field("H", &["h"], [-30.0, 50.0], "magnitudes"),
     field("G", &["g"], [-1.0, 2.0], "a slope"),
     field("M1", &["m1"], [-30.0, 50.0], "magnitudes"),
-    field("K1", &["k1"], [-50.0, 100.0], "magnitudes a decade"),
+    field("K1", &["k1"], [-50.0, 100.0], "magnitudes for ten times the distance"),
 ];
 
 /// The values of one row by field index; `None` where the row has no value.
@@ -77,25 +85,34 @@ pub(super) fn number(k: usize, text: &str) -> Result<Option<f64>, String> {
         return Ok(None);
     }
     let value = text.parse::<f64>().ok().filter(|v| (field.min..=field.max).contains(v));
-    let out_of_range =
-        || format!("{} is `{}`; expected {} from {} to {}", field.name, echo_within(text, 40), field.expected, field.min, field.max);
-    value.map(Some).ok_or_else(out_of_range)
+    value.map(Some).ok_or_else(|| format!("{} is `{}`; {}", field.name, echo_within(text, 40), field.expectation()))
+}
+
+/// The perihelion distance of an orbit with this semi-major axis, if it is in the range of `q_au`.
+fn perihelion_of_axis_au(semi_major_axis_au: f64, eccentricity: f64) -> Result<f64, String> {
+    let perihelion_au = semi_major_axis_au * (1.0 - eccentricity);
+    let given = || format!("a_au is `{semi_major_axis_au:?}` and e `{eccentricity:?}`");
+    let field = &FIELDS[PERIHELION_DISTANCE];
+    if (field.min..=field.max).contains(&perihelion_au) {
+        Ok(perihelion_au)
+    } else if perihelion_au > 0.0 {
+        Err(format!("{}, so q_au would be {perihelion_au:?}; {}", given(), field.expectation()))
+    } else {
+        Err(format!("{}: an ellipse has a above 0 and e below 1, a hyperbola a below 0", given()))
+    }
 }
 
 /// Builds the body of a row.
 pub(super) fn body(designation: &str, name: &str, values: &Values) -> Result<SmallBody, String> {
     let required = |k: usize| {
         let field = &FIELDS[k];
-        values[k].ok_or_else(|| format!("{} is empty; expected {} from {} to {}", field.name, field.expected, field.min, field.max))
+        values[k].ok_or_else(|| format!("{} is empty; {}", field.name, field.expectation()))
     };
     let eccentricity = required(ECCENTRICITY)?;
     let (inclination_deg, node_deg, argument_deg) = (required(INCLINATION)?, required(ASCENDING_NODE)?, required(ARGUMENT_OF_PERIHELION)?);
     let perihelion_au = match (values[PERIHELION_DISTANCE], values[SEMI_MAJOR_AXIS]) {
         (Some(q), _) => q,
-        (None, Some(a)) if a * (1.0 - eccentricity) > 0.0 => a * (1.0 - eccentricity),
-        (None, Some(a)) => {
-            return Err(format!("a_au is `{a}` and e `{eccentricity}`: an ellipse has a above 0 and e below 1, a hyperbola a below 0"));
-        }
+        (None, Some(a)) => perihelion_of_axis_au(a, eccentricity)?,
         (None, None) => return Err("q_au and a_au are both empty; give one of them".into()),
     };
     let epoch_jd = values[EPOCH].or(values[EPOCH_MJD].map(|d| d + JD_OF_MJD_ZERO));
@@ -109,7 +126,7 @@ pub(super) fn body(designation: &str, name: &str, values: &Values) -> Result<Sma
             epoch_jd - JD_J2000 - m / (GAUSS_CONSTANT * semi_major_axis_au.powf(-1.5))
         }
         (None, Some(_), Some(_)) => return Err("a parabola has no mean anomaly; give tp_jd".into()),
-        _ => return Err("tp_jd is empty, and so is M_deg or its epoch; give either".into()),
+        _ => return Err("tp_jd is empty, and so is M_deg or its epoch; give tp_jd, or M_deg with an epoch".into()),
     };
     let brightness = match (values[M1], values[ABSOLUTE_MAGNITUDE]) {
         (Some(m1), _) => BrightnessLaw::Comet { m1, k1: values[K1].unwrap_or(DEFAULT_K1) },

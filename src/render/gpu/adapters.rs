@@ -7,8 +7,8 @@ use super::GpuError;
 use std::path::Path;
 use wgpu::{
     Adapter, Backend, Backends, Device, DeviceDescriptor, DeviceType, Features, Instance, InstanceDescriptor, InstanceFlags, Limits, Queue,
+    TextureFormat, TextureFormatFeatureFlags,
 };
-use wgpu::{TextureFormat, TextureFormatFeatureFlags};
 
 /// What executes an adapter's commands, best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
@@ -28,6 +28,7 @@ pub struct AdapterFacts {
     /// As wgpu names it: vulkan, metal, dx12 or gl.
     pub backend: String,
     pub kind: AdapterKind,
+    /// Name and version of the driver; empty if it reports neither.
     pub driver: String,
 }
 
@@ -44,14 +45,17 @@ impl AdapterFacts {
             DeviceType::DiscreteGpu | DeviceType::IntegratedGpu | DeviceType::VirtualGpu => AdapterKind::Hardware,
             DeviceType::Cpu => AdapterKind::Software,
             // GL does not report the type: wgpu guesses it from the renderer's name, but does not know every software driver.
-            DeviceType::Other if ["llvmpipe", "softpipe", "swiftshader"].iter().any(|name| info.name.to_lowercase().contains(name)) => {
-                AdapterKind::Software
-            }
+            DeviceType::Other if is_name_of_software_driver(&info.name) => AdapterKind::Software,
             DeviceType::Other => AdapterKind::Unknown,
         };
         let driver = [info.driver.trim(), info.driver_info.trim()].into_iter().filter(|s| !s.is_empty()).collect::<Vec<_>>().join(" ");
         Self { name: info.name, backend: info.backend.to_string(), kind, driver }
     }
+}
+
+fn is_name_of_software_driver(name: &str) -> bool {
+    let name = name.to_lowercase();
+    ["llvmpipe", "softpipe", "swiftshader"].iter().any(|driver| name.contains(driver))
 }
 
 /// An adapter that may be opened, with the instance that creates its surfaces.
@@ -102,7 +106,7 @@ fn adapters_to_try() -> Vec<AdapterCandidate> {
     all
 }
 
-/// The adapters of this machine, best first; empty if no driver is installed.
+/// The adapters of this machine, best first; empty if no driver is installed for any of the backends that wgpu's environment variables allow.
 pub fn adapters() -> Vec<AdapterFacts> {
     candidates(Backends::all()).into_iter().map(|c| c.facts).collect()
 }
@@ -121,29 +125,26 @@ pub(super) struct OpenedDevice {
 
 /// Opens the best usable adapter. `accept_software`: whether drivers that draw on the CPU are accepted.
 pub(super) fn open(accept_software: bool) -> Result<OpenedDevice, GpuError> {
-    open_first(adapters_to_try(), accept_software)
+    open_first(adapters_to_try(), accept_software, "Vulkan, Metal, DX12 or GL")
 }
 
 /// Opens a GL adapter; software drivers are accepted. [`open`] prefers any other backend.
 pub(super) fn open_gl() -> Result<OpenedDevice, GpuError> {
-    open_first(candidates(Backends::GL), true)
+    open_first(candidates(Backends::GL), true, "GL")
 }
 
-fn open_first(candidates: Vec<AdapterCandidate>, accept_software: bool) -> Result<OpenedDevice, GpuError> {
-    let Some(best) = candidates.first().map(|c| &c.facts) else {
-        return Err(GpuError::NoAdapter("no Vulkan, Metal, DX12 or GL driver was found".into()));
-    };
-    if !accept_software && best.kind == AdapterKind::Software {
-        return Err(GpuError::SoftwareDriver(best.to_string()));
-    }
+/// Opens the first usable candidate; the error is that of the best one. `backends`: the backends that were searched, for the error if there is no candidate.
+fn open_first(candidates: Vec<AdapterCandidate>, accept_software: bool, backends: &str) -> Result<OpenedDevice, GpuError> {
     let mut first_failure = None;
-    for candidate in candidates.into_iter().filter(|c| accept_software || c.facts.kind != AdapterKind::Software) {
-        match open_device(candidate) {
+    for candidate in candidates {
+        let is_accepted = accept_software || candidate.facts.kind != AdapterKind::Software;
+        let opened = if is_accepted { open_device(candidate) } else { Err(GpuError::SoftwareDriver(candidate.facts.to_string())) };
+        match opened {
             Ok(opened) => return Ok(opened),
             Err(e) => first_failure = first_failure.or(Some(e)),
         }
     }
-    Err(first_failure.unwrap_or_else(|| GpuError::NoAdapter("no adapter is usable".into())))
+    Err(first_failure.unwrap_or_else(|| GpuError::NoAdapter(format!("no {backends} driver was found"))))
 }
 
 fn open_device(AdapterCandidate { facts, adapter, instance }: AdapterCandidate) -> Result<OpenedDevice, GpuError> {

@@ -6,8 +6,10 @@ use crate::scene::uniform_value;
 use crate::shader::reflect::{FieldType, LayoutError};
 use crate::shader::{Layout, UniformWriter};
 
-/// The bytes of a uniform block with this layout, filled by field name; fails on a name that the draw does not supply. `map_taps`: the most taps with which
-/// a map is filtered anisotropically.
+/// The bytes of a uniform block with this layout, filled by field name. `map_taps`: the most taps with which a map is filtered anisotropically.
+///
+/// # Errors
+/// A field that the draw does not supply, or whose value has another type or number of rows.
 pub fn uniform_bytes(layout: &Layout, uniforms: &DrawUniforms, map_taps: u8) -> Result<Vec<u8>, LayoutError> {
     let mut writer = layout.writer();
     for field in &layout.fields {
@@ -20,7 +22,7 @@ pub fn uniform_bytes(layout: &Layout, uniforms: &DrawUniforms, map_taps: u8) -> 
             name @ "ring_spans" => writer.f32(name, if map_taps > 1 { 2.0 } else { 1.0 })?,
             name => {
                 let mut value = uniform_value(uniforms, name, rows).ok_or_else(|| LayoutError::Unknown(name.to_owned()))?;
-                // Lights have one row each, the Sun's first. A module that evaluates only the Sun's light has one row even if the body has several lights.
+                // Lights have one row each, the Sun's first. A module that evaluates only the first of a body's lights has fewer rows, such as one for the Sun.
                 if let (UniformValue::Rows(lights), "light_direction" | "light_irradiance") = (&mut value, name) {
                     lights.to_mut().truncate(rows);
                 }

@@ -40,7 +40,9 @@ pub(super) fn frames(
     }
     let stands_on_ground = matches!(request.position, Position::Ground { .. });
     if request.width < 2 && stereo.eye_separation_km.is_none() && !stands_on_ground {
-        return Err(SceneError::Request("each eye's image is at least 2 pixels wide, unless the eye separation is given".into()));
+        return Err(SceneError::Request(
+            "each eye's image is at least 2 pixels wide, unless the eye separation is given or the camera stands on the ground".into(),
+        ));
     }
     let viewer = viewpoint::viewer(catalog, ephemeris, &request)?;
     let distance_km = target_distance_km(ephemeris, &request, &viewer)?;
@@ -50,21 +52,25 @@ pub(super) fn frames(
             let infinity_parallax_px = (f64::from(request.width) * INFINITY_PARALLAX_FRACTION).round().max(1.0);
             (infinity_parallax_px * pixel_km, infinity_parallax_px)
         }
+        // Without a given separation the camera is on the ground, and the eyes are a person's.
         given => {
             let separation_km = given.unwrap_or(HUMAN_EYE_SEPARATION_KM);
             (separation_km, (separation_km / pixel_km).round())
         }
     };
+    // Half of the width of each eye's image.
     let max_px = f64::from(request.width / 2);
     if infinity_parallax_px > max_px {
+        // The parallax is rounded, so almost half a pixel more is possible: the only separations that an image 1 pixel wide allows.
+        let max_separation_km = (max_px + 0.49) * pixel_km;
         let infinity_text =
             if infinity_parallax_px < 1e6 { format!("{infinity_parallax_px:.0}") } else { format!("{infinity_parallax_px:.1e}") };
         return Err(SceneError::Request(format!(
-            "eyes {separation_km:?} km apart see the stars {infinity_text} pixels apart, more than half of the image's width: choose at most {:.6e} km",
-            max_px * pixel_km
+            "eyes {separation_km:?} km apart see the stars {infinity_text} pixels apart, more than half the width of each eye's image: \
+             choose at most {max_separation_km:.6e} km"
         )));
     }
-    // The cast is exact: `infinity_parallax_px` is a whole number of at most half of 16384.
+    // The cast is exact: `infinity_parallax_px` is a whole number of at most half of `MAX_IMAGE_PX`.
     let infinity_parallax_columns = infinity_parallax_px as u32;
     let eye = |side: f64| {
         let mut viewer = viewer.clone();
@@ -80,13 +86,14 @@ pub(super) fn frames(
     Ok(CompositeFrames { meter: FrameRequest { request, viewer }, frames, arrangement })
 }
 
-/// Distance from the camera to the target's centre.
+/// Distance from the camera to the target's centre, apparent unless the camera stands on the target, and clamped to 1 mm and 1e9 au, so
+/// that its quotients are finite.
 fn target_distance_km(ephemeris: &Ephemeris, request: &ViewRequest, viewer: &Viewer) -> Result<f64, SceneError> {
     let target = request.target.ok_or_else(|| SceneError::Request("stereo needs a target, at whose distance both images agree".into()))?;
     let apparent_km: DVec3 = match viewer.stands_on {
         Some(ground) if ground.id == target => ground.centre_km,
         _ => ephemeris.light_time_position(target, viewer.camera.position_km, request.time)?.0,
     };
-    // `viewpoint::viewer` has already rejected a camera at the centre of its target.
+    // 0 for a camera at the target's centre, which `viewpoint::viewer` rejects only if the camera looks at the target.
     Ok((apparent_km - viewer.camera.position_km).length().clamp(1e-6, 1e9 * KM_PER_AU))
 }

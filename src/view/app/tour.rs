@@ -9,9 +9,10 @@ use super::body_positions::{BodyPositions, SessionPositions};
 use super::composition_state::CompositionState;
 use super::flight::{FLIGHT_S, Flight, OUTSIDE_BODY_RADII, Pose, ease_in_out};
 use super::view_state::{CameraPose, ViewState};
+use crate::catalog::NaifId;
 use crate::ephemeris::angle_rad;
 use crate::scene::request::Projection;
-use crate::scene::viewpoint::viewer;
+use crate::scene::viewpoint::{Viewer, viewer};
 use crate::session::Session;
 use crate::time::Instant;
 use crate::view::link::view_from_text;
@@ -23,7 +24,7 @@ pub(crate) const MAX_BYTES: u64 = 1 << 20;
 /// Maximum number of stops. A file of a megabyte could have 87,000 of the shortest form, `{"view":{}}`, and a camera path takes 3 ms to plan in a
 /// development build.
 const MAX_STOPS: usize = 1000;
-/// Longest tour: one hour.
+/// Length of the longest tour, an hour; also the greatest `hold_s` and `travel_s`.
 const MAX_LENGTH_S: f64 = 3600.0;
 
 /// Why a text is not a valid tour, in one line.
@@ -143,8 +144,8 @@ impl Tour {
             };
             let view = view_from_text(&view_text, session, now).map_err(|e| error("view", e.to_string()))?;
             for (field, value) in [("hold_s", stop_file.hold_s), ("travel_s", stop_file.travel_s)] {
-                if !(0.0..=3600.0).contains(&value) {
-                    return Err(error(field, format!("{value} is not 0 to 3600 seconds")));
+                if !(0.0..=MAX_LENGTH_S).contains(&value) {
+                    return Err(error(field, format!("{value} is not 0 to {MAX_LENGTH_S} seconds")));
                 }
             }
             if !(-1e9..=1e9).contains(&stop_file.time_rate) {
@@ -160,8 +161,16 @@ impl Tour {
             };
             match stops.last() {
                 Some(before) if stop.travel_s > 0.0 => {
-                    let camera_path = CameraPath::between(&before.final_view(), &stop.view, session).map_err(|why| error("view", why))?;
-                    stop.camera_path = Some(camera_path);
+                    let from = before.final_view();
+                    // An error at the end of the stop before is an error of that stop: of `time_rate`, if its first view is possible.
+                    let from_viewer = viewer_of(&from, session).map_err(|why| TourError::Stop {
+                        stop: k,
+                        field: if viewer_of(&before.view, session).is_ok() { "time_rate" } else { "view" },
+                        why,
+                    })?;
+                    let to_viewer = viewer_of(&stop.view, session).map_err(|why| error("view", why))?;
+                    let camera_path = CameraPath::between((&from, &from_viewer), (&stop.view, &to_viewer), session);
+                    stop.camera_path = Some(camera_path.map_err(|why| error("view", why))?);
                 }
                 _ => stop.travel_s = 0.0,
             }
@@ -202,8 +211,11 @@ impl Tour {
     /// What the tour shows `elapsed_s` seconds after its start, clamped to the tour.
     pub fn at(&self, elapsed_s: f64) -> TourFrame {
         let mut remaining_s = elapsed_s.max(0.0);
+        // A tour has at least one stop.
         let last = self.stops.len() - 1;
-        for (k, stop) in self.stops.iter().enumerate() {
+        let mut k = 0;
+        loop {
+            let stop = &self.stops[k];
             if let Some(camera_path) = stop.camera_path.as_ref().filter(|_| remaining_s < stop.travel_s) {
                 return TourFrame { view: camera_path.at(remaining_s / stop.travel_s, &stop.view), stop: k, is_changing: true };
             }
@@ -217,9 +229,8 @@ impl Tour {
                 };
             }
             remaining_s -= stop.hold_s;
+            k += 1;
         }
-        // A tour has at least one stop, so the index is valid.
-        TourFrame { view: self.stops[last].final_view(), stop: last, is_changing: false }
     }
 }
 
@@ -235,35 +246,48 @@ impl Stop {
     }
 }
 
+/// The camera of a view's scene, and the body on whose ground it stands, if any.
+fn viewer_of(view: &ViewState, session: &Session) -> Result<Viewer, String> {
+    let (catalog, ephemeris) = (session.catalog(), session.ephemeris());
+    // The image size does not affect the position of the camera.
+    let request = view.request(catalog, ephemeris, 64, 64).map_err(|e| e.to_string())?;
+    viewer(catalog, ephemeris, &request).map_err(|e| e.to_string())
+}
+
+/// The pose of a view's camera about a body.
+fn pose_about(body: NaifId, view: &ViewState, viewer: &Viewer, session: &Session) -> Result<Pose, String> {
+    let name = |id| session.catalog().body(id).map_or("?", |b| b.name.as_str());
+    let camera = &viewer.camera;
+    let camera_body = view.eye.body();
+    let from_camera_body_km = match (view.eye, viewer.stands_on) {
+        (CameraPose::Centre { .. }, _) => camera.forward * OUTSIDE_BODY_RADII * radius_km(camera_body, session),
+        (_, Some(ground)) => camera.position_km - ground.centre_km,
+        (_, None) => {
+            let found = session.ephemeris().light_time_position(camera_body, camera.position_km, view.time());
+            camera.position_km - found.map_err(|e| e.to_string())?.0
+        }
+    };
+    let offset_km = SessionPositions(session)
+        .camera_offset_from_km(body, camera_body, from_camera_body_km, view.time())
+        .ok_or_else(|| format!("no source gives the positions of {} and {}", name(camera_body), name(body)))?;
+    Ok(Pose { offset_km, forward: camera.forward, up: camera.up })
+}
+
+/// The greatest radius of a body; 0 for one that the catalog lacks.
+fn radius_km(body: NaifId, session: &Session) -> f64 {
+    session.catalog().body(body).map_or(0.0, |b| b.radii_km.max_element())
+}
+
 impl CameraPath {
-    /// The path between two views, relative to the body of the second view.
-    fn between(from: &ViewState, to: &ViewState, session: &Session) -> Result<Self, String> {
+    /// The path between two views, relative to the body of the second view. Each view is given with its [`viewer_of`].
+    fn between(
+        (from, from_viewer): (&ViewState, &Viewer),
+        (to, to_viewer): (&ViewState, &Viewer),
+        session: &Session,
+    ) -> Result<Self, String> {
         let body = to.eye.body();
-        let name = |id| session.catalog().body(id).map_or("?", |b| b.name.as_str());
-        let radius_km = |id| session.catalog().body(id).map_or(0.0, |b| b.radii_km.max_element());
-        let pose = |view: &ViewState| -> Result<Pose, String> {
-            let (catalog, ephemeris) = (session.catalog(), session.ephemeris());
-            // The image size does not affect the position of the camera.
-            let request = view.request(catalog, ephemeris, 64, 64).map_err(|e| e.to_string())?;
-            // The camera of the scene, and the body on whose ground it stands, if any.
-            let viewer = viewer(catalog, ephemeris, &request).map_err(|e| e.to_string())?;
-            let camera = viewer.camera;
-            let camera_body = view.eye.body();
-            let from_camera_body_km = match (view.eye, viewer.stands_on) {
-                (CameraPose::Centre { .. }, _) => camera.forward * OUTSIDE_BODY_RADII * radius_km(camera_body),
-                (_, Some(ground)) => camera.position_km - ground.centre_km,
-                (_, None) => {
-                    camera.position_km
-                        - ephemeris.light_time_position(camera_body, camera.position_km, view.time()).map_err(|e| e.to_string())?.0
-                }
-            };
-            let offset_km = SessionPositions(session)
-                .camera_offset_from_km(body, camera_body, from_camera_body_km, view.time())
-                .ok_or_else(|| format!("no source gives the positions of {} and {}", name(camera_body), name(body)))?;
-            Ok(Pose { offset_km, forward: camera.forward, up: camera.up })
-        };
-        let (start, end) = (pose(from)?, pose(to)?);
-        let is_near = start.offset_km.length().min(end.offset_km.length()) < NEAR_RADII * radius_km(body);
+        let (start, end) = (pose_about(body, from, from_viewer, session)?, pose_about(body, to, to_viewer, session)?);
+        let is_near = start.offset_km.length().min(end.offset_km.length()) < NEAR_RADII * radius_km(body, session);
         let lift = if is_near { LIFT_PER_RAD * angle_rad(start.offset_km, end.offset_km) } else { 0.0 };
         let are_fisheyes = [from, to].iter().all(|view| view.composition.projection == Projection::Fisheye);
         let from_fisheye_deg = are_fisheyes.then_some(from.composition.fisheye_deg);

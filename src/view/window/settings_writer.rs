@@ -1,7 +1,7 @@
 //! The settings writer: writes changed settings on a separate thread while the window is open.
 //!
-//! In: the settings after each frame. Out: calls of `write`. Always: changes are written once half a second has passed without a further change; a program
-//! that is killed loses only the changes that were not followed by such a pause. Changes that are pending when the window is closed are left to the
+//! In: the settings after each frame. Out: calls of `write`. Always: changes are written as soon as half a second has passed without a further change; a
+//! program that is killed loses only the changes that were not followed by such a pause. Changes that are pending when the window is closed are left to the
 //! caller, which writes the final settings.
 
 use crate::view::app::settings::Settings;
@@ -19,7 +19,8 @@ pub(crate) struct SettingsSender {
 }
 
 impl SettingsSender {
-    /// A sender that sends changes of these settings, which are on disk already. The receiver is for [`write_changes`].
+    /// A sender that sends changes of these settings. They themselves are not sent: they were loaded from the file, or are the default ones if there is no
+    /// usable file. The receiver is for [`write_changes`].
     pub(crate) fn new(settings: &Settings) -> (Self, Receiver<Settings>) {
         let (sender, receiver) = channel();
         (Self { changes: sender, last: settings.clone() }, receiver)
@@ -29,7 +30,7 @@ impl SettingsSender {
     pub(crate) fn send_if_changed(&mut self, settings: &Settings) {
         if self.last != *settings {
             self.last.clone_from(settings);
-            // Cannot fail, because the settings writer keeps its receiver until this sender is dropped.
+            // Fails only if the settings writer has panicked. The final settings are saved nevertheless when the window is closed.
             let _ = self.changes.send(settings.clone());
         }
     }
@@ -58,25 +59,35 @@ fn write_after(changes: &Receiver<Settings>, quiet_time: Duration, mut write: im
 mod tests {
     use super::*;
 
+    fn scaled(ui_scale: f32) -> Settings {
+        Settings { ui_scale, ..Settings::default() }
+    }
+
+    /// The changes are sent before the writer starts, so that the result does not depend on the threads' timing.
     #[test]
-    fn the_last_of_several_changes_is_written_once_and_none_after_the_sender_is_dropped() {
-        let zoomed = |ui_scale| Settings { ui_scale, ..Settings::default() };
-        let (mut sender, changes) = SettingsSender::new(&zoomed(1.0));
+    fn the_last_of_several_changes_is_written_once() {
+        let (mut sender, changes) = SettingsSender::new(&scaled(1.0));
         let (report, written) = channel();
+        for ui_scale in [1.0, 1.1, 1.1, 1.2] {
+            sender.send_if_changed(&scaled(ui_scale));
+        }
         std::thread::scope(|scope| {
             scope
-                .spawn(move || write_after(&changes, Duration::from_millis(50), |s| report.send(s.ui_scale).expect("a test that listens")));
-            for zoom in [1.0, 1.1, 1.1, 1.2] {
-                sender.send_if_changed(&zoomed(zoom));
-            }
+                .spawn(move || write_after(&changes, Duration::from_millis(20), |s| report.send(s.ui_scale).expect("a test that listens")));
             assert_eq!(written.recv(), Ok(1.2));
-            sender.send_if_changed(&zoomed(1.2));
-            sender.send_if_changed(&zoomed(1.3));
+            sender.send_if_changed(&scaled(1.2));
+            sender.send_if_changed(&scaled(1.3));
             assert_eq!(written.recv(), Ok(1.3));
-            // This change is pending when the sender is dropped, so it is left to the caller.
-            sender.send_if_changed(&zoomed(1.4));
             drop(sender);
         });
         assert!(written.try_recv().is_err());
+    }
+
+    #[test]
+    fn changes_that_are_pending_when_the_sender_is_dropped_are_left_to_the_caller() {
+        let (mut sender, changes) = SettingsSender::new(&scaled(1.0));
+        sender.send_if_changed(&scaled(1.1));
+        drop(sender);
+        write_changes(&changes, |settings| panic!("written: {}", settings.ui_scale));
     }
 }

@@ -3,15 +3,17 @@
 use crate::render::software::tape::Op;
 use std::sync::OnceLock;
 
-/// Number of lanes that the generic kernels, those of less frequent operations, process at a time; [`LANES`] is a multiple of it.
+/// Number of lanes that the generic kernels, those of less frequent operations, process at a time; the test whether any lane of a mask is set has the same
+/// steps. [`LANES`] is a multiple of it.
 pub const CHUNK: usize = 32;
 
 /// Number of lanes of a batch: 32 quads of 4 pixels. Measured as the fastest of 32, 64, 128 and 256: with fewer lanes the time of the calls dominates, with
 /// more the data no longer fit into the L1 cache.
 pub const LANES: usize = 128;
 
-/// Number of lanes of a kernel's inner loop. The compiler vectorises and then unrolls a loop of this length, even if the kernel has many operations. It does
-/// not unroll a loop over all [`LANES`], which would execute three more instructions per vector. It may unroll a shorter loop before it can vectorise it.
+/// Number of lanes of the inner loop of a specialised kernel or of a chain's. The compiler vectorises and then unrolls a loop of this length, even if the
+/// kernel has many operations. It does not unroll a loop over all [`LANES`], which would execute three more instructions per vector. It may unroll a
+/// shorter loop before it can vectorise it.
 pub(super) const UNROLLED_LANES: usize = 64;
 
 /// A SIMD kernel. Arguments: the lanes that it writes; the base of the operands; the offset of each operand from the base, in elements. Each kernel is
@@ -37,15 +39,12 @@ impl KernelClass {
         #[cfg(target_arch = "x86_64")]
         {
             let has_avx2_fma = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
-            let avx512 = ["avx512f", "avx512dq", "avx512vl", "avx512bw"];
-            // `is_x86_feature_detected!` accepts only literals.
-            let has_feature = |f: &str| match f {
-                "avx512f" => is_x86_feature_detected!("avx512f"),
-                "avx512dq" => is_x86_feature_detected!("avx512dq"),
-                "avx512vl" => is_x86_feature_detected!("avx512vl"),
-                _ => is_x86_feature_detected!("avx512bw"),
-            };
-            if has_avx2_fma && avx512.iter().all(|f| has_feature(f)) {
+            // The features with which the kernels of this class are compiled.
+            let has_avx512 = is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512dq")
+                && is_x86_feature_detected!("avx512vl")
+                && is_x86_feature_detected!("avx512bw");
+            if has_avx2_fma && has_avx512 {
                 all.push(Self::Avx512);
             }
             if has_avx2_fma {
@@ -59,7 +58,8 @@ impl KernelClass {
         all
     }
 
-    /// The class in use: the best available, or the one named by `ORRERY_KERNELS` when this machine has it. Decided once per process.
+    /// The class in use: the one that `ORRERY_KERNELS` names, or the best available if the variable names none of [`Self::available`]. Decided once per
+    /// process.
     pub fn detect() -> Self {
         static CLASS: OnceLock<KernelClass> = OnceLock::new();
         *CLASS.get_or_init(|| {
@@ -69,6 +69,7 @@ impl KernelClass {
         })
     }
 
+    /// The name in `ORRERY_KERNELS` and in reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Avx512 => "avx512",
