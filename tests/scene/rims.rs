@@ -7,7 +7,7 @@ use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
-use orrery::scene::request::{Axes, ExposureRequest, Position, Purpose, ViewRequest};
+use orrery::scene::request::{Axes, Position, ViewRequest};
 use orrery::time::Instant;
 
 const TIME: &str = "2024-04-08T18:17:16Z";
@@ -24,37 +24,48 @@ fn view(body: NaifId, phase_deg: f64, distance_radii: f64) -> ViewRequest {
     ViewRequest {
         position: Position::Offset { body, offset_km, axes: Axes::Icrf },
         fov_deg: Some(2.0 * (2.0 / distance_radii).atan().to_degrees()),
-        effects: EffectOverrides::parse("-glow").unwrap_or_default(),
         width: SIDE,
         height: SIDE,
         ..ViewRequest::of(body, time)
     }
 }
 
-/// Fractions of the image's pixels that are white, and that are at least a third of the way to white.
-fn white_and_lit(request: &ViewRequest) -> (f64, f64) {
-    let frame = SESSION.draw(request, SamplingQuality { samples: 1, anisotropy: 4 }, FrameImages::Display).expect("drawn").frame;
-    let fraction = |level: u8| {
-        frame.display.iter().filter(|p| p[..3].iter().any(|v| *v >= level)).count() as f64 / frame.display.len() as f64
-    };
-    (fraction(254), fraction(85))
+/// Fractions of the image's pixels that are white, and that are at least a third of the way to white; and the mean of the logarithm of radiance, weighted as by the
+/// light meter (2/3 power).
+fn white_lit_and_mean(request: &ViewRequest) -> (f64, f64, f64) {
+    let frame = SESSION.draw(request, SamplingQuality { samples: 4, anisotropy: 4 }, FrameImages::DisplayAndHdr).expect("drawn").frame;
+    let fraction =
+        |level: u8| frame.display.iter().filter(|p| p[..3].iter().any(|v| *v >= level)).count() as f64 / frame.display.len() as f64;
+    let (mut weights, mut sum) = (0.0, 0.0);
+    for radiance in frame.hdr.iter().map(|p| f64::from(p[0].max(p[1]).max(p[2]))).filter(|radiance| *radiance > 0.0) {
+        let weight = radiance.powf(2.0 / 3.0);
+        weights += weight;
+        sum += weight * radiance.ln();
+    }
+    (fraction(254), fraction(85), (sum / weights).exp())
 }
 
-/// Titan, Pluto and Mars from 20 radii, from a crescent to the Sun straight behind: the ring is neither white all over nor black, and the exposure changes
-/// gradually while the Sun is hidden.
+/// Titan, Pluto, Mars and the Earth from 20 radii, with the Sun behind them: the ring is neither white all over nor black, the meter finds the radiance of the
+/// drawn image within a factor of 3 (of 8 for the Earth, whose ring is lower than a pixel), and the exposure changes gradually. Without the air the exposure is that
+/// of the night side.
 #[test]
 fn the_ring_of_air_around_a_backlit_body_is_exposed() {
-    for (body, phases_deg) in [(606, 177..=180), (999, 160..=180), (499, 178..=180)] {
+    for (body, phases_deg, factor) in [(606, 178..=180, 3.0), (999, 178..=180, 3.0), (499, 179..=180, 3.0), (399, 179..=180, 8.0)] {
         let body = NaifId(body);
         let mut stops = Vec::new();
         for phase_deg in phases_deg {
             let request = view(body, f64::from(phase_deg), 20.0);
             let metered = SESSION.scene(&request).expect("a scene").exposure.stops;
-            let (white, lit) = white_and_lit(&request);
-            println!("{body:?} {phase_deg}: {metered:.2} stops, {white:.3} white, {lit:.3} lit");
-            assert!(white < 0.02 && lit > 0.002, "{body:?} at {phase_deg} degrees: {white} white, {lit} lit");
+            let (white, lit, mean) = white_lit_and_mean(&request);
+            let ratio = 0.5 / metered.exp2() / mean;
+            println!("{body:?} {phase_deg}: {metered:.2} stops, {white:.3} white, {lit:.3} lit; metered {ratio:.2} of what is drawn");
+            assert!(white < 0.03 && lit > 0.002, "{body:?} at {phase_deg} degrees: {white} white, {lit} lit");
+            assert!((1.0 / factor..factor).contains(&ratio), "{body:?} at {phase_deg} degrees: {ratio}");
             stops.push(metered);
         }
         assert!(stops.windows(2).all(|w| (w[1] - w[0]).abs() < 1.0), "{body:?}: {stops:?}");
+        let without_air = ViewRequest { effects: EffectOverrides::parse("-atmosphere").expect("an effect"), ..view(body, 180.0, 20.0) };
+        let without_air = SESSION.scene(&without_air).expect("a scene").exposure.stops;
+        assert!(without_air > stops[0] + 5.0, "{body:?}: {without_air} stops without air, {stops:?}");
     }
 }
