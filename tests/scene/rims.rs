@@ -69,3 +69,15 @@ fn the_ring_of_air_around_a_backlit_body_is_exposed() {
         assert!(without_air > stops[0] + 5.0, "{body:?}: {without_air} stops without air, {stops:?}");
     }
 }
+
+/// Venus in front of the Sun hides the corona up to eight solar radii: the image is exposed for the corona around it, which is not white all over. Without the corona
+/// it is exposed for the dark sky.
+#[test]
+fn the_corona_around_a_body_that_hides_its_inner_part_is_exposed() {
+    for phase_deg in [179.0, 180.0] {
+        let request = view(NaifId(299), phase_deg, 20.0);
+        let (white, lit, _) = white_lit_and_mean(&request);
+        println!("{phase_deg}: {:.2} stops, {white:.3} white, {lit:.3} lit", SESSION.scene(&request).expect("a scene").exposure.stops);
+        assert!(white < 0.05 && lit > 0.05, "{phase_deg} degrees: {white} white, {lit} lit");
+    }
+}

@@ -1,14 +1,16 @@
-//! Meters the corona around a camera near the Sun, by rays of the frame. There it covers the entire sky, including the hemisphere away from the Sun; the camera
-//! may even be within the inner corona.
+//! Meters the outer corona by rays of the frame: around a camera near the Sun, where it covers the entire sky, including the hemisphere away from the Sun (the camera
+//! may even be within the inner corona); and around a body that hides the inner corona.
 
 use super::{ANNULI_TO_RAYS_SINES, AUTO_EXPOSED_MEAN, CORONA_RADII, FRAME_RAYS, LogMean, MeteredFrame, MeteredSubject, SUN_WEIGHT};
 use crate::catalog::NaifId;
 use crate::message::reason;
 use crate::scene::light::corona;
 use crate::scene::numeric::smoothstep;
+use crate::scene::placed::PlacedBody;
 use crate::scene::sky::zodiacal;
 use crate::units::KM_PER_AU;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
+use std::f64::consts::TAU;
 
 /// Weight of the inner corona in the sum over rays of the frame; in the annuli of [`MeteredFrame::corona`] its weight is 1 less this. `sine`: sine of the Sun's
 /// angular radius.
@@ -18,14 +20,32 @@ pub(super) fn ray_weight_of_inner_corona(sine: f64) -> f64 {
 }
 
 impl MeteredFrame<'_, '_> {
-    /// Meters the corona beyond the annuli of [`Self::corona`]; near the Sun, all of it. `None` for a camera at least [`zodiacal::NEAREST_AU`] from the Sun,
-    /// because from there the corona is narrow.
+    /// The part of the inner corona's outer edge that nearer bodies hide: 1 if a body hides all of the inner corona.
+    fn hidden_part_of_inner_corona(&self, sun: &PlacedBody<'_>) -> f64 {
+        const SECTORS: u32 = 16;
+        let (towards, sine) = (sun.placement.centre_km / sun.distance_km, CORONA_RADII[1] * sun.body.radii_km.x / sun.distance_km);
+        if sine >= 1.0 {
+            return 0.0;
+        }
+        let (x, y) = towards.any_orthonormal_pair();
+        let nearer = self.nearer_bodies(sun, sine);
+        let visibility = |k: u32| {
+            let across = DVec2::from_angle(TAU * (f64::from(k) + 0.5) / f64::from(SECTORS)) * sine;
+            let direction = towards * (1.0 - sine * sine).sqrt() + x * across.x + y * across.y;
+            Self::ray_visibility(&nearer, direction, TAU * sine / f64::from(SECTORS))
+        };
+        1.0 - (0..SECTORS).map(visibility).sum::<f64>() / f64::from(SECTORS)
+    }
+
+    /// Meters the corona beyond the annuli of [`Self::corona`]; near the Sun, all of it. `None` if the corona is narrow and its inner part is in view: for a camera
+    /// at least [`zodiacal::NEAREST_AU`] from the Sun, unless a body hides that part.
     pub(super) fn corona_around_camera(&self) -> Option<MeteredSubject> {
         let (camera, request) = (self.meter.camera, self.meter.context.request);
         let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > p.body.radii_km.x)?;
         let nearness = smoothstep(2.0 * (1.0 - sun.distance_km / (zodiacal::NEAREST_AU * KM_PER_AU)));
         let corona_weight = corona::meter_weight(request, camera, sun, self.glare.as_ref());
-        if nearness * corona_weight <= 0.0 {
+        let outer_weight = if corona_weight > 0.0 { corona_weight * nearness.max(self.hidden_part_of_inner_corona(sun)) } else { 0.0 };
+        if outer_weight <= 0.0 {
             return None;
         }
         let (towards, sine) = (sun.placement.centre_km / sun.distance_km, sun.body.radii_km.x / sun.distance_km);
@@ -44,7 +64,7 @@ impl MeteredFrame<'_, '_> {
                 mean.add(visible_share, corona::radiance(rho), self.foreground_radiance(ray, Some(NaifId::SUN)));
             }
         }
-        let weight = nearness * corona_weight * if request.target == Some(NaifId::SUN) { SUN_WEIGHT } else { 1.0 };
+        let weight = outer_weight * if request.target == Some(NaifId::SUN) { SUN_WEIGHT } else { 1.0 };
         let metered = mean.metered(reason!("subject-corona"), None, AUTO_EXPOSED_MEAN)?;
         Some(MeteredSubject { weight: metered.weight * weight, ..metered })
     }

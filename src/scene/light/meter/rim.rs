@@ -17,6 +17,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Diameter of the disc, pixels, between which the ring gains its weight. A smaller disc is not told from its ring.
 const COUNTED_FROM_PX: [f64; 2] = [4.0, 8.0];
+/// Phase angles between which the ring gains its weight. Beside a disc that is more than half lit its light does not matter.
+const COUNTED_FROM_PHASE_RAD: [f64; 2] = [FRAC_PI_2, 0.75 * PI];
 /// Number of position angles on half of the limb, and of heights, at which the ring is sampled.
 const POSITION_ANGLES: u32 = 12;
 const HEIGHTS: u32 = 24;
@@ -108,11 +110,12 @@ impl<'p> RimOfAir<'p> {
 
 impl MeteredFrame<'_, '_> {
     /// Calls `add` with the area of each part of the ring of air around a body, relative to that of its disc and times the ring's weight, and its radiance. Nothing
-    /// if the body has no air, the user has switched it off, or the disc is small.
+    /// if the body has no air, the user has switched it off, or the disc is small or more than half lit.
     pub(super) fn sum_rim(&self, p: &PlacedBody<'_>, disc_albedo: f64, diameter_px: f64, mut add: impl FnMut(f64, f64)) {
         let is_off = self.meter.context.request.effects.override_of_body(p.body, Effect::Atmosphere) == Some(false);
         let [from, to] = COUNTED_FROM_PX;
-        let weight = smoothstep((diameter_px - from) / (to - from));
+        let [from_rad, to_rad] = COUNTED_FROM_PHASE_RAD;
+        let weight = smoothstep((diameter_px - from) / (to - from)) * smoothstep((p.phase_angle_rad - from_rad) / (to_rad - from_rad));
         let Some(rim) = RimOfAir::of(p, disc_albedo).filter(|_| !is_off && weight > 0.0) else { return };
         let irradiance = lights::sunlight(p.sun_from_body_km).irradiance.x;
         rim.sum(rim::height_px(p.body, rim.air, diameter_px), |area, radiance| add(weight * area, radiance * irradiance));
