@@ -282,6 +282,22 @@ fn panels_are_remembered() {
     }
 }
 
+/// Beside a wide panel the viewport stays at least as wide as between two panels: the list of bodies makes room for it.
+#[test]
+fn a_wide_panel_leaves_room_for_the_viewport() {
+    let mut window = window_without_images(SATURN);
+    for (tab, width, has_list) in
+        [(Tab::Compare, 1000.0, false), (Tab::Shader, 900.0, false), (Tab::Compare, 1100.0, true), (Tab::Information, 900.0, true)]
+    {
+        window.state_mut().tab = Some(tab);
+        window.set_size(egui::vec2(width, 640.0));
+        window.run_steps(5);
+        let sky = window.get_by_label_contains("The sky:").rect();
+        assert!(sky.width() >= 310.0, "{tab:?} at {width}: {sky}");
+        assert_eq!(window.query_by_label("Follow target").is_some(), has_list, "{tab:?} at {width}");
+    }
+}
+
 /// A panel that is kept open moves to the other side of the sky while another one opens. In a narrow window it is hidden until there is room again.
 #[test]
 fn a_kept_panel_stays_open_beside_another() {

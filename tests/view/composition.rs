@@ -115,6 +115,21 @@ fn a_click_follows_the_warp_mesh() {
     }
 }
 
+/// A dome's draws belong to its faces. The Shader panel says so, and does not call a large body a point.
+#[test]
+fn the_shader_panel_says_why_a_dome_has_no_list_of_draws() {
+    for composition in compositions() {
+        let mut interface = saturn_with(&composition);
+        interface.tab = Some(Tab::Shader);
+        let mut window = pausable_window(interface, &Arc::new(AtomicBool::new(true)), 640.0);
+        settle(&mut window);
+        let is_perspective = composition.projection == Projection::Perspective;
+        let says = |text: &str| window.query_by_label_contains(text).is_some();
+        assert_eq!(says("in the perspective projection only"), !is_perspective, "{composition:?}");
+        assert!(!says("is drawn as a point"), "{composition:?}");
+    }
+}
+
 /// The image has the composition that was chosen in the panel. A projection switches stereo off, and stereo the projection.
 #[test]
 fn the_panel_chooses_a_projection_and_a_stereo_pair() {

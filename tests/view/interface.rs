@@ -201,6 +201,12 @@ fn time_is_typed_and_stepped_and_an_invalid_time_is_refused() {
     harness.run_steps(1);
     assert!(harness.state().reply_text().contains("next Tuesday"), "{}", harness.state().reply_text());
     assert!(harness.state().viewer.view.time().to_utc_iso().starts_with("1999-08-12T11:03:0"));
+    // A valid time removes the message about the invalid one.
+    enter(&mut harness, "1999-08-13");
+    harness.key_press(egui::Key::Enter);
+    harness.run_steps(2);
+    assert!(harness.state().viewer.view.time().to_utc_iso().starts_with("1999-08-13T00:00:0"));
+    assert_eq!(harness.state().reply_text(), "");
 }
 
 #[test]

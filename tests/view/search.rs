@@ -170,3 +170,42 @@ fn a_similar_name_is_offered_and_not_chosen() {
     window.run_steps(3);
     assert_eq!(window.state().viewer.view.target, NaifId::EARTH);
 }
+
+/// A pasted link is opened; an invalid one is reported with its errors.
+#[test]
+fn a_link_in_the_search_field_opens_its_view() {
+    let window = window_after_search(" orrery://view?target=599&time=2015-01-24T06:45:00Z");
+    let view = &window.state().viewer.view;
+    assert_eq!((view.target, view.time().to_utc_iso().as_str()), (NaifId(599), "2015-01-24T06:45:00Z"));
+    let window = window_after_search("orrery://view?target=nowhere&fov_deg=900");
+    window.get_by_label_contains("fov_deg 900");
+    assert_eq!(window.state().viewer.view.target, MARS);
+}
+
+/// The error says what is wrong with an impossible date or place.
+#[test]
+fn impossible_dates_and_places_are_named_as_such() {
+    for (text, error) in [
+        ("32 February 2024", "“32 February 2024” is not a date"),
+        ("2023-02-29", "“2023-02-29” is not a date"),
+        ("98.3, 500", "“98.3, 500” is not a place: latitudes are -90 to 90 degrees"),
+        ("nowhere 5", "Nothing is called “nowhere 5”"),
+    ] {
+        let window = window_after_search(text);
+        window.get_by_label_contains(error);
+        assert_eq!(window.state().viewer.view.target, MARS, "{text}");
+    }
+}
+
+/// The error about an unknown effect lists all effects; it stays inside the window.
+#[test]
+fn a_long_error_wraps_inside_the_window() {
+    let mut window = window_after_search("+nonsense");
+    for width in [1100.0, 500.0] {
+        window.set_size(egui::vec2(width, 800.0));
+        window.run_steps(4);
+        let error = window.get_by_label_contains("nonsense` is not known").rect();
+        let field = window.get_by_role_and_label(egui::accesskit::Role::TextInput, "Search").rect();
+        assert!(error.left() >= field.left() - 1.0 && error.right() <= width && error.height() > 20.0, "{width}: {error:?}");
+    }
+}

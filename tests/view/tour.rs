@@ -1,6 +1,6 @@
 //! Tours: camera paths between stops, of the built-in tours too; errors in tour files; playing, pausing, ending and recording in the window.
 
-use crate::view::input::{type_text, window_without_images};
+use crate::view::input::{Window, type_text, window_without_images};
 use crate::view::interface::session;
 use egui_kittest::kittest::Queryable;
 use glam::DVec3;
@@ -244,6 +244,28 @@ fn a_tour_plays_in_the_window() {
     window.get_by_label("Back").click();
     window.run_steps(2);
     assert_eq!(window.state().viewer.view.target, NaifId(699));
+}
+
+/// Beside a panel in a small window, the buttons of a tour wrap instead of covering the panel.
+#[test]
+fn the_bar_of_a_tour_stays_in_a_narrow_viewport() {
+    let mut window = window_without_images(NaifId(699));
+    window.state_mut().tab = Some(Tab::Moments);
+    window.run_steps(2);
+    window.get_by_label(orrery_catalogs::TOURS[0].0).click();
+    window.run_steps(2);
+    let rows_at = |window: &mut Window, width: f32| {
+        window.set_size(egui::vec2(width, 600.0));
+        window.run_steps(4);
+        let sky = window.get_by_label_contains("The sky:").rect();
+        let buttons = ["Previous", "Record tour", "End tour"].map(|name| window.get_by_label(name).rect());
+        for rect in buttons {
+            assert!(rect.left() >= sky.left() && rect.right() <= sky.right(), "{width}: {rect:?} in {sky:?}");
+        }
+        buttons[2].center().y - buttons[0].center().y
+    };
+    assert!(rows_at(&mut window, 700.0) > 10.0, "two rows");
+    assert!(rows_at(&mut window, 1400.0).abs() < 1.0, "one row");
 }
 
 /// A tour plays at once, also if another tour is open.

@@ -16,6 +16,9 @@ const GERMAN_MONTHS: [&str; 12] =
 /// Words that say that a time is in UTC, in lower case.
 const UTC_WORDS: [&str; 3] = ["utc", "ut", "z"];
 
+/// Words that a date may contain in addition to the name of a month.
+const DATE_WORDS: [&str; 16] = ["utc", "ut", "z", "of", "at", "um", "uhr", "ad", "ce", "n.chr.", "bc", "bce", "v.chr.", "v.", "n.", "chr."];
+
 /// Whether a valid date text means the same instant in every time zone, because it names UTC, is relative to now, or is a Julian date. `utc`, `ut`
 /// and `z` count only as whole words, and `z` also after a digit: a month may end in `z`, as in `2024 März`.
 pub(crate) fn is_same_in_every_zone(text: &str) -> bool {
@@ -44,6 +47,20 @@ pub(crate) fn parse_date(text: &str, now: Instant) -> Option<Instant> {
     let year = parts.year?;
     let (sign, year) = if year < 0 { ("-", -year) } else { ("", year) };
     Instant::parse(&format!("{sign}{year:04}-{:02}-{:02}T{time_of_day}Z", parts.month.unwrap_or(1), parts.day.unwrap_or(1))).ok()
+}
+
+/// Whether a text is meant as a date, valid or not: it contains a month's name and a number, or a date in digits, and every other word is part of a date.
+pub(crate) fn resembles_date(text: &str) -> bool {
+    let text = text.trim().to_lowercase();
+    let words = || text.split([' ', ',']).filter(|w| !w.is_empty());
+    let starts_with_digit = |word: &str| word.trim_start_matches('-').starts_with(|c: char| c.is_ascii_digit());
+    let is_in_digits = |word: &str| {
+        let fields: Vec<&str> = word.split(['.', '/', '-']).collect();
+        fields.len() == 3 && fields.iter().all(|f| !f.is_empty() && f.chars().all(|c| c.is_ascii_digit()))
+    };
+    let date = |word: &str| is_in_digits(word.split('t').next().unwrap_or(word));
+    words().all(|word| starts_with_digit(word) || month(word).is_some() || DATE_WORDS.contains(&word))
+        && (words().any(date) || words().any(|word| month(word).is_some()) && words().any(starts_with_digit))
 }
 
 /// The parts of a date that have been read so far.
@@ -249,6 +266,45 @@ mod tests {
             let difference_s = found.tdb_seconds_past_j2000() - expected.tdb_seconds_past_j2000();
             // A UTC day is not a whole number of TDB seconds.
             assert!(difference_s.abs() < 1e-3, "{text}: {difference_s} s");
+        }
+    }
+
+    /// Impossible dates resemble dates; names and places do not.
+    #[test]
+    fn impossible_dates_resemble_dates() {
+        for text in [
+            "32 February 2024",
+            "29 Feb 2023",
+            "32.13.2024",
+            "2024-13-01",
+            "2024-02-30T10:00:00Z",
+            "2027-08-02T10:07:00+02:00",
+            "8 april 2024 25:00",
+            "31. Juni 44 v. Chr.",
+            "4/8/2024",
+            "8 april 2024 2025",
+        ] {
+            assert!(parse_date(text, now()).is_none() && resembles_date(text), "{text}");
+        }
+        for text in [
+            "",
+            " ",
+            "mars",
+            "maria",
+            "io",
+            "may",
+            "hip 32349",
+            "eclipse 2027",
+            "98.3, 500",
+            "1.2.3a",
+            "12345",
+            "900 km",
+            "-ring-shadow",
+            "sep. x 4",
+            "-",
+            ".",
+        ] {
+            assert!(!resembles_date(text), "{text}");
         }
     }
 

@@ -1,8 +1,10 @@
-//! Latitude and longitude as text, with translated compass directions.
+//! Latitude and longitude as text, with translated compass directions; typed latitudes and longitudes.
 //!
-//! In: latitudes, longitudes. Out: text. Not here: positions of bodies as vectors (`body_positions`).
+//! In: latitudes, longitudes, or typed text. Out: text, or latitude and longitude. Always: the text of a place is read back as that place. Not here:
+//! positions of bodies as vectors (`body_positions`).
 
 use crate::events::GeodeticPosition;
+use crate::view::language::numbers::typed_number;
 use crate::view::language::{decimal, named};
 
 /// `25.5° N, 33.2° E`.
@@ -19,14 +21,84 @@ pub(crate) fn latitude_longitude_text(latitude_deg: f64, longitude_deg: f64, dec
     format!("{}, {}", with_direction(latitude_deg, "north", "south"), with_direction(longitude_deg, "east", "west"))
 }
 
+/// Reads latitude and east longitude in degrees, such as `51.5, -0.1`, `31.3° S, 48.5° W`, or in German `51,5; -0,1`. `None` if the text is something
+/// else, or if a value is outside its range.
+pub(crate) fn parse_place(text: &str) -> Option<(f64, f64)> {
+    typed_place(text).filter(|(latitude_deg, longitude_deg)| latitude_deg.abs() <= 90.0 && longitude_deg.abs() <= 360.0)
+}
+
+/// Reads latitude and east longitude as [`parse_place`] does, but without limits.
+pub(crate) fn typed_place(text: &str) -> Option<(f64, f64)> {
+    // A comma without a space may be a decimal mark.
+    let (latitude, longitude) = text.split_once(';').or_else(|| text.split_once(", ")).or_else(|| text.split_once(','))?;
+    Some((typed_degrees(latitude, "north", "south")?, typed_degrees(longitude, "east", "west")?))
+}
+
+/// Reads an angle in degrees: with a sign, or with the first letter of a direction in English or in the language of the window.
+fn typed_degrees(text: &str, positive: &str, negative: &str) -> Option<f64> {
+    let text = text.trim().to_lowercase();
+    let without_direction = |direction: &str| {
+        let translated = named("direction", direction).to_lowercase();
+        text.strip_suffix(translated.as_str()).or_else(|| text.strip_suffix(direction.get(..1)?))
+    };
+    let number = |text: &str| typed_number(text.trim().trim_end_matches('°'));
+    // With a direction, a number has no sign.
+    let unsigned = |text: &str| number(text).filter(|degrees| degrees.is_sign_positive());
+    match (without_direction(positive), without_direction(negative)) {
+        (Some(text), _) => unsigned(text),
+        (None, Some(text)) => unsigned(text).map(|degrees| -degrees),
+        (None, None) => number(&text),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::view::language::{Language, set};
 
     #[test]
     fn places_have_compass_directions() {
         let place = |latitude_deg, longitude_deg| place_text(GeodeticPosition { latitude_deg, longitude_deg, height_km: 0.0 });
         assert_eq!(place(25.49, -104.13), "25.5° N, 104.1° W");
         assert_eq!(place(-33.0, 18.0), "33.0° S, 18.0° E");
+    }
+
+    /// A place is read with signs or directions, and with the decimal mark of the language.
+    #[test]
+    fn typed_places_are_read_in_the_language_of_the_window() {
+        set(Language::English);
+        for (text, place) in [
+            ("51.5, -0.1", Some((51.5, -0.1))),
+            ("51.5,-0.1", Some((51.5, -0.1))),
+            ("51.5°, -0.1°", Some((51.5, -0.1))),
+            ("31.3° S, 48.5° W", Some((-31.3, -48.5))),
+            ("31.3s; 48.5 e", Some((-31.3, 48.5))),
+            ("90, 360", Some((90.0, 360.0))),
+            ("91, 0", None),
+            ("0, 361", None),
+            ("-31.3 S, 48.5 W", None),
+            ("48.5 W, 31.3 S", None),
+            ("nan, 0", None),
+            ("inf, 0", None),
+            ("N, E", None),
+            ("51,5; -0,1", None),
+            ("Apr 8, 2024", None),
+            ("é, °", None),
+        ] {
+            assert_eq!(parse_place(text), place, "{text}");
+        }
+        assert_eq!(typed_place("98.3, 500"), Some((98.3, 500.0)));
+        for language in [Language::English, Language::German] {
+            set(language);
+            for (latitude_deg, longitude_deg) in [(25.5, 104.1), (-25.5, 104.1), (25.5, -104.1), (-0.1, -0.1), (0.0, 0.0)] {
+                let text = latitude_longitude_text(latitude_deg, longitude_deg, 1);
+                assert_eq!(parse_place(&text), Some((latitude_deg, longitude_deg)), "{text}");
+            }
+        }
+        for text in ["51,5; -0,1", "51,5, -0,1", "51.5, -0.1", "51,5° N, 0,1° W", "51,5 n; 359,9 o"] {
+            let (latitude_deg, longitude_deg) = parse_place(text).expect(text);
+            assert!((latitude_deg - 51.5).abs() < 1e-9 && (longitude_deg.rem_euclid(360.0) - 359.9).abs() < 1e-9, "{text}");
+        }
+        set(Language::English);
     }
 }

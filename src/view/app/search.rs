@@ -17,6 +17,7 @@ use crate::view::app::body_positions::BodyPositions;
 use crate::view::app::date_text::parse_date;
 use crate::view::app::event_search::EventKind;
 use crate::view::app::orbit_camera::OrbitCamera;
+use crate::view::app::place_text::parse_place;
 use crate::view::app::presets::Preset;
 use crate::view::app::view_state::{CameraPose, DEFAULT_FOV_DEG, ViewState, body_fixed_orbit_pose};
 use crate::view::app::viewer::{Subject, Viewer};
@@ -227,13 +228,6 @@ fn effects(text: &str) -> impl Iterator<Item = Suggestion> {
     let is_long_enough = text.chars().count() >= 3;
     let found = Effect::ALL.into_iter().filter(move |e| is_long_enough && matches(e));
     found.map(|e| suggestion(named("effect", e.name()), text!("search-effect"), SearchTarget::Effect(e)))
-}
-
-/// Parses latitude and east longitude in degrees, such as `51.5, -0.1`.
-fn parse_place(text: &str) -> Option<(f64, f64)> {
-    let (latitude, longitude) = text.split_once(',')?;
-    let number = |part: &str, limit: f64| part.trim().trim_end_matches('°').parse().ok().filter(|v: &f64| v.abs() <= limit);
-    Some((number(latitude, 90.0)?, number(longitude, 360.0)?))
 }
 
 /// Whether a word of at least `min_bytes` bytes is the beginning of a known word.

@@ -7,22 +7,29 @@ use super::{Interface, Tab, events, moments, what_to_see_now};
 use crate::catalog::{Catalog, NaifId};
 use crate::scene::effects::EffectOverrides;
 use crate::view::app::body_positions::SessionPositions;
+use crate::view::app::date_text::resembles_date;
 use crate::view::app::moment_view::view_of_moment;
+use crate::view::app::place_text::typed_place;
 use crate::view::app::search::{SearchTarget, Suggestion, similar_texts, star_view, suggestions, surface_feature_view};
 use crate::view::app::settings::Home;
 use crate::view::app::viewer::Action;
 use crate::view::error_texts::error_text;
 use crate::view::language::{catalog_text, text};
+use crate::view::link::{is_link, view_from_text};
 use crate::view::worker::render_worker::RenderWorker;
 use crate::wording::echo_within;
 use egui::text::{CCursor, CCursorRange};
 use egui::text_edit::TextEditState;
-use egui::{Id, Key, TextEdit};
+use egui::{Id, Key, Label, RichText, TextEdit};
 
 /// Maximum number of characters of a typed text that an error message quotes.
 pub(super) const MAX_ECHO_CHARS: usize = 60;
 /// Largest number of suggestions.
 const MAX_SUGGESTIONS: usize = 8;
+/// Limits of the width of an error below the field, points.
+const ERROR_WIDTHS: [f32; 2] = [120.0, 460.0];
+/// Width of the margins of the list below the field, points.
+const LIST_MARGINS: f32 = 24.0;
 
 #[derive(Default)]
 pub(crate) struct SearchField {
@@ -85,6 +92,7 @@ pub(crate) fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     }
     if enter_pressed && !interface.search.typed.trim().is_empty() {
         match (found.get(interface.search.highlighted), apply_typed_effects(interface)) {
+            _ if is_link(&interface.search.typed) => open_link(interface, worker, actions),
             (Some(suggestion), _) => chosen = Some(suggestion.target.clone()),
             (None, Some(Ok(()))) => {
                 interface.search.clear();
@@ -107,9 +115,29 @@ pub(crate) fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     }
 }
 
+/// Shows the view of the link in the field, or the link's errors.
+fn open_link(interface: &mut Interface, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+    match view_from_text(&interface.search.typed, worker.session(), interface.viewer.now()) {
+        Ok(view) => {
+            interface.search.clear();
+            interface.reply("");
+            actions.push(Action::Show(Box::new(view)));
+        }
+        Err(e) => interface.search.failure = Some(error_text(&e)),
+    }
+}
+
 /// The error for a text that matches nothing.
 fn not_found(interface: &Interface) -> String {
-    text!("search-nothing", typed = echo_within(interface.search.typed.trim(), MAX_ECHO_CHARS))
+    let text = interface.search.typed.trim();
+    let typed = echo_within(text, MAX_ECHO_CHARS);
+    if typed_place(text).is_some() {
+        text!("search-no-place", typed = typed)
+    } else if resembles_date(text) {
+        text!("time-no-date", typed = typed)
+    } else {
+        text!("search-nothing", typed = typed)
+    }
 }
 
 /// Shows the list below the search field: suggestions, or the error and similar texts.
@@ -131,7 +159,10 @@ fn suggestion_list(
         egui::Frame::popup(ui.style()).show(ui, |ui| {
             ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Extend);
             if let Some(why) = failure {
-                let line = ui.colored_label(ui.visuals().warn_fg_color, why);
+                // The error wraps, because it may list names.
+                let room = ui.ctx().content_rect().right() - field.left() - LIST_MARGINS;
+                ui.set_max_width(room.clamp(ERROR_WIDTHS[0], ERROR_WIDTHS[1]));
+                let line = ui.add(Label::new(RichText::new(why).color(ui.visuals().warn_fg_color)).wrap());
                 // Screen readers announce the error although the focus stays in the field.
                 ui.ctx().accesskit_node_builder(line.id, |node| node.set_live(egui::accesskit::Live::Polite));
             }

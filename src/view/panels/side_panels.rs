@@ -21,6 +21,8 @@ const MIN_PANEL_WIDTH: f32 = 280.0;
 const MIN_WIDTH_FOR_TWO: f32 = 1000.0;
 /// Minimum width of a window for the list of bodies beside a panel, points.
 const MIN_WIDTH_FOR_BODIES: f32 = 800.0;
+/// Minimum width of a window for the list of bodies beside a wide panel, points: room for both and for a viewport of [`MIN_VIEWPORT_WIDTH`].
+const MIN_WIDTH_FOR_BODIES_AND_WIDE_PANEL: f32 = 1070.0;
 /// Minimum width of the viewport between two panels, points.
 const MIN_VIEWPORT_WIDTH: f32 = 320.0;
 
@@ -28,6 +30,11 @@ impl Tab {
     /// The panel's width until the user changes it, points.
     fn default_width(self) -> f32 {
         if self.is_wide() { 560.0 } else { 330.0 }
+    }
+
+    /// Minimum width of a window for the list of bodies beside this panel, points.
+    fn min_width_for_bodies(self) -> f32 {
+        if self.is_wide() { MIN_WIDTH_FOR_BODIES_AND_WIDE_PANEL } else { MIN_WIDTH_FOR_BODIES }
     }
 }
 
@@ -92,7 +99,8 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
             *stored = Some(width);
         }
     };
-    if interface.body_browser_shown && (interface.tab.is_none() || ui.ctx().content_rect().width() >= MIN_WIDTH_FOR_BODIES) {
+    let window_width = ui.ctx().content_rect().width();
+    if interface.body_browser_shown && interface.tab.is_none_or(|tab| window_width >= tab.min_width_for_bodies()) {
         let width = valid_width(interface.settings.panels.bodies_width, MIN_BODIES_WIDTH);
         let shown = Panel::left("bodies").default_size(width).min_size(MIN_BODIES_WIDTH).show(ui, |ui| {
             // The controls below the list scroll if they are taller than this.

@@ -121,7 +121,11 @@ fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
         let typed = interface.time_bar.typed.take();
         if let Some(typed) = typed.filter(|_| ui.input(|i| i.key_pressed(Key::Enter))) {
             match typed_time(&typed, time_zone, interface.viewer.now()) {
-                Some(time) => actions.push(Action::SetTime(time)),
+                Some(time) => {
+                    // A date also removes the error of an earlier attempt.
+                    interface.reply("");
+                    actions.push(Action::SetTime(time));
+                }
                 None => interface.reply(text!("time-no-date", typed = crate::wording::echo_within(typed.trim(), MAX_ECHO_CHARS))),
             }
         }

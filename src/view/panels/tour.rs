@@ -43,6 +43,8 @@ struct TourPlayback {
 const IDLE_INTERVAL: Duration = Duration::from_millis(200);
 /// Largest width of the stop's text, points.
 const MAX_TEXT_WIDTH: f32 = 560.0;
+/// Smallest width of the stop's text, points; with less, the bar would be higher than a small viewport.
+const MIN_TEXT_WIDTH: f32 = 260.0;
 
 impl TourPlayer {
     /// Whether a tour is being played or paused.
@@ -144,7 +146,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
     let bottom = viewport.center_bottom() - Vec2::new(0.0, 16.0 + interface.viewport.caption_height);
     let shown = area.fixed_pos(bottom).show(ui.ctx(), |ui| {
         Frame::popup(ui.style()).show(ui, |ui| {
-            ui.set_max_width(MAX_TEXT_WIDTH.min(viewport.width() - 40.0).max(120.0));
+            ui.set_max_width((viewport.width() - 40.0).clamp(MIN_TEXT_WIDTH, MAX_TEXT_WIDTH));
             ui.add(Label::new(
                 RichText::new(text!(
                     "tour-stop",
@@ -159,7 +161,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
             // Screen readers announce the text although it has no focus.
             ui.ctx().accesskit_node_builder(text.id, |node| node.set_live(egui::accesskit::Live::Polite));
             let progress = playback.elapsed_s / playback.tour.length_s().max(1e-9);
-            ui.horizontal(|ui| {
+            ui.horizontal_wrapped(|ui| {
                 let button = |ui: &mut egui::Ui, is_enabled: bool, name: &str, hover: &str| {
                     ui.add_enabled(is_enabled, Button::new(name)).on_hover_text(hover).clicked()
                 };
@@ -185,8 +187,8 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
                 let hover = text!("tour-record-hint");
                 record_clicked = ui.add_enabled(!is_busy, record).on_hover_text(hover).clicked();
                 end_clicked = button(ui, true, text!("tour-end"), text!("tour-end-hint"));
-                let bar =
-                    ProgressBar::new(progress.clamp(0.0, 1.0) as f32).desired_width(ui.available_width().max(40.0)).desired_height(6.0);
+                let width = ui.available_size_before_wrap().x.max(40.0);
+                let bar = ProgressBar::new(progress.clamp(0.0, 1.0) as f32).desired_width(width).desired_height(6.0);
                 ui.add(bar.fill(Color32::from_gray(140)));
             });
         });

@@ -89,6 +89,7 @@ page-gallery = Galerie
 page-gallery-hint = Bilder benachbarter Schlüssel
 shader-first = Das erste Bild wird gezeichnet.
 shader-point = wird als Punkt gezeichnet oder ist nicht sichtbar.
+shader-faces = gehört zu einem Bild für eine Kuppel oder der ganzen Sphäre: seine Shader erscheinen nur in der perspektivischen Projektion.
 shader-part-hint = Der Zeichenaufruf: { $name }, { $part }
 shader-shared = Gemeinsame Shader
 shader-shared-hint = Ein Hilfsshader, den alle Körper gemeinsam haben

@@ -89,6 +89,7 @@ page-gallery = Gallery
 page-gallery-hint = Images of neighbouring keys
 shader-first = The first image is being drawn.
 shader-point = is drawn as a point, or not visible.
+shader-faces = is part of a dome or whole-sphere image: its shaders are listed in the perspective projection only.
 shader-part-hint = The draw of { $name }'s { $part }
 shader-shared = Shared shaders
 shader-shared-hint = A utility shader that all bodies share

@@ -18,6 +18,7 @@ mod values;
 use super::Interface;
 use crate::catalog::NaifId;
 use crate::scene::draw::{Draw, DrawFeatures};
+use crate::scene::request::Projection;
 use crate::shader::ModuleId;
 use crate::shader::id::SIMPLE_MODULES;
 use crate::shader::key::ShaderKey;
@@ -150,7 +151,10 @@ impl ShaderPanel {
         let body = interface.viewer.selected;
         let draws: Vec<&Draw> = rendered.scene.draws.iter().filter(|d| d.body == body).collect();
         let name = interface.viewer.name(body).to_owned();
-        self.module_choices(ui, &name, &draws);
+        // The faces of a dome or whole-sphere image have scenes of their own, which are not kept.
+        let is_perspective = rendered.job.request.composition.projection == Projection::Perspective;
+        let without_draws = if is_perspective { text!("shader-point") } else { text!("shader-faces") };
+        self.module_choices(ui, &name, &draws, without_draws);
         let chosen = self.chosen.filter(|module| match module {
             ModuleChoice::Part(part) => draws.iter().any(|d| d.part.name() == *part),
             ModuleChoice::Simple(_) => true,
@@ -194,13 +198,14 @@ impl ShaderPanel {
         }
     }
 
-    /// Shows buttons for the draws of the body and a list of the simple shaders, to choose the module. `name`: the body's name.
-    fn module_choices(&mut self, ui: &mut egui::Ui, name: &str, draws: &[&Draw]) {
+    /// Shows buttons for the draws of the body and a list of the simple shaders, to choose the module. `name`: the body's name. `without_draws`: the
+    /// text about a body without draws.
+    fn module_choices(&mut self, ui: &mut egui::Ui, name: &str, draws: &[&Draw], without_draws: &str) {
         let current = self.last_inspected.map(|(_, module)| module);
         ui.horizontal_wrapped(|ui| {
             ui.strong(name);
             if draws.is_empty() {
-                ui.weak(text!("shader-point"));
+                ui.weak(without_draws);
             }
             for draw in draws {
                 let part = ModuleChoice::Part(draw.part.name());
