@@ -62,8 +62,9 @@ begin and end, when the centre of the moon or of its shadow passes the planet's 
 Longitudes, circumstances at a place and instants before 1972 are as uncertain as
 Delta T (TT - UT1). Its standard error is printed if it is half a second or more.
 Magnitude: covered fraction of the Sun's diameter, in a central eclipse the ratio of
-the diameters; in a lunar eclipse the fraction of the Moon's diameter in the umbra; in
-a transit the ratio of the planet's diameter to the Sun's.
+the diameters; in a lunar eclipse the fraction of the Moon's diameter in the umbra,
+negative if the Moon misses it; in a transit the ratio of the planet's diameter to the
+Sun's.
 With --radii iau the Earth's shadow is not enlarged, with almanac by Danjon's rule.
 Contacts are those of the Moon's mean limb. With --at and --lunar-heights (a map of
 your own; none is included) those of its real limb are added: its C2 is the last bead
