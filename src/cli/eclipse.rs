@@ -98,6 +98,9 @@ struct FindArgs {
 pub(crate) fn run(common: &Common, args: &EclipseArgs) -> Result<(), CliError> {
     let EclipseVerb::Find(args) = &args.verb;
     // Checked before the search, which takes minutes for a span of centuries.
+    if args.path.as_deref() == Some(Path::new("-")) {
+        return Err(CliError::Failed("--path -: standard output has the table; name a file, such as path.geojson".into()));
+    }
     args.path.as_deref().map(check_output_path).transpose()?;
     let catalog = inputs::catalog(common)?;
     let ephemeris = inputs::ephemeris(common, &catalog)?;
