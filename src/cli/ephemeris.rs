@@ -34,7 +34,7 @@ use std::io::BufRead;
     next_help_heading = "Query"
 )]
 pub(crate) struct EphemerisArgs {
-    /// Body or barycentre, such as io or "mars barycenter"
+    /// Body or barycentre, such as io or "mars barycenter", or its NAIF code
     #[arg(long, required_unless_present_any = ["stdin", "rise_set"])]
     body: Option<String>,
     /// Origin: the body or barycentre that positions are relative to
