@@ -212,8 +212,12 @@ pub(crate) fn check_output_path(path: &Path) -> std::result::Result<(), WriteErr
         Ok(folder) if !folder.is_dir() => refused(ErrorKind::NotADirectory, "not a folder"),
         Ok(_) if path.is_dir() => refused(ErrorKind::IsADirectory, "this is a folder, not a file"),
         Ok(_) if ends_in_separator => refused(ErrorKind::IsADirectory, "this names a folder, not a file"),
-        Ok(_) if path.metadata().is_ok_and(|existing| !existing.is_file()) => refused(ErrorKind::InvalidInput, NOT_REPLACED),
-        Ok(_) => Ok(()),
+        Ok(_) => match path.metadata() {
+            Ok(existing) if !existing.is_file() => refused(ErrorKind::InvalidInput, NOT_REPLACED),
+            // Such as a name that is too long for the file system.
+            Err(e) if e.kind() != ErrorKind::NotFound => Err(write_error(path, &e)),
+            _ => Ok(()),
+        },
     }
 }
 

@@ -270,9 +270,9 @@ impl Catalog {
     }
 
     /// The body or barycentre with a name: a body's name or alias, `solar system barycenter`, `ssb`, `earth-moon barycenter`, `emb`, or
-    /// `<planet> barycenter`. Case and the spelling of barycentre do not matter.
-    pub fn find_body_or_barycenter(&self, name: &str) -> Option<NaifId> {
-        let name = normalized_name(name);
+    /// `<planet> barycenter`; or a NAIF code such as 599. Case and the spelling of barycentre do not matter.
+    pub fn find_body_or_barycenter(&self, name_or_code: &str) -> Option<NaifId> {
+        let name = normalized_name(name_or_code);
         match name.as_str() {
             "ssb" | "solar system barycenter" => return Some(NaifId::SOLAR_SYSTEM_BARYCENTER),
             "emb" | "earth moon barycenter" => return Some(NaifId::EARTH_MOON_BARYCENTER),
@@ -283,7 +283,14 @@ impl Catalog {
             let id = self.find_body(planet)?.id.0;
             return (100..1000).contains(&id).then_some(id).filter(|id| id % 100 == 99).map(|id| NaifId(id / 100));
         }
-        self.find_body(&name).map(|b| b.id)
+        self.find_body(&name).map(|b| b.id).or_else(|| self.find_naif_code(name_or_code))
+    }
+
+    /// The body or barycentre with a NAIF code.
+    fn find_naif_code(&self, text: &str) -> Option<NaifId> {
+        let id = NaifId(text.trim().parse().ok()?);
+        // The codes of the barycentres: 0 of the solar system, 3 of Earth and Moon, n of the system of planet n.
+        ((0..=9).contains(&id.0) || self.body(id).is_some()).then_some(id)
     }
 
     /// The body or barycentre with a name.

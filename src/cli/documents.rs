@@ -2,7 +2,8 @@
 
 use super::output::print_result;
 use super::{Cli, CliError};
-use clap::CommandFactory;
+use crate::wording::{echo, suggestion_or_list};
+use clap::{Command, CommandFactory};
 
 #[derive(clap::Args, Debug)]
 #[command(after_help = "Examples:
@@ -19,12 +20,13 @@ pub(crate) struct CompletionsArgs {
 #[command(after_help = "Examples:
   orrery man > ~/.local/share/man/man1/orrery.1
   orrery man render | man -l -
+  orrery man eclipse find | man -l -
 
 The main page lists the commands; the page of a command describes its options.")]
 pub(crate) struct ManArgs {
-    /// Command that the page describes [default: the program, with a list of its commands]
+    /// Command that the page describes, such as `render` or `eclipse find` [default: the program, with a list of its commands]
     #[arg(value_name = "VERB")]
-    verb: Option<String>,
+    verb: Vec<String>,
 }
 
 pub(crate) fn completions(args: &CompletionsArgs) -> Result<(), CliError> {
@@ -33,26 +35,31 @@ pub(crate) fn completions(args: &CompletionsArgs) -> Result<(), CliError> {
     print_result(&String::from_utf8_lossy(&script))
 }
 
-pub(crate) fn manual(args: &ManArgs) -> Result<(), CliError> {
-    let mut command = Cli::command();
+/// The definition of the command that the words name, such as `eclipse find`; of the program if there are none.
+fn command_named(words: &[String]) -> Result<Command, CliError> {
+    // A page describes no `help` command, because that has no page of its own.
+    let mut command = Cli::command().disable_help_subcommand(true);
     command.build();
-    let page = match &args.verb {
-        None => command,
-        Some(verb) => {
-            let verbs: Vec<String> = command.get_subcommands().map(|v| v.get_name().to_owned()).collect();
-            let known_verbs: Vec<&str> = verbs.iter().map(String::as_str).collect();
-            let found = command.find_subcommand(verb.to_lowercase()).cloned();
-            let unknown = || {
-                CliError::Failed(format!(
-                    "man {}: no such command; {}",
-                    crate::wording::echo(verb),
-                    crate::wording::suggestion_or_list(verb, &known_verbs)
-                ))
+    let mut page_name = "orrery".to_owned();
+    for word in words {
+        let verb = word.to_lowercase();
+        let Some(found) = command.find_subcommand(&verb).cloned() else {
+            let known_verbs: Vec<&str> = command.get_subcommands().map(Command::get_name).collect();
+            let hint = if known_verbs.is_empty() {
+                format!("`{}` has no commands of its own", command.get_name())
+            } else {
+                suggestion_or_list(word, &known_verbs)
             };
-            let name = format!("orrery-{}", verb.to_lowercase());
-            found.ok_or_else(unknown)?.display_name(name).version(env!("CARGO_PKG_VERSION"))
-        }
-    };
+            return Err(CliError::Failed(format!("man {}: no such command; {hint}", echo(&words.join(" ")))));
+        };
+        page_name = format!("{page_name}-{verb}");
+        command = found.display_name(page_name.clone()).version(env!("CARGO_PKG_VERSION"));
+    }
+    Ok(command)
+}
+
+pub(crate) fn manual(args: &ManArgs) -> Result<(), CliError> {
+    let page = command_named(&args.verb)?;
     let mut text = Vec::new();
     clap_mangen::Man::new(page)
         .source(concat!("orrery ", env!("CARGO_PKG_VERSION")))

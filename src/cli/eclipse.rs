@@ -54,15 +54,17 @@ enum Kind {
   orrery eclipse find --from 2015-01-24 --to 2015-01-25 --kind moons
   orrery eclipse find --from 1901-01-01 --to 2001-01-01 --kind lunar --radii almanac --json
 
-Instants are UTC (UT1 before 1972), when the light reaches the Earth's centre.
+Instants are UTC (UT1 before 1972), when the light reaches the Earth's centre. Dates
+are Gregorian in all years, also before 1582; year 0000 is 1 BC, -0584 is 585 BC.
 Contacts of eclipses: P of the penumbra, U of the umbra or antumbra; with --at also
 C1 to C4 of the discs. Contacts of transits and moons: I to IV, when the limbs touch;
 begin and end, when the centre of the moon or of its shadow passes the planet's edge.
 Longitudes, circumstances at a place and instants before 1972 are as uncertain as
 Delta T (TT - UT1). Its standard error is printed if it is half a second or more.
 Magnitude: covered fraction of the Sun's diameter, in a central eclipse the ratio of
-the diameters; in a lunar eclipse the fraction of the Moon's diameter in the umbra; in
-a transit the ratio of the planet's diameter to the Sun's.
+the diameters; in a lunar eclipse the fraction of the Moon's diameter in the umbra,
+negative if the Moon misses it; in a transit the ratio of the planet's diameter to the
+Sun's.
 With --radii iau the Earth's shadow is not enlarged, with almanac by Danjon's rule.
 Contacts are those of the Moon's mean limb. With --at and --lunar-heights (a map of
 your own; none is included) those of its real limb are added: its C2 is the last bead
@@ -96,6 +98,9 @@ struct FindArgs {
 pub(crate) fn run(common: &Common, args: &EclipseArgs) -> Result<(), CliError> {
     let EclipseVerb::Find(args) = &args.verb;
     // Checked before the search, which takes minutes for a span of centuries.
+    if args.path.as_deref() == Some(Path::new("-")) {
+        return Err(CliError::Failed("--path -: standard output has the table; name a file, such as path.geojson".into()));
+    }
     args.path.as_deref().map(check_output_path).transpose()?;
     let catalog = inputs::catalog(common)?;
     let ephemeris = inputs::ephemeris(common, &catalog)?;

@@ -29,15 +29,16 @@ use std::io::BufRead;
     orrery ephemeris --rise-set --at 48.14,11.58 --time 2026-06-21\n\n\
     Positions are geometric: km and km/s, ICRF axes. error_km bounds the error of the source; it is null if it is unknown, as for files of --kernel. \
     Azimuth is measured from north through east; altitudes are without refraction. Rise and set are those of the upper limb of the Sun and the Moon, with 34 arcminutes of \
-    refraction on the Earth; twilight ends with the Sun's centre at -6, -12 and -18 degrees.",
+    refraction on the Earth; twilight ends with the Sun's centre at -6, -12 and -18 degrees.\n\n\
+    Dates are Gregorian in all years, also before 1582; year 0000 is 1 BC, -0584 is 585 BC. Before 1972 times are UT1.",
     next_help_heading = "Query"
 )]
 pub(crate) struct EphemerisArgs {
-    /// Body or barycentre, such as io or "mars barycenter"
+    /// Body or barycentre, such as io or "mars barycenter", or its NAIF code
     #[arg(long, required_unless_present_any = ["stdin", "rise_set"])]
     body: Option<String>,
     /// Origin: the body or barycentre that positions are relative to
-    #[arg(long, required_unless_present_any = ["stdin", "apparent", "orientation", "at"])]
+    #[arg(long, required_unless_present_any = ["stdin", "apparent", "orientation", "at", "rise_set"])]
     center: Option<String>,
     /// Time: ISO 8601 UTC, jd_tdb:2460409.262 or now
     #[arg(long, required_unless_present_any = ["stdin", "from"], allow_hyphen_values = true)]
@@ -281,7 +282,7 @@ fn as_text(answer: &SourcedState) -> String {
     let [x, y, z] = answer.state.pos_km.to_array();
     let [vx, vy, vz] = answer.state.vel_km_s.to_array();
     let source = json!(answer.source);
-    let error = if answer.error_km.is_finite() { format!("within {} km", answer.error_km) } else { "error unknown".to_owned() };
+    let error = if answer.error_km.is_finite() { format!("within {:.3} km", answer.error_km) } else { "error unknown".to_owned() };
     format!(
         "position  {x:.6} {y:.6} {z:.6} km\nvelocity  {vx:.9} {vy:.9} {vz:.9} km/s\ndistance  {:.6} km\nsource    {}, {error}\n",
         answer.state.pos_km.length(),

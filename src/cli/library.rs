@@ -25,12 +25,16 @@ pub(crate) struct LibraryArgs {
 #[derive(clap::Subcommand, Debug, Clone, Copy)]
 enum LibraryVerb {
     /// Show the folder, and the numbers and sizes of its entries
+    #[command(after_help = "Example:\n  orrery library status")]
     Status,
     /// Compile every module that a view can need
+    #[command(after_help = "Example:\n  orrery library warm")]
     Warm,
     /// Check every entry
+    #[command(after_help = "Example:\n  orrery library verify")]
     Verify,
     /// Remove all entries
+    #[command(after_help = "Example:\n  orrery library clear")]
     Clear,
 }
 

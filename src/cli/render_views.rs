@@ -15,7 +15,7 @@ const MAX_TOUR_FRAMES: f64 = 216_000.0;
 
 /// The views of a sequence.
 pub(crate) enum Views {
-    /// One view at `count` times, `step_s` simulated seconds apart.
+    /// One view at `count` times, `step_s` UTC seconds apart: a step of a day keeps the time of day across a leap second, as in tables of `ephemeris`.
     Steps { first: Box<ViewRequest>, step_s: f64, count: u32 },
     /// The views along a tour, one per frame.
     // Constructed only with the feature `view`, whose module parses tour files.
@@ -24,7 +24,7 @@ pub(crate) enum Views {
 }
 
 impl Views {
-    /// One view at `count` times, `step_s` simulated seconds apart.
+    /// One view at `count` times, `step_s` UTC seconds apart.
     pub(crate) fn steps(first: ViewRequest, step_s: f64, count: u32) -> Self {
         Self::Steps { first: Box::new(first), step_s, count }
     }
@@ -98,7 +98,7 @@ impl Views {
     pub(crate) fn request(&self, number: u32) -> ViewRequest {
         match self {
             Self::Steps { first, step_s, .. } => {
-                ViewRequest { time: first.time.plus_seconds(f64::from(number) * step_s), ..(**first).clone() }
+                ViewRequest { time: first.time.plus_utc_seconds(f64::from(number) * step_s), ..(**first).clone() }
             }
             Self::Tour { frames, .. } => frames[(number as usize).min(frames.len() - 1)].clone(),
         }
@@ -132,6 +132,23 @@ impl Views {
         match self {
             Self::Steps { .. } => None,
             Self::Tour { title, .. } => Some(title),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::NaifId;
+    use crate::time::Instant;
+    use crate::units::SECONDS_PER_DAY;
+
+    /// There is a leap second at the end of 2016. Before 1972 times are UT1, whose days differ from 86 400 seconds of TDB.
+    #[test]
+    fn a_step_of_a_day_keeps_the_time_of_day() {
+        for (first, last) in [("2016-12-30T06:00:00Z", "2017-01-02T06:00:00Z"), ("-0584-05-20T12:00:00Z", "-0584-05-23T12:00:00Z")] {
+            let first = ViewRequest::of(NaifId::EARTH, Instant::parse(first).expect("a time"));
+            assert_eq!(Views::steps(first, SECONDS_PER_DAY, 4).request(3).time.to_utc_iso(), last);
         }
     }
 }

@@ -41,6 +41,9 @@ pub(crate) struct ShaderArgs {
 #[derive(clap::Subcommand, Debug)]
 enum ShaderVerb {
     /// List all keys reachable with this catalog, one per line
+    #[command(
+        after_help = "Examples:\n  orrery shader keys --for saturn --time 2017-05-17T00:00:00Z\n  orrery shader keys --covering 2 --count"
+    )]
     Keys {
         /// List a set of keys in which every combination of the values of any N dimensions occurs (N is 2 or 3) instead
         #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(2..=3))]
@@ -62,6 +65,9 @@ enum ShaderVerb {
         count: bool,
     },
     /// Print the module of a key, or a simple shader by name
+    #[command(
+        after_help = "Examples:\n  orrery shader emit lambert.albedo.sun1.ellipsoid --annotate\n  orrery shader emit tone_map --lang msl"
+    )]
     Emit {
         /// Shader key, or the name of a simple shader
         #[arg(value_parser = module_id)]
@@ -77,6 +83,7 @@ enum ShaderVerb {
         layout: bool,
     },
     /// Compare two modules, by feature
+    #[command(after_help = "Example:\n  orrery shader diff lambert.albedo.sun1.sphere lambert.albedo.sun1.ellipsoid")]
     Diff {
         /// Shader key, or the name of a simple shader
         #[arg(value_parser = module_id)]
@@ -86,6 +93,7 @@ enum ShaderVerb {
         second: ModuleId,
     },
     /// Count operations, texture reads and registers, and time the software renderer per megapixel
+    #[command(after_help = "Example:\n  orrery shader cost lambert.albedo.sun1.ellipsoid")]
     Cost {
         /// Shader key, or the name of a simple shader
         #[arg(value_parser = module_id)]
@@ -111,6 +119,7 @@ enum ShaderVerb {
         record: PathBuf,
     },
     /// Write a static site with a page for each module: image, source by feature, cost, and the modules one step away
+    #[command(after_help = "Example:\n  orrery shader atlas --for saturn --time 2017-05-17T00:00:00Z -o atlas")]
     Atlas {
         /// Folder for the site; new, empty, or with an atlas in it
         #[arg(short, long = "output", value_name = "DIR")]
@@ -119,6 +128,7 @@ enum ShaderVerb {
         options: ExportOptions,
     },
     /// Write conformance test cases, to test other executors of WGSL: modules with inputs, expected pixels and tolerances
+    #[command(after_help = "Example:\n  orrery shader corpus --for saturn --time 2017-05-17T00:00:00Z -o corpus")]
     Corpus {
         /// Folder for the cases; new, empty, or with earlier cases in it
         #[arg(short, long = "output", value_name = "DIR")]
@@ -127,7 +137,9 @@ enum ShaderVerb {
         options: ExportOptions,
     },
     /// Write the shader sources as files to edit, for --shaders
+    #[command(after_help = "Example:\n  orrery shader export my-shaders && orrery --shaders my-shaders")]
     Export {
+        /// Folder for the sources
         #[arg(value_name = "DIR")]
         folder: PathBuf,
         /// Overwrite files that differ from the built-in sources

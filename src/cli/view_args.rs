@@ -27,7 +27,7 @@ fn effects_help() -> String {
 #[derive(clap::Args, Clone, Debug, Default)]
 #[command(next_help_heading = "View")]
 pub(crate) struct ViewArgs {
-    /// Body to look at
+    /// Body to look at: a name, or a NAIF code such as 599
     #[arg(long, value_name = "BODY")]
     pub target: Option<String>,
     /// Look from this body's centre (with --distance-radii: from its direction; with --at: from its surface) [default: the direction of the Earth, or of the Sun for the Earth]

@@ -44,6 +44,10 @@ enum Model {
     LimbDarkened,
 }
 
+/// Largest semi-axis of an occluder, solar radii. In f32 the limb of a disc of 1e8 is nowhere in front of the Sun, because the squares of radius and distance
+/// cancel.
+const MAX_SEMI_AXIS: f64 = 1e6;
+
 impl Fields {
     /// Coefficients of limb darkening, the Sun's at 550 nm by default. If only one is given, the other is 0.
     fn limb_darkening(&self) -> (f64, f64) {
@@ -76,6 +80,10 @@ impl Fields {
                 None => "fields \"semi_major\", \"semi_minor\" and \"centre_distance\" are lengths: 0 or more".into(),
             });
         }
+        if major > MAX_SEMI_AXIS {
+            let field = if self.k.is_some() { "k" } else { "semi_major" };
+            return Err(format!("field \"{field}\" is {major:e}: at most {MAX_SEMI_AXIS:e} solar radii"));
+        }
         if minor > major {
             return Err(format!("field \"semi_minor\" is {minor}: not above semi_major, {major}"));
         }
@@ -92,9 +100,9 @@ pub(super) static KIND: QueryKind = QueryKind {
     name: "disc-overlap",
     description: "the fraction of the Sun's light that a disc (k, d) or an ellipse in front of the Sun blocks; lengths in solar radii",
     fields: &[
-        alternative("k", "the disc's radius"),
+        alternative("k", "the disc's radius, at most 1e6"),
         alternative("d", "distance of the centres"),
-        alternative("semi_major", "the ellipse's semi-axes"),
+        alternative("semi_major", "the ellipse's semi-axes; at most 1e6"),
         alternative("semi_minor", "at most semi_major"),
         alternative("centre_distance", "distance of the centres"),
         optional("offset_angle_from_major_axis_deg", "from the ellipse's major axis to the Sun's centre", "0"),

@@ -84,6 +84,12 @@ struct BodyShadowFields {
     u2: Option<f64>,
 }
 
+/// Coordinates of a point and radii of a ring are below this, in equatorial radii.
+const MAX_RADII: f64 = 1e6;
+
+/// Largest optical depth of a ring along its normal. Far less lets no light pass.
+const MAX_TAU: f64 = 1e4;
+
 /// Tangent of the Sun's angular radius, at least 1e-6: a point Sun becomes a very small disc.
 fn sun_radius_tangent(degrees: f64) -> Result<f32, ProbeError> {
     if (0.0..=20.0).contains(&degrees) {
@@ -105,8 +111,8 @@ fn evaluate(
     uniforms: &DrawUniforms,
     point: [f64; 3],
 ) -> Result<f64, ProbeError> {
-    if !point.iter().all(|x| x.is_finite() && x.abs() < 1e6) {
-        return Err("field \"point\": three numbers, equatorial radii".into());
+    if !point.iter().all(|x| x.abs() < MAX_RADII) {
+        return Err(format!("field \"point\": three numbers below {MAX_RADII:e} equatorial radii").into());
     }
     let module = ModuleId::Probe(probe, ShaderKey::for_draw(features));
     let built = prober.library().get(&module)?;
@@ -130,9 +136,9 @@ pub(super) static TRANSMISSION: QueryKind = QueryKind {
     name: "ring-transmission",
     description: "the fraction of the Sun's light that a ring transmits to a point; lengths in equatorial radii, body-fixed axes, pole +z",
     fields: &[
-        alternative("profile", "a list of {\"r_in\", \"r_out\", \"tau_normal\"}"),
+        alternative("profile", "a list of {\"r_in\", \"r_out\", \"tau_normal\"}, with r_out below 1e6 and tau_normal from 0 to 1e4"),
         alternative("body", "a body's name: its rings in the catalog"),
-        required("point", "[x, y, z]"),
+        required("point", "[x, y, z], each below 1e6"),
         required("sun", "[x, y, z] towards the Sun, of any length"),
         optional("sun_angular_radius_deg", "0 to 20", "0"),
         optional("model", "point-sun or penumbra", "point-sun"),
@@ -148,7 +154,7 @@ pub(super) static BODY_SHADOW: QueryKind = QueryKind {
     fields: &[
         alternative("flattening", "of the planet, from 0 to below 0.9"),
         alternative("body", "a body's name: its figure in the catalog"),
-        required("point", "[x, y, z]"),
+        required("point", "[x, y, z], each below 1e6"),
         required("sun", "[x, y, z] towards the Sun, of any length"),
         optional("sun_angular_radius_deg", "0 to 20", "0"),
         optional("model", "sphere, uniform-disc or limb-darkened", "limb-darkened"),
@@ -170,11 +176,12 @@ fn transmission(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> 
     let slants = slants_of_sunlight(sun.z, f64::from(tangent), ring_shadow == RingShadow::Penumbra);
     let table = match (&query.profile, &query.body) {
         (Some(profile), None) => {
-            if let Some(bad) =
-                profile.iter().find(|a| !(a.r_in >= 0.0 && a.r_out > a.r_in && a.r_out < 1e6 && (0.0..=1e4).contains(&a.tau_normal)))
+            if let Some(bad) = profile
+                .iter()
+                .find(|a| !(a.r_in >= 0.0 && a.r_out > a.r_in && a.r_out < MAX_RADII && (0.0..=MAX_TAU).contains(&a.tau_normal)))
             {
                 return Err(format!(
-                    "field \"profile\": {} to {} of optical depth {} is not an annulus",
+                    "field \"profile\": {:?} to {:?} of optical depth {:?}: r_in from 0, r_out above it and below {MAX_RADII:e}, tau_normal from 0 to {MAX_TAU:e}",
                     bad.r_in, bad.r_out, bad.tau_normal
                 )
                 .into());

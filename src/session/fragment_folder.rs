@@ -31,6 +31,9 @@ pub enum FragmentFolderError {
         /// The system's error.
         source: std::io::Error,
     },
+    /// There is no such folder.
+    #[error("{0}: there is no such folder; `orrery shader export` writes the shader sources into a folder")]
+    NoFolder(String),
     /// The folder has more files than the limit.
     #[error("{0}: more than {MAX_FILES} *.wesl files")]
     TooMany(String),
@@ -67,8 +70,11 @@ fn is_hidden(path: &Path) -> bool {
 /// Every `*.wesl` file below a folder, except hidden ones, with the time of its last change and its length.
 ///
 /// # Errors
-/// A file or folder that cannot be read, an outdated fragment, too many files, or no fragment at all.
+/// No such folder, a file or folder that cannot be read, an outdated fragment, too many files, or no fragment at all.
 pub fn fragment_times(folder: &Path) -> Result<FragmentTimes, FragmentFolderError> {
+    if !folder.exists() {
+        return Err(FragmentFolderError::NoFolder(shown_path(folder)));
+    }
     let root = folder.to_owned();
     let mut outdated = None;
     let (mut found, mut folders) = (FragmentTimes::new(), vec![(folder.to_owned(), 0)]);

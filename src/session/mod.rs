@@ -153,6 +153,10 @@ pub struct Session {
 pub fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
     let Some(folder) = folder else { return Ok(Catalog::embedded()) };
     let file_error = |path: &Path, e: std::io::Error| SessionError::File { path: echo(&path.display().to_string()), why: e.to_string() };
+    if !folder.exists() {
+        let why = "there is no such folder; --catalogs takes a folder of catalog files".to_owned();
+        return Err(SessionError::File { path: echo(&folder.display().to_string()), why });
+    }
     let entries = std::fs::read_dir(folder).map_err(|e| file_error(folder, e))?;
     let mut paths: Vec<PathBuf> = entries.flatten().map(|e| e.path()).filter(|p| p.extension().is_some_and(|x| x == "toml")).collect();
     paths.retain(|p| p.file_name().is_some_and(|name| name != "Cargo.toml"));

@@ -326,5 +326,8 @@ mod tests {
             let error = Instant::parse(text).expect_err(text).to_string();
             assert!(!error.contains('\n') && error.len() > 10, "{error}");
         }
+        // The T of a word does not end a date.
+        let error = Instant::parse("yesterday").expect_err("no date").to_string();
+        assert!(error.contains("the year `yesterday` is not 4 digits"), "{error}");
     }
 }

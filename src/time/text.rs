@@ -23,8 +23,9 @@ pub(super) fn parse(text: &str) -> Result<Instant, TimeError> {
         return Ok(Instant::from_jd_tdb(jd));
     }
     let (date, clock) = match trimmed.split_once(['T', 't', ' ']) {
-        Some((date, clock)) => (date, clock),
-        None => (trimmed, "00:00:00"),
+        Some((date, clock)) if date.ends_with(|c: char| c.is_ascii_digit()) => (date, clock),
+        // A date without a time of day; or a word with a T, such as `tomorrow`, which the error is to quote in full.
+        _ => (trimmed, "00:00:00"),
     };
     let (negative, date) = match date.strip_prefix('-') {
         Some(rest) => (true, rest),

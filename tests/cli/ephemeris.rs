@@ -125,3 +125,36 @@ fn errors_about_spans_and_places_name_a_remedy() {
         );
     }
 }
+
+/// A rise needs a place and a time, but no centre.
+#[test]
+fn rise_and_set_without_place_and_time_ask_for_these_alone() {
+    let out = orrery(&["--rise-set"]);
+    let message = String::from_utf8_lossy(&out.stderr).into_owned();
+    assert!(out.status.code() == Some(2) && message.contains("--at") && message.contains("--time"), "{message}");
+    assert!(!message.contains("--center"), "{message}");
+}
+
+/// The bound is a sum in binary floating point: 0.329_999_999_999_999_96 km for the Earth.
+#[test]
+fn the_error_of_a_position_is_printed_to_the_metre() {
+    let printed = text(&["--body", "earth", "--center", "solar system barycenter", "--time", "2024-01-01"]);
+    let bound = printed.split("within ").nth(1).and_then(|rest| rest.strip_suffix(" km\n")).unwrap_or_else(|| panic!("{printed}"));
+    assert!(bound.parse::<f64>().is_ok_and(|km| km > 0.0) && bound.split('.').nth(1).is_some_and(|d| d.len() == 3), "{printed}");
+}
+
+/// The codes of SPICE: 499 Mars, 4 the centre of mass of Mars and its moons, 10 the Sun, 0 the solar system's. A spacecraft's code is negative.
+#[test]
+fn bodies_have_naif_codes_too() {
+    let at = |body: &str, center: &str| json(&["--body", body, "--center", center, "--time", "2024-04-08"]);
+    for (by_code, by_name) in
+        [(["499", "10"], ["mars", "sun"]), (["4", "0"], ["mars barycenter", "solar system barycenter"]), (["301", "3"], ["moon", "emb"])]
+    {
+        assert_eq!(at(by_code[0], by_code[1]), at(by_name[0], by_name[1]), "{by_code:?}");
+    }
+    for unknown in ["-5", "498", "11", "5.0"] {
+        let out = orrery(&[&format!("--body={unknown}"), "--center", "sun", "--time", "2024-04-08"]);
+        let message = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert!(out.status.code() == Some(1) && message.contains("no body or barycentre is called"), "{message}");
+    }
+}

@@ -444,3 +444,15 @@ fn an_animation_has_the_frames_of_a_sequence() {
         );
     }
 }
+
+/// No such file exists, so `--overwrite` is no remedy.
+#[test]
+fn a_name_that_the_file_system_refuses_is_reported_as_such() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join(format!("{}.png", "a".repeat(300)));
+    for more in [&[][..], &["--overwrite"]] {
+        let out = render(&[&BASE[..], &["-o", path_text(&path)], more].concat());
+        let message = stderr_text(&out);
+        assert!(out.status.code() == Some(1) && !message.contains("--overwrite") && !message.contains("exists"), "{message}");
+    }
+}

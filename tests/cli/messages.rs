@@ -22,13 +22,50 @@ fn path_text(path: &Path) -> &str {
     path.to_str().expect("a plain name")
 }
 
-/// The program's verbs, as listed by its help.
-fn verbs() -> Vec<String> {
-    let out = orrery(&["--help"]);
-    let help = String::from_utf8_lossy(&out.stdout).into_owned();
-    let commands = help.split("Commands:").nth(1).and_then(|rest| rest.split("\n\n").next()).expect("a list of verbs");
+/// The verbs that a help text lists.
+fn listed_verbs(help: &str) -> Vec<String> {
+    let commands = help.split("\nCommands:\n").nth(1).and_then(|rest| rest.split("\n\n").next()).unwrap_or_default();
     let names = commands.lines().filter_map(|l| l.split_whitespace().next()).filter(|n| *n != "help").map(str::to_owned);
     names.collect()
+}
+
+/// The program's verbs, as listed by its help.
+fn verbs() -> Vec<String> {
+    listed_verbs(&String::from_utf8_lossy(&orrery(&["--help"]).stdout))
+}
+
+/// The verbs of verbs, as in `eclipse find`.
+fn nested_verbs() -> Vec<[String; 2]> {
+    let nested = |verb: String| {
+        let inner = listed_verbs(&String::from_utf8_lossy(&orrery(&[&verb, "--help"]).stdout));
+        inner.into_iter().map(move |name| [verb.clone(), name])
+    };
+    verbs().into_iter().flat_map(nested).collect()
+}
+
+#[test]
+fn every_nested_verb_has_an_example_and_a_manual_page_with_its_options() {
+    let nested = nested_verbs();
+    assert!(nested.len() >= 12 && nested.contains(&["eclipse".into(), "find".into()]), "{nested:?}");
+    for [verb, name] in &nested {
+        let text = |args: &[&str]| {
+            let out = orrery(args);
+            assert!(out.status.success(), "{args:?}: {}", stderr_text(&out));
+            String::from_utf8_lossy(&out.stdout).into_owned()
+        };
+        let (help, page) = (text(&[verb, name, "--help"]), text(&["man", verb, name]).replace("\\-", "-"));
+        assert!(help.contains(&format!("  orrery {verb} {name}")), "{help}");
+        assert!(page.contains(&format!(".TH orrery-{verb}-{name}")), "{page}");
+        let options = help.lines().filter_map(|l| l.trim_start().strip_prefix("--")).filter_map(|l| l.split([' ', '.']).next());
+        for option in options.filter(|o| !o.is_empty()) {
+            assert!(page.contains(&format!("--{option}")), "man {verb} {name} lacks --{option}");
+        }
+        // The list of a page names only commands that have a page.
+        assert!(!text(&["man", verb]).contains("help(1)"), "{verb}");
+    }
+    let refused = stderr_text(&orrery(&["man", "render", "find"]));
+    assert!(refused.contains("man render find: no such command"), "{refused}");
+    assert!(stderr_text(&orrery(&["man", "eclipse", "fnd"])).contains("`find`"));
 }
 
 #[test]

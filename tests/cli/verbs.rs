@@ -79,7 +79,8 @@ fn usage_errors_exit_with_2_and_failures_with_1_and_one_line() {
         (&["ephemeris", "--body", "moon", "--center", "earth", "--time", "soon"], "soon"),
         (&["probe", "{}"], "\"q\""),
         (&["explain", "--target", "earth", "--kernel", "/nowhere.bsp"], "/nowhere.bsp"),
-        (&["explain", "--target", "earth", "--catalogs", "/nowhere"], "/nowhere"),
+        (&["explain", "--target", "earth", "--catalogs", "/nowhere"], "/nowhere: there is no such folder; --catalogs takes"),
+        (&["explain", "--target", "earth", "--shaders", "/nowhere"], "/nowhere: there is no such folder; `orrery shader export`"),
     ] {
         let out = orrery(args);
         let stderr_text = String::from_utf8_lossy(&out.stderr);

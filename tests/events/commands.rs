@@ -161,6 +161,8 @@ fn invalid_arguments_get_one_clear_line() {
         (vec!["--from", "-9000-01-01", "--to", "-8999-01-01"], "not at"),
         // Said before the search, hence before the span is read.
         (vec!["--from", "soon", "--to", "2024-04-01", "--path", "nowhere/x.geojson"], "there is no folder nowhere"),
+        // Elsewhere `-` is standard output.
+        (vec!["--from", "soon", "--to", "2024-04-01", "--path", "-"], "name a file"),
     ] {
         let out = find(&args);
         let stderr_text = String::from_utf8_lossy(&out.stderr);

@@ -51,6 +51,11 @@ fn an_invalid_query_gets_an_error_of_one_line() {
         (r#"{"q":"disc-overlap","k":1,"d":1,"model":"square"}"#, "square"),
         (r#"{"q":"disc-overlap","k":-1,"d":1,"model":"linear"}"#, "\"k\""),
         (r#"{"q":"disc-overlap","k":1,"d":1,"model":"linear","e":1}"#, "`e`"),
+        // In f32, the limb of such a disc would miss the Sun even where it crosses the Sun's centre.
+        (r#"{"q":"disc-overlap","k":1e8,"d":1e8}"#, "at most 1e6 solar radii"),
+        (r#"{"q":"disc-overlap","semi_major":1e8,"semi_minor":1,"centre_distance":0}"#, "\"semi_major\" is 1e8"),
+        (r#"{"q":"ring-shadow","flattening":0.1,"point":[1e7,0,0],"sun":[1,0,0]}"#, "below 1e6 equatorial radii"),
+        (r#"{"q":"ring-transmission","profile":[{"r_in":1,"r_out":2,"tau_normal":1e30}],"point":[1,0,1],"sun":[0,0,1]}"#, "from 0 to 1e4"),
     ] {
         let error = prober.answer(query).expect_err(query).to_string();
         assert!(error.contains(message_part) && !error.contains('\n'), "{query}: {error}");

@@ -19,7 +19,7 @@ pub enum KeyTextError {
     Unknown { text: String, word: String, column: usize, expected: String },
     #[error("shader key `{text}`: `{word}` at column {column} repeats the {dimension}, after `{earlier}` at column {earlier_column}")]
     Twice { text: String, word: String, column: usize, dimension: &'static str, earlier: String, earlier_column: usize },
-    #[error("shader key `{text}`: the {part} is missing at column {column}; {expected}")]
+    #[error("shader key `{text}`: the part `{part}` is missing at column {column}; {expected}")]
     Missing { text: String, part: &'static str, column: usize, expected: String },
     #[error("shader key `{text}`: `{word}` at column {column} changes nothing: {because}; the same image is {canonical}")]
     NoEffect { text: String, word: String, column: usize, because: &'static str, canonical: String },
@@ -58,7 +58,7 @@ fn is_optional(part: KeyPart) -> bool {
 /// A text that lists the words of a part.
 fn words_of_part(part: KeyPart) -> String {
     let texts: Vec<_> = DIMENSIONS.iter().filter(|d| d.part == part).flat_map(|d| d.texts).copied().filter(|t| !t.is_empty()).collect();
-    format!("{} is one of {}", part.name(), texts.join(", "))
+    format!("`{}` is one of {}", part.name(), texts.join(", "))
 }
 
 pub(super) fn write(features: &DrawFeatures) -> String {
