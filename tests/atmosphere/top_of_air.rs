@@ -5,10 +5,11 @@ use super::air_pass::image;
 use crate::support::folds::larger;
 use crate::support::session::SESSION;
 use crate::support::sweep;
+use glam::DVec3;
 use orrery::catalog::NaifId;
 use orrery::scene::Scene;
 use orrery::scene::effects::EffectOverrides;
-use orrery::scene::request::{ExposureRequest, Layers, Position, ViewRequest};
+use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, ViewRequest};
 use orrery::time::Instant;
 
 const SIDE: u32 = 24;
@@ -116,6 +117,30 @@ fn the_exposure_changes_gradually_from_the_ground_into_space() {
         }
     }
     assert!(longest_way > 3.0 * MAX_STOPS, "no exposure changes by more than {longest_way} stops: the check above cannot fail");
+}
+
+/// Looks straight up, or along the horizon towards the north, where no ground is in sight or only a part of the frame is ground.
+fn view_of_sky(body: NaifId, longitude_deg: f64, height_km: f64, to_zenith: bool) -> ViewRequest {
+    let (sin, cos) = longitude_deg.to_radians().sin_cos();
+    let direction = if to_zenith { DVec3::new(cos, sin, 0.0) } else { DVec3::Z };
+    ViewRequest { look: Look::Along { direction, axes: Axes::BodyFixed }, ..view(body, TIME, longitude_deg, height_km) }
+}
+
+/// The sky of a camera near the top of the air is as dark as that above it, by day, too. If the meter gave it 1/3000 of the daylight sky's weight there,
+/// the exposure of the zenith above the Earth and Venus would jump by five stops.
+#[test]
+fn the_exposure_of_the_sky_does_not_jump_at_the_top_of_the_air() {
+    let mut longest_way: f64 = 0.0;
+    for (body, top_km) in bodies_with_air() {
+        let longitude_deg = (noon_deg(body) + 80.0) % 360.0;
+        for to_zenith in [true, false] {
+            let stops = |part: f64| scene(&view_of_sky(body, longitude_deg, part * top_km, to_zenith)).exposure.stops;
+            let (below, above) = (stops(1.0 - 1e-6), stops(1.0 + 1e-6));
+            assert!((below - above).abs() < 0.3, "{body:?}, to the zenith: {to_zenith}: {below} to {above} stops");
+            longest_way = longest_way.max((above - stops(0.01)).abs());
+        }
+    }
+    assert!(longest_way > 5.0, "no exposure changes by more than {longest_way} stops: the check above cannot fail");
 }
 
 /// The exposure of the Earth at noon on the equator, and the brightest channel of the mean light.

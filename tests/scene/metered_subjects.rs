@@ -38,6 +38,33 @@ fn rings_of_a_point_leave_the_reading_gradually() {
     assert_changes_smoothly("Saturn's night side", 0.3, 60, night_side);
 }
 
+/// A camera near the plane of Saturn's rings turns. Where a part of the rings comes to be behind the camera, the exposure once jumped by up to 9 stops, and
+/// rings beside the frame were metered.
+#[test]
+fn rings_that_reach_behind_the_camera_change_the_exposure_gradually() {
+    let towards = |camera: DVec3, yaw_deg: f64| {
+        let (sin, cos) = yaw_deg.to_radians().sin_cos();
+        let radius_km = SESSION.catalog().body(SATURN).expect("Saturn").radii_km.x;
+        let position = Position::Offset { body: SATURN, offset_km: camera * radius_km, axes: Axes::BodyFixed };
+        let look = Look::Along { direction: DVec3::new(-cos, sin, 0.0), axes: Axes::BodyFixed };
+        ViewRequest { look, ..view(SATURN, "2024-04-08T18:17:16Z", position) }
+    };
+    // The outermost ring has a radius of 7.96 radii of the globe. Its nearest edge is 53 degrees from the globe at 10 radii, 23.5 degrees at 20.
+    for (camera, edge_deg) in
+        [(DVec3::new(10.0, 0.0, 0.04), 52.79), (DVec3::new(10.0, 0.0, 0.5), 52.79), (DVec3::new(20.0, 0.0, 0.5), 23.47)]
+    {
+        for yaw_deg in [90.0 - edge_deg, 90.0 + edge_deg] {
+            let around = [-0.05, 0.0, 0.05].map(|step| stops(&towards(camera, yaw_deg + step)));
+            assert!(around.windows(2).all(|w| (w[1] - w[0]).abs() < 0.3), "{camera}, {yaw_deg} degrees: {around:?} stops");
+        }
+        // No ring is in a frame 60 degrees wide across the diagonal.
+        let away = towards(camera, 150.0);
+        let without = ViewRequest { effects: EffectOverrides::parse("-rings").expect("effects"), ..away.clone() };
+        assert_eq!(stops(&away), stops(&without), "{camera}");
+        assert!((stops(&towards(camera, 0.0)) - stops(&away)).abs() > 3.0, "{camera}: the checks above cannot fail");
+    }
+}
+
 /// Mars in the frame of Phobos, and Jupiter that hides Io, become points without a step: where they were a pixel wide, the exposure jumped by 0.5 and by 2.3
 /// stops. The distances are from the target, in its radii.
 #[test]

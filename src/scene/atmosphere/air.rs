@@ -144,6 +144,13 @@ pub(crate) fn opacity_below(air: &Atmosphere, height_km: f64) -> f64 {
 /// Height of the camera, relative to the top of the air, from which the night sky fades: the Earth's airglow shines between 85 and 100 km.
 const NIGHT_SKY_FADE_FROM: f64 = 0.85;
 
+/// Height of the camera, relative to the top of the air, from which the light meter gives the daylight sky less and less weight.
+const METERED_SKY_FADE_FROM: f64 = 0.5;
+
+/// Natural logarithm of the weight that the light meter gives the sky of a camera at the top of the air: the subject that remains then weighs less than a tenth
+/// of the dark sky beyond it, so that the exposure does not jump where the air ends.
+const METERED_SKY_LOG_WEIGHT_AT_TOP: f64 = -23.0;
+
 /// Part of the night sky's light that a camera at this height sees above it: 1 in most of the air, 0 above it.
 pub(crate) fn night_sky_above(air: &Atmosphere, height_km: f64) -> f64 {
     1.0 - smoothstep((height_km / air.top_km - NIGHT_SKY_FADE_FROM) / (1.0 - NIGHT_SKY_FADE_FROM))
@@ -283,12 +290,13 @@ impl<'a> SurroundingAir<'a> {
         vertical_optical_depth(self.air).max_element() > VISIBLE_CHANGE
     }
 
-    /// Weight of the sky's light for the light meter: 1 in most of the air, and 1/3000 at its top, above which the meter ignores the sky. The weight's
-    /// logarithm, and with it the exposure, changes gradually.
+    /// Weight of the sky's light for the light meter: 1 in the lower half of the air, and 1e-10 at its top, above which the meter ignores the sky. The weight's
+    /// logarithm, and with it the exposure, changes gradually. 80 km above the Earth it is 2.5e-4, where the sky overhead is drawn 7e-5 times as bright as from
+    /// the ground.
     pub(crate) fn sky_weight(&self) -> f64 {
         let height = camera_height_km(self.body, &self.placement) / self.air.top_km;
-        let in_upper_part = ((height - NIGHT_SKY_FADE_FROM) / (1.0 - NIGHT_SKY_FADE_FROM)).max(0.0);
-        (-8.0 * in_upper_part * in_upper_part).exp()
+        let in_upper_part = ((height - METERED_SKY_FADE_FROM) / (1.0 - METERED_SKY_FADE_FROM)).max(0.0);
+        (METERED_SKY_LOG_WEIGHT_AT_TOP * in_upper_part * in_upper_part).exp()
     }
 
     /// The radiance for which an image under this sky is exposed: [`EXPOSURE_BY_ALTITUDE`] interpolated at the light's altitude, times the

@@ -35,6 +35,27 @@ fn rounded_for_reuse(x: f64) -> f64 {
     f64::from_bits((x.to_bits() + (1 << (DROPPED_BITS - 1))) & !((1 << DROPPED_BITS) - 1))
 }
 
+/// A corner of the polygon around the outline of rings out to a radius, in their plane.
+fn outline_corner(outer_km: f64, k: usize) -> DVec2 {
+    DVec2::from_angle(2.0 * PI * k as f64 / OUTLINE_CORNERS as f64) * (outer_km / (PI / OUTLINE_CORNERS as f64).cos())
+}
+
+/// The part of a convex polygon on the positive side of a plane through the origin.
+fn clipped(polygon: &[DVec3], normal: DVec3) -> Vec<DVec3> {
+    let mut kept = Vec::with_capacity(polygon.len() + 1);
+    for (k, &p) in polygon.iter().enumerate() {
+        let q = polygon[(k + 1) % polygon.len()];
+        let (of_p, of_q) = (p.dot(normal), q.dot(normal));
+        if of_p >= 0.0 {
+            kept.push(p);
+        }
+        if (of_p >= 0.0) != (of_q >= 0.0) {
+            kept.push(p + (q - p) * (of_p / (of_p - of_q)));
+        }
+    }
+    kept
+}
+
 /// The geometry of a body's rings in a frame.
 pub(crate) struct RingView<'a> {
     pub body: &'a Body,
@@ -254,13 +275,40 @@ impl<'a> RingView<'a> {
         (ThresholdCheck { on: axis_distance <= penumbra_radius, reason }, model)
     }
 
-    /// The rectangle around the outline of rings out to a radius.
+    /// The rectangle around the part of the rings out to a radius that is in the frame. It changes continuously with the camera, also where the outline becomes
+    /// open.
     pub(crate) fn rect(&self, outer_km: f64) -> Option<ClipRect> {
         let disc = Placement { radii_km: DVec3::new(outer_km, outer_km, outer_km * OUTLINE_THICKNESS), ..*self.placement };
         if disc.camera_is_inside() {
             return Some(ClipRect::VIEWPORT);
         }
-        Outline::of(self.camera, &disc).rect(self.camera)
+        let of_outline = Outline::of(self.camera, &disc).rect(self.camera)?;
+        self.bounds_in_frame(outer_km).and_then(|bounds| of_outline.intersection(&bounds))
+    }
+
+    /// Padded bounds of the part of the rings that is in the padded frame; `None` if no part is.
+    fn bounds_in_frame(&self, outer_km: f64) -> Option<ClipRect> {
+        let camera = self.camera;
+        let body_to_icrf = self.placement.body_from_icrf.transpose();
+        // Clip coordinates times the depth, and the depth: points behind the camera have them, too.
+        let corner = |k: usize| {
+            let v = self.placement.centre_km + body_to_icrf * outline_corner(outer_km, k).extend(0.0);
+            (DVec2::new(v.dot(camera.right), v.dot(camera.up)) / camera.tan_half_fov).extend(v.dot(camera.forward))
+        };
+        let pad = DVec2::splat(PADDING_PX + 1.0) / camera.half_size();
+        let edge = DVec2::ONE + pad;
+        let planes =
+            [DVec3::new(1.0, 0.0, edge.x), DVec3::new(-1.0, 0.0, edge.x), DVec3::new(0.0, 1.0, edge.y), DVec3::new(0.0, -1.0, edge.y)];
+        let outline: Vec<DVec3> = (0..OUTLINE_CORNERS).map(corner).collect();
+        let in_frame = planes.into_iter().fold(outline, |polygon, normal| clipped(&polygon, normal));
+        // Only a camera in the rings' plane has a corner at its own position.
+        if in_frame.iter().any(|p| p.z <= 0.0) {
+            return Some(ClipRect::VIEWPORT);
+        }
+        let clips = in_frame.iter().map(|p| p.truncate() / p.z);
+        let (min, max) = clips.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(min, max), p| (min.min(p), max.max(p)));
+        let (min, max) = (min - pad, max + pad);
+        (min.x < max.x && min.y < max.y).then_some(ClipRect { left: min.x, top: max.y, right: max.x, bottom: min.y })
     }
 
     /// The rectangle around one half of the rings out to a radius: in front of the body's centre (`side` 1) or behind it (-1), as
@@ -282,8 +330,6 @@ impl<'a> RingView<'a> {
         let towards = viewer / distance;
         let limit = if side > 0.0 { 0.0 } else { outer_km * outer_km / distance };
         let excess = |p: DVec2| side * (p.dot(towards) - limit);
-        let corner =
-            |k: usize| DVec2::from_angle(2.0 * PI * k as f64 / OUTLINE_CORNERS as f64) * (outer_km / (PI / OUTLINE_CORNERS as f64).cos());
         let body_to_icrf = self.placement.body_from_icrf.transpose();
         let (mut min, mut max) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         let mut include = |p: DVec2| {
@@ -292,7 +338,7 @@ impl<'a> RingView<'a> {
             Some(())
         };
         for k in 0..OUTLINE_CORNERS {
-            let (p, q) = (corner(k), corner(k + 1));
+            let (p, q) = (outline_corner(outer_km, k), outline_corner(outer_km, k + 1));
             if excess(p) >= 0.0 {
                 include(p)?;
             }
