@@ -269,7 +269,7 @@ fn invalid_queries_get_an_error_of_one_line() {
     for (question, message_part) in [
         (with_geometry(json!({"q": "ring-transmission"})), "profile"),
         (with_geometry(json!({"q": "ring-transmission", "body": "nowhere"})), "nowhere"),
-        (with_geometry(json!({"q": "ring-transmission", "profile": [{"r_in": 2.0, "r_out": 1.0, "tau_normal": 1.0}]})), "annulus"),
+        (with_geometry(json!({"q": "ring-transmission", "profile": [{"r_in": 2.0, "r_out": 1.0, "tau_normal": 1.0}]})), "r_out above it"),
         (with_geometry(json!({"q": "ring-shadow", "flattening": 1.5})), "flattening"),
         (json!({"q": "ring-shadow", "flattening": 0.1, "point": [1.5, 0, 0], "sun": [0, 0, 0]}), "sun"),
     ] {
