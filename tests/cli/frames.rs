@@ -453,6 +453,7 @@ fn a_name_that_the_file_system_refuses_is_reported_as_such() {
     for more in [&[][..], &["--overwrite"]] {
         let out = render(&[&BASE[..], &["-o", path_text(&path)], more].concat());
         let message = stderr_text(&out);
-        assert!(out.status.code() == Some(1) && !message.contains("--overwrite") && !message.contains("exists"), "{message}");
+        assert!(out.status.code() == Some(1) && message.contains("too long"), "{message}");
+        assert!(message.lines().count() == 1 && !message.contains("--overwrite") && !message.contains("exists"), "{message}");
     }
 }

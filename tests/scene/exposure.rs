@@ -358,7 +358,7 @@ fn the_exposure_of_a_refracted_sun_does_not_depend_on_its_side() {
         println!("{size:?}: {stops:?}");
         let (least, most) = (stops.into_iter().fold(f64::INFINITY, f64::min), stops.into_iter().fold(f64::NEG_INFINITY, f64::max));
         assert!(most - least < 1.0, "{size:?}: {stops:?}");
-        // Without the limb the exposure is that of the night side: the sides could differ by as much.
+        // Without the refracted image the exposure is that of the night side: a side on which the image is not metered would differ by as much.
         let without_limb = at(right, size, "-refracted-limb");
         assert!(without_limb > most + 8.0, "{size:?}: {without_limb}, {stops:?}");
     }

@@ -70,8 +70,7 @@ fn the_ring_of_air_around_a_backlit_body_is_exposed() {
     }
 }
 
-/// Venus in front of the Sun hides the corona up to eight solar radii: the image is exposed for the corona around it, which is not white all over. Without the corona
-/// it is exposed for the dark sky.
+/// Venus in front of the Sun hides the corona up to eight solar radii: the image is exposed for the corona around it, which is not white all over.
 #[test]
 fn the_corona_around_a_body_that_hides_its_inner_part_is_exposed() {
     for phase_deg in [179.0, 180.0] {
@@ -79,5 +78,9 @@ fn the_corona_around_a_body_that_hides_its_inner_part_is_exposed() {
         let (white, lit, _) = white_lit_and_mean(&request);
         println!("{phase_deg}: {:.2} stops, {white:.3} white, {lit:.3} lit", SESSION.scene(&request).expect("a scene").exposure.stops);
         assert!(white < 0.05 && lit > 0.05, "{phase_deg} degrees: {white} white, {lit} lit");
+        // Without the corona the exposure is that of the dark sky.
+        let stops = |request: &ViewRequest| SESSION.scene(request).expect("a scene").exposure.stops;
+        let without = ViewRequest { effects: EffectOverrides::parse("-corona").expect("an effect"), ..request.clone() };
+        assert!(stops(&without) > stops(&request) + 1.0, "{phase_deg} degrees: {} stops without the corona", stops(&without));
     }
 }

@@ -99,7 +99,7 @@ fn the_disc_and_the_point_of_a_body_with_air_share_its_light() {
             println!("{body:?} {diameter_px:.2} px: {:.3} of the disc's light, {:.3} of the point's", both / disc, both / point);
             assert!((least..most).contains(&both), "{body:?} {diameter_px} px: {both}, disc {disc}, point {point}");
         }
-        // An entire disc and most of the point together are too much: the comparison can fail.
+        // An entire disc and most of the point together would break the bound.
         let (entire_disc, ..) = light(session, &subject, 64, 2.5, "-points");
         assert!(entire_disc + 0.8 * point > most, "{body:?}: {entire_disc} and {point}, not above {most}");
     }
