@@ -7,7 +7,7 @@ use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
-use orrery::scene::request::{Axes, Position, ViewRequest};
+use orrery::scene::request::{Axes, Look, Position, ViewRequest};
 use orrery::time::Instant;
 
 const TIME: &str = "2024-04-08T18:17:16Z";
@@ -15,7 +15,11 @@ const SIDE: u32 = 96;
 
 /// A view of a body at a phase angle, from a distance in its radii, whose disc fills about half of the image.
 fn view(body: NaifId, phase_deg: f64, distance_radii: f64) -> ViewRequest {
-    let time = Instant::parse(TIME).expect("a time");
+    view_at(TIME, body, phase_deg, distance_radii)
+}
+
+fn view_at(time: &str, body: NaifId, phase_deg: f64, distance_radii: f64) -> ViewRequest {
+    let time = Instant::parse(time).expect("a time");
     let towards_sun = SESSION.ephemeris().state(NaifId::SUN, body, time, None).expect("a position").state.pos_km.normalize();
     let across = towards_sun.cross(DVec3::Z).normalize();
     let radius_km = SESSION.catalog().body(body).expect("in the catalog").radii_km.x;
@@ -78,9 +82,39 @@ fn the_corona_around_a_body_that_hides_its_inner_part_is_exposed() {
         let (white, lit, _) = white_lit_and_mean(&request);
         println!("{phase_deg}: {:.2} stops, {white:.3} white, {lit:.3} lit", SESSION.scene(&request).expect("a scene").exposure.stops);
         assert!(white < 0.05 && lit > 0.05, "{phase_deg} degrees: {white} white, {lit} lit");
-        // Without the corona the exposure is that of the dark sky.
-        let stops = |request: &ViewRequest| SESSION.scene(request).expect("a scene").exposure.stops;
-        let without = ViewRequest { effects: EffectOverrides::parse("-corona").expect("an effect"), ..request.clone() };
-        assert!(stops(&without) > stops(&request) + 1.0, "{phase_deg} degrees: {} stops without the corona", stops(&without));
     }
+    // Straight behind Venus the exposure is that of the corona; without it, of the dark sky.
+    let stops = |effects: &str| {
+        let effects = EffectOverrides::parse(effects).expect("an effect");
+        SESSION.scene(&ViewRequest { effects, ..view(NaifId(299), 180.0, 20.0) }).expect("a scene").exposure.stops
+    };
+    let [with, without] = ["+ellipsoid", "-corona"].map(stops);
+    assert!(without > with + 1.0, "{with} and {without} stops");
+}
+
+/// Titan in Saturn's umbra has no ring of light.
+#[test]
+fn the_ring_of_an_eclipsed_body_is_not_metered() {
+    let request = view_at("2025-08-11T06:00:00Z", NaifId(606), 130.0, 20.0);
+    let stops = |effects: &str| {
+        let effects = EffectOverrides::parse(effects).expect("an effect");
+        SESSION.scene(&ViewRequest { effects, ..request.clone() }).expect("a scene").exposure.stops
+    };
+    let [eclipsed, without_eclipse] = ["+ellipsoid", "-eclipse"].map(stops);
+    assert!(eclipsed > 15.0 && without_eclipse < 10.0, "{eclipsed} and {without_eclipse} stops");
+}
+
+/// A camera behind the Earth turns away from the Sun that the Earth hides: while the Earth leaves the frame, the corona beside it counts as before.
+#[test]
+fn the_exposure_is_continuous_when_the_body_before_the_sun_leaves_the_frame() {
+    let behind = view(NaifId::EARTH, 180.0, 40.0);
+    let Position::Offset { offset_km, .. } = behind.position else { panic!("an offset") };
+    let (towards, across) = (-offset_km.normalize(), offset_km.cross(DVec3::Z).normalize());
+    let stops = |degrees: f64| {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let look = Look::Along { direction: towards * cos + across * sin, axes: Axes::Icrf };
+        SESSION.scene(&ViewRequest { look, fov_deg: Some(2.0), ..behind.clone() }).expect("a scene").exposure.stops
+    };
+    let all: Vec<f64> = (40..=60).map(|k| stops(0.1 * f64::from(k))).collect();
+    assert!(all.windows(2).all(|w| (w[1] - w[0]).abs() < 0.4), "{all:?}");
 }

@@ -310,7 +310,7 @@ impl<'a> MeteredFrame<'_, 'a> {
                 self.sum_disc(p, &ground, shadow, diameter_px, |area_fraction, radiance| {
                     mean.add(visible_share * area_fraction / dilution, radiance * dilution * transmittance, foreground_radiance)
                 });
-                self.sum_rim(p, ground.albedo.of_lights, diameter_px, |area, radiance| {
+                self.sum_rim(p, ground.albedo.of_lights, shadow, diameter_px, |area, radiance| {
                     mean.add(visible_share * area / dilution, radiance * dilution * transmittance, foreground_radiance);
                 });
             }

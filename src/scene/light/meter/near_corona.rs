@@ -20,7 +20,8 @@ pub(super) fn ray_weight_of_inner_corona(sine: f64) -> f64 {
 }
 
 impl MeteredFrame<'_, '_> {
-    /// The part of the inner corona's outer edge that nearer bodies hide: 1 if a body hides all of the inner corona.
+    /// The part of the inner corona's outer edge that nearer bodies hide, in the frame or not: 1 if a body hides all of the inner corona. A body much smaller
+    /// than a sector hides nothing.
     fn hidden_part_of_inner_corona(&self, sun: &PlacedBody<'_>) -> f64 {
         const SECTORS: u32 = 16;
         let (towards, sine) = (sun.placement.centre_km / sun.distance_km, CORONA_RADII[1] * sun.body.radii_km.x / sun.distance_km);
@@ -28,11 +29,17 @@ impl MeteredFrame<'_, '_> {
             return 0.0;
         }
         let (x, y) = towards.any_orthonormal_pair();
-        let nearer = self.nearer_bodies(sun, sine);
+        let width = TAU * sine / f64::from(SECTORS);
+        // Not `nearer_bodies`, which leaves out bodies beside the frame.
+        let is_nearer =
+            |o: &&PlacedBody<'_>| o.body.id != NaifId::SUN && o.distance_km < sun.distance_km && !o.placement.camera_is_inside();
+        let opacity = |o: &PlacedBody<'_>| smoothstep(4.0 * o.body.radii_km.max_element() / (o.distance_km * width) - 1.0);
+        let nearer: Vec<(&PlacedBody<'_>, f64)> =
+            self.meter.placed.iter().filter(is_nearer).map(|o| (o, opacity(o))).filter(|(_, opacity)| *opacity > 0.0).collect();
         let visibility = |k: u32| {
             let across = DVec2::from_angle(TAU * (f64::from(k) + 0.5) / f64::from(SECTORS)) * sine;
             let direction = towards * (1.0 - sine * sine).sqrt() + x * across.x + y * across.y;
-            Self::ray_visibility(&nearer, direction, TAU * sine / f64::from(SECTORS))
+            nearer.iter().map(|(o, opacity)| 1.0 - opacity * (1.0 - Self::ray_visibility(&[*o], direction, width))).product::<f64>()
         };
         1.0 - (0..SECTORS).map(visibility).sum::<f64>() / f64::from(SECTORS)
     }
@@ -54,6 +61,11 @@ impl MeteredFrame<'_, '_> {
         let nearer = self.nearer_bodies(sun, spacing);
         let share = 1.0 / f64::from(FRAME_RAYS * FRAME_RAYS);
         let mut mean = LogMean::default();
+        // As in shaders/entry/corona.wesl: except near the Sun, the corona fades into the zodiacal light.
+        let (inner_deg, outer_deg) = zodiacal::CORONA_BLEND_DEG;
+        let [inner_cosine, outer_cosine] = [inner_deg, outer_deg].map(|deg| deg.to_radians().cos());
+        let fades = sun.distance_km >= zodiacal::NEAREST_AU * KM_PER_AU;
+        let drawn_part = |cosine: f64| if fades { smoothstep((cosine - outer_cosine) / (inner_cosine - outer_cosine)) } else { 1.0 };
         for ray in self.sample_frame(DVec3::normalize) {
             // As in shaders/entry/corona.wesl: in the hemisphere away from the Sun the distance keeps growing.
             let across = ray.cross(towards).length();
@@ -61,7 +73,8 @@ impl MeteredFrame<'_, '_> {
             let ray_weight = if rho >= CORONA_RADII[1] { 1.0 } else { inner_ray_weight };
             if rho >= CORONA_RADII[0] && ray_weight > 0.0 {
                 let visible_share = ray_weight * share * Self::ray_visibility(&nearer, ray, spacing);
-                mean.add(visible_share, corona::radiance(rho), self.foreground_radiance(ray, Some(NaifId::SUN)));
+                let radiance = corona::radiance(rho) * drawn_part(ray.dot(towards));
+                mean.add(visible_share, radiance, self.foreground_radiance(ray, Some(NaifId::SUN)));
             }
         }
         let weight = outer_weight * if request.target == Some(NaifId::SUN) { SUN_WEIGHT } else { 1.0 };

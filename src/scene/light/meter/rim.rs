@@ -1,13 +1,15 @@
 //! The air beyond the limb of a body seen from afar, for the light meter: most of the light of a body in front of the Sun is in this ring.
 //!
 //! In: a body with air, the direction of the Sun. Out: parts of the ring with their area and radiance. Always: continuous in position and time. The radiance is
-//! that of the drawn rim within a factor of three where the rim is bright (tests/scene/rims.rs). Left out: eclipses and the shadows of rings on the air, absorbing
-//! layers, and the ring around a near body, only a part of which is in view (`FAR_RADII`).
+//! that of the drawn rim within a factor of three where the rim is bright (tests/scene/rims.rs). Left out: the shadows of rings on
+//! the air, absorbing layers, and the ring around a near body, only a part of which is in view (`FAR_RADII`).
 
 use super::MeteredFrame;
 use crate::catalog::{Atmosphere, Species};
 use crate::scene::atmosphere::extinction::{density, extinction};
+use crate::scene::atmosphere::species::vertical_optical_depth;
 use crate::scene::atmosphere::{air, rim};
+use crate::scene::eclipse::approximate_shadow::ApproximateShadow;
 use crate::scene::light::lights;
 use crate::scene::numeric::smoothstep;
 use crate::scene::placed::PlacedBody;
@@ -93,32 +95,61 @@ impl<'p> RimOfAir<'p> {
     }
 
     /// Calls `add` with the area of each part of the ring, relative to that of the disc, and its radiance per irradiance. `height_px`: that of the ring's bright
-    /// part; a lower ring than a pixel is spread over a pixel.
-    pub(super) fn sum(&self, height_px: f64, mut add: impl FnMut(f64, f64)) {
+    /// part; a lower ring than a pixel is spread over a pixel. `sunlit_part`: the part of sunlight that shadows leave at a position angle.
+    fn sum(&self, height_px: f64, sunlit_part: impl Fn(f64) -> f64, mut add: impl FnMut(f64, f64)) {
         let spread = height_px.clamp(1e-6, 1.0);
         let step_km = self.air.top_km / f64::from(HEIGHTS);
-        for k in 0..HEIGHTS * POSITION_ANGLES {
-            let midpoint = |k: u32, n: u32| (f64::from(k) + 0.5) / f64::from(n);
-            let height_km = self.air.top_km * midpoint(k % HEIGHTS, HEIGHTS);
-            let position_angle = PI * midpoint(k / HEIGHTS, POSITION_ANGLES);
-            // The ring has the circumference 2 pi R and the disc the area pi R squared; a position angle stands for both sides.
-            let area = 2.0 * (1.0 + height_km / self.radius_km) * step_km / self.radius_km / f64::from(POSITION_ANGLES);
-            add(area / spread, self.radiance(height_km, position_angle.cos()) * spread);
+        let midpoint = |k: u32, n: u32| (f64::from(k) + 0.5) / f64::from(n);
+        for n in 0..POSITION_ANGLES {
+            let position_angle = PI * midpoint(n, POSITION_ANGLES);
+            let sunlit = sunlit_part(position_angle);
+            for k in 0..HEIGHTS {
+                let height_km = self.air.top_km * midpoint(k, HEIGHTS);
+                // The ring has the circumference 2 pi R and the disc the area pi R squared; a position angle stands for both sides.
+                let area = 2.0 * (1.0 + height_km / self.radius_km) * step_km / self.radius_km / f64::from(POSITION_ANGLES);
+                add(area / spread, sunlit * self.radiance(height_km, position_angle.cos()) * spread);
+            }
         }
     }
 }
 
 impl MeteredFrame<'_, '_> {
     /// Calls `add` with the area of each part of the ring of air around a body, relative to that of its disc and times the ring's weight, and its radiance. Nothing
-    /// if the body has no air, the user has switched it off, or the disc is small or more than half lit.
-    pub(super) fn sum_rim(&self, p: &PlacedBody<'_>, disc_albedo: f64, diameter_px: f64, mut add: impl FnMut(f64, f64)) {
-        let is_off = self.meter.context.request.effects.override_of_body(p.body, Effect::Atmosphere) == Some(false);
-        let [from, to] = COUNTED_FROM_PX;
-        let [from_rad, to_rad] = COUNTED_FROM_PHASE_RAD;
-        let weight = smoothstep((diameter_px - from) / (to - from)) * smoothstep((p.phase_angle_rad - from_rad) / (to_rad - from_rad));
-        let Some(rim) = RimOfAir::of(p, disc_albedo).filter(|_| !is_off && weight > 0.0) else { return };
+    /// if the body has no air, its air is not drawn, or the disc is small or more than half lit.
+    pub(super) fn sum_rim(
+        &self,
+        p: &PlacedBody<'_>,
+        disc_albedo: f64,
+        shadow: Option<&ApproximateShadow<'_>>,
+        diameter_px: f64,
+        mut add: impl FnMut(f64, f64),
+    ) {
+        let request = self.meter.context.request;
+        let user_choice = request.effects.override_of_body(p.body, Effect::Atmosphere);
+        let ([from_px, to_px], [from_rad, to_rad]) = (COUNTED_FROM_PX, COUNTED_FROM_PHASE_RAD);
+        let weight =
+            smoothstep((diameter_px - from_px) / (to_px - from_px)) * smoothstep((p.phase_angle_rad - from_rad) / (to_rad - from_rad));
+        let Some(rim) = RimOfAir::of(p, disc_albedo).filter(|_| user_choice != Some(false) && weight > 0.0) else { return };
+        // As `air::is_significant`: a low rim of air that removes no visible light is not drawn unless the user demands it.
+        let change = 1.0 - (-vertical_optical_depth(rim.air).max_element()).exp();
+        let is_thin = user_choice != Some(true) && change <= request.purpose.min_change();
+        let height_px = rim::height_px(p.body, rim.air, diameter_px);
+        let weight = weight * if is_thin { smoothstep(height_px / rim::ALWAYS_DRAWN_RIM_PX - 1.0) } else { 1.0 };
+        let viewer = (p.placement.body_from_icrf * -p.placement.centre_km).normalize();
+        let sun = (p.body_from_icrf * p.sun_from_body_km).normalize();
+        let across = (sun - viewer * sun.dot(viewer)).try_normalize().unwrap_or_else(|| viewer.any_orthonormal_vector());
+        let up = viewer.cross(across);
+        let (sin_tilt, cos_tilt) = rim.limb_tilt_rad.sin_cos();
+        let sunlit_part = |position_angle: f64| {
+            let (sin, cos) = position_angle.sin_cos();
+            let at = |sin: f64| {
+                let normal = (across * cos + up * sin) * cos_tilt + viewer * sin_tilt;
+                shadow.map_or(1.0, |s| s.sunlight_fraction(normal * p.body.radii_km / p.body.radii_km.x).max(0.0))
+            };
+            0.5 * (at(sin) + at(-sin))
+        };
         let irradiance = lights::sunlight(p.sun_from_body_km).irradiance.x;
-        rim.sum(rim::height_px(p.body, rim.air, diameter_px), |area, radiance| add(weight * area, radiance * irradiance));
+        rim.sum(height_px, sunlit_part, |area, radiance| add(weight * area, radiance * irradiance));
     }
 }
 

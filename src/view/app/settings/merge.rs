@@ -33,6 +33,9 @@ impl Settings {
     }
 }
 
+/// Settings whose fields are one value: if one of them has changed, all that this version knows are ours.
+const WHOLE: [&str; 2] = ["home", "place"];
+
 /// Takes each field of `theirs` that has not changed from `base` to `ours`, at any depth of objects. A field that only `ours` has stays.
 fn merge(base: Option<&Map<String, Value>>, ours: &mut Map<String, Value>, theirs: Map<String, Value>) {
     for (name, their_value) in theirs {
@@ -40,7 +43,11 @@ fn merge(base: Option<&Map<String, Value>>, ours: &mut Map<String, Value>, their
         match ours.get_mut(&name) {
             None => drop(ours.insert(name, their_value)),
             Some(our_value) => match (our_value, their_value) {
-                (Value::Object(ours), Value::Object(theirs)) => merge(base.and_then(Value::as_object), ours, theirs),
+                (Value::Object(ours), Value::Object(theirs)) => {
+                    let base = base.and_then(Value::as_object);
+                    let is_changed = WHOLE.contains(&name.as_str()) && base != Some(&*ours);
+                    merge(base.filter(|_| !is_changed), ours, theirs);
+                }
                 (our_value, their_value) if Some(&*our_value) == base => *our_value = their_value,
                 _ => {}
             },
@@ -124,6 +131,19 @@ mod tests {
             assert_eq!(saved["zoom"], json!(1.1));
             assert_eq!(Settings::load(&path), (changed.clone(), None));
         }
+    }
+
+    /// Another window has saved another home: ours, of which only the longitude has changed, is not mixed with it.
+    #[test]
+    fn a_home_is_one_value() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("settings.json");
+        let base = Settings { home: Home { latitude_deg: 10.0, longitude_deg: 20.0 }, ..Settings::default() };
+        let theirs = Settings { home: Home { latitude_deg: -30.0, longitude_deg: 20.0 }, ..base.clone() };
+        let ours = Settings { home: Home { latitude_deg: 10.0, longitude_deg: 40.0 }, ..base.clone() };
+        theirs.save(&path, Some(&base)).expect("a file");
+        ours.save(&path, Some(&base)).expect("a file");
+        assert_eq!(content(&path)["home"], json!({"latitude_deg": 10.0, "longitude_deg": 40.0}));
     }
 
     /// Such fields survive also if another setting is invalid and the file is set aside.
