@@ -146,6 +146,11 @@ pub struct Session {
     source_digests: OnceLock<BTreeMap<String, String>>,
 }
 
+/// The error of an option that names a folder which does not exist. `remedy`: what the option takes.
+fn no_folder(folder: &Path, remedy: &str) -> SessionError {
+    SessionError::File { path: echo(&folder.display().to_string()), why: format!("there is no such folder; {remedy}") }
+}
+
 /// The built-in catalog, overridden by the `*.toml` files of a folder in order of their names. A `Cargo.toml`, as in catalogs/, is skipped.
 ///
 /// # Errors
@@ -154,8 +159,7 @@ pub fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
     let Some(folder) = folder else { return Ok(Catalog::embedded()) };
     let file_error = |path: &Path, e: std::io::Error| SessionError::File { path: echo(&path.display().to_string()), why: e.to_string() };
     if !folder.exists() {
-        let why = "there is no such folder; --catalogs takes a folder of catalog files".to_owned();
-        return Err(SessionError::File { path: echo(&folder.display().to_string()), why });
+        return Err(no_folder(folder, "--catalogs takes a folder of catalog files"));
     }
     let entries = std::fs::read_dir(folder).map_err(|e| file_error(folder, e))?;
     let mut paths: Vec<PathBuf> = entries.flatten().map(|e| e.path()).filter(|p| p.extension().is_some_and(|x| x == "toml")).collect();
@@ -200,8 +204,7 @@ impl Session {
     pub fn open(sources: &Sources, notify: impl Fn(&str) + Send + Sync + 'static) -> Result<Self, SessionError> {
         let notify: Arc<dyn Fn(&str) + Send + Sync> = Arc::new(notify);
         if let Some(folder) = sources.textures.as_ref().filter(|folder| !folder.is_dir()) {
-            let why = "there is no such folder; --textures takes a folder of maps".to_owned();
-            return Err(SessionError::File { path: echo(&folder.display().to_string()), why });
+            return Err(no_folder(folder, "--textures takes a folder of maps"));
         }
         let renderer = software_renderers::renderer(sources.threads, sources.double_precision)?;
         let devices = Devices::new(renderer, sources.renderer, sources.double_precision, notify.clone());

@@ -231,9 +231,9 @@ fn a_camera_at_or_on_a_body_has_an_exposure() {
     assert_eq!(metered, 7 * 8 - 2);
 }
 
-/// Near the terminator the Moon's ground is exposed for the light on its slopes, which are lit up to three degrees beyond it: at half of white for the mean slope.
-/// The slopes of a dozen places differ so much that the mean over them is 0.09 to 1.6 of white (measured). On smooth ground the meter would see night beyond the
-/// terminator: at that exposure the slopes are 80 to 1400 times white.
+/// Near the terminator the Moon's ground is exposed for the light on its slopes, which are lit up to three degrees beyond it: at half of white for the mean
+/// slope. The slopes of a dozen places differ so much that the mean over them is 0.09 to 1.6 of white (measured). On smooth ground the meter would see night
+/// beyond the terminator: at that exposure the slopes are 80 to 1400 times white.
 #[test]
 fn ground_at_the_terminator_is_exposed_for_its_slopes() {
     let at = |latitude_deg: f64, longitude_deg: f64| {
@@ -297,8 +297,8 @@ fn the_sprite_of_a_point_like_sun_is_metered() {
     assert!(white < 0.13 && white_before > 1.4 * white, "{white}, {white_before} with the exposure of the large image");
 }
 
-/// The veil around the Sun and the glare of its sprite are switched by different effects: each that is drawn lowers the exposure of a small image, and none that is
-/// not drawn does.
+/// The veil around the Sun and the glare of its sprite are switched by different effects: each that is drawn lowers the exposure of a small image, and none
+/// that is not drawn does.
 #[test]
 fn only_the_glare_that_is_drawn_is_metered() {
     let position = Position::Over { towards: Some(NaifId(599)), distance_radii: Some(4.0) };
@@ -335,8 +335,8 @@ fn the_corona_around_a_camera_is_metered() {
     }
 }
 
-/// The Sun behind the Earth, seen from the Moon's distance: only its refracted image at the limb is left. The exposure is the same on whichever side of the Earth
-/// that image is, in wide and in tall images, although the limb is nearer to the frame's edge at the top of one and at the sides of the other.
+/// The Sun behind the Earth, seen from the Moon's distance: only its refracted image at the limb is left. The exposure is the same on whichever side of the
+/// Earth that image is, in wide and in tall images, although the limb is nearer to the frame's edge at the top of one and at the sides of the other.
 #[test]
 fn the_exposure_of_a_refracted_sun_does_not_depend_on_its_side() {
     let time = "2022-11-08T11:00:00Z";

@@ -34,8 +34,8 @@ fn view_at(time: &str, body: NaifId, phase_deg: f64, distance_radii: f64) -> Vie
     }
 }
 
-/// Fractions of the image's pixels that are white, and that are at least a third of the way to white; and the mean of the logarithm of radiance, weighted as by the
-/// light meter (2/3 power).
+/// Fractions of the image's pixels that are white, and that are at least a third of the way to white; and the mean of the logarithm of radiance, weighted as by
+/// the light meter (2/3 power).
 fn white_lit_and_mean(request: &ViewRequest) -> (f64, f64, f64) {
     let frame = SESSION.draw(request, SamplingQuality { samples: 4, anisotropy: 4 }, FrameImages::DisplayAndHdr).expect("drawn").frame;
     let fraction =
@@ -50,8 +50,8 @@ fn white_lit_and_mean(request: &ViewRequest) -> (f64, f64, f64) {
 }
 
 /// Titan, Pluto, Mars and the Earth from 20 radii, with the Sun behind them: the ring is neither white all over nor black, the meter finds the radiance of the
-/// drawn image within a factor of 3 (of 8 for the Earth, whose ring is lower than a pixel), and the exposure changes gradually. Without the air the exposure is that
-/// of the night side.
+/// drawn image within a factor of 3 (of 8 for the Earth, whose ring is lower than a pixel), and the exposure changes gradually. Without the air the exposure is
+/// that of the night side.
 #[test]
 fn the_ring_of_air_around_a_backlit_body_is_exposed() {
     for (body, phases_deg, factor) in [(606, 178..=180, 3.0), (999, 178..=180, 3.0), (499, 179..=180, 3.0), (399, 179..=180, 8.0)] {

@@ -79,9 +79,9 @@ fn a_body_keeps_its_light_while_it_shrinks_to_a_point() {
     }
 }
 
-/// While disc and point share the light of a body with air, the image has no more light than either of them alone: the disc's share also dims the light that the
-/// air scatters in front of the ground and beyond the limb, and the clouds. The disc and the point of such a body differ by themselves: the point's light follows
-/// from a published phase law, the disc's from the model of the air.
+/// While disc and point share the light of a body with air, the image has no more light than either of them alone: the disc's share also dims the light that
+/// the air scatters in front of the ground and beyond the limb, and the clouds. The disc and the point of such a body differ by themselves: the point's light
+/// follows from a published phase law, the disc's from the model of the air.
 #[test]
 fn the_disc_and_the_point_of_a_body_with_air_share_its_light() {
     let session = &*crate::support::session::SESSION;

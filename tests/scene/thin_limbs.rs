@@ -124,8 +124,8 @@ fn discs_under_air_have_the_same_light_at_every_size() {
     assert!(with_air.x > 1.1, "{with_air}");
 }
 
-/// Jupiter's crescent at a phase angle of 150 degrees, a fraction of a pixel wide, for files of linear light. Small moons are in front of the Sun somewhere over
-/// Jupiter at most times; their shadows, which change no pixel by more than the floor of linear light, do not keep the crescent from being averaged.
+/// Jupiter's crescent at a phase angle of 150 degrees, a fraction of a pixel wide, for files of linear light. Small moons are in front of the Sun somewhere
+/// over Jupiter at most times; their shadows, which change no pixel by more than the floor of linear light, do not keep the crescent from being averaged.
 #[test]
 fn a_crescent_in_a_file_of_linear_light_has_the_same_light_at_every_size() {
     let jupiter = NaifId(599);

@@ -169,6 +169,11 @@ pub(crate) fn shell(body: &Body, placement: &Placement) -> Option<Placement> {
     Some(Placement { radii_km: placement.radii_km * (1.0 + air.top_km / body.radii_km.x), ..*placement })
 }
 
+/// Largest fraction of light that the air removes along a vertical ray, over the channels.
+pub(crate) fn max_removed_fraction(air: &Atmosphere) -> f64 {
+    1.0 - (-vertical_optical_depth(air).max_element()).exp()
+}
+
 /// Whether the atmosphere can change the image, with the reason.
 pub(crate) fn is_significant(
     body: &Body,
@@ -181,7 +186,7 @@ pub(crate) fn is_significant(
         return (true, reason!("air-camera-inside", height = air.top_km));
     }
     let rim_px = rim::height_px(body, air, diameter_px);
-    let change = 1.0 - (-vertical_optical_depth(air).max_element()).exp();
+    let change = max_removed_fraction(air);
     let light = threshold.change_description(change);
     let reason = reason!("air-rim", height = format_args!("{rim_px:.2}"), threshold = rim::ALWAYS_DRAWN_RIM_PX, light = light);
     (rim_px >= rim::ALWAYS_DRAWN_RIM_PX || (threshold.is_exceeded_by_change(change) && diameter_px >= 1.0), reason)

@@ -7,7 +7,7 @@ use crate::catalog::{Atmosphere, Body, Species};
 use crate::scene::atmosphere::extinction::{density, extinction, scattering};
 use crate::scene::atmosphere::phase;
 use crate::scene::light::photometry;
-use crate::scene::numeric::smoothstep;
+use crate::scene::numeric::smooth_rise;
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -83,10 +83,10 @@ pub(crate) fn tangent_ray(air: &Atmosphere, radius_km: f64, height_km: f64, cos_
     (depth, scattered)
 }
 
-/// How much of the rim continues the disc's colour, 0 to 1, if the body's colours include its air: the blend of `disc_beyond_limb`, from an opacity of 0.2 along
-/// the limb to one of 0.5. `at_limb`: the mean opacity along the limb.
+/// How much of the rim continues the disc's colour, 0 to 1, if the body's colours include its air: the blend of `disc_beyond_limb`, from an opacity of 0.2
+/// along the limb to one of 0.5. `at_limb`: the mean opacity along the limb.
 pub(crate) fn continued_part(at_limb: f64) -> f64 {
-    smoothstep((at_limb - 0.2) / 0.3)
+    smooth_rise((0.2, 0.5), at_limb)
 }
 
 /// The rim's light divided by the disc's.

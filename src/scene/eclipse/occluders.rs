@@ -96,8 +96,8 @@ impl Axis {
 /// (tests/ephemeris/positions.rs).
 const MAX_STRAIGHT_LIGHT_TIME_S: f64 = 10.0;
 
-/// Largest fraction of sunlight that a body must be able to block to count as an occluder: a tenth of what can be seen. Transits of planets that are seen from
-/// the systems of Mercury to Jupiter block less, except those of Venus and the Earth.
+/// A body that can block only a smaller fraction of sunlight than this is no occluder: a tenth of what can be seen. Seen from the systems of Mercury to Jupiter,
+/// planets in transit block less, except Venus and the Earth.
 const MIN_BLOCKED_FRACTION: f64 = 0.1 * VISIBLE_CHANGE;
 
 /// A body that may be in front of the Sun: its outline projected along the axis, in the receiver's equatorial radii.

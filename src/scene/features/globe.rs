@@ -41,8 +41,8 @@ fn min_pixel_width(camera: &Camera, placement: &camera::Placement, body: &Body) 
     straight_below_deg / 360.0 / (1.0 + camera.tan_half_fov.length_squared())
 }
 
-/// The factor on the colour of a draw that shows `fraction` of a body's light, linear RGB. For a body that shines by itself it is the fraction. For others it is
-/// 1: their lights are dimmed instead, so that light which does not depend on the colour is dimmed, too: that scattered by air, and glint.
+/// The factor on the colour of a draw that shows `fraction` of a body's light, linear RGB. For a body that shines by itself it is the fraction. For others it
+/// is 1: their lights are dimmed instead, so that light which does not depend on the colour is dimmed, too: that scattered by air, and glint.
 pub(crate) fn colour_factor(body: &Body, fraction: DVec3) -> DVec3 {
     if matches!(body.photometry, Photometry::Emissive { .. }) { fraction } else { DVec3::ONE }
 }

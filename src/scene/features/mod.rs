@@ -204,8 +204,8 @@ fn globe_draw(inputs: &DecisionInputs<'_, '_>, decided: &Decisions<'_>, rect: Cl
     let (placed, body) = (inputs.placed, inputs.body());
     let features = decided.chosen.globe_features(body, inputs.pixel_view());
     let uniforms = globe::uniforms(inputs, &placed.placement, rect, decided.chosen.maps, &decided.secondary_lights);
-    let factor = placed.radiance_scale() * globe::colour_factor(body, globe::tint(inputs) * inputs.disc_fraction);
-    let overlays = decided.overlays.iter().map(|o| overlays::uniforms(body, o, factor)).collect();
+    let factor = || placed.radiance_scale() * globe::colour_factor(body, globe::tint(inputs) * inputs.disc_fraction);
+    let overlays = decided.overlays.iter().map(|o| overlays::uniforms(body, o, factor())).collect();
     let mut uniforms = DrawUniforms { ring: decided.ring.clone(), overlays, ..uniforms };
     if let Some(model) = inputs.model.filter(|_| features.shape == Shape::Mesh) {
         mesh_decision::set_uniforms(&mut uniforms, inputs, model, decided.self_shadow);

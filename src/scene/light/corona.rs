@@ -133,6 +133,14 @@ fn excess_over_glare(min_change: f64, glare: Option<&VeilingGlare>) -> f64 {
     radiance(1.0) - min_change * glare.map_or(0.0, VeilingGlare::limb_radiance)
 }
 
+/// Cosines of the elongations between which the corona fades into the zodiacal light. `None` for a camera nearer to the Sun than [`zodiacal::NEAREST_AU`], for
+/// which no zodiacal light is drawn.
+pub(crate) fn fade_cosines(sun_distance_km: f64) -> Option<[f64; 2]> {
+    let (inner_deg, outer_deg) = zodiacal::CORONA_BLEND_DEG;
+    let is_far = sun_distance_km >= zodiacal::NEAREST_AU * KM_PER_AU;
+    is_far.then(|| [inner_deg, outer_deg].map(|deg| deg.to_radians().cos()))
+}
+
 /// Diameter of the Sun in the middle of the image, pixels.
 fn diameter_px(camera: &Camera, sun: &PlacedBody<'_>) -> f64 {
     2.0 * sun.body.radii_km.x / sun.distance_km / camera.pixel_tangent()
@@ -171,14 +179,12 @@ pub(crate) fn corona(
     let cutoff = threshold.cutoff_radiance(VISIBLE_LIGHT);
     // `radiance` is a mean over position angle; the flattened corona is brighter at its equator.
     let mut radius_sine = radius_at_radiance(cutoff / MAX_OVER_MEAN) * sine;
-    // For a camera as close to the Sun as this no zodiacal light is drawn, so the corona must not fade: no direction has a cosine below -1.
-    let [inner_cosine, outer_cosine] = if sun.distance_km < zodiacal::NEAREST_AU * KM_PER_AU {
-        [-2.0, -3.0]
-    } else {
-        let (inner, outer) = zodiacal::CORONA_BLEND_DEG;
-        radius_sine = radius_sine.min(outer.to_radians().sin());
-        [inner, outer].map(|deg| deg.to_radians().cos())
-    };
+    let fade_cosines = fade_cosines(sun.distance_km);
+    if fade_cosines.is_some() {
+        radius_sine = radius_sine.min(zodiacal::CORONA_BLEND_DEG.1.to_radians().sin());
+    }
+    // No direction has a cosine below -1, so this corona does not fade.
+    let [inner_cosine, outer_cosine] = fade_cosines.unwrap_or([-2.0, -3.0]);
     let rect = rect(camera, towards, radius_sine);
     if rect.left >= rect.right || rect.bottom >= rect.top {
         return None;

@@ -6,14 +6,14 @@
 //! continuously with position, time, field of view and phase (exceptions: [`geometry`]), because the weight of each subject falls off smoothly at limbs and at
 //! the edges of the frame, and the light of the sky fades towards the top of the air. Only the glare and the corona that the image shows are metered: no glare
 //! of a Sun outside the frame, and no corona that the glare hides or the user switched off. Left out: maps other than city lights (a sea is as bright as a
-//! desert), relief far below the camera, the shadow of rings on a distant planet, the air beyond a near limb, and the light that another body's air adds in front
-//! of bodies behind it.
+//! desert), relief far below the camera, the shadow of rings on a distant planet, the air beyond a near limb, and the light that another body's air adds in
+//! front of bodies behind it.
 
 mod city_lights;
 mod geometry;
 mod ground;
 mod log_mean;
-mod near_corona;
+mod outer_corona;
 mod refracted_limb;
 mod rim;
 mod ring_shadow;
@@ -73,7 +73,7 @@ const RAYS: u32 = 20;
 /// Number of rays along each side of the frame.
 const FRAME_RAYS: u32 = 16;
 /// Radii of the innermost and outermost edge of the annuli around the Sun on which the corona is sampled, solar radii. For a camera near the Sun, rays of the
-/// frame sample the corona outside the annuli (`near_corona`).
+/// frame sample the corona outside the annuli (`outer_corona`).
 const CORONA_RADII: [f64; 2] = [1.0, 4.0];
 /// Sines of the Sun's angular radius between which rays of the frame gradually replace the annuli, too: for a camera 8.3 to 5 solar radii from the Sun's
 /// centre.
@@ -176,7 +176,7 @@ impl Meter<'_, '_> {
         subjects.extend(others.metered(dominant.map_or("", |b| &b.name), dominant.map(|b| b.id), AUTO_EXPOSED_MEAN));
         subjects.extend(frame.sun());
         subjects.extend(frame.corona());
-        subjects.extend(frame.corona_around_camera());
+        subjects.extend(frame.outer_corona());
         subjects.extend(frame.refracted_limbs());
         if let Some(air) = self.air {
             let mut sky = LogMean::default();
@@ -437,7 +437,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         let towards = sun.placement.centre_km / sun.distance_km;
         let tangent = sun.body.radii_km.x / sun.distance_km;
         let corona_weight = corona::meter_weight(self.meter.context.request, camera, sun, self.glare.as_ref());
-        let ray_weight = near_corona::ray_weight_of_inner_corona(tangent);
+        let ray_weight = outer_corona::ray_weight_of_inner_corona(tangent);
         if corona_weight <= 0.0 || ray_weight >= 1.0 || towards.dot(camera.forward) <= 0.0 {
             return None;
         }

@@ -1,26 +1,25 @@
 //! The air beyond the limb of a body seen from afar, for the light meter: most of the light of a body in front of the Sun is in this ring.
 //!
 //! In: a body with air, the direction of the Sun. Out: parts of the ring with their area and radiance. Always: continuous in position and time. The radiance is
-//! that of the drawn rim within a factor of three where the rim is bright (tests/scene/rims.rs). Left out: the shadows of rings on
-//! the air, absorbing layers, and the ring around a near body, only a part of which is in view (`FAR_RADII`).
+//! that of the drawn rim within a factor of 3 for Titan, Pluto and Mars, and of 8 for the Earth in small images (tests/scene/rims.rs). Left out: the shadows of
+//! rings on the air, absorbing layers, and the ring around a near body, only a part of which is in view (`FAR_RADII`).
 
 use super::MeteredFrame;
 use crate::catalog::{Atmosphere, Species};
 use crate::scene::atmosphere::extinction::{density, extinction};
-use crate::scene::atmosphere::species::vertical_optical_depth;
 use crate::scene::atmosphere::{air, rim};
 use crate::scene::eclipse::approximate_shadow::ApproximateShadow;
 use crate::scene::light::lights;
-use crate::scene::numeric::smoothstep;
+use crate::scene::numeric::{smooth_rise, smoothstep};
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Diameter of the disc, pixels, between which the ring gains its weight. A smaller disc is not told from its ring.
-const COUNTED_FROM_PX: [f64; 2] = [4.0, 8.0];
+const COUNTED_FROM_PX: (f64, f64) = (4.0, 8.0);
 /// Phase angles between which the ring gains its weight. Beside a disc that is more than half lit its light does not matter.
-const COUNTED_FROM_PHASE_RAD: [f64; 2] = [FRAC_PI_2, 0.75 * PI];
+const COUNTED_FROM_PHASE_RAD: (f64, f64) = (FRAC_PI_2, 0.75 * PI);
 /// Number of position angles on half of the limb, and of heights, at which the ring is sampled.
 const POSITION_ANGLES: u32 = 12;
 const HEIGHTS: u32 = 24;
@@ -53,9 +52,10 @@ fn sunlight(air: &Atmosphere, radius_km: f64, height_km: f64, sin_altitude: f64)
 pub(super) struct RimOfAir<'p> {
     air: &'p Atmosphere,
     radius_km: f64,
-    phase_angle_rad: f64,
-    /// Angle at the body's centre between the limb and the plane through the centre that the camera faces: 0 for a far camera.
-    limb_tilt_rad: f64,
+    /// Sine and cosine of the phase angle.
+    phase: (f64, f64),
+    /// Sine and cosine of the angle at the body's centre between the limb and the plane through the centre that the camera faces: of 0 for a far camera.
+    limb_tilt: (f64, f64),
     /// See [`rim::continued_part`]; 0 if the body's colours exclude the air.
     continued_part: f64,
     /// Mean opacity along the limb.
@@ -73,15 +73,14 @@ impl<'p> RimOfAir<'p> {
         let at_limb = (DVec3::ONE - (-depth).exp()).element_sum() / 3.0;
         let continues_disc = !air::colours_exclude_air(p.body) && !air::is_visible_over_disc(air);
         let continued_part = if continues_disc { rim::continued_part(at_limb) } else { 0.0 };
-        let limb_tilt_rad = (radius_km / p.distance_km).min(1.0).asin();
-        Some(Self { air, radius_km, phase_angle_rad: p.phase_angle_rad, limb_tilt_rad, continued_part, at_limb, disc_albedo })
+        let limb_tilt = (radius_km / p.distance_km).min(1.0).asin().sin_cos();
+        Some(Self { air, radius_km, phase: p.phase_angle_rad.sin_cos(), limb_tilt, continued_part, at_limb, disc_albedo })
     }
 
     /// Radiance per irradiance, brightest channel, at a height over the limb. `cos_position_angle`: cosine of the angle around the disc's centre from the
     /// direction of the Sun.
     fn radiance(&self, height_km: f64, cos_position_angle: f64) -> f64 {
-        let (sin_phase, cos_phase) = self.phase_angle_rad.sin_cos();
-        let (sin_tilt, cos_tilt) = self.limb_tilt_rad.sin_cos();
+        let ((sin_phase, cos_phase), (sin_tilt, cos_tilt)) = (self.phase, self.limb_tilt);
         // The Sun's components towards the camera and away from the disc's centre, as seen from the limb, whose normal is tilted towards the camera.
         let (towards_camera, outwards) = (cos_phase, sin_phase * cos_position_angle);
         let sin_altitude = outwards * cos_tilt + towards_camera * sin_tilt;
@@ -94,10 +93,10 @@ impl<'p> RimOfAir<'p> {
         scattered + (continued - scattered) * self.continued_part
     }
 
-    /// Calls `add` with the area of each part of the ring, relative to that of the disc, and its radiance per irradiance. `height_px`: that of the ring's bright
-    /// part; a lower ring than a pixel is spread over a pixel. `sunlit_part`: the part of sunlight that shadows leave at a position angle.
+    /// Calls `add` with the area of each part of the ring, relative to that of the disc, and its radiance per irradiance. `height_px`: that of the ring's
+    /// bright part; a lower ring than a pixel is spread over a pixel. `sunlit_part`: the part of sunlight that shadows leave at a position angle.
     fn sum(&self, height_px: f64, sunlit_part: impl Fn(f64) -> f64, mut add: impl FnMut(f64, f64)) {
-        let spread = height_px.clamp(1e-6, 1.0);
+        let pixel_fraction = height_px.clamp(1e-6, 1.0);
         let step_km = self.air.top_km / f64::from(HEIGHTS);
         let midpoint = |k: u32, n: u32| (f64::from(k) + 0.5) / f64::from(n);
         for n in 0..POSITION_ANGLES {
@@ -107,15 +106,15 @@ impl<'p> RimOfAir<'p> {
                 let height_km = self.air.top_km * midpoint(k, HEIGHTS);
                 // The ring has the circumference 2 pi R and the disc the area pi R squared; a position angle stands for both sides.
                 let area = 2.0 * (1.0 + height_km / self.radius_km) * step_km / self.radius_km / f64::from(POSITION_ANGLES);
-                add(area / spread, sunlit * self.radiance(height_km, position_angle.cos()) * spread);
+                add(area / pixel_fraction, sunlit * self.radiance(height_km, position_angle.cos()) * pixel_fraction);
             }
         }
     }
 }
 
 impl MeteredFrame<'_, '_> {
-    /// Calls `add` with the area of each part of the ring of air around a body, relative to that of its disc and times the ring's weight, and its radiance. Nothing
-    /// if the body has no air, its air is not drawn, or the disc is small or more than half lit.
+    /// Calls `add` with the area of each part of the ring of air around a body, relative to that of its disc and times the ring's weight, and its radiance.
+    /// Does nothing if the body has no air, its air is not drawn, or the disc is small or more than half lit.
     pub(super) fn sum_rim(
         &self,
         p: &PlacedBody<'_>,
@@ -126,20 +125,17 @@ impl MeteredFrame<'_, '_> {
     ) {
         let request = self.meter.context.request;
         let user_choice = request.effects.override_of_body(p.body, Effect::Atmosphere);
-        let ([from_px, to_px], [from_rad, to_rad]) = (COUNTED_FROM_PX, COUNTED_FROM_PHASE_RAD);
-        let weight =
-            smoothstep((diameter_px - from_px) / (to_px - from_px)) * smoothstep((p.phase_angle_rad - from_rad) / (to_rad - from_rad));
+        let weight = smooth_rise(COUNTED_FROM_PX, diameter_px) * smooth_rise(COUNTED_FROM_PHASE_RAD, p.phase_angle_rad);
         let Some(rim) = RimOfAir::of(p, disc_albedo).filter(|_| user_choice != Some(false) && weight > 0.0) else { return };
         // As `air::is_significant`: a low rim of air that removes no visible light is not drawn unless the user demands it.
-        let change = 1.0 - (-vertical_optical_depth(rim.air).max_element()).exp();
-        let is_thin = user_choice != Some(true) && change <= request.purpose.min_change();
+        let is_thin = user_choice != Some(true) && air::max_removed_fraction(rim.air) <= request.purpose.min_change();
         let height_px = rim::height_px(p.body, rim.air, diameter_px);
         let weight = weight * if is_thin { smoothstep(height_px / rim::ALWAYS_DRAWN_RIM_PX - 1.0) } else { 1.0 };
         let viewer = (p.placement.body_from_icrf * -p.placement.centre_km).normalize();
         let sun = (p.body_from_icrf * p.sun_from_body_km).normalize();
         let across = (sun - viewer * sun.dot(viewer)).try_normalize().unwrap_or_else(|| viewer.any_orthonormal_vector());
         let up = viewer.cross(across);
-        let (sin_tilt, cos_tilt) = rim.limb_tilt_rad.sin_cos();
+        let (sin_tilt, cos_tilt) = rim.limb_tilt;
         let sunlit_part = |position_angle: f64| {
             let (sin, cos) = position_angle.sin_cos();
             let at = |sin: f64| {

@@ -1,11 +1,11 @@
-//! Meters the outer corona by rays of the frame: around a camera near the Sun, where it covers the entire sky, including the hemisphere away from the Sun (the camera
-//! may even be within the inner corona); and around a body that hides the inner corona.
+//! Meters the outer corona by rays of the frame: around a camera near the Sun, where it covers the entire sky, including the hemisphere away from the Sun (the
+//! camera may even be within the inner corona); and around a body that hides the inner corona.
 
 use super::{ANNULI_TO_RAYS_SINES, AUTO_EXPOSED_MEAN, CORONA_RADII, FRAME_RAYS, LogMean, MeteredFrame, MeteredSubject, SUN_WEIGHT};
 use crate::catalog::NaifId;
 use crate::message::reason;
 use crate::scene::light::corona;
-use crate::scene::numeric::smoothstep;
+use crate::scene::numeric::{smooth_rise, smoothstep};
 use crate::scene::placed::PlacedBody;
 use crate::scene::sky::zodiacal;
 use crate::units::KM_PER_AU;
@@ -44,9 +44,9 @@ impl MeteredFrame<'_, '_> {
         1.0 - (0..SECTORS).map(visibility).sum::<f64>() / f64::from(SECTORS)
     }
 
-    /// Meters the corona beyond the annuli of [`Self::corona`]; near the Sun, all of it. `None` if the corona is narrow and its inner part is in view: for a camera
-    /// at least [`zodiacal::NEAREST_AU`] from the Sun, unless a body hides that part.
-    pub(super) fn corona_around_camera(&self) -> Option<MeteredSubject> {
+    /// Meters the corona beyond the annuli of [`Self::corona`]; near the Sun, all of it. `None` if the corona is narrow and its inner part is in view: for a
+    /// camera at least [`zodiacal::NEAREST_AU`] from the Sun, unless a body hides that part.
+    pub(super) fn outer_corona(&self) -> Option<MeteredSubject> {
         let (camera, request) = (self.meter.camera, self.meter.context.request);
         let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > p.body.radii_km.x)?;
         let nearness = smoothstep(2.0 * (1.0 - sun.distance_km / (zodiacal::NEAREST_AU * KM_PER_AU)));
@@ -61,11 +61,8 @@ impl MeteredFrame<'_, '_> {
         let nearer = self.nearer_bodies(sun, spacing);
         let share = 1.0 / f64::from(FRAME_RAYS * FRAME_RAYS);
         let mut mean = LogMean::default();
-        // As in shaders/entry/corona.wesl: except near the Sun, the corona fades into the zodiacal light.
-        let (inner_deg, outer_deg) = zodiacal::CORONA_BLEND_DEG;
-        let [inner_cosine, outer_cosine] = [inner_deg, outer_deg].map(|deg| deg.to_radians().cos());
-        let fades = sun.distance_km >= zodiacal::NEAREST_AU * KM_PER_AU;
-        let drawn_part = |cosine: f64| if fades { smoothstep((cosine - outer_cosine) / (inner_cosine - outer_cosine)) } else { 1.0 };
+        let fade_cosines = corona::fade_cosines(sun.distance_km);
+        let drawn_part = |cosine: f64| fade_cosines.map_or(1.0, |[inner, outer]| smooth_rise((outer, inner), cosine));
         for ray in self.sample_frame(DVec3::normalize) {
             // As in shaders/entry/corona.wesl: in the hemisphere away from the Sun the distance keeps growing.
             let across = ray.cross(towards).length();
