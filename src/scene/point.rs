@@ -119,10 +119,11 @@ pub(crate) fn reaches_frame(camera: &Camera, clip: DVec2, radius_px: f64) -> boo
 }
 
 /// A point's sprite. Its reversed depth is 1, that of the near plane, so that it is drawn over all bodies; [`crate::scene::visibility::hidden`]
-/// removes the flux that nearer bodies hide.
-pub(crate) fn sprite(body: NaifId, clip: DVec2, flux: DVec3) -> Point {
+/// removes the part of it that nearer bodies hide. `covered_px`: see [`Point::covered_px`].
+pub(crate) fn sprite(body: NaifId, clip: DVec2, flux: DVec3, covered_px: f64) -> Point {
     let radius_px = camera::narrow_scalar(POINT_RADIUS_PX);
-    Point { body, centre: camera::narrow(clip.extend(1.0)), radius_px, stretch: 1.0, flux: camera::narrow(flux) }
+    let [centre, flux] = [clip.extend(1.0), flux].map(camera::narrow);
+    Point { body, centre, radius_px, stretch: 1.0, flux, covered_px: camera::narrow_scalar(covered_px) }
 }
 
 #[cfg(test)]

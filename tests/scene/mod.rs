@@ -31,3 +31,4 @@ mod sky_lines;
 mod stars;
 mod thin_limbs;
 mod toggles;
+mod transits;

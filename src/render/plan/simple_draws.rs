@@ -16,7 +16,7 @@ use crate::scene::labels::SELECTED_COLOUR;
 use crate::scene::orbits;
 use crate::scene::refracted_limb::RefractedLimb;
 use crate::scene::request::ToneMap;
-use crate::scene::{CORE_SIGMA_PX, GLARE_SCALE_RADIUS_PX, Scene, point_spread};
+use crate::scene::{CORE_SIGMA_PX, GLARE_SCALE_RADIUS_PX, POINT_RADIUS_PX, Scene, point_spread};
 use crate::shader::ModuleId;
 use crate::shader::UniformWriter;
 use crate::shader::reflect::LayoutError;
@@ -158,8 +158,11 @@ pub(super) fn sprites<T>(
 }
 
 /// Instance attributes of the sprites of stars and of comets' heads.
-pub(super) const STAR_ATTRIBUTES: [InstanceAttribute<StarSprite>; 3] =
-    [(3, |s| s.centre.to_array().to_vec()), (4, |s| sprite_attribute(s.radius_px, s.stretch)), (3, |s| s.flux.to_array().to_vec())];
+pub(super) const STAR_ATTRIBUTES: [InstanceAttribute<StarSprite>; 3] = [
+    (3, |s| s.centre.to_array().to_vec()),
+    (4, |s| sprite_attribute(s.radius_px, s.stretch)),
+    (4, |s| s.flux.extend(0.0).to_array().to_vec()),
+];
 
 pub(super) fn stars(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     // A radius of 0 means that another frame of a composed image draws the star.
@@ -167,10 +170,20 @@ pub(super) fn stars(scene: &Scene, provider: &impl ResourceProvider) -> Result<V
     sprites("stars", &drawn_here, &STAR_ATTRIBUTES, scene, provider)
 }
 
+/// Smallest area that a point hides for which it has a draw, in pixels: a level of 255 of the brightest pixel.
+const MIN_COVERED_PX: f32 = 1.0 / 255.0;
+
+/// Sprites that hide what is behind the points, then those of their light: no point hides the light of another one, of which the scene has removed what is hidden.
 pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
-    let attributes: [InstanceAttribute<Point>; 3] =
-        [(3, |p| p.centre.to_array().to_vec()), (4, |p| sprite_attribute(p.radius_px, p.stretch)), (3, |p| p.flux.to_array().to_vec())];
-    sprites("points", &scene.points, &attributes, scene, provider)
+    let centre: InstanceAttribute<Point> = (3, |p| p.centre.to_array().to_vec());
+    let light = [centre, (4, |p| sprite_attribute(p.radius_px, p.stretch)), (4, |p| p.flux.extend(0.0).to_array().to_vec())];
+    // Without glare: the sprite's size does not depend on the point's light.
+    let cover =
+        [centre, (4, |p: &Point| sprite_attribute(POINT_RADIUS_PX as f32, p.stretch)), (4, |p: &Point| vec![0.0, 0.0, 0.0, p.covered_px])];
+    let covering: Vec<Point> = scene.points.iter().filter(|p| p.covered_px > MIN_COVERED_PX).cloned().collect();
+    let covers = sprites("points, what they hide", &covering, &cover, scene, provider)?;
+    let covers = covers.into_iter().map(|draw| PlanDraw { blend: Blend::PremultipliedOver, ..draw });
+    Ok(covers.chain(sprites("points", &scene.points, &light, scene, provider)?).collect())
 }
 
 /// Traces of past motion, cones of eclipses and frames of instruments, depth-tested against the bodies.

@@ -30,6 +30,8 @@ struct ProjectedSprite {
     radius_px: f32,
     stretch: f32,
     flux: Vec3,
+    /// Solid angle of a pixel of the face relative to that of a pixel of the image.
+    pixels_per_face_pixel: f32,
 }
 
 /// Where the light of a face's sprite is drawn.
@@ -54,7 +56,8 @@ fn project(image: &SphereImage, face: usize, camera: &Camera, centre: Vec3, flux
     let cos_off_axis = 1.0 / ray.length();
     let face_sr = camera.pixel_tangent().powi(2) * cos_off_axis.powi(3);
     let (image_sr, stretch) = image.pixel_sr_and_stretch(direction);
-    let flux = flux.as_dvec3() * (face_sr / image_sr);
+    let pixels_per_face_pixel = face_sr / image_sr;
+    let flux = flux.as_dvec3() * pixels_per_face_pixel;
     let size = DVec2::new(f64::from(image.width), f64::from(image.height));
     let clip_of = |px: DVec2| DVec2::new(2.0 * px.x / size.x - 1.0, 1.0 - 2.0 * px.y / size.y);
     let max_px = MAX_RADIUS_FRACTION * size.y.min(size.x);
@@ -66,6 +69,7 @@ fn project(image: &SphereImage, face: usize, camera: &Camera, centre: Vec3, flux
         radius_px: narrow_scalar(radius_px),
         stretch: narrow_scalar(stretch),
         flux: narrow(flux),
+        pixels_per_face_pixel: narrow_scalar(pixels_per_face_pixel),
     };
     if wraps && direction.x.hypot(direction.z) < POLAR_COS_LATITUDE {
         // A pixel of a face covers a smaller angle along the radius than across it; this is the geometric mean.
@@ -92,7 +96,8 @@ fn project(image: &SphereImage, face: usize, camera: &Camera, centre: Vec3, flux
 pub(crate) fn stars(image: &SphereImage, face: usize, camera: &Camera, of_face: &[StarSprite], white: f64) -> Divided<StarSprite> {
     let mut divided = Divided { in_face: Vec::new(), in_image: Vec::new() };
     for s in of_face {
-        let in_image = |ProjectedSprite { centre, radius_px, stretch, flux }| StarSprite { centre, radius_px, stretch, flux, star: s.star };
+        let in_image =
+            |ProjectedSprite { centre, radius_px, stretch, flux, .. }| StarSprite { centre, radius_px, stretch, flux, star: s.star };
         match project(image, face, camera, s.centre, s.flux, white) {
             Drawn::InImage(sprites) => divided.in_image.extend(sprites.into_iter().map(in_image)),
             Drawn::InFace { radius_px, for_picking } => {
@@ -109,15 +114,14 @@ pub(crate) fn points(image: &SphereImage, face: usize, camera: &Camera, of_face:
     let mut divided = Divided { in_face: Vec::new(), in_image: Vec::new() };
     for p in of_face {
         match project(image, face, camera, p.centre, p.flux, white) {
-            Drawn::InImage(sprites) => {
-                divided.in_image.extend(sprites.into_iter().map(|ProjectedSprite { centre, radius_px, stretch, flux }| Point {
-                    body: p.body,
-                    centre,
-                    radius_px,
-                    stretch,
-                    flux,
-                }))
-            }
+            Drawn::InImage(sprites) => divided.in_image.extend(sprites.into_iter().map(|s| Point {
+                body: p.body,
+                centre: s.centre,
+                radius_px: s.radius_px,
+                stretch: s.stretch,
+                flux: s.flux,
+                covered_px: p.covered_px * s.pixels_per_face_pixel,
+            })),
             Drawn::InFace { radius_px, .. } => divided.in_face.push(Point { radius_px, ..p.clone() }),
         }
     }

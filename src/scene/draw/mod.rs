@@ -144,4 +144,6 @@ pub struct Point {
     pub stretch: f32,
     /// Linear RGB: the sum of the sprite's radiance over its pixels.
     pub flux: Vec3,
+    /// Area in pixels of what the body hides behind it: that of its disc, or 0 where other draws hide it.
+    pub covered_px: f32,
 }

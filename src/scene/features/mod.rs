@@ -19,6 +19,7 @@ use crate::scene::draw::uniforms::{DrawUniforms, Light};
 use crate::scene::draw::{BodyPart, Draw, MapFiles, Point};
 use crate::scene::in_view::Appearance;
 use crate::scene::light::lights;
+use crate::scene::numeric::smooth_rise;
 use crate::scene::placed::PlacedBody;
 use crate::scene::point::{self, DISC_ONLY_FROM_PX, POINT_ONLY_BELOW_PX};
 use crate::scene::request::effects::Effect;
@@ -26,6 +27,7 @@ use crate::scene::surface::{crescent, ground, mesh_decision, meshes, overlays};
 use crate::scene::{atmosphere, eclipse, light, rings};
 use glam::{DVec3, Vec3};
 use inputs::{DecideEffect, DecisionInputs, Decisions, FrameContext, decide_in_order};
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// Everything decided about one body.
@@ -37,6 +39,10 @@ pub(crate) struct DecidedBody {
     pub draws: Vec<Draw>,
     pub point: Option<Point>,
 }
+
+/// Sines of the Sun's altitude between which the sky becomes brighter than the planets seen through it: -12 degrees, the end of nautical twilight, and -6, that of
+/// civil twilight.
+const DUSK_SUN_SINES: (f64, f64) = (-0.2079, -0.1045);
 
 /// The decisions about a body that is drawn as a disc, in their order.
 const ALL_DECISIONS: [DecideEffect; 11] = [
@@ -170,7 +176,23 @@ fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Optio
         log.record("point-visible", false, frame.threshold.description(brightest));
         return None;
     }
-    frame.camera.clip(placed.placement.centre_km).map(|clip| point::sprite(placed.body.id, clip, flux))
+    frame.camera.clip(placed.placement.centre_km).map(|clip| point::sprite(placed.body.id, clip, flux, covered_px(inputs)))
+}
+
+/// Area in pixels of what a body that is drawn as a point hides behind it. 0 if its disc is drawn, which hides as much, and by day in air, whose light is in
+/// front of the body.
+fn covered_px(inputs: &DecisionInputs<'_, '_>) -> f64 {
+    let (frame, placed) = (inputs.frame, inputs.placed);
+    if inputs.disc_fraction > 0.0 || placed.body.id == NaifId::SUN {
+        return 0.0;
+    }
+    let sun_sine = |up: DVec3| {
+        let sun = frame.reflectors.iter().find(|r| r.body.id == NaifId::SUN)?;
+        Some(up.dot((sun.position_km - frame.camera.position_km).normalize()))
+    };
+    let sky_by_day =
+        frame.air.filter(|a| a.is_bright()).and_then(|a| sun_sine(a.up())).map_or(0.0, |sine| smooth_rise(DUSK_SUN_SINES, sine));
+    0.25 * PI * inputs.diameter_px.powi(2) * (1.0 - sky_by_day)
 }
 
 /// The point of a body beside the frame: its glare may reach into the frame, as that of a star may. `None` for the Sun, whose glare `light::glare` draws.

@@ -148,6 +148,11 @@ fn angular_radius(p: &PlacedBody<'_>) -> f64 {
     (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin()
 }
 
+/// Whether two discs are closer to each other than `margin_rad`, or overlap.
+fn overlap(a: &PlacedBody<'_>, b: &PlacedBody<'_>, margin_rad: f64) -> bool {
+    crate::ephemeris::angle_rad(a.placement.centre_km, b.placement.centre_km) < angular_radius(a) + angular_radius(b) + margin_rad
+}
+
 /// Bodies in front of the body `farther` and within `margin_rad` of its disc, in order of decreasing angular radius.
 fn in_front_of<'p, 'a>(placed: &'p [PlacedBody<'a>], farther: &PlacedBody<'_>, margin_rad: f64) -> Vec<&'p PlacedBody<'a>> {
     let is_occluding = |p: &&PlacedBody<'_>| {
@@ -155,8 +160,7 @@ fn in_front_of<'p, 'a>(placed: &'p [PlacedBody<'a>], farther: &PlacedBody<'_>, m
             && p.distance_km > 0.0
             && !p.placement.camera_is_inside()
             && is_in_front(p, farther)
-            && crate::ephemeris::angle_rad(p.placement.centre_km, farther.placement.centre_km)
-                < angular_radius(p) + angular_radius(farther) + margin_rad
+            && overlap(p, farther, margin_rad)
     };
     let mut found: Vec<_> = placed.iter().filter(is_occluding).collect();
     found.sort_by(|a, b| angular_radius(b).total_cmp(&angular_radius(a)));
@@ -217,6 +221,9 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Dra
         let visible = visible_fraction(placed, p);
         record(p, visible);
         point.flux *= narrow(visible);
+        // The Sun's draw leaves out what small bodies in front of it hide.
+        let is_before_sun = placed_body(NaifId::SUN).is_some_and(|sun| overlap(p, sun, 0.0) && is_in_front(p, sun));
+        point.covered_px *= if is_before_sun { 0.0 } else { narrow_scalar(visible.element_sum() / 3.0) };
     }
     let drawn: Vec<_> = draws.iter().filter(|d| d.part == BodyPart::Globe).map(|d| (d.body, d.features.shape)).collect();
     let moon_limb = draws.iter().find(|d| d.features.limb_heights).map(|d| d.uniforms.limb.clone());

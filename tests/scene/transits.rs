@@ -1,0 +1,102 @@
+//! A small moon in front of a planet or its rings hides as much of them as its disc covers, drawn as a point or as a disc.
+
+use crate::support::session::SESSION;
+use glam::{DVec2, DVec3, Vec3};
+use orrery::FrameImages;
+use orrery::catalog::NaifId;
+use orrery::render::plan::{self, SamplingQuality};
+use orrery::scene::Scene;
+use orrery::scene::draw::Point;
+use orrery::scene::request::{Axes, ExposureRequest, Position, ViewRequest};
+use orrery::time::Instant;
+use std::f64::consts::PI;
+
+/// A view of a moon from outside: the camera is `direction` (ICRF) from the moon, which has the given diameter in the image.
+fn view(moon: NaifId, direction: DVec3, distance_km: f64, diameter_px: f64, time: Instant, side: u32) -> Scene {
+    let radius_km = SESSION.catalog().body(moon).expect("a moon").radii_km.x;
+    let half_side_tangent = radius_km / distance_km * f64::from(side) / diameter_px;
+    let request = ViewRequest {
+        position: Position::Offset { body: moon, offset_km: direction.normalize() * distance_km, axes: Axes::Icrf },
+        fov_deg: Some(2.0 * half_side_tangent.atan().to_degrees()),
+        exposure: ExposureRequest::Auto,
+        width: side,
+        height: side,
+        ..ViewRequest::of(moon, time)
+    };
+    SESSION.scene(&request).expect("a scene")
+}
+
+/// The image's radiance in green.
+fn green(scene: &Scene) -> Vec<f64> {
+    let plan = plan::plan(scene, &*SESSION, SamplingQuality { samples: 4, anisotropy: 4 }).expect("a plan");
+    let hdr = SESSION.renderer().render(&plan, SESSION.library(), FrameImages::DisplayAndHdr).expect("drawn").0.hdr;
+    hdr.iter().map(|p| f64::from(p[1])).collect()
+}
+
+/// Area in pixels of what the moon hides: the sum of the fractions of each pixel's radiance.
+fn hidden_area_px(scene: &Scene, moon: NaifId) -> f64 {
+    let mut dark = scene.clone();
+    dark.points.retain(|p| p.body == moon);
+    dark.points.iter_mut().for_each(|p| p.flux = Vec3::ZERO);
+    for draw in dark.draws.iter_mut().filter(|d| d.body == moon) {
+        draw.uniforms.lights.iter_mut().for_each(|light| light.irradiance = Vec3::ZERO);
+    }
+    let mut background = dark.clone();
+    background.draws.retain(|d| d.body != moon);
+    background.points.clear();
+    let (background, with_moon) = (green(&background), green(&dark));
+    let middle = scene.camera.height / 2 * scene.camera.width + scene.camera.width / 2;
+    assert!(background[middle as usize] > 0.0, "nothing is behind the moon");
+    background.iter().zip(&with_moon).map(|(b, m)| if b == m { 0.0 } else { 1.0 - m / b }).sum()
+}
+
+/// Vector from one body's centre to another's, ICRF.
+fn from_to_km(from: NaifId, to: NaifId, time: Instant) -> DVec3 {
+    SESSION.ephemeris().state(to, from, time, None).expect("a state").state.pos_km
+}
+
+#[test]
+fn a_small_moon_hides_the_planet_behind_it() {
+    let start = Instant::parse("2024-03-01T00:00:00Z").expect("a time");
+    for (moon, planet) in [(NaifId(501), NaifId(599)), (NaifId(401), NaifId(499)), (NaifId(607), NaifId(699))] {
+        // Seen from the outer side of the moon the planet is behind it, and lit while moon and Sun are in the same direction.
+        let is_lit = |time: &Instant| from_to_km(planet, moon, *time).angle_between(from_to_km(planet, NaifId::SUN, *time)) < 0.7;
+        let time = (0..1000).map(|k| start.plus_seconds(3600.0 * f64::from(k))).find(is_lit).expect("a time");
+        let direction = from_to_km(planet, moon, time);
+        let radius_km = SESSION.catalog().body(moon).expect("a moon").radii_km.x;
+        // Up to 2 pixels the moon is a point, from 4 on a disc, and both in between. With an even size it is centred on a pixel's corner.
+        for (step, side) in (0..=38).flat_map(|step| [(step, 30), (step, 31)]) {
+            let scene = view(moon, direction, 1e3 * radius_km, 0.3 + 0.1 * f64::from(step), time, side);
+            let body = scene.body(moon).expect("a body");
+            let area_px = 0.25 * PI * body.diameter_px.powi(2);
+            let hidden_px = hidden_area_px(&scene, moon);
+            println!("{moon:?} in {side}: {:.3} px across hide {hidden_px:.4} px, area {area_px:.4} px", body.diameter_px);
+            // A point of almost 2 pixels would hide more than all of the pixel in its middle.
+            let tolerance = if body.diameter_px < 1.8 { 0.01 } else { 0.12 };
+            assert!((hidden_px / area_px - 1.0).abs() < tolerance, "{moon:?} {}: {hidden_px}, not {area_px}", body.diameter_px);
+        }
+    }
+}
+
+/// Seen from almost in the plane of the rings, Mimas is in front of them, although its orbit is larger.
+#[test]
+fn a_small_moon_hides_the_rings_behind_it() {
+    let (mimas, saturn) = (NaifId(601), NaifId(699));
+    let start = Instant::parse("2017-05-17T00:00:00Z").expect("a time");
+    let axes = |time: Instant| SESSION.ephemeris().body_from_icrf(saturn, time).expect("axes");
+    let moon_km = |time: Instant| axes(time) * from_to_km(saturn, mimas, time);
+    let time = (0..100).map(|k| start.plus_seconds(3600.0 * f64::from(k))).find(|t| moon_km(*t).z > 4000.0).expect("a time");
+    // The line of sight meets the plane of the rings here; it passes beside the globe.
+    let view_before = |radius_km: f64| {
+        let in_plane = DVec2::from_angle(0.7).rotate(moon_km(time).truncate().normalize()) * radius_km;
+        view(mimas, axes(time).transpose() * (moon_km(time) - in_plane.extend(0.0)), 1e5, 1.5, time, 31)
+    };
+    // Ring B.
+    let hidden_px = hidden_area_px(&view_before(105_000.0), mimas);
+    assert!((hidden_px / (0.25 * PI * 1.5 * 1.5) - 1.0).abs() < 0.2, "{hidden_px}");
+    // Between the rings F and G there is nothing to hide.
+    let empty = view_before(155_000.0);
+    let light = |points: Vec<Point>| green(&Scene { points, stars: Vec::new(), ..empty.clone() }).iter().sum::<f64>();
+    let flux: f32 = empty.points.iter().map(|p| p.flux.y).sum();
+    assert!((light(empty.points.clone()) - light(Vec::new()) - f64::from(flux)).abs() < 0.01 * f64::from(flux));
+}
