@@ -339,7 +339,7 @@ fn png_with_profile(compressed_profile: &[u8]) -> Vec<u8> {
     [&small[..33], &length[..], &chunk, &(!crc).to_be_bytes(), &small[33..]].concat()
 }
 
-/// Inputs that once took minutes or gigabytes, although each is smaller than a megabyte.
+/// Inputs whose decoded form is far larger than the file, or whose cost grows faster than its length.
 #[test]
 fn maps_layers_shapes_and_surfaces_of_a_megabyte_end_in_time() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -368,6 +368,7 @@ fn maps_layers_shapes_and_surfaces_of_a_megabyte_end_in_time() {
         write(&format!("cube/{face}.png"), &blank_png(7000, 7000).0);
     }
     assert_view_terminates("a cube of 294 megapixels", "moon", &["--sky", &path("cube")]);
+    // The hundred bytes, or more, that are cut off below leave room for the text around the items.
     let points = fill_a_megabyte(|k| format!("[{},{}],", (k * 179) % 360, (k * 89) % 90));
     let line =
         format!("{{\"type\":\"LineString\",\"coordinates\":[{}]}}", points[..points.len() - 100].rsplit_once(",[").expect("a place").0);
