@@ -44,7 +44,7 @@ fn errors(model: &str) -> (Vec<f64>, f64) {
         let worst = got.iter().zip(&expected).filter(|(_, e)| **e > floor).map(|(g, e)| (g / e - 1.0).abs()).fold(0.0, larger);
         radiance.push(worst);
         for (g, e) in numbers(&answer["transmittance"]).iter().zip(numbers(&ray["transmittance"])) {
-            transmittance = transmittance.max((g - e).abs());
+            transmittance = larger(transmittance, (g - e).abs());
         }
     }
     radiance.sort_by(f64::total_cmp);

@@ -5,6 +5,7 @@
 //! limit of the address space leaves about 1 GB besides what the program maps with a harmless input.
 
 use crate::support::sweep;
+use orrery::units::GOLDEN_ANGLE_RAD;
 use std::cell::Cell;
 use std::io::Write;
 use std::path::Path;
@@ -381,7 +382,7 @@ fn maps_layers_shapes_and_surfaces_of_a_megabyte_end_in_time() {
     assert_view_terminates("thousands of layers of one file", "earth", &["--catalogs", &path("layers")]);
     // Points of a Fibonacci lattice on a sphere, joined in an arbitrary order.
     let corner = |k: usize| {
-        let (azimuth, polar) = (k as f64 * 2.399_963, (1.0 - (k as f64 + 0.5) / 1500.0).acos());
+        let (azimuth, polar) = (k as f64 * GOLDEN_ANGLE_RAD, (1.0 - (k as f64 + 0.5) / 1500.0).acos());
         format!("v {:.2} {:.2} {:.2}\n", 11.0 * polar.sin() * azimuth.cos(), 11.0 * polar.sin() * azimuth.sin(), 11.0 * polar.cos())
     };
     let corners: String = (0..3000).map(corner).collect();

@@ -20,7 +20,7 @@ use orrery::session::{Session, Sources};
 use orrery::shader::Layout;
 use orrery::shader::ModuleId;
 use orrery::time::Instant;
-use orrery::units::SPEED_OF_LIGHT_KM_S;
+use orrery::units::{GOLDEN_ANGLE_RAD, SPEED_OF_LIGHT_KM_S};
 use serde_json::{Value, json};
 use std::sync::LazyLock;
 
@@ -115,7 +115,7 @@ fn simpler_disc_models_have_their_stated_errors() {
         for k in [0.1, 0.5, 0.7, 0.76, 0.8, 0.9, 1.0, 1.02, 1.05, 1.1, 1.5, 4.0, 20.0] {
             for step in 0..40 {
                 let d = (1.0 + k) * (1.0 - f64::from(step) / 40.0 * f64::min(2.0 / (1.0 + k), 1.0));
-                worst = worst.max((blocked(k, d, stated.name) - blocked(k, d, "limb-darkened")).abs());
+                worst = larger(worst, (blocked(k, d, stated.name) - blocked(k, d, "limb-darkened")).abs());
             }
         }
         println!("{}: {worst:.4}", stated.name);
@@ -272,7 +272,7 @@ fn light_on_near_side(prober: &Prober<'_>, time: &str) -> [f64; 3] {
     // Uniform over the disc, as the full Moon is nearly as bright at the limb as in the middle. The Moon's +x axis faces the Earth.
     let points: Vec<_> = (0..400)
         .map(|k| {
-            let (r, (sin, cos)) = (((f64::from(k) + 0.5) / 400.0).sqrt(), (f64::from(k) * 2.399_963).sin_cos());
+            let (r, (sin, cos)) = (((f64::from(k) + 0.5) / 400.0).sqrt(), (f64::from(k) * GOLDEN_ANGLE_RAD).sin_cos());
             DVec3::new((1.0 - r * r).sqrt(), r * cos, r * sin)
         })
         .collect();
@@ -406,6 +406,7 @@ fn f32_suffices_out_to_neptune() {
                 [single(), double()].map(|p| sunlight_from_uniforms(&p, eclipse, eclipse_uniforms.clone(), &points).expect("answers"));
             for (a, b) in in_f32.iter().zip(&in_f64) {
                 let error = (a[1] - b[1]).abs();
+                assert!(error.is_finite(), "{sun_distance} radii from the Sun: {a:?}, {b:?}");
                 if error > worst.0 {
                     worst = (error, sun_distance);
                 }
