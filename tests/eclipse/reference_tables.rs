@@ -20,7 +20,7 @@ use orrery::session::{Session, Sources};
 use orrery::shader::Layout;
 use orrery::shader::ModuleId;
 use orrery::time::Instant;
-use orrery::units::{GOLDEN_ANGLE_RAD, SPEED_OF_LIGHT_KM_S};
+use orrery::units::{GOLDEN_ANGLE_RAD, SPEED_OF_LIGHT_KM_S, luminance};
 use serde_json::{Value, json};
 use std::sync::LazyLock;
 
@@ -286,8 +286,7 @@ fn the_eclipsed_moon_is_as_bright_as_observed_and_red() {
     // is -(U (2.08 U - 10.34) + 11.7); that of the full Moon is -12.7. The clouds of a day change it by half a magnitude. Measured: 0.32.
     for (time, umbral_magnitude) in [("2022-11-08T10:59:09Z", 1.359), ("2021-11-19T09:02:53Z", 0.974), ("2019-01-21T05:12:14Z", 1.195)] {
         let rgb = light_on_near_side(&single(), time);
-        let luminance = 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
-        let magnitude = -12.7 - 2.5 * luminance.log10();
+        let magnitude = -12.7 - 2.5 * luminance(rgb).log10();
         let observed = -(umbral_magnitude * (2.08 * umbral_magnitude - 10.34) + 11.7);
         println!("{time}: magnitude {magnitude:.2}, observed {observed:.2}, colour {:.1} {:.1}", rgb[0] / rgb[1], rgb[1] / rgb[2]);
         assert!((magnitude - observed).abs() < 0.5, "{time}: magnitude {magnitude}, observers give {observed}");

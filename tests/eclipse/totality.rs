@@ -49,7 +49,7 @@ pub(super) fn drawn(request: &ViewRequest) -> DrawnFrame {
 }
 
 fn luminance(p: &[f32; 4]) -> f64 {
-    0.2126 * f64::from(p[0]) + 0.7152 * f64::from(p[1]) + 0.0722 * f64::from(p[2])
+    orrery::units::luminance([p[0], p[1], p[2]].map(f64::from))
 }
 
 fn decision(scene: &Scene, body: NaifId, effect: &str) -> (bool, String) {

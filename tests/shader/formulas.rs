@@ -5,6 +5,7 @@
 
 use crate::support::emitted::{Emitted, EvalInput};
 use crate::support::folds::larger;
+use crate::support::random::Random;
 use crate::support::session::SESSION;
 use glam::DVec3;
 use orrery::catalog::{AerosolPhase, Catalog, NaifId, PhaseFunction, Photometry, Ring};
@@ -192,18 +193,12 @@ fn any_interval_of_radius_has_the_mean_of_its_ringlets() {
         let k = edges.partition_point(|e| *e <= r).clamp(1, blocked.len()) - 1;
         blocked_up_to_edge[k] + (r - edges[k]) * blocked[k]
     };
-    // Xorshift.
-    let mut random = 88_172_645_463_325_252_u64;
-    let mut next = || {
-        random ^= random << 13;
-        random ^= random >> 7;
-        random ^= random << 17;
-        (random >> 11) as f64 / (1u64 << 53) as f64
-    };
+    let mut random = Random(88_172_645_463_325_252);
     let inputs: Vec<EvalInput> = (0..100_000)
         .map(|_| {
-            let width = 3.0e-6 * 3.0e5_f64.powf(next());
-            let from = f64::from((inner - 0.2 + next() * (if next() < 0.8 { 1.5 } else { outer - inner + 0.4 })) as f32);
+            let width = 3.0e-6 * 3.0e5_f64.powf(random.uniform());
+            let from =
+                f64::from((inner - 0.2 + random.uniform() * (if random.uniform() < 0.8 { 1.5 } else { outer - inner + 0.4 })) as f32);
             eval_input([from, f64::from(width as f32)])
         })
         .collect();
