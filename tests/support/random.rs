@@ -1,4 +1,5 @@
-//! Pseudo-random numbers for tests: a xorshift generator, which gives the same sequence for the same seed, and the seed of tests whose cases differ in each run.
+//! Pseudo-random numbers for tests: a xorshift generator, which gives the same sequence for the same seed; and the seed of tests whose cases differ in each
+//! run.
 
 use glam::DVec3;
 use std::f64::consts::TAU;
