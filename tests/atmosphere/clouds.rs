@@ -48,8 +48,8 @@ fn clouds_brighten_the_earth_and_their_shadow_darkens_it() {
     assert_eq!(redrawn.frame.hdr, bare.frame.hdr);
 }
 
-/// A coarser level of the cloud map has the mean opacity of the finer one, so that clouds smaller than a pixel keep their light. When levels had the
-/// mean of the texels' values, an image of 32 pixels had 7 % less light than one of 512.
+/// A coarser level of the cloud map has the mean opacity of the finer one, so that clouds smaller than a pixel keep their light. With the mean of the
+/// texels' values instead, an image of 32 pixels would have 7 % less light than one of 512.
 #[test]
 fn the_light_of_a_cloudy_earth_does_not_depend_on_the_size_of_the_image() {
     let light_at = |side: u32| {

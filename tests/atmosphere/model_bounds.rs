@@ -3,6 +3,7 @@
 //! ORRERY_SEED repeats the rays.
 
 use crate::support::air_reference::{Air, Phase, Profile, Ray, RayResult, Species};
+use crate::support::random::{self, Random};
 use crate::support::session::SESSION;
 use glam::DVec3;
 use orrery::catalog::{AerosolPhase, PhaseFunction};
@@ -12,7 +13,6 @@ use orrery::scene::draw::AtmosphereModel;
 use orrery::scene::stated_errors;
 use serde_json::{Value, json};
 use std::f64::consts::{FRAC_PI_4, TAU};
-use std::hash::{BuildHasher, Hasher};
 use std::sync::LazyLock;
 
 const TABLE: &str = include_str!("../data/rayleigh_reference_public.json");
@@ -88,27 +88,6 @@ fn all_airs() -> Vec<AirCase> {
         Some(air_case(body.name.clone(), question))
     };
     listed.chain(SESSION.catalog().bodies().iter().filter_map(of_body)).collect()
-}
-
-/// Xorshift generator.
-struct Random(u64);
-
-impl Random {
-    /// Uniform in 0 to 1.
-    fn uniform(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-    fn between(&mut self, from: f64, to: f64) -> f64 {
-        from + (to - from) * self.uniform()
-    }
-    fn direction(&mut self) -> DVec3 {
-        let (z, azimuth) = (self.between(-1.0, 1.0), self.between(0.0, TAU));
-        let horizontal = (1.0 - z * z).sqrt();
-        DVec3::new(horizontal * azimuth.cos(), horizontal * azimuth.sin(), z)
-    }
 }
 
 /// Families of rays, each difficult in a different way.
@@ -211,10 +190,7 @@ struct RandomRays {
 }
 
 static RANDOM_RAYS: LazyLock<RandomRays> = LazyLock::new(|| {
-    let seed = std::env::var("ORRERY_SEED")
-        .ok()
-        .and_then(|s| s.parse().ok())
-        .unwrap_or_else(|| std::hash::RandomState::new().build_hasher().finish() >> 32);
+    let seed = random::seed();
     let mut random = Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1);
     let airs = all_airs();
     assert!(airs.len() >= 16, "{}", airs.len());

@@ -2,6 +2,7 @@
 //! simulated photons, multiply scattered light, the shadows of the planet and of the Moon, and air of zero density.
 
 use crate::support::folds::larger;
+use crate::support::random::Random;
 use crate::support::session::SESSION;
 use glam::DVec3;
 use orrery::FrameImages;
@@ -44,7 +45,7 @@ fn errors(model: &str) -> (Vec<f64>, f64) {
         let worst = got.iter().zip(&expected).filter(|(_, e)| **e > floor).map(|(g, e)| (g / e - 1.0).abs()).fold(0.0, larger);
         radiance.push(worst);
         for (g, e) in numbers(&answer["transmittance"]).iter().zip(numbers(&ray["transmittance"])) {
-            transmittance = transmittance.max((g - e).abs());
+            transmittance = larger(transmittance, (g - e).abs());
         }
     }
     radiance.sort_by(f64::total_cmp);
@@ -207,13 +208,8 @@ fn the_moons_shadow_darkens_the_air() {
 /// Fraction of the light incident on a plane layer that emerges downwards as diffuse light, from a Monte Carlo simulation of photons: no
 /// absorption, Rayleigh's phase function, black ground. `layer_depth`: optical depth of the layer; `cosine`: of the angle of incidence.
 fn diffuse_by_photons(layer_depth: f64, cosine: f64, photons: u32) -> f64 {
-    let mut state = 0x2545_f491_4f6c_dd1d_u64;
-    let mut random = move || {
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        (state >> 11) as f64 / (1u64 << 53) as f64
-    };
+    let mut generator = Random(0x2545_f491_4f6c_dd1d);
+    let mut random = move || generator.uniform();
     let mut transmitted = 0;
     for _ in 0..photons {
         let (mut direction, mut photon_depth, mut scattered) = (DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine), 0.0, false);

@@ -62,8 +62,8 @@ fn relative_step(a: [f64; 3], b: [f64; 3], white: f64) -> f64 {
     a.iter().zip(b).map(|(a, b)| step(*a, b)).fold(0.0, larger)
 }
 
-/// Four heights within a fiftieth of a percent of the top. Bounds: 3 % of the light (Jupiter in twilight: 2 %), a fiftieth of a stop by day and 0.3 in twilight. If the map of Mars counts as bare ground below the
-/// top, as it does at the ground, the light exceeds the first.
+/// Four heights within a fiftieth of a percent of the top. Bounds: 3 % of the light (Jupiter in twilight: 2 %), a fiftieth of a stop by day and 0.3 in
+/// twilight. If the map of Mars counted as bare ground below the top, as it does at the ground, the light would exceed the first.
 #[test]
 fn light_and_exposure_do_not_jump_at_the_top_of_the_air() {
     for (body, top_km) in bodies_with_air() {

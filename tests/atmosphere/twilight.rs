@@ -1,6 +1,7 @@
 //! Skylight on level ground in twilight: the multiple-scattering table against a Monte Carlo simulation that follows photons backwards
 //! through the same spherical air.
 
+use crate::support::random::Random;
 use glam::DVec3;
 use orrery::catalog::{Catalog, NaifId, Species};
 use orrery::scene::multi_scatter_table;
@@ -18,24 +19,11 @@ struct Gas {
     albedo: f64,
 }
 
-/// Xorshift generator.
-struct Random(u64);
-
-impl Random {
-    /// Uniform, greater than 0, at most 1.
-    fn uniform(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        ((self.0 >> 11) as f64 + 0.5) / (1u64 << 53) as f64
-    }
-
-    /// A direction at an angle of this cosine to `from`, at a random azimuth.
-    fn deflected(&mut self, from: DVec3, cosine: f64) -> DVec3 {
-        let (sin, cos) = (TAU * self.uniform()).sin_cos();
-        let (x, y) = from.any_orthonormal_pair();
-        (from * cosine + (x * cos + y * sin) * (1.0 - cosine * cosine).max(0.0).sqrt()).normalize()
-    }
+/// A direction at an angle of this cosine to `from`, at a random azimuth.
+fn deflected(random: &mut Random, from: DVec3, cosine: f64) -> DVec3 {
+    let (sin, cos) = (TAU * random.positive()).sin_cos();
+    let (x, y) = from.any_orthonormal_pair();
+    (from * cosine + (x * cos + y * sin) * (1.0 - cosine * cosine).max(0.0).sqrt()).normalize()
 }
 
 /// Skylight on level ground, relative to the Sun's irradiance.
@@ -79,9 +67,9 @@ impl Gas {
         for _ in 0..paths {
             // Importance sampling of the horizon and the Sun's azimuth, from where most light comes: the zenith cosine is the square of a
             // random number; seven of ten azimuths are drawn within 0.8 rad of the Sun's, the others from the whole circle.
-            let cosine_root = random.uniform();
+            let cosine_root = random.positive();
             let cosine = cosine_root * cosine_root;
-            let azimuth = if random.uniform() < 0.7 { 0.8 } else { PI } * (2.0 * random.uniform() - 1.0);
+            let azimuth = if random.positive() < 0.7 { 0.8 } else { PI } * (2.0 * random.positive() - 1.0);
             let azimuth_density = 0.3 / TAU + if azimuth.abs() < 0.8 { 0.7 / 1.6 } else { 0.0 };
             let horizontal = (1.0 - cosine * cosine).sqrt();
             let mut along = DVec3::new(horizontal * azimuth.cos(), horizontal * azimuth.sin(), cosine);
@@ -92,11 +80,11 @@ impl Gas {
                 let end = ground.or_else(|| Self::distance_to_sphere(position, along, self.radius + self.top, false)).unwrap_or(0.0);
                 let mut distance = 0.0;
                 let scatters = loop {
-                    distance -= random.uniform().ln() / self.scattering;
+                    distance -= random.positive().ln() / self.scattering;
                     if distance >= end {
                         break false;
                     }
-                    if random.uniform() < self.density(position + along * distance) {
+                    if random.positive() < self.density(position + along * distance) {
                         break true;
                     }
                 };
@@ -107,19 +95,19 @@ impl Gas {
                     sky.all += light;
                     sky.once += if order == 0 { light } else { 0.0 };
                     let turn_cosine = loop {
-                        let mu = 2.0 * random.uniform() - 1.0;
-                        if random.uniform() * 2.0 < 1.0 + mu * mu {
+                        let mu = 2.0 * random.positive() - 1.0;
+                        if random.positive() * 2.0 < 1.0 + mu * mu {
                             break mu;
                         }
                     };
-                    along = random.deflected(along, turn_cosine);
+                    along = deflected(&mut random, along, turn_cosine);
                 } else if let Some(ground) = ground {
                     let up = (position + along * ground).normalize();
                     position = up * (self.radius + 0.001);
                     weight *= self.albedo;
                     sky.all += weight * self.sunlight(position, sun) * up.dot(sun).max(0.0) / PI;
-                    let cosine = random.uniform().sqrt();
-                    along = random.deflected(up, cosine);
+                    let cosine = random.positive().sqrt();
+                    along = deflected(&mut random, up, cosine);
                 } else {
                     break;
                 }

@@ -5,6 +5,7 @@ use orrery::catalog::moments::{KINDS, Moment};
 use orrery::catalog::{Catalog, NaifId};
 use orrery::ephemeris::{Ephemeris, angle_rad};
 use orrery::time::Instant;
+use orrery::units::SPEED_OF_LIGHT_KM_S;
 
 struct World {
     catalog: Catalog,
@@ -100,7 +101,7 @@ fn transits_are_in_front_of_the_sun() {
 fn the_triple_shadow_has_three_shadows() {
     let world = World::new();
     let m = of_kind(&world, "shadows").next().expect("a moment");
-    let light_time_s = world.apparent_km(NaifId::EARTH, NaifId(599), m.time).length() / 299_792.458;
+    let light_time_s = world.apparent_km(NaifId::EARTH, NaifId(599), m.time).length() / SPEED_OF_LIGHT_KM_S;
     let light_left = m.time.plus_seconds(-light_time_s);
     let shadow_on_jupiter = [501, 502, 503, 504].map(|id| world.shadow_axis_distance_radii(NaifId(id), NaifId(599), light_left) < 1.0);
     assert_eq!(shadow_on_jupiter, [true, true, false, true]);

@@ -5,6 +5,7 @@
 //! limit of the address space leaves about 1 GB besides what the program maps with a harmless input.
 
 use crate::support::sweep;
+use orrery::units::GOLDEN_ANGLE_RAD;
 use std::cell::Cell;
 use std::io::Write;
 use std::path::Path;
@@ -339,7 +340,7 @@ fn png_with_profile(compressed_profile: &[u8]) -> Vec<u8> {
     [&small[..33], &length[..], &chunk, &(!crc).to_be_bytes(), &small[33..]].concat()
 }
 
-/// Inputs that once took minutes or gigabytes, although each is smaller than a megabyte.
+/// Inputs whose decoded form is far larger than the file, or whose cost grows faster than its length.
 #[test]
 fn maps_layers_shapes_and_surfaces_of_a_megabyte_end_in_time() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -368,6 +369,7 @@ fn maps_layers_shapes_and_surfaces_of_a_megabyte_end_in_time() {
         write(&format!("cube/{face}.png"), &blank_png(7000, 7000).0);
     }
     assert_view_terminates("a cube of 294 megapixels", "moon", &["--sky", &path("cube")]);
+    // The hundred bytes, or more, that are cut off below leave room for the text around the items.
     let points = fill_a_megabyte(|k| format!("[{},{}],", (k * 179) % 360, (k * 89) % 90));
     let line =
         format!("{{\"type\":\"LineString\",\"coordinates\":[{}]}}", points[..points.len() - 100].rsplit_once(",[").expect("a place").0);
@@ -380,7 +382,7 @@ fn maps_layers_shapes_and_surfaces_of_a_megabyte_end_in_time() {
     assert_view_terminates("thousands of layers of one file", "earth", &["--catalogs", &path("layers")]);
     // Points of a Fibonacci lattice on a sphere, joined in an arbitrary order.
     let corner = |k: usize| {
-        let (azimuth, polar) = (k as f64 * 2.399_963, (1.0 - (k as f64 + 0.5) / 1500.0).acos());
+        let (azimuth, polar) = (k as f64 * GOLDEN_ANGLE_RAD, (1.0 - (k as f64 + 0.5) / 1500.0).acos());
         format!("v {:.2} {:.2} {:.2}\n", 11.0 * polar.sin() * azimuth.cos(), 11.0 * polar.sin() * azimuth.sin(), 11.0 * polar.cos())
     };
     let corners: String = (0..3000).map(corner).collect();

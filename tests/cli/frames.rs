@@ -1,6 +1,7 @@
 //! Files that `orrery render` writes: existing files of the same request are kept, others are refused, and the same request always writes
 //! the same bytes.
 
+use super::{path_text, stderr_text};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
@@ -11,14 +12,6 @@ static CACHE: LazyLock<PathBuf> = LazyLock::new(crate::support::scratch::program
 fn render(args: &[&str]) -> Output {
     let base = ["render", "--renderer", "software", "--cache", CACHE.to_str().expect("a plain name")];
     Command::new(crate::support::program::path()).args(base).args(args).output().expect("the program starts")
-}
-
-fn stderr_text(out: &Output) -> String {
-    String::from_utf8_lossy(&out.stderr).into_owned()
-}
-
-fn path_text(path: &Path) -> &str {
-    path.to_str().expect("a plain name")
 }
 
 /// Names and contents of the files in a folder, sorted by name.
@@ -285,7 +278,7 @@ fn a_tour_is_rendered_as_a_sequence() {
     assert_eq!(files(folder.path()), written);
     let with_target = render(&[&args[..], &["--target", "moon"]].concat());
     assert!(with_target.status.code() == Some(2) && stderr_text(&with_target).contains("--target"), "{}", stderr_text(&with_target));
-    // A side beyond the range was once changed to the nearest one in it.
+    // A side beyond the range is refused, not changed to the nearest one in it.
     for size in ["0x10", "12x16385"] {
         let out = render(&["--tour", path_text(&tour), "--size", size, "-o", path_text(&pattern)]);
         assert!(out.status.code() == Some(1) && stderr_text(&out).contains("each side must be 1 to 16384"), "{}", stderr_text(&out));

@@ -1,5 +1,6 @@
 //! Hostile files and arguments: the program answers in bounded time and memory, with one line that names the file or field.
 
+use super::{path_text, stderr_text};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -43,14 +44,6 @@ fn run_with_timeout(mut command: Command) -> Output {
     })
 }
 
-fn path_text(path: &Path) -> &str {
-    path.to_str().expect("a plain name")
-}
-
-fn stderr_text(out: &Output) -> String {
-    String::from_utf8_lossy(&out.stderr).into_owned()
-}
-
 /// Asserts that a command failed with a single line, and returns it.
 fn error_line(out: &Output, case: &str) -> String {
     let line = stderr_text(out);
@@ -66,7 +59,7 @@ fn pipe(path: PathBuf) -> PathBuf {
     path
 }
 
-/// A link may come from a web page. One of 30,000 dotted parts or brackets once overflowed the stack.
+/// A link may come from a web page. Its dotted parts and brackets must not overflow the stack.
 #[test]
 fn a_link_of_any_depth_and_length_is_answered() {
     if !crate::support::program::has_view() {
@@ -170,7 +163,7 @@ fn unusual_file_types_in_the_cache_are_tolerated() {
     assert!(line.lines().count() <= 2 && line.contains("not a regular file"), "{line}");
 }
 
-/// In a shared cache, another user's link once made the program overwrite a file of its own user.
+/// In a folder that others may write, another user's link could make the program overwrite a file of its own user.
 #[cfg(unix)]
 #[test]
 fn a_cache_folder_writable_by_others_is_not_used() {
@@ -308,7 +301,7 @@ fn quotations_of_files_in_messages_stay_on_one_line() {
     );
 }
 
-/// These values were once accepted, and gave a wrong answer or none.
+/// If such a value were accepted, the answer would be wrong, or there would be none.
 #[test]
 fn meaningless_values_are_refused_by_option_name() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -1,7 +1,8 @@
 //! Messages: an error is one short line that names the value and suggestions, whatever the input; help is grouped and covers every verb.
 
+use super::{path_text, stderr_text};
 use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 
@@ -12,14 +13,6 @@ fn orrery(args: &[&str]) -> Output {
     let mut command = Command::new(crate::support::program::path());
     command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET").env("COLUMNS", "200");
     command.args(["--renderer", "software", "--cache", CACHE.to_str().expect("a plain name")]).args(args).output().expect("starts")
-}
-
-fn stderr_text(out: &Output) -> String {
-    String::from_utf8_lossy(&out.stderr).into_owned()
-}
-
-fn path_text(path: &Path) -> &str {
-    path.to_str().expect("a plain name")
 }
 
 /// The verbs that a help text lists.

@@ -13,3 +13,13 @@ mod measure;
 mod messages;
 mod position_sources;
 mod verbs;
+
+/// What the program wrote to standard error.
+fn stderr_text(out: &std::process::Output) -> String {
+    String::from_utf8_lossy(&out.stderr).into_owned()
+}
+
+/// A path as an argument.
+fn path_text(path: &std::path::Path) -> &str {
+    path.to_str().expect("a UTF-8 path")
+}

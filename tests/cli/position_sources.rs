@@ -1,6 +1,7 @@
 //! Bodies of a catalog that no theory supports: the program refuses them; every shipped body is supported.
 
-use std::path::{Path, PathBuf};
+use super::{path_text, stderr_text};
+use std::path::PathBuf;
 use std::process::{Command, Output};
 use std::sync::LazyLock;
 
@@ -13,14 +14,6 @@ fn orrery(args: &[&str]) -> Output {
         .args(args)
         .output()
         .expect("the program starts")
-}
-
-fn stderr_text(out: &Output) -> String {
-    String::from_utf8_lossy(&out.stderr).into_owned()
-}
-
-fn path_text(path: &Path) -> &str {
-    path.to_str().expect("a plain name")
 }
 
 /// The error names file, line and field.

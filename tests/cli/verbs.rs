@@ -108,7 +108,7 @@ fn a_failed_export_leaves_the_earlier_one() {
     assert_eq!(std::fs::read_to_string(&manifest).expect("there"), manifest_text);
 }
 
-/// clap does not demand an option that another one excludes. These words once had no effect: the answer was one to another question.
+/// clap does not demand an option that another one excludes, and an option without the one that it needs would have no effect.
 #[test]
 fn options_whose_required_option_is_excluded_are_refused() {
     let at_time = ["ephemeris", "--body", "moon", "--time", "2024-01-01"];

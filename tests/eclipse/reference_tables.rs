@@ -20,7 +20,7 @@ use orrery::session::{Session, Sources};
 use orrery::shader::Layout;
 use orrery::shader::ModuleId;
 use orrery::time::Instant;
-use orrery::units::SPEED_OF_LIGHT_KM_S;
+use orrery::units::{GOLDEN_ANGLE_RAD, SPEED_OF_LIGHT_KM_S, luminance};
 use serde_json::{Value, json};
 use std::sync::LazyLock;
 
@@ -115,7 +115,7 @@ fn simpler_disc_models_have_their_stated_errors() {
         for k in [0.1, 0.5, 0.7, 0.76, 0.8, 0.9, 1.0, 1.02, 1.05, 1.1, 1.5, 4.0, 20.0] {
             for step in 0..40 {
                 let d = (1.0 + k) * (1.0 - f64::from(step) / 40.0 * f64::min(2.0 / (1.0 + k), 1.0));
-                worst = worst.max((blocked(k, d, stated.name) - blocked(k, d, "limb-darkened")).abs());
+                worst = larger(worst, (blocked(k, d, stated.name) - blocked(k, d, "limb-darkened")).abs());
             }
         }
         println!("{}: {worst:.4}", stated.name);
@@ -272,7 +272,7 @@ fn light_on_near_side(prober: &Prober<'_>, time: &str) -> [f64; 3] {
     // Uniform over the disc, as the full Moon is nearly as bright at the limb as in the middle. The Moon's +x axis faces the Earth.
     let points: Vec<_> = (0..400)
         .map(|k| {
-            let (r, (sin, cos)) = (((f64::from(k) + 0.5) / 400.0).sqrt(), (f64::from(k) * 2.399_963).sin_cos());
+            let (r, (sin, cos)) = (((f64::from(k) + 0.5) / 400.0).sqrt(), (f64::from(k) * GOLDEN_ANGLE_RAD).sin_cos());
             DVec3::new((1.0 - r * r).sqrt(), r * cos, r * sin)
         })
         .collect();
@@ -286,8 +286,7 @@ fn the_eclipsed_moon_is_as_bright_as_observed_and_red() {
     // is -(U (2.08 U - 10.34) + 11.7); that of the full Moon is -12.7. The clouds of a day change it by half a magnitude. Measured: 0.32.
     for (time, umbral_magnitude) in [("2022-11-08T10:59:09Z", 1.359), ("2021-11-19T09:02:53Z", 0.974), ("2019-01-21T05:12:14Z", 1.195)] {
         let rgb = light_on_near_side(&single(), time);
-        let luminance = 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
-        let magnitude = -12.7 - 2.5 * luminance.log10();
+        let magnitude = -12.7 - 2.5 * luminance(rgb).log10();
         let observed = -(umbral_magnitude * (2.08 * umbral_magnitude - 10.34) + 11.7);
         println!("{time}: magnitude {magnitude:.2}, observed {observed:.2}, colour {:.1} {:.1}", rgb[0] / rgb[1], rgb[1] / rgb[2]);
         assert!((magnitude - observed).abs() < 0.5, "{time}: magnitude {magnitude}, observers give {observed}");
@@ -406,6 +405,7 @@ fn f32_suffices_out_to_neptune() {
                 [single(), double()].map(|p| sunlight_from_uniforms(&p, eclipse, eclipse_uniforms.clone(), &points).expect("answers"));
             for (a, b) in in_f32.iter().zip(&in_f64) {
                 let error = (a[1] - b[1]).abs();
+                assert!(error.is_finite(), "{sun_distance} radii from the Sun: {a:?}, {b:?}");
                 if error > worst.0 {
                     worst = (error, sun_distance);
                 }

@@ -49,7 +49,7 @@ pub(super) fn drawn(request: &ViewRequest) -> DrawnFrame {
 }
 
 fn luminance(p: &[f32; 4]) -> f64 {
-    0.2126 * f64::from(p[0]) + 0.7152 * f64::from(p[1]) + 0.0722 * f64::from(p[2])
+    orrery::units::luminance([p[0], p[1], p[2]].map(f64::from))
 }
 
 fn decision(scene: &Scene, body: NaifId, effect: &str) -> (bool, String) {
@@ -100,8 +100,8 @@ fn bare_sun(time: &str, fov_deg: f64, size: u32) -> DrawnFrame {
     drawn(&space)
 }
 
-/// The corona and the glare are drawn in rectangles, at whose edges no line may show: in faint light, neighbouring pixels differ by less than a third of the faintest
-/// visible light.
+/// The corona and the glare are drawn in rectangles, at whose edges no line may show: in faint light, neighbouring pixels differ by less than a third of the
+/// faintest visible light.
 #[test]
 fn faint_light_around_the_sun_has_no_sharp_edge() {
     for (fov_deg, stops, effects) in
@@ -160,8 +160,8 @@ fn the_corona_follows_its_law_at_every_scale() {
     }
 }
 
-/// From an image: the corona's total light is a millionth of the Sun's (Allen's Astrophysical Quantities, 4th ed., 14.8: 0.6e-6 at minimum to 1.3e-6 at maximum beyond
-/// 1.03 radii).
+/// From an image: the corona's total light is a millionth of the Sun's (Allen's Astrophysical Quantities, 4th ed., 14.8: 0.6e-6 at minimum to 1.3e-6 at maximum
+/// beyond 1.03 radii).
 #[test]
 fn the_corona_gives_a_millionth_of_the_suns_light() {
     let all = around_sun(&bare_sun("2022-03-01T00:00:00Z", 6.0, 300));
@@ -171,8 +171,8 @@ fn the_corona_gives_a_millionth_of_the_suns_light() {
     assert!((0.5e-6..2e-6).contains(&light_ratio), "{light_ratio:e}");
 }
 
-/// Isophotes of an image measured by Ludendorff's method: the mean of the diameters along the equator and 22.5 degrees to either side, divided by the mean about the
-/// poles, minus 1.
+/// Isophotes of an image measured by Ludendorff's method: the mean of the diameters along the equator and 22.5 degrees to either side, divided by the mean
+/// about the poles, minus 1.
 #[test]
 fn the_flattening_of_the_corona_follows_the_solar_cycle() {
     let measured_flattening = |time: &str| {
@@ -206,8 +206,8 @@ fn the_flattening_of_the_corona_follows_the_solar_cycle() {
     }
 }
 
-/// The corona is part of the scene when it is visible: not if the exposure is too short, not in the glare of more than a thin ring of the Sun, and not around a Sun
-/// smaller than a pixel.
+/// The corona is part of the scene when it is visible: not if the exposure is too short, not in the glare of more than a thin ring of the Sun, and not around a
+/// Sun smaller than a pixel.
 #[test]
 fn the_corona_is_drawn_when_it_can_be_seen() {
     let from_ground = |time: &str, place, stops| {
@@ -219,8 +219,8 @@ fn the_corona_is_drawn_when_it_can_be_seen() {
         // At -10.5 stops the corona next to the limb is as bright as the faintest light that a display shows.
         let is_bright_enough = stops > -10.5;
         assert_eq!(is_on, is_bright_enough, "totality at {stops} stops: {reason}");
-        // The annular eclipse of 2023 in Albuquerque, whose glare at the limb is 120 times as bright as the corona; a partial phase; no eclipse. In the last two
-        // the glare is 2000 times as bright, so the corona changes it by less than the 1/512 that a display shows.
+        // The annular eclipse of 2023 in Albuquerque, whose glare at the limb is 120 times as bright as the corona; a partial phase; no eclipse. In the last
+        // two the glare is 2000 times as bright, so the corona changes it by less than the 1/512 that a display shows.
         for (time, place, is_annular) in [
             ("2023-10-14T16:37:00Z", (35.08, -106.65), true),
             ("2024-04-08T17:30:00Z", DALLAS, false),
@@ -239,9 +239,9 @@ fn the_corona_is_drawn_when_it_can_be_seen() {
     }
 }
 
-/// At the limb the glare of the entire Sun is 2000 times as bright as the corona. At 18:00 UTC, 37 minutes after first contact and 41 before totality, the Moon hides
-/// 0.38 of the light, and the rest surrounds a point 0.3 radii from the Sun's middle. So the corona changes the glare at the limb behind the Moon by 1/700: more than
-/// the 1/1000 that linear light keeps, less than the 1/512 that a display shows.
+/// At the limb the glare of the entire Sun is 2000 times as bright as the corona. At 18:00 UTC, 37 minutes after first contact and 41 before totality, the Moon
+/// hides 0.38 of the light, and the rest surrounds a point 0.3 radii from the Sun's middle. So the corona changes the glare at the limb behind the Moon by
+/// 1/700: more than the 1/1000 that linear light keeps, less than the 1/512 that a display shows.
 #[test]
 fn linear_light_keeps_a_corona_that_a_display_loses_in_the_glare() {
     let view = request(NaifId::SUN, parse_time("2024-04-08T18:00:00Z"), 3.0, 32, 0.0, "");
@@ -253,8 +253,8 @@ fn linear_light_keeps_a_corona_that_a_display_loses_in_the_glare() {
     }
 }
 
-/// From first contact to totality: the decision about the corona states how much brighter the glare is at the limb than the corona. It is the drawn glare, at the limb's
-/// farthest point from the glare's middle.
+/// From first contact to totality: the decision about the corona states how much brighter the glare is at the limb than the corona. It is the drawn glare, at
+/// the limb's farthest point from the glare's middle.
 #[test]
 fn the_corona_is_compared_with_the_glare_that_is_drawn() {
     let mut darkest = f64::INFINITY;
@@ -338,7 +338,8 @@ fn planets_are_visible_next_to_the_eclipsed_sun() {
     }
 }
 
-/// Venus sets. At each altitude down to 10 degrees, the air dims it as one vertical optical depth times the air mass does; from 10 to 5 degrees, by more than half.
+/// Venus sets. At each altitude down to 10 degrees, the air dims it as one vertical optical depth times the air mass does; from 10 to 5 degrees, by more than
+/// half.
 #[test]
 fn a_planet_near_the_horizon_is_dimmed_by_the_air() {
     let flux = |time: Instant, effects: &str| {

@@ -2,6 +2,7 @@
 //! published illuminances.
 
 use super::totality::{DALLAS, TOTALITY, UNIT_CD_M2, drawn, on_ground, parse_time, request};
+use crate::support::random::Random;
 use crate::support::session::SESSION;
 use glam::{DVec3, Vec3, Vec4};
 use orrery::catalog::{Catalog, NaifId, Species};
@@ -9,6 +10,7 @@ use orrery::scene::draw::EclipseUniforms;
 use orrery::scene::multi_scatter_in_shadow;
 use orrery::scene::request::{Axes, Look, Up, ViewRequest};
 use orrery::time::Instant;
+use orrery::units::luminance;
 use std::f64::consts::{PI, TAU};
 
 /// Mean radiance in a direction seen from a location (latitude and east longitude in degrees); below the horizon that of the ground.
@@ -174,13 +176,8 @@ fn shadow_ratio_by_photons(
     paths: u32,
     visible_fraction: impl Fn(f64, f64) -> f64,
 ) -> f64 {
-    let mut state = 0x2545_f491_4f6c_dd1d_u64;
-    let mut random = move || {
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        ((state >> 11) as f64 + 0.5) / (1u64 << 53) as f64
-    };
+    let mut generator = Random(0x2545_f491_4f6c_dd1d);
+    let mut random = move || generator.positive();
     let sunlight = |height: f64| (-per_km * scale_height_km * (-height / scale_height_km).exp()).exp();
     let (mut shadowed, mut unshadowed) = (0.0, 0.0);
     for _ in 0..paths {
@@ -248,7 +245,7 @@ fn skylight_lux(body: NaifId, location: (f64, f64), time: Instant) -> f64 {
         let weight = PI * (band_edges_deg[k + 1].to_radians().sin().powi(2) - band_edges_deg[k].to_radians().sin().powi(2));
         let luminances = (0..8).map(|a| {
             let c = radiance(body, location, time, altitudes_deg[k], f64::from(a) * 45.0 + 10.0, &format!("{CLEAR_SKY},-eclipse"));
-            0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z
+            luminance(c.to_array())
         });
         weight * luminances.sum::<f64>() / 8.0
     };
@@ -329,7 +326,7 @@ fn the_ground_is_lit_by_the_sky_that_is_drawn() {
         .map(|altitude_deg| {
             let time = afternoon_time(NaifId::EARTH, location, noon, altitude_deg, 36_000.0);
             let c = radiance(NaifId::EARTH, location, time, -70.0, 0.0, &format!("{CLEAR_SKY},-eclipse,-albedo,-specular"));
-            (0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z) * UNIT_CD_M2 * PI / skylight_lux(NaifId::EARTH, location, time)
+            luminance(c.to_array()) * UNIT_CD_M2 * PI / skylight_lux(NaifId::EARTH, location, time)
         })
         .collect();
     let geometric_mean = (ratios.iter().map(|r| r.ln()).sum::<f64>() / ratios.len() as f64).exp();

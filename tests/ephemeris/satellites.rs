@@ -1,6 +1,7 @@
 //! Positions of moons against JPL's satellite solution, another program's TASS, and the IAU's rotation of tidally locked moons; and of
 //! planets' centres about barycentres.
 
+use crate::support::folds::larger;
 use glam::DVec3;
 use orrery::catalog::{Catalog, NaifId};
 use orrery::ephemeris::{Ephemeris, Source};
@@ -92,7 +93,7 @@ fn velocity_is_the_slope_of_position() {
             let slope = (state_at(30.0).pos_km - state_at(-30.0).pos_km) / 60.0;
             // Negative control: the velocity an hour later differs.
             assert!((slope - state_at(3600.0).vel_km_s).length() / slope.length() > 1e-3);
-            worst = worst.max((slope - state_at(0.0).vel_km_s).length() / slope.length());
+            worst = larger(worst, (slope - state_at(0.0).vel_km_s).length() / slope.length());
         }
         println!("{moon}: {worst:e}");
         // The two-body velocity from the elements lacks the terms that the tables truncate: 4e-4 of the speed for Callisto, 1.5e-3 for Hyperion.
@@ -112,8 +113,7 @@ fn facing_deg(ephemeris: &Ephemeris, moon: NaifId, planet: NaifId, t: Instant, o
 fn worst_facing_deg(ephemeris: &Ephemeris, moon: i32, planet: i32, offset_s: f64) -> f64 {
     let instant = |i: i32| Instant::from_jd_tdb(2_451_545.0 + 251.7 * f64::from(i));
     let angles_deg = (0..60).map(|i| facing_deg(ephemeris, NaifId(moon), NaifId(planet), instant(i), offset_s).abs());
-    // In this order NaN is greater than any number, whereas `f64::max` ignores it.
-    angles_deg.max_by(f64::total_cmp).expect("60 angles")
+    angles_deg.reduce(larger).expect("60 angles")
 }
 
 /// Moons that rotate once per orbit in the IAU's model, their planets, and the largest angle of [`facing_deg`] allowed. An orbit's
@@ -244,7 +244,7 @@ fn phobos_follows_the_iau_meridian_from_1880_to_2100() {
         println!("{year}: {mean:.4} degrees");
         assert!(mean.abs() < 0.05, "{year}: {mean} degrees");
     }
-    // Negative control: a former error of one minute in 2013.
+    // Negative control: the position of a minute later, in 2013.
     assert!(mean_facing_deg(&ephemeris, 401, 499, 2013.6, 61.0).abs() > 0.5);
 }
 

@@ -115,8 +115,8 @@ fn central_eclipses_are_as_large_and_long_as_in_the_canon() {
     }
 }
 
-/// Magnitudes of eclipses whose axis misses the Earth although the umbra or antumbra meets it, from the same canon. They differ by up to 0.04 from the ratios of
-/// the diameters.
+/// Magnitudes of eclipses whose axis misses the Earth although the umbra or antumbra meets it, from the same canon. They differ by up to 0.04 from the ratios
+/// of the diameters.
 #[test]
 fn the_magnitude_of_an_eclipse_that_is_not_central_is_the_covered_part_of_the_diameter() {
     for (day, magnitude) in [

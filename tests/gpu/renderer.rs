@@ -329,8 +329,9 @@ fn the_gpu_refuses_an_unsupported_plan_and_draws_the_next() {
 
 /// Resident memory of this process, bytes; `None` if the system does not report it.
 fn resident_bytes() -> Option<u64> {
+    const PAGE_BYTES: u64 = 4096;
     let text = std::fs::read_to_string("/proc/self/statm").ok()?;
-    Some(4096 * text.split_whitespace().nth(1)?.parse::<u64>().ok()?)
+    Some(PAGE_BYTES * text.split_whitespace().nth(1)?.parse::<u64>().ok()?)
 }
 
 /// Run it with `cargo test --test main ten_thousand -- --ignored --nocapture`.

@@ -5,11 +5,11 @@ use orrery::image::{ImageError, MapDecoding, MapOrigin, MapStore, TexelFormat, T
 
 /// Mean over a square around a position (degrees), `half_deg` to each side. Longitude 0 is at the map's centre, and east to the right.
 /// `decode` converts bytes.
-fn mean_of(map: &Texture, lat: f64, lon: f64, half_deg: f64, decode: impl Fn(u8) -> f64) -> [f64; 3] {
+fn mean_of(map: &Texture, lat_deg: f64, lon_deg: f64, half_deg: f64, decode: impl Fn(u8) -> f64) -> [f64; 3] {
     let level = &map.levels[0];
     let (w, h) = (f64::from(level.width), f64::from(level.height));
-    let lon = (lon + 180.0).rem_euclid(360.0) - 180.0;
-    let (x, y) = ((0.5 + lon / 360.0) * w, (0.5 - lat / 180.0) * h);
+    let lon_deg = (lon_deg + 180.0).rem_euclid(360.0) - 180.0;
+    let (x, y) = ((0.5 + lon_deg / 360.0) * w, (0.5 - lat_deg / 180.0) * h);
     let half_px = (half_deg / 180.0 * h).max(0.5);
     let (mut sum, mut count) = ([0.0; 3], 0.0);
     for row in (y - half_px) as i64..=(y + half_px) as i64 {
@@ -26,20 +26,20 @@ fn mean_of(map: &Texture, lat: f64, lon: f64, half_deg: f64, decode: impl Fn(u8)
 }
 
 /// Mean linear colour of a colour map.
-fn mean_colour(map: &Texture, lat: f64, lon: f64, half_deg: f64) -> [f64; 3] {
-    mean_of(map, lat, lon, half_deg, |b| {
+fn mean_colour(map: &Texture, lat_deg: f64, lon_deg: f64, half_deg: f64) -> [f64; 3] {
+    mean_of(map, lat_deg, lon_deg, half_deg, |b| {
         let v = f64::from(b) / 255.0;
         if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
     })
 }
 
-fn brightness(map: &Texture, lat: f64, lon: f64, half_deg: f64) -> f64 {
-    mean_colour(map, lat, lon, half_deg).iter().sum::<f64>() / 3.0
+fn brightness(map: &Texture, lat_deg: f64, lon_deg: f64, half_deg: f64) -> f64 {
+    mean_colour(map, lat_deg, lon_deg, half_deg).iter().sum::<f64>() / 3.0
 }
 
 /// Mean of a normal map's normals: the components to the east and to the north.
-fn slope(map: &Texture, lat: f64, lon: f64, half_deg: f64) -> [f64; 2] {
-    let [east, north, _] = mean_of(map, lat, lon, half_deg, |b| f64::from(b) / 127.5 - 1.0);
+fn slope(map: &Texture, lat_deg: f64, lon_deg: f64, half_deg: f64) -> [f64; 2] {
+    let [east, north, _] = mean_of(map, lat_deg, lon_deg, half_deg, |b| f64::from(b) / 127.5 - 1.0);
     [east, north]
 }
 
@@ -95,21 +95,21 @@ fn gains_bring_each_map_to_its_published_colour() {
 }
 
 /// Mean of a value at eight points on a circle around a position.
-fn around(m: &Texture, lat: f64, lon: f64, radius_deg: f64, value: impl Fn(&Texture, f64, f64) -> f64) -> f64 {
+fn around(m: &Texture, lat_deg: f64, lon_deg: f64, radius_deg: f64, value: impl Fn(&Texture, f64, f64) -> f64) -> f64 {
     let ring = (0..8).map(|k| f64::from(k) * std::f64::consts::FRAC_PI_4);
-    ring.map(|a| value(m, lat + radius_deg * a.sin(), lon + radius_deg * a.cos() / lat.to_radians().cos())).sum::<f64>() / 8.0
+    ring.map(|a| value(m, lat_deg + radius_deg * a.sin(), lon_deg + radius_deg * a.cos() / lat_deg.to_radians().cos())).sum::<f64>() / 8.0
 }
 
 /// Ratio of two colour channels in a square 3 degrees wide.
-fn ratio(m: &Texture, lat: f64, lon: f64, channels: [usize; 2]) -> f64 {
-    let c = mean_colour(m, lat, lon, 1.5);
+fn ratio(m: &Texture, lat_deg: f64, lon_deg: f64, channels: [usize; 2]) -> f64 {
+    let c = mean_colour(m, lat_deg, lon_deg, 1.5);
     c[channels[0]] / c[channels[1]]
 }
 
 /// Asserts that a feature is at a position, and not where a mirrored or rotated map would show it.
-fn assert_only_here(lat: f64, lon: f64, feature: &str, is_at: impl Fn(f64, f64) -> bool) {
-    assert!(is_at(lat, lon), "{feature} is missing at {lat} N, {lon} E");
-    for (y, x) in [(lat, -lon), (-lat, lon), (lat, lon + 180.0)] {
+fn assert_only_here(lat_deg: f64, lon_deg: f64, feature: &str, is_at: impl Fn(f64, f64) -> bool) {
+    assert!(is_at(lat_deg, lon_deg), "{feature} is missing at {lat_deg} N, {lon_deg} E");
+    for (y, x) in [(lat_deg, -lon_deg), (-lat_deg, lon_deg), (lat_deg, lon_deg + 180.0)] {
         assert!(!is_at(y, x), "{feature} is visible at {y} N, {x} E too");
     }
 }
@@ -165,10 +165,10 @@ fn jupiter_shows_the_great_red_spot_white_zones_and_brown_belts() {
 fn saturn_is_pale_gold_from_pole_to_pole() {
     let saturn = map("saturn.jpg");
     let gain = Catalog::embedded().body(NaifId(699)).unwrap().maps.albedo.as_ref().unwrap().gain;
-    for lat in [-80.0, -60.0, -40.0, -20.0, 0.0, 20.0, 40.0, 60.0] {
-        let c = mean_colour(&saturn, lat, 0.0, 2.0);
+    for lat_deg in [-80.0, -60.0, -40.0, -20.0, 0.0, 20.0, 40.0, 60.0] {
+        let c = mean_colour(&saturn, lat_deg, 0.0, 2.0);
         let (r, b) = (c[0] * gain[0] / (c[1] * gain[1]), c[2] * gain[2] / (c[1] * gain[1]));
-        assert!((1.12..1.28).contains(&r) && (0.62..0.8).contains(&b), "{lat}: red {r}, blue {b} of green");
+        assert!((1.12..1.28).contains(&r) && (0.62..0.8).contains(&b), "{lat_deg}: red {r}, blue {b} of green");
     }
 }
 
@@ -200,10 +200,10 @@ fn europa_callisto_iapetus_pluto_and_ceres_show_their_features() {
 }
 
 /// How much single texels differ from the four degrees around them: root mean square of their relative difference, within 12 degrees of a position.
-fn roughness(m: &Texture, lat: f64, lon: f64) -> f64 {
+fn roughness(m: &Texture, lat_deg: f64, lon_deg: f64) -> f64 {
     let difference = |(north, east): (i32, i32)| {
-        let (lat, lon) = (lat + f64::from(north), lon + f64::from(east));
-        brightness(m, lat, lon, 0.0) / brightness(m, lat, lon, 2.0) - 1.0
+        let (lat_deg, lon_deg) = (lat_deg + f64::from(north), lon_deg + f64::from(east));
+        brightness(m, lat_deg, lon_deg, 0.0) / brightness(m, lat_deg, lon_deg, 2.0) - 1.0
     };
     let places: Vec<_> = (-12..=12).flat_map(|north| (-12..=12).map(move |east| (north, east))).collect();
     (places.iter().map(|place| difference(*place).powi(2)).sum::<f64>() / places.len() as f64).sqrt()
@@ -216,16 +216,16 @@ fn triton_has_its_cells_in_bubembe_regio() {
     let triton = map("triton.jpg");
     let in_bubembe = roughness(&triton, 18.0, 335.0);
     assert!(in_bubembe > 0.015, "{in_bubembe}");
-    for lon in [40.0, 95.0, 155.0, 180.0, 215.0, 265.0] {
-        let elsewhere = roughness(&triton, 20.0, lon);
-        assert!(elsewhere < 0.012, "{elsewhere} at {lon} E");
+    for lon_deg in [40.0, 95.0, 155.0, 180.0, 215.0, 265.0] {
+        let elsewhere = roughness(&triton, 20.0, lon_deg);
+        assert!(elsewhere < 0.012, "{elsewhere} at {lon_deg} E");
     }
 }
 
 #[test]
 fn the_earth_has_its_continents() {
     let (water, earth) = (linear_map("earth_water.jpg"), map("earth_day.jpg"));
-    let is_water = |lat, lon| brightness(&water, lat, lon, 2.0) > 0.5;
+    let is_water = |lat_deg, lon_deg| brightness(&water, lat_deg, lon_deg, 2.0) > 0.5;
     // The Congo and Brazil are land, and the Atlantic between them is water. A mirrored map has water where the Congo is.
     assert!(!is_water(0.0, 22.0) && !is_water(-10.0, -50.0) && is_water(-10.0, -25.0) && is_water(0.0, 0.0));
     assert!(is_water(0.0, -22.0) && is_water(10.0, -22.0) && is_water(0.0, -158.0));
@@ -241,15 +241,15 @@ fn the_albedo_of_water_is_below_a_tenth_everywhere() {
     let (water, earth) = (linear_map("earth_water.jpg"), map("earth_day.jpg"));
     let gain = Catalog::embedded().body(NaifId::EARTH).unwrap().maps.albedo.as_ref().unwrap().gain;
     // Lake Victoria, the north of the Caspian, the Persian Gulf, the Sea of Azov, the mouth of the Amazon.
-    for (lat, lon) in [(-1.0, 33.0), (45.5, 49.5), (27.0, 51.5), (46.0, 36.5), (2.0, -49.5)] {
-        let c = mean_colour(&earth, lat, lon, 0.3);
+    for (lat_deg, lon_deg) in [(-1.0, 33.0), (45.5, 49.5), (27.0, 51.5), (46.0, 36.5), (2.0, -49.5)] {
+        let c = mean_colour(&earth, lat_deg, lon_deg, 0.3);
         let brightest = (0..3).map(|k| c[k] * gain[k]).fold(0.0, f64::max);
-        assert!(brightest < 0.1, "{lat}, {lon}: {brightest}");
+        assert!(brightest < 0.1, "{lat_deg}, {lon_deg}: {brightest}");
     }
     let mut brightest_water: f64 = 0.0;
-    for lat in -60..=60 {
-        for lon in (-180..180).filter(|lon| brightness(&water, f64::from(lat), f64::from(*lon), 0.3) > 0.9) {
-            let c = mean_colour(&earth, f64::from(lat), f64::from(lon), 0.1);
+    for lat_deg in -60..=60 {
+        for lon_deg in (-180..180).filter(|lon_deg| brightness(&water, f64::from(lat_deg), f64::from(*lon_deg), 0.3) > 0.9) {
+            let c = mean_colour(&earth, f64::from(lat_deg), f64::from(lon_deg), 0.1);
             // Skips sea ice, which is white.
             if c[2] > 1.3 * c[0] {
                 brightest_water = brightest_water.max(c[1] * gain[1]);
@@ -294,10 +294,12 @@ fn craters_have_raised_rims_in_both_channels_of_the_normal_map() {
     let craters = [(9.62, 339.92, 1.58), (-43.3, 348.6, 1.4), (-8.9, 61.1, 2.1), (51.6, 350.7, 1.65)];
     // Outward slope outside the rim minus that inside it, by one channel alone: 0 is east, 1 is north.
     let rim_slope = |axis: usize, flip_lat: f64, flip_lon: f64| {
-        let outward_slope = |lat: f64, lon: f64, distance_deg: f64| {
+        let outward_slope = |lat_deg: f64, lon_deg: f64, distance_deg: f64| {
             let ring = (0..32).map(|k| f64::from(k) * std::f64::consts::PI / 16.0);
             ring.map(|a| {
-                let s = slope(&normal, lat + distance_deg * a.sin(), lon + distance_deg * a.cos() / lat.to_radians().cos(), 0.25)[axis];
+                let s =
+                    slope(&normal, lat_deg + distance_deg * a.sin(), lon_deg + distance_deg * a.cos() / lat_deg.to_radians().cos(), 0.25)
+                        [axis];
                 s * [a.cos(), a.sin()][axis]
             })
             .sum::<f64>()

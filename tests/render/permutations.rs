@@ -5,6 +5,7 @@
 //! main permutations` records the sheet; look at it before committing. The pixel view of shading cost has no tiles, because every improved
 //! kernel changes it.
 
+use crate::support::folds::larger;
 use crate::support::sweep;
 use orrery::FrameImages;
 use orrery::render::software::kernels::KernelClass;
@@ -220,15 +221,15 @@ fn standard_scenes_in_f32_agree_with_those_in_f64() {
             let linear = (f64::from(v) * scene.exposure.factor()).clamp(0.0, 1.0);
             if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
         };
-        // In this order NaN is greater than any number, whereas `f64::max` and `>` ignore it.
         let difference = |k: usize| {
             let of_channels = [0, 1, 2].map(|c: usize| (shown(single[k][c]) - shown(double[k][c])).abs());
-            of_channels.into_iter().max_by(f64::total_cmp).expect("three channels")
+            of_channels.into_iter().reduce(larger).expect("three channels")
         };
+        // In this order NaN is greater than any number.
         let mut beyond_bound: Vec<(f64, usize)> =
             (0..single.len()).map(|k| (difference(k), k)).filter(|(d, _)| d.total_cmp(&f64::from(MAX_DIFFERENCE)).is_gt()).collect();
         beyond_bound.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let greatest = (0..single.len()).map(difference).fold(0.0, f64::max);
+        let greatest = (0..single.len()).map(difference).fold(0.0, larger);
         println!("{}: at most {greatest:.2e} of the display's range, {} pixels beyond the bound", standard.name, beyond_bound.len());
         for (d, k) in beyond_bound.iter().take(5) {
             let (x, y) = (*k as u32 % 256, *k as u32 / 256);

@@ -10,7 +10,7 @@ use orrery::time::Instant;
 const PAN: i32 = 618;
 const SATURN: NaifId = NaifId(699);
 
-/// Pan, 17 km in radius, over Saturn's rings from 27 000 km.
+/// Pan, 17 km in radius, over Saturn's rings from 27 000 km: a view found by a random sweep.
 fn view(effects: &str) -> ViewRequest {
     let radius_km = SESSION.catalog().body(NaifId(PAN)).expect("Pan").radii_km.max_element();
     let direction = DVec3::new(-0.784_842_955_904_222_4, -0.222_785_865_765_931_07, -0.578_262_909_568_344_5);

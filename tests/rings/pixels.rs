@@ -1,6 +1,6 @@
 //! Light of rings in single pixels: it does not depend on which faint rings are drawn, and equals the mean of smaller pixels in the same
-//! place; narrow rings are smooth lines. Also the limit beyond which the globe's shadow is left out, refracted limbs that show no Sun, and the rectangles around the two
-//! halves of the rings.
+//! place; narrow rings are smooth lines. Also the limit beyond which the globe's shadow is left out, refracted limbs that show no Sun, and the rectangles
+//! around the two halves of the rings.
 
 use crate::support::folds::larger;
 use crate::support::session::SESSION;
@@ -14,6 +14,7 @@ use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Axes, ExposureRequest, Layers, Position, Purpose, ViewRequest};
 use orrery::session::DrawnFrame;
 use orrery::time::Instant;
+use orrery::units::GOLDEN_ANGLE_RAD;
 
 const EARTH: NaifId = NaifId::EARTH;
 const TITAN: NaifId = NaifId(606);
@@ -129,8 +130,9 @@ fn a_ring_pixel_has_the_light_of_the_smaller_pixels_in_its_place() {
     }
 }
 
-/// Seen from above the pole, Uranus's epsilon ring is a fifth of a pixel wide. In each column of pixels the mean row of its light is at most a quarter of a pixel from
-/// where the ring is: the two spans of a pixel overlap its neighbour's. Negative control: with one span, as in draft quality, the light jumps from row to row.
+/// Seen from above the pole, Uranus's epsilon ring is a fifth of a pixel wide. In each column of pixels the mean row of its light is at most a quarter of a
+/// pixel from where the ring is: the two spans of a pixel overlap its neighbour's. Negative control: with one span, as in draft quality, the light jumps from
+/// row to row.
 #[test]
 fn a_narrow_ring_is_a_smooth_line() {
     const SIDE: u32 = 240;
@@ -174,16 +176,13 @@ fn a_narrow_ring_is_a_smooth_line() {
     assert!(two_spans < 0.25 && one_span > 0.42, "{two_spans} and {one_span} pixels");
 }
 
-/// The golden angle, radians: directions at its multiples are spread evenly.
-const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
-
 /// Whether any ray from a point of the ring plane to the Sun's disc or its rim meets an ellipsoid of equatorial radius 1. `sun_tangent`:
 /// the tangent of the Sun's angular radius.
 fn meets_globe(point: DVec3, sun: DVec3, sun_tangent: f64, polar_radius: f64) -> bool {
     let semi_axes = DVec3::new(1.0, 1.0, polar_radius);
     let (x, y) = sun.any_orthonormal_pair();
     (0..4096).any(|k| {
-        let (sin, cos) = (f64::from(k) * GOLDEN_ANGLE).sin_cos();
+        let (sin, cos) = (f64::from(k) * GOLDEN_ANGLE_RAD).sin_cos();
         let distance_on_disc = if k % 2 == 0 { 1.0 } else { (f64::from(k) / 4096.0).sqrt() };
         let (p, d) = (point / semi_axes, (sun + sun_tangent * distance_on_disc * (cos * x + sin * y)) / semi_axes);
         p.dot(d) < 0.0 && p.cross(d).length_squared() <= d.length_squared()
@@ -279,8 +278,8 @@ fn the_penumbra_of_the_globe_is_drawn() {
     assert!(drawn("") != drawn("-rings"));
 }
 
-/// Where the Sun is next to a body's air but not refracted, requesting the refracted limb changes nothing. A former version removed the
-/// sunlight of a pixel that the limb crossed.
+/// Where the Sun is next to a body's air but not refracted, requesting the refracted limb changes nothing: a pixel that the limb
+/// crosses keeps its sunlight.
 #[test]
 fn a_refracted_limb_that_shows_no_sun_changes_nothing() {
     for (body, time, distance, direction, fov_deg) in [LIMB_OF_TITAN, LIMB_OF_THE_EARTH] {
@@ -330,8 +329,8 @@ fn each_half_of_the_rings_lies_in_its_own_rectangle() {
         };
         let [behind, front] = [BodyPart::RingBehind, BodyPart::Ring].map(rect);
         for k in 0..4000 {
-            // Points in a spiral, at steps of about the golden angle, from the C ring to beyond the A ring.
-            let (angle, radius_km) = (f64::from(k) * 2.399_963, 75_000.0 + 16.0 * f64::from(k));
+            // Points in a spiral, at steps of the golden angle, from the C ring to beyond the A ring.
+            let (angle, radius_km) = (f64::from(k) * GOLDEN_ANGLE_RAD, 75_000.0 + 16.0 * f64::from(k));
             let ring_point = DVec3::new(angle.cos(), angle.sin(), 0.0) * radius_km;
             let direction = placement.centre_km + placement.body_from_icrf.transpose() * ring_point;
             let Some(clip) = scene.camera.clip(direction).filter(|c| c.abs().max_element() < 1.0) else { continue };

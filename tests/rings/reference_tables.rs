@@ -13,6 +13,7 @@ use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{ExposureRequest, Position, ViewRequest};
 use orrery::scene::stated_errors;
 use orrery::time::Instant;
+use orrery::units::GOLDEN_ANGLE_RAD;
 use serde_json::{Value, json};
 use std::sync::LazyLock;
 
@@ -94,7 +95,7 @@ fn the_penumbra_agrees_with_a_sum_over_the_suns_disc() {
                 };
                 // Uniform over the disc, in steps of the golden angle.
                 let transmitted_at = |k: i32| {
-                    let (y, x) = (f64::from(k) * 2.399_963_229_728_653).sin_cos();
+                    let (y, x) = (f64::from(k) * GOLDEN_ANGLE_RAD).sin_cos();
                     let distance_on_disc = ((f64::from(k) + 0.5) / f64::from(POINTS)).sqrt();
                     transmitted(distance_on_disc * x, distance_on_disc * y)
                 };
@@ -104,10 +105,10 @@ fn the_penumbra_agrees_with_a_sum_over_the_suns_disc() {
                         "sun_angular_radius_deg": sun_radius_deg, "model": model});
                     (ask(Precision::F64, &question, "transmission") - mean).abs()
                 };
-                worst = worst.max(model_error("penumbra"));
-                worst_of_point_sun = worst_of_point_sun.max(model_error("point-sun"));
+                worst = larger(worst, model_error("penumbra"));
+                worst_of_point_sun = larger(worst_of_point_sun, model_error("point-sun"));
                 if height_deg >= 5.0 {
-                    worst_high = worst_high.max(model_error("penumbra"));
+                    worst_high = larger(worst_high, model_error("penumbra"));
                 }
             }
         }
@@ -148,7 +149,7 @@ fn the_shadow_of_a_sphere_has_the_stated_error() {
             let cos_to_normal = (x * angle.cos() + y * angle.sin()) / x.hypot(y);
             (edge("sphere", angle) - edge("uniform-disc", angle)).abs() * cos_to_normal
         };
-        let worst = (0..40).map(|k| edge_distance(f64::from(k) * 0.0389)).fold(0.0, f64::max);
+        let worst = (0..40).map(|k| edge_distance(f64::from(k) * 0.0389)).fold(0.0, larger);
         let stated = stated_errors::sphere_shadow_offset(1.0 - flattening, sine, outer);
         println!("{height_deg} degrees: {worst:.4} of {stated:.4} radii");
         assert!(worst <= stated + 1e-5, "{height_deg} degrees: {worst} radii, {stated} stated");
@@ -198,7 +199,7 @@ fn a_very_flat_planet_does_not_hide_all_of_a_sun_that_reaches_past_it() {
         let up = right.cross(towards);
         let hides = |k: i32| {
             let distance_on_disc = ((f64::from(k) + 0.5) / f64::from(POINTS)).sqrt();
-            let (y, x) = (f64::from(k) * 2.399_963_229_728_653).sin_cos();
+            let (y, x) = (f64::from(k) * GOLDEN_ANGLE_RAD).sin_cos();
             // In the frame in which the planet is the unit sphere.
             let ray = (towards + tangent * distance_on_disc * (x * right + y * up)) / semi_axes;
             let from = point / semi_axes;
@@ -444,8 +445,8 @@ fn a_dusty_ring_changes_smoothly_with_the_phase_angle() {
 }
 
 /// The profile against published edges (km) and mean normal optical depths. Edges of B and of the Maxwell gap: PDS Ring-Moon Systems Node
-/// (https://pds-rings.seti.org/saturn/saturn_tables.html), which has the inner edge of C at 74,491 km; the catalog's profile of C begins at Voyager's 74,658 km.
-/// Edges of A: French et al. 1993 (Icarus 103, 163). Gaps in A and mean depths: Colwell et al. 2009, rounded from memory.
+/// (https://pds-rings.seti.org/saturn/saturn_tables.html), which has the inner edge of C at 74,491 km; the catalog's profile of C begins at Voyager's 74,658
+/// km. Edges of A: French et al. 1993 (Icarus 103, 163). Gaps in A and mean depths: Colwell et al. 2009, rounded from memory.
 #[test]
 fn saturns_profile_has_the_published_edges_gaps_and_depths() {
     let catalog = orrery::catalog::Catalog::embedded();

@@ -16,7 +16,7 @@ const SIDE: u32 = 200;
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 8 };
 const MOON_RADIUS_KM: f64 = 1737.4;
 const MARS: NaifId = NaifId(499);
-const EARTH: NaifId = NaifId(399);
+const EARTH: NaifId = NaifId::EARTH;
 /// Equatorial radii, from which heights are measured.
 const MARS_RADIUS_KM: f64 = 3396.19;
 const EARTH_RADIUS_KM: f64 = 6378.14;

@@ -1,5 +1,6 @@
 //! Automatic exposure of bodies in a shadow, alone and next to lit bodies; and the glare of a partly hidden Sun.
 
+use crate::support::folds::{larger, smaller};
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
 use orrery::FrameImages;
@@ -10,6 +11,7 @@ use orrery::scene::effects::EffectOverrides;
 use orrery::scene::request::{Axes, Composition, ExposureRequest, Position, Projection, ViewRequest};
 use orrery::scene::{Scene, glare};
 use orrery::time::Instant;
+use orrery::units::GOLDEN_ANGLE_RAD;
 
 const IO: NaifId = NaifId(501);
 const PHOBOS: NaifId = NaifId(401);
@@ -109,7 +111,7 @@ fn visible_fraction_by_rays(body: &Placement, sun: &Placement) -> f64 {
     let origin = body.camera_in_unit_sphere();
     let is_unblocked = |k: &usize| {
         // Steps of the golden angle spread the points evenly.
-        let (sin, cos) = (*k as f64 * 2.399_963).sin_cos();
+        let (sin, cos) = (*k as f64 * GOLDEN_ANGLE_RAD).sin_cos();
         let offset = DVec2::new(cos, sin) * sun_angular_radius * ((*k as f64 + 0.5) / RAYS as f64).sqrt();
         let ray = body.direction_in_unit_sphere(towards_sun + x * offset.x + y * offset.y).normalize();
         origin.dot(ray) > 0.0 || origin.cross(ray).length() > 1.0
@@ -147,8 +149,7 @@ fn a_partly_hidden_sun_has_glare_in_proportion_to_its_visible_part() {
     }
 }
 
-/// Twelve seconds after totality the glare surrounds the crescent; it once surrounded the middle of the Moon, whose disc was evenly grey. Before first contact
-/// it surrounds the Sun.
+/// Twelve seconds after totality the glare surrounds the crescent, not the middle of the Moon's disc. Before first contact it surrounds the Sun.
 #[test]
 fn the_glare_of_a_crescent_sun_surrounds_the_crescent() {
     let dallas = Position::Ground { body: NaifId::EARTH, latitude_deg: 32.78, longitude_deg: -96.8, height_km: 0.0017 };
@@ -356,7 +357,7 @@ fn the_exposure_of_a_refracted_sun_does_not_depend_on_its_side() {
     for size in [(256, 144), (144, 256), (128, 128)] {
         let stops = [right, -right, up, -up].map(|side| at(side, size, ""));
         println!("{size:?}: {stops:?}");
-        let (least, most) = (stops.into_iter().fold(f64::INFINITY, f64::min), stops.into_iter().fold(f64::NEG_INFINITY, f64::max));
+        let (least, most) = (stops.into_iter().fold(f64::INFINITY, smaller), stops.into_iter().fold(f64::NEG_INFINITY, larger));
         assert!(most - least < 1.0, "{size:?}: {stops:?}");
         // Without the refracted image the exposure is that of the night side: a side on which the image is not metered would differ by as much.
         let without_limb = at(right, size, "-refracted-limb");

@@ -9,7 +9,7 @@ use orrery::scene::request::{Axes, Layers, Position, ViewRequest};
 use orrery::time::Instant;
 use std::collections::BTreeSet;
 
-const MOON: NaifId = NaifId(301);
+const MOON: NaifId = NaifId::MOON;
 
 fn view(target: i32, layers: &str, distance_radii: Option<f64>) -> ViewRequest {
     ViewRequest {

@@ -93,7 +93,8 @@ fn earthshine_is_in_the_file() {
     assert!(dark > pixels / 2, "without planet-shine only {dark} of {pixels} pixels of the disc are exactly 0");
 }
 
-/// The GPU stores linear light as half floats, which end at 65,504. The brightest granules of the Sun's disc exceed it in blue; with the glare, every value must fit.
+/// The GPU stores linear light as half floats, which end at 65,504. The brightest granules of the Sun's disc exceed it in blue; with the glare, every value
+/// must fit.
 #[test]
 fn the_suns_disc_fits_into_half_floats() {
     let time = Instant::parse("2025-01-01T00:00:00Z").expect("a time");

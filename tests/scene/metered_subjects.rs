@@ -20,8 +20,8 @@ fn stops(request: &ViewRequest) -> f64 {
     SESSION.scene(request).expect("a scene").exposure.stops
 }
 
-/// Saturn's rings and their light on its night side leave the reading gradually when Saturn becomes a point, in steps of 2 % of the distance. The exposure once
-/// jumped by 0.7 stops where the rings' rectangle was 4 pixels wide, and by 2 stops where the globe was 2 pixels wide.
+/// Saturn's rings and their light on its night side leave the reading gradually when Saturn becomes a point, in steps of 2 % of the distance. The range
+/// contains the distances where the rings' rectangle is 4 pixels wide and the globe 2; a step there would be 0.7 to 2 stops.
 #[test]
 fn rings_of_a_point_leave_the_reading_gradually() {
     let lit = |k: f64| {
@@ -38,8 +38,8 @@ fn rings_of_a_point_leave_the_reading_gradually() {
     assert_changes_smoothly("Saturn's night side", 0.3, 60, night_side);
 }
 
-/// A camera near the plane of Saturn's rings turns. Where a part of the rings comes to be behind the camera, the exposure once jumped by up to 9 stops, and
-/// rings beside the frame were metered.
+/// A camera near the plane of Saturn's rings turns. The exposure has no jump where a part of the rings comes to be behind the camera, and rings
+/// beside the frame are not metered.
 #[test]
 fn rings_that_reach_behind_the_camera_change_the_exposure_gradually() {
     let towards = |camera: DVec3, yaw_deg: f64| {
@@ -65,8 +65,8 @@ fn rings_that_reach_behind_the_camera_change_the_exposure_gradually() {
     }
 }
 
-/// Mars in the frame of Phobos, and Jupiter that hides Io, become points without a step: where they were a pixel wide, the exposure jumped by 0.5 and by 2.3
-/// stops. The distances are from the target, in its radii.
+/// Mars in the frame of Phobos, and Jupiter that hides Io, become points without a step: left out where they are a pixel wide, they would change the exposure
+/// by 0.5 and by 2.3 stops. The distances are from the target, in its radii.
 #[test]
 fn bodies_beside_the_target_become_points_gradually() {
     for (target, direction, from_radii) in
@@ -81,8 +81,8 @@ fn bodies_beside_the_target_become_points_gradually() {
     }
 }
 
-/// Mercury's night side with the lit part behind the limb is exposed for the dark: from 3 radii on, where the meter no longer looks at single rays alone, it once
-/// counted the crescent that a viewer at infinity would see, and the image was black.
+/// Mercury's night side with the lit part behind the limb is exposed for the dark. From 3 radii on the meter no longer looks at single rays alone; if it
+/// counted the crescent that a viewer at infinity would see, the image would be black.
 #[test]
 fn a_crescent_behind_the_limb_is_not_metered() {
     let mercury = |distance_radii: f64| {
@@ -98,8 +98,8 @@ fn a_crescent_behind_the_limb_is_not_metered() {
     assert!(in_sight < 3.0, "{in_sight} stops");
 }
 
-/// From a city (Paris) the view over the horizon is exposed for the sky, as without the lights of the ground, which once hid the stars. A camera that looks down,
-/// and one in an aircraft, see the lights; between them the exposure does not jump.
+/// From a city (Paris) the view over the horizon is exposed for the sky, as without the lights of the ground: they must not hide the stars. A camera that looks
+/// down, and one in an aircraft, see the lights; between them the exposure does not jump.
 #[test]
 fn city_lights_around_the_camera_do_not_hide_the_stars() {
     let (latitude_deg, longitude_deg) = (48.85_f64, 2.35_f64);

@@ -463,8 +463,8 @@ fn a_sky_without_eclipses_is_exposed_for_its_daylight() {
     }
 }
 
-/// A Sun beside the frame, smaller than two pixels, adds no light to an image that is exposed for the Moon's night side. It once whitened small images from
-/// up to a pixel and a half beside their edge.
+/// A Sun beside the frame, smaller than two pixels, adds no light to an image that is exposed for the Moon's night side. In these fields of
+/// view it is up to a pixel and a half beside the edge of a small image.
 #[test]
 fn a_point_like_sun_beside_the_frame_has_no_glare() {
     const PLUTO: NaifId = NaifId(999);

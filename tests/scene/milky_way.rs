@@ -13,6 +13,7 @@ use orrery::scene::sky::frames::{SkyFrame, direction, ecliptic_pole};
 use orrery::scene::sky::zodiacal;
 use orrery::session::{DrawnFrame, Session, Sources};
 use orrery::time::Instant;
+use orrery::units::KM_PER_AU;
 use std::f64::consts::PI;
 
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 1 };
@@ -112,7 +113,7 @@ fn the_milky_way_is_steady_at_one_arc_second() {
 fn zodiacal_light_follows_its_law() {
     let probe = draw(&SESSION, &towards(DVec3::X, 60.0, ZODIACAL_LIGHT));
     let sun = probe.scene.body(NaifId::SUN).expect("in the catalog").placement.centre_km;
-    let (to_sun, sun_distance_au) = (sun.normalize(), sun.length() / 149_597_870.7);
+    let (to_sun, sun_distance_au) = (sun.normalize(), sun.length() / KM_PER_AU);
     for look in [to_sun, -to_sun, ecliptic_pole(), to_sun.cross(ecliptic_pole()), DVec3::new(0.2, 0.9, -0.5)] {
         let drawn = draw(&SESSION, &towards(look, 100.0, ZODIACAL_LIGHT));
         let camera = &drawn.scene.camera;

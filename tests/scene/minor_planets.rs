@@ -49,7 +49,7 @@ fn greatest_error<R: Real>(shader: &Emitted, e: f64, times: &[f64], scale: impl 
         let expected = heliocentric_state(&in_plane(1.0, e), t / GAUSS_CONSTANT).position;
         DVec3::new(p[0], p[1], p[2]).distance(expected) / scale(expected)
     };
-    times.iter().zip(&positions).map(error).fold(0.0, |worst: f64, error| if error.is_nan() { f64::INFINITY } else { worst.max(error) })
+    times.iter().zip(&positions).map(error).fold(0.0, larger)
 }
 
 /// Times over an orbit, half of them before perihelion, and more times close to perihelion.

@@ -166,7 +166,7 @@ fn cost_counts_what_ran() {
             pixel_view: view,
             width: SIDE,
             height: SIDE,
-            ..ViewRequest::of(NaifId(399), Instant::parse(DAY).expect("a time"))
+            ..ViewRequest::of(NaifId::EARTH, Instant::parse(DAY).expect("a time"))
         };
         SESSION.draw(&request, SamplingQuality { samples: 1, anisotropy: 8 }, FrameImages::DisplayAndHdr).expect("drawn").frame.hdr
     };

@@ -1,11 +1,11 @@
 //! The silhouette is accurate to a quarter of a pixel at any distance: the shader's f32 arithmetic is compared with f64, and the bounding
 //! rectangle with the outline.
 
+use crate::support::folds::larger;
 use glam::{DMat3, DVec2, DVec3, Vec3};
 use orrery::scene::camera::{AnchorForm, Camera, ClipRect, Placement, ViewRays};
 use orrery::scene::silhouette::{Outline, PADDING_PX};
-
-const AU_KM: f64 = 149_597_870.7;
+use orrery::units::KM_PER_AU;
 
 fn orientation() -> DMat3 {
     DMat3::from_rotation_z(0.7) * DMat3::from_rotation_x(-0.4) * DMat3::from_rotation_y(1.1)
@@ -97,7 +97,7 @@ fn worst_px(camera: &Camera, placement: &Placement, formula: Formula) -> Option<
             let gradient = DVec2::new(slope(DVec2::new(step.x, 0.0)), slope(DVec2::new(0.0, step.y))).length();
             f64::from(f32_discriminant(&rays, p, formula)).abs() / gradient
         })
-        .reduce(f64::max)
+        .reduce(larger)
 }
 
 const EARTH: DVec3 = DVec3::new(6378.137, 6378.137, 6356.752);
@@ -119,9 +119,9 @@ fn cases() -> Vec<(String, DVec3, f64, f64, f64)> {
         }
     }
     for (name, radii_km, distance_km) in [
-        ("Neptune from 100 au", DVec3::new(24764.0, 24764.0, 24341.0), 100.0 * AU_KM),
-        ("Phobos from 100 au", DVec3::new(13.0, 11.4, 9.1), 100.0 * AU_KM),
-        ("the Sun from 100 au", DVec3::splat(695_700.0), 100.0 * AU_KM),
+        ("Neptune from 100 au", DVec3::new(24764.0, 24764.0, 24341.0), 100.0 * KM_PER_AU),
+        ("Phobos from 100 au", DVec3::new(13.0, 11.4, 9.1), 100.0 * KM_PER_AU),
+        ("the Sun from 100 au", DVec3::splat(695_700.0), 100.0 * KM_PER_AU),
     ] {
         let fov_deg = 2.6 * (radii_km.x / distance_km).to_degrees();
         all.push((name.into(), radii_km, distance_km, 0.1 * fov_deg.to_radians(), fov_deg));
@@ -239,7 +239,7 @@ fn a_body_is_classified_as_outside_only_if_it_covers_no_pixel() {
 
 #[test]
 fn a_point_on_the_ground_maps_to_a_pixel_and_back() {
-    for (distance_km, fov_deg) in [(7000.0, 90.0), (20_000.0, 40.0), (384_400.0, 2.2), (AU_KM, 0.006), (100.0 * AU_KM, 6e-5)] {
+    for (distance_km, fov_deg) in [(7000.0, 90.0), (20_000.0, 40.0), (384_400.0, 2.2), (KM_PER_AU, 0.006), (100.0 * KM_PER_AU, 6e-5)] {
         let (camera, placement) = set_up(EARTH, distance_km, 0.0, fov_deg, 1000, 700);
         let mut checked = 0;
         for lat in (-80..=80).step_by(20) {
@@ -268,7 +268,7 @@ fn ray_shift_px([left, top, right, bottom]: [f64; 4], camera: &Camera) -> f64 {
     corners
         .map(|px| ((part_of(px, corners) - part_of(px, moved)) * (corners[1] - corners[0])).abs().max_element())
         .into_iter()
-        .fold(0.0, f64::max)
+        .fold(0.0, larger)
 }
 
 #[test]

@@ -116,7 +116,7 @@ fn clouds_and_air_change_nothing_beyond_their_shells() {
     let earth = over(399, "2024-06-14T06:00:00Z", 3.0, Some(301));
     for (others, effect, shell_radii) in [("-atmosphere", "clouds", 1.01), ("-clouds", "atmosphere", 1.04)] {
         let (scene, with, without) = with_and_without(&earth, others, &format!("{others},-{effect}"), 0.0);
-        let body = scene.body(NaifId(399)).expect("the Earth");
+        let body = scene.body(NaifId::EARTH).expect("the Earth");
         let shell_outline = orrery::scene::camera::Placement { radii_km: body.placement.radii_km * shell_radii, ..body.placement };
         let places = changed_pixels(&with, &without);
         assert!(places.len() > 100, "{effect}: {} pixels", places.len());

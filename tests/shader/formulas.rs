@@ -4,6 +4,8 @@
 //! Most tests state a tolerance, and show that an edited shader or exchanged arguments exceed it.
 
 use crate::support::emitted::{Emitted, EvalInput};
+use crate::support::folds::larger;
+use crate::support::random::Random;
 use crate::support::session::SESSION;
 use glam::DVec3;
 use orrery::catalog::{AerosolPhase, Catalog, NaifId, PhaseFunction, Photometry, Ring};
@@ -41,7 +43,7 @@ fn one_light_uniforms() -> DrawUniforms {
 /// Greatest difference of the first channel from the expected value, relative to the larger of 1 and that value.
 fn greatest_error(results: &[[f64; 4]], expected: impl Iterator<Item = f64>) -> f64 {
     assert!(results.iter().all(|a| a[0].is_finite()));
-    results.iter().zip(expected).map(|(a, e)| (a[0] - e).abs() / e.abs().max(1.0)).fold(0.0, f64::max)
+    results.iter().zip(expected).map(|(a, e)| (a[0] - e).abs() / e.abs().max(1.0)).fold(0.0, larger)
 }
 
 const RING: &str = "ring.sun1.sphere";
@@ -191,18 +193,12 @@ fn any_interval_of_radius_has_the_mean_of_its_ringlets() {
         let k = edges.partition_point(|e| *e <= r).clamp(1, blocked.len()) - 1;
         blocked_up_to_edge[k] + (r - edges[k]) * blocked[k]
     };
-    // Xorshift.
-    let mut random = 88_172_645_463_325_252_u64;
-    let mut next = || {
-        random ^= random << 13;
-        random ^= random >> 7;
-        random ^= random << 17;
-        (random >> 11) as f64 / (1u64 << 53) as f64
-    };
+    let mut random = Random(88_172_645_463_325_252);
     let inputs: Vec<EvalInput> = (0..100_000)
         .map(|_| {
-            let width = 3.0e-6 * 3.0e5_f64.powf(next());
-            let from = f64::from((inner - 0.2 + next() * (if next() < 0.8 { 1.5 } else { outer - inner + 0.4 })) as f32);
+            let width = 3.0e-6 * 3.0e5_f64.powf(random.uniform());
+            let from =
+                f64::from((inner - 0.2 + random.uniform() * (if random.uniform() < 0.8 { 1.5 } else { outer - inner + 0.4 })) as f32);
             eval_input([from, f64::from(width as f32)])
         })
         .collect();
@@ -218,8 +214,7 @@ fn any_interval_of_radius_has_the_mean_of_its_ringlets() {
                 let mean = (blocked_integral(from + width) - blocked_integral(from)) / width;
                 (a[0] - mean).abs() / (1.2e-7 * (from + width).max(1.0) / width + 1e-6)
             })
-            // In this order NaN is greater than any number, whereas `f64::max` ignores it.
-            .max_by(f64::total_cmp)
+            .reduce(larger)
             .expect("results")
     };
     let found = greatest_error("vec4f(ring_mean(radial_span(p.x, p.y), 2.0).large_particles.w)");
@@ -273,7 +268,7 @@ fn spheres_of_each_law_are_as_bright_as_their_points() {
     let relative_error = |law: &Emitted, model: &Photometry, parameter: f64| -> f64 {
         let full = model_geometric_albedo(model)[0];
         let error_at = |deg: f64| (disc_brightness(law, deg.to_radians(), parameter) / full - model_phase(model, deg.to_radians())).abs();
-        [0.0, 10.0, 45.0, 90.0, 135.0, 170.0].map(error_at).into_iter().max_by(f64::total_cmp).expect("six angles")
+        [0.0, 10.0, 45.0, 90.0, 135.0, 170.0].map(error_at).into_iter().reduce(larger).expect("six angles")
     };
     for (module, model, parameter) in &LAWS {
         let found = relative_error(&Emitted::new(module, &reflectance_call(module)), model, *parameter);

@@ -1,7 +1,7 @@
 //! The modules of all reachable keys, of the covering sets, and of a random sample that differs in each run: each is emitted, parsed, validated,
 //! reflected and lowered. One failure does not hide the others.
 
-use crate::support::sweep;
+use crate::support::{random, sweep};
 use orrery::catalog::Catalog;
 use orrery::scene::draw::Surface;
 use orrery::scene::effects::possible_features;
@@ -99,8 +99,8 @@ fn proof_file(ids: &[(ModuleId, bool)]) -> std::path::PathBuf {
 
 #[test]
 fn a_new_random_sample_is_valid() {
-    let seed = u64::from(std::process::id()) ^ 0x5eed;
-    println!("seed {seed}");
+    let seed = random::seed();
+    println!("ORRERY_SEED={seed}");
     let ids: Vec<_> = random_keys(seed, 200).into_iter().map(|k| (ModuleId::Planet(k), true)).collect();
     build_all(&ids);
 }

@@ -86,7 +86,6 @@ fn conditions_on_any_item_leave_out_the_item_and_the_comments_above_it() {
     assert_eq!(feature("third: f32"), feature("fn reflectance("));
 }
 
-/// Found by fuzzing: the emitter panicked.
 #[test]
 fn empty_lines_within_imports_and_conditions_are_left_out() {
     let text = "import package::lib::screen::{\n\n    screen_corner,\n};\n\n@if(\n\nlights_1)\nfn reflectance(a: f32, b: f32, c: f32) -> f32 {\n\n    return a;\n}\n";
@@ -95,7 +94,7 @@ fn empty_lines_within_imports_and_conditions_are_left_out() {
     assert!(emitted.wgsl.contains("fn reflectance(a: f32, b: f32, c: f32) -> f32 {\n\n    return a;"), "{}", emitted.wgsl);
 }
 
-/// Found by fuzzing: with forty `<` in one statement, the WESL parser does not terminate.
+/// With forty `<` in one statement, the WESL parser does not terminate.
 #[test]
 fn a_fragment_that_the_parser_cannot_finish_is_refused_with_its_position() {
     let (name, text) = FRAGMENTS.iter().find(|(name, _)| *name == "entry/tone_map.wesl").expect("a fragment");

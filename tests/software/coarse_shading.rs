@@ -57,8 +57,8 @@ fn difference(a: &Frame, b: &Frame) -> (f64, f64, u8) {
     (differing as f64 / a.hdr.len() as f64, relative, levels)
 }
 
-/// Interpolated glare differs by at most a 500th from glare that is shaded per pixel, and by at most one display level, for pictures of any shape, one and
-/// four samples. It is used for most of a large picture, and nowhere in pictures smaller than the part of a tile that is interpolated at once.
+/// Interpolated glare differs by at most a 500th from glare that is shaded per pixel, and by at most one display level, for images of any shape, one and
+/// four samples. It is used for most of a large image, and nowhere in images smaller than the part of a tile that is interpolated at once.
 #[test]
 fn interpolated_light_is_within_a_500th() {
     for (size, samples, least_share) in

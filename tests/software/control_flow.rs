@@ -33,7 +33,7 @@ fn branches_merge_what_they_change() {
 }
 
 #[test]
-fn early_return_from_the_entry_point() {
+fn an_early_return_ends_its_lanes_only() {
     check(
         "",
         "if (p.x > 8.0) { return vec4f(1.0); } let q = sin(p.x) + cos(p.x) + exp(p.x) + log(p.x + 1.0) + sqrt(p.x); return vec4f(q, p, 2.0);",
@@ -57,7 +57,7 @@ fn an_input_outlives_writes_that_are_jumped_over() {
 }
 
 #[test]
-fn counted_loops() {
+fn counted_loops_follow_wgsl() {
     let program = compile(
         "@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f { var s = 0.0; for (var i = 0; i < 16; i++) { s += exp(p.x * f32(i)); } return vec4f(s); }",
     );
@@ -91,7 +91,7 @@ fn counted_loops() {
 }
 
 #[test]
-fn uniform_bound_loops_and_indexed_uniforms() {
+fn loops_bounded_by_uniforms_and_indexed_uniforms_follow_wgsl() {
     let block = "struct U { n: i32, scale: vec3f, m: mat3x3f, values: array<vec4f, 5>, k: f32 } @group(0) @binding(0) var<uniform> u: U;";
     let mut bytes = vec![0u8; 176];
     let mut write_at = |at: usize, v: [u8; 4]| bytes[at..at + 4].copy_from_slice(&v);
@@ -210,7 +210,7 @@ fn loop_invariants_are_computed_once() {
 }
 
 #[test]
-fn switches() {
+fn switches_follow_wgsl() {
     let body = |selector: &str| {
         format!(
             "var a = 0.0; for (var i = 0; i < 3; i++) {{ switch {selector} {{ case 0 {{ a += 1.0; }} case 1, 2 {{ if (p.y < 5.0) {{ break; }} a += 10.0; }} case 3 {{ continue; }} default {{ a += 100.0; }} }} a += 1000.0; }} return vec4f(a);"

@@ -4,6 +4,7 @@
 //! The fragment is lowered twice: unchanged, and with its function renamed, so that the lowering does not recognise it. Only the unedited function is
 //! replaced.
 
+use crate::support::folds::larger;
 use orrery::image::{Level, TexelFormat, Texture};
 use orrery::render::plan::{AddressMode, SamplerState};
 use orrery::render::software::exec::{Executor, LANES, LaneMask};
@@ -144,9 +145,9 @@ pub(super) fn bound<'a>(program: &Program, texture: &'a Texture, class: KernelCl
     Textures::new(uses.collect(), class)
 }
 
-/// The greatest of some numbers, none below 0; NaN, which `f64::max` ignores, if there is one.
+/// The greatest of some numbers; NaN if one of them is NaN.
 pub(super) fn greatest(numbers: impl IntoIterator<Item = f64>) -> f64 {
-    numbers.into_iter().max_by(f64::total_cmp).expect("one number at least")
+    numbers.into_iter().reduce(larger).expect("one number at least")
 }
 
 /// Differences between two programs in each lane (the largest of the four channels), in ascending order.
@@ -279,7 +280,7 @@ fn no_jump_separates_magnification_from_minification() {
 
 /// A channel of a level by a separable filter of sixteen texels, by definition; u is periodic, v is clamped. `weight`: of a texel, by its distance along one
 /// axis.
-fn by_definition(level: &Level, [u, v]: [f64; 2], channel: usize, weight: fn(f64) -> f64) -> f64 {
+pub(super) fn by_definition(level: &Level, [u, v]: [f64; 2], channel: usize, weight: fn(f64) -> f64) -> f64 {
     let (w, h) = (i64::from(level.width), i64::from(level.height));
     let (x, y) = (u * w as f64 - 0.5, v * h as f64 - 0.5);
     let mut sum = 0.0;
@@ -294,7 +295,8 @@ fn by_definition(level: &Level, [u, v]: [f64; 2], channel: usize, weight: fn(f64
     sum.clamp(0.0, 1.0)
 }
 
-fn b_spline_weight(d: f64) -> f64 {
+/// The weight of a texel in the uniform cubic B-spline, by its distance along one axis.
+pub(super) fn b_spline_weight(d: f64) -> f64 {
     if d < 1.0 { 2.0 / 3.0 - d * d + d * d * d / 2.0 } else { (2.0 - d).max(0.0).powi(3) / 6.0 }
 }
 

@@ -104,7 +104,7 @@ fn same_bits(a: &[Vec<f64>], b: &[Vec<f64>]) -> bool {
 }
 
 #[test]
-fn arithmetic_and_comparisons() {
+fn arithmetic_and_comparisons_follow_wgsl() {
     check("", "let a = p.x * 3.0 - p.y / 2.0; let b = -p.x; return vec4f(a, b, p.x % 0.7, select(1.0, 2.0, p.x > p.y));", 1e-5, |x, y| {
         [x * 3.0 - y / 2.0, -x, f64::from(x as f32 % 0.7), if x > y { 2.0 } else { 1.0 }]
     });
@@ -141,7 +141,7 @@ fn integers_follow_wgsl() {
 }
 
 #[test]
-fn bit_and_packing_functions() {
+fn bit_and_packing_functions_follow_wgsl() {
     check(
         "",
         "let u = u32(p.x) * 0x01010101u; let i = i32(p.y);
@@ -172,7 +172,7 @@ fn bit_and_packing_functions() {
 }
 
 #[test]
-fn matrices_and_vectors() {
+fn matrices_and_vectors_follow_wgsl() {
     check(
         "",
         "let m = mat3x3f(p.x, 1.0, 2.0, 3.0, p.y, 5.0, 6.0, 7.0, p.x); let v = vec3f(1.0, p.x, p.y);
@@ -197,7 +197,7 @@ fn matrices_and_vectors() {
 }
 
 #[test]
-fn pointers_arrays_and_structs() {
+fn pointers_arrays_and_structs_follow_wgsl() {
     check(
         "struct S { a: vec2f, b: array<f32, 4> }
          fn bump(v: ptr<function, f32>, by: f32) { if (by > 4.0) { return; } *v += by; }
@@ -216,7 +216,7 @@ fn pointers_arrays_and_structs() {
 }
 
 #[test]
-fn shaping_functions() {
+fn shaping_functions_follow_wgsl() {
     check("", "return vec4f(mix(p.x, p.y, 0.25), clamp(p.x, 1.0, 3.0), smoothstep(2.0, 6.0, p.x), step(p.y, p.x));", 1e-6, |x, y| {
         let t = ((x - 2.0) / 4.0).clamp(0.0, 1.0);
         [0.75 * x + 0.25 * y, x.clamp(1.0, 3.0), t * t * (3.0 - 2.0 * t), if x >= y { 1.0 } else { 0.0 }]
@@ -374,7 +374,7 @@ fn unused_channels_of_a_texture_read_are_not_computed() {
 }
 
 #[test]
-fn vertex_stage_interface() {
+fn a_vertex_stage_has_its_inputs_and_outputs_in_order() {
     let program = compile(
         "struct V { @builtin(position) clip: vec4f, @location(0) a: vec3f, @location(1) @interpolate(flat) id: u32 }
          @vertex fn main(@builtin(vertex_index) i: u32, @builtin(instance_index) k: u32, @location(0) p: vec2f) -> V {

@@ -70,7 +70,7 @@ fn cases() -> Vec<Case> {
 }
 
 #[test]
-fn errors_in_units_in_the_last_place() {
+fn elementary_functions_are_within_their_error_bounds() {
     let mut table = String::new();
     let mut exceeded = false;
     for case in cases() {
@@ -104,7 +104,7 @@ fn errors_in_units_in_the_last_place() {
 }
 
 #[test]
-fn atan2_and_pow() {
+fn atan2_and_pow_are_within_their_error_bounds() {
     // Errors in ulp: atan2 in f32 and f64, pow in f32 and f64.
     let mut worst = [0.0f64; 4];
     let mut record = |k: usize, error_ulp: f64, x: f32, y: f32| {
@@ -270,7 +270,7 @@ fn assert_edge_cases<R: Real>(smallest_subnormal: f64) {
 }
 
 #[test]
-fn values_at_the_edges_of_domain_and_range() {
+fn functions_have_their_values_at_the_edges_of_domain_and_range() {
     assert_edge_cases::<f32>(2f64.powi(-149));
     assert_edge_cases::<f64>(f64::from_bits(1));
     // f64 extends to the smallest subnormal. In f32, results below 2^-125.5, just above the smallest normal number 2^-126, become zero.

@@ -1,7 +1,7 @@
 //! Maps whose texels are larger than pixels (shaders/lib/read_map.wesl): the cubic B-spline against its definition by 16 texels, and the transition to
 //! `filtered_map`.
 
-use super::filtered_map::{Footprint, batch, bound, fixed, greatest, greatest_step, noise, program};
+use super::filtered_map::{Footprint, b_spline_weight, batch, bound, by_definition, fixed, greatest, greatest_step, noise, program};
 use orrery::render::software::exec::LANES;
 use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::math::Real;
@@ -10,8 +10,6 @@ use orrery::render::software::program::Program;
 const FILTER: &str = include_str!("../../shaders/lib/filtered_map.wesl");
 const READ_MAP: &str = include_str!("../../shaders/lib/read_map.wesl");
 
-/// The size of the map in these tests, texels.
-const SIZE: [f64; 2] = [256.0, 128.0];
 const NEAR: &str = "1.0e-4";
 const FAR: &str = "0.01";
 
@@ -42,37 +40,13 @@ fn round(index: usize, width: f64) -> Footprint {
     Footprint { uv: [3.0 * unit(0.618_034) - 1.0, 3.0 * unit(0.754_878) - 1.0], ..fixed(width, width) }
 }
 
-/// The uniform cubic B-spline by its definition: the weighted sum of 16 texels of level 0, which repeat along u and end at the edge along v.
-fn spline(texels: &[f32], uv: [f64; 2]) -> [f64; 4] {
-    let basis = |distance: f64| match distance.abs() {
-        t if t < 1.0 => 2.0 / 3.0 - t * t + 0.5 * t * t * t,
-        t if t < 2.0 => (2.0 - t).powi(3) / 6.0,
-        _ => 0.0,
-    };
-    let [x, y] = [uv[0] * SIZE[0] - 0.5, uv[1] * SIZE[1] - 0.5];
-    let mut sum = [0.0; 4];
-    for row in -1..=2 {
-        for column in -1..=2 {
-            let (column, row) = (x.floor() + f64::from(column), y.floor() + f64::from(row));
-            let weight = basis(x - column) * basis(y - row);
-            let texel = row.clamp(0.0, SIZE[1] - 1.0) * SIZE[0] + column.rem_euclid(SIZE[0]);
-            sum = std::array::from_fn(|c| sum[c] + weight * f64::from(texels[4 * texel as usize + c]));
-        }
-    }
-    sum
-}
-
-fn texels_of_level_0() -> Vec<f32> {
-    let texture = noise();
-    texture.levels[0].bytes().as_chunks::<4>().0.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect()
-}
-
 /// Below an eighth of a texel per pixel the value is that of the B-spline: in f64 to rounding, in f32 to 2^-16 of a texel's position.
 #[test]
 fn magnified_maps_are_cubic_b_splines() {
-    let texels = texels_of_level_0();
+    let texture = noise();
     let at = |index: usize| round(index, 0.1);
-    let expected: Vec<[f64; 4]> = (0..8 * LANES).map(|index| spline(&texels, at(index).uv)).collect();
+    let spline = |uv: [f64; 2]| [0, 1, 2, 3].map(|channel: usize| by_definition(&texture.levels[0], uv, channel, b_spline_weight));
+    let expected: Vec<[f64; 4]> = (0..8 * LANES).map(|index| spline(at(index).uv)).collect();
     let difference = |program: &Program, in_f32: bool| {
         let found = if in_f32 { values::<f32>(program, at) } else { values::<f64>(program, at) };
         greatest(found.iter().zip(&expected).flat_map(|(a, b)| [0, 1, 2, 3].map(|c: usize| (a[c] - b[c]).abs())))
@@ -86,8 +60,8 @@ fn magnified_maps_are_cubic_b_splines() {
     assert!(edited != READ_MAP && difference(&reading(&edited, NEAR), false) > 1e-3, "another weight is not noticed");
 }
 
-/// Where no pixel is smaller than a quarter of a texel, all values are those of `filtered_map`, to the bit; so are, in a near view, pixels that span more than a
-/// quarter of a texel in some direction.
+/// Where no pixel is smaller than a quarter of a texel, all values are those of `filtered_map`, to the bit; so are, in a near view, pixels that span more than
+/// a quarter of a texel in some direction.
 #[test]
 fn other_maps_are_filtered_to_the_bit() {
     let filter_only = READ_MAP.replace("if 2.0 * narrowest * narrowest < SMOOTHING_BEGINS {", "if false {");

@@ -1,5 +1,6 @@
 //! Texture filtering against its definition in f64, and with extreme coordinates and gradients; the same bits in every kernel class.
 
+use crate::support::folds::larger;
 use orrery::image::{Level, TexelFormat, Texture};
 use orrery::render::plan::{AddressMode, SamplerState};
 use orrery::render::software::exec::{Gradients, TextureUnit};
@@ -45,7 +46,7 @@ fn bind(texture: &Texture, sampler: SamplerState) -> Textures<'_> {
     bind_in(texture, sampler, KernelClass::detect())
 }
 
-fn bind_in(texture: &Texture, sampler: SamplerState, class: KernelClass) -> Textures<'_> {
+pub(super) fn bind_in(texture: &Texture, sampler: SamplerState, class: KernelClass) -> Textures<'_> {
     Textures::new(
         vec![BoundTexture { texels: Arc::new(Texels::of_texture(texture).expect("complete levels")), sampler: Some(sampler) }],
         class,
@@ -104,8 +105,7 @@ fn trilinear(texture: &Texture, [u, v]: [f64; 2], level: f64, component: usize) 
 /// The greatest difference between sampled values and the definition. `level_of`: the level that a lane reads.
 fn greatest_error(texture: &Texture, uv: &[[f64; 2]], sampled: &[[f64; 4]], level_of: impl Fn(usize) -> f64) -> f64 {
     let error = |lane: usize, c: usize| (sampled[lane][c] - trilinear(texture, uv[lane], level_of(lane), c)).abs();
-    // In this order NaN is greater than any number, whereas `f64::max` ignores it.
-    (0..uv.len()).flat_map(|lane| [0, 1, 2, 3].map(|c: usize| error(lane, c))).max_by(f64::total_cmp).expect("lanes")
+    (0..uv.len()).flat_map(|lane| [0, 1, 2, 3].map(|c: usize| error(lane, c))).reduce(larger).expect("lanes")
 }
 
 /// The error of sampling by isotropic gradients, for pixels that span this many texels.

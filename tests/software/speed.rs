@@ -1,19 +1,16 @@
 //! Times parts of the software renderer, for development: `cargo test --test main software::speed -- --ignored --nocapture`. Nothing is asserted. Each
 //! time is the minimum of many short rounds on one thread, which a busy machine disturbs least.
 
+use super::sampling::bind_in;
 use orrery::image::{TexelFormat, Texture};
 use orrery::render::plan::{AddressMode, SamplerState};
-use orrery::render::software::exec::{Gradients, TextureUnit};
+use orrery::render::software::exec::{Gradients, LANES, TextureUnit};
 use orrery::render::software::kernels::{KernelClass, Kernels};
 use orrery::render::software::math::Real;
-use orrery::render::software::sample::texels::Texels;
-use orrery::render::software::sample::{BoundTexture, Textures};
 use orrery::render::software::tape::Op;
 use std::hint::black_box;
-use std::sync::Arc;
 use std::time::Instant;
 
-const LANES: usize = 128;
 const ROUNDS: usize = 60;
 
 /// Nanoseconds per call in the best round.
@@ -42,7 +39,7 @@ fn sampling<R: Real>(texture: &Texture, class: KernelClass) {
         ("8 taps, ratio 2", state(true), 8.0, 3.0, 1.5),
         ("8 taps, ratio 8", state(true), 8.0, 12.0, 1.5),
     ] {
-        let textures = bind(texture, sampler, class);
+        let textures = bind_in(texture, sampler, class);
         // 8 x 8 blocks of 16 x 8 pixels; the lanes of a block are ordered by quads, as in the rasteriser.
         let uv = |block: usize, lane: usize| {
             let (quad, corner) = (lane / 4, lane % 4);
@@ -64,13 +61,6 @@ fn sampling<R: Real>(texture: &Texture, class: KernelClass) {
         });
         println!("{:8} {:>4} {filter:22} {:7.1} ns per lane", class.name(), std::any::type_name::<R>(), ns / LANES as f64);
     }
-}
-
-fn bind(texture: &Texture, sampler: SamplerState, class: KernelClass) -> Textures<'_> {
-    Textures::new(
-        vec![BoundTexture { texels: Arc::new(Texels::of_texture(texture).expect("complete levels")), sampler: Some(sampler) }],
-        class,
-    )
 }
 
 #[test]

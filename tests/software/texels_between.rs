@@ -2,6 +2,7 @@
 //! texture operation that the software renderer substitutes for it. Only the unedited function is replaced.
 
 use super::filtered_map::{program, reads};
+use crate::support::folds::larger;
 use orrery::image::{Level, TexelFormat, Texture};
 use orrery::render::software::exec::{Executor, LANES, LaneMask};
 use orrery::render::software::kernels::KernelClass;
@@ -85,8 +86,7 @@ fn largest_difference<R: Real>(native: &Program, loads: &Program, format: TexelF
         let at = |lane: usize| position(positions, lane, batch);
         let (a, b) = (run::<R>(native, &texture, class, LaneMask::MAX, at), run::<R>(loads, &texture, class, LaneMask::MAX, at));
         let differences = a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| (a - b).abs());
-        // In this order NaN is greater than any number, whereas `f64::max` ignores it.
-        largest = differences.chain([largest]).max_by(f64::total_cmp).expect("one at least");
+        largest = differences.fold(largest, larger);
     }
     largest
 }

@@ -1,12 +1,11 @@
 //! The tone map's shader on the tape against its formula in f64 with the exact sRGB curve, for every kernel class and over a wide range of brightness.
 
-use orrery::render::software::exec::{Executor, Gradients, LaneMask, TextureUnit};
+use orrery::render::software::exec::{Executor, Gradients, LANES, LaneMask, TextureUnit};
 use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::lower::lower;
 use orrery::render::software::program::{LaneInput, Program};
 use orrery::shader::emit::emit_module;
 
-const LANES: usize = 128;
 /// Half a level of the eight-bit image is 2e-3; the error of f32 arithmetic stays below this bound.
 const TOLERANCE: f64 = 1.5e-6;
 

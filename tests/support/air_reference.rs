@@ -80,6 +80,7 @@ const KRONROD: [(f64, f64, f64); 8] = [
 
 /// Relative tolerance of the entire integral. The difference of the two rules serves as the error, and greatly overestimates that of Kronrod's rule.
 const RELATIVE_TOLERANCE: f64 = 1e-9;
+/// Ends a bisection in which rounding exceeds the tolerance; every ray then has the accuracy that its intervals reached.
 const MAX_INTERVALS: usize = 600;
 
 /// |p|^2 - 1 at a height.
@@ -181,6 +182,7 @@ impl Air {
         self.species.iter().map(|s| s.scattering * (s.profile.density(height) * phase(&s.phase))).sum()
     }
 
+    /// Light scattered once into the ray, and the air's transmittance along it, from the camera to the ground or to the top of the air.
     pub fn evaluate(&self, ray: &Ray) -> RayResult {
         let (direction, sun) = (ray.direction.normalize(), ray.sun.normalize());
         // Distances along the ray count from its point closest to the centre.

@@ -7,6 +7,7 @@ pub mod folds;
 pub mod gpu;
 pub mod hand_shader;
 pub mod program;
+pub mod random;
 pub mod scratch;
 pub mod session;
 pub mod sweep;

@@ -59,6 +59,7 @@ fn a_screen_reader_is_told_what_the_window_shows() {
     }
     // From the first of these times to the last are 88 seconds, which contain the end of one minute or of two.
     assert!((2..=3).contains(&announced.len()), "{} announced times in 90 seconds", announced.len());
+    // Announced times are whole minutes, so they advance by at most two; half a second is for rounding in days.
     assert!((timeline_day(&harness) - first).abs() * 86_400.0 <= 120.5);
 }
 

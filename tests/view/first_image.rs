@@ -49,7 +49,7 @@ impl RenderWorker for RecordingWorker {
 fn opened(viewport_px: [u32; 2], images: Images, change: fn(&mut Interface)) -> (Harness<'static, Interface>, Sizes) {
     let sizes = Sizes::default();
     let worker = RecordingWorker { inner: InlineWorker::new(session()), sizes: Arc::clone(&sizes), images };
-    let mut interface = interface(NaifId(301), "2017-05-17T00:00:00Z");
+    let mut interface = interface(NaifId::MOON, "2017-05-17T00:00:00Z");
     interface.settings.panels.viewport_px = viewport_px;
     interface.request_first_image(&worker);
     change(&mut interface);

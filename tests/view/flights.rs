@@ -5,6 +5,7 @@ use glam::DVec3;
 use orrery::catalog::NaifId;
 use orrery::scene::camera::Camera;
 use orrery::scene::viewpoint::viewer;
+use orrery::units::SPEED_OF_LIGHT_KM_S;
 use orrery::view::app::body_positions::SessionPositions;
 use orrery::view::app::view_state::{CameraPose, ViewState};
 use orrery::view::app::viewer::Action;
@@ -60,7 +61,7 @@ fn a_flight_starts_where_the_camera_is() {
                 assert!(moved_km < 0.02, "{from:?} to {to:?}, ground {on_ground}: {moved_km} km");
                 // On the ground the camera moves with the true position. It differs from the apparent one by the body's speed, at most 50 km/s, times the
                 // light time from its centre.
-                let allowed_km = if on_ground { 50.0 * offset_before_km.length() / 299_792.458 } else { 0.02 };
+                let allowed_km = if on_ground { 50.0 * offset_before_km.length() / SPEED_OF_LIGHT_KM_S } else { 0.02 };
                 let step_km = (after.position_km - before.position_km).length();
                 assert!(step_km < allowed_km, "{from:?} to {to:?}, ground {on_ground}: {step_km} km");
                 assert!((after.forward - before.forward).length() < 1e-3, "{from:?} to {to:?}, ground {on_ground}: the camera turns");

@@ -297,7 +297,7 @@ fn an_image_does_not_wait_for_a_query() {
     });
     let (release, released) = std::sync::mpsc::channel::<()>();
     let request =
-        ViewRequest { width: 16, height: 16, ..ViewRequest::of(NaifId(301), Instant::parse("2024-04-08T18:17:16Z").expect("a time")) };
+        ViewRequest { width: 16, height: 16, ..ViewRequest::of(NaifId::MOON, Instant::parse("2024-04-08T18:17:16Z").expect("a time")) };
     let (drawn, answered) = std::thread::scope(|scope| {
         scope.spawn(|| worker.render_until_closed());
         scope.spawn(|| worker.run_tasks_until_closed());
