@@ -125,7 +125,7 @@ fn air_fragment() -> String {
             constant(
                 "Vectors of that table per occluder: its rows, the extra one included, times its columns.",
                 "air_table && eclipse_1",
-                "OCCLUDER_TABLE_ROWS",
+                "OCCLUDER_TABLE_VECTORS",
                 Value::U32(vectors_per_occluder),
             ),
             constant(

@@ -95,10 +95,30 @@ fn detail_is_visible_where_texels_are_large_and_keeps_the_mean_light() {
         let (shift, change) = (mean(&with) / level - 1.0, mean_difference(&with, &without) / level);
         println!("{height_km} km: mean {:+.3}, change {change:.3}", shift);
         assert!(change > 0.02, "{height_km} km: {change}");
-        // Slopes facing away from the Sun lose more light than those facing it gain: 16 % at 0.1 km (measured), where a frame contains few
-        // of the largest craters.
-        assert!(shift.abs() < 0.2, "{height_km} km: {shift}");
+        // Slopes facing away from the Sun lose more light than those facing it gain: 8 % at 0.1 km (measured), where a frame contains few of the
+        // largest craters.
+        assert!(shift.abs() < 0.12, "{height_km} km: {shift}");
         assert!(with.iter().all(|v| v.is_finite() && *v >= 0.0));
+    }
+}
+
+/// Under a high Sun, where slopes change little light, craters keep the mean light: other ground is darker by as much as fresh ground is
+/// brighter. A frame contains few of the largest craters, so the mean is over nine frames.
+#[test]
+fn craters_keep_the_mean_light_under_a_high_sun() {
+    for height_km in [1.0, 10.0] {
+        let shifts: Vec<f64> = (-4..=4)
+            .map(|east_deg| {
+                // `obliquely_lit` counts from 50 degrees east of the sub-solar point.
+                let zenith = obliquely_lit(NaifId::MOON, f64::from(east_deg) - 50.0);
+                let [with, without] = ["+detail", "-detail"]
+                    .map(|effects| light(&draw(&looking_down_on(NaifId::MOON, MOON_RADIUS_KM, zenith, height_km, DVec2::ZERO, effects))));
+                mean(&with) / mean(&without) - 1.0
+            })
+            .collect();
+        println!("{height_km} km: mean {:+.3}, frames {shifts:.3?}", mean(&shifts));
+        // Measured: -1.2 % at 1 km, 0.1 % at 10 km; -8.9 % and -4.5 % if 0.012 instead of the mean is subtracted.
+        assert!(mean(&shifts).abs() < 0.025, "{height_km} km: {shifts:?}");
     }
 }
 

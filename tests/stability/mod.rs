@@ -47,11 +47,11 @@ fn shadows_are_stable_and_a_missing_clamp_in_an_umbra_is_detected() {
     let unclamped = session_with_edits(&[
         ("lib/eclipse/disc_overlap.wesl", "    if overhang <= 0.0 {\n        return WHOLE_SUN;\n    }\n", ""),
         (obscuration, "let over_centre = round && circle.x >= 1.0 && circle.y < circle.x;", "let over_centre = false;"),
-        (obscuration, "o.left = max(WHOLE_SUN - o.hidden, vec3f(0.0));", "o.left = WHOLE_SUN - o.hidden;"),
+        (obscuration, "overlap.left = max(WHOLE_SUN - overlap.hidden, vec3f(0.0));", "overlap.left = WHOLE_SUN - overlap.hidden;"),
         (
             obscuration,
-            "return clamp(select(1.0 - hidden / whole, left / whole, o.left.x < o.hidden.x), vec3f(0.0), vec3f(1.0));",
-            "return select(1.0 - hidden / whole, left / whole, o.left.x < o.hidden.x);",
+            "return clamp(select(1.0 - hidden / whole, left / whole, overlap.left.x < overlap.hidden.x), vec3f(0.0), vec3f(1.0));",
+            "return select(1.0 - hidden / whole, left / whole, overlap.left.x < overlap.hidden.x);",
         ),
     ]);
     assert!(swept(&unclamped, "shadows", InjectedFaults::default()).has_failed());
@@ -61,11 +61,11 @@ fn shadows_are_stable_and_a_missing_clamp_in_an_umbra_is_detected() {
 fn an_angle_from_the_arc_cosine_of_a_dot_product_is_detected() {
     let by_cosine = session_with_edits(&[(
         "lib/eclipse/occluders.wesl",
-        "    s.semi_axes = select(shape.zw * scale",
-        "    let towards = normalize(vec3f(s.centre / draw.eclipse_perpendicular_axes[0].w, 1.0));
+        "    outline.semi_axes = select(shape.zw * scale",
+        "    let towards = normalize(vec3f(outline.centre / draw.eclipse_perpendicular_axes[0].w, 1.0));
     let angle = acos(min(dot(towards, vec3f(0.0, 0.0, 1.0)), 1.0));
-    s.centre = normalize(s.centre + vec2f(1.0e-12)) * tan(angle) * draw.eclipse_perpendicular_axes[0].w;
-    s.semi_axes = select(shape.zw * scale",
+    outline.centre = normalize(outline.centre + vec2f(1.0e-12)) * tan(angle) * draw.eclipse_perpendicular_axes[0].w;
+    outline.semi_axes = select(shape.zw * scale",
     )]);
     let report = swept(&by_cosine, "shadows", InjectedFaults::default());
     assert!(report.has_failed());

@@ -26,7 +26,7 @@ pub(crate) fn description(detail: Detail) -> Reason {
 
 /// Assumed number of columns of a map whose catalog entry does not state it: that of the coarsest embedded map.
 const DEFAULT_MAP_COLUMNS: u32 = 512;
-/// Pixels per texel, directly below the camera, above which detail appears: the lower end of `wanted` in shaders/lib/detail.wesl.
+/// Pixels per texel, directly below the camera, above which detail appears: where `detail_weight` of shaders/lib/detail.wesl begins.
 const MIN_TEXEL_PX: f64 = 6.0;
 /// Ground that a pixel may span, degrees, for detail to appear on a body without a map: a fourth of the coarsest cell.
 const UNMAPPED_DEG_PER_PX: f64 = 0.72;
