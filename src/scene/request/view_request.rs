@@ -200,7 +200,7 @@ impl Quality {
     }
 }
 
-/// Largest width and height of an image, pixels.
+/// Largest width and height of an image, pixels: the largest texture that most GPUs support.
 pub(crate) const MAX_IMAGE_PX: u32 = 16384;
 
 /// One view. `target` may be missing only if `look` gives a direction.
@@ -233,7 +233,7 @@ pub struct ViewRequest {
     pub effects: EffectOverrides,
     /// Layers drawn behind and over the bodies.
     pub layers: Layers,
-    /// Stops by which stars, Milky Way and zodiacal light are brightened.
+    /// Stops by which stars, Milky Way and zodiacal light are brightened, -30 to 30.
     pub stars_boost: f64,
     /// The selected body; `None`: the target.
     pub selected: Option<NaifId>,

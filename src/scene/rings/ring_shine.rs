@@ -226,7 +226,8 @@ impl RingShineGeometry<'_> {
         let place = DVec3::new(horizontal, 0.0, self.polar_ratio * height);
         let (sin_hour, cos_hour) = hour_angle.sin_cos();
         let sine = self.sin_elevation.abs();
-        let cosine = (1.0 - sine * sine).sqrt();
+        // For a Sun over the pole the sine of the upper knot is above 1.
+        let cosine = (1.0 - sine * sine).max(0.0).sqrt();
         // Direction to the Sun relative to the place's meridian.
         let sun = DVec3::new(cosine * cos_hour, -cosine * sin_hour, if side == 0 { sine } else { -sine });
         // Horizontal component of the Sun's direction in the unit-sphere frame.
@@ -320,8 +321,8 @@ impl RingShineGeometry<'_> {
         own.into_iter().chain(self.rings.iter().flat_map(|r| ring_table::cache_key(r)))
     }
 
-    /// Upper limit of the irradiance of any place, per unit of sunlight: as if each ring had its maximum brightness and none of it were below the horizon. A
-    /// test compares it with tables.
+    /// Upper limit of the irradiance of any place, per unit of sunlight: as if each ring had its maximum brightness and none of it were below the horizon. The
+    /// dependence on the radius is an estimate; a test compares the limit with tables.
     pub(crate) fn upper_limit(&self) -> f64 {
         let brightest = large_particle_phase(1.0);
         let limit_of_ring = |ring: &&Ring| {
@@ -410,6 +411,16 @@ mod tests {
                 "one knot alone, sine {sine}: {} of {brightest}",
                 max_error(&alone)
             );
+        }
+    }
+
+    /// The sine is rounded to 1, which is a knot; the knot above it is not the sine of any elevation.
+    #[test]
+    fn a_sun_over_the_pole_gives_light() {
+        let rings = [&ring(1.2, 2.2, 0.7)];
+        for sine in [0.9999, 1.0, -1.0] {
+            let shine = geometry(&rings, sine).shine(&RingShineCache::default()).expect("light");
+            assert!(shine.brightest > 0.0 && shine.texels.iter().all(|v| v.is_finite()), "{sine}");
         }
     }
 

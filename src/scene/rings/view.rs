@@ -142,6 +142,7 @@ impl<'a> RingView<'a> {
         (viewer.z.abs().max(1e-9), viewer.truncate().length())
     }
 
+    /// The limits that all rings of the frame share.
     fn frame_limits(&self) -> FrameLimits {
         let (height, axis_distance) = self.camera_height_and_axis_distance();
         let corners = self.corner_rays();
@@ -351,8 +352,8 @@ impl<'a> RingView<'a> {
         (min.x < max.x && min.y < max.y).then_some(ClipRect { left: min.x, top: max.y, right: max.x, bottom: min.y })
     }
 
-    /// Maximum number of segments into which shaders/lib/ring/surface.wesl divides a pixel's footprint: 32 for each equatorial radius of the longest
-    /// footprint's length.
+    /// Maximum number of segments into which shaders/lib/ring/surface.wesl divides a pixel's footprint: one for each 32nd of an equatorial radius along the
+    /// longest footprint, at most [`MAX_SEGMENTS`].
     fn max_segments(&self) -> f64 {
         let (height, axis_distance) = self.camera_height_and_axis_distance();
         let outer = self.outermost_km() / self.body.radii_km.x;

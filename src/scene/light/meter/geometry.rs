@@ -93,9 +93,10 @@ pub(crate) fn lit_part_weight(phase_angle: f64, distance_radii: f64) -> f64 {
     // Angles at the sphere's centre: from the sub-observer point to the limb, and from the limb to the lit part behind it.
     let limb = distance_radii.max(1.0).recip().acos();
     let below_limb = phase_angle - FRAC_PI_2 - limb;
-    // At a phase angle of 180 degrees the lit part lies a right angle less `limb` behind the limb.
-    let range = MAX_SETTING_RANGE_RAD.min(0.6 * (FRAC_PI_2 - limb)).max(f64::MIN_POSITIVE);
-    10.0_f64.powf(-SETTING_DECADES * smoothstep(below_limb / range))
+    // At a phase angle of 180 degrees the lit part lies a right angle less `limb` behind the limb. For a far viewer this is little, so the weight has fallen
+    // after 0.6 of it.
+    let setting_range = MAX_SETTING_RANGE_RAD.min(0.6 * (FRAC_PI_2 - limb)).max(f64::MIN_POSITIVE);
+    10.0_f64.powf(-SETTING_DECADES * smoothstep(below_limb / setting_range))
 }
 
 /// Area between a circle of radius 1 and a chord that spans twice this angle at the centre.

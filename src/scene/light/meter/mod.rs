@@ -52,7 +52,7 @@ use sun_glare::FrameGlare;
 const SUNSET_SKY_CD_M2: f64 = 300.0;
 const DUSK_STOPS_PER_DECADE: f64 = 0.6;
 const MAX_DUSK_STOPS: f64 = 3.0;
-/// Weight of the target relative to an equal area of another subject.
+/// Weight of the target relative to an equal area of another subject: a target that fills a 64th of the frame outweighs everything else that is as bright.
 const TARGET_WEIGHT: f64 = 64.0;
 /// Weight of the Sun if it is the target; larger than that of other targets, because a daylight sky around the Sun is as bright as any ground. Also the weight
 /// of a targeted Sun's corona, and of the target's refracted limbs.
@@ -341,6 +341,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             (ground.sun - viewer * ground.sun.dot(viewer)).try_normalize().unwrap_or_else(|| viewer.any_orthonormal_vector());
         let up = viewer.cross(perpendicular);
         let terminator = phase_angle - FRAC_PI_2;
+        // A disc of a few pixels is one of many in the frame: a coarser grid saves time, and its mean differs little.
         let (columns, rows) = if diameter_px < 4.0 { (6, 3) } else { (14, 8) };
         let lit_weight = lit_part_weight(phase_angle, p.distance_km / p.body.radii_km.max_element());
         for (from, to, weight) in [(-FRAC_PI_2, terminator, 1.0), (terminator, FRAC_PI_2, lit_weight)] {

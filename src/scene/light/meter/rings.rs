@@ -22,7 +22,7 @@ const RING_RAYS: u32 = 28;
 const SHADOW_EDGE_RADII: f64 = 0.02;
 /// Sizes of the rings' rectangle, with its margins, between which their weight rises from 0 to 1. Smaller rings are part of the body's point.
 const FADE_IN_SIZES_PX: [f64; 2] = [4.0, 8.0];
-/// Phase angles between which ring-shine on the night side fades in, radians.
+/// Phase angles between which ring-shine on the night side fades in, radians: at the first a quarter of the disc is dark, at the second more than half.
 const NIGHT_SIDE_FADE_RAD: [f64; 2] = [1.0, 1.7];
 
 impl MeteredFrame<'_, '_> {
