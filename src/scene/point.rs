@@ -78,12 +78,14 @@ pub fn point_spread(radius_px: f64) -> [f64; 2] {
 /// The body's flux as a point, linear RGB: the radiance that it would have if it filled one pixel.
 pub(crate) fn flux(camera: &Camera, placed: &PlacedBody<'_>) -> DVec3 {
     let direction = placed.placement.centre_km / placed.distance_km;
-    let cos_off_axis = direction.dot(camera.forward);
-    // Solid angle of a pixel at this angle from the axis, where perspective shrinks it by the cosine's third power. The lower limit of the cosine keeps it
-    // above 0 for a body beside the frame.
-    let pixel_sr = camera.pixel_tangent().powi(2) * cos_off_axis.max(1e-3).powi(3);
     // In the units used, radiance 1 is that of a white Lambert plane under irradiance 1, which is 1 / pi per steradian: hence the factor.
-    placed.body.colour.as_dvec3() * (placed.irradiance * PI / pixel_sr)
+    placed.body.colour.as_dvec3() * (placed.irradiance * PI / pixel_sr(camera, direction))
+}
+
+/// Solid angle of a pixel in a direction (unit vector): perspective shrinks it by the third power of the cosine of the angle to the axis. The lower limit of
+/// the cosine keeps it above 0 in directions beside the frame.
+pub(crate) fn pixel_sr(camera: &Camera, direction: DVec3) -> f64 {
+    camera.pixel_tangent().powi(2) * direction.dot(camera.forward).max(1e-3).powi(3)
 }
 
 /// The radius at which a sprite's glare has only a fraction (`part`) of the light that it has at `radius_px`.

@@ -241,8 +241,8 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Dra
         for (p, rows) in nearer.iter().zip(draw.uniforms.foreground_limbs.rows.as_chunks_mut::<3>().0) {
             let limb = Limb::on(&p.placement, origin_ray, dx, dy);
             let radius_px = (p.body.radii_km.max_element() / p.distance_km) / camera.pixel_tangent();
-            // Kinds and rows as in shaders/lib/foreground_limb.wesl. Kinds: 1 for a body drawn over the disc, 2 for one too small to be drawn, 3 if nothing of
-            // the disc is visible.
+            // Kinds and rows as in shaders/lib/foreground_limb.wesl, which has rows for the two largest bodies. Kinds: 1 for a body drawn over the disc, 2 for
+            // one too small to be drawn, 3 if nothing of the disc is visible.
             let (kind, factor) = match shape(p) {
                 _ if visible == DVec3::ZERO => (3.0, 1.0),
                 Some(_) => (1.0, 1.0),
