@@ -5,7 +5,7 @@
 //! the catalog.
 
 use super::batch::{MAP_TAPS, ProbeBatch, ProbeInputs};
-use super::sunlight::check_limb_darkening;
+use super::sunlight::{check_limb_darkening, u1_at_550_nm, u2_at_550_nm};
 use super::{ProbeError, Prober, QueryKind, alternative, optional, parse_fields, required, unit_vector};
 use crate::catalog::{Body, Ring};
 use crate::render::plan::{RING_PROFILE, TextureBinding, TextureSource, ring_profile, uniform_bytes};
@@ -230,7 +230,7 @@ fn body_shadow(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     };
     let (u1, u2) = match query.model {
         BodyShadowModel::UniformDisc => (0.0, 0.0),
-        _ => (query.u1.unwrap_or(0.40), query.u2.unwrap_or(0.26)),
+        _ => (query.u1.unwrap_or_else(u1_at_550_nm), query.u2.unwrap_or_else(u2_at_550_nm)),
     };
     check_limb_darkening(u1, u2)?;
     let ring = RingUniforms {

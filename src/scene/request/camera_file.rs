@@ -106,12 +106,17 @@ up        "north" (of what is looked at), "zenith", "celestial", "ecliptic", or
           else "north"
 fov_deg   vertical field of view, degrees"#;
 
-/// The vector of a direction, with a length that an f64 can hold; an error if it is zero. `what`: its place in the file, for the error.
-fn direction(values: [f64; 3], what: &str) -> Result<DVec3, SceneError> {
+/// A vector along `values` that can be normalised: the vector itself, or a shorter or longer one if the squares of its components overflow or vanish. `None` if
+/// it is zero or not finite.
+pub(crate) fn direction_of_any_length(values: [f64; 3]) -> Option<DVec3> {
     let given = DVec3::from_array(values);
-    // The squares of very large components overflow, those of very small ones vanish.
-    let v = if given.length_squared().is_normal() { given } else { given / given.abs().max_element() };
-    if v.is_finite() { Ok(v) } else { Err(SceneError::Request(format!("{what}: the direction must not be zero"))) }
+    let scaled = if given.length_squared().is_normal() { given } else { given / given.abs().max_element() };
+    scaled.is_finite().then_some(scaled)
+}
+
+/// The vector of a direction; an error if it is zero. `what`: its place in the file, for the error.
+fn direction(values: [f64; 3], what: &str) -> Result<DVec3, SceneError> {
+    direction_of_any_length(values).ok_or_else(|| SceneError::Request(format!("{what}: the direction must not be zero")))
 }
 
 /// The up direction of a name such as `zenith`.
