@@ -1,5 +1,5 @@
-//! `sunlight`: the fraction of the Sun's light that other bodies leave at a point on a body's ground. That the ground may be on the night side, or in the shadow of
-//! the body's own rings, is ignored.
+//! `sunlight`: the fraction of the Sun's light that other bodies leave at a point on a body's ground. That the ground may be on the night side, or in the
+//! shadow of the body's own rings, is ignored.
 //!
 //! `fraction` uses one limb darkening law for all channels, with `u1` 0.40 and `u2` 0.26 (the Sun at 550 nm) unless the query gives others. It
 //! is the green channel; with one law, channels differ only in the model `refracted`. `rgb` uses the catalog's law per channel. `by` lists the
@@ -37,6 +37,7 @@ struct Fields {
     u2: f64,
 }
 
+/// The default coefficients of limb darkening, for the Sun at 550 nm. They are defaults of the queries only; the catalog's green channel has 0.47 and 0.23.
 pub(super) fn u1_at_550_nm() -> f64 {
     0.40
 }

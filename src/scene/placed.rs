@@ -53,8 +53,8 @@ pub(crate) struct PlacedBody<'a> {
 }
 
 impl PlacedBody<'_> {
-    /// Factor on the photometric model that makes the disc as bright as the published phase law ([`photometry::phase_correction`]); for the Sun, the radiance of
-    /// its disc.
+    /// Factor on the photometric model that makes the disc as bright as the published phase law ([`photometry::phase_correction`]); for an emissive body, the
+    /// radiance of the Sun's disc.
     pub(crate) fn phase_brightness(&self) -> f64 {
         match self.body.photometry {
             Photometry::Emissive { .. } => photometry::sun_disc_radiance(),

@@ -109,7 +109,7 @@ pub fn flattening(time: Instant) -> f64 {
     LUDENDORFF_INDEX.0 + (LUDENDORFF_INDEX.1 - LUDENDORFF_INDEX.0) * activity(time)
 }
 
-/// Distance from the Sun's centre, in solar radii, within which the corona is brighter than `min_radiance`.
+/// Distance from the Sun's centre, in solar radii, within which the corona is brighter than `min_radiance`; at most 1e5 (465 au).
 fn radius_at_radiance(min_radiance: f64) -> f64 {
     let (mut near, mut far) = (1.0_f64, 1e5_f64);
     for _ in 0..50 {
@@ -174,6 +174,7 @@ pub(crate) fn corona(
     let up = (pole - towards * pole.dot(towards)).try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
     let sin_camera_latitude = pole.dot(towards).abs();
     let in_sun_axes = |v: DVec3| DVec3::new(v.dot(towards.cross(up)), v.dot(up), v.dot(towards));
+    // The lower limit is for a Sun beside the frame.
     let cos_off_axis = towards.dot(camera.forward).clamp(0.1, 1.0);
     let limb_radiance = radiance(1.0);
     let cutoff = threshold.cutoff_radiance(VISIBLE_LIGHT);

@@ -65,6 +65,7 @@ pub(crate) fn lambert_phase(alpha: f64) -> f64 {
 
 /// Phase function of a Lommel-Seeliger sphere, 1 at zero phase (Lester, McCall and Tatum 1979).
 fn lommel_seeliger_phase(alpha: f64) -> f64 {
+    // At both ends the product below is 0 times infinity.
     if alpha < 1e-9 {
         return 1.0;
     }
@@ -132,6 +133,7 @@ const PHASE_CORRECTION_RADII: [f64; 2] = [4.0, 20.0];
 /// of [`PHASE_CORRECTION_RADII`], is 1 within the first, and changes smoothly with the logarithm of the distance in between.
 pub fn phase_correction(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
     let model = model_phase(&body.photometry, alpha);
+    // At a phase angle of 180 degrees the model has no light that could be corrected.
     if model < 1e-9 || matches!(body.photometry, Photometry::Emissive { .. }) {
         return 1.0;
     }

@@ -257,6 +257,7 @@ impl RingShineGeometry<'_> {
                     let phase = large_particle_phase(-sun.dot(to_ring) / distance);
                     // The ring's projected area divided by height: polar_ratio / distance is the cosine of emission divided by height.
                     let projected_area = (b - a) * w * r * cos_incidence * self.polar_ratio / (distance * distance_sq);
+                    // 1/4 is the factor of single scattering; radiance 1 causes the irradiance 1 / pi per steradian.
                     sum += annulus.light_along(side, 1.0 / cos_emission) * (0.25 / PI * phase * projected_area);
                 }
             }

@@ -18,26 +18,26 @@ const MIN_WIDTH_RADII: f64 = 1.5e-4;
 /// Name of the decision.
 const THIN_CRESCENT: &str = "thin-crescent";
 
-/// Width of the crescent of a sphere where it is widest, in radii. `phase_angle`: radians.
-fn width_radii(phase_angle: f64) -> f64 {
+/// Width of the crescent of a sphere where it is widest, in radii.
+fn width_radii(phase_angle_rad: f64) -> f64 {
     // 1 + cos a without a difference of nearly equal numbers.
-    2.0 * (0.5 * phase_angle).cos().powi(2)
+    2.0 * (0.5 * phase_angle_rad).cos().powi(2)
 }
 
 /// Whether a body shows a thin crescent.
-fn is_thin(diameter_px: f64, phase_angle: f64) -> bool {
-    let width_radii = width_radii(phase_angle);
-    phase_angle > FRAC_PI_2 && width_radii > MIN_WIDTH_RADII && 0.5 * diameter_px * width_radii < MAX_WIDTH_PX
+fn is_thin(diameter_px: f64, phase_angle_rad: f64) -> bool {
+    let width_radii = width_radii(phase_angle_rad);
+    phase_angle_rad > FRAC_PI_2 && width_radii > MIN_WIDTH_RADII && 0.5 * diameter_px * width_radii < MAX_WIDTH_PX
 }
 
 /// Decides whether the pixels of a crescent are averaged. Eclipses, meshes and relief finer than the maps exclude it, which limits the number of shader keys.
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
-    let (diameter_px, phase_angle) = (inputs.diameter_px, inputs.placed.phase_angle_rad);
+    let (diameter_px, phase_angle_rad) = (inputs.diameter_px, inputs.placed.phase_angle_rad);
     let chosen = &mut decisions.chosen;
     let is_possible =
         !Capabilities::of(inputs.body()).emissive && chosen.eclipse.occluders == 0 && !chosen.detail && inputs.model.is_none();
-    if is_possible && is_thin(diameter_px, phase_angle) {
-        let width_px = 0.5 * diameter_px * width_radii(phase_angle);
+    if is_possible && is_thin(diameter_px, phase_angle_rad) {
+        let width_px = 0.5 * diameter_px * width_radii(phase_angle_rad);
         let reason = reason!("crescent-width", width = format_args!("{width_px:.2}"), threshold = MAX_WIDTH_PX);
         chosen.thin_crescent = decisions.log.record(THIN_CRESCENT, true, reason);
     }

@@ -89,10 +89,10 @@ const MAX_SETTING_RANGE_RAD: f64 = 2.5 * PI / 180.0;
 /// Weight of the lit part of a sphere: 1 while some of it is in sight. The limb of a near viewer hides more than half of the sphere; after the lit part has set
 /// behind it, the weight falls to nearly 0. It falls gradually because the light itself ends abruptly: a body without air has no twilight. `distance_radii`:
 /// from the viewer to the sphere's centre.
-pub(crate) fn lit_part_weight(phase_angle: f64, distance_radii: f64) -> f64 {
+pub(crate) fn lit_part_weight(phase_angle_rad: f64, distance_radii: f64) -> f64 {
     // Angles at the sphere's centre: from the sub-observer point to the limb, and from the limb to the lit part behind it.
     let limb = distance_radii.max(1.0).recip().acos();
-    let below_limb = phase_angle - FRAC_PI_2 - limb;
+    let below_limb = phase_angle_rad - FRAC_PI_2 - limb;
     // At a phase angle of 180 degrees the lit part lies a right angle less `limb` behind the limb. For a far viewer this is little, so the weight has fallen
     // after 0.6 of it.
     let setting_range = MAX_SETTING_RANGE_RAD.min(0.6 * (FRAC_PI_2 - limb)).max(f64::MIN_POSITIVE);

@@ -15,8 +15,7 @@ use std::f64::consts::TAU;
 /// Weight of the inner corona in the sum over rays of the frame; in the annuli of [`MeteredFrame::corona`] its weight is 1 less this. `sine`: sine of the Sun's
 /// angular radius.
 pub(super) fn ray_weight_of_inner_corona(sine: f64) -> f64 {
-    let [from, to] = ANNULI_TO_RAYS_SINES;
-    smoothstep((sine - from) / (to - from))
+    smooth_rise(ANNULI_TO_RAYS_SINES, sine)
 }
 
 impl MeteredFrame<'_, '_> {
