@@ -196,6 +196,7 @@ fn compute_visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>)
 
 /// Ratio of a disc's area to the sum of its antialiased coverage. For a disc of less than a pixel it is well below 1, because the limb is drawn a pixel wide.
 fn small_disc_area_ratio(radius_px: f64) -> f64 {
+    // The coverage at a distance d from the centre is radius + 1/2 - d, limited to 0 and 1; `drawn` is its integral over the plane, divided by pi.
     let drawn = if radius_px > 0.5 { radius_px * radius_px + 1.0 / 12.0 } else { (radius_px + 0.5).powi(3) / 3.0 };
     radius_px * radius_px / drawn
 }

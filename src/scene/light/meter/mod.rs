@@ -270,6 +270,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         let air = self.meter.air.filter(|a| a.body.id != p.body.id);
         let transmittance = air.map_or(1.0, |a| a.mean_transmittance(p.placement.centre_km));
         let is_target = Some(p.body.id) == self.meter.context.request.target;
+        // The target counts as a disc at any size.
         let is_point = self.disc_light_fraction(p, diameter_px) < 1.0 && !is_target;
         let point_weight = if is_point { 1.0 - smoothstep(diameter_px - 1.0) } else { 0.0 };
         if point_weight > 0.0 {

@@ -32,6 +32,7 @@ impl MeteredFrame<'_, '_> {
         // Not `nearer_bodies`, which leaves out bodies beside the frame.
         let is_nearer =
             |o: &&PlacedBody<'_>| o.body.id != NaifId::SUN && o.distance_km < sun.distance_km && !o.placement.camera_is_inside();
+        // Rises from 0 to 1 while the body's diameter grows from half a sector to a whole one.
         let opacity = |o: &PlacedBody<'_>| smoothstep(4.0 * o.body.radii_km.max_element() / (o.distance_km * width) - 1.0);
         let nearer: Vec<(&PlacedBody<'_>, f64)> =
             self.meter.placed.iter().filter(is_nearer).map(|o| (o, opacity(o))).filter(|(_, opacity)| *opacity > 0.0).collect();
@@ -48,6 +49,7 @@ impl MeteredFrame<'_, '_> {
     pub(super) fn outer_corona(&self) -> Option<MeteredSubject> {
         let (camera, request) = (self.meter.camera, self.meter.context.request);
         let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > p.body.radii_km.x)?;
+        // 0 from `NEAREST_AU` outwards, 1 within half of it.
         let nearness = smoothstep(2.0 * (1.0 - sun.distance_km / (zodiacal::NEAREST_AU * KM_PER_AU)));
         let corona_weight = corona::meter_weight(request, camera, sun, self.glare.as_ref());
         let outer_weight = if corona_weight > 0.0 { corona_weight * nearness.max(self.hidden_part_of_inner_corona(sun)) } else { 0.0 };
