@@ -248,8 +248,8 @@ impl<'a> RingView<'a> {
         let farthest_km = self.body.radii_km.x / sine.max(1e-9);
         let max_removed_fraction =
             rings.iter().filter(|r| r.inner_km < farthest_km).map(|r| -(-r.tau_normal / sine.max(MIN_COSINE)).exp_m1()).fold(0.0, f64::max);
-        // Half the penumbra's width in the rings' plane, for the point of the globe that is farthest from the plane: its distance along the sunlight is about
-        // 1 / sine, and the light crosses the plane obliquely, which stretches the width by 1 / sine.
+        // Half the penumbra's width in the rings' plane, for the point of the globe that is farthest from the plane. The distance along the sunlight is about
+        // 1 / sine; the light crosses the plane obliquely, which stretches the width by another 1 / sine.
         let penumbra_px = tangent / sine.max(tangent) / sine.max(tangent) * self.pixels_per_radius();
         let model = if penumbra_px > MAX_EDGE_ERROR_PX { RingShadow::Penumbra } else { RingShadow::PointSun };
         let (degrees, light) = (sine.asin().to_degrees(), self.threshold.change_description(max_removed_fraction));

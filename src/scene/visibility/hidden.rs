@@ -3,9 +3,9 @@
 //! In: placed bodies. Out: the visible fraction of a disc's light, exactly 0 if the entire disc is hidden and exactly 1 if no part of it is; and the limbs of
 //! nearer bodies as uniforms of shaders/lib/foreground_limb.wesl. Nearer bodies are ellipsoids, the hidden body is a sphere. A point's flux is multiplied by
 //! its visible fraction; a depth test cannot hide a point partly, because a sprite has a single depth. Not here: transmittance of rings and air, and shadows
-//! (eclipse). The light is summed over [`CHORDS`] chords of the disc, each with a closed-form integral; the error is below 1e-4 of the light (at most 7e-5 for
-//! one round body of 0.01 to 4 radii of the disc, against 6000 chords, computed outside this program). tests/eclipse/overlapping_limbs.rs compares images with
-//! the closed forms of shaders/lib/eclipse.
+//! (eclipse). The light is summed over [`CHORDS`] chords of the disc, each with a closed-form integral. The error is below 1e-4 of the light: at most 7e-5
+//! against 6000 chords, for one round body of 0.01 to 4 radii of the disc (computed outside this program). tests/eclipse/overlapping_limbs.rs compares images
+//! with the closed forms of shaders/lib/eclipse.
 
 use crate::catalog::NaifId;
 use crate::message::reason;
@@ -128,8 +128,9 @@ fn visit_visible_parts(limbs: &[Limb], mut visit: impl FnMut(f64, f64, f64, f64)
     }
 }
 
-/// The middle of the visible part of a disc, in radii of the disc from its own middle, as a vector across the line of sight. If smooth limbs of the bodies in
-/// front cover the disc (light may remain in the valleys of the Moon's limb), it is the point of the disc's limb that is farthest from the largest of them.
+/// The middle of the visible part of a disc, in radii of the disc from its own middle, as a vector across the line of sight. The limbs of the bodies in front
+/// are smooth here. If they cover the disc, some light may remain in valleys of the Moon's limb; the result is then the point of the disc's limb that is
+/// farthest from the largest body.
 pub(crate) fn visible_middle(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>) -> DVec3 {
     let occluding = in_front_of(placed, farther, 0.0);
     let Some((limbs, [along, across])) = limbs_on_disc(&occluding, farther) else { return DVec3::ZERO };

@@ -57,8 +57,8 @@ pub(crate) fn area_px(camera: &Camera, placed: &PlacedBody<'_>) -> f64 {
     }
 }
 
-/// Fraction of the bounding box of a body's outline that is in the frame, times the weight of its position. 0 for an open outline: rays sample
-/// such a body, and a Sun with an open outline counts as entirely in the frame.
+/// Fraction of the bounding box of a body's outline that is in the frame, times the weight of its position. 0 for an open outline: the caller samples such a
+/// body with rays, or counts a Sun with an open outline as entirely in the frame.
 pub(crate) fn weighted_in_frame_fraction(camera: &Camera, placed: &PlacedBody<'_>) -> f64 {
     let Some((box_centre, size)) = bounding_box(camera, placed) else { return 0.0 };
     let inside = (DVec2::ONE.min(box_centre + 0.5 * size) - DVec2::NEG_ONE.max(box_centre - 0.5 * size)).max(DVec2::ZERO);

@@ -20,13 +20,14 @@ use std::sync::Arc;
 /// the ground and air alone; in between its logarithm changes smoothly.
 const WHOLE_PLANET_CLOUD_HEIGHTS: f64 = 2.0;
 
-/// Irradiance of level ground by a clear sky, divided by the radiance for which that sky is exposed (`SurroundingAir::exposure_radiance`): some 13 klx of the
-/// Sun's 128 klx under a high Sun, 4 klx for a Sun at 5 degrees. An estimate without a source, within a factor of 1.5 by day; in twilight it is less.
+/// Irradiance of level ground by a clear sky, divided by the radiance for which that sky is exposed (`SurroundingAir::exposure_radiance`). An estimate without
+/// a source, within a factor of 1.5 by day; in twilight it is less. It gives some 13 klx under a high Sun (the Sun itself gives 128 klx), and 4 klx for a Sun
+/// at 5 degrees.
 const CLEAR_SKY_IRRADIANCE: f64 = 0.3;
 
-/// Steepest slope (rise over run) of the relief that the meter assumes on ground without air. With it, the metered radiance is within a factor of 5 of the mean
-/// over a dozen places of the Moon's drawn ground, at altitudes of the Sun from -2 to 8 degrees; single places scatter more. Smooth ground would have no light
-/// below 0 degrees.
+/// Steepest slope (rise over run) of the relief that the meter assumes on ground without air; smooth ground would have no light from a Sun below the horizon.
+/// Compared with the mean of a dozen places of the Moon's drawn ground, at altitudes of the Sun from -2 to 8 degrees, the metered radiance is within a factor
+/// of 5; single places scatter more.
 const RELIEF_SLOPE: f64 = 0.15;
 /// Height of the camera, in radii of the body, at which the weight of relief has fallen to 0. From higher up, ground on both sides of the terminator is in
 /// view.

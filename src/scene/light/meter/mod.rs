@@ -57,8 +57,8 @@ const TARGET_WEIGHT: f64 = 64.0;
 /// Weight of the Sun if it is the target; larger than that of other targets, because a daylight sky around the Sun is as bright as any ground. Also the weight
 /// of a targeted Sun's corona, and of the target's refracted limbs.
 const SUN_WEIGHT: f64 = 256.0;
-/// Shares of the frame at which the weight of the Sun's disc is halved, because a smaller disc is no longer the subject of the image but a light source in it:
-/// if the Sun is the target, and if not.
+/// Shares of the frame at which the weight of the Sun's disc is halved, if the Sun is the target and if not. A smaller disc is no longer the subject of the
+/// image but a light source in it.
 const SUN_HALF_WEIGHT_SHARES: [f64; 2] = [1e-3, 1e-2];
 /// Weight of the dark sky: if everything bright in the frame has less weight, the image is exposed for the dark sky.
 const DARK_SKY_WEIGHT: f64 = 1e-6;
