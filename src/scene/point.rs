@@ -1,6 +1,8 @@
 //! Points of light: stars, and bodies of a few pixels. This module defines over which diameters a drawn disc replaces a point, and how a point's
 //! light is spread over pixels (the point-spread function).
 //!
+//! In: a flux, the white level, the camera. Out: the sprite's radius and the amplitudes of its core and glare. Not here: which stars and bodies are visible.
+//!
 //! The spread preserves the flux. Its core is a Gaussian of fixed width, lowered so that it is zero at the sprite's rim: a growing sprite gains pixels
 //! without a step. Points whose central pixel is brighter than white also have a glare: here the wide part of a point's spread, not the glare around
 //! the Sun (`light::glare`). It widens with brightness and contains at most 30 % of the light. shaders/entry/point.wesl draws the spread with the

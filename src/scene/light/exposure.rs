@@ -1,4 +1,7 @@
 //! The exposure of an image: the factor from radiance to display values; and the constants of automatic exposure: target levels, photometric units, limits.
+//!
+//! In: stops, from the user or from the light meter. Out: the factor, and the radiance that it shows as white. Not here: the choice of the stops
+//! (`auto_exposure`).
 
 use crate::message::Reason;
 use crate::scene::camera::narrow_scalar;

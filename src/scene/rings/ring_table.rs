@@ -109,8 +109,8 @@ impl RingTables {
 ///
 /// One slant is enough if it varies little across the disc. The criterion: for either half of the disc, the fraction of light that an interval removes differs
 /// by at most 0.004 from the fraction for the slant of the centre. The difference is at most 0.158 `tangent` / `sine`, the product of two factors: 4 / (3 pi),
-/// the distance of a half's centroid in radii of the disc, and about 1 / e, the steepest change of the fraction with the logarithm of the slant. For a lower Sun
-/// the slant of the centre is followed by one slant for each strip of the disc.
+/// the distance of a half's centroid in radii of the disc, and about 1 / e, the steepest change of the fraction with the logarithm of the slant. For a lower
+/// Sun the slant of the centre is followed by one slant for each strip of the disc.
 pub fn slants_of_sunlight(sine: f64, tangent: f64, is_disc_resolved: bool) -> Vec<f64> {
     let slant = |sine: f64| 1.0 / sine.abs().max(MIN_COSINE);
     if !is_disc_resolved || sine.abs() > ONE_SLANT_MIN_ELEVATION_SUN_RADII * tangent {

@@ -117,6 +117,7 @@ fn water_production(heliocentric_magnitude: f64) -> f64 {
     10.0_f64.powf(30.675 - 0.2453 * heliocentric_magnitude - 30.0)
 }
 
+/// The colour scaled to a luminance of 1.
 fn of_luminance_1(rgb: [f64; 3]) -> DVec3 {
     DVec3::from_array(rgb) / luminance(rgb)
 }
@@ -144,6 +145,7 @@ struct ProjectedPoint {
 }
 
 impl CometProjection<'_> {
+    /// The projection of a position, with aberration; `None` behind the near plane.
     fn project(&self, heliocentric_au: DVec3) -> Option<ProjectedPoint> {
         let from_camera = heliocentric_au - self.camera_au;
         let distance = from_camera.length();

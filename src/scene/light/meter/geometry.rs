@@ -27,6 +27,7 @@ pub(crate) struct RayAndLimb {
     pub point: DVec3,
 }
 
+/// Where a ray from the camera passes a body. `direction`: ICRF, of any length.
 pub(crate) fn ray_and_limb(placement: &Placement, direction: DVec3) -> RayAndLimb {
     let origin = placement.camera_in_unit_sphere();
     let ray = placement.direction_in_unit_sphere(direction).normalize();

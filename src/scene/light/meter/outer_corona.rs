@@ -1,5 +1,8 @@
 //! Meters the outer corona by rays of the frame, in two cases. For a camera near the Sun it covers the entire sky, including the hemisphere away from the Sun;
 //! the camera may even be within the inner corona. A body in front of the Sun may hide the inner corona alone.
+//!
+//! In: the metered frame. Out: one subject, the corona beyond the annuli of the inner corona ([`MeteredFrame::corona`]). Always: continuous in the camera's
+//! position.
 
 use super::{ANNULI_TO_RAYS_SINES, AUTO_EXPOSED_MEAN, CORONA_RADII, FRAME_RAYS, LogMean, MeteredFrame, MeteredSubject, SUN_WEIGHT};
 use crate::catalog::NaifId;

@@ -1,4 +1,6 @@
 //! Meters the sunlight that the air at the limbs of bodies in front of the Sun refracts, such as the ring of the Earth's air seen from the eclipsed Moon.
+//!
+//! In: the segments into which `eclipse::refracted_limb` divides each limb. Out: one subject for the limbs of all bodies together.
 
 use super::geometry::{frame_position_weight, outline_position_weight};
 use super::{LogMean, MeteredFrame, MeteredSubject, SUN_WEIGHT, far_weight};
