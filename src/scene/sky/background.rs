@@ -78,7 +78,6 @@ pub(crate) fn background(
     }
     let boost = request.stars_boost.exp2();
     let decided = |effect, on: bool, reason: Reason| Decision { effect, on, reason, stated_error: None };
-
     let comparison = |radiance: f64| match threshold.is_linear() {
         true => threshold.description(radiance),
         false => {
