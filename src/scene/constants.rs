@@ -14,7 +14,8 @@ pub(crate) const RING_BIN_ROWS: u32 = 4;
 pub(crate) const RING_HEADER_ROWS: u32 = RING_BIN_ROWS + 1;
 /// Rows of a ring's table for a slant: the light of large particles and its integral, the light of dust and its integral.
 pub(crate) const RING_ROWS_PER_SLANT: u32 = 4;
-/// Lower limit of the cosine of the angle between a path and a ring's normal; smaller cosines are raised to this value.
+/// Lower limit of the cosine of the angle between a path and a ring's normal; smaller cosines are raised to this value. It is that of a path 50 arcseconds from
+/// the ring's plane, so that the slants span twelve octaves.
 pub const MIN_COSINE: f64 = 1.0 / 4096.0;
 /// Number of strips parallel to a ring's plane into which the Sun's disc is divided, for the penumbra of a low Sun: nodes of a Gauss-Chebyshev rule.
 pub(crate) const SUN_STRIPS: usize = 7;

@@ -27,7 +27,7 @@ pub const GLARE_FRACTION: f64 = 0.3;
 /// Exponent with which the sprite's radius grows with brightness relative to white: a star of first magnitude reaches 1.5 times as far as a star of second
 /// magnitude.
 pub const GLARE_RADIUS_EXPONENT: f64 = 0.45;
-/// Largest radius of a point's sprite.
+/// Largest radius of a point's sprite, a limit on its cost: the glare of the brightest points ends there.
 pub const MAX_RADIUS_PX: f64 = 64.0;
 /// Diameter from which a disc gradually replaces a point; at [`DISC_ONLY_FROM_PX`] only the disc is left. Small discs are drawn too bright, because each pixel
 /// is shaded at one place, where the light is above its mean over the covered part of the pixel. The mean error over all positions of the disc's centre in its

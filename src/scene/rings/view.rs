@@ -22,7 +22,7 @@ use glam::{DVec2, DVec3, Vec2, Vec4};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Number of corners of the polygon around a ring's outline.
+/// Number of corners of the polygon around a ring's outline; they lie 0.05 % outside the outline.
 const OUTLINE_CORNERS: usize = 96;
 /// Maximum number of segments into which a pixel's footprint is divided: a limit on the shader's loop, which only a nearly edge-on ring reaches.
 const MAX_SEGMENTS: f64 = 16.0;
@@ -164,15 +164,15 @@ impl<'a> RingView<'a> {
         let min_cosine = min_cosine.max(height / height.hypot(axis_distance + outer)).max(MIN_COSINE);
         // The angle between a ray and the direction to the body's centre is at most the ring's angular radius, and at most the angle of the farthest
         // corner.
-        let ring_angle = if outer < height.hypot(axis_distance) { (outer / height.hypot(axis_distance)).asin() } else { PI };
-        let spread = corner_rad.min(ring_angle);
+        let ring_rad = if outer < height.hypot(axis_distance) { (outer / height.hypot(axis_distance)).asin() } else { PI };
+        let spread_rad = corner_rad.min(ring_rad);
+        // The narrowest pixel, at the ring's nearest point: a pixel spans a smaller angle away from the middle of the image.
         let gap = (inner - axis_distance).max(axis_distance - outer).max(0.0);
-        // A pixel spans a smaller angle away from the middle of the image.
-        let nearest_pixel = height.hypot(gap) * self.camera.pixel_tangent() / (longest_ray * longest_ray);
+        let narrowest_pixel = height.hypot(gap) * self.camera.pixel_tangent() / (longest_ray * longest_ray);
         RingLimits {
             max_slant_depth: ring.tau_normal / min_cosine,
-            phase_angles_rad: [(self.phase_angle_rad - spread).max(0.0), (self.phase_angle_rad + spread).min(PI)],
-            max_filled: ((outer - inner) / nearest_pixel).min(1.0),
+            phase_angles_rad: [(self.phase_angle_rad - spread_rad).max(0.0), (self.phase_angle_rad + spread_rad).min(PI)],
+            max_filled: ((outer - inner) / narrowest_pixel).min(1.0),
         }
     }
 

@@ -7,7 +7,7 @@
 //! the edges of the frame, and the light of the sky fades towards the top of the air. Only the glare and the corona that the image shows are metered: no glare
 //! of a Sun outside the frame, and no corona that the glare hides or the user switched off. Left out: maps other than city lights (a sea is as bright as a
 //! desert), relief far below the camera, the shadow of rings on a distant planet, the air beyond a near limb, and the light that another body's air adds in
-//! front of bodies behind it.
+//! front of bodies behind it. Weights and limits without a source are judged by eye; tests/scene/metering.rs checks that no exposure jumps.
 
 mod city_lights;
 mod geometry;
