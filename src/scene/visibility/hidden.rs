@@ -92,7 +92,7 @@ fn chord(k: u32) -> (f64, f64) {
 fn limbs_on_disc(occluding: &[&PlacedBody<'_>], farther: &PlacedBody<'_>) -> Option<(Vec<Limb>, [DVec3; 2])> {
     let first = occluding.first()?;
     let towards = farther.placement.centre_km / farther.distance_km;
-    let radius = angular_radius(farther).tan();
+    let radius = farther.angular_radius_rad().tan();
     // Chords run towards the centre of the first occluding body, so that they cross the last thin crescent and resolve it.
     let perpendicular = first.placement.centre_km - towards * towards.dot(first.placement.centre_km);
     let along = perpendicular.try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
@@ -144,11 +144,6 @@ pub(crate) fn visible_middle(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>
     along * middle.x + across * middle.y
 }
 
-/// Angular radius of a body's bounding sphere.
-fn angular_radius(p: &PlacedBody<'_>) -> f64 {
-    (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin()
-}
-
 /// Bodies in front of the body `farther` and within `margin_rad` of its disc, in order of decreasing angular radius.
 fn in_front_of<'p, 'a>(placed: &'p [PlacedBody<'a>], farther: &PlacedBody<'_>, margin_rad: f64) -> Vec<&'p PlacedBody<'a>> {
     let is_occluding = |p: &&PlacedBody<'_>| {
@@ -157,10 +152,10 @@ fn in_front_of<'p, 'a>(placed: &'p [PlacedBody<'a>], farther: &PlacedBody<'_>, m
             && !p.placement.camera_is_inside()
             && is_in_front(p, farther)
             && crate::ephemeris::angle_rad(p.placement.centre_km, farther.placement.centre_km)
-                < angular_radius(p) + angular_radius(farther) + margin_rad
+                < p.angular_radius_rad() + farther.angular_radius_rad() + margin_rad
     };
     let mut found: Vec<_> = placed.iter().filter(is_occluding).collect();
-    found.sort_by(|a, b| angular_radius(b).total_cmp(&angular_radius(a)));
+    found.sort_by(|a, b| b.angular_radius_rad().total_cmp(&a.angular_radius_rad()));
     found
 }
 
@@ -175,7 +170,7 @@ fn compute_visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>)
     // A quick test: a body's inscribed sphere covers the entire disc, for example far below the horizon.
     let covers_disc = |p: &PlacedBody<'_>| {
         let inner = (p.body.radii_km.min_element() / p.distance_km).min(1.0).asin();
-        crate::ephemeris::angle_rad(p.placement.centre_km, farther.placement.centre_km) + angular_radius(farther) < inner
+        crate::ephemeris::angle_rad(p.placement.centre_km, farther.placement.centre_km) + farther.angular_radius_rad() < inner
     };
     if occluding.iter().any(|p| covers_disc(p) && p.limb_profile.is_none()) {
         return DVec3::ZERO;

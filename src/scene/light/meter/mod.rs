@@ -209,7 +209,7 @@ impl<'a> MeteredFrame<'_, 'a> {
     /// Fraction of a body's disc that nearer bodies leave visible.
     fn visible_fraction(&self, p: &PlacedBody<'_>) -> f64 {
         let towards = p.placement.centre_km / p.distance_km;
-        let radius_rad = (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin();
+        let radius_rad = p.angular_radius_rad();
         let is_nearer = |o: &&PlacedBody<'_>| o.body.id != p.body.id && o.distance_km < p.distance_km;
         // The Sun is so bright that bodies of less than a pixel matter, too. In front of other bodies, the meter gives a body an opacity that rises from 0 to 1
         // while its area grows from one pixel to two. A body whose centre is the camera's position has an area of 0: it hides nothing.
