@@ -339,7 +339,11 @@ impl ViewRequest {
         if let ExposureRequest::Stops(stops) | ExposureRequest::Transition { from_stops: stops, .. } = self.exposure
             && !EXPOSURE_RANGE_STOPS.contains(&stops)
         {
-            return invalid(format!("exposure {stops:?}: must be {} to {} stops", EXPOSURE_RANGE_STOPS.start(), EXPOSURE_RANGE_STOPS.end()));
+            return invalid(format!(
+                "exposure {stops:?}: must be {} to {} stops",
+                EXPOSURE_RANGE_STOPS.start(),
+                EXPOSURE_RANGE_STOPS.end()
+            ));
         }
         self.composition.check()?;
         if !STARS_BOOST_RANGE_STOPS.contains(&self.stars_boost) {
