@@ -19,6 +19,7 @@ pub(crate) use error::ProbeError;
 use crate::catalog::Catalog;
 use crate::ephemeris::Ephemeris;
 use crate::render::software::SoftwareRenderer;
+use crate::scene::request::camera_file::direction_of_any_length;
 use crate::session::Session;
 use crate::shader::ShaderLibrary;
 use crate::wording::{echo, echo_within, json_error_text, suggestion_or_list};
@@ -191,9 +192,9 @@ fn first_invalid_field<T: DeserializeOwned>(value: &Value, message: &str) -> Opt
     })
 }
 
-/// The unit vector of a field.
+/// The unit vector of a field, which may have any length but zero.
 fn unit_vector(field: &str, v: [f64; 3]) -> Result<DVec3, ProbeError> {
-    DVec3::from_array(v).try_normalize().ok_or_else(|| format!("field {field:?} has no direction").into())
+    direction_of_any_length(v).map(DVec3::normalize).ok_or_else(|| format!("field {field:?} has no direction").into())
 }
 
 /// The value, with every string in it cut to the length that a message may quote.
@@ -204,5 +205,19 @@ fn with_short_texts(value: &Value) -> Value {
         Value::Array(all) => all.iter().map(with_short_texts).collect(),
         Value::Object(all) => Value::Object(all.iter().map(|(k, v)| (echo_within(k, MAX_QUOTED_CHARS), with_short_texts(v))).collect()),
         other => other.clone(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_vector_of_any_length_but_zero_has_a_direction() {
+        for length in [1e-200, 1.0, 1e200] {
+            let unit = unit_vector("sun", [0.0, 0.0, -length]).expect("a direction");
+            assert!((unit - DVec3::NEG_Z).length() < 1e-12, "{length:e}: {unit}");
+        }
+        assert!(unit_vector("sun", [0.0; 3]).unwrap_err().to_string().contains("\"sun\" has no direction"));
     }
 }

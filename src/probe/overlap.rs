@@ -3,7 +3,7 @@
 //! In: the outline's semi-axes and the distance of the centres in solar radii, the limb darkening and an eclipse model. Out: `blocked`, 0 to 1.
 
 use super::batch::{ProbeBatch, ProbeInputs};
-use super::sunlight::check_limb_darkening;
+use super::sunlight::{check_limb_darkening, u1_at_550_nm, u2_at_550_nm};
 use super::{ProbeError, Prober, QueryKind, alternative, optional, parse_fields};
 use crate::scene::draw::{DrawFeatures, Eclipse, EclipseModel};
 use crate::shader::ModuleId;
@@ -52,7 +52,7 @@ impl Fields {
     /// Coefficients of limb darkening, the Sun's at 550 nm by default. If only one is given, the other is 0.
     fn limb_darkening(&self) -> (f64, f64) {
         match (self.u1, self.u2) {
-            (None, None) => (super::sunlight::u1_at_550_nm(), super::sunlight::u2_at_550_nm()),
+            (None, None) => (u1_at_550_nm(), u2_at_550_nm()),
             (u1, u2) => (u1.unwrap_or(0.0), u2.unwrap_or(0.0)),
         }
     }

@@ -1,9 +1,10 @@
 //! `project`: the pixel at which a body, a star or a direction is drawn in a view.
 //!
-//! `view`, `time` and `size` are those of the query `pixel`. A star is named by its number in the Hipparcos catalog; its proper motion, parallax
-//! and aberration are included. Right ascension and declination give an ICRF direction, to which aberration is applied, but no
-//! parallax. Pixels count from the upper left corner of the image. In a perspective image, positions behind the camera
-//! are not in the frame; the pixel returned for them is that of the opposite direction. In the other projections, positions outside the image have no pixel.
+//! In: `view`, `time` and `size` as in the query `pixel`; a body, a star or a direction. A star is named by its number in the Hipparcos catalog; its proper
+//! motion, parallax and aberration are included. Right ascension and declination give an ICRF direction, to which aberration is applied, but no parallax.
+//! Out: the pixel, counted from the upper left corner of the image, whether it is in the frame, and whether a body hides it. In a perspective image,
+//! positions behind the camera are not in the frame; the pixel returned for them is that of the opposite direction. In the other projections, positions
+//! outside the image have no pixel.
 
 use super::pixel::{IMAGE_SIZE, TIME, VIEW, view_request};
 use super::{ProbeError, Prober, QueryKind, alternative, optional, parse_fields};

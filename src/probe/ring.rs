@@ -1,11 +1,11 @@
 //! `ring-transmission`: the fraction of sunlight that a ring transmits; `ring-shadow`: the fraction that a planet blocks from its ring.
 //!
-//! The shadow of a planet on its ring, which `ring-shadow` asks for, is called [`BodyShadow`] in the code; [`RingShadow`] is the shadow of a ring.
-//! Lengths are in equatorial radii; axes are the body's, with the pole at +z. The ring is a profile given in the query or that of a body in
-//! the catalog.
+//! In: a ring (a profile given in the query, or that of a body in the catalog) or a planet's figure, a point, the direction of the Sun, a model. Out: one
+//! fraction, `transmission` or `blocked`. Lengths are in equatorial radii; axes are the body's, with the pole at +z. The shadow of a planet on its ring, which
+//! `ring-shadow` asks for, is called [`BodyShadow`] in the code; [`RingShadow`] is the shadow of a ring.
 
 use super::batch::{MAP_TAPS, ProbeBatch, ProbeInputs};
-use super::sunlight::check_limb_darkening;
+use super::sunlight::{check_limb_darkening, u1_at_550_nm, u2_at_550_nm};
 use super::{ProbeError, Prober, QueryKind, alternative, optional, parse_fields, required, unit_vector};
 use crate::catalog::{Body, Ring};
 use crate::render::plan::{RING_PROFILE, TextureBinding, TextureSource, ring_profile, uniform_bytes};
@@ -87,7 +87,7 @@ struct BodyShadowFields {
 /// Coordinates of a point and radii of a ring are below this, in equatorial radii.
 const MAX_RADII: f64 = 1e6;
 
-/// Largest optical depth of a ring along its normal. Far less lets no light pass.
+/// Largest optical depth of a ring along its normal. A ring of a far smaller depth already lets no light pass.
 const MAX_TAU: f64 = 1e4;
 
 /// Tangent of the Sun's angular radius, at least 1e-6: a point Sun becomes a very small disc.
@@ -128,6 +128,7 @@ fn evaluate(
     results.first().and_then(|rows| rows.first()).map(|row| f64::from(row[1])).ok_or_else(|| "no answer".into())
 }
 
+/// Sunlight of irradiance 1 from a direction, as the only light of a draw.
 fn sun_light(sun: DVec3) -> Vec<Light> {
     vec![Light { direction_in_body: sun.as_vec3(), irradiance: Vec3::ONE }]
 }
@@ -230,7 +231,7 @@ fn body_shadow(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     };
     let (u1, u2) = match query.model {
         BodyShadowModel::UniformDisc => (0.0, 0.0),
-        _ => (query.u1.unwrap_or(0.40), query.u2.unwrap_or(0.26)),
+        _ => (query.u1.unwrap_or_else(u1_at_550_nm), query.u2.unwrap_or_else(u2_at_550_nm)),
     };
     check_limb_darkening(u1, u2)?;
     let ring = RingUniforms {

@@ -1,7 +1,7 @@
 //! `scatter`: single scattering of sunlight along a ray through an atmosphere, and the ray's transmittance.
 //!
-//! In: an atmosphere, the camera, a direction and the direction of the Sun. Out: `radiance` per unit of solar irradiance, `transmittance`, and whether the ray ends
-//! at the ground.
+//! In: an atmosphere, the camera, a direction and the direction of the Sun. Out: `radiance` per unit of solar irradiance, `transmittance`, and whether the ray
+//! ends at the ground.
 
 use super::batch::{MAP_TAPS, ProbeBatch, ProbeInputs};
 use super::{ProbeError, Prober, QueryKind, parse_fields, required, unit_vector};
@@ -141,8 +141,9 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let features = species::features_of(&atmosphere, model);
     let key = ShaderKey::for_draw(&DrawFeatures { surface: Surface::Sky, lights: 1, air: features, ..DrawFeatures::MINIMAL });
     let module = ModuleId::Probe("probe_scatter", key);
-    // Terms that would cancel in f32 are computed here in f64, as for the shader of a draw. `nearest` is the point of the ray's line nearest to the planet's centre;
-    // from |camera|^2 - along^2 its distance would cancel for a distant camera. The numbers are in the order in which shaders/entry/probe_scatter.wesl reads them.
+    // Terms that would cancel in f32 are computed here in f64, as for the shader of a draw. `nearest` is the point of the ray's line nearest to the planet's
+    // centre. Its distance is not computed as sqrt(|camera|^2 - along^2), which would cancel for a distant camera. The numbers are in the order in which
+    // shaders/entry/probe_scatter.wesl reads them.
     let along = camera.dot(direction);
     let nearest = camera - along * direction;
     let nearest_radius_sq_minus_1 = nearest.length_squared() - 1.0;

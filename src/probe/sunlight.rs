@@ -1,10 +1,10 @@
-//! `sunlight`: the fraction of the Sun's light that other bodies leave at a point on a body's ground. That the ground may be on the night side, or in the shadow of
-//! the body's own rings, is ignored.
+//! `sunlight`: the fraction of the Sun's light that other bodies leave at a point on a body's ground. That the ground may be on the night side, or in the
+//! shadow of the body's own rings, is ignored.
 //!
-//! `fraction` uses one limb darkening law for all channels, with `u1` 0.40 and `u2` 0.26 (the Sun at 550 nm) unless the query gives others. It
-//! is the green channel; with one law, channels differ only in the model `refracted`. `rgb` uses the catalog's law per channel. `by` lists the
-//! fraction that each body alone blocks, in green. The models `linear` and `uniform-disc` have no limb darkening and ignore `u1` and `u2`. The time is
-//! that at which the light arrives at the ground.
+//! In: a body, a place on it, the time at which the light arrives at the ground, an eclipse model, coefficients of limb darkening. Out: `fraction`, `rgb` and
+//! `by`. `fraction` uses one law of limb darkening for all channels, with `u1` 0.40 and `u2` 0.26 (the Sun at 550 nm) unless the query gives others. It is the
+//! green channel; with one law, channels differ only in the model `refracted`. `rgb` uses the catalog's law per channel. `by` lists the fraction that each
+//! body alone blocks, in green. The models `linear` and `uniform-disc` have no limb darkening and ignore `u1` and `u2`.
 
 use super::batch::{MAP_TAPS, ProbeBatch, ProbeInputs};
 use super::{ProbeError, Prober, QueryKind, optional, parse_fields, required};
@@ -37,6 +37,7 @@ struct Fields {
     u2: f64,
 }
 
+/// The default coefficients of limb darkening, for the Sun at 550 nm. They are defaults of the queries only; the catalog's green channel has 0.47 and 0.23.
 pub(super) fn u1_at_550_nm() -> f64 {
     0.40
 }

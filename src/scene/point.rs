@@ -1,6 +1,8 @@
 //! Points of light: stars, and bodies of a few pixels. This module defines over which diameters a drawn disc replaces a point, and how a point's
 //! light is spread over pixels (the point-spread function).
 //!
+//! In: a flux, the white level, the camera. Out: the sprite's radius and the amplitudes of its core and glare. Not here: which stars and bodies are visible.
+//!
 //! The spread preserves the flux. Its core is a Gaussian of fixed width, lowered so that it is zero at the sprite's rim: a growing sprite gains pixels
 //! without a step. Points whose central pixel is brighter than white also have a glare: here the wide part of a point's spread, not the glare around
 //! the Sun (`light::glare`). It widens with brightness and contains at most 30 % of the light. shaders/entry/point.wesl draws the spread with the
@@ -9,6 +11,7 @@
 use crate::catalog::NaifId;
 use crate::scene::camera::{self, Camera};
 use crate::scene::draw::Point;
+use crate::scene::numeric::smooth_rise;
 use crate::scene::placed::PlacedBody;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
@@ -24,20 +27,19 @@ pub const GLARE_FRACTION: f64 = 0.3;
 /// Exponent with which the sprite's radius grows with brightness relative to white: a star of first magnitude reaches 1.5 times as far as a star of second
 /// magnitude.
 pub const GLARE_RADIUS_EXPONENT: f64 = 0.45;
-/// Largest radius of a point's sprite.
+/// Largest radius of a point's sprite, a limit on its cost: the glare of the brightest points ends there.
 pub const MAX_RADIUS_PX: f64 = 64.0;
-/// Diameter from which a disc gradually replaces a point; at [`DISC_ONLY_FROM_PX`] only the disc is left. Small discs are drawn too bright, because each pixel is shaded
-/// at one place, where the light is above its mean over the covered part of the pixel. The mean error over all positions of the disc's centre in its pixel
-/// (computed outside this program): a disc 4 pixels wide is 6 % too bright at full phase and within 10 % if half lit; a disc 2 pixels wide is 18 % too bright at
-/// full phase and within 25 % if half lit.
+/// Diameter from which a disc gradually replaces a point; at [`DISC_ONLY_FROM_PX`] only the disc is left. Small discs are drawn too bright, because each pixel
+/// is shaded at one place, where the light is above its mean over the covered part of the pixel. The mean error over all positions of the disc's centre in its
+/// pixel (computed outside this program): a disc 4 pixels wide is 6 % too bright at full phase and within 10 % if half lit; a disc 2 pixels wide is 18 % too
+/// bright at full phase and within 25 % if half lit.
 pub(crate) const POINT_ONLY_BELOW_PX: f64 = 2.0;
 /// See [`POINT_ONLY_BELOW_PX`].
 pub(crate) const DISC_ONLY_FROM_PX: f64 = 4.0;
 
 /// Fraction of a body's light that is drawn as a disc, by the disc's diameter; the point has the rest.
 pub fn disc_share(diameter_px: f64) -> f64 {
-    let x = ((diameter_px - POINT_ONLY_BELOW_PX) / (DISC_ONLY_FROM_PX - POINT_ONLY_BELOW_PX)).clamp(0.0, 1.0);
-    x * x * (3.0 - 2.0 * x)
+    smooth_rise((POINT_ONLY_BELOW_PX, DISC_ONLY_FROM_PX), diameter_px)
 }
 
 /// As [`disc_share`]; the entire light if the user has switched points off. `points`: the user's choice of that effect.
@@ -67,7 +69,7 @@ pub(crate) fn point_radius_px(peak: f64) -> f64 {
 pub fn point_spread(radius_px: f64) -> [f64; 2] {
     let glare = GLARE_FRACTION * (1.0 - (POINT_RADIUS_PX / radius_px).powi(2)).max(0.0);
     // The glare is (1 - r^2 / R^2)^2 (1 + r^2 / a^2)^-1.5, R the sprite's radius and a the scale radius. Substituting u = 1 + r^2 / a^2 gives its
-    // integral over the circle in closed form; `v` is u at the rim, `k` is a^2 / R^2.
+    // integral over the circle, divided by pi a^2, in closed form. `v` is u at the rim, `k` is a^2 / R^2, and the first factor is (c - k u)^2.
     let v = 1.0 + (radius_px / GLARE_SCALE_RADIUS_PX).powi(2);
     let k = 1.0 / (v - 1.0);
     let c = 1.0 + k;
@@ -78,11 +80,14 @@ pub fn point_spread(radius_px: f64) -> [f64; 2] {
 /// The body's flux as a point, linear RGB: the radiance that it would have if it filled one pixel.
 pub(crate) fn flux(camera: &Camera, placed: &PlacedBody<'_>) -> DVec3 {
     let direction = placed.placement.centre_km / placed.distance_km;
-    let cos_off_axis = direction.dot(camera.forward);
-    // Solid angle of a pixel at this angle from the axis, where perspective shrinks it by the cosine's third power.
-    let pixel_sr = camera.pixel_tangent().powi(2) * cos_off_axis.max(1e-3).powi(3);
     // In the units used, radiance 1 is that of a white Lambert plane under irradiance 1, which is 1 / pi per steradian: hence the factor.
-    placed.body.colour.as_dvec3() * (placed.irradiance * PI / pixel_sr)
+    placed.body.colour.as_dvec3() * (placed.irradiance * PI / pixel_sr(camera, direction))
+}
+
+/// Solid angle of a pixel in a direction (unit vector): perspective shrinks it by the third power of the cosine of the angle to the axis. The lower limit of
+/// the cosine keeps it above 0 in directions beside the frame.
+pub(crate) fn pixel_sr(camera: &Camera, direction: DVec3) -> f64 {
+    camera.pixel_tangent().powi(2) * direction.dot(camera.forward).max(1e-3).powi(3)
 }
 
 /// The radius at which a sprite's glare has only a fraction (`part`) of the light that it has at `radius_px`.

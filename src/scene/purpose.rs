@@ -3,8 +3,8 @@
 //! In: the requested purpose and the exposure. Out: a `Threshold`, with which decisions compare the change that an effect makes. Always: for linear light, an
 //! effect is kept if it changes a pixel's radiance by more than a relative floor, which belongs to the purpose; on black, any light is kept. For a display, an
 //! effect is kept if it may change a displayed 8-bit level: if it adds more than [`VISIBLE_LIGHT`] of white to black, or changes a pixel by more than the
-//! fraction [`VISIBLE_CHANGE`]. Not here: limits of size (a disc under two pixels is only a point; a faint rim of an atmosphere, thinner than half a pixel, is
-//! left out), which do not depend on the exposure, and the maximum number of lights and occluders of a draw.
+//! fraction [`VISIBLE_CHANGE`]. Not here: limits of size, which do not depend on the exposure (a disc under two pixels is only a point; a faint rim of an
+//! atmosphere, thinner than half a pixel, is left out); and the maximum number of lights and occluders of a draw.
 
 use crate::message::{Reason, reason};
 use crate::scene::thresholds::{VISIBLE_CHANGE, VISIBLE_LIGHT};

@@ -1,9 +1,9 @@
 //! The error of each model of each effect, which `explain` prints and tests verify.
 //!
 //! In: a model, one of the features of a draw. Out: [`StatedError`]. Always: where the error is a fraction of light, a test reads it from here as its
-//! tolerance. Where it is a fraction of a pixel, the model is chosen only if its shadow's edges are off by at most this much: for `sphere` by flattening
-//! ([`sphere_shadow_offset`], which a test verifies) and by the penumbra's width, for `point-sun` by the penumbra's width. Not here: which model a draw gets
-//! (air, eclipse, rings) and what it costs (`bench --effects`, docs/measurements.md).
+//! tolerance. Where it is a fraction of a pixel, the model is chosen only if its shadow's edges are off by at most this much. For `point-sun` the penumbra's
+//! width decides, for `sphere` also the flattening ([`sphere_shadow_offset`], which a test verifies). Not here: which model a draw gets (air, eclipse, rings)
+//! and what it costs (`bench --effects`, docs/measurements.md).
 
 use crate::message::{Reason, message, reason};
 use crate::scene::draw::{AtmosphereModel, BodyShadow, EclipseModel, RingShadow};
@@ -119,20 +119,24 @@ pub fn of_body_shadow(model: BodyShadow) -> Option<StatedError> {
     }
 }
 
-/// Upper limit of the distance between the edges of two shadows on the ring: that of a sphere and that of the oblate globe. Lengths are in equatorial radii.
+/// Upper limit of the distance between the edges of two shadows on the ring: that of a sphere and that of the globe. Lengths are in equatorial radii.
 /// `sin_elevation`: sine of the Sun's elevation above the ring's plane; `outer_radius`: that of the ring.
 ///
 /// In the ring's plane both shadows are half-ellipses around the centre. Both are as wide as the equator. They reach out to 1 / `sin_elevation` (the sphere's)
-/// and q / `sin_elevation` (the globe's), where q is half the height of the globe's outline as seen from the Sun. In each direction the ratio of the two radii
-/// lies between q and 1. The edges are therefore apart by at most 1 - q times the distance from the centre to the farther edge; this distance is limited by the
-/// ring's outer radius and by the shadow's own tip. If both shadows extend beyond the ring's outer edge, the difference of their half widths at that edge is a
-/// second limit. Measured by tests/rings/reference_tables.rs.
+/// and q / `sin_elevation` (the globe's), where q is half the height of the globe's outline as seen from the Sun, below 1 for an oblate globe and above 1 for a
+/// prolate one. In each direction the ratio of the two radii lies between q and 1. The edges are therefore apart by at most |1 - q| times the distance from the
+/// centre to the farther edge; this distance is limited by the ring's outer radius and by the longer shadow's tip. If both shadows extend beyond the ring's
+/// outer edge, the difference of their half widths at that edge is a second limit. Measured by tests/rings/reference_tables.rs for oblate globes.
 pub fn sphere_shadow_offset(polar_radius: f64, sin_elevation: f64, outer_radius: f64) -> f64 {
     let q = (polar_radius * polar_radius * (1.0 - sin_elevation * sin_elevation) + sin_elevation * sin_elevation).sqrt();
     let half_width = |tip: f64| (1.0 - outer_radius * outer_radius / (tip * tip)).sqrt();
     let (sphere_tip, globe_tip) = (1.0 / sin_elevation.abs().max(1e-9), q / sin_elevation.abs().max(1e-9));
-    let radial_limit = (1.0 - q) * outer_radius.min(sphere_tip);
-    if outer_radius < globe_tip { radial_limit.min(half_width(sphere_tip) - half_width(globe_tip)) } else { radial_limit }
+    let radial_limit = (1.0 - q).abs() * outer_radius.min(sphere_tip.max(globe_tip));
+    if outer_radius < sphere_tip.min(globe_tip) {
+        radial_limit.min((half_width(sphere_tip) - half_width(globe_tip)).abs())
+    } else {
+        radial_limit
+    }
 }
 
 /// Error or softness of a shadow's edges, in pixels, above which the more accurate model is chosen.
@@ -142,6 +146,18 @@ pub(crate) const MAX_EDGE_ERROR_PX: f64 = 0.5;
 mod tests {
     use super::*;
     use crate::scene::effects::Effect;
+
+    /// A prolate globe's shadow is longer than that of a sphere, and wider at the same distance from the centre.
+    #[test]
+    fn a_prolate_globe_has_an_offset_too() {
+        // At radius 1.9 the half widths are 0.312 (sphere, tip at 2) and 0.567 (globe, tip at 2.307).
+        let across = sphere_shadow_offset(1.2, 0.5, 1.9);
+        assert!((across - 0.255).abs() < 1e-3, "{across}");
+        // A wide ring contains both tips.
+        let along = sphere_shadow_offset(1.2, 0.5, 10.0);
+        assert!((0.3065..0.4).contains(&along), "{along}");
+        assert_eq!(sphere_shadow_offset(1.0, 0.5, 10.0), 0.0);
+    }
 
     #[test]
     fn a_costlier_model_is_more_accurate_and_every_model_is_listed() {

@@ -1,8 +1,8 @@
 //! Chooses the renderer, and falls back to software when the GPU cannot draw.
 //!
 //! In: the user's preference, and plans. Out: frames. The software renderer is always available. A GPU is opened for the first frame, or earlier by
-//! [`Devices::start_opening_gpu`]. If it is missing or fails, this is reported in one line and the plan is drawn in software; so are all later plans if the device
-//! has become unusable. Outside a window, a missing GPU that the user requires is an error.
+//! [`Devices::start_opening_gpu`]. If it is missing or fails, this is reported in one line and the plan is drawn in software; so are all later plans if the
+//! device has become unusable. Outside a window, a missing GPU that the user requires is an error.
 
 #[cfg(feature = "gpu")]
 use super::gpu_device as gpu;

@@ -50,7 +50,8 @@ fn luminance([r, g, b, _]: &[f32; 4]) -> f64 {
 
 impl Session {
     /// Draws `request` with and without `effect`, and compares. `stops`: the exposure of the view, which both images get. `already_on`: the view already has
-    /// the effect, by its request or automatically; otherwise the effect is switched on for the comparison. `of_body`: the effect is switched only for this body.
+    /// the effect, by its request or automatically; otherwise the effect is switched on for the comparison. `of_body`: the effect is switched for this body
+    /// alone.
     ///
     /// # Errors
     /// The reason why the view cannot be drawn.

@@ -17,7 +17,7 @@ pub(crate) const PHOBOS: NaifId = NaifId(401);
 const RADIUS_KM: f64 = 11.0;
 
 /// The text of a Wavefront OBJ file of a bumpy sphere, and its number of triangles. Vertices lie in circles of latitude from south to north, whose `row` is 0
-/// at the southern pole and `bands` at the northern one.
+/// at the southern pole and `bands`, at least 2, at the northern one.
 fn bumpy_sphere(bands: u32) -> (String, u32) {
     let columns = 2 * bands;
     let position = |column: u32, row: u32| {

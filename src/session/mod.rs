@@ -161,8 +161,8 @@ pub fn read_catalog(folder: Option<&Path>) -> Result<Catalog, SessionError> {
     if !folder.exists() {
         return Err(no_folder(folder, "--catalogs takes a folder of catalog files"));
     }
-    let entries = std::fs::read_dir(folder).map_err(|e| file_error(folder, e))?;
-    let mut paths: Vec<PathBuf> = entries.flatten().map(|e| e.path()).filter(|p| p.extension().is_some_and(|x| x == "toml")).collect();
+    let entries = std::fs::read_dir(folder).and_then(|all| all.collect::<std::io::Result<Vec<_>>>()).map_err(|e| file_error(folder, e))?;
+    let mut paths: Vec<PathBuf> = entries.iter().map(|e| e.path()).filter(|p| p.extension().is_some_and(|x| x == "toml")).collect();
     paths.retain(|p| p.file_name().is_some_and(|name| name != "Cargo.toml"));
     paths.sort();
     let mut files = Vec::new();

@@ -82,8 +82,8 @@ pub(crate) fn uniforms_of_fraction(
     // of the two corrections.
     let sun_phase_correction = placed.phase_brightness();
     let phase_ratio = |l: &IncidentLight| {
-        let phase_angle = crate::ephemeris::angle_rad(l.direction, -placed.placement.centre_km);
-        photometry::phase_correction(body, phase_angle, placed.distance_km / body.radii_km.x) / sun_phase_correction.max(1e-6)
+        let phase_angle_rad = crate::ephemeris::angle_rad(l.direction, -placed.placement.centre_km);
+        photometry::phase_correction(body, phase_angle_rad, placed.distance_km / body.radii_km.x) / sun_phase_correction.max(1e-6)
     };
     let to_body_frame = |l: &IncidentLight| Light {
         direction_in_body: camera::narrow((placed.body_from_icrf * l.direction).normalize()),

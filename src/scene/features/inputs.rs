@@ -42,8 +42,8 @@ pub(crate) struct FrameContext<'a> {
 pub(crate) struct DecisionInputs<'c, 'a> {
     pub frame: &'c FrameContext<'c>,
     pub placed: &'c PlacedBody<'a>,
-    /// Diameter of a circle with the area of the body's outline, if that is an ellipse in the frame. Otherwise an estimate from radius and distance; 0 behind the
-    /// camera.
+    /// Diameter of a circle with the area of the body's outline, if that is an ellipse in the frame. Otherwise an estimate from radius and distance; 0 behind
+    /// the camera.
     pub diameter_px: f64,
     /// The rectangle that bounds the globe or mesh in the image; `None` if the body is outside the image.
     pub rect: Option<ClipRect>,
@@ -112,7 +112,7 @@ fn ring_view<'c>(frame: &'c FrameContext<'c>, placed: &'c PlacedBody<'_>) -> Opt
         placement: &placed.placement,
         sun: (placed.body_from_icrf * placed.sun_from_body_km).normalize(),
         sun_distance_km: placed.sun_from_body_km.length(),
-        phase_angle: placed.phase_angle_rad,
+        phase_angle_rad: placed.phase_angle_rad,
         irradiance: lights::sunlight(placed.sun_from_body_km).irradiance.x,
         threshold: frame.threshold,
         caches: frame.context.caches,

@@ -74,8 +74,8 @@ fn possible_globes(chosen: FeatureSelection, body: &Body, view: PixelView) -> im
     })
 }
 
-/// The pairs of ring shadow and air pass under an atmosphere: each ring shadow with air evaluated per pixel; where the air can be interpolated from a coarse
-/// image, also no ring shadow with each way of reading that image.
+/// The pairs of ring shadow and air pass under an atmosphere. Each ring shadow occurs with air that is evaluated per pixel. Where the air can be interpolated
+/// from a coarse image, each way of reading that image occurs without a ring shadow.
 fn shadows_and_air_passes(air: AtmosphereModel, view: PixelView) -> impl Iterator<Item = (RingShadow, AirPass)> {
     let coarse = !matches!(air, AtmosphereModel::None | AtmosphereModel::Vertex) && view.shows_radiance();
     let without_coarse_image = RingShadow::ALL.map(|shadow| (shadow, AirPass::None));

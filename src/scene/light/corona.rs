@@ -3,11 +3,11 @@
 //! In: the apparent position of the Sun, the threshold, the date, the glare that the frame draws. Out: [`Corona`], the uniforms of shaders/entry/corona.wesl,
 //! and the reason; for the light meter, the corona's weight and its radiance law. The corona is drawn around the Sun, not on its disc; nearer bodies hide it,
 //! and the air in front dims it. It is left out if it changes the glare by less than the threshold. A Sun outside the frame has no glare (`glare`), so the
-//! corona beside it is drawn; while the Sun enters the frame the glare grows, and the corona is left out once it no longer makes a visible difference. The
+//! corona beside it is drawn. While the Sun enters the frame the glare grows; the corona is left out once it no longer makes a visible difference. The
 //! light meter counts a corona under the same conditions, so that no image is exposed for one that is not drawn. K and F corona are combined: averaged over
-//! position angle they follow Baumbach's law, and isophotes are flattened by Ludendorff's index, which varies with the sunspot cycle. Left out: streamers, the
-//! change of the mean brightness within a cycle (a factor of two between eclipses), prominences and chromosphere, and the view of a camera inside the corona:
-//! the law is that of an observer far outside. From 15 to 25 degrees from the Sun the corona fades into the zodiacal light (scene::sky::zodiacal).
+//! position angle they follow Baumbach's law, and isophotes are flattened by Ludendorff's index, which varies with the sunspot cycle. From 15 to 25 degrees
+//! from the Sun the corona fades into the zodiacal light (scene::sky::zodiacal). Left out: streamers; the change of the mean brightness within a cycle (a
+//! factor of two between eclipses); prominences and chromosphere; the view from inside the corona, because the law is that of an observer far outside.
 
 use crate::catalog::NaifId;
 use crate::message::{Reason, reason};
@@ -25,8 +25,8 @@ use crate::time::Instant;
 use crate::units::{DAYS_PER_JULIAN_YEAR, KM_PER_AU};
 use glam::{DVec3, Vec3, Vec4};
 
-/// Ratio of the radiance at the disc's centre to the disc's mean radiance in the visual band, rounded: with the catalog's limb darkening,
-/// 1 / (1 - u1/3 - u2/6) is 1.21 in red, 1.24 in green and 1.31 in blue. Baumbach's figures are in units of the radiance at the disc's centre.
+/// Ratio of the radiance at the disc's centre to the disc's mean radiance in the visual band, rounded. Baumbach's figures are in units of the radiance at the
+/// centre. With the catalog's limb darkening the ratio, 1 / (1 - u1/3 - u2/6), is 1.21 in red, 1.24 in green and 1.31 in blue.
 const CENTRE_OVER_MEAN: f64 = 1.2;
 
 /// Baumbach 1937, Astron. Nachr. 263, 121: coefficients, in millionths of the radiance of the disc's centre, and exponents of 1 / distance.
@@ -109,7 +109,7 @@ pub fn flattening(time: Instant) -> f64 {
     LUDENDORFF_INDEX.0 + (LUDENDORFF_INDEX.1 - LUDENDORFF_INDEX.0) * activity(time)
 }
 
-/// Distance from the Sun's centre, in solar radii, within which the corona is brighter than `min_radiance`.
+/// Distance from the Sun's centre, in solar radii, within which the corona is brighter than `min_radiance`; at most 1e5 (465 au).
 fn radius_at_radiance(min_radiance: f64) -> f64 {
     let (mut near, mut far) = (1.0_f64, 1e5_f64);
     for _ in 0..50 {
@@ -174,6 +174,7 @@ pub(crate) fn corona(
     let up = (pole - towards * pole.dot(towards)).try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
     let sin_camera_latitude = pole.dot(towards).abs();
     let in_sun_axes = |v: DVec3| DVec3::new(v.dot(towards.cross(up)), v.dot(up), v.dot(towards));
+    // The lower limit is for a Sun beside the frame.
     let cos_off_axis = towards.dot(camera.forward).clamp(0.1, 1.0);
     let limb_radiance = radiance(1.0);
     let cutoff = threshold.cutoff_radiance(VISIBLE_LIGHT);

@@ -1,4 +1,7 @@
 //! The exposure of an image: the factor from radiance to display values; and the constants of automatic exposure: target levels, photometric units, limits.
+//!
+//! In: stops, from the user or from the light meter. Out: the factor, and the radiance that it shows as white. Not here: the choice of the stops
+//! (`auto_exposure`).
 
 use crate::message::Reason;
 use crate::scene::camera::narrow_scalar;
@@ -36,13 +39,13 @@ impl Exposure {
 /// Exposure of the pixel view `cost`, in stops: 2^14 instructions are white.
 pub(crate) const COST_STOPS: f64 = -14.0;
 /// Display level, as a linear fraction of white, at which automatic exposure shows the mean radiance of a metered subject (brightest channel), such as a fully
-/// lit disc: details twice as bright as the mean reach white but are not clipped, and a coloured body keeps its colour.
+/// lit disc. Details twice as bright as the mean then reach white without being clipped, and a coloured body keeps its colour.
 pub const AUTO_EXPOSED_MEAN: f64 = 0.5;
 /// The same level for the Sun's disc: its centre reaches white, and the darkened limb stays below white.
 pub const AUTO_EXPOSED_SUN: f64 = 0.85;
-/// Luminance in cd/m2 of radiance 1, which is that of a white plane facing the Sun at 1 au: the illuminance of V = -26.76 with 2.54e-6 lux for V = 0 (Allen
-/// 1976, Astrophysical Quantities), 128 klx, divided by pi. Good to 5 %, a fourteenth of a stop: published solar illuminance constants lie between 128 and
-/// 134 klx.
+/// Luminance in cd/m2 of radiance 1, which is that of a white plane facing the Sun at 1 au: its illuminance divided by pi. With 2.54e-6 lux for V = 0 (Allen
+/// 1976, Astrophysical Quantities), the Sun's V = -26.76 is 128 klx. Good to 5 %, a fourteenth of a stop: published solar illuminance constants lie between
+/// 128 and 134 klx.
 pub const CD_M2_PER_RADIANCE: f64 = 128_000.0 / std::f64::consts::PI;
 /// Luminance that a camera's sensor shows as white at EV 0 and ISO 100, cd/m2; it is proportional to 2^EV (ISO 12232's saturation-based speed with a lens
 /// of transmittance 0.65: 78 / (100 x 0.65)). At EV 15, usual for sunlit ground, a radiance of 1 is white to 0.05 stop.

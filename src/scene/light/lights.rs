@@ -42,10 +42,10 @@ fn reflected_light(source: &Reflector<'_>, receiver_km: DVec3) -> Option<Inciden
     if distance_km <= source.body.radii_km.max_element() {
         return None;
     }
-    let phase_angle = crate::ephemeris::angle_rad(-to_source, source.sun_from_body_km);
+    let phase_angle_rad = crate::ephemeris::angle_rad(-to_source, source.sun_from_body_km);
     let radius_sq_km2 = source.body.radii_km.element_product().cbrt().powi(2);
     let sun_distance_km = source.sun_from_body_km.length();
-    let irradiance = photometry::irradiance_at_viewer(source.body, phase_angle, sun_distance_km, distance_km, radius_sq_km2);
+    let irradiance = photometry::irradiance_at_viewer(source.body, phase_angle_rad, sun_distance_km, distance_km, radius_sq_km2);
     Some(IncidentLight { from: source.body.id, direction: to_source / distance_km, irradiance: source.body.colour.as_dvec3() * irradiance })
 }
 

@@ -1,9 +1,10 @@
 //! Published phase laws: brightness of the planets' globes and of the Moon as a function of phase angle.
 //!
-//! In: a body and a phase angle. Out: its brightness relative to zero phase; the brightness at zero phase follows from the catalog's geometric albedo. Sources:
-//! planets: Mallama and Hilton 2018, "Computing apparent planetary magnitudes for The Astronomical Almanac", Astronomy and Computing 25, 10-24, the V-band
-//! polynomials without the terms of rotation and without Saturn's rings; the Moon: 0.026 a + 4.0e-9 a^4 mag, a in degrees (Allen 1976, Astrophysical
-//! Quantities, 3rd ed., section 66).
+//! In: a body and a phase angle. Out: its brightness relative to zero phase; the brightness at zero phase follows from the catalog's geometric albedo.
+//!
+//! Source for the planets: Mallama and Hilton 2018, "Computing apparent planetary magnitudes for The Astronomical Almanac", Astronomy and Computing 25, 10-24,
+//! the V-band polynomials without the terms of rotation and without Saturn's rings. Source for the Moon: Allen 1976, Astrophysical Quantities, 3rd ed., section
+//! 66: 0.026 a + 4.0e-9 a^4 mag, a in degrees.
 
 use crate::catalog::NaifId;
 

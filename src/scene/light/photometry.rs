@@ -2,7 +2,7 @@
 //! magnitudes.
 //!
 //! Units: a white Lambert plane facing a unit irradiance has radiance 1 (no factor pi), and irradiance 1 is the Sun's at 1 au. A body of geometric albedo p
-//! at full phase then has the mean radiance p times its irradiance.
+//! at full phase then has the mean radiance p times its irradiance. `alpha` is the phase angle in radians, 0..=pi.
 
 use crate::catalog::{Body, NaifId, Photometry};
 use crate::scene::light::phase_laws;
@@ -16,8 +16,8 @@ pub(crate) const SUN_V_MAGNITUDE_AT_1_AU: f64 = -26.76;
 
 /// Geometric albedo of a photometric model for an albedo map of value 1; for an emissive body the mean of its limb darkening over the disc.
 ///
-/// At zero phase mu0 = mu, and the disc average has the weight 2 mu dmu. The averages: Lambert 2/3; Lommel-Seeliger (normalised as 2 mu0/(mu + mu0)) 1; McEwen's
-/// lunar-Lambert the weighted mean of these two; Oren-Nayar 2a/3 + b/2, with its coefficients a and b.
+/// At zero phase mu0 = mu, and the disc average has the weight 2 mu dmu. The averages: Lambert 2/3; Lommel-Seeliger (normalised as 2 mu0/(mu + mu0)) 1;
+/// McEwen's lunar-Lambert the weighted mean of these two; Oren-Nayar 2a/3 + b/2, with its coefficients a and b.
 pub fn model_geometric_albedo(model: &Photometry) -> [f64; 3] {
     match *model {
         Photometry::Emissive { u1, u2 } => [0, 1, 2].map(|k| 1.0 - u1[k] / 3.0 - u2[k] / 6.0),
@@ -37,8 +37,8 @@ fn oren_nayar_a_b(roughness_deg: f64) -> (f64, f64) {
     (1.0 - 0.5 * sigma_sq / (sigma_sq + 0.33), 0.45 * sigma_sq / (sigma_sq + 0.09))
 }
 
-/// Radiance of a facet under unit irradiance, for an albedo map of value 1, as in shaders/lib/photometry, from the cosines of incidence, emission and
-/// phase angle; 0 if the Sun or the viewer is below the facet's horizon. Always 1 for an emissive body.
+/// Radiance of a facet under unit irradiance, for an albedo map of value 1, as in shaders/lib/photometry. It is 0 if the Sun or the viewer is below the facet's
+/// horizon, and always 1 for an emissive body.
 pub fn reflectance(model: &Photometry, cos_incidence: f64, cos_emission: f64, cos_phase: f64) -> f64 {
     let (mu0, mu) = (cos_incidence, cos_emission);
     if mu0 <= 0.0 || mu <= 0.0 {
@@ -65,6 +65,7 @@ pub(crate) fn lambert_phase(alpha: f64) -> f64 {
 
 /// Phase function of a Lommel-Seeliger sphere, 1 at zero phase (Lester, McCall and Tatum 1979).
 fn lommel_seeliger_phase(alpha: f64) -> f64 {
+    // At both ends the product below is 0 times infinity.
     if alpha < 1e-9 {
         return 1.0;
     }
@@ -80,7 +81,7 @@ fn oren_nayar_phase(roughness_deg: f64, alpha: f64) -> f64 {
     let (a, b) = oren_nayar_a_b(roughness_deg);
     let model = Photometry::OrenNayar { roughness_deg };
     let (nlon, nlat) = (96, 48);
-    // The lit and visible part has photometric longitudes from alpha - 90 to 90 degrees; the viewer is at longitude 0, the Sun at alpha.
+    // The lit and visible part has photometric longitudes from alpha - 90 to 90 degrees. The viewer is at longitude 0, the Sun at alpha.
     let (from, to) = (alpha - PI / 2.0, PI / 2.0);
     // Both hemispheres reflect the same.
     let cos_latitudes: Vec<f64> = (0..nlat / 2).map(|j| (PI * ((f64::from(j) + 0.5) / f64::from(nlat) - 0.5)).cos()).collect();
@@ -97,7 +98,7 @@ fn oren_nayar_phase(roughness_deg: f64, alpha: f64) -> f64 {
     integral / PI / (2.0 * a / 3.0 + b / 2.0)
 }
 
-/// Phase function of the model: brightness at phase angle `alpha` (radians, 0..=pi) relative to zero phase.
+/// Phase function of the model: brightness at phase angle `alpha` relative to zero phase.
 pub fn model_phase(model: &Photometry, alpha: f64) -> f64 {
     let value = match *model {
         Photometry::Emissive { .. } => 1.0,
@@ -113,7 +114,7 @@ pub fn model_phase(model: &Photometry, alpha: f64) -> f64 {
 }
 
 /// Phase function of the body: the published law if there is one, else that of the model. Beyond its limit the published law is continued in proportion to
-/// the model. `alpha`: phase angle, radians.
+/// the model.
 pub(crate) fn phase(body: &Body, alpha: f64) -> f64 {
     let Some(law) = phase_laws::law(body.id) else { return model_phase(&body.photometry, alpha) };
     let limit_rad = law.limit_deg.to_radians();
@@ -124,16 +125,20 @@ pub(crate) fn phase(body: &Body, alpha: f64) -> f64 {
     }
 }
 
-/// Factor by which the drawn radiance is multiplied so that the disc's total brightness follows the published phase law.
-///
-/// The factor describes the entire disc, so it applies in full only beyond 20 radii. It is 1 within 4 radii, where a viewer sees a landscape
-/// whose phase angle varies from point to point. In between it changes smoothly with the logarithm of the distance.
+/// Distances of the viewer, in radii of the body, between which [`phase_correction`] sets in. Chosen, not derived: within the first a viewer sees a landscape
+/// whose phase angle varies from point to point, beyond the second the entire disc at nearly one phase angle.
+const PHASE_CORRECTION_RADII: [f64; 2] = [4.0, 20.0];
+
+/// Factor by which the drawn radiance is multiplied so that the disc's total brightness follows the published phase law. It applies in full beyond the second
+/// of [`PHASE_CORRECTION_RADII`], is 1 within the first, and changes smoothly with the logarithm of the distance in between.
 pub fn phase_correction(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
     let model = model_phase(&body.photometry, alpha);
+    // At a phase angle of 180 degrees the model has no light that could be corrected.
     if model < 1e-9 || matches!(body.photometry, Photometry::Emissive { .. }) {
         return 1.0;
     }
-    let weight = smoothstep((distance_radii / 4.0).ln() / 5f64.ln());
+    let [from, to] = PHASE_CORRECTION_RADII;
+    let weight = smoothstep((distance_radii / from).ln() / (to / from).ln());
     (phase(body, alpha) / model).powf(weight)
 }
 
@@ -156,8 +161,8 @@ pub(crate) fn projected_radius_sq_km2(radii_km: DVec3, n: DVec3) -> f64 {
 
 /// Irradiance that the body causes at a viewer, in units of the Sun's at 1 au.
 ///
-/// `alpha`: phase angle, radians. `sun_distance_km`, `viewer_distance_km`: distances of the body from the Sun and from the viewer; `radius_sq_km2`: squared
-/// radius of a circle with the area of the body's outline.
+/// `sun_distance_km`, `viewer_distance_km`: distances of the body from the Sun and from the viewer; `radius_sq_km2`: squared radius of a circle with the area
+/// of the body's outline.
 pub fn irradiance_at_viewer(body: &Body, alpha: f64, sun_distance_km: f64, viewer_distance_km: f64, radius_sq_km2: f64) -> f64 {
     let solid_angle = radius_sq_km2 / (viewer_distance_km * viewer_distance_km);
     if body.id == NaifId::SUN || matches!(body.photometry, Photometry::Emissive { .. }) {

@@ -1,4 +1,6 @@
 //! The decision on planet-shine: the reflected light of other bodies on a body's ground, in addition to sunlight.
+//!
+//! In: the lights that other bodies reflect onto the body (`lights`). Out: those that are drawn, strongest first, and the reason.
 
 use crate::catalog::NaifId;
 use crate::message::reason;

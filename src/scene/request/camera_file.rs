@@ -106,10 +106,17 @@ up        "north" (of what is looked at), "zenith", "celestial", "ecliptic", or
           else "north"
 fov_deg   vertical field of view, degrees"#;
 
+/// A vector along `values` that can be normalised: the vector itself, or a shorter or longer one if the squares of its components overflow or vanish. `None` if
+/// it is zero or not finite.
+pub(crate) fn direction_of_any_length(values: [f64; 3]) -> Option<DVec3> {
+    let given = DVec3::from_array(values);
+    let scaled = if given.length_squared().is_normal() { given } else { given / given.abs().max_element() };
+    scaled.is_finite().then_some(scaled)
+}
+
 /// The vector of a direction; an error if it is zero. `what`: its place in the file, for the error.
 fn direction(values: [f64; 3], what: &str) -> Result<DVec3, SceneError> {
-    let v = DVec3::from_array(values);
-    if v.is_finite() && v.length() > 0.0 { Ok(v) } else { Err(SceneError::Request(format!("{what}: the direction must not be zero"))) }
+    direction_of_any_length(values).ok_or_else(|| SceneError::Request(format!("{what}: the direction must not be zero")))
 }
 
 /// The up direction of a name such as `zenith`.
@@ -177,5 +184,20 @@ impl CameraFile {
             request.fov_deg = self.fov_deg;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_direction_of_any_length_but_zero_can_be_normalised() {
+        for length in [1e-300, 1e-160, 1.0, 1e200, f64::MAX] {
+            let unit = direction([0.0, -length, 0.0], "look").expect("a direction").normalize();
+            assert!((unit - DVec3::NEG_Y).length() < 1e-12, "{length:e}: {unit}");
+        }
+        assert_eq!(direction([1.0, 2.0, 3.0], "look").expect("a direction"), DVec3::new(1.0, 2.0, 3.0));
+        assert!(direction([0.0; 3], "camera file, look").unwrap_err().to_string().contains("must not be zero"));
     }
 }

@@ -1,7 +1,7 @@
 //! The request for a view: camera position and direction, field of view, exposure, layers and effects.
 //!
 //! In: values and texts from the command line or the window, or a camera file (a JSON file that describes a camera). Out: a [`ViewRequest`], which
-//! names bodies by NAIF code. This module does not use the ephemeris; names are resolved against the catalog by [`CameraFile::resolve`](camera_file::CameraFile::resolve).
+//! names bodies by NAIF code. This module does not use the ephemeris; [`CameraFile::resolve`] looks up names in the catalog.
 
 pub mod camera_file;
 pub mod composition;

@@ -13,6 +13,7 @@ use crate::scene::request::layers::Layers;
 use crate::time::Instant;
 use glam::DVec3;
 use serde::Deserialize;
+use std::ops::RangeInclusive;
 
 /// Axes in which a vector of a request is given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
@@ -200,8 +201,14 @@ impl Quality {
     }
 }
 
-/// Largest width and height of an image, pixels.
+/// Largest width and height of an image, pixels: the largest texture that most GPUs support.
 pub(crate) const MAX_IMAGE_PX: u32 = 16384;
+/// Fields of view that a perspective image may have, degrees; the smallest is a third of a milliarcsecond.
+const FOV_RANGE_DEG: RangeInclusive<f64> = 1e-7..=170.0;
+/// Exposures that a request may give, stops: far beyond those of the Sun's disc and of the darkest sky.
+const EXPOSURE_RANGE_STOPS: RangeInclusive<f64> = -60.0..=60.0;
+/// Stops by which stars may be brightened or darkened.
+const STARS_BOOST_RANGE_STOPS: RangeInclusive<f64> = -30.0..=30.0;
 
 /// One view. `target` may be missing only if `look` gives a direction.
 #[derive(Clone, Debug, PartialEq)]
@@ -233,7 +240,7 @@ pub struct ViewRequest {
     pub effects: EffectOverrides,
     /// Layers drawn behind and over the bodies.
     pub layers: Layers,
-    /// Stops by which stars, Milky Way and zodiacal light are brightened.
+    /// Stops by which stars, Milky Way and zodiacal light are brightened, -30 to 30.
     pub stars_boost: f64,
     /// The selected body; `None`: the target.
     pub selected: Option<NaifId>,
@@ -303,10 +310,10 @@ impl ViewRequest {
             return invalid(format!("size {}x{}: each side must be 1 to {MAX_IMAGE_PX} pixels", self.width, self.height));
         }
         if let Some(fov) = self.fov_deg
-            && !(1e-7..=170.0).contains(&fov)
+            && !FOV_RANGE_DEG.contains(&fov)
             && self.composition.projection == Projection::Perspective
         {
-            return invalid(format!("field of view {fov:?}: must be 0.0000001 to 170 degrees"));
+            return invalid(format!("field of view {fov:?}: must be {} to {} degrees", FOV_RANGE_DEG.start(), FOV_RANGE_DEG.end()));
         }
         if let Position::Over { distance_radii: Some(d), .. } = self.position
             && !(d > 0.0 && d.is_finite())
@@ -330,13 +337,18 @@ impl ViewRequest {
             return invalid("the camera's offset must be finite".into());
         }
         if let ExposureRequest::Stops(stops) | ExposureRequest::Transition { from_stops: stops, .. } = self.exposure
-            && !(-60.0..=60.0).contains(&stops)
+            && !EXPOSURE_RANGE_STOPS.contains(&stops)
         {
-            return invalid(format!("exposure {stops:?}: must be -60 to 60 stops"));
+            return invalid(format!(
+                "exposure {stops:?}: must be {} to {} stops",
+                EXPOSURE_RANGE_STOPS.start(),
+                EXPOSURE_RANGE_STOPS.end()
+            ));
         }
         self.composition.check()?;
-        if !(-30.0..=30.0).contains(&self.stars_boost) {
-            return invalid(format!("stars boost {:?}: must be -30 to 30 stops", self.stars_boost));
+        if !STARS_BOOST_RANGE_STOPS.contains(&self.stars_boost) {
+            let (boost, range) = (self.stars_boost, STARS_BOOST_RANGE_STOPS);
+            return invalid(format!("stars boost {boost:?}: must be {} to {} stops", range.start(), range.end()));
         }
         if !self.time.tdb_seconds_past_j2000().is_finite() {
             return invalid("the time is not a finite number".into());

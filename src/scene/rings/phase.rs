@@ -22,9 +22,10 @@ pub use crate::scene::constants::MIN_COSINE;
 pub(crate) fn power_law_factor() -> f64 {
     static FACTOR: OnceLock<f64> = OnceLock::new();
     *FACTOR.get_or_init(|| {
-        let (n, h) = (4096, std::f64::consts::PI / 4096.0);
-        let sum: f64 = (0..n).map(|k| (f64::from(k) + 0.5) * h).map(|y| y.powf(PHASE_EXPONENT) * y.sin()).sum();
-        2.0 / (sum * h)
+        const STEPS: u32 = 4096;
+        let step = std::f64::consts::PI / f64::from(STEPS);
+        let sum: f64 = (0..STEPS).map(|k| (f64::from(k) + 0.5) * step).map(|y| y.powf(PHASE_EXPONENT) * y.sin()).sum();
+        2.0 / (sum * step)
     })
 }
 

@@ -107,10 +107,10 @@ impl RingTables {
 /// Slants of sunlight (1 / sine of its angle to the ring's plane) for the rows of a shadow's table. `sine`: sine of the elevation of the Sun's centre
 /// over the plane; `tangent`: tangent of the Sun's angular radius.
 ///
-/// One slant is enough if it varies so little across the disc that the fraction which an interval removes from the light of either half of the disc differs by
-/// at most 0.004 from that for the slant of the centre. The difference is at most 0.158 `tangent` / `sine`: about 4 / (3 pi), the distance of a half's centroid
-/// in radii of the disc, times 1 / e, the steepest change of the fraction with the logarithm of the slant. For a lower Sun the slant of the centre is followed
-/// by one slant for each strip of the disc.
+/// One slant is enough if it varies little across the disc. The criterion: for either half of the disc, the fraction of light that an interval removes differs
+/// by at most 0.004 from the fraction for the slant of the centre. The difference is at most 0.158 `tangent` / `sine`, the product of two factors: 4 / (3 pi),
+/// the distance of a half's centroid in radii of the disc, and about 1 / e, the steepest change of the fraction with the logarithm of the slant. For a lower
+/// Sun the slant of the centre is followed by one slant for each strip of the disc.
 pub fn slants_of_sunlight(sine: f64, tangent: f64, is_disc_resolved: bool) -> Vec<f64> {
     let slant = |sine: f64| 1.0 / sine.abs().max(MIN_COSINE);
     if !is_disc_resolved || sine.abs() > ONE_SLANT_MIN_ELEVATION_SUN_RADII * tangent {

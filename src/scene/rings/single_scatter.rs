@@ -5,7 +5,7 @@
 
 use std::f64::consts::PI;
 
-/// The two parts into which the layer's plane cuts the Sun's disc, first that with the Sun's centre: for each its fraction of the disc, and the mean sine
+/// The two parts into which the layer's plane cuts the Sun's disc; the first contains the Sun's centre. For each: its fraction of the disc, and the mean sine
 /// of its elevation over its own side of the plane. `sine`: sine of the centre's elevation, not negative; `tangent`: tangent of the Sun's angular radius.
 pub fn sun_disc_parts(sine: f64, tangent: f64) -> [[f64; 2]; 2] {
     if sine >= tangent {

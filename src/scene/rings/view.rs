@@ -22,9 +22,9 @@ use glam::{DVec2, DVec3, Vec2, Vec4};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Number of corners of the polygon around a ring's outline.
+/// Number of corners of the polygon around a ring's outline; they lie 0.05 % outside the outline.
 const OUTLINE_CORNERS: usize = 96;
-/// Maximum number of segments into which a pixel's footprint is divided.
+/// Maximum number of segments into which a pixel's footprint is divided: a limit on the shader's loop, which only a nearly edge-on ring reaches.
 const MAX_SEGMENTS: f64 = 16.0;
 /// Polar over equatorial radius of the thin spheroid that represents a ring when its outline is computed.
 const OUTLINE_THICKNESS: f64 = 1e-6;
@@ -64,8 +64,8 @@ pub(crate) struct RingView<'a> {
     /// Unit vector to the Sun, body axes.
     pub sun: DVec3,
     pub sun_distance_km: f64,
-    /// Phase angle at the body's centre, radians.
-    pub phase_angle: f64,
+    /// Phase angle at the body's centre.
+    pub phase_angle_rad: f64,
     /// Irradiance of a plane that faces the Sun.
     pub irradiance: f64,
     /// The threshold below which a ring is left out.
@@ -83,8 +83,8 @@ struct FrameLimits {
     longest_ray: f64,
     /// Smallest cosine between a ray of the frame and the rings' normal.
     min_cosine: f64,
-    /// Largest angle between the body's centre and a corner of the frame, radians.
-    corner_angle: f64,
+    /// Largest angle between the body's centre and a corner of the frame.
+    corner_rad: f64,
 }
 
 /// Limits of how a ring is seen, over all pixels that may show it.
@@ -92,7 +92,7 @@ struct RingLimits {
     /// Optical depth along the flattest ray.
     max_slant_depth: f64,
     /// The smallest and the largest phase angle.
-    phase_angles: [f64; 2],
+    phase_angles_rad: [f64; 2],
     /// The largest fraction of a pixel that the ring fills.
     max_filled: f64,
 }
@@ -139,9 +139,11 @@ impl<'a> RingView<'a> {
     /// The camera's height over the rings' plane and its distance from the body's axis, equatorial radii.
     fn camera_height_and_axis_distance(&self) -> (f64, f64) {
         let viewer = self.placement.body_from_icrf * -self.placement.centre_km / self.body.radii_km.x;
+        // Above 0, so that a camera in the plane has finite slants.
         (viewer.z.abs().max(1e-9), viewer.truncate().length())
     }
 
+    /// The limits that all rings of the frame share.
     fn frame_limits(&self) -> FrameLimits {
         let (height, axis_distance) = self.camera_height_and_axis_distance();
         let corners = self.corner_rays();
@@ -151,26 +153,26 @@ impl<'a> RingView<'a> {
         let to_one_side = corners.iter().all(|r| r.z > 0.0) || corners.iter().all(|r| r.z < 0.0);
         let min_cosine = if to_one_side { corners.iter().map(|r| r.z.abs()).fold(f64::INFINITY, f64::min) / longest_ray } else { 0.0 };
         let centre = self.placement.body_from_icrf * self.placement.centre_km;
-        let corner_angle = corners.iter().map(|r| crate::ephemeris::angle_rad(*r, centre)).fold(0.0, f64::max);
-        FrameLimits { height, axis_distance, longest_ray, min_cosine, corner_angle }
+        let corner_rad = corners.iter().map(|r| crate::ephemeris::angle_rad(*r, centre)).fold(0.0, f64::max);
+        FrameLimits { height, axis_distance, longest_ray, min_cosine, corner_rad }
     }
 
     /// Limits over all pixels that may show a ring.
     fn limits(&self, ring: &Ring, frame: &FrameLimits) -> RingLimits {
-        let &FrameLimits { height, axis_distance, longest_ray, min_cosine, corner_angle } = frame;
+        let &FrameLimits { height, axis_distance, longest_ray, min_cosine, corner_rad } = frame;
         let [inner, outer] = [ring.inner_km, ring.outer_km].map(|r| r / self.body.radii_km.x);
         let min_cosine = min_cosine.max(height / height.hypot(axis_distance + outer)).max(MIN_COSINE);
         // The angle between a ray and the direction to the body's centre is at most the ring's angular radius, and at most the angle of the farthest
         // corner.
-        let ring_angle = if outer < height.hypot(axis_distance) { (outer / height.hypot(axis_distance)).asin() } else { PI };
-        let spread = corner_angle.min(ring_angle);
+        let ring_rad = if outer < height.hypot(axis_distance) { (outer / height.hypot(axis_distance)).asin() } else { PI };
+        let spread_rad = corner_rad.min(ring_rad);
+        // The narrowest pixel, at the ring's nearest point: a pixel spans a smaller angle away from the middle of the image.
         let gap = (inner - axis_distance).max(axis_distance - outer).max(0.0);
-        // A pixel spans a smaller angle away from the middle of the image.
-        let nearest_pixel = height.hypot(gap) * self.camera.pixel_tangent() / (longest_ray * longest_ray);
+        let narrowest_pixel = height.hypot(gap) * self.camera.pixel_tangent() / (longest_ray * longest_ray);
         RingLimits {
             max_slant_depth: ring.tau_normal / min_cosine,
-            phase_angles: [(self.phase_angle - spread).max(0.0), (self.phase_angle + spread).min(PI)],
-            max_filled: ((outer - inner) / nearest_pixel).min(1.0),
+            phase_angles_rad: [(self.phase_angle_rad - spread_rad).max(0.0), (self.phase_angle_rad + spread_rad).min(PI)],
+            max_filled: ((outer - inner) / narrowest_pixel).min(1.0),
         }
     }
 
@@ -179,7 +181,7 @@ impl<'a> RingView<'a> {
         let limits = self.limits(ring, frame);
         let albedo = ring.albedo.iter().copied().fold(0.0, f64::max);
         // Large particles are brightest at the smallest phase angle. The phase function of dust has one minimum, so its maximum is at an end of the range.
-        let [smallest, largest] = limits.phase_angles;
+        let [smallest, largest] = limits.phase_angles_rad;
         // Few rings have dust, and its phase function is the costly one.
         let of_dust = if ring.dust > 0.0 { dust_phase(smallest).max(dust_phase(largest)) * ring.dust } else { 0.0 };
         let phase = large_particle_phase(smallest.cos()) * (1.0 - ring.dust) + of_dust;
@@ -246,8 +248,8 @@ impl<'a> RingView<'a> {
         let farthest_km = self.body.radii_km.x / sine.max(1e-9);
         let max_removed_fraction =
             rings.iter().filter(|r| r.inner_km < farthest_km).map(|r| -(-r.tau_normal / sine.max(MIN_COSINE)).exp_m1()).fold(0.0, f64::max);
-        // Half the penumbra's width in the rings' plane, for the point of the globe that is farthest from the plane: its distance along the sunlight is about
-        // 1 / sine, and the light crosses the plane obliquely, which stretches the width by 1 / sine.
+        // Half the penumbra's width in the rings' plane, for the point of the globe that is farthest from the plane. The distance along the sunlight is about
+        // 1 / sine; the light crosses the plane obliquely, which stretches the width by another 1 / sine.
         let penumbra_px = tangent / sine.max(tangent) / sine.max(tangent) * self.pixels_per_radius();
         let model = if penumbra_px > MAX_EDGE_ERROR_PX { RingShadow::Penumbra } else { RingShadow::PointSun };
         let (degrees, light) = (sine.asin().to_degrees(), self.threshold.change_description(max_removed_fraction));
@@ -351,8 +353,8 @@ impl<'a> RingView<'a> {
         (min.x < max.x && min.y < max.y).then_some(ClipRect { left: min.x, top: max.y, right: max.x, bottom: min.y })
     }
 
-    /// Maximum number of segments into which shaders/lib/ring/surface.wesl divides a pixel's footprint: 32 for each equatorial radius of the longest
-    /// footprint's length.
+    /// Maximum number of segments into which shaders/lib/ring/surface.wesl divides a pixel's footprint: one for each 32nd of an equatorial radius along the
+    /// longest footprint, at most [`MAX_SEGMENTS`].
     fn max_segments(&self) -> f64 {
         let (height, axis_distance) = self.camera_height_and_axis_distance();
         let outer = self.outermost_km() / self.body.radii_km.x;
@@ -378,7 +380,7 @@ impl<'a> RingView<'a> {
             sin_elevation: self.sun.z,
             sun_tangent: self.sun_tangent(sun_radius_km),
         };
-        // Radiance of the ground per unit of ring-shine.
+        // Radiance of the ground per unit of ring-shine. At least 0.01, so that a catalog albedo of 0 does not switch the light off.
         let ground_radiance = self.irradiance * self.body.geometric_albedo.max(0.01);
         let upper_limit = geometry.upper_limit() * ground_radiance;
         if user_choice == Some(false) || user_choice.is_none() && !self.threshold.is_exceeded_by_radiance(upper_limit) {

@@ -78,8 +78,6 @@ pub(crate) fn background(
     }
     let boost = request.stars_boost.exp2();
     let decided = |effect, on: bool, reason: Reason| Decision { effect, on, reason, stated_error: None };
-    // Like stars, the background is drawn if it reaches half a display level on black.
-    let is_visible = |radiance: f64| radiance > threshold.cutoff_radiance(VISIBLE_LIGHT);
     let comparison = |radiance: f64| match threshold.is_linear() {
         true => threshold.description(radiance),
         false => {
@@ -96,7 +94,7 @@ pub(crate) fn background(
         let light = comparison(max_map_radiance);
         let reason =
             if map.is_milky_way { reason!("milky-way-clouds", light = light) } else { reason!("milky-way-panorama", light = light) };
-        decided("milky-way", is_visible(max_map_radiance), reason)
+        decided("milky-way", threshold.is_exceeded_by_radiance(max_map_radiance), reason)
     };
     let sun = placed.iter().find(|p| p.body.id == NaifId::SUN);
     let (to_sun, sun_au) = sun.map_or((DVec3::X, 0.0), |s| (s.placement.centre_km / s.distance_km, s.distance_km / KM_PER_AU));
@@ -107,7 +105,11 @@ pub(crate) fn background(
     } else if sun_au < zodiacal::NEAREST_AU {
         decided("zodiacal-light", false, reason!("zodiacal-near-sun", distance = zodiacal::NEAREST_AU))
     } else {
-        decided("zodiacal-light", is_visible(max_zodiacal_radiance), reason!("zodiacal-at-most", light = comparison(max_zodiacal_radiance)))
+        decided(
+            "zodiacal-light",
+            threshold.is_exceeded_by_radiance(max_zodiacal_radiance),
+            reason!("zodiacal-at-most", light = comparison(max_zodiacal_radiance)),
+        )
     };
     let (draws_map, draws_zodiacal) = (milky_way.on, zodiacal_light.on);
     let map_from_icrf = map.frame.icrf_from_frame().transpose();

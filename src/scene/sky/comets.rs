@@ -21,7 +21,7 @@ use crate::scene::decision::Decision;
 use crate::scene::draw::{PixelView, StarSprite};
 use crate::scene::light::photometry::irradiance_of_magnitude;
 use crate::scene::numeric::smoothstep;
-use crate::scene::point::{point_peak, point_radius_px};
+use crate::scene::point::{pixel_sr, point_peak, point_radius_px};
 use crate::scene::request::view_request::ViewRequest;
 use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SPEED_OF_LIGHT_KM_S, luminance};
 use glam::{DVec2, DVec3, Vec2, Vec3};
@@ -46,7 +46,7 @@ const DUST_FRACTION: f64 = 0.4;
 const ION_FRACTION: f64 = 0.12;
 /// Heliocentric distances, au, at which an approaching comet's tails start to grow, and at which they are complete.
 const TAILS_AU: (f64, f64) = (3.0, 1.5);
-/// Fraction of white below which a tail, or a segment of it, is left out.
+/// Fraction of white below which a tail, or a segment of it, is left out: 0.8 of an 8-bit level on black.
 const MIN_LEVEL: f64 = 1.0 / 4096.0;
 /// Opacity of a comet's orbit at the comet.
 const ORBIT_OPACITY: f64 = 0.6;
@@ -56,9 +56,9 @@ const MAX_ION_LENGTH_AU: f64 = 0.8;
 /// Radius of the dense part of a coma, au (80 000 km), and tangent of the ion tail's half opening angle.
 const COMA_AU: f64 = 80_000.0 / KM_PER_AU;
 const ION_SPREAD: f64 = 0.03;
-/// Integral of an ion ribbon's Gaussian cross profile from edge to edge, divided by the ribbon's half width.
+/// Integral over x from -1 to 1, the edges, of an ion ribbon's cross profile, (1 - x^2)^2 exp(-2 x^2).
 const RIBBON_PROFILE_INTEGRAL: f64 = 0.839_4;
-/// Integral of a dust patch's cross profile from edge to edge, divided by the patch's width.
+/// Mean over x from -1 to 1 of a dust patch's cross profile, 1 - x^2 (3 - 2 |x|).
 const PATCH_PROFILE_INTEGRAL: f64 = 0.5;
 /// Linear RGB of the ion tail (CO+, whose bands lie from 400 to 500 nm) and of the coma (with the green bands of C2), chosen by eye; [`of_luminance_1`] scales
 /// them.
@@ -74,7 +74,7 @@ pub struct TailSegment {
     pub edges: [Vec2; 2],
     /// Radiance on the ribbon's centre line.
     pub radiance: [f32; 2],
-    /// 1: a Gaussian cross profile; 0: a profile such that overlapping neighbours add up to a uniform sheet.
+    /// 1: a cross profile like a Gaussian; 0: a profile such that overlapping neighbours add up to a uniform sheet.
     pub softness: f32,
     /// Linear RGB of luminance 1.
     pub colour: Vec3,
@@ -117,6 +117,7 @@ fn water_production(heliocentric_magnitude: f64) -> f64 {
     10.0_f64.powf(30.675 - 0.2453 * heliocentric_magnitude - 30.0)
 }
 
+/// The colour scaled to a luminance of 1.
 fn of_luminance_1(rgb: [f64; 3]) -> DVec3 {
     DVec3::from_array(rgb) / luminance(rgb)
 }
@@ -144,20 +145,19 @@ struct ProjectedPoint {
 }
 
 impl CometProjection<'_> {
+    /// The projection of a position, with aberration; `None` behind the near plane.
     fn project(&self, heliocentric_au: DVec3) -> Option<ProjectedPoint> {
         let from_camera = heliocentric_au - self.camera_au;
         let distance = from_camera.length();
-        let apparent = aberrated(from_camera / distance, self.velocity_km_s) * distance;
-        let clip = self.camera.clip(apparent)?;
-        let depth_au = apparent.dot(self.camera.forward);
-        let cos_off_axis = (depth_au / distance).max(1e-3);
-        let pixel_tangent = self.camera.pixel_tangent();
+        let direction = aberrated(from_camera / distance, self.velocity_km_s);
+        let clip = self.camera.clip(direction)?;
+        let depth_au = direction.dot(self.camera.forward) * distance;
         let px = clip * self.camera.half_size();
         (depth_au > NEAR_AU).then(|| ProjectedPoint {
             px,
             depth: NEAR_AU / depth_au,
-            gain: PI / (pixel_tangent * pixel_tangent * cos_off_axis.powi(3)),
-            px_per_au: 1.0 / (depth_au * pixel_tangent),
+            gain: PI / pixel_sr(self.camera, direction),
+            px_per_au: 1.0 / (depth_au * self.camera.pixel_tangent()),
         })
     }
 
@@ -223,7 +223,8 @@ impl CometProjection<'_> {
             (0..SYNDYNES).map(|line| (0..STATIONS).map(|k| grain(orbit, days, age(k), beta(line))).collect()).collect();
         let projected: Vec<Vec<Option<ProjectedPoint>>> =
             syndynes.iter().map(|line| line.iter().map(|p| self.project(*p)).collect()).collect();
-        // Grains are produced and lit in inverse proportion to the squared distance from the Sun; the exponential thins out old grains.
+        // Grains are produced and lit in inverse proportion to the squared distance from the Sun. The exponential thins out old grains, so that the tail has
+        // no visible end; its time scale is chosen.
         let production = |k: usize| {
             let (release_au, current_au) = (heliocentric_state(orbit, days - age(k)).position.length(), syndynes[0][k].length());
             (age(k + 1) - age(k)) / (release_au * release_au * current_au * current_au) * (-age(k) / (0.4 * MAX_AGE_DAYS)).exp()
@@ -290,8 +291,9 @@ impl CometProjection<'_> {
         let direction = ion_direction(state);
         let along = |k: usize| length_au * (k as f64 / (STATIONS - 1) as f64).powf(1.5);
         let stations: Vec<_> = (0..STATIONS).map(|k| self.project(state.position + direction * along(k))).collect();
+        // The tail starts narrower than the coma and is at least 1.4 pixels wide, so that it has no gaps.
         let half_px = |k: usize| stations[k].map_or(1.0, |s: ProjectedPoint| (0.4 * COMA_AU + ION_SPREAD * along(k)) * s.px_per_au + 0.7);
-        // Relative light of the part of the tail beyond a station.
+        // Relative light of the part of the tail beyond a station: an exponential that falls by e^3 over the length, lowered to 0 at the end.
         let beyond = |k: usize| (-3.0 * along(k) / length_au).exp() - (-3.0_f64).exp();
         let irradiance: Vec<f64> = (0..STATIONS - 1).map(|k| light * (beyond(k) - beyond(k + 1)) / beyond(0)).collect();
         self.ribbon(&stations, &irradiance, &(0..STATIONS).map(half_px).collect::<Vec<_>>(), of_luminance_1(ION_RGB), segments);

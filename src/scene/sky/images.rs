@@ -15,7 +15,8 @@ use std::sync::Arc;
 
 /// Smallest size of a sky image in the frame, pixels.
 const MIN_SIZE_PX: f64 = 0.5;
-/// Finite-difference step along the tangent plane for its axes under aberration, radians.
+/// Finite-difference step along the tangent plane for its axes under aberration, radians: small against the angles over which aberration varies, large against
+/// rounding.
 const STEP_RAD: f64 = 1e-4;
 
 /// Uniforms of an image on the sky.

@@ -1,10 +1,10 @@
 //! Minor planets as points of light: the inputs of the vertex stage of shaders/entry/minor_planets.wesl.
 //!
 //! In: the orbits of the catalog's small bodies, the camera, the white level. Out: [`MinorPlanets`]: columns that do not change from frame to frame,
-//! each body's time since its perihelion, and uniforms. Always: times are reduced to at most half a period in f64 before they are narrowed, and the
-//! heliocentric camera position is split into two f32 vectors, so that a body's position is accurate to 1e-6 of its semi-major axis up to e = 0.97
-//! (for larger e see tests/scene/minor_planets.rs). Brightness follows the H,G law. A body too faint for the exposure is drawn at [`MARK_LEVEL`], so
-//! the layer is off by default. Left out: perturbations since the elements' epoch.
+//! each body's time since its perihelion, and uniforms. Always: a body's position is accurate to 1e-6 of its semi-major axis up to e = 0.97 (for larger
+//! e see tests/scene/minor_planets.rs). For this, times are reduced to at most half a period in f64 before they are narrowed, and the heliocentric camera
+//! position is split into two f32 vectors. Brightness follows the H,G law. A body too faint for the exposure is drawn at [`MARK_LEVEL`], so the layer is
+//! off by default. Left out: perturbations since the elements' epoch.
 
 use super::minor_planet_columns::MinorPlanetColumns;
 use crate::catalog::small_bodies::GAUSS_CONSTANT;

@@ -6,14 +6,14 @@
 //!   table by 3 % at most between B-V = -0.05 and 1.15;
 //! - redder, where the fit falls to 2900 K at 1.8 and to nothing soon after, the black body with this index.
 //!
-//! Indices outside -0.33..=2.4 are clamped: nothing bluer exists without an error of measurement, and stars redder than 2.4 owe it to dust or to bands of
-//! carbon. What B-V cannot tell: all stars from O3 to B0 (46 000 K to 31 000 K) lie within 0.03 magnitudes, so that an error of 0.01 changes the temperature
-//! by up to a third; and interstellar dust reddens most hot stars in the catalog, which then seem too cool (Zeta Orionis: -0.20, 18 700 K here, about
-//! 29 500 K by its spectrum). Red giants and red dwarfs of one index differ by up to 15 %; the fit is right for giants, because no red dwarf is bright enough
-//! for the built-in catalog but one of type M0. Red supergiants such as Betelgeuse seem 8 % too cool.
+//! Indices outside -0.33..=2.4 are clamped: bluer ones are errors of measurement, and stars redder than 2.4 owe it to dust or to bands of carbon. Errors: all
+//! stars from O3 to B0 (46 000 K to 31 000 K) lie within 0.03 magnitudes, so that an error of 0.01 changes the temperature by up to a third. Interstellar dust
+//! reddens most hot stars in the catalog, which then seem too cool (Zeta Orionis: -0.20, 18 700 K here, about 29 500 K by its spectrum). Red giants and red
+//! dwarfs of one index differ by up to 15 %; the fit is right for giants, and the built-in catalog has only one red dwarf, of type M0. Red supergiants such as
+//! Betelgeuse seem 8 % too cool.
 //!
-//! The colours that are drawn do not follow from this temperature, but from the black body with the star's index (`star_colour`): the index is a colour
-//! already, and a black body as hot as an O star would be bluer than the star.
+//! The colours that are drawn follow from the black body with the star's index (`star_colour`), not from this temperature: a black body as hot as an O star
+//! would be bluer than the star.
 
 use super::star_colour::black_body_k;
 
@@ -57,10 +57,10 @@ const FLOWER: [f64; 8] = [
 ];
 /// Where the fit meets the black body: both give 3547 K, and are less than 1 K apart.
 const REDDEST_OF_FIT: f64 = 1.676;
-/// Beyond it nothing is known of the temperature; the same bound as for the colours.
+/// Largest index for which a temperature is computed; the same limit as for the colours.
 const MAX_B_V: f64 = 2.4;
 
-/// Effective temperature in kelvin that stars of this colour index have on average. Its errors are in the module's comment.
+/// Effective temperature in kelvin that stars of this colour index have on average. The module's comment states its errors.
 pub fn temperature_k(b_v: f64) -> f64 {
     let b_v = b_v.clamp(HOT[0].0, MAX_B_V);
     if let Some([(left, left_k), (right, right_k)]) = HOT.array_windows::<2>().find(|[_, (right, _)]| b_v < *right) {

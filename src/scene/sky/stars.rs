@@ -18,7 +18,7 @@ use crate::scene::camera::{Camera, narrow, narrow_scalar};
 use crate::scene::decision::Decision;
 use crate::scene::draw::{PixelView, StarSprite};
 use crate::scene::light::photometry::{irradiance_of_magnitude, magnitude};
-use crate::scene::point::{point_peak, point_radius_px};
+use crate::scene::point::{pixel_sr, point_peak, point_radius_px};
 use crate::scene::purpose::Threshold;
 use crate::scene::request::view_request::ViewRequest;
 use crate::scene::thresholds::VISIBLE_LIGHT;
@@ -52,6 +52,7 @@ pub struct StarPlacer {
 }
 
 impl StarPlacer {
+    /// For the stars of the catalog, a viewer, and the time of a request.
     pub fn of(catalog: &Catalog, viewer: &Viewer, request: &ViewRequest) -> Self {
         Self::of_stars(&catalog.stars(), viewer, request)
     }
@@ -65,6 +66,7 @@ impl StarPlacer {
         }
     }
 
+    /// The apparent place of a star.
     pub fn place(&self, star: &Star) -> ApparentStar {
         let vector = star_from_viewer(star, self.years_since_epoch, self.viewer_au);
         // Avoids a division by zero for a viewer at the star.
@@ -89,6 +91,7 @@ struct AirTint {
 const TINT_STEPS: usize = 48;
 
 impl AirTint {
+    /// Lowest altitude of the table. Stars below it, which a camera more than 9 km above the Earth may see, get the tint of this altitude.
     const LOWEST_DEG: f64 = -3.0;
 
     fn of(air: &SurroundingAir<'_>) -> Self {
@@ -221,9 +224,7 @@ impl CullingFrame<'_> {
 /// The sprite of a star, if it is in the frame. The caller sets the star's index.
 fn sprite(camera: &Camera, star: &Star, place: &ApparentStar, tint: Option<&AirTint>, white: f64) -> Option<StarSprite> {
     let clip = camera.clip(place.direction)?;
-    let cos_off_axis = place.direction.dot(camera.forward);
-    let pixel_sr = camera.pixel_tangent().powi(2) * cos_off_axis.max(1e-3).powi(3);
-    let flux = irradiance_of_magnitude(f64::from(star.v_magnitude)) * place.brightening * PI / pixel_sr;
+    let flux = irradiance_of_magnitude(f64::from(star.v_magnitude)) * place.brightening * PI / pixel_sr(camera, place.direction);
     let colour = star_colour(star.b_v) * tint.map_or(DVec3::ONE, |t| t.at(place.direction));
     let radius_px = point_radius_px(flux * point_peak() / white);
     let limit = DVec2::ONE + (radius_px + 1.0) / camera.half_size();

@@ -1,10 +1,9 @@
 //! Procedural relief and albedo finer than a body's maps. Craters, and the noise of hills and billows, are defined on cubic lattices (shaders/lib/detail.wesl);
 //! this module computes the positions of the lattices.
 //!
-//! In: the body's placement and the camera. Out: [`DetailUniforms`]. Always: a point on the ground has the same craters, hills or billows from any camera. This
-//! is true in f32 down to a metre above the ground and in fields of view of an arcsecond, because lattice positions are reduced in f64, and because in narrow
-//! fields the shader's positions are relative to a point of the visible ground. As the camera moves, each lattice
-//! fades in from weight 0, and out again.
+//! In: the body's placement and the camera. Out: [`DetailUniforms`]. Always: a point on the ground has the same craters, hills or billows from any camera, in
+//! f32 too, down to a metre above the ground and in fields of view of an arcsecond. For this, lattice positions are reduced in f64; in narrow fields the
+//! shader's positions are relative to a point of the visible ground. As the camera moves, each lattice fades in from weight 0, and out again.
 
 use crate::catalog::Map;
 use crate::message::{Reason, reason};

@@ -64,10 +64,10 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     decisions
 }
 
-/// Ratio between the radiance of a light's glint on the sea at its brightest and the radiance of ground under the same light: 1 / (4 s c), where s is the
-/// waves' mean square slope (0.0286, `WAVE_SLOPE_SQ`) and c the cosine of a grazing emission angle, chosen as 85 degrees: perfect mirrors that do not hide
-/// each other. Not a bound: by the formulas of shaders/lib/glint.wesl, evaluated in steps of 0.2 degrees, the glint reaches 112 times the radiance of white
-/// ground, and the ground here has the body's albedo; but only on the horizon, of a light that is 5 degrees high.
+/// Ratio between the radiance of a light's glint on the sea at its brightest and the radiance of ground under the same light. It is 1 / (4 s c), for waves that
+/// are perfect mirrors and do not hide each other: s is their mean square slope (0.0286, `WAVE_SLOPE_SQ`), and c the cosine of a grazing emission angle, chosen
+/// as 85 degrees. Not a bound: by the formulas of shaders/lib/glint.wesl, evaluated in steps of 0.2 degrees, the glint of a light that is 5 degrees high
+/// reaches 112 times the radiance of white ground, on the horizon; and the ground here has the body's albedo.
 const GLINT_OVER_GROUND: f64 = 100.0;
 
 /// Whether the glint of another body's light is visible; used if no sunlit ground is in view.

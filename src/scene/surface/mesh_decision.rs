@@ -39,7 +39,8 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         return decisions;
     }
     let Some(model) = inputs.model else {
-        log.effect(Effect::Mesh, false, reason!("unread-mesh", file = &shape_model.file));
+        let is_switched_off = log.is_switched_off(Effect::Mesh);
+        log.record(name, false, if is_switched_off { reason!("set-by-you") } else { reason!("unread-mesh", file = &shape_model.file) });
         return decisions;
     };
     let reason =

@@ -3,9 +3,9 @@
 //! In: placed bodies. Out: the visible fraction of a disc's light, exactly 0 if the entire disc is hidden and exactly 1 if no part of it is; and the limbs of
 //! nearer bodies as uniforms of shaders/lib/foreground_limb.wesl. Nearer bodies are ellipsoids, the hidden body is a sphere. A point's flux is multiplied by
 //! its visible fraction; a depth test cannot hide a point partly, because a sprite has a single depth. Not here: transmittance of rings and air, and shadows
-//! (eclipse). The light is summed over [`CHORDS`] chords of the disc, each with a closed-form integral; the error is below 1e-4 of the light (at most 7e-5 for
-//! one round body of 0.01 to 4 radii of the disc, against 6000 chords, computed outside this program). tests/eclipse/overlapping_limbs.rs compares images with
-//! the closed forms of shaders/lib/eclipse.
+//! (eclipse). The light is summed over [`CHORDS`] chords of the disc, each with a closed-form integral. The error is below 1e-4 of the light: at most 7e-5
+//! against 6000 chords, for one round body of 0.01 to 4 radii of the disc (computed outside this program). tests/eclipse/overlapping_limbs.rs compares images
+//! with the closed forms of shaders/lib/eclipse.
 
 use crate::catalog::NaifId;
 use crate::message::reason;
@@ -92,7 +92,7 @@ fn chord(k: u32) -> (f64, f64) {
 fn limbs_on_disc(occluding: &[&PlacedBody<'_>], farther: &PlacedBody<'_>) -> Option<(Vec<Limb>, [DVec3; 2])> {
     let first = occluding.first()?;
     let towards = farther.placement.centre_km / farther.distance_km;
-    let radius = angular_radius(farther).tan();
+    let radius = farther.angular_radius_rad().tan();
     // Chords run towards the centre of the first occluding body, so that they cross the last thin crescent and resolve it.
     let perpendicular = first.placement.centre_km - towards * towards.dot(first.placement.centre_km);
     let along = perpendicular.try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
@@ -128,8 +128,9 @@ fn visit_visible_parts(limbs: &[Limb], mut visit: impl FnMut(f64, f64, f64, f64)
     }
 }
 
-/// The middle of the visible part of a disc, in radii of the disc from its own middle, as a vector across the line of sight. If smooth limbs of the bodies in
-/// front cover the disc (light may remain in the valleys of the Moon's limb), it is the point of the disc's limb that is farthest from the largest of them.
+/// The middle of the visible part of a disc, in radii of the disc from its own middle, as a vector across the line of sight. The limbs of the bodies in front
+/// are smooth here. If they cover the disc, some light may remain in valleys of the Moon's limb; the result is then the point of the disc's limb that is
+/// farthest from the largest body.
 pub(crate) fn visible_middle(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>) -> DVec3 {
     let occluding = in_front_of(placed, farther, 0.0);
     let Some((limbs, [along, across])) = limbs_on_disc(&occluding, farther) else { return DVec3::ZERO };
@@ -143,14 +144,9 @@ pub(crate) fn visible_middle(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>
     along * middle.x + across * middle.y
 }
 
-/// Angular radius of a body's bounding sphere.
-fn angular_radius(p: &PlacedBody<'_>) -> f64 {
-    (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin()
-}
-
 /// Whether two discs are closer to each other than `margin_rad`, or overlap.
 fn overlap(a: &PlacedBody<'_>, b: &PlacedBody<'_>, margin_rad: f64) -> bool {
-    crate::ephemeris::angle_rad(a.placement.centre_km, b.placement.centre_km) < angular_radius(a) + angular_radius(b) + margin_rad
+    crate::ephemeris::angle_rad(a.placement.centre_km, b.placement.centre_km) < a.angular_radius_rad() + b.angular_radius_rad() + margin_rad
 }
 
 /// Bodies in front of the body `farther` and within `margin_rad` of its disc, in order of decreasing angular radius.
@@ -163,7 +159,7 @@ fn in_front_of<'p, 'a>(placed: &'p [PlacedBody<'a>], farther: &PlacedBody<'_>, m
             && overlap(p, farther, margin_rad)
     };
     let mut found: Vec<_> = placed.iter().filter(is_occluding).collect();
-    found.sort_by(|a, b| angular_radius(b).total_cmp(&angular_radius(a)));
+    found.sort_by(|a, b| b.angular_radius_rad().total_cmp(&a.angular_radius_rad()));
     found
 }
 
@@ -178,7 +174,7 @@ fn compute_visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>)
     // A quick test: a body's inscribed sphere covers the entire disc, for example far below the horizon.
     let covers_disc = |p: &PlacedBody<'_>| {
         let inner = (p.body.radii_km.min_element() / p.distance_km).min(1.0).asin();
-        crate::ephemeris::angle_rad(p.placement.centre_km, farther.placement.centre_km) + angular_radius(farther) < inner
+        crate::ephemeris::angle_rad(p.placement.centre_km, farther.placement.centre_km) + farther.angular_radius_rad() < inner
     };
     if occluding.iter().any(|p| covers_disc(p) && p.limb_profile.is_none()) {
         return DVec3::ZERO;
@@ -200,6 +196,7 @@ fn compute_visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>)
 
 /// Ratio of a disc's area to the sum of its antialiased coverage. For a disc of less than a pixel it is well below 1, because the limb is drawn a pixel wide.
 fn small_disc_area_ratio(radius_px: f64) -> f64 {
+    // The coverage at a distance d from the centre is radius + 1/2 - d, limited to 0 and 1; `drawn` is its integral over the plane, divided by pi.
     let drawn = if radius_px > 0.5 { radius_px * radius_px + 1.0 / 12.0 } else { (radius_px + 0.5).powi(3) / 3.0 };
     radius_px * radius_px / drawn
 }
@@ -248,8 +245,8 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Dra
         for (p, rows) in nearer.iter().zip(draw.uniforms.foreground_limbs.rows.as_chunks_mut::<3>().0) {
             let limb = Limb::on(&p.placement, origin_ray, dx, dy);
             let radius_px = (p.body.radii_km.max_element() / p.distance_km) / camera.pixel_tangent();
-            // Kinds and rows as in shaders/lib/foreground_limb.wesl. Kinds: 1 for a body drawn over the disc, 2 for one too small to be drawn, 3 if nothing of
-            // the disc is visible.
+            // Kinds and rows as in shaders/lib/foreground_limb.wesl, which has rows for the two largest bodies. Kinds: 1 for a body drawn over the disc, 2 for
+            // one too small to be drawn, 3 if nothing of the disc is visible.
             let (kind, factor) = match shape(p) {
                 _ if visible == DVec3::ZERO => (3.0, 1.0),
                 Some(_) => (1.0, 1.0),

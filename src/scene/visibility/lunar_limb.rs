@@ -37,12 +37,11 @@ pub(crate) fn compute_profile(placed: &mut [PlacedBody<'_>], profiles: &LimbProf
     let Some(map) = placed[moon].catalog.lunar_heights() else { return };
     let camera_in_moon_axes_km = moon_placement.body_from_icrf * -moon_placement.centre_km;
     let [_, max_km] = map.range_km();
-    let angular_radius = |radius_km: f64, distance_km: f64| (radius_km / distance_km).min(1.0).asin();
-    let gap = angle_rad(moon_placement.centre_km, placed_sun.placement.centre_km)
-        - angular_radius(map.sphere_km() + max_km, camera_in_moon_axes_km.length())
-        - angular_radius(placed_sun.body.radii_km.max_element(), placed_sun.distance_km);
+    let moon_radius_rad = ((map.sphere_km() + max_km) / camera_in_moon_axes_km.length()).min(1.0).asin();
+    let gap_rad = angle_rad(moon_placement.centre_km, placed_sun.placement.centre_km) - moon_radius_rad - placed_sun.angular_radius_rad();
     // The profile assumes that the camera is at least one radius above the Moon, and that the Moon is closer to the camera than the Sun.
-    if gap > 0.0 || camera_in_moon_axes_km.length() < 2.0 * map.sphere_km() || camera_in_moon_axes_km.length() > placed_sun.distance_km {
+    if gap_rad > 0.0 || camera_in_moon_axes_km.length() < 2.0 * map.sphere_km() || camera_in_moon_axes_km.length() > placed_sun.distance_km
+    {
         return;
     }
     placed[moon].limb_profile = Some(profiles.seen_from(map, camera_in_moon_axes_km));
@@ -79,7 +78,7 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
     let to_moon = moon.placement.centre_km.normalize();
     let to_sun = sun.placement.centre_km / sun.placement.centre_km.dot(to_moon);
     let sun_centre = DVec2::new(to_sun.dot(apparent_limb.position_angle_axes[0]), to_sun.dot(apparent_limb.position_angle_axes[1]));
-    let radius = (sun.body.radii_km.max_element() / sun.distance_km).min(1.0).asin().tan();
+    let radius = sun.angular_radius_rad().tan();
     let (u1, u2) = limb_darkening(sun.body);
     let total = PI * (DVec3::ONE - u1 / 3.0 - u2 / 6.0);
     let mean_limb = apparent_limb.limb_angle_tan(moon.body.radii_km.max_element() - profile.sphere_km());

@@ -27,6 +27,7 @@ pub(crate) struct RayAndLimb {
     pub point: DVec3,
 }
 
+/// Where a ray from the camera passes a body. `direction`: ICRF, of any length.
 pub(crate) fn ray_and_limb(placement: &Placement, direction: DVec3) -> RayAndLimb {
     let origin = placement.camera_in_unit_sphere();
     let ray = placement.direction_in_unit_sphere(direction).normalize();
@@ -57,8 +58,8 @@ pub(crate) fn area_px(camera: &Camera, placed: &PlacedBody<'_>) -> f64 {
     }
 }
 
-/// Fraction of the bounding box of a body's outline that is in the frame, times the weight of its position. 0 for an open outline: rays sample
-/// such a body, and a Sun with an open outline counts as entirely in the frame.
+/// Fraction of the bounding box of a body's outline that is in the frame, times the weight of its position. 0 for an open outline: the caller samples such a
+/// body with rays, or counts a Sun with an open outline as entirely in the frame.
 pub(crate) fn weighted_in_frame_fraction(camera: &Camera, placed: &PlacedBody<'_>) -> f64 {
     let Some((box_centre, size)) = bounding_box(camera, placed) else { return 0.0 };
     let inside = (DVec2::ONE.min(box_centre + 0.5 * size) - DVec2::NEG_ONE.max(box_centre - 0.5 * size)).max(DVec2::ZERO);
@@ -89,13 +90,14 @@ const MAX_SETTING_RANGE_RAD: f64 = 2.5 * PI / 180.0;
 /// Weight of the lit part of a sphere: 1 while some of it is in sight. The limb of a near viewer hides more than half of the sphere; after the lit part has set
 /// behind it, the weight falls to nearly 0. It falls gradually because the light itself ends abruptly: a body without air has no twilight. `distance_radii`:
 /// from the viewer to the sphere's centre.
-pub(crate) fn lit_part_weight(phase_angle: f64, distance_radii: f64) -> f64 {
+pub(crate) fn lit_part_weight(phase_angle_rad: f64, distance_radii: f64) -> f64 {
     // Angles at the sphere's centre: from the sub-observer point to the limb, and from the limb to the lit part behind it.
     let limb = distance_radii.max(1.0).recip().acos();
-    let below_limb = phase_angle - FRAC_PI_2 - limb;
-    // At a phase angle of 180 degrees the lit part lies a right angle less `limb` behind the limb.
-    let range = MAX_SETTING_RANGE_RAD.min(0.6 * (FRAC_PI_2 - limb)).max(f64::MIN_POSITIVE);
-    10.0_f64.powf(-SETTING_DECADES * smoothstep(below_limb / range))
+    let below_limb = phase_angle_rad - FRAC_PI_2 - limb;
+    // At a phase angle of 180 degrees the lit part lies a right angle less `limb` behind the limb. For a far viewer this is little, so the weight has fallen
+    // after 0.6 of it.
+    let setting_range = MAX_SETTING_RANGE_RAD.min(0.6 * (FRAC_PI_2 - limb)).max(f64::MIN_POSITIVE);
+    10.0_f64.powf(-SETTING_DECADES * smoothstep(below_limb / setting_range))
 }
 
 /// Area between a circle of radius 1 and a chord that spans twice this angle at the centre.

@@ -20,13 +20,14 @@ use std::sync::Arc;
 /// the ground and air alone; in between its logarithm changes smoothly.
 const WHOLE_PLANET_CLOUD_HEIGHTS: f64 = 2.0;
 
-/// Irradiance of level ground by a clear sky, divided by the radiance for which that sky is exposed (`SurroundingAir::exposure_radiance`): some 13 klx of the
-/// Sun's 128 klx under a high Sun, 4 klx for a Sun at 5 degrees. An estimate without a source, within a factor of 1.5 by day; in twilight it is less.
+/// Irradiance of level ground by a clear sky, divided by the radiance for which that sky is exposed (`SurroundingAir::exposure_radiance`). An estimate without
+/// a source, within a factor of 1.5 by day; in twilight it is less. It gives some 13 klx under a high Sun (the Sun itself gives 128 klx), and 4 klx for a Sun
+/// at 5 degrees.
 const CLEAR_SKY_IRRADIANCE: f64 = 0.3;
 
-/// Steepest slope (rise over run) of the relief that the meter assumes on ground without air. With it, the metered radiance is within a factor of 5 of the mean
-/// over a dozen places of the Moon's drawn ground, at altitudes of the Sun from -2 to 8 degrees; single places scatter more. Smooth ground would have no light
-/// below 0 degrees.
+/// Steepest slope (rise over run) of the relief that the meter assumes on ground without air; smooth ground would have no light from a Sun below the horizon.
+/// Compared with the mean of a dozen places of the Moon's drawn ground, at altitudes of the Sun from -2 to 8 degrees, the metered radiance is within a factor
+/// of 5; single places scatter more.
 const RELIEF_SLOPE: f64 = 0.15;
 /// Height of the camera, in radii of the body, at which the weight of relief has fallen to 0. From higher up, ground on both sides of the terminator is in
 /// view.
@@ -70,8 +71,7 @@ impl Albedo {
         let (body, scale) = (p.body, p.radiance_scale().x);
         let whole = Self { of_lights: scale * body.geometric_albedo * f64::from(body.colour.max_element()), of_sky: body.geometric_albedo };
         let Some(clear_sky_albedo) = body.clear_sky_albedo else { return whole };
-        let own_effects = effects.for_catalog_body(body);
-        let is_off = |effect: Effect| own_effects.as_ref().unwrap_or(effects).override_of(effect) == Some(false);
+        let is_off = |effect: Effect| effects.override_of_body(body, effect) == Some(false);
         let height_km = air::camera_height_km(body, &p.placement);
         let ground = scale * clear_sky_albedo * f64::from(body.clear_sky_colour.unwrap_or(body.colour).max_element());
         let air = body.atmosphere.as_ref().filter(|_| !is_off(Effect::Atmosphere));
@@ -80,8 +80,7 @@ impl Albedo {
         let clouds = body.clouds.as_ref().filter(|_| !is_off(Effect::Clouds));
         let cloudiness = clouds.map_or(0.0, |c| smoothstep((height_km / c.height_km).max(1e-9).ln() / WHOLE_PLANET_CLOUD_HEIGHTS.ln()));
         // A body drawn as a point has the light of the whole planet.
-        let weight =
-            (1.0 - cloudiness) * drawn_disc_share(own_effects.as_ref().unwrap_or(effects).override_of(Effect::Points), diameter_px);
+        let weight = (1.0 - cloudiness) * drawn_disc_share(effects.override_of_body(body, Effect::Points), diameter_px);
         let blend = |whole: f64, clear: f64| whole.powf(1.0 - weight) * clear.powf(weight);
         Self { of_lights: blend(whole.of_lights, clear.of_lights), of_sky: blend(whole.of_sky, clear.of_sky) }
     }
@@ -107,8 +106,8 @@ pub(crate) struct Ground<'g> {
 }
 
 impl Ground<'_> {
-    /// Radiance of the ground at `point` (unit-sphere frame) in the direction of the viewer. `normal`, `viewer`: unit vectors, body axes. `ring_transmittance`: the
-    /// fraction of sunlight that the body's rings leave.
+    /// Radiance of the ground at `point` (unit-sphere frame) in the direction of the viewer. `normal`, `viewer`: unit vectors, body axes. `ring_transmittance`:
+    /// the fraction of sunlight that the body's rings leave.
     pub(crate) fn radiance(
         &self,
         point: DVec3,

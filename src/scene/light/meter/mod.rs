@@ -7,7 +7,7 @@
 //! the edges of the frame, and the light of the sky fades towards the top of the air. Only the glare and the corona that the image shows are metered: no glare
 //! of a Sun outside the frame, and no corona that the glare hides or the user switched off. Left out: maps other than city lights (a sea is as bright as a
 //! desert), relief far below the camera, the shadow of rings on a distant planet, the air beyond a near limb, and the light that another body's air adds in
-//! front of bodies behind it.
+//! front of bodies behind it. Weights and limits without a source are judged by eye; tests/scene/metering.rs checks that no exposure jumps.
 
 mod city_lights;
 mod geometry;
@@ -52,13 +52,13 @@ use sun_glare::FrameGlare;
 const SUNSET_SKY_CD_M2: f64 = 300.0;
 const DUSK_STOPS_PER_DECADE: f64 = 0.6;
 const MAX_DUSK_STOPS: f64 = 3.0;
-/// Weight of the target relative to an equal area of another subject.
+/// Weight of the target relative to an equal area of another subject: a target that fills a 64th of the frame outweighs everything else that is as bright.
 const TARGET_WEIGHT: f64 = 64.0;
 /// Weight of the Sun if it is the target; larger than that of other targets, because a daylight sky around the Sun is as bright as any ground. Also the weight
 /// of a targeted Sun's corona, and of the target's refracted limbs.
 const SUN_WEIGHT: f64 = 256.0;
-/// Shares of the frame at which the weight of the Sun's disc is halved, because a smaller disc is no longer the subject of the image but a light source in it:
-/// if the Sun is the target, and if not.
+/// Shares of the frame at which the weight of the Sun's disc is halved, if the Sun is the target and if not. A smaller disc is no longer the subject of the
+/// image but a light source in it.
 const SUN_HALF_WEIGHT_SHARES: [f64; 2] = [1e-3, 1e-2];
 /// Weight of the dark sky: if everything bright in the frame has less weight, the image is exposed for the dark sky.
 const DARK_SKY_WEIGHT: f64 = 1e-6;
@@ -77,7 +77,7 @@ const FRAME_RAYS: u32 = 16;
 const CORONA_RADII: [f64; 2] = [1.0, 4.0];
 /// Sines of the Sun's angular radius between which rays of the frame gradually replace the annuli, too: for a camera 8.3 to 5 solar radii from the Sun's
 /// centre.
-const ANNULI_TO_RAYS_SINES: [f64; 2] = [0.12, 0.2];
+const ANNULI_TO_RAYS_SINES: (f64, f64) = (0.12, 0.2);
 
 /// A subject in the frame with its metered radiance.
 #[derive(Clone, Debug)]
@@ -209,7 +209,7 @@ impl<'a> MeteredFrame<'_, 'a> {
     /// Fraction of a body's disc that nearer bodies leave visible.
     fn visible_fraction(&self, p: &PlacedBody<'_>) -> f64 {
         let towards = p.placement.centre_km / p.distance_km;
-        let radius = (p.body.radii_km.max_element() / p.distance_km).min(1.0).asin();
+        let radius_rad = p.angular_radius_rad();
         let is_nearer = |o: &&PlacedBody<'_>| o.body.id != p.body.id && o.distance_km < p.distance_km;
         // The Sun is so bright that bodies of less than a pixel matter, too. In front of other bodies, the meter gives a body an opacity that rises from 0 to 1
         // while its area grows from one pixel to two. A body whose centre is the camera's position has an area of 0: it hides nothing.
@@ -218,7 +218,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             if p.body.id == NaifId::SUN { f64::from(area > 0.0) } else { smoothstep(area - 1.0) }
         };
         let nearer = self.meter.placed.iter().filter(is_nearer).map(|o| (o, opacity(o))).filter(|(_, opacity)| *opacity > 0.0);
-        nearer.map(|(o, opacity)| opacity * visible_fraction_behind_body(&o.placement, towards, radius) + 1.0 - opacity).product()
+        nearer.map(|(o, opacity)| opacity * visible_fraction_behind_body(&o.placement, towards, radius_rad) + 1.0 - opacity).product()
     }
 
     /// Fraction of a body's light that the frame draws as a disc; it draws the rest as a point.
@@ -234,10 +234,10 @@ impl<'a> MeteredFrame<'_, 'a> {
         let sun = self.meter.placed.iter().find(|s| s.body.id == NaifId::SUN && eclipses_are_on);
         let unocculted = sun.map_or(1.0, |s| {
             let towards = s.placement.centre_km / s.distance_km;
-            let radius = (s.body.radii_km.x / s.distance_km).min(1.0).asin();
+            let radius_rad = (s.body.radii_km.x / s.distance_km).min(1.0).asin();
             let nearer =
                 self.meter.placed.iter().filter(|o| o.body.id != air.body.id && o.body.id != NaifId::SUN && o.distance_km < s.distance_km);
-            nearer.map(|o| visible_fraction_behind_body(&o.placement, towards, radius)).product::<f64>()
+            nearer.map(|o| visible_fraction_behind_body(&o.placement, towards, radius_rad)).product::<f64>()
         });
         let sunlight_fraction = unocculted + (1.0 - unocculted) * TOTALITY_SKY_FRACTION;
         let day = air.exposure_radiance(p.sun_from_body_km, lights::sunlight(p.sun_from_body_km).irradiance.x * sunlight_fraction);
@@ -270,6 +270,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         let air = self.meter.air.filter(|a| a.body.id != p.body.id);
         let transmittance = air.map_or(1.0, |a| a.mean_transmittance(p.placement.centre_km));
         let is_target = Some(p.body.id) == self.meter.context.request.target;
+        // The target counts as a disc at any size.
         let is_point = self.disc_light_fraction(p, diameter_px) < 1.0 && !is_target;
         let point_weight = if is_point { 1.0 - smoothstep(diameter_px - 1.0) } else { 0.0 };
         if point_weight > 0.0 {
@@ -336,13 +337,14 @@ impl<'a> MeteredFrame<'_, 'a> {
         mut add: impl FnMut(f64, f64),
     ) {
         let viewer = (p.placement.body_from_icrf * -p.placement.centre_km).normalize();
-        let phase_angle = crate::ephemeris::angle_rad(viewer, ground.sun);
+        let phase_angle_rad = crate::ephemeris::angle_rad(viewer, ground.sun);
         let perpendicular =
             (ground.sun - viewer * ground.sun.dot(viewer)).try_normalize().unwrap_or_else(|| viewer.any_orthonormal_vector());
         let up = viewer.cross(perpendicular);
-        let terminator = phase_angle - FRAC_PI_2;
+        let terminator = phase_angle_rad - FRAC_PI_2;
+        // A disc of a few pixels is one of many in the frame: a coarser grid saves time, and its mean differs little.
         let (columns, rows) = if diameter_px < 4.0 { (6, 3) } else { (14, 8) };
-        let lit_weight = lit_part_weight(phase_angle, p.distance_km / p.body.radii_km.max_element());
+        let lit_weight = lit_part_weight(phase_angle_rad, p.distance_km / p.body.radii_km.max_element());
         for (from, to, weight) in [(-FRAC_PI_2, terminator, 1.0), (terminator, FRAC_PI_2, lit_weight)] {
             for k in 0..columns * rows {
                 let midpoint = |k: u32, n: u32| (f64::from(k) + 0.5) / f64::from(n);

@@ -1,5 +1,8 @@
-//! Meters the outer corona by rays of the frame: around a camera near the Sun, where it covers the entire sky, including the hemisphere away from the Sun (the
-//! camera may even be within the inner corona); and around a body that hides the inner corona.
+//! Meters the outer corona by rays of the frame, in two cases. For a camera near the Sun it covers the entire sky, including the hemisphere away from the Sun;
+//! the camera may even be within the inner corona. A body in front of the Sun may hide the inner corona alone.
+//!
+//! In: the metered frame. Out: one subject, the corona beyond the annuli of the inner corona ([`MeteredFrame::corona`]). Always: continuous in the camera's
+//! position.
 
 use super::{ANNULI_TO_RAYS_SINES, AUTO_EXPOSED_MEAN, CORONA_RADII, FRAME_RAYS, LogMean, MeteredFrame, MeteredSubject, SUN_WEIGHT};
 use crate::catalog::NaifId;
@@ -15,8 +18,7 @@ use std::f64::consts::TAU;
 /// Weight of the inner corona in the sum over rays of the frame; in the annuli of [`MeteredFrame::corona`] its weight is 1 less this. `sine`: sine of the Sun's
 /// angular radius.
 pub(super) fn ray_weight_of_inner_corona(sine: f64) -> f64 {
-    let [from, to] = ANNULI_TO_RAYS_SINES;
-    smoothstep((sine - from) / (to - from))
+    smooth_rise(ANNULI_TO_RAYS_SINES, sine)
 }
 
 impl MeteredFrame<'_, '_> {
@@ -33,6 +35,7 @@ impl MeteredFrame<'_, '_> {
         // Not `nearer_bodies`, which leaves out bodies beside the frame.
         let is_nearer =
             |o: &&PlacedBody<'_>| o.body.id != NaifId::SUN && o.distance_km < sun.distance_km && !o.placement.camera_is_inside();
+        // Rises from 0 to 1 while the body's diameter grows from half a sector to a whole one.
         let opacity = |o: &PlacedBody<'_>| smoothstep(4.0 * o.body.radii_km.max_element() / (o.distance_km * width) - 1.0);
         let nearer: Vec<(&PlacedBody<'_>, f64)> =
             self.meter.placed.iter().filter(is_nearer).map(|o| (o, opacity(o))).filter(|(_, opacity)| *opacity > 0.0).collect();
@@ -49,6 +52,7 @@ impl MeteredFrame<'_, '_> {
     pub(super) fn outer_corona(&self) -> Option<MeteredSubject> {
         let (camera, request) = (self.meter.camera, self.meter.context.request);
         let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > p.body.radii_km.x)?;
+        // 0 from `NEAREST_AU` outwards, 1 within half of it.
         let nearness = smoothstep(2.0 * (1.0 - sun.distance_km / (zodiacal::NEAREST_AU * KM_PER_AU)));
         let corona_weight = corona::meter_weight(request, camera, sun, self.glare.as_ref());
         let outer_weight = if corona_weight > 0.0 { corona_weight * nearness.max(self.hidden_part_of_inner_corona(sun)) } else { 0.0 };

@@ -1,4 +1,6 @@
 //! Meters the sunlight that the air at the limbs of bodies in front of the Sun refracts, such as the ring of the Earth's air seen from the eclipsed Moon.
+//!
+//! In: the segments into which `eclipse::refracted_limb` divides each limb. Out: one subject for the limbs of all bodies together.
 
 use super::geometry::{frame_position_weight, outline_position_weight};
 use super::{LogMean, MeteredFrame, MeteredSubject, SUN_WEIGHT, far_weight};
@@ -18,9 +20,7 @@ impl MeteredFrame<'_, '_> {
         let frame_sr = 4.0 * camera.tan_half_fov.element_product();
         let (mut all, mut dominant, mut max_weight) = (LogMean::default(), None, 0.0);
         for p in self.meter.placed {
-            let own_effects = request.effects.for_catalog_body(p.body);
-            let effects = own_effects.as_ref().unwrap_or(&request.effects);
-            if [Effect::Atmosphere, Effect::RefractedLimb].iter().any(|e| effects.override_of(*e) == Some(false)) {
+            if [Effect::Atmosphere, Effect::RefractedLimb].iter().any(|e| request.effects.override_of_body(p.body, *e) == Some(false)) {
                 continue;
             }
             let segments = refracted_limb::segments(p, sun, camera.pixel_tangent());

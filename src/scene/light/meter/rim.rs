@@ -16,9 +16,9 @@ use crate::scene::request::effects::Effect;
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Diameter of the disc, pixels, between which the ring gains its weight. A smaller disc is not told from its ring.
+/// Diameters of the disc between which the ring's weight rises from 0 to 1. A smaller disc cannot be told from its ring.
 const COUNTED_FROM_PX: (f64, f64) = (4.0, 8.0);
-/// Phase angles between which the ring gains its weight. Beside a disc that is more than half lit its light does not matter.
+/// Phase angles between which the ring's weight rises from 0 to 1. Beside a disc that is more than half lit the ring's light does not matter.
 const COUNTED_FROM_PHASE_RAD: (f64, f64) = (FRAC_PI_2, 0.75 * PI);
 /// Number of position angles on half of the limb, and of heights, at which the ring is sampled.
 const POSITION_ANGLES: u32 = 12;
@@ -54,7 +54,8 @@ pub(super) struct RimOfAir<'p> {
     radius_km: f64,
     /// Sine and cosine of the phase angle.
     phase: (f64, f64),
-    /// Sine and cosine of the angle at the body's centre between the limb and the plane through the centre that the camera faces: of 0 for a far camera.
+    /// Sine and cosine of the angle at the body's centre between the limb and the plane through the centre that the camera faces; the angle is 0 for a far
+    /// camera.
     limb_tilt: (f64, f64),
     /// See [`rim::continued_part`]; 0 if the body's colours exclude the air.
     continued_part: f64,
@@ -93,8 +94,8 @@ impl<'p> RimOfAir<'p> {
         scattered + (continued - scattered) * self.continued_part
     }
 
-    /// Calls `add` with the area of each part of the ring, relative to that of the disc, and its radiance per irradiance. `height_px`: that of the ring's
-    /// bright part; a lower ring than a pixel is spread over a pixel. `sunlit_part`: the part of sunlight that shadows leave at a position angle.
+    /// Calls `add` with the area of each part of the ring, relative to that of the disc, and its radiance per irradiance. `height_px`: height of the ring's
+    /// bright part; a ring lower than a pixel is spread over a pixel. `sunlit_part`: the part of sunlight that shadows leave at a position angle.
     fn sum(&self, height_px: f64, sunlit_part: impl Fn(f64) -> f64, mut add: impl FnMut(f64, f64)) {
         let pixel_fraction = height_px.clamp(1e-6, 1.0);
         let step_km = self.air.top_km / f64::from(HEIGHTS);

@@ -6,13 +6,13 @@
 //! part.
 
 use super::MeteredFrame;
-use crate::scene::numeric::smoothstep;
+use crate::scene::numeric::{smooth_rise, smoothstep};
 use crate::scene::placed::PlacedBody;
 use crate::scene::request::effects::Effect;
 use glam::DVec3;
 
 /// Distances of the camera in body radii between which the shadow fades out.
-const FADE_RADII: [f64; 2] = [1.5, 3.0];
+const FADE_RADII: (f64, f64) = (1.5, 3.0);
 
 /// Ring-shine on ground in the rings' shadow, as a fraction of full sunlight. A drawn image from 430 km above Saturn at 15 degrees south, 1964-06-06,
 /// has 1.1e-3 in linear light.
@@ -74,8 +74,7 @@ impl MeteredFrame<'_, '_> {
     /// The shadow of a body's rings on its ground, unless the camera is far or the user has switched the shadow off.
     pub(super) fn ring_shadow_on(&self, p: &PlacedBody<'_>) -> Option<RingShadowOnGround> {
         let unit_km = p.body.radii_km.x;
-        let [near, far] = FADE_RADII;
-        let weight = 1.0 - smoothstep((p.distance_km / unit_km - near) / (far - near));
+        let weight = 1.0 - smooth_rise(FADE_RADII, p.distance_km / unit_km);
         let user_choice = self.meter.context.request.effects.override_of_body(p.body, Effect::RingShadow);
         if weight <= 0.0 || p.body.rings.is_empty() || user_choice == Some(false) {
             return None;
@@ -102,8 +101,8 @@ impl MeteredFrame<'_, '_> {
 mod tests {
     use super::*;
 
-    /// From 30 degrees south to 30 degrees north, for a high and a low Sun on both sides of the ring plane: with steps an eighth as large, the largest change is
-    /// about an eighth, so there is no jump.
+    /// From 30 degrees south to 30 degrees north, for a high and a low Sun on both sides of the ring plane: with steps an eighth as large, the largest change
+    /// is about an eighth, so there is no jump.
     #[test]
     fn the_shadow_changes_gradually_across_the_equator() {
         for (sin_sun, spacing) in [0.45, -0.2, 0.05].into_iter().flat_map(|s| [0.01, 0.1, 0.3].map(|spacing| (s, spacing))) {

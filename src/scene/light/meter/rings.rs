@@ -7,7 +7,7 @@ use super::{LogMean, MeteredFrame};
 use crate::catalog::{Photometry, Ring};
 use crate::scene::draw::tables::RingShine;
 use crate::scene::light::{lights, photometry};
-use crate::scene::numeric::smoothstep;
+use crate::scene::numeric::{smooth_rise, smoothstep};
 use crate::scene::placed::PlacedBody;
 use crate::scene::purpose::{Purpose, Threshold};
 use crate::scene::request::effects::Effect;
@@ -21,15 +21,15 @@ const RING_RAYS: u32 = 28;
 /// Width over which the edge of the globe's shadow on the rings is softened, globe radii: wider than the penumbra, so that the reading changes gradually.
 const SHADOW_EDGE_RADII: f64 = 0.02;
 /// Sizes of the rings' rectangle, with its margins, between which their weight rises from 0 to 1. Smaller rings are part of the body's point.
-const FADE_IN_SIZES_PX: [f64; 2] = [4.0, 8.0];
-/// Phase angles between which ring-shine on the night side fades in, radians.
-const NIGHT_SIDE_FADE_RAD: [f64; 2] = [1.0, 1.7];
+const FADE_IN_SIZES_PX: (f64, f64) = (4.0, 8.0);
+/// Phase angles between which ring-shine on the night side fades in: at the first a quarter of the disc is dark, at the second more than half.
+const NIGHT_SIDE_FADE_RAD: (f64, f64) = (1.0, 1.7);
 
 impl MeteredFrame<'_, '_> {
     /// Ring-shine on the globe, if its night side is visible, and the ground's radiance per unit of ring-shine. On the day side ring-shine is a
     /// hundredth of the light and is left out.
     pub(super) fn ring_shine_on(&self, p: &PlacedBody<'_>, diameter_px: f64) -> Option<(Arc<RingShine>, f64)> {
-        let weight = smoothstep((p.phase_angle_rad - NIGHT_SIDE_FADE_RAD[0]) / (NIGHT_SIDE_FADE_RAD[1] - NIGHT_SIDE_FADE_RAD[0]));
+        let weight = smooth_rise(NIGHT_SIDE_FADE_RAD, p.phase_angle_rad);
         let user_choice = self.meter.context.request.effects.override_of_body(p.body, Effect::RingShine);
         let rings: Vec<&Ring> = p.body.rings.iter().filter(|r| r.tau_normal > 0.0).collect();
         // A body that is drawn as a point has no ground that ring-shine could light.
@@ -51,7 +51,7 @@ impl MeteredFrame<'_, '_> {
             placement: &p.placement,
             sun: (p.body_from_icrf * p.sun_from_body_km).normalize(),
             sun_distance_km: p.sun_from_body_km.length(),
-            phase_angle: p.phase_angle_rad,
+            phase_angle_rad: p.phase_angle_rad,
             irradiance: 1.0,
             threshold: Threshold::of(Purpose::LINEAR, 1.0),
             caches: self.meter.context.caches,
@@ -74,8 +74,7 @@ impl MeteredFrame<'_, '_> {
         let Some(rect) = view.rect(outer * unit_km) else { return mean };
         let size = DVec2::new(rect.right - rect.left, rect.top - rect.bottom);
         // The flux of a body that is drawn as a point includes its rings.
-        let [from, to] = FADE_IN_SIZES_PX;
-        let size_weight = smoothstep(((size * camera.half_size()).max_element() - from) / (to - from));
+        let size_weight = smooth_rise(FADE_IN_SIZES_PX, (size * camera.half_size()).max_element());
         if size_weight <= 0.0 {
             return mean;
         }
