@@ -12,7 +12,7 @@ use crate::view::app::body_positions::SessionPositions;
 use crate::view::app::composition_state::CompositionState;
 use crate::view::app::initial_view::initial_view;
 use crate::view::app::view_state::{CameraPose, ViewState, ViewStateError, pose_on_ground};
-use crate::wording::{did_you_mean, json_error_text};
+use crate::wording::{did_you_mean, echo_within, json_error_text};
 use glam::DVec3;
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
 use serde::Serialize;
@@ -125,14 +125,9 @@ impl PartialView {
         given
     }
 
-    /// Records an error, cut to one line of limited length, since the text is untrusted.
+    /// Records an error as one line of limited length, since the text is untrusted.
     fn record_error(&mut self, why: String) {
-        let printable = |c: char| if c.is_control() { '\u{fffd}' } else { c };
-        let mut line: String = why.chars().take(MAX_ERROR_CHARACTERS).map(printable).collect();
-        if line.len() < why.len() && why.chars().count() > MAX_ERROR_CHARACTERS {
-            line.push('…');
-        }
-        self.errors.push(line);
+        self.errors.push(echo_within(&why, MAX_ERROR_CHARACTERS));
     }
 
     fn of_link(link: &str) -> Self {
@@ -309,12 +304,10 @@ impl PartialView {
     }
 }
 
-/// At most 60 characters of a user's text, for a message.
+/// A quotation of the text for a message.
 fn shortened(text: &str) -> String {
     const MAX_CHARACTERS: usize = 60;
-    let mut all = text.chars();
-    let start: String = all.by_ref().take(MAX_CHARACTERS).collect();
-    if all.next().is_some() { start + "…" } else { start }
+    echo_within(text, MAX_CHARACTERS)
 }
 
 /// The JSON object of a serialised structure.

@@ -143,7 +143,8 @@ impl<'t> Parts<'t> {
         if word.contains('.') && word.contains('/') {
             return None;
         }
-        let fields: Vec<i64> = word.split(['.', '/']).map(|f| f.parse().ok().filter(|_| f.len() <= 4)).collect::<Option<_>>()?;
+        let number = |field: &str| field.parse::<i64>().ok().filter(|_| field.len() <= 4 && !field.starts_with('+'));
+        let fields: Vec<i64> = word.split(['.', '/']).map(number).collect::<Option<_>>()?;
         let [first, middle, last] = fields[..] else { return None };
         let (year, day) = if first > 31 {
             (first, last)
@@ -353,6 +354,7 @@ mod tests {
             "8 april bc",
             "8 bc 9 bc",
             "april +5 2024",
+            "+8.+4.2024",
             "4/8.2024",
             "8.4/2024",
             "2024/4.8",

@@ -309,6 +309,7 @@ impl SkyEvent {
         let from_earth = |target: NaifId, fov_deg: f64| (target, CameraPose::Centre { body: NaifId::EARTH }, fov_deg);
         // A multiple of a body's apparent diameter at the Earth's centre.
         let diameters_deg = |id: NaifId, count: f64| {
+            // The defaults are not reached: the event was found with this catalog and these positions.
             let radius_km = catalog.body(id).map_or(1.0, |b| b.radii_km.x);
             let distance_km = positions.geometric_between_km(NaifId::EARTH, id, self.greatest()).map_or(1e9, |d| d.length());
             count * (2.0 * radius_km / distance_km).to_degrees()
@@ -421,7 +422,7 @@ impl SkyEvent {
     }
 }
 
-/// Refraction at the horizon as in almanacs: 34 arcminutes.
+/// Refraction at the horizon as in almanacs: 34 arcminutes; `ephemeris::topocentric` and `events::local` use the same value.
 const HORIZON_REFRACTION_DEG: f64 = 34.0 / 60.0;
 
 /// Span (TDB seconds past J2000) and rate of time for playing an event.

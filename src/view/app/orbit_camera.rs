@@ -11,7 +11,10 @@ const MIN_DISTANCE_RADII: f64 = 1.0 + 1.6e-7;
 const MAX_DISTANCE_RADII: f64 = 5.0e7;
 /// Change of the natural logarithm of the height above the ground per wheel notch: six notches change the height by a factor of e.
 pub(crate) const LOG_HEIGHT_PER_NOTCH: f64 = 1.0 / 6.0;
+/// Largest elevation, 89.9 degrees: at the pole the azimuth would be undefined, and a drag divides by the cosine of the elevation.
 const MAX_ELEVATION_RAD: f64 = 89.9 * std::f64::consts::PI / 180.0;
+/// Height above the ground, in radii, up to which the angle per pixel of a drag increases.
+const MAX_DRAG_HEIGHT_RADII: f64 = 4.0;
 
 /// Position of the camera around a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,11 +59,11 @@ impl OrbitCamera {
         icrf_from_equator(pole) * DVec3::new(cos_e * cos_a, cos_e * sin_a, sin_e) * (self.distance_radii * radius_km)
     }
 
-    /// Applies a drag. The angle per pixel is proportional to the height above the ground, up to four radii, so that near the ground a drag of a
-    /// pixel moves the ground by about a pixel.
+    /// Applies a drag. The angle per pixel is proportional to the height above the ground, up to [`MAX_DRAG_HEIGHT_RADII`], so that near the ground a
+    /// drag of a pixel moves the ground by about a pixel.
     pub(crate) fn drag(&mut self, dx_px: f64, dy_px: f64, image_height_px: f64, fov_rad: f64) {
         let height_radii = self.distance_radii - 1.0;
-        let rad_per_px = (fov_rad / image_height_px.max(1.0)) * height_radii.min(4.0);
+        let rad_per_px = (fov_rad / image_height_px.max(1.0)) * height_radii.min(MAX_DRAG_HEIGHT_RADII);
         self.azimuth_rad -= dx_px * rad_per_px / self.elevation_rad.cos();
         self.elevation_rad += dy_px * rad_per_px;
         self.keep_in_bounds();
@@ -68,7 +71,9 @@ impl OrbitCamera {
 
     /// Zooms by notches: positive moves closer. The height above the ground is scaled, so the camera never reaches the ground.
     pub(crate) fn zoom(&mut self, notches: f64) {
-        let height_radii = (self.distance_radii - 1.0).max(1e-9) * (-notches * LOG_HEIGHT_PER_NOTCH).exp();
+        // A view from a link may be below the ground.
+        let height_radii = self.distance_radii.max(MIN_DISTANCE_RADII) - 1.0;
+        let height_radii = height_radii * (-notches * LOG_HEIGHT_PER_NOTCH).exp();
         self.distance_radii = 1.0 + height_radii;
         self.keep_in_bounds();
     }

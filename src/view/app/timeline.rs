@@ -85,11 +85,10 @@ pub(crate) fn zoomed_span_s(span_s: f64, notches: f64) -> f64 {
 /// `36 hours`, `20 days`, `8 months`, `120 years`.
 pub(crate) fn span_text(span_s: f64) -> String {
     let days = span_s / SECONDS_PER_DAY;
-    // A mean month has 30.44 days.
     match days {
         d if d < 3.0 => text!("span-hours", count = decimal(d * 24.0, 0)),
         d if d < 90.0 => text!("span-days", d = decimal(d, 0)),
-        d if d < 730.0 => text!("span-months", count = decimal(d / 30.44, 0)),
+        d if d < 730.0 => text!("span-months", count = decimal(d / (DAYS_PER_JULIAN_YEAR / 12.0), 0)),
         d => text!("span-years", count = decimal(d / DAYS_PER_JULIAN_YEAR, 0)),
     }
 }

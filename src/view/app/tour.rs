@@ -26,6 +26,8 @@ pub(crate) const MAX_BYTES: u64 = 1 << 20;
 const MAX_STOPS: usize = 1000;
 /// Length of the longest tour, an hour; also the greatest `hold_s` and `travel_s`.
 const MAX_LENGTH_S: f64 = 3600.0;
+/// Greatest magnitude of `time_rate`: 32 years per second, which crosses the span of the built-in ephemeris in about three minutes.
+const MAX_TIME_RATE: f64 = 1e9;
 
 /// Why a text is not a valid tour, in one line.
 #[derive(Debug, thiserror::Error)]
@@ -148,8 +150,9 @@ impl Tour {
                     return Err(error(field, format!("{value} is not 0 to {MAX_LENGTH_S} seconds")));
                 }
             }
-            if !(-1e9..=1e9).contains(&stop_file.time_rate) {
-                return Err(error("time_rate", format!("{} is not -1e9 to 1e9 scene seconds per real second", stop_file.time_rate)));
+            if !(-MAX_TIME_RATE..=MAX_TIME_RATE).contains(&stop_file.time_rate) {
+                let range = format!("{:e} to {MAX_TIME_RATE:e}", -MAX_TIME_RATE);
+                return Err(error("time_rate", format!("{} is not {range} scene seconds per real second", stop_file.time_rate)));
             }
             let mut stop = Stop {
                 view,

@@ -192,6 +192,11 @@ fn invalid_links_are_rejected_in_one_line() {
         assert!(why.contains(expected) && !why.contains('\n') && why.len() < 1000, "{}: {why}", shortened(&bad));
     }
     assert!(of_link("https://x").is_err_and(|why| why.contains("orrery://")));
+    // Characters that control a terminal or the direction of text are escaped.
+    for control in ['\u{1b}', '\u{202e}'] {
+        let why = of_link(&format!("orrery://view?a{control}b")).expect_err("no field=value");
+        assert!(!why.contains(control) && why.contains(&control.escape_default().to_string()), "{why}");
+    }
     for bad in ["", "[1]", "{\"target\":", "7"] {
         assert!(with_test_defaults(PartialView::of_json(bad)).is_err_and(|why| !why.contains('\n')), "{bad}");
     }
