@@ -312,7 +312,7 @@ fn status_text(panel: &EventsPanel) -> (String, &'static str) {
         (None, 0) if panel.kinds.contains(&true) => (text!("events-none", searched = searched), text!("events-none-hint")),
         (None, 0) => (text!("events-choose-kind").into(), text!("events-choose-kind-hint")),
         (None, 1) => (text!("events-one", searched = searched), text!("events-one-hint")),
-        (None, MAX_ROWS) => (text!("events-most", MAX_ROWS = MAX_ROWS, searched = searched), text!("events-some-hint")),
+        (None, MAX_ROWS) => (text!("events-most", count = MAX_ROWS, searched = searched), text!("events-some-hint")),
         (None, n) => (text!("events-some", n = n, searched = searched), text!("events-some-hint")),
     }
 }

@@ -5,7 +5,7 @@
 
 use super::Interface;
 use crate::catalog::{BodyKind, Catalog, NaifId};
-use crate::units::KM_PER_AU;
+use crate::units::{KM_PER_AU, SPEED_OF_LIGHT_KM_S};
 use crate::view::app::body_positions::{BodyPositions, SessionPositions};
 use crate::view::app::viewer::Subject;
 use crate::view::language::numbers::grouped;
@@ -22,6 +22,14 @@ const DISTANCES_HEIGHT: f32 = 44.0;
 const MIN_DIAMETER: f32 = 1.0;
 /// Vertices of an ellipse.
 const ELLIPSE_VERTICES: usize = 96;
+/// Gap between the two discs, points.
+const DISC_GAP: f32 = 10.0;
+/// Smallest distance of a name from the left and right edges of its drawing, points.
+const NAME_MARGIN: f32 = 2.0;
+/// Smallest gap between two names, points.
+const NAME_GAP: f32 = 4.0;
+/// Light time over 1 au, minutes.
+const LIGHT_MINUTES_PER_AU: f64 = KM_PER_AU / SPEED_OF_LIGHT_KM_S / 60.0;
 /// Colour of the selected body's name or mark.
 const HIGHLIGHT_COLOUR: Color32 = Color32::from_rgb(255, 206, 110);
 /// Colour of other names and marks, and of a body without a known colour.
@@ -99,9 +107,6 @@ fn distance_text(name: &str, distance_au: f64) -> String {
     }
 }
 
-/// Light time over 1 au, minutes.
-const LIGHT_MINUTES_PER_AU: f64 = KM_PER_AU / crate::units::SPEED_OF_LIGHT_KM_S / 60.0;
-
 /// Draws the background of a drawing and returns its area. `description`: accessible description of the drawing.
 fn draw_background(ui: &mut Ui, height: f32, description: &str) -> Rect {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());
@@ -116,14 +121,6 @@ fn scale(size: [f64; 2], a_km: DVec3, b_km: DVec3) -> f64 {
     let height_km = 2.0 * a_km.z.max(b_km.z);
     (size[0] / width_km).min(size[1] / height_km)
 }
-
-/// Gap between the two discs, points.
-const DISC_GAP: f32 = 10.0;
-
-/// Smallest distance of a name from the left and right edges of its drawing, points.
-const NAME_MARGIN: f32 = 2.0;
-/// Smallest gap between two names, points.
-const NAME_GAP: f32 = 4.0;
 
 /// The middle of a text: as close to `x` as possible, but with the text between `left` and `right`. A text that is too wide starts at `left`.
 fn middle_within([left, right]: [f32; 2], x: f32, width: f32) -> f32 {

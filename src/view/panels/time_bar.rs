@@ -53,17 +53,16 @@ impl TimeBar {
         let (kind, pending) = self.pending.as_ref()?;
         let (kind, found) = (*kind, pending.take()?);
         self.pending = None;
-        Some(found.and_then(|event| event.ok_or_else(|| text!("event-none-near", kind = kind.name()))))
+        Some(found.and_then(|event| event.ok_or_else(|| text!("event-none-near", kind = kind.name(), years = EVENT_SEARCH_YEARS))))
     }
 }
 
 /// Time steps of the buttons: seconds, and the message id of the step's name.
 const STEPS: [(f64, &str); 4] =
     [(60.0, "step-minute"), (3600.0, "step-hour"), (SECONDS_PER_DAY, "step-day"), (DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY, "step-year")];
-/// Length of time that is searched for the next or previous event, seconds. The longest gap between events of one kind is that of transits, 13 years
-/// (Mercury's of 2019 and 2032). Ten times as long is a choice: it also exceeds the 121.5 years between the transits of Venus of 1882 and 2004, and a search
-/// without result ends after it.
-const EVENT_SEARCH_S: f64 = 130.0 * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
+/// Length of time that is searched for the next or previous event, Julian years. The longest gap between events of one kind is that of transits, 13 years
+/// (Mercury's of 2019 and 2032). Ten times as long is a choice: it also exceeds the 121.5 years between the transits of Venus of 1882 and 2004.
+const EVENT_SEARCH_YEARS: u32 = 130;
 /// Time between the displayed time and the start of the search, seconds, so that the search does not find the displayed event.
 const EVENT_GAP_S: f64 = 60.0;
 
@@ -307,7 +306,8 @@ fn event_buttons(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rend
     if let Some(backward) = requested_backward {
         let gap_s = if backward { -EVENT_GAP_S } else { EVENT_GAP_S };
         let start = interface.viewer.destination().time().plus_seconds(gap_s);
-        let search = EventSearch::new(vec![kind], start, EVENT_SEARCH_S, backward);
+        let span_s = f64::from(EVENT_SEARCH_YEARS) * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
+        let search = EventSearch::new(vec![kind], start, span_s, backward);
         let found = ask(worker, move |session| search.first(session.catalog(), session.ephemeris()).map_err(|e| error_text(&e)));
         interface.time_bar.pending = Some((kind, found));
     }

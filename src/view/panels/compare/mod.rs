@@ -77,9 +77,9 @@ impl ComparisonInput {
     fn is_close_to(&self, other: &Self) -> bool {
         const TOLERANCE_PX: u32 = 32;
         let (a, b) = (&self.request, &other.request);
-        let similar_size = a.width.abs_diff(b.width) < TOLERANCE_PX && a.height.abs_diff(b.height) < TOLERANCE_PX;
+        let has_similar_size = a.width.abs_diff(b.width) < TOLERANCE_PX && a.height.abs_diff(b.height) < TOLERANCE_PX;
         let request = ViewRequest { width: a.width, height: a.height, ..b.clone() };
-        similar_size && *self == Self { request, ..other.clone() }
+        has_similar_size && *self == Self { request, ..other.clone() }
     }
 }
 
@@ -244,8 +244,9 @@ fn draw(session: &Session, request: &ViewRequest, variant: &Variant) -> Result<C
     let failed = |e: crate::session::SessionError| error_text(&e);
     // This first plan loads modules and maps, so that the measured time does not include loading.
     session.plan(request, sampling).map_err(failed)?;
+    let in_f64 = true;
     let f64_renderer =
-        if variant.renderer == Renderer::SoftwareF64 { Some(session.renderer_in(true).map_err(|e| error_text(&e))?) } else { None };
+        if variant.renderer == Renderer::SoftwareF64 { Some(session.renderer_in(in_f64).map_err(|e| error_text(&e))?) } else { None };
     let start = WallInstant::now();
     let (frame, by) = if variant.renderer == Renderer::Window {
         let drawn = session.draw_in_background(request, sampling, FrameImages::Display).map_err(failed)?;

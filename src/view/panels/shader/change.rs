@@ -186,12 +186,12 @@ fn pair_in_view(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspecte
     }
 }
 
-/// Largest width of the images of the pair, pixels.
-const MAX_PAIR_WIDTH: u32 = 480;
+/// Largest width of the images of the pair.
+const MAX_PAIR_WIDTH_PX: u32 = 480;
 
-/// The request for an image scaled down by an integer, so that it is at most [`MAX_PAIR_WIDTH`] wide.
+/// The request for an image scaled down by an integer, so that it is at most [`MAX_PAIR_WIDTH_PX`] wide.
 fn reduced_request(request: &ViewRequest) -> ViewRequest {
-    let divisor = request.width.div_ceil(MAX_PAIR_WIDTH).max(1);
+    let divisor = request.width.div_ceil(MAX_PAIR_WIDTH_PX).max(1);
     ViewRequest { width: request.width.div_ceil(divisor), height: request.height.div_ceil(divisor), ..request.clone() }
 }
 

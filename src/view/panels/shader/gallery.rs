@@ -31,8 +31,10 @@ struct Entry {
 
 /// Space of an entry beside its image, and below it for the caption, points.
 const ENTRY_MARGIN: Vec2 = Vec2::new(24.0, 34.0);
-/// Space for the distance between two columns, points.
-const COLUMN_GAP: f32 = 12.0;
+/// Gap between two rows or columns, points.
+const GAP: f32 = 8.0;
+/// Width that a column must have besides its image, margin and gap before the grid has that column, points.
+const COLUMN_RESERVE: f32 = 4.0;
 /// Colour of the outline of the displayed key's image.
 const OUTLINE_COLOUR: Color32 = Color32::from_rgb(255, 206, 110);
 
@@ -58,8 +60,8 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     let mut clicked = None;
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         let side = SAMPLE_PX as f32;
-        let columns = ((ui.available_width() / (side + ENTRY_MARGIN.x + COLUMN_GAP)) as usize).max(1);
-        egui::Grid::new("gallery").num_columns(columns).spacing([8.0, 8.0]).show(ui, |ui| {
+        let columns = ((ui.available_width() / (side + ENTRY_MARGIN.x + GAP + COLUMN_RESERVE)) as usize).max(1);
+        egui::Grid::new("gallery").num_columns(columns).spacing([GAP, GAP]).show(ui, |ui| {
             for (index, entry) in entries.iter().enumerate() {
                 ui.allocate_ui(Vec2::splat(side) + ENTRY_MARGIN, |ui| {
                     ui.vertical(|ui| {

@@ -27,6 +27,7 @@ use crate::view::worker::render_worker::{RenderWorker, RenderedView};
 use egui::{ComboBox, RichText, ScrollArea};
 use queries::ShaderQueries;
 
+/// A page of the panel; each is a file of this folder.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Page {
     Key,

@@ -260,6 +260,7 @@ fn draw_sample_body(session: &Session, key: &ShaderKey) -> SampleImageResult {
     let (frame, _) =
         session.background_renderer().render(&plan, session.library(), FrameImages::DisplayAndHdr).map_err(|e| error_text(&e))?;
     let is_radiance = key.features().view == PixelView::Final;
+    // At least 1e-12, so that the scale of a black image is finite.
     let greatest = frame.hdr.iter().flat_map(|p| &p[..3]).copied().filter(|v| v.is_finite()).fold(1e-12, f32::max);
     let scale = if is_radiance { 1.0 } else { 1.0 / greatest };
     // 0.4545 = 1 / 2.2.
