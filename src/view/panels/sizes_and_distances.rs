@@ -10,6 +10,7 @@ use crate::view::app::body_positions::{BodyPositions, SessionPositions};
 use crate::view::app::viewer::Subject;
 use crate::view::language::numbers::grouped;
 use crate::view::language::{body_name, decimal, text};
+use crate::view::panels::theme::HIGHLIGHT_COLOUR;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{Align2, Color32, ComboBox, FontId, Pos2, Rect, Sense, Shape, Stroke, TextStyle, Ui, pos2, vec2};
 use glam::DVec3;
@@ -30,8 +31,6 @@ const NAME_MARGIN: f32 = 2.0;
 const NAME_GAP: f32 = 4.0;
 /// Light time over 1 au, minutes.
 const LIGHT_MINUTES_PER_AU: f64 = KM_PER_AU / SPEED_OF_LIGHT_KM_S / 60.0;
-/// Colour of the selected body's name or mark.
-const HIGHLIGHT_COLOUR: Color32 = Color32::from_rgb(255, 206, 110);
 /// Colour of other names and marks, and of a body without a known colour.
 const OTHER_COLOUR: Color32 = Color32::from_gray(190);
 

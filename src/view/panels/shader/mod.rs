@@ -63,7 +63,7 @@ enum ModuleChoice {
 #[derive(Default)]
 pub(crate) struct ShaderPanel {
     page: Page,
-    /// The module that the user chose; `None`: that of the globe, or of the first draw.
+    /// The module that the user chose; `None`: that of the globe, else of the first draw, else of points.
     chosen: Option<ModuleChoice>,
     /// The body and the module that the last frame showed. When one of them changes, features changed by hand are dropped.
     last_inspected: Option<(NaifId, ModuleChoice)>,
