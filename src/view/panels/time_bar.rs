@@ -148,10 +148,14 @@ fn text_width(ui: &egui::Ui, text: String) -> f32 {
     ui.painter().layout_no_wrap(text, TextStyle::Body.resolve(ui.style()), Color32::PLACEHOLDER).size().x
 }
 
-/// The instant of a typed date. The date is read in the displayed time zone, unless the text gives the same instant in every zone.
+/// The instant of a typed date. The date is read in the displayed time zone, unless the text gives the same instant in every zone. In local time it is rounded
+/// to whole seconds.
 fn typed_time(typed: &str, time_zone: ShownTimeZone, now: Instant) -> Option<Instant> {
-    let time = parse_date(typed, now)?;
-    if is_same_in_every_zone(typed) { Some(time) } else { time_zone.instant(ShownTimeZone::Utc.civil_time(time)?) }
+    let utc = parse_date(typed, now)?;
+    if time_zone == ShownTimeZone::Utc || is_same_in_every_zone(typed) {
+        return Some(utc);
+    }
+    time_zone.instant(ShownTimeZone::Utc.civil_time(utc)?)
 }
 
 /// Date and time of day in digits.
@@ -334,6 +338,9 @@ mod tests {
             let text = "2024-04-08 18:17:00";
             assert_eq!(time_zone.civil_time(typed(text, time_zone)).map(civil_text), Some(text.to_owned()));
         }
+        // In UTC a fraction of a second stays.
+        let fraction = Instant::parse("2024-04-08T18:17:16.25Z").expect("a time");
+        assert_eq!(typed("2024-04-08 18:17:16.25", ShownTimeZone::Utc), fraction);
         set(Language::German);
         let german = "08.04.2024, 18:17:00";
         assert_eq!(ShownTimeZone::Utc.civil_time(typed(german, ShownTimeZone::Utc)).map(civil_text), Some(german.to_owned()));
