@@ -78,7 +78,7 @@ pub fn view_from_text(text: &str, session: &Session, now: Instant) -> Result<Vie
     let mut given = PartialView::of(text);
     given.resolve_body_names(catalog);
     let target = given.target();
-    let time = given.time().unwrap_or(now);
+    let time = given.take_time().unwrap_or(now);
     let defaults = initial_view(catalog, &SessionPositions(session), target, time)?;
     let view = given.with_defaults(&defaults, catalog)?;
     // Building a scene checks combinations of fields, and that the ephemeris covers the view. The size of the image does not matter.
@@ -208,8 +208,8 @@ impl PartialView {
         code(self.fields.get("target")).or(code(self.fields.get("eye").and_then(|eye| eye.get("body")))).unwrap_or(NaifId::EARTH)
     }
 
-    /// The time of the field `time` (a date) or `tdb_s`.
-    fn time(&mut self) -> Option<Instant> {
+    /// The time of the field `time` (a date), which is removed, or of `tdb_s`, which stays.
+    fn take_time(&mut self) -> Option<Instant> {
         let (tdb_s, date) = (self.fields.get("tdb_s").cloned(), self.fields.remove("time"));
         if tdb_s.is_some() && date.is_some() {
             self.record_error("time and tdb_s are two forms of one value: leave one out".into());

@@ -58,9 +58,9 @@ pub(crate) fn resembles_date(text: &str) -> bool {
         let fields: Vec<&str> = word.split(['.', '/', '-']).collect();
         fields.len() == 3 && fields.iter().all(|f| !f.is_empty() && f.chars().all(|c| c.is_ascii_digit()))
     };
-    let date = |word: &str| is_in_digits(word.split('t').next().unwrap_or(word));
+    let is_date = |word: &str| is_in_digits(word.split('t').next().unwrap_or(word));
     words().all(|word| starts_with_digit(word) || month(word).is_some() || DATE_WORDS.contains(&word))
-        && (words().any(date) || words().any(|word| month(word).is_some()) && words().any(starts_with_digit))
+        && (words().any(is_date) || words().any(|word| month(word).is_some()) && words().any(starts_with_digit))
 }
 
 /// The parts of a date that have been read so far.

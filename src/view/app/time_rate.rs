@@ -11,7 +11,7 @@ use crate::view::language::{plain, text};
 const YEAR_S: f64 = DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
 /// A mean month: a twelfth of a Julian year.
 const MONTH_S: f64 = YEAR_S / 12.0;
-/// The preset speeds, from real time to a year per second.
+/// The preset speeds, scene seconds per real second, from real time to a year per second.
 const PRESET_SPEEDS: [f64; 10] = [1.0, 10.0, 60.0, 600.0, 3600.0, 6.0 * 3600.0, SECONDS_PER_DAY, 7.0 * SECONDS_PER_DAY, MONTH_S, YEAR_S];
 /// Longest real time, seconds, that one frame converts to scene time, so that scene time at a high speed does not jump after a stall (a hidden window, a
 /// slow frame). At a rate of exactly 1 there is no limit, so that a view of the current sky stays current.
