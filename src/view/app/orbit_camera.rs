@@ -16,6 +16,13 @@ const MAX_ELEVATION_RAD: f64 = 89.9 * std::f64::consts::PI / 180.0;
 /// Height above the ground, in radii, up to which the angle per pixel of a drag increases.
 const MAX_DRAG_HEIGHT_RADII: f64 = 4.0;
 
+/// Difference between the azimuths of the camera and of the Sun in [`OrbitCamera::on_lit_side`], so that the terminator is visible.
+const LIT_SIDE_SUN_AZIMUTH_DEG: f64 = 35.0;
+/// Angle by which this camera is farther from the equator than the Sun.
+const LIT_SIDE_ELEVATION_DEG: f64 = 12.0;
+/// Largest elevation of this camera, 69 degrees, so that it is not above a pole.
+const LIT_SIDE_MAX_ELEVATION_RAD: f64 = 1.2;
+
 /// Position of the camera around a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct OrbitCamera {
@@ -49,6 +56,15 @@ impl OrbitCamera {
         let mut orbit =
             Self { azimuth_rad: v.y.atan2(v.x), elevation_rad: v.z.atan2(equatorial_km), distance_radii: v.length() / radius_km };
         orbit.keep_in_bounds();
+        orbit
+    }
+
+    /// The orbit of a camera that sees the lit side of a body and of its rings. `sunward`: the unit vector from the body to the Sun, ICRF.
+    pub(crate) fn on_lit_side(sunward: DVec3, distance_radii: f64, pole: DVec3) -> Self {
+        let mut orbit = Self::from_offset(sunward * distance_radii, 1.0, pole);
+        orbit.azimuth_rad += LIT_SIDE_SUN_AZIMUTH_DEG.to_radians();
+        let elevation_rad = orbit.elevation_rad + LIT_SIDE_ELEVATION_DEG.to_radians().copysign(orbit.elevation_rad);
+        orbit.elevation_rad = elevation_rad.clamp(-LIT_SIDE_MAX_ELEVATION_RAD, LIT_SIDE_MAX_ELEVATION_RAD);
         orbit
     }
 

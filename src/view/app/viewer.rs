@@ -99,12 +99,6 @@ pub enum Action {
 const ARRIVAL_RADII: f64 = 3.5;
 /// Distance at arrival for the Sun, in its radii.
 const ARRIVAL_RADII_SUN: f64 = 6.0;
-/// Difference between the azimuths of the camera and of the Sun at arrival, so that the terminator is visible.
-const ARRIVAL_SUN_AZIMUTH_DEG: f64 = 35.0;
-/// Angle by which the camera is farther from the equator than the Sun at arrival.
-const ARRIVAL_ELEVATION_DEG: f64 = 12.0;
-/// Largest elevation at arrival, 69 degrees, so that the camera does not arrive above a pole.
-const MAX_ARRIVAL_ELEVATION_RAD: f64 = 1.2;
 /// Least field of view of a body seen from another one: it shows a small disc with its surroundings.
 const MIN_LOOK_FROM_FOV_DEG: f64 = 1.0;
 /// Field of view of a body seen from another one, if its disc is larger, such as Jupiter's from its moons; in apparent diameters.
@@ -400,13 +394,11 @@ impl Viewer {
         let from = self.pose_relative_to(id, positions);
         // The camera arrives on the lit side; at the Sun, on the side where it is now.
         let side = sunward.or(from.and_then(|p| p.offset_km.try_normalize())).unwrap_or(DVec3::X);
-        let distance_radii = if id == NaifId::SUN { ARRIVAL_RADII_SUN } else { ARRIVAL_RADII };
-        let mut orbit = OrbitCamera::from_offset(side * distance_radii * radius_km, radius_km, pole);
-        if id != NaifId::SUN {
-            orbit.azimuth_rad += ARRIVAL_SUN_AZIMUTH_DEG.to_radians();
-            let elevation_rad = orbit.elevation_rad + ARRIVAL_ELEVATION_DEG.to_radians().copysign(orbit.elevation_rad);
-            orbit.elevation_rad = elevation_rad.clamp(-MAX_ARRIVAL_ELEVATION_RAD, MAX_ARRIVAL_ELEVATION_RAD);
-        }
+        let orbit = if id == NaifId::SUN {
+            OrbitCamera::from_offset(side * ARRIVAL_RADII_SUN, 1.0, pole)
+        } else {
+            OrbitCamera::on_lit_side(side, ARRIVAL_RADII, pole)
+        };
         self.leave_view();
         self.selected = id;
         (self.view.target, self.view.tracks, self.view.roll_deg, self.view.fov_deg) = (id, true, 0.0, DEFAULT_FOV_DEG);
