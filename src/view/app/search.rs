@@ -220,15 +220,7 @@ pub(crate) fn surface_feature_view(feature: &SurfaceFeature, body: &Subject, bas
     let height_radii = (SURFACE_FEATURE_HEIGHT_DIAMETERS * feature.diameter_km / body.radii_km.x)
         .clamp(SURFACE_FEATURE_HEIGHT_LIMITS_RADII[0], SURFACE_FEATURE_HEIGHT_LIMITS_RADII[1]);
     let orbit = OrbitCamera::from_offset(feature.direction * (1.0 + height_radii), 1.0, DVec3::Z);
-    ViewState {
-        target: body.id,
-        eye: body_fixed_orbit_pose(body.id, orbit),
-        tracks: true,
-        fov_deg: DEFAULT_FOV_DEG,
-        roll_deg: 0.0,
-        exposure_stops: None,
-        ..base_view.clone()
-    }
+    base_view.tracking_view(body.id, body_fixed_orbit_pose(body.id, orbit), DEFAULT_FOV_DEG)
 }
 
 fn effects(text: &str) -> impl Iterator<Item = Suggestion> {
@@ -327,13 +319,5 @@ pub fn star_view(star: &Star, years_since_epoch: f64, positions: &dyn BodyPositi
         yaw_deg: 180.0,
         pitch_deg: 0.0,
     };
-    Some(ViewState {
-        target: NaifId::EARTH,
-        eye,
-        tracks: true,
-        fov_deg: STAR_FOV_DEG,
-        roll_deg: 0.0,
-        exposure_stops: None,
-        ..base_view.clone()
-    })
+    Some(base_view.tracking_view(NaifId::EARTH, eye, STAR_FOV_DEG))
 }

@@ -188,20 +188,14 @@ impl ViewState {
         }
     }
 
-    /// A view that tracks a body at an instant, with time paused and automatic exposure. All other settings, such as quality, effects and layers,
-    /// are kept.
+    /// A view that tracks a body, with automatic exposure. All other settings, such as time, quality, effects and layers, are kept.
+    pub(crate) fn tracking_view(&self, target: NaifId, eye: CameraPose, fov_deg: f64) -> Self {
+        Self { target, eye, tracks: true, fov_deg, roll_deg: 0.0, exposure_stops: None, ..self.clone() }
+    }
+
+    /// As [`Self::tracking_view`], but at an instant, with time paused.
     pub(crate) fn paused_view(&self, time: Instant, target: NaifId, eye: CameraPose, fov_deg: f64) -> Self {
-        Self {
-            tdb_s: time.tdb_seconds_past_j2000(),
-            target,
-            eye,
-            tracks: true,
-            fov_deg,
-            roll_deg: 0.0,
-            exposure_stops: None,
-            paused: Some(true),
-            ..self.clone()
-        }
+        Self { tdb_s: time.tdb_seconds_past_j2000(), paused: Some(true), ..self.tracking_view(target, eye, fov_deg) }
     }
 
     pub fn time(&self) -> Instant {
