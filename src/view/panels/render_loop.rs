@@ -261,10 +261,14 @@ impl Interface {
         // The fields of these settings are in the Information panel.
         (self.settings.unit, self.settings.home) = (self.information.unit, self.information.home);
         let until_still_s = STILL_AFTER_S - (now_s - self.viewport.last_motion_s);
+        let is_animating = self.viewer.is_animating();
+        let awaits_first_image = self.viewport.shown.is_none() && self.failure_reason.is_none();
         // Times until the interface needs its next frame, also if there is no image of the view: time runs on, and messages disappear.
         let delays_s = [
             self.viewer.frame_interval_s(),
-            (until_still_s > 0.0 && !self.viewer.is_animating()).then_some(until_still_s + STILL_MARGIN_S),
+            (until_still_s > 0.0 && !is_animating).then_some(until_still_s + STILL_MARGIN_S),
+            // The worker of the tests has drawn the first image already; the next frame takes it.
+            (awaits_first_image && !is_animating).then_some(0.0),
             (readiness == Readiness::Preparing).then_some(READY_CHECK_S),
             self.notice.as_ref().map(|(_, until_s)| until_s - now_s),
             // A new reply has its time from the next frame on.
