@@ -99,7 +99,7 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
     ui.horizontal(|ui| {
         event_buttons(interface, ui, worker, actions);
         if interface.settings.panels.timeline_shown {
-            timeline::strip(interface, ui, worker, actions);
+            timeline::show(interface, ui, worker, actions);
         }
     });
 }

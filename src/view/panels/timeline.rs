@@ -112,7 +112,7 @@ impl EventTrack {
 }
 
 /// Shows the timeline, with the buttons that shorten and lengthen its span.
-pub(crate) fn strip(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     let span_s = usable_span_s(interface.settings.panels.timeline_span_s);
     let mut notches = 0.0;
     if icons::without_text(ui, Icon::Minus, text!("timeline-longer")).on_hover_text(text!("timeline-longer-hint")).clicked() {

@@ -3,7 +3,7 @@
 //! In: the displayed view, the picked pixel. Out: egui shapes; a pixel chosen on this page. Always: both precisions are
 //! computed for the same view and pixel; nothing is computed before the user picks a pixel.
 
-use super::values::number_text;
+use super::values::brief_number;
 use super::{Inspected, ShaderPanel};
 use crate::probe::pixel::{PixelDraw, PixelReport, inspect_pixel};
 use crate::probe::{ProbeError, Prober};
@@ -82,7 +82,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         Ok(both) => both,
         Err(why) => return drop(ui.colored_label(ui.visuals().warn_fg_color, error_text(why))),
     };
-    let radiance = report_f32.radiance.map(number_text).join(", ");
+    let radiance = report_f32.radiance.map(brief_number).join(", ");
     ui.label(text!("probe-radiance", level = radiance, stops = signed(report_f32.exposure_stops, 2), time = instant_text(report_f32.time)));
     if report_f32.draws.is_empty() {
         ui.label(text!("probe-empty"));
