@@ -308,6 +308,7 @@ impl Interface {
             self.search.forget_failure();
             self.information.forget_report();
             self.shader.forget_failures();
+            self.compare.forget_failures();
             self.events.rewrite_texts(worker.session().catalog());
         }
     }

@@ -7,6 +7,7 @@ use super::icons::{self, Icon};
 use super::search::MAX_ECHO_CHARS;
 use super::top_bar::caption;
 use super::{Interface, accessible, events, timeline};
+use crate::ephemeris::EphemerisError;
 use crate::time::Instant;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::app::civil_time::ShownTimeZone;
@@ -23,8 +24,8 @@ use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{Button, Color32, ComboBox, DragValue, Grid, Key, PopupCloseBehavior, Slider, TextEdit, TextStyle};
 use std::sync::Arc;
 
-/// The first event that a search finds, pending.
-type PendingEvent = Pending<Result<Option<SkyEvent>, String>>;
+/// The first event that a search finds, pending. An error is formatted later, because the language may change before it arrives.
+type PendingEvent = Pending<Result<Option<SkyEvent>, EphemerisError>>;
 
 pub(crate) struct TimeBar {
     /// The text typed into the date field; `None` while the field shows the view's time.
@@ -53,6 +54,7 @@ impl TimeBar {
         let (kind, pending) = self.pending.as_ref()?;
         let (kind, found) = (*kind, pending.take()?);
         self.pending = None;
+        let found = found.map_err(|e| error_text(&e));
         Some(found.and_then(|event| event.ok_or_else(|| text!("event-none-near", kind = kind.name(), years = EVENT_SEARCH_YEARS))))
     }
 }
@@ -312,7 +314,7 @@ fn event_buttons(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rend
         let start = interface.viewer.destination().time().plus_seconds(gap_s);
         let span_s = f64::from(EVENT_SEARCH_YEARS) * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
         let search = EventSearch::new(vec![kind], start, span_s, backward);
-        let found = ask(worker, move |session| search.first(session.catalog(), session.ephemeris()).map_err(|e| error_text(&e)));
+        let found = ask(worker, move |session| search.first(session.catalog(), session.ephemeris()));
         interface.time_bar.pending = Some((kind, found));
     }
     if interface.time_bar.pending.is_some() {

@@ -28,6 +28,13 @@ pub(crate) struct ChangeView {
     last_pair: Option<(ShaderKey, Result<Arc<Pair>, String>)>,
 }
 
+impl ChangeView {
+    /// Drops an error, whose text is in the language in which the pair was asked for.
+    pub(super) fn forget_failure(&mut self) {
+        self.last_pair.take_if(|(_, pair)| pair.is_err());
+    }
+}
+
 /// The two compared keys and their labels. With two pins: the pinned keys. With one: the pinned key and the displayed key. Without pins: the drawn
 /// key and the displayed key.
 fn compared_keys(panel: &ShaderPanel, inspected: &Inspected<'_>) -> Option<([ShaderKey; 2], [&'static str; 2])> {

@@ -136,6 +136,7 @@ impl ShaderPanel {
     /// Drops stored errors: their texts are in the language in which the queries were made.
     pub(crate) fn forget_failures(&mut self) {
         self.queries.forget_failures();
+        self.change.forget_failure();
     }
 
     /// Whether the Probe page is shown, so that the viewport marks its pixel.
