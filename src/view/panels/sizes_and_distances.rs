@@ -81,18 +81,24 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderW
 }
 
 /// `Saturn is 9.449 times as wide as Earth and has 764 times its volume.`
-fn size_text(a: &Subject, b: &Subject) -> String {
+fn size_text(first: &Subject, second: &Subject) -> String {
     let ratio = |value: f64| if value >= 10.0 { grouped(value, 0) } else { decimal(value, 3) };
-    let width = a.radii_km.x / b.radii_km.x;
-    let volume = a.radii_km.element_product() / b.radii_km.element_product();
+    let width = first.radii_km.x / second.radii_km.x;
+    let volume = first.radii_km.element_product() / second.radii_km.element_product();
     if width >= 1.0 {
-        text!("size-sentence", larger = body_name(&a.name), width = ratio(width), smaller = body_name(&b.name), volume = ratio(volume))
+        text!(
+            "size-sentence",
+            larger = body_name(&first.name),
+            width = ratio(width),
+            smaller = body_name(&second.name),
+            volume = ratio(volume)
+        )
     } else {
         text!(
             "size-sentence",
-            larger = body_name(&b.name),
+            larger = body_name(&second.name),
             width = ratio(1.0 / width),
-            smaller = body_name(&a.name),
+            smaller = body_name(&first.name),
             volume = ratio(1.0 / volume)
         )
     }
@@ -136,13 +142,14 @@ fn middles_of_two(area: [f32; 2], [first, second]: [(f32, f32); 2]) -> [f32; 2] 
 }
 
 /// Draws two bodies next to each other.
-fn draw_sizes(ui: &mut Ui, catalog: &Catalog, a: &Subject, b: &Subject) {
-    let rect = draw_background(ui, SIZES_HEIGHT, &text!("sizes-image", first = body_name(&a.name), second = body_name(&b.name)));
+fn draw_sizes(ui: &mut Ui, catalog: &Catalog, selected: &Subject, other: &Subject) {
+    let rect = draw_background(ui, SIZES_HEIGHT, &text!("sizes-image", first = body_name(&selected.name), second = body_name(&other.name)));
     let inner = rect.shrink2(vec2(12.0, 16.0));
-    let points_per_km = scale([f64::from(inner.width()) - f64::from(DISC_GAP), f64::from(inner.height()) - 8.0], a.radii_km, b.radii_km);
+    let points_per_km =
+        scale([f64::from(inner.width()) - f64::from(DISC_GAP), f64::from(inner.height()) - 8.0], selected.radii_km, other.radii_km);
     let font = TextStyle::Small.resolve(ui.style());
     let mut left = inner.left();
-    let bodies = [(a, HIGHLIGHT_COLOUR), (b, OTHER_COLOUR)];
+    let bodies = [(selected, HIGHLIGHT_COLOUR), (other, OTHER_COLOUR)];
     let names = bodies.map(|(body, colour)| {
         let [half_width, half_height] = [body.radii_km.x, body.radii_km.z].map(|km| ((km * points_per_km) as f32).max(0.5 * MIN_DIAMETER));
         let centre = pos2(left + half_width, inner.center().y);
