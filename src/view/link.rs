@@ -12,7 +12,7 @@ use crate::view::app::body_positions::SessionPositions;
 use crate::view::app::composition_state::CompositionState;
 use crate::view::app::initial_view::initial_view;
 use crate::view::app::view_state::{CameraPose, ViewState, ViewStateError, pose_on_ground};
-use crate::wording::{did_you_mean, json_error_text};
+use crate::wording::{did_you_mean, echo_within, json_error_text};
 use glam::DVec3;
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, percent_decode_str, utf8_percent_encode};
 use serde::Serialize;
@@ -78,7 +78,7 @@ pub fn view_from_text(text: &str, session: &Session, now: Instant) -> Result<Vie
     let mut given = PartialView::of(text);
     given.resolve_body_names(catalog);
     let target = given.target();
-    let time = given.time().unwrap_or(now);
+    let time = given.take_time().unwrap_or(now);
     let defaults = initial_view(catalog, &SessionPositions(session), target, time)?;
     let view = given.with_defaults(&defaults, catalog)?;
     // Building a scene checks combinations of fields, and that the ephemeris covers the view. The size of the image does not matter.
@@ -125,14 +125,9 @@ impl PartialView {
         given
     }
 
-    /// Records an error, cut to one line of limited length, since the text is untrusted.
+    /// Records an error as one line of limited length, since the text is untrusted.
     fn record_error(&mut self, why: String) {
-        let printable = |c: char| if c.is_control() { '\u{fffd}' } else { c };
-        let mut line: String = why.chars().take(MAX_ERROR_CHARACTERS).map(printable).collect();
-        if line.len() < why.len() && why.chars().count() > MAX_ERROR_CHARACTERS {
-            line.push('…');
-        }
-        self.errors.push(line);
+        self.errors.push(echo_within(&why, MAX_ERROR_CHARACTERS));
     }
 
     fn of_link(link: &str) -> Self {
@@ -213,8 +208,8 @@ impl PartialView {
         code(self.fields.get("target")).or(code(self.fields.get("eye").and_then(|eye| eye.get("body")))).unwrap_or(NaifId::EARTH)
     }
 
-    /// The time of the field `time` (a date) or `tdb_s`.
-    fn time(&mut self) -> Option<Instant> {
+    /// The time of the field `time` (a date), which is removed, or of `tdb_s`, which stays.
+    fn take_time(&mut self) -> Option<Instant> {
         let (tdb_s, date) = (self.fields.get("tdb_s").cloned(), self.fields.remove("time"));
         if tdb_s.is_some() && date.is_some() {
             self.record_error("time and tdb_s are two forms of one value: leave one out".into());
@@ -309,12 +304,10 @@ impl PartialView {
     }
 }
 
-/// At most 60 characters of a user's text, for a message.
+/// A quotation of the text for a message.
 fn shortened(text: &str) -> String {
     const MAX_CHARACTERS: usize = 60;
-    let mut all = text.chars();
-    let start: String = all.by_ref().take(MAX_CHARACTERS).collect();
-    if all.next().is_some() { start + "…" } else { start }
+    echo_within(text, MAX_CHARACTERS)
 }
 
 /// The JSON object of a serialised structure.

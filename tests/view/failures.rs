@@ -19,6 +19,7 @@ use orrery::view::worker::render_worker::{FailedJob, InlineWorker, RenderJob, Re
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 type Messages = Arc<Mutex<Vec<String>>>;
 
@@ -67,6 +68,34 @@ fn a_reply_is_shown_below_the_reason() {
     let reply = harness.state().reply_text().to_owned();
     assert!(!reply.is_empty() && harness.state().message_line() == reason);
     assert!(harness.query_by_label(&format!("{reason}\n{reply}")).is_some(), "{reply} is not shown");
+}
+
+/// The time for which the window waits until its next frame, unless there is input.
+fn repaint_delay(harness: &Harness<'static, Interface>) -> Duration {
+    harness.output().viewport_output.get(&egui::ViewportId::ROOT).expect("the window").repaint_delay
+}
+
+#[test]
+fn a_window_without_its_first_image_is_at_rest() {
+    let (session, _, interface) = window(None, "9999-12-31T00:00:00Z");
+    let mut harness = harness_of(session, interface);
+    settle(&mut harness);
+    assert!(harness.state().shown().is_none());
+    assert!(repaint_delay(&harness) > Duration::ZERO, "the window draws frame after frame");
+}
+
+/// Time runs on although the view has no request; otherwise time that runs backward would not return to the span of the ephemeris by itself.
+#[test]
+fn time_runs_on_outside_the_ephemeris() {
+    let mut harness = harness_of(session(), interface(NaifId::MOON, "2024-01-25T00:00:00Z"));
+    settle(&mut harness);
+    // 31 700 years after J2000 there is no orientation of any body.
+    harness.state_mut().viewer.view.tdb_s = 1e12;
+    harness.state_mut().viewer.time_rate.toggle_pause();
+    settle(&mut harness);
+    assert!(!harness.state().message_line().is_empty());
+    let delay = repaint_delay(&harness);
+    assert!(delay <= Duration::from_secs(1), "the next frame is due in {delay:?}");
 }
 
 /// The window gives the reason in its language, and standard error in English.

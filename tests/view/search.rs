@@ -9,6 +9,7 @@ use orrery::catalog::stars::STAR_NAMES;
 use orrery::scene::request::{Axes, Look};
 use orrery::time::Instant;
 use orrery::view::app::body_positions::SessionPositions;
+use orrery::view::app::event_search::EventKind;
 use orrery::view::app::search::{SearchTarget, similar_texts, star_view, suggestions};
 use orrery::view::app::view_state::CameraPose;
 use orrery::view::language::Language;
@@ -149,6 +150,9 @@ fn the_likeliest_meaning_is_suggested_first() {
     assert_eq!(first("HIP 32349"), Some(SearchTarget::Star(32_349)));
     assert!(matches!(first("lunar eclipse"), Some(SearchTarget::Events { from: None, kinds }) if kinds.len() == 1));
     assert!(matches!(first("next solar eclipse"), Some(SearchTarget::Events { .. })));
+    for of_moons in ["moons of jupiter", "eclipses of the moons of jupiter", "jupiter transit", "shadow transit"] {
+        assert!(matches!(first(of_moons), Some(SearchTarget::Events { kinds, .. }) if kinds == [EventKind::Moons]), "{of_moons}");
+    }
     assert!(matches!(first("2024-04-08T18:17:16Z"), Some(SearchTarget::Time(_))));
     for nothing in ["", "  ", "nowhere", "zz 9", "91, 0", "hip 999999", "."] {
         assert_eq!(first(nothing), None, "{nothing}");

@@ -62,7 +62,7 @@ fn civil_time<Z: TimeZone>(t: Instant, zone: &Z) -> Option<NaiveDateTime> {
 fn instant<Z: TimeZone>(civil: NaiveDateTime, zone: &Z) -> Option<Instant> {
     let utc = match zone.from_local_datetime(&civil) {
         LocalResult::Single(t) | LocalResult::Ambiguous(t, _) => t.naive_utc(),
-        LocalResult::None => zone.from_local_datetime(&(civil + Duration::hours(1))).earliest()?.naive_utc(),
+        LocalResult::None => zone.from_local_datetime(&civil.checked_add_signed(Duration::hours(1))?).earliest()?.naive_utc(),
     };
     Instant::parse(&utc.format("%Y-%m-%dT%H:%M:%SZ").to_string()).ok()
 }
@@ -88,5 +88,7 @@ mod tests {
         }
         assert_eq!((offset_text(19_800).as_str(), offset_text(-12_600).as_str()), ("UTC+05:30", "UTC-03:30"));
         assert!(civil_time(Instant::from_tdb_seconds_past_j2000(1e15), &Utc).is_none());
+        // In this zone UTC is an hour later, which the calendar does not reach.
+        assert!(instant(NaiveDateTime::MAX, &FixedOffset::west_opt(3600).expect("a zone")).is_none());
     }
 }

@@ -82,12 +82,13 @@ impl CompositionState {
 
     /// Calls `check` for each number, with whether it is in range and a function that gives the error message.
     pub(super) fn check_fields(&self, check: &mut dyn FnMut(bool, &dyn Fn() -> String)) {
-        check(FISHEYE_RANGE_DEG.contains(&self.fisheye_deg), &|| {
-            format!("composition.fisheye_deg {}: must be 1 to 360 degrees", self.fisheye_deg)
-        });
-        check(DOME_TILT_RANGE_DEG.contains(&self.dome_tilt_deg), &|| {
-            format!("composition.dome_tilt_deg {}: must be -180 to 180 degrees", self.dome_tilt_deg)
-        });
+        for (field, degrees, range) in
+            [("fisheye_deg", self.fisheye_deg, FISHEYE_RANGE_DEG), ("dome_tilt_deg", self.dome_tilt_deg, DOME_TILT_RANGE_DEG)]
+        {
+            check(range.contains(&degrees), &|| {
+                format!("composition.{field} {degrees}: must be {} to {} degrees", range.start(), range.end())
+            });
+        }
         if let Some(km) = self.eye_separation_km {
             check(km > 0.0 && km.is_finite(), &|| format!("composition.eye_separation_km {km}: must be more than 0 km"));
         }

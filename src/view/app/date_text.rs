@@ -58,9 +58,9 @@ pub(crate) fn resembles_date(text: &str) -> bool {
         let fields: Vec<&str> = word.split(['.', '/', '-']).collect();
         fields.len() == 3 && fields.iter().all(|f| !f.is_empty() && f.chars().all(|c| c.is_ascii_digit()))
     };
-    let date = |word: &str| is_in_digits(word.split('t').next().unwrap_or(word));
+    let is_date = |word: &str| is_in_digits(word.split('t').next().unwrap_or(word));
     words().all(|word| starts_with_digit(word) || month(word).is_some() || DATE_WORDS.contains(&word))
-        && (words().any(date) || words().any(|word| month(word).is_some()) && words().any(starts_with_digit))
+        && (words().any(is_date) || words().any(|word| month(word).is_some()) && words().any(starts_with_digit))
 }
 
 /// The parts of a date that have been read so far.
@@ -143,7 +143,8 @@ impl<'t> Parts<'t> {
         if word.contains('.') && word.contains('/') {
             return None;
         }
-        let fields: Vec<i64> = word.split(['.', '/']).map(|f| f.parse().ok().filter(|_| f.len() <= 4)).collect::<Option<_>>()?;
+        let number = |field: &str| field.parse::<i64>().ok().filter(|_| field.len() <= 4 && !field.starts_with('+'));
+        let fields: Vec<i64> = word.split(['.', '/']).map(number).collect::<Option<_>>()?;
         let [first, middle, last] = fields[..] else { return None };
         let (year, day) = if first > 31 {
             (first, last)
@@ -353,6 +354,7 @@ mod tests {
             "8 april bc",
             "8 bc 9 bc",
             "april +5 2024",
+            "+8.+4.2024",
             "4/8.2024",
             "8.4/2024",
             "2024/4.8",

@@ -191,6 +191,8 @@ const MUTUAL_FOV_DIAMETERS: f64 = 12.0;
 const LOW_BODY_CAMERA_HEIGHT_KM: f64 = 3.0;
 /// Altitude below which the observed body is near the horizon, degrees.
 const LOW_BODY_ALTITUDE_DEG: f64 = 2.0;
+/// Refraction at the horizon as in almanacs: 34 arcminutes; `ephemeris::topocentric` and `events::local` use the same value.
+const HORIZON_REFRACTION_DEG: f64 = 34.0 / 60.0;
 /// Real seconds in which the button *Watch* plays an event that is longer than this.
 const PLAYBACK_S: f64 = 30.0;
 /// Two searches may give slightly different times for one event; events of the same kind and bodies that are closer in time than this are one event.
@@ -309,6 +311,7 @@ impl SkyEvent {
         let from_earth = |target: NaifId, fov_deg: f64| (target, CameraPose::Centre { body: NaifId::EARTH }, fov_deg);
         // A multiple of a body's apparent diameter at the Earth's centre.
         let diameters_deg = |id: NaifId, count: f64| {
+            // The defaults are not reached: the event was found with this catalog and these positions.
             let radius_km = catalog.body(id).map_or(1.0, |b| b.radii_km.x);
             let distance_km = positions.geometric_between_km(NaifId::EARTH, id, self.greatest()).map_or(1e9, |d| d.length());
             count * (2.0 * radius_km / distance_km).to_degrees()
@@ -420,9 +423,6 @@ impl SkyEvent {
         Ok((lines, seen.visible))
     }
 }
-
-/// Refraction at the horizon as in almanacs: 34 arcminutes.
-const HORIZON_REFRACTION_DEG: f64 = 34.0 / 60.0;
 
 /// Span (TDB seconds past J2000) and rate of time for playing an event.
 #[derive(Clone, Copy, Debug, PartialEq)]

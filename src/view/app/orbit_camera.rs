@@ -11,7 +11,17 @@ const MIN_DISTANCE_RADII: f64 = 1.0 + 1.6e-7;
 const MAX_DISTANCE_RADII: f64 = 5.0e7;
 /// Change of the natural logarithm of the height above the ground per wheel notch: six notches change the height by a factor of e.
 pub(crate) const LOG_HEIGHT_PER_NOTCH: f64 = 1.0 / 6.0;
+/// Largest elevation, 89.9 degrees: at the pole the azimuth would be undefined, and a drag divides by the cosine of the elevation.
 const MAX_ELEVATION_RAD: f64 = 89.9 * std::f64::consts::PI / 180.0;
+/// Height above the ground, in radii, up to which the angle per pixel of a drag increases.
+const MAX_DRAG_HEIGHT_RADII: f64 = 4.0;
+
+/// Difference between the azimuths of the camera and of the Sun in [`OrbitCamera::on_lit_side`], so that the terminator is visible.
+const LIT_SIDE_SUN_AZIMUTH_DEG: f64 = 35.0;
+/// Angle by which this camera is farther from the equator than the Sun.
+const LIT_SIDE_ELEVATION_DEG: f64 = 12.0;
+/// Largest elevation of this camera, 69 degrees, so that it is not above a pole.
+const LIT_SIDE_MAX_ELEVATION_RAD: f64 = 1.2;
 
 /// Position of the camera around a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,6 +59,15 @@ impl OrbitCamera {
         orbit
     }
 
+    /// The orbit of a camera that sees the lit side of a body and of its rings. `sunward`: the unit vector from the body to the Sun, ICRF.
+    pub(crate) fn on_lit_side(sunward: DVec3, distance_radii: f64, pole: DVec3) -> Self {
+        let mut orbit = Self::from_offset(sunward * distance_radii, 1.0, pole);
+        orbit.azimuth_rad += LIT_SIDE_SUN_AZIMUTH_DEG.to_radians();
+        let elevation_rad = orbit.elevation_rad + LIT_SIDE_ELEVATION_DEG.to_radians().copysign(orbit.elevation_rad);
+        orbit.elevation_rad = elevation_rad.clamp(-LIT_SIDE_MAX_ELEVATION_RAD, LIT_SIDE_MAX_ELEVATION_RAD);
+        orbit
+    }
+
     /// The camera's offset from the body's centre, kilometres.
     pub(crate) fn offset_km(&self, radius_km: f64, pole: DVec3) -> DVec3 {
         let (sin_a, cos_a) = self.azimuth_rad.sin_cos();
@@ -56,11 +75,11 @@ impl OrbitCamera {
         icrf_from_equator(pole) * DVec3::new(cos_e * cos_a, cos_e * sin_a, sin_e) * (self.distance_radii * radius_km)
     }
 
-    /// Applies a drag. The angle per pixel is proportional to the height above the ground, up to four radii, so that near the ground a drag of a
-    /// pixel moves the ground by about a pixel.
+    /// Applies a drag. The angle per pixel is proportional to the height above the ground, up to [`MAX_DRAG_HEIGHT_RADII`], so that near the ground a
+    /// drag of a pixel moves the ground by about a pixel.
     pub(crate) fn drag(&mut self, dx_px: f64, dy_px: f64, image_height_px: f64, fov_rad: f64) {
         let height_radii = self.distance_radii - 1.0;
-        let rad_per_px = (fov_rad / image_height_px.max(1.0)) * height_radii.min(4.0);
+        let rad_per_px = (fov_rad / image_height_px.max(1.0)) * height_radii.min(MAX_DRAG_HEIGHT_RADII);
         self.azimuth_rad -= dx_px * rad_per_px / self.elevation_rad.cos();
         self.elevation_rad += dy_px * rad_per_px;
         self.keep_in_bounds();
@@ -68,7 +87,9 @@ impl OrbitCamera {
 
     /// Zooms by notches: positive moves closer. The height above the ground is scaled, so the camera never reaches the ground.
     pub(crate) fn zoom(&mut self, notches: f64) {
-        let height_radii = (self.distance_radii - 1.0).max(1e-9) * (-notches * LOG_HEIGHT_PER_NOTCH).exp();
+        // A view from a link may be below the ground.
+        let height_radii = self.distance_radii.max(MIN_DISTANCE_RADII) - 1.0;
+        let height_radii = height_radii * (-notches * LOG_HEIGHT_PER_NOTCH).exp();
         self.distance_radii = 1.0 + height_radii;
         self.keep_in_bounds();
     }

@@ -27,6 +27,17 @@ use crate::view::language::{body_name, catalog_text, decimal, named, text};
 use crate::wording::nearest;
 use glam::DVec3;
 
+/// Shortest text, in characters, that is looked up within names and search words: one or two letters occur in too many of them.
+const MIN_LETTERS: usize = 3;
+/// Height of the camera above a surface feature, in diameters of the feature.
+const SURFACE_FEATURE_HEIGHT_DIAMETERS: f64 = 3.6;
+/// Limits of this height, in radii of the body.
+const SURFACE_FEATURE_HEIGHT_LIMITS_RADII: [f64; 2] = [0.12, 2.5];
+/// Vertical field of view around a star.
+const STAR_FOV_DEG: f64 = 20.0;
+/// Distance of the camera from the Earth's centre, in Earth radii. The camera is between the Earth and the star.
+const STAR_CAMERA_RADII: f64 = 3.0;
+
 /// What the user chooses with a suggestion.
 #[derive(Clone, Debug, PartialEq)]
 pub enum SearchTarget {
@@ -168,7 +179,7 @@ fn views(text: &str) -> impl Iterator<Item = Suggestion> {
     let lower = text.to_lowercase();
     let matches = move |words: &str| {
         let known_words = words.to_lowercase();
-        lower.chars().count() >= 3
+        lower.chars().count() >= MIN_LETTERS
             && lower.split_whitespace().all(|typed| known_words.split_whitespace().any(|word| word.starts_with(typed)))
     };
     let presets = Preset::ALL.map(|preset| {
@@ -182,8 +193,7 @@ fn views(text: &str) -> impl Iterator<Item = Suggestion> {
 
 fn moments<'a>(text: &'a str, moments: &'a [Moment]) -> impl Iterator<Item = Suggestion> + 'a {
     let lower = text.to_lowercase();
-    // One or two letters occur in too many names.
-    let matches = move |name: &str| lower.chars().count() >= 3 && name.to_lowercase().contains(&lower);
+    let matches = move |name: &str| lower.chars().count() >= MIN_LETTERS && name.to_lowercase().contains(&lower);
     let named = moments.iter().filter(move |m| matches(&m.name) || matches(&catalog_text("moment", &m.name)));
     named.map(|m| {
         suggestion(catalog_text("moment", &m.name), text!("search-moment", day = day_text(m.time)), SearchTarget::Moment(m.name.clone()))
@@ -195,7 +205,7 @@ fn surface_features<'a>(text: &str, viewer: &'a Viewer) -> impl Iterator<Item = 
     let lower = text.to_lowercase();
     let of_body = move |body: &'a Subject| {
         let lower = lower.clone();
-        let is_match = move |f: &&'static SurfaceFeature| lower.chars().count() >= 3 && f.name.to_lowercase().starts_with(&lower);
+        let is_match = move |f: &&'static SurfaceFeature| lower.chars().count() >= MIN_LETTERS && f.name.to_lowercase().starts_with(&lower);
         let features = nomenclature::features(&body.name).iter().filter(is_match);
         features.map(|feature| {
             suggestion(feature.name, text!("search-on", body = body_name(&body.name)), SearchTarget::Feature { body: body.id, feature })
@@ -210,22 +220,14 @@ pub(crate) fn surface_feature_view(feature: &SurfaceFeature, body: &Subject, bas
     let height_radii = (SURFACE_FEATURE_HEIGHT_DIAMETERS * feature.diameter_km / body.radii_km.x)
         .clamp(SURFACE_FEATURE_HEIGHT_LIMITS_RADII[0], SURFACE_FEATURE_HEIGHT_LIMITS_RADII[1]);
     let orbit = OrbitCamera::from_offset(feature.direction * (1.0 + height_radii), 1.0, DVec3::Z);
-    ViewState {
-        target: body.id,
-        eye: body_fixed_orbit_pose(body.id, orbit),
-        tracks: true,
-        fov_deg: DEFAULT_FOV_DEG,
-        roll_deg: 0.0,
-        exposure_stops: None,
-        ..base_view.clone()
-    }
+    base_view.tracking_view(body.id, body_fixed_orbit_pose(body.id, orbit), DEFAULT_FOV_DEG)
 }
 
 fn effects(text: &str) -> impl Iterator<Item = Suggestion> {
     let lower = text.to_lowercase();
     let matches =
         move |e: &Effect| e.name().contains(&lower.replace(' ', "-")) || named("effect", e.name()).to_lowercase().contains(&lower);
-    let is_long_enough = text.chars().count() >= 3;
+    let is_long_enough = text.chars().count() >= MIN_LETTERS;
     let found = Effect::ALL.into_iter().filter(move |e| is_long_enough && matches(e));
     found.map(|e| suggestion(named("effect", e.name()), text!("search-effect"), SearchTarget::Effect(e)))
 }
@@ -283,12 +285,15 @@ fn parse_event_search(text: &str) -> Option<(String, Vec<EventKind>, Option<Inst
     if !words.iter().all(|w| EVENT_WORDS.iter().any(|k| is_abbreviation(k, 3, w))) {
         return None;
     }
+    let [names_eclipses, names_transits] = ["eclipses", "transits"].map(|known| has_word(known, 4));
+    let names_moons = words.contains(&"moons") || has_word("jupiter", 3) && (names_eclipses || names_transits);
     let kinds = match () {
-        () if has_word("eclipses", 4) && (has_word("solar", 3) || has_word("sun", 3)) => vec![EventKind::Solar],
-        () if has_word("eclipses", 4) && (has_word("lunar", 3) || words.contains(&"moon")) => vec![EventKind::Lunar],
-        () if has_word("eclipses", 4) => vec![EventKind::Solar, EventKind::Lunar],
-        () if has_word("transits", 4) => vec![EventKind::Transit],
-        () if has_word("shadows", 4) || words.contains(&"moons") => vec![EventKind::Moons],
+        // Before the eclipses of the Sun and the Moon: the moons of a planet have eclipses and transits, too.
+        () if names_moons || has_word("shadows", 4) => vec![EventKind::Moons],
+        () if names_eclipses && (has_word("solar", 3) || has_word("sun", 3)) => vec![EventKind::Solar],
+        () if names_eclipses && (has_word("lunar", 3) || words.contains(&"moon")) => vec![EventKind::Lunar],
+        () if names_eclipses => vec![EventKind::Solar, EventKind::Lunar],
+        () if names_transits => vec![EventKind::Transit],
         () => return None,
     };
     let from = year.and_then(|y| Instant::parse(&format!("{y:04}-01-01")).ok());
@@ -296,15 +301,6 @@ fn parse_event_search(text: &str) -> Option<(String, Vec<EventKind>, Option<Inst
     let when = year.map_or(String::new(), |y| text!("search-of-year", y = y));
     Some((format!("{}{when}", names.join(text!("search-and"))), kinds, from))
 }
-
-/// Height of the camera above a feature, in diameters of the feature.
-const SURFACE_FEATURE_HEIGHT_DIAMETERS: f64 = 3.6;
-/// Limits of this height, in radii of the body.
-const SURFACE_FEATURE_HEIGHT_LIMITS_RADII: [f64; 2] = [0.12, 2.5];
-/// Vertical field of view around a star.
-const STAR_FOV_DEG: f64 = 20.0;
-/// Distance of the camera from the Earth's centre, in Earth radii. The camera is between the Earth and the star.
-const STAR_CAMERA_RADII: f64 = 3.0;
 
 /// The view of a star in the middle of the image, with the Earth behind the camera; `None` if the ephemeris does not cover the time.
 /// `years_since_epoch`: Julian years since the epoch of the star catalog.
@@ -323,13 +319,5 @@ pub fn star_view(star: &Star, years_since_epoch: f64, positions: &dyn BodyPositi
         yaw_deg: 180.0,
         pitch_deg: 0.0,
     };
-    Some(ViewState {
-        target: NaifId::EARTH,
-        eye,
-        tracks: true,
-        fov_deg: STAR_FOV_DEG,
-        roll_deg: 0.0,
-        exposure_stops: None,
-        ..base_view.clone()
-    })
+    Some(base_view.tracking_view(NaifId::EARTH, eye, STAR_FOV_DEG))
 }

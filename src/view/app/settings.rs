@@ -11,8 +11,8 @@ mod other_version;
 use self::other_version::OtherVersion;
 use crate::files::{FileAccess, WriteError, read_text, write_atomic, write_error};
 use crate::session::DisplayPreference;
-use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::app::civil_time::ShownTimeZone;
+use crate::view::app::timeline::DEFAULT_SPAN_S;
 use crate::view::app::view_state::{ViewState, wrapped_longitude_deg};
 use crate::view::language::Language;
 use crate::view::language::choice::deserialize_language;
@@ -121,7 +121,7 @@ impl Default for PanelLayout {
             kept_width: None,
             kept_wide_width: None,
             timeline_shown: true,
-            timeline_span_s: 2.0 * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY,
+            timeline_span_s: DEFAULT_SPAN_S,
             now_shown: true,
             viewport_px: DEFAULT_VIEWPORT_PX,
         }

@@ -3,11 +3,16 @@
 //! In: commands, and elapsed real seconds. Out: seconds of scene time. Both speed and rate are scene seconds per real second: the speed is a
 //! magnitude, the rate has the sign of the direction and is 0 while paused. This module reads no clock.
 
+use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::language::numbers::localised;
 use crate::view::language::{plain, text};
 
-/// The preset speeds, from real time to a Julian year per second; the last but one is a twelfth of a Julian year per second.
-const PRESET_SPEEDS: [f64; 10] = [1.0, 10.0, 60.0, 600.0, 3600.0, 21_600.0, 86_400.0, 604_800.0, 2_629_800.0, 31_557_600.0];
+/// A Julian year.
+const YEAR_S: f64 = DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
+/// A mean month: a twelfth of a Julian year.
+const MONTH_S: f64 = YEAR_S / 12.0;
+/// The preset speeds, scene seconds per real second, from real time to a year per second.
+const PRESET_SPEEDS: [f64; 10] = [1.0, 10.0, 60.0, 600.0, 3600.0, 6.0 * 3600.0, SECONDS_PER_DAY, 7.0 * SECONDS_PER_DAY, MONTH_S, YEAR_S];
 /// Longest real time, seconds, that one frame converts to scene time, so that scene time at a high speed does not jump after a stall (a hidden window, a
 /// slow frame). At a rate of exactly 1 there is no limit, so that a view of the current sky stays current.
 const MAX_REAL_STEP_S: f64 = 2.0;
@@ -113,9 +118,9 @@ impl TimeRate {
 /// Scene time per real second, in the largest unit that gives a value of at least 1: `6 h/s`, `2.5 min/s`.
 pub(crate) fn rate_text(rate: f64) -> String {
     const UNITS: [(f64, &str); 6] = [
-        (31_557_600.0, "unit-year"),
-        (2_629_800.0, "unit-month"),
-        (86_400.0, "unit-day"),
+        (YEAR_S, "unit-year"),
+        (MONTH_S, "unit-month"),
+        (SECONDS_PER_DAY, "unit-day"),
         (3600.0, "unit-hour"),
         (60.0, "unit-minute"),
         (1.0, "unit-second"),

@@ -16,9 +16,11 @@ const HOUR_S: f64 = 3600.0;
 const YEAR_S: f64 = DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
 /// Range of the span of a timeline: a quarter of a day to four centuries.
 pub(crate) const SPAN_RANGE_S: RangeInclusive<f64> = 6.0 * HOUR_S..=400.0 * YEAR_S;
+/// Span of a timeline until the user changes it.
+pub(crate) const DEFAULT_SPAN_S: f64 = 2.0 * YEAR_S;
 /// Minimum distance between ticks, points, so that their labels do not touch.
 const MIN_TICK_DISTANCE_POINTS: f64 = 72.0;
-/// Maximum number of ticks; a window 4000 points wide has fewer.
+/// Maximum number of ticks: more than fit into a window 4000 points wide.
 const MAX_TICKS: usize = 100;
 /// Zoom factor of a wheel notch.
 const ZOOM_PER_NOTCH: f64 = 1.3;
@@ -72,9 +74,9 @@ const TICK_INTERVALS: [TickInterval; 18] = [
     TickInterval::Years(200),
 ];
 
-/// A stored span clamped to [`SPAN_RANGE_S`]; two years if the stored value is not finite.
+/// A stored span clamped to [`SPAN_RANGE_S`]; the default span if the stored value is not finite.
 pub(crate) fn usable_span_s(saved: f64) -> f64 {
-    if saved.is_finite() { saved.clamp(*SPAN_RANGE_S.start(), *SPAN_RANGE_S.end()) } else { 2.0 * YEAR_S }
+    if saved.is_finite() { saved.clamp(*SPAN_RANGE_S.start(), *SPAN_RANGE_S.end()) } else { DEFAULT_SPAN_S }
 }
 
 /// The span after zooming by wheel notches; positive notches shorten it.
@@ -85,11 +87,10 @@ pub(crate) fn zoomed_span_s(span_s: f64, notches: f64) -> f64 {
 /// `36 hours`, `20 days`, `8 months`, `120 years`.
 pub(crate) fn span_text(span_s: f64) -> String {
     let days = span_s / SECONDS_PER_DAY;
-    // A mean month has 30.44 days.
     match days {
         d if d < 3.0 => text!("span-hours", count = decimal(d * 24.0, 0)),
         d if d < 90.0 => text!("span-days", d = decimal(d, 0)),
-        d if d < 730.0 => text!("span-months", count = decimal(d / 30.44, 0)),
+        d if d < 730.0 => text!("span-months", count = decimal(d / (DAYS_PER_JULIAN_YEAR / 12.0), 0)),
         d => text!("span-years", count = decimal(d / DAYS_PER_JULIAN_YEAR, 0)),
     }
 }

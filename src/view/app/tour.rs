@@ -26,6 +26,8 @@ pub(crate) const MAX_BYTES: u64 = 1 << 20;
 const MAX_STOPS: usize = 1000;
 /// Length of the longest tour, an hour; also the greatest `hold_s` and `travel_s`.
 const MAX_LENGTH_S: f64 = 3600.0;
+/// Greatest magnitude of `time_rate`: 32 years per second, which crosses the span of the built-in ephemeris in about three minutes.
+const MAX_TIME_RATE: f64 = 1e9;
 
 /// Why a text is not a valid tour, in one line.
 #[derive(Debug, thiserror::Error)]
@@ -136,8 +138,8 @@ impl Tour {
         let mut stops: Vec<Stop> = Vec::new();
         // Real seconds of all stays and of all camera paths so far.
         let (mut held_s, mut travelled_s) = (0.0, 0.0);
-        for (k, stop_file) in file.stops.into_iter().enumerate() {
-            let error = |field: &'static str, why: String| TourError::Stop { stop: k + 1, field, why };
+        for (index, stop_file) in file.stops.into_iter().enumerate() {
+            let error = |field: &'static str, why: String| TourError::Stop { stop: index + 1, field, why };
             let view_text = match stop_file.view {
                 Value::String(link) => link,
                 fields => fields.to_string(),
@@ -148,8 +150,9 @@ impl Tour {
                     return Err(error(field, format!("{value} is not 0 to {MAX_LENGTH_S} seconds")));
                 }
             }
-            if !(-1e9..=1e9).contains(&stop_file.time_rate) {
-                return Err(error("time_rate", format!("{} is not -1e9 to 1e9 scene seconds per real second", stop_file.time_rate)));
+            if !(-MAX_TIME_RATE..=MAX_TIME_RATE).contains(&stop_file.time_rate) {
+                let range = format!("{:e} to {MAX_TIME_RATE:e}", -MAX_TIME_RATE);
+                return Err(error("time_rate", format!("{} is not {range} scene seconds per real second", stop_file.time_rate)));
             }
             let mut stop = Stop {
                 view,
@@ -164,7 +167,7 @@ impl Tour {
                     let from = before.final_view();
                     // An error at the end of the stop before is an error of that stop: of `time_rate`, if its first view is possible.
                     let from_viewer = viewer_of(&from, session).map_err(|why| TourError::Stop {
-                        stop: k,
+                        stop: index,
                         field: if viewer_of(&before.view, session).is_ok() { "time_rate" } else { "view" },
                         why,
                     })?;
@@ -179,7 +182,7 @@ impl Tour {
             if held_s + travelled_s > MAX_LENGTH_S {
                 // The field to which most of the length is due; both sums and the number of stops are given, because each may be the one to change.
                 let field = if travelled_s > held_s { "travel_s" } else { "hold_s" };
-                let sums = format!("{held_s:.1} s of hold_s and {travelled_s:.1} s of travel_s in {} stops", k + 1);
+                let sums = format!("{held_s:.1} s of hold_s and {travelled_s:.1} s of travel_s in {} stops", index + 1);
                 return Err(error(field, format!("up to here the tour is longer than {MAX_LENGTH_S} s: {sums}")));
             }
             stops.push(stop);
@@ -213,23 +216,23 @@ impl Tour {
         let mut remaining_s = elapsed_s.max(0.0);
         // A tour has at least one stop.
         let last = self.stops.len() - 1;
-        let mut k = 0;
+        let mut index = 0;
         loop {
-            let stop = &self.stops[k];
+            let stop = &self.stops[index];
             if let Some(camera_path) = stop.camera_path.as_ref().filter(|_| remaining_s < stop.travel_s) {
-                return TourFrame { view: camera_path.at(remaining_s / stop.travel_s, &stop.view), stop: k, is_changing: true };
+                return TourFrame { view: camera_path.at(remaining_s / stop.travel_s, &stop.view), stop: index, is_changing: true };
             }
             remaining_s -= stop.travel_s;
-            if remaining_s < stop.hold_s || k == last {
+            if remaining_s < stop.hold_s || index == last {
                 let held_s = remaining_s.clamp(0.0, stop.hold_s);
                 return TourFrame {
                     view: stop.view_after(held_s),
-                    stop: k,
+                    stop: index,
                     is_changing: stop.time_rate != 0.0 && remaining_s < stop.hold_s,
                 };
             }
             remaining_s -= stop.hold_s;
-            k += 1;
+            index += 1;
         }
     }
 }

@@ -158,7 +158,9 @@ fn default_true() -> bool {
 
 /// Default vertical field of view.
 pub(crate) const DEFAULT_FOV_DEG: f64 = 45.0;
+/// Limits of the vertical field of view.
 pub(crate) const MIN_FOV_DEG: f64 = 1e-4;
+/// See [`MIN_FOV_DEG`].
 pub(crate) const MAX_FOV_DEG: f64 = 120.0;
 
 impl ViewState {
@@ -186,20 +188,14 @@ impl ViewState {
         }
     }
 
-    /// A view that tracks a body at an instant, with time paused and automatic exposure. All other settings, such as quality, effects and layers,
-    /// are kept.
+    /// A view that tracks a body, with automatic exposure. All other settings, such as time, quality, effects and layers, are kept.
+    pub(crate) fn tracking_view(&self, target: NaifId, eye: CameraPose, fov_deg: f64) -> Self {
+        Self { target, eye, tracks: true, fov_deg, roll_deg: 0.0, exposure_stops: None, ..self.clone() }
+    }
+
+    /// As [`Self::tracking_view`], but at an instant, with time paused.
     pub(crate) fn paused_view(&self, time: Instant, target: NaifId, eye: CameraPose, fov_deg: f64) -> Self {
-        Self {
-            tdb_s: time.tdb_seconds_past_j2000(),
-            target,
-            eye,
-            tracks: true,
-            fov_deg,
-            roll_deg: 0.0,
-            exposure_stops: None,
-            paused: Some(true),
-            ..self.clone()
-        }
+        Self { tdb_s: time.tdb_seconds_past_j2000(), paused: Some(true), ..self.tracking_view(target, eye, fov_deg) }
     }
 
     pub fn time(&self) -> Instant {
@@ -337,22 +333,18 @@ struct RequestPose {
 
 /// The pose of an orbit in ICRF that faces the body.
 pub(crate) fn inertial_orbit_pose(body: NaifId, orbit: OrbitCamera) -> CameraPose {
-    CameraPose::Orbit {
-        body,
-        fixed: false,
-        azimuth_deg: orbit.azimuth_rad.to_degrees(),
-        elevation_deg: orbit.elevation_rad.to_degrees(),
-        distance_radii: orbit.distance_radii,
-        yaw_deg: 0.0,
-        pitch_deg: 0.0,
-    }
+    orbit_pose(body, orbit, false)
 }
 
 /// The pose of an orbit in body-fixed axes that faces the body.
 pub(crate) fn body_fixed_orbit_pose(body: NaifId, orbit: OrbitCamera) -> CameraPose {
+    orbit_pose(body, orbit, true)
+}
+
+fn orbit_pose(body: NaifId, orbit: OrbitCamera, fixed: bool) -> CameraPose {
     CameraPose::Orbit {
         body,
-        fixed: true,
+        fixed,
         azimuth_deg: orbit.azimuth_rad.to_degrees(),
         elevation_deg: orbit.elevation_rad.to_degrees(),
         distance_radii: orbit.distance_radii,
@@ -377,7 +369,7 @@ pub(crate) fn pose_on_ground(body: NaifId, latitude_deg: f64, longitude_deg: f64
     CameraPose::Ground {
         body,
         latitude_deg: latitude_deg.clamp(-90.0, 90.0),
-        longitude_deg: (longitude_deg + 180.0).rem_euclid(360.0) - 180.0,
+        longitude_deg: wrapped_longitude_deg(longitude_deg),
         height_km: GROUND_CAMERA_HEIGHT_KM,
         azimuth_deg: 180.0,
         altitude_deg: 10.0,

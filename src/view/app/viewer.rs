@@ -99,18 +99,16 @@ pub enum Action {
 const ARRIVAL_RADII: f64 = 3.5;
 /// Distance at arrival for the Sun, in its radii.
 const ARRIVAL_RADII_SUN: f64 = 6.0;
-/// Difference between the azimuths of the camera and of the Sun at arrival, so that the terminator is visible.
-const ARRIVAL_SUN_AZIMUTH_DEG: f64 = 35.0;
-/// Angle by which the camera is farther from the equator than the Sun at arrival.
-const ARRIVAL_ELEVATION_DEG: f64 = 12.0;
-/// Largest elevation at arrival, radians (69 degrees).
-const MAX_ARRIVAL_ELEVATION_RAD: f64 = 1.2;
 /// Least field of view of a body seen from another one: it shows a small disc with its surroundings.
 const MIN_LOOK_FROM_FOV_DEG: f64 = 1.0;
 /// Field of view of a body seen from another one, if its disc is larger, such as Jupiter's from its moons; in apparent diameters.
 const LOOK_FROM_FOV_DIAMETERS: f64 = 1.8;
 /// Field of view of a camera that is placed on the ground.
 const GROUND_FOV_DEG: f64 = 60.0;
+/// Interval between the images of a moving view, seconds.
+const MOVING_INTERVAL_S: f64 = 1.0 / 60.0;
+/// Interval between images while time runs no faster than real time and nothing else moves, seconds.
+const REAL_TIME_INTERVAL_S: f64 = 1.0;
 /// Maximum number of views in the history.
 const MAX_HISTORY: usize = 64;
 
@@ -215,8 +213,8 @@ impl Viewer {
             Action::Select(id) => self.selected = id,
             Action::SelectNext(by) => self.select_next(by, positions),
             Action::FlyTo(id) => self.fly_to(id, positions),
-            Action::Turn(dx, dy) => self.turn(dx, dy, height_px, positions),
-            Action::LookAround(dx, dy) => self.look_around(dx, dy, height_px, positions),
+            Action::Turn(dx_px, dy_px) => self.turn(dx_px, dy_px, height_px, positions),
+            Action::LookAround(dx_px, dy_px) => self.look_around(dx_px, dy_px, height_px, positions),
             Action::Roll(deg) => self.roll(deg, positions),
             Action::Zoom(notches) => self.zoom(notches, positions),
             Action::ChangeFov(notches) => self.change_fov(notches),
@@ -258,18 +256,15 @@ impl Viewer {
         }
     }
 
-    /// Interval between the images that passing time and motion require, seconds: 1/60 in a flight or a tour; otherwise `None` when paused, 1 at speeds up
-    /// to real time, 1/60 at higher speeds.
+    /// Interval between the images that passing time and motion require, seconds; `None` if nothing changes.
     pub(crate) fn frame_interval_s(&self) -> Option<f64> {
-        match self.time_rate.rate().abs() {
-            _ if self.flight.is_some() || self.is_in_tour => Some(1.0 / 60.0),
-            0.0 => None,
-            r if r <= 1.0 => Some(1.0),
-            _ => Some(1.0 / 60.0),
+        if self.is_animating() {
+            return Some(MOVING_INTERVAL_S);
         }
+        (self.time_rate.rate() != 0.0).then_some(REAL_TIME_INTERVAL_S)
     }
 
-    /// Whether every frame needs a new image.
+    /// Whether every frame needs a new image: in a flight or a tour, and while time runs faster than real time.
     pub fn is_animating(&self) -> bool {
         self.time_rate.rate().abs() > 1.0 || self.flight.is_some() || self.is_in_tour
     }
@@ -399,13 +394,11 @@ impl Viewer {
         let from = self.pose_relative_to(id, positions);
         // The camera arrives on the lit side; at the Sun, on the side where it is now.
         let side = sunward.or(from.and_then(|p| p.offset_km.try_normalize())).unwrap_or(DVec3::X);
-        let radii = if id == NaifId::SUN { ARRIVAL_RADII_SUN } else { ARRIVAL_RADII };
-        let mut orbit = OrbitCamera::from_offset(side * radii * radius_km, radius_km, pole);
-        if id != NaifId::SUN {
-            orbit.azimuth_rad += ARRIVAL_SUN_AZIMUTH_DEG.to_radians();
-            let elevation_rad = orbit.elevation_rad + ARRIVAL_ELEVATION_DEG.to_radians().copysign(orbit.elevation_rad);
-            orbit.elevation_rad = elevation_rad.clamp(-MAX_ARRIVAL_ELEVATION_RAD, MAX_ARRIVAL_ELEVATION_RAD);
-        }
+        let orbit = if id == NaifId::SUN {
+            OrbitCamera::from_offset(side * ARRIVAL_RADII_SUN, 1.0, pole)
+        } else {
+            OrbitCamera::on_lit_side(side, ARRIVAL_RADII, pole)
+        };
         self.leave_view();
         self.selected = id;
         (self.view.target, self.view.tracks, self.view.roll_deg, self.view.fov_deg) = (id, true, 0.0, DEFAULT_FOV_DEG);

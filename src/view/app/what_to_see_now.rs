@@ -22,10 +22,6 @@ const SATURN: NaifId = NaifId(699);
 pub(crate) const MOON_FOV_DEG: f64 = 0.7;
 /// Distance from Saturn, in equatorial radii, at which its rings fit into a wide image.
 const SATURN_DISTANCE_RADII: f64 = 6.0;
-/// Difference between the azimuths of the camera and of the Sun.
-const SATURN_SUN_AZIMUTH_DEG: f64 = 35.0;
-/// Angle by which the camera is farther from the ring plane than the Sun, on the same side.
-const SATURN_ELEVATION_DEG: f64 = 12.0;
 /// Length of the search for the next eclipse, seconds. It is long enough, because a year has four to seven eclipses.
 const ECLIPSE_SEARCH_S: f64 = 400.0 * SECONDS_PER_DAY;
 
@@ -101,10 +97,7 @@ impl NowItem {
             Self::Saturn => {
                 let sunward = positions.geometric_between_km(SATURN, NaifId::SUN, now)?.try_normalize()?;
                 let pole = positions.body_from_icrf(SATURN, now)?.row(2);
-                let mut orbit = OrbitCamera::from_offset(sunward * SATURN_DISTANCE_RADII, 1.0, pole);
-                orbit.azimuth_rad += SATURN_SUN_AZIMUTH_DEG.to_radians();
-                // The camera is on the lit side of the rings.
-                orbit.elevation_rad += SATURN_ELEVATION_DEG.to_radians().copysign(orbit.elevation_rad);
+                let orbit = OrbitCamera::on_lit_side(sunward, SATURN_DISTANCE_RADII, pole);
                 let view = base_view.paused_view(now, SATURN, inertial_orbit_pose(SATURN, orbit), DEFAULT_FOV_DEG);
                 at_current_time(text!("now-saturn-about").into(), view)
             }

@@ -28,6 +28,9 @@ fn known_languages() -> String {
     Language::ALL.map(|language| format!("{} ({})", language.code(), language.own_name())).join(" and ")
 }
 
+/// Maximum number of characters that an error quotes of an unknown code.
+const MAX_ECHO_CHARS: usize = 40;
+
 /// The environment variables that name a locale, in order of precedence.
 const LOCALE_VARIABLES: [&str; 3] = ["LC_ALL", "LC_MESSAGES", "LANG"];
 
@@ -81,7 +84,7 @@ impl Language {
     pub fn by_code(code: &str) -> Result<Self, UnknownLanguage> {
         let found =
             [Self::English, Self::German, Self::Marked].into_iter().find(|language| language.code().eq_ignore_ascii_case(code.trim()));
-        found.ok_or_else(|| UnknownLanguage { code: crate::wording::echo_within(code, 40) })
+        found.ok_or_else(|| UnknownLanguage { code: crate::wording::echo_within(code, MAX_ECHO_CHARS) })
     }
 
     /// The language of the environment's locale, for instance `de_DE.UTF-8`; English if that language is not available. `variable` reads an

@@ -50,11 +50,11 @@ pub(crate) fn number_text(number: &str) -> String {
 /// `None` if the number has no exponent, or one that would require too many digits.
 fn without_exponent(number: &str) -> Option<String> {
     let (mantissa, exponent) = number.split_once('e')?;
-    let exponent: i32 = exponent.parse().ok()?;
+    let exponent: i32 = exponent.parse().ok().filter(|e: &i32| (-MAX_REPLACED_EXPONENT..=MAX_REPLACED_EXPONENT).contains(e))?;
     let decimals = mantissa.split_once('.').map_or(0, |(_, decimals)| decimals.len());
     let decimals = i32::try_from(decimals).ok()? - exponent;
     let value: f64 = number.parse().ok()?;
-    (exponent.abs() <= MAX_REPLACED_EXPONENT).then(|| grouped(value, usize::try_from(decimals).unwrap_or(0)))
+    Some(grouped(value, usize::try_from(decimals).unwrap_or(0)))
 }
 
 /// The text of sliders and number fields, for egui.
@@ -62,14 +62,16 @@ pub(crate) fn field_text(value: f64, decimals: std::ops::RangeInclusive<usize>) 
     localised(egui::emath::format_with_decimals_in_range(value, decimals))
 }
 
-/// A typed number, with a decimal point, or with the decimal mark of the language.
+/// A typed number, with a decimal point, or with the decimal mark of the language. `None` also for the words `inf` and `nan`, from which a field would take
+/// its largest value, and for numbers beyond the range of f64.
 pub(crate) fn typed_number(text: &str) -> Option<f64> {
     let plain: String = text.chars().filter(|c| !c.is_whitespace()).map(|c| if c == '−' { '-' } else { c }).collect();
-    match text!("number-decimal-mark") {
+    let number: Option<f64> = match text!("number-decimal-mark") {
         // A text with the language's decimal mark may also contain its thousands separators.
         mark if mark != "." && plain.contains(mark) => plain.replace(group_mark(), "").replace(mark, ".").parse().ok(),
         _ => plain.parse().ok(),
-    }
+    };
+    number.filter(|number| number.is_finite())
 }
 
 #[cfg(test)]
@@ -102,6 +104,7 @@ mod tests {
             ("1.52e-4", "0.000152", "0,000152"),
             ("-5.60e-2", "-0.0560", "-0,0560"),
             ("3.20e-15", "3.20e-15", "3,20e-15"),
+            ("1e-2147483648", "1e-2147483648", "1e-2147483648"),
             ("243703.4", "243703.4", "243703,4"),
             ("NaN", "NaN", "NaN"),
         ] {

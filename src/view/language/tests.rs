@@ -253,6 +253,9 @@ fn numbers_and_dates_are_written_as_in_the_language() {
         ]
     );
     assert_eq!((numbers::typed_number("1.5"), numbers::typed_number("1,5"), numbers::typed_number(" −2 ")), (Some(1.5), None, Some(-2.0)));
+    for not_a_number in ["nan", "-NaN", "inf", "-infinity", "1e999", ""] {
+        assert_eq!(numbers::typed_number(not_a_number), None, "{not_a_number}");
+    }
     set(Language::German);
     assert_eq!(
         all(),

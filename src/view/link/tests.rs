@@ -90,13 +90,13 @@ fn target_and_time_of_a_link_are_known_before_the_other_fields_are_read() {
     assert_eq!(given("").target(), NaifId::EARTH);
     assert_eq!(given("eye.body=301").target(), NaifId::MOON);
     assert_eq!(given("target=599&eye.body=301").target(), NaifId(599));
-    assert_eq!(given("").time(), None);
-    assert_eq!(given("tdb_s=7.5").time(), Some(Instant::from_tdb_seconds_past_j2000(7.5)));
+    assert_eq!(given("").take_time(), None);
+    assert_eq!(given("tdb_s=7.5").take_time(), Some(Instant::from_tdb_seconds_past_j2000(7.5)));
     let eclipse = Instant::parse("2024-04-08T18:17:16Z").expect("a time");
-    assert_eq!(given("time=2024-04-08T18:17:16Z").time(), Some(eclipse));
+    assert_eq!(given("time=2024-04-08T18:17:16Z").take_time(), Some(eclipse));
     for (bad, expected) in [("time=noon", "time"), ("time=noon&tdb_s=1", "leave one out"), ("time=3", "time")] {
         let mut given = given(bad);
-        assert!(given.time().is_none() && given.errors.iter().any(|why| why.contains(expected)), "{bad}: {:?}", given.errors);
+        assert!(given.take_time().is_none() && given.errors.iter().any(|why| why.contains(expected)), "{bad}: {:?}", given.errors);
     }
 }
 
@@ -162,7 +162,7 @@ fn wrong_kinds_of_values_are_reported_in_plain_words() {
         ("quality=3", "quality: expected a string, found the number 3"),
     ] {
         let mut given = PartialView::of_link(&format!("orrery://view?{link}"));
-        let _ = given.time();
+        let _ = given.take_time();
         let why = with_test_defaults(given).expect_err(link);
         assert!(why.starts_with(part), "{link}: {why}");
     }
@@ -192,6 +192,11 @@ fn invalid_links_are_rejected_in_one_line() {
         assert!(why.contains(expected) && !why.contains('\n') && why.len() < 1000, "{}: {why}", shortened(&bad));
     }
     assert!(of_link("https://x").is_err_and(|why| why.contains("orrery://")));
+    // Characters that control a terminal or the direction of text are escaped.
+    for control in ['\u{1b}', '\u{202e}'] {
+        let why = of_link(&format!("orrery://view?a{control}b")).expect_err("no field=value");
+        assert!(!why.contains(control) && why.contains(&control.escape_default().to_string()), "{why}");
+    }
     for bad in ["", "[1]", "{\"target\":", "7"] {
         assert!(with_test_defaults(PartialView::of_json(bad)).is_err_and(|why| !why.contains('\n')), "{bad}");
     }

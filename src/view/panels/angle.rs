@@ -12,6 +12,7 @@ use crate::view::panels::theme::BODY;
 use egui::{Align2, Color32, FontId, Pos2, Shape, Stroke};
 use glam::DVec3;
 
+/// Colour of the points, the arc and the angle.
 const COLOUR: Color32 = Color32::from_rgb(255, 200, 90);
 /// Number of line segments of the arc.
 const SEGMENTS: u32 = 48;

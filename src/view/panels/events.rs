@@ -64,7 +64,7 @@ type StepAnswer = (EventSearch, Result<Vec<SkyEvent>, EphemerisError>);
 type LocalContacts = Result<(Vec<ContactLine>, bool), String>;
 
 /// The chosen event as seen from a place.
-struct LocalView {
+struct EventAtPlace {
     event: Arc<SkyEvent>,
     home: Home,
     pending: Pending<LocalContacts>,
@@ -87,7 +87,7 @@ pub(crate) struct EventsPanel {
     failure: Option<EphemerisError>,
     /// The event whose details are shown.
     chosen: Option<Arc<SkyEvent>>,
-    local: Option<LocalView>,
+    at_place: Option<EventAtPlace>,
     /// The event's playback that is running: its span and rate.
     playback: Option<EventPlayback>,
 }
@@ -99,9 +99,9 @@ impl EventsPanel {
         Some(self.playback.unwrap_or_else(|| chosen.playback()))
     }
 
-    /// The contacts of an event at a place, if they were asked for and have arrived. `self.local` may still hold those of another event or place.
+    /// The contacts of an event at a place, if they were asked for and have arrived. `self.at_place` may still hold those of another event or place.
     fn contacts_at(&self, event: &Arc<SkyEvent>, home: Home) -> Option<&LocalContacts> {
-        self.local.as_ref().filter(|l| Arc::ptr_eq(&l.event, event) && l.home == home)?.contacts.as_ref()
+        self.at_place.as_ref().filter(|l| Arc::ptr_eq(&l.event, event) && l.home == home)?.contacts.as_ref()
     }
 
     /// Whether the search includes the kind of an event.
@@ -125,7 +125,7 @@ impl EventsPanel {
 
     /// Formats the texts of the rows again, in the current language, and drops the contacts, which may hold an error in the previous language.
     pub(crate) fn rewrite_texts(&mut self, catalog: &Catalog) {
-        self.local = None;
+        self.at_place = None;
         for row in &mut self.rows {
             (row.title, row.summary) = (row.event.title(catalog), row.event.summary());
         }
@@ -144,7 +144,7 @@ impl Default for EventsPanel {
             searched: None,
             failure: None,
             chosen: None,
-            local: None,
+            at_place: None,
             playback: None,
         }
     }
@@ -209,7 +209,7 @@ fn begin_at(interface: &mut Interface, worker: &dyn RenderWorker, start: Instant
     panel.failure = None;
     panel.searched = Some((panel.backward, start));
     if panel.chosen.as_ref().is_some_and(|event| !panel.covers(event) || !panel.includes_kind_of(event)) {
-        (panel.chosen, panel.local) = (None, None);
+        (panel.chosen, panel.at_place) = (None, None);
     }
     let search = EventSearch::new(kinds, start, RANGES_DAYS[panel.range].0 * SECONDS_PER_DAY, panel.backward);
     panel.running = next_step(search, worker);
@@ -261,10 +261,10 @@ pub(crate) fn update(interface: &mut Interface, worker: &dyn RenderWorker) {
             Err(why) => panel.failure = Some(why),
         }
     }
-    if let Some(local) = &mut panel.local
-        && let Some(contacts) = local.pending.take()
+    if let Some(at_place) = &mut panel.at_place
+        && let Some(contacts) = at_place.pending.take()
     {
-        local.contacts = Some(contacts);
+        at_place.contacts = Some(contacts);
     }
     end_playback(interface);
 }
@@ -312,7 +312,7 @@ fn status_text(panel: &EventsPanel) -> (String, &'static str) {
         (None, 0) if panel.kinds.contains(&true) => (text!("events-none", searched = searched), text!("events-none-hint")),
         (None, 0) => (text!("events-choose-kind").into(), text!("events-choose-kind-hint")),
         (None, 1) => (text!("events-one", searched = searched), text!("events-one-hint")),
-        (None, MAX_ROWS) => (text!("events-most", MAX_ROWS = MAX_ROWS, searched = searched), text!("events-some-hint")),
+        (None, MAX_ROWS) => (text!("events-most", count = MAX_ROWS, searched = searched), text!("events-some-hint")),
         (None, n) => (text!("events-some", n = n, searched = searched), text!("events-some-hint")),
     }
 }

@@ -1,4 +1,6 @@
-//! A row of a two-column grid of facts: a label, and a value in a monospaced font.
+//! A row of a two-column grid of facts.
+//!
+//! In: a label and a value. Out: the row, with the value in a monospaced font; long values wrap.
 
 /// Adds one row to the grid.
 pub(super) fn line(ui: &mut egui::Ui, label: &str, value: impl Into<String>) {

@@ -269,7 +269,7 @@ impl Interface {
             }
             if matches!(action, Action::FlyTo(_) | Action::Show(_) | Action::ShowPreset(..)) {
                 let view = self.viewer.destination();
-                let name = format!("{} {}", self.viewer.name(view.target), minute_in_digits(view.time()));
+                let name = self.name_of_view(&view);
                 self.settings.add_recent(name, view);
             }
             self.viewer.apply(action, height_px, &positions);
@@ -308,6 +308,7 @@ impl Interface {
             self.search.forget_failure();
             self.information.forget_report();
             self.shader.forget_failures();
+            self.compare.forget_failures();
             self.events.rewrite_texts(worker.session().catalog());
         }
     }
@@ -330,6 +331,11 @@ impl Interface {
     /// Whether an image, a sequence or an animation is being exported.
     pub fn is_saving(&self) -> bool {
         self.share.is_busy()
+    }
+
+    /// The name of a recent view, and of a bookmark that the user has not named.
+    fn name_of_view(&self, view: &ViewState) -> String {
+        format!("{} {}", self.viewer.name(view.target), minute_in_digits(view.time()))
     }
 
     /// The text of the window's title bar.

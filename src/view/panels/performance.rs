@@ -13,6 +13,10 @@ use std::collections::VecDeque;
 
 /// Largest number of frames in the plot.
 const MAX_FRAMES: usize = 240;
+/// Interval over which images are counted for the frame rate, and between updates of the plot's description, seconds.
+const RATE_INTERVAL_S: f64 = 2.0;
+/// The stages of drawing a frame; the others (reading catalogs and the ephemeris, writing files) are not part of it.
+const FRAME_STAGES: [Stage; 5] = [Stage::Scene, Stage::Shaders, Stage::Maps, Stage::Plan, Stage::Draw];
 
 /// Timings of one image.
 struct Frame {
@@ -84,11 +88,6 @@ fn passes_ms(rendered: &RenderedView) -> Vec<(String, f64)> {
     let software = rendered.by.software.iter().flat_map(|t| &t.passes).map(|p| (p.name.clone(), p.wall_ms));
     rendered.by.passes_ms.iter().cloned().chain(software).collect()
 }
-
-/// Interval over which images are counted for the frame rate, and between updates of the plot's description, seconds.
-const RATE_INTERVAL_S: f64 = 2.0;
-/// The stages of drawing a frame; the others (reading catalogs and the ephemeris, writing files) are not part of it.
-const FRAME_STAGES: [Stage; 5] = [Stage::Scene, Stage::Shaders, Stage::Maps, Stage::Plan, Stage::Draw];
 
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
     let description = interface.performance.description(interface.viewport.frame_start_s);

@@ -23,6 +23,8 @@ use glam::DVec3;
 
 /// Time after the last motion of the view until an image at full resolution is requested, seconds.
 const STILL_AFTER_S: f64 = 0.18;
+/// Time by which the frame that requests this image is late, seconds, so that it does not come a moment too early.
+const STILL_MARGIN_S: f64 = 0.005;
 /// Interval between checks whether the GPU is ready to replace the software renderer, seconds.
 const READY_CHECK_S: f64 = 0.1;
 /// Smallest interval between images while time runs no faster than real time, seconds.
@@ -252,13 +254,33 @@ impl Interface {
             // The same view now gives another image, so the image is requested again.
             self.viewport.requested = None;
         }
-        let job = match self.image_job(session, [image_width, image_height], is_moving.then_some(Quality::Draft)) {
-            Ok(job) => job,
-            Err(why) => {
-                self.record_failure(&why, worker);
-                return;
-            }
-        };
+        match self.image_job(session, [image_width, image_height], is_moving.then_some(Quality::Draft)) {
+            Ok(job) => self.submit_if_needed(job, is_moving, worker, now_s),
+            Err(why) => self.record_failure(&why, worker),
+        }
+        // The fields of these settings are in the Information panel.
+        (self.settings.unit, self.settings.home) = (self.information.unit, self.information.home);
+        let until_still_s = STILL_AFTER_S - (now_s - self.viewport.last_motion_s);
+        let is_animating = self.viewer.is_animating();
+        let awaits_first_image = self.viewport.shown.is_none() && self.failure_reason.is_none();
+        // Times until the interface needs its next frame, also if there is no image of the view: time runs on, and messages disappear.
+        let delays_s = [
+            self.viewer.frame_interval_s(),
+            (until_still_s > 0.0 && !is_animating).then_some(until_still_s + STILL_MARGIN_S),
+            // The worker of the tests has drawn the first image already; the next frame takes it.
+            (awaits_first_image && !is_animating).then_some(0.0),
+            (readiness == Readiness::Preparing).then_some(READY_CHECK_S),
+            self.notice.as_ref().map(|(_, until_s)| until_s - now_s),
+            // A new reply has its time from the next frame on.
+            (!self.reply.is_empty()).then(|| self.reply_until_s.map_or(0.0, |until_s| until_s - now_s)),
+        ];
+        if let Some(delay_s) = delays_s.into_iter().flatten().reduce(f64::min) {
+            ctx.request_repaint_after(std::time::Duration::from_secs_f64(delay_s.max(0.0)));
+        }
+    }
+
+    /// Submits the job if the last requested image does not show its view, or the adaptation of the exposure needs another image.
+    fn submit_if_needed(&mut self, job: RenderJob, is_moving: bool, worker: &dyn RenderWorker, now_s: f64) {
         // At real time little changes between images, so images are rare enough to keep the load low.
         let drawing_s = 1e-3 * self.viewport.shown.as_ref().map_or(0.0, |rendered| rendered.took_ms);
         let interval_s = REAL_TIME_INTERVAL_S.max(drawing_s / MAX_REAL_TIME_LOAD);
@@ -272,20 +294,6 @@ impl Interface {
         if is_stale || self.adaptation.needs_another_image() {
             self.viewport.requested_s = now_s;
             self.submit(job, worker, now_s);
-        }
-        (self.settings.unit, self.settings.home) = (self.information.unit, self.information.home);
-        // Times until the interface needs its next frame.
-        let delays_s = [
-            self.viewer.frame_interval_s(),
-            // 5 ms later than needed, so that the frame does not come a moment too early.
-            (is_moving && !self.viewer.is_animating()).then_some(STILL_AFTER_S - (now_s - self.viewport.last_motion_s) + 0.005),
-            (readiness == Readiness::Preparing).then_some(READY_CHECK_S),
-            self.notice.as_ref().map(|(_, until_s)| until_s - now_s),
-            // A new reply has its time from the next frame on.
-            (!self.reply.is_empty()).then(|| self.reply_until_s.map_or(0.0, |until_s| until_s - now_s)),
-        ];
-        if let Some(delay_s) = delays_s.into_iter().flatten().reduce(f64::min) {
-            ctx.request_repaint_after(std::time::Duration::from_secs_f64(delay_s.max(0.0)));
         }
     }
 }

@@ -1,4 +1,7 @@
 //! Keyboard shortcuts, and the window that lists them.
+//!
+//! In: pressed keys and typed text. Out: actions, switches, opened and closed panels. Always: keys typed into a text field, except those with Ctrl and the
+//! function keys, are not shortcuts. Not here: the mouse (`viewport`) and the keys of the timeline (`timeline`).
 
 use super::{Interface, Tab};
 use crate::view::app::settings::UI_SCALE_RANGE;

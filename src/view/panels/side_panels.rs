@@ -17,19 +17,23 @@ use egui::{Align, CursorIcon, Label, Layout, Panel, RichText, ScrollArea, Sense,
 const MIN_BODIES_WIDTH: f32 = 190.0;
 /// Minimum width of a panel, points.
 const MIN_PANEL_WIDTH: f32 = 280.0;
+/// Width of a panel, and of a wide panel, until the user changes it, points.
+const PANEL_WIDTH: f32 = 330.0;
+/// See [`PANEL_WIDTH`].
+const WIDE_PANEL_WIDTH: f32 = 560.0;
+/// Minimum width of the viewport between two panels, points.
+const MIN_VIEWPORT_WIDTH: f32 = 320.0;
 /// Minimum width of a window for two panels, points.
 const MIN_WIDTH_FOR_TWO: f32 = 1000.0;
 /// Minimum width of a window for the list of bodies beside a panel, points.
 const MIN_WIDTH_FOR_BODIES: f32 = 800.0;
-/// Minimum width of a window for the list of bodies beside a wide panel, points: room for both and for a viewport of [`MIN_VIEWPORT_WIDTH`].
-const MIN_WIDTH_FOR_BODIES_AND_WIDE_PANEL: f32 = 1070.0;
-/// Minimum width of the viewport between two panels, points.
-const MIN_VIEWPORT_WIDTH: f32 = 320.0;
+/// Minimum width of a window for the list of bodies beside a wide panel, points.
+const MIN_WIDTH_FOR_BODIES_AND_WIDE_PANEL: f32 = MIN_BODIES_WIDTH + WIDE_PANEL_WIDTH + MIN_VIEWPORT_WIDTH;
 
 impl Tab {
     /// The panel's width until the user changes it, points.
     fn default_width(self) -> f32 {
-        if self.is_wide() { 560.0 } else { 330.0 }
+        if self.is_wide() { WIDE_PANEL_WIDTH } else { PANEL_WIDTH }
     }
 
     /// Minimum width of a window for the list of bodies beside this panel, points.

@@ -5,11 +5,12 @@
 
 use super::Interface;
 use crate::catalog::{BodyKind, Catalog, NaifId};
-use crate::units::KM_PER_AU;
+use crate::units::{KM_PER_AU, SPEED_OF_LIGHT_KM_S};
 use crate::view::app::body_positions::{BodyPositions, SessionPositions};
 use crate::view::app::viewer::Subject;
 use crate::view::language::numbers::grouped;
 use crate::view::language::{body_name, decimal, text};
+use crate::view::panels::theme::HIGHLIGHT_COLOUR;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{Align2, Color32, ComboBox, FontId, Pos2, Rect, Sense, Shape, Stroke, TextStyle, Ui, pos2, vec2};
 use glam::DVec3;
@@ -22,8 +23,14 @@ const DISTANCES_HEIGHT: f32 = 44.0;
 const MIN_DIAMETER: f32 = 1.0;
 /// Vertices of an ellipse.
 const ELLIPSE_VERTICES: usize = 96;
-/// Colour of the selected body's name or mark.
-const HIGHLIGHT_COLOUR: Color32 = Color32::from_rgb(255, 206, 110);
+/// Gap between the two discs, points.
+const DISC_GAP: f32 = 10.0;
+/// Smallest distance of a name from the left and right edges of its drawing, points.
+const NAME_MARGIN: f32 = 2.0;
+/// Smallest gap between two names, points.
+const NAME_GAP: f32 = 4.0;
+/// Light time over 1 au, minutes.
+const LIGHT_MINUTES_PER_AU: f64 = KM_PER_AU / SPEED_OF_LIGHT_KM_S / 60.0;
 /// Colour of other names and marks, and of a body without a known colour.
 const OTHER_COLOUR: Color32 = Color32::from_gray(190);
 
@@ -74,18 +81,24 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderW
 }
 
 /// `Saturn is 9.449 times as wide as Earth and has 764 times its volume.`
-fn size_text(a: &Subject, b: &Subject) -> String {
+fn size_text(first: &Subject, second: &Subject) -> String {
     let ratio = |value: f64| if value >= 10.0 { grouped(value, 0) } else { decimal(value, 3) };
-    let width = a.radii_km.x / b.radii_km.x;
-    let volume = a.radii_km.element_product() / b.radii_km.element_product();
+    let width = first.radii_km.x / second.radii_km.x;
+    let volume = first.radii_km.element_product() / second.radii_km.element_product();
     if width >= 1.0 {
-        text!("size-sentence", larger = body_name(&a.name), width = ratio(width), smaller = body_name(&b.name), volume = ratio(volume))
+        text!(
+            "size-sentence",
+            larger = body_name(&first.name),
+            width = ratio(width),
+            smaller = body_name(&second.name),
+            volume = ratio(volume)
+        )
     } else {
         text!(
             "size-sentence",
-            larger = body_name(&b.name),
+            larger = body_name(&second.name),
             width = ratio(1.0 / width),
-            smaller = body_name(&a.name),
+            smaller = body_name(&first.name),
             volume = ratio(1.0 / volume)
         )
     }
@@ -98,9 +111,6 @@ fn distance_text(name: &str, distance_au: f64) -> String {
         au => text!("distance-sentence", name = name, au = decimal(au, 3), minutes = decimal(au * LIGHT_MINUTES_PER_AU, 1)),
     }
 }
-
-/// Light time over 1 au, minutes.
-const LIGHT_MINUTES_PER_AU: f64 = KM_PER_AU / crate::units::SPEED_OF_LIGHT_KM_S / 60.0;
 
 /// Draws the background of a drawing and returns its area. `description`: accessible description of the drawing.
 fn draw_background(ui: &mut Ui, height: f32, description: &str) -> Rect {
@@ -117,14 +127,6 @@ fn scale(size: [f64; 2], a_km: DVec3, b_km: DVec3) -> f64 {
     (size[0] / width_km).min(size[1] / height_km)
 }
 
-/// Gap between the two discs, points.
-const DISC_GAP: f32 = 10.0;
-
-/// Smallest distance of a name from the left and right edges of its drawing, points.
-const NAME_MARGIN: f32 = 2.0;
-/// Smallest gap between two names, points.
-const NAME_GAP: f32 = 4.0;
-
 /// The middle of a text: as close to `x` as possible, but with the text between `left` and `right`. A text that is too wide starts at `left`.
 fn middle_within([left, right]: [f32; 2], x: f32, width: f32) -> f32 {
     x.min(right - 0.5 * width).max(left + 0.5 * width)
@@ -140,13 +142,14 @@ fn middles_of_two(area: [f32; 2], [first, second]: [(f32, f32); 2]) -> [f32; 2] 
 }
 
 /// Draws two bodies next to each other.
-fn draw_sizes(ui: &mut Ui, catalog: &Catalog, a: &Subject, b: &Subject) {
-    let rect = draw_background(ui, SIZES_HEIGHT, &text!("sizes-image", first = body_name(&a.name), second = body_name(&b.name)));
+fn draw_sizes(ui: &mut Ui, catalog: &Catalog, selected: &Subject, other: &Subject) {
+    let rect = draw_background(ui, SIZES_HEIGHT, &text!("sizes-image", first = body_name(&selected.name), second = body_name(&other.name)));
     let inner = rect.shrink2(vec2(12.0, 16.0));
-    let points_per_km = scale([f64::from(inner.width()) - f64::from(DISC_GAP), f64::from(inner.height()) - 8.0], a.radii_km, b.radii_km);
+    let points_per_km =
+        scale([f64::from(inner.width()) - f64::from(DISC_GAP), f64::from(inner.height()) - 8.0], selected.radii_km, other.radii_km);
     let font = TextStyle::Small.resolve(ui.style());
     let mut left = inner.left();
-    let bodies = [(a, HIGHLIGHT_COLOUR), (b, OTHER_COLOUR)];
+    let bodies = [(selected, HIGHLIGHT_COLOUR), (other, OTHER_COLOUR)];
     let names = bodies.map(|(body, colour)| {
         let [half_width, half_height] = [body.radii_km.x, body.radii_km.z].map(|km| ((km * points_per_km) as f32).max(0.5 * MIN_DIAMETER));
         let centre = pos2(left + half_width, inner.center().y);

@@ -1,10 +1,10 @@
 //! Colours, text sizes and spacing of the panels, for each theme.
 //!
 //! In: a theme (dark or light). Out: egui styles and fonts. Always: the contrast ratio of text to its background is at least 4.5 (WCAG 2.2, level AA);
-//! `tests/view/contrast` measures it on the painted output. Not here: colours over the image (`scene::labels`) and of source code
-//! (`shader::text`).
+//! `tests/view/contrast` measures it on the painted output. Not here: the colours of names in images (`scene::labels`) and of source code (`shader::text`).
 
 use super::icons;
+use crate::scene::labels::SELECTED_COLOUR;
 use crate::view::language::numbers::field_text;
 use egui::style::NumberFormatter;
 use egui::{Color32, Context, FontFamily, FontId, Style, TextStyle, Theme, Visuals, vec2};
@@ -17,6 +17,13 @@ pub(crate) const CODE: f32 = 12.0;
 pub(crate) const BODY: f32 = 13.0;
 /// Text size of headings, points.
 pub(crate) const HEADING: f32 = 18.0;
+
+/// Colour of marks over images and drawings: that of the selected body's name and outline in images.
+pub(crate) const HIGHLIGHT_COLOUR: Color32 = opaque(SELECTED_COLOUR);
+
+pub(crate) const fn opaque([r, g, b]: [u8; 3]) -> Color32 {
+    Color32::from_rgb(r, g, b)
+}
 
 /// Sets the styles of both themes and the fonts of an egui context.
 pub(crate) fn apply(ctx: &Context) {

@@ -7,6 +7,7 @@ use super::icons::{self, Icon};
 use super::search::MAX_ECHO_CHARS;
 use super::top_bar::caption;
 use super::{Interface, accessible, events, timeline};
+use crate::ephemeris::EphemerisError;
 use crate::time::Instant;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::app::civil_time::ShownTimeZone;
@@ -23,8 +24,8 @@ use egui::containers::menu::{MenuButton, MenuConfig};
 use egui::{Button, Color32, ComboBox, DragValue, Grid, Key, PopupCloseBehavior, Slider, TextEdit, TextStyle};
 use std::sync::Arc;
 
-/// The first event that a search finds, pending.
-type PendingEvent = Pending<Result<Option<SkyEvent>, String>>;
+/// The first event that a search finds, pending. An error is formatted later, because the language may change before it arrives.
+type PendingEvent = Pending<Result<Option<SkyEvent>, EphemerisError>>;
 
 pub(crate) struct TimeBar {
     /// The text typed into the date field; `None` while the field shows the view's time.
@@ -53,17 +54,17 @@ impl TimeBar {
         let (kind, pending) = self.pending.as_ref()?;
         let (kind, found) = (*kind, pending.take()?);
         self.pending = None;
-        Some(found.and_then(|event| event.ok_or_else(|| text!("event-none-near", kind = kind.name()))))
+        let found = found.map_err(|e| error_text(&e));
+        Some(found.and_then(|event| event.ok_or_else(|| text!("event-none-near", kind = kind.name(), years = EVENT_SEARCH_YEARS))))
     }
 }
 
 /// Time steps of the buttons: seconds, and the message id of the step's name.
 const STEPS: [(f64, &str); 4] =
     [(60.0, "step-minute"), (3600.0, "step-hour"), (SECONDS_PER_DAY, "step-day"), (DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY, "step-year")];
-/// Length of time that is searched for the next or previous event, seconds. The longest gap between events of one kind is that of transits, 13 years
-/// (Mercury's of 2019 and 2032). Ten times as long is a choice: it also exceeds the 121.5 years between the transits of Venus of 1882 and 2004, and a search
-/// without result ends after it.
-const EVENT_SEARCH_S: f64 = 130.0 * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
+/// Length of time that is searched for the next or previous event, Julian years. The longest gap between events of one kind is that of transits, 13 years
+/// (Mercury's of 2019 and 2032). Ten times as long is a choice: it also exceeds the 121.5 years between the transits of Venus of 1882 and 2004.
+const EVENT_SEARCH_YEARS: u32 = 130;
 /// Time between the displayed time and the start of the search, seconds, so that the search does not find the displayed event.
 const EVENT_GAP_S: f64 = 60.0;
 
@@ -100,7 +101,7 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
     ui.horizontal(|ui| {
         event_buttons(interface, ui, worker, actions);
         if interface.settings.panels.timeline_shown {
-            timeline::strip(interface, ui, worker, actions);
+            timeline::show(interface, ui, worker, actions);
         }
     });
 }
@@ -149,10 +150,14 @@ fn text_width(ui: &egui::Ui, text: String) -> f32 {
     ui.painter().layout_no_wrap(text, TextStyle::Body.resolve(ui.style()), Color32::PLACEHOLDER).size().x
 }
 
-/// The instant of a typed date. The date is read in the displayed time zone, unless the text gives the same instant in every zone.
+/// The instant of a typed date. The date is read in the displayed time zone, unless the text gives the same instant in every zone. In local time it is rounded
+/// to whole seconds.
 fn typed_time(typed: &str, time_zone: ShownTimeZone, now: Instant) -> Option<Instant> {
-    let time = parse_date(typed, now)?;
-    if is_same_in_every_zone(typed) { Some(time) } else { time_zone.instant(ShownTimeZone::Utc.civil_time(time)?) }
+    let utc = parse_date(typed, now)?;
+    if time_zone == ShownTimeZone::Utc || is_same_in_every_zone(typed) {
+        return Some(utc);
+    }
+    time_zone.instant(ShownTimeZone::Utc.civil_time(utc)?)
 }
 
 /// Date and time of day in digits.
@@ -307,8 +312,9 @@ fn event_buttons(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rend
     if let Some(backward) = requested_backward {
         let gap_s = if backward { -EVENT_GAP_S } else { EVENT_GAP_S };
         let start = interface.viewer.destination().time().plus_seconds(gap_s);
-        let search = EventSearch::new(vec![kind], start, EVENT_SEARCH_S, backward);
-        let found = ask(worker, move |session| search.first(session.catalog(), session.ephemeris()).map_err(|e| error_text(&e)));
+        let span_s = f64::from(EVENT_SEARCH_YEARS) * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
+        let search = EventSearch::new(vec![kind], start, span_s, backward);
+        let found = ask(worker, move |session| search.first(session.catalog(), session.ephemeris()));
         interface.time_bar.pending = Some((kind, found));
     }
     if interface.time_bar.pending.is_some() {
@@ -334,6 +340,9 @@ mod tests {
             let text = "2024-04-08 18:17:00";
             assert_eq!(time_zone.civil_time(typed(text, time_zone)).map(civil_text), Some(text.to_owned()));
         }
+        // In UTC a fraction of a second stays.
+        let fraction = Instant::parse("2024-04-08T18:17:16.25Z").expect("a time");
+        assert_eq!(typed("2024-04-08 18:17:16.25", ShownTimeZone::Utc), fraction);
         set(Language::German);
         let german = "08.04.2024, 18:17:00";
         assert_eq!(ShownTimeZone::Utc.civil_time(typed(german, ShownTimeZone::Utc)).map(civil_text), Some(german.to_owned()));

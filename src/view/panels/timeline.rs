@@ -35,6 +35,8 @@ const MAX_SPAN_ALL_EVENTS_S: f64 = 40.0 * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY
 const MAX_SPAN_MOONS_S: f64 = 10.0 * SECONDS_PER_DAY;
 /// Fraction of the span by which an arrow key changes the time.
 const KEY_STEP_FRACTION: f64 = 0.02;
+/// Wheel notches to which a pinch by a factor of e is equivalent: they change the span by about the same factor.
+const NOTCHES_PER_E_FOLD: f64 = 4.0;
 
 /// Opacity of the lighter fill over the parts of the timeline that are still to be searched.
 const UNSEARCHED_OPACITY: f32 = 0.6;
@@ -110,7 +112,7 @@ impl EventTrack {
 }
 
 /// Shows the timeline, with the buttons that shorten and lengthen its span.
-pub(crate) fn strip(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     let span_s = usable_span_s(interface.settings.panels.timeline_span_s);
     let mut notches = 0.0;
     if icons::without_text(ui, Icon::Minus, text!("timeline-longer")).on_hover_text(text!("timeline-longer-hint")).clicked() {
@@ -254,13 +256,15 @@ fn drag_and_click(
     }
 }
 
-/// The zoom by the wheel or a pinch over the timeline, wheel notches. A pinch by a factor of e counts as four notches, which change the span by about
-/// the same factor.
+/// The zoom by the wheel or a pinch over the timeline, wheel notches.
 fn wheel(ui: &Ui, response: &Response) -> f64 {
     if !response.hovered() {
         return 0.0;
     }
-    let (wheel, pinch) = ui.input(|i| (f64::from(i.smooth_scroll_delta().y) / POINTS_PER_NOTCH, f64::from(i.zoom_delta()).ln() * 4.0));
+    let (wheel, pinch) = ui.input(|i| {
+        let (scroll, zoom) = (f64::from(i.smooth_scroll_delta().y), f64::from(i.zoom_delta()));
+        (scroll / POINTS_PER_NOTCH, zoom.ln() * NOTCHES_PER_E_FOLD)
+    });
     if pinch == 0.0 { wheel } else { pinch }
 }
 

@@ -13,7 +13,7 @@ use crate::scene::request::view_request::MAX_IMAGE_PX;
 use crate::view::app::orbit_camera::LOG_HEIGHT_PER_NOTCH;
 use crate::view::app::viewer::Action;
 use crate::view::language::text;
-use crate::view::panels::theme::{BODY, HEADING};
+use crate::view::panels::theme::{BODY, HEADING, HIGHLIGHT_COLOUR, opaque};
 use crate::view::window::primitives::SCENE_IMAGE;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{Align2, Color32, FontId, PointerButton, Pos2, Rect, Sense, Stroke, Vec2};
@@ -30,11 +30,6 @@ pub(super) const POINTS_PER_NOTCH: f64 = 50.0;
 /// Roll of the camera per pixel of a drag with the middle button, degrees.
 const ROLL_DEG_PER_PX: f64 = 0.25;
 const NAME_COLOUR: Color32 = opaque(labels::NAME_COLOUR);
-const SELECTED_COLOUR: Color32 = opaque(labels::SELECTED_COLOUR);
-
-const fn opaque([r, g, b]: [u8; 3]) -> Color32 {
-    Color32::from_rgb(r, g, b)
-}
 
 pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     let rect = ui.available_rect_before_wrap();
@@ -250,7 +245,7 @@ fn paint_labels(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &Im
         let at = placement.image.min + vec2(label.centre_px * placement.points_per_px);
         let radius = (label.radius_px * placement.points_per_px) as f32;
         let is_selected = label.body == interface.viewer.selected;
-        let colour = if is_selected { SELECTED_COLOUR } else { NAME_COLOUR };
+        let colour = if is_selected { HIGHLIGHT_COLOUR } else { NAME_COLOUR };
         let marker_radius = MARKER_RADIUS as f32 * NAME_POINTS;
         if interface.settings.markers && radius < marker_radius {
             painter.circle_stroke(
@@ -277,7 +272,7 @@ fn paint_star(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &Imag
     let at_px = interface.viewport.star.zip(interface.shown()).and_then(|(star, rendered)| star_px(&rendered.scene, star));
     if let Some(at_px) = at_px {
         let at = placement.image.min + vec2(at_px * placement.points_per_px);
-        ui.painter().with_clip_rect(rect).circle_stroke(at, MARKER_RADIUS as f32 * NAME_POINTS, Stroke::new(1.0, SELECTED_COLOUR));
+        ui.painter().with_clip_rect(rect).circle_stroke(at, MARKER_RADIUS as f32 * NAME_POINTS, Stroke::new(1.0, HIGHLIGHT_COLOUR));
     }
 }
 
@@ -398,7 +393,7 @@ fn paint_probe(interface: &Interface, ui: &egui::Ui, rect: Rect) {
     for direction in [Vec2::X, Vec2::Y, -Vec2::X, -Vec2::Y] {
         let arm = [at + direction * 3.0, at + direction * 9.0];
         painter.line_segment(arm, Stroke::new(3.0, Color32::from_black_alpha(160)));
-        painter.line_segment(arm, Stroke::new(1.0, SELECTED_COLOUR));
+        painter.line_segment(arm, Stroke::new(1.0, HIGHLIGHT_COLOUR));
     }
 }
 

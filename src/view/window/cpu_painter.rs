@@ -17,6 +17,8 @@ const BAND_ROWS: usize = 64;
 const SUBPIXELS: i64 = 256;
 /// Distance of a pixel's centre from its left or upper edge, subpixels.
 const HALF_PX: i64 = SUBPIXELS / 2;
+/// Vertices farther from the origin are clamped to this distance, pixels, so that products of two subpixel distances fit into an i64.
+const MAX_COORDINATE_PX: f32 = 1_048_576.0;
 
 /// Stores the interface's textures, and paints meshes with them.
 #[derive(Default)]
@@ -203,7 +205,8 @@ impl Band<'_> {
     }
 
     fn paint_triangle(&mut self, bounds: PixelBounds, [a, mut b, mut c]: [Vertex; 3], texture: &PainterTexture) {
-        let fixed_point = |v: &Vertex| [v.pos.x, v.pos.y].map(|px| (px * SUBPIXELS as f32).round() as i64);
+        let subpixel = |px: f32| (px.clamp(-MAX_COORDINATE_PX, MAX_COORDINATE_PX) * SUBPIXELS as f32).round() as i64;
+        let fixed_point = |v: &Vertex| [v.pos.x, v.pos.y].map(subpixel);
         let (pa, mut pb, mut pc) = (fixed_point(&a), fixed_point(&b), fixed_point(&c));
         let mut area = cross(pa, pb, pc);
         if area == 0 {
@@ -410,6 +413,15 @@ mod tests {
         painter().paint(&mut Canvas { width: 10, height: 10, pixels: &mut pixels }, 1.0, &primitives);
         let painted: Vec<usize> = pixels.iter().enumerate().filter(|(_, p)| **p != 0).map(|(i, _)| i).collect();
         assert_eq!(painted, [22, 23, 24, 32, 33, 34]);
+    }
+
+    /// Without a limit, the products of such coordinates overflow.
+    #[test]
+    fn a_triangle_with_huge_coordinates_covers_the_canvas() {
+        for huge in [1e7, 1e30, f32::INFINITY] {
+            let pixels = drawn(&painter(), fan(&[(-huge, -huge), (huge, -huge), (0.0, huge)], Color32::WHITE), 10);
+            assert!(pixels.iter().all(|pixel| *pixel == 0x00ff_ffff), "{huge}");
+        }
     }
 
     #[test]

@@ -54,7 +54,8 @@ pub(crate) enum WindowError {
 const MAX_TEXTURE_SIDE: usize = MAX_IMAGE_PX as usize;
 /// Time until the next attempt to present a frame, if the system accepted none.
 const RETRY_DELAY: Duration = Duration::from_millis(250);
-/// Time for which a redraw waits for an image that is being rendered. The image will cause a redraw anyway, so that one redraw can serve both.
+/// Time for which a redraw waits for an image that is being rendered: two frames at 60 Hz. The image will cause a redraw anyway, so that one redraw can
+/// serve both.
 const IMAGE_WAIT: Duration = Duration::from_millis(33);
 /// Time for which the program waits for work that is still running when the window is closed.
 const SHUTDOWN_GRACE: Duration = Duration::from_millis(250);

@@ -56,7 +56,7 @@ impl TexelPair {
 
     /// Interpolates two results of [`Self::interpolate`] in the other direction, and rounds to bytes: the second step.
     pub fn interpolate_wide(self, first: WideTexel, second: WideTexel) -> Color32 {
-        /// Half a level in both channels, for rounding; the sums are levels times 65536.
+        /// Half a level (0x8000) in both channels, for rounding; the sums are levels times 65536.
         const HALF: u64 = 0x8000_0000_8000;
         let (first_weight, second_weight) = self.weights();
         let red_blue = first.red_blue * first_weight + second.red_blue * second_weight + HALF;

@@ -32,14 +32,14 @@ pub(crate) struct Monitor {
     pub scale: f64,
 }
 
-/// Smallest useful size of a window, points.
-const MIN_SIZE: [f64; 2] = [320.0, 240.0];
-/// Width and height reserved for a window's frame and a taskbar, points.
-const DECORATIONS: [f64; 2] = [16.0, 64.0];
-/// Smallest side of a monitor whose size is believed, points: a system without monitors may report one of a single pixel.
-const MIN_MONITOR_SIDE: f64 = 64.0;
-/// Distance of the middle of the title bar from the window's upper edge, points.
-const TITLE_BAR_MIDDLE: f64 = 8.0;
+/// Smallest useful width and height of a window.
+const MIN_SIZE_POINTS: [f64; 2] = [320.0, 240.0];
+/// Width and height reserved for a window's frame and a taskbar.
+const DECORATIONS_POINTS: [f64; 2] = [16.0, 64.0];
+/// Smallest side of a monitor whose reported size is used: a system without monitors may report one of a single pixel.
+const MIN_MONITOR_SIDE_POINTS: f64 = 64.0;
+/// Distance of the middle of the title bar from the window's upper edge.
+const TITLE_BAR_MIDDLE_POINTS: f64 = 8.0;
 
 impl Monitor {
     fn contains(&self, point_px: [f64; 2]) -> bool {
@@ -62,8 +62,8 @@ impl Monitor {
     /// Largest size of a window without its frame, points; `None` if the reported size is unusable.
     fn available_size(&self) -> Option<[f64; 2]> {
         let size = self.size_px.map(|side| f64::from(side) / self.scale);
-        let is_usable = size.iter().all(|side| side.is_finite() && *side >= MIN_MONITOR_SIDE);
-        is_usable.then(|| [0, 1].map(|axis| (size[axis] - DECORATIONS[axis]).max(MIN_MONITOR_SIDE)))
+        let is_usable = size.iter().all(|side| side.is_finite() && *side >= MIN_MONITOR_SIDE_POINTS);
+        is_usable.then(|| [0, 1].map(|axis| (size[axis] - DECORATIONS_POINTS[axis]).max(MIN_MONITOR_SIDE_POINTS)))
     }
 }
 
@@ -72,13 +72,13 @@ impl WindowPlacement {
     /// monitor; otherwise the position is dropped and the size fits the first monitor.
     pub(crate) fn fitted_to(&self, monitors: &[Monitor]) -> Self {
         let shows_title_bar = |monitor: &Monitor, [x, y]: [i32; 2]| {
-            monitor.contains([f64::from(x) + 0.5 * self.size[0] * monitor.scale, f64::from(y) + TITLE_BAR_MIDDLE * monitor.scale])
+            monitor.contains([f64::from(x) + 0.5 * self.size[0] * monitor.scale, f64::from(y) + TITLE_BAR_MIDDLE_POINTS * monitor.scale])
         };
         let containing_monitor = self.corner_px.and_then(|corner| monitors.iter().find(|monitor| shows_title_bar(monitor, corner)));
         let available_size = containing_monitor.or(monitors.first()).and_then(Monitor::available_size).unwrap_or([f64::INFINITY; 2]);
         let default = Self::default().size;
         let size = [0, 1].map(|axis| {
-            let wanted = if self.size[axis].is_finite() { self.size[axis].max(MIN_SIZE[axis]) } else { default[axis] };
+            let wanted = if self.size[axis].is_finite() { self.size[axis].max(MIN_SIZE_POINTS[axis]) } else { default[axis] };
             wanted.min(available_size[axis])
         });
         Self { corner_px: self.corner_px.filter(|_| containing_monitor.is_some()), size, maximised: self.maximised }
@@ -129,7 +129,7 @@ mod tests {
         // The monitor with two pixels per point has room for 640 by 360 points including the window frame.
         assert_eq!(sized([1000.0, 700.0], Some([0, 1200])).fitted_to(&everywhere).size, [624.0, 296.0]);
         assert_eq!(sized([9000.0, 700.0], None).fitted_to(&everywhere).size, [1484.0, 700.0]);
-        assert_eq!(sized([-5.0, 0.0], None).fitted_to(&everywhere).size, MIN_SIZE);
+        assert_eq!(sized([-5.0, 0.0], None).fitted_to(&everywhere).size, MIN_SIZE_POINTS);
         assert_eq!(sized([f64::NAN, f64::INFINITY], None).fitted_to(&everywhere).size, [1280.0, 800.0]);
         let unknown_size = Monitor { size_px: [1, 1], ..LEFT };
         assert_eq!(sized([1000.0, 700.0], None).fitted_to(&[unknown_size]).size, [1000.0, 700.0]);

@@ -12,7 +12,7 @@ use std::time::Duration;
 
 /// Interval between checks of the folder.
 const CHECK_INTERVAL: Duration = Duration::from_secs(1);
-/// Interval between checks whether the window was closed.
+/// Interval between checks whether the window was closed, so that closing it does not wait for a check of the folder.
 const CLOSE_CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
 /// A watched folder.
@@ -77,8 +77,7 @@ impl ShaderWatcher {
 }
 
 impl LastCheck {
-    /// Reports an error that the check before this one had found, too, unless it was reported already: while an editor saves a file, the folder has an error for
-    /// an instant.
+    /// Records an error, and reports it once when two checks in succession find it: while an editor saves a file, the folder has an error for an instant.
     fn fail(&mut self, why: String, worker: &dyn RenderWorker) {
         if self.error.as_ref() != Some(&why) {
             (self.error, self.is_reported) = (Some(why), false);

@@ -1,5 +1,12 @@
-//! Work on other threads than the window's: images are rendered, queries answered. Also the resolution of images while the view moves, and the return
-//! of freed memory to the system.
+//! Work on other threads than the window's.
+//!
+//! In: render jobs and queries. Out: images and answers, some frames later. Always: the window's thread waits for neither.
+//!
+//! - `render_worker`: the two threads, one for images and one for queries.
+//! - `query_cache`, `latest_answer`: answers kept by their key, and for inputs that change.
+//! - `drawn_with`: what an image or answer depends on besides its request.
+//! - `adaptive_resolution`: the resolution of images while the view moves.
+//! - `freed_memory`: returns freed memory to the system.
 
 pub mod adaptive_resolution;
 pub(crate) mod drawn_with;

@@ -12,7 +12,7 @@ use crate::session::{DrawnBy, RequestedOutput, Session, SessionError, Stages};
 use crate::shader::library::Statistics;
 use crate::view::app::exposure_adaptation::ExposureTicket;
 use crate::view::language;
-use parking_lot::{Condvar, Mutex, MutexGuard};
+use parking_lot::{Condvar, Mutex};
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, Instant as WallInstant};
@@ -88,30 +88,25 @@ impl<T> Pending<T> {
     pub fn with_sender() -> (Self, impl FnOnce(T)) {
         let slot = Arc::new(Mutex::new(None));
         let answer = Arc::clone(&slot);
-        (Self(slot), move |value| *locked(&answer) = Some(value))
+        (Self(slot), move |value| *answer.lock() = Some(value))
     }
 
     /// Takes the answer, if it has arrived.
     pub(crate) fn take(&self) -> Option<T> {
-        locked(&self.0).take()
+        self.0.lock().take()
     }
 }
 
 /// Runs a query on the worker; the returned [`Pending`] receives the answer.
 pub(crate) fn ask<T: Send + 'static>(worker: &dyn RenderWorker, query: impl FnOnce(&Session) -> T + Send + 'static) -> Pending<T> {
-    let slot = Arc::new(Mutex::new(None));
-    let answer = Arc::clone(&slot);
+    let (pending, deliver) = Pending::with_sender();
     // Each thread has its own language. The query runs on another thread, but texts in the answer must be in the language of this one.
     let language = language::current();
     worker.run(Box::new(move |session| {
         language::set(language);
-        *locked(&answer) = Some(query(session));
+        deliver(query(session));
     }));
-    Pending(slot)
-}
-
-fn locked<T>(slot: &Mutex<T>) -> MutexGuard<'_, T> {
-    slot.lock()
+    pending
 }
 
 /// Renders the image of a job on the calling thread.
@@ -158,10 +153,10 @@ impl RenderWorker for InlineWorker<'_> {
     }
     fn submit(&self, job: RenderJob) {
         let exposure_ticket = job.exposure_ticket;
-        *locked(&self.done) = Some(draw(self.session, job).map_err(|why| FailedJob { why, exposure_ticket }));
+        *self.done.lock() = Some(draw(self.session, job).map_err(|why| FailedJob { why, exposure_ticket }));
     }
     fn take(&self) -> Option<Result<RenderedView, FailedJob>> {
-        locked(&self.done).take()
+        self.done.lock().take()
     }
     fn run(&self, task: Task) {
         task(self.session);
@@ -223,7 +218,7 @@ impl<'a> ThreadedWorker<'a> {
                 .map_err(|why| FailedJob { why, exposure_ticket });
             idle_since = WallInstant::now();
             {
-                let mut work = locked(&self.work);
+                let mut work = self.work.lock();
                 (work.done, work.is_drawing) = (Some(rendered), false);
             }
             (self.wake)();
@@ -244,7 +239,7 @@ impl<'a> ThreadedWorker<'a> {
 
     /// Waits until `take` finds work, and returns it; `None` once the worker is closed.
     fn next<T>(&self, take: impl Fn(&mut Work) -> Option<T>) -> Option<T> {
-        let mut work = locked(&self.work);
+        let mut work = self.work.lock();
         loop {
             if work.closed {
                 return None;
@@ -258,17 +253,17 @@ impl<'a> ThreadedWorker<'a> {
 
     /// Whether a requested image is not finished yet, so that the window will be woken.
     pub fn is_drawing(&self) -> bool {
-        let work = locked(&self.work);
+        let work = self.work.lock();
         work.is_drawing || work.job.is_some()
     }
 
     pub(crate) fn is_closed(&self) -> bool {
-        locked(&self.work).closed
+        self.work.lock().closed
     }
 
     /// Makes both threads stop once they have finished the current image and the current task.
     pub fn close(&self) {
-        locked(&self.work).closed = true;
+        self.work.lock().closed = true;
         self.changed.notify_all();
     }
 }
@@ -278,14 +273,14 @@ impl RenderWorker for ThreadedWorker<'_> {
         self.session
     }
     fn submit(&self, job: RenderJob) {
-        locked(&self.work).job = Some(job);
+        self.work.lock().job = Some(job);
         self.changed.notify_all();
     }
     fn take(&self) -> Option<Result<RenderedView, FailedJob>> {
-        locked(&self.work).done.take()
+        self.work.lock().done.take()
     }
     fn run(&self, task: Task) {
-        locked(&self.work).tasks.push_back(task);
+        self.work.lock().tasks.push_back(task);
         self.changed.notify_all();
     }
 }

@@ -81,6 +81,26 @@ pub(crate) struct BoundView {
 }
 
 impl BoundView {
+    /// Drops an error and pending bounds, so that they are computed again; see `ComparePanel::forget_failures`.
+    pub(crate) fn forget_failures(&mut self) {
+        let was_pending = self.pending.take().is_some();
+        if self.displayed.take_if(|displayed| displayed.is_err()).is_some() || was_pending {
+            self.requested = None;
+        }
+    }
+
+    /// Shows an error, for tests.
+    #[cfg(test)]
+    pub(super) fn fail(&mut self, why: &str) {
+        self.displayed = Some(Err(why.to_owned()));
+    }
+
+    /// Whether nothing is shown or pending, for tests.
+    #[cfg(test)]
+    pub(super) fn is_empty(&self) -> bool {
+        self.displayed.is_none() && self.pending.is_none()
+    }
+
     /// Starts to compute the bounds, unless a computation is running or nothing has changed on which they depend.
     pub(crate) fn ask(&mut self, worker: &dyn RenderWorker, request: &ViewRequest) {
         let requested = Some((request.clone(), DrawnWith::now(worker.session())));

@@ -77,9 +77,9 @@ impl ComparisonInput {
     fn is_close_to(&self, other: &Self) -> bool {
         const TOLERANCE_PX: u32 = 32;
         let (a, b) = (&self.request, &other.request);
-        let similar_size = a.width.abs_diff(b.width) < TOLERANCE_PX && a.height.abs_diff(b.height) < TOLERANCE_PX;
+        let has_similar_size = a.width.abs_diff(b.width) < TOLERANCE_PX && a.height.abs_diff(b.height) < TOLERANCE_PX;
         let request = ViewRequest { width: a.width, height: a.height, ..b.clone() };
-        similar_size && *self == Self { request, ..other.clone() }
+        has_similar_size && *self == Self { request, ..other.clone() }
     }
 }
 
@@ -110,6 +110,15 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
 }
 
 impl ComparePanel {
+    /// Drops errors and pending images, so that they are drawn again: the text of an error is in the language in which the images were asked for.
+    pub(crate) fn forget_failures(&mut self) {
+        let was_pending = self.pending.take().is_some();
+        if self.pair.take_if(|pair| pair.is_err()).is_some() || was_pending {
+            self.input = None;
+        }
+        self.bound.forget_failures();
+    }
+
     fn show(&mut self, interface: &Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
         if let Some(drawn) = self.pending.as_ref().and_then(Pending::take) {
             self.pending = None;
@@ -244,8 +253,9 @@ fn draw(session: &Session, request: &ViewRequest, variant: &Variant) -> Result<C
     let failed = |e: crate::session::SessionError| error_text(&e);
     // This first plan loads modules and maps, so that the measured time does not include loading.
     session.plan(request, sampling).map_err(failed)?;
+    let in_f64 = true;
     let f64_renderer =
-        if variant.renderer == Renderer::SoftwareF64 { Some(session.renderer_in(true).map_err(|e| error_text(&e))?) } else { None };
+        if variant.renderer == Renderer::SoftwareF64 { Some(session.renderer_in(in_f64).map_err(|e| error_text(&e))?) } else { None };
     let start = WallInstant::now();
     let (frame, by) = if variant.renderer == Renderer::Window {
         let drawn = session.draw_in_background(request, sampling, FrameImages::Display).map_err(failed)?;
@@ -257,4 +267,17 @@ fn draw(session: &Session, request: &ViewRequest, variant: &Variant) -> Result<C
     };
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
     Ok(ComparedImage { image: DisplayImage { width: frame.width, height: frame.height, rgba: frame.display }, by: by.to_owned(), took_ms })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_in_the_previous_language_is_dropped() {
+        let mut panel = ComparePanel { pair: Some(Err("why".into())), pending: Some(Pending::default()), ..ComparePanel::default() };
+        panel.bound.fail("why");
+        panel.forget_failures();
+        assert!(panel.pair.is_none() && panel.pending.is_none() && panel.bound.is_empty());
+    }
 }

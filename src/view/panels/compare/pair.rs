@@ -7,7 +7,7 @@ use crate::image::{self, DisplayImage};
 use crate::view::error_texts::error_text;
 use crate::view::language::{decimal, named, plain, text};
 use crate::view::panels::render_loop::colour_image;
-use crate::view::panels::theme::BODY;
+use crate::view::panels::theme::{BODY, HIGHLIGHT_COLOUR};
 use egui::{Color32, Pos2, Rect, Sense, Slider, Stroke, TextureHandle, TextureOptions, Vec2, pos2};
 use std::sync::Arc;
 
@@ -81,8 +81,6 @@ pub(crate) struct PairView {
 const CONTROLS_HEIGHT: f32 = 70.0;
 /// Height up to which an image is not reduced to fit the panel, points: in a lower panel the user scrolls.
 const ALWAYS_ALLOWED_HEIGHT: f32 = 330.0;
-/// Colour of the divider.
-const DIVIDER_COLOUR: Color32 = Color32::from_rgb(255, 206, 110);
 /// Texture coordinates of the entire image.
 const FULL_UV: Rect = Rect { min: Pos2::ZERO, max: pos2(1.0, 1.0) };
 
@@ -159,7 +157,7 @@ impl PairView {
         for (texture, (place, uv)) in textures.into_iter().zip([part(0.0, split), part(split, 1.0)]) {
             ui.painter().image(texture, place, uv, Color32::WHITE);
         }
-        ui.painter().line_segment([pos2(x, rect.top()), pos2(x, rect.bottom())], Stroke::new(1.5, DIVIDER_COLOUR));
+        ui.painter().line_segment([pos2(x, rect.top()), pos2(x, rect.bottom())], Stroke::new(1.5, HIGHLIGHT_COLOUR));
         let painter = ui.painter().with_clip_rect(rect);
         let font = egui::FontId::proportional(BODY);
         for (offset_points, align, name) in [(-6.0, egui::Align2::RIGHT_TOP, left), (6.0, egui::Align2::LEFT_TOP, right)] {

@@ -3,7 +3,7 @@
 //! In: the chosen event, the observer's place. Out: actions that show the event or play it. Always: if the camera stands at the place and the event is
 //! visible from there, *Watch it* leaves the camera there. Not here: the list of events.
 
-use super::{LocalView, best_view};
+use super::{EventAtPlace, best_view};
 use crate::catalog::NaifId;
 use crate::events::GeodeticPosition;
 use crate::time::SHOWN_DELTA_T_ERROR_S;
@@ -129,12 +129,12 @@ fn contact_name(ui: &mut egui::Ui, name: &str) {
 fn contact_table(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, event: &Arc<SkyEvent>) {
     let home = interface.information.home;
     let panel = &mut interface.events;
-    if !panel.local.as_ref().is_some_and(|l| Arc::ptr_eq(&l.event, event) && l.home == home) {
+    if !panel.at_place.as_ref().is_some_and(|l| Arc::ptr_eq(&l.event, event) && l.home == home) {
         let asked_event = Arc::clone(event);
         let question = move |session: &crate::session::Session| {
             asked_event.seen_from(session.catalog(), session.ephemeris(), home).map_err(|e| error_text(&e))
         };
-        panel.local = Some(LocalView { event: Arc::clone(event), home, pending: ask(worker, question), contacts: None });
+        panel.at_place = Some(EventAtPlace { event: Arc::clone(event), home, pending: ask(worker, question), contacts: None });
     }
     let (lines, is_visible) = match panel.contacts_at(event, home) {
         None => {

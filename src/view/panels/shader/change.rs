@@ -28,6 +28,13 @@ pub(crate) struct ChangeView {
     last_pair: Option<(ShaderKey, Result<Arc<Pair>, String>)>,
 }
 
+impl ChangeView {
+    /// Drops an error, whose text is in the language in which the pair was asked for.
+    pub(super) fn forget_failure(&mut self) {
+        self.last_pair.take_if(|(_, pair)| pair.is_err());
+    }
+}
+
 /// The two compared keys and their labels. With two pins: the pinned keys. With one: the pinned key and the displayed key. Without pins: the drawn
 /// key and the displayed key.
 fn compared_keys(panel: &ShaderPanel, inspected: &Inspected<'_>) -> Option<([ShaderKey; 2], [&'static str; 2])> {
@@ -186,12 +193,12 @@ fn pair_in_view(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspecte
     }
 }
 
-/// Largest width of the images of the pair, pixels.
-const MAX_PAIR_WIDTH: u32 = 480;
+/// Largest width of the images of the pair.
+const MAX_PAIR_WIDTH_PX: u32 = 480;
 
-/// The request for an image scaled down by an integer, so that it is at most [`MAX_PAIR_WIDTH`] wide.
+/// The request for an image scaled down by an integer, so that it is at most [`MAX_PAIR_WIDTH_PX`] wide.
 fn reduced_request(request: &ViewRequest) -> ViewRequest {
-    let divisor = request.width.div_ceil(MAX_PAIR_WIDTH).max(1);
+    let divisor = request.width.div_ceil(MAX_PAIR_WIDTH_PX).max(1);
     ViewRequest { width: request.width.div_ceil(divisor), height: request.height.div_ceil(divisor), ..request.clone() }
 }
 

@@ -10,7 +10,7 @@ use super::{Inspected, ShaderPanel};
 use crate::scene::draw::DrawFeatures;
 use crate::shader::key::{DIMENSIONS, ShaderKey};
 use crate::view::language::text;
-use crate::view::panels::theme::SMALL;
+use crate::view::panels::theme::{HIGHLIGHT_COLOUR, SMALL};
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{Color32, ComboBox, Rect, RichText, ScrollArea, Sense, Stroke, Vec2, pos2};
 
@@ -31,10 +31,10 @@ struct Entry {
 
 /// Space of an entry beside its image, and below it for the caption, points.
 const ENTRY_MARGIN: Vec2 = Vec2::new(24.0, 34.0);
-/// Space for the distance between two columns, points.
-const COLUMN_GAP: f32 = 12.0;
-/// Colour of the outline of the displayed key's image.
-const OUTLINE_COLOUR: Color32 = Color32::from_rgb(255, 206, 110);
+/// Gap between two rows or columns, points.
+const GAP: f32 = 8.0;
+/// Width that a column must have besides its image, margin and gap before the grid has that column, points.
+const COLUMN_RESERVE: f32 = 4.0;
 
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let (Some(drawn_key), Some(key)) = (inspected.drawn_key, inspected.key()) else {
@@ -58,8 +58,8 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     let mut clicked = None;
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         let side = SAMPLE_PX as f32;
-        let columns = ((ui.available_width() / (side + ENTRY_MARGIN.x + COLUMN_GAP)) as usize).max(1);
-        egui::Grid::new("gallery").num_columns(columns).spacing([8.0, 8.0]).show(ui, |ui| {
+        let columns = ((ui.available_width() / (side + ENTRY_MARGIN.x + GAP + COLUMN_RESERVE)) as usize).max(1);
+        egui::Grid::new("gallery").num_columns(columns).spacing([GAP, GAP]).show(ui, |ui| {
             for (index, entry) in entries.iter().enumerate() {
                 ui.allocate_ui(Vec2::splat(side) + ENTRY_MARGIN, |ui| {
                     ui.vertical(|ui| {
@@ -67,7 +67,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
                         let name = text!("gallery-inspect", key = entry.caption);
                         let response = sample_button(&mut panel.queries, ui, inspected.worker, &entry.key, &name);
                         if entry.key == key {
-                            let outline = Stroke::new(2.0, OUTLINE_COLOUR);
+                            let outline = Stroke::new(2.0, HIGHLIGHT_COLOUR);
                             ui.painter().rect_stroke(response.rect, 0.0, outline, egui::StrokeKind::Inside);
                         }
                         if response.on_hover_text(entry.key.to_string()).clicked() {

@@ -27,6 +27,7 @@ use crate::view::worker::render_worker::{RenderWorker, RenderedView};
 use egui::{ComboBox, RichText, ScrollArea};
 use queries::ShaderQueries;
 
+/// A page of the panel; each is a file of this folder.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Page {
     Key,
@@ -62,7 +63,7 @@ enum ModuleChoice {
 #[derive(Default)]
 pub(crate) struct ShaderPanel {
     page: Page,
-    /// The module that the user chose; `None`: that of the globe, or of the first draw.
+    /// The module that the user chose; `None`: that of the globe, else of the first draw, else of points.
     chosen: Option<ModuleChoice>,
     /// The body and the module that the last frame showed. When one of them changes, features changed by hand are dropped.
     last_inspected: Option<(NaifId, ModuleChoice)>,
@@ -135,6 +136,7 @@ impl ShaderPanel {
     /// Drops stored errors: their texts are in the language in which the queries were made.
     pub(crate) fn forget_failures(&mut self) {
         self.queries.forget_failures();
+        self.change.forget_failure();
     }
 
     /// Whether the Probe page is shown, so that the viewport marks its pixel.

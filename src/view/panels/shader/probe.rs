@@ -3,7 +3,7 @@
 //! In: the displayed view, the picked pixel. Out: egui shapes; a pixel chosen on this page. Always: both precisions are
 //! computed for the same view and pixel; nothing is computed before the user picks a pixel.
 
-use super::values::number_text;
+use super::values::brief_number;
 use super::{Inspected, ShaderPanel};
 use crate::probe::pixel::{PixelDraw, PixelReport, inspect_pixel};
 use crate::probe::{ProbeError, Prober};
@@ -82,7 +82,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         Ok(both) => both,
         Err(why) => return drop(ui.colored_label(ui.visuals().warn_fg_color, error_text(why))),
     };
-    let radiance = report_f32.radiance.map(number_text).join(", ");
+    let radiance = report_f32.radiance.map(brief_number).join(", ");
     ui.label(text!("probe-radiance", level = radiance, stops = signed(report_f32.exposure_stops, 2), time = instant_text(report_f32.time)));
     if report_f32.draws.is_empty() {
         ui.label(text!("probe-empty"));
@@ -150,8 +150,13 @@ impl Row {
         let in_f64 = self.in_f64.map_or(text!("probe-no-value").to_owned(), |v| number(v, 9));
         let difference = self.in_f64.map(|in_f64| (self.in_f32 - in_f64).abs()).filter(|d| d.is_finite());
         let difference = difference.map_or(String::new(), |d| if d == 0.0 { "0".to_owned() } else { format!("{d:.1e}") });
-        format!("{:<34} {:>14} {in_f64:>17} {difference:>10}", self.name, number(self.in_f32, 7))
+        columns(&self.name, &number(self.in_f32, 7), &in_f64, &difference)
     }
+}
+
+/// A line of the table. The columns have room for the longest numbers: seven decimals in f32, nine in f64.
+fn columns(name: &str, in_f32: &str, in_f64: &str, difference: &str) -> String {
+    format!("{name:<34} {in_f32:>14} {in_f64:>17} {difference:>10}")
 }
 
 /// Every value of a draw at the pixel, with one row for each component of a vector.
@@ -190,16 +195,8 @@ fn row_height(ui: &egui::Ui) -> f32 {
 /// Shows the rows whose name contains the filter text.
 fn table(ui: &mut egui::Ui, rows: &[Row], filter: &str) {
     let shown: Vec<&Row> = rows.iter().filter(|r| r.name.contains(filter.trim())).collect();
-    ui.label(
-        row_text(format!(
-            "{:<34} {:>14} {:>17} {:>10}",
-            text!("probe-count", count = shown.len()),
-            "f32",
-            "f64",
-            text!("probe-difference")
-        ))
-        .strong(),
-    );
+    let headings = columns(&text!("probe-count", count = shown.len()), "f32", "f64", text!("probe-difference"));
+    ui.label(row_text(headings).strong());
     ui.spacing_mut().item_spacing.y = 1.0;
     let height = row_height(ui);
     ScrollArea::both().auto_shrink(false).show_rows(ui, height, shown.len(), |ui, range| {

@@ -78,7 +78,7 @@ pub(crate) struct MapFacts {
 
 /// Side of a sample image (an image of the sample body), pixels.
 pub(crate) const SAMPLE_PX: u32 = 96;
-/// Largest number of sample images kept as textures. When it is reached, all are dropped before the next is stored.
+/// Largest number of sample images kept as textures, which then take 22 MB. When it is reached, all are dropped before the next is stored.
 const MAX_SAMPLE_TEXTURES: usize = 600;
 /// Side of a timed image, pixels.
 const TIMED_PX: u32 = 250;
@@ -260,6 +260,7 @@ fn draw_sample_body(session: &Session, key: &ShaderKey) -> SampleImageResult {
     let (frame, _) =
         session.background_renderer().render(&plan, session.library(), FrameImages::DisplayAndHdr).map_err(|e| error_text(&e))?;
     let is_radiance = key.features().view == PixelView::Final;
+    // At least 1e-12, so that the scale of a black image is finite.
     let greatest = frame.hdr.iter().flat_map(|p| &p[..3]).copied().filter(|v| v.is_finite()).fold(1e-12, f32::max);
     let scale = if is_radiance { 1.0 } else { 1.0 / greatest };
     // 0.4545 = 1 / 2.2.

@@ -80,7 +80,7 @@ fn numbers(field: &UniformField, bytes: &[u8]) -> Vec<f32> {
 
 /// Formats a number by its magnitude: from 1e-4 to 1e6 with up to six decimals, without trailing zeros; zero as `0`; any other with six significant
 /// digits and an exponent.
-pub(crate) fn number_text(v: f32) -> String {
+pub(crate) fn brief_number(v: f32) -> String {
     let magnitude = v.abs();
     if v == v.trunc() && magnitude < 1e6 {
         return format!("{v}");
@@ -111,7 +111,7 @@ fn uniform_table(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, filte
             ui.label(&field.name);
             let components = bytes.map(|b| numbers(field, b)).unwrap_or_default();
             let rows: Vec<String> =
-                components.chunks(4).map(|row| row.iter().map(|v| number_text(*v)).collect::<Vec<_>>().join(", ")).collect();
+                components.chunks(4).map(|row| row.iter().map(|v| brief_number(*v)).collect::<Vec<_>>().join(", ")).collect();
             let hidden_rows = rows.len().saturating_sub(MAX_ROWS);
             let mut text = rows[..rows.len().min(MAX_ROWS)].join("\n");
             if hidden_rows > 0 {
@@ -190,8 +190,8 @@ mod tests {
         let bytes: Vec<u8> = [1.0f32, 2.5, -3.0, 4e-9].iter().flat_map(|v| v.to_le_bytes()).collect();
         assert_eq!(numbers(&field(4, crate::shader::reflect::FieldType::Vec3), &bytes), [2.5, -3.0, 4e-9]);
         assert!(numbers(&field(8, crate::shader::reflect::FieldType::Vec3), &bytes).is_empty(), "past the end");
-        assert_eq!([2.5, -3.0, 4e-9].map(number_text), ["2.5", "-3", "4.00000e-9"]);
-        assert_eq!([1e7, 0.25].map(number_text), ["1.00000e7", "0.25"]);
-        assert_eq!([1.0 + f32::EPSILON, f32::EPSILON - 1.0].map(number_text), ["1", "-1"]);
+        assert_eq!([2.5, -3.0, 4e-9].map(brief_number), ["2.5", "-3", "4.00000e-9"]);
+        assert_eq!([1e7, 0.25].map(brief_number), ["1.00000e7", "0.25"]);
+        assert_eq!([1.0 + f32::EPSILON, f32::EPSILON - 1.0].map(brief_number), ["1", "-1"]);
     }
 }

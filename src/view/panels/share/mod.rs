@@ -18,7 +18,6 @@ use crate::view::app::settings::{Bookmark, UI_SCALE_RANGE};
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
 use crate::view::error_texts::error_text;
-use crate::view::language::dates::minute_in_digits;
 use crate::view::language::numbers::typed_number;
 use crate::view::language::{Language, text};
 use crate::view::link::{MAX_BYTES, SCHEME, view_from_text};
@@ -243,8 +242,7 @@ fn new_export(interface: &Interface, kind: ExportKind) -> Result<Export, String>
 
 fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     ui.strong(text!("bookmarks"));
-    let view = interface.viewer.destination();
-    let default_name = format!("{} {}", interface.viewer.name(view.target), minute_in_digits(view.time()));
+    let default_name = interface.name_of_view(&interface.viewer.destination());
     ui.horizontal(|ui| {
         let field = ui.add(TextEdit::singleline(&mut interface.share.bookmark).hint_text(&default_name).desired_width(180.0));
         let entered = is_entered(&field.on_hover_text(text!("bookmarks-name")), &interface.share.bookmark);
