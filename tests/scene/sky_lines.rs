@@ -322,7 +322,7 @@ fn lines_that_are_not_drawn_have_a_reason_and_no_text() {
     };
     let sun = of_body(NaifId::SUN, 6.0, "terminator");
     assert!(sun.sky_decisions.iter().any(|d| d.effect == "terminator" && !d.on), "{:?}", sun.sky_decisions);
-    // Discs of 240 and of 24 pixels.
+    // Discs of 250 and of 24 pixels.
     let [large, small] = [4.0, 40.0].map(|distance_radii| of_body(NaifId::EARTH, distance_radii, "grid-body"));
     assert!(large.line_texts.is_some() && small.line_texts.is_none() && small.ground_lines.is_empty(), "{:?}", small.line_texts);
 }

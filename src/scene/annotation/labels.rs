@@ -17,7 +17,7 @@ use crate::scene::camera::sphere::ImageProjection;
 use crate::scene::draw::PixelView;
 use crate::scene::in_view::{Appearance, BodyInView};
 use crate::scene::request::view_request::ViewRequest;
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 /// The label of one body.
 #[derive(Clone, Debug, PartialEq)]
@@ -96,8 +96,15 @@ pub struct LabelLayer {
 }
 
 impl LabelLayer {
-    /// The texts, marks and data points of the layers that the request switches on; `None` if it switches on none of these layers.
-    pub(crate) fn of(image: &impl ImageProjection, request: &ViewRequest, catalog: &Catalog, bodies: &[BodyInView]) -> Option<Self> {
+    /// The texts, marks and data points of the layers that the request switches on; `None` if it switches on none of these layers. `velocity_km_s`: the viewer's,
+    /// for the aberration of data points in the sky.
+    pub(crate) fn of(
+        image: &impl ImageProjection,
+        request: &ViewRequest,
+        catalog: &Catalog,
+        bodies: &[BodyInView],
+        velocity_km_s: DVec3,
+    ) -> Option<Self> {
         let layers = &request.layers;
         let shows_margin = layers.caption || layers.scale_bar || layers.compass;
         let shows_data = layers.data && request.pixel_view == PixelView::Final && !catalog.data_layers().is_empty();
@@ -106,7 +113,7 @@ impl LabelLayer {
         }
         let mut layer = Self::empty(request);
         if shows_data {
-            layer.dots = data::dots(image, catalog, bodies, request.time);
+            layer.dots = data::dots(image, catalog, bodies, velocity_km_s, request.time);
         }
         let metrics = LabelMetrics::of_size(layer.size_px);
         if shows_margin {

@@ -1,7 +1,7 @@
 //! The margin of an image: caption, scale bar and compass, which are drawn over the image near its edges.
 //!
-//! In: the request and the bodies in view. Out: texts, bars and rings. Always: lengths are round numbers; a length in kilometres is valid at the
-//! target's distance, across the line of sight. Without a target, or if its disc is small, the bar is an angle. The compass points to the target's north
+//! In: the request and the bodies in view. Out: texts, bars and rings. Always: lengths are round numbers; a length in kilometres is valid across the line of
+//! sight at the distance of the target's centre. Without a target, or if its disc is small, the bar is an angle. The compass points to the target's north
 //! pole. In a narrow image the caption has more lines and the scale bar stands above it; what does not fit is left out.
 
 use super::text::{Bar, LabelMetrics, NAME_COLOUR, Rect, TextLine};
@@ -27,6 +27,13 @@ const MAX_BAR_FRACTION: f64 = 0.22;
 const MAX_CAPTION_FRACTION: f64 = 0.5;
 /// Line spacing of a caption, in glyph sizes.
 const CAPTION_LINE_SPACING: f64 = 1.3;
+/// Distance of a caption from the image's left edge, in glyph sizes.
+const CAPTION_EDGE: f64 = 0.8;
+/// Distance from the image's lower edge to the middle of the caption's last line and to the top of the scale bar, and from the right edge to the bar; in glyph
+/// sizes.
+const EDGE: f64 = 0.9;
+/// Sine of the angle between a body's pole and the line of sight below which there is no compass.
+const MIN_POLE_SINE: f64 = 0.02;
 /// Diameter in pixels below which a target counts as a point, and the scale bar shows an angle.
 const MIN_DISC_PX: f64 = 20.0;
 
@@ -109,7 +116,7 @@ impl Margin {
         };
         let second = message!("image-caption", from = from, view = image.field_of_view_text()).text_in(language);
         let size = image.size_px();
-        let fits = |text: &str| metrics.width_px(text) <= size.x - 1.6 * glyph_px;
+        let fits = |text: &str| metrics.width_px(text) <= size.x - 2.0 * CAPTION_EDGE * glyph_px;
         let Some((mut lines, rest)) = wrapped(&first, &CAPTION_BREAKS, &fits).zip(wrapped(&second, &CAPTION_BREAKS, &fits)) else {
             return;
         };
@@ -117,18 +124,18 @@ impl Margin {
         if CAPTION_LINE_SPACING * glyph_px * lines.len() as f64 > MAX_CAPTION_FRACTION * size.y {
             return;
         }
-        let bottom = size.y - 0.9 * glyph_px;
+        let bottom = size.y - EDGE * glyph_px;
         let count = lines.len();
         for (k, line) in lines.into_iter().enumerate() {
-            self.text(line, DVec2::new(0.8 * glyph_px, bottom - CAPTION_LINE_SPACING * glyph_px * (count - 1 - k) as f64));
+            self.text(line, DVec2::new(CAPTION_EDGE * glyph_px, bottom - CAPTION_LINE_SPACING * glyph_px * (count - 1 - k) as f64));
         }
     }
 
     fn scale_bar(&mut self, image: &impl ImageProjection, target: Option<&BodyInView>, language: TextLanguage, metrics: &LabelMetrics) {
         let (size, glyph_px) = (image.size_px(), metrics.glyph_px());
-        let pixels_per_radian = image.disc_radius_px(1e-6) * 1e6;
-        let max_rad = MAX_BAR_FRACTION * size.x / pixels_per_radian;
-        let disc_px = |t: &&BodyInView| 2.0 * t.placement.radii_km.max_element() / t.distance_km * pixels_per_radian;
+        let px_per_radian = image.px_per_radian_in_middle();
+        let max_rad = MAX_BAR_FRACTION * size.x / px_per_radian;
+        let disc_px = |t: &&BodyInView| 2.0 * t.placement.radii_km.max_element() / t.distance_km * px_per_radian;
         let (text, angle_rad) = match target.filter(|t| disc_px(t) >= MIN_DISC_PX) {
             Some(t) => {
                 let km = round_number_below(max_rad * t.distance_km);
@@ -137,10 +144,10 @@ impl Margin {
             None => round_angle_below(max_rad),
         };
         let text = language.number(&text);
-        let length = (angle_rad * pixels_per_radian).round();
+        let length = (angle_rad * px_per_radian).round();
         let thickness = (glyph_px / 9.0).round().max(1.0);
         let tick = (0.45 * glyph_px).round();
-        let left = (size.x - 0.9 * glyph_px - length).round();
+        let left = (size.x - EDGE * glyph_px - length).round();
         // Centred over the bar, as far as the image's edge allows.
         let text_left = left + 0.5 * (length - metrics.width_px(&text));
         let text_left = text_left.min(size.x - 0.6 * glyph_px - metrics.width_px(&text));
@@ -152,7 +159,7 @@ impl Margin {
                 max: of_text.max.max(DVec2::new(left + length, bar_top + thickness)),
             }
         };
-        let mut bar_top = (size.y - 0.9 * glyph_px).round();
+        let mut bar_top = (size.y - EDGE * glyph_px).round();
         let gap = DVec2::new(metrics.glyph_width_px, 0.0);
         if self.occupied(metrics).any(|o| o.overlaps(&rect_at(bar_top).padded(gap))) {
             // Above the caption.
@@ -173,10 +180,11 @@ impl Margin {
         let (size, glyph_px) = (image.size_px(), metrics.glyph_px());
         let centre = target.placement.centre_km;
         let pole = target.placement.body_from_icrf.row(2);
-        // A pole almost along the line of sight has no reliable direction in the image.
+        // A pole within about a degree of the line of sight has no reliable direction in the image.
         let sine_to_line_of_sight = pole.cross(centre.normalize()).length();
         let ends_px = image.pixel_of(centre).zip(image.pixel_of(centre + pole * (1e-3 * target.distance_km)));
-        let Some(north) = ends_px.filter(|_| sine_to_line_of_sight > 0.02).and_then(|(from, to)| (to - from).try_normalize()) else {
+        let Some(north) = ends_px.filter(|_| sine_to_line_of_sight > MIN_POLE_SINE).and_then(|(from, to)| (to - from).try_normalize())
+        else {
             return;
         };
         // The needle is a row of overlapping squares, because a bar cannot be rotated.

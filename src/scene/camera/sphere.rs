@@ -17,6 +17,11 @@ pub(crate) trait ImageProjection {
     fn size_px(&self) -> DVec2;
     /// Radius of a disc in the image's middle, from its angular radius.
     fn disc_radius_px(&self, angular_radius_rad: f64) -> f64;
+    /// Pixels per radian in the image's middle.
+    fn px_per_radian_in_middle(&self) -> f64 {
+        const SMALL_RAD: f64 = 1e-6;
+        self.disc_radius_px(SMALL_RAD) / SMALL_RAD
+    }
     /// The text for the field of view in an image's caption.
     fn field_of_view_text(&self) -> Message;
 }

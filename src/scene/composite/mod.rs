@@ -16,9 +16,8 @@ use crate::catalog::Catalog;
 use crate::ephemeris::Ephemeris;
 use crate::scene::annotation::labels::{LabelLayer, LabelMetrics};
 use crate::scene::annotation::margin::Margin;
-use crate::scene::camera::Camera;
 use crate::scene::camera::geometry::{ImageGeometry, StereoGeometry};
-use crate::scene::camera::viewpoint;
+use crate::scene::camera::viewpoint::{self, Viewer};
 use crate::scene::draw::PixelView;
 use crate::scene::error::SceneError;
 use crate::scene::finished::Scene;
@@ -64,13 +63,13 @@ pub struct Composite {
 }
 
 impl Composite {
-    /// Combines the scenes of the frames, one per frame in the same order; `None` without scenes. `meter_camera`: for a stereo
-    /// pair it is midway between the eyes.
+    /// Combines the scenes of the frames, one per frame in the same order; `None` without scenes. `meter`: the viewer of the light meter's frame; for a stereo
+    /// pair, midway between the eyes.
     pub(crate) fn new(
         catalog: &Catalog,
         request: &ViewRequest,
         arrangement: Arrangement,
-        meter_camera: &Camera,
+        meter: &Viewer,
         mut scenes: Vec<Scene>,
     ) -> Option<Self> {
         let mut whole = scenes.first()?.clone();
@@ -103,15 +102,15 @@ impl Composite {
                 }
             }
             whole.bloom = request.layers.bloom && request.pixel_view == PixelView::Final;
-            whole.labels = LabelLayer::of(image, request, catalog, &whole.bodies);
+            whole.labels = LabelLayer::of(image, request, catalog, &whole.bodies, meter.body_velocity_km_s);
         }
         if let Arrangement::Eyes(Eyes { columns, layout, .. }) = &arrangement {
             let side_by_side = *layout == StereoLayout::SideBySide;
-            whole.geometry = ImageGeometry::Stereo(StereoGeometry { left_column: columns[0], width: meter_camera.width, side_by_side });
+            whole.geometry = ImageGeometry::Stereo(StereoGeometry { left_column: columns[0], width: meter.camera.width, side_by_side });
             // Texts in the margin have the same position in both images, hence zero parallax.
             let metrics = LabelMetrics::of_size(LabelLayer::empty(request).size_px);
             for (scene, column) in scenes.iter_mut().zip(columns) {
-                let margin = Margin::of(meter_camera, request, catalog, &scene.bodies, &metrics);
+                let margin = Margin::of(&meter.camera, request, catalog, &scene.bodies, &metrics);
                 if margin != Margin::default() {
                     let labels = scene.labels.get_or_insert_with(|| LabelLayer::empty(request));
                     labels.add(margin.shifted(f64::from(*column)));
