@@ -86,8 +86,8 @@ pub(super) struct GroundLineBuilder<'a, 'b> {
     pub(super) output: AnnotationLines,
 }
 
-/// Step of the curve parameter from one point of a [`GroundLine`] to the next. It is shorter than the longest span that [`Curve`] may replace by a chord, so that
-/// only the deviation in pixels decides whether a span is halved.
+/// Step of the curve parameter from one point of a [`GroundLine`] to the next. It is shorter than the longest span that [`Curve`] may replace by a chord, so
+/// that only the deviation in pixels decides whether a span is halved.
 const POINT_STEP: f64 = 0.15;
 
 /// A Catmull-Rom curve (Catmull and Rom 1974) on the unit sphere. At an integer parameter k it passes through point k of the line.

@@ -1,8 +1,8 @@
 //! Points of the user's data layers over an image.
 //!
 //! In: the catalog's data layers (each on a body or in the sky), the time, the bodies in view and the viewer's velocity. Out: [`Dot`]s. Always: a point appears
-//! at its time and fades over its layer's `fade_days`; a point in the sky has the aberration of a star, but neither proper motion nor parallax; points on the far
-//! side of their body or behind another body are left out. A million points take about 100 ms.
+//! at its time and fades over its layer's `fade_days`; a point in the sky has the aberration of a star, but neither proper motion nor parallax; points on the
+//! far side of their body or behind another body are left out. A million points take about 100 ms.
 
 use crate::catalog::{Catalog, DataLayer};
 use crate::ephemeris::apparent::aberrated;

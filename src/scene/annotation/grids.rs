@@ -169,8 +169,8 @@ pub(crate) fn azimuth_text(degrees: f64, language: TextLanguage) -> String {
     if (eighth - eighth.round()).abs() < 1e-9 { language.name("compass", POINTS[point]).to_owned() } else { angle_text(degrees) }
 }
 
-/// Degrees per pixel, the mean over the image's height. The actual value is larger in the middle of a wide view and smaller at its edges. `tan_half_fov`: of the
-/// vertical field of view.
+/// Degrees per pixel, the mean over the image's height. The actual value is larger in the middle of a wide view and smaller at its edges. `tan_half_fov`: of
+/// the vertical field of view.
 pub(crate) fn mean_pixel_deg(tan_half_fov: f64, height_px: u32) -> f64 {
     2.0 * tan_half_fov.atan().to_degrees() / f64::from(height_px)
 }
@@ -207,8 +207,8 @@ mod tests {
         }
     }
 
-    /// Where even the coarsest grid would be too dense, such as on a body of a few dozen pixels, there are no lines, hence no coordinates. At a pole the coarsest
-    /// meridians are there at any zoom.
+    /// Where even the coarsest grid would be too dense, such as on a body of a few dozen pixels, there are no lines, hence no coordinates. At a pole the
+    /// coarsest meridians are there at any zoom.
     #[test]
     fn invisible_lines_are_left_out() {
         assert!(grid_lines(WHOLE_SPHERE, 90.0 / (SPACING_FADE_PX.0 - 1.0)).is_empty());

@@ -45,7 +45,7 @@ impl LabelSide {
     /// The place that is tried first: right of the body and above its centre.
     pub const DEFAULT: Self = Self { left: false, below: false, lines: 0 };
 
-    /// The places of a name, in the order in which they are tried. `max_lines`: the largest value of [`Self::lines`].
+    /// The places of a name, in the order in which they are tried: for each number of lines the four sides. `max_lines`: the largest value of [`Self::lines`].
     fn places(max_lines: u8) -> impl Iterator<Item = Self> {
         let at = |lines| [(false, false), (true, false), (false, true), (true, true)].map(|(left, below)| Self { left, below, lines });
         (0..=max_lines).flat_map(at)
@@ -96,8 +96,8 @@ pub struct LabelLayer {
 }
 
 impl LabelLayer {
-    /// The texts, marks and data points of the layers that the request switches on; `None` if it switches on none of these layers. `velocity_km_s`: the viewer's,
-    /// for the aberration of data points in the sky.
+    /// The texts, marks and data points of the layers that the request switches on; `None` if it switches on none of these layers. `velocity_km_s`: the
+    /// viewer's, for the aberration of data points in the sky.
     pub(crate) fn of(
         image: &impl ImageProjection,
         request: &ViewRequest,
@@ -154,7 +154,7 @@ impl LabelLayer {
     }
 }
 
-/// Size of glyphs in an image, pixels: proportional to its height, but large enough to read in a small image.
+/// Size of glyphs in an image of this height in pixels: a seventieth of it, but large enough to read in a small image.
 pub(crate) fn glyph_size_px(height: u32) -> f64 {
     (f64::from(height) / 70.0).clamp(13.0, 240.0).round()
 }
@@ -169,7 +169,7 @@ const CROWDED_PX: f64 = 7.0;
 /// Radius of a disc in pixels above which a body hides others; smaller ones are drawn as points or nearly so.
 const MIN_HIDING_RADIUS_PX: f64 = 3.0;
 /// How far inside the outline of a nearer body a disc must be to be hidden, relative to the nearer body's radius, for a camera at a height of one radius
-/// or more above that body. Lower cameras: in proportion to the height.
+/// or more above that body; for a lower camera, less in proportion to its height.
 const HIDDEN_DEPTH: f64 = 0.03;
 
 /// The labels of the bodies that a camera sees, most important first. `name_of` translates names; `occupied`: rectangles that names avoid.

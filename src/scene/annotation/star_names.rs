@@ -12,6 +12,7 @@ use crate::scene::decision::Decision;
 use crate::scene::draw::StarSprite;
 use glam::{DVec2, DVec3};
 
+/// Linear RGB of a star's name.
 const COLOUR: DVec3 = DVec3::new(0.7, 0.75, 0.85);
 
 /// Names of the stars of a frame, and a decision that reports their number. `glyph_px`: height of glyphs. `is_hidden`: whether a body covers a pixel.

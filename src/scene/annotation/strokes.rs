@@ -46,8 +46,8 @@ pub(crate) fn tolerance_at_corners(camera: &Camera) -> f64 {
     1.0 / (1.0 + camera.tan_half_fov.length_squared())
 }
 
-/// Parameters that divide a range of angles, of at most two turns, into spans of at most a quarter turn, radians. The bounding sphere of such a span of a circle
-/// is no larger than the circle.
+/// Parameters that divide a range of angles, of at most two turns, into spans of at most a quarter turn, radians. The bounding sphere of such a span of a
+/// circle is no larger than the circle.
 pub(crate) fn quarter_turns([from, to]: [f64; 2]) -> Vec<f64> {
     let spans = ((to - from) / FRAC_PI_2).ceil().clamp(1.0, 8.0);
     (0..=spans as usize).map(|k| from + (to - from) * k as f64 / spans).collect()
@@ -133,8 +133,8 @@ impl StrokeSubdivision<'_> {
 /// which it enters and leaves; `None` if it is outside.
 pub(crate) fn clipped_to_frame(camera: &Camera, from: DVec3, to: DVec3) -> Option<[f64; 2]> {
     let tan = camera.tan_half_fov * (1.0 + MARGIN_PX / camera.half_size());
-    // For each plane of the frustum a multiple of the signed distance, positive inside. The near plane is at twice the near depth, so that rounding moves no end
-    // in front of it.
+    // For each plane of the frustum a multiple of the signed distance, positive inside. The near plane is at twice the near depth, so that rounding moves no
+    // end in front of it.
     let planes = |p: DVec3| [p.z - 2.0 * NEAR_DEPTH_KM, tan.x * p.z - p.x, tan.x * p.z + p.x, tan.y * p.z - p.y, tan.y * p.z + p.y];
     let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
     for (a, b) in planes(from).into_iter().zip(planes(to)) {

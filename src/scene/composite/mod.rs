@@ -1,8 +1,8 @@
 //! Composed images: the frames of a composition, and the parts of their scenes that belong to the entire image.
 //!
-//! In: a request whose [`Composition`](crate::scene::request::Composition) is not the default; later the frames' scenes. Out: [`CompositeFrames`], a request and a
-//! viewer for each frame and for the light meter; from the scenes, a [`Composite`] for `render::plan`. Always: one exposure for all frames; stars and points
-//! of a dome or sphere are placed in the finished image, so that no resampling blurs or moves them, except near the poles of an equirectangular image.
+//! In: a request whose [`Composition`](crate::scene::request::Composition) is not the default; later the frames' scenes. Out: [`CompositeFrames`], a request
+//! and a viewer for each frame and for the light meter; from the scenes, a [`Composite`] for `render::plan`. Always: one exposure for all frames; stars and
+//! points of a dome or sphere are placed in the finished image, so that no resampling blurs or moves them, except near the poles of an equirectangular image.
 
 mod arrangement;
 mod eyes;
@@ -57,8 +57,8 @@ impl CompositeFrames {
 pub struct Composite {
     pub scenes: Vec<Scene>,
     pub arrangement: Arrangement,
-    /// The scene of the entire image. For faces it holds what is drawn after they have been combined: stars, points and labels. Otherwise it is the scene of the first
-    /// frame; for a stereo pair, with the geometry of the pair.
+    /// The scene of the entire image. For faces it holds what is drawn after they have been combined: stars, points and labels. Otherwise it is the scene of
+    /// the first frame; for a stereo pair, with the geometry of the pair.
     pub whole: Scene,
 }
 
