@@ -78,7 +78,7 @@ impl Composite {
             let camera = &mut whole.camera;
             (camera.right, camera.up, camera.forward) = (image.right, image.up, image.forward);
             (camera.width, camera.height) = (image.width, image.height);
-            (whole.draws, whole.lines_in_space, whole.limbs) = Default::default();
+            (whole.draws, whole.ground_lines, whole.lines_in_space, whole.limbs) = Default::default();
             (whole.corona, whole.glare, whole.outlined) = (None, None, None);
             (whole.stars, whole.points) = Default::default();
             // The faces draw these themselves. Texts of lines are left out, because they are placed for a single face.
