@@ -3,8 +3,7 @@
 //! In: the receiver at its apparent time, and the catalog's other bodies. Out: at most [`MAX_OCCLUDERS`] occluders that can darken a visible pixel. Light
 //! time is accounted for: an occluder is where it was when the light that reaches the receiver passed it, and the Sun where it was when that light left it.
 //! The directions to both include the aberration by the receiver's motion. Aberration does not change their separation at the receiver's centre, but tilts the
-//! shadow's axis, so that the shadow is displaced elsewhere on the body (20 arcsec at the Earth: 0.6 km, 0.6 s). shaders/lib/eclipse computes the remaining
-//! light.
+//! shadow's axis, so that the shadow is displaced elsewhere on the body (20 arcsec at the Earth: 0.6 km, 0.6 s). shaders/lib/eclipse shades the ground.
 
 use crate::catalog::{Body, BodyKind, NaifId, Photometry};
 use crate::ephemeris::Ephemeris;
@@ -395,8 +394,7 @@ pub(crate) fn outline(axis: &Axis, receiver_from_occluder: DMat3, radii: DVec3) 
 }
 
 /// Largest number of occluders that a body of the catalog can have at once, and whether one of them has air that refracts light. Counts the other bodies of its
-/// system, and one planet of another system, except for the systems of Mercury to Jupiter: seen from there, other planets look too small to darken a body
-/// visibly.
+/// system, and one planet of another system, except for the systems of Mercury to Jupiter: seen from there, other planets are too small to matter.
 pub fn max_occluders<'a>(bodies: &'a [Body], receiver: &'a Body) -> (u8, bool) {
     let mut others = bodies.iter().filter(|b| b.id != receiver.id && b.id != NaifId::SUN && system_planet(b) == system_planet(receiver));
     // NAIF codes from 100 to 599: the systems of the planets from Mercury to Jupiter.
