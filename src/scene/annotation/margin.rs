@@ -241,12 +241,12 @@ fn grouped(number: f64) -> String {
     groups.join(" ")
 }
 
-/// A length as text, in millimetres, metres, kilometres or astronomical units.
+/// A length as text, in millimetres, metres, kilometres or astronomical units. A length that rounds to 1000 of a unit is given in the next one.
 fn length_text(km: f64) -> String {
     match km {
-        _ if km < 0.001 => format!("{} mm", significant(km * 1e6)),
-        _ if km < 1.0 => format!("{} m", significant(km * 1e3)),
-        _ if km < 1000.0 => format!("{} km", significant(km)),
+        _ if km < 999.5e-6 => format!("{} mm", significant(km * 1e6)),
+        _ if km < 999.5e-3 => format!("{} m", significant(km * 1e3)),
+        _ if km < 999.5 => format!("{} km", significant(km)),
         _ if km < 0.1 * KM_PER_AU => format!("{} km", grouped(km.round())),
         _ => format!("{} au", significant(km / KM_PER_AU)),
     }
@@ -320,7 +320,8 @@ mod tests {
             assert!(angle <= max.min(3.0) * 1e-3 * (1.0 + 1e-12) && angle > max.min(3.0) * 1e-3 / 3.1, "{text}");
         }
         let texts = [(20_000.0, "20 000 km"), (0.5, "500 m"), (5.0, "5 km"), (1_234_567.0, "1 234 567 km"), (149_597_870.7, "1 au")];
-        for (km, text) in texts {
+        let rounded_up = [(999.7e-6, "1 m"), (0.9997, "1 km"), (999.7, "1 000 km"), (0.9994, "999 m"), (999.4, "999 km")];
+        for (km, text) in texts.into_iter().chain(rounded_up) {
             assert_eq!(length_text(km), text);
         }
         assert_eq!(round_angle_below(0.2).0, "10°");

@@ -188,6 +188,7 @@ pub(crate) fn is_significant(
     let change = max_removed_fraction(air);
     let light = threshold.change_description(change);
     let reason = reason!("air-rim", height = format_args!("{rim_px:.2}"), threshold = rim::ALWAYS_DRAWN_RIM_PX, light = light);
+    // Air that dims the ground is drawn on discs of a pixel or more; smaller bodies are points.
     (rim_px >= rim::ALWAYS_DRAWN_RIM_PX || (threshold.is_exceeded_by_change(change) && diameter_px >= 1.0), reason)
 }
 

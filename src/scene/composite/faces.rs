@@ -178,8 +178,8 @@ pub(super) fn frames(
     Ok(CompositeFrames { meter, frames, arrangement: Arrangement::Faces(Faces { image, frame_of, face_px, visible_rects }) })
 }
 
-/// Right, up and forward axes of the image. In the middle of a fisheye is the line of sight or the zenith. An equirectangular image is level: its poles
-/// are the view's up and down directions, and the target is in its middle column.
+/// Right, up and forward axes of the image, ICRF. The middle of a fisheye is the line of sight or, if it is centred on the zenith, the view's up direction. An
+/// equirectangular image is level: its poles are the view's up and down directions, and the target is in its middle column.
 fn axes(composition: &Composition, viewer: &Viewer) -> [DVec3; 3] {
     let camera = &viewer.camera;
     let up_hint = viewer.up_hint.try_normalize().filter(|up| up.cross(camera.forward).length() > 1e-9).unwrap_or(camera.up);

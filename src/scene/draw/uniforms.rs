@@ -173,14 +173,14 @@ uniforms! {
     /// The cloud shell, for its own draw and for its shadow on the ground.
     #[derive(Clone, Copy, Debug, Default, PartialEq)]
     pub struct CloudUniforms {
-        /// Texel values of a clear sky and of complete cloud cover.
+        /// Texel values of a clear sky and of a closed deck.
         pub clear: f32 = "cloud_clear",
         pub full: f32 = "cloud_full",
         /// Radius of the shell in the body's unit-sphere frame.
         pub radius: f32 = "cloud_radius",
-        /// Lambert albedo of complete cloud cover.
+        /// Lambert albedo of a closed deck.
         pub albedo: f32 = "cloud_albedo",
-        /// Radiance of complete cloud cover per irradiance. This field and the next two are for the ground's draw where it also shows the clouds.
+        /// Radiance of a closed deck per irradiance. This field and the next two are for the ground's draw where it also shows the clouds.
         pub reflectance: f32 = "cloud_reflectance",
         /// Optical depth of the air above the clouds, as `air_ground_depth`.
         pub depth_above: [Vec4; GROUND_DEPTH_TERMS] = "cloud_depth_above",
