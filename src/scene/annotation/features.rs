@@ -33,6 +33,8 @@ const SITE_NAME_DISTANCE: f64 = 0.7;
 const SITE_NAME_SHIFT: f64 = 1.4;
 /// Free space around a name, in glyph sizes: horizontal and vertical.
 const NAME_MARGIN: DVec2 = DVec2::new(0.6, 0.3);
+/// Lower limit of the distance to the nearest ground, km.
+const MIN_DISTANCE_KM: f64 = 1e-3;
 /// sRGB of a feature's name.
 pub(crate) const FEATURE_COLOUR: [u8; 3] = [238, 226, 196];
 
@@ -75,7 +77,7 @@ pub(crate) fn surface_feature_names(
             if opacity < MIN_OPACITY {
                 if !feature.is_landing_site && feature_px < FEATURE_FADE.0 * glyph_px {
                     // The remaining features of the body are no larger. If even on the nearest ground they would be too small, none of them has a name.
-                    let nearest_km = (body.distance_km - placement.radii_km.max_element()).max(1e-3);
+                    let nearest_km = (body.distance_km - placement.radii_km.max_element()).max(MIN_DISTANCE_KM);
                     if feature.effective_size_km / nearest_km * px_per_radian < FEATURE_FADE.0 * glyph_px {
                         break;
                     }

@@ -164,8 +164,9 @@ const SELECTED_MAX_LINES: u8 = 8;
 /// Free space at each end of a name, in mean widths of a glyph: names with wide letters are up to a tenth wider than estimated.
 const NAME_MARGIN: f64 = 1.0;
 /// Distance in pixels from a more important body below which a body has no label; half the radius of that body's disc if this is larger, but at most
-/// 20 pixels.
+/// [`MAX_CROWDED_PX`].
 const CROWDED_PX: f64 = 7.0;
+const MAX_CROWDED_PX: f64 = 20.0;
 /// Radius of a disc in pixels above which a body hides others; smaller ones are drawn as points or nearly so.
 const MIN_HIDING_RADIUS_PX: f64 = 3.0;
 /// How far inside the outline of a nearer body a disc must be to be hidden, relative to the nearer body's radius, for a camera at a height of one radius
@@ -216,7 +217,7 @@ pub(crate) fn body_labels(
     let mut chosen: Vec<Label> = Vec::new();
     let mut occupied: Vec<Rect> = occupied.to_vec();
     for (b, centre_px, radius_px) in visible {
-        if chosen.iter().any(|label| label.centre_px.distance(centre_px) < CROWDED_PX.max(0.5 * label.radius_px.min(40.0))) {
+        if chosen.iter().any(|label| label.centre_px.distance(centre_px) < CROWDED_PX.max((0.5 * label.radius_px).min(MAX_CROWDED_PX))) {
             continue;
         }
         let name = name_of(&b.name);

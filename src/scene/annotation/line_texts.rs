@@ -60,7 +60,7 @@ pub(crate) fn place_texts(mut candidates: Vec<UnplacedText>, labels: Option<&Lab
     candidates.sort_by_key(|t| t.is_grid_coordinate);
     let mut texts = Vec::new();
     for text in candidates {
-        let size = DVec2::new(text.text.chars().count() as f64 * metrics.glyph_width_px, metrics.line_height_px);
+        let size = DVec2::new(metrics.width_px(&text.text), metrics.line_height_px);
         let edge_distance_px = EDGE_DISTANCE * glyph_px;
         let mut corner = text.at_px - 0.5 * size;
         if text.is_grid_coordinate {

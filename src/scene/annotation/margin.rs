@@ -32,6 +32,21 @@ const CAPTION_EDGE: f64 = 0.8;
 /// Distance from the image's lower edge to the middle of the caption's last line and to the top of the scale bar, and from the right edge to the bar; in glyph
 /// sizes.
 const EDGE: f64 = 0.9;
+/// Height of the ticks at the ends of a scale bar, in glyph sizes.
+const TICK_HEIGHT: f64 = 0.45;
+/// Height of the middle of a scale bar's text above the bar, and smallest distance of the text from the image's right edge, in glyph sizes.
+const BAR_TEXT_HEIGHT: f64 = 1.1;
+const BAR_TEXT_EDGE: f64 = 0.6;
+/// Free space between a caption and the scale bar above it, in glyph sizes.
+const CAPTION_GAP: f64 = 0.3;
+/// Distance of the compass's middle from the right and the upper edge, half of the side of the square that it occupies, and distances from its middle to the
+/// ends of the needle and to the middle of the letter, in glyph sizes.
+const COMPASS_EDGE: f64 = 3.0;
+const COMPASS_HALF_SIDE: f64 = 2.5;
+const NEEDLE: (f64, f64) = (0.5, 1.2);
+const NORTH_LETTER: f64 = 1.9;
+/// Number of squares of which the needle consists, less one.
+const NEEDLE_STEPS: u32 = 10;
 /// Sine of the angle between a body's pole and the line of sight below which there is no compass.
 const MIN_POLE_SINE: f64 = 0.02;
 /// Diameter in pixels below which a target counts as a point, and the scale bar shows an angle.
@@ -146,12 +161,12 @@ impl Margin {
         let text = language.number(&text);
         let length = (angle_rad * px_per_radian).round();
         let thickness = (glyph_px / 9.0).round().max(1.0);
-        let tick = (0.45 * glyph_px).round();
+        let tick = (TICK_HEIGHT * glyph_px).round();
         let left = (size.x - EDGE * glyph_px - length).round();
         // Centred over the bar, as far as the image's edge allows.
         let text_left = left + 0.5 * (length - metrics.width_px(&text));
-        let text_left = text_left.min(size.x - 0.6 * glyph_px - metrics.width_px(&text));
-        let text_at = |bar_top: f64| DVec2::new(text_left, bar_top - 1.1 * glyph_px);
+        let text_left = text_left.min(size.x - BAR_TEXT_EDGE * glyph_px - metrics.width_px(&text));
+        let text_at = |bar_top: f64| DVec2::new(text_left, bar_top - BAR_TEXT_HEIGHT * glyph_px);
         let rect_at = |bar_top: f64| {
             let of_text = metrics.rect(&text, text_at(bar_top));
             Rect {
@@ -164,7 +179,7 @@ impl Margin {
         if self.occupied(metrics).any(|o| o.overlaps(&rect_at(bar_top).padded(gap))) {
             // Above the caption.
             let caption_top = self.occupied(metrics).map(|o| o.min.y).fold(size.y, f64::min);
-            bar_top = (caption_top - thickness - 0.3 * glyph_px).floor();
+            bar_top = (caption_top - thickness - CAPTION_GAP * glyph_px).floor();
         }
         if !rect_at(bar_top).is_in_image(size) {
             return;
@@ -188,18 +203,19 @@ impl Margin {
             return;
         };
         // The needle is a row of overlapping squares, because a bar cannot be rotated.
-        let middle = DVec2::new(size.x - 3.0 * glyph_px, 3.0 * glyph_px).round();
-        let bounds = Rect { min: middle, max: middle }.padded(DVec2::splat(2.5 * glyph_px));
+        let middle = DVec2::new(size.x - COMPASS_EDGE * glyph_px, COMPASS_EDGE * glyph_px).round();
+        let bounds = Rect { min: middle, max: middle }.padded(DVec2::splat(COMPASS_HALF_SIDE * glyph_px));
         if !bounds.is_in_image(size) || self.occupied(metrics).any(|o| o.overlaps(&bounds)) {
             return;
         }
         self.rings.push(middle);
         let thickness = (glyph_px / 9.0).round().max(1.0);
-        for k in 0..=10 {
-            let position = middle + north * glyph_px * (0.5 + 0.07 * f64::from(k));
+        for k in 0..=NEEDLE_STEPS {
+            let from_middle = NEEDLE.0 + (NEEDLE.1 - NEEDLE.0) * f64::from(k) / f64::from(NEEDLE_STEPS);
+            let position = middle + north * glyph_px * from_middle;
             self.bar((position - 0.5 * thickness).round(), DVec2::splat(thickness));
         }
-        let position = middle + north * 1.9 * glyph_px;
+        let position = middle + north * NORTH_LETTER * glyph_px;
         self.text("N".into(), position - DVec2::new(0.5 * metrics.width_px("N"), 0.0));
     }
 }
