@@ -4,10 +4,10 @@
 //! In: a request for a fisheye or an equirectangular image. Out: frames for the visible faces, and the image's projection. The border lets the filter
 //! read pixels beyond the face's edge. The Sun's glare is off by default, because an image of the entire sky always contains the Sun.
 //!
-//! Size of a face. A face has the fewest pixels per radian at its centre. There, it should have as many as the image has where it is densest. Along its radii,
-//! a fisheye has the same density everywhere. Across them, the density grows with the angle from the axis; towards 180 degrees it grows without limit, so that
-//! only the part up to 90 degrees counts. If a face of the resulting size exceeded [`MAX_RIM_MATCHED_FACE_PX`], it gets that size, or the size that matches the
-//! fisheye's density along its radii if this is larger.
+//! Size of a face. A face has the fewest pixels per radian at its centre: there it gets as many as the densest part of the image. The density of an
+//! equirectangular image counts at its equator. A fisheye has the same density everywhere along its radii. Across them the density grows with the angle from
+//! the axis, without limit towards 180 degrees, so only the part up to 90 degrees counts. A face that would be larger than [`MAX_RIM_MATCHED_FACE_PX`] gets
+//! that size, or the size that matches the fisheye's density along its radii if this is larger.
 
 use super::arrangement::{Arrangement, CompositeFrames, Faces, FrameRequest};
 use crate::catalog::Catalog;

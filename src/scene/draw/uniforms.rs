@@ -124,10 +124,10 @@ uniforms! {
         /// Limb darkening per channel (emissive surfaces only).
         pub limb_darkening_u1: Vec3 = "limb_darkening_u1",
         pub limb_darkening_u2: Vec3 = "limb_darkening_u2",
-        /// Factors on y and z that turn a unit-sphere point into a direction whose longitude and whose angle to the equatorial plane are those by which the
-        /// map's columns and rows are spaced (planetocentric or planetographic).
+        /// Factors on y and z of a unit-sphere point. Longitude and latitude of the resulting direction give the column and the row of the map; the rows are
+        /// spaced by planetocentric or by planetographic latitude.
         pub map_stretch: Vec2 = "map_stretch",
-        /// Lower limit of the widths of the draw's pixels on the ground, in circumferences of the body.
+        /// Lower limit of the width of a pixel on the ground, for all pixels of the draw, in circumferences of the body.
         pub map_pixel: f32 = "map_pixel",
         /// Height of the camera above the unit sphere, equatorial radii.
         pub camera_height: f32 = "camera_height",
