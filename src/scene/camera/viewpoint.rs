@@ -171,7 +171,12 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
         }
     };
     let forward = match request.look {
-        Look::Along { direction, axes } => states.icrf_from(axes, reference_body)? * direction.normalize(),
+        Look::Along { direction, axes } => {
+            // `None` also for a vector whose length overflows.
+            let unit = direction.try_normalize();
+            let unusable = || SceneError::Request("the direction to look in must be neither zero nor too long for a number".into());
+            states.icrf_from(axes, reference_body)? * unit.ok_or_else(unusable)?
+        }
         Look::Target => {
             let target = needs_target()?;
             let stands_on_target = stands_on.filter(|ground| ground.id == target);
@@ -207,4 +212,26 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
     let camera = Camera::looking(position_km, forward, up_hint, fov_deg, request.width, request.height);
     let body_velocity_km_s = states.state(reference_body)?.1;
     Ok(Viewer { camera, velocity_km_s, body_velocity_km_s, up_hint, at_centre_of, stands_on })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_direction_without_a_unit_vector_is_refused() {
+        let catalog = Catalog::embedded();
+        let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
+        let time = Instant::parse("2024-04-08T18:00:00Z").expect("a time");
+        let looking = |direction: DVec3| {
+            let look = Look::Along { direction, axes: Axes::Icrf };
+            let request = ViewRequest { look, position: Position::Centre(NaifId::EARTH), ..ViewRequest::of(NaifId::MOON, time) };
+            viewer(&catalog, &ephemeris, &request).map(|v| v.camera.forward)
+        };
+        for direction in [DVec3::ZERO, DVec3::splat(1e200), DVec3::splat(f64::NAN)] {
+            let error = looking(direction).expect_err("refused").to_string();
+            assert!(error.contains("direction"), "{direction}: {error}");
+        }
+        assert!(looking(DVec3::X * 1e100).expect("a camera").distance(DVec3::X) < 1e-12);
+    }
 }
