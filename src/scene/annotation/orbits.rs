@@ -42,8 +42,8 @@ pub(crate) fn line_colour(body: &Body) -> DVec3 {
     colour.powf(HUE_POWER).lerp(DVec3::ONE, WHITE_FRACTION)
 }
 
-/// The orbit of one body and the decision about it. `None`: the body has no parent. `target_distance_km`: distance of the target from the camera, if there is
-/// one.
+/// The orbit of one body and the decision about it. `None`: the body's parent is not in the catalog. `target_distance_km`: distance of the target from the
+/// camera, if there is one.
 pub(crate) fn orbit_line(
     camera: &Camera,
     ephemeris: &Ephemeris,
