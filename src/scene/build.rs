@@ -126,10 +126,12 @@ impl<'a> SceneBuilder<'a> {
         self.exposure = auto_exposure::exposure(self.context(resources), camera, &self.placed, &self.reflectors, self.air.as_ref());
     }
 
+    /// What the decisions read in addition to the placed bodies.
     fn context<'f>(&'f self, resources: &'f Resources) -> Context<'f> {
         Context { request: self.request, ephemeris: self.ephemeris, resources, caches: self.caches }
     }
 
+    /// What the decisions about all bodies of the frame share.
     fn frame<'f>(&'f self, resources: &'f Resources) -> FrameContext<'f> {
         FrameContext {
             context: self.context(resources),

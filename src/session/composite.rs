@@ -72,7 +72,7 @@ impl Session {
             scene.exposure = exposure.clone();
             scenes.push(scene);
         }
-        let composite = Composite::new(&self.catalog, &unwarped, frames.arrangement, &frames.meter.viewer.camera, scenes);
+        let composite = Composite::new(&self.catalog, &unwarped, frames.arrangement, &frames.meter.viewer, scenes);
         composite.map(|c| (c, screen_px)).ok_or_else(|| SessionError::from(PlanError::Module("an image without a frame".into())))
     }
 }

@@ -282,6 +282,33 @@ fn a_sky_image_is_aligned_with_the_stars() {
     }
 }
 
+/// A point in the sky is where a star with its coordinates would be drawn: with the viewer's aberration.
+#[test]
+fn a_point_in_the_sky_has_the_aberration_of_a_star() {
+    let layer = "[[layer]]\nname = \"star\"\nfile = \"star.csv\"\n";
+    let (session, _folder) = session_with(layer, &[("star.csv", &b"ra_deg,dec_deg\n152.093,11.967\n"[..])]);
+    let direction = orrery::scene::sky::frames::direction(152.093, 11.967);
+    let request = ViewRequest {
+        target: None,
+        position: Position::Centre(NaifId::EARTH),
+        look: Look::Along { direction, axes: Axes::Icrf },
+        up: Up::Celestial,
+        fov_deg: Some(1.0),
+        width: 400,
+        height: 400,
+        layers: Layers { data: true, ..Layers::NONE },
+        ..view("2024-03-11T03:00:00Z")
+    };
+    let (scene, dots) = dots(&session, &request);
+    let velocity_km_s = viewer(session.catalog(), session.ephemeris(), &request).expect("a viewer").body_velocity_km_s;
+    let pixel_of = |v: DVec3| scene.camera.pixel_from_clip(scene.camera.clip(v).expect("ahead"));
+    assert_eq!(dots.len(), 1);
+    let error_px = dots[0].centre_px.distance(pixel_of(aberrated(direction, velocity_km_s)));
+    assert!(error_px < 0.01, "{error_px} pixels");
+    // Negative control: without aberration the place is some 20 arcseconds, two pixels, off.
+    assert!(dots[0].centre_px.distance(pixel_of(direction)) > 1.0, "{:?}", dots[0]);
+}
+
 /// An image of a body covers its ground at the position and orientation that the FITS header gives.
 #[test]
 fn an_image_of_a_body_covers_its_ground() {

@@ -215,6 +215,9 @@ fn each_body_in_sight_has_its_own_lines() {
     let beyond = ViewRequest {
         position: Position::Offset { body: NaifId::MOON, offset_km, axes: Axes::Icrf },
         fov_deg: Some(34.0),
+        // The Earth's disc is 110 pixels wide: on one of less than 76 pixels, no line would be visible.
+        width: 2000,
+        height: 2000,
         ..from_earth_side
     };
     let built = scene(&beyond);
@@ -302,6 +305,26 @@ fn ground_lines_lie_at_their_coordinates() {
         }
         assert!(on_equator > 10, "{target}: {on_equator}");
     }
+}
+
+/// No Sun shines on the Sun: instead of a terminator there is a decision that says so. On a small disc, whose grid would be invisible, no coordinates are
+/// written.
+#[test]
+fn lines_that_are_not_drawn_have_a_reason_and_no_text() {
+    let of_body = |target: NaifId, distance_radii: f64, layer: &str| {
+        scene(&ViewRequest {
+            position: Position::Over { towards: None, distance_radii: Some(distance_radii) },
+            width: 400,
+            height: 400,
+            layers: only(layer),
+            ..ViewRequest::of(target, Instant::parse("2024-04-15T20:00:00Z").expect("a time"))
+        })
+    };
+    let sun = of_body(NaifId::SUN, 6.0, "terminator");
+    assert!(sun.sky_decisions.iter().any(|d| d.effect == "terminator" && !d.on), "{:?}", sun.sky_decisions);
+    // Discs of 250 and of 24 pixels.
+    let [large, small] = [4.0, 40.0].map(|distance_radii| of_body(NaifId::EARTH, distance_radii, "grid-body"));
+    assert!(large.line_texts.is_some() && small.line_texts.is_none() && small.ground_lines.is_empty(), "{:?}", small.line_texts);
 }
 
 /// A body hides the sky's lines completely; with the layer switched off nothing is drawn.

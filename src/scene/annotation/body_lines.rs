@@ -6,17 +6,17 @@
 //! unequal axes on latitude.
 
 use crate::message::{Reason, TextLanguage, reason};
-use crate::scene::annotation::grids::{Cap, GridLineKind, angle_text, grid_lines, signed_angle_text};
+use crate::scene::annotation::grids::{Cap, GridLineKind, MIN_LABELLED_OPACITY, angle_text, grid_lines, signed_angle_text};
 use crate::scene::annotation::line_texts::UnplacedText;
 use crate::scene::annotation::sky_lines::AnnotationLines;
-use crate::scene::annotation::strokes::{Curve, segments};
-use crate::scene::camera::{Camera, NEAR_DEPTH_KM};
+use crate::scene::annotation::strokes::{Curve, quarter_turns, reversed_depth, segments};
+use crate::scene::camera::Camera;
 use crate::scene::decision::Decision;
 use crate::scene::eclipse::shadow_cone::GroundLine;
 use crate::scene::placed::PlacedBody;
 use crate::scene::sky::frames::direction;
 use glam::{DVec2, DVec3};
-use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::f64::consts::{PI, TAU};
 
 const GRID_COLOUR: DVec3 = DVec3::new(0.9, 0.95, 1.0);
 const GRID_OPACITY: f64 = 0.45;
@@ -34,6 +34,7 @@ struct Circle {
 fn visible_cap(camera_position: DVec3, axis_ratio: f64) -> Cap {
     let distance = camera_position.length();
     let latitude_deg = (camera_position.z / distance).clamp(-1.0, 1.0).asin().to_degrees();
+    // A hundredth of a degree allows for rounding.
     let radius_deg = (1.0 / distance).clamp(-1.0, 1.0).acos().to_degrees() + 0.01;
     // The tangent of a planetographic latitude is the tangent of the latitude on the unit sphere divided by the ratio. The two latitudes differ by at most
     // this angle: 3 degrees on Saturn. The margin is at least 6 degrees.
@@ -85,8 +86,8 @@ pub(super) struct GroundLineBuilder<'a, 'b> {
     pub(super) output: AnnotationLines,
 }
 
-/// Step of the curve parameter from one point of a [`GroundLine`] to the next. It is shorter than the longest span that [`Curve`] may replace by a chord, so that
-/// only the deviation in pixels decides whether a span is halved.
+/// Step of the curve parameter from one point of a [`GroundLine`] to the next. It is shorter than the longest span that [`Curve`] may replace by a chord, so
+/// that only the deviation in pixels decides whether a span is halved.
 const POINT_STEP: f64 = 0.15;
 
 /// A Catmull-Rom curve (Catmull and Rom 1974) on the unit sphere. At an integer parameter k it passes through point k of the line.
@@ -122,12 +123,9 @@ impl GroundLineBuilder<'_, '_> {
         let curve = Curve { camera: self.camera, point: &point, derivative_bound: placement.radii_km.max_element(), tolerance_factor: 1.0 };
         let mut label_point = None;
         for [from, to] in circle.visible_intervals(placement.camera_in_unit_sphere(), range) {
-            let spans = ((to - from) / FRAC_PI_2).ceil().clamp(1.0, 8.0);
-            let parameters: Vec<f64> = (0..=spans as usize).map(|k| from + (to - from) * k as f64 / spans).collect();
-            for run in curve.runs(&parameters) {
+            for run in curve.runs(&quarter_turns([from, to])) {
                 label_point = label_point.or(run.get(run.len() / 2).map(|(p, _)| *p));
-                let depth = |p: DVec3| (NEAR_DEPTH_KM / p.z).min(1.0);
-                self.output.segments.extend(segments(self.camera, &run, depth, opacity, colour));
+                self.output.segments.extend(segments(self.camera, &run, reversed_depth, opacity, colour));
             }
         }
         label_point
@@ -161,7 +159,6 @@ impl GroundLineBuilder<'_, '_> {
             derivative_bound: 1.5 / POINT_STEP * longest_step * placement.radii_km.max_element(),
             tolerance_factor: 1.0,
         };
-        let depth = |p: DVec3| (NEAR_DEPTH_KM / p.z).min(1.0);
         for k in 0..spans {
             let (from, to) = (k as f64, (k + 1) as f64);
             let range = match (camera_height(from) > 0.0, camera_height(to) > 0.0) {
@@ -171,7 +168,7 @@ impl GroundLineBuilder<'_, '_> {
                 (false, false) => continue,
             };
             for run in curve.runs(&range.map(|t| t * POINT_STEP)) {
-                self.output.segments.extend(segments(self.camera, &run, depth, |_| opacity, colour));
+                self.output.segments.extend(segments(self.camera, &run, reversed_depth, |_| opacity, colour));
             }
         }
     }
@@ -187,7 +184,7 @@ impl GroundLineBuilder<'_, '_> {
         let camera_position = self.placed.placement.camera_in_unit_sphere();
         // Degrees of latitude per pixel at the sub-observer point.
         let height_km = (camera_position.length() - 1.0).max(1e-9) * radii_km.x;
-        let pixel_deg = (height_km * self.camera.pixel_tangent() / radii_km.x).to_degrees().min(3.0);
+        let pixel_deg = (height_km * self.camera.pixel_tangent() / radii_km.x).to_degrees();
         let axis_ratio = radii_km.z / radii_km.x;
         let mut count = 0;
         for line in grid_lines(visible_cap(camera_position, axis_ratio), pixel_deg) {
@@ -212,7 +209,7 @@ impl GroundLineBuilder<'_, '_> {
                 GridLineKind::Meridian => format!("{}{}", angle_text(line.coordinate_deg), language.name("compass", "E")),
             };
             let clip = DVec2::new(label_point.x, label_point.y) / (label_point.z * self.camera.tan_half_fov);
-            if clip.abs().max_element() < 1.0 {
+            if clip.abs().max_element() < 1.0 && line.opacity(0.0, pixel_deg) > MIN_LABELLED_OPACITY {
                 self.output.texts.push(UnplacedText {
                     text,
                     at_px: self.camera.pixel_from_clip(clip),
@@ -222,7 +219,7 @@ impl GroundLineBuilder<'_, '_> {
             }
         }
         let reason = reason!("lines-body", count = count, body = &self.placed.body.name);
-        self.output.decisions.push(Decision { effect: "grid-body", on: count > 0, reason, stated_error: None });
+        self.decide("grid-body", count > 0, reason);
     }
 
     /// Draws the terminator.
@@ -230,12 +227,12 @@ impl GroundLineBuilder<'_, '_> {
         // On the terminator the Sun's centre is on the horizon: its direction is perpendicular to the ellipsoid's normal. On the unit sphere these points
         // form a great circle.
         let sun = self.placed.body_from_icrf * self.placed.sun_from_body_km / self.placed.placement.radii_km;
-        let Some(pole) = sun.try_normalize() else { return };
+        let Some(pole) = sun.try_normalize() else { return self.decide("terminator", false, reason!("lines-no-sun")) };
         let a = pole.any_orthonormal_vector();
         let circle = Circle { centre: DVec3::ZERO, a, b: pole.cross(a) };
         let drawn = self.draw_circle(&circle, [-PI, PI], &|_| TERMINATOR_OPACITY, TERMINATOR_COLOUR).is_some();
         let reason = if drawn { reason!("lines-terminator", body = &self.placed.body.name) } else { reason!("lines-not-in-frame") };
-        self.output.decisions.push(Decision { effect: "terminator", on: drawn, reason, stated_error: None });
+        self.decide("terminator", drawn, reason);
     }
 }
 

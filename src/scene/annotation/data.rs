@@ -1,12 +1,15 @@
 //! Points of the user's data layers over an image.
 //!
-//! In: the catalog's data layers (each on a body or in the sky), the time, and the bodies in view. Out: [`Dot`]s. Always: a point appears at its
-//! time and fades over its layer's `fade_days`; points on the far side of their body or behind another body are left out. A million points take about 100 ms.
+//! In: the catalog's data layers (each on a body or in the sky), the time, the bodies in view and the viewer's velocity. Out: [`Dot`]s. Always: a point appears
+//! at its time and fades over its layer's `fade_days`; a point in the sky has the aberration of a star, but neither proper motion nor parallax; points on the
+//! far side of their body or behind another body are left out. A million points take about 100 ms.
 
 use crate::catalog::{Catalog, DataLayer};
+use crate::ephemeris::apparent::aberrated;
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::scene::camera::sphere::ImageProjection;
 use crate::scene::in_view::BodyInView;
+use crate::scene::sky::frames::direction;
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
 use glam::{DVec2, DVec3};
@@ -22,7 +25,7 @@ pub struct Dot {
     pub opacity: f64,
 }
 
-/// Opacity of a point at its own time, before it fades, and of a point without a time.
+/// Opacity of a point or line at its own time, before it fades, and of one without a time.
 const OPACITY: f64 = 0.9;
 /// The image height for which dot sizes are given; they scale in proportion to the height.
 const REFERENCE_HEIGHT_PX: f64 = 1024.0;
@@ -44,10 +47,10 @@ fn is_hidden(bodies: &[BodyInView], line_of_sight: DVec3, distance_km: f64) -> b
     })
 }
 
-/// The dots of all layers; those of later layers are on top.
-pub(crate) fn dots(image: &impl ImageProjection, catalog: &Catalog, bodies: &[BodyInView], now: Instant) -> Vec<Dot> {
+/// The dots of all layers; those of later layers are on top. `velocity_km_s`: the viewer's, for the aberration of points in the sky.
+pub(crate) fn dots(image: &impl ImageProjection, catalog: &Catalog, bodies: &[BodyInView], velocity_km_s: DVec3, now: Instant) -> Vec<Dot> {
     let scale = image.size_px().y / REFERENCE_HEIGHT_PX;
-    // Bodies with a known position, not at the camera: only these hide points or have points.
+    // Only bodies with a known position, and not at the camera, hide points or have points.
     let located: Vec<BodyInView> = bodies.iter().filter(|b| b.distance_km > 0.0 && b.placement.centre_km.is_finite()).cloned().collect();
     let mut dots = Vec::new();
     for layer in catalog.data_layers() {
@@ -69,12 +72,8 @@ pub(crate) fn dots(image: &impl ImageProjection, catalog: &Catalog, bodies: &[Bo
                     // Bodies hide the point if their centres are nearer than the centre of its own body, which therefore is not among them.
                     (line_of_sight, body.distance_km)
                 }
-                None => {
-                    // In the sky, the fields hold right ascension and declination.
-                    let ((sin_ra, cos_ra), (sin_dec, cos_dec)) =
-                        (point.lon_deg.to_radians().sin_cos(), point.lat_deg.to_radians().sin_cos());
-                    (DVec3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec), f64::INFINITY)
-                }
+                // In the sky, the fields hold right ascension and declination.
+                None => (aberrated(direction(point.lon_deg, point.lat_deg), velocity_km_s), f64::INFINITY),
             };
             let Some(centre_px) = image.pixel_of(line_of_sight) else { continue };
             let radius_px = 0.5 * point.size_px.unwrap_or(layer.size_px) * scale;

@@ -2,15 +2,15 @@
 //!
 //! In: the layers, the time, and the placed body. Out: line segments and a decision. Always: a line is straight in longitude and planetographic latitude
 //! from vertex to vertex (RFC 7946, section 3.1.1) and ends at the limb. Between vertices more than half a turn apart in longitude it takes the shorter
-//! way around; only a line of two vertices at the same latitude, a whole turn apart, is a whole parallel. It appears at its time and fades like a data point. Vertices
-//! closer than `MERGE_PX` are merged. Ignores relief and shape models. A million vertices take about 0.2 s per frame.
+//! way around; only a line of two vertices at the same latitude, a whole turn apart, is a whole parallel. It appears at its time and fades like a data point.
+//! Vertices closer than `MERGE_PX` are merged. Ignores relief and shape models. A million vertices take about 0.2 s per frame.
 
 use crate::catalog::DataLayer;
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::message::{Reason, reason};
 use crate::scene::annotation::body_lines::GroundLineBuilder;
 use crate::scene::annotation::data::opacity_at;
-use crate::scene::annotation::strokes::{Curve, segments};
+use crate::scene::annotation::strokes::{Curve, reversed_depth, segments};
 use crate::scene::camera::NEAR_DEPTH_KM;
 use crate::time::Instant;
 use crate::units::srgb_to_linear;
@@ -138,8 +138,7 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, layers: &[Arc<D
             let curve = Curve { camera: builder.camera, point: &point, derivative_bound, tolerance_factor: 1.0 };
             for part in path.visible_parts(placement.camera_in_unit_sphere()) {
                 for run in curve.runs(&part) {
-                    let depth = |p: DVec3| (NEAR_DEPTH_KM / p.z).min(1.0);
-                    builder.output.segments.extend(segments(builder.camera, &run, depth, |_| opacity, colour));
+                    builder.output.segments.extend(segments(builder.camera, &run, reversed_depth, |_| opacity, colour));
                 }
             }
         }

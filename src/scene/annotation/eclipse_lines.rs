@@ -6,8 +6,8 @@
 
 use crate::message::{Argument, reason};
 use crate::scene::annotation::body_lines::GroundLineBuilder;
-use crate::scene::annotation::strokes::{Curve, LineSegment, segments};
-use crate::scene::camera::{Camera, NEAR_DEPTH_KM};
+use crate::scene::annotation::strokes::{Curve, LineSegment, reversed_depth, segments};
+use crate::scene::camera::Camera;
 use crate::scene::decision::Decision;
 use crate::scene::eclipse::occluders::{Axis, Receiver};
 use crate::scene::eclipse::shadow_cone::{ConeKind, ShadowCone};
@@ -81,7 +81,8 @@ struct ConeBuilder<'a, 'b> {
 }
 
 impl ConeBuilder<'_, '_> {
-    /// Draws a curve in space, in body axes and units of the equatorial radius. `derivative_bound`: upper bound of its first and second derivative.
+    /// Draws a curve in space over the parameters 0 to 1, in body axes and equatorial radii. `spans`: number of parts that are subdivided separately;
+    /// `derivative_bound`: upper bound of the first and second derivative.
     fn draw_line(&mut self, point: &dyn Fn(f64) -> DVec3, spans: u32, derivative_bound: f64, colour: DVec3) {
         let placement = &self.placed.placement;
         let radius_km = placement.radii_km.x;
@@ -89,12 +90,11 @@ impl ConeBuilder<'_, '_> {
         let curve = Curve { camera: self.camera, point: &in_icrf, derivative_bound: derivative_bound * radius_km, tolerance_factor: 1.0 };
         let parameters: Vec<f64> = (0..=spans).map(|k| f64::from(k) / f64::from(spans)).collect();
         for run in curve.runs(&parameters) {
-            let depth = |p: DVec3| (NEAR_DEPTH_KM / p.z).min(1.0);
-            self.segments.extend(segments(self.camera, &run, depth, |_| CONE_OPACITY, colour));
+            self.segments.extend(segments(self.camera, &run, reversed_depth, |_| CONE_OPACITY, colour));
         }
     }
 
-    /// Draws a cone from the occluder; `length` returns the length of the generator at an angle.
+    /// Draws a cone from the occluder; `length` returns the length of the generator at an angle in radians.
     fn draw_cone(&mut self, cone: &ShadowCone, kind: ConeKind, length: &dyn Fn(f64) -> f64, colour: DVec3) {
         let at = |turns: f64, fraction: f64| {
             let angle = TAU * turns;

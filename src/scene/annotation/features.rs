@@ -27,6 +27,14 @@ const LIMB_FADE: (f64, f64) = (0.15, 0.35);
 const MIN_OPACITY: f64 = 0.02;
 /// Largest effective size of a named feature, in units of the image's shorter side: larger ones fill the view.
 const MAX_FEATURE_SIZE: f64 = 1.5;
+/// Distance from a landing site to the near end of its name, in glyph sizes.
+const SITE_NAME_DISTANCE: f64 = 0.7;
+/// Vertical distance of a name above or below its landing site, in line heights.
+const SITE_NAME_SHIFT: f64 = 1.4;
+/// Free space around a name, in glyph sizes: horizontal and vertical.
+const NAME_MARGIN: DVec2 = DVec2::new(0.6, 0.3);
+/// Lower limit of the distance to the nearest ground, km.
+const MIN_DISTANCE_KM: f64 = 1e-3;
 /// sRGB of a feature's name.
 pub(crate) const FEATURE_COLOUR: [u8; 3] = [238, 226, 196];
 
@@ -39,13 +47,13 @@ pub(crate) fn surface_feature_names(
 ) -> (Vec<TextLine>, Vec<DVec2>) {
     let size = image.size_px();
     let glyph_px = metrics.glyph_px();
-    let pixels_per_radian = image.disc_radius_px(1e-6) * 1e6;
+    let px_per_radian = image.px_per_radian_in_middle();
     let (mut names, mut sites) = (Vec::new(), Vec::new());
     let mut nearest_first: Vec<&BodyInView> = bodies.iter().filter(|b| b.distance_km.is_finite() && b.distance_km > 0.0).collect();
     nearest_first.sort_by(|a, b| a.distance_km.total_cmp(&b.distance_km));
     for (k, body) in nearest_first.iter().enumerate() {
         let placement = &body.placement;
-        let body_px = 2.0 * placement.radii_km.max_element() / body.distance_km * pixels_per_radian;
+        let body_px = 2.0 * placement.radii_km.max_element() / body.distance_km * px_per_radian;
         if body_px < MIN_BODY_SIZE * glyph_px || placement.camera_is_inside() {
             continue;
         }
@@ -60,7 +68,7 @@ pub(crate) fn surface_feature_names(
             let to_camera = camera - ground;
             let distance_km = to_camera.length();
             let mut opacity = smooth_rise(LIMB_FADE, to_camera.dot(normal) / distance_km);
-            let feature_px = feature.effective_size_km / distance_km * pixels_per_radian;
+            let feature_px = feature.effective_size_km / distance_km * px_per_radian;
             opacity *= if feature.is_landing_site {
                 smooth_rise(SITE_FADE, body_px / glyph_px)
             } else {
@@ -68,9 +76,9 @@ pub(crate) fn surface_feature_names(
             };
             if opacity < MIN_OPACITY {
                 if !feature.is_landing_site && feature_px < FEATURE_FADE.0 * glyph_px {
-                    // The remaining features are smaller, and no part of the ground is nearer than `nearest_km`.
-                    let nearest_km = (body.distance_km - placement.radii_km.max_element()).max(1e-3);
-                    if feature.effective_size_km / nearest_km * pixels_per_radian < FEATURE_FADE.0 * glyph_px {
+                    // The remaining features of the body are no larger. If even on the nearest ground they would be too small, none of them has a name.
+                    let nearest_km = (body.distance_km - placement.radii_km.max_element()).max(MIN_DISTANCE_KM);
+                    if feature.effective_size_km / nearest_km * px_per_radian < FEATURE_FADE.0 * glyph_px {
                         break;
                     }
                 }
@@ -84,18 +92,18 @@ pub(crate) fn surface_feature_names(
             if is_hidden || feature_px > MAX_FEATURE_SIZE * size.min_element() {
                 continue;
             }
-            // Left ends of the name's centre line.
-            let width = metrics.width_px(feature.name);
-            let centred = feature_at_px - DVec2::new(0.5 * width, 0.0);
-            let to_side = DVec2::new(0.5 * width + 0.7 * glyph_px, 0.0);
+            let width_px = metrics.width_px(feature.name);
+            // Left end of the name's centre line if the name is centred on the feature.
+            let centred = feature_at_px - DVec2::new(0.5 * width_px, 0.0);
+            let to_side = DVec2::new(0.5 * width_px + SITE_NAME_DISTANCE * glyph_px, 0.0);
             // A landing site's name is placed on its right, or if that does not fit, on its left, below right or above right.
-            let down = DVec2::new(0.0, 1.4 * metrics.line_height_px);
+            let down = DVec2::new(0.0, SITE_NAME_SHIFT * metrics.line_height_px);
             let places = match feature.is_landing_site {
                 true => vec![centred + to_side, centred - to_side, centred + to_side + down, centred + to_side - down],
                 false => vec![centred],
             };
             let fits = |(_, rect): &(DVec2, Rect)| {
-                let with_margin = rect.padded(DVec2::new(0.6, 0.3) * glyph_px);
+                let with_margin = rect.padded(NAME_MARGIN * glyph_px);
                 rect.is_in_image(size) && !occupied.iter().any(|t| t.overlaps(&with_margin))
             };
             let with_rect = |left_px| (left_px, metrics.rect(feature.name, left_px));

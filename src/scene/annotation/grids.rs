@@ -15,6 +15,8 @@ const SPACING_FADE_PX: (f64, f64) = (60.0, 130.0);
 
 /// Largest latitude of a parallel: nearer to a pole it would be a point.
 const MAX_PARALLEL_DEG: f64 = 89.999_999;
+/// Opacity of a line above which its coordinate is written.
+pub(crate) const MIN_LABELLED_OPACITY: f64 = 0.5;
 
 /// A parallel, or a meridian from pole to pole.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,7 +45,7 @@ pub(crate) struct Cap {
     pub radius_deg: f64,
 }
 
-/// Opacity of lines whose neighbours are `spacing_deg` away. `pixel_deg`: degrees per pixel.
+/// Opacity of lines at this distance from each other. `pixel_deg`: degrees per pixel.
 fn opacity_at_spacing(spacing_deg: f64, pixel_deg: f64) -> f64 {
     smooth_rise(SPACING_FADE_PX, spacing_deg / pixel_deg)
 }
@@ -60,7 +62,7 @@ impl GridLine {
         opacity_at_spacing(self.step_deg * spacing_factor, pixel_deg)
     }
 
-    /// The range of latitudes in which the line, if it is a meridian, is visible.
+    /// The range of latitudes in which the line is visible if it is a meridian.
     pub(crate) fn latitude_range_deg(&self, pixel_deg: f64) -> [f64; 2] {
         let min_cosine = SPACING_FADE_PX.0 * pixel_deg / self.step_deg;
         let max_deg = if self.step_deg == STEPS_DEG[0] || min_cosine <= 0.0 { 90.0 } else { min_cosine.min(1.0).acos().to_degrees() };
@@ -82,16 +84,18 @@ pub(crate) fn grid_lines(cap: Cap, pixel_deg: f64) -> Vec<GridLine> {
     };
     let mut lines = Vec::new();
     for (k, step_deg) in STEPS_DEG.into_iter().enumerate() {
-        // A line of a coarser grid is also in the next coarser one, because each step is a multiple of the next.
+        // The next coarser grid contains the lines of all coarser ones, because each step is a multiple of the next.
         let is_in_no_coarser_grid = |n: i64| k == 0 || !is_multiple(n as f64 * step_deg, STEPS_DEG[k - 1]);
         // The multiples of the step in a range.
         let indices = |from: f64, to: f64| ((from / step_deg).ceil() as i64)..=((to / step_deg).floor() as i64);
-        if opacity_at_spacing(step_deg, pixel_deg) > 0.0 || k == 0 {
+        if opacity_at_spacing(step_deg, pixel_deg) > 0.0 {
             let parallels = indices(latitudes[0], latitudes[1])
                 .filter(|n| is_in_no_coarser_grid(*n) && (*n as f64 * step_deg).abs() < MAX_PARALLEL_DEG);
             lines.extend(parallels.map(|n| GridLine { kind: GridLineKind::Parallel, coordinate_deg: n as f64 * step_deg, step_deg }));
         }
-        if opacity_at_spacing(step_deg * largest_cosine, pixel_deg) > 0.0 || k == 0 {
+        // The meridians of the coarsest step do not fade towards the poles.
+        let spacing_factor = if k == 0 { 1.0 } else { largest_cosine };
+        if opacity_at_spacing(step_deg * spacing_factor, pixel_deg) > 0.0 {
             let range = if half_width_deg >= 180.0 {
                 0..=((360.0 / step_deg).round() as i64 - 1)
             } else {
@@ -165,9 +169,10 @@ pub(crate) fn azimuth_text(degrees: f64, language: TextLanguage) -> String {
     if (eighth - eighth.round()).abs() < 1e-9 { language.name("compass", POINTS[point]).to_owned() } else { angle_text(degrees) }
 }
 
-/// Degrees per pixel, the mean over the image's height. The actual value is larger in the middle of a wide view and smaller at its edges.
-pub(crate) fn mean_pixel_deg(tan_half_height: f64, height: u32) -> f64 {
-    2.0 * tan_half_height.atan().to_degrees() / f64::from(height)
+/// Degrees per pixel, the mean over the image's height. The actual value is larger in the middle of a wide view and smaller at its edges. `tan_half_fov`: of
+/// the vertical field of view.
+pub(crate) fn mean_pixel_deg(tan_half_fov: f64, height_px: u32) -> f64 {
+    2.0 * tan_half_fov.atan().to_degrees() / f64::from(height_px)
 }
 
 #[cfg(test)]
@@ -200,6 +205,16 @@ mod tests {
                 assert!(strongest > 0.5, "{longitude_deg} {latitude_deg} {radius_deg}: {strongest}");
             }
         }
+    }
+
+    /// Where even the coarsest grid would be too dense, such as on a body of a few dozen pixels, there are no lines, hence no coordinates. At a pole the
+    /// coarsest meridians are there at any zoom.
+    #[test]
+    fn invisible_lines_are_left_out() {
+        assert!(grid_lines(WHOLE_SPHERE, 90.0 / (SPACING_FADE_PX.0 - 1.0)).is_empty());
+        assert!(!grid_lines(WHOLE_SPHERE, 90.0 / (SPACING_FADE_PX.0 + 1.0)).is_empty());
+        let pole = Cap { longitude_deg: 0.0, latitude_deg: 90.0, radius_deg: 0.1 };
+        assert!(grid_lines(pole, 0.5).iter().any(|l| l.kind == GridLineKind::Meridian && l.opacity(90.0, 0.5) > 0.0));
     }
 
     /// Opacity changes continuously with the field of view, and is zero where a line ends.

@@ -18,7 +18,7 @@ use std::sync::Arc;
 /// Smallest diameter in pixels at which lines are drawn on a body.
 const MIN_DIAMETER_PX: f64 = 16.0;
 
-/// The kinds of lines on the ground of a body: whether each is requested, and the name of its layer.
+/// The kinds of lines on the ground of a body: whether each is requested, and the name of its layer. `data`: the layers of the user's data.
 pub(crate) fn requested(layers: Layers, body: Option<NaifId>, data: &[Arc<DataLayer>]) -> [(bool, &'static str); 4] {
     let has_lines = layers.data && body.is_some_and(|id| data.iter().any(|l| l.body == Some(id) && !l.lines.is_empty()));
     [(layers.grid_body, "grid-body"), (layers.terminator, "terminator"), (layers.eclipse_path, "eclipse-path"), (has_lines, "data")]

@@ -8,12 +8,13 @@ use crate::catalog::{FieldOfView, Instrument};
 use crate::message::reason;
 use crate::scene::annotation::line_texts::UnplacedText;
 use crate::scene::annotation::sky_lines::AnnotationLines;
-use crate::scene::annotation::strokes::{Curve, segments};
+use crate::scene::annotation::strokes::{Curve, quarter_turns, segments, tolerance_at_corners};
 use crate::scene::camera::Camera;
 use crate::scene::decision::Decision;
 use glam::{DVec2, DVec3};
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::TAU;
 
+/// Linear RGB of frames and their names.
 const COLOUR: DVec3 = DVec3::new(1.0, 0.3, 0.25);
 const OPACITY: f64 = 0.9;
 /// Smallest size of a frame, pixels.
@@ -49,11 +50,9 @@ impl FieldAxes {
 }
 
 /// Draws a curve on the unit sphere with first and second derivatives of at most `derivative_bound`.
-fn draw_arc(camera: &Camera, output: &mut AnnotationLines, point: &dyn Fn(f64) -> DVec3, [from, to]: [f64; 2], derivative_bound: f64) {
-    let tolerance_factor = 1.0 / (1.0 + camera.tan_half_fov.length_squared());
-    let spans = ((to - from) / FRAC_PI_2).ceil().clamp(1.0, 8.0);
-    let parameters: Vec<f64> = (0..=spans as usize).map(|k| from + (to - from) * k as f64 / spans).collect();
-    for run in (Curve { camera, point, derivative_bound, tolerance_factor }).runs(&parameters) {
+fn draw_arc(camera: &Camera, output: &mut AnnotationLines, point: &dyn Fn(f64) -> DVec3, range_rad: [f64; 2], derivative_bound: f64) {
+    let curve = Curve { camera, point, derivative_bound, tolerance_factor: tolerance_at_corners(camera) };
+    for run in curve.runs(&quarter_turns(range_rad)) {
         // Reversed depth 1 is in front of all bodies.
         output.segments.extend(segments(camera, &run, |_| 1.0, |_| OPACITY, COLOUR));
     }
@@ -77,7 +76,7 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
     let Some(centre) = target.filter(|v| camera.is_cube_face || in_image(v)).or((!camera.is_cube_face).then_some(camera.forward)) else {
         return output;
     };
-    let max_tan = camera.tan_half_fov.max_element();
+    let max_half_fov_tan = camera.tan_half_fov.max_element();
     let (mut drawn, mut left_out) = (Vec::new(), 0);
     for instrument in instruments {
         let axes = FieldAxes::of(centre, instrument.position_angle_deg);
@@ -86,7 +85,7 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
             FieldOfView::Rectangle { width_deg, height_deg } => 0.5 * DVec2::new(width_deg, height_deg).map(f64::to_radians),
         };
         let tan = half_size_rad.map(f64::tan);
-        if 2.0 * tan.max_element() / camera.pixel_tangent() < MIN_SIZE_PX || tan.min_element() > max_tan {
+        if 2.0 * tan.max_element() / camera.pixel_tangent() < MIN_SIZE_PX || tan.min_element() > max_half_fov_tan {
             left_out += 1;
             continue;
         }

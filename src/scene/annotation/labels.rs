@@ -17,7 +17,7 @@ use crate::scene::camera::sphere::ImageProjection;
 use crate::scene::draw::PixelView;
 use crate::scene::in_view::{Appearance, BodyInView};
 use crate::scene::request::view_request::ViewRequest;
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 
 /// The label of one body.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,7 +45,7 @@ impl LabelSide {
     /// The place that is tried first: right of the body and above its centre.
     pub const DEFAULT: Self = Self { left: false, below: false, lines: 0 };
 
-    /// The places of a name, in the order in which they are tried. `max_lines`: the largest value of [`Self::lines`].
+    /// The places of a name, in the order in which they are tried: for each number of lines the four sides. `max_lines`: the largest value of [`Self::lines`].
     fn places(max_lines: u8) -> impl Iterator<Item = Self> {
         let at = |lines| [(false, false), (true, false), (false, true), (true, true)].map(|(left, below)| Self { left, below, lines });
         (0..=max_lines).flat_map(at)
@@ -96,8 +96,15 @@ pub struct LabelLayer {
 }
 
 impl LabelLayer {
-    /// The texts, marks and data points of the layers that the request switches on; `None` if it switches on none of these layers.
-    pub(crate) fn of(image: &impl ImageProjection, request: &ViewRequest, catalog: &Catalog, bodies: &[BodyInView]) -> Option<Self> {
+    /// The texts, marks and data points of the layers that the request switches on; `None` if it switches on none of these layers. `velocity_km_s`: the
+    /// viewer's, for the aberration of data points in the sky.
+    pub(crate) fn of(
+        image: &impl ImageProjection,
+        request: &ViewRequest,
+        catalog: &Catalog,
+        bodies: &[BodyInView],
+        velocity_km_s: DVec3,
+    ) -> Option<Self> {
         let layers = &request.layers;
         let shows_margin = layers.caption || layers.scale_bar || layers.compass;
         let shows_data = layers.data && request.pixel_view == PixelView::Final && !catalog.data_layers().is_empty();
@@ -106,7 +113,7 @@ impl LabelLayer {
         }
         let mut layer = Self::empty(request);
         if shows_data {
-            layer.dots = data::dots(image, catalog, bodies, request.time);
+            layer.dots = data::dots(image, catalog, bodies, velocity_km_s, request.time);
         }
         let metrics = LabelMetrics::of_size(layer.size_px);
         if shows_margin {
@@ -147,7 +154,7 @@ impl LabelLayer {
     }
 }
 
-/// Size of glyphs in an image, pixels: proportional to its height, but large enough to read in a small image.
+/// Size of glyphs in an image of this height in pixels: a seventieth of it, but large enough to read in a small image.
 pub(crate) fn glyph_size_px(height: u32) -> f64 {
     (f64::from(height) / 70.0).clamp(13.0, 240.0).round()
 }
@@ -157,12 +164,13 @@ const SELECTED_MAX_LINES: u8 = 8;
 /// Free space at each end of a name, in mean widths of a glyph: names with wide letters are up to a tenth wider than estimated.
 const NAME_MARGIN: f64 = 1.0;
 /// Distance in pixels from a more important body below which a body has no label; half the radius of that body's disc if this is larger, but at most
-/// 20 pixels.
+/// [`MAX_CROWDED_PX`].
 const CROWDED_PX: f64 = 7.0;
+const MAX_CROWDED_PX: f64 = 20.0;
 /// Radius of a disc in pixels above which a body hides others; smaller ones are drawn as points or nearly so.
 const MIN_HIDING_RADIUS_PX: f64 = 3.0;
 /// How far inside the outline of a nearer body a disc must be to be hidden, relative to the nearer body's radius, for a camera at a height of one radius
-/// or more above that body. Lower cameras: in proportion to the height.
+/// or more above that body; for a lower camera, less in proportion to its height.
 const HIDDEN_DEPTH: f64 = 0.03;
 
 /// The labels of the bodies that a camera sees, most important first. `name_of` translates names; `occupied`: rectangles that names avoid.
@@ -209,7 +217,7 @@ pub(crate) fn body_labels(
     let mut chosen: Vec<Label> = Vec::new();
     let mut occupied: Vec<Rect> = occupied.to_vec();
     for (b, centre_px, radius_px) in visible {
-        if chosen.iter().any(|label| label.centre_px.distance(centre_px) < CROWDED_PX.max(0.5 * label.radius_px.min(40.0))) {
+        if chosen.iter().any(|label| label.centre_px.distance(centre_px) < CROWDED_PX.max((0.5 * label.radius_px).min(MAX_CROWDED_PX))) {
             continue;
         }
         let name = name_of(&b.name);

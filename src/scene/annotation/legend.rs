@@ -8,7 +8,7 @@ use crate::scene::finished::Scene;
 use crate::scene::light::exposure::Exposure;
 use crate::scene::request::ToneMap;
 
-/// The legend of an image, followed by the invented maps and shapes in it.
+/// The legend of an image, followed by what it shows that is invented, not measured: maps, shapes and procedural detail.
 pub(crate) fn legend_of(scene: &Scene) -> String {
     let mut text = legend(scene.pixel_view, &scene.exposure, scene.tone_map);
     for body in &scene.bodies {
@@ -23,18 +23,16 @@ pub(crate) fn legend_of(scene: &Scene) -> String {
 pub(crate) fn legend(view: PixelView, exposure: &Exposure, tone_map: ToneMap) -> String {
     let white = exposure.white();
     let range = |unit: &str| format!("linear; black 0, white {white:.6} {unit}");
-    let grey = "grey";
     match view {
         PixelView::Final => format!(
-            "final: radiance in red, green, blue; {}; {}; 1 is a white plane facing the Sun at 1 au",
-            range(""),
+            "final: radiance in red, green, blue; linear; black 0, white {white:.6}; {}; 1 is a white plane facing the Sun at 1 au",
             match tone_map {
                 ToneMap::Filmic => "filmic shoulder above 0.8 of white",
                 ToneMap::Clipped => "clipped at white",
             }
         ),
         PixelView::Depth => format!(
-            "depth: {grey}; 1 the point of the body nearest along the view axis, 0.5 its centre's plane, 0 the farthest; {}",
+            "depth: grey; 1 the point of the body nearest along the view axis, 0.5 its centre's plane, 0 the farthest; {}",
             range("(no unit, the body's own extent; of a ring, the ring's)")
         ),
         PixelView::Normal => {
@@ -94,7 +92,7 @@ mod tests {
         }
         assert!(legend(PixelView::OpticalDepth, &exposure, ToneMap::Filmic).contains("white 4.000000"));
         assert!(legend(PixelView::Cost, &Exposure::of(COST_STOPS, Reason::default()), ToneMap::Filmic).contains("white 16384"));
-        assert!(legend(PixelView::Final, &exposure, ToneMap::Filmic).contains("filmic shoulder"));
+        assert!(legend(PixelView::Final, &exposure, ToneMap::Filmic).contains("white 4.000000; filmic shoulder"));
         let clipped = legend(PixelView::Final, &exposure, ToneMap::Clipped);
         assert!(clipped.contains("clipped at white") && !clipped.contains("filmic"), "{clipped}");
     }

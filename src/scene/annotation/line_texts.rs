@@ -14,7 +14,7 @@ use glam::{DVec2, DVec3};
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct UnplacedText {
     pub text: String,
-    /// Its centre. For a coordinate, the point of its grid line at which it is written. Pixels from the image's top left corner.
+    /// The text's centre, pixels from the image's top left corner. For a coordinate, the point of its grid line at which it is written.
     pub at_px: DVec2,
     /// Linear RGB.
     pub colour: DVec3,
@@ -47,7 +47,8 @@ const WHITE_FRACTION: f64 = 0.35;
 /// Maximum number of texts in an image.
 const MAX_TEXTS: usize = 400;
 
-/// Places the texts that fit into the image and overlap neither each other nor the labels of bodies. `labels`: the image's other labels.
+/// Places the texts that fit into the image and overlap neither each other nor the image's other `labels`. Earlier candidates have priority, names over
+/// coordinates.
 pub(crate) fn place_texts(mut candidates: Vec<UnplacedText>, labels: Option<&LabelLayer>, glyph_px: f64, image_px: DVec2) -> TextLayer {
     let metrics = LabelMetrics::of_size(glyph_px);
     let body_rects = labels.into_iter().flat_map(|layer| {
@@ -59,7 +60,7 @@ pub(crate) fn place_texts(mut candidates: Vec<UnplacedText>, labels: Option<&Lab
     candidates.sort_by_key(|t| t.is_grid_coordinate);
     let mut texts = Vec::new();
     for text in candidates {
-        let size = DVec2::new(text.text.chars().count() as f64 * metrics.glyph_width_px, metrics.line_height_px);
+        let size = DVec2::new(metrics.width_px(&text.text), metrics.line_height_px);
         let edge_distance_px = EDGE_DISTANCE * glyph_px;
         let mut corner = text.at_px - 0.5 * size;
         if text.is_grid_coordinate {

@@ -1,7 +1,7 @@
 //! The margin of an image: caption, scale bar and compass, which are drawn over the image near its edges.
 //!
-//! In: the request and the bodies in view. Out: texts, bars and rings. Always: lengths are round numbers; a length in kilometres is valid at the
-//! target's distance, across the line of sight. Without a target, or if its disc is small, the bar is an angle. The compass points to the target's north
+//! In: the request and the bodies in view. Out: texts, bars and rings. Always: lengths are round numbers; a length in kilometres is valid across the line of
+//! sight at the distance of the target's centre. Without a target, or if its disc is small, the bar is an angle. The compass points to the target's north
 //! pole. In a narrow image the caption has more lines and the scale bar stands above it; what does not fit is left out.
 
 use super::text::{Bar, LabelMetrics, NAME_COLOUR, Rect, TextLine};
@@ -27,6 +27,28 @@ const MAX_BAR_FRACTION: f64 = 0.22;
 const MAX_CAPTION_FRACTION: f64 = 0.5;
 /// Line spacing of a caption, in glyph sizes.
 const CAPTION_LINE_SPACING: f64 = 1.3;
+/// Distance of a caption from the image's left edge, in glyph sizes.
+const CAPTION_EDGE: f64 = 0.8;
+/// Distance from the image's lower edge to the middle of the caption's last line and to the top of the scale bar, and from the right edge to the bar; in glyph
+/// sizes.
+const EDGE: f64 = 0.9;
+/// Height of the ticks at the ends of a scale bar, in glyph sizes.
+const TICK_HEIGHT: f64 = 0.45;
+/// Height of the middle of a scale bar's text above the bar, and smallest distance of the text from the image's right edge, in glyph sizes.
+const BAR_TEXT_HEIGHT: f64 = 1.1;
+const BAR_TEXT_EDGE: f64 = 0.6;
+/// Free space between a caption and the scale bar above it, in glyph sizes.
+const CAPTION_GAP: f64 = 0.3;
+/// Distance of the compass's middle from the right and the upper edge, half of the side of the square that it occupies, and distances from its middle to the
+/// ends of the needle and to the middle of the letter, in glyph sizes.
+const COMPASS_EDGE: f64 = 3.0;
+const COMPASS_HALF_SIDE: f64 = 2.5;
+const NEEDLE: (f64, f64) = (0.5, 1.2);
+const NORTH_LETTER: f64 = 1.9;
+/// Number of squares of which the needle consists, less one.
+const NEEDLE_STEPS: u32 = 10;
+/// Sine of the angle between a body's pole and the line of sight below which there is no compass.
+const MIN_POLE_SINE: f64 = 0.02;
 /// Diameter in pixels below which a target counts as a point, and the scale bar shows an angle.
 const MIN_DISC_PX: f64 = 20.0;
 
@@ -109,7 +131,7 @@ impl Margin {
         };
         let second = message!("image-caption", from = from, view = image.field_of_view_text()).text_in(language);
         let size = image.size_px();
-        let fits = |text: &str| metrics.width_px(text) <= size.x - 1.6 * glyph_px;
+        let fits = |text: &str| metrics.width_px(text) <= size.x - 2.0 * CAPTION_EDGE * glyph_px;
         let Some((mut lines, rest)) = wrapped(&first, &CAPTION_BREAKS, &fits).zip(wrapped(&second, &CAPTION_BREAKS, &fits)) else {
             return;
         };
@@ -117,18 +139,18 @@ impl Margin {
         if CAPTION_LINE_SPACING * glyph_px * lines.len() as f64 > MAX_CAPTION_FRACTION * size.y {
             return;
         }
-        let bottom = size.y - 0.9 * glyph_px;
+        let bottom = size.y - EDGE * glyph_px;
         let count = lines.len();
         for (k, line) in lines.into_iter().enumerate() {
-            self.text(line, DVec2::new(0.8 * glyph_px, bottom - CAPTION_LINE_SPACING * glyph_px * (count - 1 - k) as f64));
+            self.text(line, DVec2::new(CAPTION_EDGE * glyph_px, bottom - CAPTION_LINE_SPACING * glyph_px * (count - 1 - k) as f64));
         }
     }
 
     fn scale_bar(&mut self, image: &impl ImageProjection, target: Option<&BodyInView>, language: TextLanguage, metrics: &LabelMetrics) {
         let (size, glyph_px) = (image.size_px(), metrics.glyph_px());
-        let pixels_per_radian = image.disc_radius_px(1e-6) * 1e6;
-        let max_rad = MAX_BAR_FRACTION * size.x / pixels_per_radian;
-        let disc_px = |t: &&BodyInView| 2.0 * t.placement.radii_km.max_element() / t.distance_km * pixels_per_radian;
+        let px_per_radian = image.px_per_radian_in_middle();
+        let max_rad = MAX_BAR_FRACTION * size.x / px_per_radian;
+        let disc_px = |t: &&BodyInView| 2.0 * t.placement.radii_km.max_element() / t.distance_km * px_per_radian;
         let (text, angle_rad) = match target.filter(|t| disc_px(t) >= MIN_DISC_PX) {
             Some(t) => {
                 let km = round_number_below(max_rad * t.distance_km);
@@ -137,14 +159,14 @@ impl Margin {
             None => round_angle_below(max_rad),
         };
         let text = language.number(&text);
-        let length = (angle_rad * pixels_per_radian).round();
+        let length = (angle_rad * px_per_radian).round();
         let thickness = (glyph_px / 9.0).round().max(1.0);
-        let tick = (0.45 * glyph_px).round();
-        let left = (size.x - 0.9 * glyph_px - length).round();
+        let tick = (TICK_HEIGHT * glyph_px).round();
+        let left = (size.x - EDGE * glyph_px - length).round();
         // Centred over the bar, as far as the image's edge allows.
         let text_left = left + 0.5 * (length - metrics.width_px(&text));
-        let text_left = text_left.min(size.x - 0.6 * glyph_px - metrics.width_px(&text));
-        let text_at = |bar_top: f64| DVec2::new(text_left, bar_top - 1.1 * glyph_px);
+        let text_left = text_left.min(size.x - BAR_TEXT_EDGE * glyph_px - metrics.width_px(&text));
+        let text_at = |bar_top: f64| DVec2::new(text_left, bar_top - BAR_TEXT_HEIGHT * glyph_px);
         let rect_at = |bar_top: f64| {
             let of_text = metrics.rect(&text, text_at(bar_top));
             Rect {
@@ -152,12 +174,12 @@ impl Margin {
                 max: of_text.max.max(DVec2::new(left + length, bar_top + thickness)),
             }
         };
-        let mut bar_top = (size.y - 0.9 * glyph_px).round();
+        let mut bar_top = (size.y - EDGE * glyph_px).round();
         let gap = DVec2::new(metrics.glyph_width_px, 0.0);
         if self.occupied(metrics).any(|o| o.overlaps(&rect_at(bar_top).padded(gap))) {
             // Above the caption.
             let caption_top = self.occupied(metrics).map(|o| o.min.y).fold(size.y, f64::min);
-            bar_top = (caption_top - thickness - 0.3 * glyph_px).floor();
+            bar_top = (caption_top - thickness - CAPTION_GAP * glyph_px).floor();
         }
         if !rect_at(bar_top).is_in_image(size) {
             return;
@@ -173,25 +195,27 @@ impl Margin {
         let (size, glyph_px) = (image.size_px(), metrics.glyph_px());
         let centre = target.placement.centre_km;
         let pole = target.placement.body_from_icrf.row(2);
-        // A pole almost along the line of sight has no reliable direction in the image.
+        // A pole within about a degree of the line of sight has no reliable direction in the image.
         let sine_to_line_of_sight = pole.cross(centre.normalize()).length();
         let ends_px = image.pixel_of(centre).zip(image.pixel_of(centre + pole * (1e-3 * target.distance_km)));
-        let Some(north) = ends_px.filter(|_| sine_to_line_of_sight > 0.02).and_then(|(from, to)| (to - from).try_normalize()) else {
+        let Some(north) = ends_px.filter(|_| sine_to_line_of_sight > MIN_POLE_SINE).and_then(|(from, to)| (to - from).try_normalize())
+        else {
             return;
         };
         // The needle is a row of overlapping squares, because a bar cannot be rotated.
-        let middle = DVec2::new(size.x - 3.0 * glyph_px, 3.0 * glyph_px).round();
-        let bounds = Rect { min: middle, max: middle }.padded(DVec2::splat(2.5 * glyph_px));
+        let middle = DVec2::new(size.x - COMPASS_EDGE * glyph_px, COMPASS_EDGE * glyph_px).round();
+        let bounds = Rect { min: middle, max: middle }.padded(DVec2::splat(COMPASS_HALF_SIDE * glyph_px));
         if !bounds.is_in_image(size) || self.occupied(metrics).any(|o| o.overlaps(&bounds)) {
             return;
         }
         self.rings.push(middle);
         let thickness = (glyph_px / 9.0).round().max(1.0);
-        for k in 0..=10 {
-            let position = middle + north * glyph_px * (0.5 + 0.07 * f64::from(k));
+        for k in 0..=NEEDLE_STEPS {
+            let from_middle = NEEDLE.0 + (NEEDLE.1 - NEEDLE.0) * f64::from(k) / f64::from(NEEDLE_STEPS);
+            let position = middle + north * glyph_px * from_middle;
             self.bar((position - 0.5 * thickness).round(), DVec2::splat(thickness));
         }
-        let position = middle + north * 1.9 * glyph_px;
+        let position = middle + north * NORTH_LETTER * glyph_px;
         self.text("N".into(), position - DVec2::new(0.5 * metrics.width_px("N"), 0.0));
     }
 }
@@ -233,12 +257,12 @@ fn grouped(number: f64) -> String {
     groups.join(" ")
 }
 
-/// A length as text, in millimetres, metres, kilometres or astronomical units.
+/// A length as text, in millimetres, metres, kilometres or astronomical units. A length that rounds to 1000 of a unit is given in the next one.
 fn length_text(km: f64) -> String {
     match km {
-        _ if km < 0.001 => format!("{} mm", significant(km * 1e6)),
-        _ if km < 1.0 => format!("{} m", significant(km * 1e3)),
-        _ if km < 1000.0 => format!("{} km", significant(km)),
+        _ if km < 999.5e-6 => format!("{} mm", significant(km * 1e6)),
+        _ if km < 999.5e-3 => format!("{} m", significant(km * 1e3)),
+        _ if km < 999.5 => format!("{} km", significant(km)),
         _ if km < 0.1 * KM_PER_AU => format!("{} km", grouped(km.round())),
         _ => format!("{} au", significant(km / KM_PER_AU)),
     }
@@ -312,7 +336,8 @@ mod tests {
             assert!(angle <= max.min(3.0) * 1e-3 * (1.0 + 1e-12) && angle > max.min(3.0) * 1e-3 / 3.1, "{text}");
         }
         let texts = [(20_000.0, "20 000 km"), (0.5, "500 m"), (5.0, "5 km"), (1_234_567.0, "1 234 567 km"), (149_597_870.7, "1 au")];
-        for (km, text) in texts {
+        let rounded_up = [(999.7e-6, "1 m"), (0.9997, "1 km"), (999.7, "1 000 km"), (0.9994, "999 m"), (999.4, "999 km")];
+        for (km, text) in texts.into_iter().chain(rounded_up) {
             assert_eq!(length_text(km), text);
         }
         assert_eq!(round_angle_below(0.2).0, "10°");

@@ -1,8 +1,8 @@
 //! Annotations of an image: names and markers (bodies, stars, surface features), lines in space, on the sky and on the ground with their labels, points of the
 //! user's data, caption, scale bar and compass; and the legend of the image's colours.
 //!
-//! In: placed bodies or their reports, the camera and the requested layers. Out: line segments, arcs of orbits and texts as plain values, with decisions. `picking`
-//! goes the other way: from a click to the body or star under it. Not here: drawing (`render::plan`).
+//! In: placed bodies or their reports, the camera and the requested layers. Out: line segments, arcs of orbits and texts as plain values, with decisions.
+//! `picking` goes the other way: from a click to the body or star under it. Not here: drawing (`render::plan`).
 
 pub mod body_lines;
 pub mod data;

@@ -10,7 +10,7 @@ use crate::ephemeris::State;
 use crate::ephemeris::conic::stumpff;
 use crate::scene::annotation::strokes::MARGIN_PX;
 use crate::scene::camera::{Camera, NEAR_DEPTH_KM, narrow, narrow_scalar};
-use crate::scene::numeric::smoothstep;
+use crate::scene::numeric::smooth_rise;
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 
@@ -20,7 +20,8 @@ pub(crate) const MAX_CHORD_ERROR_PX: f64 = 0.05;
 pub(crate) const CHORDS_PER_ARC: u32 = 4;
 /// [`size_on_screen_px`] at which an orbit starts to appear, and at which it is opaque.
 pub(super) const FADE_PX: (f64, f64) = (3.0, 12.0);
-/// Maximum number of halvings: an arc of an orbit of 100 au is then some tens of metres long.
+/// Maximum number of halvings of an orbit: an arc of an orbit of 100 au is then some tens of metres long. An arc that is still too long or too curved is left
+/// out.
 const MAX_HALVINGS: u32 = 40;
 /// Largest argument of Stumpff's functions (alpha u^2) on an arc, up to which the shader's series is accurate.
 const MAX_STUMPFF_ARGUMENT: f64 = 0.65;
@@ -30,6 +31,9 @@ const MAX_HALF_LENGTH: f64 = 2.0;
 const MIN_OPACITY: f64 = 0.25;
 /// Distance from the parent up to which an open path is drawn: the larger of these multiples of its periapsis distance and of the body's distance.
 const OPEN_PATH_EXTENT: (f64, f64) = (40.0, 3.0);
+/// Ratio of an ellipse's semi-major axis to the body's distance from the parent up to which the whole ellipse is drawn; a longer one is drawn like an open
+/// path.
+const MAX_CLOSED_SIZE: f64 = 400.0;
 
 /// An arc of a conic. Its parameter u is proportional to the universal anomaly, and 1 is the arc's length.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,9 +99,9 @@ impl Conic {
         if self.is_closed() { self.gm_km3_s2 / self.alpha } else { self.body_km.length() }
     }
 
-    /// Whether the conic is drawn as a whole: an ellipse whose semi-major axis is less than 400 times the body's distance. A longer one is drawn like an open path.
+    /// Whether the conic is drawn as a whole.
     fn is_closed(&self) -> bool {
-        self.alpha > 0.0 && self.gm_km3_s2 / self.alpha < OPEN_PATH_EXTENT.0 * 10.0 * self.body_km.length()
+        self.alpha > 0.0 && self.gm_km3_s2 / self.alpha < MAX_CLOSED_SIZE * self.body_km.length()
     }
 
     /// Vector from the body to the point at s, without loss of precision close to the body.
@@ -128,6 +132,7 @@ impl Conic {
         let limit = (OPEN_PATH_EXTENT.0 * momentum_sq / (self.gm_km3_s2 * (1.0 + eccentricity))).max(OPEN_PATH_EXTENT.1 * distance);
         let end = |sign: f64| {
             let mut s = sign * distance / self.first_derivative.length();
+            // The limit of s ends the loop if rounding keeps the point from reaching the distance.
             while (self.body_km + self.offset_from_body_km(s)).length() < limit && s.abs() < 1e30 {
                 s *= 1.25;
             }
@@ -137,9 +142,11 @@ impl Conic {
     }
 }
 
-/// [`Conic::size_km`] in pixels at the distance of an ellipse's centre, or of the body on an open path; an orbit nearer than its size counts as at that distance.
+/// [`Conic::size_km`] in pixels, as seen from the distance of an ellipse's centre, or of the body on an open path, but at least from a distance equal to the
+/// size.
 pub(crate) fn size_on_screen_px(camera: &Camera, conic: &Conic, body_from_camera_km: DVec3) -> f64 {
     let size_km = conic.size_km();
+    // The body and the point half a revolution ahead are opposite to each other.
     let middle = if conic.is_closed() { 0.5 * conic.offset_from_body_km(conic.drawn_range()[1]) } else { DVec3::ZERO };
     size_km / (body_from_camera_km + middle).length().max(size_km) / camera.pixel_tangent()
 }
@@ -159,8 +166,8 @@ struct ArcSubdivision<'a> {
 }
 
 impl ArcSubdivision<'_> {
-    /// Opacity at s. It decreases from the body backwards along the whole orbit. `ahead`: the arc is ahead of the body. The
-    /// opacity just ahead of the body is the lowest, so it jumps at the body.
+    /// Opacity at s. It decreases from the body backwards along the whole orbit, so that it is lowest just ahead of the body. `ahead`: whether the arc is ahead
+    /// of the body, which decides at s = 0.
     fn opacity_at(&self, s: f64, ahead: bool) -> f32 {
         let [back_end, ahead_end] = self.drawn_range;
         let remaining = if !self.conic.is_closed() {
@@ -198,7 +205,7 @@ impl ArcSubdivision<'_> {
         largest
     }
 
-    /// Adds the arc between two values of s, or its halves if it is too long or too curved; nothing outside the frame.
+    /// Adds the arc between two values of s, or its halves if it is too long or too curved; nothing outside the frame. `halvings`: of the orbit so far.
     fn arc(&mut self, from: f64, to: f64, halvings: u32) {
         let (middle_s, half) = (0.5 * (from + to), 0.5 * (to - from));
         let [first_derivative, second_derivative] = self.conic.derivatives(middle_s);
@@ -218,6 +225,7 @@ impl ArcSubdivision<'_> {
         let nearest = (middle.length() - radius).max(NEAR_DEPTH_KM);
         let is_short = self.conic.alpha.abs() * (2.0 * half).powi(2) < MAX_STUMPFF_ARGUMENT
             && across < MAX_HALF_LENGTH * self.camera.tan_half_fov.length() * nearest
+            // The camera is outside the arc's bounding sphere.
             && radius < 0.9 * middle.length();
         let is_in_front_of_camera = middle.z - radius > NEAR_DEPTH_KM;
         if is_short && is_in_front_of_camera && self.chord_error_px(from, to) < MAX_CHORD_ERROR_PX {
@@ -253,13 +261,13 @@ impl ArcSubdivision<'_> {
 
 /// The arcs of one orbit. `body_km`: the body's apparent position from the camera, ICRF; `opacity`: opacity at the body.
 pub(crate) fn arcs(camera: &Camera, conic: &Conic, body_km: DVec3, opacity: f64, colour: DVec3) -> Vec<OrbitArc> {
-    let opacity = opacity * smoothstep((size_on_screen_px(camera, conic, body_km) - FADE_PX.0) / (FADE_PX.1 - FADE_PX.0));
+    let opacity = opacity * smooth_rise(FADE_PX, size_on_screen_px(camera, conic, body_km));
     if opacity <= 0.0 || !body_km.is_finite() {
         return Vec::new();
     }
     let drawn_range = conic.drawn_range();
     let mut subdivision = ArcSubdivision { camera, conic, body_km, colour, opacity, drawn_range, arcs: Vec::new() };
-    // Split at the body, so that the line is exact there.
+    // Split at the body, so that the line is exact there. Quarters of the orbit: two halvings.
     for [from, to] in [
         [drawn_range[0], 0.5 * drawn_range[0]],
         [0.5 * drawn_range[0], 0.0],

@@ -9,7 +9,7 @@ use crate::message::{Reason, reason};
 use crate::scene::annotation::orbit_arcs::{Conic, FADE_PX, OrbitArc, arcs, size_on_screen_px};
 use crate::scene::camera::Camera;
 use crate::scene::decision::Decision;
-use crate::scene::numeric::smoothstep;
+use crate::scene::numeric::smooth_rise;
 use crate::scene::placed::PlacedBody;
 use glam::{DVec2, DVec3};
 
@@ -21,20 +21,19 @@ pub(crate) const RELATIVE_RADIANCE: f32 = 0.3;
 const HUE_POWER: f64 = 3.0;
 /// Fraction of white mixed into an orbit's colour.
 const WHITE_FRACTION: f64 = 0.3;
-/// Ratios of an orbit's size to the frame's size at the target's distance: at the first the orbit starts to fade, from the second it is invisible. It does
-/// not fade if its body is in the frame and nearer than the second value times the target's distance.
+/// Ratios of [`Conic::size_km`] to half the frame's diagonal at the target's distance: at the first the orbit starts to fade, from the second it is
+/// invisible. It does not fade if its body is in the frame and nearer than the second value times the target's distance.
 const SIZE_FADE: (f64, f64) = (8.0, 32.0);
 /// Opacity of a line at its body.
 const OPACITY: f64 = 0.9;
 
-/// The remaining fraction of an orbit's opacity, and the ratio of the orbit's size to the frame's size at the target's distance.
+/// The remaining fraction of an orbit's opacity, and the ratio that [`SIZE_FADE`] limits.
 fn fade_at_target(camera: &Camera, conic: &Conic, body_km: DVec3, target_distance_km: Option<f64>) -> (f64, f64) {
     let Some(distance_km) = target_distance_km else { return (1.0, 0.0) };
     let size_ratio = conic.size_km() / (distance_km * camera.tan_half_fov.length());
     let is_near = body_km.length() < SIZE_FADE.1 * distance_km;
     let in_frame = is_near && camera.clip(body_km).is_some_and(|clip: DVec2| clip.abs().max_element() < 1.0);
-    let remaining = smoothstep((SIZE_FADE.1 - size_ratio) / (SIZE_FADE.1 - SIZE_FADE.0));
-    (if in_frame { 1.0 } else { remaining }, size_ratio)
+    (if in_frame { 1.0 } else { 1.0 - smooth_rise(SIZE_FADE, size_ratio) }, size_ratio)
 }
 
 /// The colour of a body's orbit and trace: the body's hue, exaggerated so that the orbits of neighbours differ, and some white. Linear RGB.
@@ -43,7 +42,8 @@ pub(crate) fn line_colour(body: &Body) -> DVec3 {
     colour.powf(HUE_POWER).lerp(DVec3::ONE, WHITE_FRACTION)
 }
 
-/// The orbit of one body and the decision about it. `None`: the body has no parent. `target_distance_km`: distance of the target.
+/// The orbit of one body and the decision about it. `None`: the body's parent is not in the catalog. `target_distance_km`: distance of the target from the
+/// camera, if there is one.
 pub(crate) fn orbit_line(
     camera: &Camera,
     ephemeris: &Ephemeris,

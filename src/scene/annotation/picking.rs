@@ -1,7 +1,7 @@
 //! Picking: finds the body or star under a click.
 //!
-//! In: the labels, the finished scene, and the position of a click in pixels. Out: a body, an index into the star catalog, or a position
-//! in pixels.
+//! In: the labels, the finished scene, and the position of a click in pixels of the screen. Out: a body, an index into the star catalog, or a position in
+//! pixels of the screen. Screen and image differ only on a warp mesh.
 
 use crate::catalog::NaifId;
 use crate::scene::annotation::labels::Label;
@@ -10,7 +10,7 @@ use crate::scene::finished::Scene;
 use crate::scene::in_view::{Appearance, BodyInView};
 use glam::{DVec2, DVec3};
 
-/// Largest distance of a click from the centre of the body or star that it selects, pixels.
+/// Largest distance of a click from the centre of the star or small body that it selects, pixels. A body is small if its disc has a smaller radius than this.
 pub const CLICK_RADIUS_PX: f64 = 14.0;
 
 /// The star that a click at `at_px` selects: the brightest within the click radius that no body hides, as an index into the star catalog.
@@ -35,7 +35,7 @@ pub fn star_px(scene: &Scene, star: usize) -> Option<DVec2> {
     scene.geometry.screen_of_image(in_image)
 }
 
-/// Whether a body covers the centre of a sprite.
+/// Whether a body covers the centre of a sprite. The body in which the camera is covers nothing.
 fn is_hidden(scene: &Scene, sprite: &StarSprite) -> bool {
     let at_px = scene.geometry.screen_of_image(sprite_px(scene, sprite));
     let direction = at_px.and_then(|px| scene.geometry.direction(&scene.camera, px));
@@ -43,6 +43,7 @@ fn is_hidden(scene: &Scene, sprite: &StarSprite) -> bool {
     direction.is_some_and(|d| scene.bodies.iter().any(|b| covers(b, d)))
 }
 
+/// The centre of a sprite in pixels of the image.
 fn sprite_px(scene: &Scene, sprite: &StarSprite) -> DVec2 {
     scene.geometry.sprite_px(&scene.camera, sprite.centre.truncate().as_dvec2())
 }

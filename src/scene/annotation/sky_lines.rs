@@ -9,18 +9,19 @@ use crate::catalog::stars::StarCatalog;
 use crate::ephemeris::apparent::aberrated;
 use crate::message::{Reason, reason};
 use crate::scene::annotation::grids::{
-    Cap, GridLine, GridLineKind, angle_text, azimuth_text, grid_lines, hours_text, mean_pixel_deg, signed_angle_text,
+    Cap, GridLine, GridLineKind, MIN_LABELLED_OPACITY, angle_text, azimuth_text, grid_lines, hours_text, mean_pixel_deg, signed_angle_text,
 };
 use crate::scene::annotation::line_texts::UnplacedText;
-use crate::scene::annotation::strokes::{Curve, LineSegment, Polyline, segments};
+use crate::scene::annotation::strokes::{Curve, LineSegment, Polyline, quarter_turns, segments, tolerance_at_corners};
 use crate::scene::camera::Camera;
 use crate::scene::camera::viewpoint::Viewer;
 use crate::scene::decision::Decision;
 use crate::scene::request::view_request::ViewRequest;
 use crate::scene::sky::frames::{SkyFrame, direction};
 use crate::scene::sky::stars::StarPlacer;
+use crate::units::SPEED_OF_LIGHT_KM_S;
 use glam::{DMat3, DVec2, DVec3};
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::TAU;
 
 /// Lines with their labels and decisions.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -51,16 +52,21 @@ const BOUNDARY: LineStyle = style(1.0, 0.35, 0.3, 0.45);
 /// Smallest vertical field of view in which constellations are named.
 const NAMES_MIN_FOV_DEG: f64 = 4.0;
 
-/// Bound of the first two derivatives of a great circle on the unit sphere with respect to its angle. Aberration changes them by about 1e-4.
+/// Bound of the first two derivatives of a great circle on the unit sphere with respect to its angle in radians. Aberration changes them by about 1e-4.
 const DERIVATIVE_BOUND: f64 = 1.001;
+
+/// Radius of the cap, about the camera's direction, of all places on the sky that aberration may move into the frame.
+fn cap_radius_deg(camera: &Camera, velocity_km_s: DVec3) -> f64 {
+    let aberration_deg = (velocity_km_s.length() / SPEED_OF_LIGHT_KM_S).to_degrees();
+    // A hundredth of a degree allows for rounding and for the second order of the aberration.
+    camera.tan_half_fov.length().atan().to_degrees() + aberration_deg + 0.01
+}
 
 /// Collects the lines of the sky.
 struct SkyLineBuilder<'a> {
     camera: &'a Camera,
     /// The viewer's velocity, for aberration.
     velocity_km_s: DVec3,
-    /// See [`Curve::tolerance_factor`]: wide views magnify errors at the image's corners.
-    tolerance_factor: f64,
     output: AnnotationLines,
 }
 
@@ -70,16 +76,13 @@ impl SkyLineBuilder<'_> {
     fn arc(
         &mut self,
         point: &dyn Fn(f64) -> DVec3,
-        [from, to]: [f64; 2],
+        range_rad: [f64; 2],
         derivative_bound: f64,
         opacity: impl Fn(f64) -> f64,
         style: LineStyle,
     ) -> Vec<Polyline> {
-        // Spans of at most a quarter turn, so that the bounding sphere of an arc is no larger than the unit sphere.
-        let spans = ((to - from) / FRAC_PI_2).ceil().clamp(1.0, 8.0);
-        let parameters: Vec<f64> = (0..=spans as usize).map(|k| from + (to - from) * k as f64 / spans).collect();
-        let curve = Curve { camera: self.camera, point, derivative_bound, tolerance_factor: self.tolerance_factor };
-        let runs = curve.runs(&parameters);
+        let curve = Curve { camera: self.camera, point, derivative_bound, tolerance_factor: tolerance_at_corners(self.camera) };
+        let runs = curve.runs(&quarter_turns(range_rad));
         for run in &runs {
             self.output.segments.extend(segments(self.camera, run, |_| 0.0, |at| style.opacity * opacity(at), style.colour));
         }
@@ -109,7 +112,7 @@ impl SkyLineBuilder<'_> {
         let camera = self.camera;
         let pixel_deg = mean_pixel_deg(camera.tan_half_fov.y, camera.height);
         let forward_in_frame = icrf_from_frame.transpose() * camera.forward;
-        let radius_deg = camera.tan_half_fov.length().atan().to_degrees() + 0.01;
+        let radius_deg = cap_radius_deg(camera, velocity_km_s);
         let longitude_deg = forward_in_frame.y.atan2(forward_in_frame.x).to_degrees();
         let cap = Cap { longitude_deg, latitude_deg: forward_in_frame.z.clamp(-1.0, 1.0).asin().to_degrees(), radius_deg };
         let apparent =
@@ -170,7 +173,7 @@ impl SkyLineBuilder<'_> {
             GridLineKind::Meridian => line.opacity(at.to_degrees(), pixel_deg),
         };
         let best = ends.map(|(p, at)| (pixel(*p), *at)).min_by(|a, b| distance_to_edge_px(a.0).total_cmp(&distance_to_edge_px(b.0)));
-        if let Some((px, _)) = best.filter(|(_, at)| opacity_at(*at) > 0.5) {
+        if let Some((px, _)) = best.filter(|(_, at)| opacity_at(*at) > MIN_LABELLED_OPACITY) {
             self.output.texts.push(UnplacedText { text, at_px: px, colour: style.colour, is_grid_coordinate: true });
         }
     }
@@ -180,9 +183,7 @@ impl SkyLineBuilder<'_> {
 pub(crate) fn sky_lines(request: &ViewRequest, viewer: &Viewer, horizon: Option<DMat3>) -> AnnotationLines {
     let layers = request.layers;
     let camera = &viewer.camera;
-    let tolerance_factor = 1.0 / (1.0 + camera.tan_half_fov.length_squared());
-    let mut builder =
-        SkyLineBuilder { camera, velocity_km_s: viewer.body_velocity_km_s, tolerance_factor, output: AnnotationLines::default() };
+    let mut builder = SkyLineBuilder { camera, velocity_km_s: viewer.body_velocity_km_s, output: AnnotationLines::default() };
     let language = request.language;
     let hours = |longitude_deg| language.number(&hours_text(longitude_deg));
     for (is_requested, effect, frame, style, text) in [
@@ -270,4 +271,24 @@ fn constellations(builder: &mut SkyLineBuilder<'_>, request: &ViewRequest, viewe
     let on = !names.is_empty();
     let reason = if on { reason!("lines-figures", names = names) } else { reason!("lines-no-figure") };
     builder.decide("constellations", on, reason);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ephemeris::angle_rad;
+
+    /// In a narrow field of view seen from Mercury at its perihelion (59 km/s), the corners show places that are farther from the camera's direction than the
+    /// corners are, by the aberration of 41 arcsec.
+    #[test]
+    fn the_grid_reaches_the_corners_of_a_narrow_view_in_spite_of_aberration() {
+        let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 0.02, 400, 400);
+        let velocity_km_s = 59.0 * (camera.right + camera.up).normalize();
+        let corner = camera.ray(DVec2::NEG_ONE).normalize();
+        // Aberration by the opposite velocity restores the place to second order.
+        let place_deg = angle_rad(camera.forward, aberrated(corner, -velocity_km_s)).to_degrees();
+        assert!(place_deg < cap_radius_deg(&camera, velocity_km_s), "{place_deg}");
+        // Negative control: the frame's half diagonal and a hundredth of a degree do not suffice.
+        assert!(place_deg > cap_radius_deg(&camera, DVec3::ZERO), "{place_deg}");
+    }
 }

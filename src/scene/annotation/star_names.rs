@@ -12,6 +12,7 @@ use crate::scene::decision::Decision;
 use crate::scene::draw::StarSprite;
 use glam::{DVec2, DVec3};
 
+/// Linear RGB of a star's name.
 const COLOUR: DVec3 = DVec3::new(0.7, 0.75, 0.85);
 
 /// Names of the stars of a frame, and a decision that reports their number. `glyph_px`: height of glyphs. `is_hidden`: whether a body covers a pixel.
@@ -34,8 +35,7 @@ pub(crate) fn star_names(
     let reason = reason!("star-names-have", count = named.len());
     let decision = Decision { effect: "star-names", on: !named.is_empty(), reason, stated_error: None };
     let text = |(_, name, at_px): (f32, &str, DVec2)| {
-        let half_width = 0.5 * name.chars().count() as f64 * metrics.glyph_width_px;
-        let at_px = at_px + DVec2::new(half_width + metrics.gap_px(0.0).max(0.5 * glyph_px), 0.0);
+        let at_px = at_px + DVec2::new(0.5 * metrics.width_px(name) + metrics.gap_px(0.0), 0.0);
         UnplacedText { text: name.to_owned(), at_px, colour: COLOUR, is_grid_coordinate: false }
     };
     (named.into_iter().map(text).collect(), decision)

@@ -6,6 +6,7 @@
 
 use crate::scene::camera::{Camera, NEAR_DEPTH_KM, narrow, narrow_scalar, narrow2};
 use glam::{DVec2, DVec3, Vec2, Vec3};
+use std::f64::consts::FRAC_PI_2;
 
 /// Largest deviation of a chord from its arc, pixels.
 pub(crate) const MAX_CHORD_ERROR_PX: f64 = 0.1;
@@ -13,7 +14,7 @@ pub(crate) const MAX_CHORD_ERROR_PX: f64 = 0.1;
 pub(crate) const MARGIN_PX: f64 = 4.0;
 /// Maximum number of halvings of a span: a span of a curve of 100 au is then some tens of metres long.
 const MAX_HALVINGS: u32 = 40;
-/// Longest span, in units of the parameter, that may be replaced by its chord.
+/// Longest span, in units of the parameter, that may be replaced by its chord. Along a chord the opacity is interpolated linearly.
 const MAX_SPAN: f64 = 0.2;
 
 /// A straight segment of a line on the screen.
@@ -36,8 +37,25 @@ pub(crate) struct Curve<'a> {
     pub point: &'a dyn Fn(f64) -> DVec3,
     /// Upper limit of the length of the first and the second derivative.
     pub derivative_bound: f64,
-    /// Factor on [`MAX_CHORD_ERROR_PX`]: below 1 where the image's corners are magnified.
+    /// Factor on [`MAX_CHORD_ERROR_PX`]: 1, or for points infinitely far away [`tolerance_at_corners`].
     pub tolerance_factor: f64,
+}
+
+/// Pixel size at the corners of the image relative to that in its middle, both as angles from the camera. In a wide view the corners are magnified.
+pub(crate) fn tolerance_at_corners(camera: &Camera) -> f64 {
+    1.0 / (1.0 + camera.tan_half_fov.length_squared())
+}
+
+/// Parameters that divide a range of angles, of at most two turns, into spans of at most a quarter turn, radians. The bounding sphere of such a span of a
+/// circle is no larger than the circle.
+pub(crate) fn quarter_turns([from, to]: [f64; 2]) -> Vec<f64> {
+    let spans = ((to - from) / FRAC_PI_2).ceil().clamp(1.0, 8.0);
+    (0..=spans as usize).map(|k| from + (to - from) * k as f64 / spans).collect()
+}
+
+/// Reversed depth of a point in camera axes, km.
+pub(crate) fn reversed_depth(point: DVec3) -> f64 {
+    (NEAR_DEPTH_KM / point.z).min(1.0)
 }
 
 /// A point in camera axes (right, up, forward), and its parameter.
@@ -115,7 +133,8 @@ impl StrokeSubdivision<'_> {
 /// which it enters and leaves; `None` if it is outside.
 pub(crate) fn clipped_to_frame(camera: &Camera, from: DVec3, to: DVec3) -> Option<[f64; 2]> {
     let tan = camera.tan_half_fov * (1.0 + MARGIN_PX / camera.half_size());
-    // For each plane of the frustum a multiple of the signed distance, positive inside.
+    // For each plane of the frustum a multiple of the signed distance, positive inside. The near plane is at twice the near depth, so that rounding moves no
+    // end in front of it.
     let planes = |p: DVec3| [p.z - 2.0 * NEAR_DEPTH_KM, tan.x * p.z - p.x, tan.x * p.z + p.x, tan.y * p.z - p.y, tan.y * p.z + p.y];
     let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
     for (a, b) in planes(from).into_iter().zip(planes(to)) {
@@ -165,7 +184,7 @@ pub(crate) fn segments(
 mod tests {
     use super::*;
 
-    /// An arc inside the frame is one polyline, whatever its parameters are; the part that leaves the frame ends it.
+    /// An arc inside the frame is one polyline, however its parameters are spaced; where it leaves the frame, the polyline ends.
     #[test]
     fn a_curve_is_cut_only_at_the_frame() {
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 60.0, 800, 600);

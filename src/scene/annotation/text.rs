@@ -31,10 +31,10 @@ impl LabelMetrics {
         Rect { min: left_px - half, max: left_px + half + DVec2::new(self.width_px(text), 0.0) }
     }
 
-    /// Horizontal distance, equal to the vertical one, from a body's centre to the near end of its name.
+    /// Horizontal and vertical distance from the centre of a body of this radius to the near end of its name, which is diagonally beside its disc or marker.
     pub(crate) fn gap_px(&self, radius_px: f64) -> f64 {
         let glyph_px = self.glyph_px();
-        (radius_px * std::f64::consts::FRAC_1_SQRT_2).max(MARKER_RADIUS * glyph_px) + 0.3 * glyph_px
+        (radius_px * std::f64::consts::FRAC_1_SQRT_2).max(MARKER_RADIUS * glyph_px) + NAME_DISTANCE * glyph_px
     }
 }
 
@@ -42,6 +42,8 @@ impl LabelMetrics {
 pub(crate) const NAME_COLOUR: [u8; 3] = [200, 208, 220];
 /// Radius of a marker relative to the size of glyphs; smaller bodies have a marker.
 pub(crate) const MARKER_RADIUS: f64 = 5.0 / 13.0;
+/// Distance of a name from its disc or marker, horizontally and vertically, in glyph sizes.
+const NAME_DISTANCE: f64 = 0.3;
 /// Mean width of a glyph relative to its size, measured on English names in Ubuntu Light.
 pub(crate) const GLYPH_WIDTH: f64 = 6.6 / 13.0;
 /// Height of a line relative to the size of glyphs.
@@ -81,7 +83,7 @@ impl Rect {
         self.min.cmplt(other.max).all() && other.min.cmplt(self.max).all()
     }
 
-    /// The rectangle enlarged on every side.
+    /// The rectangle enlarged by `margin.x` on the left and right and by `margin.y` above and below.
     pub(crate) fn padded(&self, margin: DVec2) -> Self {
         Self { min: self.min - margin, max: self.max + margin }
     }

@@ -1,15 +1,15 @@
 //! Traces: past positions of bodies relative to the target, such as the Moon's wavy path about the Sun or the loops of Mars about the Earth.
 //!
 //! In: the ephemeris, the centre (the target, else the Sun), and the apparent place of each body. Out: [`LineSegment`]s, clipped to the frame, whose ends
-//! meet exactly. Paths are sampled backwards from now, so that the first vertex is the body's own position; between samples they are Hermite cubics with
-//! the samples' velocities. Left out: moons of bodies other than the centre, because their loops are too small and too numerous; only the Moon is also drawn
-//! about the Sun.
+//! meet exactly. Paths are sampled backwards from the time when the light that now arrives left the body, so that the first vertex is the body's apparent
+//! position; between samples they are Hermite cubics with the samples' velocities. Left out: moons of bodies other than the centre, because their loops are too
+//! small and too numerous; only the Moon is also drawn about the Sun.
 
 use crate::catalog::{Body, NaifId};
 use crate::ephemeris::{Ephemeris, State};
 use crate::message::{Reason, reason};
 use crate::scene::annotation::orbits::line_colour;
-use crate::scene::annotation::strokes::{LineSegment, clipped_to_frame};
+use crate::scene::annotation::strokes::{LineSegment, clipped_to_frame, reversed_depth};
 use crate::scene::camera::{Camera, NEAR_DEPTH_KM, narrow, narrow_scalar, narrow2};
 use crate::scene::decision::Decision;
 use crate::scene::placed::PlacedBody;
@@ -19,8 +19,11 @@ use std::f64::consts::TAU;
 
 /// Samples of the ephemeris per period, for the shorter of the periods of the body and the centre.
 const SAMPLES_PER_PERIOD: f64 = 48.0;
-/// Maximum number of samples of a path.
+/// Minimum and maximum number of samples of a path.
+const MIN_SAMPLES: usize = 16;
 const MAX_SAMPLES: usize = 1200;
+/// Length of the Moon's trace about the Sun, in the Moon's own periods: a year.
+const MOON_PERIODS_PER_YEAR: f64 = 13.4;
 /// Line segments between two samples.
 const SEGMENTS_PER_SAMPLE: usize = 4;
 /// Length of a path in orbital periods: of the centre or of the body about its parent, whichever is longer.
@@ -33,20 +36,21 @@ const OPACITY: f64 = 0.9;
 /// Points of a path relative to the body's current position in kilometres, newest first, each with the fraction of the opacity that remains there.
 /// `states`: samples `step_s` apart, newest first.
 fn path(states: &[State], step_s: f64) -> Vec<(DVec3, f64)> {
-    let last = ((states.len() - 1) * SEGMENTS_PER_SAMPLE) as f64;
+    let count = (states.len() - 1) * SEGMENTS_PER_SAMPLE;
+    let remaining = |k: usize| 1.0 - k as f64 / count as f64;
     let point = |k: usize| {
         let (n, fraction) = (k / SEGMENTS_PER_SAMPLE, (k % SEGMENTS_PER_SAMPLE) as f64 / SEGMENTS_PER_SAMPLE as f64);
         let newer_km = states[n].pos_km - states[0].pos_km;
-        let Some(older) = states.get(n + 1).filter(|_| fraction > 0.0) else { return (newer_km, 1.0 - k as f64 / last) };
+        let Some(older) = states.get(n + 1).filter(|_| fraction > 0.0) else { return (newer_km, remaining(k)) };
         // Hermite cubic. Time runs backwards, so the velocities have a minus sign.
         let (t, t2, t3) = (fraction, fraction * fraction, fraction * fraction * fraction);
         let older_km = older.pos_km - states[0].pos_km;
         let between = newer_km * (2.0 * t3 - 3.0 * t2 + 1.0) - states[n].vel_km_s * ((t3 - 2.0 * t2 + t) * step_s)
             + older_km * (3.0 * t2 - 2.0 * t3)
             - older.vel_km_s * ((t3 - t2) * step_s);
-        (between, 1.0 - k as f64 / last)
+        (between, remaining(k))
     };
-    (0..=(states.len() - 1) * SEGMENTS_PER_SAMPLE).map(point).collect()
+    (0..=count).map(point).collect()
 }
 
 /// The part of a path inside the frame, as line segments. `body_km`: the body's apparent position from the camera, ICRF.
@@ -66,7 +70,7 @@ fn segments(camera: &Camera, body_km: DVec3, path: &[(DVec3, f64)], colour: DVec
         let [enter, leave] = clipped_to_frame(camera, from.0, to.0)?;
         let at = |t: f64| (from.0.lerp(to.0, t), from.1 + t * (to.1 - from.1));
         let [a, b] = [at(enter), at(leave)];
-        let end = |p: DVec3| narrow((screen(p) / camera.half_size()).extend((NEAR_DEPTH_KM / p.z).min(1.0)));
+        let end = |p: DVec3| narrow((screen(p) / camera.half_size()).extend(reversed_depth(p)));
         Some(LineSegment {
             ends: [end(a.0), end(b.0)],
             normals: [normal(k), normal(k + 1)],
@@ -107,8 +111,8 @@ pub(crate) fn trace(
     let centre_period_s = if is_child_of_centre {
         None
     } else {
-        // If the Sun is the centre it has no period, and the Moon's trace covers a year: about 13.4 of the Moon's own periods.
-        period_s(ephemeris, centre_body, placed).or_else(|| own_period_s.map(|s| 13.4 * s).filter(|_| is_moon_around_sun))
+        // The Sun has no period.
+        period_s(ephemeris, centre_body, placed).or_else(|| own_period_s.map(|s| MOON_PERIODS_PER_YEAR * s).filter(|_| is_moon_around_sun))
     };
     let periods_s = [own_period_s, centre_period_s];
     let longest_s = periods_s.into_iter().flatten().fold(0.0, f64::max);
@@ -117,7 +121,7 @@ pub(crate) fn trace(
         return Some((Vec::new(), decision(false, reason!("trace-no-period"))));
     }
     let span_s = (LENGTH_PERIODS * longest_s).min(MAX_DAYS * SECONDS_PER_DAY);
-    let samples = ((span_s / shortest_s * SAMPLES_PER_PERIOD).ceil() as usize).clamp(16, MAX_SAMPLES);
+    let samples = ((span_s / shortest_s * SAMPLES_PER_PERIOD).ceil() as usize).clamp(MIN_SAMPLES, MAX_SAMPLES);
     let step_s = span_s / samples as f64;
     let states: Result<Vec<State>, _> = (0..=samples)
         .map(|k| ephemeris.state(placed.body.id, centre, placed.emitted_at.plus_seconds(-step_s * k as f64), None).map(|a| a.state))

@@ -7,12 +7,12 @@ use crate::catalog::{Atmosphere, Body, Species};
 use crate::message::{Reason, reason};
 use crate::scene::atmosphere::extinction::{density, extinction, opacity_above, optical_depth, scattering};
 use crate::scene::atmosphere::rim;
-use crate::scene::atmosphere::species::{absorption_layer, mie, rayleigh, vertical_optical_depth};
+use crate::scene::atmosphere::species::{absorption_layer, mie, rayleigh, vertical_optical_depth, vertical_scattering_depth};
 use crate::scene::atmosphere::{height_above_unit_sphere, radius_sq_minus_1};
 use crate::scene::camera::{self, Placement};
 use crate::scene::draw::{AtmosphereModel, AtmosphereUniforms, DrawUniforms};
 use crate::scene::light::exposure::CD_M2_PER_RADIANCE;
-use crate::scene::numeric::smoothstep;
+use crate::scene::numeric::smooth_rise;
 use crate::scene::placed::PlacedBody;
 use crate::scene::purpose::Threshold;
 use crate::scene::request::view_request::Quality;
@@ -38,8 +38,8 @@ fn night_radiance(air: &Atmosphere) -> f64 {
 /// Integration steps of the transmittance towards a body beyond the air; the result is within 1e-4 of that of 1000 steps.
 const TRANSMITTANCE_STEPS: usize = 64;
 
-/// Altitudes of the Sun in degrees, each with the radiance for which images of ground and sky on the Earth are exposed, divided by the Sun's irradiance. Chosen
-/// by eye.
+/// Altitudes of the Sun in degrees, each with the radiance for which images of ground and sky on the Earth are exposed, per irradiance of the Sun. Chosen by
+/// eye. Between altitudes the logarithm of the radiance is linear.
 const EXPOSURE_BY_ALTITUDE: [(f64, f64); 7] =
     [(-18.0, 1e-7), (-10.0, 3e-5), (-5.0, 2e-3), (0.0, 0.045), (5.0, 0.12), (30.0, 0.25), (90.0, 0.3)];
 
@@ -131,8 +131,8 @@ pub(crate) fn camera_height_km(body: &Body, placement: &Placement) -> f64 {
     ((placement.camera_in_unit_sphere().length() - 1.0) * body.radii_km.x).max(0.0)
 }
 
-/// Fraction of the air's vertical opacity that is below a camera at this height: 1 for a camera above the air. Up to the height
-/// at which the part reaches [`VISIBLE_CHANGE`] (tens of metres on the Earth) the result is exactly 0; from there it rises continuously.
+/// Fraction of the air's vertical opacity that is below a camera at this height: 1 for a camera above the air. Up to the height at which the fraction reaches
+/// [`VISIBLE_CHANGE`] (tens of metres on the Earth) the result is exactly 0; from there it rises continuously.
 pub(crate) fn opacity_below(air: &Atmosphere, height_km: f64) -> f64 {
     if height_km >= air.top_km {
         return 1.0;
@@ -153,14 +153,13 @@ const METERED_SKY_LOG_WEIGHT_AT_TOP: f64 = -23.0;
 
 /// Part of the night sky's light that a camera at this height sees above it: 1 in most of the air, 0 above it.
 pub(crate) fn night_sky_above(air: &Atmosphere, height_km: f64) -> f64 {
-    1.0 - smoothstep((height_km / air.top_km - NIGHT_SKY_FADE_FROM) / (1.0 - NIGHT_SKY_FADE_FROM))
+    1.0 - smooth_rise((NIGHT_SKY_FADE_FROM, 1.0), height_km / air.top_km)
 }
 
 /// Fraction of sunlight that clear air scatters back upwards, in the channel where it is largest: the air as seen from above counts as a surface with this
 /// reflectance.
 pub(crate) fn backscatter(air: &Atmosphere) -> f64 {
-    let scattered: DVec3 = air.species.iter().map(|s| scattering(s) * s.scale_height_km).sum();
-    (1.0 - DOWNWARD_FRACTION) * -(-scattered.max_element()).exp_m1()
+    (1.0 - DOWNWARD_FRACTION) * -(-vertical_scattering_depth(air).max_element()).exp_m1()
 }
 
 /// The placement of the top of the atmosphere: the ground's ellipsoid scaled up.
@@ -189,6 +188,7 @@ pub(crate) fn is_significant(
     let change = max_removed_fraction(air);
     let light = threshold.change_description(change);
     let reason = reason!("air-rim", height = format_args!("{rim_px:.2}"), threshold = rim::ALWAYS_DRAWN_RIM_PX, light = light);
+    // Air that dims the ground is drawn on discs of a pixel or more; smaller bodies are points.
     (rim_px >= rim::ALWAYS_DRAWN_RIM_PX || (threshold.is_exceeded_by_change(change) && diameter_px >= 1.0), reason)
 }
 
@@ -214,14 +214,13 @@ pub(crate) fn uniforms_of(air: &Atmosphere, ground_radius_km: f64, floor_scale: 
     // Without a layer, edges in ascending order, so that nothing divides by 0; the layer's extinction is 0.
     let layer_edges =
         triangular.map_or(DVec3::new(1.0, 2.0, 3.0), |(centre, half)| DVec3::new(centre - half, centre, centre + half) / radius_km);
-    let scattered: DVec3 = air.species.iter().map(|s| scattering(s) * s.scale_height_km).sum();
     AtmosphereUniforms {
         top: camera::narrow_scalar(radius_sq_minus_1(top)),
         end_heights: Vec2::new(camera::narrow_scalar(top), 0.0),
         rayleigh_scale_height: scale_height(rayleigh(air).or(mie(air))),
         rayleigh_scattering: coefficient(rayleigh(air), scattering),
         rayleigh_extinction: coefficient(rayleigh(air), extinction),
-        skylight: camera::narrow(DOWNWARD_FRACTION * scattered / vertical_optical_depth(air).max(DVec3::splat(1e-30))),
+        skylight: camera::narrow(DOWNWARD_FRACTION * vertical_scattering_depth(air) / vertical_optical_depth(air).max(DVec3::splat(1e-30))),
         mie_scale_height: scale_height(mie(air).or(rayleigh(air))),
         mie_phase: camera::narrow4(mie(air).and_then(Species::aerosol_phase).map_or(DVec4::ZERO, |phase| phase.parameters().into())),
         mie_scattering: coefficient(mie(air), scattering),
@@ -249,6 +248,7 @@ pub(crate) enum FarEnd {
 
 /// Sets the heights of the ends of rays that only rise or only fall. The near end is the camera, or the top of the atmosphere if the camera is above it.
 pub(crate) fn set_ends(uniforms: &mut DrawUniforms, far_end: FarEnd) {
+    // `height_above_unit_sphere` in f32.
     let height = |radius_sq_minus_1: f32| radius_sq_minus_1 / (1.0 + (1.0 + radius_sq_minus_1).sqrt());
     let top = height(uniforms.air.top);
     let camera = if uniforms.anchor_is_camera > 0.5 { height(uniforms.anchor_radius_sq_minus_1.max(0.0)).min(top) } else { top };
@@ -267,6 +267,7 @@ pub(crate) struct SurroundingAir<'a> {
 }
 
 impl<'a> SurroundingAir<'a> {
+    /// `None` if the camera is not in the body's air.
     pub(crate) fn of(body: &'a Body, placement: &Placement) -> Option<Self> {
         let air = body.atmosphere.as_ref()?;
         // A camera inside the body, such as one at its centre, sees neither the body nor its air.
@@ -320,7 +321,8 @@ impl<'a> SurroundingAir<'a> {
         self.transmittance(direction).element_sum() / 3.0
     }
 
-    /// Transmittance to light from beyond the air, per channel, for objects that are drawn after the air.
+    /// Transmittance to light from beyond the air, per channel, for objects that are drawn after the air. `direction`: towards the light, ICRF. Below the
+    /// horizon the air is taken to have the density at the ground wherever the ray is in the ground.
     pub(crate) fn transmittance(&self, direction: DVec3) -> DVec3 {
         let radius_km = self.body.radii_km.x;
         let along = self.placement.direction_in_unit_sphere(direction).normalize();
@@ -328,12 +330,12 @@ impl<'a> SurroundingAir<'a> {
         // Positions on the ray are counted from its point nearest to the centre.
         let camera = self.placement.camera_in_unit_sphere();
         let start = camera.dot(along);
-        let closest_sq_minus_1 = camera.length_squared() - 1.0 - start * start;
-        let top = (radius_sq_minus_1(self.air.top_km / radius_km) - closest_sq_minus_1).max(0.0).sqrt();
+        let nearest_sq_minus_1 = camera.length_squared() - 1.0 - start * start;
+        let end = (radius_sq_minus_1(self.air.top_km / radius_km) - nearest_sq_minus_1).max(0.0).sqrt();
         // Steps are shortest at the camera, where a rising ray meets the densest air; the depth of a ray that first descends is less accurate.
-        let depth = optical_depth(self.air, (top - start) * km_per_unit, TRANSMITTANCE_STEPS, |s_km| {
+        let depth = optical_depth(self.air, (end - start) * km_per_unit, TRANSMITTANCE_STEPS, |s_km| {
             let s = start + s_km / km_per_unit;
-            let radius_sq_minus_1 = (closest_sq_minus_1 + s * s).max(0.0);
+            let radius_sq_minus_1 = (nearest_sq_minus_1 + s * s).max(0.0);
             height_above_unit_sphere(radius_sq_minus_1) * radius_km
         });
         (-depth).exp()

@@ -58,12 +58,12 @@ fn draw(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Optio
         decisions.log.record(Effect::Clouds.name(), false, reason);
         return None;
     }
-    let overcast_radiance = clouds.albedo * lights::sunlight(placed.sun_from_body_km).irradiance.x;
+    let closed_deck_radiance = clouds.albedo * lights::sunlight(placed.sun_from_body_km).irradiance.x;
     let threshold = inputs.threshold();
     let by_threshold = || {
         (
-            threshold.is_exceeded_by_radiance(overcast_radiance),
-            reason!("clouds-closed-deck", light = threshold.description(overcast_radiance)),
+            threshold.is_exceeded_by_radiance(closed_deck_radiance),
+            reason!("clouds-closed-deck", light = threshold.description(closed_deck_radiance)),
         )
     };
     if !decisions.log.effect_with_map(Effect::Clouds, Some(&clouds.map), by_threshold) {

@@ -24,7 +24,7 @@ pub(crate) fn set_cloud_uniforms_of_ground(ground: &mut DrawUniforms, clouds: &D
     ground.clouds.depth_above = clouds.air.ground_depth;
 }
 
-/// The texel values of the cloud map for a clear and for an overcast sky, as bits of f32, which can be hashed.
+/// The texel values of the cloud map for a clear sky and for a closed deck, as bits of f32, which can be hashed.
 pub(crate) fn texel_bits(clouds: &Clouds) -> [u32; 2] {
     [clouds.clear_texel, clouds.closed_texel].map(|texel| camera::narrow_scalar(texel).to_bits())
 }

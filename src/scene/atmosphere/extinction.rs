@@ -30,18 +30,21 @@ pub(crate) fn coefficient(air: &Atmosphere, height_km: f64, of_species: fn(&Spec
     air.species.iter().map(|s| of_species(s) * density(s, height_km)).sum()
 }
 
-/// Vertical optical depth of the air between a height and the top of the atmosphere.
-pub(crate) fn depth_above(air: &Atmosphere, height_km: f64) -> DVec3 {
-    // The integral of the density from a height upwards.
-    let column_km = |s: &Species, height_km: f64| match s.tent_centre_km {
+/// Column of a species: the integral of its [`density`] from a height upwards, without an upper end.
+pub(crate) fn column_above_km(s: &Species, height_km: f64) -> f64 {
+    match s.tent_centre_km {
         Some(centre) => {
             let above_centre = ((height_km - centre) / s.scale_height_km).clamp(-1.0, 1.0);
             let outer = 0.5 * (1.0 - above_centre.abs()).powi(2);
             s.scale_height_km * if above_centre < 0.0 { 1.0 - outer } else { outer }
         }
         None => s.scale_height_km * (-height_km / s.scale_height_km).exp(),
-    };
-    air.species.iter().map(|s| extinction(s) * (column_km(s, height_km) - column_km(s, air.top_km))).sum()
+    }
+}
+
+/// Vertical optical depth of the air between a height and the top of the atmosphere.
+pub(crate) fn depth_above(air: &Atmosphere, height_km: f64) -> DVec3 {
+    air.species.iter().map(|s| extinction(s) * (column_above_km(s, height_km) - column_above_km(s, air.top_km))).sum()
 }
 
 /// Vertical opacity of the air above a height, the mean of the channels.
@@ -68,7 +71,7 @@ mod tests {
     use super::*;
     use crate::catalog::{Catalog, NaifId};
 
-    /// On a vertical ray the height is the length, and the depth has a closed form.
+    /// On a vertical ray the height is the distance from the start, and the depth has a closed form.
     #[test]
     fn the_vertical_depth_is_that_of_the_columns() {
         let catalog = Catalog::embedded();

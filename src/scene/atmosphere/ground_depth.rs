@@ -17,6 +17,8 @@ use std::f64::consts::PI;
 const FIT_POINTS: usize = 24;
 /// Number of quadrature nodes along a line.
 const NODES: usize = 32;
+/// Optical depth below which a line counts as without air. The weights of the fit are about its reciprocal, and their squares must not overflow.
+const MIN_DEPTH: f64 = 1e-30;
 /// Height, in scale heights, up to which a line is integrated: the density there is exp(-36) = 2e-16 of that at the ground.
 const END_SCALE_HEIGHTS: f64 = 36.0;
 
@@ -113,13 +115,13 @@ fn fit(points: impl Iterator<Item = (f64, f64)>) -> [f64; TERMS] {
     let mut columns = [[0.0; FIT_POINTS]; TERMS];
     let mut right_hand = [0.0; FIT_POINTS];
     for (k, (t, depth)) in points.enumerate() {
-        if depth <= 0.0 {
+        if depth < MIN_DEPTH {
             continue;
         }
         // The relative error of the opacity per error of the depth, plus 1e-4 of the depth's own relative error. Where the air is opaque the former vanishes:
         // there at least a thousandth of the depth's relative error counts.
-        let transmittance = (-depth).exp();
-        let weight = (transmittance / (1.0 - transmittance) + 1e-4 / depth).max(1e-3 / depth);
+        let error_of_opacity = (-depth).exp() / -(-depth).exp_m1();
+        let weight = (error_of_opacity + 1e-4 / depth).max(1e-3 / depth);
         right_hand[k] = weight * depth;
         let mut power = weight;
         for column in &mut columns {
@@ -211,6 +213,12 @@ mod tests {
         }
         let none = terms(&invented(1.25e-3, 1.25e-3, [0.0; 3], high));
         assert!(none.iter().all(|row| row.truncate() == Vec3::ZERO));
+        // Air so thin that its transmittance rounds to 1.
+        for thin in [1e-19, 1e-30, 1e-36] {
+            let rows = terms(&invented(1.25e-3, 1.25e-3, [thin, 0.0, 0.0], high));
+            let depth = value(&rows, 1.0).x;
+            assert!(rows.iter().all(|row| row.is_finite()) && (0.0..2.0 * f64::from(thin)).contains(&depth.abs()), "{thin:e}: {depth:e}");
+        }
     }
 
     /// The vertical column of an exponential atmosphere is its scale height, and that of a triangular layer half its thickness.

@@ -15,8 +15,8 @@
 //! (tests/eclipse/twilight.rs).
 
 use crate::catalog::{Atmosphere, Body};
-use crate::scene::atmosphere::extinction::{self, extinction, scattering};
-use crate::scene::atmosphere::multi_scatter_table;
+use crate::scene::atmosphere::extinction::{self, column_above_km, extinction, scattering};
+use crate::scene::atmosphere::multi_scatter_table::{self, MAX_RESCATTERED, row_height_km};
 use crate::scene::camera;
 use crate::scene::draw::{EclipseUniforms, MAX_OCCLUDERS};
 use glam::{DVec2, DVec3, Vec4};
@@ -49,8 +49,6 @@ const FIRST_BIN_KM: f64 = 2.0;
 const AZIMUTHS: usize = 12;
 /// Number of iterations that spread the light of the orders after the second.
 const SPREAD_ITERATIONS: usize = 4;
-/// Upper limit of the fraction of light that is scattered again, so that the series converges.
-const MAX_RESCATTERED: f64 = 0.98;
 /// Distance from the penumbra, outwards and inwards, over which the factors vary: about seven mean free paths of red light at the Earth's ground.
 const MAX_SPREAD_KM: f64 = 600.0;
 /// Lower limit of the cosine of the Sun's zenith angle; under a lower Sun the shadow leaves the planet.
@@ -252,26 +250,13 @@ struct AirAndGround<'a> {
 }
 
 impl AirAndGround<'_> {
-    /// Height of a row of the table.
-    fn row_height_km(&self, row: usize) -> f64 {
-        self.air.top_km * (row as f64 / (multi_scatter_table::HEIGHTS - 1) as f64).powi(2)
-    }
-
     fn coefficient(&self, height_km: f64, of_species: fn(&crate::catalog::Species) -> DVec3) -> DVec3 {
         extinction::coefficient(self.air, height_km, of_species)
     }
 
     /// Transmittance towards the Sun of a plane-parallel atmosphere.
     fn sunlight(&self, height_km: f64, sun_cosine: f64) -> DVec3 {
-        // The column above the height, km.
-        let column_km = |s: &crate::catalog::Species| match s.tent_centre_km {
-            None => s.scale_height_km * (-height_km / s.scale_height_km).exp(),
-            Some(centre) => {
-                let x = ((height_km - centre) / s.scale_height_km).clamp(-1.0, 1.0);
-                s.scale_height_km * (0.5 - x + 0.5 * x * x.abs())
-            }
-        };
-        let depth: DVec3 = self.air.species.iter().map(|s| extinction(s) * column_km(s)).sum();
+        let depth: DVec3 = self.air.species.iter().map(|s| extinction(s) * column_above_km(s, height_km)).sum();
         depth.map(|d| (-d / sun_cosine).exp())
     }
 
@@ -305,7 +290,7 @@ impl AirAndGround<'_> {
     fn sources(&self, row: usize, sun_cosine: f64) -> (Sources, Sources) {
         let (mut second, mut rescattered) = (Sources::NONE, Sources::NONE);
         for (elevation_sine, weight) in elevation_sines() {
-            let ground = self.integrate_path(self.row_height_km(row), elevation_sine, |path_km, h, scattered| {
+            let ground = self.integrate_path(row_height_km(self.air, row), elevation_sine, |path_km, h, scattered| {
                 second.add(path_km, scattered * self.sunlight(h, sun_cosine) * (weight / (4.0 * PI)));
                 rescattered.add(path_km, scattered * weight);
             });

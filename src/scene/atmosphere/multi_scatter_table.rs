@@ -1,7 +1,7 @@
 //! Multiply scattered light of an atmosphere, as a table over height and the Sun's zenith angle.
 //!
-//! In: a body with its atmosphere. Out: [`NODES`] square roots. Those in the row of a height are of the radiance of light scattered twice or more, for the
-//! irradiance of the Sun; those in one more row are of the irradiance of level ground by the entire sky. Method (S. Hillaire, EGSR 2020): light of the second
+//! In: a body with its atmosphere. Out: [`NODES`] square roots. A row for each height has those of the radiance of light scattered twice or more, per
+//! irradiance of the Sun; one more row has those of the irradiance of level ground by the entire sky. Method (S. Hillaire, EGSR 2020): light of the second
 //! order is summed over directions with an isotropic phase function, and each further order is the previous order times the fraction that scatters again
 //! nearby: a geometric series. The ground is a Lambert surface of the body's albedo. Not modelled: the directionality of the higher orders, and differences in
 //! illumination between neighbouring places.
@@ -35,7 +35,7 @@ const ON_GROUND: SampleCounts = SampleCounts { directions: 1024, steps: 48 };
 /// Integration steps towards the Sun.
 const SUNLIGHT_STEPS: usize = 24;
 /// Upper limit of the fraction of light that scatters again, so that the series converges.
-const MAX_RESCATTERED: f64 = 0.98;
+pub(crate) const MAX_RESCATTERED: f64 = 0.98;
 /// Column coordinate of the last column, the Sun in the zenith.
 const LAST_COORDINATE: f64 = 1.0 / (1.0 + BEND);
 /// Height at which rays that leave the ground start, so that rounding puts none of them below the ground: 10 cm.
@@ -63,7 +63,7 @@ pub fn sun_cosine(column: usize) -> f64 {
 }
 
 /// Height of a row.
-fn row_height_km(air: &Atmosphere, row: usize) -> f64 {
+pub(crate) fn row_height_km(air: &Atmosphere, row: usize) -> f64 {
     air.top_km * (row as f64 / (HEIGHTS - 1) as f64).powi(2)
 }
 

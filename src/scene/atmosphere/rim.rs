@@ -20,11 +20,12 @@ pub(crate) const MIN_LIGHT_RATIO: f64 = 0.005;
 /// Height in pixels below which a rim with more than [`MIN_AVERAGED_LIGHT_RATIO`] of the disc's light is averaged over each pixel. One ray per pixel shows a
 /// rim of half a pixel with 1.5 times its light, one of a pixel with 1.2 times, one of two pixels with 1.07 times.
 const MAX_AVERAGED_RIM_PX: f64 = 2.0;
+/// See [`MAX_AVERAGED_RIM_PX`].
 const MIN_AVERAGED_LIGHT_RATIO: f64 = 0.1;
 /// Height of the bright part of a rim, in scale heights.
 const BRIGHT_SCALE_HEIGHTS: f64 = 4.0;
-/// Number of heights at which the light of the rim is summed.
-const HEIGHTS: usize = 64;
+/// Number of equal steps of height in which the light of the rim is summed.
+const HEIGHT_STEPS: usize = 64;
 /// Ratio of all light that the rim scatters to the light scattered once, for a rim that is opaque along the limb where it is bright. The Earth's is 1.8.
 pub(crate) const ALL_ORDERS_OVER_SINGLE: f64 = 2.0;
 
@@ -38,9 +39,9 @@ pub(crate) struct Rim {
 }
 
 impl Rim {
-    /// `phase_angle`: radians. `continues_disc`: where the rim is opaque, it is drawn as a continuation of the disc's colour.
-    pub(crate) fn of(body: &Body, air: &Atmosphere, diameter_px: f64, phase_angle: f64, continues_disc: bool) -> Self {
-        Self { height_px: height_px(body, air, diameter_px), light_ratio: light_ratio(body, air, phase_angle, continues_disc) }
+    /// `continues_disc`: where the rim is opaque, it is drawn as a continuation of the disc's colour.
+    pub(crate) fn of(body: &Body, air: &Atmosphere, diameter_px: f64, phase_angle_rad: f64, continues_disc: bool) -> Self {
+        Self { height_px: height_px(body, air, diameter_px), light_ratio: light_ratio(body, air, phase_angle_rad, continues_disc) }
     }
 
     /// Whether the rim is lower than half a pixel, so that its light decides whether it is drawn.
@@ -70,8 +71,8 @@ pub(crate) fn height_px(body: &Body, air: &Atmosphere, diameter_px: f64) -> f64 
     rim_km / (2.0 * body.radii_km.max_element()) * diameter_px
 }
 
-/// Of the ray that grazes at a height: its optical depth t, and t w p, with the single-scattering albedo w and the phase function times pi p. The column of a
-/// species is that of [`light_ratio`].
+/// Optical depth of the ray that grazes at a height, and its scattering optical depth times pi times the phase function: t and t w p in the terms of
+/// [`light_ratio`].
 pub(crate) fn tangent_ray(air: &Atmosphere, radius_km: f64, height_km: f64, cos_scattering: f64) -> (DVec3, DVec3) {
     let (mut depth, mut scattered) = (DVec3::ZERO, DVec3::ZERO);
     for s in exponential(air) {
@@ -84,7 +85,7 @@ pub(crate) fn tangent_ray(air: &Atmosphere, radius_km: f64, height_km: f64, cos_
 }
 
 /// How much of the rim continues the disc's colour, 0 to 1, if the body's colours include its air: the blend of `disc_beyond_limb`, from an opacity of 0.2
-/// along the limb to one of 0.5. `at_limb`: the mean opacity along the limb.
+/// along the limb to one of 0.5. `at_limb`: the opacity along the limb, the mean of the channels.
 pub(crate) fn continued_part(at_limb: f64) -> f64 {
     smooth_rise((0.2, 0.5), at_limb)
 }
@@ -100,27 +101,27 @@ pub(crate) fn continued_part(at_limb: f64) -> f64 {
 /// With `continues_disc`, the disc's colour continues beside air that is opaque along the limb (`disc_beyond_limb` of shaders/lib/air/in_front.wesl), with the
 /// radiance sin(phase angle) cos(position angle) times the opacity relative to that at the limb. Over the lit half of the limb this sums to 2 R sin(phase
 /// angle) times the integral of that ratio; the disc emits pi R^2 times the geometric albedo and the phase function of its photometric model.
-fn light_ratio(body: &Body, air: &Atmosphere, phase_angle: f64, continues_disc: bool) -> f64 {
+fn light_ratio(body: &Body, air: &Atmosphere, phase_angle_rad: f64, continues_disc: bool) -> f64 {
     let radius_km = body.radii_km.max_element();
-    let cos_scattering = -phase_angle.cos();
-    let step_km = air.top_km / HEIGHTS as f64;
+    let cos_scattering = -phase_angle_rad.cos();
+    let step_km = air.top_km / HEIGHT_STEPS as f64;
     let along = |height_km: f64| tangent_ray(air, radius_km, height_km, cos_scattering);
     let (mut scattered_km, mut opaque_km) = (DVec3::ZERO, DVec3::ZERO);
-    for k in 0..HEIGHTS {
+    for k in 0..HEIGHT_STEPS {
         let (depth, scattered) = along((k as f64 + 0.5) * step_km);
         let opacity = DVec3::ONE - (-depth).exp();
         scattered_km += scattered * opacity / depth.max(DVec3::splat(1e-12)) * step_km;
         opaque_km += opacity * step_km;
     }
-    let disc = body.colour.as_dvec3().element_sum() * body.geometric_albedo * photometry::phase(body, phase_angle);
+    let disc = body.colour.as_dvec3().element_sum() * body.geometric_albedo * photometry::phase(body, phase_angle_rad);
     let scattered = ALL_ORDERS_OVER_SINGLE * 2.0 * scattered_km.element_sum() / (radius_km * disc.max(1e-12));
     if !continues_disc {
         return scattered;
     }
-    let model_disc = photometry::model_geometric_albedo(&body.photometry)[0] * photometry::model_phase(&body.photometry, phase_angle);
+    let model_disc = photometry::model_geometric_albedo(&body.photometry)[0] * photometry::model_phase(&body.photometry, phase_angle_rad);
     let at_limb = (DVec3::ONE - (-along(0.0).0).exp()).element_sum() / 3.0;
     let relative_km = opaque_km.element_sum() / 3.0 / at_limb.max(1e-12);
-    let continued = 2.0 * phase_angle.sin() * relative_km / (PI * radius_km * model_disc.max(1e-12));
+    let continued = 2.0 * phase_angle_rad.sin() * relative_km / (PI * radius_km * model_disc.max(1e-12));
     scattered + (continued - scattered) * continued_part(at_limb)
 }
 
@@ -186,8 +187,8 @@ mod tests {
             2.0 * ALL_ORDERS_OVER_SINGLE * PI * phase::per_steradian(gas.phase, -alpha.cos()) * equivalent_km / (disc * radius_km);
         let ratio = light_ratio(venus, air, alpha, false) / scattered;
         assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
-        // The limb of a Lambert disc, as bright at the position angle f as sin(alpha) cos(f), and the light of the whole disc: 2 / 3 of its area times the phase
-        // function. Along the limb the gas hides 57 % of what is behind it.
+        // The limb of a Lambert disc, as bright at the position angle f as sin(alpha) cos(f), and the light of the whole disc: 2 / 3 of its area times the
+        // phase function. Along the limb the gas hides 57 % of what is behind it.
         let at_limb = full.to_array().iter().map(|t| 1.0 - (-t).exp()).sum::<f64>() / 3.0;
         assert!((at_limb - 0.57).abs() < 0.02, "{at_limb}");
         let continued =

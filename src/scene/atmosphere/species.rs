@@ -1,8 +1,10 @@
-//! The species of an atmosphere. In: the catalog's atmosphere. Out: which species is the gas, the aerosol or the absorption layer, their vertical optical
-//! depth, and the features of draws.
+//! The species of an atmosphere.
+//!
+//! In: the catalog's atmosphere, with at most one gas, one aerosol and one absorption layer. Out: which species is which, their vertical optical depth, and the
+//! features of draws.
 
 use crate::catalog::{Atmosphere, Body, Species};
-use crate::scene::atmosphere::extinction::extinction;
+use crate::scene::atmosphere::extinction::{extinction, scattering};
 use crate::scene::draw::features::{Air, AtmosphereModel};
 use glam::DVec3;
 
@@ -23,8 +25,18 @@ pub(crate) fn absorption_layer(air: &Atmosphere) -> Option<&Species> {
 
 /// Vertical optical depth, per channel.
 pub(crate) fn vertical_optical_depth(air: &Atmosphere) -> DVec3 {
+    vertical_integral(air, extinction)
+}
+
+/// The part of the vertical optical depth that is due to scattering, per channel.
+pub(crate) fn vertical_scattering_depth(air: &Atmosphere) -> DVec3 {
+    vertical_integral(air, scattering)
+}
+
+/// The vertical integral of a coefficient summed over all species. `of_species`: [`scattering`] or [`extinction`].
+fn vertical_integral(air: &Atmosphere, of_species: fn(&Species) -> DVec3) -> DVec3 {
     // Both profiles integrate to `scale_height_km`, which for a triangular profile is half its width.
-    air.species.iter().map(|s| extinction(s) * s.scale_height_km).sum()
+    air.species.iter().map(|s| of_species(s) * s.scale_height_km).sum()
 }
 
 /// The atmospheric features of a body's draws with this model; none without an atmosphere.

@@ -111,8 +111,8 @@ fn report(placed: &PlacedBody<'_>, decided: DecidedBody, draws: &[Draw], magnitu
     }
 }
 
-/// Altitude of a target, degrees, at the sub-observer point of an ellipsoid. The horizon there is perpendicular to the ellipsoid's normal, not to the line from the
-/// centre to the viewer. `viewer_km`, `target_km`: from the centre, body axes. `None` if the viewer is at the centre.
+/// Altitude of a target, degrees, at the sub-observer point of an ellipsoid. The horizon there is perpendicular to the ellipsoid's normal, not to the line from
+/// the centre to the viewer. `viewer_km`, `target_km`: from the centre, body axes. `None` if the viewer is at the centre.
 fn altitude_at_sub_observer_deg(viewer_km: DVec3, target_km: DVec3, radii_km: DVec3) -> Option<f64> {
     let in_unit_sphere = (viewer_km / radii_km).try_normalize()?;
     let up = in_unit_sphere / radii_km;
@@ -177,8 +177,8 @@ mod tests {
         assert!((altitude(sun + SUN_KM * aside) - 45.0).abs() < 2.0 * dip_deg);
     }
 
-    /// On an oblate body the vertical is not the line from the centre. The reference is the published relation between planetographic and planetocentric latitude,
-    /// tan(graphic) = (a / c)² tan(centric).
+    /// On an oblate body the vertical is not the line from the centre. The reference is the published relation between planetographic and planetocentric
+    /// latitude, tan(graphic) = (a / c)² tan(centric).
     #[test]
     fn the_horizon_of_an_oblate_body_is_normal_to_the_ellipsoid() {
         let saturn = DVec3::new(60268.0, 60268.0, 54364.0);

@@ -1,8 +1,9 @@
 //! The camera, and the only place in `scene` where f64 is narrowed to f32.
 //!
 //! In: the camera's position and axes (ICRF, kilometres, f64) and a body's centre relative to it. Out: screen positions, and the affine forms of
-//! [`ViewRays`], whose f32 values are of order one at any distance because the camera was subtracted before. Clip coordinates: x right, y up, -1..1 over
-//! the viewport. Pixels: x right, y down, centres at half-integers.
+//! [`ViewRays`], whose f32 values are of order one at any distance because the camera was subtracted before. Always: in clip coordinates, x points right and y
+//! up, each from -1 to 1 over the viewport; in pixels, x points right and y down, and centres are at half-integers. Not here: where the camera is
+//! (`viewpoint`).
 
 pub mod geometry;
 pub mod silhouette;
@@ -27,14 +28,14 @@ pub struct Camera {
     pub tan_half_fov: DVec2,
     pub width: u32,
     pub height: u32,
-    /// Whether the frame is one face of a dome image or of a whole-sphere image. The Sun's glare is then drawn even if the Sun is outside the frame.
+    /// Whether the frame is one face of a dome image or of a whole-sphere image, in which the Sun's glare is drawn even if the Sun is outside the frame.
     pub is_cube_face: bool,
     /// Whether the frame belongs to a dome image or a whole-sphere image, in which sprites of points are limited to a small part of the image.
     pub has_small_sprites: bool,
 }
 
-/// The apparent position, orientation and size of a body, f64. Its unit-sphere frame has the body's axes, each divided by its semi-axis, so that the ellipsoid is
-/// the unit sphere.
+/// The apparent position, orientation and size of a body, f64. Its unit-sphere frame has the body's axes, each divided by its semi-axis, so that the ellipsoid
+/// is the unit sphere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
     /// Vector from the camera to the body's apparent centre, ICRF, kilometres.
@@ -61,7 +62,7 @@ impl Placement {
         self.camera_in_unit_sphere().length_squared() <= 1.0
     }
 
-    /// Unit-sphere point of the body in an ICRF direction from the camera; `None` if the ray misses the body.
+    /// Unit-sphere point of the body in an ICRF direction from the camera, which must be outside the body; `None` if the ray misses the body.
     pub(crate) fn surface_along(&self, direction: DVec3) -> Option<DVec3> {
         self.surface_along_unit_sphere(self.direction_in_unit_sphere(direction))
     }
@@ -80,11 +81,12 @@ impl Placement {
     /// Like [`Self::surface_along`], for a direction of any length in the unit-sphere frame.
     pub(crate) fn surface_along_unit_sphere(&self, direction: DVec3) -> Option<DVec3> {
         let origin = self.camera_in_unit_sphere();
-        let w = direction.normalize();
-        let b = origin.dot(w);
-        // The square of half the chord; |origin x w| is the distance of the ray's line from the centre, computed without cancellation.
-        let discriminant = 1.0 - origin.cross(w).length_squared();
-        (discriminant >= 0.0 && b < 0.0).then(|| origin + w * (-b - discriminant.sqrt()))
+        let ray = direction.normalize();
+        // Distance along the ray to its point nearest to the centre.
+        let to_nearest = -origin.dot(ray);
+        // |origin x ray| is the distance of the ray's line from the centre, computed without cancellation.
+        let half_chord_sq = 1.0 - origin.cross(ray).length_squared();
+        (half_chord_sq >= 0.0 && to_nearest > 0.0).then(|| origin + ray * (to_nearest - half_chord_sq.sqrt()))
     }
 }
 
@@ -198,9 +200,8 @@ impl Camera {
         DVec2::new(f64::from(self.width), f64::from(self.height)) / 2.0
     }
 
-    /// Whether a sphere may be in the frame: partly in front of the near plane, and not entirely outside any of the frustum's four side planes, each moved
-    /// outwards by a margin.
-    /// `centre_km`: in the camera's axes (right, up, forward).
+    /// Whether a sphere may be in the frame: partly beyond the near plane, and not entirely outside any of the frustum's four side planes, each moved outwards
+    /// by a margin. `centre_km`: in the camera's axes (right, up, forward).
     pub(crate) fn sphere_may_be_in_frame(&self, centre_km: DVec3, radius_km: f64, margin_px: f64) -> bool {
         let half = self.half_size();
         let is_outside = |across: f64, tan: f64, half: f64| {
@@ -268,8 +269,9 @@ impl Camera {
     /// unit-sphere frame, t the distance from there to the horizon (t² = |c|² - 1), and A the greatest distance of an anchor in the rectangle from the
     /// body's centre. `Auto` takes the form with the smaller shift. Measured in tests/scene/silhouette.rs.
     ///
-    /// The rectangle is enlarged to whole pixels. A GPU moves vertices to multiples of 1/256 pixel. The errors of an NVIDIA H100 show that it interpolates between the
-    /// moved vertices (docs/trade.md): a ray that is off by 1/512 pixel changes a faint edge on black by up to 6 of 255, and the Sun's edge by far more.
+    /// The rectangle is enlarged to whole pixels. A GPU moves vertices to multiples of 1/256 pixel. The errors of an NVIDIA H100 show that it interpolates
+    /// between the moved vertices (docs/trade.md): a ray that is off by 1/512 pixel changes a faint edge on black by up to 6 of 255, and the Sun's edge by far
+    /// more.
     pub fn view_rays(&self, placement: &Placement, rect: ClipRect, form: AnchorForm) -> ViewRays {
         let rect = rect.of_whole_pixels(self.half_size());
         // The corners are rounded first, so that rays and clip positions agree exactly.

@@ -17,6 +17,11 @@ pub(crate) trait ImageProjection {
     fn size_px(&self) -> DVec2;
     /// Radius of a disc in the image's middle, from its angular radius.
     fn disc_radius_px(&self, angular_radius_rad: f64) -> f64;
+    /// Pixels per radian in the image's middle.
+    fn px_per_radian_in_middle(&self) -> f64 {
+        const SMALL_RAD: f64 = 1e-6;
+        self.disc_radius_px(SMALL_RAD) / SMALL_RAD
+    }
     /// The text for the field of view in an image's caption.
     fn field_of_view_text(&self) -> Message;
 }
@@ -33,10 +38,12 @@ impl ImageProjection for Camera {
     }
     fn field_of_view_text(&self) -> Message {
         let deg = 2.0 * self.tan_half_fov.y.atan().to_degrees();
+        let arcsec = 3600.0 * deg;
+        // An angle that rounds to 60 of a unit is given in the next one. An angle of less than an arc second has two significant digits.
         let angle = match deg {
-            _ if deg >= 1.0 => format!("{deg:.1}°"),
-            _ if deg >= 1.0 / 60.0 => format!("{:.1}'", 60.0 * deg),
-            _ => format!("{:.2}\"", 3600.0 * deg),
+            _ if deg >= 59.95 / 60.0 => format!("{deg:.1}°"),
+            _ if arcsec >= 59.995 => format!("{:.1}'", 60.0 * deg),
+            _ => format!("{arcsec:.places$}\"", places = (1.0 - arcsec.log10().floor()).clamp(2.0, 9.0) as usize),
         };
         message!("image-field-of-view", angle = Argument::Number(angle))
     }
@@ -183,6 +190,25 @@ mod tests {
             // less.
             let bound = if width.min(height) < 100 { 1e-2 } else { 5e-3 };
             assert!((solid_angle / expected_sr - 1.0).abs() < bound, "{projection:?} {fov_deg}: {solid_angle} of {expected_sr}");
+        }
+    }
+
+    /// The text for a field of view has the unit in which it is 1 to 60, and is never zero.
+    #[test]
+    fn a_field_of_view_has_a_readable_text() {
+        let texts = [
+            (20.0, "20.0°"),
+            (0.9995, "1.0°"),
+            (0.5, "30.0'"),
+            (59.999 / 3600.0, "1.0'"),
+            (7.2 / 3600.0, "7.20\""),
+            (0.25 / 3600.0, "0.25\""),
+            (1e-6, "0.0036\""),
+        ];
+        for (fov_deg, expected) in texts {
+            let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, fov_deg, 400, 300);
+            let text = camera.field_of_view_text().text_in(crate::message::TextLanguage::English);
+            assert!(text.contains(&format!(" {expected}")) || text.starts_with(expected), "{fov_deg}: {text}");
         }
     }
 

@@ -1,8 +1,8 @@
 //! Places the camera of a request: its position and direction at the request's instant, and aberration for a moving viewer.
 //!
-//! In: the request, the catalog and the ephemeris. Out: a [`Viewer`]: the camera, its velocity if it moves with a body, and the body on which it stands or at whose
-//! centre it is. A camera over its target is at rest and is placed relative to the apparent target, so that light time does not shift the target in the frame. Diurnal
-//! aberration (at most 0.32 arcsec on the Earth) is left out.
+//! In: the request, the catalog and the ephemeris. Out: a [`Viewer`]: the camera, its velocity if it moves with a body, and the body on which it stands or at
+//! whose centre it is. A camera over its target is at rest and is placed relative to the apparent target, so that light time does not shift the target in the
+//! frame. Diurnal aberration (at most 0.32 arcsec on the Earth) is left out.
 
 use crate::catalog::{Body, Catalog, NaifId};
 use crate::ephemeris::apparent::aberrated;
@@ -55,6 +55,11 @@ fn fitted_fov_deg(angular_radius_rad: f64) -> f64 {
     2.0 * (angular_radius_rad.tan() / FITTED_DISC_FRACTION).atan().to_degrees()
 }
 
+/// Range of the field of view that is fitted to a target seen from a body's centre, degrees: from far less than the disc of any body to a wide view.
+const FITTED_FOV_RANGE_DEG: (f64, f64) = (1e-6, 60.0);
+/// Distance from the camera to what it looks at below which there is no line of sight: a millimetre.
+const MIN_DISTANCE_KM: f64 = 1e-6;
+
 /// Looks up bodies and their states at the request's time.
 struct StateLookup<'a> {
     catalog: &'a Catalog,
@@ -66,12 +71,14 @@ impl StateLookup<'_> {
     fn body(&self, id: NaifId) -> Result<&Body, SceneError> {
         self.catalog.body(id).ok_or_else(|| SceneError::NotABody(format!("{}", id.0)))
     }
+
     /// Barycentric position and velocity, ICRF, km and km/s.
     fn state(&self, id: NaifId) -> Result<(DVec3, DVec3), SceneError> {
         let state = self.ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, self.time, None)?.state;
         Ok((state.pos_km, state.vel_km_s))
     }
-    /// Position of a body when it emitted the light that now arrives at this distance.
+
+    /// Barycentric position of a body when it emitted the light that now arrives at this distance, ICRF.
     fn emitted_km(&self, id: NaifId, distance_km: f64) -> Result<DVec3, SceneError> {
         // If the ephemeris does not contain the requested time, the error must name that time, not the time less the light time.
         self.state(id)?;
@@ -79,6 +86,7 @@ impl StateLookup<'_> {
         let emitted = self.ephemeris.state(id, NaifId::SOLAR_SYSTEM_BARYCENTER, emission_time, None);
         Ok(emitted.map_err(EphemerisError::when_light_left)?.state.pos_km)
     }
+
     /// The rotation to ICRF from the axes of a body, or the identity for ICRF axes.
     fn icrf_from(&self, axes: Axes, body: NaifId) -> Result<DMat3, SceneError> {
         match axes {
@@ -101,10 +109,12 @@ fn check_distance(distance_km: f64, what: impl FnOnce() -> String) -> Result<(),
 }
 
 /// Places the camera of a request.
+///
+/// # Errors
+/// An invalid request, a body that cannot be placed at the request's time, a camera that is too far away, or one that has no line of sight to its target.
 pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -> Result<Viewer, SceneError> {
     request.check()?;
     let states = StateLookup { catalog, ephemeris, time: request.time };
-    let t = request.time;
     let needs_target = || request.target.ok_or_else(|| SceneError::Request("name a target, or give the direction to look in".into()));
     let mut fov_deg = request.fov_deg;
     let mut velocity_km_s = DVec3::ZERO;
@@ -161,30 +171,36 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
         }
     };
     let forward = match request.look {
-        Look::Along { direction, axes } => states.icrf_from(axes, reference_body)? * direction.normalize(),
+        Look::Along { direction, axes } => {
+            // `None` also for a vector whose length overflows.
+            let unit = direction.try_normalize();
+            let unusable = || SceneError::Request("the direction to look in must be neither zero nor too long for a number".into());
+            states.icrf_from(axes, reference_body)? * unit.ok_or_else(unusable)?
+        }
         Look::Target => {
             let target = needs_target()?;
             let stands_on_target = stands_on.filter(|ground| ground.id == target);
             let apparent_km = match stands_on_target {
                 Some(ground) => ground.centre_km,
-                None => ephemeris.light_time_position(target, position_km, t)?.0,
+                None => ephemeris.light_time_position(target, position_km, request.time)?.0,
             };
             let to_target = apparent_km - position_km;
-            if to_target.length() < 1e-6 || at_centre_of == Some(target) {
+            if to_target.length() < MIN_DISTANCE_KM || at_centre_of == Some(target) {
                 return Err(SceneError::Request("the camera is at the centre of what it looks at: choose another place or target".into()));
             }
             if fov_deg.is_none() && matches!(request.position, Position::Centre(_)) {
                 fov_deg = catalog.body(target).map(|b| {
                     let angular_radius_rad = (b.radii_km.max_element() / to_target.length()).min(1.0).asin();
-                    fitted_fov_deg(angular_radius_rad).clamp(1e-6, 60.0)
+                    fitted_fov_deg(angular_radius_rad).clamp(FITTED_FOV_RANGE_DEG.0, FITTED_FOV_RANGE_DEG.1)
                 });
             }
             if stands_on_target.is_some() { to_target.normalize() } else { aberrated(to_target.normalize(), velocity_km_s) }
         }
     };
     let up_hint = match request.up {
+        // The north pole of the target or, without one, of the body relative to which the camera is placed; a barycentre has none.
         Up::North => match request.target.filter(|_| request.look == Look::Target).or(Some(reference_body)) {
-            Some(body) if catalog.body(body).is_some() => ephemeris.body_from_icrf(body, t)?.row(2),
+            Some(body) if catalog.body(body).is_some() => ephemeris.body_from_icrf(body, request.time)?.row(2),
             _ => DVec3::Z,
         },
         Up::Zenith => zenith.unwrap_or(DVec3::Z),
@@ -196,4 +212,26 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
     let camera = Camera::looking(position_km, forward, up_hint, fov_deg, request.width, request.height);
     let body_velocity_km_s = states.state(reference_body)?.1;
     Ok(Viewer { camera, velocity_km_s, body_velocity_km_s, up_hint, at_centre_of, stands_on })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_direction_without_a_unit_vector_is_refused() {
+        let catalog = Catalog::embedded();
+        let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
+        let time = Instant::parse("2024-04-08T18:00:00Z").expect("a time");
+        let looking = |direction: DVec3| {
+            let look = Look::Along { direction, axes: Axes::Icrf };
+            let request = ViewRequest { look, position: Position::Centre(NaifId::EARTH), ..ViewRequest::of(NaifId::MOON, time) };
+            viewer(&catalog, &ephemeris, &request).map(|v| v.camera.forward)
+        };
+        for direction in [DVec3::ZERO, DVec3::splat(1e200), DVec3::splat(f64::NAN)] {
+            let error = looking(direction).expect_err("refused").to_string();
+            assert!(error.contains("direction"), "{direction}: {error}");
+        }
+        assert!(looking(DVec3::X * 1e100).expect("a camera").distance(DVec3::X) < 1e-12);
+    }
 }

@@ -1,5 +1,5 @@
-//! The frames of a composed image and their arrangement, as plain values. [`CompositeFrames::of`] creates them. A scene is built for each frame; `render::plan::composite`
-//! combines the images as the arrangement says.
+//! The frames of a composed image and their arrangement, as plain values. [`CompositeFrames::of`] creates them. A scene is built for each frame;
+//! `render::plan::composite` combines the images as the arrangement says.
 
 use crate::scene::camera::sphere::SphereImage;
 use crate::scene::camera::viewpoint::Viewer;
@@ -37,7 +37,7 @@ pub struct Eyes {
     pub layout: StereoLayout,
     /// Distance between the two cameras.
     pub separation_km: f64,
-    /// For the left and the right eye: the first column of the eye's frame that the image shows.
+    /// For the left and the right eye: the first column of the eye's frame that the image shows, pixels.
     pub columns: [u32; 2],
 }
 

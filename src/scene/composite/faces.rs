@@ -4,10 +4,10 @@
 //! In: a request for a fisheye or an equirectangular image. Out: frames for the visible faces, and the image's projection. The border lets the filter
 //! read pixels beyond the face's edge. The Sun's glare is off by default, because an image of the entire sky always contains the Sun.
 //!
-//! Size of a face. A face has the fewest pixels per radian at its centre. There, it should have as many as the image has where it is densest. Along its radii, a
-//! fisheye has the same density everywhere. Across them, the density grows with the angle from the axis; towards 180 degrees it grows without limit, so that only
-//! the part up to 90 degrees counts. If a face of the resulting size exceeded [`MAX_RIM_MATCHED_FACE_PX`], it gets that size, or the size that matches the
-//! fisheye's density along its radii if this is larger.
+//! Size of a face. A face has the fewest pixels per radian at its centre: there it gets as many as the densest part of the image. The density of an
+//! equirectangular image counts at its equator. A fisheye has the same density everywhere along its radii. Across them the density grows with the angle from
+//! the axis, without limit towards 180 degrees, so only the part up to 90 degrees counts. A face that would be larger than [`MAX_RIM_MATCHED_FACE_PX`] gets
+//! that size, or the size that matches the fisheye's density along its radii if this is larger.
 
 use super::arrangement::{Arrangement, CompositeFrames, Faces, FrameRequest};
 use crate::catalog::Catalog;
@@ -61,12 +61,12 @@ pub(crate) fn face_of(direction: DVec3) -> usize {
 /// Number of cells along each side of the grid that samples a face to find its visible part.
 const GRID_CELLS: u32 = 32;
 
-/// Bounds (left, top, right, bottom) of the part of a face that a fisheye shows: the directions at most `half_fov_rad` from the image's axis, a cap of the sphere.
-/// They are fractions of the face's side from its top left corner; `None` if the face is outside the cap.
+/// Bounds (left, top, right, bottom) of the part of a face that a fisheye shows: the directions at most `half_fov_rad` from the image's axis, a cap of the
+/// sphere. They are fractions of the face's side from its top left corner; `None` if the face is outside the cap.
 fn visible_bounds(face: usize, half_fov_rad: f64) -> Option<[f64; 4]> {
     let [right, up, forward] = AXES[face];
     let step = 1.0 / f64::from(GRID_CELLS);
-    // Widened, because the boundary of the cap can lie between two grid points.
+    // The boundary of the cap can lie between two grid points, which are at most 2 / GRID_CELLS radians apart: a face is 2 wide at the distance 1.
     let widened_half_fov_rad = half_fov_rad + 2.0 * step;
     let mut bounds: Option<[f64; 4]> = None;
     for (i, j) in (0..=GRID_CELLS).flat_map(|j| (0..=GRID_CELLS).map(move |i| (i, j))) {
@@ -178,8 +178,8 @@ pub(super) fn frames(
     Ok(CompositeFrames { meter, frames, arrangement: Arrangement::Faces(Faces { image, frame_of, face_px, visible_rects }) })
 }
 
-/// Right, up and forward axes of the image. In the middle of a fisheye is the line of sight or the zenith. An equirectangular image is level: its poles
-/// are the view's up and down directions, and the target is in its middle column.
+/// Right, up and forward axes of the image, ICRF. The middle of a fisheye is the line of sight or, if it is centred on the zenith, the view's up direction. An
+/// equirectangular image is level: its poles are the view's up and down directions, and the target is in its middle column.
 fn axes(composition: &Composition, viewer: &Viewer) -> [DVec3; 3] {
     let camera = &viewer.camera;
     let up_hint = viewer.up_hint.try_normalize().filter(|up| up.cross(camera.forward).length() > 1e-9).unwrap_or(camera.up);

@@ -1,8 +1,8 @@
 //! Composed images: the frames of a composition, and the parts of their scenes that belong to the entire image.
 //!
-//! In: a request whose [`Composition`](crate::scene::request::Composition) is not the default; later the frames' scenes. Out: [`CompositeFrames`], a request and a
-//! viewer for each frame and for the light meter; from the scenes, a [`Composite`] for `render::plan`. Always: one exposure for all frames; stars and points
-//! of a dome or sphere are placed in the finished image, so that no resampling blurs or moves them, except near the poles of an equirectangular image.
+//! In: a request whose [`Composition`](crate::scene::request::Composition) is not the default; later the frames' scenes. Out: [`CompositeFrames`], a request
+//! and a viewer for each frame and for the light meter; from the scenes, a [`Composite`] for `render::plan`. Always: one exposure for all frames; stars and
+//! points of a dome or sphere are placed in the finished image, so that no resampling blurs or moves them, except near the poles of an equirectangular image.
 
 mod arrangement;
 mod eyes;
@@ -16,9 +16,8 @@ use crate::catalog::Catalog;
 use crate::ephemeris::Ephemeris;
 use crate::scene::annotation::labels::{LabelLayer, LabelMetrics};
 use crate::scene::annotation::margin::Margin;
-use crate::scene::camera::Camera;
 use crate::scene::camera::geometry::{ImageGeometry, StereoGeometry};
-use crate::scene::camera::viewpoint;
+use crate::scene::camera::viewpoint::{self, Viewer};
 use crate::scene::draw::PixelView;
 use crate::scene::error::SceneError;
 use crate::scene::finished::Scene;
@@ -58,19 +57,19 @@ impl CompositeFrames {
 pub struct Composite {
     pub scenes: Vec<Scene>,
     pub arrangement: Arrangement,
-    /// The scene of the entire image. For faces it holds what is drawn after they have been combined: stars, points and labels. Otherwise it is the scene of the first
-    /// frame; for a stereo pair, with the geometry of the pair.
+    /// The scene of the entire image. For faces it holds what is drawn after they have been combined: stars, points and labels. Otherwise it is the scene of
+    /// the first frame; for a stereo pair, with the geometry of the pair.
     pub whole: Scene,
 }
 
 impl Composite {
-    /// Combines the scenes of the frames, one per frame in the same order; `None` without scenes. `meter_camera`: for a stereo
-    /// pair it is midway between the eyes.
+    /// Combines the scenes of the frames, one per frame in the same order; `None` without scenes. `meter`: the viewer of the light meter's frame; for a stereo
+    /// pair, midway between the eyes.
     pub(crate) fn new(
         catalog: &Catalog,
         request: &ViewRequest,
         arrangement: Arrangement,
-        meter_camera: &Camera,
+        meter: &Viewer,
         mut scenes: Vec<Scene>,
     ) -> Option<Self> {
         let mut whole = scenes.first()?.clone();
@@ -79,7 +78,7 @@ impl Composite {
             let camera = &mut whole.camera;
             (camera.right, camera.up, camera.forward) = (image.right, image.up, image.forward);
             (camera.width, camera.height) = (image.width, image.height);
-            (whole.draws, whole.lines_in_space, whole.limbs) = Default::default();
+            (whole.draws, whole.ground_lines, whole.lines_in_space, whole.limbs) = Default::default();
             (whole.corona, whole.glare, whole.outlined) = (None, None, None);
             (whole.stars, whole.points) = Default::default();
             // The faces draw these themselves. Texts of lines are left out, because they are placed for a single face.
@@ -103,15 +102,15 @@ impl Composite {
                 }
             }
             whole.bloom = request.layers.bloom && request.pixel_view == PixelView::Final;
-            whole.labels = LabelLayer::of(image, request, catalog, &whole.bodies);
+            whole.labels = LabelLayer::of(image, request, catalog, &whole.bodies, meter.body_velocity_km_s);
         }
         if let Arrangement::Eyes(Eyes { columns, layout, .. }) = &arrangement {
             let side_by_side = *layout == StereoLayout::SideBySide;
-            whole.geometry = ImageGeometry::Stereo(StereoGeometry { left_column: columns[0], width: meter_camera.width, side_by_side });
+            whole.geometry = ImageGeometry::Stereo(StereoGeometry { left_column: columns[0], width: meter.camera.width, side_by_side });
             // Texts in the margin have the same position in both images, hence zero parallax.
             let metrics = LabelMetrics::of_size(LabelLayer::empty(request).size_px);
             for (scene, column) in scenes.iter_mut().zip(columns) {
-                let margin = Margin::of(meter_camera, request, catalog, &scene.bodies, &metrics);
+                let margin = Margin::of(&meter.camera, request, catalog, &scene.bodies, &metrics);
                 if margin != Margin::default() {
                     let labels = scene.labels.get_or_insert_with(|| LabelLayer::empty(request));
                     labels.add(margin.shifted(f64::from(*column)));

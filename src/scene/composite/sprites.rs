@@ -3,8 +3,8 @@
 //! In: the sprites of a face's frame. Out: sprites in the clip space of the image, with the same irradiance. A sprite's flux is inversely proportional to
 //! the solid angle of a pixel, which differs between face and image. Each sprite comes from the face that contains its direction. Always:
 //! a sprite has as many pixels in height as in a perspective image. In an equirectangular image it is stretched horizontally as the image is, so that it
-//! spans the same angle in both directions. Sprites that cross the left or right edge of such an image are repeated at the opposite edge. Near its poles, where a sprite
-//! may surround the pole, the face draws the sprite itself, and the image is resampled from it.
+//! spans the same angle in both directions. Sprites that cross the left or right edge of such an image are repeated at the opposite edge. Near its poles, where
+//! a sprite may surround the pole, the face draws the sprite itself, and the image is resampled from it.
 
 use super::faces::face_of;
 use crate::scene::camera::sphere::SphereImage;
@@ -53,6 +53,7 @@ fn project(image: &SphereImage, face: usize, camera: &Camera, centre: Vec3, flux
     let ray = camera.ray(DVec2::new(f64::from(centre.x), f64::from(centre.y)));
     let direction = image.in_axes(ray).normalize();
     let Some(pixel) = image.pixel(direction).filter(|_| face_of(direction) == face) else { return Drawn::InImage(Vec::new()) };
+    // A pixel of a face at the angle a from its axis covers less than the middle one: cos a along the circle around the axis, cos² a along the radius.
     let cos_off_axis = 1.0 / ray.length();
     let face_sr = camera.pixel_tangent().powi(2) * cos_off_axis.powi(3);
     let (image_sr, stretch) = image.pixel_sr_and_stretch(direction);
@@ -72,7 +73,7 @@ fn project(image: &SphereImage, face: usize, camera: &Camera, centre: Vec3, flux
         pixels_per_face_pixel: narrow_scalar(pixels_per_face_pixel),
     };
     if wraps && direction.x.hypot(direction.z) < POLAR_COS_LATITUDE {
-        // A pixel of a face covers a smaller angle along the radius than across it; this is the geometric mean.
+        // The geometric mean of the angles that a pixel of the face covers along the radius and across it.
         let radians_per_face_px = camera.pixel_tangent() * cos_off_axis.powf(1.5);
         let to_edge_px = (1.0 - f64::from(centre.x.abs().max(centre.y.abs()))) * camera.half_size().min_element();
         let in_face_px = (radius_px * image.radians_per_pixel().y / radians_per_face_px).min(to_edge_px).max(POINT_RADIUS_PX);

@@ -1,7 +1,7 @@
 //! The features of a draw, which determine the code of its shader. The shader key, which names the shader module, is derived from [`DrawFeatures`]
 //! alone.
 //!
-//! Plain values without computation: `scene::features` sets them, `shader::key` reads them. Two draws with equal features run the same shader module;
+//! Plain values: `scene::features` sets them, `shader::key` reads them. Two draws with equal features run the same shader module;
 //! they may differ in their uniforms. Not here: which combinations are valid (`shader::key`), and the choice of features for a draw
 //! (`scene::features`).
 

@@ -1,6 +1,6 @@
 //! Draws: their features ([`features::DrawFeatures`]), uniforms ([`uniforms::DrawUniforms`]) and maps; also points and stars.
 //!
-//! Plain values without computation. `scene::features` creates draws and points, `scene::sky` stars; `shader` derives keys from the features, and
+//! Plain values. `scene::features` creates draws and points, `scene::sky` stars; `shader` derives keys from the features, and
 //! `render::plan` fills uniform blocks from the uniforms.
 
 pub mod features;

@@ -124,20 +124,20 @@ uniforms! {
         /// Limb darkening per channel (emissive surfaces only).
         pub limb_darkening_u1: Vec3 = "limb_darkening_u1",
         pub limb_darkening_u2: Vec3 = "limb_darkening_u2",
-        /// Factors on y and z that turn a unit-sphere point into a direction whose longitude and whose angle to the equatorial plane are those by which the map's
-        /// columns and rows are spaced (planetocentric or planetographic).
+        /// Factors on y and z of a unit-sphere point. Longitude and latitude of the resulting direction give the column and the row of the map; the rows are
+        /// spaced by planetocentric or by planetographic latitude.
         pub map_stretch: Vec2 = "map_stretch",
-        /// Lower limit of the widths of the draw's pixels on the ground, in circumferences of the body.
+        /// Lower limit of the width of a pixel on the ground, for all pixels of the draw, in circumferences of the body.
         pub map_pixel: f32 = "map_pixel",
         /// Height of the camera above the unit sphere, equatorial radii.
         pub camera_height: f32 = "camera_height",
         /// Radiance of a white texel of the night map.
         pub night_radiance: Vec3 = "night_radiance",
-        /// Strength of the ocean glint.
+        /// Factor on the ocean glint.
         pub specular_strength: f32 = "specular_strength",
         /// Mean square slope of the waves.
         pub wave_slope_sq: f32 = "wave_slope_sq",
-        /// Normal map strength.
+        /// Factor on the slopes of the normal map.
         pub normal_strength: f32 = "normal_strength",
         /// Images over the ground, the lowest first.
         pub overlays: Vec<OverlayUniforms>,
@@ -173,14 +173,14 @@ uniforms! {
     /// The cloud shell, for its own draw and for its shadow on the ground.
     #[derive(Clone, Copy, Debug, Default, PartialEq)]
     pub struct CloudUniforms {
-        /// Texel values of a clear sky and of complete cloud cover.
+        /// Texel values of a clear sky and of a closed deck.
         pub clear: f32 = "cloud_clear",
         pub full: f32 = "cloud_full",
         /// Radius of the shell in the body's unit-sphere frame.
         pub radius: f32 = "cloud_radius",
-        /// Lambert albedo of complete cloud cover.
+        /// Lambert albedo of a closed deck.
         pub albedo: f32 = "cloud_albedo",
-        /// Radiance of complete cloud cover per irradiance. This field and the next two are for the ground's draw where it also shows the clouds.
+        /// Radiance of a closed deck per irradiance. This field and the next two are for the ground's draw where it also shows the clouds.
         pub reflectance: f32 = "cloud_reflectance",
         /// Optical depth of the air above the clouds, as `air_ground_depth`.
         pub depth_above: [Vec4; GROUND_DEPTH_TERMS] = "cloud_depth_above",
@@ -215,8 +215,9 @@ uniforms! {
         pub absorption_extinction: Vec3 = "air_absorption_extinction",
         /// Optical depth of the air above the ground, as `scene::atmosphere::ground_depth` fits it.
         pub ground_depth: [Vec4; GROUND_DEPTH_TERMS] = "air_ground_depth",
-        /// 0: the atmosphere is composited over the ground. 1: the ground's map includes the atmosphere, so the brighter of the two is shown. 2: the map includes
-        /// an atmosphere that is transparent straight down, so the disc shows the map alone, and the atmosphere beyond the limb continues the disc's brightness.
+        /// 0: the atmosphere is composited over the ground. 1: the ground's map includes the atmosphere, so the brighter of the two is shown. 2: the map
+        /// includes an atmosphere that is transparent straight down, so the disc shows the map alone, and the atmosphere beyond the limb continues the disc's
+        /// brightness.
         pub blend_mode: f32 = "air_blend_mode",
         /// Weight of mode 1 or 2 in a mixture with mode 0: 1 for a camera above the air, less for one in it; 0 if `blend_mode` is 0.
         pub map_weight: f32 = "air_map_weight",
@@ -224,8 +225,8 @@ uniforms! {
         pub night_radiance: f32 = "air_night_radiance",
         /// 1 if the atmosphere's rim is less than a pixel high: the rings' shadow is then evaluated once per view ray through it.
         pub rim_is_thin: f32 = "air_rim_is_thin",
-        /// Largest error of light that is interpolated from the coarse image of the air: x relative to the light, y as radiance divided by the irradiance of the
-        /// first light. An error below either is accepted. Negative where the image must not be interpolated at all.
+        /// Largest error of light that is interpolated from the coarse image of the air: x relative to the light, y as radiance divided by the irradiance of
+        /// the first light. An error below either is accepted. Negative where the image must not be interpolated at all.
         pub coarse_bound: Vec2,
         /// First row of the body's part of that image. `render::plan` sets this field.
         pub coarse_row: f32 = "air_coarse_row",
@@ -346,8 +347,8 @@ uniforms! {
         pub sun_limb_darkening_u2: Vec3 = "sun_limb_darkening_u2",
         /// Ring-shine on the globe.
         pub shine: Option<Arc<RingShine>>,
-        /// Ring-shine: unit vector towards the Sun, projected on the ring's plane (xy); 1 / the height above this plane from which no ring is visible (z); factor
-        /// on the light (w).
+        /// Ring-shine: unit vector towards the Sun, projected on the ring's plane (xy); 1 / the height above this plane from which no ring is visible (z);
+        /// factor on the light (w).
         pub shine_parameters: Vec4 = "ring_shine",
     }
 }

@@ -1,5 +1,8 @@
-//! Eclipses: the bodies that hide the Sun from a receiver (occluders), the models and uniforms of their shadows, the shadows' cones and paths on the ground, and
-//! refraction in an occluder's atmosphere.
+//! Eclipses: the bodies that hide the Sun from a receiver (occluders), the models and uniforms of their shadows, the shadows' cones and paths on the ground,
+//! and refraction in an occluder's atmosphere.
+//!
+//! In: placed bodies, the ephemeris and the request's eclipse settings. Out: decisions, uniforms of shaders/lib/eclipse, lines on the ground, and fractions of
+//! sunlight. Not here: the light of each pixel, which the shaders compute, and dates of eclipses (`events`).
 
 pub mod approximate_shadow;
 pub(crate) mod decision;

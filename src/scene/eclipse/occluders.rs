@@ -3,7 +3,7 @@
 //! In: the receiver at its apparent time, and the catalog's other bodies. Out: at most [`MAX_OCCLUDERS`] occluders that can darken a visible pixel. Light
 //! time is accounted for: an occluder is where it was when the light that reaches the receiver passed it, and the Sun where it was when that light left it.
 //! The directions to both include the aberration by the receiver's motion. Aberration does not change their separation at the receiver's centre, but tilts the
-//! shadow's axis, so that the shadow is displaced elsewhere on the body (20 arcsec at the Earth: 0.6 km, 0.6 s). shaders/lib/eclipse computes the remaining light.
+//! shadow's axis, so that the shadow is displaced elsewhere on the body (20 arcsec at the Earth: 0.6 km, 0.6 s). shaders/lib/eclipse shades the ground.
 
 use crate::catalog::{Body, BodyKind, NaifId, Photometry};
 use crate::ephemeris::Ephemeris;
@@ -96,8 +96,8 @@ impl Axis {
 /// (tests/ephemeris/positions.rs).
 const MAX_STRAIGHT_LIGHT_TIME_S: f64 = 10.0;
 
-/// A body that can block only a smaller fraction of sunlight than this is no occluder: a tenth of what can be seen. Seen from the systems of Mercury to Jupiter,
-/// planets in transit block less, except Venus and the Earth.
+/// A body that can block only a smaller fraction of sunlight than this is no occluder: a tenth of what can be seen. Seen from the systems of Mercury to
+/// Jupiter, planets in transit block less, except Venus and the Earth.
 const MIN_BLOCKED_FRACTION: f64 = 0.1 * VISIBLE_CHANGE;
 
 /// A body that may be in front of the Sun: its outline projected along the axis, in the receiver's equatorial radii.
@@ -238,7 +238,7 @@ pub fn select_occluders<'a>(
             if left_out > 0 { found.and(reason!("eclipse-omitted", count = left_out)) } else { found }
         }
         (None, Some((gap_ratio, name))) => reason!("eclipse-nearest", body = name, share = format_args!("{gap_ratio:.2}")),
-        (None, None) => reason!("eclipse-none", part = format_args!("{VISIBLE_CHANGE:.2e}")),
+        (None, None) => reason!("eclipse-none", part = format_args!("{:.2e}", min_change.unwrap_or(VISIBLE_CHANGE))),
     };
     FoundOccluders { occluders, reason }
 }
@@ -345,13 +345,16 @@ impl<'a> Occluder<'a> {
     fn shadow_is_visible(&self, axis: &Axis, extent: ReceiverExtent, axis_ratios: DVec3) -> bool {
         /// Equatorial radii.
         const MARGIN: f64 = 0.03;
-        let Some(camera) = extent.camera.filter(|_| extent.shape == ReceiverShape::Ball && extent.max_radius < 1.2) else { return true };
+        /// Larger receivers are not tested: points far above the ground are visible far beyond the horizon.
+        const MAX_TESTED_RADIUS: f64 = 1.2;
+        let is_tested = extent.shape == ReceiverShape::Ball && extent.max_radius < MAX_TESTED_RADIUS;
+        let Some(camera) = extent.camera.filter(|_| is_tested) else { return true };
         let camera = camera / axis_ratios;
         let distance = camera.length();
         let radius = self.penumbra_radius(axis, extent.max_radius) + MARGIN;
         let towards_camera = camera / distance;
-        // A point of the ground is visible if its component towards the camera exceeds 1 / distance. A point at height h is visible farther beyond the horizon, by
-        // about sqrt(2 h); the factor 1.5 is sqrt(2), rounded up.
+        // A point of the ground is visible if its component towards the camera exceeds 1 / distance. A point at height h is visible farther beyond the horizon,
+        // by about sqrt(2 h); the factor 1.5 is sqrt(2), rounded up.
         let min_component = 1.0 / distance - MARGIN - (extent.max_radius - 1.0).max(0.0).sqrt() * 1.5;
         let sunward_in_unit_sphere = (axis.sunward / axis_ratios).normalize();
         // The lit point at an offset across the axis, or, beyond the receiver's outline, the nearest point of that outline; in the frame in which the
@@ -391,7 +394,7 @@ pub(crate) fn outline(axis: &Axis, receiver_from_occluder: DMat3, radii: DVec3) 
 }
 
 /// Largest number of occluders that a body of the catalog can have at once, and whether one of them has air that refracts light. Counts the other bodies of its
-/// system, and one planet of another system, except for the systems of Mercury to Jupiter: seen from there, other planets look too small to darken a body visibly.
+/// system, and one planet of another system, except for the systems of Mercury to Jupiter: seen from there, other planets are too small to matter.
 pub fn max_occluders<'a>(bodies: &'a [Body], receiver: &'a Body) -> (u8, bool) {
     let mut others = bodies.iter().filter(|b| b.id != receiver.id && b.id != NaifId::SUN && system_planet(b) == system_planet(receiver));
     // NAIF codes from 100 to 599: the systems of the planets from Mercury to Jupiter.
@@ -438,6 +441,8 @@ mod tests {
         };
         assert_eq!((count(1.0), count(5.0)), (0, 1));
         assert_eq!(max_occluders(catalog.bodies(), venus).0, 0);
+        let reason = select_occluders(&[], sun, &receiver, extent, Some(0.01)).reason.to_string();
+        assert!(reason.contains("1.00e-2"), "the reason names the threshold: {reason}");
     }
 
     /// Small shadows on a sphere, on an ellipsoid as oblate as Saturn, and on one as elongated as Phobos: one that darkens a point which the camera sees is

@@ -1,11 +1,11 @@
 //! The refracted limb: the Sun's refracted image in the atmosphere of a body in front of the Sun, at the body's limb.
 //!
-//! In: the placed bodies. Out: the decision for each body with a refracting atmosphere, and a [`RefractedLimb`] for each that is drawn. The camera must be outside
-//! the atmosphere. The air is divided into the layers of eclipse/refraction.rs, which the eclipse model `refracted` also uses. Therefore a point
-//! in the shadow receives the same light from that model as from the refracted limb that a camera at this point would see. Below the top of the atmosphere only the
+//! In: the placed bodies. Out: the decision for each body with a refracting atmosphere, and a [`RefractedLimb`] for each that is drawn. The camera must be
+//! outside the atmosphere. The air is divided into the layers of eclipse/refraction.rs, which the eclipse model `refracted` also uses. Therefore a point in the
+//! shadow receives the same light from that model as from the refracted limb that a camera at this point would see. Below the top of the atmosphere only the
 //! refracted limb shows the Sun: the part of the Sun's disc that was drawn there along straight rays is removed first, so that no light is drawn twice. Lengths
-//! are in the body's equatorial radii. shaders/entry/refracted_limb.wesl sums the layers' light over a pixel. Not modelled: bodies
-//! in front of the Sun as seen from the limb, and the Sun's albedo map.
+//! are in the body's equatorial radii. shaders/entry/refracted_limb.wesl sums the layers' light over a pixel. Not modelled: bodies in front of the Sun as seen
+//! from the limb, and the Sun's albedo map.
 
 use crate::catalog::{Body, NaifId};
 use crate::message::{Reason, reason};
@@ -16,8 +16,7 @@ use crate::scene::decision::Decision;
 use crate::scene::draw::PixelView;
 use crate::scene::eclipse::occluders::limb_darkening;
 use crate::scene::eclipse::refraction::{self, RefractingLayers};
-use crate::scene::in_view::Appearance;
-use crate::scene::in_view::BodyInView;
+use crate::scene::in_view::{Appearance, BodyInView};
 use crate::scene::light::photometry;
 use crate::scene::placed::PlacedBody;
 use crate::scene::point::DISC_ONLY_FROM_PX;
@@ -117,8 +116,8 @@ impl LimbGeometry {
         (at(layer.x, layer.y), at(layer.z, layer.w))
     }
 
-    /// Upper limit, per channel, of the radiance that the layers give to a pixel. Each layer that shows any part of the Sun counts with the radiance of the centre
-    /// of the Sun's disc. `pixel_radii`: size of a pixel at the limb in radii of the body.
+    /// Upper limit, per channel, of the radiance that the layers give to a pixel. Each layer that shows any part of the Sun counts with the radiance of the
+    /// centre of the Sun's disc. `pixel_radii`: size of a pixel at the limb in radii of the body.
     fn max_radiance(&self, layers: &RefractingLayers, centre_radiance: DVec3, pixel_radii: f64) -> DVec3 {
         let shows = |layer: &DVec4| {
             let (low, high) = self.unrefracted_angles(layer);
@@ -219,7 +218,7 @@ fn refracted_limb(
     let air_edges = std::iter::once(edge(first.x, first.y)).chain(layers.edges.iter().map(|e| edge(e.z, e.w))).collect();
     let transmittances = layers.transmittances.iter().zip(slopes(&layers.transmittances)).flat_map(|(mean, slope)| [*mean, slope]);
     let nearest_depth_km = placement.centre_km.dot(camera.forward) - placement.radii_km.max_element();
-    // Nothing can be between the camera and a body whose near side is this close.
+    // A few rounding errors of f32 nearer than the near side. Nothing can be between the camera and a body whose near side is closer than the near plane.
     let depth =
         if nearest_depth_km > NEAR_DEPTH_KM { NEAR_DEPTH_KM / nearest_depth_km * (1.0 + 4.0 * f64::from(f32::EPSILON)) } else { 1.0 };
     Some(RefractedLimb {

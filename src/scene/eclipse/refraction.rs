@@ -25,12 +25,12 @@ const HAZE_SCALE_HEIGHT_KM: f64 = 5.0;
 /// Length along a ray beyond which clouds are statistically independent; about that of a weather front.
 const CLOUD_CORRELATION_KM: f64 = 300.0;
 
-/// Layers of an atmosphere from the ground up; the unit of length is that of [`layers`].
+/// Layers of an atmosphere from the ground up; the unit of length is the `unit_km` of [`layers`].
 pub(crate) struct RefractingLayers {
-    /// Height of the top of the highest layer.
+    /// Height of the top of the highest layer: its apparent radius less that of the body's outline.
     pub top: f64,
-    /// For each layer: apparent radius (impact parameter of the ray), and reduced bending angle (bending angle times [`bending_fraction`], radians), at the lower
-    /// edge (x, y), then at the upper edge (z, w).
+    /// For each layer: apparent radius (impact parameter of the ray), and reduced bending angle (bending angle times [`bending_fraction`], radians), at the
+    /// lower edge (x, y), then at the upper edge (z, w).
     pub edges: Vec<DVec4>,
     /// For each layer: its mean transmittance, per channel.
     pub transmittances: Vec<DVec3>,
@@ -62,8 +62,8 @@ pub(crate) fn refracts(body: &Body) -> bool {
     body.atmosphere.as_ref().is_some_and(|air| air.refractivity.is_some() && rayleigh(air).is_some())
 }
 
-/// Ratio of the shift of the Sun's image, as seen from a point, to the bending angle: 1 for a Sun at infinity. `body_distance`: from the point to the body whose
-/// air bends the light; `sun_distance`: from the point to the Sun, in the same unit.
+/// Ratio of the shift of the Sun's image, as seen from a point, to the bending angle: 1 for a Sun at infinity. `body_distance`: from the point to the body
+/// whose air bends the light; `sun_distance`: from the point to the Sun, in the same unit.
 pub(crate) fn bending_fraction(body_distance: f64, sun_distance: f64) -> f64 {
     (1.0 - body_distance / sun_distance).clamp(0.0, 1.0)
 }
@@ -74,7 +74,8 @@ pub(crate) fn max_reduced_bending(body: &Body, bending_fraction: f64) -> Option<
     Some(bending(air.refractivity?, body.radii_km.x, rayleigh(air)?.scale_height_km) * bending_fraction)
 }
 
-/// Bending angle in radians of a ray that grazes the height where the air has this refractivity.
+/// Bending angle in radians of a ray that grazes the height where the air has this refractivity; see the module's documentation. `radius_km`: distance of that
+/// height from the body's centre.
 fn bending(refractivity: f64, radius_km: f64, scale_height_km: f64) -> f64 {
     refractivity * (std::f64::consts::TAU * radius_km / scale_height_km).sqrt()
 }
@@ -85,7 +86,8 @@ pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, bending_fraction: f
     let (refractivity, rayleigh) = (air.refractivity?, rayleigh(air)?);
     let radius_km = radius * unit_km;
     // The heights of the edges follow a sinh: layers are thin near the ground, where bending and extinction vary fast, and become thicker with height. Of the
-    // spacings tried (powers, exponentials, other factors) this one approximated the sum over the air best; tests/atmosphere/refracted_limb.rs bounds its error.
+    // spacings tried (powers, exponentials, other factors) this one approximated the sum over the air best; tests/atmosphere/refracted_limb.rs bounds its
+    // error.
     let sinh_scale_km = 0.75 * rayleigh.scale_height_km;
     let height_km = |edge: f64| sinh_scale_km * (edge / LAYERS as f64 * (air.top_km / sinh_scale_km).asinh()).sinh();
     // Apparent radius and reduced bending angle at an edge.
@@ -131,8 +133,8 @@ fn haze_transmittance(radius_km: f64, height_km: f64) -> DVec3 {
     (DVec3::from_array(HAZE_PER_KM) * (-path_km * (-height_km / HAZE_SCALE_HEIGHT_KM).exp())).exp()
 }
 
-/// Fraction of rays grazing at a height that meet no cloud. On each correlation length of its path below the tops of a kind of cloud, a ray meets that cloud with
-/// a probability equal to its cover.
+/// Fraction of rays grazing at a height that meet no cloud. On each correlation length of its path below the tops of a kind of cloud, a ray meets that cloud
+/// with a probability equal to its cover.
 fn cloud_transmittance(radius_km: f64, height_km: f64) -> f64 {
     let clear = |(top_km, cover): (f64, f64)| {
         let path_km = 2.0 * ((radius_km + top_km).powi(2) - (radius_km + height_km).powi(2)).max(0.0).sqrt();

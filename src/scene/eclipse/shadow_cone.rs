@@ -174,8 +174,8 @@ impl ShadowCone {
         lines
     }
 
-    /// A part of the edge between two angles. The points are denser in angle at the ends: there the generators graze the ground, and a small change of the angle
-    /// moves the point far along it.
+    /// A part of the edge between two angles. The points are denser in angle at the ends: there the generators graze the ground, and a small change of the
+    /// angle moves the point far along it.
     fn arc(&self, kind: ConeKind, from: f64, to: f64) -> Option<GroundLine> {
         let at = |k: u32| {
             let fraction = 0.5 * (1.0 - (PI * f64::from(k) / f64::from(EDGE_INTERVALS)).cos());
@@ -232,8 +232,8 @@ mod tests {
         }
     }
 
-    /// An umbra and a penumbra that lie on the disc seen from the Sun have one closed edge each; a penumbra that crosses the limb has an open edge whose ends graze
-    /// the ground; before first contact there are no edges.
+    /// An umbra and a penumbra that lie on the disc seen from the Sun have one closed edge each; a penumbra that crosses the limb has an open edge whose ends
+    /// graze the ground; before first contact there are no edges.
     #[test]
     fn edges_close_or_end_at_the_limb() {
         with_cone(399, 301, "2024-04-08T18:17:16Z", |cone, _| {

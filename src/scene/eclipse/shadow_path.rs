@@ -1,8 +1,8 @@
 //! The path of a shadow over the receiver's ground: the centre line and the limits of the umbra.
 //!
-//! In: a receiver and its occluder at one time. Out: lines on the ground for one passage, that is, one crossing of the shadow over the receiver: the passage whose
-//! middle is nearest to that time. A limit is the envelope of the umbra's edges at all instants: the points where the edge is parallel to its own motion over the
-//! rotating ground. Always: the geometry is that of [`ShadowCone`] at each instant, light time to the receiver's centre included. `events::path`
+//! In: a receiver and its occluder at one time. Out: lines on the ground for one passage, that is, one crossing of the shadow over the receiver: the passage
+//! whose middle is nearest to that time. A limit is the envelope of the umbra's edges at all instants: the points where the edge is parallel to its own motion
+//! over the rotating ground. Always: the geometry is that of [`ShadowCone`] at each instant, light time to the receiver's centre included. `events::path`
 //! computes the limits of the Moon's shadow on the Earth by another method, from the moment of deepest eclipse at each place.
 
 use crate::catalog::Body;
@@ -23,6 +23,11 @@ const MAX_HALF_DURATION_S: f64 = 6.0 * 3600.0;
 const INSTANT_INTERVALS: u32 = 200;
 /// Number of the umbra's generators in the search for the limits.
 const GENERATORS: u32 = 64;
+/// Two requests whose passages have middles at most this far apart, seconds, are for the same passage.
+const SAME_PASSAGE_S: f64 = 60.0;
+/// In the search for the middle of a passage: the time over which the axis is extrapolated from its motion, and the precision of the middle, seconds.
+const SEARCH_STEP_S: f64 = 60.0;
+const MIDDLE_PRECISION_S: f64 = 0.1;
 /// The motion of the umbra's edge over the ground is a central difference: between this many seconds later and this many earlier.
 const DIFFERENCE_STEP_S: f64 = 1.0;
 
@@ -75,7 +80,9 @@ impl ShadowPaths {
             middle_s: receiver.time.tdb_seconds_past_j2000() + middle_s,
         };
         let is_same_passage = |cached: &PassageKey, requested: &PassageKey| {
-            cached.ids == requested.ids && cached.radii_km == requested.radii_km && (cached.middle_s - requested.middle_s).abs() < 60.0
+            cached.ids == requested.ids
+                && cached.radii_km == requested.radii_km
+                && (cached.middle_s - requested.middle_s).abs() < SAME_PASSAGE_S
         };
         Some(self.0.get_compatible(is_same_passage, key, || Arc::new(geometry.path(middle_s, half_duration_s))))
     }
@@ -110,20 +117,21 @@ impl PassageGeometry<'_, '_> {
     }
 
     /// Middle of the passage and an upper limit of half its duration, seconds. The middle is when the shadow's axis is nearest to the receiver's centre, found
-    /// by repeated linear extrapolation; the factor of 1.2 is a margin for the curvature of the motion.
+    /// by repeated linear extrapolation. `None` if the penumbra misses the receiver, or if the middle is not found within [`MAX_MIDDLE_OFFSET_S`].
     fn passage(&self) -> Option<(f64, f64)> {
         let mut s = 0.0;
         for _ in 0..8 {
-            let (axis_point, next) = (self.nearest_axis_point(s)?, self.nearest_axis_point(s + 60.0)?);
-            let velocity = (next - axis_point) / 60.0;
+            let (axis_point, next) = (self.nearest_axis_point(s)?, self.nearest_axis_point(s + SEARCH_STEP_S)?);
+            let velocity = (next - axis_point) / SEARCH_STEP_S;
             let step = -axis_point.dot(velocity) / velocity.length_squared();
             s += step;
             if !s.is_finite() || s.abs() > MAX_MIDDLE_OFFSET_S {
                 return None;
             }
-            if step.abs() < 0.1 {
+            if step.abs() < MIDDLE_PRECISION_S {
                 let cone = self.cone(s)?;
                 let (nearest, contact_distance) = (axis_point.length(), 1.0 + cone.radius(ConeKind::Penumbra));
+                // The factor of 1.2 is a margin for the curvature of the motion.
                 let half_duration_s = 1.2 * ((contact_distance * contact_distance - nearest * nearest).max(0.0)).sqrt() / velocity.length();
                 return (nearest < contact_distance).then_some((s, half_duration_s.min(MAX_HALF_DURATION_S)));
             }
@@ -160,8 +168,9 @@ impl PassageGeometry<'_, '_> {
     fn limit_points(&self, s: f64) -> Option<[Option<DVec3>; 2]> {
         let (before, now, after) = (self.cone(s - DIFFERENCE_STEP_S)?, self.cone(s)?, self.cone(s + DIFFERENCE_STEP_S)?);
         let ground_point = |cone: &ShadowCone, angle: f64| cone.ground_point(cone.generator_at(ConeKind::Umbra, angle));
-        // The point of the edge on a generator, its motion, and a number with the sign of the motion's component across the edge.
+        // The point of the edge on a generator, its motion, and a number with the sign of the motion's component across the edge. `angle`: radians.
         let motion_at = |angle: f64| -> Option<(DVec3, DVec3, f64)> {
+            // For the direction of the edge, by a central difference.
             const ANGLE_STEP: f64 = 1e-4;
             let (point, motion) = (ground_point(&now, angle)?, ground_point(&after, angle)? - ground_point(&before, angle)?);
             let along_edge = ground_point(&now, angle + ANGLE_STEP)? - ground_point(&now, angle - ANGLE_STEP)?;

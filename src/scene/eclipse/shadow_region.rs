@@ -9,8 +9,8 @@ use glam::{DVec2, DVec3};
 
 /// Pixels by which the frustum is widened on each side, because a pixel at the image's edge also shows what lies just outside.
 const MARGIN_PX: f64 = 2.0;
-/// Factor on the penumbra's radius. The cone that touches Sun and occluder is wider than `radius + behind * widening` (see [`ShadowRegion::of`]) by a fraction of
-/// about the square of the Sun's angular radius in radians.
+/// Factor on the penumbra's radius. The cone that touches Sun and occluder is wider than `radius + behind * widening` (see [`ShadowRegion::of`]) by a fraction
+/// of about the square of the Sun's angular radius in radians.
 const RADIUS_MARGIN: f64 = 1.001;
 
 /// The image's frustum in a receiver's axes and equatorial radii.
@@ -67,7 +67,8 @@ impl ShadowRegion {
         if axis_distance_sq > (max_radius + far_radius).powi(2) {
             return None;
         }
-        // A cross section is perpendicular to the axis: at more than `max_radius` along the axis from the receiver's centre it contains no point of the receiver.
+        // A cross section is perpendicular to the axis: at more than `max_radius` along the axis from the receiver's centre it contains no point of the
+        // receiver.
         let half_length = half_chord.min(max_radius);
         let (mut from, mut to) = ((along - half_length).max(0.0), along + half_length);
         if shape == ReceiverShape::EquatorialPlane {

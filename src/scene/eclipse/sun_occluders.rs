@@ -83,6 +83,7 @@ pub(crate) fn sun_occluders<'a>(
     };
     let camera_position = placed.placement.camera_in_unit_sphere() * body.radii_km / body.radii_km.x;
     let frustum = camera.map(|c| Frustum::of(c, &placed.placement));
+    // The disc is two radii wide.
     let extent = ReceiverExtent { max_radius, shape, camera: Some(camera_position), frustum, pixel: 2.0 / diameter_px.max(1e-9) };
     // With the effect forced on, every shadow counts.
     let is_forced = context.request.effects.override_of(Effect::Eclipse) == Some(true);
@@ -91,7 +92,7 @@ pub(crate) fn sun_occluders<'a>(
     Some(SunOccluders { receiver, sun, camera: camera_position, occluders: found.occluders, reason: found.reason })
 }
 
-/// Approximate fraction of sunlight that eclipses leave on the visible part of a body.
+/// Approximate fraction of sunlight that eclipses leave on the visible part of a body; 1 if the user switched eclipses off.
 pub(crate) fn visible_sunlight_fraction(context: Context<'_>, placed: &PlacedBody<'_>, diameter_px: f64) -> f64 {
     evaluate_shadow(context, placed, diameter_px, |shadow, camera| shadow.mean_sunlight_fraction(camera)).unwrap_or(1.0)
 }
