@@ -2,7 +2,7 @@
 //!
 //! In: (name, text) pairs. Out: a [`Catalog`], or all problems, each with its file and line. A field of a later file replaces the same field of earlier ones.
 //! Photometry, motion, rotation, clouds, mesh, atmosphere and the set of rings are replaced as a whole; maps one by one; overlays, instruments and moments by
-//! name.
+//! name. Data layers are never replaced.
 
 use super::data_layer;
 use super::fields::{ALLOWED_NAME, each_component, finite, is_name, optional_percent, required_number, with_line};
@@ -154,7 +154,7 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
     let moments = moments::assemble(unresolved_moments, &bodies, &problems);
     let mut data_layers = Vec::new();
     for (body_name, mut layer) in layers {
-        layer.body = body_name.as_ref().and_then(|body_name| body_named(&bodies, body_name, &problems));
+        layer.body = body_name.as_ref().and_then(|body_name| body_of_layer(&bodies, body_name, &problems));
         data_layers.push(layer);
     }
     problems.into_result()?;
@@ -172,7 +172,7 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
 }
 
 /// The body with the name or alias that a layer gives; reports an unknown name.
-fn body_named(bodies: &[Body], body_name: &WithLine<String>, problems: &Problems) -> Option<NaifId> {
+fn body_of_layer(bodies: &[Body], body_name: &WithLine<String>, problems: &Problems) -> Option<NaifId> {
     let is_named = |name: &String| name.to_lowercase() == body_name.value.to_lowercase();
     let found = bodies.iter().find(|b| is_named(&b.name) || b.aliases.iter().any(is_named)).map(|b| b.id);
     if found.is_none() {

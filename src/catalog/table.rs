@@ -26,7 +26,7 @@ pub(super) struct WithLine<T> {
     pub source_line: SourceLine,
 }
 
-/// Number of problems from which on no more suggestions are computed.
+/// After this many problems, no more suggestions are computed.
 const MAX_PROBLEMS_WITH_HINT: usize = 200;
 
 /// All problems found so far, in the order in which they were found.

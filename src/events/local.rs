@@ -6,20 +6,19 @@
 use super::numeric::{time_of_minimum, zero_crossing};
 use super::sky::{BodyRadii, EarthSky};
 use crate::ephemeris::angle_rad;
-use crate::ephemeris::topocentric::ground_point_km;
+use crate::ephemeris::topocentric::{HORIZON_REFRACTION_DEG, ground_point_km};
 use crate::time::Instant;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
-/// Refraction at the horizon by the convention of almanacs, radians.
-const HORIZON_REFRACTION_RAD: f64 = 34.0 / 60.0 * PI / 180.0;
+const HORIZON_REFRACTION_RAD: f64 = HORIZON_REFRACTION_DEG * PI / 180.0;
 /// The maximum is searched this far from the given instant, and contacts this far from the maximum: a solar eclipse lasts at most 3.6 hours at a place, a transit
 /// 8.
 const SEARCH_S: f64 = 4.5 * 3600.0;
 /// Step in the search for the maximum, and for rising and setting.
 const SEARCH_STEP_S: f64 = 120.0;
-/// At a place beside the path, the discs are nearest to each other within this time before or after the instant at which they are nearest at the closest place of
-/// the centre line. The separation has only one minimum in that span. An extreme: 52 minutes, at 20 degrees from the path of 1529-11-11.
+/// Half of the span in which the least separation at a place beside the path is searched; its middle is the instant of the closest place on the centre
+/// line. The separation has only one minimum in that span. The largest difference found is 52 minutes, at 20 degrees from the path of 1529-11-11.
 const NEAR_PATH_SEARCH_S: f64 = 5400.0;
 
 /// A place on the Earth, in geodetic coordinates.

@@ -32,6 +32,7 @@ pub use transit::{Transit, transits};
 use crate::catalog::Catalog;
 use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::time::Instant;
+use crate::units::SECONDS_PER_DAY;
 use lunation::{Phase, Syzygy};
 use saros::SeriesStarts;
 use sky::BodyRadii;
@@ -117,7 +118,7 @@ fn eclipses_at_phase<E>(
     let mut found = Vec::new();
     let mut starts = SeriesStarts::default();
     // The mean new or full moon and the greatest eclipse differ by less than a day.
-    const MARGIN_S: f64 = 86_400.0;
+    const MARGIN_S: f64 = SECONDS_PER_DAY;
     let mut syzygy = Syzygy::at_or_before(phase, span.start.plus_seconds(-MARGIN_S));
     while syzygy.mean_instant() < span.end.plus_seconds(MARGIN_S) {
         if let Some(mut eclipse) = eclipse_at(syzygy)?.filter(|e| span.contains(&greatest(e))) {

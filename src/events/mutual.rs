@@ -168,6 +168,7 @@ impl<'a> MutualConjunction<'a> {
     fn exit_s(&self, inside_s: f64, direction: f64, region: Region) -> f64 {
         let outside = |s: f64| self.distance_outside_km(s, region);
         let mut inside = inside_s;
+        // Not up to the end of the fitted span, because the nearer moon is evaluated at another instant: earlier or later by the light time between the moons.
         while inside.abs() < 0.95 * HALF_SPAN_S {
             let next = inside + direction * CONTACT_STEP_S;
             if outside(next) >= 0.0 {

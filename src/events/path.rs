@@ -17,6 +17,9 @@ const FIRST_OFFSET_DEG: f64 = 0.02;
 /// sunlit limit can be more than 11 degrees (1200 km) from the centre line.
 const MAX_OFFSET_DEG: f64 = 25.0;
 
+/// Tolerance of the distance of a limit from the centre line, degrees of arc: 11 m.
+const LIMIT_TOLERANCE_DEG: f64 = 1e-4;
+
 /// A path on the ground, in the direction in which the shadow moves.
 #[derive(Clone, Debug, Default)]
 pub struct EclipsePath {
@@ -37,6 +40,7 @@ impl SolarEclipse {
         // Degrees of latitude by which the left limit is north of the right one, summed over the steps; where a limit has no point, the centre line replaces it.
         let mut left_is_north_by_deg = 0.0;
         for i in 0..=STEPS {
+            // Slightly inside the span, where the axis certainly meets the ground.
             let fraction = (f64::from(i) / f64::from(STEPS)).clamp(1e-5, 1.0 - 1e-5);
             let s = from + (to - from) * fraction;
             let Some(centre) = geometry.centre(s) else { continue };
@@ -74,7 +78,7 @@ impl SolarEclipse {
                 return None;
             }
         }
-        while outside - inside > 1e-4 {
+        while outside - inside > LIMIT_TOLERANCE_DEG {
             let middle = 0.5 * (inside + outside);
             if is_total_or_annular(middle) { inside = middle } else { outside = middle }
         }

@@ -122,6 +122,7 @@ impl SolarEclipseGeometry {
         let earth = self.earth();
         let minus_half_chord_sq =
             |s: f64| -earth.half_chord_sq(self.sky.near_body_km(s), moon_to_sun(self.sky.sun_km(s), self.sky.near_body_km(s)).0);
+        // The flattening shifts the longest chord by less than ten minutes from the greatest eclipse.
         let middle = time_of_minimum(self.greatest_s - 600.0, self.greatest_s + 600.0, minus_half_chord_sq);
         (minus_half_chord_sq(middle) < 0.0).then(|| {
             (

@@ -8,6 +8,7 @@
 mod image_file;
 mod label;
 
+use crate::units::RAD_PER_ARCSEC;
 use crate::wording::{echo, one_line};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -20,6 +21,8 @@ pub const MAX_HEIGHT_KM: f64 = 20.0;
 pub const MAX_HEIGHTS: usize = 30_000_000;
 /// Maximum size of a file: [`MAX_HEIGHTS`] heights of eight bytes, and a header.
 pub const MAX_FILE_BYTES: u64 = 8 * MAX_HEIGHTS as u64 + (1 << 20);
+/// Mean distance of the Moon from the Earth.
+const MOON_DISTANCE_KM: f64 = 384_400.0;
 /// Maximum size of a label.
 pub const MAX_LABEL_BYTES: u64 = 1 << 20;
 
@@ -143,8 +146,7 @@ impl HeightMap {
         format!(
             "{:.4} heights a degree ({spacing_km:.2} km on the ground, {:.1}\" at the limb), from {:.2} to {:.2} km over a sphere of {} km",
             self.columns as f64 / 360.0,
-            // Seen from the Earth at the Moon's mean distance.
-            (spacing_km / 384_400.0).to_degrees() * 3600.0,
+            spacing_km / MOON_DISTANCE_KM / RAD_PER_ARCSEC,
             self.min_km,
             self.max_km,
             self.sphere_km,

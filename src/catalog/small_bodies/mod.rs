@@ -155,7 +155,7 @@ impl SmallBodies {
                 designation: String::new(),
                 name: format!("synthetic {k}"),
                 orbit,
-                brightness: BrightnessLaw::Asteroid { h, g: 0.15 },
+                brightness: BrightnessLaw::Asteroid { h, g: rows::DEFAULT_G },
             }
         };
         Self { minor_planets: (0..count).map(body).collect(), comets: Vec::new() }

@@ -80,8 +80,8 @@ const CELLS_PER_SIDE: usize = 16;
 
 /// The number of the cell that contains a direction: by the face of the cube that the direction meets, then by the row and the column on that face.
 fn cell_of(direction: DVec3) -> usize {
-    let size = direction.abs();
-    let (axis, largest) = (0..3).map(|k| (k, size[k])).fold((0, 0.0), |best, next| if next.1 > best.1 { next } else { best });
+    let magnitudes = direction.abs();
+    let (axis, largest) = (0..3).map(|k| (k, magnitudes[k])).fold((0, 0.0), |best, next| if next.1 > best.1 { next } else { best });
     let face = 2 * axis + usize::from(direction[axis] < 0.0);
     let coordinate =
         |k: usize| (((direction[(axis + k) % 3] / largest + 1.0) / 2.0 * CELLS_PER_SIDE as f64) as usize).min(CELLS_PER_SIDE - 1);
