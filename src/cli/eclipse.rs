@@ -183,7 +183,8 @@ pub(super) fn parse_place(text: &str) -> Result<GeodeticPosition, String> {
         return Err(invalid("latitude goes from -90 to 90, longitude from -360 to 360"));
     }
     if !HEIGHT_RANGE_M.contains(&height_m) {
-        return Err(invalid("the height goes from -12000 to 100000 metres"));
+        let (lowest, highest) = (HEIGHT_RANGE_M.start(), HEIGHT_RANGE_M.end());
+        return Err(invalid(&format!("the height goes from {lowest} to {highest} metres")));
     }
     Ok(GeodeticPosition { latitude_deg, longitude_deg, height_km: height_m / 1000.0 })
 }

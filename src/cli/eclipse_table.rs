@@ -1,4 +1,7 @@
 //! Formats the JSON objects of `orrery eclipse find` as a text table.
+//!
+//! In: the objects in order of time, and the catalog, whose radii the table states. Out: the lines. Always: times are rounded to a second, those at the Moon's own
+//! limb to a tenth. Not here: the search for events (`events`).
 
 use crate::catalog::Catalog;
 use crate::events;
