@@ -303,6 +303,7 @@ fn recolour(map: &RgbImage, how: &Recolouring, target: Colour) -> RgbImage {
             colour[0] *= (how.red_kept * (redness[i] - mean_redness - slope * (clamped_hue[i] - mean_clamped_hue)).clamp(-0.4, 0.4)).exp();
             colour = of_luminance_1(colour);
             if let Some(ice) = how.ice.map(of_luminance_1) {
+                // Ice is bright in green, and hardly redder than blue.
                 let ice_fraction = smoothstep(-1.0, -0.3, hue[i]) * smoothstep(0.25, 0.5, linear[i][1]);
                 colour = std::array::from_fn(|c| colour[c] + ice_fraction * (ice[c] - colour[c]));
             }

@@ -1,7 +1,7 @@
 //! Roots and minima of smooth functions of time.
 //!
-//! Times are seconds from an instant near the event: beyond 5e11 s (16,000 years) neighbouring f64 numbers are farther apart than the tolerance, and the
-//! searches would not end.
+//! In: a function, and an interval with one root or one minimum. Out: its argument there, within a tolerance. Times are seconds from an instant near the event:
+//! beyond 5e11 s (16,000 years) neighbouring f64 numbers are farther apart than the tolerance, and the searches would not end.
 
 use crate::units::INVERSE_GOLDEN_RATIO;
 
