@@ -22,6 +22,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 use std::sync::OnceLock;
 
+/// Single-scattering albedo of a ring for which the catalog gives none.
+const DEFAULT_RING_ALBEDO: [f64; 3] = [0.5; 3];
+
+/// Reads a `[[ring]]`: the body's name and the ring.
 fn ring(mut table: TableReader) -> Option<(WithLine<String>, Ring)> {
     let body_name = table.required("body", "the name of a body", |_: &String| true);
     let name = table.required("name", ALLOWED_NAME, is_name);
@@ -39,12 +43,13 @@ fn ring(mut table: TableReader) -> Option<(WithLine<String>, Ring)> {
             inner_km: inner_km?,
             outer_km: outer_km?.value,
             tau_normal: tau_normal?,
-            albedo: albedo.map_or([0.5; 3], |l| l.value),
+            albedo: albedo.map_or(DEFAULT_RING_ALBEDO, |l| l.value),
             dust: dust.map_or(0.0, |l| l.value),
         },
     ))
 }
 
+/// Reads a `[[atmosphere.species]]`.
 fn species(mut table: TableReader) -> Option<Species> {
     let per_km = "three numbers from 0 to 10 per kilometre";
     let name = table.required("name", ALLOWED_NAME, is_name);
@@ -71,6 +76,7 @@ const MAX_SPECIES: usize = 16;
 /// Maximum number of rings of a body: each has two edges, and the table of edges (`scene::rings`) has room for 4,096.
 const MAX_RINGS: usize = 2000;
 
+/// Reads an `[[atmosphere]]`: the body's name and the atmosphere.
 fn atmosphere(mut table: TableReader) -> Option<(WithLine<String>, Atmosphere)> {
     let body_name = table.required("body", "the name of a body", |_: &String| true);
     let top_km = required_number(&mut table, "top_km", "kilometres above 0", |x| x > 0.0);

@@ -266,7 +266,7 @@ pub(super) fn body(mut table: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>
         ),
         parent: table.optional("parent", "the name of a body", |_: &String| true),
         radii_km: table
-            .optional("radii_km", "three lengths above 0 and below 1e7", each_component(|x| x > 0.0 && x < 1e7))
+            .optional("radii_km", "three lengths in km, above 0 and below 1e7", each_component(|x| x > 0.0 && x < 1e7))
             .map(|l| l.value),
         gm_km3_s2: table.optional("gm_km3_s2", "a number from 0", |v| finite(v) && *v >= 0.0).map(|l| l.value),
         geometric_albedo: table.optional("geometric_albedo", "a number from 0 to 2", |v| (0.0..=2.0).contains(v)).map(|l| l.value),

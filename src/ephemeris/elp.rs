@@ -88,8 +88,8 @@ impl LunarSeries {
         Ok(Self { terms: lines.map(read).collect::<Result<_, _>>()? })
     }
 
-    /// Geocentric state, ICRF; `tdb_s` from J2000. Terms with an amplitude under `min_arcsec` are left out; an amplitude in km counts as the angle that it spans at
-    /// the Moon's mean distance.
+    /// Geocentric state, ICRF; `tdb_s` from J2000. Terms with an amplitude under `min_arcsec` are left out; an amplitude in km counts as the angle that it
+    /// spans at the Moon's mean distance.
     pub fn state(&self, tdb_s: f64, min_arcsec: f64) -> State {
         let t = tdb_s / CENTURY_S;
         let (correction, correction_rate) = polynomial(&FITTED_TO_DE440, t);

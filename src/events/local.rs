@@ -1,7 +1,8 @@
 //! Local circumstances of an eclipse: contacts, magnitude, altitudes, rising and setting.
 //!
-//! In: a place, and the positions of the bodies during the eclipse. Out: circumstances, or none if the discs never overlap. Contacts are those of the mean limbs
-//! (the Moon as a sphere); altitudes are without refraction; the Sun or the Moon rises and sets with its upper limb, with the conventional refraction of 34 arcmin.
+//! In: a place, and the positions of the bodies during the eclipse. Out: circumstances, or none if the discs never overlap. Contacts are those of the mean
+//! limbs (the Moon as a sphere); altitudes are without refraction; the Sun or the Moon rises and sets with its upper limb, with the conventional refraction of
+//! 34 arcmin.
 
 use super::numeric::{time_of_minimum, zero_crossing};
 use super::sky::{BodyRadii, EarthSky};
@@ -12,8 +13,8 @@ use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
 const HORIZON_REFRACTION_RAD: f64 = HORIZON_REFRACTION_DEG * PI / 180.0;
-/// The maximum is searched this far from the given instant, and contacts this far from the maximum: a solar eclipse lasts at most 3.6 hours at a place, a transit
-/// 8.
+/// The maximum is searched this far from the given instant, and contacts this far from the maximum: a solar eclipse lasts at most 3.6 hours at a place, a
+/// transit 8.
 const SEARCH_S: f64 = 4.5 * 3600.0;
 /// Step in the search for the maximum, and for rising and setting.
 const SEARCH_STEP_S: f64 = 120.0;
@@ -66,8 +67,8 @@ impl LocalContact {
 
 /// Semidiameter of the Sun and the Moon for rising and setting, radians.
 const SEMIDIAMETER_RAD: f64 = 16.0 / 60.0 * PI / 180.0;
-/// An altitude this far below the horizon, in radians, still counts as at the horizon: risings and settings are found to 1e-4 s, in which altitudes change by up
-/// to 1e-8.
+/// An altitude this far below the horizon, in radians, still counts as at the horizon: risings and settings are found to 1e-4 s, in which altitudes change by
+/// up to 1e-8.
 const HORIZON_TOLERANCE_RAD: f64 = 1e-7;
 
 /// Local circumstances of an eclipse.
@@ -80,8 +81,8 @@ pub struct LocalCircumstances {
     /// The maximum above the horizon; if the eclipse is not visible, the geometric maximum.
     pub maximum: LocalContact,
     /// Part of the Sun's diameter that is covered at maximum; if one disc lies within the other, the Moon's diameter over the Sun's. In a lunar
-    /// eclipse the part of the Moon's diameter inside the umbra, or inside the penumbra if the eclipse is penumbral; negative outside. In a lunar eclipse it differs
-    /// between places only because the Moon may be above the horizon only before or after the greatest eclipse.
+    /// eclipse the part of the Moon's diameter inside the umbra, or inside the penumbra if the eclipse is penumbral; negative outside. In a lunar eclipse it
+    /// differs between places only because the Moon may be above the horizon only before or after the greatest eclipse.
     pub magnitude: f64,
     /// Part of the Moon's diameter inside the penumbra at maximum; `None` for a solar eclipse.
     pub penumbral_magnitude: Option<f64>,

@@ -1,8 +1,8 @@
 //! Events: eclipses of the Sun and the Moon, transits of Mercury and Venus, and phenomena of the Galilean moons and Titan.
 //!
-//! In: catalog, ephemeris, a span of time. Out: eclipses in order of time; transits planet by planet; phenomena of moons, not sorted. Instants are those at which
-//! the Earth's centre receives the light; eclipses and transits also have local circumstances. Positions include light time and aberration, as in the shaders, and
-//! radii follow the catalog's convention ([`EclipseRadii`](crate::catalog::EclipseRadii)). Not here: drawing, files.
+//! In: catalog, ephemeris, a span of time. Out: eclipses in order of time; transits planet by planet; phenomena of moons, not sorted. Instants are those at
+//! which the Earth's centre receives the light; eclipses and transits also have local circumstances. Positions include light time and aberration, as in the
+//! shaders, and radii follow the catalog's convention ([`EclipseRadii`](crate::catalog::EclipseRadii)). Not here: drawing, files.
 
 mod cone;
 mod contacts;

@@ -71,8 +71,8 @@ pub(super) struct EarthSky {
 }
 
 impl EarthSky {
-    /// The sky from `half_span_s` before to `half_span_s` after `middle`. `near_body`: the Moon, which the fit supports for up to 19 hours, or a planet that passes
-    /// in front of the Sun.
+    /// The sky from `half_span_s` before to `half_span_s` after `middle`. `near_body`: the Moon, which the fit supports for up to 19 hours, or a planet that
+    /// passes in front of the Sun.
     ///
     /// # Errors
     /// The ephemeris does not cover the span.

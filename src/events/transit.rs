@@ -1,7 +1,7 @@
 //! Transits of Mercury and Venus across the Sun.
 //!
-//! In: catalog, ephemeris, a span of time. Out: least distance of the centres and the four contacts of the limbs, as seen from the Earth's centre and from places on
-//! the ground. Positions are apparent: the planet where the light passed it, the Sun where the light left it. Not here: the black-drop effect.
+//! In: catalog, ephemeris, a span of time. Out: least distance of the centres and the four contacts of the limbs, as seen from the Earth's centre and from
+//! places on the ground. Positions are apparent: the planet where the light passed it, the Sun where the light left it. Not here: the black-drop effect.
 
 use super::contacts::{Contact, seconds_between};
 use super::local::{GeodeticPosition, LocalCircumstances, Station};

@@ -37,8 +37,8 @@ pub struct GlyphAtlas {
     pub marker: Glyph,
     /// A fully covered square, any part of which can be drawn as a filled rectangle.
     pub solid_square: Glyph,
-    /// From the middle of a lower-case letter down to the baseline, pixels.
-    pub baseline_offset: f32,
+    /// From the middle of a lower-case letter down to the baseline.
+    pub baseline_offset_px: f32,
 }
 
 /// Width of the texture, in units of the font size.
@@ -147,7 +147,7 @@ impl GlyphAtlas {
             marker: all.iter().find(|(c, _)| c.is_none()).map_or(empty, |(_, glyph)| *glyph),
             solid_square: all.iter().rfind(|(c, _)| c.is_none()).map_or(empty, |(_, glyph)| *glyph),
             by_character: all.into_iter().filter_map(|(c, glyph)| Some((c?, glyph))).collect(),
-            baseline_offset: (0.5 * x_height).round(),
+            baseline_offset_px: (0.5 * x_height).round(),
         }
     }
 

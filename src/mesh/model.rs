@@ -1,9 +1,9 @@
 //! Builds a mesh from a file's faces, with one vertex for each combination of position, normal, texture coordinate and colour.
 //!
 //! In: an [`Obj`] and the body's [`ShapeFrame`]. Out: a [`Mesh`]. Missing data are computed: a normal as the mean of the faces around its position,
-//! weighted by their areas; a texture coordinate from longitude and latitude as in the body's map. If a triangle crosses the map's seam, its texture coordinates
-//! continue beyond the map's edge (the sampler repeats); a corner at a pole takes the mean longitude of the other two; a triangle that contains a pole is split
-//! into three there. Triangles without an area are dropped.
+//! weighted by their areas; a texture coordinate from longitude and latitude as in the body's map. If a triangle crosses the map's seam, its texture
+//! coordinates continue beyond the map's edge (the sampler repeats); a corner at a pole takes the mean longitude of the other two; a triangle that contains a
+//! pole is split into three there. Triangles without an area are dropped.
 
 use super::obj::{Corner, Obj};
 use super::self_shadow::RayCastMesh;

@@ -1,21 +1,21 @@
 //! Self-shadowing of a mesh: at each vertex, the height of the Sun, which is its angle above the horizon that the mesh itself forms.
 //!
 //! In: a mesh, the direction of the Sun and its angular radius. Out: the height of the Sun's centre at each vertex, in units of that radius: above 1 the whole
-//! disc is visible, below -1 it is hidden, in between a straight horizon cuts it. Rays are traced in f64 through a bounding volume hierarchy, in the plane of the
-//! vertex's normal and the Sun: upward from a hidden Sun or downward from a visible one, until visibility changes; bisection refines the height.
+//! disc is visible, below -1 it is hidden, in between a straight horizon cuts it. Rays are traced in f64 through a bounding volume hierarchy, in the plane of
+//! the vertex's normal and the Sun: upward from a hidden Sun or downward from a visible one, until visibility changes; bisection refines the height.
 //!
-//! Error: the height is relative to one edge of the mesh above or below the Sun, accurate to a quarter of the Sun's radius or a tenth of the height, whichever is
-//! more. It is the nearest edge, unless an obstacle or a gap lies between two of the tested directions, which are 1, 4, 16, ... solar radii from the Sun. Between
-//! vertices the height is interpolated: the shadow's edge of a smooth hill is accurate to less than a triangle, that of something smaller or more distant than a
-//! triangle to the length of one of its sides. Not here: shadows in the light of other bodies.
+//! Error: the height is relative to one edge of the mesh above or below the Sun, accurate to a quarter of the Sun's radius or a tenth of the height, whichever
+//! is more. It is the nearest edge, unless an obstacle or a gap lies between two of the tested directions, which are 1, 4, 16, ... solar radii from the Sun.
+//! Between vertices the height is interpolated: the shadow's edge of a smooth hill is accurate to less than a triangle, that of something smaller or more
+//! distant than a triangle to the length of one of its sides. Not here: shadows in the light of other bodies.
 
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::OnceLock;
 
-/// Heights are clamped to plus or minus this, 5 degrees in radians: otherwise the interpolated height would be too steep between a vertex that sees past a peak and
-/// a neighbour that does not.
+/// Heights are clamped to plus or minus this, 5 degrees in radians: otherwise the interpolated height would be too steep between a vertex that sees past a peak
+/// and a neighbour that does not.
 const MAX_HEIGHT_RAD: f64 = 0.0873;
 /// Maximum number of triangles in a leaf of the tree.
 const MAX_LEAF_TRIANGLES: usize = 4;

@@ -130,8 +130,8 @@ impl Instant {
         match self.utc_seconds_rounded_to_ms() {
             (_, Some(into_leap_s)) if (0.0..1.0).contains(&(into_leap_s + s)) => self.plus_seconds(s),
             (midnight_s, Some(into_leap_s)) => {
-                // The count of UTC seconds leaves the leap second out. So of a span that ends after the leap second, only the part after it is counted; of a span
-                // that ends before, only the part before it.
+                // The count of UTC seconds leaves the leap second out. So of a span that ends after the leap second, only the part after it is counted; of a
+                // span that ends before, only the part before it.
                 let uncounted_s = if s > 0.0 { 1.0 } else { 0.0 };
                 Self::from_utc_seconds(midnight_s + into_leap_s + s - uncounted_s)
             }

@@ -145,8 +145,8 @@ const DAYS_FROM_MARCH_0000_TO_2000: i64 = 730_425;
 /// Days of the Gregorian calendar's cycle of 400 years.
 const DAYS_PER_CYCLE: i64 = 146_097;
 
-/// Days from 2000-01-01 to the date, both at noon. Counts from 1 March, so that the leap day ends the year; (153 m + 2) / 5 is the number of days before month m
-/// of that year (H. Hinnant, chrono-Compatible Low-Level Date Algorithms, `days_from_civil`).
+/// Days from 2000-01-01 to the date, both at noon. Counts from 1 March, so that the leap day ends the year; (153 m + 2) / 5 is the number of days before month
+/// m of that year (H. Hinnant, chrono-Compatible Low-Level Date Algorithms, `days_from_civil`).
 fn days_past_j2000_noon(year: i64, month: i64, day: i64) -> f64 {
     let year_from_march = if month <= 2 { year - 1 } else { year };
     let month_from_march = (month + 9) % 12;

@@ -1,4 +1,5 @@
-//! Points and outlines of a GeoJSON file (RFC 7946): every geometry of a FeatureCollection or a Feature, or a geometry alone; with the Feature's `time` property.
+//! Points and outlines of a GeoJSON file (RFC 7946): every geometry of a FeatureCollection or a Feature, or a geometry alone; with the Feature's `time`
+//! property.
 //!
 //! In: the document. Out: points and lines, or the wrong line and field. Longitude comes first, east-positive; heights are ignored; a polygon is read as
 //! the outlines of its rings. `time` is text (ISO 8601 UTC or jd_tdb:DAY) or, as in catalogs of earthquakes, milliseconds since 1970. Ignored: other

@@ -2,8 +2,8 @@
 //!
 //! In: bytes of a PNG, a TIFF, or a PDS label and its image ([`HeightMap::of_image`], [`HeightMap::of_pds`]). Out: [`HeightMap`], which gives the height
 //! in any direction. Always: every height is finite and within [`MAX_HEIGHT_KM`] of the sphere. A value of the map is the height at the centre of its cell;
-//! between centres heights are interpolated linearly in longitude and latitude; between the first or last row and the pole they are constant along each meridian.
-//! No height map is embedded. Not supported: maps of a part of the Moon, other projections, other bodies.
+//! between centres heights are interpolated linearly in longitude and latitude; between the first or last row and the pole they are constant along each
+//! meridian. No height map is embedded. Not supported: maps of a part of the Moon, other projections, other bodies.
 
 mod image_file;
 mod label;
@@ -92,9 +92,9 @@ impl HeightMap {
         Ok(Self { name: name.to_owned(), columns, rows, heights_km, west_rad: west_deg.to_radians(), sphere_km, min_km, max_km })
     }
 
-    /// Reads a greyscale PNG of 8 or 16 bits, or a TIFF of 8 or 16 bits or floating point, with longitude 0 in the middle. `range`: the heights of black and white.
-    /// Without a range, unsigned 16-bit values count half metres upward from -10 km, and floating-point values are kilometres, as in the CGI Moon Kit of NASA's
-    /// Scientific Visualization Studio.
+    /// Reads a greyscale PNG of 8 or 16 bits, or a TIFF of 8 or 16 bits or floating point, with longitude 0 in the middle. `range`: the heights of black and
+    /// white. Without a range, unsigned 16-bit values count half metres upward from -10 km, and floating-point values are kilometres, as in the CGI Moon Kit of
+    /// NASA's Scientific Visualization Studio.
     ///
     /// # Errors
     /// States what is wrong with the file, and what to do.

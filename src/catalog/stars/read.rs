@@ -1,8 +1,8 @@
 //! Star catalogs as text: comma-separated values with named columns, and the fixed columns of Hipparcos' hip2.dat.
 //!
 //! In: the text. Out: the epoch and the stars, or the first wrong line, with its field. A table's first line names its columns; a word such as J2016.0 in that
-//! line is the epoch of the positions; the default is J2000. Unknown columns are ignored. A text whose first line names no columns is hip2.dat (van Leeuwen 2007,
-//! CDS I/311), whose positions are of J1991.25. Not supported: commas within quotes. Not read: the measurement errors of the values.
+//! line is the epoch of the positions; the default is J2000. Unknown columns are ignored. A text whose first line names no columns is hip2.dat (van Leeuwen
+//! 2007, CDS I/311), whose positions are of J1991.25. Not supported: commas within quotes. Not read: the measurement errors of the values.
 
 use super::{Star, StarFileError, julian_epoch};
 use crate::units::{DAYS_PER_JULIAN_YEAR, KM_PER_AU, RAD_PER_ARCSEC, SECONDS_PER_DAY};
