@@ -119,8 +119,13 @@ fn eclipses_at_phase<E>(
     let mut starts = SeriesStarts::default();
     // The mean new or full moon and the greatest eclipse differ by less than a day.
     const MARGIN_S: f64 = SECONDS_PER_DAY;
-    let mut syzygy = Syzygy::at_or_before(phase, span.start.plus_seconds(-MARGIN_S));
-    while syzygy.mean_instant() < span.end.plus_seconds(MARGIN_S) {
+    let (first, last) = (span.start.plus_seconds(-MARGIN_S), span.end.plus_seconds(MARGIN_S));
+    let mut syzygy = Syzygy::at_or_before(phase, first);
+    // The ephemeris may not cover a syzygy before the span.
+    while syzygy.mean_instant() < first {
+        syzygy = syzygy.next();
+    }
+    while syzygy.mean_instant() < last {
         if let Some(mut eclipse) = eclipse_at(syzygy)?.filter(|e| span.contains(&greatest(e))) {
             if let Some(set_member) = &set_member {
                 // `None` if the series may have begun before the span of the ephemeris.
@@ -131,4 +136,23 @@ fn eclipses_at_phase<E>(
         syzygy = syzygy.next();
     }
     Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A span may begin where the ephemeris does.
+    #[test]
+    fn no_phase_before_the_span_is_computed() {
+        let span = Instant::parse("2024-01-01").expect("a time")..Instant::parse("2025-01-01").expect("a time");
+        let covered_from = span.start.plus_seconds(-SECONDS_PER_DAY);
+        let eclipse_at = |syzygy: Syzygy| match syzygy.mean_instant() < covered_from {
+            true => Err(EphemerisError::other("not covered")),
+            false => Ok(Some(syzygy)),
+        };
+        let no_member: Option<fn(&mut Syzygy, Option<i64>)> = None;
+        let found = eclipses_at_phase(Phase::New, span, |syzygy| syzygy.mean_instant(), eclipse_at, no_member).expect("covered");
+        assert_eq!(found.len(), 13, "the new moons of 2024, from 11 January to 30 December");
+    }
 }
