@@ -74,8 +74,8 @@ fn delta_t_text(rows: &[Value]) -> Option<String> {
     })
 }
 
-/// The table: a heading; a row for each event, followed by a line of local circumstances if the row has them; a line with the number of events, the radii and
-/// the enlargement of the Earth's shadow; and a line about the error of Delta T if it is large enough to matter.
+/// The table. Its lines: a heading; a row for each event, followed by a line of local circumstances if the row has them; a line with the number of events, the
+/// radii and the enlargement of the Earth's shadow; and a line about the error of Delta T if it is large enough to matter.
 pub(super) fn as_text(catalog: &Catalog, rows: &[Value]) -> String {
     let mut table =
         vec![["greatest (UTC)", "kind", "type", "gamma", "magnitude", "lat", "lon", "duration", "Saros", "contacts"].map(str::to_owned)];

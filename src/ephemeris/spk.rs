@@ -21,8 +21,8 @@ const MAX_CENTRES: usize = 16;
 /// Maximum number of summaries in a record of an SPK: (128 - 3) doubles, 5 per summary.
 const MAX_SUMMARIES: f64 = 25.0;
 
-/// Walks the chain of summary records (DAF Required Reading: each begins with the numbers of the next and of the previous record and with the
-/// number of its summaries; records count from 1, and the last record names 0 as the next).
+/// Walks the chain of summary records. Each begins with three numbers: that of the next record, that of the previous one, and the count of its summaries.
+/// Records count from 1, and the last one names 0 as the next (NAIF's DAF Required Reading).
 ///
 /// # Errors
 /// Names the record that is outside the file, occurs twice, or has an impossible number of summaries.

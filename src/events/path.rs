@@ -65,7 +65,7 @@ impl SolarEclipse {
         Some(path)
     }
 
-    /// The farthest place from `centre` on the great circle in this direction where the eclipse is still total or annular; `None` if the Sun is then more than
+    /// The farthest place from `centre` on the great circle in this direction where the eclipse is still total or annular. `None` if the Sun is then more than
     /// a degree below the place's horizon, or if the place is beyond [`MAX_OFFSET_DEG`]. Times are seconds, as in the eclipse's geometry.
     fn limit(&self, s: f64, centre: GeodeticPosition, bearing_rad: f64) -> Option<GeodeticPosition> {
         let geometry = &self.geometry;

@@ -1,9 +1,9 @@
 //! A glyph atlas: the glyphs of one text size in one texture, with their positions and advances.
 //!
 //! In: the characters to be drawn and their size in pixels. Out: [`GlyphAtlas`]: a texture of one mip level that holds coverage (the same in all four
-//! channels), a [`Glyph`] for each character, one for the ring that marks surface features and bodies of a few pixels, and one for a filled square. Always:
-//! each glyph has a rectangle of its own in the texture (its cell), and at least one empty texel lies between two cells. A character missing in the font
-//! becomes the font's replacement glyph. Not here: the position of text.
+//! channels), and a [`Glyph`] for each character. Two more glyphs are a ring, which marks surface features and bodies of a few pixels, and a filled square.
+//! Always: each glyph has a rectangle of its own in the texture (its cell), and at least one empty texel lies between two cells. A character missing in the
+//! font becomes the font's replacement glyph. Not here: the position of text.
 //!
 //! A pen position is the top left corner of a pixel, but the ring is drawn around the middle of that pixel: to centre it on a point, a caller subtracts half a
 //! pixel from the point. The font is Ubuntu Light, as in the window.

@@ -2,7 +2,7 @@
 //!
 //! In: an [`Obj`] and the body's [`ShapeFrame`]. Out: a [`Mesh`]. Missing data are computed: a normal as the mean of the faces around its position,
 //! weighted by their areas; a texture coordinate from longitude and latitude as in the body's map. If a triangle crosses the map's seam, its texture
-//! coordinates continue beyond the map's edge (the sampler repeats); a corner at a pole takes the mean longitude of the other two; a triangle that contains a
+//! coordinates continue beyond the map's edge (the sampler repeats). A corner at a pole takes the mean longitude of the other two. A triangle that contains a
 //! pole is split into three there. Triangles without an area are dropped.
 
 use super::obj::{Corner, Obj};

@@ -1,7 +1,7 @@
 //! Stars: position, proper motion, distance, brightness and colour index, and a spatial index of the sky.
 //!
-//! In: the text of a catalog. Out: [`StarCatalog`]. Its stars are grouped by cells of the sky and sorted from bright to faint in each cell, so that a view
-//! reads only the cells in its field, and of each cell only the stars down to the view's limiting magnitude. Always: directions are unit vectors, all numbers
+//! In: the text of a catalog. Out: [`StarCatalog`]. Its stars are grouped by cells of the sky and sorted from bright to faint in each cell. A view
+//! reads only the cells in its field, and of each cell only the stars down to its limiting magnitude. Always: directions are unit vectors, all numbers
 //! are finite. Not here: the place of a star at a date (`ephemeris::star_place`), and its brightness in an image (`scene`).
 
 mod names;
