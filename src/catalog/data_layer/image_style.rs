@@ -59,7 +59,8 @@ impl Stretch {
     }
 }
 
-/// Viridis as a polynomial: one row per power of the value from 0 to 6, with red, green and blue. Fitted to van der Walt & Smith's table, within 0.02.
+/// Viridis as a polynomial: one row per power of the value from 0 to 6, with red, green and blue. Matt Zucker's fit (Shadertoy
+/// WlfXRN, CC0) to the table of van der Walt & Smith, within 0.02.
 const VIRIDIS: [[f64; 3]; 7] = [
     [0.277_727, 0.005_407, 0.334_100],
     [0.105_093, 1.404_614, 1.384_590],

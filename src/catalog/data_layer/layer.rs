@@ -187,7 +187,7 @@ pub(super) fn checked_position(lon_deg: f64, lat_deg: f64) -> Result<[f64; 2], S
 
 /// Parses `#rrggbb`.
 pub(super) fn hex_colour(text: &str) -> Option<[u8; 3]> {
-    let digits = text.trim().strip_prefix('#').filter(|d| d.len() == 6 && d.is_ascii())?;
+    let digits = text.trim().strip_prefix('#').filter(|d| d.len() == 6 && d.bytes().all(|b| b.is_ascii_hexdigit()))?;
     let channel = |k: usize| u8::from_str_radix(&digits[2 * k..2 * k + 2], 16).ok();
     Some([channel(0)?, channel(1)?, channel(2)?])
 }
@@ -201,6 +201,13 @@ mod tests {
     fn line(segments: usize) -> String {
         let vertices: Vec<String> = (0..=segments).map(|k| format!("[0,{}]", if k % 2 == 0 { -90 } else { 90 })).collect();
         format!("{{\"type\":\"LineString\",\"coordinates\":[{}]}}", vertices.join(","))
+    }
+
+    #[test]
+    fn a_colour_is_six_hexadecimal_digits() {
+        assert_eq!(hex_colour(" #fF8040"), Some([255, 128, 64]));
+        // `from_str_radix` alone would read +f as 15.
+        assert!(["#+f+f+f", "#ff804", "ff8040", "#ff80\u{e9}", "#ff804g"].iter().all(|text| hex_colour(text).is_none()));
     }
 
     /// Lengths are those of the drawn lines: a whole parallel counts in full, a step across the antimeridian not at all.

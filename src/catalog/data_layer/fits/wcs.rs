@@ -113,6 +113,7 @@ pub(super) fn on_sky(header: &Header) -> Result<ImageWcs, CardError> {
         let keyword = if types[0] == "RA---TAN" { "CTYPE2" } else { "CTYPE1" };
         return Err(unsupported_card(header, keyword, "on the sky only RA---TAN with DEC--TAN, without distortion, is drawn"));
     }
+    // Distortions as in the images of Spitzer (SIP: A_ORDER, B_ORDER) and in those of SCAMP (PV).
     for keyword in ["A_ORDER", "B_ORDER", "PV1_5", "PV2_1"] {
         if !header.text(keyword).is_empty() {
             return Err(unsupported_card(header, keyword, "distorted images are not drawn"));
