@@ -9,9 +9,9 @@
 use glam::DVec3;
 use orrery::ephemeris::chebyshev::{fit_nodes, value_and_slope};
 use orrery::ephemeris::spk::Spk;
+use orrery::units::SECONDS_PER_DAY;
 use std::f64::consts::PI;
 
-const DAY_S: f64 = 86_400.0;
 /// Fits have fewer coefficients per axis than this.
 const TERMS_END: usize = 40;
 
@@ -96,9 +96,9 @@ fn position(kernel: &Spk, body: &BodySpec, tdb_s: f64) -> DVec3 {
 /// Worst error in km over every `stride`-th interval, at its ends and between its nodes.
 fn worst_km(kernel: &Spk, spec: &KernelSpec, body: &BodySpec, length_days: f64, terms: usize, stride: usize) -> f64 {
     let records = ((spec.end_days - spec.start_days) / length_days).ceil() as usize;
-    let radius_s = 0.5 * length_days * DAY_S;
+    let radius_s = 0.5 * length_days * SECONDS_PER_DAY;
     (0..records).step_by(stride).fold(0.0, |worst: f64, i| {
-        let midpoint_s = spec.start_days * DAY_S + (2 * i + 1) as f64 * radius_s;
+        let midpoint_s = spec.start_days * SECONDS_PER_DAY + (2 * i + 1) as f64 * radius_s;
         let axes = coefficients(kernel, body, midpoint_s, radius_s, terms);
         (0..=terms).fold(worst, |worst, j| {
             let u = (PI * j as f64 / terms as f64).cos();
@@ -136,14 +136,14 @@ fn smallest_fit(kernel: &Spk, spec: &KernelSpec, body: &BodySpec) -> Option<Fit>
 
 /// One DAF array: the records, then the start, the length of an interval, the record size and the number of records.
 fn segment(kernel: &Spk, spec: &KernelSpec, body: &BodySpec, fit: &Fit) -> Vec<f64> {
-    let radius_s = 0.5 * fit.length_days * DAY_S;
+    let radius_s = 0.5 * fit.length_days * SECONDS_PER_DAY;
     let mut data = Vec::with_capacity(fit.doubles);
     for i in 0..fit.records {
-        let midpoint_s = spec.start_days * DAY_S + (2 * i + 1) as f64 * radius_s;
+        let midpoint_s = spec.start_days * SECONDS_PER_DAY + (2 * i + 1) as f64 * radius_s;
         data.extend([midpoint_s, radius_s]);
         coefficients(kernel, body, midpoint_s, radius_s, fit.terms).iter().for_each(|axis| data.extend(axis));
     }
-    data.extend([spec.start_days * DAY_S, fit.length_days * DAY_S, (2 + 3 * fit.terms) as f64, fit.records as f64]);
+    data.extend([spec.start_days * SECONDS_PER_DAY, fit.length_days * SECONDS_PER_DAY, (2 + 3 * fit.terms) as f64, fit.records as f64]);
     data
 }
 
@@ -162,8 +162,8 @@ fn daf(spec: &KernelSpec, segments: &[(&BodySpec, Vec<f64>)], comment: &str) -> 
     let mut arrays = Vec::new();
     for (i, (body, data)) in segments.iter().enumerate() {
         let offset = 24 + 40 * i;
-        summaries[offset..offset + 8].copy_from_slice(&(spec.start_days * DAY_S).to_le_bytes());
-        summaries[offset + 8..offset + 16].copy_from_slice(&(spec.end_days * DAY_S).to_le_bytes());
+        summaries[offset..offset + 8].copy_from_slice(&(spec.start_days * SECONDS_PER_DAY).to_le_bytes());
+        summaries[offset + 8..offset + 16].copy_from_slice(&(spec.end_days * SECONDS_PER_DAY).to_le_bytes());
         // Target, centre, frame (1: J2000), type of segment (2: Chebyshev positions), first and last address.
         let integers = [body.target, body.center, 1, 2, address as i32, (address + data.len() - 1) as i32];
         for (k, n) in integers.iter().enumerate() {

@@ -7,11 +7,14 @@
 
 use glam::DVec3;
 use std::collections::HashMap;
+use std::f64::consts::TAU;
 use std::fmt::Write;
 
 /// Each edge of the icosahedron is halved this many times.
 const HALVINGS: u32 = 6;
+/// Semi-axes of Phobos' ellipsoid, as in the catalog.
 const RADII_KM: DVec3 = DVec3::new(13.0, 11.4, 9.1);
+/// Number of craters.
 const CRATERS: usize = 240;
 
 /// Vertices on the unit sphere, and triangles, counter-clockwise seen from outside.
@@ -60,13 +63,14 @@ impl Random {
     }
 
     fn direction(&mut self) -> DVec3 {
-        let (z, longitude) = (2.0 * self.uniform() - 1.0, std::f64::consts::TAU * self.uniform());
+        let (z, longitude) = (2.0 * self.uniform() - 1.0, TAU * self.uniform());
         let r = (1.0 - z * z).sqrt();
         DVec3::new(r * longitude.cos(), r * longitude.sin(), z)
     }
 }
 
-/// Height of a crater's profile (negative in the bowl, positive at the rim), in crater radii, at `x` radii from its centre.
+/// Height of a crater's profile (negative in the bowl, positive at the rim), in crater radii, at `x` radii from its centre: a parabolic bowl 0.24 radii deep,
+/// and a rim 0.06 radii high.
 fn crater_profile(x: f64) -> f64 {
     let floor = if x < 1.0 { 0.24 * (x * x - 1.0) } else { 0.0 };
     floor + 0.06 * (-((x - 1.0) / 0.25).powi(2)).exp()
@@ -79,9 +83,9 @@ fn main() {
     };
     let (directions, faces) = icosphere();
     let mut random = Random(2024);
-    // Wave vector, phase (radians), amplitude.
+    // Wave vector, phase (radians), amplitude: shorter waves are lower. All numbers are invented.
     let waves: Vec<(DVec3, f64, f64)> = (0..24)
-        .map(|k| (random.direction() * (2.0 + 0.4 * f64::from(k)), random.uniform() * 6.3, 0.05 / (1.0 + 0.25 * f64::from(k))))
+        .map(|k| (random.direction() * (2.0 + 0.4 * f64::from(k)), random.uniform() * TAU, 0.05 / (1.0 + 0.25 * f64::from(k))))
         .collect();
     // Centre, and radius relative to the body's. The number of craters larger than r is proportional to 1 / r², so that most are small.
     let craters: Vec<(DVec3, f64)> = (0..CRATERS).map(|_| (random.direction(), 0.035 / random.uniform().max(0.006).sqrt())).collect();

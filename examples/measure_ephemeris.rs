@@ -9,7 +9,9 @@
 use orrery::catalog::{Catalog, NaifId};
 use orrery::ephemeris::{Ephemeris, Source, spk::Spk};
 use orrery::time::Instant;
+use orrery::units::{DAYS_PER_JULIAN_YEAR, JD_J2000, RAD_PER_ARCSEC};
 
+/// Number of dates at which each source is compared.
 const DATES: usize = 4000;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -29,13 +31,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let (mut worst_km, mut squares, mut worst_arcsec) = (0.0_f64, 0.0, 0.0_f64);
             for i in 0..DATES {
                 let year = first_year + (last_year - first_year) * (i as f64 + 0.5) / DATES as f64;
-                let t = Instant::from_jd_tdb(2_451_545.0 + (year - 2000.0) * 365.25);
+                let t = Instant::from_jd_tdb(JD_J2000 + (year - 2000.0) * DAYS_PER_JULIAN_YEAR);
                 let got = ephemeris.state(NaifId(body), NaifId(centre), t, Some(source))?.state.pos_km;
                 let want = truth.state(body, centre, t.tdb_seconds_past_j2000()).ok_or("DE440 does not cover the date")?.pos_km;
                 let error_km = (got - want).length();
                 worst_km = worst_km.max(error_km);
                 squares += error_km * error_km;
-                worst_arcsec = worst_arcsec.max((got.normalize() - want.normalize()).length() * 206_264.806);
+                worst_arcsec = worst_arcsec.max((got.normalize() - want.normalize()).length() / RAD_PER_ARCSEC);
             }
             println!("{body:6} {centre:5} {worst_km:11.3} {:11.3} {worst_arcsec:13.4}", (squares / DATES as f64).sqrt());
         }

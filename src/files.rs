@@ -1,8 +1,8 @@
 //! Reads files with a size limit, and writes files atomically.
 //!
 //! In: paths. Out: bytes of regular files, of bounded length; files that are written completely or not at all. Always: a pipe, a device or a folder is
-//! refused at once; a new file is created under an unpredictable name in its target's folder, never through a link, and is synced to disk before it is
-//! renamed to its target; temporary files that a killed process left behind are removed after a day. This module knows no file format and chooses no
+//! refused at once. A new file is created under an unpredictable name in its target's folder, never through a link, and is synced to disk before it is
+//! renamed to its target. Temporary files that a killed process left behind are removed after a day. This module knows no file format and chooses no
 //! location.
 
 pub(crate) mod frame_number;

@@ -1,4 +1,4 @@
-//! Lists the maps of this folder, so that a new file needs no second entry.
+//! Writes `maps.rs`, the list of the maps in this folder that `lib.rs` includes, so that a new file needs no second entry.
 
 use std::{env, fs, io, path::Path};
 

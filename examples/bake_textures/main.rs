@@ -7,7 +7,7 @@
 use image::{Rgb, RgbImage, imageops::FilterType};
 use orrery::catalog::Catalog;
 use orrery::image::{TexelFormat, Texture};
-use orrery::units::{linear_to_srgb, srgb_to_linear};
+use orrery::units::{linear_to_srgb, luminance, srgb_to_linear};
 use painted::{callisto, iapetus, phobos, triton};
 use std::error::Error;
 use std::f64::consts::PI;
@@ -187,6 +187,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     // A grey level of this map is 25 m of height.
     let elevation = image::imageops::resize(&open("earth_elevation_2048_u8.png")?, 2048, 1024, FilterType::Triangle);
     let metres = |x: u32, y: u32| f64::from(elevation.get_pixel(x, y)[0]) * 25.0;
+    // Mean radius in metres, and exaggeration of the slopes, chosen so that relief shows from space.
     save(&normals_from_elevation(elevation.dimensions(), metres, 6_371_000.0, 12.0), &out.join("earth_normal.jpg"))?;
     let mola = image::open(source.join("textures/mars_elevation_1440x720_u16.png"))?.into_luma16();
     let metres = |x: u32, y: u32| f64::from(mola.get_pixel(x, y)[0]);
@@ -219,8 +220,7 @@ fn save(map: &RgbImage, path: &Path) -> Result<(), Box<dyn Error>> {
 /// City lights as the sensor saw them, in one channel: their luminance in grey, and the mean colour of the source's lights per luminance, for the gain in the
 /// catalog. The source's own hues are those of its JPEG compression: along coasts they are purple, green and blue.
 fn city_lights(map: &RgbImage) -> (RgbImage, Colour) {
-    let luminance = |p: Colour| 0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2];
-    let linear = |p: &Rgb<u8>| p.0.map(|v| srgb_to_linear(f64::from(v) / 255.0));
+    let linear = |p: &Rgb<u8>| p.0.map(to_linear);
     let mut sum = [0.0; 3];
     for (_, y, p) in map.enumerate_pixels() {
         let area = ((f64::from(y) + 0.5) / f64::from(map.height()) * PI).sin();
@@ -246,10 +246,6 @@ fn features(csv: &str, body: &str, type_code: &str) -> Vec<Feature> {
             Some(Feature { lat_deg: lat.parse().ok()?, lon_deg, diameter_km: diameter.parse().ok()? })
         })
         .collect()
-}
-
-fn luminance(c: Colour) -> f64 {
-    0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]
 }
 
 fn to_linear(byte: u8) -> f64 {
@@ -307,6 +303,7 @@ fn recolour(map: &RgbImage, how: &Recolouring, target: Colour) -> RgbImage {
             colour[0] *= (how.red_kept * (redness[i] - mean_redness - slope * (clamped_hue[i] - mean_clamped_hue)).clamp(-0.4, 0.4)).exp();
             colour = of_luminance_1(colour);
             if let Some(ice) = how.ice.map(of_luminance_1) {
+                // Ice is bright in green, and hardly redder than blue.
                 let ice_fraction = smoothstep(-1.0, -0.3, hue[i]) * smoothstep(0.25, 0.5, linear[i][1]);
                 colour = std::array::from_fn(|c| colour[c] + ice_fraction * (ice[c] - colour[c]));
             }

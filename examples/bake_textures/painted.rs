@@ -1,4 +1,6 @@
 //! Maps of bodies for which no map with a free licence was found, generated from noise and the gazetteer's craters and rings.
+//!
+//! In: craters and rings of the gazetteer. Out: a map per body, the same in each run. Reflectances, sizes and frequencies without a source are chosen by eye.
 
 use super::{Colour, Feature, HEIGHT, WIDTH, smoothstep, to_byte};
 use image::{Rgb, RgbImage};

@@ -380,8 +380,8 @@ impl Body {
         albedo.into_iter().chain(colour).chain(air).collect()
     }
 
-    /// Mean reflectance of the ground, linear RGB: the body's colour times its geometric albedo (for a star: 1). If the catalog has the colour and albedo of the
-    /// ground without clouds and air (the Earth), they replace those of the disc. The albedo map times its gain has this mean over the sphere.
+    /// Mean reflectance of the ground, linear RGB: the body's colour times its geometric albedo (for a star: 1). If the catalog has the colour and albedo of
+    /// the ground without clouds and air (the Earth), they replace those of the disc. The albedo map times its gain has this mean over the sphere.
     pub fn mean_reflectance(&self) -> [f64; 3] {
         let albedo = match self.kind {
             BodyKind::Star => 1.0,
@@ -390,8 +390,8 @@ impl Body {
         self.clear_sky_colour.unwrap_or(self.colour).to_array().map(|c| f64::from(c) * albedo)
     }
 
-    /// Factors on y and z that turn a point of the unit-sphere frame into a direction whose longitude and latitude are of the kind in which the columns and rows
-    /// of the body's maps are evenly spaced.
+    /// Factors on y and z that turn a point of the unit-sphere frame into a direction whose longitude and latitude are of the kind in which the columns and
+    /// rows of the body's maps are evenly spaced.
     pub fn map_stretch(&self) -> DVec2 {
         let latitude = self.maps.albedo.as_ref().or(self.maps.night.as_ref()).map_or(MapLatitude::Planetocentric, |m| m.latitude);
         let ratios = DVec2::new(self.radii_km.y, self.radii_km.z) / self.radii_km.x;

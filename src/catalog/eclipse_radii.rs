@@ -11,14 +11,14 @@ use crate::units::KM_PER_AU;
 use glam::DVec3;
 
 /// The Earth's equatorial radius (WGS 84), the unit of k.
-const ALMANAC_EARTH_KM: f64 = 6378.137;
+const ALMANAC_EARTH_RADIUS_KM: f64 = 6378.137;
 /// k, the ratio of the Moon's radius to the Earth's, for the umbra. It is smaller than that of the mean limb, because sunlight still passes through the
 /// valleys of the limb when the mean limb covers the Sun.
 const K_UMBRA: f64 = 0.272_281;
 /// k for the penumbra, that of the mean limb.
 const K_PENUMBRA: f64 = 0.272_488;
 /// The Sun's semidiameter at 1 au, arcseconds (Auwers 1891), the value that almanacs adopted.
-const ALMANAC_SUN_ARCSEC: f64 = 959.63;
+const ALMANAC_SUN_SEMIDIAMETER_ARCSEC: f64 = 959.63;
 
 /// A convention on the radii of the Sun and the Moon.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -51,7 +51,9 @@ impl EclipseRadii {
     fn replacement_km(self) -> Option<(f64, f64)> {
         match self {
             Self::Iau => None,
-            Self::Almanac => Some((KM_PER_AU * (ALMANAC_SUN_ARCSEC / 3600.0).to_radians().sin(), K_UMBRA * ALMANAC_EARTH_KM)),
+            Self::Almanac => {
+                Some((KM_PER_AU * (ALMANAC_SUN_SEMIDIAMETER_ARCSEC / 3600.0).to_radians().sin(), K_UMBRA * ALMANAC_EARTH_RADIUS_KM))
+            }
         }
     }
 

@@ -5,6 +5,14 @@
 use super::table::{TableReader, WithLine};
 use super::{Map, MapLatitude};
 
+/// What [`is_file_name`] accepts, for messages.
+pub(super) const ALLOWED_FILE_NAME: &str = "a file name without folders";
+
+/// Whether a text names a file of its folder, not one of another folder.
+pub(super) fn is_file_name(text: &str) -> bool {
+    !text.is_empty() && !text.contains(['/', '\\']) && text != ".."
+}
+
 pub(super) fn finite(v: &f64) -> bool {
     v.is_finite()
 }
@@ -48,7 +56,7 @@ pub(super) fn with_line<T>(table: TableReader, read: impl FnOnce(TableReader) ->
 
 /// Reads the table of one map.
 pub(super) fn read_map(mut table: TableReader) -> Option<Map> {
-    let file = table.required::<String>("file", "a file name without folders", |f| !f.is_empty() && !f.contains(['/', '\\']) && f != "..");
+    let file = table.required::<String>("file", ALLOWED_FILE_NAME, |f| is_file_name(f));
     let gain = table.optional("gain", "three numbers from 0 to 100 (red, green, blue)", each_component(|x| (0.0..=100.0).contains(&x)));
     let latitude = optional_word(
         &mut table,

@@ -35,7 +35,7 @@ pub enum FieldOfView {
     },
 }
 
-/// Largest angle of a field of view. Messages state it, too.
+/// Largest angle of a field of view. At 180 degrees the tangents with which frames are drawn would be infinite.
 const MAX_FIELD_DEG: f64 = 170.0;
 
 /// The values of the field `shape`.
@@ -56,29 +56,36 @@ pub(super) fn instrument(mut table: TableReader) -> Option<Instrument> {
     let shape = required_word(&mut table, "shape", &[("circle", FieldShape::Circle), ("rectangle", FieldShape::Rectangle)]);
     let is_field_angle = |x: &f64| *x > 0.0 && *x <= MAX_FIELD_DEG;
     let is_size = |x: &f64| *x > 0.0 && x.is_finite();
+    let allowed_angle = format!("degrees above 0, at most {MAX_FIELD_DEG}");
     let has_focal_length = table.has("focal_length_mm");
     let focal_length_mm =
         if has_focal_length { table.optional("focal_length_mm", "millimetres above 0", is_size).map(|l| l.value) } else { None };
+    // Without a valid focal length, any size is accepted, so that the only problem reported is that of the focal length.
+    let is_covered = |size_mm: &f64| {
+        is_size(size_mm) && focal_length_mm.is_none_or(|focal_length_mm| angle_deg(*size_mm, focal_length_mm) <= MAX_FIELD_DEG)
+    };
+    let allowed_size = format!("millimetres above 0 that cover at most {MAX_FIELD_DEG} degrees");
     let field_of_view = match (shape, has_focal_length) {
         (Some(FieldShape::Circle), true) => {
-            let stop = table.required("field_stop_mm", "millimetres above 0", is_size);
+            let stop = table.required("field_stop_mm", &allowed_size, is_covered);
             focal_length_mm
                 .zip(stop)
                 .map(|(focal_length_mm, stop)| FieldOfView::Circle { diameter_deg: angle_deg(stop.value, focal_length_mm) })
         }
-        (Some(FieldShape::Circle), false) => table
-            .required("diameter_deg", "degrees above 0, at most 170", is_field_angle)
-            .map(|d| FieldOfView::Circle { diameter_deg: d.value }),
+        (Some(FieldShape::Circle), false) => {
+            table.required("diameter_deg", &allowed_angle, is_field_angle).map(|d| FieldOfView::Circle { diameter_deg: d.value })
+        }
         (Some(FieldShape::Rectangle), true) => {
-            let sensor = table.required("sensor_mm", "width and height in millimetres, above 0", |v: &[f64; 2]| v.iter().all(is_size));
+            let allowed = format!("width and height in {allowed_size}");
+            let sensor = table.required("sensor_mm", &allowed, |v: &[f64; 2]| v.iter().all(is_covered));
             focal_length_mm.zip(sensor).map(|(focal_length_mm, sensor)| {
                 let [width_deg, height_deg] = sensor.value.map(|mm| angle_deg(mm, focal_length_mm));
                 FieldOfView::Rectangle { width_deg, height_deg }
             })
         }
         (Some(FieldShape::Rectangle), false) => {
-            let width = table.required("width_deg", "degrees above 0, at most 170", is_field_angle);
-            let height = table.required("height_deg", "degrees above 0, at most 170", is_field_angle);
+            let width = table.required("width_deg", &allowed_angle, is_field_angle);
+            let height = table.required("height_deg", &allowed_angle, is_field_angle);
             width.zip(height).map(|(w, h)| FieldOfView::Rectangle { width_deg: w.value, height_deg: h.value })
         }
         (None, _) => None,
@@ -124,6 +131,9 @@ mod tests {
             ("shape = \"circle\"\ndiameter_deg = 200.0", "own.toml:4: instrument.diameter_deg"),
             ("shape = \"circle\"\nfocal_length_mm = 0.0\nfield_stop_mm = 3.0", "own.toml:4: instrument.focal_length_mm"),
             ("shape = \"circle\"\nfocal_length_mm = 10.0", "own.toml:1: instrument.field_stop_mm is missing"),
+            // More than 170 degrees, as a diameter in degrees may not be either.
+            ("shape = \"circle\"\nfocal_length_mm = 1e-3\nfield_stop_mm = 3.0", "own.toml:5: instrument.field_stop_mm"),
+            ("shape = \"rectangle\"\nfocal_length_mm = 1.0\nsensor_mm = [36.0, 1.0]", "own.toml:5: instrument.sensor_mm"),
             ("shape = \"rectangle\"\nfocal_length_mm = 10.0\nsensor_mm = [36.0]", "own.toml:5: instrument.sensor_mm"),
             ("shape = \"rectangle\"\nwidth_deg = 1.0\nheight_deg = 1.0\nrotation = 3.0", "own.toml:6: instrument.rotation"),
         ] {

@@ -99,6 +99,7 @@ pub(super) fn unresolved_moment(mut table: TableReader) -> Option<UnresolvedMome
     let body_name = "the name of a body";
     let within = |min: f64, max: f64| move |v: &f64| (min..=max).contains(v);
     let fov = table.optional("fov_deg", "degrees from 0.0001 to 120", within(1e-4, 120.0)).map(|field| field.value);
+    // At 1 the camera would be on the surface.
     let radii = table.optional("radii", "equatorial radii above 1", within(1.000_001, 1e9)).map(|field| field.value);
     let from_body = table.optional("from", body_name, |_: &String| true);
     let side_body = table.optional("side", body_name, |_: &String| true);

@@ -52,7 +52,9 @@ impl SurfaceFeature {
     /// The body and the feature of a line: seven fields in the gazetteer, four in the table of landing sites.
     fn from_line(line: &'static str) -> Option<(&'static str, Self)> {
         match line.split(',').collect::<Vec<_>>()[..] {
-            [body, _, name, feature_type, lat, lon, diameter] => Some((body, Self::parse(name, feature_type, lat, lon, Some(diameter))?)),
+            [body, _usgs_id, name, feature_type, lat, lon, diameter] => {
+                Some((body, Self::parse(name, feature_type, lat, lon, Some(diameter))?))
+            }
             [body, name, lat, lon] => Some((body, Self::parse(name, "", lat, lon, None)?)),
             _ => None,
         }

@@ -2,7 +2,7 @@
 //!
 //! In: the TOML table. Out: the [`Overlay`] and the name of its body, which the caller looks up, or problems in the shared list.
 
-use super::fields::{ALLOWED_NAME, each_component, is_name, required_number};
+use super::fields::{ALLOWED_FILE_NAME, ALLOWED_NAME, each_component, is_file_name, is_name, required_number};
 use super::table::{TableReader, WithLine};
 use super::{MAX_OVERLAYS, Overlay, OverlayProjection};
 
@@ -41,7 +41,7 @@ fn projection(table: &mut TableReader) -> Option<OverlayProjection> {
 pub(super) fn overlay(mut table: TableReader) -> Option<(WithLine<String>, Overlay)> {
     let body_name = table.required("body", "the name of a body", |_: &String| true);
     let name = table.required("name", ALLOWED_NAME, is_name);
-    let file = table.required::<String>("file", "a file name without folders", |f| !f.is_empty() && !f.contains(['/', '\\']) && f != "..");
+    let file = table.required::<String>("file", ALLOWED_FILE_NAME, |f| is_file_name(f));
     let gain = table.optional("gain", "three numbers from 0 to 100 (red, green, blue)", each_component(|x| (0.0..=100.0).contains(&x)));
     let opacity = table.optional("opacity", "a number from 0 to 1", |x: &f64| (0.0..=1.0).contains(x));
     let _ = table.optional::<String>("source", "a string", |_| true);

@@ -2,7 +2,7 @@
 //!
 //! In: (name, text) pairs. Out: a [`Catalog`], or all problems, each with its file and line. A field of a later file replaces the same field of earlier ones.
 //! Photometry, motion, rotation, clouds, mesh, atmosphere and the set of rings are replaced as a whole; maps one by one; overlays, instruments and moments by
-//! name.
+//! name. Data layers are never replaced.
 
 use super::data_layer;
 use super::fields::{ALLOWED_NAME, each_component, finite, is_name, optional_percent, required_number, with_line};
@@ -22,6 +22,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 use std::sync::OnceLock;
 
+/// Single-scattering albedo of a ring for which the catalog gives none.
+const DEFAULT_RING_ALBEDO: [f64; 3] = [0.5; 3];
+
+/// Reads a `[[ring]]`: the body's name and the ring.
 fn ring(mut table: TableReader) -> Option<(WithLine<String>, Ring)> {
     let body_name = table.required("body", "the name of a body", |_: &String| true);
     let name = table.required("name", ALLOWED_NAME, is_name);
@@ -39,12 +43,13 @@ fn ring(mut table: TableReader) -> Option<(WithLine<String>, Ring)> {
             inner_km: inner_km?,
             outer_km: outer_km?.value,
             tau_normal: tau_normal?,
-            albedo: albedo.map_or([0.5; 3], |l| l.value),
+            albedo: albedo.map_or(DEFAULT_RING_ALBEDO, |l| l.value),
             dust: dust.map_or(0.0, |l| l.value),
         },
     ))
 }
 
+/// Reads a `[[atmosphere.species]]`.
 fn species(mut table: TableReader) -> Option<Species> {
     let per_km = "three numbers from 0 to 10 per kilometre";
     let name = table.required("name", ALLOWED_NAME, is_name);
@@ -71,6 +76,7 @@ const MAX_SPECIES: usize = 16;
 /// Maximum number of rings of a body: each has two edges, and the table of edges (`scene::rings`) has room for 4,096.
 const MAX_RINGS: usize = 2000;
 
+/// Reads an `[[atmosphere]]`: the body's name and the atmosphere.
 fn atmosphere(mut table: TableReader) -> Option<(WithLine<String>, Atmosphere)> {
     let body_name = table.required("body", "the name of a body", |_: &String| true);
     let top_km = required_number(&mut table, "top_km", "kilometres above 0", |x| x > 0.0);
@@ -154,7 +160,7 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
     let moments = moments::assemble(unresolved_moments, &bodies, &problems);
     let mut data_layers = Vec::new();
     for (body_name, mut layer) in layers {
-        layer.body = body_name.as_ref().and_then(|body_name| body_named(&bodies, body_name, &problems));
+        layer.body = body_name.as_ref().and_then(|body_name| body_of_layer(&bodies, body_name, &problems));
         data_layers.push(layer);
     }
     problems.into_result()?;
@@ -172,7 +178,7 @@ pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
 }
 
 /// The body with the name or alias that a layer gives; reports an unknown name.
-fn body_named(bodies: &[Body], body_name: &WithLine<String>, problems: &Problems) -> Option<NaifId> {
+fn body_of_layer(bodies: &[Body], body_name: &WithLine<String>, problems: &Problems) -> Option<NaifId> {
     let is_named = |name: &String| name.to_lowercase() == body_name.value.to_lowercase();
     let found = bodies.iter().find(|b| is_named(&b.name) || b.aliases.iter().any(is_named)).map(|b| b.id);
     if found.is_none() {

@@ -12,10 +12,11 @@ use super::{BodyKind, Clouds, Estimates, InventedRelief, Maps, MeanElements, Mot
 use std::collections::BTreeMap;
 
 /// What [`is_colour`] accepts, for messages.
-const ALLOWED_COLOUR: &str = "three numbers from 0 to 100, not all 0";
+const ALLOWED_COLOUR: &str = "three numbers from 0 to 100, not all below 1e-6";
 
+/// Whether a colour can be scaled to luminance 1, which needs a luminance clearly above 0.
 fn is_colour(rgb: &[f64; 3]) -> bool {
-    each_component(|x| (0.0..=100.0).contains(&x))(rgb) && rgb.iter().sum::<f64>() > 0.0
+    each_component(|x| (0.0..=100.0).contains(&x))(rgb) && rgb.iter().any(|x| *x >= 1e-6)
 }
 
 fn required_fraction(table: &mut TableReader, field: &'static str) -> Option<f64> {
@@ -118,7 +119,7 @@ fn motion(mut table: TableReader) -> Option<Motion> {
     result
 }
 
-/// The values of the periods of precession of [`MeanElements`], for messages.
+/// The allowed precession periods of [`MeanElements`], for messages.
 const ALLOWED_PERIOD: &str = "Julian years, at least 1e-6 of either sign, or 0 for none";
 
 /// The ranges of rates and lengths are far wider than those of any body. Beyond them, a position could overflow and become NaN.
@@ -265,7 +266,7 @@ pub(super) fn body(mut table: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>
         ),
         parent: table.optional("parent", "the name of a body", |_: &String| true),
         radii_km: table
-            .optional("radii_km", "three lengths above 0 and below 1e7", each_component(|x| x > 0.0 && x < 1e7))
+            .optional("radii_km", "three lengths in km, above 0 and below 1e7", each_component(|x| x > 0.0 && x < 1e7))
             .map(|l| l.value),
         gm_km3_s2: table.optional("gm_km3_s2", "a number from 0", |v| finite(v) && *v >= 0.0).map(|l| l.value),
         geometric_albedo: table.optional("geometric_albedo", "a number from 0 to 2", |v| (0.0..=2.0).contains(v)).map(|l| l.value),
@@ -324,4 +325,18 @@ pub(super) fn body(mut table: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>
         draft.sources = earlier.sources.into_iter().chain(draft.sources).collect();
     }
     drafts.insert(id.value, draft);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The smallest f64 times the weight of red is 0: scaled to luminance 1, such a colour would be infinite.
+    #[test]
+    fn a_colour_without_luminance_is_no_colour() {
+        assert!(is_colour(&[1e-6, 0.0, 0.0]) && is_colour(&[0.3, 0.2, 0.1]));
+        for wrong in [[5e-324, 0.0, 0.0], [0.0; 3], [-1.0, 1.0, 1.0], [101.0, 0.0, 0.0], [f64::NAN, 1.0, 1.0]] {
+            assert!(!is_colour(&wrong), "{wrong:?}");
+        }
+    }
 }

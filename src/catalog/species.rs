@@ -33,8 +33,8 @@ pub enum PhaseFunction {
     Aerosol(AerosolPhase),
 }
 
-/// The parameters of the aerosols' phase function. Another function is also a parameter here, because shaders evaluate it once per view ray and so need no
-/// variant of a module.
+/// The parameters of the aerosols' phase function. A second function would be chosen by a further parameter, not by a variant of the shader modules: shaders
+/// evaluate the function only once per view ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AerosolPhase {
     /// Henyey-Greenstein asymmetry: the mean cosine of the scattering angle, between -1 and 1.

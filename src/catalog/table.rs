@@ -26,7 +26,7 @@ pub(super) struct WithLine<T> {
     pub source_line: SourceLine,
 }
 
-/// Number of problems from which on no more suggestions are computed.
+/// After this many problems, no more suggestions are computed.
 const MAX_PROBLEMS_WITH_HINT: usize = 200;
 
 /// All problems found so far, in the order in which they were found.
@@ -48,7 +48,7 @@ impl Problems {
     /// Reports a name that no body has, with the most similar of the known names.
     pub fn add_unknown_body(&self, name: &WithLine<String>, known: &[&str]) {
         let hint = self.nearest(&name.value, known).map_or(String::new(), |n| format!("; did you mean \"{n}\"?"));
-        self.add(&name.source_line, format!("\"{}\" is not the name of a body{hint}", name.value));
+        self.add(&name.source_line, format!("\"{}\" is not the name of a body{hint}", echo_within(&name.value, 60)));
     }
 
     pub fn into_result(self) -> Result<(), CatalogError> {
@@ -236,5 +236,19 @@ impl<'a> TableReader<'a> {
             };
             self.toml_file.problems.add(&source_line, format!("{}{} is not a field here: {hint}", self.prefix, echo_within(name, 80)));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_name_of_no_body_is_cut_in_the_message() {
+        let problems = Problems::default();
+        let source_line = SourceLine { file: "own.toml".into(), line: 1 };
+        problems.add_unknown_body(&WithLine { value: "x".repeat(1000), source_line }, &["mars"]);
+        let message = &problems.into_error().problems[0].message;
+        assert!(message.len() < 100 && message.ends_with("is not the name of a body"), "{message}");
     }
 }

@@ -55,8 +55,8 @@ fn model_row(common: &Common, (width, height): (u32, u32), rounds: usize, bands:
     let (without_shadow, ellipsoid) = (without(Effect::SelfShadow), without(Effect::Mesh));
     let sampling = SamplingQuality::of(common.quality);
     let draw = |request: &ViewRequest| session.draw(request, sampling, FrameImages::Display).map(drop);
-    // The first frame with an effect includes the one-time work for the effect: reading the mesh file, or tracing the mesh's shadow. The closure returns the time
-    // of the whole stage.
+    // The first frame with an effect includes the one-time work for the effect: reading the mesh file, or tracing the mesh's shadow. The closure returns the
+    // time of the whole stage.
     let stage_ms_of_first_draw = |request: &ViewRequest, stage: Stage| -> Result<f64, CliError> {
         let earlier = session.report().0;
         draw(request)?;

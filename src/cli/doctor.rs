@@ -1,4 +1,6 @@
-//! `orrery doctor`: checks adapters, data files and caches. Problems are listed in the report and do not change the exit status.
+//! `orrery doctor`: checks adapters, data files and caches.
+//!
+//! In: the common options, whose files are read. Out: a report as text. Always: a problem is a line of the report and does not change the exit status.
 
 use super::{CliError, Common};
 use crate::catalog::{BodyKind, Catalog};

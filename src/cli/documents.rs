@@ -1,4 +1,6 @@
 //! `orrery completions` and `orrery man`: generate shell completions and manual pages from clap's definitions.
+//!
+//! In: the name of a shell, or the words of a command. Out: a script or a page on standard output; nothing is installed.
 
 use super::output::print_result;
 use super::{Cli, CliError};

@@ -183,7 +183,8 @@ pub(super) fn parse_place(text: &str) -> Result<GeodeticPosition, String> {
         return Err(invalid("latitude goes from -90 to 90, longitude from -360 to 360"));
     }
     if !HEIGHT_RANGE_M.contains(&height_m) {
-        return Err(invalid("the height goes from -12000 to 100000 metres"));
+        let (lowest, highest) = (HEIGHT_RANGE_M.start(), HEIGHT_RANGE_M.end());
+        return Err(invalid(&format!("the height goes from {lowest} to {highest} metres")));
     }
     Ok(GeodeticPosition { latitude_deg, longitude_deg, height_km: height_m / 1000.0 })
 }
@@ -218,8 +219,8 @@ fn solar_row(eclipse: &SolarEclipse, observer: Option<GeodeticPosition>) -> Valu
 }
 
 /// The contacts computed with the Moon's limb profile, as the JSON object `limb`. Its `later_s` is the time of a contact minus that of the same contact of the
-/// mean limb. In a total eclipse, the last bead goes out at C2 and the first one shines at C3; in an annular eclipse, the last mountain leaves the Sun's limb at
-/// C2 and the first one reaches it at C3.
+/// mean limb. In a total eclipse, the last bead goes out at C2 and the first one shines at C3; in an annular eclipse, the last mountain leaves the Sun's limb
+/// at C2 and the first one reaches it at C3.
 fn limb_circumstances(contacts: &[LimbContact], map: &HeightMap) -> Value {
     let contact = |c: &LimbContact| {
         let (time, angle_deg) = (c.time.to_utc_iso(), c.position_angle_deg);

@@ -1,4 +1,7 @@
 //! Formats the JSON objects of `orrery eclipse find` as a text table.
+//!
+//! In: the objects in order of time, and the catalog, whose radii the table states. Out: the lines. Always: times are rounded to a second, those at the Moon's
+//! own limb to a tenth. Not here: the search for events (`events`).
 
 use crate::catalog::Catalog;
 use crate::events;
@@ -71,8 +74,8 @@ fn delta_t_text(rows: &[Value]) -> Option<String> {
     })
 }
 
-/// The table: a heading; a row for each event, followed by a line of local circumstances if the row has them; a line with the number of events, the radii and the
-/// enlargement of the Earth's shadow; and a line about the error of Delta T if it is large enough to matter.
+/// The table. Its lines: a heading; a row for each event, followed by a line of local circumstances if the row has them; a line with the number of events, the
+/// radii and the enlargement of the Earth's shadow; and a line about the error of Delta T if it is large enough to matter.
 pub(super) fn as_text(catalog: &Catalog, rows: &[Value]) -> String {
     let mut table =
         vec![["greatest (UTC)", "kind", "type", "gamma", "magnitude", "lat", "lon", "duration", "Saros", "contacts"].map(str::to_owned)];
@@ -140,8 +143,8 @@ fn local_text(local: &Value) -> String {
     by_time.push(("maximum".to_owned(), &local["maximum"]));
     by_time.sort_by(|(_, a), (_, b)| seconds_past_j2000(&a["time"]).total_cmp(&seconds_past_j2000(&b["time"])));
     let mut parts: Vec<String> = by_time.iter().map(|(name, c)| contact_text(name, c)).collect();
-    // The place sees only the penumbra in two cases: the eclipse is penumbral, and both magnitudes are equal; or the Moon is up only while it is outside the umbra,
-    // and `magnitude` is not positive.
+    // The place sees only the penumbra in two cases: the eclipse is penumbral, and both magnitudes are equal; or the Moon is up only while it is outside the
+    // umbra, and `magnitude` is not positive.
     let (magnitude, penumbral) = (&local["magnitude"], &local["penumbral_magnitude"]);
     let sees_only_penumbra = !penumbral.is_null() && (magnitude == penumbral || magnitude.as_f64().is_some_and(|m| m <= 0.0));
     parts.push(if sees_only_penumbra {

@@ -1,4 +1,6 @@
 //! `orrery explain`: lists for every body of a view which effects are drawn, which are not, and why.
+//!
+//! In: a view (`view_args`). Out: text or JSON on standard output. Nothing is drawn. Not here: the decisions and their reasons (`scene`).
 
 use super::output::{print_message, print_result};
 use super::view_args::ViewArgs;

@@ -1,4 +1,7 @@
 //! `orrery library`: shows, fills, checks and clears the shader library and the decoded maps on disk.
+//!
+//! In: the common options, which select the cache folder and the shader sources. Out: numbers and sizes of entries, or damaged entries, as text or JSON.
+//! Filling covers only the shader library: maps are stored when they are first used.
 
 use super::inputs::{lowering, reachable_keys};
 use super::output::{print_message, print_result, progress};

@@ -1,7 +1,7 @@
 //! `orrery render`: draws an image, or a sequence of frames.
 //!
-//! In: a view (`view_args`), or a tour file. Out: image files, an animation or a video stream; optionally images of the error bound and a report of the time taken.
-//! In a sequence, files that an earlier run completed for the same request are kept.
+//! In: a view (`view_args`), or a tour file. Out: image files, an animation or a video stream; optionally images of the error bound and a report of the time
+//! taken. In a sequence, files that an earlier run completed for the same request are kept.
 
 use super::composition_args::CompositionArgs;
 use super::frames::{FrameOutput, existing_frames, shard, step_seconds};
@@ -218,8 +218,8 @@ impl RenderArgs {
     }
 }
 
-/// Checks `--error`. It is refused for several frames, and for stereo pairs and warped images, which have no linear light. Its files must be PNG or EXR, must not
-/// be the image itself, and must not hold the result of another request unless `--overwrite` is given.
+/// Checks `--error`. It is refused for several frames, and for stereo pairs and warped images, which have no linear light. Its files must be PNG or EXR, must
+/// not be the image itself, and must not hold the result of another request unless `--overwrite` is given.
 fn check_error_files(
     args: &RenderArgs,
     output: &FrameOutput,

@@ -104,8 +104,8 @@ impl Views {
         }
     }
 
-    /// Checks, before the first frame is drawn, that the camera of the last of several frames can be placed: the ephemeris may end before the time of that frame.
-    /// `last`: its number. The views of a tour were checked when its file was read.
+    /// Checks, before the first frame is drawn, that the camera of the last of several frames can be placed: the ephemeris may end before the time of that
+    /// frame. `last`: its number. The views of a tour were checked when its file was read.
     ///
     /// # Errors
     /// The number of that frame, and why it cannot be drawn.

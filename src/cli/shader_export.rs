@@ -1,4 +1,7 @@
 //! `orrery shader atlas` and `orrery shader corpus`: export modules as a static site, and as test cases for other WGSL executors.
+//!
+//! In: options that select keys, and the output folder. Out: the files of `export::atlas` or `export::corpus`, in a folder that holds nothing else. Always: an
+//! interrupted export is recognised by its manifest and can be repeated.
 
 use super::inputs::{fragments, lowering, reachable_keys};
 use super::output::{print_message, print_result, progress};

@@ -160,7 +160,8 @@ mod windowed {
         })
     }
 
-    /// Fault injection for `.ci/soak`: the time from one simulated device loss to the next. The environment variable `ORRERY_LOSE_DEVICE_S` gives it in seconds.
+    /// Fault injection for `.ci/soak`: the time from one simulated device loss to the next. The environment variable `ORRERY_LOSE_DEVICE_S` gives it in
+    /// seconds.
     fn device_loss_period() -> Option<Duration> {
         let seconds: f64 = std::env::var("ORRERY_LOSE_DEVICE_S").ok()?.parse().ok()?;
         Duration::try_from_secs_f64(seconds).ok().filter(|period| !period.is_zero())

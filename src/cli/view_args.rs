@@ -243,8 +243,8 @@ impl ViewArgs {
 /// The height at which a point above a place of the ground is `distance_km` from the body's centre. `normal`: the direction of the place's vertical, a unit
 /// vector.
 fn height_at_distance_km(ground_km: glam::DVec3, normal: glam::DVec3, distance_km: f64) -> f64 {
-    // The vertical of an oblate or triaxial body does not pass through the centre. The point of the vertical that is closest to the centre is `depth_km` below the
-    // ground and `closest_km` from the centre.
+    // The vertical of an oblate or triaxial body does not pass through the centre. The point of the vertical that is closest to the centre is `depth_km` below
+    // the ground and `closest_km` from the centre.
     let depth_km = ground_km.dot(normal);
     let closest_km = (ground_km - normal * depth_km).length();
     // Pythagoras, as a product of two roots because the square of a huge distance would overflow.
@@ -311,7 +311,8 @@ mod tests {
         );
     }
 
-    /// As `--help` says, `--distance-radii` is the distance from the centre, also above places of oblate and triaxial bodies, and the place is below the camera.
+    /// As `--help` says, `--distance-radii` is the distance from the centre, also above places of oblate and triaxial bodies, and the place is below the
+    /// camera.
     #[test]
     fn the_distance_above_a_place_is_from_the_centre() {
         let catalog = Catalog::embedded();

@@ -87,6 +87,7 @@ pub fn apparent_place(ephemeris: &Ephemeris, body: NaifId, t: Instant) -> Result
 
     let from_sun = earth.pos_km - sun_pos_km;
     let sun_distance_au = from_sun.length() / KM_PER_AU;
+    // Arguments: the Sun's mass in solar masses; directions from the Earth to the body, from the Sun to the body, from the Sun to the Earth; the Earth's distance.
     let deflected = match (body_pos_km - sun_pos_km).try_normalize() {
         Some(sun_to_body) if body != NaifId::SUN => DVec3::from_array(sofars::astro::ld(
             1.0,

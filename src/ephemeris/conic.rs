@@ -12,6 +12,7 @@ use std::f64::consts::TAU;
 /// lead back to `x`.
 pub fn stumpff(x: f64) -> [f64; 4] {
     let (mut x, mut quarterings) = (x, 0);
+    // The bound ends the loop for an infinite `x`.
     while x.abs() > 0.1 && quarterings < 64 {
         x *= 0.25;
         quarterings += 1;
@@ -32,6 +33,9 @@ pub fn stumpff(x: f64) -> [f64; 4] {
     }
     [c0, c1, c2, c3]
 }
+
+/// Largest number of doublings of the bracket, and of steps of Newton's method or bisection: a bound for numbers that are not finite, which never converge.
+const MAX_STEPS: u32 = 200;
 
 /// Position and velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,14 +75,14 @@ impl ConicState {
         // the functions of a hyperbola overflow far beyond the root.
         let first_width = (span.abs() / r0).min(alpha.abs().sqrt().recip()).max(f64::MIN_POSITIVE);
         let (mut low, mut high) = (0.0_f64, span.signum() * first_width);
-        for _ in 0..200 {
+        for _ in 0..MAX_STEPS {
             if time_residual(high).0 * span.signum() >= 0.0 {
                 break;
             }
             (low, high) = (high, 2.0 * high);
         }
         let mut s = 0.5 * (low + high);
-        for _ in 0..200 {
+        for _ in 0..MAX_STEPS {
             let (residual, rate) = time_residual(s);
             if residual * span.signum() > 0.0 {
                 high = s;

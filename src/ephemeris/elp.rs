@@ -51,6 +51,9 @@ const WITH_LUNAR_LONGITUDE: [usize; 3] = [0, 2, 3];
 /// the one of the constants fitted to DE200. It moves the Moon by 3 cm.
 const DISTANCE_RATIO: f64 = 384_747.980_644_895_4 / 384_747.980_674_316_5;
 
+/// Length of an arcsecond at the Moon's mean distance, the semi-major axis of its orbit.
+const KM_PER_ARCSEC: f64 = 1.865;
+
 /// Laskar (1986): sin(π_A/2) sin Π_A and sin(π_A/2) cos Π_A, where the mean ecliptic of date is inclined by π_A to that of J2000 and Π_A is the
 /// longitude of its node. Coefficients of T to T⁵, T in Julian centuries from J2000.
 const ECLIPTIC_P: [f64; 5] = [0.101_803_91e-4, 0.470_204_39e-6, -0.541_736_7e-9, -0.250_794_8e-11, 0.463_486e-14];
@@ -85,8 +88,8 @@ impl LunarSeries {
         Ok(Self { terms: lines.map(read).collect::<Result<_, _>>()? })
     }
 
-    /// Geocentric state, ICRF; `tdb_s` from J2000. Terms with an amplitude under `min_arcsec` are left out. An amplitude in km is compared at 1.865 km per
-    /// arcsecond, the length of an arcsecond at the Moon's mean distance.
+    /// Geocentric state, ICRF; `tdb_s` from J2000. Terms with an amplitude under `min_arcsec` are left out; an amplitude in km counts as the angle that it
+    /// spans at the Moon's mean distance.
     pub fn state(&self, tdb_s: f64, min_arcsec: f64) -> State {
         let t = tdb_s / CENTURY_S;
         let (correction, correction_rate) = polynomial(&FITTED_TO_DE440, t);
@@ -97,7 +100,7 @@ impl LunarSeries {
         }
         let mut sums = [(0.0, 0.0); 3];
         for term in &self.terms {
-            let units_per_arcsec = if term.quantity == 2 { 1.865 } else { 1.0 };
+            let units_per_arcsec = if term.quantity == 2 { KM_PER_ARCSEC } else { 1.0 };
             if term.amplitude.abs() < min_arcsec * units_per_arcsec {
                 continue;
             }

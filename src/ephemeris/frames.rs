@@ -1,4 +1,4 @@
-//! The frame of the planetary theories. Out: the rotation from their ecliptic to ICRF.
+//! The frame of the planetary theories. Out: the constant rotation from their ecliptic to ICRF.
 
 use glam::{DMat3, DVec3};
 

@@ -267,8 +267,8 @@ impl Ephemeris {
     /// time. An error about an earlier time than `t` says that the light left then.
     pub fn light_time_position(&self, body: NaifId, observer_pos_km: DVec3, t: Instant) -> Result<(DVec3, Instant), EphemerisError> {
         let mut emitted = t;
-        // Each round multiplies the error by v/c, which is under 1e-3 for any body here. The last correction, of less than a second, is made along the
-        // velocity, which leaves 6 metres at most (Metis, whose path curves most; tests/ephemeris/positions.rs).
+        // Each round multiplies the error by v/c, which is under 1e-3 for any body here, so that six rounds always suffice. The last correction, of less than a
+        // second, is made along the velocity, which leaves 6 metres at most (Metis, whose path curves most; tests/ephemeris/positions.rs).
         for round in 0.. {
             let found = self.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, emitted, None);
             let found = if round == 0 { found } else { found.map_err(EphemerisError::when_light_left) };

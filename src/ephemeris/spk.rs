@@ -21,8 +21,8 @@ const MAX_CENTRES: usize = 16;
 /// Maximum number of summaries in a record of an SPK: (128 - 3) doubles, 5 per summary.
 const MAX_SUMMARIES: f64 = 25.0;
 
-/// Walks the chain of summary records (DAF Required Reading: each begins with the numbers of the next and of the previous record and with the
-/// number of its summaries; records count from 1, and the last record names 0 as the next).
+/// Walks the chain of summary records. Each begins with three numbers: that of the next record, that of the previous one, and the count of its summaries.
+/// Records count from 1, and the last one names 0 as the next (NAIF's DAF Required Reading).
 ///
 /// # Errors
 /// Names the record that is outside the file, occurs twice, or has an impossible number of summaries.
@@ -117,6 +117,7 @@ impl Spk {
         if !bytes.starts_with(b"DAF/SPK") {
             return Err(kernel_error("not an SPK file (it does not begin with DAF/SPK); give a file such as de440.bsp".into()));
         }
+        // The file record's field for the byte order.
         if bytes.get(88..96) == Some(b"BIG-IEEE") {
             return Err(kernel_error("its numbers are big-endian; NAIF's program bingo makes a little-endian file of it".into()));
         }
@@ -166,6 +167,10 @@ impl Spk {
                 {
                     return Err(kernel_error(format!("segment of {target}: broken records; fetch the file again")));
                 }
+                // A summary may claim a longer span than its records cover, and a polynomial diverges outside its record.
+                let records_end_s = segment.first_s + (data.len() / record_len) as f64 * segment.record_span_s;
+                let (start_s, end_s) = (segment.start_s.max(segment.first_s), segment.end_s.min(records_end_s));
+                let segment = Segment { start_s, end_s, ..segment };
                 // A later segment of a file has precedence over an earlier one (SPK Required Reading).
                 by_target.entry(target).or_default().insert(0, segment);
             }
@@ -296,6 +301,16 @@ mod tests {
         let spk = Spk::parse("x.bsp", &file_of(2, &record[..8])).expect("a kernel");
         let (_, state) = spk.state_and_center(399, 50.0).expect("the Earth");
         assert!((state.vel_km_s - DVec3::new(0.1, 0.2, 0.3)).length() < 1e-12, "{}", state.vel_km_s);
+    }
+
+    /// The summary claims -100 to 300 s, the only record ends at 100 s. Its polynomial would give any position beyond.
+    #[test]
+    fn a_segment_covers_no_more_than_its_records() {
+        let mut bytes = file_of(2, &[0.0, 100.0, 1.0, 10.0, 2.0, 20.0, 3.0, 30.0]);
+        bytes[1024 + 32..1024 + 40].copy_from_slice(&300.0_f64.to_le_bytes());
+        let spk = Spk::parse("x.bsp", &bytes).expect("a kernel");
+        assert_eq!(spk.coverage(399), Some((-100.0, 100.0)));
+        assert!(spk.state_and_center(399, 100.0).is_some() && spk.state_and_center(399, 250.0).is_none());
     }
 
     #[test]

@@ -8,10 +8,11 @@
 use super::{Ephemeris, EphemerisError, angle_rad};
 use crate::catalog::{Catalog, NaifId};
 use crate::time::Instant;
+use crate::units::INVERSE_GOLDEN_RATIO;
 use glam::DVec3;
 
-/// Refraction at the horizon, degrees.
-const REFRACTION_DEG: f64 = 34.0 / 60.0;
+/// Refraction at the Earth's horizon by the convention of almanacs: 34 arcminutes.
+pub(crate) const HORIZON_REFRACTION_DEG: f64 = 34.0 / 60.0;
 /// Seconds between samples of altitude and hour angle; a body that is above the horizon for less time may be missed.
 const RISE_STEP_S: f64 = 600.0;
 /// Seconds between samples of two discs that may overlap.
@@ -143,7 +144,7 @@ impl ObserverSky<'_> {
     /// the Earth.
     fn rise_set_altitude_deg(&self, target: NaifId, t: Instant) -> Result<f64, EphemerisError> {
         let horizontal = self.topocentric(target, t)?;
-        let refraction = if self.place.body == NaifId::EARTH { REFRACTION_DEG } else { 0.0 };
+        let refraction = if self.place.body == NaifId::EARTH { HORIZON_REFRACTION_DEG } else { 0.0 };
         // Almanacs use the upper limb of the Sun and the Moon, and the centre of planets and stars. Here the upper limb counts for every disc of more than
         // 0.05 degrees in semidiameter.
         let limb = if horizontal.semidiameter_deg > 0.05 { horizontal.semidiameter_deg } else { 0.0 };
@@ -217,7 +218,7 @@ impl ObserverSky<'_> {
         // Time and overlap of the sample with the largest overlap.
         let mut best: Option<(f64, f64)> = None;
         for i in 0..=steps {
-            let s = i as f64 * CONTACT_STEP_S;
+            let s = (i as f64 * CONTACT_STEP_S).min(length_s);
             let sampled = overlap(s)?;
             match best {
                 Some((_, largest)) if sampled > largest => best = Some((s, sampled)),
@@ -238,7 +239,9 @@ impl ObserverSky<'_> {
                 (sampled_s, largest) = (sampled_s + step, next);
             }
         }
-        let greatest_s = time_of_maximum(sampled_s - CONTACT_STEP_S, sampled_s + CONTACT_STEP_S, overlap)?;
+        // If no sample overlaps, a passage of less than a step between samples counts only within the span.
+        let within = |s: f64| if largest > 0.0 { s } else { s.max(0.0).min(length_s) };
+        let greatest_s = time_of_maximum(within(sampled_s - CONTACT_STEP_S), within(sampled_s + CONTACT_STEP_S), overlap)?;
         let largest = overlap(greatest_s)?;
         if largest <= 0.0 {
             return Ok(None);
@@ -316,7 +319,6 @@ fn root(mut a: f64, mut b: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>) 
 
 /// The time between `a` and `b` at which `f` is greatest, if it has one peak, by golden-section search.
 fn time_of_maximum(mut a: f64, mut b: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>) -> Result<f64, EphemerisError> {
-    const INVERSE_GOLDEN_RATIO: f64 = 0.618_033_988_749_895;
     while b - a > ROOT_TOLERANCE_S {
         let (left, right) = (b - INVERSE_GOLDEN_RATIO * (b - a), a + INVERSE_GOLDEN_RATIO * (b - a));
         if f(left)? > f(right)? {

@@ -17,6 +17,7 @@ pub fn eccentric_anomaly(mean_anomaly_rad: f64, e: f64) -> f64 {
     let m = mean_anomaly_rad - turns * TAU;
     let (m_abs, sign) = (m.abs(), m.signum());
     let (mut low, mut high) = (m_abs, (m_abs + e).min(PI));
+    // Danby's starting value. Bisection alone reaches rounding in 60 steps.
     let mut x = (m_abs + 0.85 * e).min(high);
     for _ in 0..60 {
         let f = x - e * x.sin() - m_abs;

@@ -1,4 +1,6 @@
 //! Contacts of an event: names (such as P1, U2 or IV) and instants.
+//!
+//! In: contacts in any order. Out: the time between two of them, or all in order of time. Not here: the search for contacts.
 
 use crate::time::Instant;
 

@@ -1,4 +1,6 @@
 //! A position as a Chebyshev polynomial over a span of hours or days, which is faster to evaluate than the ephemeris.
+//!
+//! In: the position as a function of time, and the span. Out: the polynomial, or the first error of the function. Beyond the span, the polynomial diverges.
 
 use crate::ephemeris::{EphemerisError, chebyshev};
 use glam::DVec3;

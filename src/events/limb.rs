@@ -3,8 +3,8 @@
 //! In: an eclipse, a place, the ephemeris for the Moon's libration and a map of its heights. Out: the instants (first contact C1 to fourth contact C4) at which
 //! the Sun's disc and the Moon's true silhouette touch, where on the limb, and the delay after the contact of the mean limb (the Moon as a sphere). In a total
 //! eclipse, the last of Baily's beads goes out at C2 and the first one shines at C3; in an annular eclipse, the last mountain leaves the Sun's limb at C2 and
-//! the first one reaches it at C3. Always: the silhouette is a [`LimbProfile`], computed for the instant of each contact; if the Sun shines through a valley even at
-//! maximum, there is no C2 and no C3. Not included: refraction and the Sun's irregular limb. Magnitude and obscuration remain those of the mean limb.
+//! the first one reaches it at C3. Always: the silhouette is a [`LimbProfile`], computed for the instant of each contact; if the Sun shines through a valley
+//! even at maximum, there is no C2 and no C3. Not included: refraction and the Sun's irregular limb. Magnitude and obscuration remain those of the mean limb.
 
 use super::local::{GeodeticPosition, Station};
 use super::numeric::zero_crossing;
@@ -74,8 +74,8 @@ impl<'a> Silhouette<'a> {
         (position_angle_axes[0] * cos + position_angle_axes[1] * sin) * sin_angle + towards * (1.0 - sin_angle * sin_angle).sqrt()
     }
 
-    /// Angle by which the silhouette's nearest (or, for [`ContactCondition::AllPointsOnSun`], farthest) point lies outside the Sun's disc, and the index of that
-    /// point.
+    /// Angle by which the silhouette's nearest (or, for [`ContactCondition::AllPointsOnSun`], farthest) point lies outside the Sun's disc, and the index of
+    /// that point.
     fn angle_outside_sun_rad(&self, condition: ContactCondition, s: f64) -> (f64, usize) {
         let (sun_km, moon_km) = self.station.sun_and_moon_km(s);
         let sun_radius_rad = (self.station.radii().sun_radius_km / sun_km.length()).min(1.0).asin();

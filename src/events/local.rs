@@ -1,25 +1,25 @@
 //! Local circumstances of an eclipse: contacts, magnitude, altitudes, rising and setting.
 //!
-//! In: a place, and the positions of the bodies during the eclipse. Out: circumstances, or none if the discs never overlap. Contacts are those of the mean limbs
-//! (the Moon as a sphere); altitudes are without refraction; the Sun or the Moon rises and sets with its upper limb, with the conventional refraction of 34 arcmin.
+//! In: a place, and the positions of the bodies during the eclipse. Out: circumstances, or none if the discs never overlap. Contacts are those of the mean
+//! limbs (the Moon as a sphere); altitudes are without refraction; the Sun or the Moon rises and sets with its upper limb, with the conventional refraction of
+//! 34 arcmin.
 
 use super::numeric::{time_of_minimum, zero_crossing};
 use super::sky::{BodyRadii, EarthSky};
 use crate::ephemeris::angle_rad;
-use crate::ephemeris::topocentric::ground_point_km;
+use crate::ephemeris::topocentric::{HORIZON_REFRACTION_DEG, ground_point_km};
 use crate::time::Instant;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
-/// Refraction at the horizon by the convention of almanacs, radians.
-const HORIZON_REFRACTION_RAD: f64 = 34.0 / 60.0 * PI / 180.0;
-/// The maximum is searched this far from the given instant, and contacts this far from the maximum: a solar eclipse lasts at most 3.6 hours at a place, a transit
-/// 8.
+const HORIZON_REFRACTION_RAD: f64 = HORIZON_REFRACTION_DEG * PI / 180.0;
+/// The maximum is searched this far from the given instant, and contacts this far from the maximum: a solar eclipse lasts at most 3.6 hours at a place, a
+/// transit 8.
 const SEARCH_S: f64 = 4.5 * 3600.0;
 /// Step in the search for the maximum, and for rising and setting.
 const SEARCH_STEP_S: f64 = 120.0;
-/// At a place beside the path, the discs are nearest to each other within this time before or after the instant at which they are nearest at the closest place of
-/// the centre line. The separation has only one minimum in that span. An extreme: 52 minutes, at 20 degrees from the path of 1529-11-11.
+/// Half of the span in which the least separation at a place beside the path is searched; its middle is the instant of the closest place on the centre
+/// line. The separation has only one minimum in that span. The largest difference found is 52 minutes, at 20 degrees from the path of 1529-11-11.
 const NEAR_PATH_SEARCH_S: f64 = 5400.0;
 
 /// A place on the Earth, in geodetic coordinates.
@@ -67,8 +67,8 @@ impl LocalContact {
 
 /// Semidiameter of the Sun and the Moon for rising and setting, radians.
 const SEMIDIAMETER_RAD: f64 = 16.0 / 60.0 * PI / 180.0;
-/// An altitude this far below the horizon, in radians, still counts as at the horizon: risings and settings are found to 1e-4 s, in which altitudes change by up
-/// to 1e-8.
+/// An altitude this far below the horizon, in radians, still counts as at the horizon: risings and settings are found to 1e-4 s, in which altitudes change by
+/// up to 1e-8.
 const HORIZON_TOLERANCE_RAD: f64 = 1e-7;
 
 /// Local circumstances of an eclipse.
@@ -81,8 +81,8 @@ pub struct LocalCircumstances {
     /// The maximum above the horizon; if the eclipse is not visible, the geometric maximum.
     pub maximum: LocalContact,
     /// Part of the Sun's diameter that is covered at maximum; if one disc lies within the other, the Moon's diameter over the Sun's. In a lunar
-    /// eclipse the part of the Moon's diameter inside the umbra, or inside the penumbra if the eclipse is penumbral; negative outside. In a lunar eclipse it differs
-    /// between places only because the Moon may be above the horizon only before or after the greatest eclipse.
+    /// eclipse the part of the Moon's diameter inside the umbra, or inside the penumbra if the eclipse is penumbral; negative outside. In a lunar eclipse it
+    /// differs between places only because the Moon may be above the horizon only before or after the greatest eclipse.
     pub magnitude: f64,
     /// Part of the Moon's diameter inside the penumbra at maximum; `None` for a solar eclipse.
     pub penumbral_magnitude: Option<f64>,

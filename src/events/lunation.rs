@@ -60,8 +60,8 @@ impl Syzygy {
     ///
     /// Eclipses of one series are 223 lunations apart, and 358 lunations (an inex) lead to the next series. So one lunation adds 38 modulo 223,
     /// because 38 times 358 is 1 modulo 223. References: the solar eclipse of 2024-04-08 is of series 139, the lunar eclipse of 2022-11-08 of 136
-    /// (Espenak and Meeus 2006). This determines the number only modulo 223. Of the numbers that this leaves, the result is the one nearest to the middle of the
-    /// range of series that produce eclipses at this date. That middle was 137 (Sun) and 130 (Moon) at the references, and grows by 1 in an inex.
+    /// (Espenak and Meeus 2006). This determines the number only modulo 223. Of the numbers that this leaves, the result is the one nearest to the middle of
+    /// the range of series that produce eclipses at this date. That middle was 137 (Sun) and 130 (Moon) at the references, and grows by 1 in an inex.
     pub(crate) fn saros_series(self) -> i64 {
         let (reference_lunation, reference_series, middle_series_at_reference) = match self.phase {
             Phase::New => (300, 139, 137),

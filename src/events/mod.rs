@@ -1,8 +1,8 @@
 //! Events: eclipses of the Sun and the Moon, transits of Mercury and Venus, and phenomena of the Galilean moons and Titan.
 //!
-//! In: catalog, ephemeris, a span of time. Out: eclipses in order of time; transits planet by planet; phenomena of moons, not sorted. Instants are those at which
-//! the Earth's centre receives the light; eclipses and transits also have local circumstances. Positions include light time and aberration, as in the shaders, and
-//! radii follow the catalog's convention ([`EclipseRadii`](crate::catalog::EclipseRadii)). Not here: drawing, files.
+//! In: catalog, ephemeris, a span of time. Out: eclipses in order of time; transits planet by planet; phenomena of moons, not sorted. Instants are those at
+//! which the Earth's centre receives the light; eclipses and transits also have local circumstances. Positions include light time and aberration, as in the
+//! shaders, and radii follow the catalog's convention ([`EclipseRadii`](crate::catalog::EclipseRadii)). Not here: drawing, files.
 
 mod cone;
 mod contacts;
@@ -32,6 +32,7 @@ pub use transit::{Transit, transits};
 use crate::catalog::Catalog;
 use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::time::Instant;
+use crate::units::SECONDS_PER_DAY;
 use lunation::{Phase, Syzygy};
 use saros::SeriesStarts;
 use sky::BodyRadii;
@@ -117,9 +118,14 @@ fn eclipses_at_phase<E>(
     let mut found = Vec::new();
     let mut starts = SeriesStarts::default();
     // The mean new or full moon and the greatest eclipse differ by less than a day.
-    const MARGIN_S: f64 = 86_400.0;
-    let mut syzygy = Syzygy::at_or_before(phase, span.start.plus_seconds(-MARGIN_S));
-    while syzygy.mean_instant() < span.end.plus_seconds(MARGIN_S) {
+    const MARGIN_S: f64 = SECONDS_PER_DAY;
+    let (first, last) = (span.start.plus_seconds(-MARGIN_S), span.end.plus_seconds(MARGIN_S));
+    let mut syzygy = Syzygy::at_or_before(phase, first);
+    // The ephemeris may not cover a syzygy before the span.
+    while syzygy.mean_instant() < first {
+        syzygy = syzygy.next();
+    }
+    while syzygy.mean_instant() < last {
         if let Some(mut eclipse) = eclipse_at(syzygy)?.filter(|e| span.contains(&greatest(e))) {
             if let Some(set_member) = &set_member {
                 // `None` if the series may have begun before the span of the ephemeris.
@@ -130,4 +136,23 @@ fn eclipses_at_phase<E>(
         syzygy = syzygy.next();
     }
     Ok(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A span may begin where the ephemeris does.
+    #[test]
+    fn no_phase_before_the_span_is_computed() {
+        let span = Instant::parse("2024-01-01").expect("a time")..Instant::parse("2025-01-01").expect("a time");
+        let covered_from = span.start.plus_seconds(-SECONDS_PER_DAY);
+        let eclipse_at = |syzygy: Syzygy| match syzygy.mean_instant() < covered_from {
+            true => Err(EphemerisError::other("not covered")),
+            false => Ok(Some(syzygy)),
+        };
+        let no_member: Option<fn(&mut Syzygy, Option<i64>)> = None;
+        let found = eclipses_at_phase(Phase::New, span, |syzygy| syzygy.mean_instant(), eclipse_at, no_member).expect("covered");
+        assert_eq!(found.len(), 13, "the new moons of 2024, from 11 January to 30 December");
+    }
 }

@@ -66,9 +66,9 @@ pub struct MoonEvent {
     /// When the moon's centre is nearest to the line through the planet's centre and the observer: the Earth, or for shadow transits and eclipses the
     /// Sun. In mutual events, when the nearer moon's centre is nearest to the line from the farther one to the observer.
     pub greatest: Instant,
-    /// Contacts by time. `begin` and `end`: the moon's centre crosses the planet's limb, seen from the Earth or from the Sun's centre. I to IV: the limbs touch,
-    /// in transits and occultations. P1 and P4: first and last contact with the penumbra. U2 and U3: begin and end of the time for which the moon is entirely inside
-    /// the planet's umbra. U1 and U4: first and last contact with the umbra or antumbra of another moon.
+    /// Contacts by time. `begin` and `end`: the moon's centre crosses the planet's limb, seen from the Earth or from the Sun's centre. I to IV: the limbs
+    /// touch, in transits and occultations. P1 and P4: first and last contact with the penumbra. U2 and U3: begin and end of the time for which the moon is
+    /// entirely inside the planet's umbra. U1 and U4: first and last contact with the umbra or antumbra of another moon.
     pub contacts: Vec<Contact>,
 }
 
@@ -158,8 +158,8 @@ impl MoonAndPlanet<'_> {
     }
 }
 
-/// A moon, its planet and the observer around a conjunction. The observer is the Earth, or the Sun for events of shadows. Times are those at which the light is at
-/// the planet, in seconds from `middle`; vectors are from the planet's centre, km, ICRF axes.
+/// A moon, its planet and the observer around a conjunction. The observer is the Earth, or the Sun for events of shadows. Times are those at which the light is
+/// at the planet, in seconds from `middle`; vectors are from the planet's centre, km, ICRF axes.
 struct MoonConjunction {
     observer: NaifId,
     middle: Instant,

@@ -20,9 +20,9 @@ const JUPITER_BARYCENTRE: NaifId = NaifId(5);
 const STEP_S: f64 = 600.0;
 /// Two moons pass without an event if, at the sample nearest to their passage, their centres are farther apart than this perpendicular to the line of sight.
 const MAX_DISTANCE_KM: f64 = 40_000.0;
-/// Sine of 4 degrees: while the Earth or the Sun is farther from the plane of Jupiter's equator, there are no events. One degree allows for the inclinations of the
-/// orbits. At the other 3 degrees, two moons on the same side of Jupiter, at least 249 000 km apart along the line of sight (Io and Europa), pass each other at
-/// a distance of 249 000 km * sin 3 degrees = 13 000 km, too far for an event.
+/// Sine of 4 degrees: while the Earth or the Sun is farther from the plane of Jupiter's equator, there are no events. One degree allows for the inclinations of
+/// the orbits. At the other 3 degrees, two moons on the same side of Jupiter, at least 249 000 km apart along the line of sight (Io and Europa), pass each
+/// other at a distance of 249 000 km * sin 3 degrees = 13 000 km, too far for an event.
 const MAX_SEASON_SINE: f64 = 0.07;
 /// Half of the fitted span: the slowest passages, at a moon's greatest elongation, take up to five hours.
 const HALF_SPAN_S: f64 = 8.0 * 3600.0;
@@ -82,8 +82,8 @@ fn is_same_event(a: &MoonEvent, b: &MoonEvent) -> bool {
     (a.class, a.moon, a.by_moon) == (b.class, b.moon, b.by_moon) && apart_s.abs() < CONTACT_STEP_S
 }
 
-/// Two moons around their conjunction. Times are those at which the light leaves or reaches the farther moon, in seconds from `middle`; vectors are from Jupiter's
-/// centre, km, ICRF axes. `observer`: the Earth in an occultation, the Sun in an eclipse. The nearer moon is the one nearer to the observer.
+/// Two moons around their conjunction. Times are those at which the light leaves or reaches the farther moon, in seconds from `middle`; vectors are from
+/// Jupiter's centre, km, ICRF axes. `observer`: the Earth in an occultation, the Sun in an eclipse. The nearer moon is the one nearer to the observer.
 struct MutualConjunction<'a> {
     near: &'a Body,
     far: &'a Body,
@@ -163,11 +163,12 @@ impl<'a> MutualConjunction<'a> {
         offset.offset_km * offset.observer_distance_km / near_to_observer_km - radius_km - far_radius_km
     }
 
-    /// The last instant before `inside_s` (`direction` -1), or the first one after it (1), at which the farther moon touches the region from outside. At `inside_s`
-    /// a part of the moon is inside the region.
+    /// The last instant before `inside_s` (`direction` -1), or the first one after it (1), at which the farther moon touches the region from outside. At
+    /// `inside_s` a part of the moon is inside the region.
     fn exit_s(&self, inside_s: f64, direction: f64, region: Region) -> f64 {
         let outside = |s: f64| self.distance_outside_km(s, region);
         let mut inside = inside_s;
+        // Not up to the end of the fitted span, because the nearer moon is evaluated at another instant: earlier or later by the light time between the moons.
         while inside.abs() < 0.95 * HALF_SPAN_S {
             let next = inside + direction * CONTACT_STEP_S;
             if outside(next) >= 0.0 {

@@ -1,7 +1,9 @@
 //! Roots and minima of smooth functions of time.
 //!
-//! Times are seconds from an instant near the event: beyond 5e11 s (16,000 years) neighbouring f64 numbers are farther apart than the tolerance, and the
-//! searches would not end.
+//! In: a function, and an interval with one root or one minimum. Out: its argument there, within a tolerance. Times are seconds from an instant near the event:
+//! beyond 5e11 s (16,000 years) neighbouring f64 numbers are farther apart than the tolerance, and the searches would not end.
+
+use crate::units::INVERSE_GOLDEN_RATIO;
 
 /// Tolerance of times, seconds.
 const TOLERANCE_S: f64 = 1e-4;
@@ -27,7 +29,6 @@ pub(super) fn zero_crossing(inside: f64, outside: f64, f: impl Fn(f64) -> f64) -
 /// The argument at which `f`, which has one minimum between `a` and the larger `b`, is least, by golden-section search to `tolerance`. `f` is flat near its
 /// minimum, so rounding errors of its values can displace the result by more than `tolerance`.
 pub(super) fn minimum(mut a: f64, mut b: f64, tolerance: f64, f: impl Fn(f64) -> f64) -> f64 {
-    const INVERSE_GOLDEN_RATIO: f64 = 0.618_033_988_749_895;
     let (mut left, mut right) = (b - INVERSE_GOLDEN_RATIO * (b - a), a + INVERSE_GOLDEN_RATIO * (b - a));
     let (mut f_left, mut f_right) = (f(left), f(right));
     while b - a > tolerance {

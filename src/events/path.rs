@@ -13,9 +13,12 @@ use std::f64::consts::FRAC_PI_2;
 const STEPS: i32 = 120;
 /// The first distance from the centre line at which a limit is searched, degrees of arc; it is doubled until the eclipse is neither total nor annular.
 const FIRST_OFFSET_DEG: f64 = 0.02;
-/// The search for a limit gives up above this distance; since the distance is doubled, the last one tried is 20.48 degrees. Where the antumbra grazes the ground, a
-/// sunlit limit can be more than 11 degrees (1200 km) from the centre line.
+/// The search for a limit gives up above this distance; since the distance is doubled, the last one tried is 20.48 degrees. Where the antumbra grazes the
+/// ground, a sunlit limit can be more than 11 degrees (1200 km) from the centre line.
 const MAX_OFFSET_DEG: f64 = 25.0;
+
+/// Tolerance of the distance of a limit from the centre line, degrees of arc: 11 m.
+const LIMIT_TOLERANCE_DEG: f64 = 1e-4;
 
 /// A path on the ground, in the direction in which the shadow moves.
 #[derive(Clone, Debug, Default)]
@@ -34,9 +37,11 @@ impl SolarEclipse {
         let geometry = &self.geometry;
         let (from, to) = geometry.central_span()?;
         let mut path = EclipsePath::default();
-        // Degrees of latitude by which the left limit is north of the right one, summed over the steps; where a limit has no point, the centre line replaces it.
+        // Degrees of latitude by which the left limit is north of the right one, summed over the steps; where a limit has no point, the centre line replaces
+        // it.
         let mut left_is_north_by_deg = 0.0;
         for i in 0..=STEPS {
+            // Slightly inside the span, where the axis certainly meets the ground.
             let fraction = (f64::from(i) / f64::from(STEPS)).clamp(1e-5, 1.0 - 1e-5);
             let s = from + (to - from) * fraction;
             let Some(centre) = geometry.centre(s) else { continue };
@@ -60,8 +65,8 @@ impl SolarEclipse {
         Some(path)
     }
 
-    /// The farthest place from `centre` on the great circle in this direction where the eclipse is still total or annular; `None` if the Sun is then more than a
-    /// degree below the place's horizon, or if the place is beyond [`MAX_OFFSET_DEG`]. Times are seconds, as in the eclipse's geometry.
+    /// The farthest place from `centre` on the great circle in this direction where the eclipse is still total or annular. `None` if the Sun is then more than
+    /// a degree below the place's horizon, or if the place is beyond [`MAX_OFFSET_DEG`]. Times are seconds, as in the eclipse's geometry.
     fn limit(&self, s: f64, centre: GeodeticPosition, bearing_rad: f64) -> Option<GeodeticPosition> {
         let geometry = &self.geometry;
         let is_total_or_annular =
@@ -74,7 +79,7 @@ impl SolarEclipse {
                 return None;
             }
         }
-        while outside - inside > 1e-4 {
+        while outside - inside > LIMIT_TOLERANCE_DEG {
             let middle = 0.5 * (inside + outside);
             if is_total_or_annular(middle) { inside = middle } else { outside = middle }
         }

@@ -1,7 +1,7 @@
 //! The number of an eclipse within its Saros series.
 //!
-//! In: the new or full moon of an eclipse, and a function that reports whether there is an eclipse at another new or full moon of the same series. Out: the number,
-//! starting at 1. The first eclipse of a series depends on the radii of the Sun and the Moon: with a smaller shadow the series may begin later.
+//! In: the new or full moon of an eclipse, and a function that reports whether there is an eclipse at another new or full moon of the same series. Out: the
+//! number, starting at 1. The first eclipse of a series depends on the radii of the Sun and the Moon: with a smaller shadow the series may begin later.
 
 use super::lunation::Syzygy;
 use std::collections::HashMap;
@@ -19,9 +19,9 @@ pub(super) struct SeriesStarts {
 }
 
 impl SeriesStarts {
-    /// Number of the eclipse at `syzygy` in its series. `is_eclipse_at`: whether there is an eclipse at a new or full moon. The eclipses of a series have no gaps,
-    /// so bisection finds the first. If `is_eclipse_at` fails, the search assumes no eclipse there: such an instant is before the span of the ephemeris, and usually
-    /// before the series.
+    /// Number of the eclipse at `syzygy` in its series. `is_eclipse_at`: whether there is an eclipse at a new or full moon. The eclipses of a series have no
+    /// gaps, so bisection finds the first. If `is_eclipse_at` fails, the search assumes no eclipse there: such an instant is before the span of the ephemeris,
+    /// and usually before the series.
     ///
     /// # Errors
     /// The error of `is_eclipse_at` 223 lunations before the earliest eclipse found, which therefore may not be the first of its series.

@@ -1,9 +1,9 @@
 //! Apparent positions of the Sun, and of the Moon or an inferior planet, from the Earth's centre over some hours.
 //!
 //! In: the ephemeris and an instant. Out: apparent positions as Chebyshev polynomials, accurate to under a metre: the search for contacts evaluates these,
-//! which is faster than the ephemeris. Light time and the aberration of the Earth's motion are included: in the Earth's own frame, light that passes the Moon
-//! meets the ground on a straight line, except for the 20 metres that the Moon moves while light crosses the Earth. The eclipse shaders use the same frame. Not
-//! included: bending of light, refraction.
+//! which is faster than the ephemeris. Light time and the aberration of the Earth's motion are included. The frame is the Earth's own, in which light that
+//! passes the Moon meets the ground on a straight line, except for the 20 metres that the Moon moves while light crosses the Earth. The eclipse shaders use the
+//! same frame. Not included: bending of light, refraction.
 
 use super::fitted::FittedPosition;
 use crate::catalog::{Catalog, EclipseRadii, NaifId};
@@ -71,8 +71,8 @@ pub(super) struct EarthSky {
 }
 
 impl EarthSky {
-    /// The sky from `half_span_s` before to `half_span_s` after `middle`. `near_body`: the Moon, which the fit supports for up to 19 hours, or a planet that passes
-    /// in front of the Sun.
+    /// The sky from `half_span_s` before to `half_span_s` after `middle`. `near_body`: the Moon, which the fit supports for up to 19 hours, or a planet that
+    /// passes in front of the Sun.
     ///
     /// # Errors
     /// The ephemeris does not cover the span.

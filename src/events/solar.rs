@@ -53,8 +53,8 @@ pub struct SolarEclipse {
     pub greatest: Instant,
     /// Least distance of the shadow's axis from the Earth's centre, in the Earth's equatorial radii; positive if the axis passes north of the centre.
     pub gamma: f64,
-    /// Magnitude at the place of greatest eclipse, as in eclipse canons. If the axis meets the ground: the Moon's apparent diameter over the Sun's. Otherwise the
-    /// covered part of the Sun's diameter by the Besselian formula, which exceeds 1 where the Sun is covered entirely.
+    /// Magnitude at the place of greatest eclipse, as in eclipse canons. If the axis meets the ground: the Moon's apparent diameter over the Sun's. Otherwise
+    /// the covered part of the Sun's diameter by the Besselian formula, which exceeds 1 where the Sun is covered entirely.
     pub magnitude: f64,
     /// Where the axis meets the ground at greatest eclipse, or the place nearest to the axis if it misses.
     pub place: GeodeticPosition,
@@ -122,6 +122,7 @@ impl SolarEclipseGeometry {
         let earth = self.earth();
         let minus_half_chord_sq =
             |s: f64| -earth.half_chord_sq(self.sky.near_body_km(s), moon_to_sun(self.sky.sun_km(s), self.sky.near_body_km(s)).0);
+        // The flattening shifts the longest chord by less than ten minutes from the greatest eclipse.
         let middle = time_of_minimum(self.greatest_s - 600.0, self.greatest_s + 600.0, minus_half_chord_sq);
         (minus_half_chord_sq(middle) < 0.0).then(|| {
             (

@@ -1,7 +1,7 @@
 //! Transits of Mercury and Venus across the Sun.
 //!
-//! In: catalog, ephemeris, a span of time. Out: least distance of the centres and the four contacts of the limbs, as seen from the Earth's centre and from places on
-//! the ground. Positions are apparent: the planet where the light passed it, the Sun where the light left it. Not here: the black-drop effect.
+//! In: catalog, ephemeris, a span of time. Out: least distance of the centres and the four contacts of the limbs, as seen from the Earth's centre and from
+//! places on the ground. Positions are apparent: the planet where the light passed it, the Sun where the light left it. Not here: the black-drop effect.
 
 use super::contacts::{Contact, seconds_between};
 use super::local::{GeodeticPosition, LocalCircumstances, Station};
@@ -10,12 +10,12 @@ use super::sky::{BodyRadii, EarthSky, apparent_position_km};
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::{Ephemeris, EphemerisError, angle_rad};
 use crate::time::Instant;
-use crate::units::RAD_PER_ARCSEC;
+use crate::units::{RAD_PER_ARCSEC, SECONDS_PER_DAY};
 
 /// Mercury and Venus.
 const INFERIOR_PLANETS: [NaifId; 2] = [NaifId(199), NaifId(299)];
 /// Time between samples of the elongation, which has only one minimum in the week around an inferior conjunction.
-const STEP_S: f64 = 2.0 * 86_400.0;
+const STEP_S: f64 = 2.0 * SECONDS_PER_DAY;
 /// The sample nearest to a transit, at most a day away, has a smaller elongation than this, radians: the elongation changes by at most 1.9 degrees a day.
 const MAX_ELONGATION_RAD: f64 = 5.0 * std::f64::consts::PI / 180.0;
 /// Half of the fitted span. The longest transits take 8 hours.

@@ -39,7 +39,10 @@ impl NumberedName {
         let found = rest.split_once('d').and_then(|(width, after)| {
             let min_digits = match width {
                 "" => 0,
-                _ => width.strip_prefix('0')?.parse::<usize>().ok().filter(|digits| *digits <= MAX_NUMBER_DIGITS)?,
+                _ => {
+                    let digits = width.strip_prefix('0').filter(|digits| digits.bytes().all(|b| b.is_ascii_digit()))?;
+                    digits.parse::<usize>().ok().filter(|min_digits| *min_digits <= MAX_NUMBER_DIGITS)?
+                }
             };
             (!after.contains('%')).then(|| Self { before: format!("{folder}{before}"), min_digits, after: after.to_owned() })
         });
@@ -70,7 +73,7 @@ mod tests {
 
     #[test]
     fn the_error_for_an_invalid_placeholder_shows_a_valid_one() {
-        for bad in ["%x.png", "a-%d-%d.png", "100%.png", "out-%5d.png", "%099d.png"] {
+        for bad in ["%x.png", "a-%d-%d.png", "100%.png", "out-%5d.png", "%099d.png", "%0+5d.png"] {
             let why = NumberedName::of(bad).expect_err(bad).to_string();
             assert!(why.contains(bad) && why.contains("%05d"), "{why}");
         }

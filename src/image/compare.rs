@@ -4,10 +4,8 @@
 //! not opaque), and an image of the differences. Differences are of encoded values, which are roughly perceptually uniform; nothing
 //! is aligned, scaled or filtered.
 
+use super::levels::MAX_LEVEL;
 use super::{ImageError, decode_rgba8};
-
-/// The largest level of an 8-bit value.
-const MAX_LEVEL: f64 = 255.0;
 
 /// Statistics of absolute differences, in display levels (0 to 255).
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]

@@ -1,9 +1,9 @@
 //! A glyph atlas: the glyphs of one text size in one texture, with their positions and advances.
 //!
 //! In: the characters to be drawn and their size in pixels. Out: [`GlyphAtlas`]: a texture of one mip level that holds coverage (the same in all four
-//! channels), a [`Glyph`] for each character, one for the ring that marks surface features and bodies of a few pixels, and one for a filled square. Always:
-//! each glyph has a rectangle of its own in the texture (its cell), and at least one empty texel lies between two cells. A character missing in the font
-//! becomes the font's replacement glyph. Not here: the position of text.
+//! channels), and a [`Glyph`] for each character. Two more glyphs are a ring, which marks surface features and bodies of a few pixels, and a filled square.
+//! Always: each glyph has a rectangle of its own in the texture (its cell), and at least one empty texel lies between two cells. A character missing in the
+//! font becomes the font's replacement glyph. Not here: the position of text.
 //!
 //! A pen position is the top left corner of a pixel, but the ring is drawn around the middle of that pixel: to centre it on a point, a caller subtracts half a
 //! pixel from the point. The font is Ubuntu Light, as in the window.
@@ -37,8 +37,8 @@ pub struct GlyphAtlas {
     pub marker: Glyph,
     /// A fully covered square, any part of which can be drawn as a filled rectangle.
     pub solid_square: Glyph,
-    /// From the middle of a lower-case letter down to the baseline, pixels.
-    pub baseline_offset: f32,
+    /// From the middle of a lower-case letter down to the baseline.
+    pub baseline_offset_px: f32,
 }
 
 /// Width of the texture, in units of the font size.
@@ -147,7 +147,7 @@ impl GlyphAtlas {
             marker: all.iter().find(|(c, _)| c.is_none()).map_or(empty, |(_, glyph)| *glyph),
             solid_square: all.iter().rfind(|(c, _)| c.is_none()).map_or(empty, |(_, glyph)| *glyph),
             by_character: all.into_iter().filter_map(|(c, glyph)| Some((c?, glyph))).collect(),
-            baseline_offset: (0.5 * x_height).round(),
+            baseline_offset_px: (0.5 * x_height).round(),
         }
     }
 

@@ -6,6 +6,9 @@
 
 use crate::units::linear_to_srgb;
 
+/// The level of white, the largest of an 8-bit display.
+pub(super) const MAX_LEVEL: f64 = 255.0;
+
 /// A linear image, and the factor from its light to display light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ExposedPixels<'a> {
@@ -17,7 +20,7 @@ pub(crate) struct ExposedPixels<'a> {
 
 /// The display level of linear light.
 pub(crate) fn display_level(light: f32, exposure_factor: f64) -> f64 {
-    255.0 * linear_to_srgb((f64::from(light) * exposure_factor).clamp(0.0, 1.0))
+    MAX_LEVEL * linear_to_srgb((f64::from(light) * exposure_factor).clamp(0.0, 1.0))
 }
 
 /// For each pixel, the greatest difference of red, green or blue, in display levels.
@@ -25,7 +28,7 @@ pub(crate) fn level_differences(a: ExposedPixels<'_>, b: ExposedPixels<'_>) -> V
     let difference = |(p, q): (&[f32; 4], &[f32; 4])| {
         let is_finite = |p: &[f32; 4]| p.iter().all(|v| v.is_finite());
         if is_finite(p) != is_finite(q) {
-            return 255.0;
+            return MAX_LEVEL;
         }
         let channel = |c: usize| (display_level(p[c], a.exposure_factor) - display_level(q[c], b.exposure_factor)).abs();
         (0..3).map(channel).fold(0.0, f64::max)

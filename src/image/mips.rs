@@ -1,9 +1,9 @@
 //! Mip chains in linear light.
 //!
-//! In: 8-bit RGBA rows. Out: every level down to 1x1, each side half of that of the finer level, rounded down and at least 1. Each level is the area mean of the
-//! finer level in linear light; along an odd side a texel is the weighted mean of up to three. Means stay floats from level to level and are rounded only on
-//! encoding, so errors do not accumulate. For a map of opacities ([`OpacityTexels`]), the opacities are averaged instead of the light. Rows near the poles are
-//! filtered first ([`super::poles`]). At every level the image's left and right edges are edges of texels, so no mean mixes texels across the map's seam.
+//! In: 8-bit RGBA rows. Out: every level down to 1x1, each side half of that of the finer level, rounded down and at least 1. Each level is the area mean of
+//! the finer level in linear light; along an odd side a texel is the weighted mean of up to three. Means stay floats from level to level and are rounded only
+//! on encoding, so errors do not accumulate. For a map of opacities ([`OpacityTexels`]), the opacities are averaged instead of the light. Rows near the poles
+//! are filtered first ([`super::poles`]). At every level the image's left and right edges are edges of texels, so no mean mixes texels across the map's seam.
 
 use super::map_decoding::{MapDecoding, OpacityTexels};
 use super::poles::{PoleRowFilter, PrefixSums};

@@ -2,8 +2,8 @@
 //! than drawing a frame.
 //!
 //! A stored map is a file of the folder, called an entry ([`map_entry`]). In: the file of a map. Out: its texture. If the map has an entry, the levels are
-//! read from it one by one, each when it is first needed; if not, the map is decoded and stored. Always: the levels are those that the decoder returns; the
-//! map of a damaged entry is decoded again, and the entry replaced; if the folder cannot be written, maps are decoded in each run; the entries together have
+//! read from it one by one, each when it is first needed; if not, the map is decoded and stored. Always: the levels are those that the decoder returns. The
+//! map of a damaged entry is decoded again, and the entry replaced. If the folder cannot be written, maps are decoded in each run. The entries together have
 //! at most [`DISK_BUDGET_BYTES`]: those of other versions of the program are removed first, then the oldest.
 
 use super::encoded_map::EncodedMap;

@@ -35,7 +35,12 @@ pub fn write_png(out: impl Write, width: u32, height: u32, display: &[[u8; 4]], 
     writer.finish().map_err(write_error)
 }
 
-/// Writes linear RGBA floats (premultiplied, as rendered) as an EXR. `comments` becomes the attribute of that name. `sealed`: a text that
+/// An EXR stores text in Latin-1. Any other character becomes a question mark.
+fn in_latin_1(text: &str) -> String {
+    text.chars().map(|c| if u8::try_from(u32::from(c)).is_ok() { c } else { '?' }).collect()
+}
+
+/// Writes linear RGBA floats (premultiplied, as rendered) as an EXR. `comments` becomes the attribute of that name. `sealed`: a text in ASCII that
 /// [`super::exr_head_text`] returns; only with it can [`super::verify_exr`] check the file.
 pub fn write_exr(
     mut out: impl Write,
@@ -53,10 +58,12 @@ pub fn write_exr(
         (r, g, b, a)
     };
     let mut image = Image::from_channels((w, h), SpecificChannels::rgba(pixel));
-    image.layer_data.attributes.comments = Text::new_or_none(comments).filter(|_| !comments.is_empty());
-    if let Some((name, value)) = sealed.map(unsealed_attribute)
-        && let (Some(name), Some(value)) = (Text::new_or_none(name), Text::new_or_none(value))
-    {
+    image.layer_data.attributes.comments = Text::new_or_none(in_latin_1(comments)).filter(|_| !comments.is_empty());
+    if let Some(text) = sealed {
+        let (name, value) = unsealed_attribute(text);
+        let (Some(name), Some(value)) = (Text::new_or_none(name), Text::new_or_none(value).filter(|_| text.is_ascii())) else {
+            return Err(write_error("the text to seal is not ASCII"));
+        };
         // Only one attribute, because the crate writes attributes in an unspecified order.
         image.layer_data.attributes.other.insert(name, AttributeValue::Text(value));
     }
@@ -97,6 +104,11 @@ mod tests {
         let mut again = Cursor::new(Vec::new());
         write_exr(&mut again, 3, 2, &pixels, "metres", None).unwrap();
         assert_eq!(bytes.get_ref(), again.get_ref());
+        // A body's name in the legend may have characters that an EXR cannot store.
+        let mut greek = Cursor::new(Vec::new());
+        write_exr(&mut greek, 3, 2, &pixels, "1 metre, \u{3b1} Cen", None).unwrap();
+        assert!(greek.get_ref().windows(14).any(|w| w == b"1 metre, ? Cen"));
+        assert!(write_exr(Vec::new(), 3, 2, &pixels, "", Some("\u{3b1}")).unwrap_err().to_string().contains("not ASCII"));
         let error = write_exr(Vec::new(), 3, 3, &pixels, "metres", None).unwrap_err().to_string();
         assert_eq!(error, "96 bytes are not an image of 3x3 texels");
         let back = image::load_from_memory(bytes.get_ref()).unwrap().into_rgba32f();

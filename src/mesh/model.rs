@@ -1,9 +1,9 @@
 //! Builds a mesh from a file's faces, with one vertex for each combination of position, normal, texture coordinate and colour.
 //!
 //! In: an [`Obj`] and the body's [`ShapeFrame`]. Out: a [`Mesh`]. Missing data are computed: a normal as the mean of the faces around its position,
-//! weighted by their areas; a texture coordinate from longitude and latitude as in the body's map. If a triangle crosses the map's seam, its texture coordinates
-//! continue beyond the map's edge (the sampler repeats); a corner at a pole takes the mean longitude of the other two; a triangle that contains a pole is split
-//! into three there. Triangles without an area are dropped.
+//! weighted by their areas; a texture coordinate from longitude and latitude as in the body's map. If a triangle crosses the map's seam, its texture
+//! coordinates continue beyond the map's edge (the sampler repeats). A corner at a pole takes the mean longitude of the other two. A triangle that contains a
+//! pole is split into three there. Triangles without an area are dropped.
 
 use super::obj::{Corner, Obj};
 use super::self_shadow::RayCastMesh;
@@ -57,6 +57,8 @@ pub enum ShapeError {
 const FARTHEST_VERTEX_RANGE: std::ops::RangeInclusive<f64> = 0.2..=4.0;
 /// Maximum number of boxes of triangles that a line through the shape's box may meet on average. For a round shape it is 3, whatever its number of triangles.
 const MAX_OVERLAP: f64 = 64.0;
+/// Smallest barycentric weight with which a point counts as inside a triangle, not on its edge; allows for rounding.
+const MIN_INNER_WEIGHT: f64 = 1e-9;
 /// A corner is at a pole if its distance from the axis of rotation, in the unit-sphere frame, is below this.
 const AXIS_TOLERANCE: f64 = 1e-7;
 
@@ -80,7 +82,7 @@ pub struct Mesh {
 
 impl std::fmt::Debug for Mesh {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Mesh of {} vertices, {} triangles", self.vertices(), self.triangles())
+        write!(f, "Mesh of {} vertices, {} triangles", self.vertex_count(), self.triangle_count())
     }
 }
 
@@ -139,7 +141,7 @@ fn pole_weights(positions: [DVec3; 3]) -> Option<DVec3> {
     let weights = DVec3::new(p[1].perp_dot(p[2]), p[2].perp_dot(p[0]), p[0].perp_dot(p[1]));
     let sum = weights.x + weights.y + weights.z;
     let weights = weights / sum;
-    (sum != 0.0 && weights.min_element() > 1e-9).then_some(weights)
+    (sum != 0.0 && weights.min_element() > MIN_INNER_WEIGHT).then_some(weights)
 }
 
 /// Makes the texture coordinates of a triangle's corners continuous across the seam and at a pole.
@@ -211,11 +213,11 @@ impl MeshBuilder {
 }
 
 impl Mesh {
-    pub(crate) fn vertices(&self) -> usize {
+    pub(crate) fn vertex_count(&self) -> usize {
         self.positions.len() / 3
     }
 
-    pub(crate) fn triangles(&self) -> usize {
+    pub(crate) fn triangle_count(&self) -> usize {
         self.indices.len() / 3
     }
 
@@ -238,7 +240,7 @@ impl Mesh {
             return Err(ShapeError::Size { farthest_km, radius_km: largest_radius_km });
         }
         let position_ids = weld(&positions_km);
-        let mut normals = vec![DVec3::ZERO; positions_km.len()];
+        let mut normal_sums = vec![DVec3::ZERO; positions_km.len()];
         let at = |c: &Corner| positions_km[c.position as usize];
         // Normal to the triangle; its length is twice the triangle's area.
         let area_vector = |t: &[Corner; 3]| (at(&t[1]) - at(&t[0])).cross(at(&t[2]) - at(&t[0]));
@@ -246,7 +248,7 @@ impl Mesh {
         let triangles_with_area: Vec<&[Corner; 3]> =
             obj.triangles.iter().filter(|t| area_vector(t).length() > 1e-18 * largest_radius_km * largest_radius_km).collect();
         for t in &triangles_with_area {
-            t.iter().for_each(|c| normals[position_ids[c.position as usize] as usize] += area_vector(t));
+            t.iter().for_each(|c| normal_sums[position_ids[c.position as usize] as usize] += area_vector(t));
         }
         let mut builder = MeshBuilder::default();
         for t in &triangles_with_area {
@@ -262,7 +264,7 @@ impl Mesh {
                     .map(|uv| DVec2::new(uv.x, 1.0 - uv.y));
                 Vertex {
                     position_km,
-                    normal: file_normal.or(normals[position_ids[c.position as usize] as usize].try_normalize()).unwrap_or(face_normal),
+                    normal: file_normal.or(normal_sums[position_ids[c.position as usize] as usize].try_normalize()).unwrap_or(face_normal),
                     uv: file_uv.unwrap_or_else(|| frame.map_coordinates(position_km)),
                     colour: obj
                         .colours
@@ -340,9 +342,9 @@ mod tests {
         let text = "v 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 -1 0\nv 0 0 1\nv 0 0 -1\n\
                     f 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\nf 2 1 6\nf 3 2 6\nf 4 3 6\nf 1 4 6\n";
         let mesh = Mesh::of(&parse(text).expect("reads"), &ROUND).expect("a mesh");
-        assert_eq!((mesh.triangles(), mesh.max_radius), (8, 1.0));
+        assert_eq!((mesh.triangle_count(), mesh.max_radius), (8, 1.0));
         // Four on the equator, the one at 180 degrees twice, and each pole once for each of its four faces.
-        assert_eq!(mesh.vertices(), 4 + 1 + 8);
+        assert_eq!(mesh.vertex_count(), 4 + 1 + 8);
         for t in mesh.indices.chunks_exact(3) {
             let u: Vec<f32> = t.iter().map(|k| vertex(&mesh.map_coordinates, 2, *k)[0]).collect();
             let (low, high) = (u.iter().copied().fold(f32::MAX, f32::min), u.iter().copied().fold(f32::MIN, f32::max));
@@ -365,14 +367,14 @@ mod tests {
         let text = "v 0.6 0 0.8\nv -0.3 0.5 0.8\nv -0.3 -0.5 0.8\nf 1 2 3\n";
         let mesh = Mesh::of(&parse(text).expect("reads"), &ROUND).expect("a mesh");
         assert_eq!(
-            (mesh.triangles(), mesh.vertices()),
+            (mesh.triangle_count(), mesh.vertex_count()),
             (3, 3 + 1 + 3),
             "one corner is doubled at the seam, and each triangle has its own pole"
         );
-        let poles = (0..mesh.vertices() as u32).filter(|k| vertex(&mesh.positions, 3, *k)[..2] == [0.0, 0.0]);
+        let poles = (0..mesh.vertex_count() as u32).filter(|k| vertex(&mesh.positions, 3, *k)[..2] == [0.0, 0.0]);
         assert!(poles.clone().count() == 3 && poles.into_iter().all(|k| vertex(&mesh.map_coordinates, 2, k)[1] == 0.0));
         let beside = text.replace("v -0.3", "v 0.3");
-        assert_eq!(Mesh::of(&parse(&beside).expect("reads"), &ROUND).expect("a mesh").triangles(), 1);
+        assert_eq!(Mesh::of(&parse(&beside).expect("reads"), &ROUND).expect("a mesh").triangle_count(), 1);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use glam::{DVec2, DVec3};
 
 /// Maximum number of positions, of texture coordinates, of normals and of triangles in one file: 4 million triangles take some 0.5 GB while the mesh is built.
 pub(crate) const MAX_COUNT: usize = 4_000_000;
-/// Maximum number of corners of a face.
+/// Maximum number of corners of a face; most files have 3 or 4.
 pub(crate) const MAX_CORNERS: usize = 64;
 
 /// A corner of a triangle: indices in the lists of [`Obj`].
@@ -50,23 +50,29 @@ pub struct ObjError {
 /// Keywords that do not affect the shape.
 const IGNORED: [&str; 7] = ["o", "g", "s", "usemtl", "mtllib", "l", "p"];
 
+/// Longest quotation of a line or word in a message, characters.
+const MAX_QUOTED_CHARS: usize = 60;
+
 /// A line or word, shortened for a message.
 fn shortened(line: &str) -> String {
-    let mut text: String = line.chars().take(60).collect();
+    let mut text: String = line.chars().take(MAX_QUOTED_CHARS).collect();
     if text.len() < line.len() {
         text.push('…');
     }
     text
 }
 
-/// Parses exactly `N` finite numbers below 1e12 in magnitude.
+/// Numbers of a valid file are smaller in magnitude. The limit is far above any length or texture coordinate, and far below what overflows in f32.
+const NUMBER_LIMIT: f64 = 1e12;
+
+/// Parses exactly `N` numbers below [`NUMBER_LIMIT`].
 fn parse_numbers<const N: usize>(words: &[&str]) -> Option<[f64; N]> {
     let mut all = [0.0; N];
     if words.len() != N {
         return None;
     }
     for (number, word) in all.iter_mut().zip(words) {
-        *number = word.parse::<f64>().ok().filter(|x| x.is_finite() && x.abs() < 1e12)?;
+        *number = word.parse::<f64>().ok().filter(|x| x.abs() < NUMBER_LIMIT)?;
     }
     Some(all)
 }
@@ -112,7 +118,7 @@ impl Obj {
                 check_count(self.positions.len(), "`v`")?;
                 let coloured = rest.len() == 6;
                 let position = parse_numbers::<3>(rest.get(..3).filter(|_| coloured || rest.len() == 3).unwrap_or_default())
-                    .ok_or_else(|| expected("v x y z, or v x y z r g b, below 1e12"))?;
+                    .ok_or_else(|| expected(&format!("v x y z, or v x y z r g b, below {NUMBER_LIMIT:e}")))?;
                 if coloured == self.colours.is_empty() && !self.positions.is_empty() {
                     return Err(expected("a colour at each `v` or at none"));
                 }

@@ -1,24 +1,28 @@
 //! Self-shadowing of a mesh: at each vertex, the height of the Sun, which is its angle above the horizon that the mesh itself forms.
 //!
 //! In: a mesh, the direction of the Sun and its angular radius. Out: the height of the Sun's centre at each vertex, in units of that radius: above 1 the whole
-//! disc is visible, below -1 it is hidden, in between a straight horizon cuts it. Rays are traced in f64 through a bounding volume hierarchy, in the plane of the
-//! vertex's normal and the Sun: upward from a hidden Sun or downward from a visible one, until visibility changes; bisection refines the height.
+//! disc is visible, below -1 it is hidden, in between a straight horizon cuts it. Rays are traced in f64 through a bounding volume hierarchy, in the plane of
+//! the vertex's normal and the Sun: upward from a hidden Sun or downward from a visible one, until visibility changes; bisection refines the height.
 //!
-//! Error: the height is relative to one edge of the mesh above or below the Sun, accurate to a quarter of the Sun's radius or a tenth of the height, whichever is
-//! more. It is the nearest edge, unless an obstacle or a gap lies between two of the tested directions, which are 1, 4, 16, ... solar radii from the Sun. Between
-//! vertices the height is interpolated: the shadow's edge of a smooth hill is accurate to less than a triangle, that of something smaller or more distant than a
-//! triangle to the length of one of its sides. Not here: shadows in the light of other bodies.
+//! Error: the height is relative to one edge of the mesh above or below the Sun, accurate to a quarter of the Sun's radius or a tenth of the height, whichever
+//! is more. It is the nearest edge, unless an obstacle or a gap lies between two of the tested directions, which are 1, 4, 16, ... solar radii from the Sun.
+//! Between vertices the height is interpolated: the shadow's edge of a smooth hill is accurate to less than a triangle, that of something smaller or more
+//! distant than a triangle to the length of one of its sides. Not here: shadows in the light of other bodies.
 
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::OnceLock;
 
-/// Heights are clamped to plus or minus this, 5 degrees in radians: otherwise the interpolated height would be too steep between a vertex that sees past a peak and
-/// a neighbour that does not.
+/// Heights are clamped to plus or minus this, 5 degrees in radians: otherwise the interpolated height would be too steep between a vertex that sees past a peak
+/// and a neighbour that does not.
 const MAX_HEIGHT_RAD: f64 = 0.0873;
 /// Maximum number of triangles in a leaf of the tree.
 const MAX_LEAF_TRIANGLES: usize = 4;
+/// Distance of the nearest hit that counts, per largest side of the mesh's box: far above the rounding of f64, far below a triangle.
+const MIN_HIT_PER_SIZE: f64 = 1e-9;
+/// The Sun's angular radius is clamped to this range, radians. In units of 0, heights would be infinite; the largest is the radius seen from two solar radii.
+const SUN_RADIUS_RANGE_RAD: [f64; 2] = [1e-6, 0.5];
 /// Vertices per parallel task.
 const VERTICES_PER_TASK: usize = 512;
 
@@ -28,7 +32,7 @@ pub(crate) struct RayCastMesh {
     vertices: Vec<(DVec3, DVec3)>,
     /// For each vertex an id that vertices at the same position share: triangles with a corner there do not occlude the vertex.
     position_ids: Vec<u32>,
-    /// Indices in `points`.
+    /// Indices in `vertices`.
     triangles: Vec<[u32; 3]>,
     /// Whether both sides of a triangle are lit.
     two_sided: bool,
@@ -57,15 +61,16 @@ struct Node {
 
 impl Bvh {
     fn new(mesh: &RayCastMesh) -> Self {
-        let mut tree = Self { nodes: Vec::new(), order: (0..mesh.triangles.len() as u32).collect(), min_hit_km: 0.0 };
+        let mut tree = Self { nodes: Vec::new(), order: Vec::new(), min_hit_km: 0.0 };
         let centroids: Vec<DVec3> = mesh.triangles.iter().map(|t| t.iter().map(|k| mesh.position(*k)).sum::<DVec3>() / 3.0).collect();
-        let mut order = std::mem::take(&mut tree.order);
+        let mut order: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
         tree.build_node(mesh, &centroids, &mut order, 0);
         tree.order = order;
-        tree.min_hit_km = tree.nodes.first().map_or(0.0, |n| 1e-9 * (n.high - n.low).max_element());
+        tree.min_hit_km = tree.nodes.first().map_or(0.0, |n| MIN_HIT_PER_SIZE * (n.high - n.low).max_element());
         tree
     }
 
+    /// Adds the node of these triangles and all nodes below it. `first_in_order`: index in `order` of the first of the triangles.
     fn build_node(&mut self, mesh: &RayCastMesh, centroids: &[DVec3], triangles: &mut [u32], first_in_order: usize) {
         let corners = || triangles.iter().flat_map(|t| mesh.triangles[*t as usize]).map(|k| mesh.position(k));
         let (low, high) = corners().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
@@ -96,7 +101,7 @@ fn intersects_box(node: &Node, origin: DVec3, inverse_direction: DVec3) -> bool 
 }
 
 impl RayCastMesh {
-    /// `points`: positions in kilometres and unit normals; `position_ids`: equal for vertices at one position; `indices`: three per triangle.
+    /// `vertices`: positions in kilometres and unit normals; `position_ids`: equal for vertices at one position; `indices`: three per triangle.
     pub(crate) fn new(vertices: Vec<(DVec3, DVec3)>, position_ids: &[u32], indices: &[u32], two_sided: bool) -> Self {
         let triangles = indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
         Self { vertices, position_ids: position_ids.to_vec(), triangles, two_sided, tree: OnceLock::new() }
@@ -194,7 +199,7 @@ impl RayCastMesh {
     /// angular radius.
     pub(crate) fn sun_heights(&self, towards_sun: DVec3, radius_rad: f64) -> Vec<f32> {
         let tree = self.tree.get_or_init(|| Bvh::new(self));
-        let radius_rad = radius_rad.clamp(1e-6, 0.5);
+        let radius_rad = radius_rad.clamp(SUN_RADIUS_RANGE_RAD[0], SUN_RADIUS_RANGE_RAD[1]);
         let max_height = MAX_HEIGHT_RAD / radius_rad;
         let height = |k| self.height(tree, k, towards_sun, radius_rad).clamp(-max_height, max_height) as f32;
         (0..self.vertices.len()).into_par_iter().with_min_len(VERTICES_PER_TASK).map(height).collect()

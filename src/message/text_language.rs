@@ -84,7 +84,7 @@ impl TextLanguage {
 
     /// A time in ISO 8601 as date and time of day.
     pub(crate) fn time(self, iso: &str) -> String {
-        // A time outside the years of ISO 8601 arrives as a Julian date, which stays as it is.
+        // What is not a calendar time, such as a Julian date, stays as it is.
         let Some((date, clock)) = iso.strip_suffix('Z').and_then(|iso| iso.split_once('T')) else { return iso.to_owned() };
         let english = || format!("{date} {clock} UTC");
         if self == Self::English {

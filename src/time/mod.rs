@@ -1,6 +1,7 @@
 //! Instants and time scales: conversions between civil times, Julian dates and seconds of TDB.
 //!
-//! Always: an [`Instant`] is a number of TDB seconds past J2000; nothing here reads a clock.
+//! In: text, Julian dates or seconds, in one of the time scales. Out: an [`Instant`], which gives them in every scale. Always: an [`Instant`] is a number of
+//! TDB seconds past J2000; nothing here reads a clock.
 //!
 //! * TT is TAI + 32.184 s. TDB - TT is the seven-term series of USNO Circular 179 (Kaplan 2005), eq. 2.6, good to 10 µs from 1600 to 2200.
 //! * UTC from 1972 on is TAI less the leap seconds that the crate hifitime knows. After the last of them TAI - UTC stays at 37 s, because no
@@ -14,7 +15,7 @@ pub mod delta_t;
 mod delta_t_table;
 mod text;
 
-use crate::units::{JD_J2000, SECONDS_PER_DAY};
+use crate::units::{DAYS_PER_JULIAN_CENTURY, JD_J2000, SECONDS_PER_DAY};
 use hifitime::leap_seconds::{LatestLeapSeconds, LeapSecond};
 
 /// Times are printed to the second. From this standard error of Delta T on, the error is printed beside them.
@@ -129,8 +130,8 @@ impl Instant {
         match self.utc_seconds_rounded_to_ms() {
             (_, Some(into_leap_s)) if (0.0..1.0).contains(&(into_leap_s + s)) => self.plus_seconds(s),
             (midnight_s, Some(into_leap_s)) => {
-                // The count of UTC seconds leaves the leap second out. So of a span that ends after the leap second, only the part after it is counted; of a span
-                // that ends before, only the part before it.
+                // The count of UTC seconds leaves the leap second out. So of a span that ends after the leap second, only the part after it is counted; of a
+                // span that ends before, only the part before it.
                 let uncounted_s = if s > 0.0 { 1.0 } else { 0.0 };
                 Self::from_utc_seconds(midnight_s + into_leap_s + s - uncounted_s)
             }
@@ -206,7 +207,8 @@ fn leap_seconds() -> impl DoubleEndedIterator<Item = LeapSecond> {
 
 /// TDB - TT in seconds; the argument is seconds past J2000 in either scale. USNO Circular 179, eq. 2.6.
 fn tdb_minus_tt_s(s: f64) -> f64 {
-    let t = s / (36_525.0 * SECONDS_PER_DAY);
+    // Julian centuries.
+    let t = s / (DAYS_PER_JULIAN_CENTURY * SECONDS_PER_DAY);
     0.001657 * (628.3076 * t + 6.2401).sin()
         + 0.000022 * (575.3385 * t + 4.2970).sin()
         + 0.000014 * (1256.6152 * t + 6.1969).sin()

@@ -1,11 +1,13 @@
 //! Parses and formats times: ISO 8601 UTC, and `jd_tdb:` with a Julian date.
 //!
-//! The calendar arithmetic is written here, because years range from -9999 to 9999 and leap seconds must survive a round trip.
+//! In: a text or an [`Instant`]. Out: the other one, or an error of one line. The calendar arithmetic is written here, because years range from -9999 to 9999
+//! and leap seconds must survive a round trip.
 
 use super::{Instant, TimeError};
 use crate::units::SECONDS_PER_DAY;
 use crate::wording::echo_within;
 
+/// The end of every error: the allowed forms.
 const ALLOWED: &str = "give ISO 8601 UTC such as 2024-04-08T18:17:16Z, or jd_tdb:2460409.262";
 
 /// Endings of a time of day that mean UTC: Z, and the offset of zero that many programs write.
@@ -138,22 +140,26 @@ fn days_in_month(year: i64, month: i64) -> i64 {
     }
 }
 
-/// Days from 2000-01-01 to the date, both at noon. Counts from 1 March, so that the leap day ends the year; (153 m + 2) / 5 is the number of days before month m
-/// of that year (H. Hinnant, chrono-Compatible Low-Level Date Algorithms, `days_from_civil`).
+/// Days from 0000-03-01 to 2000-01-01.
+const DAYS_FROM_MARCH_0000_TO_2000: i64 = 730_425;
+/// Days of the Gregorian calendar's cycle of 400 years.
+const DAYS_PER_CYCLE: i64 = 146_097;
+
+/// Days from 2000-01-01 to the date, both at noon. Counts from 1 March, so that the leap day ends the year; (153 m + 2) / 5 is the number of days before month
+/// m of that year (H. Hinnant, chrono-Compatible Low-Level Date Algorithms, `days_from_civil`).
 fn days_past_j2000_noon(year: i64, month: i64, day: i64) -> f64 {
     let year_from_march = if month <= 2 { year - 1 } else { year };
     let month_from_march = (month + 9) % 12;
     let days_before_year =
         365 * year_from_march + year_from_march.div_euclid(4) - year_from_march.div_euclid(100) + year_from_march.div_euclid(400);
-    // 0000-03-01 is 730 425 days before 2000-01-01.
-    (days_before_year + (153 * month_from_march + 2) / 5 + day - 1 - 730_425) as f64
+    (days_before_year + (153 * month_from_march + 2) / 5 + day - 1 - DAYS_FROM_MARCH_0000_TO_2000) as f64
 }
 
-/// Year, month and day of a number of days past 2000-01-01: the inverse of [`days_past_j2000_noon`], in cycles of 400 years (146 097 days).
+/// Year, month and day of a number of days past 2000-01-01: the inverse of [`days_past_j2000_noon`], in cycles of 400 years.
 fn calendar_date(days_past_2000: i64) -> (i64, i64, i64) {
-    let days_past_march_0000 = days_past_2000 + 730_425;
-    let cycle = days_past_march_0000.div_euclid(146_097);
-    let day_of_cycle = days_past_march_0000.rem_euclid(146_097);
+    let days_past_march_0000 = days_past_2000 + DAYS_FROM_MARCH_0000_TO_2000;
+    let cycle = days_past_march_0000.div_euclid(DAYS_PER_CYCLE);
+    let day_of_cycle = days_past_march_0000.rem_euclid(DAYS_PER_CYCLE);
     let year_of_cycle = (day_of_cycle - day_of_cycle / 1460 + day_of_cycle / 36_524 - day_of_cycle / 146_096) / 365;
     let day_of_year = day_of_cycle - (365 * year_of_cycle + year_of_cycle / 4 - year_of_cycle / 100);
     let month_from_march = (5 * day_of_year + 2) / 153;

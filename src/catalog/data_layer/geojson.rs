@@ -1,10 +1,11 @@
-//! Points and outlines of a GeoJSON file (RFC 7946): every geometry of a FeatureCollection or a Feature, or a geometry alone; with the Feature's `time` property.
+//! Points and outlines of a GeoJSON file (RFC 7946): every geometry of a FeatureCollection or a Feature, or a geometry alone; with the Feature's `time`
+//! property.
 //!
 //! In: the document. Out: points and lines, or the wrong line and field. Longitude comes first, east-positive; heights are ignored; a polygon is read as
 //! the outlines of its rings. `time` is text (ISO 8601 UTC or jd_tdb:DAY) or, as in catalogs of earthquakes, milliseconds since 1970. Ignored: other
 //! properties. Rejected: a `crs` member that names a coordinate system other than WGS 84.
 
-use super::layer::{Content, checked_position};
+use super::layer::{Content, check_is_line, checked_position};
 use crate::time::Instant;
 use crate::wording::echo_within;
 use serde::de::{Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
@@ -218,13 +219,7 @@ fn members<'de, D: Deserializer<'de>>(deserializer: D) -> Result<(TimedGeometrie
                     let mismatch = || format!("field coordinates: not those of a {}; geometries are {GEOMETRIES}", echo_within(&kind, 40));
                     let geometries = Geometries::of(&kind, coordinates).ok_or_else(|| A::Error::custom(mismatch()))?;
                     // Checked here, while the parser is still on the geometry's line, so that the error states that line.
-                    if let Some(short) = geometries.lines.iter().find(|l| l.len() < 2) {
-                        return Err(A::Error::custom(format!(
-                            "a line with {} position{}; two are needed",
-                            short.len(),
-                            if short.len() == 1 { "" } else { "s" }
-                        )));
-                    }
+                    geometries.lines.iter().try_for_each(|line| check_is_line(line)).map_err(A::Error::custom)?;
                     members.geometries.add(geometries);
                 }
                 _ => return Err(A::Error::custom(format!("field type: `{}` without its coordinates or features", echo_within(&kind, 40)))),

@@ -59,7 +59,8 @@ impl Stretch {
     }
 }
 
-/// Viridis as a polynomial: one row per power of the value from 0 to 6, with red, green and blue. Fitted to van der Walt & Smith's table, within 0.02.
+/// Viridis as a polynomial: one row per power of the value from 0 to 6, with red, green and blue. Matt Zucker's fit (Shadertoy
+/// WlfXRN, CC0) to the table of van der Walt & Smith, within 0.02.
 const VIRIDIS: [[f64; 3]; 7] = [
     [0.277_727, 0.005_407, 0.334_100],
     [0.105_093, 1.404_614, 1.384_590],
@@ -93,17 +94,20 @@ fn black_and_white(values: &[f32], percentiles: [f64; 2]) -> Option<[f64; 2]> {
     Some([low, high])
 }
 
+/// Steps of the table of colours: a quarter of a level of 8 bits.
+const TABLE_STEPS: u32 = 1023;
+
 /// The colours of an image, four bytes (red, green, blue, alpha) per value; `None` if no value is finite.
 pub(super) fn colours(values: &[f32], style: &ImageStyle) -> Option<Vec<u8>> {
     let [low, high] = black_and_white(values, style.percentiles)?;
     // If all values are equal, all are black.
     let scale = if high > low { 1.0 / (high - low) } else { 0.0 };
-    let table: Vec<[u8; 3]> = (0..=1023).map(|k| style.colour_map.colour_at(f64::from(k) / 1023.0)).collect();
+    let table: Vec<[u8; 3]> = (0..=TABLE_STEPS).map(|k| style.colour_map.colour_at(f64::from(k) / f64::from(TABLE_STEPS))).collect();
     let colour = |v: &f32| {
         if !v.is_finite() {
             return [0; 4];
         }
-        let [r, g, b] = table[(1023.0 * style.stretch.apply((f64::from(*v) - low) * scale)).round() as usize];
+        let [r, g, b] = table[(f64::from(TABLE_STEPS) * style.stretch.apply((f64::from(*v) - low) * scale)).round() as usize];
         [r, g, b, 255]
     };
     Some(values.iter().flat_map(colour).collect())

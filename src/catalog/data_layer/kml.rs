@@ -60,7 +60,7 @@ impl ElementHandler for Document {
                     7 => format!("{text}-01"),
                     _ => text.to_owned(),
                 };
-                let invalid_date = || format!("field {}: `{}` is not an ISO 8601 date", element.name, echo_within(text, 40));
+                let invalid_date = || format!("field {}: `{}` is not an ISO 8601 date in UTC", element.name, echo_within(text, 40));
                 self.time = Some(Instant::parse(&full_date).map_err(|_| invalid_date())?);
             }
             ("coordinates", "Point") if is_in_placemark() => self.points.extend(positions(&element.text)?),

@@ -7,6 +7,7 @@ use super::fits::PlacedImage;
 use super::image_style::ImageStyle;
 use crate::catalog::NaifId;
 use crate::time::Instant;
+use crate::wording::counted;
 use std::sync::Arc;
 
 /// Maximum number of points and line vertices of a layer together.
@@ -76,25 +77,22 @@ pub(super) struct Content {
     pub points: Vec<DataPoint>,
     pub lines: Vec<DataLine>,
     /// Number of points and line vertices.
-    positions: usize,
+    position_count: usize,
     /// Total length of the lines.
     length_deg: f64,
 }
 
 impl Content {
     /// Counts positions before they are added; an error if there are too many.
-    pub fn count_positions(&mut self, positions: usize) -> Result<(), String> {
-        self.positions += positions;
-        if self.positions > MAX_POSITIONS { Err(format!("more than {MAX_POSITIONS} positions")) } else { Ok(()) }
+    pub fn count_positions(&mut self, added: usize) -> Result<(), String> {
+        self.position_count += added;
+        if self.position_count > MAX_POSITIONS { Err(format!("more than {MAX_POSITIONS} positions")) } else { Ok(()) }
     }
 
     /// Adds a line of at least two vertices.
     pub fn add_line(&mut self, vertices: Vec<[f64; 2]>, time: Option<Instant>) -> Result<(), String> {
         self.count_positions(vertices.len())?;
-        if vertices.len() < 2 {
-            let count = vertices.len();
-            return Err(format!("a line with {count} position{}; two are needed", if count == 1 { "" } else { "s" }));
-        }
+        check_is_line(&vertices)?;
         self.add_length(length_deg(&vertices))?;
         self.lines.push(DataLine { vertices, time });
         Ok(())
@@ -102,7 +100,7 @@ impl Content {
 
     /// Adds the points and lines of another content.
     pub fn append(&mut self, other: Self) -> Result<(), String> {
-        self.count_positions(other.positions)?;
+        self.count_positions(other.position_count)?;
         self.add_length(other.length_deg)?;
         self.points.extend(other.points);
         self.lines.extend(other.lines);
@@ -126,11 +124,20 @@ impl Content {
     }
 }
 
+/// Checks that a line has at least two vertices.
+pub(super) fn check_is_line(vertices: &[[f64; 2]]) -> Result<(), String> {
+    match vertices.len() {
+        count @ 0..2 => Err(format!("a line with {}; two are needed", counted(count, "position"))),
+        _ => Ok(()),
+    }
+}
+
 /// Length of a polyline, degrees: the sum over its segments of the changes of latitude and longitude, where longitude takes the shorter way around. Exception:
 /// a line of two vertices of the same latitude, 360 degrees apart, is drawn as a whole parallel.
 fn length_deg(vertices: &[[f64; 2]]) -> f64 {
     let segment_length = |[a, b]: &[[f64; 2]; 2]| {
         let longitude_change = (b[1] - a[1]).abs();
+        // Slightly less than 360, for the rounding of coordinates.
         if vertices.len() == 2 && a[0] == b[0] && longitude_change > 359.999_999 {
             return (b[0] - a[0]).abs() + longitude_change;
         }
@@ -142,7 +149,7 @@ fn length_deg(vertices: &[[f64; 2]]) -> f64 {
 /// The size of all layers of a catalog together. It is limited because a small catalog may name the same file thousands of times.
 #[derive(Debug, Default)]
 pub(in crate::catalog) struct TotalSize {
-    positions: usize,
+    position_count: usize,
     length_deg: f64,
 }
 
@@ -152,9 +159,9 @@ impl TotalSize {
     /// # Errors
     /// With this layer, the layers exceed [`MAX_POSITIONS_OF_ALL_LAYERS`] or [`MAX_LENGTH_DEG`].
     pub fn add(&mut self, layer: &DataLayer) -> Result<(), String> {
-        self.positions += layer.points.len() + layer.lines.iter().map(|line| line.vertices.len()).sum::<usize>();
+        self.position_count += layer.points.len() + layer.lines.iter().map(|line| line.vertices.len()).sum::<usize>();
         self.length_deg += layer.lines.iter().map(|line| length_deg(&line.vertices)).sum::<f64>();
-        if self.positions > MAX_POSITIONS_OF_ALL_LAYERS {
+        if self.position_count > MAX_POSITIONS_OF_ALL_LAYERS {
             return Err(format!("with this file all layers have more than {MAX_POSITIONS_OF_ALL_LAYERS} positions"));
         }
         if self.length_deg > MAX_LENGTH_DEG {
@@ -180,7 +187,7 @@ pub(super) fn checked_position(lon_deg: f64, lat_deg: f64) -> Result<[f64; 2], S
 
 /// Parses `#rrggbb`.
 pub(super) fn hex_colour(text: &str) -> Option<[u8; 3]> {
-    let digits = text.trim().strip_prefix('#').filter(|d| d.len() == 6 && d.is_ascii())?;
+    let digits = text.trim().strip_prefix('#').filter(|d| d.len() == 6 && d.bytes().all(|b| b.is_ascii_hexdigit()))?;
     let channel = |k: usize| u8::from_str_radix(&digits[2 * k..2 * k + 2], 16).ok();
     Some([channel(0)?, channel(1)?, channel(2)?])
 }
@@ -194,6 +201,13 @@ mod tests {
     fn line(segments: usize) -> String {
         let vertices: Vec<String> = (0..=segments).map(|k| format!("[0,{}]", if k % 2 == 0 { -90 } else { 90 })).collect();
         format!("{{\"type\":\"LineString\",\"coordinates\":[{}]}}", vertices.join(","))
+    }
+
+    #[test]
+    fn a_colour_is_six_hexadecimal_digits() {
+        assert_eq!(hex_colour(" #fF8040"), Some([255, 128, 64]));
+        // `from_str_radix` alone would read +f as 15.
+        assert!(["#+f+f+f", "#ff804", "ff8040", "#ff80\u{e9}", "#ff804g"].iter().all(|text| hex_colour(text).is_none()));
     }
 
     /// Lengths are those of the drawn lines: a whole parallel counts in full, a step across the antimeridian not at all.
@@ -213,7 +227,7 @@ mod tests {
         };
         assert!(geojson::read(&line(max_segments)).is_ok() && geojson::read(&line(max_segments + 1)).is_err());
         let content = collection([max_segments / 2; 2]).expect("within the limit");
-        assert_eq!((content.lines.len(), content.positions), (2, max_segments + 2));
+        assert_eq!((content.lines.len(), content.position_count), (2, max_segments + 2));
         let (_, why) = collection([max_segments / 2, max_segments / 2 + 1]).expect_err("together too long");
         assert!(why.contains("4000 times around the globe"), "{why}");
         let layer = DataLayer { lines: Arc::new(content.lines), ..DataLayer::new("a".into(), "a.json".into()) };

@@ -2,12 +2,13 @@
 //!
 //! In: bytes of a PNG, a TIFF, or a PDS label and its image ([`HeightMap::of_image`], [`HeightMap::of_pds`]). Out: [`HeightMap`], which gives the height
 //! in any direction. Always: every height is finite and within [`MAX_HEIGHT_KM`] of the sphere. A value of the map is the height at the centre of its cell;
-//! between centres heights are interpolated linearly in longitude and latitude; between the first or last row and the pole they are constant along each meridian.
-//! No height map is embedded. Not supported: maps of a part of the Moon, other projections, other bodies.
+//! between centres heights are interpolated linearly in longitude and latitude; between the first or last row and the pole they are constant along each
+//! meridian. No height map is embedded. Not supported: maps of a part of the Moon, other projections, other bodies.
 
 mod image_file;
 mod label;
 
+use crate::units::RAD_PER_ARCSEC;
 use crate::wording::{echo, one_line};
 use glam::DVec3;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -20,6 +21,8 @@ pub const MAX_HEIGHT_KM: f64 = 20.0;
 pub const MAX_HEIGHTS: usize = 30_000_000;
 /// Maximum size of a file: [`MAX_HEIGHTS`] heights of eight bytes, and a header.
 pub const MAX_FILE_BYTES: u64 = 8 * MAX_HEIGHTS as u64 + (1 << 20);
+/// Mean distance of the Moon from the Earth.
+const MOON_DISTANCE_KM: f64 = 384_400.0;
 /// Maximum size of a label.
 pub const MAX_LABEL_BYTES: u64 = 1 << 20;
 
@@ -89,9 +92,9 @@ impl HeightMap {
         Ok(Self { name: name.to_owned(), columns, rows, heights_km, west_rad: west_deg.to_radians(), sphere_km, min_km, max_km })
     }
 
-    /// Reads a greyscale PNG of 8 or 16 bits, or a TIFF of 8 or 16 bits or floating point, with longitude 0 in the middle. `range`: the heights of black and white.
-    /// Without a range, unsigned 16-bit values count half metres upward from -10 km, and floating-point values are kilometres, as in the CGI Moon Kit of NASA's
-    /// Scientific Visualization Studio.
+    /// Reads a greyscale PNG of 8 or 16 bits, or a TIFF of 8 or 16 bits or floating point, with longitude 0 in the middle. `range`: the heights of black and
+    /// white. Without a range, unsigned 16-bit values count half metres upward from -10 km, and floating-point values are kilometres, as in the CGI Moon Kit of
+    /// NASA's Scientific Visualization Studio.
     ///
     /// # Errors
     /// States what is wrong with the file, and what to do.
@@ -143,8 +146,7 @@ impl HeightMap {
         format!(
             "{:.4} heights a degree ({spacing_km:.2} km on the ground, {:.1}\" at the limb), from {:.2} to {:.2} km over a sphere of {} km",
             self.columns as f64 / 360.0,
-            // Seen from the Earth at the Moon's mean distance.
-            (spacing_km / 384_400.0).to_degrees() * 3600.0,
+            spacing_km / MOON_DISTANCE_KM / RAD_PER_ARCSEC,
             self.min_km,
             self.max_km,
             self.sphere_km,

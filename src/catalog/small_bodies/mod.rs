@@ -137,7 +137,8 @@ impl SmallBodies {
             let template_orbit = &template.orbit;
             let e = (template_orbit.eccentricity + 0.04 * (uniform() - 0.5)).clamp(0.0, 0.6);
             let a = semi_major_axis_au(template_orbit) + 0.04 * (uniform() - 0.5);
-            // The orbital plane is rotated about the ecliptic's pole, the perihelion within the plane. The ecliptic is that of J2000, to which the tables refer.
+            // The orbital plane is rotated about the ecliptic's pole, the perihelion within the plane. The ecliptic is that of J2000, to which the tables
+            // refer.
             let (node_turn, perihelion_turn) = (TAU * uniform(), TAU * uniform());
             let pole = DVec3::new(0.0, -rows::OBLIQUITY_RAD.sin(), rows::OBLIQUITY_RAD.cos());
             let normal = DQuat::from_axis_angle(pole, node_turn) * template_orbit.to_perihelion.cross(template_orbit.motion_at_perihelion);
@@ -155,7 +156,7 @@ impl SmallBodies {
                 designation: String::new(),
                 name: format!("synthetic {k}"),
                 orbit,
-                brightness: BrightnessLaw::Asteroid { h, g: 0.15 },
+                brightness: BrightnessLaw::Asteroid { h, g: rows::DEFAULT_G },
             }
         };
         Self { minor_planets: (0..count).map(body).collect(), comets: Vec::new() }

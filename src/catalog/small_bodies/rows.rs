@@ -15,7 +15,7 @@ pub(super) const OBLIQUITY_RAD: f64 = 84_381.448 * RAD_PER_ARCSEC;
 /// Julian date of modified Julian date 0.
 const JD_OF_MJD_ZERO: f64 = 2_400_000.5;
 /// Slope of the H,G law where the table has none (IAU 1985).
-const DEFAULT_G: f64 = 0.15;
+pub(super) const DEFAULT_G: f64 = 0.15;
 /// A comet's K1 where the table has none: its brightness falls with the fourth power of the heliocentric distance (10 = 2.5 * 4).
 const DEFAULT_K1: f64 = 10.0;
 

@@ -1,8 +1,8 @@
 //! Stars: position, proper motion, distance, brightness and colour index, and a spatial index of the sky.
 //!
-//! In: the text of a catalog. Out: [`StarCatalog`]. Its stars are grouped by cells of the sky and sorted from bright to faint in each cell, so that a view
-//! reads only the cells in its field, and of each cell only the stars down to the view's limiting magnitude. Always: directions are unit vectors, all numbers are
-//! finite. Not here: the place of a star at a date (`ephemeris::star_place`), and its brightness in an image (`scene`).
+//! In: the text of a catalog. Out: [`StarCatalog`]. Its stars are grouped by cells of the sky and sorted from bright to faint in each cell. A view
+//! reads only the cells in its field, and of each cell only the stars down to its limiting magnitude. Always: directions are unit vectors, all numbers
+//! are finite. Not here: the place of a star at a date (`ephemeris::star_place`), and its brightness in an image (`scene`).
 
 mod names;
 mod read;
@@ -80,8 +80,8 @@ const CELLS_PER_SIDE: usize = 16;
 
 /// The number of the cell that contains a direction: by the face of the cube that the direction meets, then by the row and the column on that face.
 fn cell_of(direction: DVec3) -> usize {
-    let size = direction.abs();
-    let (axis, largest) = (0..3).map(|k| (k, size[k])).fold((0, 0.0), |best, next| if next.1 > best.1 { next } else { best });
+    let magnitudes = direction.abs();
+    let (axis, largest) = (0..3).map(|k| (k, magnitudes[k])).fold((0, 0.0), |best, next| if next.1 > best.1 { next } else { best });
     let face = 2 * axis + usize::from(direction[axis] < 0.0);
     let coordinate =
         |k: usize| (((direction[(axis + k) % 3] / largest + 1.0) / 2.0 * CELLS_PER_SIDE as f64) as usize).min(CELLS_PER_SIDE - 1);

@@ -1,11 +1,11 @@
 //! Star catalogs as text: comma-separated values with named columns, and the fixed columns of Hipparcos' hip2.dat.
 //!
 //! In: the text. Out: the epoch and the stars, or the first wrong line, with its field. A table's first line names its columns; a word such as J2016.0 in that
-//! line is the epoch of the positions; the default is J2000. Unknown columns are ignored. A text whose first line names no columns is hip2.dat (van Leeuwen 2007,
-//! CDS I/311), whose positions are of J1991.25. Not supported: commas within quotes. Not read: the measurement errors of the values.
+//! line is the epoch of the positions; the default is J2000. Unknown columns are ignored. A text whose first line names no columns is hip2.dat (van Leeuwen
+//! 2007, CDS I/311), whose positions are of J1991.25. Not supported: commas within quotes. Not read: the measurement errors of the values.
 
 use super::{Star, StarFileError, julian_epoch};
-use crate::units::RAD_PER_ARCSEC;
+use crate::units::{DAYS_PER_JULIAN_YEAR, KM_PER_AU, RAD_PER_ARCSEC, SECONDS_PER_DAY};
 use crate::wording::{echo, echo_within};
 use glam::DVec3;
 use std::ops::Range;
@@ -13,7 +13,7 @@ use std::ops::Range;
 /// Maximum number of stars in a file. Each takes 72 bytes of memory.
 const MAX_STARS: usize = 5_000_000;
 /// One au per Julian year, km/s.
-const KM_S_PER_AU_YR: f64 = 4.740_470_446;
+const KM_S_PER_AU_YR: f64 = KM_PER_AU / (DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY);
 /// Epoch of the positions in hip2.dat, as a Julian year.
 const HIPPARCOS_EPOCH: f64 = 1991.25;
 
@@ -27,10 +27,12 @@ struct Field {
     max: f64,
     /// What messages call an allowed value.
     expected: &'static str,
+    /// Whether only whole numbers are allowed.
+    is_whole: bool,
 }
 
 const fn field(name: &'static str, columns: &'static [&'static str], [min, max]: [f64; 2], expected: &'static str) -> Field {
-    Field { name, columns, min, max, expected }
+    Field { name, columns, min, max, expected, is_whole: false }
 }
 
 /// Indices of the fields in [`FIELDS`].
@@ -49,7 +51,7 @@ const FIELDS: [Field; 9] = [
     field("ra_deg", &["radeg", "ra"], [0.0, 360.0], "degrees"),
     field("dec_deg", &["decdeg", "dec", "dedeg"], [-90.0, 90.0], "degrees"),
     field("v_mag", &["vmag", "v", "mag"], [-30.0, 30.0], "magnitudes"),
-    field("hip", &["hip", "id"], [0.0, 4.0e9], "a whole number"),
+    Field { is_whole: true, ..field("hip", &["hip", "id"], [0.0, 4.0e9], "a whole number") },
     field("plx_mas", &["plxmas", "plx", "parallax"], [-1000.0, 10_000.0], "milliarcseconds"),
     field("pm_ra_mas_yr", &["pmramasyr", "pmracosdecmasyr", "pmra"], [-1e5, 1e5], "milliarcseconds a year, times cos dec"),
     field("pm_dec_mas_yr", &["pmdecmasyr", "pmdec", "pmde"], [-1e5, 1e5], "milliarcseconds a year"),
@@ -114,7 +116,7 @@ impl Columns {
 
 /// Parses the number of a field and checks its range.
 fn number(f: &Field, text: &str) -> Result<f64, String> {
-    let value = text.trim().parse::<f64>().ok().filter(|v| (f.min..=f.max).contains(v));
+    let value = text.trim().parse::<f64>().ok().filter(|v| (f.min..=f.max).contains(v) && (!f.is_whole || v.fract() == 0.0));
     value.ok_or_else(|| format!("{} is `{}`; expected {} from {} to {}", f.name, echo_within(text.trim(), 40), f.expected, f.min, f.max))
 }
 
@@ -252,6 +254,7 @@ mod tests {
         assert_eq!(why("ra,dec,v\n1,2,\n"), "s.csv:2: v_mag is empty; expected magnitudes from -30 to 30");
         assert_eq!(why("ra,dec,v\n1,2\n"), "s.csv:2: 2 values, and the first line names 3 columns");
         assert!(why("ra,dec,v\n1,2,NaN\n").contains("v_mag is `NaN`") && why("ra,dec,v\n1,inf,1\n").contains("dec_deg"));
+        assert_eq!(why("hip,ra,dec,v\n32349.5,1,2,3\n"), "s.csv:2: hip is `32349.5`; expected a whole number from 0 to 4000000000");
         assert!(why("").contains("empty") && why("ra,dec,v\n").contains("no stars"));
         assert!(why("12 13 14\n").contains("too short"));
         assert!(why(&hip2(1.0, 0.5, "bright")).contains("Hpmag is `bright`"));

@@ -1,6 +1,8 @@
 //! Theory L1.2 of the motion of Io, Europa, Ganymede and Callisto (Lainey, Duriez & Vienne 2006, A&A 456, 783), in the shortened series of
 //! Astronomy Engine 2.1.19.
 //!
+//! In: the index of a moon, and an instant. Out: the state relative to Jupiter's centre, ICRF. [`error_km`] bounds the position's error.
+//!
 //! Time: TT days past 1950-01-01 00:00 (JD 2433282.5). Frame: the table's own plane near Jupiter's equator, rotated to ICRF by its matrix.
 
 use super::{Derivatives, Elements, Sums, SumsGrid, Term, tt_days_past};

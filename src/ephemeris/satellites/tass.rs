@@ -1,6 +1,8 @@
 //! TASS 1.7 of Mimas, Enceladus, Tethys, Dione, Rhea, Titan, Iapetus and Hyperion (Vienne & Duriez 1995, A&A 297, 588; Hyperion: Duriez &
 //! Vienne 1997, A&A 324, 366).
 //!
+//! In: the index of a moon, and an instant. Out: the state relative to Saturn's centre, ICRF. [`error_km`] bounds the position's error.
+//!
 //! Time: TT days past JD 2444240.0. Frame: Saturn's equator as the theory defines it. The table's matrix converts it to the ecliptic of J2000, and the
 //! obliquity of VSOP87 converts that to ICRF (the remaining offset of the frames is under 0.1 arcsec: 2 km at Iapetus).
 //!

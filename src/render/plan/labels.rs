@@ -68,7 +68,7 @@ fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
 
 /// A text over its own shadow. `left_px`: the left end of the text, at half the height of its lower-case letters; `shadow_px`: the shadow's offset in x and y.
 fn text_quads(text: &str, left_px: [f64; 2], text_colour: [f32; 3], opacity: f32, glyphs: &GlyphAtlas, shadow_px: f64) -> Vec<GlyphQuad> {
-    let pen = [left_px[0], left_px[1] + f64::from(glyphs.baseline_offset)];
+    let pen = [left_px[0], left_px[1] + f64::from(glyphs.baseline_offset_px)];
     let mut quads = Vec::new();
     for (offset_px, colour, opacity) in [(shadow_px, [0.0; 3], SHADOW_OPACITY * opacity), (0.0, text_colour, opacity)] {
         let visible = glyphs.layout(text).filter(|(_, glyph)| glyph.size[0] > 0);

@@ -43,8 +43,12 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         log.record(name, false, if is_switched_off { reason!("set-by-you") } else { reason!("unread-mesh", file = &shape_model.file) });
         return decisions;
     };
-    let reason =
-        reason!("mesh-triangles", count = model.triangles(), file = &shape_model.file, radii = format_args!("{:.3}", model.max_radius));
+    let reason = reason!(
+        "mesh-triangles",
+        count = model.triangle_count(),
+        file = &shape_model.file,
+        radii = format_args!("{:.3}", model.max_radius)
+    );
     log.effect(Effect::Mesh, true, with_invented(reason, shape_model.invented.as_deref(), |how| reason!("shape-invented", how = how)));
     decisions.chosen.mesh = Some(meshes::flags(body, model));
     let Some((to_sun, sun_radius_rad)) = sun_direction_and_radius(inputs.frame, inputs.placed) else { return decisions };
@@ -70,7 +74,7 @@ pub(crate) fn set_uniforms(
     let loaded = || inputs.frame.context.resources.sun_heights.get(&inputs.body().id).cloned();
     let sun_heights = match self_shadow {
         Some((to_sun, sun_radius_rad)) => loaded().unwrap_or_else(|| Arc::new(model.sun_heights(to_sun, sun_radius_rad))),
-        None => Arc::new(vec![UNOBSTRUCTED_SUN_HEIGHT; model.vertices()]),
+        None => Arc::new(vec![UNOBSTRUCTED_SUN_HEIGHT; model.vertex_count()]),
     };
     uniforms.mesh = Some(MeshInstance { model: Arc::clone(model), sun_heights });
 }

@@ -6,7 +6,7 @@
 use crate::wording::echo_within;
 
 /// Length of a card, bytes.
-const CARD_BYTES: usize = 80;
+pub(super) const CARD_BYTES: usize = 80;
 /// Block size of headers and data, bytes.
 pub(super) const BLOCK_BYTES: usize = 2880;
 /// Maximum number of blocks of a header.

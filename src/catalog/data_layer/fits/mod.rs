@@ -8,7 +8,7 @@ mod header;
 mod wcs;
 
 use super::image_style::{ImageStyle, colours};
-use header::{BLOCK_BYTES, CardError, Header};
+use header::{BLOCK_BYTES, CARD_BYTES, CardError, Header};
 pub use wcs::ImageWcs;
 
 /// Maximum number of pixels of an image.
@@ -45,7 +45,7 @@ fn data_bytes(header: &Header) -> Result<usize, CardError> {
     let mut value_count: u64 = u64::from(axes > 0);
     for k in 1..=axes {
         let side = header.integer(&format!("NAXIS{k}"), 0..=1 << 40)?.unsigned_abs();
-        // A side may be 0: NAXIS1 is, in the deprecated structure of random groups, where it does not count (standard, section 6).
+        // In the deprecated structure of random groups, NAXIS1 is 0 and does not count (standard, section 6).
         if k == 1 && side == 0 && has_random_groups(header) {
             continue;
         }
@@ -71,12 +71,12 @@ fn image_hdu(bytes: &[u8]) -> Result<Hdu<'_>, CardError> {
         return Err((1, "does not begin with SIMPLE: not FITS".to_owned()));
     }
     let (mut offset, mut is_compressed) = (0, false);
-    // Why the first image without pixels is none.
+    // The error of the first image without pixels, for a file that has no other image.
     let mut empty_axis = None;
     for _ in 0..MAX_HDUS {
         let rest = bytes.get(offset..).filter(|rest| rest.len() >= BLOCK_BYTES);
         let Some(rest) = rest else { break };
-        let header = Header::read(rest, offset / 80 + 1)?;
+        let header = Header::read(rest, offset / CARD_BYTES + 1)?;
         let length = data_bytes(&header)?;
         let data = rest.get(header.data_offset..).unwrap_or_default();
         is_compressed |= header.text("ZIMAGE") == "T";

@@ -34,6 +34,9 @@ pub enum ImageWcs {
     },
 }
 
+/// Largest pixel coordinate of the point of tangency of a sky image, which may lie outside of the image.
+const MAX_CENTRE_PX: f64 = 1e7;
+
 /// The error of a card whose value is not supported.
 fn unsupported_card(header: &Header, keyword: &str, why: &str) -> CardError {
     (header.card_number(keyword), format!("{keyword}: `{}`: {why}", echo_within(header.text(keyword), 30)))
@@ -110,6 +113,7 @@ pub(super) fn on_sky(header: &Header) -> Result<ImageWcs, CardError> {
         let keyword = if types[0] == "RA---TAN" { "CTYPE2" } else { "CTYPE1" };
         return Err(unsupported_card(header, keyword, "on the sky only RA---TAN with DEC--TAN, without distortion, is drawn"));
     }
+    // Distortions as in the images of Spitzer (SIP: A_ORDER, B_ORDER) and in those of SCAMP (PV).
     for keyword in ["A_ORDER", "B_ORDER", "PV1_5", "PV2_1"] {
         if !header.text(keyword).is_empty() {
             return Err(unsupported_card(header, keyword, "distorted images are not drawn"));
@@ -130,7 +134,7 @@ pub(super) fn on_sky(header: &Header) -> Result<ImageWcs, CardError> {
     }
     check_units(header)?;
     let centre_deg = [required(header, "CRVAL1", 360.0)?, required(header, "CRVAL2", 90.0)?];
-    let centre_px = [required(header, "CRPIX1", 1e7)?, required(header, "CRPIX2", 1e7)?];
+    let centre_px = [required(header, "CRPIX1", MAX_CENTRE_PX)?, required(header, "CRPIX2", MAX_CENTRE_PX)?];
     // LONPOLE states on which side of the image north is. Without it, north is up (180), but in an image around the north pole it is down (0; Calabretta &
     // Greisen, section 2.2).
     let default_lonpole = if centre_deg[1] < 90.0 { 180.0 } else { 0.0 };
