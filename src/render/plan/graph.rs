@@ -1,10 +1,9 @@
 //! The frame graph: derives the order of passes, their targets and clears from the resources that each step reads and writes.
 //!
 //! A resource is a named colour target. In: [`PassStep`]s in any order, and the resource that is the final image. Out: a [`Plan`], whose passes are ordered so
-//! that each resource is finished before it is read. Steps that draw over the same resource become one pass, in the order in which they were declared, so that samples
-//! and depth need not be stored between them. Always: each resource is created once, each resource that is read is created, every draw contributes
-//! to the final image; a violation is a [`GraphError`]. The renderers execute passes only; the plan contains no resource names that they must
-//! resolve.
+//! that each resource is finished before it is read. Steps that draw over the same resource become one pass, in the order in which they were declared, so
+//! that samples and depth need not be stored between them. Always: each resource is created once, each resource that is read is created, every draw
+//! contributes to the final image; a violation is a [`GraphError`]. The plan refers to passes by index, so that the renderers need not know resource names.
 
 use super::passes::{ColourFormat, Pass, Plan, PlanDraw, TextureBinding, TextureSource};
 use std::collections::BTreeMap;
@@ -131,7 +130,7 @@ pub(crate) fn compile(steps: &[PassStep], image: &'static str) -> Result<Plan, G
         return Err(GraphError::NoImage(image));
     }
     let order = topological_order(&by_resource, image)?;
-    // The order contains only resources on which the image depends, so a cycle among others is reported as unconnected, not as circular.
+    // The order contains only resources on which the image depends, so a cycle among other resources is reported as unconnected, not as circular.
     if let Some(step) = steps.iter().find(|s| !order.contains(&s.resource())) {
         return Err(GraphError::Unconnected { step: step.name, resource: step.resource() });
     }

@@ -291,7 +291,8 @@ impl ToneMapUniforms {
         }
     }
 
-    /// The tone curve `filmic` of shaders/lib/display.wesl. It changes no value of a pixel whose greatest value is at most `linear_limit`.
+    /// The tone curve `filmic` of shaders/lib/display.wesl. It changes no value of a pixel whose greatest value is at most `linear_limit`. The shoulder has the
+    /// value 0.8 and the slope 1 at 0.8, and approaches 1.
     #[inline(always)]
     fn compress(&self, [r, g, b]: &mut [[f32; LANES]; 3]) {
         for i in 0..LANES {

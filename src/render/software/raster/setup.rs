@@ -16,11 +16,11 @@ pub(crate) const STEPS_PER_PIXEL: i64 = 4096;
 /// The grid of the rasteriser's vertex positions: a vertex moves to the nearest point of the grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum VertexGrid {
-    /// 1/4096 pixel: a silhouette moves by at most 0.00012 pixel along each axis.
+    /// 1/4096 pixel: a silhouette moves by at most 1/8192 pixel along each axis.
     #[default]
     Fine,
     /// 1/256 pixel, as on GPUs (Direct3D 11.3 Functional Specification, 3.4.4.1; `subPixelPrecisionBits` is 8 with most Vulkan drivers). Images
-    /// that are compared with a GPU's need it: a silhouette moves by up to 0.002 pixel along each axis, which decides whether an edge covers a pixel's centre.
+    /// that are compared with a GPU's need it: a silhouette moves by up to 1/512 pixel along each axis, which may decide whether a pixel's centre is covered.
     Gpu,
 }
 
