@@ -1,6 +1,6 @@
 //! The heavy shader hand-written for AVX2 and FMA, eight pixels at a time: the reference for the tape's speed.
 //!
-//! Formulas and constants are those of heavy.wgsl. `exp` and `asin` use the polynomials of Cephes, `atan2` one of degree 11. x86-64 only.
+//! Formulas and constants are those of heavy.wgsl. `exp` and `asin` use the polynomials of S. Moshier's Cephes library, `atan2` one of degree 11. x86-64 only.
 
 use super::heavy::UNIFORMS;
 use std::arch::x86_64::*;
