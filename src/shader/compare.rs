@@ -139,16 +139,16 @@ fn texture_reads(function: &naga::Function, reads_of_earlier: &[u32]) -> u32 {
 }
 
 /// Counts the operations of a module's IR.
-pub fn ir_cost(m: &ShaderModule) -> IrCost {
-    let mut cost = IrCost { uniform_bytes: m.layout.uniform_size, lines: m.wgsl.lines().count() as u32, ..IrCost::default() };
-    let functions = m.module.functions.iter().map(|(_, f)| f).chain(m.module.entry_points.iter().map(|e| &e.function));
+pub fn ir_cost(shader: &ShaderModule) -> IrCost {
+    let mut cost = IrCost { uniform_bytes: shader.layout.uniform_size, lines: shader.wgsl.lines().count() as u32, ..IrCost::default() };
+    let naga::Module { functions, entry_points, .. } = &shader.module;
     let mut reads_of: Vec<u32> = Vec::new();
-    for (_, function) in m.module.functions.iter() {
+    for (_, function) in functions.iter() {
         // Callees come before their callers.
         reads_of.push(texture_reads(function, &reads_of));
     }
-    cost.texture_reads = saturating_sum(m.module.entry_points.iter().map(|e| texture_reads(&e.function, &reads_of)));
-    for function in functions {
+    cost.texture_reads = saturating_sum(entry_points.iter().map(|e| texture_reads(&e.function, &reads_of)));
+    for function in functions.iter().map(|(_, f)| f).chain(entry_points.iter().map(|e| &e.function)) {
         cost.functions += 1;
         count_branches(&function.body, &mut cost.branches);
         for (_, expression) in function.expressions.iter() {

@@ -1,4 +1,4 @@
-//! The source map: for each line of an emitted module, the fragment (WESL file) and line from which it came, and the feature that includes it.
+//! The source map: for each line of an emitted module, the fragment (WESL file) and line from which it came, and the feature that includes it. `emit` fills it.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! The types of a render plan: passes, draws, bindings. They are plain values, which this folder makes and the renderers read.
+//! The types of a render plan: passes, draws, bindings. They are plain values, which the other files of this folder make and the renderers read.
 
 use super::extent::Extent;
 use crate::image::SharedTexture;

@@ -315,18 +315,18 @@ impl ShaderLibrary {
     }
 
     pub fn statistics(&self) -> Statistics {
-        let c = &self.counters;
+        let counters = &self.counters;
         let number = |n: &AtomicU64| n.load(Ordering::Relaxed);
         let seconds = |n: &AtomicU64| Duration::from_nanos(n.load(Ordering::Relaxed)).as_secs_f64();
         Statistics {
-            from_memory: number(&c.from_memory),
-            from_disk: number(&c.from_disk),
-            reading_s: seconds(&c.reading_ns),
-            emitted: number(&c.emitted),
-            emitting_s: seconds(&c.emitting_ns),
-            written: number(&c.written),
-            writing_s: seconds(&c.writing_ns),
-            repaired: number(&c.repaired),
+            from_memory: number(&counters.from_memory),
+            from_disk: number(&counters.from_disk),
+            reading_s: seconds(&counters.reading_ns),
+            emitted: number(&counters.emitted),
+            emitting_s: seconds(&counters.emitting_ns),
+            written: number(&counters.written),
+            writing_s: seconds(&counters.writing_ns),
+            repaired: number(&counters.repaired),
         }
     }
 

@@ -1,6 +1,8 @@
 //! Turns SSA steps into the stored program: dead-code elimination, fused multiply-add, merging of jumps, loop-invariant code motion, fusion into chains
 //! (`FusedKernel`), then allocation of slots (one value per lane) by live range. Each value that all lanes share gets a register of its own.
 //!
+//! In: the builder's steps, and the program's inputs and outputs. Out: the tapes. Not here: the passes in `loops.rs` and `chains.rs`.
+//!
 //! A lane value is live from its first write to its last use. If a loop uses a value from before the loop, the value is live to the loop's end. The slot freed
 //! last is reused first. Always: a result never shares the slot of an operand, so that kernels may assume that they do not overlap. The only exception
 //! is a copy, which then emits no instruction.
