@@ -78,6 +78,7 @@ fn fragment_main(in: Varyings) -> @location(0) vec4f {
         return vec4f(light, 1.0);
     }
     let p = vec3f(in.place, z_end);
+    // Longitude / (2 pi) and colatitude / pi.
     let uv = vec2f(0.5 + atan2(p.x, p.z) * 0.15915494, acos(clamp(p.y, -1.0, 1.0)) * 0.31830989);
     let ground = textureSampleLevel(map, map_sampler, uv, 0.0).rgb;
     let sunlit = max(dot(p, draw.sun.xyz), 0.0) * sunlight_fraction(p);
