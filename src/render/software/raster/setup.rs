@@ -221,15 +221,18 @@ fn edge(from: [i64; 2], to: [i64; 2]) -> EdgeFunction {
 
 /// A part of a source triangle; `None` if it lies outside the scissor rectangle, or if snapping has collapsed it or reversed its winding.
 /// `is_clockwise`: the winding of the source triangle on the screen.
-fn raster_triangle(mut corners: [[i64; 2]; 3], is_clockwise: bool, raster_state: &RasterState, source_triangle: u32) -> Option<RasterTriangle> {
-    let [a, b, c] = corners;
+fn raster_triangle(
+    [a, b, c]: [[i64; 2]; 3],
+    is_clockwise: bool,
+    raster_state: &RasterState,
+    source_triangle: u32,
+) -> Option<RasterTriangle> {
     let doubled_area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
     if doubled_area == 0 || (doubled_area > 0) != is_clockwise {
         return None;
     }
-    if doubled_area < 0 {
-        corners.swap(1, 2);
-    }
+    // Edge functions are for clockwise triangles.
+    let (b, c) = if doubled_area < 0 { (c, b) } else { (b, c) };
     let min_pixel = |axis: usize| a[axis].min(b[axis]).min(c[axis]).div_euclid(STEPS_PER_PIXEL);
     let max_pixel = |axis: usize| a[axis].max(b[axis]).max(c[axis]).div_euclid(STEPS_PER_PIXEL) + 1;
     let [sx0, sy0, sx1, sy1] = raster_state.scissor.map(i64::from);
@@ -238,7 +241,7 @@ fn raster_triangle(mut corners: [[i64; 2]; 3], is_clockwise: bool, raster_state:
     if x0 >= x1 || y0 >= y1 {
         return None;
     }
-    let edges = [edge(corners[0], corners[1]), edge(corners[1], corners[2]), edge(corners[2], corners[0])];
+    let edges = [edge(a, b), edge(b, c), edge(c, a)];
     Some(RasterTriangle { edges, pixels: [x0 as u32, y0 as u32, x1 as u32, y1 as u32], source_triangle })
 }
 
