@@ -162,6 +162,7 @@ pub(crate) fn compile(steps: &[PassStep], image: &'static str) -> Result<Plan, G
 
 /// Lists passes, steps and draws in drawing order, as text.
 pub(crate) fn listing(steps: &[PassStep], plan: &Plan) -> String {
+    let plural = |count: usize| if count == 1 { "" } else { "s" };
     let mut text = String::new();
     for (k, pass) in plan.passes.iter().enumerate() {
         let depth = if pass.depth { ", depth" } else { "" };
@@ -172,13 +173,13 @@ pub(crate) fn listing(steps: &[PassStep], plan: &Plan) -> String {
             pass.height,
             pass.format,
             pass.samples,
-            if pass.samples == 1 { "" } else { "s" }
+            plural(pass.samples.into())
         ));
         for step in steps.iter().filter(|s| s.resource() == pass.name) {
             let reads: Vec<&str> = step.reads.iter().map(|r| r.resource).collect();
             let reads = if reads.is_empty() { String::new() } else { format!(", reads {}", reads.join(", ")) };
             let labels: Vec<String> = step.draws.iter().map(|d| format!("{} ({})", d.label, d.module)).collect();
-            text.push_str(&format!("  {}: {} draws{reads}\n", step.name, step.draws.len()));
+            text.push_str(&format!("  {}: {} draw{}{reads}\n", step.name, step.draws.len(), plural(step.draws.len())));
             labels.iter().for_each(|l| text.push_str(&format!("    {l}\n")));
         }
     }
