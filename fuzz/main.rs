@@ -83,7 +83,7 @@ fn mutated(input: &[u8], other: &[u8], words: &[&str], random: &mut Random) -> V
 /// The input that is running, and when its run started.
 struct Run {
     start: Instant,
-    /// CPU time of the process when the watch thread first saw this run.
+    /// CPU time of the process when the watch thread first saw this run; `None` before that.
     cpu_time_at_start: Option<Duration>,
     input: Vec<u8>,
 }
@@ -126,11 +126,12 @@ fn report_finding(target: &str, seed: u64, input: &[u8], what: &str) -> ! {
     std::process::exit(1)
 }
 
-/// The inputs of past findings of a target, and others worth keeping.
+/// The inputs of past findings of a target, and others worth keeping, sorted by file name: a folder lists its files in any order.
 fn kept_inputs(target: &Target) -> Vec<Vec<u8>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("inputs").join(target.name);
-    let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    files.map(|file| std::fs::read(file.path()).expect("a kept input")).collect()
+    let mut paths: Vec<_> = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|file| file.path()).collect();
+    paths.sort();
+    paths.iter().map(|path| std::fs::read(path).expect("a kept input")).collect()
 }
 
 /// Runs one input, watched; a panic is a finding.
@@ -176,6 +177,7 @@ fn fuzz(target: &'static Target, time: Duration, seed: u64) -> (u64, Duration) {
 /// Resident memory of this process; `None` if the system does not report it.
 fn resident_bytes() -> Option<u64> {
     let pages: u64 = std::fs::read_to_string("/proc/self/statm").ok()?.split(' ').nth(1)?.parse().ok()?;
+    // Pages of 4 kB, as on x86-64.
     Some(pages * 4096)
 }
 
