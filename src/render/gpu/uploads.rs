@@ -20,7 +20,7 @@ const BUDGET_BYTES: u64 = 1_500_000_000;
 /// Bytes of one chunk of an upload. At most two chunks are in flight: each occupies staging memory until the device has copied it.
 const CHUNK_BYTES: u64 = 32 << 20;
 
-/// A table that is identified by its content is evicted after this many frames without a use, about a second.
+/// A table that is identified by its content is evicted after this many frames without a use: one second at 60 frames per second.
 const UNUSED_TABLE_FRAMES: u64 = 60;
 
 #[derive(Clone, PartialEq, Eq, Hash)]
