@@ -377,6 +377,13 @@ mod tests {
         }
     }
 
+    /// This layer may not use these constants of `scene` and `catalog`, and repeats them.
+    #[test]
+    fn the_greatest_counts_are_those_of_scene_and_catalog() {
+        use super::super::dimension::MAX_OVERLAYS;
+        assert_eq!((MAX_LIGHTS, MAX_OVERLAYS), (crate::scene::effects::MAX_LIGHTS, crate::catalog::MAX_OVERLAYS));
+    }
+
     #[test]
     fn canonical_is_idempotent_and_only_removes_features() {
         for f in random_features(2, 100_000) {

@@ -60,10 +60,10 @@ pub struct Dimension {
     pub set: fn(&mut DrawFeatures, usize),
 }
 
-/// Greatest number of lights in a key: the Sun and two other bodies.
+/// Greatest number of lights in a key (the Sun and two other bodies), as `scene::effects::MAX_LIGHTS`.
 pub(super) const MAX_LIGHTS: u8 = 3;
 /// Greatest number of overlays in a key, as `catalog::MAX_OVERLAYS`.
-const MAX_OVERLAYS: u8 = 2;
+pub(super) const MAX_OVERLAYS: u8 = 2;
 const SURFACES: [Surface; 8] = Surface::ALL;
 const SHAPES: [Shape; 3] = [Shape::Sphere, Shape::Ellipsoid, Shape::Mesh];
 const VIEWS: [PixelView; 10] = PixelView::ALL;
