@@ -230,9 +230,9 @@ fn mesh_vertices(draw: &Draw, key: &ShaderKey) -> Result<Vertices, PlanError> {
     Ok(Vertices::Mesh { attributes, indices: model.indices.clone() })
 }
 
-/// Only globes write depth. Lines in space, orbits, minor planets and comets are tested against it. The points of bodies are not: the scene has already removed
-/// the light that nearer bodies hide. The layers of one body may be closer together than depth resolves, so they are drawn in the scene's order, without
-/// testing or writing depth.
+/// Only globes write depth. Lines in space, orbits, minor planets, comets and refracted limbs are tested against it. Points of bodies are not: the scene has
+/// removed the light that nearer bodies hide. The layers of one body may be closer together than depth resolves, so they are drawn in the scene's order,
+/// without testing or writing depth.
 fn depth_of(part: BodyPart) -> DepthState {
     let is_globe = part == BodyPart::Globe;
     DepthState { test: is_globe, write: is_globe }
