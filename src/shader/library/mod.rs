@@ -379,8 +379,8 @@ impl ShaderLibrary {
         }
     }
 
-    /// For callers that could not run these modules. Builds anew those that came from disk, and replaces each that differs, in memory and on disk: its entry was
-    /// tampered with, that is, it decodes but was not written by the generator. Returns the number of replaced modules.
+    /// For callers that could not run these modules. Builds anew those that came from disk, and replaces each that differs, in memory and on disk: its entry
+    /// was tampered with, that is, it decodes but was not written by the generator. Returns the number of replaced modules.
     pub fn replace_tampered(&self, ids: &[ModuleId]) -> usize {
         let generator = self.current_generator();
         let rebuilt_if_tampered = |id: &ModuleId| {
