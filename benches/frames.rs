@@ -20,6 +20,7 @@ use std::hint::black_box;
 use std::sync::Arc;
 use std::time::Duration;
 
+/// Width and height of the frames in pixels.
 const SIZE: u32 = 512;
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 8 };
 
@@ -63,7 +64,7 @@ fn shader(c: &mut Criterion) {
     });
     let library = fresh_library();
     library.get(&id).expect("is on disk");
-    assert_eq!(library.statistics().from_disk, 1, "what was measured did not come from disk");
+    assert_eq!(library.statistics().from_disk, 1, "the module that was measured did not come from disk");
 }
 
 /// Reads a batch of 128 lanes, along a row of pixels, from a map of 2048 x 1024 texels. Each pixel's footprint is about 3.5 x 0.3 texels:
@@ -82,7 +83,7 @@ fn sampling(c: &mut Criterion) {
     for taps in [1, 8] {
         let sampler = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
         let max_taps = [taps as f32];
-        let bound = BoundTexture { texels: Arc::new(Texels::of_texture(&map).expect("whole")), sampler: Some(sampler) };
+        let bound = BoundTexture { texels: Arc::new(Texels::of_texture(&map).expect("a complete texture")), sampler: Some(sampler) };
         let textures = Textures::new(vec![bound], KernelClass::detect());
         let mut out: [Vec<f32>; 4] = std::array::from_fn(|_| vec![0.0; LANES]);
         group.bench_function(format!("{taps}-taps"), |b| {

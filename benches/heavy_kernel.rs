@@ -1,7 +1,7 @@
-//! The software renderer's tape against a hand-written kernel: median CPU time of each and median ratio over all rounds. Both draw on one
-//! thread of one process, in turns.
+//! The software renderer's tape against a shader written by hand for AVX2: median CPU time of each and median ratio over all rounds. Both draw the same image
+//! on one thread of one process, in turns.
 //!
-//! `cargo bench --bench heavy_kernel`. Prints one line per kernel class, then the times of the tone map.
+//! `cargo bench --bench heavy_kernel`. Prints the time of the shader by hand, one line per kernel class, then the times of the tone map.
 
 #[cfg(target_arch = "x86_64")]
 #[path = "heavy/by_hand.rs"]
@@ -11,7 +11,7 @@ mod heavy;
 
 #[cfg(not(target_arch = "x86_64"))]
 fn main() {
-    println!("the kernel written by hand is for x86-64");
+    println!("the shader written by hand is for x86-64");
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -24,6 +24,7 @@ fn main() {
     if !KernelClass::available().contains(&KernelClass::Avx2Fma) {
         return println!("this machine has no AVX2 and FMA");
     }
+    /// Width and height of the image in pixels.
     const SIZE: usize = 1024;
     const ROUNDS: usize = 11;
     let texture = map();
@@ -55,13 +56,14 @@ fn main() {
             times.push(cpu_seconds() - start);
             let worst =
                 frame.hdr.iter().zip(&by_hand_image).flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b).abs())).fold(0.0, f32::max);
+            // The tolerance covers rounding, and the different polynomials of atan2.
             assert!(worst < 2e-3, "the two draw different images: {worst}");
         }
     }
     println!("by hand, AVX2: {:.1} ms", 1e3 * median(hand_s.clone()));
     for (class, times) in classes.iter().zip(&tape_s) {
         let ratio = median(times.iter().zip(&hand_s).map(|(t, h)| t / h).collect());
-        println!("tape, {}: {:.1} ms, {ratio:.2} times the kernel by hand", class.name(), 1e3 * median(times.clone()));
+        println!("tape, {}: {:.1} ms, {ratio:.2} times the shader by hand", class.name(), 1e3 * median(times.clone()));
     }
     let (plan, module) = (tone_map_plan(SIZE as u32), simple_module("tone_map"));
     for class in &classes {

@@ -1,7 +1,9 @@
 //! Runs fuzz targets as a plain loop on any toolchain: `orrery-fuzz TARGET|all SECONDS [SEED]`.
 //!
-//! Begins with the kept inputs of fuzz/inputs/TARGET/, mutates sound inputs and what it made of them, and counts. A finding (a panic, a run longer than [`PATIENCE`], or memory
-//! beyond [`MAX_GROWTH_BYTES`]) is written to fuzz/findings/ and ends the program with status 1. The same seed makes the same inputs.
+//! In: the targets, their seeds (valid inputs), and the inputs of past findings in fuzz/inputs/TARGET/. It runs these first, then random mutations of them
+//! and of earlier mutations. Out: the number of runs of each target and the longest run. A finding (a panic, a run longer than [`MAX_CPU_TIME`] or
+//! [`MAX_WALL_TIME`], or memory beyond [`MAX_GROWTH_BYTES`]) is written to fuzz/findings/ and ends the program with status 1. Always: the same seed gives
+//! the same inputs.
 
 use orrery_fuzz::{TARGETS, Target};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -9,18 +11,20 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::{Duration, Instant};
 
-/// No input of at most [`MAX_BYTES`] may take more processor time.
-const PATIENCE: Duration = Duration::from_secs(5);
-/// Nor more time on the clock, if it only waits; other programs may have the processors.
-const PATIENCE_ON_CLOCK: Duration = Duration::from_secs(60);
-/// No input may take more memory than this beyond what the program had.
+/// Maximum CPU time of a run.
+const MAX_CPU_TIME: Duration = Duration::from_secs(5);
+/// Maximum wall time of a run, which finds a run that only waits. It is longer, because other programs may use the cores.
+const MAX_WALL_TIME: Duration = Duration::from_secs(60);
+/// Maximum growth of the program's memory since the start of a target.
 const MAX_GROWTH_BYTES: u64 = 1 << 30;
-/// Longer inputs are cut.
+/// Inputs are truncated to this size.
 const MAX_BYTES: usize = 1 << 20;
-/// Inputs that are kept to go on from.
+/// Maximum number of inputs in the pool, from which mutations start.
 const MAX_POOL: usize = 256;
+/// Interval at which the watch thread checks the running input.
+const WATCH_INTERVAL: Duration = Duration::from_millis(20);
 
-/// SplitMix64 (Steele, Lea & Flood 2014).
+/// The pseudorandom generator SplitMix64 (Steele, Lea & Flood 2014).
 struct Random(u64);
 
 impl Random {
@@ -36,7 +40,8 @@ impl Random {
     }
 }
 
-/// Some changes to an input: bytes, numbers, words, pieces moved, doubled, removed, or taken from another input.
+/// The input with one to four random changes: bits or bytes changed, words of the format or extreme numbers inserted, pieces copied, repeated, removed, or
+/// taken from `other`.
 fn mutated(input: &[u8], other: &[u8], words: &[&str], random: &mut Random) -> Vec<u8> {
     let mut bytes = input.to_vec();
     for _ in 0..1 + random.below(4) {
@@ -59,6 +64,7 @@ fn mutated(input: &[u8], other: &[u8], words: &[&str], random: &mut Random) -> V
                 bytes.splice(at..end, other[from..(from + length).min(other.len())].iter().copied());
             }
             7 => {
+                // Little-endian: 0, the greatest u32, the greatest i32, and NaN as f32 and f64.
                 let extreme: &[u8] =
                     [&[0; 4][..], &[0xff; 4], &[0xff, 0xff, 0xff, 0x7f], &[0, 0, 0xc0, 0x7f], &[0, 0, 0, 0, 0, 0, 0xf8, 0x7f]]
                         [random.below(5)];
@@ -74,13 +80,15 @@ fn mutated(input: &[u8], other: &[u8], words: &[&str], random: &mut Random) -> V
     bytes
 }
 
-/// The input that runs, for the watch, and since when: on the clock, and of this process's processor time.
+/// The input that is running, and when its run started.
 struct Run {
-    since: Instant,
-    since_processor: Option<Duration>,
+    start: Instant,
+    /// CPU time of the process when the watch thread first saw this run; `None` before that.
+    cpu_time_at_start: Option<Duration>,
     input: Vec<u8>,
 }
 
+/// The current run, for the watch thread; `None` between runs.
 static RUNNING: Mutex<Option<Run>> = Mutex::new(None);
 
 fn running() -> MutexGuard<'static, Option<Run>> {
@@ -89,69 +97,71 @@ fn running() -> MutexGuard<'static, Option<Run>> {
 
 impl Run {
     fn of(input: &[u8]) -> Self {
-        Self { since: Instant::now(), since_processor: None, input: input.to_vec() }
+        Self { start: Instant::now(), cpu_time_at_start: None, input: input.to_vec() }
     }
 
-    /// Asked by the watch: the processor's time is read there alone, since reading it takes longer than most runs.
+    /// Whether the run has exceeded a limit. Called only by the watch thread, because reading the CPU time takes longer than most runs.
     fn is_too_long(&mut self) -> bool {
-        let now = processor_time();
-        let begun = *self.since_processor.get_or_insert(now.unwrap_or_default());
-        let waited = self.since.elapsed();
-        waited > PATIENCE_ON_CLOCK || now.map_or(waited, |now| now.saturating_sub(begun)) > PATIENCE
+        let now = cpu_time();
+        let cpu_time_at_start = *self.cpu_time_at_start.get_or_insert(now.unwrap_or_default());
+        let wall_time = self.start.elapsed();
+        wall_time > MAX_WALL_TIME || now.map_or(wall_time, |now| now.saturating_sub(cpu_time_at_start)) > MAX_CPU_TIME
     }
 }
 
-/// User time of this process; none where the system does not say.
-fn processor_time() -> Option<Duration> {
+/// CPU time of this process in user space; `None` if the system does not report it.
+fn cpu_time() -> Option<Duration> {
     let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
-    // The fields after the program's name, which may hold blanks; the 14th of all, in hundredths of a second.
+    // Field 14 (`utime`, in hundredths of a second), counted from the end of field 2, the program's name, which may contain blanks: proc(5).
     let ticks: u64 = stat.rsplit_once(')')?.1.split_whitespace().nth(11)?.parse().ok()?;
     Some(Duration::from_millis(10 * ticks))
 }
 
-/// Says a finding, keeps its input and ends the program.
-fn found(target: &str, seed: u64, input: &[u8], what: &str) -> ! {
+/// Prints a finding, writes its input to fuzz/findings/ and ends the program.
+fn report_finding(target: &str, seed: u64, input: &[u8], what: &str) -> ! {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("findings");
     let path = folder.join(format!("{target}-{seed}"));
-    let kept = std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&path, input));
-    println!("{target:16} {what}: {} bytes, {}", input.len(), kept.map_or_else(|e| e.to_string(), |()| path.display().to_string()));
+    let written = std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&path, input));
+    println!("{target:16} {what}: {} bytes, {}", input.len(), written.map_or_else(|e| e.to_string(), |()| path.display().to_string()));
     std::process::exit(1)
 }
 
-/// What is kept for a target: inputs that once fell, and some that reach far.
+/// The inputs of past findings of a target, and others worth keeping, sorted by file name: a folder lists its files in any order.
 fn kept_inputs(target: &Target) -> Vec<Vec<u8>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("inputs").join(target.name);
-    let files = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    files.map(|file| std::fs::read(file.path()).expect("a kept input")).collect()
+    let mut paths: Vec<_> = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|file| file.path()).collect();
+    paths.sort();
+    paths.iter().map(|path| std::fs::read(path).expect("a kept input")).collect()
 }
 
-/// The number of runs and the longest of them.
-fn attack(target: &'static Target, time: Duration, seed: u64) -> (u64, Duration) {
+/// Runs one input, watched; a panic is a finding.
+fn run_watched(target: &Target, seed: u64, input: &[u8]) {
+    *running() = Some(Run::of(input));
+    if catch_unwind(AssertUnwindSafe(|| (target.run)(input))).is_err() {
+        report_finding(target.name, seed, input, "it panics");
+    }
+    *running() = None;
+}
+
+/// Fuzzes a target for some time. Returns the number of runs and the time of the longest one.
+fn fuzz(target: &'static Target, time: Duration, seed: u64) -> (u64, Duration) {
     let mut random = Random(seed);
     let mut pool = (target.seeds)();
     pool.extend(kept_inputs(target));
-    // Once unwatched: it loads what all runs share.
+    // Not watched: this run loads what all runs share.
     let _ = catch_unwind(AssertUnwindSafe(|| (target.run)(&pool[0])));
     for input in &pool {
-        *running() = Some(Run::of(input));
-        if catch_unwind(AssertUnwindSafe(|| (target.run)(input))).is_err() {
-            found(target.name, seed, input, "it panics");
-        }
-        *running() = None;
+        run_watched(target, seed, input);
     }
-    let (begun, mut runs, mut longest) = (Instant::now(), 0, Duration::ZERO);
-    while begun.elapsed() < time {
+    let (start, mut runs, mut longest) = (Instant::now(), 0, Duration::ZERO);
+    while start.elapsed() < time {
         let (from, other) = (random.below(pool.len()), random.below(pool.len()));
         let input = mutated(&pool[from], &pool[other], target.words, &mut random);
-        let start = Instant::now();
-        *running() = Some(Run::of(&input));
-        if catch_unwind(AssertUnwindSafe(|| (target.run)(&input))).is_err() {
-            found(target.name, seed, &input, "it panics");
-        }
-        *running() = None;
+        let start_of_run = Instant::now();
+        run_watched(target, seed, &input);
         runs += 1;
-        longest = longest.max(start.elapsed());
-        // Chains of changes reach further than single ones.
+        longest = longest.max(start_of_run.elapsed());
+        // Some mutations are mutated further, to get beyond what single changes reach. A full pool gets a seed back now and then.
         if random.below(16) == 0 {
             if pool.len() < MAX_POOL {
                 pool.push(input);
@@ -164,25 +174,26 @@ fn attack(target: &'static Target, time: Duration, seed: u64) -> (u64, Duration)
     (runs, longest)
 }
 
-/// Bytes of memory that this process holds; none where the system does not say.
+/// Resident memory of this process; `None` if the system does not report it.
 fn resident_bytes() -> Option<u64> {
     let pages: u64 = std::fs::read_to_string("/proc/self/statm").ok()?.split(' ').nth(1)?.parse().ok()?;
+    // Pages of 4 kB, as on x86-64.
     Some(pages * 4096)
 }
 
-/// Ends the program where a run outlasts [`PATIENCE`] or takes too much memory: for a thread of its own.
-fn watch(target: &str, seed: u64, is_over: &Weak<()>) {
+/// The watch thread: reports a run that takes too long or too much memory. Ends once the owner of `in_progress` is dropped.
+fn watch(target: &str, seed: u64, in_progress: &Weak<()>) {
     let before = resident_bytes();
-    while is_over.strong_count() > 0 {
-        std::thread::sleep(Duration::from_millis(20));
-        let grown = resident_bytes().zip(before).map_or(0, |(now, before)| now.saturating_sub(before));
-        let what = running().as_mut().and_then(|run| match () {
-            () if run.is_too_long() => Some(("it does not end", run.input.clone())),
-            () if grown > MAX_GROWTH_BYTES => Some(("it takes more than a gigabyte", run.input.clone())),
+    while in_progress.strong_count() > 0 {
+        std::thread::sleep(WATCH_INTERVAL);
+        let growth = resident_bytes().zip(before).map_or(0, |(now, before)| now.saturating_sub(before));
+        let finding = running().as_mut().and_then(|run| match () {
+            () if run.is_too_long() => Some(("it takes too long", run.input.clone())),
+            () if growth > MAX_GROWTH_BYTES => Some(("it takes more than a gigabyte", run.input.clone())),
             () => None,
         });
-        if let Some((what, input)) = what {
-            found(target, seed, &input, what);
+        if let Some((what, input)) = finding {
+            report_finding(target, seed, &input, what);
         }
     }
 }
@@ -190,21 +201,21 @@ fn watch(target: &str, seed: u64, is_over: &Weak<()>) {
 fn main() -> std::process::ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let chosen: Vec<&'static Target> = TARGETS.iter().filter(|t| words.first().is_some_and(|w| w == "all" || w == t.name)).collect();
-    let seconds = words.get(1).and_then(|w| w.parse::<f64>().ok()).filter(|s| *s > 0.0 && s.is_finite());
+    let time = words.get(1).and_then(|w| Duration::try_from_secs_f64(w.parse().ok()?).ok()).filter(|time| !time.is_zero());
     let seed = words.get(2).map_or(Some(1), |w| w.parse().ok());
-    let (false, Some(seconds), Some(seed)) = (chosen.is_empty(), seconds, seed) else {
+    let (false, Some(time), Some(seed)) = (chosen.is_empty(), time, seed) else {
         let names: Vec<&str> = TARGETS.iter().map(|t| t.name).collect();
         eprintln!("orrery-fuzz TARGET|all SECONDS [SEED]; targets: {}", names.join(", "));
         return 2.into();
     };
     for target in chosen {
-        let (name, done) = (target.name, Arc::new(()));
-        let is_over = Arc::downgrade(&done);
-        let watching = std::thread::spawn(move || watch(name, seed, &is_over));
-        let (runs, longest) = attack(target, Duration::from_secs_f64(seconds), seed);
+        let (name, token) = (target.name, Arc::new(()));
+        let in_progress = Arc::downgrade(&token);
+        let watch_thread = std::thread::spawn(move || watch(name, seed, &in_progress));
+        let (runs, longest) = fuzz(target, time, seed);
         println!("{name:16} {runs:>10} runs, the longest {:.3} s", longest.as_secs_f64());
-        drop(done);
-        let _ = watching.join();
+        drop(token);
+        let _ = watch_thread.join();
     }
     0.into()
 }

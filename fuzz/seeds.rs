@@ -1,9 +1,10 @@
-//! Sound inputs, which mutations begin from: short, so that each part of them is changed often.
+//! The seeds: valid inputs, which are mutated. They are short, so that each part is changed often.
 
 use orrery::shader::fragments::FRAGMENTS;
 use std::io::Cursor;
 
-/// Under each catalog file: a star to go round and a body to say something of. The embedded catalog would take a hundred times as long.
+/// A catalog to which each fuzzed catalog file is added: a star and a planet to which its entries can refer. The embedded catalog would take a hundred times as
+/// long.
 pub const BASE: &str = r#"[[body]]
 id = 10
 name = "Sun"
@@ -27,6 +28,7 @@ rotation = { model = "pck" }
 motion = { theory = "planetary" }
 "#;
 
+/// A catalog file with a moon, a ring and an atmosphere.
 pub const BODY: &str = r#"[[body]]
 id = 401
 name = "Phobos"
@@ -57,6 +59,7 @@ scale_height_km = 11.0
 scattering_per_km = [0.1, 0.2, 0.3]
 "#;
 
+/// Catalog files with one overlay of each projection.
 pub const OVERLAYS: [&str; 2] = [
     r#"[[overlay]]
 body = "Mars"
@@ -82,6 +85,7 @@ height_km = 200.0
 "#,
 ];
 
+/// Catalog files with one moment of each kind of viewpoint.
 pub const MOMENTS: [&str; 3] = [
     r#"[[moment]]
 name = "then"
@@ -118,14 +122,15 @@ fov_deg = 0.4
 "#,
 ];
 
+/// Star tables: with named columns, and as hip2.dat.
 pub const STARS: [&str; 2] = [
     "# name,RA_deg(ICRS, J1991.25),dec_deg,V,plx,pmRA,pmDec,B-V,rv_km_s\nVega,279.23,38.78,0.03,130.2,200.9,286.2,-0.001,-20.6\nx,0,0,6,,,,,\n",
-    // A line of hip2.dat: van Leeuwen 2007, CDS I/311.
+    // The line of Vega in hip2.dat: van Leeuwen 2007, CDS I/311.
     " 91262   5 0 1  4.8735540000  0.6769140000  130.23   200.94   286.23   0.33   0.36   0.36   0.37   0.44 114  1.33  0    0.0    0  0.0868 \
      0.0017 0.005 1 -0.001 0.003 -0.010\n",
 ];
 
-/// A file of a layer in each format, after the byte that says which.
+/// A data layer in each format, after a byte that chooses the format and whether the layer belongs to a body or to the sky: see `data_layer` in targets.rs.
 pub fn layers() -> Vec<Vec<u8>> {
     let fits = |cards: &[&str]| {
         let cards = cards.iter().chain(&["END"]).map(|card| format!("{card:<80}")).collect::<String>();
@@ -154,11 +159,13 @@ pub fn layers() -> Vec<Vec<u8>> {
         (0, "time,lat,lon,colour\n2024-04-08,1,2,#ff0000\n,\"3\",4,\n"),
         (
             131,
-            "<VOTABLE><RESOURCE><TABLE><FIELD name=\"ra\" unit=\"deg\"/><FIELD name=\"x\" ucd=\"pos.eq.dec\"/><DATA><TABLEDATA><TR><TD>1</TD><TD>&#50;</TD></TR></TABLEDATA></DATA></TABLE></RESOURCE></VOTABLE>",
+            "<VOTABLE><RESOURCE><TABLE><FIELD name=\"ra\" unit=\"deg\"/><FIELD name=\"x\" ucd=\"pos.eq.dec\"/>\
+             <DATA><TABLEDATA><TR><TD>1</TD><TD>&#50;</TD></TR></TABLEDATA></DATA></TABLE></RESOURCE></VOTABLE>",
         ),
         (
             2,
-            r#"{"type":"FeatureCollection","features":[{"type":"Feature","properties":{"time":1.7e12},"geometry":{"type":"Polygon","coordinates":[[[1,2],[3,4],[5,6],[1,2]]]}}]}"#,
+            r#"{"type":"FeatureCollection","features":[{"type":"Feature","properties":{"time":1.7e12},
+"geometry":{"type":"Polygon","coordinates":[[[1,2],[3,4],[5,6],[1,2]]]}}]}"#,
         ),
         (
             3,
@@ -172,17 +179,20 @@ pub fn layers() -> Vec<Vec<u8>> {
     all
 }
 
+/// A text kernel with the pole and prime meridian of Mars.
 pub const PCK: &str = "\\begindata\nBODY4_NUT_PREC_ANGLES = ( 190.7 19139.8 21.4 38280.7 )\nBODY4_MAX_PHASE_DEGREE = 1\nBODY499_POLE_RA = ( 317.2 \
     -0.1 0. )\nBODY499_POLE_DEC = ( 54.4 -6.1D-2 0. )\nBODY499_PM = ( 176.0 350.89 0. )\nBODY499_NUT_PREC_RA += ( 0 0.4 )\n\\begintext\n";
 
+/// The settings file of the window.
 pub const SETTINGS: &str = r#"{"dark":null,"zoom":1.2,"names":true,"unit":"miles","home":{"latitude_deg":51.5,"longitude_deg":0},"place":null,
 "bookmarks":[{"name":"a","view":{"target":699,"eye":{"kind":"orbit","body":699},"time":"2024-01-01T00:00:00Z"}}],"recent":[]}"#;
 
-/// A built-in fragment.
+/// The text of a built-in fragment.
 pub fn fragment(path: &str) -> Vec<Vec<u8>> {
     FRAGMENTS.iter().filter(|(name, _)| *name == path).map(|(_, text)| text.as_bytes().to_vec()).collect()
 }
 
+/// Tables of minor planets: CSV, JSON of JPL's database, MPCORB.DAT.
 pub const MINOR_PLANETS: [&str; 3] = [
     "name,e,a_au,i_deg,node_deg,argp_deg,M_deg,epoch_mjd,H,G\nCeres,0.0789125,2.7672543,10.58769,80.25498,73.42179,60.07881,60200,3.34,0.15\n",
     r#"{"signature":{"version":"1.0"},"fields":["full_name","epoch.mjd","e","a","i","om","w","ma","H","G"],
@@ -190,13 +200,17 @@ pub const MINOR_PLANETS: [&str; 3] = [
     "00001    3.34  0.15 K239D  60.07881   73.42179   80.25498   10.58769  0.0789125  0.21410522   2.7672543\n",
 ];
 
-pub const TOUR: &str = r#"{"title":"a","stops":[{"view":{"target":"saturn","eye":{"kind":"orbit","body":699},"time":"2024-01-01T00:00:00Z"},"text":"b","hold_s":3,"travel_s":2},
+/// A tour with two stops: one as JSON, one as a link.
+pub const TOUR: &str = r#"{"title":"a","stops":[
+{"view":{"target":"saturn","eye":{"kind":"orbit","body":699},"time":"2024-01-01T00:00:00Z"},"text":"b","hold_s":3,"travel_s":2},
 {"view":"orrery://view?target=599&eye.kind=orbit&eye.body=599","text":"c","time_rate":60,"hold_s":1,"travel_s":0}]}"#;
 
-/// Heights of the Moon: after the byte that says which, and the quarter of the label's length, 4 x 2 of 16 bits with a label; a grey PNG; a TIFF.
+/// Lunar height maps of 4 x 2 heights, 16 bits each: a PDS image with its label, a grey PNG, a TIFF. Before each are a byte that chooses the format, and a
+/// quarter of the label's length in bytes.
 pub fn lunar_heights() -> Vec<Vec<u8>> {
     let mut label = "PDS_VERSION_ID = PDS3\n^IMAGE = \"A.IMG\"\nOBJECT = IMAGE\nLINES = 2\nLINE_SAMPLES = 4\nSAMPLE_TYPE = LSB_INTEGER\nSAMPLE_BITS = 16\n\
-        SCALING_FACTOR = 0.5\nOFFSET = 1737400.\nUNIT = METER\nEND_OBJECT = IMAGE\nOBJECT = IMAGE_MAP_PROJECTION\nMAP_PROJECTION_TYPE = \"SIMPLE CYLINDRICAL\"\n\
+        SCALING_FACTOR = 0.5\nOFFSET = 1737400.\nUNIT = METER\nEND_OBJECT = IMAGE\n\
+        OBJECT = IMAGE_MAP_PROJECTION\nMAP_PROJECTION_TYPE = \"SIMPLE CYLINDRICAL\"\n\
         WESTERNMOST_LONGITUDE = 0. <DEG>\nEND_OBJECT = IMAGE_MAP_PROJECTION\nEND\n"
         .to_owned();
     label.push_str(&" ".repeat(label.len().next_multiple_of(4) - label.len()));
@@ -207,7 +221,7 @@ pub fn lunar_heights() -> Vec<Vec<u8>> {
     };
     let tiff = {
         let mut bytes = Cursor::new(Vec::new());
-        let mut encoder = tiff::encoder::TiffEncoder::new(&mut bytes).expect("a head");
+        let mut encoder = tiff::encoder::TiffEncoder::new(&mut bytes).expect("a header");
         encoder.write_image::<tiff::encoder::colortype::Gray16>(4, 2, &[20_000; 8]).expect("heights");
         bytes.into_inner()
     };
@@ -219,29 +233,33 @@ pub fn lunar_heights() -> Vec<Vec<u8>> {
     ]
 }
 
+/// The example queries of `probe`.
 pub fn questions() -> Vec<Vec<u8>> {
-    let all = orrery::probe::queries_text();
-    all.lines().filter(|l| l.trim().starts_with("{\"q\"")).map(|l| l.trim().as_bytes().to_vec()).collect()
+    // The lines of the help text that contain a query.
+    let help = orrery::probe::queries_text();
+    help.lines().filter(|l| l.trim().starts_with("{\"q\"")).map(|l| l.trim().as_bytes().to_vec()).collect()
 }
 
+/// A PNG of 4 x 4 pixels with a text chunk.
 pub fn small_png() -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, 4, 4);
     encoder.set_color(png::ColorType::Rgba);
     encoder.add_itxt_chunk("Request".into(), "{}".into()).expect("a chunk");
-    let mut writer = encoder.write_header().expect("a head");
+    let mut writer = encoder.write_header().expect("a header");
     writer.write_image_data(&[127; 64]).expect("pixels");
     writer.finish().expect("an end");
     bytes
 }
 
+/// A JPEG of 16 x 8 pixels.
 pub fn small_jpeg() -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
     image::DynamicImage::new_rgb8(16, 8).write_to(&mut bytes, image::ImageFormat::Jpeg).expect("written");
     bytes.into_inner()
 }
 
-/// `text`: what the program writes into the head of its images.
+/// A grey EXR image. `text`: the provenance that the program writes into the header of its images.
 pub fn exr(width: u32, height: u32, text: Option<&str>) -> Vec<u8> {
     let mut bytes = Vec::new();
     orrery::image::write_exr(&mut bytes, width, height, &vec![[0.5; 4]; (width * height) as usize], "", text).expect("written");

@@ -1,6 +1,7 @@
-//! What is fuzzed: each parser of bytes from outside as a function of those bytes, with inputs to begin from.
+//! The fuzz targets: a function of bytes for each parser of text or bytes from outside, with seeds.
 //!
-//! Always: a target takes any bytes and only returns. A panic, or a run longer than the loop's patience, is a finding. The functions are what a coverage-guided fuzzer calls, too.
+//! In: any bytes. Out: nothing. Always: a target returns within the limits of main.rs; a panic or a longer run is a finding. Two programs call the targets:
+//! the loop in main.rs, and libFuzzer (fuzz_targets/any.rs).
 
 use glam::DVec3;
 use orrery::catalog::DataLayer;
@@ -35,17 +36,17 @@ use twox_hash::XxHash3_128;
 
 mod seeds;
 
-/// A parser under attack.
+/// One target.
 pub struct Target {
     pub name: &'static str,
     pub run: fn(&[u8]),
-    /// Sound inputs, which mutations begin from.
+    /// Valid inputs, which are mutated.
     pub seeds: fn() -> Vec<Vec<u8>>,
-    /// Words of its language.
+    /// Words that mutations insert: keywords of the format, and extreme values.
     pub words: &'static [&'static str],
 }
 
-/// One session for all targets that need a sky.
+/// One session for all targets that need a catalog and an ephemeris.
 static SESSION: LazyLock<Session> = LazyLock::new(|| {
     let cache = tempfile::tempdir().expect("a folder").keep();
     Session::open(&Sources { cache: Some(cache), threads: Some(1), ..Sources::default() }, |_| {}).expect("a session")
@@ -55,6 +56,7 @@ static RENDERER: LazyLock<SoftwareRenderer> =
 static POINT: LazyLock<ShaderModule> =
     LazyLock::new(|| ShaderModule::build(&"point".parse().expect("a name"), &lowering()).expect("a module"));
 
+/// The bytes as text; invalid UTF-8 is replaced.
 fn text(bytes: &[u8]) -> std::borrow::Cow<'_, str> {
     String::from_utf8_lossy(bytes)
 }
@@ -63,30 +65,31 @@ fn texts(all: &[&str]) -> Vec<Vec<u8>> {
     all.iter().map(|t| t.as_bytes().to_vec()).collect()
 }
 
+/// The "now" of views without a time: 31 January 2024.
 fn epoch() -> Instant {
     Instant::from_tdb_seconds_past_j2000(7.6e8)
 }
 
-/// A catalog file over the least that it can say something of.
+/// A catalog file, added to the smallest catalog to which its entries can refer.
 fn catalog(bytes: &[u8]) {
     drop(Catalog::of_files_alone(&[("base.toml", seeds::BASE), ("a.toml", &text(bytes))]));
 }
 
-/// A file of a layer: its first byte says the format, and whether it is a body's.
+/// A file of a data layer. Its first byte chooses the format, and whether the layer belongs to a body or to the sky.
 fn data_layer(bytes: &[u8]) {
     let Some((first, content)) = bytes.split_first() else { return };
     let file = ["a.csv", "a.vot", "a.geojson", "a.kml", "a.fits"][usize::from(*first) % 5];
     let body = (*first < 128).then_some(NaifId(499));
     let layer = DataLayer { body, ..DataLayer::new("a".into(), file.into()) };
     if let Ok(layer) = layer.with_content(file, content) {
-        let is_sound = |corner: &[f64; 2]| corner[0].abs() <= 90.0 && corner[1].abs() <= 360.0;
-        assert!(layer.lines.iter().all(|l| l.vertices.len() > 1 && l.vertices.iter().all(is_sound)));
-        assert!(layer.points.iter().all(|p| is_sound(&[p.lat_deg, p.lon_deg])));
+        let is_in_range = |[lat_deg, lon_deg]: &[f64; 2]| lat_deg.abs() <= 90.0 && lon_deg.abs() <= 360.0;
+        assert!(layer.lines.iter().all(|l| l.vertices.len() > 1 && l.vertices.iter().all(is_in_range)));
+        assert!(layer.points.iter().all(|p| is_in_range(&[p.lat_deg, p.lon_deg])));
         assert!(layer.image.is_none_or(|i| i.rgba.len() == 4 * i.width as usize * i.height as usize));
     }
 }
 
-/// What is typed into the search field of a window.
+/// A text typed into the search field of the window.
 fn search(bytes: &[u8]) {
     thread_local! {
         static VIEWER: Viewer = {
@@ -97,10 +100,10 @@ fn search(bytes: &[u8]) {
     VIEWER.with(|viewer| assert!(suggestions(&text(bytes), viewer, SESSION.catalog(), 8).len() <= 8));
 }
 
-/// A folder for the inputs of what reads files.
+/// A folder for the inputs of targets that read files.
 static FILES: LazyLock<PathBuf> = LazyLock::new(|| tempfile::tempdir().expect("a folder").keep());
 
-/// A map of the Moon's heights: the first byte says whether a label of as many bytes as the second times four comes first.
+/// A lunar height map. The first byte chooses the format; for a PDS image, the second is a quarter of the length of the label that precedes the image.
 fn lunar_heights(bytes: &[u8]) {
     let Some(([first, label], rest)) = bytes.split_first_chunk() else { return };
     if *first % 3 == 0 {
@@ -112,7 +115,7 @@ fn lunar_heights(bytes: &[u8]) {
     }
 }
 
-/// The entry of a map of 4 x 4 pixels.
+/// The disk cache's entry of a map of 4 x 4 pixels.
 static STORED_MAP: LazyLock<PathBuf> = LazyLock::new(|| {
     std::fs::write(FILES.join("a.png"), seeds::small_png()).expect("written");
     read_stored(&FILES);
@@ -120,16 +123,16 @@ static STORED_MAP: LazyLock<PathBuf> = LazyLock::new(|| {
     entries.flatten().next().expect("an entry").path()
 });
 
-/// Every texel of the map of which there is an entry.
+/// All texels of the map whose entry is in the folder's disk cache.
 fn read_stored(folder: &Path) -> Vec<u8> {
     let maps = MapStore::new(Some(folder.to_owned())).with_disk_cache(Some(StoredMaps::new(folder)));
     let map = maps.get("a.png", TexelFormat::Rgba8Srgb).expect("a map");
     map.levels.iter().flat_map(|level| level.bytes().to_vec()).collect()
 }
 
-/// An entry whose head has the right checksum, as someone would write it who means it. What is not whole is decoded anew; the map keeps its size.
+/// An entry of the disk cache with a correct checksum, as an attacker would write it. From an invalid entry the map is decoded anew, so that its size stays.
 fn stored_map(bytes: &[u8]) {
-    // Magic, key, width and height; three levels of 17 bytes.
+    // Bytes before the checksum, which covers them: 32 of magic, key, width and height, and 17 for each of three levels.
     const COVERED: usize = 32 + 3 * 17;
     let mut entry = bytes.to_vec();
     if let Some((covered, rest)) = entry.split_at_mut_checked(COVERED)
@@ -138,7 +141,7 @@ fn stored_map(bytes: &[u8]) {
         *sum = XxHash3_128::oneshot(covered).to_le_bytes();
     }
     std::fs::write(&*STORED_MAP, &entry).expect("written");
-    assert_eq!(read_stored(&FILES).len(), 4 * (16 + 4 + 1), "texels of three levels");
+    assert_eq!(read_stored(&FILES).len(), 4 * (16 + 4 + 1), "four bytes for each texel of three levels");
 }
 
 /// Every target.
@@ -191,7 +194,7 @@ pub static TARGETS: &[Target] = &[
     Target {
         name: "kernel",
         run: |bytes| drop(orrery::ephemeris::spk::Spk::parse("a.bsp", bytes).map(|spk| spk.state(399, 3, 0.0))),
-        // The first records of a kernel that ships: heads and some coefficients.
+        // An embedded kernel, and its first records alone: headers and some coefficients.
         seeds: || vec![orrery_catalogs::PLUTO_KERNEL[..16_384].to_vec(), orrery_catalogs::PLUTO_KERNEL.to_vec()],
         words: &["DAF/SPK ", "LTL-IEEE", "BIG-IEEE"],
     },
@@ -438,22 +441,23 @@ pub static TARGETS: &[Target] = &[
     Target { name: "key", run: key, seeds: || vec![vec![0; DIMENSIONS.len()], (0..DIMENSIONS.len() as u8).collect()], words: &[] },
 ];
 
-/// From a key to pixels: each byte is the value of one dimension. What they name is emitted, validated, lowered and drawn small, and no pixel may be other than a number.
+/// The path from a key to pixels. Each byte is the value of one dimension. The key's module is emitted, validated, lowered and drawn in a small image, in which
+/// every value must be finite.
 fn key(bytes: &[u8]) {
     let mut features = DrawFeatures::MINIMAL;
     for (dimension, byte) in DIMENSIONS.iter().zip(bytes) {
         (dimension.set)(&mut features, usize::from(*byte) % dimension.texts.len());
     }
     let key = ShaderKey::for_draw(&features);
-    assert_eq!(key.to_string().parse(), Ok(key), "the text form of a key is that key");
+    assert_eq!(key.to_string().parse(), Ok(key), "the text form of a key must parse to that key");
     let library = ShaderLibrary::in_memory(lowering());
     let plan = sample_body_plan(&library, &key, 12, SAMPLE_HALF_SIDE_WITH_LIMB).expect("a key has a module");
     let (frame, _) = RENDERER.render(&plan, &library, FrameImages::DisplayAndHdr).expect("a module is drawn");
     RENDERER.forget_modules();
-    assert!(frame.hdr.iter().flatten().all(|value| value.is_finite()), "{key}: a pixel is no number");
+    assert!(frame.hdr.iter().flatten().all(|value| value.is_finite()), "{key}: a pixel is not finite");
 }
 
-/// An entry with its checksum put right, as someone would who means it.
+/// An entry of the shader library with a correct checksum, as an attacker would write it.
 fn library_entry(bytes: &[u8]) {
     let mut entry = bytes.to_vec();
     if let (Some(content), 40..) = (bytes.get(40..), bytes.len()) {

@@ -97,10 +97,6 @@ impl<K: Eq + Hash + Clone, V: Clone> LruMap<K, V> {
         self.entries.insert(key, (value, self.uses));
     }
 
-    pub(crate) fn remove(&mut self, key: &K) {
-        self.entries.remove(key);
-    }
-
     pub(crate) fn clear(&mut self) {
         self.entries.clear();
     }
@@ -154,8 +150,6 @@ mod tests {
         assert_eq!([1, 2, 3, 4].map(|n| recent.get(&n)), [Some(10), None, Some(30), Some(40)], "a peek does not count as a use");
         recent.insert(1, 11);
         assert_eq!([1, 3, 4].map(|n| recent.get(&n)), [Some(11), Some(30), Some(40)], "a new value of a known key evicts nothing");
-        recent.remove(&3);
-        assert_eq!(recent.get(&3), None);
         recent.clear();
         assert_eq!(recent.get(&1), None);
     }

@@ -1,6 +1,6 @@
 //! The heavy shader hand-written for AVX2 and FMA, eight pixels at a time: the reference for the tape's speed.
 //!
-//! Formulas and constants are those of heavy.wgsl. `exp` and `asin` use the polynomials of Cephes, `atan2` one of degree 11. x86-64 only.
+//! Formulas and constants are those of heavy.wgsl. `exp` and `asin` use the polynomials of S. Moshier's Cephes library, `atan2` one of degree 11. x86-64 only.
 
 use super::heavy::UNIFORMS;
 use std::arch::x86_64::*;
@@ -168,6 +168,7 @@ pub unsafe fn draw(size: usize, map: &Texels, out: &mut [[f32; 4]]) {
         let distance = sqrt(fma(to[2], to[2], fma(to[1], to[1], mul(to[0], to[0]))));
         let separation = acos(max(min(div(dot_sun(to), distance), splat(1.0)), splat(-1.0)));
         let radius = asin(min(div(splat(occluder[3]), distance), splat(1.0)));
+        // As smoothstep(radius - 0.05, radius + 0.05, separation).
         let t = mul(sub(separation, sub(radius, splat(0.05))), splat(10.0));
         let t = max(min(t, splat(1.0)), splat(0.0));
         mul(mul(t, t), _mm256_fnmadd_ps(splat(2.0), t, splat(3.0)))

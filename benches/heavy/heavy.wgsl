@@ -1,12 +1,13 @@
-// A fragment shader as expensive as a planet's, for benches only: an atmosphere of 16 samples, each with a Chapman-like column and an
-// eclipse (5 or 6 exp, 3 or 4 sqrt, 5 divisions, acos and asin), map coordinates and one texture read. It draws a planet in an orthographic view; the
-// numbers are those of no real planet.
+// A fragment shader as expensive as a planet's, for benches only: an atmosphere of 16 samples, each with a column density by an approximate Chapman function
+// and an eclipse (5 or 6 exp, 3 or 4 sqrt, 5 divisions, acos and asin), map coordinates and one texture read. It draws a planet in an orthographic view;
+// lengths are in radii of the body. The numbers are those of no real planet.
 
 struct Draw {
+    // Direction to the Sun (x, y, z).
     sun: vec4f,
-    // Centre and radius of the occluder, body radii.
+    // Centre (x, y, z) and radius of the occluder.
     occluder: vec4f,
-    // Scale height in body radii; scattering coefficients at the ground per radius (red, green, blue).
+    // Scale height; scattering coefficients at the ground per radius (red, green, blue).
     air: vec4f,
 }
 
@@ -26,8 +27,8 @@ fn vertex_main(@builtin(vertex_index) index: u32) -> Varyings {
     return Varyings(vec4f(x, y, 0.0, 1.0), vec2f(x, y) * 1.2);
 }
 
-// Column density of air from a height in a direction given by the cosine of its zenith angle: a length of air at ground density, in scale
-// heights. `x`: the body's radius in scale heights.
+// Column density of air from a height (in scale heights) in a direction given by the cosine of its zenith angle: a length of air at ground density, in
+// scale heights. `x`: the body's radius in scale heights. The square root is that of pi / 2 times x, the column along the horizon.
 fn column(height: f32, cosine: f32, x: f32) -> f32 {
     let c = sqrt(1.5707963 * x);
     if cosine >= 0.0 {
@@ -38,6 +39,7 @@ fn column(height: f32, cosine: f32, x: f32) -> f32 {
     return 2.0 * c * exp(-max(lowest, 0.0)) - c / ((c - 1.0) * -cosine + 1.0) * exp(-height);
 }
 
+// The fraction of sunlight that passes the occluder to a point. The penumbra is 0.05 radians wide on each side of the occluder's limb.
 fn sunlight_fraction(p: vec3f) -> f32 {
     let to = draw.occluder.xyz - p;
     let distance = length(to);
@@ -49,6 +51,7 @@ fn sunlight_fraction(p: vec3f) -> f32 {
 @fragment
 fn fragment_main(in: Varyings) -> @location(0) vec4f {
     let r2 = dot(in.place, in.place);
+    // The top of the atmosphere, eight scale heights above the ground.
     let top = 1.0 + 8.0 * draw.air.x;
     if r2 >= top * top {
         return vec4f(0.0, 0.0, 0.0, 1.0);
@@ -75,6 +78,7 @@ fn fragment_main(in: Varyings) -> @location(0) vec4f {
         return vec4f(light, 1.0);
     }
     let p = vec3f(in.place, z_end);
+    // Longitude / (2 pi) and colatitude / pi.
     let uv = vec2f(0.5 + atan2(p.x, p.z) * 0.15915494, acos(clamp(p.y, -1.0, 1.0)) * 0.31830989);
     let ground = textureSampleLevel(map, map_sampler, uv, 0.0).rgb;
     let sunlit = max(dot(p, draw.sun.xyz), 0.0) * sunlight_fraction(p);

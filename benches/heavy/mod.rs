@@ -1,4 +1,4 @@
-//! The heavy fragment shader as a plan for the software renderer. In: a size. Out: plan and module, ready to run.
+//! The heavy fragment shader (heavy.wgsl) as a plan for the software renderer. In: the image's width and height in pixels. Out: plan and module, ready to run.
 
 use orrery::image::{Level, TexelFormat, Texture};
 use orrery::render::plan::ModuleProvider;
@@ -14,8 +14,8 @@ use std::sync::Arc;
 
 pub const WGSL: &str = include_str!("heavy.wgsl");
 
-/// The uniform block: the Sun's direction; centre and radius of the occluder; scale height and scattering coefficients (red, green, blue) of
-/// the air. Lengths are in body radii.
+/// The uniform block of heavy.wgsl: the Sun's direction; centre and radius of the occluder; scale height and scattering coefficients (red, green, blue) of the
+/// air. Lengths are in body radii.
 pub const UNIFORMS: [[f32; 4]; 3] = [[0.6, 0.3, 0.741_62, 0.0], [9.0, 4.6, 11.3, 0.9], [0.01, 6.0, 13.0, 30.0]];
 
 /// A map with detail at every scale, 1024 x 512, sRGB.

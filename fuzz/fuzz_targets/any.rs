@@ -1,5 +1,6 @@
-//! The targets under libFuzzer: `ORRERY_FUZZ=catalog cargo +nightly fuzz run --dev --features coverage any -- -print_funcs=0`. The variable chooses the target; without
-//! the option each new function is looked up by a symbolizer, which takes longer than the runs.
+//! The targets under libFuzzer: `ORRERY_FUZZ=catalog cargo +nightly fuzz run --dev --features coverage any -- -print_funcs=0`.
+//!
+//! The variable chooses the target. Without the last option libFuzzer looks up the name of each new function, which takes longer than the runs.
 #![no_main]
 
 use orrery_fuzz::{TARGETS, Target};
@@ -13,7 +14,7 @@ static TARGET: LazyLock<&Target> = LazyLock::new(|| {
 
 libfuzzer_sys::fuzz_target!(
     init: {
-        // What all runs share is loaded before the first one is timed.
+        // Loads what all runs share, so that the first timed run does not include it.
         if let Some(seed) = (TARGET.seeds)().first() {
             (TARGET.run)(seed);
         }

@@ -97,8 +97,7 @@ impl Session {
         Ok(self.devices.draw_waiting(self.renderer(), plan, &self.library, RequestedOutput::Frame(images))?.frame)
     }
 
-    /// Drops the modules whose entries on disk were tampered with, so that they are rebuilt when next requested. Returns whether there was any; if not, a retry
-    /// is of no use.
+    /// Replaces the modules whose entries on disk were tampered with. Returns whether there was any; if not, a retry is of no use.
     pub(super) fn replace_tampered(&self, modules: &[ModuleId]) -> bool {
         let replaced = self.library.replace_tampered(modules) > 0;
         if replaced {

@@ -30,8 +30,8 @@ fn lines_of<'a>(wgsl: &'a str, map: &'a SourceMap) -> impl Iterator<Item = (&'a 
     })
 }
 
-/// Lines that occur in only one of the two modules, grouped by feature and sorted by the feature's name. Two lines are equal if they have the same text and come
-/// from the same line of the same fragment, wherever they are in the module.
+/// Lines that occur in only one of the two modules, grouped by feature and sorted by the feature's name. Two lines are equal if they have the same text and
+/// come from the same line of the same fragment, wherever they are in the module.
 pub fn difference(first: &Emitted, second: &Emitted) -> Vec<FeatureDiff> {
     let lines = |e: &Emitted| -> BTreeSet<DiffLine> { lines_of(&e.wgsl, &e.source_map).map(|(_, l)| l).collect() };
     let (in_first, in_second) = (lines(first), lines(second));
@@ -82,7 +82,7 @@ pub fn changed_lines(first: (&str, &SourceMap), second: (&str, &SourceMap)) -> B
 pub struct IrCost {
     /// Arithmetic expressions, by kind.
     pub operations: BTreeMap<String, u32>,
-    /// Texture reads of the entry points, including those of the functions that they call; a function counts once per call.
+    /// Texture reads of the entry points, including those of the functions that they call; a function counts once per call. At most `u32::MAX`.
     pub texture_reads: u32,
     /// `if`, `switch` and loops.
     pub branches: u32,
@@ -115,36 +115,40 @@ fn count_branches(block: &naga::Block, branches: &mut u32) {
     }
 }
 
-/// Texture reads of a function and of its callees; each call counts, a loop counts once. `reads_of_earlier`: reads of the functions declared
-/// before it.
+fn saturating_sum(counts: impl Iterator<Item = u32>) -> u32 {
+    counts.fold(0, u32::saturating_add)
+}
+
+/// Texture reads of a function and of its callees; each call counts, a loop counts once. `reads_of_earlier`: reads of the functions declared before it. The
+/// sum saturates: functions of which each calls the previous one twice have 2^n reads.
 fn texture_reads(function: &naga::Function, reads_of_earlier: &[u32]) -> u32 {
     fn reads_by_calls(block: &naga::Block, reads_of_earlier: &[u32]) -> u32 {
         let reads_in = |b: &naga::Block| reads_by_calls(b, reads_of_earlier);
         let each = block.iter().map(|statement| match statement {
             Statement::Call { function, .. } => reads_of_earlier.get(function.index()).copied().unwrap_or(0),
             Statement::Block(inner) => reads_in(inner),
-            Statement::If { accept, reject, .. } => reads_in(accept) + reads_in(reject),
-            Statement::Switch { cases, .. } => cases.iter().map(|c| reads_in(&c.body)).sum(),
-            Statement::Loop { body, continuing, .. } => reads_in(body) + reads_in(continuing),
+            Statement::If { accept, reject, .. } => reads_in(accept).saturating_add(reads_in(reject)),
+            Statement::Switch { cases, .. } => saturating_sum(cases.iter().map(|c| reads_in(&c.body))),
+            Statement::Loop { body, continuing, .. } => reads_in(body).saturating_add(reads_in(continuing)),
             _ => 0,
         });
-        each.sum()
+        saturating_sum(each)
     }
     let own = function.expressions.iter().filter(|(_, e)| matches!(e, Expression::ImageSample { .. } | Expression::ImageLoad { .. }));
-    own.count() as u32 + reads_by_calls(&function.body, reads_of_earlier)
+    (own.count() as u32).saturating_add(reads_by_calls(&function.body, reads_of_earlier))
 }
 
 /// Counts the operations of a module's IR.
-pub fn ir_cost(m: &ShaderModule) -> IrCost {
-    let mut cost = IrCost { uniform_bytes: m.layout.uniform_size, lines: m.wgsl.lines().count() as u32, ..IrCost::default() };
-    let functions = m.module.functions.iter().map(|(_, f)| f).chain(m.module.entry_points.iter().map(|e| &e.function));
+pub fn ir_cost(shader: &ShaderModule) -> IrCost {
+    let mut cost = IrCost { uniform_bytes: shader.layout.uniform_size, lines: shader.wgsl.lines().count() as u32, ..IrCost::default() };
+    let naga::Module { functions, entry_points, .. } = &shader.module;
     let mut reads_of: Vec<u32> = Vec::new();
-    for (_, function) in m.module.functions.iter() {
+    for (_, function) in functions.iter() {
         // Callees come before their callers.
         reads_of.push(texture_reads(function, &reads_of));
     }
-    cost.texture_reads = m.module.entry_points.iter().map(|e| texture_reads(&e.function, &reads_of)).sum();
-    for function in functions {
+    cost.texture_reads = saturating_sum(entry_points.iter().map(|e| texture_reads(&e.function, &reads_of)));
+    for function in functions.iter().map(|(_, f)| f).chain(entry_points.iter().map(|e| &e.function)) {
         cost.functions += 1;
         count_branches(&function.body, &mut cost.branches);
         for (_, expression) in function.expressions.iter() {
@@ -160,4 +164,29 @@ pub fn ir_cost(m: &ShaderModule) -> IrCost {
         }
     }
     cost
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shader::{Lowering, ModuleId};
+
+    /// The texture reads of a module in which each of `n` functions calls the one before it twice; the first reads a texture once.
+    fn reads_of_doubling_calls(n: usize) -> u32 {
+        let mut wgsl = "@group(0) @binding(1) var image: texture_2d<f32>;\n".to_owned();
+        wgsl.push_str("fn f0() -> f32 { return textureLoad(image, vec2i(0), 0).x; }\n");
+        for k in 1..=n {
+            wgsl.push_str(&format!("fn f{k}() -> f32 {{ return f{0}() + f{0}(); }}\n", k - 1));
+        }
+        wgsl.push_str(&format!("@fragment fn fragment_main() -> @location(0) vec4f {{ return vec4f(f{n}()); }}\n"));
+        let emitted = Emitted { wgsl, source_map: SourceMap::default() };
+        let module = ShaderModule::from_emitted(&ModuleId::Simple("tone_map"), emitted, &Lowering::none()).expect("a module");
+        ir_cost(&module).texture_reads
+    }
+
+    #[test]
+    fn texture_reads_are_counted_per_call_and_saturate() {
+        assert_eq!([0, 1, 5].map(reads_of_doubling_calls), [1, 2, 32]);
+        assert_eq!(reads_of_doubling_calls(33), u32::MAX);
+    }
 }

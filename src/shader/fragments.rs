@@ -1,7 +1,7 @@
 //! The fragments (WESL files of shaders/) that modules are emitted from.
 //!
-//! In: the built-in fragments, and a user's files that replace some of them or are new. Out: text and parsed form of each fragment, by path. Not here: the grammar
-//! (`shader::source`).
+//! In: the built-in fragments, and a user's files that replace some of them or are new. Out: text and parsed form of each fragment, by path. Not here: the
+//! grammar (`shader::source`).
 
 use super::ShaderError;
 use super::constants::CONSTANTS;

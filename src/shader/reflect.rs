@@ -51,7 +51,7 @@ impl fmt::Display for FieldType {
     }
 }
 
-/// One field of the uniform block. Offset and size in bytes.
+/// One field of the uniform block.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct UniformField {
     /// Name in the shader.
@@ -90,22 +90,22 @@ pub struct Layout {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LayoutError {
     /// The variable of this name has a binding of another kind or group.
-    #[error("`{0}` is bound outside group 0, or its kind of binding is not one the plan fills")]
+    #[error("`{0}` is bound outside group 0, or its kind of binding is not one that the plan fills")]
     Binding(String),
     /// The uniform field of this name has an unsupported type.
-    #[error("uniform field `{0}` has a type the plan does not fill (f32, vec2f, vec3f, vec4f, mat4x4f, array<vec4f, n>)")]
+    #[error("uniform field `{0}` has a type that the plan does not fill; it fills f32, vec2f, vec3f, vec4f, mat4x4f and array<vec4f, n>")]
     FieldType(String),
     /// The module has no uniform field of this name.
     #[error("the module has no uniform field `{0}`")]
     Unknown(String),
     /// The value given has another type or length than the field.
-    #[error("uniform field `{name}` is {expected} in the module, {given} numbers were given")]
+    #[error("uniform field `{name}` is {expected} in the module, but was given {given} components")]
     Mistyped {
         /// The field.
         name: String,
         /// Its type in the module.
         expected: FieldType,
-        /// The numbers given: their count, or rows x columns.
+        /// The components that were given: their number, or rows x columns.
         given: String,
     },
     /// The field of this name was written a second time.
@@ -256,9 +256,11 @@ mod tests {
 
     #[test]
     fn offsets_follow_the_uniform_rules() {
-        let l = layout("struct D { a: f32, b: vec3f, c: f32, d: array<vec4f, 2>, } @group(0) @binding(0) var<uniform> d: D; @group(0) @binding(3) var t: texture_2d<f32>;").expect("layout");
+        let wgsl = "struct D { a: f32, b: vec3f, c: f32, d: array<vec4f, 2>, } @group(0) @binding(0) var<uniform> d: D; \
+                    @group(0) @binding(3) var t: texture_2d<f32>;";
+        let l = layout(wgsl).expect("layout");
         let offsets: Vec<_> = l.fields.iter().map(|f| (f.name.as_str(), f.offset, f.size)).collect();
-        // WGSL section 14.4.1: vec3f aligns to 16, a scalar may follow in its padding.
+        // WGSL, *Alignment and Size*: vec3f aligns to 16 bytes, and a scalar may follow in its padding.
         assert_eq!(offsets, [("a", 0, 4), ("b", 16, 12), ("c", 28, 4), ("d", 32, 32)]);
         assert_eq!((l.uniform_size, l.texture("t")), (64, Some(3)));
     }

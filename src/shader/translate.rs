@@ -1,4 +1,6 @@
 //! Translates a module to other shading languages with naga's backends.
+//!
+//! In: a built module. Out: its text in another language, or the message of naga's writer. Not here: which translations are recorded (`record`).
 
 use super::ShaderModule;
 use naga::back;
@@ -62,26 +64,28 @@ pub struct TranslateError {
 }
 
 /// Translates the module to a language.
-pub fn translate(m: &ShaderModule, language: Language) -> Result<String, TranslateError> {
-    let failed = |what: String| TranslateError { module: m.id.to_string(), language, what };
+pub fn translate(shader: &ShaderModule, language: Language) -> Result<String, TranslateError> {
+    let failed = |what: String| TranslateError { module: shader.id.to_string(), language, what };
     match language {
-        Language::Wgsl => Ok(m.wgsl.clone()),
-        Language::Ir => Ok(format!("{:#?}\n", m.module)),
+        Language::Wgsl => Ok(shader.wgsl.clone()),
+        Language::Ir => Ok(format!("{:#?}\n", shader.module)),
         Language::Hlsl => {
             let mut text = String::new();
             let (options, pipeline) = (back::hlsl::Options::default(), back::hlsl::PipelineOptions::default());
-            back::hlsl::Writer::new(&mut text, &options, &pipeline).write(&m.module, &m.info, None).map_err(|e| failed(e.to_string()))?;
+            back::hlsl::Writer::new(&mut text, &options, &pipeline)
+                .write(&shader.module, &shader.info, None)
+                .map_err(|e| failed(e.to_string()))?;
             Ok(text)
         }
         Language::Msl => {
             let options = back::msl::Options { lang_version: (2, 0), fake_missing_bindings: true, ..Default::default() };
-            let (text, _) = back::msl::write_string(&m.module, &m.info, &options, &back::msl::PipelineOptions::default())
+            let (text, _) = back::msl::write_string(&shader.module, &shader.info, &options, &back::msl::PipelineOptions::default())
                 .map_err(|e| failed(e.to_string()))?;
             Ok(text)
         }
         Language::Spirv | Language::Assembly => {
             let options = back::spv::Options { flags: back::spv::WriterFlags::empty(), ..Default::default() };
-            let words = back::spv::write_vec(&m.module, &m.info, &options, None).map_err(|e| failed(e.to_string()))?;
+            let words = back::spv::write_vec(&shader.module, &shader.info, &options, None).map_err(|e| failed(e.to_string()))?;
             Ok(match language {
                 Language::Assembly => rspirv::dr::load_words(&words).map_err(|e| failed(e.to_string()))?.disassemble(),
                 _ => words.iter().map(|w| format!("{w:08x}\n")).collect(),
@@ -89,12 +93,12 @@ pub fn translate(m: &ShaderModule, language: Language) -> Result<String, Transla
         }
         Language::Glsl => {
             let mut text = String::new();
-            for entry in &m.module.entry_points {
+            for entry in &shader.module.entry_points {
                 let options = back::glsl::Options { version: back::glsl::Version::Desktop(430), ..Default::default() };
                 let pipeline = back::glsl::PipelineOptions { shader_stage: entry.stage, entry_point: entry.name.clone(), multiview: None };
                 let policies = naga::proc::BoundsCheckPolicies::default();
                 text.push_str(&format!("// {}\n", entry.name));
-                back::glsl::Writer::new(&mut text, &m.module, &m.info, &options, &pipeline, policies)
+                back::glsl::Writer::new(&mut text, &shader.module, &shader.info, &options, &pipeline, policies)
                     .and_then(|mut writer| writer.write())
                     .map_err(|e| failed(e.to_string()))?;
             }

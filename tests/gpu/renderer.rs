@@ -18,7 +18,7 @@ use orrery::FrameImages;
 use orrery::image::{Difference, DisplayImage};
 use orrery::render::frame::Frame;
 use orrery::render::gpu::{AdapterKind, GpuError, GpuRenderer};
-use orrery::render::plan::{Plan, SamplingQuality, TextureSource};
+use orrery::render::plan::{Plan, PlanDraw, SamplingQuality, TextureSource, Vertices};
 use orrery::render::software::{Options, SoftwareRenderer, lowering};
 use orrery::scene::draw::PixelView;
 use orrery::scene::request::{Layers, ViewRequest};
@@ -325,6 +325,41 @@ fn the_gpu_refuses_an_unsupported_plan_and_draws_the_next() {
     let refused = gpu.render(&without_textures, session.library(), FrameImages::Display).expect_err("a map is missing");
     assert!(matches!(&refused, GpuError::Draw { what, .. } if what.contains("not supplied")), "{refused}");
     gpu.render(&plan, session.library(), FrameImages::Display).expect("the device still works after a refused plan");
+}
+
+/// A draw without instances or without triangles changes nothing. wgpu panics at its empty buffers, so it must not get there.
+#[test]
+fn an_empty_draw_is_skipped() {
+    fn is_instanced(draw: &PlanDraw) -> bool {
+        !draw.instances.attributes.is_empty()
+    }
+    fn with_edited_draws(plan: &Plan, edit: fn(&mut PlanDraw)) -> Plan {
+        let mut edited = plan.clone();
+        for draw in edited.passes.iter_mut().flat_map(|p| &mut p.draws) {
+            if is_instanced(draw) {
+                edit(draw);
+            }
+        }
+        edited
+    }
+    let Some(gpu) = gpu() else { return };
+    let session = &*SESSION;
+    let plan = views()
+        .into_iter()
+        .map(|(_, request)| session.plan(&request, SAMPLING).expect("a plan").1)
+        .find(|plan| plan.passes.iter().flat_map(|p| &p.draws).any(is_instanced))
+        .expect("a view with stars or points");
+    let image_of = |plan: &Plan| gpu.render(plan, session.library(), FrameImages::Display).expect("drawn").0;
+    let mut without_instanced_draws = plan.clone();
+    without_instanced_draws.passes.iter_mut().for_each(|p| p.draws.retain(|d| !is_instanced(d)));
+    let without_instances = with_edited_draws(&plan, |draw| {
+        draw.instances.count = 0;
+        draw.instances.attributes.iter_mut().for_each(|a| a.values = Arc::default());
+    });
+    let without_triangles =
+        with_edited_draws(&plan, |draw| draw.vertices = Vertices::Mesh { attributes: Vec::new(), indices: Arc::default() });
+    let expected = image_of(&without_instanced_draws);
+    assert!(image_of(&without_instances) == expected && image_of(&without_triangles) == expected);
 }
 
 /// Resident memory of this process, bytes; `None` if the system does not report it.

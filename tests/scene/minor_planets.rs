@@ -243,3 +243,15 @@ fn minor_planets_are_drawn_only_with_their_layer() {
     let changed = without.frame.display.iter().zip(&with.frame.display).filter(|(a, b)| a != b).count();
     assert!(changed > 1500, "{changed} pixels");
 }
+
+/// A file that lists only Ceres, which is a body of the catalog, leaves no minor planets. Nothing is drawn for them: wgpu panics at a draw with empty buffers.
+#[test]
+fn a_file_that_lists_only_bodies_of_the_catalog_makes_no_draw() {
+    let (_, table) = single_entry("Ceres");
+    let (session, _folder) = session_with_table(&table);
+    let request = towards(DVec3::X, 1.0, Instant::parse("2024-04-08T18:17:16Z").expect("a time"));
+    let (scene, plan) = session.plan(&request, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
+    assert!(scene.minor_planets.as_ref().is_some_and(|m| m.times.is_empty()));
+    let mut draws = plan.passes.iter().flat_map(|pass| &pass.draws);
+    assert!(draws.all(|draw| draw.instances.count > 0 && draw.label != "minor planets"));
+}

@@ -323,14 +323,18 @@ fn tampered_entries_are_accepted_only_if_valid() {
         accepted += 1;
         orrery::shader::module::validate(&module.module).expect("valid");
         (lowering.check)(&module.module, &module.tape).expect("its own tape");
-        // A renderer that cannot use the module has it rebuilt.
+        // For a renderer that cannot use the module it is rebuilt, in memory and on disk.
         assert_eq!(
             (library.replace_tampered(std::slice::from_ref(&id)), library.replace_tampered(std::slice::from_ref(&id))),
             (1, 0),
             "byte {at}"
         );
-        assert_eq!(library.get(&id).expect("a module").wgsl, ShaderModule::build(&id, &lowering).expect("builds").wgsl);
         assert_eq!(std::fs::read(&path).expect("read"), intact, "byte {at}: the entry is intact again");
+        // An entry that could not be written stays as it is. It must not be read again: the caller would have it replaced without end.
+        std::fs::write(&path, &damaged).expect("write");
+        assert_eq!(library.get(&id).expect("a module").wgsl, ShaderModule::build(&id, &lowering).expect("builds").wgsl);
+        assert_eq!(library.replace_tampered(std::slice::from_ref(&id)), 0, "byte {at}");
+        std::fs::write(&path, &intact).expect("write");
     }
     println!("of 400 tampered entries {replaced} are replaced when read, {accepted} are valid modules");
     assert!(replaced > 100 && accepted > 0, "{replaced} and {accepted}: the sweep needs both rejected and accepted entries");

@@ -90,7 +90,7 @@ fn rank(adapter: &Adapter) -> (AdapterKind, u8, bool) {
     (AdapterFacts::of(adapter).kind, device_rank, info.backend == Backend::Gl)
 }
 
-/// Whether there may be hardware that only GL supports. On Linux, hardware has one of these device nodes.
+/// Whether there may be hardware that only GL supports. On Linux, hardware has one of these device nodes: those of DRM, of NVIDIA's driver, or of WSL.
 fn gl_may_find_hardware() -> bool {
     !cfg!(target_os = "linux") || ["/dev/dri", "/dev/nvidiactl", "/dev/dxg"].iter().any(|node| Path::new(node).exists())
 }

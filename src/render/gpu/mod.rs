@@ -39,7 +39,7 @@ pub enum GpuError {
     /// A draw whose module cannot be built, or whose data do not fit its module.
     #[error("{draw}: {what}")]
     Draw { draw: String, what: String },
-    #[error("{adapter} cannot draw {width}x{height} pixels; each side may have at most {max_side}")]
+    #[error("{adapter} cannot draw {width}x{height} pixels; each side must be 1 to {max_side}")]
     TargetSize { adapter: String, width: u32, height: u32, max_side: u32 },
     /// The driver or wgpu refused a call.
     #[error("the graphics driver reported an error: {0}")]

@@ -7,7 +7,7 @@ use super::readback::read_mapped;
 use crate::render::plan::Plan;
 use wgpu::{Buffer, BufferDescriptor, BufferUsages, Device, QuerySet, QuerySetDescriptor, QueryType, Queue};
 
-/// Maximum number of passes that are timed in a frame.
+/// Maximum number of passes that are timed in a frame, which bounds the query set; later passes are not timed.
 pub(super) const MAX_TIMED_PASSES: u32 = 32;
 /// Bytes of the two timestamps of a pass, its begin and its end.
 pub(super) const TIMESTAMP_PAIR_BYTES: u32 = 16;
@@ -46,6 +46,7 @@ impl PassTimer {
 
     /// Name and GPU milliseconds of each timed pass. `plan`: the plan that was drawn last.
     pub(crate) fn read(&self, device: &Device, queue: &Queue, plan: &Plan) -> Result<Vec<(String, f64)>, GpuError> {
+        // The period is in nanoseconds.
         let tick_ms = f64::from(queue.get_timestamp_period()) * 1e-6;
         read_mapped(device, &self.readback, u64::from(TIMESTAMP_PAIR_BYTES * timed_pass_count(plan)), |bytes| {
             let ticks = bytes.as_chunks::<8>().0.iter().map(|b| u64::from_le_bytes(*b)).collect::<Vec<_>>();

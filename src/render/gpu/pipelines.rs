@@ -8,7 +8,9 @@
 
 use super::{GpuError, with_error_scopes};
 use crate::image::TexelFormat;
-use crate::render::plan::{AddressMode, Blend, Cull, DepthState, ModuleProvider, Pass, Plan, PlanDraw, SamplerState, TextureSource};
+use crate::render::plan::{
+    AddressMode, Blend, Cull, DepthState, ModuleProvider, Pass, Plan, PlanDraw, SamplerState, TextureSource, Vertices,
+};
 use crate::shader::Layout;
 use crate::shader::ModuleId;
 use parking_lot::Mutex;
@@ -47,8 +49,8 @@ pub(crate) struct PipelineKey {
 impl PipelineKey {
     pub(crate) fn of(draw: &PlanDraw, target_format: TextureFormat, samples: u32, has_depth: bool) -> Self {
         let vertex_attributes = match &draw.vertices {
-            crate::render::plan::Vertices::Count(_) => &[][..],
-            crate::render::plan::Vertices::Mesh { attributes, .. } => attributes,
+            Vertices::Count(_) => &[][..],
+            Vertices::Mesh { attributes, .. } => attributes,
         };
         Self {
             module: draw.module.clone(),
@@ -75,17 +77,23 @@ fn unfiltered(draw: &PlanDraw) -> Vec<u32> {
     draw.textures.iter().filter(|t| may_be_float32(&t.source)).map(|t| t.binding).collect()
 }
 
-/// Whether the draw's scissor rectangle contains a pixel.
-pub(super) fn has_pixels(draw: &PlanDraw) -> bool {
-    draw.scissor[0] < draw.scissor[2] && draw.scissor[1] < draw.scissor[3]
+/// Whether the draw has triangles, instances, and a pixel in its scissor rectangle. Other draws are skipped: wgpu panics at the empty buffers of a draw without
+/// triangles or instances.
+pub(super) fn draws_pixels(draw: &PlanDraw) -> bool {
+    let has_triangles = match &draw.vertices {
+        Vertices::Count(count) => *count > 0,
+        Vertices::Mesh { indices, .. } => !indices.is_empty(),
+    };
+    let [x0, y0, x1, y1] = draw.scissor;
+    has_triangles && draw.instances.count > 0 && x0 < x1 && y0 < y1
 }
 
-/// The pipeline keys of a plan's draws that have pixels, in order. `format`: target format by pass index.
+/// The pipeline keys of a plan's draws that are not skipped ([`draws_pixels`]), in order. `format`: target format by pass index.
 pub(super) fn pipeline_keys(plan: &Plan, format: impl Fn(usize) -> TextureFormat) -> Vec<PipelineKey> {
     let key = |k: usize, pass: &Pass, d: &PlanDraw| PipelineKey::of(d, format(k), u32::from(pass.samples), pass.depth);
     let passes = plan.passes.iter().enumerate();
     passes
-        .flat_map(|(k, pass)| pass.draws.iter().filter(|d| has_pixels(d)).map(move |d| (k, pass, d)))
+        .flat_map(|(k, pass)| pass.draws.iter().filter(|d| draws_pixels(d)).map(move |d| (k, pass, d)))
         .map(|(k, pass, d)| key(k, pass, d))
         .collect()
 }
@@ -171,7 +179,8 @@ impl Pipelines {
 }
 
 /// Number of threads that compile for a backend: as many as there are cores, but only one for GL. GL has one context, which only one thread uses at a time;
-/// wgpu panics when a call has waited for it for six seconds. With NVIDIA's GL driver, compiling the modules of one view on sixteen threads took longer than that.
+/// wgpu panics when a call has waited for it for six seconds. With NVIDIA's GL driver, compiling the modules of one view on sixteen threads took longer than
+/// that.
 fn compiler_threads(backend: wgpu::Backend) -> usize {
     if backend == wgpu::Backend::Gl { 1 } else { std::thread::available_parallelism().map_or(1, usize::from) }
 }

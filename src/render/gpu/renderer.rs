@@ -8,7 +8,7 @@ use super::adapters::{AdapterFacts, AdapterKind, OpenedDevice, open, open_gl};
 use super::bytes::{Buffers, DrawOffsets, FrameBytes};
 use super::gpu_images::GpuImages;
 use super::pass_timer::{MAX_TIMED_PASSES, PassTimer, TIMESTAMP_PAIR_BYTES, timed_pass_count};
-use super::pipelines::{Pipeline, PipelineKey, Pipelines, has_pixels, pipeline_keys};
+use super::pipelines::{Pipeline, PipelineKey, Pipelines, draws_pixels, pipeline_keys};
 use super::readback::Readback;
 use super::resolve::ResolvePipelines;
 use super::targets::{PassTarget, texture_format};
@@ -271,8 +271,8 @@ impl GpuRenderer {
         self.fatal_error.lock().clone().map_or(Ok(()), Err)
     }
 
-    /// Uploads a plan's data and submits its passes. Returns the number of texture bytes that were uploaded. Afterwards `resources` contain the last target, even
-    /// if it is the caller's texture ([`Self::submit_to_window`] removes that one).
+    /// Uploads a plan's data and submits its passes. Returns the number of texture bytes that were uploaded. Afterwards `resources` contains the last target,
+    /// even if it is the caller's texture ([`Self::submit_to_window`] removes that one).
     pub(super) fn submit(
         &self,
         resources: &mut FrameResources,
@@ -294,7 +294,7 @@ impl GpuRenderer {
         resources.pipelines.create(&self.device, &keys, modules)?;
         let mut keys = keys.iter();
         for (pass_index, (pass, offsets)) in plan.passes.iter().zip(offsets).enumerate() {
-            let draws = pass.draws.iter().zip(offsets).filter(|(d, _)| has_pixels(d)).zip(&mut keys);
+            let draws = pass.draws.iter().zip(offsets).filter(|(d, _)| draws_pixels(d)).zip(&mut keys);
             prepared.push(
                 draws.map(|((d, offsets), key)| self.prepare(resources, key, pass_index, d, offsets)).collect::<Result<Vec<_>, _>>()?,
             );
@@ -376,6 +376,9 @@ impl GpuRenderer {
     ) -> Result<PreparedDraw<'a>, GpuError> {
         let draw_error = |what: String| GpuError::Draw { draw: draw.label.clone(), what };
         let pipeline = resources.pipelines.get(key).ok_or_else(|| draw_error("has no pipeline".into()))?;
+        if let Some(location) = offsets.attributes.iter().position(|range| range.is_empty()) {
+            return Err(draw_error(format!("attribute {location} has no values")));
+        }
         let missing = |binding: u32| draw_error(format!("binding {binding} is not supplied"));
         let mut views = Vec::new();
         for texture in &pipeline.layout.textures {

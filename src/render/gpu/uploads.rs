@@ -2,7 +2,7 @@
 //!
 //! In: decoded textures. Out: views of GPU textures with the same mip levels; nothing is filtered here. A map is identified by the address of its
 //! decoded texture. The least recently used textures are evicted when the budget is exceeded. Large maps are uploaded in chunks. A table (a texture of
-//! one mip level, such as the profile of a ring) is identified by a digest of its content, because the scene module makes new textures of its tables in each
+//! one mip level, such as the limb profile of the Moon) is identified by a digest of its content, because the plan makes new textures of tables in each
 //! frame. Persistent tables, which their owner keeps from frame to frame, are identified by address, like maps.
 
 use crate::image::{SharedTexture, TexelFormat, Texture};
@@ -20,7 +20,7 @@ const BUDGET_BYTES: u64 = 1_500_000_000;
 /// Bytes of one chunk of an upload. At most two chunks are in flight: each occupies staging memory until the device has copied it.
 const CHUNK_BYTES: u64 = 32 << 20;
 
-/// A table that is identified by its content is evicted after this many frames without a use.
+/// A table that is identified by its content is evicted after this many frames without a use: one second at 60 frames per second.
 const UNUSED_TABLE_FRAMES: u64 = 60;
 
 #[derive(Clone, PartialEq, Eq, Hash)]
@@ -36,8 +36,8 @@ struct Uploaded {
     texture: wgpu::Texture,
     bytes: u64,
     last_used_frame: u64,
-    /// For [`TextureKey::ByAddress`], the decoded texture. Once it no longer exists, this entry is evicted; until then, the weak reference keeps its address from
-    /// being reused.
+    /// For [`TextureKey::ByAddress`], the decoded texture. Once it no longer exists, this entry is evicted; until then, the weak reference keeps its address
+    /// from being reused.
     decoded: Option<Weak<Texture>>,
 }
 

@@ -6,8 +6,8 @@
 use super::AdapterFacts;
 use wgpu::rwh::{HasDisplayHandle, RawDisplayHandle};
 
-/// Whether NVIDIA's own driver would be used on an X display without the GLX extension. The driver (580.159, found under Xvfb) then calls a null pointer as soon as it is
-/// asked for the formats of a surface, which ends the program. Mesa's driver for the same adapters (NVK) does not need the extension.
+/// Whether NVIDIA's own driver would be used on an X display without the GLX extension. The driver (580.159, found under Xvfb) then calls a null pointer as
+/// soon as it is asked for the formats of a surface, which ends the program. Mesa's driver for the same adapters (NVK) does not need the extension.
 pub(super) fn may_crash(adapter: &AdapterFacts, window: &impl HasDisplayHandle) -> bool {
     let is_x11 = || window.display_handle().is_ok_and(|d| matches!(d.as_raw(), RawDisplayHandle::Xlib(_) | RawDisplayHandle::Xcb(_)));
     is_nvidia_driver(adapter) && is_x11() && has_glx(None) == Some(false)

@@ -72,7 +72,7 @@ impl Plan {
 }
 
 /// Radiance of display white below which the HDR target needs f32: half a display level above black, 1 / (2 x 255 x 12.92) = 1.5e-4 of white, is then
-/// smaller than the smallest half float, 2^-24.
+/// smaller than the smallest positive half float, 2^-24. 12.92 is the slope of the sRGB curve at black.
 const DIM_WHITE: f64 = 4e-4;
 
 /// Plans one frame.
@@ -110,12 +110,13 @@ pub(super) fn steps_with_faces(
     Ok(steps)
 }
 
-/// The steps that draw into [`HDR_TARGET`] over a background colour. `faces_draw`: as in [`steps_with_faces`]; it is drawn over the stars and behind all bodies.
+/// The steps that draw into [`HDR_TARGET`], which is first filled with the colour `clear`. `faces_draw`: as in [`steps_with_faces`]; it is drawn over the
+/// stars and behind all bodies.
 pub(super) fn hdr_steps(
     scene: &Scene,
     provider: &impl ResourceProvider,
     sampling: SamplingQuality,
-    background: [f32; 4],
+    clear: [f32; 4],
     faces_draw: Option<PlanDraw>,
 ) -> Result<Vec<PassStep>, PlanError> {
     let (width, height) = (scene.camera.width, scene.camera.height);
@@ -125,12 +126,12 @@ pub(super) fn hdr_steps(
         height,
         format: if scene.exposure.white() < DIM_WHITE { ColourFormat::HdrF32 } else { ColourFormat::Hdr },
         samples: sampling.samples,
-        clear: background,
+        clear,
         depth: true,
     };
     let format = hdr.format;
     let over_hdr = |name, draws| PassStep { name, reads: vec![], writes: Write::Over(HDR_TARGET), draws };
-    let [.., opacity] = background;
+    let [.., opacity] = clear;
     let background = PassStep { name: "background", reads: vec![], writes: Write::New(hdr), draws: vec![] };
     let sky = over_hdr("sky", sky::background(scene, provider, opacity)?);
     let sky_lines = over_hdr("sky lines", simple_draws::lines_without_depth("sky lines", &scene.sky_lines, scene, provider)?);
@@ -229,8 +230,9 @@ fn mesh_vertices(draw: &Draw, key: &ShaderKey) -> Result<Vertices, PlanError> {
     Ok(Vertices::Mesh { attributes, indices: model.indices.clone() })
 }
 
-/// Only globes write depth; lines and points are tested against it. The layers of one body may be closer together than depth resolves, so they are
-/// drawn in the scene's order, without testing or writing depth.
+/// Only globes write depth. Lines in space, orbits, minor planets, comets and refracted limbs are tested against it. Points of bodies are not: the scene has
+/// removed the light that nearer bodies hide. The layers of one body may be closer together than depth resolves, so they are drawn in the scene's order,
+/// without testing or writing depth.
 fn depth_of(part: BodyPart) -> DepthState {
     let is_globe = part == BodyPart::Globe;
     DepthState { test: is_globe, write: is_globe }

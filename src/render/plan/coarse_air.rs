@@ -34,6 +34,7 @@ const COARSE_AIR_BINDING: u32 = 14;
 // 1/128. A texel's smallest bilinear weight is 1 / (2 COARSE_AIR_PX)^2: in x and y, a pixel's centre is at least half a pixel from each texel.
 const _: () = assert!(4 * COARSE_AIR_PX * COARSE_AIR_PX < 128);
 
+/// Whether the draw interpolates the coarse image.
 fn reads_coarse_air(draw: &Draw) -> bool {
     draw.features.air_pass.is_reader()
 }
@@ -80,6 +81,7 @@ pub(super) fn with_subimage_rows(draws: &[Draw], k: usize, screen: [u32; 2]) -> 
     let (ground, clouds) = ground_and_clouds(draws, k).unwrap_or((k, k));
     let first_row = |subimage| (subimage * coarse_air_subimage_size(screen)[1]) as f32;
     draw.uniforms.air.coarse_row = first_row(subimages_before(draws, ground));
+    // The sunlight's subimage follows that of the air (`subimages_of`).
     draw.uniforms.eclipse.coarse_row = first_row(subimages_before(draws, ground) + 1);
     draw.uniforms.clouds.coarse_row = first_row(subimages_before(draws, clouds));
     Cow::Owned(draw)

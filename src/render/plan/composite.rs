@@ -21,9 +21,10 @@ use std::sync::Arc;
 const STEREO_PASS: &str = "both eyes";
 /// Name of the warp pass.
 const WARP_PASS: &str = "screen";
-/// Taps (texture samples) per pixel along each axis with which the faces, or an image to be warped, are resampled.
+/// Taps (texture samples) per pixel along each axis with which the faces, or an image to be warped, are resampled. More antialias better; the time grows with
+/// the square.
 const TAPS: f32 = 4.0;
-/// The same for drafts, which have one sample per pixel.
+/// As [`TAPS`], for drafts, which have one sample per pixel.
 const DRAFT_TAPS: f32 = 2.0;
 
 fn stereo_module(layout: StereoLayout) -> &'static str {
@@ -34,7 +35,7 @@ fn stereo_module(layout: StereoLayout) -> &'static str {
     }
 }
 
-/// The module that resamples the faces. A perspective image has none.
+/// The module that resamples the faces of a dome or whole-sphere image; a perspective image has no faces.
 fn sphere_module(projection: Projection) -> &'static str {
     if projection == Projection::Fisheye { "fisheye" } else { "equirectangular" }
 }
@@ -109,7 +110,7 @@ fn plan_eyes(composite: &Composite, eyes: &Eyes, provider: &impl ResourceProvide
         append(&mut combined, plan(scene, provider, sampling)?.passes);
         images.push(last_pass(&combined));
     }
-    // The left eye's image ends at the last column of its frame.
+    // The left eye's image begins at `left_column` and ends at the last column of its frame.
     let [left_column, _] = eyes.columns;
     let eye_px = images.first().map_or([1, 1], |(_, [w, h])| [w - left_column, *h]);
     let is_side_by_side = eyes.layout == StereoLayout::SideBySide;

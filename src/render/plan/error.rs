@@ -3,7 +3,7 @@
 use super::graph::GraphError;
 use crate::shader::reflect::LayoutError;
 
-/// Why a scene cannot be planned: one line.
+/// The reason, in one line.
 #[derive(Debug, thiserror::Error)]
 pub enum PlanError {
     #[error("module {module}: {source}")]

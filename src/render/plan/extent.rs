@@ -52,6 +52,7 @@ impl Extent {
     /// that the ground's draw shows in part, the texels between which it does.
     pub(super) fn of(draw: &Draw, screen: [u32; 2], marked: Option<MarkedImage>) -> Option<Self> {
         let (features, uniforms) = (&draw.features, &draw.uniforms);
+        // The outline of a mesh, or of a limb with terrain, is no ellipse.
         if features.shape == Shape::Mesh || features.limb_heights {
             return None;
         }

@@ -1,10 +1,9 @@
 //! The frame graph: derives the order of passes, their targets and clears from the resources that each step reads and writes.
 //!
 //! A resource is a named colour target. In: [`PassStep`]s in any order, and the resource that is the final image. Out: a [`Plan`], whose passes are ordered so
-//! that each resource is finished before it is read. Steps that draw over the same resource become one pass, in the order in which they were declared, so that samples
-//! and depth need not be stored between them. Always: each resource is created once, each resource that is read is created, every draw contributes
-//! to the final image; a violation is a [`GraphError`]. The renderers execute passes only; the plan contains no resource names that they must
-//! resolve.
+//! that each resource is finished before it is read. Steps that draw over the same resource become one pass, in the order in which they were declared, so
+//! that samples and depth need not be stored between them. Always: each resource is created once, each resource that is read is created, every draw
+//! contributes to the final image; a violation is a [`GraphError`]. The plan refers to passes by index, so that the renderers need not know resource names.
 
 use super::passes::{ColourFormat, Pass, Plan, PlanDraw, TextureBinding, TextureSource};
 use std::collections::BTreeMap;
@@ -131,7 +130,7 @@ pub(crate) fn compile(steps: &[PassStep], image: &'static str) -> Result<Plan, G
         return Err(GraphError::NoImage(image));
     }
     let order = topological_order(&by_resource, image)?;
-    // The order contains only resources on which the image depends, so a cycle among others is reported as unconnected, not as circular.
+    // The order contains only resources on which the image depends, so a cycle among other resources is reported as unconnected, not as circular.
     if let Some(step) = steps.iter().find(|s| !order.contains(&s.resource())) {
         return Err(GraphError::Unconnected { step: step.name, resource: step.resource() });
     }
@@ -163,6 +162,7 @@ pub(crate) fn compile(steps: &[PassStep], image: &'static str) -> Result<Plan, G
 
 /// Lists passes, steps and draws in drawing order, as text.
 pub(crate) fn listing(steps: &[PassStep], plan: &Plan) -> String {
+    let plural = |count: usize| if count == 1 { "" } else { "s" };
     let mut text = String::new();
     for (k, pass) in plan.passes.iter().enumerate() {
         let depth = if pass.depth { ", depth" } else { "" };
@@ -173,13 +173,13 @@ pub(crate) fn listing(steps: &[PassStep], plan: &Plan) -> String {
             pass.height,
             pass.format,
             pass.samples,
-            if pass.samples == 1 { "" } else { "s" }
+            plural(pass.samples.into())
         ));
         for step in steps.iter().filter(|s| s.resource() == pass.name) {
             let reads: Vec<&str> = step.reads.iter().map(|r| r.resource).collect();
             let reads = if reads.is_empty() { String::new() } else { format!(", reads {}", reads.join(", ")) };
             let labels: Vec<String> = step.draws.iter().map(|d| format!("{} ({})", d.label, d.module)).collect();
-            text.push_str(&format!("  {}: {} draws{reads}\n", step.name, step.draws.len()));
+            text.push_str(&format!("  {}: {} draw{}{reads}\n", step.name, step.draws.len(), plural(step.draws.len())));
             labels.iter().for_each(|l| text.push_str(&format!("    {l}\n")));
         }
     }

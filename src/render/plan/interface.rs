@@ -19,6 +19,7 @@ use std::sync::Arc;
 pub const INTERFACE_MODULE: &str = "interface";
 /// Name of the resource that the step creates.
 const WINDOW_TARGET: &str = "window";
+/// Bindings of the module's texture and sampler.
 const TEXTURE_BINDING: u32 = 1;
 const SAMPLER_BINDING: u32 = 2;
 

@@ -43,6 +43,11 @@ fn glyph_quad(glyph: &Glyph, pen: [f64; 2], [r, g, b]: [f32; 3], opacity: f32) -
     GlyphQuad { corner_px, cell: [x, y, w, h], colour: [r, g, b, opacity] }
 }
 
+/// The ring-shaped marker around a centre, which is the middle of the pen's pixel.
+fn marker_quad(glyphs: &GlyphAtlas, [x, y]: [f64; 2], colour: [f32; 3], opacity: f32) -> GlyphQuad {
+    glyph_quad(&glyphs.marker, [x - 0.5, y - 0.5], colour, opacity)
+}
+
 /// Markers and names, the least important first, each name over its own shadow.
 fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let metrics = LabelMetrics::of_size(layer.size_px);
@@ -53,8 +58,7 @@ fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
         let text_colour = colour(if is_selected { SELECTED_COLOUR } else { NAME_COLOUR }).to_array();
         let centre = label.centre_px.to_array();
         if label.radius_px < MARKER_RADIUS * layer.size_px {
-            let pen = [centre[0] - 0.5, centre[1] - 0.5];
-            quads.push(glyph_quad(&glyphs.marker, pen, text_colour, if is_selected { 1.0 } else { MARKER_OPACITY }));
+            quads.push(marker_quad(glyphs, centre, text_colour, if is_selected { 1.0 } else { MARKER_OPACITY }));
         }
         if let Some(side) = label.name_side {
             let [x, y] = side.offset_px(&metrics, label.radius_px).to_array();
@@ -106,8 +110,7 @@ fn filled_bar(bar: &Bar, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
 fn margin_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let shadow_px = shadow_offset_px(layer.size_px);
     let margin = &layer.margin;
-    let ring_marker =
-        |centre: &glam::DVec2| glyph_quad(&glyphs.marker, [centre.x - 0.5, centre.y - 0.5], colour(NAME_COLOUR).to_array(), MARKER_OPACITY);
+    let ring_marker = |centre: &glam::DVec2| marker_quad(glyphs, centre.to_array(), colour(NAME_COLOUR).to_array(), MARKER_OPACITY);
     let text = |t: &TextLine| text_quads(&t.text, t.left_px.to_array(), colour(t.colour).to_array(), t.opacity as f32, glyphs, shadow_px);
     let shadow = |bar: &Bar| {
         let offset = glam::DVec2::splat(shadow_px);

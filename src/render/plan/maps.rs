@@ -30,7 +30,6 @@ const OVERLAY_SAMPLERS: [&str; 2] = ["overlay_sampler", "overlay_sampler_2"];
 pub const RING_PROFILE: &str = "ring_profile";
 /// The texture variable of the ring-shine table: light that the ring sends onto its globe.
 pub const RING_SHINE: &str = "ring_shine_table";
-
 /// The texture variable of the Moon's limb profile: heights of the terrain along the limb.
 pub const LIMB_TABLE: &str = "limb_table";
 
@@ -54,7 +53,7 @@ pub fn map_decoding(role: MapRole, files: &MapFiles, shape: Shape) -> MapDecodin
         (_, MapRole::Normal) => PoleFilter::Normals,
         _ => PoleFilter::Values,
     };
-    // The cloud map's values for a clear sky and for a closed cloud deck, stored as bits of f32.
+    // The cloud map's values for a clear sky and for a closed cloud deck. They are stored as the bits of f32 because `MapFiles` is compared and hashed.
     let opacity = files.cloud_texel_bits.filter(|_| role == MapRole::Clouds);
     let opacity = opacity.map(|bits| bits.map(f32::from_bits)).map(|[clear, closed]| OpacityTexels::new(clear, closed));
     MapDecoding { format: map_format(role), poles, opacity }

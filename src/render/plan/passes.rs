@@ -1,4 +1,4 @@
-//! The types of a render plan: passes, draws, bindings. They are plain values, which this folder makes and the renderers read.
+//! The types of a render plan: passes, draws, bindings. They are plain values, which the other files of this folder make and the renderers read.
 
 use super::extent::Extent;
 use crate::image::SharedTexture;
@@ -26,7 +26,7 @@ pub struct SamplerState {
 pub enum TextureSource {
     /// An image in CPU memory.
     Image(SharedTexture),
-    /// An image whose owner keeps it alive until its content changes, so that its address identifies the content.
+    /// An image in CPU memory whose owner keeps it alive until its content changes, so that its address identifies the content.
     Persistent(SharedTexture),
     /// The resolved colour target of an earlier pass, by pass index.
     PassOutput(usize),
@@ -83,7 +83,7 @@ pub enum ShadingRate {
     /// Each pixel's centre.
     #[default]
     PerPixel,
-    /// The draw adds light without fine structure. A renderer may interpolate it between fewer points where the error is at most a 500th of the light.
+    /// The draw adds light without fine structure. A renderer may interpolate it between fewer points where the error is at most about a 500th of the light.
     Interpolated,
 }
 

@@ -1,4 +1,4 @@
-//! Converts a rectangle in clip space to a scissor rectangle.
+//! Converts a rectangle in clip space to a scissor rectangle, in pixels of the target.
 
 use glam::Vec4;
 

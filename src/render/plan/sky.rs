@@ -14,6 +14,7 @@ use std::sync::{Arc, LazyLock};
 
 /// The module of the diffuse sky: shaders/entry/sky_background.wesl.
 const BACKGROUND_MODULE: &str = "sky_background";
+/// Bindings of the texture and the sampler in this module and in sky_image.wesl.
 const MAP_BINDING: u32 = 1;
 const SAMPLER_BINDING: u32 = 2;
 

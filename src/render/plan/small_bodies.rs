@@ -15,9 +15,10 @@ use crate::scene::sky::minor_planets::{LIGHT_TIME_PER_AU, NEAR_AU};
 use crate::scene::{CORE_SIGMA_PX, GLARE_FRACTION, GLARE_RADIUS_EXPONENT, GLARE_SCALE_RADIUS_PX, MAX_RADIUS_PX, POINT_RADIUS_PX, Scene};
 use std::sync::Arc;
 
-/// All minor planets in one draw; the shader computes their positions from their orbital elements.
+/// All minor planets in one draw, or none without minor planets; the shader computes their positions from their orbital elements.
 pub(super) fn minor_planets(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
-    let Some(minor_planets) = &scene.minor_planets else { return Ok(Vec::new()) };
+    // A user's file may list only bodies of the catalog, which are no minor planets here.
+    let Some(minor_planets) = scene.minor_planets.as_ref().filter(|m| !m.times.is_empty()) else { return Ok(Vec::new()) };
     let attribute = |components: u32, values: &Arc<Vec<f32>>| Attribute { components, values: Arc::clone(values) };
     let (elements, count) = (&minor_planets.columns, u32::try_from(minor_planets.times.len()).unwrap_or(u32::MAX));
     let attributes = vec![

@@ -1,4 +1,7 @@
 //! Fills the uniform block of a body's draw by the names of its module's fields.
+//!
+//! In: the module's layout and the draw's uniforms. Out: the bytes of the block. Always: each field of the module gets a value, or there is an error. Not
+//! here: the uniforms of simple shaders (`simple_draws`).
 
 use crate::scene::draw::DrawUniforms;
 use crate::scene::draw::uniforms::UniformValue;

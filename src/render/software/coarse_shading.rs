@@ -1,8 +1,8 @@
 //! Shades smooth light at the middle of every 4x4 pixels and interpolates between these points.
 //!
 //! In: a draw that permits it ([`ShadingRate::Interpolated`](crate::render::plan::ShadingRate)), and its only triangle in the tile. Out: its light, added
-//! to each half of the tile (64x32 pixels, which one batch of 128 points spans) that the triangle covers. Always: the error is at most a 500th of the
-//! light (0.25 of a level of 255 at white, less in the dark), because the second differences between points are bounded. Where they exceed the bound, as
+//! to each half of the tile (64x32 pixels, which one batch of 128 points spans) that the triangle covers. Always: the error is at most about a 500th of
+//! the light (0.25 of a level of 255 at white, less in the dark), because the second differences between points are bounded. Where they exceed the bound, as
 //! near the Sun and where the light ends, nothing is drawn here, and the caller shades every pixel. Not here: which draws permit it (scene).
 
 // The compiler vectorises loops by index over several arrays of one fixed length.

@@ -3,6 +3,9 @@
 //! A batch is 32 quads (128 lanes) in the order in which triangles cover them; a block of 16x8 pixels has as many. Quads of several triangles of one draw
 //! share a batch, so that small triangles use all lanes too; the batches of a large triangle are complete blocks. If a program neither discards nor writes
 //! depth, depth is tested before shading, so that hidden quads are not shaded. Results are blended in quad order, which keeps the triangle order.
+//!
+//! In: the draw's triangles that may cover the tile, and its fragment program. Out: the tile's colour and depth. Not here: coverage (`raster::coverage`),
+//! lane inputs (`lane_inputs`), and the stored samples (`tiles`, `tile_depth`).
 
 use super::coarse_shading::{InterpolatedLight, Tile, shade_coarsely};
 use super::exec::{ExecutionCounts, LaneMask, TextureUnit};

@@ -10,6 +10,7 @@
 use super::exec::LANES;
 use super::raster::coverage;
 use crate::shader::{ModuleId, ShaderModule, generator};
+use crate::units::srgb_to_linear;
 use sha2::{Digest, Sha256};
 use std::sync::LazyLock;
 
@@ -57,7 +58,7 @@ pub struct ToneMapUniforms {
 /// Bits of the least linear value in the table, 2^-13, which is shown as level 0, and of the greatest, the largest f32 below 1.
 const FIRST_BITS: u32 = (127 - 13) << 23;
 const LAST_BITS: u32 = 0x3f7f_ffff;
-/// A cell is a range of values with equal high bits. A factor of two is divided into 128 cells, so that a cell spans at most 1/128 of its values. The
+/// A cell is a range of values with equal high bits. A factor of two is divided into 128 cells, so that the width of a cell is at most 1/128 of its values. The
 /// curve's slope is at most 255 * 1.055 / 2.4 = 112.1 levels per unit of the natural logarithm, so that it rises by less than a level in a cell: a cell
 /// has at most one threshold.
 const CELL_BITS: u32 = 16;
@@ -69,8 +70,7 @@ static LEVELS: LazyLock<Box<[u32; CELLS]>> = LazyLock::new(|| {
     let mut threshold_bits = [LAST_BITS + 1; 256];
     for (level, bits) in threshold_bits.iter_mut().enumerate().skip(1) {
         // The middle between this level and the one below.
-        let encoded = (level as f64 - 0.5) / 255.0;
-        let linear = if encoded <= 12.92 * 0.003_130_8 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) };
+        let linear = srgb_to_linear((level as f64 - 0.5) / 255.0);
         // The smallest f32 that is not below `linear`.
         let nearest = linear as f32;
         *bits = nearest.to_bits() + u32::from(f64::from(nearest) < linear);
@@ -291,7 +291,8 @@ impl ToneMapUniforms {
         }
     }
 
-    /// The tone curve `filmic` of shaders/lib/display.wesl. It changes no value of a pixel whose greatest value is at most `linear_limit`.
+    /// The tone curve `filmic` of shaders/lib/display.wesl. It changes no value of a pixel whose greatest value is at most `linear_limit`. The shoulder has the
+    /// value 0.8 and the slope 1 at 0.8, and approaches 1.
     #[inline(always)]
     fn compress(&self, [r, g, b]: &mut [[f32; LANES]; 3]) {
         for i in 0..LANES {

@@ -2,7 +2,7 @@
 //!
 //! In: any features. Out: the canonical features that give the same image, and the rules that led there, each with its reason.
 
-use super::dimension::{DIMENSIONS, Dimension};
+use super::dimension::{DIMENSIONS, Dimension, MAX_LIGHTS};
 use crate::scene::draw::{AirPass, AtmosphereModel, Detail, DrawFeatures, EclipseModel, PixelView, RingShadow, Shape, Surface};
 use std::sync::OnceLock;
 
@@ -354,8 +354,7 @@ pub fn reductions(features: &DrawFeatures) -> Vec<&'static CanonicalRule> {
 
 fn reduce(features: &DrawFeatures, mut applied: impl FnMut(&'static CanonicalRule)) -> DrawFeatures {
     let mut reduced = *features;
-    // The dimension `lights` has no greater value.
-    reduced.lights = reduced.lights.min(3);
+    reduced.lights = reduced.lights.min(MAX_LIGHTS);
     while let Some((rule, dimension, value)) = first_reduction(&reduced) {
         (dimension.set)(&mut reduced, value);
         applied(rule);
@@ -376,6 +375,13 @@ mod tests {
             assert!(d.texts.contains(&rule.value), "{}: no value {:?}", rule.dimension, rule.value);
             assert!(samples.iter().any(|f| (rule.applies)(f)), "{} never applies", rule.because);
         }
+    }
+
+    /// This layer may not use these constants of `scene` and `catalog`, and repeats them.
+    #[test]
+    fn the_greatest_counts_are_those_of_scene_and_catalog() {
+        use super::super::dimension::MAX_OVERLAYS;
+        assert_eq!((MAX_LIGHTS, MAX_OVERLAYS), (crate::scene::effects::MAX_LIGHTS, crate::catalog::MAX_OVERLAYS));
     }
 
     #[test]

@@ -129,7 +129,8 @@ fn combinations_of<'a>(features: &DrawFeatures, choices: &'a [(Vec<usize>, usize
     choices.iter().map(move |(c, start)| start + c.iter().fold(0, |index, d| index * value_count(*d) + values[*d]))
 }
 
-/// Number of random completions that are compared for each combination that is not covered yet, besides a first one.
+/// Number of random completions that are compared for each combination that is not covered yet, besides a first one. More tries give fewer keys, but take
+/// longer.
 const TRIES: usize = 12;
 
 /// Keys that contain every possible combination of values of any `t` dimensions, sorted; the result is deterministic.

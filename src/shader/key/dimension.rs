@@ -60,6 +60,10 @@ pub struct Dimension {
     pub set: fn(&mut DrawFeatures, usize),
 }
 
+/// Greatest number of lights in a key (the Sun and two other bodies), as `scene::effects::MAX_LIGHTS`.
+pub(super) const MAX_LIGHTS: u8 = 3;
+/// Greatest number of overlays in a key, as `catalog::MAX_OVERLAYS`.
+pub(super) const MAX_OVERLAYS: u8 = 2;
 const SURFACES: [Surface; 8] = Surface::ALL;
 const SHAPES: [Shape; 3] = [Shape::Sphere, Shape::Ellipsoid, Shape::Mesh];
 const VIEWS: [PixelView; 10] = PixelView::ALL;
@@ -132,7 +136,7 @@ pub static DIMENSIONS: &[Dimension] = &[
         texts: &["", "overlay1", "overlay2"],
         feature_names: &["", "overlays.1", "overlays.2"],
         cumulative: true,
-        get: |f| usize::from(f.overlays).min(2),
+        get: |f| usize::from(f.overlays.min(MAX_OVERLAYS)),
         set: |f, v| f.overlays = v as u8,
     },
     Dimension {
@@ -142,7 +146,7 @@ pub static DIMENSIONS: &[Dimension] = &[
         texts: &["sun0", "sun1", "sun2", "sun3"],
         feature_names: &["", "lights.1", "lights.2", "lights.3"],
         cumulative: true,
-        get: |f| usize::from(f.lights).min(3),
+        get: |f| usize::from(f.lights.min(MAX_LIGHTS)),
         set: |f, v| f.lights = v as u8,
     },
     Dimension {

@@ -3,8 +3,8 @@
 //! In: the scene's [`DrawFeatures`]. Out: [`ShaderKey`], a plain value with a text form. Always: a key is canonical, so draws that differ
 //! only in features without an effect on the image have equal keys. A dimension is one choice in a key, stored in one field of `DrawFeatures`. A table
 //! ([`dimension::DIMENSIONS`]) gives each dimension its values, their texts, and the names that `@if` conditions of the WESL files test. A list
-//! ([`canonical::RULES`]) states which values have no effect in combination with others. A new dimension needs a field of `DrawFeatures`, a row of the table and
-//! its rules. Not here: the code of the module that a key identifies.
+//! ([`canonical::RULES`]) states which values have no effect in combination with others. A new dimension needs a field of `DrawFeatures`, a row of the table
+//! and its rules. Not here: the code of the module that a key identifies.
 
 #[doc(hidden)]
 mod canonical;

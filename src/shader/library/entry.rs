@@ -12,6 +12,7 @@ use crate::unwinding::catch_panic;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+/// The first bytes of an entry: its kind and the version of this format.
 const MAGIC: [u8; 8] = *b"ORRSHD\x00\x02";
 const CHECKSUM: std::ops::Range<usize> = 8..40;
 
@@ -62,9 +63,9 @@ struct DecodedModule {
 }
 
 /// The bytes of an entry; `None` if the module cannot be encoded. `generator`: the generator digest.
-pub fn encode(generator: &str, m: &ShaderModule) -> Option<Vec<u8>> {
-    let head = Head { generator: generator.to_owned(), module: m.id.to_string() };
-    let module = EncodedModule { wgsl: &m.wgsl, module: &m.module, source_map: &m.source_map, tape: &m.tape };
+pub fn encode(generator: &str, ShaderModule { id, wgsl, module, source_map, tape, .. }: &ShaderModule) -> Option<Vec<u8>> {
+    let head = Head { generator: generator.to_owned(), module: id.to_string() };
+    let module = EncodedModule { wgsl, module, source_map, tape };
     let content = postcard::to_stdvec(&(head, module)).ok()?;
     let mut bytes = MAGIC.to_vec();
     bytes.extend_from_slice(&Sha256::digest(&content));

@@ -315,18 +315,18 @@ impl ShaderLibrary {
     }
 
     pub fn statistics(&self) -> Statistics {
-        let c = &self.counters;
+        let counters = &self.counters;
         let number = |n: &AtomicU64| n.load(Ordering::Relaxed);
         let seconds = |n: &AtomicU64| Duration::from_nanos(n.load(Ordering::Relaxed)).as_secs_f64();
         Statistics {
-            from_memory: number(&c.from_memory),
-            from_disk: number(&c.from_disk),
-            reading_s: seconds(&c.reading_ns),
-            emitted: number(&c.emitted),
-            emitting_s: seconds(&c.emitting_ns),
-            written: number(&c.written),
-            writing_s: seconds(&c.writing_ns),
-            repaired: number(&c.repaired),
+            from_memory: number(&counters.from_memory),
+            from_disk: number(&counters.from_disk),
+            reading_s: seconds(&counters.reading_ns),
+            emitted: number(&counters.emitted),
+            emitting_s: seconds(&counters.emitting_ns),
+            written: number(&counters.written),
+            writing_s: seconds(&counters.writing_ns),
+            repaired: number(&counters.repaired),
         }
     }
 
@@ -379,26 +379,30 @@ impl ShaderLibrary {
         }
     }
 
-    /// For callers that could not run these modules. Builds anew those that came from disk, and drops each entry that differs: a tampered entry, which decodes
-    /// but was not written by the generator. Returns the number of dropped entries.
+    /// For callers that could not run these modules. Builds anew those that came from disk, and replaces each that differs, in memory and on disk: its entry
+    /// was tampered with, that is, it decodes but was not written by the generator. Returns the number of replaced modules.
     pub fn replace_tampered(&self, ids: &[ModuleId]) -> usize {
         let generator = self.current_generator();
-        let is_tampered = |id: &&ModuleId| {
-            let cell = self.modules.lock().peek(id).cloned();
-            let Some(Ok((loaded, Origin { outcome: CacheOutcome::Read, .. }))) = cell.as_ref().and_then(|s| s.get()) else { return false };
-            let built = ShaderModule::build_with(&generator.fragments, id, &self.lowering).ok();
-            built.is_some_and(|built| entry::encode(&generator.digest, &built) != entry::encode(&generator.digest, loaded))
+        let rebuilt_if_tampered = |id: &ModuleId| {
+            let cell = self.modules.lock().peek(id).cloned()?;
+            let Some(Ok((loaded, Origin { outcome: CacheOutcome::Read, .. }))) = cell.get() else { return None };
+            let start = Instant::now();
+            let built = ShaderModule::build_with(&generator.fragments, id, &self.lowering).ok()?;
+            let origin = Origin { outcome: CacheOutcome::Rebuilt, took_ms: start.elapsed().as_secs_f64() * 1e3 };
+            let is_tampered = entry::encode(&generator.digest, &built) != entry::encode(&generator.digest, loaded);
+            is_tampered.then_some((built, origin))
         };
-        let tampered: Vec<&ModuleId> = ids.iter().filter(is_tampered).collect();
-        for id in &tampered {
-            let path = self.entry_path(id).unwrap_or_default();
+        let mut replaced = 0;
+        for id in ids {
+            let (Some((built, origin)), Some(path)) = (rebuilt_if_tampered(id), self.entry_path(id)) else { continue };
             (self.report)(&format!("shader library: {} is replaced: it differs from what the generator emits", path.display()));
             self.counters.repaired.fetch_add(1, Ordering::Relaxed);
-            // Removed from disk and memory, the module is rebuilt at the next request.
-            drop(std::fs::remove_file(path));
-            self.modules.lock().remove(id);
+            self.write(&generator.digest, &built, &path);
+            // In memory too: if the entry cannot be written, reading it again would make the caller fail again, without end.
+            self.modules.lock().insert(id.clone(), Arc::new(OnceLock::from(Ok((Arc::new(built), origin)))));
+            replaced += 1;
         }
-        tampered.len()
+        replaced
     }
 
     /// Removes every entry of every generator, and temporary files of crashed writers. Returns the number of files removed.

@@ -12,8 +12,8 @@ pub const ROOT: u32 = 0;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Block {
     Root,
-    /// A branch of a chain of `@if`, `@elif` and `@else`: emitted if `parent` is emitted, its own condition holds, and the condition of no earlier branch of the
-    /// chain holds. `unless`: the branch directly before it.
+    /// A branch of a chain of `@if`, `@elif` and `@else`: emitted if `parent` is emitted, its own condition holds, and the condition of no earlier branch of
+    /// the chain holds. `unless`: the branch directly before it.
     When {
         parent: u32,
         condition: Condition,

@@ -54,7 +54,7 @@ impl FeatureSet {
     }
 }
 
-/// Every name that a condition may use (features as WESL identifiers, and predicates), with its value for these features: the input of a WESL compiler.
+/// Every name that a condition may use (features as WESL identifiers, and predicates), with its value for these features: what a WESL compiler needs.
 pub fn values_of_names(features: FeatureSet) -> impl Iterator<Item = (&'static str, bool)> {
     NAMES.iter().map(move |(name, condition)| (name.as_str(), condition.holds(features)))
 }

@@ -89,7 +89,8 @@ pub static PREDICATES: &[Predicate] = &[
     ),
     predicate(
         "needs_ray_differentials",
-        "(shape_sphere || shape_ellipsoid) && (maps_albedo || maps_normal || maps_specular || maps_night || maps_cloud_shadow || surface_cloud || view_uv || overlays_1)",
+        "(shape_sphere || shape_ellipsoid) && (maps_albedo || maps_normal || maps_specular || maps_night || maps_cloud_shadow || surface_cloud || \
+         view_uv || overlays_1)",
         "a pixel's footprint on a map is computed from the derivatives of its view ray",
     ),
     predicate(

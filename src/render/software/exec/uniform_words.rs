@@ -1,7 +1,7 @@
 //! Reads words of a uniform block: one, or one per lane where the index differs between lanes.
 //!
 //! In: the block's words, an element's index, and the position of the elements in the block ([`UniformElements`]). Out: values. Always: an index beyond
-//! the last element reads the last one, and a word beyond the block reads as 0. Not here: the layout of the block (`shader::layout`).
+//! the last element reads the last one, and a word beyond the block reads as 0. Not here: the layout of the block (`shader::reflect`).
 
 use super::LANES;
 use crate::render::software::math::Real;

@@ -1,4 +1,7 @@
 //! The only definition of what each operation computes on one lane. Constant folding, operations on registers and the SIMD kernels share it.
+//!
+//! In: up to three operands. Out: the result. Always: no operand traps; integer division by zero and shifts beyond 31 bits have the results that WGSL
+//! specifies.
 
 use crate::render::software::math::Real;
 use crate::render::software::tape::Op;
@@ -63,6 +66,7 @@ fn to_half(x: f32) -> u32 {
     let subnormal = (f32::from_bits(a) + 0.5).to_bits().wrapping_sub(0x3f00_0000);
     // 0xc8000000 changes the exponent's bias from 127 to 15; 0xfff and the lowest kept bit round to nearest, ties to even.
     let normal = a.wrapping_add(0xc800_0fff).wrapping_add((a >> 13) & 1) >> 13;
+    // 2^-14 is the smallest normal half; values from 2^16 on are beyond all halves.
     let finite = if a < 0x3880_0000 { subnormal } else { normal };
     let nan_or_infinity = if a > 0x7f80_0000 { 0x7e00 } else { 0x7c00 };
     sign | if a >= 0x4780_0000 { nan_or_infinity } else { finite }
@@ -89,6 +93,7 @@ fn leading_zeros(mut x: u32) -> u32 {
     x |= x >> 16;
     count_ones(!x)
 }
+/// The sum of the bits by pairs, nibbles and bytes (Warren, Hacker's Delight, 5-1), which vectorises without a population-count instruction.
 #[inline(always)]
 fn count_ones(x: u32) -> u32 {
     let x = x - ((x >> 1) & 0x5555_5555);

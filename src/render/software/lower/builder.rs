@@ -1,5 +1,8 @@
 //! Builds the steps (instructions in SSA form). Folds constants, simplifies, finds equal computations (value numbering), and determines the rate of each value.
 //!
+//! In: operations and their operands. Out: their results, and the steps that compute them. Always: a result is reused only where it has been computed. Not
+//! here: control flow (`control_flow.rs`), and the passes over all steps (`finish.rs`).
+//!
 //! A value's rate states how often it is computed: constant; per draw (once, on the draw tape); shared (one value for all lanes, on the lane tape
 //! because it may change in a loop); per lane. The result of an operation has the highest rate among its operands.
 

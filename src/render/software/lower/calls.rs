@@ -1,4 +1,6 @@
 //! Lowers calls by inlining every function at its call sites, except calls that become one native operation (`native.rs`).
+//!
+//! In: a function and its arguments. Out: the scalars of its result. Always: the callee's variables are removed from the environment when it returns.
 
 use super::error::Result;
 use super::lowerer::{CallFrame, Lowerer};

@@ -2,6 +2,8 @@
 //!
 //! Both sides of a branch on a lane value (a condition that may differ between lanes) run, each after a jump that skips it if no lane needs it; scalars that
 //! differ between the sides are merged by a `select`. Loops remain loops: the scalars that change in a loop become loop variables (phi values).
+//!
+//! In: a condition, or the parts of a `switch` or loop. Out: steps, and the environment after them. Not here: exits from blocks (`statements.rs`).
 
 use super::error::Result;
 use super::lowerer::{LoopFlags, Lowerer, OpenLoop};

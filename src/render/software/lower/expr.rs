@@ -1,4 +1,7 @@
-//! Lowers expressions. Each becomes a list of scalar values, a place (the target of a pointer), or a texture or sampler.
+//! Lowers expressions.
+//!
+//! In: an expression of naga's IR. Out: a list of scalar values, a place (the target of a pointer), or a texture or sampler; an error for an expression that
+//! the software renderer does not support. Not here: built-in functions (`functions.rs`), loads and stores (`place.rs`).
 
 use super::error::Result;
 use super::lowerer::Lowerer;

@@ -1,6 +1,8 @@
 //! Turns SSA steps into the stored program: dead-code elimination, fused multiply-add, merging of jumps, loop-invariant code motion, fusion into chains
 //! (`FusedKernel`), then allocation of slots (one value per lane) by live range. Each value that all lanes share gets a register of its own.
 //!
+//! In: the builder's steps, and the program's inputs and outputs. Out: the tapes. Not here: the passes in `loops.rs` and `chains.rs`.
+//!
 //! A lane value is live from its first write to its last use. If a loop uses a value from before the loop, the value is live to the loop's end. The slot freed
 //! last is reused first. Always: a result never shares the slot of an operand, so that kernels may assume that they do not overlap. The only exception
 //! is a copy, which then emits no instruction.
@@ -46,20 +48,24 @@ fn eliminate_dead_code(builder: &mut SsaBuilder, outputs: &[SsaValue]) {
     };
     builder.lane_steps.retain(keep);
     builder.draw_steps.retain(keep);
-    loop {
-        let jump_to_next = builder.lane_steps.windows(2).position(|pair| {
-            let (SsaStep::SkipIfNoLane { label, .. } | SsaStep::JumpIf { label, .. } | SsaStep::Jump { label }) = &pair[0] else {
-                return false;
-            };
-            matches!(&pair[1], SsaStep::Label(next) if label == next)
-        });
-        match jump_to_next {
-            Some(i) => {
-                builder.lane_steps.remove(i);
-            }
-            None => break,
+    remove_jumps_to_next(&mut builder.lane_steps);
+}
+
+/// Removes each jump to the next step. Steps are visited from the last to the first, because a removed jump may leave an earlier one directly before its label.
+fn remove_jumps_to_next(code: &mut Vec<SsaStep>) {
+    let mut kept: Vec<SsaStep> = Vec::with_capacity(code.len());
+    for step in code.drain(..).rev() {
+        let label = match &step {
+            SsaStep::SkipIfNoLane { label, .. } | SsaStep::JumpIf { label, .. } | SsaStep::Jump { label } => Some(*label),
+            _ => None,
+        };
+        let is_jump_to_next = label.is_some_and(|label| kept.last() == Some(&SsaStep::Label(label)));
+        if !is_jump_to_next {
+            kept.push(step);
         }
     }
+    kept.reverse();
+    *code = kept;
 }
 
 /// A multiplication that may be fused with the addition that reads it.
@@ -356,6 +362,27 @@ fn scalar_instr(step: &SsaStep, operand: &dyn Fn(SsaValue) -> Result<Operand, Lo
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::time::{Duration, Instant};
+
+    /// Jumps that become jumps to the next step are removed together with those before them, in a time proportional to the number of steps: 100,000 removals
+    /// from a vector one by one would take minutes.
+    #[test]
+    fn jumps_to_the_next_step_are_removed_in_linear_time() {
+        let mut builder = SsaBuilder::new();
+        let mask = builder.fresh_lane();
+        let skip = |label| SsaStep::SkipIfNoLane { mask, label };
+        let nested = |label| [skip(label), SsaStep::Jump { label }, SsaStep::Label(label)];
+        let mut code: Vec<SsaStep> = (0..100_000).flat_map(nested).collect();
+        let start = Instant::now();
+        remove_jumps_to_next(&mut code);
+        assert!(code.len() == 100_000 && code.iter().all(|step| matches!(step, SsaStep::Label(_))), "{} steps are left", code.len());
+        assert!(start.elapsed() < Duration::from_secs(10), "{:?}", start.elapsed());
+        // A jump past another step stays.
+        let mut code = vec![skip(1), SsaStep::LoopStart, SsaStep::Label(1), skip(2), SsaStep::Label(1), SsaStep::Label(2)];
+        let before = code.clone();
+        remove_jumps_to_next(&mut code);
+        assert_eq!(code, before);
+    }
 
     #[test]
     fn a_value_that_no_step_writes_is_an_error() {

@@ -87,10 +87,18 @@ pub(crate) fn merge_jumps(code: &mut Vec<SsaStep>) {
         [SsaStep::JumpIf { label, .. }, SsaStep::Jump { .. }, SsaStep::Label(next)] => label == next,
         _ => false,
     };
-    while let Some(jump) = code.windows(3).position(is_jump_over_jump) {
-        if let (SsaStep::JumpIf { cond, when, .. }, SsaStep::Jump { label }) = (&code[jump], &code[jump + 1]) {
-            code[jump] = SsaStep::JumpIf { cond: *cond, when: !*when, label: *label };
-            code.remove(jump + 1);
+    let conditional_jumps: Vec<usize> =
+        code.windows(3).enumerate().filter(|(_, steps)| is_jump_over_jump(steps)).map(|(index, _)| index).collect();
+    let mut removed = HashSet::default();
+    for index in conditional_jumps {
+        if let (SsaStep::JumpIf { cond, when, .. }, SsaStep::Jump { label }) = (&code[index], &code[index + 1]) {
+            code[index] = SsaStep::JumpIf { cond: *cond, when: !*when, label: *label };
+            removed.insert(index + 1);
         }
     }
+    let mut index = 0;
+    code.retain(|_| {
+        index += 1;
+        !removed.contains(&(index - 1))
+    });
 }

@@ -23,8 +23,8 @@ pub(crate) struct NamedValueCapture {
     pub captured: Vec<CapturedValue>,
     /// Index in `captured` by name.
     pub index_of: HashMap<String, usize>,
-    /// For each call path of a caller and each callee, the addresses of the call statements in order of first appearance. An address identifies a call
-    /// even if a loop around it is lowered several times.
+    /// By the caller's call path and the callee's name: the addresses of the call statements, in order of first appearance. An address identifies a call even
+    /// if a loop around it is lowered several times.
     pub calls: HashMap<(String, String), Vec<usize>>,
     /// Names of the functions being inlined, outermost first.
     pub call_path: Vec<String>,

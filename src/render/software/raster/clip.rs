@@ -4,9 +4,10 @@
 //! positive, whose depth is in 0..=1 and whose pixel coordinates stay within the guard band. Varyings are not clipped: their planes are computed
 //! from the unclipped triangle, so new corners need no interpolated values.
 
-/// Triangles are clipped to this distance from the target's top-left corner along each axis. The largest target is 16384 pixels wide.
+/// Triangles are clipped to this distance from the target's top-left corner along each axis. The largest target is 16384 pixels wide; edge functions of
+/// positions inside the band fit into i64.
 pub(crate) const GUARD_BAND_PX: f64 = 65536.0;
-/// Smallest w that is kept, divided by the triangle's greatest w. It is positive, so that coordinates can be divided by w.
+/// Smallest w that is kept, divided by the triangle's greatest w. It is positive, so that coordinates can be divided by w, and far above the rounding of f64.
 const MIN_W_RATIO: f64 = 1.0e-12;
 
 /// A vertex in homogeneous pixel coordinates: pixel = (x / w, y / w), reversed depth = z / w.

@@ -4,8 +4,7 @@
 //!
 //! A tile is 64x64 pixels, divided into blocks of 16x8 pixels, and these into quads of 2x2. Lane order goes through blocks, quads and the quad's pixels (its
 //! `corner`: top left, top right, bottom left, bottom right). The index of a pixel in its tile is `block * 128 + quad * 4 + corner`; `TilePixels` maps it to
-//! x and y. The coverage of a quad is sixteen bits:
-//! four per pixel, one per sample (with one sample per pixel only the lowest of the four is used).
+//! x and y. The coverage of a quad is sixteen bits: four per pixel, one per sample. With one sample per pixel, only the lowest of the four is used.
 
 use super::setup::{RasterTriangle, STEPS_PER_PIXEL};
 
@@ -27,8 +26,9 @@ pub(crate) const BLOCK_PIXELS: usize = (BLOCK_WIDTH * BLOCK_HEIGHT) as usize;
 /// Number of blocks in a tile.
 pub(crate) const TILE_BLOCKS: usize = TILE_PIXELS / BLOCK_PIXELS;
 
-/// Sample positions inside a pixel: the standard 4x pattern of Vulkan, Direct3D and WebGPU, in fixed point.
+/// Sample positions inside a pixel: the standard 4x pattern of Vulkan, Direct3D and WebGPU, in fixed point ([`STEPS_PER_PIXEL`]).
 const SAMPLES_4: [[i64; 2]; 4] = [[1536, 512], [3584, 1536], [512, 2560], [2560, 3584]];
+/// The pixel's centre.
 const SAMPLES_1: [[i64; 2]; 1] = [[2048, 2048]];
 
 /// Sample positions of a pixel, in fixed point.

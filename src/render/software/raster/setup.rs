@@ -16,11 +16,11 @@ pub(crate) const STEPS_PER_PIXEL: i64 = 4096;
 /// The grid of the rasteriser's vertex positions: a vertex moves to the nearest point of the grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum VertexGrid {
-    /// 1/4096 pixel: a silhouette moves by at most 0.00012 pixel along each axis.
+    /// 1/4096 pixel: a silhouette moves by at most 1/8192 pixel along each axis.
     #[default]
     Fine,
     /// 1/256 pixel, as on GPUs (Direct3D 11.3 Functional Specification, 3.4.4.1; `subPixelPrecisionBits` is 8 with most Vulkan drivers). Images
-    /// that are compared with a GPU's need it: a silhouette moves by up to 0.002 pixel along each axis, which decides whether an edge covers a pixel's centre.
+    /// that are compared with a GPU's need it: a silhouette moves by up to 1/512 pixel along each axis, which may decide whether a pixel's centre is covered.
     Gpu,
 }
 
@@ -221,23 +221,27 @@ fn edge(from: [i64; 2], to: [i64; 2]) -> EdgeFunction {
 
 /// A part of a source triangle; `None` if it lies outside the scissor rectangle, or if snapping has collapsed it or reversed its winding.
 /// `is_clockwise`: the winding of the source triangle on the screen.
-fn raster_triangle(mut p: [[i64; 2]; 3], is_clockwise: bool, raster_state: &RasterState, source_triangle: u32) -> Option<RasterTriangle> {
-    let area = (p[1][0] - p[0][0]) * (p[2][1] - p[0][1]) - (p[1][1] - p[0][1]) * (p[2][0] - p[0][0]);
-    if area == 0 || (area > 0) != is_clockwise {
+fn raster_triangle(
+    [a, b, c]: [[i64; 2]; 3],
+    is_clockwise: bool,
+    raster_state: &RasterState,
+    source_triangle: u32,
+) -> Option<RasterTriangle> {
+    let doubled_area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+    if doubled_area == 0 || (doubled_area > 0) != is_clockwise {
         return None;
     }
-    if area < 0 {
-        p.swap(1, 2);
-    }
-    let min_pixel = |axis: usize| p[0][axis].min(p[1][axis]).min(p[2][axis]).div_euclid(STEPS_PER_PIXEL);
-    let max_pixel = |axis: usize| p[0][axis].max(p[1][axis]).max(p[2][axis]).div_euclid(STEPS_PER_PIXEL) + 1;
+    // Edge functions are for clockwise triangles.
+    let (b, c) = if doubled_area < 0 { (c, b) } else { (b, c) };
+    let min_pixel = |axis: usize| a[axis].min(b[axis]).min(c[axis]).div_euclid(STEPS_PER_PIXEL);
+    let max_pixel = |axis: usize| a[axis].max(b[axis]).max(c[axis]).div_euclid(STEPS_PER_PIXEL) + 1;
     let [sx0, sy0, sx1, sy1] = raster_state.scissor.map(i64::from);
     let (x0, y0) = (min_pixel(0).max(sx0), min_pixel(1).max(sy0));
     let (x1, y1) = (max_pixel(0).min(sx1).min(raster_state.width.into()), max_pixel(1).min(sy1).min(raster_state.height.into()));
     if x0 >= x1 || y0 >= y1 {
         return None;
     }
-    let edges = [edge(p[0], p[1]), edge(p[1], p[2]), edge(p[2], p[0])];
+    let edges = [edge(a, b), edge(b, c), edge(c, a)];
     Some(RasterTriangle { edges, pixels: [x0 as u32, y0 as u32, x1 as u32, y1 as u32], source_triangle })
 }
 

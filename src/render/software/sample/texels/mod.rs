@@ -154,7 +154,7 @@ pub(crate) trait Decode: Copy {
     #[inline(always)]
     unsafe fn interpolate_eight(self, level: &TexelLevel<'_>, corners: &Corners, needed: [bool; 4]) -> [__m256; 4] {
         let _ = (level, corners, needed);
-        // SAFETY: all bits are floats.
+        // SAFETY: any bits are valid floats.
         unsafe { std::mem::zeroed() }
     }
 
