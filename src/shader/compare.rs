@@ -174,11 +174,11 @@ mod tests {
     /// The texture reads of a module in which each of `n` functions calls the one before it twice; the first reads a texture once.
     fn reads_of_doubling_calls(n: usize) -> u32 {
         let mut wgsl = "@group(0) @binding(1) var image: texture_2d<f32>;\n".to_owned();
-        wgsl.push_str("fn f0() -> f32 { return textureLoad(image, vec2i(0), 0).x; }\n");
+        wgsl.push_str("fn level0() -> f32 { return textureLoad(image, vec2i(0), 0).x; }\n");
         for k in 1..=n {
-            wgsl.push_str(&format!("fn f{k}() -> f32 {{ return f{0}() + f{0}(); }}\n", k - 1));
+            wgsl.push_str(&format!("fn level{k}() -> f32 {{ return level{0}() + level{0}(); }}\n", k - 1));
         }
-        wgsl.push_str(&format!("@fragment fn fragment_main() -> @location(0) vec4f {{ return vec4f(f{n}()); }}\n"));
+        wgsl.push_str(&format!("@fragment fn fragment_main() -> @location(0) vec4f {{ return vec4f(level{n}()); }}\n"));
         let emitted = Emitted { wgsl, source_map: SourceMap::default() };
         let module = ShaderModule::from_emitted(&ModuleId::Simple("tone_map"), emitted, &Lowering::none()).expect("a module");
         ir_cost(&module).texture_reads
