@@ -16,7 +16,7 @@ const TOLERANCE_MAG: f64 = 0.2;
 /// (NAIF code, distance from the Sun au, from the viewer au, phase angle deg, V). Mallama and Hilton 2018 as coded in skyfield 1.55,
 /// `magnitudelib`, Saturn without its rings; the geometries of the first three, the fifth and the seventh are those of the paper's
 /// examples.
-const PUBLISHED: [(i32, f64, f64, f64, f64); 13] = [
+const PUBLISHED: [(i32, f64, f64, f64, f64); 15] = [
     (199, 0.4136, 0.9264, 90.17, 0.181),
     (299, 0.7215, 0.3776, 124.13, -4.916),
     (299, 0.7227, 1.7161, 1.36, -3.917),
@@ -25,7 +25,9 @@ const PUBLISHED: [(i32, f64, f64, f64, f64); 13] = [
     (499, 1.6642, 2.59, 11.59, 1.817),
     (599, 4.9577, 3.9539, 0.34, -2.934),
     (599, 5.227, 5.8947, 8.79, -1.907),
+    (599, 5.2, 1.0, 30.0, -5.522),
     (599, 5.2, 1.0, 60.0, -5.056),
+    (599, 5.2, 1.0, 115.0, -3.722),
     (699, 9.015, 8.0316, 0.1, 0.349),
     (699, 9.5, 0.5, 90.0, -4.155),
     (799, 18.321, 17.323, 0.04, 5.398),

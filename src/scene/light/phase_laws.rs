@@ -3,15 +3,33 @@
 //! In: a body and a phase angle. Out: its brightness relative to zero phase; the brightness at zero phase follows from the catalog's geometric albedo.
 //!
 //! Source for the planets: Mallama and Hilton 2018, "Computing apparent planetary magnitudes for The Astronomical Almanac", Astronomy and Computing 25, 10-24,
-//! the V-band polynomials without the terms of rotation and without Saturn's rings. Source for the Moon: Allen 1976, Astrophysical Quantities, 3rd ed., section
+//! the V-band laws without the terms of rotation and without Saturn's rings. Source for the Moon: Allen 1976, Astrophysical Quantities, 3rd ed., section
 //! 66: 0.026 a + 4.0e-9 a^4 mag, a in degrees.
 
 use crate::catalog::NaifId;
 
-/// Magnitude as a function of phase angle, by polynomials in degrees.
+/// A curve of magnitude by phase angle. Coefficients begin with the constant term.
+enum Curve {
+    /// A polynomial of the angle in degrees.
+    Magnitude(&'static [f64]),
+    /// A magnitude, and the factor on its flux: a polynomial of the angle as a fraction of 180 degrees.
+    Flux(f64, &'static [f64]),
+}
+
+impl Curve {
+    fn magnitude(&self, alpha_deg: f64) -> f64 {
+        let polynomial = |coefficients: &[f64], x: f64| coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c);
+        match self {
+            Self::Magnitude(coefficients) => polynomial(coefficients, alpha_deg),
+            Self::Flux(magnitude, coefficients) => magnitude - 2.5 * polynomial(coefficients, alpha_deg / 180.0).log10(),
+        }
+    }
+}
+
+/// Magnitude as a function of phase angle.
 pub(crate) struct PhaseLaw {
-    /// In ascending order: the largest angle of each polynomial in degrees, and its coefficients, constant term first.
-    pieces: &'static [(f64, &'static [f64])],
+    /// In ascending order: the largest angle of each curve in degrees, and the curve.
+    pieces: &'static [(f64, Curve)],
     /// Largest phase angle to which the law was fitted, degrees.
     pub limit_deg: f64,
 }
@@ -24,27 +42,39 @@ impl PhaseLaw {
 
     fn magnitude(&self, alpha_deg: f64) -> f64 {
         let piece = self.pieces.iter().find(|(up_to, _)| alpha_deg <= *up_to).or(self.pieces.last());
-        piece.map_or(0.0, |(_, coefficients)| coefficients.iter().rev().fold(0.0, |sum, c| sum * alpha_deg + c))
+        piece.map_or(0.0, |(_, curve)| curve.magnitude(alpha_deg))
     }
 }
 
-const MERCURY: PhaseLaw =
-    PhaseLaw { pieces: &[(170.0, &[-0.613, 6.3280e-2, -1.6336e-3, 3.3644e-5, -3.4265e-7, 1.6893e-9, -3.0334e-12])], limit_deg: 170.0 };
+use Curve::{Flux, Magnitude};
+
+const MERCURY: PhaseLaw = PhaseLaw {
+    pieces: &[(170.0, Magnitude(&[-0.613, 6.3280e-2, -1.6336e-3, 3.3644e-5, -3.4265e-7, 1.6893e-9, -3.0334e-12]))],
+    limit_deg: 170.0,
+};
 const VENUS: PhaseLaw = PhaseLaw {
-    pieces: &[(163.7, &[-4.384, -1.044e-3, 3.687e-4, -2.814e-6, 8.938e-9]), (179.0, &[236.05828, -2.81914, 8.39034e-3])],
+    pieces: &[
+        (163.7, Magnitude(&[-4.384, -1.044e-3, 3.687e-4, -2.814e-6, 8.938e-9])),
+        (179.0, Magnitude(&[236.05828, -2.81914, 8.39034e-3])),
+    ],
     limit_deg: 179.0,
 };
-const EARTH: PhaseLaw = PhaseLaw { pieces: &[(170.0, &[-3.99, -1.060e-3, 2.054e-4])], limit_deg: 170.0 };
-const MOON: PhaseLaw = PhaseLaw { pieces: &[(150.0, &[0.0, 0.026, 0.0, 0.0, 4.0e-9])], limit_deg: 150.0 };
-const MARS: PhaseLaw =
-    PhaseLaw { pieces: &[(50.0, &[-1.601, 2.267e-2, -1.302e-4]), (120.0, &[-0.367, -2.573e-2, 3.445e-4])], limit_deg: 120.0 };
-/// The paper's law up to 12 degrees. Beyond, the paper takes the logarithm of a polynomial, which this type cannot hold; the photometric model
-/// continues the law instead.
-const JUPITER: PhaseLaw = PhaseLaw { pieces: &[(12.0, &[-9.395, -3.7e-4, 6.16e-4])], limit_deg: 12.0 };
-const SATURN: PhaseLaw =
-    PhaseLaw { pieces: &[(6.5, &[-8.95, -3.7e-4, 6.16e-4]), (150.0, &[-8.94, 2.446e-4, 2.672e-4, -1.506e-6, 4.767e-9])], limit_deg: 150.0 };
-const URANUS: PhaseLaw = PhaseLaw { pieces: &[(154.0, &[-7.110, 6.587e-3, 1.045e-4])], limit_deg: 154.0 };
-const NEPTUNE: PhaseLaw = PhaseLaw { pieces: &[(133.0, &[-7.00, 7.944e-3, 9.617e-5])], limit_deg: 133.0 };
+const EARTH: PhaseLaw = PhaseLaw { pieces: &[(170.0, Magnitude(&[-3.99, -1.060e-3, 2.054e-4]))], limit_deg: 170.0 };
+const MOON: PhaseLaw = PhaseLaw { pieces: &[(150.0, Magnitude(&[0.0, 0.026, 0.0, 0.0, 4.0e-9]))], limit_deg: 150.0 };
+const MARS: PhaseLaw = PhaseLaw {
+    pieces: &[(50.0, Magnitude(&[-1.601, 2.267e-2, -1.302e-4])), (120.0, Magnitude(&[-0.367, -2.573e-2, 3.445e-4]))],
+    limit_deg: 120.0,
+};
+const JUPITER: PhaseLaw = PhaseLaw {
+    pieces: &[(12.0, Magnitude(&[-9.395, -3.7e-4, 6.16e-4])), (130.0, Flux(-9.428, &[1.0, -1.507, -0.363, -0.062, 2.809, -1.876]))],
+    limit_deg: 130.0,
+};
+const SATURN: PhaseLaw = PhaseLaw {
+    pieces: &[(6.5, Magnitude(&[-8.95, -3.7e-4, 6.16e-4])), (150.0, Magnitude(&[-8.94, 2.446e-4, 2.672e-4, -1.506e-6, 4.767e-9]))],
+    limit_deg: 150.0,
+};
+const URANUS: PhaseLaw = PhaseLaw { pieces: &[(154.0, Magnitude(&[-7.110, 6.587e-3, 1.045e-4]))], limit_deg: 154.0 };
+const NEPTUNE: PhaseLaw = PhaseLaw { pieces: &[(133.0, Magnitude(&[-7.00, 7.944e-3, 9.617e-5]))], limit_deg: 133.0 };
 
 /// The published law of a body; `None` if there is none.
 pub(crate) fn law(body: NaifId) -> Option<&'static PhaseLaw> {
@@ -68,7 +98,7 @@ mod tests {
 
     #[test]
     fn pieces_join_within_a_tenth_of_a_magnitude() {
-        for id in [299, 499, 699] {
+        for id in [299, 499, 599, 699] {
             let law = law(NaifId(id)).expect("has a law");
             for pair in law.pieces.windows(2) {
                 let boundary_deg = pair[0].0;
@@ -80,7 +110,7 @@ mod tests {
 
     #[test]
     fn brightness_is_one_at_full_phase_and_less_at_quadrature() {
-        for id in [199, 299, 399, 301, 499, 699, 799, 899] {
+        for id in [199, 299, 399, 301, 499, 599, 699, 799, 899] {
             let law = law(NaifId(id)).expect("has a law");
             assert!((law.brightness(0.0) - 1.0).abs() < 1e-12);
             assert!((0.05..0.6).contains(&law.brightness(90.0)), "{id}: {}", law.brightness(90.0));
