@@ -21,7 +21,7 @@ pub const DAYS_PER_JULIAN_CENTURY: f64 = 36_525.0;
 /// Radians in one arcsecond: pi / 648 000, exact.
 pub const RAD_PER_ARCSEC: f64 = std::f64::consts::PI / (180.0 * 3600.0);
 
-/// Inverse of the golden ratio, (sqrt 5 - 1) / 2, to the precision of f64: the factor by which each step of a golden-section search shrinks its interval.
+/// Inverse of the golden ratio, (sqrt 5 - 1) / 2, to 15 digits: the factor by which each step of a golden-section search shrinks its interval.
 pub const INVERSE_GOLDEN_RATIO: f64 = 0.618_033_988_749_895;
 
 /// Golden angle in radians: pi (3 - sqrt 5), to the precision of f64. Azimuths that are its multiples cover a circle evenly, whatever their number.

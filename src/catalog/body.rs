@@ -124,11 +124,11 @@ pub struct Clouds {
     pub map: Map,
     /// Height above the ellipsoid.
     pub height_km: f64,
-    /// Lambert albedo of complete cloud cover.
+    /// Lambert albedo of a closed cloud deck.
     pub albedo: f64,
     /// Texel value, 0 to 1, of a clear sky.
     pub clear_texel: f64,
-    /// Texel value of complete cloud cover.
+    /// Texel value of a closed cloud deck.
     pub closed_texel: f64,
 }
 

@@ -131,7 +131,7 @@ mod tests {
             ("shape = \"circle\"\ndiameter_deg = 200.0", "own.toml:4: instrument.diameter_deg"),
             ("shape = \"circle\"\nfocal_length_mm = 0.0\nfield_stop_mm = 3.0", "own.toml:4: instrument.focal_length_mm"),
             ("shape = \"circle\"\nfocal_length_mm = 10.0", "own.toml:1: instrument.field_stop_mm is missing"),
-            // More than 170 degrees, as a diameter in degrees may not be either.
+            // More than 170 degrees, which diameter_deg may not have either.
             ("shape = \"circle\"\nfocal_length_mm = 1e-3\nfield_stop_mm = 3.0", "own.toml:5: instrument.field_stop_mm"),
             ("shape = \"rectangle\"\nfocal_length_mm = 1.0\nsensor_mm = [36.0, 1.0]", "own.toml:5: instrument.sensor_mm"),
             ("shape = \"rectangle\"\nfocal_length_mm = 10.0\nsensor_mm = [36.0]", "own.toml:5: instrument.sensor_mm"),

@@ -4,8 +4,8 @@
 //! same field. Photometry, motion, rotation, clouds and mesh are replaced as a whole; maps, sources and estimates one by one.
 
 use super::fields::{
-    ALLOWED_NAME, each_component, finite, invented, is_name, optional_percent, optional_word, read_map, required_number, required_word,
-    with_line,
+    ALLOWED_NAME, each_component, finite, invented, is_file_name, is_name, optional_percent, optional_word, read_map, required_number,
+    required_word, with_line,
 };
 use super::table::{SourceLine, TableReader, WithLine};
 use super::{BodyKind, Clouds, Estimates, InventedRelief, Maps, MeanElements, Motion, Photometry, Rotation, ShapeModel};
@@ -208,7 +208,7 @@ fn clouds(mut table: TableReader) -> Option<Clouds> {
 fn mesh(mut table: TableReader) -> Option<WithLine<ShapeModel>> {
     let source_line = table.source_line.clone();
     let file = table.required::<String>("file", "the name of a .obj file without folders", |f| {
-        f.to_lowercase().ends_with(".obj") && f.len() > 4 && !f.contains(['/', '\\'])
+        f.to_lowercase().ends_with(".obj") && f.len() > 4 && is_file_name(f)
     });
     let scale_km = table.optional("scale_km", "kilometres above 0, below 1e7", |x: &f64| *x > 0.0 && *x < 1e7);
     let mut flag = |field, default| table.optional::<bool>(field, "true or false", |_| true).map_or(default, |l| l.value);

@@ -34,7 +34,8 @@ pub fn stumpff(x: f64) -> [f64; 4] {
     [c0, c1, c2, c3]
 }
 
-/// Largest number of doublings of the bracket, and of steps of Newton's method or bisection: a bound for numbers that are not finite, which never converge.
+/// Largest number of doublings of the bracket, and of steps of Newton's method or bisection. It ends both loops for numbers that are not finite, and the second
+/// one where rounding makes the steps alternate between neighbouring numbers.
 const MAX_STEPS: u32 = 200;
 
 /// Position and velocity.

@@ -1,9 +1,9 @@
 //! The planets by VSOP87 (crate vsop87, full theory), the Sun's position from VSOP87E, the Moon by ELP ([`super::elp`]), and Pluto from an SPK kernel of
 //! Chebyshev polynomials that were fitted to DE440 for 1551-2646.
 //!
-//! In: a target and an instant. Out: a state relative to the theory's origin, ICRF. The planets' series have thousands of terms, so they are evaluated only at
-//! the nodes of Chebyshev polynomials (src/ephemeris/chebyshev_cache.rs). The polynomials agree with the series to 4e-3 km, which is the resolution of a Julian
-//! date in a double, and to 2e-6 km/s (tests/ephemeris/positions.rs). [`error_km`] bounds the errors against DE440.
+//! In: a target and an instant. Out: a state relative to the theory's origin, ICRF. The planets' series have thousands of terms, so they are evaluated only
+//! at the nodes of Chebyshev polynomials (src/ephemeris/chebyshev_cache.rs). The polynomials agree with the series to 4e-3 km, limited by the resolution of a
+//! Julian date in a double, and to 2e-6 km/s (tests/ephemeris/positions.rs). [`error_km`] bounds the errors against DE440.
 
 use super::chebyshev_cache::ChebyshevCache;
 use super::mean_elements::CONSTANT_ERROR_YEARS;

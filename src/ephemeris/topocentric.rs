@@ -239,7 +239,7 @@ impl ObserverSky<'_> {
                 (sampled_s, largest) = (sampled_s + step, next);
             }
         }
-        // If no sample overlaps, a passage of less than a step between samples counts only within the span.
+        // If no sample overlaps, a passage shorter than a step is searched only within the span.
         let within = |s: f64| if largest > 0.0 { s } else { s.max(0.0).min(length_s) };
         let greatest_s = time_of_maximum(within(sampled_s - CONTACT_STEP_S), within(sampled_s + CONTACT_STEP_S), overlap)?;
         let largest = overlap(greatest_s)?;

@@ -19,7 +19,8 @@ const SEARCH_S: f64 = 4.5 * 3600.0;
 /// Step in the search for the maximum, and for rising and setting.
 const SEARCH_STEP_S: f64 = 120.0;
 /// Half of the span in which the least separation at a place beside the path is searched; its middle is the instant of the closest place on the centre
-/// line. The separation has only one minimum in that span. The largest difference found is 52 minutes, at 20 degrees from the path of 1529-11-11.
+/// line. The separation has only one minimum in that span. At a place 20 degrees from the path of 1529-11-11, an extreme, the two instants differ by 52
+/// minutes.
 const NEAR_PATH_SEARCH_S: f64 = 5400.0;
 
 /// A place on the Earth, in geodetic coordinates.

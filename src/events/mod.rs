@@ -121,7 +121,7 @@ fn eclipses_at_phase<E>(
     const MARGIN_S: f64 = SECONDS_PER_DAY;
     let (first, last) = (span.start.plus_seconds(-MARGIN_S), span.end.plus_seconds(MARGIN_S));
     let mut syzygy = Syzygy::at_or_before(phase, first);
-    // The ephemeris may not cover a syzygy before the span.
+    // The ephemeris may not cover a syzygy before the margin.
     while syzygy.mean_instant() < first {
         syzygy = syzygy.next();
     }
@@ -142,9 +142,9 @@ fn eclipses_at_phase<E>(
 mod tests {
     use super::*;
 
-    /// A span may begin where the ephemeris does.
+    /// A span may begin a day after the ephemeris does.
     #[test]
-    fn no_phase_before_the_span_is_computed() {
+    fn no_phase_before_the_margin_is_computed() {
         let span = Instant::parse("2024-01-01").expect("a time")..Instant::parse("2025-01-01").expect("a time");
         let covered_from = span.start.plus_seconds(-SECONDS_PER_DAY);
         let eclipse_at = |syzygy: Syzygy| match syzygy.mean_instant() < covered_from {

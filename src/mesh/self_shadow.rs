@@ -21,7 +21,8 @@ const MAX_HEIGHT_RAD: f64 = 0.0873;
 const MAX_LEAF_TRIANGLES: usize = 4;
 /// Distance of the nearest hit that counts, per largest side of the mesh's box: far above the rounding of f64, far below a triangle.
 const MIN_HIT_PER_SIZE: f64 = 1e-9;
-/// The Sun's angular radius is clamped to this range, radians. In units of 0, heights would be infinite; the largest is the radius seen from two solar radii.
+/// The Sun's angular radius is clamped to this range, radians. In units of 0, heights would be infinite; the largest is that of the Sun from about two solar
+/// radii away.
 const SUN_RADIUS_RANGE_RAD: [f64; 2] = [1e-6, 0.5];
 /// Vertices per parallel task.
 const VERTICES_PER_TASK: usize = 512;

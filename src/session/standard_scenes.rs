@@ -49,8 +49,7 @@ fn view_of(target: NaifId, distance_radii: f64, time: Instant) -> ViewRequest {
 }
 
 /// The list of scenes: the Earth from 3 radii, Saturn, the Moon's limb from 400 km, Jupiter with its Galilean moons, the planets from 56 au in the Earth's
-/// direction, the night sky around Orion with constellation figures, the main belt. The last one is the night sky again, with a million stars and without
-/// figures.
+/// direction, the night sky around Orion with constellation figures, the main belt, and the night sky again, with a million stars and without figures.
 pub fn standard_scenes(width: u32, height: u32) -> Vec<StandardScene> {
     let time = Instant::from_jd_tdb(ECLIPSE_JD_TDB);
     // Looking north and 38 degrees down. The Moon's horizon is 36 degrees down from this height, so it crosses the image above the middle.

@@ -117,6 +117,10 @@ fn local_contacts_of_the_eclipse_of_2024_in_dallas_agree_with_nasa() {
         }
         assert!((of_day.magnitude - passage.magnitude).abs() < 1e-5 && of_day.inner.is_some(), "{start}: {of_day:?}");
     }
+    // Nor is there one in a span that ends ten seconds before it begins, and is no multiple of the step.
+    let before = passage.begins.plus_seconds(-1000.0);
+    assert_eq!(sky.passage(NaifId::SUN, NaifId::MOON, before, 990.0).expect("places"), None);
+    assert!(sky.passage(NaifId::SUN, NaifId::MOON, before, 1010.0).expect("places").is_some());
     // At the preceding new moon there is no eclipse.
     let march = Instant::parse("2024-03-10T00:00:00Z").expect("a day");
     assert_eq!(sky.passage(NaifId::SUN, NaifId::MOON, march, 86_400.0).expect("places"), None);

@@ -5,20 +5,19 @@ use glam::{DVec2, DVec3, Vec3};
 use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::{self, SamplingQuality};
-use orrery::scene::Scene;
-use orrery::scene::draw::Point;
 use orrery::scene::request::{Axes, ExposureRequest, Position, ViewRequest};
+use orrery::scene::{Appearance, Scene};
 use orrery::time::Instant;
 use std::f64::consts::PI;
 
 /// A view of a moon from outside: the camera is `direction` (ICRF) from the moon, which has the given diameter in the image.
-fn view(moon: NaifId, direction: DVec3, distance_km: f64, diameter_px: f64, time: Instant, side: u32) -> Scene {
+fn view(moon: NaifId, direction: DVec3, distance_km: f64, diameter_px: f64, time: Instant, side: u32, exposure: ExposureRequest) -> Scene {
     let radius_km = SESSION.catalog().body(moon).expect("a moon").radii_km.x;
     let half_side_tangent = radius_km / distance_km * f64::from(side) / diameter_px;
     let request = ViewRequest {
         position: Position::Offset { body: moon, offset_km: direction.normalize() * distance_km, axes: Axes::Icrf },
         fov_deg: Some(2.0 * half_side_tangent.atan().to_degrees()),
-        exposure: ExposureRequest::Auto,
+        exposure,
         width: side,
         height: side,
         ..ViewRequest::of(moon, time)
@@ -55,18 +54,22 @@ fn from_to_km(from: NaifId, to: NaifId, time: Instant) -> DVec3 {
     SESSION.ephemeris().state(to, from, time, None).expect("a state").state.pos_km
 }
 
+/// A time at which the side of a planet that its moon sees is lit. Seen from the outer side of the moon, this side is behind the moon.
+fn time_of_lit_planet(moon: NaifId, planet: NaifId) -> Instant {
+    let start = Instant::parse("2024-03-01T00:00:00Z").expect("a time");
+    let is_lit = |time: &Instant| from_to_km(planet, moon, *time).angle_between(from_to_km(planet, NaifId::SUN, *time)) < 0.7;
+    (0..1000).map(|k| start.plus_seconds(3600.0 * f64::from(k))).find(is_lit).expect("a time")
+}
+
 #[test]
 fn a_small_moon_hides_the_planet_behind_it() {
-    let start = Instant::parse("2024-03-01T00:00:00Z").expect("a time");
     for (moon, planet) in [(NaifId(501), NaifId(599)), (NaifId(401), NaifId(499)), (NaifId(607), NaifId(699))] {
-        // Seen from the outer side of the moon the planet is behind it, and lit while moon and Sun are in the same direction.
-        let is_lit = |time: &Instant| from_to_km(planet, moon, *time).angle_between(from_to_km(planet, NaifId::SUN, *time)) < 0.7;
-        let time = (0..1000).map(|k| start.plus_seconds(3600.0 * f64::from(k))).find(is_lit).expect("a time");
+        let time = time_of_lit_planet(moon, planet);
         let direction = from_to_km(planet, moon, time);
         let radius_km = SESSION.catalog().body(moon).expect("a moon").radii_km.x;
         // Up to 2 pixels the moon is a point, from 4 on a disc, and both in between. With an even size it is centred on a pixel's corner.
         for (step, side) in (0..=38).flat_map(|step| [(step, 30), (step, 31)]) {
-            let scene = view(moon, direction, 1e3 * radius_km, 0.3 + 0.1 * f64::from(step), time, side);
+            let scene = view(moon, direction, 1e3 * radius_km, 0.3 + 0.1 * f64::from(step), time, side, ExposureRequest::Auto);
             let body = scene.body(moon).expect("a body");
             let area_px = 0.25 * PI * body.diameter_px.powi(2);
             let hidden_px = hidden_area_px(&scene, moon);
@@ -76,6 +79,19 @@ fn a_small_moon_hides_the_planet_behind_it() {
             assert!((hidden_px / area_px - 1.0).abs() < tolerance, "{moon:?} {}: {hidden_px}, not {area_px}", body.diameter_px);
         }
     }
+}
+
+/// A moon whose light is too faint to see has no point, and yet it hides what is behind it.
+#[test]
+fn a_moon_without_visible_light_hides_the_planet_behind_it() {
+    let (hyperion, saturn) = (NaifId(607), NaifId(699));
+    let time = time_of_lit_planet(hyperion, saturn);
+    let scene = view(hyperion, from_to_km(saturn, hyperion, time), 1e5, 1.0, time, 31, ExposureRequest::Stops(-4.0));
+    let body = scene.body(hyperion).expect("a body");
+    assert_eq!(body.appearance, Appearance::NotShown);
+    let area_px = 0.25 * PI * body.diameter_px.powi(2);
+    let hidden_px = hidden_area_px(&scene, hyperion);
+    assert!((hidden_px / area_px - 1.0).abs() < 0.01, "{hidden_px}, not {area_px}");
 }
 
 /// Seen from almost in the plane of the rings, Mimas is in front of them, although its orbit is larger.
@@ -89,14 +105,30 @@ fn a_small_moon_hides_the_rings_behind_it() {
     // The line of sight meets the plane of the rings here; it passes beside the globe.
     let view_before = |radius_km: f64| {
         let in_plane = DVec2::from_angle(0.7).rotate(moon_km(time).truncate().normalize()) * radius_km;
-        view(mimas, axes(time).transpose() * (moon_km(time) - in_plane.extend(0.0)), 1e5, 1.5, time, 31)
+        view(mimas, axes(time).transpose() * (moon_km(time) - in_plane.extend(0.0)), 1e5, 1.5, time, 31, ExposureRequest::Auto)
     };
     // Ring B.
     let hidden_px = hidden_area_px(&view_before(105_000.0), mimas);
     assert!((hidden_px / (0.25 * PI * 1.5 * 1.5) - 1.0).abs() < 0.2, "{hidden_px}");
-    // Between the rings F and G there is nothing to hide.
-    let empty = view_before(155_000.0);
-    let light = |points: Vec<Point>| green(&Scene { points, stars: Vec::new(), ..empty.clone() }).iter().sum::<f64>();
-    let flux: f32 = empty.points.iter().map(|p| p.flux.y).sum();
-    assert!((light(empty.points.clone()) - light(Vec::new()) - f64::from(flux)).abs() < 0.01 * f64::from(flux));
+    // Between the rings F and G there is nothing to hide, and no draw that would hide it.
+    assert!(view_before(155_000.0).points.iter().all(|p| p.covered_px == 0.0));
+}
+
+/// The light of a moon behind ring B passes through the ring; the moon hides nothing of the ring in front of it.
+#[test]
+fn a_small_moon_behind_the_rings_is_dimmed_by_them() {
+    let (mimas, saturn) = (NaifId(601), NaifId(699));
+    let time = Instant::parse("2017-05-17T00:00:00Z").expect("a time");
+    let axes = SESSION.ephemeris().body_from_icrf(saturn, time).expect("axes");
+    let moon_km = axes * from_to_km(saturn, mimas, time);
+    // The line of sight meets the plane of the rings here, on the way from the moon to the camera.
+    let view_through = |radius_km: f64| {
+        let in_plane = DVec2::from_angle(0.7).rotate(moon_km.truncate().normalize()) * radius_km;
+        let direction = in_plane.extend(0.0) - moon_km;
+        view(mimas, axes.transpose() * direction, 3.0 * direction.length(), 1.5, time, 31, ExposureRequest::Auto)
+    };
+    let (behind_ring_b, beside) = (view_through(105_000.0), view_through(155_000.0));
+    let flux = |scene: &Scene| scene.points.iter().find(|p| p.body == mimas).map_or(0.0, |p| f64::from(p.flux.y));
+    assert!(flux(&beside) > 0.0 && flux(&behind_ring_b) < 1e-3 * flux(&beside), "{} {}", flux(&behind_ring_b), flux(&beside));
+    assert!(hidden_area_px(&behind_ring_b, mimas).abs() < 0.01);
 }

@@ -80,7 +80,7 @@ const KRONROD: [(f64, f64, f64); 8] = [
 
 /// Relative tolerance of the entire integral. The difference of the two rules serves as the error, and greatly overestimates that of Kronrod's rule.
 const RELATIVE_TOLERANCE: f64 = 1e-9;
-/// Ends a bisection in which rounding exceeds the tolerance; every ray then has the accuracy that its intervals reached.
+/// Ends a bisection in which rounding exceeds the tolerance; the result then has the accuracy reached so far.
 const MAX_INTERVALS: usize = 600;
 
 /// |p|^2 - 1 at a height.

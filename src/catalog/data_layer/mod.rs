@@ -17,7 +17,7 @@ mod layer;
 mod votable;
 mod xml;
 
-use super::fields::{ALLOWED_NAME, is_name, optional_word};
+use super::fields::{ALLOWED_NAME, is_file_name, is_name, optional_word};
 use super::table::{TableReader, WithLine};
 use super::{Overlay, OverlayProjection, Problem};
 use crate::wording::echo_within;
@@ -73,7 +73,7 @@ pub fn layer_extensions() -> String {
 pub(super) fn layer(mut table: TableReader) -> Option<(Option<WithLine<String>>, DataLayer)> {
     let name = table.required("name", ALLOWED_NAME, is_name);
     let allowed = format!("a file name without folders that ends in one of {}", layer_extensions());
-    let file = table.required::<String>("file", &allowed, |f| is_layer_file(f) && !f.contains(['/', '\\']));
+    let file = table.required::<String>("file", &allowed, |f| is_layer_file(f) && is_file_name(f));
     let body = table.optional("body", "the name of a body", |_: &String| true);
     let size_px = table.optional("size_px", "pixels above 0, at most 100", |x: &f64| *x > 0.0 && *x <= 100.0);
     let colour = table.optional("colour", "a colour as \"#ff8040\"", |c: &String| hex_colour(c).is_some());

@@ -3,7 +3,7 @@
 use super::graph::GraphError;
 use crate::shader::reflect::LayoutError;
 
-/// The reason, in one line.
+/// Why a scene cannot be planned; the message is one line.
 #[derive(Debug, thiserror::Error)]
 pub enum PlanError {
     #[error("module {module}: {source}")]

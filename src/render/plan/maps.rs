@@ -53,7 +53,7 @@ pub fn map_decoding(role: MapRole, files: &MapFiles, shape: Shape) -> MapDecodin
         (_, MapRole::Normal) => PoleFilter::Normals,
         _ => PoleFilter::Values,
     };
-    // The cloud map's values for a clear sky and for a closed cloud deck. They are stored as the bits of f32 because `MapFiles` is compared and hashed.
+    // The cloud map's values for a clear sky and for a closed cloud deck. They are stored as the bits of f32 because `MapFiles` implements `Eq`.
     let opacity = files.cloud_texel_bits.filter(|_| role == MapRole::Clouds);
     let opacity = opacity.map(|bits| bits.map(f32::from_bits)).map(|[clear, closed]| OpacityTexels::new(clear, closed));
     MapDecoding { format: map_format(role), poles, opacity }

@@ -137,7 +137,7 @@ fn sprite_attribute(radius_px: f32, stretch: f32) -> Vec<f32> {
     vec![radius_px, core as f32, glare as f32, stretch]
 }
 
-/// Point sprites, blended additively: one draw, or none without items.
+/// Point sprites, blended additively unless the caller changes that: one draw, or none without items.
 pub(super) fn sprites<T>(
     label: &str,
     items: &[T],
@@ -170,10 +170,12 @@ pub(super) fn stars(scene: &Scene, provider: &impl ResourceProvider) -> Result<V
     sprites("stars", &drawn_here, &STAR_ATTRIBUTES, scene, provider)
 }
 
-/// Smallest area that a point hides for which it has a draw, in pixels: a level of 255 of the brightest pixel.
+/// Points that hide a smaller area, in pixels, have no draw for it: less than half a level of 255 where the light behind is white (a point hides at most 0.38 of
+/// its area in one pixel).
 const MIN_COVERED_PX: f32 = 1.0 / 255.0;
 
-/// Sprites that hide what is behind the points, then those of their light: no point hides the light of another one, of which the scene has removed what is hidden.
+/// First the sprites that hide what is behind the points, then those of their light, so that no point hides the light of another: the scene has already removed
+/// the part that nearer bodies hide.
 pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     let centre: InstanceAttribute<Point> = (3, |p| p.centre.to_array().to_vec());
     let light = [centre, (4, |p| sprite_attribute(p.radius_px, p.stretch)), (4, |p| p.flux.extend(0.0).to_array().to_vec())];
@@ -181,7 +183,7 @@ pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<
     let cover =
         [centre, (4, |p: &Point| sprite_attribute(POINT_RADIUS_PX as f32, p.stretch)), (4, |p: &Point| vec![0.0, 0.0, 0.0, p.covered_px])];
     let covering: Vec<Point> = scene.points.iter().filter(|p| p.covered_px > MIN_COVERED_PX).cloned().collect();
-    let covers = sprites("points, what they hide", &covering, &cover, scene, provider)?;
+    let covers = sprites("cover of points", &covering, &cover, scene, provider)?;
     let covers = covers.into_iter().map(|draw| PlanDraw { blend: Blend::PremultipliedOver, ..draw });
     Ok(covers.chain(sprites("points", &scene.points, &light, scene, provider)?).collect())
 }

@@ -110,7 +110,7 @@ pub struct Program {
     pub slots: u32,
 }
 
-/// Programs have fewer slots and fewer registers than this, because operands are 16 bits wide; the difference to 2^16 leaves room for scratch slots.
+/// Programs have fewer slots and fewer registers than this: operands are 16 bits wide, and the limit is somewhat below 2^16.
 pub(crate) const SLOT_OR_REGISTER_LIMIT: u32 = 60_000;
 
 impl Program {

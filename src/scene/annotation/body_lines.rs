@@ -209,6 +209,7 @@ impl GroundLineBuilder<'_, '_> {
                 GridLineKind::Meridian => format!("{}{}", angle_text(line.coordinate_deg), language.name("compass", "E")),
             };
             let clip = DVec2::new(label_point.x, label_point.y) / (label_point.z * self.camera.tan_half_fov);
+            // The opacity of a meridian counts at the equator.
             if clip.abs().max_element() < 1.0 && line.opacity(0.0, pixel_deg) > MIN_LABELLED_OPACITY {
                 self.output.texts.push(UnplacedText {
                     text,

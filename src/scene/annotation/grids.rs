@@ -8,7 +8,7 @@ use crate::message::TextLanguage;
 use crate::scene::numeric::smooth_rise;
 use std::f64::consts::FRAC_PI_2;
 
-/// Grid steps from 90 degrees down to an arc second, each a multiple of the next.
+/// Grid steps from 90 degrees down to an arcsecond, each a multiple of the next.
 const STEPS_DEG: [f64; 11] = [90.0, 30.0, 10.0, 5.0, 1.0, 0.5, 1.0 / 6.0, 1.0 / 30.0, 1.0 / 60.0, 1.0 / 360.0, 1.0 / 3600.0];
 /// Distance between neighbouring lines, in pixels, up to which a line is invisible, and from which it has its full opacity.
 const SPACING_FADE_PX: (f64, f64) = (60.0, 130.0);
@@ -194,7 +194,7 @@ mod tests {
         }
     }
 
-    /// A view has at least one line with an opacity above one half and fewer than 4000 lines, from degrees down to arc seconds, also at the poles.
+    /// A view has at least one line with an opacity above one half and fewer than 4000 lines, from degrees down to arcseconds, also at the poles.
     #[test]
     fn views_of_any_size_have_visible_lines() {
         for (longitude_deg, latitude_deg) in [(10.2, 5.1), (359.9, -70.3), (120.0, 89.95), (3.0, -90.0)] {

@@ -278,7 +278,7 @@ mod tests {
     use super::*;
     use crate::ephemeris::angle_rad;
 
-    /// In a narrow field of view seen from Mercury at its perihelion (59 km/s), the corners show places that are farther from the camera's direction than the
+    /// In a narrow view from Mercury at its perihelion (59 km/s), the corners show places that are farther from the camera's direction than the
     /// corners are, by the aberration of 41 arcsec.
     #[test]
     fn the_grid_reaches_the_corners_of_a_narrow_view_in_spite_of_aberration() {

@@ -134,7 +134,7 @@ impl StrokeSubdivision<'_> {
 pub(crate) fn clipped_to_frame(camera: &Camera, from: DVec3, to: DVec3) -> Option<[f64; 2]> {
     let tan = camera.tan_half_fov * (1.0 + MARGIN_PX / camera.half_size());
     // For each plane of the frustum a multiple of the signed distance, positive inside. The near plane is at twice the near depth, so that rounding moves no
-    // end in front of it.
+    // end nearer than the near depth.
     let planes = |p: DVec3| [p.z - 2.0 * NEAR_DEPTH_KM, tan.x * p.z - p.x, tan.x * p.z + p.x, tan.y * p.z - p.y, tan.y * p.z + p.y];
     let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
     for (a, b) in planes(from).into_iter().zip(planes(to)) {

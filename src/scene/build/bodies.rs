@@ -23,7 +23,7 @@ use crate::scene::placed::PlacedBody;
 use crate::scene::point;
 use crate::scene::resources::Context;
 use crate::scene::surface::detail;
-use crate::scene::visibility::{hidden, lunar_limb};
+use crate::scene::visibility::{hidden, lunar_limb, points};
 use glam::{DMat3, DVec3};
 
 /// The contribution of the bodies of a frame to its scene.
@@ -76,7 +76,8 @@ impl BodiesInFrame {
     /// radiance shown as white.
     pub(super) fn apply_visibility(&mut self, placed: &[PlacedBody<'_>], camera: &Camera, white: f64) {
         lunar_limb::apply_to_moon(placed, camera, &mut self.draws, &mut self.reports);
-        hidden::apply(placed, camera, &mut self.draws, &mut self.points, &mut self.reports);
+        points::apply(placed, &self.draws, &mut self.points, &mut self.reports);
+        hidden::apply(placed, camera, &mut self.draws, &mut self.reports);
         lunar_limb::update_features(&self.draws, &mut self.reports);
         let sun = placed.iter().find(|p| p.body.id == NaifId::SUN);
         for p in &mut self.points {
@@ -97,7 +98,7 @@ fn report(placed: &PlacedBody<'_>, decided: DecidedBody, draws: &[Draw], magnitu
         name: placed.body.name.clone(),
         appearance: decided.appearance,
         distance_km: placed.distance_km,
-        angular_diameter_deg: 2.0 * (placed.body.radii_km.max_element() / placed.distance_km).min(1.0).asin().to_degrees(),
+        angular_diameter_deg: 2.0 * placed.angular_radius_rad().to_degrees(),
         diameter_px: decided.diameter_px,
         phase_angle_deg: placed.phase_angle_rad.to_degrees(),
         magnitude,

@@ -62,8 +62,8 @@ impl Outline {
         let c = placement.camera_in_unit_sphere();
         let (r, u) = (placement.direction_in_unit_sphere(camera.right), placement.direction_in_unit_sphere(camera.up));
         let (n1, n2) = (c.cross(r), c.cross(u));
-        // The negated upper-left 2x2 block of Q; it is positive definite exactly if the outline is an ellipse. A determinant of 1e-12 or less of the square of
-        // its entries is rounding error and counts as 0.
+        // The negated upper-left 2x2 block of Q; it is positive definite exactly if the outline is an ellipse. A determinant up to 1e-12 times the square
+        // of the larger diagonal entry is rounding error and counts as 0.
         let block = [n1.dot(n1) - r.dot(r), n1.dot(n2) - r.dot(u), n2.dot(n2) - u.dot(u)];
         let determinant = block[0] * block[2] - block[1] * block[1];
         let scale = block[0].abs().max(block[2].abs());

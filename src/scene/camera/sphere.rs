@@ -39,7 +39,7 @@ impl ImageProjection for Camera {
     fn field_of_view_text(&self) -> Message {
         let deg = 2.0 * self.tan_half_fov.y.atan().to_degrees();
         let arcsec = 3600.0 * deg;
-        // An angle that rounds to 60 of a unit is given in the next one. An angle of less than an arc second has two significant digits.
+        // An angle that rounds to 60 of a unit is given in the next one. An angle of less than an arcsecond has two significant digits.
         let angle = match deg {
             _ if deg >= 59.95 / 60.0 => format!("{deg:.1}°"),
             _ if arcsec >= 59.995 => format!("{:.1}'", 60.0 * deg),
@@ -193,7 +193,7 @@ mod tests {
         }
     }
 
-    /// The text for a field of view has the unit in which it is 1 to 60, and is never zero.
+    /// The text for a field of view never rounds to 60 of a unit or to zero.
     #[test]
     fn a_field_of_view_has_a_readable_text() {
         let texts = [

@@ -10,6 +10,7 @@ use crate::ephemeris::topocentric::ground_point_km;
 use crate::ephemeris::{Ephemeris, EphemerisError};
 use crate::scene::camera::Camera;
 use crate::scene::error::SceneError;
+use crate::scene::request::camera_file::direction_of_any_length;
 use crate::scene::request::view_request::{
     Axes, FITTED_DISC_FRACTION, FOV_AT_DISTANCE_DEG, FOV_DEFAULT_DEG, Look, Position, Up, ViewRequest,
 };
@@ -172,9 +173,8 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
     };
     let forward = match request.look {
         Look::Along { direction, axes } => {
-            // `None` also for a vector whose length overflows.
-            let unit = direction.try_normalize();
-            let unusable = || SceneError::Request("the direction to look in must be neither zero nor too long for a number".into());
+            let unit = direction_of_any_length(direction.to_array()).map(DVec3::normalize);
+            let unusable = || SceneError::Request("the direction to look in must be finite and not zero".into());
             states.icrf_from(axes, reference_body)? * unit.ok_or_else(unusable)?
         }
         Look::Target => {
@@ -198,7 +198,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
         }
     };
     let up_hint = match request.up {
-        // The north pole of the target or, without one, of the body relative to which the camera is placed; a barycentre has none.
+        // The north pole of the target if the camera looks at it, else of the body relative to which the camera is placed; a barycentre has none.
         Up::North => match request.target.filter(|_| request.look == Look::Target).or(Some(reference_body)) {
             Some(body) if catalog.body(body).is_some() => ephemeris.body_from_icrf(body, request.time)?.row(2),
             _ => DVec3::Z,
@@ -228,10 +228,12 @@ mod tests {
             let request = ViewRequest { look, position: Position::Centre(NaifId::EARTH), ..ViewRequest::of(NaifId::MOON, time) };
             viewer(&catalog, &ephemeris, &request).map(|v| v.camera.forward)
         };
-        for direction in [DVec3::ZERO, DVec3::splat(1e200), DVec3::splat(f64::NAN)] {
+        for direction in [DVec3::ZERO, DVec3::X * f64::INFINITY, DVec3::splat(f64::NAN)] {
             let error = looking(direction).expect_err("refused").to_string();
             assert!(error.contains("direction"), "{direction}: {error}");
         }
-        assert!(looking(DVec3::X * 1e100).expect("a camera").distance(DVec3::X) < 1e-12);
+        for length in [1e-200, 1e100, 1e200] {
+            assert!(looking(DVec3::X * length).expect("a camera").distance(DVec3::X) < 1e-12, "{length}");
+        }
     }
 }

@@ -10,7 +10,7 @@ use super::faces::face_of;
 use crate::scene::camera::sphere::SphereImage;
 use crate::scene::camera::{Camera, narrow, narrow_scalar};
 use crate::scene::draw::{Point, StarSprite};
-use crate::scene::point::{POINT_RADIUS_PX, point_peak, point_radius_px};
+use crate::scene::point::{POINT_RADIUS_PX, pixel_sr, point_peak, point_radius_px};
 use crate::scene::request::Projection;
 use glam::{DVec2, Vec3};
 
@@ -55,7 +55,7 @@ fn project(image: &SphereImage, face: usize, camera: &Camera, centre: Vec3, flux
     let Some(pixel) = image.pixel(direction).filter(|_| face_of(direction) == face) else { return Drawn::InImage(Vec::new()) };
     // A pixel of a face at the angle a from its axis covers less than the middle one: cos a along the circle around the axis, cos² a along the radius.
     let cos_off_axis = 1.0 / ray.length();
-    let face_sr = camera.pixel_tangent().powi(2) * cos_off_axis.powi(3);
+    let face_sr = pixel_sr(camera, ray.normalize());
     let (image_sr, stretch) = image.pixel_sr_and_stretch(direction);
     let pixels_per_face_pixel = face_sr / image_sr;
     let flux = flux.as_dvec3() * pixels_per_face_pixel;

@@ -144,6 +144,7 @@ pub struct Point {
     pub stretch: f32,
     /// Linear RGB: the sum of the sprite's radiance over its pixels.
     pub flux: Vec3,
-    /// Area in pixels of what the body hides behind it: that of its disc, or 0 where other draws hide it.
+    /// Area in pixels of what the body hides of the discs and rings behind it: that of its disc. 0 if its disc is drawn, too; in front of the Sun, whose draw
+    /// leaves it out; and by day in air.
     pub covered_px: f32,
 }

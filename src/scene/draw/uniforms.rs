@@ -173,7 +173,7 @@ uniforms! {
     /// The cloud shell, for its own draw and for its shadow on the ground.
     #[derive(Clone, Copy, Debug, Default, PartialEq)]
     pub struct CloudUniforms {
-        /// Texel values of a clear sky and of a closed deck.
+        /// Texel values of a clear sky and of a closed cloud deck.
         pub clear: f32 = "cloud_clear",
         pub full: f32 = "cloud_full",
         /// Radius of the shell in the body's unit-sphere frame.
@@ -190,8 +190,8 @@ uniforms! {
 }
 
 uniforms! {
-    /// The air above a floor: the ground or, in the clouds' draw, the cloud shell. Lengths are in the floor's equatorial radii. `radius_sq_minus_1` is |p|² - 1
-    /// in the frame in which the floor is the unit sphere.
+    /// The air above a floor: the ground or, in the clouds' draw, the cloud shell. Lengths are in the floor's equatorial radii. `radius_sq_minus_1` is |p|² -
+    /// 1 in the frame in which the floor is the unit sphere.
     #[derive(Clone, Debug, Default, PartialEq)]
     pub struct AtmosphereUniforms {
         /// `radius_sq_minus_1` of the top.

@@ -2,8 +2,9 @@
 //!
 //! In: the receiver at its apparent time, and the catalog's other bodies. Out: at most [`MAX_OCCLUDERS`] occluders that can darken a visible pixel. Light
 //! time is accounted for: an occluder is where it was when the light that reaches the receiver passed it, and the Sun where it was when that light left it.
-//! The directions to both include the aberration by the receiver's motion. Aberration does not change their separation at the receiver's centre, but tilts the
-//! shadow's axis, so that the shadow is displaced elsewhere on the body (20 arcsec at the Earth: 0.6 km, 0.6 s). shaders/lib/eclipse shades the ground.
+//! The directions to both include the aberration by the receiver's motion. Aberration does not change their separation at the receiver's centre, but tilts
+//! the shadow's axis, so that the shadow is displaced elsewhere on the body (20 arcsec at the Earth: 0.6 km, 0.6 s). shaders/lib/eclipse computes the
+//! remaining light.
 
 use crate::catalog::{Body, BodyKind, NaifId, Photometry};
 use crate::ephemeris::Ephemeris;
@@ -238,7 +239,7 @@ pub fn select_occluders<'a>(
             if left_out > 0 { found.and(reason!("eclipse-omitted", count = left_out)) } else { found }
         }
         (None, Some((gap_ratio, name))) => reason!("eclipse-nearest", body = name, share = format_args!("{gap_ratio:.2}")),
-        (None, None) => reason!("eclipse-none", part = format_args!("{:.2e}", min_change.unwrap_or(VISIBLE_CHANGE))),
+        (None, None) => reason!("eclipse-none", part = format_args!("{:.2e}", min_change.unwrap_or(0.0).max(MIN_BLOCKED_FRACTION))),
     };
     FoundOccluders { occluders, reason }
 }

@@ -40,9 +40,9 @@ pub(crate) struct DecidedBody {
     pub point: Option<Point>,
 }
 
-/// Sines of the Sun's altitude between which the sky becomes brighter than the planets seen through it: -12 degrees, the end of nautical twilight, and -6, that of
-/// civil twilight.
-const DUSK_SUN_SINES: (f64, f64) = (-0.2079, -0.1045);
+/// Sines of the Sun's altitude between which points cease to hide what is behind them: -6 degrees, the end of civil twilight, and 0. In between the sky's
+/// radiance passes that of the planets' discs, and it is in front of them.
+const DUSK_SUN_SINES: (f64, f64) = (-0.1045, 0.0);
 
 /// The decisions about a body that is drawn as a disc, in their order.
 const ALL_DECISIONS: [DecideEffect; 11] = [
@@ -110,7 +110,8 @@ pub(crate) fn decide(frame: &FrameContext<'_>, placed: &PlacedBody<'_>, camera_a
     let point = point_of(&inputs, &mut log);
     let diameter_px = inputs.diameter_px;
     if inputs.disc_fraction <= 0.0 {
-        let appearance = if point.is_some() { Appearance::Point } else { Appearance::NotShown };
+        let is_visible = point.as_ref().is_some_and(|p| p.flux != Vec3::ZERO);
+        let appearance = if is_visible { Appearance::Point } else { Appearance::NotShown };
         return DecidedBody { appearance, diameter_px, decisions: log.decisions, draws: Vec::new(), point };
     }
     let decided = decide_in_order(&ALL_DECISIONS, &inputs, Decisions::new(log));
@@ -172,18 +173,22 @@ fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Optio
         return None;
     }
     let brightest = flux.max_element();
-    if !frame.threshold.is_exceeded_by_radiance(brightest) {
+    let is_visible = frame.threshold.is_exceeded_by_radiance(brightest);
+    if !is_visible {
         log.record("point-visible", false, frame.threshold.description(brightest));
-        return None;
     }
-    frame.camera.clip(placed.placement.centre_km).map(|clip| point::sprite(placed.body.id, clip, flux, covered_px(inputs)))
+    let covered_px = covered_px(inputs);
+    // A point without light is dropped later if it hides nothing (`visibility::points`).
+    let flux = if is_visible { flux } else { DVec3::ZERO };
+    let clip = frame.camera.clip(placed.placement.centre_km).filter(|_| is_visible || covered_px > 0.0)?;
+    Some(point::sprite(placed.body.id, clip, flux, covered_px))
 }
 
-/// Area in pixels of what a body that is drawn as a point hides behind it. 0 if its disc is drawn, which hides as much, and by day in air, whose light is in
-/// front of the body.
+/// Area in pixels of what a body that is drawn as a point hides behind it. 0 if its disc is drawn, which hides as much, for the Sun, in
+/// views of single quantities, and by day in air, whose light is in front of the body.
 fn covered_px(inputs: &DecisionInputs<'_, '_>) -> f64 {
     let (frame, placed) = (inputs.frame, inputs.placed);
-    if inputs.disc_fraction > 0.0 || placed.body.id == NaifId::SUN {
+    if inputs.disc_fraction > 0.0 || placed.body.id == NaifId::SUN || inputs.pixel_view() != PixelView::Final {
         return 0.0;
     }
     let sun_sine = |up: DVec3| {

@@ -28,7 +28,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// pi * 10 * (pi / 180)^2.
 pub const VEILING_GLARE_COEFFICIENT: f64 = PI * 10.0 * (PI / 180.0) * (PI / 180.0);
 
-/// Exponent with which the glare grows while the Sun enters the frame, judged by eye.
+/// Exponent with which the glare grows while the Sun enters the frame: chosen.
 const ENTRY_EXPONENT: i32 = 6;
 
 /// Uniforms of the glare, and where it is drawn.

@@ -24,7 +24,8 @@ use std::sync::Arc;
 
 /// Number of corners of the polygon around a ring's outline; they lie 0.05 % outside the outline.
 const OUTLINE_CORNERS: usize = 96;
-/// Maximum number of segments into which a pixel's footprint is divided: a limit on the shader's loop, which only a nearly edge-on ring reaches.
+/// Maximum number of segments into which a pixel's footprint is divided: a limit on the shader's loop, reached by
+/// nearly edge-on rings and by rings of a few pixels.
 const MAX_SEGMENTS: f64 = 16.0;
 /// Polar over equatorial radius of the thin spheroid that represents a ring when its outline is computed.
 const OUTLINE_THICKNESS: f64 = 1e-6;
@@ -380,7 +381,7 @@ impl<'a> RingView<'a> {
             sin_elevation: self.sun.z,
             sun_tangent: self.sun_tangent(sun_radius_km),
         };
-        // Radiance of the ground per unit of ring-shine. At least 0.01, so that a catalog albedo of 0 does not switch the light off.
+        // Radiance of the ground per unit of ring-shine. The albedo counts as at least 0.01.
         let ground_radiance = self.irradiance * self.body.geometric_albedo.max(0.01);
         let upper_limit = geometry.upper_limit() * ground_radiance;
         if user_choice == Some(false) || user_choice.is_none() && !self.threshold.is_exceeded_by_radiance(upper_limit) {

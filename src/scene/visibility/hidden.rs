@@ -2,16 +2,16 @@
 //!
 //! In: placed bodies. Out: the visible fraction of a disc's light, exactly 0 if the entire disc is hidden and exactly 1 if no part of it is; and the limbs of
 //! nearer bodies as uniforms of shaders/lib/foreground_limb.wesl. Nearer bodies are ellipsoids, the hidden body is a sphere. A point's flux is multiplied by
-//! its visible fraction; a depth test cannot hide a point partly, because a sprite has a single depth. Not here: transmittance of rings and air, and shadows
-//! (eclipse). The light is summed over [`CHORDS`] chords of the disc, each with a closed-form integral. The error is below 1e-4 of the light: at most 7e-5
-//! against 6000 chords, for one round body of 0.01 to 4 radii of the disc (computed outside this program). tests/eclipse/overlapping_limbs.rs compares images
-//! with the closed forms of shaders/lib/eclipse.
+//! its visible fraction (`points`); a depth test cannot hide a point partly, because a sprite has a single depth. Not here: transmittance of rings and air,
+//! and shadows (eclipse). The light is summed over [`CHORDS`] chords of the disc, each with a closed-form integral. The error is below 1e-4 of the light: at
+//! most 7e-5 against 6000 chords, for one round body of 0.01 to 4 radii of the disc (computed outside this program). tests/eclipse/overlapping_limbs.rs
+//! compares images with the closed forms of shaders/lib/eclipse.
 
 use crate::catalog::NaifId;
 use crate::message::reason;
-use crate::scene::camera::{Camera, Placement, narrow, narrow_scalar, narrow2};
+use crate::scene::camera::{Camera, Placement, narrow_scalar, narrow2};
 use crate::scene::decision::Decision;
-use crate::scene::draw::{BodyPart, Draw, Point, Shape, Surface};
+use crate::scene::draw::{BodyPart, Draw, Shape, Surface};
 use crate::scene::eclipse::occluders::limb_darkening;
 use crate::scene::in_view::BodyInView;
 use crate::scene::placed::PlacedBody;
@@ -144,8 +144,8 @@ pub(crate) fn visible_middle(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>
     along * middle.x + across * middle.y
 }
 
-/// Whether two discs are closer to each other than `margin_rad`, or overlap.
-fn overlap(a: &PlacedBody<'_>, b: &PlacedBody<'_>, margin_rad: f64) -> bool {
+/// Whether the gap between two discs is less than `margin_rad`; that between overlapping discs is negative.
+pub(super) fn is_within(a: &PlacedBody<'_>, b: &PlacedBody<'_>, margin_rad: f64) -> bool {
     crate::ephemeris::angle_rad(a.placement.centre_km, b.placement.centre_km) < a.angular_radius_rad() + b.angular_radius_rad() + margin_rad
 }
 
@@ -156,7 +156,7 @@ fn in_front_of<'p, 'a>(placed: &'p [PlacedBody<'a>], farther: &PlacedBody<'_>, m
             && p.distance_km > 0.0
             && !p.placement.camera_is_inside()
             && is_in_front(p, farther)
-            && overlap(p, farther, margin_rad)
+            && is_within(p, farther, margin_rad)
     };
     let mut found: Vec<_> = placed.iter().filter(is_occluding).collect();
     found.sort_by(|a, b| b.angular_radius_rad().total_cmp(&a.angular_radius_rad()));
@@ -201,27 +201,20 @@ fn small_disc_area_ratio(radius_px: f64) -> f64 {
     radius_px * radius_px / drawn
 }
 
-/// Reduces the flux of points to the fraction that nearer bodies leave visible, stores the limbs of nearer bodies in the draws of emissive discs, and records
-/// the visible fractions as decisions.
-pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Draw], points: &mut [Point], bodies: &mut [BodyInView]) {
-    let placed_body = |id: NaifId| placed.iter().find(|p| p.body.id == id);
-    let mut record = |farther: &PlacedBody<'_>, visible: DVec3| {
-        if visible != DVec3::ONE {
-            let reason = reason!("hidden", part = format_args!("{:.6}", visible.y));
-            let decision = Decision { effect: "hidden", on: visible == DVec3::ZERO, reason, stated_error: None };
-            let is_unrecorded = |b: &&mut BodyInView| b.id == farther.body.id && b.decisions.iter().all(|d| d.effect != decision.effect);
-            bodies.iter_mut().filter(is_unrecorded).for_each(|b| b.decisions.push(decision.clone()));
-        }
-    };
-    for point in points.iter_mut() {
-        let Some(p) = placed_body(point.body) else { continue };
-        let visible = visible_fraction(placed, p);
-        record(p, visible);
-        point.flux *= narrow(visible);
-        // The Sun's draw leaves out what small bodies in front of it hide.
-        let is_before_sun = placed_body(NaifId::SUN).is_some_and(|sun| overlap(p, sun, 0.0) && is_in_front(p, sun));
-        point.covered_px *= if is_before_sun { 0.0 } else { narrow_scalar(visible.element_sum() / 3.0) };
+/// Records the fraction of a body's light that nearer bodies leave visible, per channel, as a decision, unless it is all of it or recorded already.
+pub(super) fn record(bodies: &mut [BodyInView], farther: NaifId, visible: DVec3) {
+    if visible == DVec3::ONE {
+        return;
     }
+    let reason = reason!("hidden", part = format_args!("{:.6}", visible.y));
+    let decision = Decision { effect: "hidden", on: visible == DVec3::ZERO, reason, stated_error: None };
+    let is_unrecorded = |b: &&mut BodyInView| b.id == farther && b.decisions.iter().all(|d| d.effect != decision.effect);
+    bodies.iter_mut().filter(is_unrecorded).for_each(|b| b.decisions.push(decision.clone()));
+}
+
+/// Stores the limbs of nearer bodies in the draws of emissive discs, and records the visible fractions as decisions.
+pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Draw], bodies: &mut [BodyInView]) {
+    let placed_body = |id: NaifId| placed.iter().find(|p| p.body.id == id);
     let drawn: Vec<_> = draws.iter().filter(|d| d.part == BodyPart::Globe).map(|d| (d.body, d.features.shape)).collect();
     let moon_limb = draws.iter().find(|d| d.features.limb_heights).map(|d| d.uniforms.limb.clone());
     for draw in draws.iter_mut().filter(|d| d.part == BodyPart::Globe && d.features.surface == Surface::Emissive) {
@@ -236,7 +229,7 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Dra
             continue;
         }
         let visible = visible_fraction(placed, farther);
-        record(farther, visible);
+        record(bodies, farther.body.id, visible);
         // The origin of positions in the limb's forms. It is rounded to f32 first, so that the shader subtracts exactly this pixel position.
         let origin_px = narrow2(camera.pixel_from_clip(middle));
         let ray = |px: DVec2| camera.ray(camera.clip_from_pixel(px));

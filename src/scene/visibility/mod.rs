@@ -4,3 +4,4 @@ pub(crate) mod hidden;
 pub(crate) mod limb_profiles;
 pub(crate) mod lunar_limb;
 pub(crate) mod order;
+pub(crate) mod points;

@@ -395,7 +395,7 @@ impl ShaderLibrary {
         let mut replaced = 0;
         for id in ids {
             let (Some((built, origin)), Some(path)) = (rebuilt_if_tampered(id), self.entry_path(id)) else { continue };
-            (self.report)(&format!("shader library: {} is replaced: it differs from what the generator emits", path.display()));
+            (self.report)(&format!("shader library: {} is not used: it differs from what the generator emits", path.display()));
             self.counters.repaired.fetch_add(1, Ordering::Relaxed);
             self.write(&generator.digest, &built, &path);
             // In memory too: if the entry cannot be written, reading it again would make the caller fail again, without end.

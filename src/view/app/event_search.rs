@@ -5,7 +5,7 @@
 //! here: the geometry (`events`), the thread that searches, the list in the Events panel.
 
 use crate::catalog::{Catalog, NaifId};
-use crate::ephemeris::topocentric::{Observer, ObserverSky};
+use crate::ephemeris::topocentric::{HORIZON_REFRACTION_DEG, Observer, ObserverSky};
 use crate::ephemeris::{Ephemeris, EphemerisError, angle_rad};
 use crate::events::{self, GeodeticPosition, LunarEclipse, LunarType, MoonEvent, MoonEventType, SolarEclipse, SolarType, Transit};
 use crate::time::Instant;
@@ -191,8 +191,6 @@ const MUTUAL_FOV_DIAMETERS: f64 = 12.0;
 const LOW_BODY_CAMERA_HEIGHT_KM: f64 = 3.0;
 /// Altitude below which the observed body is near the horizon, degrees.
 const LOW_BODY_ALTITUDE_DEG: f64 = 2.0;
-/// Refraction at the horizon as in almanacs: 34 arcminutes; `ephemeris::topocentric` and `events::local` use the same value.
-const HORIZON_REFRACTION_DEG: f64 = 34.0 / 60.0;
 /// Real seconds in which the button *Watch* plays an event that is longer than this.
 const PLAYBACK_S: f64 = 30.0;
 /// Two searches may give slightly different times for one event; events of the same kind and bodies that are closer in time than this are one event.

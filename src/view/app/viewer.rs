@@ -108,7 +108,7 @@ const GROUND_FOV_DEG: f64 = 60.0;
 /// Interval between the images of a moving view, seconds.
 const MOVING_INTERVAL_S: f64 = 1.0 / 60.0;
 /// Interval between images while time runs no faster than real time and nothing else moves, seconds.
-const REAL_TIME_INTERVAL_S: f64 = 1.0;
+pub(crate) const REAL_TIME_INTERVAL_S: f64 = 1.0;
 /// Maximum number of views in the history.
 const MAX_HISTORY: usize = 64;
 

@@ -29,7 +29,7 @@ fn known_languages() -> String {
 }
 
 /// Maximum number of characters that an error quotes of an unknown code.
-const MAX_ECHO_CHARS: usize = 40;
+const MAX_CODE_CHARS: usize = 40;
 
 /// The environment variables that name a locale, in order of precedence.
 const LOCALE_VARIABLES: [&str; 3] = ["LC_ALL", "LC_MESSAGES", "LANG"];
@@ -84,7 +84,7 @@ impl Language {
     pub fn by_code(code: &str) -> Result<Self, UnknownLanguage> {
         let found =
             [Self::English, Self::German, Self::Marked].into_iter().find(|language| language.code().eq_ignore_ascii_case(code.trim()));
-        found.ok_or_else(|| UnknownLanguage { code: crate::wording::echo_within(code, MAX_ECHO_CHARS) })
+        found.ok_or_else(|| UnknownLanguage { code: crate::wording::echo_within(code, MAX_CODE_CHARS) })
     }
 
     /// The language of the environment's locale, for instance `de_DE.UTF-8`; English if that language is not available. `variable` reads an

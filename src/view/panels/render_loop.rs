@@ -13,6 +13,7 @@ use crate::scene::request::{ExposureRequest, Look, Position, Quality, Up, ViewRe
 use crate::session::{Readiness, RequestedOutput, Session};
 use crate::view::app::exposure_adaptation::ExposureTicket;
 use crate::view::app::view_state::ViewStateError;
+use crate::view::app::viewer::REAL_TIME_INTERVAL_S;
 use crate::view::error_texts::error_text;
 use crate::view::language::{self, body_name};
 use crate::view::worker::adaptive_resolution::AdaptiveResolution;
@@ -27,8 +28,6 @@ const STILL_AFTER_S: f64 = 0.18;
 const STILL_MARGIN_S: f64 = 0.005;
 /// Interval between checks whether the GPU is ready to replace the software renderer, seconds.
 const READY_CHECK_S: f64 = 0.1;
-/// Smallest interval between images while time runs no faster than real time, seconds.
-const REAL_TIME_INTERVAL_S: f64 = 1.0;
 /// Largest fraction of the time that drawing takes while time runs no faster than real time.
 const MAX_REAL_TIME_LOAD: f64 = 0.1;
 

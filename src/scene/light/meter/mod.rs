@@ -7,7 +7,7 @@
 //! the edges of the frame, and the light of the sky fades towards the top of the air. Only the glare and the corona that the image shows are metered: no glare
 //! of a Sun outside the frame, and no corona that the glare hides or the user switched off. Left out: maps other than city lights (a sea is as bright as a
 //! desert), relief far below the camera, the shadow of rings on a distant planet, the air beyond a near limb, and the light that another body's air adds in
-//! front of bodies behind it. Weights and limits without a source are judged by eye; tests/scene/metering.rs checks that no exposure jumps.
+//! front of bodies behind it. Weights and limits without a stated source are chosen; tests/scene/metering.rs checks that no exposure jumps.
 
 mod city_lights;
 mod geometry;
@@ -234,7 +234,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         let sun = self.meter.placed.iter().find(|s| s.body.id == NaifId::SUN && eclipses_are_on);
         let unocculted = sun.map_or(1.0, |s| {
             let towards = s.placement.centre_km / s.distance_km;
-            let radius_rad = (s.body.radii_km.x / s.distance_km).min(1.0).asin();
+            let radius_rad = s.angular_radius_rad();
             let nearer =
                 self.meter.placed.iter().filter(|o| o.body.id != air.body.id && o.body.id != NaifId::SUN && o.distance_km < s.distance_km);
             nearer.map(|o| visible_fraction_behind_body(&o.placement, towards, radius_rad)).product::<f64>()
@@ -342,7 +342,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             (ground.sun - viewer * ground.sun.dot(viewer)).try_normalize().unwrap_or_else(|| viewer.any_orthonormal_vector());
         let up = viewer.cross(perpendicular);
         let terminator = phase_angle_rad - FRAC_PI_2;
-        // A disc of a few pixels is one of many in the frame: a coarser grid saves time, and its mean differs little.
+        // A coarser grid for discs of a few pixels saves time.
         let (columns, rows) = if diameter_px < 4.0 { (6, 3) } else { (14, 8) };
         let lit_weight = lit_part_weight(phase_angle_rad, p.distance_km / p.body.radii_km.max_element());
         for (from, to, weight) in [(-FRAC_PI_2, terminator, 1.0), (terminator, FRAC_PI_2, lit_weight)] {

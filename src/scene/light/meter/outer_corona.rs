@@ -1,5 +1,5 @@
-//! Meters the outer corona by rays of the frame, in two cases. For a camera near the Sun it covers the entire sky, including the hemisphere away from the Sun;
-//! the camera may even be within the inner corona. A body in front of the Sun may hide the inner corona alone.
+//! Meters the outer corona by rays of the frame, in two cases: for a camera near the Sun, which the corona surrounds, even the inner one; and where a body in
+//! front of the Sun hides the inner corona but not the outer one.
 //!
 //! In: the metered frame. Out: one subject, the corona beyond the annuli of the inner corona ([`MeteredFrame::corona`]). Always: continuous in the camera's
 //! position.
