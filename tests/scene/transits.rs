@@ -132,3 +132,31 @@ fn a_small_moon_behind_the_rings_is_dimmed_by_them() {
     assert!(flux(&beside) > 0.0 && flux(&behind_ring_b) < 1e-3 * flux(&beside), "{} {}", flux(&behind_ring_b), flux(&beside));
     assert!(hidden_area_px(&behind_ring_b, mimas).abs() < 0.01);
 }
+
+/// Rings that are seen almost edge-on hide a strip of a moon behind them, not its entire light.
+#[test]
+fn a_moon_behind_rings_seen_edge_on_keeps_most_of_its_light() {
+    let (titan, saturn) = (NaifId(606), NaifId(699));
+    let start = Instant::parse("2017-05-17T00:00:00Z").expect("a time");
+    let axes = |time: Instant| SESSION.ephemeris().body_from_icrf(saturn, time).expect("axes");
+    let titan_km = |time: Instant| axes(time) * from_to_km(saturn, titan, time);
+    let is_close_to_plane = |t: &Instant| (3500.0..4500.0).contains(&titan_km(*t).z.abs());
+    let time = (0..400).map(|k| start.plus_seconds(3600.0 * f64::from(k))).find(is_close_to_plane).expect("a time");
+    // The line of sight passes beside the globe, and meets the plane of the rings here at a right angle to the direction of the planet's centre.
+    let to_crossing_km = |radius_km: f64| {
+        let in_plane = titan_km(time).truncate().normalize().perp() * radius_km;
+        in_plane.extend(0.0) - titan_km(time)
+    };
+    let view_through = |radius_km: f64| {
+        let direction = to_crossing_km(radius_km);
+        view(titan, axes(time).transpose() * direction, 100.0 * direction.length(), 1.5, time, 31, ExposureRequest::Auto)
+    };
+    let flux = |scene: &Scene| scene.points.iter().find(|p| p.body == titan).map_or(0.0, |p| f64::from(p.flux.y));
+    let transmitted = flux(&view_through(105_000.0)) / flux(&view_through(155_000.0));
+    // Along the line of sight the opaque rings A and B end where their radius is 136 775 km, in front of a strip of this half height.
+    let direction = to_crossing_km(105_000.0);
+    let half_height_km = (136_775_f64.powi(2) - 105_000_f64.powi(2)).sqrt() * direction.z.abs() / direction.truncate().length();
+    let hidden = 4.0 * half_height_km / (PI * SESSION.catalog().body(titan).expect("Titan").radii_km.x);
+    assert!((0.05..0.3).contains(&hidden), "{hidden}");
+    assert!((transmitted - (1.0 - hidden)).abs() < 0.06, "{transmitted}, hidden {hidden}");
+}

@@ -1,8 +1,8 @@
 //! Bodies drawn as points among the other bodies of the frame: what of a point's light nearer bodies and rings leave, and what the point hides behind it.
 //!
 //! In: placed bodies, their draws and points. Out: the points with the flux that reaches the viewer, and with [`Point::covered_px`] above 0 only where a disc or
-//! a ring is behind them; points without light that hide nothing are removed. Errors: a ring counts with its optical depth at the body's centre. Not here: the
-//! air of a planet in front of a point, unless the camera is in it (`features`).
+//! a ring is behind them; points without light that hide nothing are removed. Errors: the transmittance of rings is a mean over one diameter of the body's
+//! disc, parallel to the pole of the rings. Not here: the air of a planet in front of a point, unless the camera is in it (`features`).
 
 use super::hidden::{is_within, record, visible_fraction};
 use super::order::is_in_front;
@@ -11,9 +11,13 @@ use crate::scene::camera::{narrow, narrow_scalar};
 use crate::scene::draw::{BodyPart, Draw, Point};
 use crate::scene::in_view::BodyInView;
 use crate::scene::placed::PlacedBody;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
+use std::f64::consts::PI;
 
-/// Where the line of sight to a body meets the plane of a planet's rings.
+/// Number of lines of sight to a body on which the rings of a planet are evaluated.
+const LINES_OF_SIGHT: u32 = 64;
+
+/// Where a line of sight to a body meets the plane of a planet's rings.
 struct RingPlaneCrossing {
     /// Distance from the camera, in distances of the body: above 1 behind it.
     distance: f64,
@@ -24,13 +28,12 @@ struct RingPlaneCrossing {
 }
 
 impl RingPlaneCrossing {
-    /// `None` if the line of sight does not meet the plane in front of the camera.
-    fn of(body: &PlacedBody<'_>, planet: &PlacedBody<'_>) -> Option<Self> {
-        let axes = planet.placement.body_from_icrf;
-        let (camera_km, to_body_km) = (axes * -planet.placement.centre_km, axes * body.placement.centre_km);
-        let distance = -camera_km.z / to_body_km.z;
-        let radius_km = (camera_km + to_body_km * distance).truncate().length();
-        let cosine = to_body_km.z.abs() / to_body_km.length();
+    /// The camera's position and the line of sight from there to the body, in the axes of the rings' planet. `None` if the line of sight does not meet the plane
+    /// in front of the camera.
+    fn of(camera_km: DVec3, line_of_sight_km: DVec3) -> Option<Self> {
+        let distance = -camera_km.z / line_of_sight_km.z;
+        let radius_km = (camera_km + line_of_sight_km * distance).truncate().length();
+        let cosine = line_of_sight_km.z.abs() / line_of_sight_km.length();
         (distance > 0.0 && radius_km.is_finite()).then_some(Self { distance, radius_km, cosine })
     }
 
@@ -38,6 +41,37 @@ impl RingPlaneCrossing {
     fn optical_depth(&self, planet: &PlacedBody<'_>) -> f64 {
         let here = planet.body.rings.iter().filter(|ring| (ring.inner_km..=ring.outer_km).contains(&self.radius_km));
         here.map(|ring| ring.tau_normal).sum::<f64>() / self.cosine
+    }
+}
+
+/// The rings of a planet, seen in the direction of a body.
+struct RingsAtBody {
+    /// Fraction of the body's light that the rings in front of it transmit.
+    transmittance: f64,
+    /// Whether a part of the rings is behind the body.
+    are_behind: bool,
+}
+
+impl RingsAtBody {
+    /// Lines of sight to a diameter of the disc parallel to the pole of the rings: seen almost edge-on, rings are narrower than the disc.
+    fn of(body: &PlacedBody<'_>, planet: &PlacedBody<'_>) -> Self {
+        let axes = planet.placement.body_from_icrf;
+        let (camera_km, to_body_km) = (axes * -planet.placement.centre_km, axes * body.placement.centre_km);
+        let diameter = DVec3::Z.reject_from(to_body_km).try_normalize().unwrap_or(DVec3::ZERO);
+        let radius_km = body.body.radii_km.element_sum() / 3.0;
+        let (mut transmitted, mut total, mut are_behind) = (0.0, 0.0, false);
+        for k in 0..LINES_OF_SIGHT {
+            // The disc is wide in proportion to the cosine, and so is the distance between lines of sight that are evenly spaced in angle.
+            let (sine, cosine) = (PI * ((f64::from(k) + 0.5) / f64::from(LINES_OF_SIGHT) - 0.5)).sin_cos();
+            let crossing = RingPlaneCrossing::of(camera_km, to_body_km + diameter * (radius_km * sine));
+            let depth = crossing.as_ref().map_or(0.0, |c| c.optical_depth(planet));
+            let is_behind = crossing.is_some_and(|c| c.distance > 1.0);
+            are_behind |= is_behind && depth > 0.0;
+            let weight = cosine * cosine;
+            transmitted += weight * if is_behind { 1.0 } else { (-depth).exp() };
+            total += weight;
+        }
+        Self { transmittance: transmitted / total, are_behind }
     }
 }
 
@@ -50,16 +84,14 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], draws: &[Draw], points: &mut Vec<
         let visible = visible_fraction(placed, p);
         record(bodies, point.body, visible);
         let ringed = others().filter(|other| has_draw(other.body.id, BodyPart::Ring));
-        let crossings: Vec<_> =
-            ringed.filter_map(|planet| RingPlaneCrossing::of(p, planet).map(|c| (c.distance, c.optical_depth(planet)))).collect();
-        let depth_in_front: f64 = crossings.iter().filter(|(distance, _)| *distance < 1.0).map(|(_, depth)| depth).sum();
-        let transmitted = visible * (-depth_in_front).exp();
+        let rings: Vec<RingsAtBody> = ringed.map(|planet| RingsAtBody::of(p, planet)).collect();
+        let transmitted = visible * rings.iter().map(|r| r.transmittance).product::<f64>();
         point.flux *= narrow(transmitted);
         let is_before_disc = |other: &PlacedBody<'_>| is_in_front(p, other) && is_within(p, other, 0.0);
         // The Sun's draw leaves out what small bodies in front of it hide.
         let is_before_sun = others().any(|other| other.body.id == NaifId::SUN && is_before_disc(other));
-        let hides = crossings.iter().any(|(distance, depth)| *distance > 1.0 && *depth > 0.0)
-            || others().any(|other| has_draw(other.body.id, BodyPart::Globe) && is_before_disc(other));
+        let hides =
+            rings.iter().any(|r| r.are_behind) || others().any(|other| has_draw(other.body.id, BodyPart::Globe) && is_before_disc(other));
         point.covered_px *= if hides && !is_before_sun { narrow_scalar(transmitted.element_sum() / 3.0) } else { 0.0 };
     }
     points.retain(|point| point.flux != Vec3::ZERO || point.covered_px > 0.0);
