@@ -1,4 +1,4 @@
-//! A small moon in front of a planet or its rings hides as much of them as its disc covers, drawn as a point or as a disc.
+//! A small body in front of a planet, its rings or the Sun hides as much of them as its disc covers, drawn as a point or as a disc.
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3, Vec3};
@@ -79,6 +79,34 @@ fn a_small_moon_hides_the_planet_behind_it() {
             assert!((hidden_px / area_px - 1.0).abs() < tolerance, "{moon:?} {}: {hidden_px}, not {area_px}", body.diameter_px);
         }
     }
+}
+
+/// A planet in transit in front of the Sun hides as much of it wherever its centre lies in its pixel.
+#[test]
+fn a_small_planet_hides_the_sun_behind_it() {
+    let time = Instant::parse("2024-03-01T00:00:00Z").expect("a time");
+    let mercury = NaifId(199);
+    let direction = from_to_km(NaifId::SUN, mercury, time);
+    for (diameter_px, side) in [0.3, 0.5, 0.8, 1.2, 1.7].into_iter().flat_map(|px| [(px, 30), (px, 31)]) {
+        let mut scene = view(mercury, direction, 2.4e7, diameter_px, time, side, ExposureRequest::Auto);
+        scene.glare = None;
+        let area_px = 0.25 * PI * scene.body(mercury).expect("a body").diameter_px.powi(2);
+        let hidden_px = hidden_area_px(&scene, mercury);
+        assert!((hidden_px / area_px - 1.0).abs() < 0.01, "{diameter_px} in {side}: {hidden_px}, not {area_px}");
+    }
+}
+
+/// Seen from the ground by day, points hide nothing behind the bright sky, except the Sun: Mercury's transit of 2019.
+#[test]
+fn by_day_a_small_planet_hides_the_sun_behind_it() {
+    let mercury = NaifId(199);
+    let position = Position::Ground { body: NaifId::EARTH, latitude_deg: 5.0, longitude_deg: -45.0, height_km: 0.002 };
+    let time = Instant::parse("2019-11-11T15:20:00Z").expect("a time");
+    let request = ViewRequest { position, fov_deg: Some(1.0), width: 200, height: 200, ..ViewRequest::of(mercury, time) };
+    let scene = SESSION.scene(&request).expect("a scene");
+    let area_px = 0.25 * PI * scene.body(mercury).expect("a body").diameter_px.powi(2);
+    let covered_px = scene.points.iter().find(|p| p.body == mercury).map_or(0.0, |p| f64::from(p.covered_px));
+    assert!((covered_px / area_px - 1.0).abs() < 1e-3, "{covered_px}, not {area_px}");
 }
 
 /// A moon whose light is too faint to see has no point, and yet it hides what is behind it.

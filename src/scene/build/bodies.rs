@@ -76,7 +76,7 @@ impl BodiesInFrame {
     /// radiance shown as white.
     pub(super) fn apply_visibility(&mut self, placed: &[PlacedBody<'_>], camera: &Camera, white: f64) {
         lunar_limb::apply_to_moon(placed, camera, &mut self.draws, &mut self.reports);
-        points::apply(placed, &self.draws, &mut self.points, &mut self.reports);
+        points::apply(placed, camera, &self.draws, &mut self.points, &mut self.reports);
         hidden::apply(placed, camera, &mut self.draws, &mut self.reports);
         lunar_limb::update_features(&self.draws, &mut self.reports);
         let sun = placed.iter().find(|p| p.body.id == NaifId::SUN);

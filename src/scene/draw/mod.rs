@@ -144,7 +144,7 @@ pub struct Point {
     pub stretch: f32,
     /// Linear RGB: the sum of the sprite's radiance over its pixels.
     pub flux: Vec3,
-    /// Area in pixels of what the body hides of the discs and rings behind it: that of its disc. 0 if its disc is drawn, too; in front of the Sun, whose draw
-    /// leaves it out; and by day in air.
+    /// Area in pixels of what the body hides of the discs and rings behind it: that of its disc. 0 if its disc is drawn, too, and by day in air, except in front
+    /// of the Sun.
     pub covered_px: f32,
 }

@@ -9,6 +9,7 @@ pub(crate) mod inputs;
 pub mod possible;
 
 use crate::catalog::{Map, NaifId};
+use crate::ephemeris::angle_rad;
 use crate::message::{Reason, reason};
 use crate::scene::atmosphere::multi_scatter_in_shadow;
 use crate::scene::camera::ClipRect;
@@ -25,6 +26,7 @@ use crate::scene::point::{self, DISC_ONLY_FROM_PX, POINT_ONLY_BELOW_PX};
 use crate::scene::request::effects::Effect;
 use crate::scene::surface::{crescent, ground, mesh_decision, meshes, overlays};
 use crate::scene::{atmosphere, eclipse, light, rings};
+use crate::units::SUN_RADIUS_KM;
 use glam::{DVec3, Vec3};
 use inputs::{DecideEffect, DecisionInputs, Decisions, FrameContext, decide_in_order};
 use std::f64::consts::PI;
@@ -43,6 +45,9 @@ pub(crate) struct DecidedBody {
 /// Sines of the Sun's altitude between which points cease to hide what is behind them: -6 degrees, the end of civil twilight, and 0. In between the sky's
 /// radiance passes that of the planets' discs, and it is in front of them.
 const DUSK_SUN_SINES: (f64, f64) = (-0.1045, 0.0);
+
+/// Upper limit of the aberration for a viewer on a planet: that of Mercury's speed at perihelion, 59 km/s.
+const MAX_ABERRATION_RAD: f64 = 2e-4;
 
 /// The decisions about a body that is drawn as a disc, in their order.
 const ALL_DECISIONS: [DecideEffect; 11] = [
@@ -185,19 +190,22 @@ fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Optio
 }
 
 /// Area in pixels of what a body that is drawn as a point hides behind it. 0 if its disc is drawn, which hides as much, for the Sun, in
-/// views of single quantities, and by day in air, whose light is in front of the body.
+/// views of single quantities, and by day in air, whose light is in front of the body, but not in front of the Sun, which is brighter than any air.
 fn covered_px(inputs: &DecisionInputs<'_, '_>) -> f64 {
     let (frame, placed) = (inputs.frame, inputs.placed);
     if inputs.disc_fraction > 0.0 || placed.body.id == NaifId::SUN || inputs.pixel_view() != PixelView::Final {
         return 0.0;
     }
-    let sun_sine = |up: DVec3| {
-        let sun = frame.reflectors.iter().find(|r| r.body.id == NaifId::SUN)?;
-        Some(up.dot((sun.position_km - frame.camera.position_km).normalize()))
-    };
+    let sun_km = frame.reflectors.iter().find(|r| r.body.id == NaifId::SUN).map(|sun| sun.position_km - frame.camera.position_km);
+    let sun_sine = |up: DVec3| sun_km.map(|sun_km| up.dot(sun_km.normalize()));
     let sky_by_day =
         frame.air.filter(|a| a.is_bright()).and_then(|a| sun_sine(a.up())).map_or(0.0, |sine| smooth_rise(DUSK_SUN_SINES, sine));
-    0.25 * PI * inputs.diameter_px.powi(2) * (1.0 - sky_by_day)
+    let near_sun = |sun_km: DVec3| {
+        let separation_rad = angle_rad(placed.placement.centre_km, sun_km);
+        separation_rad < placed.angular_radius_rad() + (SUN_RADIUS_KM / sun_km.length()).min(1.0).asin() + MAX_ABERRATION_RAD
+    };
+    let hidden_fraction = if sun_km.is_some_and(near_sun) { 1.0 } else { 1.0 - sky_by_day };
+    0.25 * PI * inputs.diameter_px.powi(2) * hidden_fraction
 }
 
 /// The point of a body beside the frame: its glare may reach into the frame, as that of a star may. `None` for the Sun, whose glare `light::glare` draws.

@@ -7,10 +7,11 @@
 use super::hidden::{is_within, record, visible_fraction};
 use super::order::is_in_front;
 use crate::catalog::NaifId;
-use crate::scene::camera::{narrow, narrow_scalar};
+use crate::scene::camera::{Camera, narrow, narrow_scalar};
 use crate::scene::draw::{BodyPart, Draw, Point};
 use crate::scene::in_view::BodyInView;
 use crate::scene::placed::PlacedBody;
+use crate::scene::point::POINT_RADIUS_PX;
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 
@@ -76,7 +77,7 @@ impl RingsAtBody {
 }
 
 /// Applies the other bodies to the points, and records the fraction of each body's light that nearer bodies leave visible as a decision.
-pub(crate) fn apply(placed: &[PlacedBody<'_>], draws: &[Draw], points: &mut Vec<Point>, bodies: &mut [BodyInView]) {
+pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &[Draw], points: &mut Vec<Point>, bodies: &mut [BodyInView]) {
     let has_draw = |body: NaifId, part: BodyPart| draws.iter().any(|d| d.body == body && d.part == part);
     for point in points.iter_mut() {
         let Some(p) = placed.iter().find(|p| p.body.id == point.body) else { continue };
@@ -87,12 +88,12 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], draws: &[Draw], points: &mut Vec<
         let rings: Vec<RingsAtBody> = ringed.map(|planet| RingsAtBody::of(p, planet)).collect();
         let transmitted = visible * rings.iter().map(|r| r.transmittance).product::<f64>();
         point.flux *= narrow(transmitted);
-        let is_before_disc = |other: &PlacedBody<'_>| is_in_front(p, other) && is_within(p, other, 0.0);
-        // The Sun's draw leaves out what small bodies in front of it hide.
-        let is_before_sun = others().any(|other| other.body.id == NaifId::SUN && is_before_disc(other));
+        // A sprite beside a disc reaches into it: the cover fades in while the body approaches the disc.
+        let is_before_disc =
+            |other: &PlacedBody<'_>| is_in_front(p, other) && is_within(p, other, POINT_RADIUS_PX * camera.pixel_tangent());
         let hides =
             rings.iter().any(|r| r.are_behind) || others().any(|other| has_draw(other.body.id, BodyPart::Globe) && is_before_disc(other));
-        point.covered_px *= if hides && !is_before_sun { narrow_scalar(transmitted.element_sum() / 3.0) } else { 0.0 };
+        point.covered_px *= if hides { narrow_scalar(transmitted.element_sum() / 3.0) } else { 0.0 };
     }
     points.retain(|point| point.flux != Vec3::ZERO || point.covered_px > 0.0);
 }
