@@ -81,6 +81,20 @@ fn a_small_moon_hides_the_planet_behind_it() {
     }
 }
 
+/// Titan's haze reaches far beyond its limb; it hides Saturn around a point as around a disc.
+#[test]
+fn a_small_moon_with_haze_hides_as_much_as_a_point_and_as_a_disc() {
+    let (titan, saturn) = (NaifId(606), NaifId(699));
+    let time = time_of_lit_planet(titan, saturn);
+    let hidden_in_areas = |diameter_px: f64| {
+        let scene = view(titan, from_to_km(saturn, titan, time), 2.6e6, diameter_px, time, 31, ExposureRequest::Auto);
+        hidden_area_px(&scene, titan) / (0.25 * PI * scene.body(titan).expect("a body").diameter_px.powi(2))
+    };
+    let (point, disc) = (hidden_in_areas(1.5), hidden_in_areas(4.5));
+    assert!(disc > 1.1, "{disc}");
+    assert!((point / disc - 1.0).abs() < 0.08, "point {point}, disc {disc}");
+}
+
 /// A planet in transit in front of the Sun hides as much of it wherever its centre lies in its pixel.
 #[test]
 fn a_small_planet_hides_the_sun_behind_it() {

@@ -84,6 +84,15 @@ pub(crate) fn tangent_ray(air: &Atmosphere, radius_km: f64, height_km: f64, cos_
     (depth, scattered)
 }
 
+/// Area that the air hides beyond the limb, divided by that of the disc: its opacity along grazing rays, mean of the channels, summed over height.
+pub(crate) fn hidden_area_ratio(body: &Body, air: &Atmosphere) -> f64 {
+    let radius_km = body.radii_km.max_element();
+    let step_km = air.top_km / HEIGHT_STEPS as f64;
+    let opacity = |height_km: f64| (DVec3::ONE - (-tangent_ray(air, radius_km, height_km, 0.0).0).exp()).element_sum() / 3.0;
+    let rings_km2 = (0..HEIGHT_STEPS).map(|k| (k as f64 + 0.5) * step_km).map(|height_km| opacity(height_km) * (radius_km + height_km));
+    2.0 * step_km * rings_km2.sum::<f64>() / radius_km.powi(2)
+}
+
 /// How much of the rim continues the disc's colour, 0 to 1, if the body's colours include its air: the blend of `disc_beyond_limb`, from an opacity of 0.2
 /// along the limb to one of 0.5. `at_limb`: the opacity along the limb, the mean of the channels.
 pub(crate) fn continued_part(at_limb: f64) -> f64 {
@@ -160,6 +169,18 @@ mod tests {
         );
         assert!(low.is_averaged() && !Rim { height_px: 0.501, ..low }.is_averaged());
         assert!(Rim { height_px: 1.9, light_ratio: 0.11 }.is_averaged() && !Rim { height_px: 2.1, light_ratio: 0.11 }.is_averaged());
+    }
+
+    /// The haze of Titan is opaque up to about 300 km, the dust of Mars up to 30 km.
+    #[test]
+    fn haze_hides_more_than_the_disc() {
+        let catalog = Catalog::embedded();
+        let ratio = |name: &str| {
+            let body = catalog.bodies().iter().find(|b| b.name == name).expect(name);
+            hidden_area_ratio(body, body.atmosphere.as_ref().expect("air"))
+        };
+        assert!((0.2..0.35).contains(&ratio("Titan")), "{}", ratio("Titan"));
+        assert!((0.0..0.03).contains(&ratio("Mars")), "{}", ratio("Mars"));
     }
 
     /// The sums against closed forms: the light that the gas of Venus scatters, and the light with which it continues a Lambert disc.

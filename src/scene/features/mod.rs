@@ -189,7 +189,7 @@ fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Optio
     Some(point::sprite(placed.body.id, clip, flux, covered_px))
 }
 
-/// Area in pixels of what a body that is drawn as a point hides behind it. 0 if its disc is drawn, which hides as much, for the Sun, in
+/// Area in pixels of what a body that is drawn as a point, and its air, hide behind them. 0 if its disc is drawn, which hides as much, for the Sun, in
 /// views of single quantities, and by day in air, whose light is in front of the body, but not in front of the Sun, which is brighter than any air.
 fn covered_px(inputs: &DecisionInputs<'_, '_>) -> f64 {
     let (frame, placed) = (inputs.frame, inputs.placed);
@@ -205,7 +205,10 @@ fn covered_px(inputs: &DecisionInputs<'_, '_>) -> f64 {
         separation_rad < placed.angular_radius_rad() + (SUN_RADIUS_KM / sun_km.length()).min(1.0).asin() + MAX_ABERRATION_RAD
     };
     let hidden_fraction = if sun_km.is_some_and(near_sun) { 1.0 } else { 1.0 - sky_by_day };
-    0.25 * PI * inputs.diameter_px.powi(2) * hidden_fraction
+    let has_air = frame.context.request.effects.override_of(Effect::Atmosphere) != Some(false);
+    let air = placed.body.atmosphere.as_ref().filter(|_| has_air);
+    let beyond_limb = air.map_or(0.0, |air| atmosphere::rim::hidden_area_ratio(placed.body, air));
+    0.25 * PI * inputs.diameter_px.powi(2) * (1.0 + beyond_limb) * hidden_fraction
 }
 
 /// The point of a body beside the frame: its glare may reach into the frame, as that of a star may. `None` for the Sun, whose glare `light::glare` draws.
