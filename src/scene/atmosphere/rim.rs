@@ -89,8 +89,8 @@ pub(crate) fn hidden_area_ratio(body: &Body, air: &Atmosphere) -> f64 {
     let radius_km = body.radii_km.max_element();
     let step_km = air.top_km / HEIGHT_STEPS as f64;
     let opacity = |height_km: f64| (DVec3::ONE - (-tangent_ray(air, radius_km, height_km, 0.0).0).exp()).element_sum() / 3.0;
-    let rings_km2 = (0..HEIGHT_STEPS).map(|k| (k as f64 + 0.5) * step_km).map(|height_km| opacity(height_km) * (radius_km + height_km));
-    2.0 * step_km * rings_km2.sum::<f64>() / radius_km.powi(2)
+    let opaque_km = (0..HEIGHT_STEPS).map(|k| (k as f64 + 0.5) * step_km).map(|height_km| opacity(height_km) * (radius_km + height_km));
+    2.0 * step_km * opaque_km.sum::<f64>() / radius_km.powi(2)
 }
 
 /// How much of the rim continues the disc's colour, 0 to 1, if the body's colours include its air: the blend of `disc_beyond_limb`, from an opacity of 0.2
