@@ -32,7 +32,7 @@ pub(crate) fn is_same_in_every_zone(text: &str) -> bool {
 
 /// The instant of a date text, read as UTC.
 pub(crate) fn parse_date(text: &str, now: Instant) -> Option<Instant> {
-    let text = text.trim().to_lowercase();
+    let text = with_decimal_point(&text.trim().to_lowercase());
     match text.as_str() {
         "now" | "today" | "jetzt" | "heute" => return Some(now),
         "tomorrow" | "morgen" => return Some(now.plus_seconds(SECONDS_PER_DAY)),
@@ -47,6 +47,21 @@ pub(crate) fn parse_date(text: &str, now: Instant) -> Option<Instant> {
     let year = parts.year?;
     let (sign, year) = if year < 0 { ("-", -year) } else { ("", year) };
     Instant::parse(&format!("{sign}{year:04}-{:02}-{:02}T{time_of_day}Z", parts.month.unwrap_or(1), parts.day.unwrap_or(1))).ok()
+}
+
+/// The text with a decimal comma of the seconds replaced by a point, as in `18:17:16,5`. Elsewhere a comma separates parts of a date: `18:17:16,8 april 2024`.
+fn with_decimal_point(text: &str) -> String {
+    let is_decimal = |before: &str, after: &str| {
+        let clock = before.rsplit([' ', ',', 't']).next().unwrap_or(before);
+        let rest = after.trim_start_matches(|c: char| c.is_ascii_digit());
+        let digits = after.len() - rest.len();
+        let ends = rest.trim().is_empty() || rest.trim() == "uhr" || UTC_WORDS.contains(&rest.trim());
+        clock.matches(':').count() == 2 && clock.ends_with(|c: char| c.is_ascii_digit()) && (1..=3).contains(&digits) && ends
+    };
+    match text.rsplit_once(',') {
+        Some((before, after)) if is_decimal(before, after) => format!("{before}.{after}"),
+        _ => text.to_owned(),
+    }
 }
 
 /// Whether a text is meant as a date, valid or not: it contains a month's name and a number, or a date in digits, and every other word is part of a date.
@@ -253,6 +268,10 @@ mod tests {
             ("1. März 2024", "2024-03-01T00:00:00Z"),
             ("8. Mai 2024, 18:17 UTC", "2024-05-08T18:17:00Z"),
             ("8.4.2024 18:17", "2024-04-08T18:17:00Z"),
+            ("08.04.2024, 18:17:16,5", "2024-04-08T18:17:16.5Z"),
+            ("8. April 2024, 18:17:16,25 UTC", "2024-04-08T18:17:16.25Z"),
+            ("2024-04-08T18:17:16,125Z", "2024-04-08T18:17:16.125Z"),
+            ("18:17:16,8 april 2024", "2024-04-08T18:17:16Z"),
             ("28. Mai 585 v. Chr.", "-0584-05-28T00:00:00Z"),
             ("28. Mai 585 v.Chr.", "-0584-05-28T00:00:00Z"),
             ("19. August 14 n. Chr.", "0014-08-19T00:00:00Z"),
