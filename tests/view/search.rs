@@ -160,6 +160,18 @@ fn the_likeliest_meaning_is_suggested_first() {
     assert!(suggestions("a", &window.state().viewer, session().catalog(), 8).len() <= 8);
 }
 
+/// A typed time is suggested with its seconds, not rounded to a minute of the next year.
+#[test]
+fn a_suggested_time_has_the_typed_seconds() {
+    let window = window_without_images(MARS);
+    for (text, name) in
+        [("2999-12-31 23:59:50", "2999-12-31 23:59:50 UTC"), ("8 April 2024 18:17", "2024-04-08 18:17 UTC"), ("2027", "2027-01-01 00:00 UTC")]
+    {
+        let found = suggestions(text, &window.state().viewer, session().catalog(), 8);
+        assert_eq!(found.first().map(|s| s.name.as_str()), Some(name), "{text}");
+    }
+}
+
 #[test]
 fn a_similar_name_is_offered_and_not_chosen() {
     let mut window = window_without_images(MARS);

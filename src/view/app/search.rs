@@ -22,7 +22,7 @@ use crate::view::app::presets::Preset;
 use crate::view::app::view_state::{CameraPose, DEFAULT_FOV_DEG, ViewState, body_fixed_orbit_pose};
 use crate::view::app::viewer::{Subject, Viewer};
 use crate::view::app::what_to_see_now::NowItem;
-use crate::view::language::dates::{day_text, minute_text};
+use crate::view::language::dates::{day_text, minute_text, second_text};
 use crate::view::language::{body_name, catalog_text, decimal, named, text};
 use crate::wording::nearest;
 use glam::DVec3;
@@ -91,7 +91,9 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, max_count: us
     }
     let mut found = Vec::new();
     if let Some(time) = parse_date(text, viewer.now()) {
-        found.push(suggestion(minute_text(time), text!("search-date"), SearchTarget::Time(time)));
+        let is_whole_minute = time.to_utc_iso().ends_with(":00Z");
+        let name = if is_whole_minute { minute_text(time) } else { second_text(time) };
+        found.push(suggestion(name, text!("search-date"), SearchTarget::Time(time)));
     }
     found.extend(parse_place(text).map(|(latitude_deg, longitude_deg)| {
         let about = text!("search-place", body = viewer.name(viewer.selected));
