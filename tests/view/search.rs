@@ -164,9 +164,11 @@ fn the_likeliest_meaning_is_suggested_first() {
 #[test]
 fn a_suggested_time_has_the_typed_seconds() {
     let window = window_without_images(MARS);
-    for (text, name) in
-        [("2999-12-31 23:59:50", "2999-12-31 23:59:50 UTC"), ("8 April 2024 18:17", "2024-04-08 18:17 UTC"), ("2027", "2027-01-01 00:00 UTC")]
-    {
+    for (text, name) in [
+        ("2999-12-31 23:59:50", "2999-12-31 23:59:50 UTC"),
+        ("8 April 2024 18:17", "2024-04-08 18:17 UTC"),
+        ("2027", "2027-01-01 00:00 UTC"),
+    ] {
         let found = suggestions(text, &window.state().viewer, session().catalog(), 8);
         assert_eq!(found.first().map(|s| s.name.as_str()), Some(name), "{text}");
     }
