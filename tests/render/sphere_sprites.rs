@@ -8,6 +8,7 @@ use orrery::ephemeris::angle_rad;
 use orrery::ephemeris::apparent::aberrated;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::composite::{Arrangement, CompositeFrames};
+use orrery::scene::effects::EffectOverrides;
 use orrery::scene::photometry::irradiance_of_magnitude;
 use orrery::scene::request::{Axes, Composition, ExposureRequest, Layers, Look, Position, Projection, Purpose, Up, ViewRequest};
 use orrery::scene::viewpoint::viewer;
@@ -98,6 +99,45 @@ fn a_star_has_the_same_size_at_every_latitude() {
             let ratios = there.spread_px / equator.spread_px;
             assert!(ratios.min_element() > 0.75 && ratios.max_element() < 1.45, "latitude {latitude_deg}: {there:?} for {equator:?}");
         }
+    }
+}
+
+/// A body drawn as a point in the middle column at latitude 45 degrees, on the edge of two faces of the cube, has as much light as at 30 degrees.
+#[test]
+fn a_point_on_the_edge_of_two_faces_is_drawn_once() {
+    let (mercury, time) = (NaifId(199), Instant::parse("2024-03-01T00:00:00Z").expect("a time"));
+    let to_sun = SESSION.ephemeris().state(NaifId::SUN, mercury, time, None).expect("the Sun").state.pos_km.normalize();
+    let radius_km = SESSION.catalog().body(mercury).expect("Mercury").radii_km.x;
+    let sideways = to_sun.any_orthonormal_vector();
+    let light = |latitude_deg: f64, distance_radii: f64| {
+        let (sin, cos) = latitude_deg.to_radians().sin_cos();
+        let request = ViewRequest {
+            target: None,
+            position: Position::Offset { body: mercury, offset_km: to_sun * (distance_radii * radius_km), axes: Axes::Icrf },
+            look: Look::Along { direction: -to_sun * cos - sideways * sin, axes: Axes::Icrf },
+            up: Up::Along { direction: sideways * cos - to_sun * sin, axes: Axes::Icrf },
+            exposure: ExposureRequest::Stops(0.0),
+            purpose: Purpose::LINEAR,
+            width: 2 * HEIGHT_PX,
+            height: HEIGHT_PX,
+            layers: Layers::NONE,
+            effects: EffectOverrides::parse("-glow,-corona").expect("effects"),
+            composition: Composition { projection: Projection::Equirectangular, ..Composition::default() },
+            ..ViewRequest::of(mercury, time)
+        };
+        let hdr = SESSION.draw(&request, SAMPLING, FrameImages::DisplayAndHdr).expect("drawn").frame.hdr;
+        let pixels = (0..HEIGHT_PX).flat_map(|y| (HEIGHT_PX - 6..HEIGHT_PX + 6).map(move |x| (x, y)));
+        pixels
+            .map(|(x, y)| (90.0 - latitude_deg - f64::from(y), (y * 2 * HEIGHT_PX + x) as usize, (f64::from(y) + 0.5) * RAD_PER_PX))
+            .filter(|(rows, ..)| rows.abs() < 5.0)
+            .map(|(_, index, from_pole)| f64::from(hdr[index][1]) * from_pole.sin())
+            .sum::<f64>()
+            * distance_radii.powi(2)
+    };
+    for step in 0..16 {
+        let distance_radii = 80.0 + 3.7 * f64::from(step);
+        let (on_edge, inside) = (light(45.0, distance_radii), light(30.0, distance_radii));
+        assert!((on_edge / inside - 1.0).abs() < 0.12, "{distance_radii} radii: {on_edge}, inside the face {inside}");
     }
 }
 

@@ -89,7 +89,7 @@ impl Composite {
                 let Some(scene) = frame.and_then(|k| scenes.get_mut(k)) else { continue };
                 let white = scene.exposure.white();
                 let stars = sprites::stars(image, face, &scene.camera, &scene.stars, white);
-                let points = sprites::points(image, face, &scene.camera, &scene.points, white);
+                let points = sprites::points(image, face, &scene.camera, &scene.points, &scene.bodies, white);
                 (scene.stars, scene.points) = (stars.in_face, points.in_face);
                 whole.stars.extend(stars.in_image);
                 whole.points.extend(points.in_image);

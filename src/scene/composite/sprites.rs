@@ -10,9 +10,10 @@ use super::faces::face_of;
 use crate::scene::camera::sphere::SphereImage;
 use crate::scene::camera::{Camera, narrow, narrow_scalar};
 use crate::scene::draw::{Point, StarSprite};
+use crate::scene::in_view::BodyInView;
 use crate::scene::point::{POINT_RADIUS_PX, pixel_sr, point_peak, point_radius_px};
 use crate::scene::request::Projection;
-use glam::{DVec2, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 
 /// Maximum radius of a sprite relative to the image's shorter side. Without this limit the Sun, which is in every image of the entire sphere, would cover
 /// everything within 20 degrees at a night exposure.
@@ -48,11 +49,11 @@ pub(crate) struct Divided<T> {
     pub in_image: Vec<T>,
 }
 
-/// Projects a sprite of a face into the image, or leaves it to the face.
-fn project(image: &SphereImage, face: usize, camera: &Camera, centre: Vec3, flux: Vec3, white: f64) -> Drawn {
+/// Projects a sprite of a face into the image, or leaves it to the face. `is_in_face`: whether the face contains a direction in the image's axes.
+fn project(image: &SphereImage, camera: &Camera, centre: Vec3, flux: Vec3, white: f64, is_in_face: impl Fn(DVec3) -> bool) -> Drawn {
     let ray = camera.ray(DVec2::new(f64::from(centre.x), f64::from(centre.y)));
     let direction = image.in_axes(ray).normalize();
-    let Some(pixel) = image.pixel(direction).filter(|_| face_of(direction) == face) else { return Drawn::InImage(Vec::new()) };
+    let Some(pixel) = image.pixel(direction).filter(|_| is_in_face(direction)) else { return Drawn::InImage(Vec::new()) };
     // A pixel of a face at the angle a from its axis covers less than the middle one: cos a along the circle around the axis, cos² a along the radius.
     let cos_off_axis = 1.0 / ray.length();
     let face_sr = pixel_sr(camera, ray.normalize());
@@ -99,7 +100,7 @@ pub(crate) fn stars(image: &SphereImage, face: usize, camera: &Camera, of_face: 
     for s in of_face {
         let in_image =
             |ProjectedSprite { centre, radius_px, stretch, flux, .. }| StarSprite { centre, radius_px, stretch, flux, star: s.star };
-        match project(image, face, camera, s.centre, s.flux, white) {
+        match project(image, camera, s.centre, s.flux, white, |direction| face_of(direction) == face) {
             Drawn::InImage(sprites) => divided.in_image.extend(sprites.into_iter().map(in_image)),
             Drawn::InFace { radius_px, for_picking } => {
                 divided.in_face.push(StarSprite { radius_px, ..*s });
@@ -110,11 +111,20 @@ pub(crate) fn stars(image: &SphereImage, face: usize, camera: &Camera, of_face: 
     divided
 }
 
-/// Divides the points of a face.
-pub(crate) fn points(image: &SphereImage, face: usize, camera: &Camera, of_face: &[Point], white: f64) -> Divided<Point> {
+/// Divides the points of a face. The face of a point follows from its body's position in f64: of a point on the edge of two faces, the rounded clip position
+/// may be in the other face, for both of them.
+pub(crate) fn points(
+    image: &SphereImage,
+    face: usize,
+    camera: &Camera,
+    of_face: &[Point],
+    bodies: &[BodyInView],
+    white: f64,
+) -> Divided<Point> {
     let mut divided = Divided { in_face: Vec::new(), in_image: Vec::new() };
     for p in of_face {
-        match project(image, face, camera, p.centre, p.flux, white) {
+        let centre_km = bodies.iter().find(|b| b.id == p.body).map(|b| image.in_axes(b.placement.centre_km));
+        match project(image, camera, p.centre, p.flux, white, |direction| face_of(centre_km.unwrap_or(direction)) == face) {
             Drawn::InImage(sprites) => divided.in_image.extend(sprites.into_iter().map(|s| Point {
                 body: p.body,
                 centre: s.centre,
