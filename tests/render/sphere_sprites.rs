@@ -135,7 +135,7 @@ fn a_point_on_the_edge_of_two_faces_is_drawn_once() {
             * distance_radii.powi(2)
     };
     for step in 0..16 {
-        let distance_radii = 80.0 + 3.7 * f64::from(step);
+        let distance_radii = 130.0 + 3.7 * f64::from(step);
         let (on_edge, inside) = (light(45.0, distance_radii), light(30.0, distance_radii));
         assert!((on_edge / inside - 1.0).abs() < 0.12, "{distance_radii} radii: {on_edge}, inside the face {inside}");
     }
