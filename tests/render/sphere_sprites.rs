@@ -1,4 +1,4 @@
-//! Stars in equirectangular images: the same place, light and angular size at every latitude, also over a pole.
+//! Stars and points in equirectangular images: the same place, light and angular size at every latitude, also over a pole.
 
 use crate::support::session::SESSION;
 use glam::{DVec2, DVec3};
@@ -138,6 +138,39 @@ fn a_point_on_the_edge_of_two_faces_is_drawn_once() {
         let distance_radii = 130.0 + 3.7 * f64::from(step);
         let (on_edge, inside) = (light(45.0, distance_radii), light(30.0, distance_radii));
         assert!((on_edge / inside - 1.0).abs() < 0.12, "{distance_radii} radii: {on_edge}, inside the face {inside}");
+    }
+}
+
+/// A star in the middle column at latitude 45 degrees, on the edge of two faces of the cube, is drawn once.
+#[test]
+fn a_star_on_the_edge_of_two_faces_is_drawn_once() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("stars.csv");
+    for step in 0..16 {
+        std::fs::write(&file, format!("ra_deg,dec_deg,v_mag\n{},11.967,1.36\n", 140.0 + 1.7 * f64::from(step))).expect("written");
+        let sources = Sources { stars: Some(file.clone()), cache: Some(folder.path().join("cache")), ..Sources::default() };
+        let session = Session::open(&sources, |line| panic!("{line}")).expect("opens");
+        let star = session.catalog().stars().stars().first().expect("a star").direction;
+        let sideways = star.any_orthonormal_vector();
+        let images_of_star = |latitude_deg: f64| {
+            let (sin, cos) = latitude_deg.to_radians().sin_cos();
+            let request = ViewRequest {
+                target: None,
+                // At rest relative to the solar system's barycentre there is no aberration.
+                position: Position::Offset { body: NaifId(0), offset_km: sideways * 1e9, axes: Axes::Icrf },
+                look: Look::Along { direction: star * cos - sideways * sin, axes: Axes::Icrf },
+                up: Up::Along { direction: star * sin + sideways * cos, axes: Axes::Icrf },
+                exposure: ExposureRequest::Stops(0.0),
+                purpose: Purpose::LINEAR,
+                width: 2 * HEIGHT_PX,
+                height: HEIGHT_PX,
+                layers: Layers { stars: true, ..Layers::NONE },
+                composition: Composition { projection: Projection::Equirectangular, ..Composition::default() },
+                ..ViewRequest::of(NaifId::EARTH, Instant::parse("2024-03-01T00:00:00Z").expect("a time"))
+            };
+            session.draw(&request, SAMPLING, FrameImages::Display).expect("drawn").scene.stars.len()
+        };
+        assert_eq!((images_of_star(45.0), images_of_star(30.0)), (1, 1), "star {step}");
     }
 }
 

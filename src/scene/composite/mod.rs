@@ -88,7 +88,7 @@ impl Composite {
             for (face, frame) in frame_of.iter().enumerate() {
                 let Some(scene) = frame.and_then(|k| scenes.get_mut(k)) else { continue };
                 let white = scene.exposure.white();
-                let stars = sprites::stars(image, face, &scene.camera, &scene.stars, white);
+                let stars = sprites::stars(image, face, &scene.camera, &scene.stars, &whole.stars, white);
                 let points = sprites::points(image, face, &scene.camera, &scene.points, &scene.bodies, white);
                 (scene.stars, scene.points) = (stars.in_face, points.in_face);
                 whole.stars.extend(stars.in_image);

@@ -25,6 +25,9 @@ const ALWAYS_ALLOWED_RADIUS_PX: f64 = 8.0;
 /// from the edges of the upper and the lower face.
 const POLAR_COS_LATITUDE: f64 = 0.5;
 
+/// Distance, in half sides of a face, within which a position is on an edge of the face: several times the rounding of f32.
+const EDGE_WIDTH: f64 = 1e-6;
+
 /// A sprite in the image. `stretch`: its width over its height.
 struct ProjectedSprite {
     centre: Vec3,
@@ -93,14 +96,28 @@ fn project(image: &SphereImage, camera: &Camera, centre: Vec3, flux: Vec3, white
     Drawn::InImage(sprites)
 }
 
-/// Divides the stars of a face. Stars that the face draws are in the image's list, too, with radius 0, so that they can be picked. `white`: the
-/// radiance that is shown as white.
-pub(crate) fn stars(image: &SphereImage, face: usize, camera: &Camera, of_face: &[StarSprite], white: f64) -> Divided<StarSprite> {
+/// Divides the stars of a face. Stars that the face draws are in the image's list, too, with radius 0, so that they can be picked. `earlier`: the stars of the
+/// faces before this one; of a star on the edge of two faces, the rounded clip position may be in the other face, for both of them, so that the first one takes
+/// it. `white`: the radiance that is shown as white.
+pub(crate) fn stars(
+    image: &SphereImage,
+    face: usize,
+    camera: &Camera,
+    of_face: &[StarSprite],
+    earlier: &[StarSprite],
+    white: f64,
+) -> Divided<StarSprite> {
     let mut divided = Divided { in_face: Vec::new(), in_image: Vec::new() };
     for s in of_face {
+        // A face's frame may be wider than the face.
+        let from_edge = (1.0 - (s.centre.truncate().abs().as_dvec2() * camera.tan_half_fov).max_element()).abs();
+        if s.star.is_some() && from_edge < 10.0 * EDGE_WIDTH && earlier.iter().any(|e| e.star == s.star) {
+            continue;
+        }
+        let is_on_edge = s.star.is_some() && from_edge < EDGE_WIDTH;
         let in_image =
             |ProjectedSprite { centre, radius_px, stretch, flux, .. }| StarSprite { centre, radius_px, stretch, flux, star: s.star };
-        match project(image, camera, s.centre, s.flux, white, |direction| face_of(direction) == face) {
+        match project(image, camera, s.centre, s.flux, white, |direction| is_on_edge || face_of(direction) == face) {
             Drawn::InImage(sprites) => divided.in_image.extend(sprites.into_iter().map(in_image)),
             Drawn::InFace { radius_px, for_picking } => {
                 divided.in_face.push(StarSprite { radius_px, ..*s });
