@@ -29,8 +29,8 @@ struct RingPlaneCrossing {
 }
 
 impl RingPlaneCrossing {
-    /// The camera's position and the line of sight from there to the body, in the axes of the rings' planet. `None` if the line of sight does not meet the plane
-    /// in front of the camera.
+    /// The camera's position and the line of sight from there to the body, in the axes of the rings' planet. `None` if the line of sight does not meet the
+    /// plane in front of the camera.
     fn of(camera_km: DVec3, line_of_sight_km: DVec3) -> Option<Self> {
         let distance = -camera_km.z / line_of_sight_km.z;
         let radius_km = (camera_km + line_of_sight_km * distance).truncate().length();
