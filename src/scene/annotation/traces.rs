@@ -91,7 +91,8 @@ fn period_s(ephemeris: &Ephemeris, body: &Body, placed: &PlacedBody<'_>) -> Opti
     (alpha > 0.0).then(|| TAU * gm / alpha.powf(1.5))
 }
 
-/// The trace of one body relative to a centre and the decision about it. `None`: the body is the centre, or a moon that is left out.
+/// The trace of one body relative to a centre and the decision about it. `None`: the body is the centre, or a moon that is left out, or the centre is not in
+/// the catalog.
 pub(crate) fn trace(
     camera: &Camera,
     ephemeris: &Ephemeris,
