@@ -119,8 +119,8 @@ fn fit(points: impl Iterator<Item = (f64, f64)>) -> [f64; TERMS] {
         if depth < MIN_DEPTH {
             continue;
         }
-        // The relative error of the opacity per error of the depth, plus 1e-4 of the depth's own relative error. Where the air is opaque the former vanishes:
-        // there at least a thousandth of the depth's relative error counts.
+        // The relative error of the opacity per error of the depth, plus 1e-4 of the depth's own relative error. Where the air is opaque the first term
+        // vanishes: there at least a thousandth of the depth's relative error counts.
         let error_of_opacity = (-depth).exp() / -(-depth).exp_m1();
         let weight = (error_of_opacity + 1e-4 / depth).max(1e-3 / depth);
         right_hand[k] = weight * depth;

@@ -84,7 +84,7 @@ impl Composite {
             (whole.sky_images, whole.sky_lines, whole.orbits) = Default::default();
             (whole.minor_planets, whole.comets, whole.line_texts) = (None, Comets::default(), None);
             whole.background = None;
-            // Stars and points are moved from the faces to the entire image, except those near the poles.
+            // Stars and points are moved from the faces to the entire image, except those near the poles of an equirectangular image.
             (whole.stars, whole.points) = Default::default();
             for (face, frame) in frame_of.iter().enumerate() {
                 let Some(scene) = frame.and_then(|k| scenes.get_mut(k)) else { continue };

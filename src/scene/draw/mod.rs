@@ -146,6 +146,6 @@ pub struct Point {
     pub flux: Vec3,
     /// Area in pixels of what the body hides of the discs and rings behind it: that of its disc, times the fraction of its light that bodies and rings in front
     /// leave. 0 if there is no disc or ring behind it; if its own disc is drawn, too; in front of the Sun, whose draw leaves this area out; in pixel views
-    /// of single quantities; and by day in air.
+    /// other than the final image; and by day in air.
     pub covered_px: f32,
 }

@@ -184,8 +184,8 @@ fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Optio
     Some(point::sprite(placed.body.id, clip, flux, covered_px))
 }
 
-/// Area in pixels of what a body that is drawn as a point hides behind it. 0 if its disc is drawn, too, which hides as much; for the Sun; in pixel views of
-/// single quantities; and by day in air, whose light is in front of the body.
+/// Area in pixels of what a body that is drawn as a point hides behind it. 0 if its disc is drawn, too, which hides as much; for the Sun; in pixel views other
+/// than the final image; and by day in air, whose light is in front of the body.
 fn covered_px(inputs: &DecisionInputs<'_, '_>) -> f64 {
     let (frame, placed) = (inputs.frame, inputs.placed);
     if inputs.disc_fraction > 0.0 || placed.body.id == NaifId::SUN || inputs.pixel_view() != PixelView::Final {
