@@ -32,6 +32,8 @@ const CAPTION_EDGE: f64 = 0.8;
 /// Distance from the image's lower edge to the middle of the caption's last line and to the top of the scale bar, and from the right edge to the bar; in glyph
 /// sizes.
 const EDGE: f64 = 0.9;
+/// Opacity of the scale bar and of the compass needle.
+const BAR_OPACITY: f64 = 0.9;
 /// Height of the ticks at the ends of a scale bar, in glyph sizes.
 const TICK_HEIGHT: f64 = 0.45;
 /// Height of the middle of a scale bar's text above the bar, in glyph sizes.
@@ -100,7 +102,7 @@ impl Margin {
     }
 
     fn bar(&mut self, min: DVec2, size: DVec2) {
-        self.bars.push(Bar { rect: Rect { min, max: min + size }, colour: NAME_COLOUR, opacity: 0.9 });
+        self.bars.push(Bar { rect: Rect { min, max: min + size }, colour: NAME_COLOUR, opacity: BAR_OPACITY });
     }
 
     fn caption(
