@@ -345,6 +345,7 @@ pub(super) fn simple(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
     let in_shadow = Instant::from_jd_tdb(2_459_891.959);
     let night_sky = standard_scenes(side, side).into_iter().find(|s| s.name == "night-sky").map(|s| s.request);
     let night_sky = night_sky.unwrap_or_else(|| request_of(SATURN, eclipse_instant()));
+    // In Dallas.
     let totality = Instant::from_jd_tdb(2_460_409.280_4);
     let views = [
         (

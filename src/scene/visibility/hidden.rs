@@ -33,8 +33,8 @@ impl Limb {
     fn on(placement: &Placement, ray: DVec3, dx: DVec3, dy: DVec3) -> Self {
         let camera = placement.camera_in_unit_sphere();
         let middle = placement.centre_km.normalize();
-        // The camera's position is parallel to the direction of the body's centre: that component has no part in the cross product. It is removed first,
-        // because it would cause rounding errors.
+        // The camera's position is parallel to the direction of the body's centre, so a ray's component along this direction has no part in the cross
+        // product. The component is removed first, because it would cause rounding errors.
         let [d0, d1, d2] = [ray, dx, dy].map(|v| placement.direction_in_unit_sphere(v));
         let [n0, n1, n2] = [ray, dx, dy].map(|v| camera.cross(placement.direction_in_unit_sphere(v - middle * v.dot(middle))));
         let linear = [-camera.dot(d0), -camera.dot(d1), -camera.dot(d2)];
