@@ -276,7 +276,7 @@ pub(super) fn shape(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
         .with_metered_exposure(with_effects(&request, "-rings,-ring-shadow,-ring-shine,-atmosphere,-eclipse,-points,-planet-shine")?)?;
     let plan_of = |shape: Shape| {
         let effect = if shape == Shape::Ellipsoid { "+ellipsoid" } else { "-ellipsoid" };
-        renderers.plan_target(&with_effects(&request, effect)?, SINGLE_SAMPLE)
+        renderers.plan_target_body(&with_effects(&request, effect)?, SINGLE_SAMPLE)
     };
     let reference = renderers.draw_linear(&plan_of(Shape::Ellipsoid)?, Precision::F64)?;
     let mut candidates = Vec::new();
@@ -301,10 +301,10 @@ fn sampling_candidates<'a>(
     options: impl Iterator<Item = (String, SamplingQuality, Vec<Quality>)>,
     finest: SamplingQuality,
 ) -> Result<Vec<Candidate<'a>>, SessionError> {
-    let reference = renderers.draw_linear(&renderers.plan_target(request, finest)?, Precision::F64)?;
+    let reference = renderers.draw_linear(&renderers.plan_target_body(request, finest)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (name, sampling, default_of) in options {
-        let view = renderers.plan_target(request, sampling)?;
+        let view = renderers.plan_target_body(request, sampling)?;
         let error = p999(level_differences(&renderers.draw_linear(&view, Precision::F64)?, &reference));
         candidates.push(Candidate { name, error, default_of, workload: Box::new(move || renderers.draw(&view, Precision::F32)) });
     }
@@ -350,7 +350,7 @@ pub(super) fn resolution(session: &Session, effort: Effort) -> Result<ChoiceMeas
     let request = renderers.with_metered_exposure(standard_request("saturn", effort)?)?;
     let side = |divisor: u32| request.width.div_ceil(divisor);
     let plan_reduced = |divisor: u32| {
-        renderers.plan_target(
+        renderers.plan_target_body(
             &ViewRequest { width: side(divisor), height: side(divisor), ..request.clone() },
             SamplingQuality::of(Quality::Standard),
         )

@@ -63,14 +63,15 @@ pub(crate) struct Albedo {
     /// Radiance caused by the Sun and other bodies, divided by their irradiance and by the photometric model's reflectance.
     pub of_lights: f64,
     /// Radiance caused by skylight, divided by the radiance for which the sky is exposed (`SurroundingAir::exposure_radiance`). The sky over a whole planet
-    /// counts as uniform and grey with that radiance: its irradiance then equals its radiance, and the geometric albedo serves as the ground's albedo. This
-    /// overestimates the light of a clear sky by the factor 1 / [`CLEAR_SKY_IRRADIANCE_PER_RADIANCE`].
+    /// counts as uniform and grey with that radiance: its irradiance then equals its radiance, and the geometric albedo serves as the ground's albedo. Under
+    /// a clear sky this irradiance is too large by the factor 1 / [`CLEAR_SKY_IRRADIANCE_PER_RADIANCE`].
     pub of_sky: f64,
 }
 
 impl Albedo {
     /// The albedo of what the camera sees of a body. `effects`: those of the request; `diameter_px`: of the body's disc.
     pub(crate) fn of(p: &PlacedBody<'_>, effects: &EffectOverrides, diameter_px: f64) -> Self {
+        // The channels of the scale differ only for emissive bodies.
         let (body, scale) = (p.body, p.radiance_scale().x);
         let whole = Self { of_lights: scale * body.geometric_albedo * f64::from(body.colour.max_element()), of_sky: body.geometric_albedo };
         let Some(clear_sky_albedo) = body.clear_sky_albedo else { return whole };
