@@ -51,7 +51,7 @@ impl Session {
         }
         let layer = |body| DataLayer { body, ..DataLayer::new(file.clone(), file.clone()) };
         let body = body.and_then(|id| self.catalog.body(id));
-        // If the file is valid neither on the body nor in the sky, the error of the first attempt is returned.
+        // If the file is valid neither on the body nor in the sky, the error for the body is returned.
         let on_body = body.map(|b| read(path, layer(Some(b.id))));
         let loaded = match on_body {
             Some(Ok(layer)) => layer,

@@ -1,9 +1,9 @@
 //! Whether omitted effects are invisible: compares two frames of a view. One has the effects that the scene chooses ("chosen"), the other every effect ("all").
 //!
-//! In: random views. Out: the percentage of views in which some pixel differs by more than the stated bound, and two distributions: that of the
-//! differences, and that of the ratio of the chosen frame's shader operations to those of the frame with every effect. For each of the worst views above
+//! In: random views. Out: the percentage of views in which some pixel differs by more than the stated bound; the distribution of the differences; and that
+//! of the ratio of the chosen frame's shader operations to those of the frame with every effect. For each of the worst views above
 //! the bound, at most [`MAX_EXPLAINED`], the result contains the omitted effect, the pixel, and the values there of both frames and of the true
-//! frame, which show which of the two is wrong. The true frame has every effect, in f64, at [`TRUTH_SCALE`] times the width and height. Always:
+//! frame. These values show which of the two frames is wrong. The true frame has every effect, in f64, at [`TRUTH_SCALE`] times the width and height. Always:
 //! both frames have the same exposure; "every effect" means that each effect but [`UNCHANGED_EFFECTS`] is switched on by hand.
 
 use super::difference::worst_of;
@@ -28,7 +28,7 @@ const DISPLAY_BOUND: f64 = 1.0;
 const LINEAR_BOUND: f64 = 2e-3;
 
 /// Effects that are not switched on by hand, so that the scene chooses them in both frames. Points and meshes set how a body is represented and not its
-/// radiance; no body of the shipped catalogs has overlays; the scene omits the corona where the Sun is smaller than a pixel or two, however bright the corona
+/// radiance. No body of the shipped catalogs has overlays. The scene omits the corona where the Sun is smaller than a pixel or two, however bright the corona
 /// is.
 const UNCHANGED_EFFECTS: [Effect; 4] = [Effect::Points, Effect::Mesh, Effect::Overlays, Effect::Corona];
 
@@ -50,6 +50,7 @@ fn views(setup: &SweepSetup<'_>, count: usize) -> Vec<RandomView> {
         let time = Instant::from_jd_tdb(random.between(2_415_100.0, 2_488_000.0));
         let distance_radii = 10.0_f64.powf(random.between(0.05, 4.0));
         let direction = random.direction();
+        // The disc's diameter is between a tenth of the frame's side and twice that side.
         let half_fov_tan = (1.0 / distance_radii).asin().tan() * 10.0_f64.powf(random.between(-0.3, 1.0));
         let request = ViewRequest {
             position: Position::Offset {

@@ -96,7 +96,7 @@ impl WarpMesh {
                 continue;
             }
             // At all corners of a convex cell the outline turns to the same side. In the middle of a polar mesh a whole row of nodes is at one point, so
-            // the cells there are triangles, and some of these areas are 0.
+            // the cells there are triangles, and some of the corner areas are 0.
             let corner_areas = [twice_area(a, b, c), twice_area(b, c, d), twice_area(c, d, a), twice_area(d, a, b)];
             let (left, right) = (corner_areas.iter().any(|t| *t > 0.0), corner_areas.iter().any(|t| *t < 0.0));
             let folded = left == right || is_counter_clockwise.is_some_and(|c| c != left);

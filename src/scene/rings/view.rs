@@ -149,7 +149,7 @@ impl<'a> RingView<'a> {
         let (height, axis_distance) = self.camera_height_and_axis_distance();
         let corners = self.corner_rays();
         let longest_ray = corners.iter().map(|r| r.length()).fold(0.0, f64::max);
-        // Each ray of the frame is a weighted mean of the corner rays. If all of these point to the same side of the plane, no ray is flatter than the
+        // Each ray of the frame is a weighted mean of the corner rays. If all corner rays point to the same side of the plane, no ray is flatter than the
         // flattest corner ray.
         let to_one_side = corners.iter().all(|r| r.z > 0.0) || corners.iter().all(|r| r.z < 0.0);
         let min_cosine = if to_one_side { corners.iter().map(|r| r.z.abs()).fold(f64::INFINITY, f64::min) / longest_ray } else { 0.0 };

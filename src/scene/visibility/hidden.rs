@@ -88,7 +88,7 @@ fn chord(k: u32) -> (f64, f64) {
     (std::f64::consts::PI * ((f64::from(k) + 0.5) / f64::from(CHORDS) - 0.5)).sin_cos()
 }
 
-/// The limbs of bodies on the disc of the body `farther`, in its radii, and the axes of the disc: chords run along the first one. `None` without bodies.
+/// The limbs of bodies on the disc of the body `farther`, in its radii, and the axes of the disc: chords run along the first axis. `None` without bodies.
 fn limbs_on_disc(occluding: &[&PlacedBody<'_>], farther: &PlacedBody<'_>) -> Option<(Vec<Limb>, [DVec3; 2])> {
     let first = occluding.first()?;
     let towards = farther.placement.centre_km / farther.distance_km;
