@@ -159,8 +159,8 @@ pub(crate) fn measure_choice(
     Ok(ChoiceMeasure { name, about, unit, is_exempt_from_rule: EXEMPT_FROM_RULE.contains(&name), options })
 }
 
-/// Choices to which the rule does not apply. For `ring-shadow`, `body-shadow` and `shape` the scene chooses the option from the view. `samples` is measured on a
-/// shape model, but nearly all views have none: there one sample suffices, and draft quality uses one in all views. The options of `quality` are the
+/// Choices to which the rule does not apply. For `ring-shadow`, `body-shadow` and `shape` the scene chooses the option from the view. `samples` is measured on
+/// a shape model, but nearly all views have none: there one sample suffices, and draft quality uses one in all views. The options of `quality` are the
 /// qualities.
 const EXEMPT_FROM_RULE: [&str; 5] = ["ring-shadow", "body-shadow", "shape", "samples", "quality"];
 

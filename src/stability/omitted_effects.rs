@@ -50,7 +50,7 @@ fn views(setup: &SweepSetup<'_>, count: usize) -> Vec<RandomView> {
         let time = Instant::from_jd_tdb(random.between(2_415_100.0, 2_488_000.0));
         let distance_radii = 10.0_f64.powf(random.between(0.05, 4.0));
         let direction = random.direction();
-        // The disc's diameter is between a tenth of the frame's side and twice that side.
+        // The disc's diameter is between a tenth of the frame's side and twice that side, where the limits of the field of view do not apply.
         let half_fov_tan = (1.0 / distance_radii).asin().tan() * 10.0_f64.powf(random.between(-0.3, 1.0));
         let request = ViewRequest {
             position: Position::Offset {
