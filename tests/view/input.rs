@@ -72,10 +72,15 @@ pub(super) fn advance(window: &mut Window, seconds: f64) {
     window.run_steps(1);
 }
 
+/// Names that begin left of this, points, are in the list of bodies.
+const LIST_RIGHT: f32 = 185.0;
+/// Names below this, points, are not in the top bar.
+const LIST_TOP: f32 = 30.0;
+
 /// The visible rows of the list: body, name, rectangle.
 fn rows(window: &Window) -> Vec<(NaifId, String, Rect)> {
     let row_rect = |name: &str| {
-        let found = window.query_all_by_label(name).map(|n| n.rect()).find(|r| r.left() < 185.0 && r.top() > 30.0);
+        let found = window.query_all_by_label(name).map(|n| n.rect()).find(|r| r.left() < LIST_RIGHT && r.top() > LIST_TOP);
         found.filter(|r| r.height() > 5.0)
     };
     let subjects = window.state().viewer.subjects().to_vec();
@@ -192,7 +197,7 @@ fn a_moon_that_is_selected_elsewhere_shows_in_the_list() {
         }
         let row = rows(&window).into_iter().find(|r| r.0 == id).map(|r| r.2);
         let list_bottom = window.get_by_label("Fly").rect().top();
-        assert!(row.is_some_and(|r| r.top() > 30.0 && r.bottom() < list_bottom), "{id:?} at {row:?}");
+        assert!(row.is_some_and(|r| r.top() > LIST_TOP && r.bottom() < list_bottom), "{id:?} at {row:?}");
     }
 }
 

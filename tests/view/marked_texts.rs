@@ -111,7 +111,7 @@ const NAMES: [&str; 37] = [
 /// Texts that egui itself reports to screen readers, in English.
 const EGUI_TEXTS: [&str; 3] = ["Resize panel", "Close window", "Hide"];
 
-/// Whether a word is a number without a decimal point, possibly with a unit or sign.
+/// Whether a word is a number without a decimal point, possibly with a unit, a sign or an exponent, or a size such as `640x360`.
 fn is_number(word: &str) -> bool {
     word.chars().all(|c| c.is_ascii_digit() || "°′″%±×".contains(c))
         || word

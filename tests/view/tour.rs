@@ -107,7 +107,7 @@ fn a_camera_path_starts_and_ends_at_its_stops() {
     assert!((tour.at(2.0).view.tdb_s - tour.at(0.0).view.tdb_s - 200.0).abs() < 1e-6);
 }
 
-/// Only at the stop itself the body around the camera is hidden, so that a camera path to the centre or from it stays outside.
+/// The body around the camera is hidden only at the stop itself. A camera path to a body's centre or from it must therefore stay outside the body.
 #[test]
 fn a_camera_path_to_or_from_a_centre_stays_outside_the_body() {
     let stop = |view: &str| format!(r#"{{"view":"orrery://view?time=2024-01-01&{view}","hold_s":1,"travel_s":3}}"#);

@@ -427,7 +427,7 @@ mod tests {
         assert_eq!(settings, Settings::default());
         assert!(error.expect("a line").contains("settings.json.broken"));
         assert_eq!(std::fs::read_to_string(folder.path().join("settings.json.broken")).expect("kept"), "{\"zoom\": \"large\"}");
-        // Saving must not overwrite a file that cannot be read either, nor must this file replace the first.
+        // A file that cannot be read is set aside, too, under a name of its own, so that it does not replace the first.
         let too_large = vec![b' '; MAX_BYTES as usize + 1];
         std::fs::write(&path, &too_large).expect("a file");
         let (settings, error) = Settings::load(&path);

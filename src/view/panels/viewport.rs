@@ -140,8 +140,8 @@ fn caption_height(interface: &Interface, placement: &ImagePlacement) -> f32 {
 }
 
 /// Shows the message line over the lower edge of the image, so that the image keeps its size. The line is above the overlays that would cover it: the
-/// bar of a tour, the row *What to see now*. While there is no image of the view, the reply follows the reason: otherwise an action would seem to have
-/// no effect.
+/// bar of a tour, the row *What to see now*. While there is no image of the view, the message is the reason for that, and the reply to the last action is added
+/// below it: otherwise an action would seem to have no effect.
 fn show_message(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
     let mut message = interface.message_line().to_owned();
     if message.is_empty() {
@@ -280,7 +280,7 @@ fn vec2(v: DVec2) -> Vec2 {
     Vec2::new(v.x as f32, v.y as f32)
 }
 
-/// Handles a click that is not an action.
+/// Handles a click that is not an action of the viewer: measures an angle, or picks a pixel and a star.
 fn handle_click(interface: &mut Interface, worker: &dyn RenderWorker, click: Click) {
     match click {
         Click::Measure { at_px, body } => {
@@ -308,6 +308,7 @@ fn snapped_direction(interface: &Interface, at_px: DVec2) -> Option<DVec3> {
 fn measure(interface: &mut Interface, direction: DVec3, body: Option<NaifId>) {
     let Some(rendered) = &interface.viewport.shown else { return };
     let bodies = &rendered.scene.bodies;
+    // A body that was clicked in an earlier image may have moved relative to the camera since.
     interface.angle.move_bodies(|name| bodies.iter().find(|b| b.name == name).map(|b| b.placement.centre_km));
     let found = body.and_then(|id| rendered.scene.body(id));
     let seen_body = found.map(|body| SeenBody { name: body.name.clone(), centre_km: body.placement.centre_km });
@@ -356,7 +357,7 @@ fn mouse(
         actions.push(Action::Roll(drag_x_px * ROLL_DEG_PER_PX));
     }
     if response.hovered() {
-        // Both are in wheel notches. Spreading two fingers to twice their distance halves the camera's height above the ground.
+        // `wheel` and `pinch` are in wheel notches. Spreading two fingers to twice their distance halves the camera's height above the ground.
         let (wheel, pinch, changes_fov) = ui.input(|i| {
             let (scroll, zoom) = (f64::from(i.smooth_scroll_delta().y), f64::from(i.zoom_delta()));
             (scroll / POINTS_PER_NOTCH, zoom.ln() / LOG_HEIGHT_PER_NOTCH, i.modifiers.alt)
@@ -369,7 +370,7 @@ fn mouse(
     let (Some(at), Some(rendered)) = (response.interact_pointer_pos(), interface.shown()) else { return None };
     let at_px = placement.px_of(at, &rendered.scene);
     let body_at_pointer = || body_at(&interface.viewport.labels, &rendered.scene, at_px);
-    // Clicks with Ctrl come before double-clicks, so that two quick ones also measure.
+    // Clicks with Ctrl come before double-clicks, so that two quick clicks with Ctrl measure an angle, too.
     if response.clicked() && ui.input(|i| i.modifiers.command) {
         return Some(Click::Measure { at_px, body: body_at_pointer() });
     }
