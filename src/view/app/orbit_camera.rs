@@ -18,9 +18,9 @@ const MAX_DRAG_HEIGHT_RADII: f64 = 4.0;
 
 /// Difference between the azimuths of the camera and of the Sun in [`OrbitCamera::on_lit_side`], so that the terminator is visible.
 const LIT_SIDE_SUN_AZIMUTH_DEG: f64 = 35.0;
-/// Angle by which this camera is farther from the equator than the Sun.
+/// Angle by which the camera of [`OrbitCamera::on_lit_side`] is farther from the equator than the Sun.
 const LIT_SIDE_ELEVATION_DEG: f64 = 12.0;
-/// Largest elevation of this camera, 69 degrees, so that it is not above a pole.
+/// Largest elevation of the camera of [`OrbitCamera::on_lit_side`], 69 degrees, so that it is not above a pole.
 const LIT_SIDE_MAX_ELEVATION_RAD: f64 = 1.2;
 
 /// Position of the camera around a body.

@@ -1,6 +1,6 @@
 //! Views of general interest that are not moments of the catalog: the whole system, the Moon's phases, the sky tonight.
 //!
-//! In: the time that the window shows, the observer's place, positions. Out: a [`ViewState`], or `None` if the ephemeris does not cover the time; the rate
+//! In: the current time, the observer's place, positions. Out: a [`ViewState`], or `None` if the ephemeris does not cover the time; the rate
 //! of time at which the view runs. Always: quality and effects are those of the user. Besides camera and time, a preset may change only orbits,
 //! constellations, the brightness of stars and the exposure; `PresetChanges` undoes this for the next view.
 
