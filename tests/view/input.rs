@@ -47,7 +47,7 @@ impl RenderWorker for PausableWorker {
     }
 }
 
-/// A window of this height that draws images while `is_drawing` is set.
+/// A window of this height, points, that draws images while `is_drawing` is set.
 pub(super) fn pausable_window(interface: Interface, is_drawing: &Arc<AtomicBool>, height: f32) -> Window {
     let worker = PausableWorker { inline: InlineWorker::new(session()), is_drawing: Arc::clone(is_drawing) };
     Harness::builder()
@@ -125,7 +125,7 @@ fn the_pressed_row_is_the_selected_row() {
             assert_eq!(window.state().viewer.selected, *id, "{name} was pressed, from {target:?}");
         }
     }
-    // The rows one after the other in one window while branches expand; every body's row is reached in the end.
+    // In one window, clicks every row in turn while branches expand; in the end every body's row was clicked.
     let mut window = window_without_images(NaifId::EARTH);
     let mut clicked = std::collections::BTreeSet::new();
     for attempt in 0..200 {

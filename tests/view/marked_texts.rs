@@ -1,5 +1,5 @@
-//! All texts of the window come from its Fluent files. In the marked test language every message is enclosed in `«»` and every inserted text in `‹›`, so
-//! whatever is painted, shown as a tooltip or reported to a screen reader without marks must be one of the exceptions below.
+//! All texts of the window come from its Fluent files. In the marked test language every message is enclosed in `«»` and every inserted text in `‹›`.
+//! So a text that is painted, shown as a tooltip or reported to a screen reader without marks must be one of the exceptions below.
 
 use crate::support::sweep;
 use crate::view::interface::{harness, interface, session, settle};

@@ -75,8 +75,8 @@ impl OrbitCamera {
         icrf_from_equator(pole) * DVec3::new(cos_e * cos_a, cos_e * sin_a, sin_e) * (self.distance_radii * radius_km)
     }
 
-    /// Applies a drag. The angle per pixel is proportional to the height above the ground, up to [`MAX_DRAG_HEIGHT_RADII`], so that near the ground a
-    /// drag of a pixel moves the ground by about a pixel.
+    /// Applies a drag. The angle per pixel is proportional to the height above the ground, up to [`MAX_DRAG_HEIGHT_RADII`]. Near the ground a
+    /// drag of a pixel therefore moves the ground by about a pixel.
     pub(crate) fn drag(&mut self, dx_px: f64, dy_px: f64, image_height_px: f64, fov_rad: f64) {
         let height_radii = self.distance_radii - 1.0;
         let rad_per_px = (fov_rad / image_height_px.max(1.0)) * height_radii.min(MAX_DRAG_HEIGHT_RADII);

@@ -1,9 +1,9 @@
 //! Merges the settings of this program with those that are in the file when it is written.
 //!
 //! In: the settings, those that this program read or wrote last, and the text of the file. Out: the content to write. Always: what this program has
-//! changed is written; what it has not changed is taken from the file, where another running program may have changed it, and so are fields that this
-//! version does not know, at any depth. If both programs have changed the list of bookmarks, those that the other program has added are kept; the other
-//! program's other changes of the list are lost. Not here: a lock. Of two programs that write in the same instant the last one wins.
+//! changed is written; what it has not changed is taken from the file, where another running program may have changed it. Fields that this version does
+//! not know, at any depth, are taken from the file, too. If both programs have changed the list of bookmarks, those that the other program has added are
+//! kept; the other program's other changes of the list are lost. Not here: a lock. Of two programs that write in the same instant the last one wins.
 
 use super::other_version::{BOOKMARKS, LISTS};
 use super::{Bookmark, Settings};
