@@ -192,7 +192,7 @@ fn an_error_of_delta_t_above_the_shown_digits_is_stated() {
     assert!(window.query_by_label_contains("Delta T is uncertain").is_none());
 }
 
-/// In Greenwich the best of the eclipse of 2024-03-25 was at moonset, with the Moon's centre below the horizon and its upper limb at it.
+/// In Greenwich the maximum of the eclipse of 2024-03-25 was at moonset, with the Moon's centre below the horizon and its upper limb at it.
 #[test]
 fn a_maximum_at_moonset_is_at_the_horizon() {
     let mut window = window_without_images(NaifId(499));
@@ -220,7 +220,7 @@ fn an_eclipse_is_one_click_away_and_time_runs_through_it() {
     assert!((latitude_deg - 25.3).abs() < 0.1 && (longitude_deg + 104.1).abs() < 0.1, "{latitude_deg}, {longitude_deg}");
     // It was not visible in Greenwich.
     window.get_by_label("Not visible from this place.");
-    // Contacts and maximum at the place, where all would be below the horizon, and not the contacts for the entire Earth.
+    // C1, maximum and C4 at the place, all below the horizon, and not the contacts for the entire Earth.
     assert_eq!(window.query_all_by_label("below the horizon").count(), 3);
     assert!(["C1", "C4"].iter().all(|contact| window.query_by_label(contact).is_some()) && window.query_by_label("P1").is_none());
     assert!(window.get_by_label("From this place").accesskit_node().is_disabled());

@@ -339,7 +339,8 @@ fn a_switch_pauses_a_tour_and_is_kept() {
     assert!(window.query_by_label("Play tour").is_some(), "the tour goes on");
 }
 
-/// Between two fisheyes the field of view stays within those of the stops, also at the greatest one; from a perspective view the fisheye starts with its own.
+/// Between two fisheye stops the field of view stays between those of the stops, even if both have the greatest one. On a path from a perspective stop the
+/// fisheye has the field of view of its own stop.
 #[test]
 fn the_field_of_a_fisheye_changes_only_between_fisheyes() {
     let stop =

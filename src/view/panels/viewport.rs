@@ -25,6 +25,14 @@ const NAME_POINTS: f32 = BODY;
 const CAPTION_TOP_FRACTION: f64 = 0.85;
 /// Minimum width of the viewport for hints, points.
 const MIN_WIDTH_FOR_HINTS: f32 = 440.0;
+/// Distance of the message from the viewport's left edge and from what is below the message, points.
+const MESSAGE_GAP: f32 = 8.0;
+/// Width of the viewport that the message leaves free, points.
+const MESSAGE_FREE_WIDTH: f32 = 40.0;
+/// Smallest width at which the message wraps, points.
+const MIN_MESSAGE_WIDTH: f32 = 60.0;
+/// Distances of the two ends of an arm of the probe's cross from the pixel, points.
+const PROBE_ARM_ENDS: [f32; 2] = [3.0, 9.0];
 /// Scroll distance that egui reports for one notch of most wheels, points.
 pub(super) const POINTS_PER_NOTCH: f64 = 50.0;
 /// Roll of the camera per pixel of a drag with the middle button, degrees.
@@ -153,10 +161,10 @@ fn show_message(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
     let area = egui::Area::new(ui.scope_id().with("message")).order(egui::Order::Middle).pivot(Align2::LEFT_BOTTOM);
     let lower_overlays = interface.viewport.overlays.iter().filter(|overlay| overlay.center().y > rect.center().y);
     let bottom = lower_overlays.map(|overlay| overlay.top()).fold(rect.bottom() - interface.viewport.caption_height, f32::min);
-    let corner = Pos2::new(rect.left() + 8.0, bottom - 8.0);
+    let corner = Pos2::new(rect.left() + MESSAGE_GAP, bottom - MESSAGE_GAP);
     let shown = area.fixed_pos(corner).interactable(false).show(ui.ctx(), |ui| {
         egui::Frame::popup(ui.style()).show(ui, |ui| {
-            ui.set_max_width((rect.width() - 40.0).max(60.0));
+            ui.set_max_width((rect.width() - MESSAGE_FREE_WIDTH).max(MIN_MESSAGE_WIDTH));
             let line = ui.colored_label(ui.visuals().warn_fg_color, message);
             // Screen readers announce the message although it has no focus.
             ui.ctx().accesskit_node_builder(line.id, |node| node.set_live(egui::accesskit::Live::Polite));
@@ -392,7 +400,7 @@ fn paint_probe(interface: &Interface, ui: &egui::Ui, rect: Rect) {
     let at = rect.min + Vec2::new(x as f32 + 0.5, y as f32 + 0.5) / ui.ctx().pixels_per_point();
     let painter = ui.painter().with_clip_rect(rect);
     for direction in [Vec2::X, Vec2::Y, -Vec2::X, -Vec2::Y] {
-        let arm = [at + direction * 3.0, at + direction * 9.0];
+        let arm = PROBE_ARM_ENDS.map(|distance| at + direction * distance);
         painter.line_segment(arm, Stroke::new(3.0, Color32::from_black_alpha(160)));
         painter.line_segment(arm, Stroke::new(1.0, HIGHLIGHT_COLOUR));
     }
