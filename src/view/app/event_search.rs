@@ -191,7 +191,7 @@ const MUTUAL_FOV_DIAMETERS: f64 = 12.0;
 const LOW_BODY_CAMERA_HEIGHT_KM: f64 = 3.0;
 /// Altitude below which the observed body is near the horizon, degrees.
 const LOW_BODY_ALTITUDE_DEG: f64 = 2.0;
-/// Real seconds in which the button *Watch* plays an event that is longer than this.
+/// Real seconds in which the button *Watch it* plays an event that is longer than this.
 const PLAYBACK_S: f64 = 30.0;
 /// Two searches may give slightly different times for one event; events of the same kind and bodies that are closer in time than this are one event.
 const SAME_EVENT_S: f64 = 60.0;
