@@ -351,7 +351,7 @@ pub struct Body {
     pub motion: Motion,
     /// Its rotation model.
     pub rotation: Rotation,
-    /// Its rings, from the inside out.
+    /// Its rings, in the order of the catalog file that lists them.
     pub rings: Vec<Ring>,
     /// Its atmosphere.
     pub atmosphere: Option<Atmosphere>,

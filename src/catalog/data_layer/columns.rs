@@ -12,7 +12,7 @@ pub(super) struct Columns {
     indices: [Option<usize>; 5],
     /// Number of all columns of the table.
     count: usize,
-    /// Names of the first two in messages.
+    /// Names of the first two fields in messages.
     coordinate_names: [&'static str; 2],
 }
 
