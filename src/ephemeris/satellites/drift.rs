@@ -30,7 +30,7 @@ fn drift(body: NaifId) -> Drift {
         505 => (1.1, 0.1),
         // Thebe, Adrastea, Metis.
         514..=516 => (1.1, 0.06),
-        // Janus and Epimetheus exchange orbits every four years, and the IAU's values describe two such states.
+        // Janus and Epimetheus exchange orbits every four years. By JPL's mean motions Janus is the inner of the two, by the IAU's rates Epimetheus.
         610 => (30.0, 40.0),
         611 => (90.0, 144.0),
         // Helene, Telesto and Calypso, Trojans of Dione and Tethys, librate about their Lagrange points by 15, 2 and 4 degrees (Oberti & Vienne 2003, A&A
