@@ -307,7 +307,7 @@ fn the_stages_of_a_time_report_fit_into_the_first_frames_time() {
     assert_eq!((&report["frames"], &report["renderer"]), (&serde_json::json!(1), &serde_json::json!("software")));
 }
 
-/// Standard output and the image are the same with and without the option.
+/// Standard output and the image are the same with and without `-v`.
 #[test]
 fn verbose_runs_print_their_times_to_standard_error() {
     let folder = tempfile::tempdir().expect("a folder");
