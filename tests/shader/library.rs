@@ -140,7 +140,7 @@ fn an_intact_entry_of_another_module_or_generator_is_rejected() {
     assert_eq!((library.status().entries, library.status().other_entries), (0, 0));
 }
 
-/// Here four threads, each with a library of its own: each file is removed by one of them, and that it is gone is no error for the others.
+/// Four threads, each with a library of its own, stand for the processes. Each file is removed by one of them; the others find it gone, which is no error.
 #[test]
 fn several_processes_may_clear_the_library_at_once() {
     const FILES: u64 = 3000;
