@@ -67,7 +67,8 @@ struct FusedPass<'a, R: Real> {
 }
 
 impl<R: Real> FusedPass<'_, R> {
-    /// The tone map that converts a tile to display bytes in native code; `None` if another draw of the second pass covers part of the tile.
+    /// The tone map that converts a tile to display bytes in native code. `None` if the full-screen draw is another one, if its colour for the clear colour
+    /// differs between pixels, or if another draw of the second pass covers part of the tile.
     fn direct_tone_map(&self, [tx, ty]: [usize; 2]) -> Option<&ToneMapUniforms> {
         self.tone_map.as_ref().filter(|_| self.mapped_clear_colour.is_some() && self.overlay.bins.tile(tx, ty).is_empty())
     }
@@ -138,8 +139,8 @@ pub fn execute<R: Real>(pass: &Pass, stages: &[DrawStages<'_, R>]) -> Result<(Pa
     Ok((image, timings))
 }
 
-/// Executes two fused passes and returns the image of the second. `None` if they cannot be fused: the first draw of the second pass does not cover
-/// its entire target, or reads pixels other than its own. The first pass's wall time is that of both.
+/// Executes two fused passes and returns the image of the second. `None` if they cannot be fused: the first draw of the second pass does not draw every
+/// pixel of its target, or reads pixels other than its own. The first pass's wall time is that of both.
 pub(crate) fn execute_fused<R: Real>(
     first: &Pass,
     first_stages: &[DrawStages<'_, R>],

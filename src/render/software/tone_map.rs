@@ -78,10 +78,10 @@ static LEVELS: LazyLock<Box<[u32; CELLS]>> = LazyLock::new(|| {
     let mut level = 0;
     for (cell, entry) in levels.iter_mut().enumerate() {
         let start = FIRST_BITS + ((cell as u32) << CELL_BITS);
-        let is_reached = |level: usize, bits: u32| threshold_bits.get(level + 1).is_some_and(|threshold| *threshold <= bits);
-        level += usize::from(is_reached(level, start));
+        let reaches_next = |level: usize, bits: u32| threshold_bits.get(level + 1).is_some_and(|threshold| *threshold <= bits);
+        level += usize::from(reaches_next(level, start));
         *entry = (level as u32) << CELL_BITS;
-        if is_reached(level, start + ((1 << CELL_BITS) - 1)) {
+        if reaches_next(level, start + ((1 << CELL_BITS) - 1)) {
             *entry += start + (1 << CELL_BITS) - threshold_bits[level + 1];
             level += 1;
         }
@@ -270,7 +270,7 @@ impl ToneMapUniforms {
     /// those of infinity.
     #[inline(always)]
     fn is_linear(&self, light: &[&[f32; LANES]]) -> bool {
-        // Floats that are not negative are ordered like their bits as integers; those of negative floats are negative.
+        // Floats that are not negative are ordered like their bits as integers; the bits of a negative float are a negative integer.
         let mut greatest = 0;
         for plane in light {
             for value in *plane {

@@ -29,7 +29,7 @@ pub(super) struct F32Request<'a> {
     v: &'a [f32; BATCH],
     /// `None` if each lane reads level 0 with one tap.
     levels_of_lanes: Option<&'a [f32; BATCH]>,
-    /// Lengths in taps, and the width of a tap in u and v; `None` if each lane has one tap.
+    /// Length, step in u and step in v of [`Footprints`](super::footprint::Footprints); `None` if each lane has one tap.
     footprints: Option<[&'a [f32; BATCH]; 3]>,
 }
 

@@ -172,7 +172,7 @@ impl<'a, R: Real> FilterRequest<'a, R> {
 mod tests {
     use super::*;
 
-    /// Whether a batch has levels if its footprints are `magnified` texels wide, except one of `other` texels; with up to 8 taps, or with one.
+    /// Whether a batch has levels if its footprints are `magnified` texels wide, except one of `other` texels. Up to 8 taps if `is_anisotropic`, else one.
     fn has_level(magnified: f32, other: f32, is_anisotropic: bool) -> bool {
         let (zeros, max_taps) = ([0.0; BATCH], [8.0; BATCH]);
         let mut gradient = [magnified / 64.0; BATCH];
