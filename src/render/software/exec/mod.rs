@@ -169,8 +169,8 @@ impl<R: Real> Executor<R> {
         &self.arena[self.program.output_slots[k] as usize].0
     }
 
-    /// Runs one batch and returns the active lanes that did not discard; none if the run was stopped ([`Executor::hit_loop_limit`]). If the program uses
-    /// derivatives, `active` must contain all four lanes of every quad that has a covered lane; the uncovered lanes are helper lanes.
+    /// Runs one batch and returns the active lanes that did not discard; none if the run was stopped at a loop limit. If the program uses derivatives,
+    /// `active` must contain all four lanes of every quad that has a covered lane; the uncovered lanes are helper lanes.
     pub fn run(&mut self, draw_values: &DrawTapeValues<R>, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
         self.counts = ExecutionCounts::default();
         self.hit_loop_limit = false;

@@ -21,7 +21,7 @@ impl<'m> Lowerer<'m> {
         self.frame().info[handle].ty.inner_with(&module.types)
     }
 
-    /// The value of an expression: the stored one if an `Emit` statement has evaluated it, otherwise evaluated here, without being stored.
+    /// The value of an expression. `Emit` and call statements have stored that of theirs; any other is evaluated here, at each use, and not stored.
     pub(crate) fn value_of(&mut self, handle: Handle<Expression>) -> Result<Value> {
         match self.frame().values.get(&handle) {
             Some(v) => Ok(v.clone()),
