@@ -306,10 +306,10 @@ impl<R: Real> Executor<R> {
         let operand_offsets = operand_offsets.as_ptr();
         for kernel in kernels {
             // SAFETY: Program::check has verified every index against the counts from which the arena was allocated, and `unroll_loops` only
-            // exchanges verified ones, so each offset refers to a complete slot or to a register inside the arena. `dst` is a slot that is not an
-            // operand of the same kernel, and scratch slots are written by broadcasts, whose operand is a register, or by chains, which alternate
-            // between two slots, so nothing overlaps `dst`. `operand_offsets` has as many entries as the kernel takes (`Binder`). The class of the
-            // kernel is available (`BoundProgram::new`).
+            // exchanges verified indices. So each offset refers to a complete slot or to a register inside the arena. Nothing overlaps `dst`: it is a
+            // slot that is not an operand of the same kernel; scratch slots are written by broadcasts, whose operand is a register, or by chains, which
+            // alternate between two slots. `operand_offsets` has as many entries as the kernel takes (`Binder`). The class of the kernel is available
+            // (`BoundProgram::new`).
             unsafe {
                 #[allow(
                     clippy::transmute_ptr_to_ref,
