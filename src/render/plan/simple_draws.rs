@@ -177,6 +177,7 @@ const MIN_COVERED_PX: f32 = 1.0 / 255.0;
 /// First the sprites that hide what is behind the points, then those of their light, so that no point hides the light of another: the scene has already removed
 /// the part that nearer bodies hide.
 pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
+    // The last attribute: light in red, green and blue, then the hidden area in pixels.
     let centre: InstanceAttribute<Point> = (3, |p| p.centre.to_array().to_vec());
     let light = [centre, (4, |p| sprite_attribute(p.radius_px, p.stretch)), (4, |p| p.flux.extend(0.0).to_array().to_vec())];
     // Without glare: the sprite's size does not depend on the point's light.

@@ -182,8 +182,8 @@ impl<R: Real> Executor<R> {
         if active == LaneMask::MAX {
             mask.fill(R::from_mask(true));
         } else {
-            for (k, lanes) in mask.chunks_exact_mut(32).enumerate() {
-                let part = (active >> (32 * k)) as u32;
+            for (k, lanes) in mask.chunks_exact_mut(LANE_BITS.len()).enumerate() {
+                let part = (active >> (LANE_BITS.len() * k)) as u32;
                 for (lane, bit) in lanes.iter_mut().zip(&LANE_BITS) {
                     *lane = R::from_mask(part & bit != 0);
                 }
@@ -219,12 +219,12 @@ impl<R: Real> Executor<R> {
             return unsafe { lane_masks::mask_avx2(lanes) };
         }
         let mut bits = 0u128;
-        for (k, lanes) in self.arena[slot as usize].0.chunks_exact(32).enumerate() {
+        for (k, lanes) in self.arena[slot as usize].0.chunks_exact(LANE_BITS.len()).enumerate() {
             let mut part = 0u32;
             for (lane, bit) in lanes.iter().zip(&LANE_BITS) {
                 part |= if lane.is_mask_set() { *bit } else { 0 };
             }
-            bits |= u128::from(part) << (32 * k);
+            bits |= u128::from(part) << (LANE_BITS.len() * k);
         }
         bits
     }
