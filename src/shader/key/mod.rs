@@ -6,7 +6,7 @@
 //! ([`canonical::RULES`]) states which values have no effect in combination with others. A new dimension needs a field of `DrawFeatures`, a row of the table
 //! and its rules. Not here: the code of the module that a key identifies.
 
-// Hidden from the documentation, together with the items that are re-exported below, so that the lint `missing_docs` does not check them.
+// Hidden from the documentation, like everything that is not part of the library's public interface (lib.rs).
 #[doc(hidden)]
 mod canonical;
 #[doc(hidden)]
