@@ -30,7 +30,8 @@ fn main() {
     let texture = map();
     let decoded = |v: u8| orrery::units::srgb_to_linear(f64::from(v) / 255.0) as f32;
     let linear = texture.levels[0].bytes().chunks_exact(4).map(|t| [decoded(t[0]), decoded(t[1]), decoded(t[2]), 1.0]).collect();
-    let texels = by_hand::Texels { width: 1024, height: 512, linear };
+    let [width, height] = [texture.levels[0].width, texture.levels[0].height].map(|side| side as i32);
+    let texels = by_hand::Texels { width, height, linear };
     let (plan, module) = (plan(SIZE as u32), module(WGSL));
     // `cargo bench --bench heavy_kernel -- avx2` measures one class alone.
     let wanted: Vec<String> = std::env::args().skip(1).filter(|a| !a.starts_with('-')).collect();

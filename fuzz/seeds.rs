@@ -132,6 +132,7 @@ pub const STARS: [&str; 2] = [
 
 /// A data layer in each format, after a byte that chooses the format and whether the layer belongs to a body or to the sky: see `data_layer` in targets.rs.
 pub fn layers() -> Vec<Vec<u8>> {
+    // One block of 2880 bytes with the header, whose cards have 80 characters, and one with the data.
     let fits = |cards: &[&str]| {
         let cards = cards.iter().chain(&["END"]).map(|card| format!("{card:<80}")).collect::<String>();
         let mut bytes = format!("{cards:<2880}").into_bytes();

@@ -257,7 +257,8 @@ pub static TARGETS: &[Target] = &[
         run: |bytes| {
             let figure = ShapeFrame { radii_km: DVec3::ONE, scale_km: 1.0, map_stretch: glam::DVec2::ONE, two_sided: false };
             if let Ok(model) = obj::parse(&text(bytes)).map(|obj| Mesh::of(&obj, &figure)) {
-                drop(model.map(|m| m.sun_heights(DVec3::X, 0.005)));
+                const SUN_RADIUS_RAD: f64 = 0.005;
+                drop(model.map(|m| m.sun_heights(DVec3::X, SUN_RADIUS_RAD)));
             }
         },
         seeds: || texts(&["v 1 0 0\nv 0 1 0 0.5 0.5 0.5\nv 0 0 1\nvt 0 0\nvn 0 0 1\nf 1/1/1 2//1 3\nf -1 -2 -3\n"]),
@@ -451,7 +452,8 @@ fn key(bytes: &[u8]) {
     let key = ShaderKey::for_draw(&features);
     assert_eq!(key.to_string().parse(), Ok(key), "the text form of a key must parse to that key");
     let library = ShaderLibrary::in_memory(lowering());
-    let plan = sample_body_plan(&library, &key, 12, SAMPLE_HALF_SIDE_WITH_LIMB).expect("a key has a module");
+    const SIDE_PX: u32 = 12;
+    let plan = sample_body_plan(&library, &key, SIDE_PX, SAMPLE_HALF_SIDE_WITH_LIMB).expect("a key has a module");
     let (frame, _) = RENDERER.render(&plan, &library, FrameImages::DisplayAndHdr).expect("a module is drawn");
     RENDERER.forget_modules();
     assert!(frame.hdr.iter().flatten().all(|value| value.is_finite()), "{key}: a pixel is not finite");
@@ -460,6 +462,7 @@ fn key(bytes: &[u8]) {
 /// An entry of the shader library with a correct checksum, as an attacker would write it.
 fn library_entry(bytes: &[u8]) {
     let mut entry = bytes.to_vec();
+    // Bytes 8 to 40 are the digest of the content, which follows.
     if let (Some(content), 40..) = (bytes.get(40..), bytes.len()) {
         entry[8..40].copy_from_slice(&Sha256::digest(content));
     }

@@ -10,7 +10,7 @@
 //! [`catalog`], [`time`], [`ephemeris`], [`scene`] (the request and the finished scene), [`shader`], [`session`], [`message`] and [`units`]. Each of their
 //! items has a doc comment (the lint `missing_docs` checks this). Every other module is private, or public only for the tests and benches
 //! of this package; it is hidden from the documentation and may change with any commit. All errors are returned as values. No module uses the
-//! network, and only the command line takes the current time from the system clock, for `now`.
+//! network, and only the command line takes the time of a view from the system clock, for `now`.
 //!
 //! Render an image:
 //!

@@ -8,6 +8,13 @@ use std::arch::x86_64::*;
 /// The values of eight pixels.
 type F32x8 = __m256;
 
+/// Half the side of the image, in body radii.
+const HALF_SIDE: f32 = 1.2;
+/// Height of the top of the atmosphere, in scale heights.
+const TOP_HEIGHT: f32 = 8.0;
+/// Samples of the air along a view ray.
+const SAMPLES: u32 = 16;
+
 /// The same value for all eight pixels.
 #[target_feature(enable = "avx2,fma")]
 fn splat(x: f32) -> F32x8 {
@@ -99,17 +106,17 @@ fn atan2(y: F32x8, x: F32x8) -> F32x8 {
     _mm256_or_ps(a, _mm256_and_ps(y, splat(-0.0)))
 }
 
-/// Column density of air from a height in a direction, as in heavy.wgsl; `x`: the body's radius in scale heights.
+/// Column density of air from a height in a direction, as in heavy.wgsl. `body_radius`: in scale heights.
 #[target_feature(enable = "avx2,fma")]
-fn column(height: F32x8, cosine: F32x8, x: f32) -> F32x8 {
-    let c = (std::f32::consts::FRAC_PI_2 * x).sqrt();
+fn column(height: F32x8, cosine: F32x8, body_radius: f32) -> F32x8 {
+    let c = (std::f32::consts::FRAC_PI_2 * body_radius).sqrt();
     let below = less(cosine, splat(0.0));
     let up = mul(div(splat(c), fma(splat(c - 1.0), abs(cosine), splat(1.0))), exp(neg(height)));
     if _mm256_movemask_ps(below) == 0 {
         return up;
     }
     let s = sqrt(max(sub(splat(1.0), mul(cosine, cosine)), splat(1e-6)));
-    let lowest = _mm256_fmsub_ps(add(splat(x), height), s, splat(x));
+    let lowest = _mm256_fmsub_ps(add(splat(body_radius), height), s, splat(body_radius));
     let down = sub(mul(splat(2.0 * c), exp(neg(max(lowest, splat(0.0))))), up);
     select(up, down, below)
 }
@@ -173,14 +180,15 @@ pub unsafe fn draw(size: usize, map: &Texels, out: &mut [[f32; 4]]) {
         let t = max(min(t, splat(1.0)), splat(0.0));
         mul(mul(t, t), _mm256_fnmadd_ps(splat(2.0), t, splat(3.0)))
     };
-    let top = 1.0 + 8.0 * air[0];
-    let x = 1.0 / air[0];
+    let top = 1.0 + TOP_HEIGHT * air[0];
+    // In scale heights.
+    let body_radius = 1.0 / air[0];
     let offsets = _mm256_setr_ps(0.5, 1.5, 2.5, 3.5, 4.5, 5.5, 6.5, 7.5);
-    let scale = 2.0 / size as f32 * 1.2;
+    let scale = 2.0 / size as f32 * HALF_SIDE;
     for row in 0..size {
-        let py = splat((1.0 - (row as f32 + 0.5) * 2.0 / size as f32) * 1.2);
+        let py = splat((1.0 - (row as f32 + 0.5) * 2.0 / size as f32) * HALF_SIDE);
         for column_start in (0..size).step_by(8) {
-            let px = fma(add(splat(column_start as f32), offsets), splat(scale), splat(-1.2));
+            let px = fma(add(splat(column_start as f32), offsets), splat(scale), splat(-HALF_SIDE));
             let r2 = fma(px, px, mul(py, py));
             let inside = less(r2, splat(top * top));
             let pixels = &mut out[row * size + column_start..row * size + column_start + 8];
@@ -191,15 +199,15 @@ pub unsafe fn draw(size: usize, map: &Texels, out: &mut [[f32; 4]]) {
             let hits = less(r2, splat(1.0));
             let z_top = sqrt(max(sub(splat(top * top), r2), splat(0.0)));
             let z_end = select(neg(z_top), sqrt(max(sub(splat(1.0), r2), splat(0.0))), hits);
-            let step = mul(sub(z_top, z_end), splat(1.0 / 16.0));
+            let step = mul(sub(z_top, z_end), splat(1.0 / SAMPLES as f32));
             let (mut light, mut column_to_camera) = ([splat(0.0); 3], splat(0.0));
-            for n in 0..16 {
+            for n in 0..SAMPLES {
                 let p = [px, py, _mm256_fnmadd_ps(splat(n as f32 + 0.5), step, z_top)];
                 let radius = sqrt(fma(p[2], p[2], fma(p[1], p[1], mul(p[0], p[0]))));
-                let height = mul(max(sub(radius, splat(1.0)), splat(0.0)), splat(x));
+                let height = mul(max(sub(radius, splat(1.0)), splat(0.0)), splat(body_radius));
                 let density = mul(exp(neg(height)), step);
                 let cosine = div(dot_sun(p), radius);
-                let column_to_sun = mul(column(height, cosine, x), splat(air[0]));
+                let column_to_sun = mul(column(height, cosine, body_radius), splat(air[0]));
                 column_to_camera = add(column_to_camera, density);
                 let (total_column, sunlit_density) = (add(column_to_camera, column_to_sun), mul(density, sunlight_fraction(p)));
                 for c in 0..3 {

@@ -54,7 +54,7 @@ type BodyField = (NaifId, &'static str);
 /// A file and a line number, starting at 1.
 type FileLine = (String, usize);
 
-/// All bodies, the well-known moments, stars, data layers, instruments, and the radii for eclipses.
+/// All bodies, the well-known moments, stars, small bodies, data layers, instruments, the radii for eclipses, and the user's lunar height map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Catalog {
     bodies: Vec<Body>,

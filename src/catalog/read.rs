@@ -96,7 +96,7 @@ fn atmosphere(mut table: TableReader) -> Option<(WithLine<String>, Atmosphere)> 
     Some((body_name?, Atmosphere { top_km: top_km?, refractivity, airglow_cd_m2, species }))
 }
 
-/// Draws have one gas, one aerosol and one absorption layer, so a second one would be left out of them.
+/// Reports a second gas, aerosol or absorption layer: a draw has one of each, and would leave out a second one.
 fn report_second_of_a_kind(table: &TableReader, species: &[WithLine<Species>]) {
     type IsOfKind = fn(&Species) -> bool;
     let kinds: [(&str, IsOfKind); 3] = [

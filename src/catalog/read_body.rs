@@ -122,7 +122,7 @@ fn motion(mut table: TableReader) -> Option<Motion> {
 /// The allowed precession periods of [`MeanElements`], for messages.
 const ALLOWED_PERIOD: &str = "Julian years, at least 1e-6 of either sign, or 0 for none";
 
-/// The ranges of rates and lengths are far wider than those of any body. Beyond them, a position could overflow and become NaN.
+/// Reads the elements of `motion`. The ranges of rates and lengths are far wider than those of any body. Beyond them, a position could overflow and become NaN.
 fn mean_elements(table: &mut TableReader) -> Option<MeanElements> {
     let any = |_| true;
     let is_period = |x: f64| x == 0.0 || x.abs() >= 1e-6;

@@ -48,7 +48,7 @@ const WITH_LUNAR_LONGITUDE: [usize; 3] = [0, 2, 3];
 /// Factor on the distances of the series, a0 / ath in the authors' program (ELP82B.F, "constants fitted to JPL's ephemerides DE200/LE200"; CDS
 /// VI/79). The note on ELP/MPP02 (Chapront and Francou 2002, section 5.1) has the same factor with the fit to DE405: a0(DE405) / a0(ELP), where a0 is
 /// the Moon's Keplerian semi-major axis in km and a0(ELP) is `ath`. So `ath` is the axis that the series were computed with, and a0, by that analogy,
-/// the one of the constants fitted to DE200. It moves the Moon by 3 cm.
+/// the one of the constants fitted to DE200. The factor moves the Moon by 3 cm.
 const DISTANCE_RATIO: f64 = 384_747.980_644_895_4 / 384_747.980_674_316_5;
 
 /// Length of an arcsecond at the Moon's mean distance, the semi-major axis of its orbit.

@@ -1,9 +1,9 @@
 //! Positions, velocities and orientations of bodies: f64, kilometres, TDB, ICRF.
 //!
-//! In: a catalog and an instant. Out: states. Each target, a body or a barycentre, has a state relative to an origin that is a target too (Moon from Earth,
-//! Earth from the Earth-Moon barycentre, and so on to the solar system's barycentre). The state of a body relative to a centre is the difference of two
-//! such chains up to their first common target. Always: the result names the least accurate source that it used and an upper limit of its error. No
-//! file is read here: the caller passes bytes.
+//! In: a catalog and an instant. Out: states. Each target, a body or a barycentre, has a state relative to its origin, which is a target too. These links form
+//! chains: Moon from Earth, Earth from the Earth-Moon barycentre, and so on to the solar system's barycentre. The state of a body relative to a centre is the
+//! difference of their two chains up to the first common target. Always: the result names the least accurate source that it used and an upper limit of its
+//! error. No file is read here: the caller passes bytes.
 
 pub mod apparent;
 #[doc(hidden)]

@@ -15,7 +15,7 @@ use vsop87::{RectangularCoordinates, vsop87a, vsop87e};
 /// Ratio of the Earth's mass to the Moon's (DE440, Park et al. 2021).
 pub const EARTH_MOON_MASS_RATIO: f64 = 81.300_568_221_497_22;
 
-/// Days that one polynomial of Mercury covers: fewer than one of the others, because its period is the shortest and its harmonics are the largest.
+/// Days that one polynomial of Mercury covers: fewer than for the other bodies, because Mercury's period is the shortest and its harmonics are the largest.
 const MERCURY_INTERVAL_DAYS: f64 = 16.0;
 /// Days that one polynomial of any other body covers.
 const INTERVAL_DAYS: f64 = 32.0;

@@ -62,7 +62,7 @@ pub struct Segment {
     pub center: i32,
     /// Start of the covered span, TDB seconds past J2000.
     pub start_s: f64,
-    /// End of the covered span.
+    /// End of the covered span, TDB seconds past J2000.
     pub end_s: f64,
     /// Start of the first record, TDB seconds past J2000.
     first_s: f64,

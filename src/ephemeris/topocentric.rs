@@ -140,8 +140,8 @@ impl ObserverSky<'_> {
         })
     }
 
-    /// Altitude that is 0 when the target rises or sets, degrees: that of the upper limb of a large disc or of the centre of a small one, with refraction on
-    /// the Earth.
+    /// Altitude that is 0 when the target rises or sets, degrees, with refraction on the Earth: that of the upper limb of a large disc, or of the centre of
+    /// a small one.
     fn rise_set_altitude_deg(&self, target: NaifId, t: Instant) -> Result<f64, EphemerisError> {
         let horizontal = self.topocentric(target, t)?;
         let refraction = if self.place.body == NaifId::EARTH { HORIZON_REFRACTION_DEG } else { 0.0 };

@@ -1,10 +1,11 @@
 //! Contacts of a solar eclipse at the Moon's true limb, with its mountains and valleys.
 //!
-//! In: an eclipse, a place, the ephemeris for the Moon's libration and a map of its heights. Out: the instants (first contact C1 to fourth contact C4) at which
-//! the Sun's disc and the Moon's true silhouette touch, where on the limb, and the delay after the contact of the mean limb (the Moon as a sphere). In a total
-//! eclipse, the last of Baily's beads goes out at C2 and the first one shines at C3; in an annular eclipse, the last mountain leaves the Sun's limb at C2 and
-//! the first one reaches it at C3. Always: the silhouette is a [`LimbProfile`], computed for the instant of each contact; if the Sun shines through a valley
-//! even at maximum, there is no C2 and no C3. Not included: refraction and the Sun's irregular limb. Magnitude and obscuration remain those of the mean limb.
+//! In: an eclipse, a place, the ephemeris for the Moon's libration and a map of its heights. Out: the contacts of the Sun's disc and the Moon's true
+//! silhouette, from the first (C1) to the fourth (C4). Of each: the instant, the position on the limb, and the delay after the contact of the mean limb (the
+//! Moon as a sphere). In a total eclipse, the last of Baily's beads goes out at C2 and the first one shines at C3. In an annular eclipse, the last mountain
+//! leaves the Sun's limb at C2 and the first one reaches it at C3. Always: the silhouette is a [`LimbProfile`], computed for the instant of each contact; if
+//! the Sun shines through a valley even at maximum, there is no C2 and no C3. Not included: refraction and the Sun's irregular limb. Magnitude and obscuration
+//! remain those of the mean limb.
 
 use super::local::{GeodeticPosition, Station};
 use super::numeric::zero_crossing;

@@ -314,6 +314,7 @@ impl<'a> Station<'a> {
         }
     }
 
+    /// When the upper limb of a body is above the horizon from `first` to `last`, seconds. `body`: its position by time, km, GCRS.
     fn spans_above_horizon(&self, first: f64, last: f64, body: impl Fn(f64) -> DVec3) -> AboveHorizon {
         let upper_limb_altitude_rad = |s: f64| self.altitude_azimuth_rad(body(s), s).0 + HORIZON_REFRACTION_RAD + SEMIDIAMETER_RAD;
         let mut above_horizon = AboveHorizon { spans: Vec::new(), rise: None, set: None };

@@ -57,7 +57,7 @@ pub fn shadow_enlargement(radii: EclipseRadii) -> &'static str {
 pub struct LunarEclipse {
     /// Penumbral, partial or total.
     pub class: LunarType,
-    /// When the Moon's centre is nearest to the axis of the shadow, as the Earth's centre receives the light, like the contacts.
+    /// When the Moon's centre is nearest to the axis of the shadow. Like the contacts, it is the time at which the light reaches the Earth's centre.
     pub greatest: Instant,
     /// Least distance of the Moon's centre from the axis of the shadow, in the Earth's equatorial radii; positive if the Moon passes north of the axis.
     pub gamma: f64,

@@ -110,6 +110,7 @@ struct MoonAndPlanet<'a> {
 }
 
 impl MoonAndPlanet<'_> {
+    /// Position (km) and velocity (km/s) of the moon relative to the planet, ICRF.
     fn moon_from_planet(&self, t: Instant) -> Result<(DVec3, DVec3), EphemerisError> {
         let state = self.ephemeris.state(self.moon.id, self.planet.id, t, None)?.state;
         Ok((state.pos_km, state.vel_km_s))

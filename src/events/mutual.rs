@@ -21,8 +21,8 @@ const STEP_S: f64 = 600.0;
 /// Two moons pass without an event if, at the sample nearest to their passage, their centres are farther apart than this perpendicular to the line of sight.
 const MAX_DISTANCE_KM: f64 = 40_000.0;
 /// Sine of 4 degrees: while the Earth or the Sun is farther from the plane of Jupiter's equator, there are no events. One degree allows for the inclinations of
-/// the orbits. At the other 3 degrees, two moons on the same side of Jupiter, at least 249 000 km apart along the line of sight (Io and Europa), pass each
-/// other at a distance of 249 000 km * sin 3 degrees = 13 000 km, too far for an event.
+/// the orbits, which leaves 3 degrees. Two moons on the same side of Jupiter are at least 249 000 km apart along the line of sight (Io and Europa). At
+/// 3 degrees they pass each other at a distance of 249 000 km * sin 3 degrees = 13 000 km, too far for an event.
 const MAX_SEASON_SINE: f64 = 0.07;
 /// Half of the fitted span: the slowest passages, at a moon's greatest elongation, take up to five hours.
 const HALF_SPAN_S: f64 = 8.0 * 3600.0;

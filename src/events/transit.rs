@@ -26,7 +26,7 @@ const HALF_SPAN_S: f64 = 6.0 * 3600.0;
 pub struct Transit {
     /// Mercury or Venus.
     pub planet: NaifId,
-    /// When the centres are nearest, as the Earth's centre receives the light, like the contacts.
+    /// When the centres are nearest. Like the contacts, it is the time at which the light reaches the Earth's centre.
     pub greatest: Instant,
     /// Least angle between the centres.
     pub separation_arcsec: f64,
@@ -37,6 +37,7 @@ pub struct Transit {
     /// I to IV; II and III are missing if the planet is never entirely in front of the Sun.
     pub contacts: Vec<Contact>,
     conjunction: PlanetConjunction,
+    /// `greatest` in the seconds of `conjunction.sky`.
     greatest_s: f64,
 }
 
@@ -63,6 +64,7 @@ pub fn transits(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Ins
         let body =
             catalog.body(planet).ok_or_else(|| EphemerisError::other(format!("the catalog has no body {}: transits need it", planet.0)))?;
         let planet_radius_km = body.radii_km.x;
+        // The planet takes the Moon's place.
         let radii = BodyRadii { moon_radius_km: planet_radius_km, penumbral_moon_radius_km: planet_radius_km, ..eclipse_radii };
         // Angle between the centres, radians; pi if the planet is behind the Sun.
         let elongation = |t: Instant| -> Result<f64, EphemerisError> {
@@ -88,6 +90,7 @@ pub fn transits(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Ins
 #[derive(Clone, Debug)]
 struct PlanetConjunction {
     sky: EarthSky,
+    /// With the planet's radius for the Moon's.
     radii: BodyRadii,
 }
 
@@ -113,7 +116,7 @@ impl PlanetConjunction {
     }
 
     fn transit(self, planet: NaifId) -> Option<Transit> {
-        // Angles from external and internal tangency of the discs; negative if they overlap, or if the planet is entirely on the Sun.
+        // Angle from external tangency of the discs, negative if they overlap; and from internal tangency, negative if the planet is entirely on the Sun.
         let outer_gap_rad = |s: f64| self.separation_rad(s) - self.angular_radii_rad(s).0 - self.angular_radii_rad(s).1;
         let inner_gap_rad = |s: f64| self.separation_rad(s) - self.angular_radii_rad(s).0 + self.angular_radii_rad(s).1;
         let greatest_s = time_of_minimum(-HALF_SPAN_S, HALF_SPAN_S, |s| self.separation_rad(s));

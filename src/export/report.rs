@@ -125,7 +125,7 @@ fn causes(first: &ShaderModule, second: &ShaderModule) -> Vec<Cause> {
     };
     let causes: Vec<Cause> =
         changed_lines((&first.wgsl, &first.source_map), (&second.wgsl, &second.source_map)).into_iter().map(cause_of).collect();
-    // No fragment has changed: its lines are in another order, or the changed lines come from no fragment.
+    // No line of a fragment was added or removed: the lines are in another order, or the changed lines come from no fragment.
     if causes.is_empty() { vec![Cause { what: "generator".into(), ..Cause::default() }] } else { causes }
 }
 

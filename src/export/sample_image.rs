@@ -1,4 +1,4 @@
-//! The sample body drawn by a module: images in f32 and f64, and their statistics.
+//! The sample body (a fixed body, see `session::sample_body`) drawn by a module: images in f32 and f64, and their statistics.
 //!
 //! In: a module built from a shader key. Out: a `SampleImage`. Always: an image is drawn on one thread, so that as many images as there are cores can be
 //! drawn in parallel; the renderer keeps nothing of a module after its image.

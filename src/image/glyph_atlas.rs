@@ -5,8 +5,8 @@
 //! Always: each glyph has a rectangle of its own in the texture (its cell), and at least one empty texel lies between two cells. A character missing in the
 //! font becomes the font's replacement glyph. Not here: the position of text.
 //!
-//! A pen position is the top left corner of a pixel, but the ring is drawn around the middle of that pixel: to centre it on a point, a caller subtracts half a
-//! pixel from the point. The font is Ubuntu Light, as in the window.
+//! A pen position is the top left corner of a pixel, but the ring is drawn around the middle of that pixel. To centre the ring on a point, a caller subtracts
+//! half a pixel from the point. The font is Ubuntu Light, as in the window.
 
 use super::{Level, SharedTexture, TexelFormat, Texture};
 use ab_glyph::{Font, FontRef, ScaleFont};

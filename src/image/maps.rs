@@ -1,9 +1,9 @@
 //! The store of maps. A map in the user's folder takes precedence over an embedded one of the same name; each is decoded when first needed.
 //!
-//! In: names of maps and how they are decoded. Out: their texels and mip levels. Always: when the decoded maps exceed [`MEMORY_BUDGET_BYTES`], those
-//! that no view has used for [`MIN_IDLE`] are dropped at the next use of any map, the least recently used first, so that a tour of all bodies
-//! does not fill the memory. Textures that other code has inserted are kept. With a disk cache ([`StoredMaps`]), decoded maps are also kept in a folder:
-//! later runs of the program do not decode them again, and read only the levels that they need.
+//! In: names of maps and how they are decoded. Out: their texels and mip levels. Always: when the decoded maps exceed [`MEMORY_BUDGET_BYTES`], the next use of
+//! any map drops those that no view has used for [`MIN_IDLE`], the least recently used first. So a tour of all bodies does not fill the memory. Textures that
+//! other code has inserted are kept. With a disk cache ([`StoredMaps`]), decoded maps are also kept in a folder: later runs of the program do not decode them
+//! again, and read only the levels that they need.
 
 use super::encoded_map::EncodedMap;
 use super::map_decoding::MapDecoding;

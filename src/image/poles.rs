@@ -9,11 +9,11 @@
 //! The finest spot that the map can hold has, before the filter, a sigma of 0.6 texels in both directions, the scale at which the maps in textures/
 //! become isotropic. After it, the spot is at most sqrt 2 times as long as it is wide, as at 45 degrees. Always: each row keeps its mean, and rows within
 //! 45 degrees of the equator keep their texels. The rows next to the poles keep half of the first harmonic in longitude and little of the higher ones.
-//! Detail below that scale is lost; streaks that are long on the sphere itself remain.
+//! Detail finer than the Gaussian of its row is lost; streaks that are long on the sphere itself remain.
 //!
 //! The directions east and north rotate with the meridian, so slopes (the east and north components of normals) are averaged as vectors in one
-//! frame at the pole: a row that slopes away from the pole all round, like a cone, has no mean slope. Every mip level is filtered again: halving alone would
-//! leave a level finer in longitude than in latitude.
+//! frame at the pole. There, a row that slopes away from the pole all round, like a cone, has no mean slope. Every mip level is filtered again: halving alone
+//! would leave a level finer in longitude than in latitude.
 
 use std::f64::consts::{PI, TAU};
 

@@ -22,8 +22,8 @@ pub(super) fn quality(session: &Session, effort: Effort) -> Result<ChoiceMeasure
     for name in SCENES {
         let request = renderers.with_metered_exposure(standard_request(name, effort)?)?;
         let reference_request = ViewRequest { quality: Quality::Reference, ..request.clone() };
-        let reference =
-            renderers.draw_linear(&renderers.plan_target(&reference_request, SamplingQuality::of(Quality::Reference))?, Precision::F64)?;
+        let reference = renderers
+            .draw_linear(&renderers.plan_target_body(&reference_request, SamplingQuality::of(Quality::Reference))?, Precision::F64)?;
         views.push((request, reference));
     }
     let mut candidates = Vec::new();
@@ -31,7 +31,7 @@ pub(super) fn quality(session: &Session, effort: Effort) -> Result<ChoiceMeasure
         let mut worst = 0.0_f64;
         let mut planned_views = Vec::new();
         for (request, reference) in &views {
-            let view = renderers.plan_target(&ViewRequest { quality, ..request.clone() }, SamplingQuality::of(quality))?;
+            let view = renderers.plan_target_body(&ViewRequest { quality, ..request.clone() }, SamplingQuality::of(quality))?;
             worst = worst.max(p999(level_differences(&renderers.draw_linear(&view, precision_of(quality))?, reference)));
             planned_views.push(view);
         }

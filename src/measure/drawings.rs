@@ -51,7 +51,8 @@ fn with_effects(request: &ViewRequest, effects: &str) -> Result<ViewRequest, Ses
     Ok(ViewRequest { effects: EffectOverrides::parse(text.trim_matches(','))?, ..request.clone() })
 }
 
-/// A standard scene without features of a fixed size in pixels (points, stars, glare), which would make the error depend on the image's size.
+/// A standard scene without features of a fixed size in pixels (points, stars, glare), which would make the error depend on the image's size. A name that no
+/// standard scene has gives the default view of the Earth.
 pub(super) fn standard_request(name: &str, effort: Effort) -> Result<ViewRequest, SessionError> {
     let side = effort.side_px();
     let scene = standard_scenes(side, side).into_iter().find(|s| s.name == name).map(|s| s.request);
@@ -194,12 +195,12 @@ pub(super) fn body_shadow(session: &Session, effort: Effort) -> Result<ChoiceMea
     measure_choice("body-shadow", "Saturn from 4 radii, 2017-05-17, seen from the side", ErrorUnit::Levels, effort.rounds(), candidates)
 }
 
-/// The Earth by day and night from 3 radii, its limb from 400 km, and the sky at the horizon from the ground. The last two look north, with the Sun 12 to 17
-/// degrees above the horizon in the west, outside the image.
+/// The Earth's day side from 3 radii, its limb from 400 km, and the sky at the horizon from the ground. The views of limb and sky look north, with the Sun 12
+/// to 17 degrees above the horizon in the west, outside the image.
 fn atmosphere_views(renderers: &PrecisionRenderers<'_>, effort: Effort) -> Result<[ViewRequest; 3], SessionError> {
     let globe = view_from_direction(NaifId::EARTH, EARTH_JD_TDB, NaifId::MOON, 3.0, effort);
-    // Three times the size, so that the disc is large enough for the coarse image of the air (`air-pass`) and for a rim that is not averaged over pixels
-    // (`air-rim`), as it is in a window.
+    // Three times the size. As in a window, the disc is then large enough for the coarse image of the air (`air-pass`), and its rim is wide enough to be drawn
+    // without averaging over pixels (`air-rim`).
     let globe = ViewRequest { width: 3 * globe.width, height: 3 * globe.height, ..globe };
     let radii_km = renderers.session.catalog().body(NaifId::EARTH).map_or(DVec3::ONE, |earth| earth.radii_km);
     let northwards = |latitude_deg: f64, height_km: f64, altitude_deg: f64| {
@@ -275,7 +276,7 @@ pub(super) fn shape(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
         .with_metered_exposure(with_effects(&request, "-rings,-ring-shadow,-ring-shine,-atmosphere,-eclipse,-points,-planet-shine")?)?;
     let plan_of = |shape: Shape| {
         let effect = if shape == Shape::Ellipsoid { "+ellipsoid" } else { "-ellipsoid" };
-        renderers.plan_target(&with_effects(&request, effect)?, SINGLE_SAMPLE)
+        renderers.plan_target_body(&with_effects(&request, effect)?, SINGLE_SAMPLE)
     };
     let reference = renderers.draw_linear(&plan_of(Shape::Ellipsoid)?, Precision::F64)?;
     let mut candidates = Vec::new();
@@ -300,10 +301,10 @@ fn sampling_candidates<'a>(
     options: impl Iterator<Item = (String, SamplingQuality, Vec<Quality>)>,
     finest: SamplingQuality,
 ) -> Result<Vec<Candidate<'a>>, SessionError> {
-    let reference = renderers.draw_linear(&renderers.plan_target(request, finest)?, Precision::F64)?;
+    let reference = renderers.draw_linear(&renderers.plan_target_body(request, finest)?, Precision::F64)?;
     let mut candidates = Vec::new();
     for (name, sampling, default_of) in options {
-        let view = renderers.plan_target(request, sampling)?;
+        let view = renderers.plan_target_body(request, sampling)?;
         let error = p999(level_differences(&renderers.draw_linear(&view, Precision::F64)?, &reference));
         candidates.push(Candidate { name, error, default_of, workload: Box::new(move || renderers.draw(&view, Precision::F32)) });
     }
@@ -349,7 +350,7 @@ pub(super) fn resolution(session: &Session, effort: Effort) -> Result<ChoiceMeas
     let request = renderers.with_metered_exposure(standard_request("saturn", effort)?)?;
     let side = |divisor: u32| request.width.div_ceil(divisor);
     let plan_reduced = |divisor: u32| {
-        renderers.plan_target(
+        renderers.plan_target_body(
             &ViewRequest { width: side(divisor), height: side(divisor), ..request.clone() },
             SamplingQuality::of(Quality::Standard),
         )

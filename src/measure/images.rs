@@ -138,7 +138,7 @@ impl<'a> PrecisionRenderers<'a> {
 
     /// Plans only the draws of the target (of all bodies if there is no target). Other bodies are left out because small ones change from
     /// points to discs as the image grows.
-    pub(crate) fn plan_target(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<PlannedView, SessionError> {
+    pub(crate) fn plan_target_body(&self, request: &ViewRequest, sampling: SamplingQuality) -> Result<PlannedView, SessionError> {
         let mut scene = self.plan_view(request, sampling)?.scene;
         scene.draws.retain(|d| request.target.is_none_or(|target| d.body == target));
         let plan = plan::plan(&scene, self.session, sampling)?;

@@ -2,9 +2,9 @@
 //! each option.
 //!
 //! In: a session, and the time that the measurement may take. Out: `ChoiceMeasure`s: for each option its error in a perceptible unit and the
-//! ratio of its time to that of the choice's most accurate option. Always: times are ratios of alternating runs ([`timing`]); errors are
-//! relative to a reference, which for images is the most accurate option drawn in f64 (in f32 for `resolution`); the models and the sampling
-//! that each quality uses are read from the program; the options that a quality may use are determined by [`rule`]. Not measured: tessellation, because
+//! ratio of its time to that of the choice's most accurate option. Always: times are ratios of alternating runs ([`timing`]). Errors are
+//! relative to a reference, which for images is the most accurate option drawn in f64 (in f32 for `resolution`). The models and the sampling
+//! that each quality uses are read from the program. [`rule`] determines the options that a quality may use. Not measured: tessellation, because
 //! ellipsoids are intersected and not tessellated.
 
 mod complete_images;
@@ -159,8 +159,9 @@ pub(crate) fn measure_choice(
     Ok(ChoiceMeasure { name, about, unit, is_exempt_from_rule: EXEMPT_FROM_RULE.contains(&name), options })
 }
 
-/// Choices to which the rule does not apply. For the first three the scene chooses the option from the view. `samples` is measured on a shape model, but
-/// nearly all views have none: there one sample suffices, and draft quality uses one in all views. The options of `quality` are the qualities.
+/// Choices to which the rule does not apply. For `ring-shadow`, `body-shadow` and `shape` the scene chooses the option from the view. `samples` is measured on
+/// a shape model, but nearly all views have none: there one sample suffices, and draft quality uses one in all views. The options of `quality` are the
+/// qualities.
 const EXEMPT_FROM_RULE: [&str; 5] = ["ring-shadow", "body-shadow", "shape", "samples", "quality"];
 
 /// A function that measures one choice.

@@ -151,8 +151,8 @@ const LABEL_PX: i32 = 15;
 /// Number of characters to which an option's name is cut.
 const MAX_NAME_CHARS: usize = 26;
 
-/// Offset of each label from its point, pixels: the first of several positions at which it lies within the panel (given by two corners) and overlaps no other
-/// label and no point; above the point on the right if there is none.
+/// Offset of each label from its point, pixels: the first of several positions at which the label lies within the panel (given by two corners) and overlaps no
+/// other label and no point. If there is none, the label is above the point on the right.
 fn label_offsets(points: &[(i32, i32)], texts: &[String], ((left, bottom), (right, top)): ((i32, i32), (i32, i32))) -> Vec<(i32, i32)> {
     /// Left, top, right, bottom.
     type Rect = (i32, i32, i32, i32);

@@ -6,8 +6,8 @@
 //!
 //! Error: the height is relative to one edge of the mesh above or below the Sun, accurate to a quarter of the Sun's radius or a tenth of the height, whichever
 //! is more. It is the nearest edge, unless an obstacle or a gap lies between two of the tested directions, which are 1, 4, 16, ... solar radii from the Sun.
-//! Between vertices the height is interpolated: the shadow's edge of a smooth hill is accurate to less than a triangle, that of something smaller or more
-//! distant than a triangle to the length of one of its sides. Not here: shadows in the light of other bodies.
+//! Between vertices the height is interpolated. The shadow's edge of a smooth hill is accurate to less than a triangle; that of something smaller or more
+//! distant than a triangle, to the length of a triangle's side. Not here: shadows in the light of other bodies.
 
 use glam::DVec3;
 use rayon::prelude::*;

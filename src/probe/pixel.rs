@@ -2,7 +2,7 @@
 //!
 //! In: `view`, a camera file (`--camera-json`); `time`, `size` ([1024, 1024] by default) and `effects`, as on the command line; `x` and `y`, counted from
 //! the image's upper left corner. Out: `radiance`, the linear pixel of the EXR that `orrery render` writes; `draws`, the draws that cover the pixel's
-//! centre, nearest first, each with every value bound to a name in its WGSL (`let`, `var`), after the last assignment.
+//! centre, nearest first. Each draw has every value bound to a name in its WGSL (`let`, `var`), after the last assignment.
 
 use super::{ProbeError, Prober, QueryField, QueryKind, optional, parse_fields, required};
 use crate::catalog::NaifId;

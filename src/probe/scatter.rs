@@ -274,7 +274,7 @@ fn air_uniform_bytes(
         multi_scatter: Arc::new(vec![Vec4::ZERO; multi_scatter_table::NODES]),
         ..air::uniforms_of(atmosphere, radius_km, FLOOR_RADII)
     };
-    // The direction of the light is an input of the query, so the module does not use this one.
+    // The direction of the light is an input of the query, so the module does not use that of the uniforms.
     let lights = vec![Light { direction_in_body: Vec3::Z, irradiance: Vec3::ONE }];
     Ok(uniform_bytes(&built.layout, &DrawUniforms { air, lights, ..DrawUniforms::default() }, MAP_TAPS)?)
 }

@@ -31,7 +31,7 @@ pub const GLARE_RADIUS_EXPONENT: f64 = 0.45;
 pub const MAX_RADIUS_PX: f64 = 64.0;
 /// Diameter from which a disc gradually replaces a point; at [`DISC_ONLY_FROM_PX`] only the disc is left. Small discs are drawn too bright, because each pixel
 /// is shaded at one place, where the light is above its mean over the covered part of the pixel. The mean error over all positions of the disc's centre in its
-/// pixel (computed outside this program): a disc 4 pixels wide is 6 % too bright at full phase and within 10 % if half lit; a disc 2 pixels wide is 18 % too
+/// pixel (computed outside this program): a disc 4 pixels wide is 6 % too bright at full phase and within 10 % if half lit. A disc 2 pixels wide is 18 % too
 /// bright at full phase and within 25 % if half lit.
 pub(crate) const POINT_ONLY_BELOW_PX: f64 = 2.0;
 /// See [`POINT_ONLY_BELOW_PX`].

@@ -123,9 +123,9 @@ pub fn of_body_shadow(model: BodyShadow) -> Option<StatedError> {
 /// `sin_elevation`: sine of the Sun's elevation above the ring's plane; `outer_radius`: that of the ring.
 ///
 /// In the ring's plane both shadows are half-ellipses around the centre. Both are as wide as the equator. They reach out to 1 / `sin_elevation` (the sphere's)
-/// and q / `sin_elevation` (the globe's), where q is half the height of the globe's outline as seen from the Sun, below 1 for an oblate globe and above 1 for a
+/// and q / `sin_elevation` (the globe's). Here q is half the height of the globe's outline as seen from the Sun: below 1 for an oblate globe and above 1 for a
 /// prolate one. In each direction the ratio of the two radii lies between q and 1. The edges are therefore apart by at most |1 - q| times the distance from the
-/// centre to the farther edge; this distance is limited by the ring's outer radius and by the longer shadow's tip. If both shadows extend beyond the ring's
+/// centre to the farther edge. This distance is limited by the ring's outer radius and by the longer shadow's tip. If both shadows extend beyond the ring's
 /// outer edge, the difference of their half widths at that edge is a second limit. Measured by tests/rings/reference_tables.rs for oblate globes.
 pub fn sphere_shadow_offset(polar_radius: f64, sin_elevation: f64, outer_radius: f64) -> f64 {
     let q = (polar_radius * polar_radius * (1.0 - sin_elevation * sin_elevation) + sin_elevation * sin_elevation).sqrt();

@@ -43,7 +43,7 @@ impl Session {
     /// layer.
     ///
     /// # Errors
-    /// File, line and field; in this case nothing is added.
+    /// The file cannot be read, or its content is invalid: the message then names file, line and field. An error adds nothing.
     pub fn add_data_file(&self, path: &Path, body: Option<NaifId>) -> Result<String, SessionError> {
         let file = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         if !is_layer_file(&file) {
@@ -51,14 +51,15 @@ impl Session {
         }
         let layer = |body| DataLayer { body, ..DataLayer::new(file.clone(), file.clone()) };
         let body = body.and_then(|id| self.catalog.body(id));
-        // If the file is valid neither on the body nor in the sky, the error of the first attempt is returned.
+        // If the file is valid neither on the body nor in the sky, the error for the body is returned.
         let on_body = body.map(|b| read(path, layer(Some(b.id))));
         let loaded = match on_body {
             Some(Ok(layer)) => layer,
             Some(Err(why)) => read(path, layer(None)).map_err(|_| why)?,
             None => read(path, layer(None))?,
         };
-        if let (Some(_), Some(body)) = (&loaded.image, loaded.body.and(body)) {
+        let body_of_layer = loaded.body.and(body);
+        if let (Some(_), Some(body)) = (&loaded.image, body_of_layer) {
             let why = format!("to lay an image over {}, add a [[layer]] to a catalog file (--catalogs)", body.name);
             return Err(file_error(path, why));
         }
@@ -67,7 +68,7 @@ impl Session {
             Some(image) => format!("an image of {}x{} pixels", image.width, image.height),
             None => format!("{} and {}", counted(loaded.points.len(), "point"), counted(loaded.lines.len(), "line")),
         };
-        let place = loaded.body.and(body).map_or("in the sky".to_owned(), |b| format!("on {}", b.name));
+        let place = body_of_layer.map_or("in the sky".to_owned(), |b| format!("on {}", b.name));
         self.catalog.add_data_layer(loaded);
         Ok(format!("{file}: {what} {place}"))
     }

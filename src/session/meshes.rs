@@ -1,7 +1,7 @@
 //! Reads shape models when a view first needs them, and computes the shadows that they cast on themselves.
 //!
-//! In: catalog entries. Out: models from the folders of `--textures` or `--catalogs`, and at each of their vertices the Sun's height: its altitude above the
-//! local horizon, in units of its angular radius ([`crate::mesh::self_shadow`]). Computed heights are reused until the Sun's direction in body axes has
+//! In: catalog entries. Out: models from the folders of `--textures` or `--catalogs`, and at each of their vertices the *Sun height*: the Sun's altitude above
+//! the local horizon, in units of its angular radius ([`crate::mesh::self_shadow`]). Computed Sun heights are reused until the Sun's direction in body axes has
 //! changed by `SUN_DIRECTION_TOLERANCE_RAD`. An error is a single line.
 
 use crate::catalog::{Body, NaifId};
@@ -12,18 +12,18 @@ use glam::DVec3;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Change of the Sun's direction in body axes below which computed heights are reused: about a tenth of the Sun's angular radius seen from the Earth.
+/// Change of the Sun's direction in body axes below which computed Sun heights are reused: about a tenth of the Sun's angular radius seen from the Earth.
 const SUN_DIRECTION_TOLERANCE_RAD: f64 = 5e-4;
-/// Relative change of the Sun's angular radius below which computed heights are reused.
+/// Relative change of the Sun's angular radius below which computed Sun heights are reused.
 const SUN_SIZE_TOLERANCE: f64 = 0.01;
-/// Largest number of models' Sun heights in memory: enough for two views of several bodies.
+/// Largest number of sets of Sun heights, each of one model for one direction of the Sun, in memory: enough for two views of several bodies.
 const MAX_SUN_HEIGHT_SETS: usize = 8;
 /// Largest number of models in memory.
 const MAX_MODELS: usize = 64;
 /// Largest OBJ file, bytes.
 const MAX_BYTES: u64 = 1 << 30;
 
-/// The inputs from which the Sun's heights at a model's vertices are computed.
+/// The inputs from which the Sun heights at a model's vertices are computed.
 struct SunHeightInputs {
     model: Arc<Mesh>,
     towards_sun: DVec3,
@@ -31,7 +31,7 @@ struct SunHeightInputs {
 }
 
 impl SunHeightInputs {
-    /// Whether heights computed for `self` can be used for `other`: the same model, and the Sun in nearly the same direction and of nearly the same size.
+    /// Whether Sun heights computed for `self` can be used for `other`: the same model, and the Sun in nearly the same direction and of nearly the same size.
     fn is_usable_for(&self, other: &Self) -> bool {
         let sine = self.towards_sun.cross(other.towards_sun).length();
         let is_near = sine < SUN_DIRECTION_TOLERANCE_RAD && self.towards_sun.dot(other.towards_sun) > 0.0;
@@ -40,7 +40,7 @@ impl SunHeightInputs {
     }
 }
 
-/// The shape models of a session, and the heights of the Sun at their vertices.
+/// The shape models of a session, and the Sun heights at their vertices.
 pub struct Meshes {
     folders: Vec<PathBuf>,
     /// Models by body; an error gives the file, and why the model cannot be drawn.
@@ -84,8 +84,8 @@ impl Meshes {
         Ok(Arc::new(Mesh::of(&obj, &frame).map_err(|e| format!("{name}: {e}"))?))
     }
 
-    /// Altitude of the Sun above the local horizon, which includes the model's own relief, at each vertex, in angular radii of the Sun. `towards_sun`:
-    /// unit vector in body axes. `sun_radius_rad`: the Sun's angular radius.
+    /// The Sun height at each vertex; the horizon includes the model's own relief. `towards_sun`: unit vector in body axes. `sun_radius_rad`: the Sun's
+    /// angular radius.
     pub fn sun_heights(&self, model: &Arc<Mesh>, towards_sun: DVec3, sun_radius_rad: f64) -> Arc<Vec<f32>> {
         let inputs = SunHeightInputs { model: Arc::clone(model), towards_sun, sun_radius_rad };
         self.sun_heights.get_compatible(SunHeightInputs::is_usable_for, inputs, || Arc::new(model.sun_heights(towards_sun, sun_radius_rad)))

@@ -188,7 +188,7 @@ impl Provenance {
         Self(values)
     }
 
-    /// The provenance of the image that shows the error bounds of this request's image. It differs, so that neither is mistaken for the other.
+    /// The provenance of the image that shows the error bounds of this request's image. It differs from `self`, so that neither image passes for the other.
     #[must_use]
     pub fn of_error_bound(mut self) -> Self {
         self.0.insert("content".to_owned(), "bound of the error".to_owned());
@@ -291,7 +291,7 @@ impl Session {
             digests
         });
         let mut digests = digests.clone();
-        // The window may change these while it runs.
+        // The window may change data layers, shader sources and the renderer while it runs.
         let layers = self.catalog.data_layers();
         if !layers.is_empty() {
             digests.insert("data".into(), hex_digest(layers.iter().map(|l| layer_text(l).into_bytes())));

@@ -1,5 +1,5 @@
-//! Compares a plan drawn in f32 with the same plan drawn in f64: the difference of the images, and its cause, the first named value of a shader module with a
-//! large difference ([`first_large_difference`]). The GPU may draw the f32 image; named values are always those of the software renderer.
+//! Compares a plan drawn in f32 with the same plan drawn in f64: the difference of the images, and its cause. The cause is the first named value of a shader
+//! module with a large difference ([`first_large_difference`]). The GPU may draw the f32 image; named values are always those of the software renderer.
 
 use super::{SweepResult, SweepSetup};
 use crate::measure::{LinearImage, PlannedView, larger_or_nan, level_differences};

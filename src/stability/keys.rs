@@ -21,7 +21,7 @@ pub(super) fn run(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
     let session = setup.session();
     let request = ViewRequest { width: SIDE_PX, height: SIDE_PX, ..ViewRequest::of(NaifId::MOON, super::views::eclipse_instant()) };
-    // A planned view needs a scene, but the sample body has none: of this one nothing is drawn, and only its exposure is read.
+    // A planned view needs a scene, but the sample body has none. Nothing of this scene of the Moon is drawn; only its exposure is read.
     let scene = session.scene(&request)?;
     for key in covering_keys(setup.by_effort(2, 3)) {
         for half_side_radii in [SAMPLE_HALF_SIDE_ON_DISC, SAMPLE_HALF_SIDE_WITH_LIMB] {

@@ -182,13 +182,16 @@ pub(super) fn umbra_exposure(setup: &SweepSetup<'_>) -> Result<SweepResult, Sess
         let Some((name, radius_km)) = session.catalog().body(moon).map(|b| (b.name.as_str(), b.radii_km.x)) else { continue };
         // The camera is on the Sun's side of the moon and looks along the axis of the shadow.
         let antisunward = -session.ephemeris().state(NaifId::SUN, moon, time, None)?.state.pos_km.normalize();
+        let distance_km = 20.0 * radius_km;
+        // The moon fills the frame: at this distance its disc has a diameter of 5.7 degrees.
+        const FOV_DEG: f64 = 4.0;
         for stops in (-20..=25).step_by(setup.by_effort(9, 1)) {
-            let observation_time = time.plus_seconds(20.0 * radius_km / SPEED_OF_LIGHT_KM_S);
+            let observation_time = time.plus_seconds(distance_km / SPEED_OF_LIGHT_KM_S);
             let request = ViewRequest {
                 exposure: ExposureRequest::Stops(f64::from(stops)),
                 layers: Layers { stars: false, ..Layers::default() },
                 effects: effects.clone(),
-                ..view_from_offset(moon, observation_time, -antisunward * 20.0 * radius_km, 4.0, setup.by_effort(24, 64))
+                ..view_from_offset(moon, observation_time, -antisunward * distance_km, FOV_DEG, setup.by_effort(24, 64))
             };
             let mut view = setup.plan_view(&request, SINGLE_SAMPLE)?;
             // Only the moon's draws, not Jupiter's.

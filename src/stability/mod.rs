@@ -35,7 +35,8 @@ pub struct SweepResult {
     pub worst: f64,
     /// What identifies the case with the worst result. The sweeps `needs-display` and `needs-linear` list the worst views above their bound.
     pub worst_case: Value,
-    /// The first difference in that case: a named value of a module, a decision, a pixel.
+    /// The first difference in the worst case: a named value of a module, a decision, a pixel. The sweeps `needs-display` and `needs-linear` give statistics
+    /// over all views instead.
     pub cause: String,
 }
 
@@ -66,11 +67,12 @@ pub struct Sweep {
     pub bound: f64,
     /// Upper bound in a full run, whose more extreme cases may be worse.
     pub full_bound: f64,
-    /// Upper bound where the GPU draws the images: drivers interpolate and divide less exactly. Measured with llvmpipe and an NVIDIA H100.
+    /// Upper bound in a short run where the GPU draws the images: drivers interpolate and divide less exactly. Measured with llvmpipe and an NVIDIA H100.
+    /// [`run`] never applies less than `bound`.
     pub gpu_bound: f64,
-    /// Upper bound in a full run where the GPU draws the images.
+    /// Upper bound in a full run where the GPU draws the images. [`run`] never applies less than `full_bound`.
     pub full_gpu_bound: f64,
-    /// Reason for the bounds.
+    /// Reason for the bounds. Results that it states may be below the bounds.
     pub reason: &'static str,
     run: fn(&SweepSetup<'_>) -> Result<SweepResult, SessionError>,
 }
@@ -82,7 +84,7 @@ pub struct SweepReport {
     pub name: &'static str,
     /// Unit of `worst` and `bound`.
     pub unit: &'static str,
-    /// Upper bound of the result.
+    /// Upper bound of the result for the effort and the renderer of the run.
     pub bound: f64,
     /// Reason for the bound.
     pub reason: &'static str,
@@ -129,8 +131,7 @@ impl<'a> SweepSetup<'a> {
     /// # Errors
     /// The threads of the renderers cannot be started.
     pub fn new(session: &'a Session, effort: Effort, seed: u64, faults: InjectedFaults) -> Result<Self, SessionError> {
-        let uses_gpu = session.renderers().1 == RendererPreference::Gpu;
-        let gpu_grid_renderer = uses_gpu.then(|| session.renderer_for_gpu_comparison()).transpose()?;
+        let gpu_grid_renderer = requests_gpu(session).then(|| session.renderer_for_gpu_comparison()).transpose()?;
         Ok(Self { renderers: PrecisionRenderers::new(session)?, gpu_grid_renderer, effort, seed, views: None, faults })
     }
 
@@ -187,10 +188,16 @@ impl<'a> SweepSetup<'a> {
         renderers.into_iter().flatten().map(frame_of).collect()
     }
 
-    /// Whether the user requests the GPU.
+    /// Whether the GPU draws the images in f32.
     fn uses_gpu(&self) -> bool {
-        self.session().renderers().1 == RendererPreference::Gpu
+        requests_gpu(self.session())
     }
+}
+
+/// Whether the user requests the GPU.
+fn requests_gpu(session: &Session) -> bool {
+    let (_, preference) = session.renderers();
+    preference == RendererPreference::Gpu
 }
 
 /// A view, or `None` if it is impossible: from inside a body, or at a time that the ephemeris does not cover. Other errors, such as a module that cannot be
@@ -338,13 +345,13 @@ pub const SWEEPS: [Sweep; 21] = [
     sweep(
         "needs-display",
         (0.0, "% of views"),
-        "in none of 3000 views does a pixel differ by more than a level from the frame with every effect",
+        "in no view does a pixel differ by more than a level from the frame with every effect",
         omitted_effects::display,
     ),
     sweep(
         "needs-linear",
         (0.0, "% of views"),
-        "in none of 3000 views does a pixel differ by more than 2e-3 of its radiance from the frame with every effect",
+        "in no view does a pixel differ by more than 2e-3 of its radiance from the frame with every effect",
         omitted_effects::linear,
     ),
 ];

@@ -121,14 +121,14 @@ pub(super) fn motion(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
         })?;
     }
     // Io and its shadow move onto Jupiter; the Moon enters the Earth's shadow.
-    for (name, body, from, step_s, fov) in [
+    for (name, body, from, step_s, fov_deg) in [
         ("Io's shadow on Jupiter", JUPITER, "2015-01-24T04:25:00Z", 30.0, None),
         ("the Moon into the penumbra", NaifId::MOON, "2022-11-08T08:00:00Z", 60.0, None),
         ("the Moon into the umbra", NaifId::MOON, "2022-11-08T09:05:00Z", 20.0, Some(0.7)),
     ] {
         let Ok(from) = Instant::parse(from) else { continue };
         let base = setup.renderers.with_metered_exposure(ViewRequest {
-            fov_deg: fov,
+            fov_deg,
             width: side,
             height: side,
             position: Position::Centre(NaifId::EARTH),

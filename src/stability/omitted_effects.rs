@@ -1,9 +1,9 @@
-//! Whether omitted effects are invisible: compares a frame with the effects that the scene chooses for a view ("chosen") with one with every effect ("all").
+//! Whether omitted effects are invisible: compares two frames of a view. One has the effects that the scene chooses ("chosen"), the other every effect ("all").
 //!
-//! In: random views. Out: the percentage of views in which some pixel differs by more than the stated bound, and two distributions: that of the
-//! differences, and that of the ratio of the chosen frame's shader operations to those of the frame with every effect. For each of the worst views above
+//! In: random views. Out: the percentage of views in which some pixel differs by more than the stated bound; the distribution of the differences; and that
+//! of the ratio of the chosen frame's shader operations to those of the frame with every effect. For each of the worst views above
 //! the bound, at most [`MAX_EXPLAINED`], the result contains the omitted effect, the pixel, and the values there of both frames and of the true
-//! frame, which show which of the two is wrong. The true frame has every effect, in f64, at [`TRUTH_SCALE`] times the width and height. Always:
+//! frame. These values show which of the two frames is wrong. The true frame has every effect, in f64, at [`TRUTH_SCALE`] times the width and height. Always:
 //! both frames have the same exposure; "every effect" means that each effect but [`UNCHANGED_EFFECTS`] is switched on by hand.
 
 use super::difference::worst_of;
@@ -28,8 +28,8 @@ const DISPLAY_BOUND: f64 = 1.0;
 const LINEAR_BOUND: f64 = 2e-3;
 
 /// Effects that are not switched on by hand, so that the scene chooses them in both frames. Points and meshes set how a body is represented and not its
-/// radiance; no body of the shipped catalogs has overlays; the corona is left out because of its size, if the Sun is smaller than a pixel or two, and not
-/// because it is faint.
+/// radiance. No body of the shipped catalogs has overlays. The scene omits the corona where the Sun is smaller than a pixel or two, however bright the corona
+/// is.
 const UNCHANGED_EFFECTS: [Effect; 4] = [Effect::Points, Effect::Mesh, Effect::Overlays, Effect::Corona];
 
 /// A view, and what identifies it.
@@ -50,6 +50,7 @@ fn views(setup: &SweepSetup<'_>, count: usize) -> Vec<RandomView> {
         let time = Instant::from_jd_tdb(random.between(2_415_100.0, 2_488_000.0));
         let distance_radii = 10.0_f64.powf(random.between(0.05, 4.0));
         let direction = random.direction();
+        // The disc's diameter is between a tenth of the frame's side and twice that side, where the limits of the field of view do not apply.
         let half_fov_tan = (1.0 / distance_radii).asin().tan() * 10.0_f64.powf(random.between(-0.3, 1.0));
         let request = ViewRequest {
             position: Position::Offset {
@@ -76,12 +77,12 @@ fn views(setup: &SweepSetup<'_>, count: usize) -> Vec<RandomView> {
 struct FramePair {
     /// With the effects that the scene chooses.
     chosen: PlannedView,
-    /// With every effect, or with those that are switched on.
-    all: PlannedView,
+    /// With the effects passed to [`frames`] in addition.
+    with_effects: PlannedView,
 }
 
-/// The frame with the effects that the scene chooses, and the frame with `effects` switched on in addition. Both use the first frame's models of ring and body
-/// shadows, because a difference between two models is not due to an omitted effect.
+/// The frame with the effects that the scene chooses, and the frame with `effects` switched on in addition. Both use the models of ring and body shadows that
+/// the scene chooses, because a difference between two models is not due to an omitted effect.
 fn frames(setup: &SweepSetup<'_>, request: &ViewRequest, purpose: Purpose, effects: &[Effect]) -> Result<FramePair, SessionError> {
     let exposed = setup.renderers.with_metered_exposure(ViewRequest { purpose, ..request.clone() })?;
     let mut request_with_effects = exposed.clone();
@@ -110,7 +111,7 @@ fn frames(setup: &SweepSetup<'_>, request: &ViewRequest, purpose: Purpose, effec
         features.thin_limb = chosen_features.thin_limb;
     }
     let plan = plan::plan(&scene, setup.session(), SINGLE_SAMPLE)?;
-    Ok(FramePair { chosen, all: PlannedView { scene, plan } })
+    Ok(FramePair { chosen, with_effects: PlannedView { scene, plan } })
 }
 
 /// Factor from the width and the height of the two frames to those of the true frame.
@@ -140,8 +141,8 @@ fn values_at(setup: &SweepSetup<'_>, request: &ViewRequest, purpose: Purpose, pi
     let levels = |image: &LinearImage| at(image).map(|p| p.map(|v| display_level(v, image.exposure_factor)));
     let exposed = setup.renderers.with_metered_exposure(ViewRequest { purpose, ..request.clone() })?;
     let finer = ViewRequest { width: request.width * TRUTH_SCALE, height: request.height * TRUTH_SCALE, ..exposed };
-    let truth = setup.draw_linear(&frames(setup, &finer, purpose, &Effect::ALL)?.all, Precision::F64)?.downsampled(TRUTH_SCALE);
-    let [chosen, all] = [setup.draw_linear(&both.chosen, Precision::F32)?, setup.draw_linear(&both.all, Precision::F32)?];
+    let truth = setup.draw_linear(&frames(setup, &finer, purpose, &Effect::ALL)?.with_effects, Precision::F64)?.downsampled(TRUTH_SCALE);
+    let [chosen, all] = [setup.draw_linear(&both.chosen, Precision::F32)?, setup.draw_linear(&both.with_effects, Precision::F32)?];
     Ok(json!({
         "pixel": [pixel as u32 % request.width, pixel as u32 / request.width],
         "levels": { "chosen": levels(&chosen), "all": levels(&all), "true": levels(&truth) },
@@ -167,7 +168,7 @@ fn worst_omission(
     Ok(worst)
 }
 
-/// Number of views, the worst ones, for which the omitted effect is determined.
+/// Largest number of views, worst first, for which the omitted effect is determined.
 const MAX_EXPLAINED: usize = 16;
 
 fn sweep_views(
@@ -183,7 +184,7 @@ fn sweep_views(
         let worst = difference(&frames)?;
         found.add(worst.difference, || (case.clone(), String::new()));
         results.push((worst, request, case));
-        let [chosen, all] = [operations(setup, &frames.chosen), operations(setup, &frames.all)];
+        let [chosen, all] = [operations(setup, &frames.chosen), operations(setup, &frames.with_effects)];
         cost_ratios.extend((all > 0.0).then_some(chosen / all));
     }
     if results.is_empty() {
@@ -246,9 +247,10 @@ fn operations(setup: &SweepSetup<'_>, view: &PlannedView) -> f64 {
 /// The sweep for displays, by the difference of display bytes.
 pub(super) fn display(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     sweep_views(setup, Purpose::Display, DISPLAY_BOUND, &|frames| {
-        let (chosen, all) = (setup.draw_display(&frames.chosen, Precision::F32)?, setup.draw_display(&frames.all, Precision::F32)?);
+        let (chosen, with_effects) =
+            (setup.draw_display(&frames.chosen, Precision::F32)?, setup.draw_display(&frames.with_effects, Precision::F32)?);
         let difference = |(a, b): (&[u8; 4], &[u8; 4])| (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).fold(0.0, f64::max);
-        Ok(WorstPixel::of(chosen.iter().zip(&all).map(difference)))
+        Ok(WorstPixel::of(chosen.iter().zip(&with_effects).map(difference)))
     })
 }
 
@@ -256,15 +258,16 @@ pub(super) fn display(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErro
 /// because rounding dominates there.
 pub(super) fn linear(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     sweep_views(setup, Purpose::LINEAR, LINEAR_BOUND, &|frames| {
-        let (chosen, all) = (setup.draw_linear(&frames.chosen, Precision::F32)?, setup.draw_linear(&frames.all, Precision::F32)?);
-        let brightest = all.light.iter().flat_map(|p| p[..3].iter()).fold(0.0_f32, |a, b| a.max(*b));
-        Ok(WorstPixel::of(chosen.light.iter().zip(&all.light).map(|(a, b)| relative_difference(a, b, brightest))))
+        let (chosen, with_effects) =
+            (setup.draw_linear(&frames.chosen, Precision::F32)?, setup.draw_linear(&frames.with_effects, Precision::F32)?);
+        let brightest = with_effects.light.iter().flat_map(|p| p[..3].iter()).fold(0.0_f32, |a, b| a.max(*b));
+        Ok(WorstPixel::of(chosen.light.iter().zip(&with_effects.light).map(|(a, b)| relative_difference(a, b, brightest))))
     })
 }
 
 /// Greatest difference of any channel, relative to the pixel's radiance in the frame in which it is brighter: an omitted shadow may leave light where the frame
-/// with every effect has none. 0 if both radiances are below a millionth of `brightest`; infinite if a value of either frame is not finite, which `f32::max`
-/// would ignore.
+/// with every effect has none. 0 if both radiances are at most a millionth of `brightest`. Infinite if a value of either frame is not finite: `f32::max` would
+/// ignore NaN.
 fn relative_difference(chosen: &[f32; 4], all: &[f32; 4], brightest: f32) -> f64 {
     if chosen[..3].iter().chain(&all[..3]).any(|v| !v.is_finite()) {
         return f64::INFINITY;

@@ -228,6 +228,7 @@ pub(super) fn ring_plane(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionE
         for tan_elevation in [0.0, 1e-9, -1e-6, 1e-4, 1e-2] {
             for distance_radii in [1.5, 4.0, 30.0, 1e5] {
                 let offset = body_from_icrf.transpose() * DVec3::new(0.6, -0.8, tan_elevation) * distance_radii * body.radii_km.x;
+                // The frame reaches 2.5 radii from the body's centre to each side, or less near the body.
                 let fov_deg = (2.0 * (2.5_f64 / distance_radii).atan().to_degrees()).min(120.0);
                 let case = json!({ "body": body.name, "distance_radii": distance_radii, "tan_elevation": tan_elevation });
                 views.push(ExtremeView {
@@ -345,6 +346,7 @@ pub(super) fn simple(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
     let in_shadow = Instant::from_jd_tdb(2_459_891.959);
     let night_sky = standard_scenes(side, side).into_iter().find(|s| s.name == "night-sky").map(|s| s.request);
     let night_sky = night_sky.unwrap_or_else(|| request_of(SATURN, eclipse_instant()));
+    // In Dallas.
     let totality = Instant::from_jd_tdb(2_460_409.280_4);
     let views = [
         (

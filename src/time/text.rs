@@ -1,7 +1,7 @@
 //! Parses and formats times: ISO 8601 UTC, and `jd_tdb:` with a Julian date.
 //!
-//! In: a text or an [`Instant`]. Out: the other one, or an error of one line. The calendar arithmetic is written here, because years range from -9999 to 9999
-//! and leap seconds must survive a round trip.
+//! In: a text, or an [`Instant`]. Out: the instant, or an error of one line; or the text. The calendar arithmetic is written here, because years from -9999 to
+//! 9999 are read, and leap seconds must survive a round trip. Years beyond these are written with more digits, which [`parse`] rejects.
 
 use super::{Instant, TimeError};
 use crate::units::SECONDS_PER_DAY;
@@ -18,7 +18,7 @@ pub(super) fn parse(text: &str) -> Result<Instant, TimeError> {
     let trimmed = text.trim();
     if let Some(number) = trimmed.strip_prefix("jd_tdb:") {
         let jd: f64 = number.trim().parse().map_err(|_| time_error("no number after jd_tdb:"))?;
-        // A little more than the four-digit years -9999 to 9999 that a calendar date can have.
+        // A little more than the years from -9999 to 9999, the only ones that a calendar date with four digits can have.
         if !(-2_000_000.0..=5_400_000.0).contains(&jd) {
             return Err(time_error("a Julian date outside -2000000 to 5400000"));
         }
@@ -113,11 +113,12 @@ const MAX_CALENDAR_S: f64 = 3.2e13;
 /// `count_s` is then its end.
 fn calendar_text(count_s: f64, leap_s: Option<f64>) -> String {
     // Rounded to milliseconds first, so that a carry reaches every field.
-    let (start_ms, leap_ms) = match leap_s {
+    // In a leap second the clock is read one second before its end, where hour and minute are still 23:59; the second is then written as 60.
+    let (clock_ms, leap_ms) = match leap_s {
         Some(leap_s) if (leap_s * 1e3).round() < 1000.0 => ((count_s * 1e3).round() - 1000.0, Some((leap_s * 1e3).round())),
         _ => ((count_s * 1e3).round(), None),
     };
-    let past_midnight_ms = start_ms + 0.5 * SECONDS_PER_DAY * 1e3;
+    let past_midnight_ms = clock_ms + 0.5 * SECONDS_PER_DAY * 1e3;
     let day_number = (past_midnight_ms / (SECONDS_PER_DAY * 1e3)).floor();
     let ms_of_day = (past_midnight_ms - day_number * SECONDS_PER_DAY * 1e3) as i64;
     let (year, month, day) = calendar_date(day_number as i64);

@@ -260,7 +260,7 @@ impl PartialView {
         }
     }
 
-    /// Sets a field of a serialised `T`, unless the result could not be deserialised; in that case it records an error. `parent`: the path of the
+    /// Sets a field of a serialised `T`, unless the result could not be deserialised, which it records as an error. `parent`: the path of the
     /// fields of `T`, with a point at its end, for the error.
     fn set_field<T: DeserializeOwned>(&mut self, parent: &str, merged: &mut Map<String, Value>, name: &str, value: Value) {
         let before = merged.insert(name.to_owned(), value);

@@ -120,6 +120,6 @@ fn below_the_clouds_none_are_drawn() {
     let clouds = earth.decisions.iter().rfind(|d| d.effect == "clouds");
     assert!(clouds.is_none_or(|d| !d.on), "{clouds:?}");
     assert!(!shows_clouds(&scene));
-    // Straight down from above them.
+    // Straight down from above the clouds.
     assert!(shows_clouds(&SESSION.scene(&at_height(20.0)).expect("a scene")));
 }

@@ -119,7 +119,7 @@ fn no_dip_or_bright_line_at_the_limbs_of_venus_and_the_giant_planets() {
     }
 }
 
-/// The same for every model of the atmosphere, of the giant planets.
+/// The limbs of the giant planets have no dip or bright line with any model of the atmosphere.
 #[test]
 fn no_atmosphere_model_draws_a_dip_or_line() {
     for id in [599, 699, 799, 899] {

@@ -106,6 +106,7 @@ const FAMILIES: [&str; 9] = [
 /// Lowest altitude of the Sun, in degrees, where a family limits it: the end of astronomical twilight.
 const NIGHT_DEG: f64 = -18.0;
 
+/// A random ray through an atmosphere. `family`: index into [`FAMILIES`].
 fn ray(random: &mut Random, family: usize, air_case: &AirCase) -> Ray {
     let (up, side) = random.direction().any_orthonormal_pair();
     let (azimuth, top) = (random.between(0.0, TAU), air_case.air.top);

@@ -63,7 +63,7 @@ fn relative_step(a: [f64; 3], b: [f64; 3], white: f64) -> f64 {
 }
 
 /// Four heights within a fiftieth of a percent of the top. Bounds: 3 % of the light (Jupiter in twilight: 2 %), a fiftieth of a stop by day and 0.3 in
-/// twilight. If the map of Mars counted as bare ground below the top, as it does at the ground, the light would exceed the first.
+/// twilight. If the map of Mars counted as bare ground below the top, as it does at the ground, the light would exceed its bound.
 #[test]
 fn light_and_exposure_do_not_jump_at_the_top_of_the_air() {
     for (body, top_km) in bodies_with_air() {
@@ -126,7 +126,7 @@ fn view_of_sky(body: NaifId, longitude_deg: f64, height_km: f64, to_zenith: bool
     ViewRequest { look: Look::Along { direction, axes: Axes::BodyFixed }, ..view(body, TIME, longitude_deg, height_km) }
 }
 
-/// The sky of a camera near the top of the air is as dark as that above it, by day, too. If the meter gave it 1/3000 of the daylight sky's weight there,
+/// Just below the top of the air the sky is as dark as above the air, by day, too. If the meter gave it 1/3000 of the daylight sky's weight there,
 /// the exposure of the zenith above the Earth and Venus would jump by five stops.
 #[test]
 fn the_exposure_of_the_sky_does_not_jump_at_the_top_of_the_air() {

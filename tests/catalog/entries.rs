@@ -432,7 +432,7 @@ fn cycles_and_duplicate_names_are_found_in_the_users_file() {
     }
 }
 
-/// Draws have one of each kind. A second one would count in optical depths and tables, but would not be drawn.
+/// A draw has at most one species of each kind. A second one would count in optical depths and tables, but would not be drawn.
 #[test]
 fn a_second_species_of_a_kind_is_refused() {
     let species = |name: &str, kind: &str| format!("[[atmosphere.species]]\nname = \"{name}\"\nscale_height_km = 8.0\n{kind}\n");

@@ -40,7 +40,7 @@ fn the_bound_holds_in_nearly_every_pixel_at_every_quality() {
     let path = folder.path();
     let mut pixels = 0.0;
     let mut pixels_beyond_bound = 0.0;
-    // The negative control at the end needs the first two.
+    // The negative control at the end needs the first two views.
     for (name, view) in VIEWS.into_iter().take(if sweep::in_full() { VIEWS.len() } else { 2 }) {
         let exposure_stops = {
             let out = run_successfully(path, &[&["explain", "--size", "160x160", "--json"][..], view].concat());

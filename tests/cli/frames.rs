@@ -171,7 +171,7 @@ fn a_sequence_resumes_only_from_its_own_frames() {
     }
 }
 
-/// A map that the folders of `--textures` and `--catalogs` both have is read from the first, and frames drawn with another one are not kept.
+/// A map that the folders of `--textures` and `--catalogs` both have is read from that of `--textures`. After it has changed, the earlier frames are refused.
 #[test]
 fn frames_with_another_map_are_refused_although_the_catalog_folder_has_one_too() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -237,7 +237,7 @@ fn a_shared_sequence_without_a_time_says_that_its_parts_differ() {
     assert!(out.status.success() && !stderr_text(&out).contains("give --time"), "{}", stderr_text(&out));
 }
 
-/// A later refusal would come after all frames before it are drawn, and those of an animation or a stream would be lost.
+/// If it were refused at the first frame outside, the frames drawn until then would be lost in an animation or a stream.
 #[test]
 fn a_sequence_that_leaves_the_ephemeris_is_refused_before_its_first_frame() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -305,7 +305,7 @@ fn write_tour(file: &Path, compositions: &[&str]) {
 }
 
 /// A stop keeps its projection, angle and stereo pair, as in the window. Options replace projection and stereo pair; a fisheye that an option asks for has its
-/// default angle, and not the field of view of a stop that is none.
+/// default angle, and not the field of view of a stop that is no fisheye.
 #[test]
 fn a_tour_has_the_projection_of_its_stops_unless_options_replace_it() {
     if !crate::support::program::has_view() {

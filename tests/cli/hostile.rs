@@ -301,7 +301,7 @@ fn quotations_of_files_in_messages_stay_on_one_line() {
     );
 }
 
-/// If such a value were accepted, the answer would be wrong, or there would be none.
+/// If a meaningless value were accepted, the answer would be wrong, or there would be none.
 #[test]
 fn meaningless_values_are_refused_by_option_name() {
     let folder = tempfile::tempdir().expect("a folder");

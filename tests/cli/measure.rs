@@ -92,7 +92,7 @@ fn the_quality_that_suffices_for_a_view_is_named() {
         // The tests draw in software. An empty table would look like a result.
         (&["measure", "--short", "--choice", "renderer"], "no GPU draws here"),
         (&["measure", "--short", "--choice", "ephemeris,renderer"], "no GPU draws here"),
-        // Said before anything is measured, hence before the unknown choice.
+        // The folder is reported before anything is measured, hence before the unknown choice.
         (&["measure", "--choice", "speed", "-o", "nowhere/trade.png"], "there is no folder nowhere"),
         (&["measure", "--body", "moon", "--time", "now", "--distance-radii", "-5"], "-5"),
         (&["measure", "--body", "vulcan", "--time", "now"], "vulcan"),
@@ -109,7 +109,7 @@ fn the_quality_that_suffices_for_a_view_is_named() {
     }
 }
 
-/// Said before anything is measured, hence before the unknown choice.
+/// The existing file is reported before anything is measured, hence before the unknown choice.
 #[test]
 fn an_existing_plot_is_replaced_only_with_overwrite() {
     let folder = tempfile::tempdir().expect("a folder");

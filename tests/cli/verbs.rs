@@ -307,7 +307,7 @@ fn the_stages_of_a_time_report_fit_into_the_first_frames_time() {
     assert_eq!((&report["frames"], &report["renderer"]), (&serde_json::json!(1), &serde_json::json!("software")));
 }
 
-/// Standard output and the image are the same with and without the option.
+/// Standard output and the image are the same with and without `-v`.
 #[test]
 fn verbose_runs_print_their_times_to_standard_error() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -323,7 +323,7 @@ fn verbose_runs_print_their_times_to_standard_error() {
     let [stages, total] = verbose.1.lines().collect::<Vec<_>>()[..] else { panic!("{}", verbose.1) };
     assert!(stages.starts_with("orrery: drew 1 frame by software: catalog ") && stages.contains(", draw "), "{stages}");
     assert!(total.starts_with("orrery: done in ") && total.ends_with(" s"), "{total}");
-    // The other verbs print one line.
+    // A verb that draws nothing prints one line.
     let other = orrery(&["ephemeris", "--body", "moon", "--center", "earth", "--time", ECLIPSE, "-v"]);
     let other = String::from_utf8(other.stderr).expect("text");
     assert!(other.starts_with("orrery: done in ") && other.lines().count() == 1, "{other}");

@@ -22,7 +22,7 @@ fn the_linear_model_follows_elongated_outlines() {
         for angle_deg in (0..=90).step_by(15) {
             let angle = f64::from(angle_deg).to_radians();
             let outline = major * minor / (minor * angle.cos()).hypot(major * angle.sin());
-            for distance in (-12..=12).map(|twelfth| outline + f64::from(twelfth) / 8.0).filter(|d| *d > 0.0) {
+            for distance in (-12..=12).map(|eighths| outline + f64::from(eighths) / 8.0).filter(|d| *d > 0.0) {
                 let blocked = |model: &str| {
                     let q = json!({"q": "disc-overlap", "semi_major": major, "semi_minor": minor, "centre_distance": distance,
                         "offset_angle_from_major_axis_deg": angle_deg, "model": model});

@@ -113,6 +113,7 @@ fn simpler_disc_models_have_their_stated_errors() {
         let stated = stated_errors::of_eclipse(model).expect("a stated error");
         let mut worst = 0.0f64;
         for k in [0.1, 0.5, 0.7, 0.76, 0.8, 0.9, 1.0, 1.02, 1.05, 1.1, 1.5, 4.0, 20.0] {
+            // From the outer contact inwards: to concentric discs if the occluder is the smaller one, otherwise to the inner contact.
             for step in 0..40 {
                 let d = (1.0 + k) * (1.0 - f64::from(step) / 40.0 * f64::min(2.0 / (1.0 + k), 1.0));
                 worst = larger(worst, (blocked(k, d, stated.name) - blocked(k, d, "limb-darkened")).abs());

@@ -43,10 +43,10 @@ fn altitudes_and_separations_agree_with_the_reference() {
         }
     }
     assert!(compared >= 100, "{compared} samples");
-    // Both leave out aberration and refraction. Measured in a third of the samples: 4e-5 and 6e-7 degrees.
+    // Program and reference leave out aberration and refraction. Measured in a third of the samples: 4e-5 and 6e-7 degrees.
     assert!(worst_altitude < 2e-4, "{worst_altitude} degrees");
     assert!(worst_separation < 5e-6, "{worst_separation} degrees");
-    // Negative control: in a second, about the light time from it, the Moon moves by some tenths of an arcsecond.
+    // Negative control: in a second, about its light time, the Moon moves by some tenths of an arcsecond.
     assert!(worst_late > 5e-5, "{worst_late} degrees");
 }
 
@@ -117,7 +117,7 @@ fn local_contacts_of_the_eclipse_of_2024_in_dallas_agree_with_nasa() {
         }
         assert!((of_day.magnitude - passage.magnitude).abs() < 1e-5 && of_day.inner.is_some(), "{start}: {of_day:?}");
     }
-    // Nor is there one in a span that ends ten seconds before it begins, and is no multiple of the step.
+    // A span that ends ten seconds before the eclipse begins has none. Its length, 990 s, is no multiple of the search's step.
     let before = passage.begins.plus_seconds(-1000.0);
     assert_eq!(sky.passage(NaifId::SUN, NaifId::MOON, before, 990.0).expect("places"), None);
     assert!(sky.passage(NaifId::SUN, NaifId::MOON, before, 1010.0).expect("places").is_some());

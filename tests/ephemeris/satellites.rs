@@ -244,7 +244,7 @@ fn phobos_follows_the_iau_meridian_from_1880_to_2100() {
         println!("{year}: {mean:.4} degrees");
         assert!(mean.abs() < 0.05, "{year}: {mean} degrees");
     }
-    // Negative control: the position of a minute later, in 2013.
+    // Negative control: the position 61 s later, in 2013.
     assert!(mean_facing_deg(&ephemeris, 401, 499, 2013.6, 61.0).abs() > 0.5);
 }
 

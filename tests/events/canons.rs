@@ -115,7 +115,7 @@ fn central_eclipses_are_as_large_and_long_as_in_the_canon() {
     }
 }
 
-/// Magnitudes of eclipses whose axis misses the Earth although the umbra or antumbra meets it, from the same canon. They differ by up to 0.04 from the ratios
+/// Magnitudes of eclipses whose axis misses the Earth although the umbra or antumbra meets it, from NASA's canon. They differ by up to 0.04 from the ratios
 /// of the diameters.
 #[test]
 fn the_magnitude_of_an_eclipse_that_is_not_central_is_the_covered_part_of_the_diameter() {
@@ -145,7 +145,7 @@ fn contacts_are_in_order_and_durations_and_gammas_in_range() {
         // The penumbra stays on the Earth for at most 6 h 16 min.
         assert!(last - first < 6.3 * 3600.0, "{}", e.greatest.to_utc_iso());
         assert_eq!(e.contacts.len() == 4, e.class != SolarType::Partial);
-        // A central eclipse has a duration. So may one whose axis misses the Earth have at the place nearest to it, but not a partial one.
+        // A central eclipse has a duration. If the axis misses the Earth, an eclipse may have one at the place nearest to the axis, unless it is partial.
         assert!(e.duration_s.is_some() || !e.central, "{e:?}");
         assert!(e.duration_s.is_none() || e.central || e.class != SolarType::Partial && e.magnitude > 0.9, "{e:?}");
         // The axis of a central eclipse meets the Earth; because of the flattening the limit of gamma is near 0.9972.

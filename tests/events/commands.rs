@@ -159,7 +159,7 @@ fn invalid_arguments_get_one_clear_line() {
         ([&APRIL_2024[..], &["--kind", "lunar", "--path", "x.geojson"]].concat(), "--path"),
         (vec!["--from", "2018-02-01", "--to", "2018-03-01", "--path", "x.geojson"], "no central eclipse"),
         (vec!["--from", "-9000-01-01", "--to", "-8999-01-01"], "not at"),
-        // Said before the search, hence before the span is read.
+        // Reported before the search, hence before the span is read.
         (vec!["--from", "soon", "--to", "2024-04-01", "--path", "nowhere/x.geojson"], "there is no folder nowhere"),
         // Elsewhere `-` is standard output.
         (vec!["--from", "soon", "--to", "2024-04-01", "--path", "-"], "name a file"),

@@ -50,8 +50,8 @@ fn solar_eclipses_agree_with_the_reference() {
     }
 }
 
-/// The program's shadow consists of rays that have passed the Earth, so greatest eclipse differs by up to 0.25 s from that of almanacs. The
-/// table also gives it by rays.
+/// The program bounds the shadow by rays that have passed the Earth, so its greatest eclipse differs by up to 0.25 s from that of almanacs.
+/// The table also gives this difference.
 #[test]
 fn lunar_eclipses_agree_with_the_reference() {
     for (row, from, to) in rows("lunar") {
@@ -59,10 +59,10 @@ fn lunar_eclipses_agree_with_the_reference() {
         let found = lunar_eclipses(&IAU, &EPHEMERIS, from, to).expect("eclipses");
         let [e] = &found[..] else { panic!("{id}: {} found", found.len()) };
         assert_eq!(e.class.name(), row["type"], "{id}");
-        let by_rays_s = number(&row, "/rigorous_shadow_ray_check/greatest_minus_almanac_s");
+        let ray_difference_s = number(&row, "/rigorous_shadow_ray_check/greatest_minus_almanac_s");
         let error_s = seconds_after(e.greatest, instant(&row, "/greatest_eclipse/tdb_s_past_j2000"));
-        println!("{id}: {error_s:.4} s, by rays {by_rays_s:.4} s");
-        assert!((error_s - by_rays_s).abs() < 0.02, "{id}: {error_s} s");
+        println!("{id}: {error_s:.4} s, by rays {ray_difference_s:.4} s");
+        assert!((error_s - ray_difference_s).abs() < 0.02, "{id}: {error_s} s");
         let contacts = row["contacts_geometric"].as_object().expect("contacts");
         assert_eq!(contacts.len(), e.contacts.len());
         for (name, t) in &e.contacts {

@@ -53,7 +53,7 @@ fn saturn_views() -> [ViewRequest; 4] {
         view(SATURN, "2037-09-25T05:55:00.345Z", 485.608, [0.633_916, -0.772_559, -0.036_087], 0.394_131),
         view(SATURN, "1964-08-12T13:48:27.695Z", 40.254_2, [-0.954_000, -0.063_082_6, 0.293_093], 9.135_09),
         view(SATURN, "1982-05-07T12:28:12.562Z", 2826.76, [-0.025_513_4, 0.979_060, 0.201_969], 0.074_010_9),
-        // Here the outer rings are ringlets narrower than a pixel, visible only together.
+        // In this view the outer rings are ringlets narrower than a pixel, visible only together.
         view(SATURN, "2084-12-12T23:15:55.080Z", 2661.186, [0.965_302, 0.206_375, 0.160_007], 0.338_982),
     ]
 }

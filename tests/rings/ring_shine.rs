@@ -71,8 +71,9 @@ fn profile(rings: &[Ring], unit_km: f64, from: f64, to: f64, count: usize) -> Ve
 /// Irradiance at a point on the ellipsoid per unit of sunlight, summed over every visible piece of ring. Lengths are in equatorial radii;
 /// `width`: radial width of an annulus; `polar`: polar radius.
 fn summed_ring_shine(profile: &[(f64, f64, DVec3)], width: f64, polar: f64, place: DVec3, sun: DVec3, fault: Fault) -> DVec3 {
+    // Pieces of each annulus.
     const AROUND: usize = 300;
-    // (pi - phase angle)^3.09, normalised to the mean 1 over all directions, and the opposition peak.
+    // The mean over all directions of (pi - phase angle)^3.09, by which the phase function below is divided.
     let mean = (0..2000).map(|k| (f64::from(k) + 0.5) * PI / 2000.0).map(|y| 0.5 * y.powf(3.09) * y.sin() * PI / 2000.0).sum::<f64>();
     let normal = DVec3::new(place.x, place.y, place.z / (polar * polar)).normalize();
     let mut sum = DVec3::ZERO;
@@ -114,13 +115,13 @@ fn summed_ring_shine(profile: &[(f64, f64, DVec3)], width: f64, polar: f64, plac
 /// The greatest difference between image and sum over a grid of pixels on the night side, relative to the brightest pixel, and that pixel's
 /// light per unit of sunlight.
 fn greatest_error(time: &str, fault: Fault) -> (f64, f64) {
-    const COUNT: usize = 600;
+    const ANNULI: usize = 600;
     let (scene, hdr) = night_view(time, "", PixelView::Sunlight);
     let catalog = Catalog::embedded();
     let saturn = catalog.body(SATURN).expect("Saturn");
     let unit_km = saturn.radii_km.x;
     let (from, to) = (1.1, 2.34);
-    let profile = profile(&saturn.rings, unit_km, from, to, COUNT);
+    let profile = profile(&saturn.rings, unit_km, from, to, ANNULI);
     let draw = scene.draws.iter().find(|d| d.part == BodyPart::Globe).expect("a globe");
     assert!(draw.features.ring_shine);
     let light = draw.uniforms.lights[0];
@@ -142,7 +143,7 @@ fn greatest_error(time: &str, fault: Fault) -> (f64, f64) {
         }
         let polar = placement.radii_km.z / unit_km;
         let place = hit * placement.radii_km / unit_km;
-        let expected = summed_ring_shine(&profile, (to - from) / COUNT as f64, polar, place, sun, fault);
+        let expected = summed_ring_shine(&profile, (to - from) / ANNULI as f64, polar, place, sun, fault);
         for c in 0..3 {
             let found = f64::from(pixel[c] / light.irradiance.x);
             greatest = larger(greatest, (found - expected[c]).abs() / brightest);

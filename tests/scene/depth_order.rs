@@ -132,8 +132,8 @@ fn a_moon_is_drawn_in_front_of_or_behind_the_ring() {
                     let effects = "-points,-eclipse,-planet-shine";
                     let (scene, with) = drawn(&request(&format!("+rings,{effects}")), 1, Precision::F32);
                     let (_, without) = drawn(&request(&format!("-rings,{effects}")), 1, Precision::F32);
+                    // The image has 24 x 24 pixels, 1.5 times the disc's diameter. If its middle is dark, it shows the moon's night side.
                     if without[12 * 24 + 12][1] == 0.0 {
-                        // The moon's night side: nothing to compare.
                         continue;
                     }
                     assert!(scene.draws.iter().any(|d| d.body == SATURN), "{name}: the rings are drawn");
@@ -175,6 +175,7 @@ fn a_moon_hides_the_clouds_or_is_hidden_by_them() {
             let (_, without) = image("-clouds,-cloud-shadow");
             let moon = scene.body(NaifId::MOON).expect("the Moon");
             let middle = scene.camera.pixel_from_clip(scene.camera.clip(moon.placement.centre_km).expect("in front"));
+            // The image is 60 pixels wide.
             let k = middle.y as usize * 60 + middle.x as usize;
             let order: Vec<_> = scene.draws.iter().map(|d| d.body).collect();
             let draw_index = |id: NaifId| order.iter().position(|b| *b == id).expect("drawn");

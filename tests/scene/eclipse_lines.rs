@@ -58,8 +58,8 @@ fn is_path(colour: DVec3) -> bool {
     colour.x < 0.5
 }
 
-/// On both sides of each outline the shader's light is as expected: none inside the umbra and some outside; full light outside the penumbra
-/// and less inside. Tested for the Moon's shadow on the Earth and for the shadow of a moon on Jupiter.
+/// The shader's light on both sides of each outline: none inside the umbra and some outside; full light outside the penumbra and less
+/// inside. Tested for the Moon's shadow on the Earth and for the shadow of a moon on Jupiter.
 #[test]
 fn outlines_lie_where_the_shaders_light_changes() {
     for (target, time) in [(399, GREATEST_ECLIPSE), (399, "2024-04-08T16:50:00Z"), (599, "2004-03-28T07:40:00Z")] {

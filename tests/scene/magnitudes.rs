@@ -77,9 +77,11 @@ fn a_distant_disc_has_the_light_of_its_point_at_every_phase() {
     for body in catalog.bodies().iter().filter(|b| b.id != NaifId::SUN) {
         for alpha_deg in [0.0, 20.0, 60.0, 90.0, 120.0, 150.0] {
             let alpha = f64::to_radians(alpha_deg);
-            let disc = body.geometric_albedo * model_phase(&body.photometry, alpha) * phase_correction(body, alpha, 1e4);
-            let radius = body.radii_km.x;
-            let point = irradiance_at_viewer(body, alpha, KM_PER_AU, 1e4 * radius, radius * radius) * 1e8;
+            let distance_radii = 1e4_f64;
+            let disc = body.geometric_albedo * model_phase(&body.photometry, alpha) * phase_correction(body, alpha, distance_radii);
+            let radius_km = body.radii_km.x;
+            let irradiance = irradiance_at_viewer(body, alpha, KM_PER_AU, distance_radii * radius_km, radius_km * radius_km);
+            let point = irradiance * distance_radii.powi(2);
             assert!((disc / point - 1.0).abs() < 1e-9, "{} at {alpha_deg}: disc {disc}, point {point}", body.name);
             assert!((phase_correction(body, alpha, 3.0) - 1.0).abs() < 1e-12, "near a body there is no phase correction");
         }

@@ -30,7 +30,7 @@ fn rings_of_a_point_leave_the_reading_gradually() {
     };
     assert_changes_smoothly("lit Saturn", 0.3, 100, lit);
     let radius_km = SESSION.catalog().body(SATURN).expect("Saturn").radii_km.x;
-    // This meridian is on the night side then.
+    // The prime meridian (body axis x) is on the night side at this time.
     let night_side = |k: f64| {
         let offset_km = DVec3::X * (45.0 * 1.02_f64.powf(k) * radius_km);
         view(SATURN, "2024-04-08T12:00:00Z", Position::Offset { body: SATURN, offset_km, axes: Axes::BodyFixed })

@@ -167,8 +167,8 @@ fn no_view_is_all_white_or_all_black() {
     assert!(failures.is_empty(), "{failures:#?}");
 }
 
-/// A planet from beyond 1 au is a point in a dark sky: nine tenths of the image are dark, and the point is bright. So it is for Phobos from
-/// 0.09 au, but the point may be fainter.
+/// A planet from beyond 1 au is a point in a dark sky: nine tenths of the image are dark, and the point is bright. The same holds for
+/// Phobos from 0.09 au, but there the point may be fainter.
 #[test]
 fn a_far_planet_is_a_point_in_a_dark_sky() {
     for (target, distance_radii) in [(NaifId::EARTH, 30_000.0), (NaifId::EARTH, 60_000.0), (JUPITER, 20_000.0), (PHOBOS, 1e6)] {
@@ -324,7 +324,7 @@ fn the_field_of_view_moves_the_exposure_smoothly() {
     });
 }
 
-/// From first to last contact on the ground; the Moon through the umbra; and that eclipse seen from the Moon. Around second and third
+/// From first to last contact on the ground; the Moon through the umbra; and the same lunar eclipse seen from the Moon. Around second and third
 /// contact the light changes within seconds.
 #[test]
 fn an_eclipse_moves_the_exposure_smoothly() {

@@ -263,7 +263,7 @@ fn a_missing_or_tiny_overlay_is_left_out_and_reported() {
     assert!(with == user_overlays.draw(MOON, "-overlays", PixelView::Final).1);
 }
 
-/// A body whose colour map is unreadable has its mean colour. Without another map its effect is left out, and the colour map stays.
+/// A body whose colour map is unreadable is drawn in its mean colour. If another map is unreadable, the effect of that map is left out.
 #[test]
 fn the_message_about_an_unreadable_map_says_what_is_drawn_instead() {
     let user_overlays = UserOverlays::new(&overlay_toml("Moon", "a", "a.png", REGION), &[]);

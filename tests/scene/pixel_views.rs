@@ -41,7 +41,7 @@ fn drawn(target: i32, distance_radii: f64, time: &str, pixel_view: PixelView) ->
     Image { scene: drawn.scene, hdr: drawn.frame.hdr }
 }
 
-/// The Earth and other bodies shine on the Moon, but this view shows the Sun's light alone.
+/// The Earth and other bodies shine on the Moon, but the view of the eclipse shows the Sun's light alone.
 #[test]
 fn the_eclipse_of_a_body_with_planet_shine_is_drawn() {
     for (time, range) in [("2022-11-08T09:45:00Z", 0.1..0.7), ("2022-11-08T08:50:00Z", 0.9..1.001)] {

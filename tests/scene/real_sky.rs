@@ -272,7 +272,7 @@ fn a_refused_time_is_reported_as_it_was_given() {
             assert!(message.contains(&format!("not at {time};")) && !message.contains("light"), "{position:?}: {message}");
         }
     }
-    // Neptune's light leaves four hours earlier: before the first day if it arrives at its start.
+    // Light from Neptune takes four hours. Light that arrives just after the start of Neptune's positions left before that start.
     let first = ephemeris.state(NaifId(899), NaifId::SUN, parse_time("-3001-11-24T00:00:00Z"), None);
     assert!(first.is_ok(), "{first:?}");
     let mut start = (parse_time("-3001-11-20T00:00:00Z"), parse_time("-3001-11-24T00:00:00Z"));

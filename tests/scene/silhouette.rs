@@ -100,14 +100,14 @@ fn worst_px(camera: &Camera, placement: &Placement, formula: Formula) -> Option<
         .reduce(larger)
 }
 
-const EARTH: DVec3 = DVec3::new(6378.137, 6378.137, 6356.752);
+const EARTH_RADII_KM: DVec3 = DVec3::new(6378.137, 6378.137, 6356.752);
 /// (name, radii in km, distance in km, angle off axis in rad, field of view in deg).
 fn cases() -> Vec<(String, DVec3, f64, f64, f64)> {
     let mut all = Vec::new();
     for height_km in [0.001, 0.01, 0.1, 1.0, 10.0, 100.0, 400.0] {
         for fov_deg in [5.0, 60.0, 120.0] {
             // The horizon is at 90 degrees from the nadir minus its dip; aim the camera at it.
-            all.push((format!("{} m over the Earth, fov {fov_deg}", height_km * 1e3), EARTH, 6378.2 + height_km, 1.5, fov_deg));
+            all.push((format!("{} m over the Earth, fov {fov_deg}", height_km * 1e3), EARTH_RADII_KM, 6378.2 + height_km, 1.5, fov_deg));
         }
     }
     for distance_radii in [1.05, 1.2, 1.4, 1.7, 2.0, 3.0, 4.0, 6.0, 10.0, 60.0, 1e3, 1e5] {
@@ -115,7 +115,13 @@ fn cases() -> Vec<(String, DVec3, f64, f64, f64)> {
         for fov_deg in [fitted_fov_deg.min(120.0), (fitted_fov_deg / 8.0).min(120.0)] {
             let off_axis_rad =
                 if fov_deg < fitted_fov_deg.min(120.0) { (1.0_f64 / distance_radii).asin() } else { 0.1 * fov_deg.to_radians() };
-            all.push((format!("{distance_radii} radii, fov {fov_deg:.4}"), EARTH, EARTH.x * distance_radii, off_axis_rad, fov_deg));
+            all.push((
+                format!("{distance_radii} radii, fov {fov_deg:.4}"),
+                EARTH_RADII_KM,
+                EARTH_RADII_KM.x * distance_radii,
+                off_axis_rad,
+                fov_deg,
+            ));
         }
     }
     for (name, radii_km, distance_km) in [
@@ -150,7 +156,7 @@ fn the_silhouette_is_accurate_to_a_quarter_pixel_from_a_metre_to_a_hundred_au() 
 #[test]
 fn the_check_detects_the_cancellation_of_a_difference_of_squares() {
     // From far away, the difference of two large squares loses its digits to cancellation; `worst_px` must detect this.
-    let (camera, placement) = set_up(EARTH, EARTH.x * 1e5, 0.0, 1.5e-3, 1024, 1024);
+    let (camera, placement) = set_up(EARTH_RADII_KM, EARTH_RADII_KM.x * 1e5, 0.0, 1.5e-3, 1024, 1024);
     assert!(worst_px(&camera, &placement, Formula::DifferenceOfSquares).expect("in the frame") > 1.0);
     assert!(worst_px(&camera, &placement, Formula::Factored).expect("in the frame") < 0.01);
 }
@@ -189,11 +195,11 @@ fn the_bounding_rectangle_touches_the_outline() {
 
 #[test]
 fn bodies_outside_the_frame_have_no_rectangle_and_the_ground_fills_the_frame() {
-    let behind = set_up(EARTH, 1e5, std::f64::consts::PI, 60.0, 64, 64);
+    let behind = set_up(EARTH_RADII_KM, 1e5, std::f64::consts::PI, 60.0, 64, 64);
     assert_eq!(Outline::of(&behind.0, &behind.1), Outline::Behind);
-    let beside = set_up(EARTH, 1e6, 1.0, 20.0, 64, 64);
+    let beside = set_up(EARTH_RADII_KM, 1e6, 1.0, 20.0, 64, 64);
     assert_eq!(Outline::of(&beside.0, &beside.1).rect(&beside.0), None);
-    let ground = set_up(EARTH, 6378.2, 1.5, 60.0, 64, 64);
+    let ground = set_up(EARTH_RADII_KM, 6378.2, 1.5, 60.0, 64, 64);
     assert_eq!(Outline::of(&ground.0, &ground.1).rect(&ground.0), Some(ClipRect::VIEWPORT));
     // The rectangle of a body in the middle of the frame is padded.
     let (camera, placement) = set_up(DVec3::splat(1000.0), 1e5, 0.0, 10.0, 500, 500);
@@ -212,7 +218,7 @@ fn a_body_is_classified_as_outside_only_if_it_covers_no_pixel() {
         for fov_deg in [10.0, 45.0, 100.0] {
             for k in 0..60 {
                 let off_axis_rad = std::f64::consts::PI * (f64::from(k) + 0.5) / 60.0;
-                let (camera, placement) = set_up(EARTH, distance_km, off_axis_rad, fov_deg, 90, 60);
+                let (camera, placement) = set_up(EARTH_RADII_KM, distance_km, off_axis_rad, fov_deg, 90, 60);
                 let is_visible = |margin: i32| {
                     let positions = |size: i32| (-margin..=size + margin).map(f64::from);
                     positions(90).any(|x| positions(60).any(|y| camera.surface_under_pixel(&placement, DVec2::new(x, y)).is_some()))
@@ -240,7 +246,7 @@ fn a_body_is_classified_as_outside_only_if_it_covers_no_pixel() {
 #[test]
 fn a_point_on_the_ground_maps_to_a_pixel_and_back() {
     for (distance_km, fov_deg) in [(7000.0, 90.0), (20_000.0, 40.0), (384_400.0, 2.2), (KM_PER_AU, 0.006), (100.0 * KM_PER_AU, 6e-5)] {
-        let (camera, placement) = set_up(EARTH, distance_km, 0.0, fov_deg, 1000, 700);
+        let (camera, placement) = set_up(EARTH_RADII_KM, distance_km, 0.0, fov_deg, 1000, 700);
         let mut checked = 0;
         for lat in (-80..=80).step_by(20) {
             for lon in (-180..180).step_by(20) {

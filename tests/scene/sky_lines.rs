@@ -156,6 +156,7 @@ fn lines_do_not_jump_when_panning() {
         let distance = greatest_distance_px(pan_px);
         assert!(distance < 2.0 * pan_px + 0.3, "{pan_px}: a line is {distance} pixels away from all lines of the first frame");
     }
+    // The bound for a pan of 2 pixels.
     assert!(greatest_distance_px(20.0) > 4.3, "{}", greatest_distance_px(20.0));
 }
 

@@ -144,7 +144,7 @@ fn a_small_moon_hides_the_rings_behind_it() {
     let axes = |time: Instant| SESSION.ephemeris().body_from_icrf(saturn, time).expect("axes");
     let moon_km = |time: Instant| axes(time) * from_to_km(saturn, mimas, time);
     let time = (0..100).map(|k| start.plus_seconds(3600.0 * f64::from(k))).find(|t| moon_km(*t).z > 4000.0).expect("a time");
-    // The line of sight meets the plane of the rings here; it passes beside the globe.
+    // The line of sight meets the plane of the rings at this radius; it passes beside the globe.
     let view_before = |radius_km: f64| {
         let in_plane = DVec2::from_angle(0.7).rotate(moon_km(time).truncate().normalize()) * radius_km;
         view(mimas, axes(time).transpose() * (moon_km(time) - in_plane.extend(0.0)), 1e5, 1.5, time, 31, ExposureRequest::Auto)
@@ -163,7 +163,7 @@ fn a_small_moon_behind_the_rings_is_dimmed_by_them() {
     let time = Instant::parse("2017-05-17T00:00:00Z").expect("a time");
     let axes = SESSION.ephemeris().body_from_icrf(saturn, time).expect("axes");
     let moon_km = axes * from_to_km(saturn, mimas, time);
-    // The line of sight meets the plane of the rings here, on the way from the moon to the camera.
+    // The line of sight meets the plane of the rings at this radius, on the way from the moon to the camera.
     let view_through = |radius_km: f64| {
         let in_plane = DVec2::from_angle(0.7).rotate(moon_km.truncate().normalize()) * radius_km;
         let direction = in_plane.extend(0.0) - moon_km;

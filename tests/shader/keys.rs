@@ -91,7 +91,7 @@ fn proof_file(ids: &[(ModuleId, bool)]) -> std::path::PathBuf {
     for (id, translated) in ids {
         (id.to_string(), translated).hash(&mut hash);
     }
-    // They decide what is recorded, but not what a module is, so that the digest below does not cover them.
+    // These files decide what is recorded, but not what a module is, so that the digest below does not cover them.
     [include_str!("../../src/shader/translate.rs"), include_str!("../../src/shader/record.rs")].hash(&mut hash);
     let name = format!("proven-{}-{:016x}", generator::digest(&lowering().digest), hash.finish());
     std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(name)

@@ -8,6 +8,11 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Arc, Mutex};
 
+/// Length of an entry's magic number.
+const MAGIC_BYTES: usize = 8;
+/// Length of what precedes an entry's content: the magic number, and a checksum of 32 bytes.
+const HEADER_BYTES: usize = MAGIC_BYTES + 32;
+
 /// A stand-in for the renderer's lowering. Its tape depends on the module, so that the tape of another module is detected.
 fn lowering() -> Lowering {
     Lowering {
@@ -135,7 +140,7 @@ fn an_intact_entry_of_another_module_or_generator_is_rejected() {
     assert_eq!((library.status().entries, library.status().other_entries), (0, 0));
 }
 
-/// Here four threads, each with a library of its own: each file is removed by one of them, and that it is gone is no error for the others.
+/// Four threads, each with a library of its own, stand for the processes. Each file is removed by one of them; the others find it gone, which is no error.
 #[test]
 fn several_processes_may_clear_the_library_at_once() {
     const FILES: u64 = 3000;
@@ -206,17 +211,18 @@ fn an_entry_that_is_a_folder_only_warns() {
     let id = &ids()[0];
     std::fs::create_dir_all(library.entry_path(id).expect("path")).expect("folder");
     assert_same(&library.get(id).expect("module"), &newly_built(id));
+    // One about the read, and one about the write.
     assert!(!messages.lines().is_empty() && messages.lines().len() <= 2, "{:?}", messages.lines());
 }
 
 #[test]
-fn long_names_give_short_file_names() {
+fn file_names_begin_with_the_key_and_are_short() {
     for id in ids() {
         assert!(file_name(&id).starts_with(&id.to_string()));
     }
-    let longest: ModuleId =
+    let long_key: ModuleId =
         "lommel-seeliger.albedo-normal-specular-night.sun3.mesh.twosided-alphatexture-vertexcolour".parse().expect("key");
-    assert!(file_name(&longest).len() < 200);
+    assert!(file_name(&long_key).len() < 200);
 }
 
 /// Environment variable with the cache folder of a child process.
@@ -288,15 +294,14 @@ fn a_full_disk_only_warns() {
 /// An entry with edited content and a correct checksum, such as an attacker with write access to the folder could create.
 fn tampered(intact: &[u8], edit: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
     use sha2::{Digest, Sha256};
-    // An entry is a magic number of 8 bytes, a checksum of 32, and the content.
-    let (magic, content) = (&intact[..8], &intact[40..]);
+    let (magic, content) = (&intact[..MAGIC_BYTES], &intact[HEADER_BYTES..]);
     let mut content = content.to_vec();
     edit(&mut content);
     [magic, Sha256::digest(&content).as_slice(), &content].concat()
 }
 
-/// One byte is changed at each of 400 positions throughout the content. Every entry that is still accepted is a valid module with a matching tape, by
-/// the software renderer's lowering; `verify` reports each changed entry and never panics.
+/// One byte is changed at each of 400 positions throughout the content. Every entry that is still accepted is a valid module, and its tape passes the
+/// check of the software renderer's lowering; `verify` reports each changed entry and never panics.
 #[test]
 fn tampered_entries_are_accepted_only_if_valid() {
     let dir = tempfile::tempdir().expect("temp");
@@ -306,7 +311,7 @@ fn tampered_entries_are_accepted_only_if_valid() {
     library.get(&id).expect("module");
     let path = library.entry_path(&id).expect("on disk");
     let intact = std::fs::read(&path).expect("written");
-    let length = intact.len() - 40;
+    let length = intact.len() - HEADER_BYTES;
     let (mut accepted, mut replaced) = (0, 0);
     for k in 0..400 {
         let at = k * (length - 1) / 399;
@@ -323,14 +328,15 @@ fn tampered_entries_are_accepted_only_if_valid() {
         accepted += 1;
         orrery::shader::module::validate(&module.module).expect("valid");
         (lowering.check)(&module.module, &module.tape).expect("its own tape");
-        // For a renderer that cannot use the module it is rebuilt, in memory and on disk.
+        // As if a renderer could not use the module: it is built anew, in memory and on disk, and a second time there is nothing to replace.
         assert_eq!(
             (library.replace_tampered(std::slice::from_ref(&id)), library.replace_tampered(std::slice::from_ref(&id))),
             (1, 0),
             "byte {at}"
         );
         assert_eq!(std::fs::read(&path).expect("read"), intact, "byte {at}: the entry is intact again");
-        // An entry that could not be written stays as it is. It must not be read again: the caller would have it replaced without end.
+        // As if the replacement could not be written: the tampered entry is on disk again. It must not be read again: the caller would have it
+        // replaced without end.
         std::fs::write(&path, &damaged).expect("write");
         assert_eq!(library.get(&id).expect("a module").wgsl, ShaderModule::build(&id, &lowering).expect("builds").wgsl);
         assert_eq!(library.replace_tampered(std::slice::from_ref(&id)), 0, "byte {at}");
@@ -375,12 +381,17 @@ fn a_tampered_entry_that_cannot_be_used_is_replaced_and_the_frame_drawn() {
         // One name at a time is changed wherever it occurs. If it is the name of a field or binding, no plan can fill the module.
         let names = ["exposure", "body_from", "camera", "source", "image", "scene"];
         for name in names {
-            let places: Vec<usize> =
-                intact.windows(name.len()).enumerate().filter(|(_, w)| *w == name.as_bytes()).map(|(at, _)| at - 40.min(at)).collect();
+            let places: Vec<usize> = intact
+                .windows(name.len())
+                .enumerate()
+                .filter(|(_, w)| *w == name.as_bytes())
+                .map(|(at, _)| at.saturating_sub(HEADER_BYTES))
+                .collect();
             if places.is_empty() {
                 continue;
             }
             renamed += 1;
+            // One name in three, unless every sweep runs in full.
             if !sweep::runs(renamed, 3) {
                 continue;
             }

@@ -217,7 +217,7 @@ fn threads_and_kernel_classes_that_round_alike_change_no_bit() {
     for threads in [1, 2, 5] {
         assert!(render(&plan, with_threads(threads)) == single_threaded, "{threads} threads");
     }
-    // The frame without and the one with fused multiply-add.
+    // The first frame without fused multiply-add, and the first with it.
     let mut by_rounding: [Option<Frame>; 2] = [None, None];
     for kernels in KernelClass::available() {
         let frame = render(&plan, Options { kernels, ..Options::default() });

@@ -86,7 +86,7 @@ pub(super) fn check_uniform(declarations: &str, body: &str, uniform_bytes: &[u8]
             }
         }
     };
-    // The lanes without and those with fused multiply-add.
+    // The values of all lanes by the first class without fused multiply-add, and by the first class with it.
     let mut by_rounding: [Option<Vec<Vec<f64>>>; 2] = [None, None];
     for class in KernelClass::available() {
         let (lanes, alive) = run_with::<f32>(&program, class, uniform_bytes, ALL, &NoTextures);
@@ -332,7 +332,7 @@ fn textures_get_their_arguments() {
     );
     assert_eq!(lanes[4], [1.0, 16.0, 7.0, 1.0]);
     assert_eq!(lanes[8], [0.0; 4]);
-    // Each iteration reads a different channel of the texel from the previous one, and some lanes load again.
+    // In some lanes each iteration loads again and rearranges channels: later iterations read channels of several loads.
     let (lanes, _) = run("var texel = textureLoad(t, vec2i(3, 5), 7); var sum = vec4f(0.0);
          for (var k = 0; k < 4; k++) {
            sum.x += texel.x; sum.y = texel.y + sum.z; sum.z = f32(k);
@@ -344,7 +344,7 @@ fn textures_get_their_arguments() {
     assert_eq!(lanes[12], [3.0 + 3.0 + 4.0 + 5.0, 2.0 + 2.0, 3.0, 1.0]);
 }
 
-/// The texture's result is used beside and after a branch that reads other texels, so its unused channels' slots are free for values of the branch.
+/// `value` is used in a branch that reads other texels, and after it. The slots of its unused channels are free for the values of the branch.
 #[test]
 fn unused_channels_of_a_texture_read_are_not_computed() {
     let program = compile(
@@ -427,7 +427,7 @@ fn fused_operations_change_no_bit() {
     let chains = |p: &Program| p.lane_tape.iter().filter(|i| matches!(i, Instr::FusedKernel { .. })).count();
     assert!(chains(&fused) > 20 && chains(&unfused) == 0, "{} chains", chains(&fused));
     assert!(3 * fused.lane_tape.len() < 2 * unfused.lane_tape.len(), "{} of {} steps", fused.lane_tape.len(), unfused.lane_tape.len());
-    // Fusing may merge a negation into a following multiply-add; it neither adds nor removes these operations.
+    // Fusing may merge a negation into a following multiply-add. It neither adds nor removes the operations of this list.
     let count = |p: &Program, op: Op| p.op_statistics().iter().find(|(o, _)| *o == op).map_or(0, |(_, n)| *n);
     for op in [Op::Mul, Op::Exp, Op::Sqrt, Op::Div, Op::Max, Op::Select] {
         assert_eq!(count(&fused, op), count(&unfused, op), "{op:?}");

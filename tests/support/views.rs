@@ -75,7 +75,7 @@ pub fn views() -> Vec<(&'static str, ViewRequest)> {
     // A view from so close to the ground that rays start at the camera (`anchor_is_camera`), the night sky, and the belt of minor planets.
     let standard = standard_scenes(SIDE, SIDE).into_iter().filter(|s| ["moon-limb", "night-sky", "belt"].contains(&s.name));
     let single_images = VIEWS.into_iter().map(request).chain([("milky-way", milky_way)]).chain(standard.map(|s| (s.name, s.request)));
-    single_images.chain(composed_views()).chain(small_bodies_and_orbits()).collect()
+    single_images.chain(composed_views()).chain(views_with_layers()).collect()
 }
 
 /// Composed images.
@@ -116,7 +116,7 @@ fn composed_views() -> Vec<(&'static str, ViewRequest)> {
 
 /// Halley's comet with its tails on 16 March 1986 from the Earth, Saturn among the orbits of its moons, the path of the eclipse of 2024 on the globe, and the
 /// Moon in the fields of view of instruments.
-fn small_bodies_and_orbits() -> [(&'static str, ViewRequest); 4] {
+fn views_with_layers() -> [(&'static str, ViewRequest); 4] {
     let halley = ViewRequest {
         target: None,
         position: Position::Centre(NaifId::EARTH),

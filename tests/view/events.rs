@@ -73,7 +73,7 @@ fn a_search_in_steps_finds_each_event_once_and_nearest_first() {
 fn each_view_shows_its_event() {
     let (catalog, ephemeris, places) = (session().catalog(), session().ephemeris(), SessionPositions(session()));
     let base_view = interface(NaifId::EARTH, "2000-01-01T12:00:00Z").viewer.view;
-    let mut from_a_height = 0;
+    let mut with_low_sun = 0;
     for event in between(&[EventKind::Solar, EventKind::Lunar, EventKind::Transit], "2004-01-01", "2024-01-01") {
         let view = event.view(catalog, &places, &base_view);
         let name = format!("{} {}", event.title(catalog), event.summary());
@@ -89,27 +89,30 @@ fn each_view_shows_its_event() {
                 // Dip of the horizon for a height h over a sphere of radius R: sqrt(2 h / R).
                 let dip_deg = (2.0 * height_km / 6371.0).sqrt().to_degrees();
                 assert!(sun.altitude_deg + dip_deg > sun.semidiameter_deg, "{name}: the Sun at {} degrees", sun.altitude_deg);
-                from_a_height += usize::from(height_km > 1.0);
+                // Where the Sun is near the horizon, the camera is 3 km above the ground instead of 10 m.
+                with_low_sun += usize::from(height_km > 1.0);
             }
             (SkyEvent::Lunar(_), CameraPose::Centre { body: NaifId::EARTH }) => {
                 let from_earth_km = |id| places.geometric_between_km(NaifId::EARTH, id, view.time()).expect("a place");
                 let separation_deg =
                     180.0 - orrery::ephemeris::angle_rad(from_earth_km(NaifId::SUN), from_earth_km(NaifId::MOON)).to_degrees();
+                // The radius of the penumbra is up to 1.3 degrees, that of the Moon up to 0.28 degrees.
                 assert!(view.target == NaifId::MOON && separation_deg < 1.7, "{name}: {separation_deg} degrees off the shadow");
             }
             (SkyEvent::Transit(_), CameraPose::Centre { body: NaifId::EARTH }) => assert_eq!(view.target, NaifId::SUN),
             other => panic!("{name}: {:?}", other.1),
         }
     }
-    assert!(from_a_height > 3, "eclipses seen from above the ground: {from_a_height}");
+    assert!(with_low_sun > 3, "eclipses seen from above the ground: {with_low_sun}");
 }
 
-/// Three months after opposition, Jupiter's shadow is beside Jupiter: the view of a moon's eclipse shows the moon above and below the middle, too.
+/// Three months after opposition, Jupiter's shadow is beside Jupiter: the view of a moon's eclipse contains the moon even if it is
+/// above or below Jupiter: half the vertical field of view exceeds the moon's distance from Jupiter.
 #[test]
 fn the_view_of_a_moons_eclipse_contains_the_moon() {
     let (catalog, places) = (session().catalog(), SessionPositions(session()));
     let base_view = interface(NaifId::EARTH, "2015-05-01T00:00:00Z").viewer.view;
-    let mut outside_before = 0;
+    let mut far_from_planet = 0;
     for event in between(&[EventKind::Moons], "2015-04-26", "2015-04-27") {
         let SkyEvent::Moons(moons_event) = &event else { panic!("{event:?}") };
         let view = event.view(catalog, &places, &base_view);
@@ -121,9 +124,9 @@ fn the_view_of_a_moons_eclipse_contains_the_moon() {
         let apart_deg = orrery::ephemeris::angle_rad(planet_km, moon_km).to_degrees();
         assert!(apart_deg < 0.5 * view.fov_deg, "{}: {apart_deg} degrees of {}", event.title(catalog), view.fov_deg);
         let radius_deg = (catalog.body(moons_event.planet).expect("a planet").radii_km.x / planet_km.length()).to_degrees();
-        outside_before += usize::from(apart_deg > 3.0 * radius_deg);
+        far_from_planet += usize::from(apart_deg > 3.0 * radius_deg);
     }
-    assert!(outside_before > 0, "no eclipse far from the planet");
+    assert!(far_from_planet > 0, "no eclipse far from the planet");
 }
 
 /// The Moon set in Greenwich while in the umbra on 2022-05-16 (timeanddate.com: moonset 05:07 BST, totality from 04:29 to 05:53 BST).
@@ -149,20 +152,21 @@ fn contacts_below_the_horizon_are_marked() {
     assert!(!at_noon.is_empty() && at_noon.iter().all(|is_up| !is_up), "{at_noon:?}");
 }
 
-/// The window's search leaves out the numbers in the Saros series, for which each eclipse requires up to seven others, and finds the same eclipses.
+/// The window's search leaves out the numbers in the Saros series, because up to seven other eclipses are computed for each number. It finds the same
+/// eclipses as the search with the numbers.
 #[test]
 fn the_search_computes_no_numbers_in_saros_series() {
     let [from, to] = ["2024-01-01", "2026-01-01"];
     let (catalog, ephemeris) = (session().catalog(), session().ephemeris());
-    let counted = solar_eclipses(catalog, ephemeris, parse_time(from), parse_time(to)).expect("within the theories");
+    let with_saros = solar_eclipses(catalog, ephemeris, parse_time(from), parse_time(to)).expect("within the theories");
     let mut searched = 0;
-    for (event, eclipse) in between(&[EventKind::Solar], from, to).iter().zip(&counted) {
+    for (event, eclipse) in between(&[EventKind::Solar], from, to).iter().zip(&with_saros) {
         let SkyEvent::Solar(e) = event else { panic!("{event:?}") };
         assert_eq!((e.greatest, e.saros_member), (eclipse.greatest, None));
         assert!(eclipse.saros_member.is_some());
         searched += 1;
     }
-    assert_eq!((searched, counted.len()), (4, 4), "solar eclipses of 2024 and 2025");
+    assert_eq!((searched, with_saros.len()), (4, 4), "solar eclipses of 2024 and 2025");
     assert!(between(&[EventKind::Lunar], from, to).iter().all(|e| matches!(e, SkyEvent::Lunar(e) if e.saros_member.is_none())));
 }
 
@@ -188,7 +192,7 @@ fn an_error_of_delta_t_above_the_shown_digits_is_stated() {
     assert!(window.query_by_label_contains("Delta T is uncertain").is_none());
 }
 
-/// In Greenwich the best of the eclipse of 2024-03-25 was at moonset, with the Moon's centre below the horizon and its upper limb at it.
+/// In Greenwich the maximum of the eclipse of 2024-03-25 was at moonset, with the Moon's centre below the horizon and its upper limb at it.
 #[test]
 fn a_maximum_at_moonset_is_at_the_horizon() {
     let mut window = window_without_images(NaifId(499));
@@ -216,7 +220,7 @@ fn an_eclipse_is_one_click_away_and_time_runs_through_it() {
     assert!((latitude_deg - 25.3).abs() < 0.1 && (longitude_deg + 104.1).abs() < 0.1, "{latitude_deg}, {longitude_deg}");
     // It was not visible in Greenwich.
     window.get_by_label("Not visible from this place.");
-    // Contacts and maximum at the place, where all would be below the horizon, and not the contacts for the entire Earth.
+    // C1, maximum and C4 at the place, all below the horizon, and not the contacts for the entire Earth.
     assert_eq!(window.query_all_by_label("below the horizon").count(), 3);
     assert!(["C1", "C4"].iter().all(|contact| window.query_by_label(contact).is_some()) && window.query_by_label("P1").is_none());
     assert!(window.get_by_label("From this place").accesskit_node().is_disabled());
@@ -301,7 +305,7 @@ fn the_chosen_event_belongs_to_the_listed_span() {
     assert!(has_details(&window));
     search_from(&mut window, "2050-01-01T00:00:00Z");
     assert!(!has_details(&window), "details of 2024 beside the events of 2050");
-    // An event that is found elsewhere takes the list with it: that of 2009-07-22 (Espenak, NASA).
+    // The key e goes to the next solar eclipse, that of 2009-07-22 (Espenak, NASA), which is outside the listed span: a new search lists it.
     window.state_mut().viewer.view.tdb_s = parse_time("2009-07-01T00:00:00Z").tdb_seconds_past_j2000();
     window.run_steps(2);
     window.event(Event::Text("e".into()));
@@ -314,6 +318,7 @@ fn the_chosen_event_belongs_to_the_listed_span() {
 fn kinds_and_direction_choose_what_is_listed() {
     let mut window = window_without_images(NaifId(499));
     open_events(&mut window, "2015-01-24T00:00:00Z");
+    // Solar and lunar eclipses are on at first; then only events of moons are.
     for kind in [EventKind::Solar, EventKind::Lunar, EventKind::Moons] {
         window.get_by_role_and_label(Role::CheckBox, kind.name()).click();
         window.run_steps(2);
@@ -446,6 +451,7 @@ fn rows_do_not_move_while_a_search_goes_on_or_after_it_is_stopped() {
         assert!(queue.run_next(), "step {step} was not requested");
         window.run_steps(3);
         let now = rows(&window);
+        // The third step may add nothing here, because the list shows only rows that fit into the panel.
         assert!(now.len() > before.len() || step == 2, "step {step} added nothing to {}", before.len());
         assert_eq!(now[..before.len()], before, "rows moved");
         before = now;

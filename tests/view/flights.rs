@@ -10,13 +10,17 @@ use orrery::view::app::body_positions::SessionPositions;
 use orrery::view::app::view_state::{CameraPose, ViewState};
 use orrery::view::app::viewer::Action;
 
+/// Height of the image that the actions assume. A flight does not depend on it.
+const IMAGE_HEIGHT_PX: f64 = 800.0;
+
 fn camera(view: &ViewState) -> Camera {
     let session = session();
     let request = view.request(session.catalog(), session.ephemeris(), 160, 90).expect("a view");
     viewer(session.catalog(), session.ephemeris(), &request).expect("a camera").camera
 }
 
-/// Vector from the camera to a body's apparent centre: the true position if the camera is on the body's ground, otherwise with light time.
+/// Vector from the camera to a body's centre: at its true position if the camera is on the body's ground, otherwise where the camera sees it, with light
+/// time.
 fn seen_from_camera_km(body: NaifId, camera: &Camera, view: &ViewState, is_on_its_ground: bool) -> DVec3 {
     let ephemeris = session().ephemeris();
     let centre_km = if is_on_its_ground {
@@ -27,13 +31,13 @@ fn seen_from_camera_km(body: NaifId, camera: &Camera, view: &ViewState, is_on_it
     centre_km - camera.position_km
 }
 
-/// From each of seven bodies to each other, from orbits and from the ground. Light takes up to hours between them; in that time they move by up to half
-/// a million kilometres.
+/// Flights from each of seven bodies to each of the other six, from orbits and from the ground. Light takes up to hours between the bodies; in that time
+/// they move by up to half a million kilometres.
 #[test]
 fn a_flight_starts_where_the_camera_is() {
     let bodies = [10, 399, 301, 499, 599, 699, 999].map(NaifId);
     let places = SessionPositions(session());
-    let mut geometric_jump_km: f64 = 0.0;
+    let mut jump_without_light_time_km: f64 = 0.0;
     for from in bodies {
         for to in bodies.into_iter().filter(|to| *to != from) {
             for on_ground in [false, true] {
@@ -51,7 +55,7 @@ fn a_flight_starts_where_the_camera_is() {
                 }
                 let before = camera(&viewer.view);
                 let offset_before_km = seen_from_camera_km(from, &before, &viewer.view, on_ground);
-                viewer.apply(Action::FlyTo(to), 800.0, &places);
+                viewer.apply(Action::FlyTo(to), IMAGE_HEIGHT_PX, &places);
                 assert!(viewer.is_flying());
                 let after = camera(&viewer.view);
                 // The body that the camera leaves keeps its apparent place.
@@ -67,9 +71,10 @@ fn a_flight_starts_where_the_camera_is() {
                 assert!((after.forward - before.forward).length() < 1e-3, "{from:?} to {to:?}, ground {on_ground}: the camera turns");
                 let CameraPose::Free { offset_km, .. } = viewer.view.eye else { panic!("the camera must be in flight") };
                 let state = session().ephemeris().state(to, NaifId::SOLAR_SYSTEM_BARYCENTER, viewer.view.time(), None).expect("a place");
-                geometric_jump_km = geometric_jump_km.max((state.state.pos_km + offset_km - before.position_km).length());
+                // By how far the camera would jump if the flight's offset were relative to the true position of the destination.
+                jump_without_light_time_km = jump_without_light_time_km.max((state.state.pos_km + offset_km - before.position_km).length());
             }
         }
     }
-    assert!(geometric_jump_km > 1e4, "without light time the camera would jump by {geometric_jump_km} km only");
+    assert!(jump_without_light_time_km > 1e4, "without light time the camera would jump by {jump_without_light_time_km} km only");
 }

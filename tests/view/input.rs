@@ -47,7 +47,7 @@ impl RenderWorker for PausableWorker {
     }
 }
 
-/// A window of this height that draws images while `is_drawing` is set.
+/// A window of this height, points, that draws images while `is_drawing` is set.
 pub(super) fn pausable_window(interface: Interface, is_drawing: &Arc<AtomicBool>, height: f32) -> Window {
     let worker = PausableWorker { inline: InlineWorker::new(session()), is_drawing: Arc::clone(is_drawing) };
     Harness::builder()
@@ -72,10 +72,15 @@ pub(super) fn advance(window: &mut Window, seconds: f64) {
     window.run_steps(1);
 }
 
+/// Names that begin left of this, points, are in the list of bodies.
+const LIST_RIGHT: f32 = 185.0;
+/// Names below this, points, are not in the top bar.
+const LIST_TOP: f32 = 30.0;
+
 /// The visible rows of the list: body, name, rectangle.
 fn rows(window: &Window) -> Vec<(NaifId, String, Rect)> {
     let row_rect = |name: &str| {
-        let found = window.query_all_by_label(name).map(|n| n.rect()).find(|r| r.left() < 185.0 && r.top() > 30.0);
+        let found = window.query_all_by_label(name).map(|n| n.rect()).find(|r| r.left() < LIST_RIGHT && r.top() > LIST_TOP);
         found.filter(|r| r.height() > 5.0)
     };
     let subjects = window.state().viewer.subjects().to_vec();
@@ -120,7 +125,7 @@ fn the_pressed_row_is_the_selected_row() {
             assert_eq!(window.state().viewer.selected, *id, "{name} was pressed, from {target:?}");
         }
     }
-    // The rows one after the other in one window while branches expand; every body's row is reached in the end.
+    // In one window, clicks every row in turn while branches expand; in the end every body's row was clicked.
     let mut window = window_without_images(NaifId::EARTH);
     let mut clicked = std::collections::BTreeSet::new();
     for attempt in 0..200 {
@@ -192,7 +197,7 @@ fn a_moon_that_is_selected_elsewhere_shows_in_the_list() {
         }
         let row = rows(&window).into_iter().find(|r| r.0 == id).map(|r| r.2);
         let list_bottom = window.get_by_label("Fly").rect().top();
-        assert!(row.is_some_and(|r| r.top() > 30.0 && r.bottom() < list_bottom), "{id:?} at {row:?}");
+        assert!(row.is_some_and(|r| r.top() > LIST_TOP && r.bottom() < list_bottom), "{id:?} at {row:?}");
     }
 }
 

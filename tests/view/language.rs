@@ -129,7 +129,7 @@ fn the_magnitude_of_an_eclipse_is_a_size() {
     assert_eq!((count("Helligkeit"), count("Größe")), (1, 1));
 }
 
-/// No button of a bar lies outside the window at its smallest size.
+/// No button extends beyond the left or right edge of the window, whether the window is 1100 or 760 points wide.
 #[test]
 fn german_buttons_fit() {
     for size in [[1100.0, 640.0], [760.0, 480.0]] {
@@ -186,7 +186,8 @@ fn the_rate_of_paused_time_is_shown_entirely_and_with_its_sign() {
     harness.set_size([1280.0, 800.0].into());
     let positions = SessionPositions(session());
     for action in [Action::RunAt(-59.9 * 60.0), Action::TogglePause] {
-        harness.state_mut().viewer.apply(action, 600.0, &positions);
+        let height_px = 600.0;
+        harness.state_mut().viewer.apply(action, height_px, &positions);
     }
     for (language, text) in [(Language::English, "paused (-59.9 min/s)"), (Language::German, "Pause (-59,9 min/s)")] {
         harness.state_mut().language = language;

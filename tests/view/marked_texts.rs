@@ -1,5 +1,5 @@
-//! All texts of the window come from its Fluent files. In the marked test language every message is enclosed in `«»` and every inserted text in `‹›`, so
-//! whatever is painted, shown as a tooltip or reported to a screen reader without marks must be one of the exceptions below.
+//! All texts of the window come from its Fluent files. In the marked test language every message is enclosed in `«»` and every inserted text in `‹›`.
+//! So a text that is painted, shown as a tooltip or reported to a screen reader without marks must be one of the exceptions below.
 
 use crate::support::sweep;
 use crate::view::interface::{harness, interface, session, settle};
@@ -111,7 +111,7 @@ const NAMES: [&str; 37] = [
 /// Texts that egui itself reports to screen readers, in English.
 const EGUI_TEXTS: [&str; 3] = ["Resize panel", "Close window", "Hide"];
 
-/// Whether a word is a number without a decimal point, possibly with a unit or sign.
+/// Whether a word is a number without a decimal point, possibly with a unit, a sign or an exponent, or a size such as `640x360`.
 fn is_number(word: &str) -> bool {
     word.chars().all(|c| c.is_ascii_digit() || "°′″%±×".contains(c))
         || word

@@ -70,6 +70,7 @@ fn saved_images_overwrite_no_file_and_their_path_is_shown() {
         );
         assert!(path_of(first_frame).exists(), "{first_frame} of {:?}", names_in(folder.path()));
     }
+    // p.png and three single images, the first sequence, the frames of other sequences, the second sequence.
     assert_eq!(names_in(folder.path()).len(), 4 + 3 + 3 + 3);
     // Time advances by a minute between frames: three different images.
     let bytes = |n: usize| std::fs::read(path_of(&format!("p-0000{n}.png"))).expect("a frame");
@@ -238,7 +239,7 @@ fn enter(window: &mut Window, field: &str, text: &str) {
     window.run_steps(3);
 }
 
-/// A view that opens ends the error of the link before it, which would seem to be about this view.
+/// Opening a view removes the error of an earlier link, which would seem to be about the opened view.
 #[test]
 fn enter_opens_a_link_and_adds_a_bookmark() {
     let mut window = window_without_images(SATURN);

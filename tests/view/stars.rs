@@ -32,7 +32,8 @@ fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
     let rigel = catalog.stars().hip(24_436).copied().expect("in the catalog");
     let years = catalog.stars().years_since_epoch(interface.viewer.view.time().jd_tt());
     let view = orrery::view::app::search::star_view(&rigel, years, &places, &interface.viewer.view).expect("a view");
-    interface.viewer.apply(orrery::view::app::viewer::Action::Show(Box::new(view)), 900.0, &places);
+    let height_px = 900.0;
+    interface.viewer.apply(orrery::view::app::viewer::Action::Show(Box::new(view)), height_px, &places);
     interface.tab = Some(Tab::Information);
     let mut window = pausable_window(interface, &Arc::new(AtomicBool::new(true)), 900.0);
     window.run_steps(20);
@@ -61,7 +62,7 @@ fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
     let message = window.state().reply_text();
     let angle_deg: f64 =
         message.strip_prefix("Angle: ").and_then(|rest| rest.strip_suffix('°')?.parse().ok()).unwrap_or_else(|| panic!("{message}"));
-    // The view is 20 degrees high, with the star in its middle. Near another star a click means that star.
+    // The view is 20 degrees high, with the star in its middle. The tolerance is for a click near another star, which means that star.
     let tangent = 200_f64.hypot(150.0) / (0.5 * f64::from(sky.height())) * 10_f64.to_radians().tan();
     assert!((angle_deg - tangent.atan().to_degrees()).abs() < 0.5, "{message}, and not {} degrees", tangent.atan().to_degrees());
 }

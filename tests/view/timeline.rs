@@ -102,7 +102,8 @@ fn keys_move_and_zoom_the_timeline_and_the_wheel_zooms_it() {
     assert!(window.query_by_role_and_label(Role::Slider, "Timeline").is_none(), "i hides the timeline");
 }
 
-/// Four centuries take some 300 searches, one a frame at most, from the middle outward; the ends say so meanwhile.
+/// Four centuries take some 300 searches, one a frame at most, from the middle outward; until then the tooltips at the ends say that events are being
+/// searched.
 #[test]
 fn a_part_that_is_still_to_be_searched_says_so() {
     let mut window = window();

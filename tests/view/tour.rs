@@ -107,7 +107,7 @@ fn a_camera_path_starts_and_ends_at_its_stops() {
     assert!((tour.at(2.0).view.tdb_s - tour.at(0.0).view.tdb_s - 200.0).abs() < 1e-6);
 }
 
-/// Only at the stop itself the body around the camera is hidden, so that a camera path to the centre or from it stays outside.
+/// The body around the camera is hidden only at the stop itself. A camera path to a body's centre or from it must therefore stay outside the body.
 #[test]
 fn a_camera_path_to_or_from_a_centre_stays_outside_the_body() {
     let stop = |view: &str| format!(r#"{{"view":"orrery://view?time=2024-01-01&{view}","hold_s":1,"travel_s":3}}"#);
@@ -339,7 +339,8 @@ fn a_switch_pauses_a_tour_and_is_kept() {
     assert!(window.query_by_label("Play tour").is_some(), "the tour goes on");
 }
 
-/// Between two fisheyes the field of view stays within those of the stops, also at the greatest one; from a perspective view the fisheye starts with its own.
+/// Between two fisheye stops the field of view stays between those of the stops, even if both have the greatest one. On a path from a perspective stop the
+/// fisheye has the field of view of its own stop.
 #[test]
 fn the_field_of_a_fisheye_changes_only_between_fisheyes() {
     let stop =

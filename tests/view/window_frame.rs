@@ -15,7 +15,9 @@ use orrery::shader::fragments::{FRAGMENTS, Fragments};
 use orrery::view::window::cpu_painter::{Canvas, Painter};
 use orrery::view::window::primitives::{SCENE_IMAGE, ui_primitives};
 
+/// Size of the window, pixels.
 const SIZE: [u32; 2] = [320, 200];
+/// Pixels per point.
 const SCALE: f32 = 1.25;
 
 /// Panels, text, a slanted line, a circle and an image.

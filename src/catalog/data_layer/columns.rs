@@ -12,7 +12,7 @@ pub(super) struct Columns {
     indices: [Option<usize>; 5],
     /// Number of all columns of the table.
     count: usize,
-    /// Names of the first two in messages.
+    /// Names of the first two fields in messages.
     coordinate_names: [&'static str; 2],
 }
 
@@ -88,7 +88,7 @@ mod tests {
         assert_eq!(point.time.map(Instant::to_utc_iso).as_deref(), Some("2024-04-08T18:00:00Z"));
     }
 
-    /// Every size that a point may have, and no other, is in the range that the message of a refused size names.
+    /// The message names exactly the range that is accepted.
     #[test]
     fn the_message_of_a_wrong_size_names_the_range() {
         let names = ["lat", "lon", "size"].map(String::from);

@@ -65,7 +65,7 @@ mod tests {
         let error = read("# places\nlat,lon,place\n1,2,\"Tohoku\n", true).expect_err("an open quote");
         assert_eq!(error, (3, "a quoted value does not end on this line".to_owned()));
         assert_eq!(read("lat,\"lon\n1,2\n", true).expect_err("an open quote").0, 1);
-        // The line of column names is the first one only without comments.
+        // A comment precedes the line of column names, which is then the second line.
         let error = read("# places\nlat,place\n1,here\n", true).expect_err("no longitude");
         assert_eq!(error, (2, "the line of column names has no column lon_deg".to_owned()));
     }

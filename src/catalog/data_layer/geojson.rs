@@ -62,7 +62,7 @@ impl<'de> Deserialize<'de> for Coordinates {
     }
 }
 
-/// The points and lines of a geometry.
+/// The points and lines of a geometry: latitudes and longitudes, degrees.
 #[derive(Default)]
 struct Geometries {
     points: Vec<[f64; 2]>,

@@ -68,7 +68,8 @@ impl HeightMap {
     /// A map of the entire Moon. `heights_km`: rows from north to south, each eastward from `west_deg`.
     ///
     /// # Errors
-    /// If the map is not twice as wide as high, has too many heights, or contains a height that the Moon cannot have (the error names the first).
+    /// If the map is not twice as wide as high, or has too many or too few heights; if the sphere does not have the size of the Moon; or if the Moon cannot
+    /// have one of the heights (the error names the first).
     pub fn new(name: &str, columns: usize, heights_km: Vec<f32>, west_deg: f64, sphere_km: f64) -> Result<Self, HeightMapError> {
         let failed = |why: String| HeightMapError { file: name.to_owned(), why };
         let rows = columns / 2;

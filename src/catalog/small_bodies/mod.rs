@@ -15,7 +15,7 @@ use std::f64::consts::TAU;
 use std::sync::{Arc, LazyLock};
 
 /// Gauss' constant: square root of the Sun's GM in au^1.5 per day (IAU 1976). IAU 2012 Resolution B2 fixed the
-/// au in kilometres instead; the au that this constant defines differs from it by less than 1e-9.
+/// au in kilometres instead; the au that this constant defines differs from it by less than 1e-9 of its length.
 pub const GAUSS_CONSTANT: f64 = 0.017_202_098_95;
 
 /// A conic about the Sun, given by its perihelion and the time of the passage through it, which exist for ellipse, parabola and hyperbola.
@@ -68,6 +68,7 @@ impl SmallBody {
         }
     }
 
+    /// Whether its brightness follows the law of comets. So a comet without M1 in its table counts as a minor planet.
     pub fn is_comet(&self) -> bool {
         matches!(self.brightness, BrightnessLaw::Comet { .. })
     }

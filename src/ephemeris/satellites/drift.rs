@@ -14,8 +14,9 @@ struct Drift {
     deg_per_yr: f64,
 }
 
-/// Rates are the difference of two published mean motions, JPL's (the catalog) and the IAU's rotation (pck00011), rounded up, except
-/// where a comment states otherwise. 1.1 degrees at the epoch are an estimate: 0.02 of the semi-major axis.
+/// Except where a comment states otherwise, a rate is the difference of two published values, rounded up. One is JPL's mean motion (the catalog), the other
+/// the IAU's rotation rate (pck00011), which equals the mean motion of a synchronous moon. 1.1 degrees at the epoch are an estimate: 0.02 of the semi-major
+/// axis.
 fn drift(body: NaifId) -> Drift {
     let (at_epoch_deg, deg_per_yr) = match body.0 {
         // Phobos: mean longitude within 0.02 degrees of the IAU's from 1880 to 2095, orbital plane within 0.01 in 2000 and 0.1 in 1900
@@ -29,7 +30,7 @@ fn drift(body: NaifId) -> Drift {
         505 => (1.1, 0.1),
         // Thebe, Adrastea, Metis.
         514..=516 => (1.1, 0.06),
-        // Janus and Epimetheus exchange orbits every four years, and the IAU's values describe two such states.
+        // Janus and Epimetheus exchange orbits every four years. By JPL's mean motions Janus is the inner of the two, by the IAU's rates Epimetheus.
         610 => (30.0, 40.0),
         611 => (90.0, 144.0),
         // Helene, Telesto and Calypso, Trojans of Dione and Tethys, librate about their Lagrange points by 15, 2 and 4 degrees (Oberti & Vienne 2003, A&A
@@ -55,13 +56,13 @@ fn drift(body: NaifId) -> Drift {
         901 => (1.1, 0.001),
         // Larissa.
         807 => (1.1, 0.24),
-        // Phoebe and Nereid: the Sun's perturbation, estimated by analogy with the Moon's evection, variation and annual equation as 7.5 m e + 3 m² + 6 m e'.
-        // m: the planet's mean motion over the moon's; e, e': the eccentricities of moon and planet.
+        // Phoebe and Nereid: the Sun's perturbation, estimated by analogy with the Moon's evection, variation and annual equation as 7.5 m e + 3 m² + 6 m e'
+        // radians. m: the planet's mean motion over the moon's; e, e': the eccentricities of moon and planet.
         609 => (5.2, 0.01),
         802 => (2.3, 0.01),
-        // Ceres and Vesta, osculating elements: 0.03 and 0.02 degrees a year from their proper motions, times four.
+        // Ceres and Vesta, osculating elements: 0.03 and 0.02 degrees a year from their proper mean motions, times four.
         2_000_001 | 2_000_004 => (1.1, 0.12),
-        // Not compared with any reference: the largest values above of a moon whose orbit is not disturbed.
+        // Not compared with any reference: the largest values above (Proteus and Pan), without the co-orbital moons, the Trojans and Phoebe.
         _ => (4.3, 4.5),
     };
     Drift { at_epoch_deg, deg_per_yr }

@@ -70,7 +70,7 @@ impl Buffers {
                 return;
             }
             if buffer.as_ref().is_none_or(|b| b.size() < size) {
-                // Powers of two, so that a frame that grows a little seldom needs a new buffer.
+                // Powers of two, and at least 4 KiB, so that a frame that grows a little seldom needs a new buffer.
                 let size = size.next_power_of_two().max(4096);
                 let usage = usage | BufferUsages::COPY_DST;
                 *buffer = Some(device.create_buffer(&BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false }));

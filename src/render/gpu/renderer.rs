@@ -323,7 +323,7 @@ impl GpuRenderer {
         let floats = |pixels: Vec<[u8; 16]>| -> Vec<[f32; 4]> { pixels.iter().map(|p| bytemuck::pod_read_unaligned(p)).collect() };
         if last.format == TextureFormat::Rgba8Unorm {
             frame.display = resources.readback.pixels(&self.device, &self.queue, &last.colour)?;
-            // A warped image or a stereo pair is made from linear images that may have another size: it has none of its own.
+            // A warped image or a stereo pair is made from linear images that may have another size; it has no linear image of its own.
             let is_hdr = |t: &&PassTarget| t.format == TextureFormat::Rgba32Float && (t.width, t.height) == (last.width, last.height);
             let hdr_index = plan.hdr_pass_index().filter(|_| requested == FrameImages::DisplayAndHdr);
             if let Some(hdr_target) = hdr_index.and_then(|k| resources.targets.get(k)).filter(is_hdr) {

@@ -212,7 +212,8 @@ fn cull_of(features: &DrawFeatures) -> Cull {
     if features.flags.two_sided { Cull::None } else { Cull::Back }
 }
 
-/// The vertex attributes of shaders/lib/mesh.wesl by location: position, normal, map coordinates, height of the Sun above the shape's own horizon, colour.
+/// The vertex attributes of shaders/lib/mesh.wesl by location: position, normal, map coordinates, angle of the Sun's centre above the shape's own horizon (in
+/// angular radii of the Sun), colour.
 fn mesh_vertices(draw: &Draw, key: &ShaderKey) -> Result<Vertices, PlanError> {
     let missing = |what: &str| PlanError::Module(format!("{}: {key} draws a mesh, but the mesh's {what} are missing", draw.name));
     let mesh = draw.uniforms.mesh.as_ref().ok_or_else(|| missing("triangles"))?;

@@ -1,10 +1,10 @@
 //! Bounds of the pixels that a body's draw can change, so that a renderer may skip the others: the outline of its ellipsoid on the screen, and an image
 //! that marks pixels which the draw discards ([`MarkedImage`]).
 //!
-//! A *form* is a quadratic polynomial of the position on the screen that is positive inside an outline. In: the uniforms of a body's draw. Their silhouette
-//! form, a polynomial of the position in the draw's rectangle, is |ray|^2 (1 - q^2), where q is the distance of the view ray from the body's centre in the
-//! unit-sphere frame. Out: forms in pixel coordinates. Always: each outline is an ellipse, so its form is concave: over a rectangle it is least at a corner,
-//! and nowhere above its tangent plane at the middle.
+//! A *form* is a quadratic polynomial of the position on the screen that is positive inside an outline. In: the uniforms of a body's draw, with its silhouette
+//! form, a polynomial of the position in the draw's rectangle. The silhouette form is |ray|^2 (1 - q^2); q is the distance of the view ray from the body's
+//! centre in the unit-sphere frame. Out: forms in pixel coordinates. Always: each outline is an ellipse, so its form is concave: over a rectangle it is least
+//! at a corner, and nowhere above its tangent plane at the middle.
 
 use crate::scene::camera::silhouette::PADDING_PX;
 use crate::scene::draw::{BodyPart, Draw, DrawUniforms, Shape};

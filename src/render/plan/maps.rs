@@ -23,7 +23,7 @@ const MAPS: [(&str, MapRole); 7] = [
     ("overlay_map", MapRole::Overlay(0)),
     ("overlay_map_2", MapRole::Overlay(1)),
 ];
-/// The samplers of these textures: one for all maps, and one for each overlay, by overlay index.
+/// The samplers of the textures in [`MAPS`]: one for all maps, and one for each overlay, by overlay index.
 const MAP_SAMPLER: &str = "map_sampler";
 const OVERLAY_SAMPLERS: [&str; 2] = ["overlay_sampler", "overlay_sampler_2"];
 /// The texture variable of the ring profile.

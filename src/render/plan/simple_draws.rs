@@ -170,13 +170,14 @@ pub(super) fn stars(scene: &Scene, provider: &impl ResourceProvider) -> Result<V
     sprites("stars", &drawn_here, &STAR_ATTRIBUTES, scene, provider)
 }
 
-/// Points that hide a smaller area, in pixels, have no draw for it: less than half a level of 255 where the light behind is white (a point hides at most 0.38 of
-/// its area in one pixel).
+/// Smallest area, in pixels, for which a point that hides what is behind it has a draw. A smaller area changes a pixel by less than half a level of 255, even
+/// in front of white: at most 0.38 of the area is in one pixel.
 const MIN_COVERED_PX: f32 = 1.0 / 255.0;
 
 /// First the sprites that hide what is behind the points, then those of their light, so that no point hides the light of another: the scene has already removed
 /// the part that nearer bodies hide.
 pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
+    // The last attribute: light in red, green and blue, then the hidden area in pixels.
     let centre: InstanceAttribute<Point> = (3, |p| p.centre.to_array().to_vec());
     let light = [centre, (4, |p| sprite_attribute(p.radius_px, p.stretch)), (4, |p| p.flux.extend(0.0).to_array().to_vec())];
     // Without glare: the sprite's size does not depend on the point's light.

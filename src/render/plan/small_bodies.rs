@@ -62,7 +62,7 @@ pub(super) fn orbits(scene: &Scene, provider: &impl ResourceProvider) -> Result<
             (3, |a| a.point.to_array().to_vec()),
             (3, |a| a.first_derivative.to_array().to_vec()),
             (3, |a| a.second_derivative.to_array().to_vec()),
-            // The argument of Stumpff's functions, then the first and the last parameter on the arc.
+            // alpha, where alpha u^2 is the argument of Stumpff's functions, then the first and the last u on the arc.
             (3, |a| vec![a.alpha, a.range[0], a.range[1]]),
             (2, |a| a.opacity.to_vec()),
             (3, |a| a.colour.to_array().to_vec()),

@@ -67,7 +67,7 @@ const fn across<const N: usize>(first: usize) -> [f32; N] {
     }
     positions
 }
-/// These positions for the first quad of a row, for the two quads between any two neighbouring points, and for the last quad.
+/// The positions in their cells of the pixels of the first quad of a row, of the two quads between any two neighbouring points, and of the last quad.
 static ACROSS_FIRST: [f32; 4] = across(0);
 static ACROSS_PAIR: [f32; 8] = across(2);
 static ACROSS_LAST: [f32; 4] = across(COLUMNS * SPACING - 2);

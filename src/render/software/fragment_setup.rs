@@ -56,7 +56,7 @@ impl FragmentSetup {
                 FragmentInputSource::Interpolated(interpolated - 1)
             }
             LaneInput::FrontFacing => FragmentInputSource::FrontFacing,
-            // Each pixel is shaded once, as sample 0; the other two do not occur in a fragment stage.
+            // Each pixel is shaded once, as sample 0. The indices of vertices and instances do not occur in a fragment stage.
             LaneInput::SampleIndex | LaneInput::VertexIndex | LaneInput::InstanceIndex => FragmentInputSource::Zero,
         };
         let source_if_read = |(k, input)| {

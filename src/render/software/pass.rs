@@ -1,7 +1,7 @@
 //! Executes one pass: sets up the triangles of every draw, bins them into tiles, and shades the tiles on all cores.
 //!
-//! In: a pass and the bound stages of its draws. Out: the resolved image and timings. Always: each tile's bin lists its triangles in the order of the
-//! draws, and tiles write disjoint parts of the image, so the image has the same bits for any number of threads.
+//! In: a pass and the bound stages of its draws. Out: the resolved image and timings. Always: the image has the same bits for any number of threads, because
+//! each tile's bin lists its triangles in the order of the draws, and tiles write disjoint parts of the image.
 //!
 //! Two passes can be fused (`execute_fused`) if the second reads each pixel of the first only when it writes the same pixel (pass_fusion.rs). A tile
 //! then goes through both passes before the next tile is started, and the first pass's image is never stored.
@@ -67,7 +67,8 @@ struct FusedPass<'a, R: Real> {
 }
 
 impl<R: Real> FusedPass<'_, R> {
-    /// The tone map that converts a tile to display bytes in native code; `None` if another draw of the second pass covers part of the tile.
+    /// The tone map that converts a tile to display bytes in native code. `None` if the full-screen draw is not the shipped tone map, or maps the clear colour
+    /// differently at different pixels. Also `None` if another draw of the second pass covers part of the tile.
     fn direct_tone_map(&self, [tx, ty]: [usize; 2]) -> Option<&ToneMapUniforms> {
         self.tone_map.as_ref().filter(|_| self.mapped_clear_colour.is_some() && self.overlay.bins.tile(tx, ty).is_empty())
     }
@@ -138,8 +139,8 @@ pub fn execute<R: Real>(pass: &Pass, stages: &[DrawStages<'_, R>]) -> Result<(Pa
     Ok((image, timings))
 }
 
-/// Executes two fused passes and returns the image of the second. `None` if they cannot be fused: the first draw of the second pass does not cover
-/// its entire target, or reads pixels other than its own. The first pass's wall time is that of both.
+/// Executes two fused passes and returns the image of the second. `None` if they cannot be fused: the first draw of the second pass does not draw every
+/// pixel of its target, or reads pixels other than its own. The first pass's wall time is that of both.
 pub(crate) fn execute_fused<R: Real>(
     first: &Pass,
     first_stages: &[DrawStages<'_, R>],

@@ -55,7 +55,7 @@ impl Default for Options {
     }
 }
 
-/// One entry point of a module: its program, and the kernels to which that is bound.
+/// One entry point of a module: its program, and the program's binding to kernels.
 #[derive(Debug)]
 pub(super) struct EntryPoint {
     pub program: Program,

@@ -150,7 +150,7 @@ impl TileShader<'_> {
             let samples = self.samples;
             let early_depth = (setup.early_depth_test && setup.uses_depth()).then(|| self.depth_at_samples(source_triangle));
             let [tile_x, tile_y] = self.tile_corner;
-            // Bit `k`: the triangle covers block `k`, and an edge of the draw's extent crosses it. These blocks come last, so that their quads fill batches of
+            // Bit `b`: the triangle covers block `b`, and an edge of the draw's extent crosses it. These blocks come last, so that their quads fill batches of
             // their own.
             let mut extent_edge_blocks = 0_u64;
             // The latest block that an edge of the triangle crosses.

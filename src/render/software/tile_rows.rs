@@ -237,16 +237,18 @@ mod tests {
     use super::*;
     use crate::render::plan::Blend;
 
+    /// The image has the pixels that were drawn, and the clear colour in the one block on which nothing was drawn.
     #[test]
     fn every_pixel_is_written_where_it_belongs() {
+        const UNDRAWN_BLOCK: usize = 9;
         let pixels = coverage::TilePixels::new();
         let mut t = TileTarget::new(1);
         let clear = [-1.0, -2.0, -3.0, -4.0];
         t.clear(clear, false);
-        for (p, (x, y)) in pixels.x.iter().zip(&pixels.y).enumerate().filter(|(p, _)| p / BLOCK_PIXELS != 9) {
+        for (p, (x, y)) in pixels.x.iter().zip(&pixels.y).enumerate().filter(|(p, _)| p / BLOCK_PIXELS != UNDRAWN_BLOCK) {
             t.store(p, 1, Blend::Replace, [*x, *y, p as f32, -*x]);
         }
-        let [x9, y9] = block_position(9).map(|v| v as usize);
+        let [undrawn_x, undrawn_y] = block_position(UNDRAWN_BLOCK).map(|v| v as usize);
         for (width, height) in [(64, 64), (33, 64), (64, 9), (1, 1), (50, 47)] {
             let mut image = vec![MaybeUninit::uninit(); width * height];
             t.write_linear(&mut image.chunks_mut(width).collect::<Vec<_>>());
@@ -254,10 +256,11 @@ mod tests {
                 // SAFETY: every pixel has been written.
                 let colour = unsafe { pixel.assume_init() };
                 let (column, row) = (k % width, k / width);
-                let is_unwritten = (x9..x9 + BLOCK_WIDTH).contains(&column) && (y9..y9 + BLOCK_HEIGHT).contains(&row);
+                let is_undrawn =
+                    (undrawn_x..undrawn_x + BLOCK_WIDTH).contains(&column) && (undrawn_y..undrawn_y + BLOCK_HEIGHT).contains(&row);
                 let (x, y) = (column as f32 + 0.5, row as f32 + 0.5);
                 let lane = pixels.x.iter().zip(&pixels.y).position(|p| p == (&x, &y)).expect("a lane");
-                let expected = if is_unwritten { clear } else { [x, y, lane as f32, -x] };
+                let expected = if is_undrawn { clear } else { [x, y, lane as f32, -x] };
                 assert_eq!(colour, expected, "{width}x{height}: {column}, {row}");
             }
         }

@@ -214,8 +214,8 @@ impl TileTarget {
         self.clear_colour
     }
 
-    /// The colours of a block's pixels, one array per component; the same array for all components of a grey block. Valid once the tile is resolved, for
-    /// a block that was written.
+    /// The colours of a block's pixels, one array per component; the same array for red, green and blue of a grey block. Valid once the tile is resolved, for
+    /// a block that was written. `None` if the tile has no such block.
     pub(crate) fn block(&self, block: usize) -> Option<[&[f32; BLOCK_PIXELS]; 4]> {
         let [r, g, b, a] = &self.colour.each_ref().map(|plane| plane.as_chunks::<BLOCK_PIXELS>().0.get(block));
         let [r, g, b, a] = [(*r)?, (*g)?, (*b)?, (*a)?];

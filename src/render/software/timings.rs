@@ -7,7 +7,7 @@ pub struct PassTimings {
     /// Triangles that the draws submitted.
     #[serde(rename = "given")]
     pub submitted: usize,
-    /// Submitted triangles that are back-facing, without area, or outside the target.
+    /// Submitted triangles that are back-facing, without area, or entirely clipped or outside the draw's scissor rectangle.
     pub culled: usize,
     /// Submitted triangles that were clipped by the near plane or the guard band, and are still visible.
     pub clipped: usize,

@@ -78,10 +78,10 @@ static LEVELS: LazyLock<Box<[u32; CELLS]>> = LazyLock::new(|| {
     let mut level = 0;
     for (cell, entry) in levels.iter_mut().enumerate() {
         let start = FIRST_BITS + ((cell as u32) << CELL_BITS);
-        let is_reached = |level: usize, bits: u32| threshold_bits.get(level + 1).is_some_and(|threshold| *threshold <= bits);
-        level += usize::from(is_reached(level, start));
+        let reaches_next = |level: usize, bits: u32| threshold_bits.get(level + 1).is_some_and(|threshold| *threshold <= bits);
+        level += usize::from(reaches_next(level, start));
         *entry = (level as u32) << CELL_BITS;
-        if is_reached(level, start + ((1 << CELL_BITS) - 1)) {
+        if reaches_next(level, start + ((1 << CELL_BITS) - 1)) {
             *entry += start + (1 << CELL_BITS) - threshold_bits[level + 1];
             level += 1;
         }
@@ -151,6 +151,7 @@ mod avx2 {
     fn encode_eight<const GREY: bool>(table: &[u32; CELLS], factor: f32, planes: [&[[f32; 8]]; 3], k: usize) -> __m256i {
         if GREY {
             let grey = _mm256_srli_epi32::<{ CELL_BITS as i32 }>(levels(table, factor, &planes[0][k]));
+            // The product has the level in red, green and blue.
             return _mm256_or_si256(_mm256_mullo_epi32(grey, _mm256_set1_epi32(0x01_0101)), _mm256_set1_epi32(0xff << 24));
         }
         let [r, g, b] = [levels(table, factor, &planes[0][k]), levels(table, factor, &planes[1][k]), levels(table, factor, &planes[2][k])];
@@ -270,7 +271,7 @@ impl ToneMapUniforms {
     /// those of infinity.
     #[inline(always)]
     fn is_linear(&self, light: &[&[f32; LANES]]) -> bool {
-        // Floats that are not negative are ordered like their bits as integers; those of negative floats are negative.
+        // Floats that are not negative are ordered like their bits as integers; the bits of a negative float are a negative integer.
         let mut greatest = 0;
         for plane in light {
             for value in *plane {
@@ -333,6 +334,7 @@ mod tests {
 
     #[test]
     fn levels_are_nearest_to_the_curve() {
+        // The step is a prime, so that the low bits vary.
         for bits in (0..1.1_f32.to_bits()).step_by(997) {
             let linear = f32::from_bits(bits);
             let error_levels = (f64::from(level(linear)) - exact(f64::from(linear)).min(255.0)).abs();

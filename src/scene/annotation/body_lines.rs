@@ -36,8 +36,8 @@ fn visible_cap(camera_position: DVec3, axis_ratio: f64) -> Cap {
     let latitude_deg = (camera_position.z / distance).clamp(-1.0, 1.0).asin().to_degrees();
     // A hundredth of a degree allows for rounding.
     let radius_deg = (1.0 / distance).clamp(-1.0, 1.0).acos().to_degrees() + 0.01;
-    // The tangent of a planetographic latitude is the tangent of the latitude on the unit sphere divided by the ratio. The two latitudes differ by at most
-    // this angle: 3 degrees on Saturn. The margin is at least 6 degrees.
+    // The tangent of a planetographic latitude is the tangent of the latitude on the unit sphere divided by the ratio. The largest difference of the two
+    // latitudes has the sine |1 - ratio| / (1 + ratio): 3 degrees on Saturn. The margin is at least 6 degrees.
     let margin_deg = ((1.0 - axis_ratio).abs() / (1.0 + axis_ratio)).asin().to_degrees().max(6.0);
     Cap {
         longitude_deg: camera_position.y.atan2(camera_position.x).to_degrees(),
@@ -131,7 +131,7 @@ impl GroundLineBuilder<'_, '_> {
         label_point
     }
 
-    /// Draws the visible part of a smooth line through points.
+    /// Draws the visible part of a smooth line through points; nothing for fewer than three points.
     pub(super) fn draw_line(&mut self, line: &GroundLine, opacity: f64, colour: DVec3) {
         let placement = &self.placed.placement;
         let camera_position = placement.camera_in_unit_sphere();

@@ -39,6 +39,7 @@ struct Path {
     radii_km: DVec3,
 }
 
+/// The point of the unit sphere at a planetographic latitude (x) and an east longitude (y), radians.
 fn on_unit_sphere(radii_km: DVec3, lat_lon: DVec2) -> DVec3 {
     ground_point_km(radii_km, lat_lon.x.to_degrees(), lat_lon.y.to_degrees(), 0.0).0 / radii_km
 }
@@ -206,6 +207,7 @@ mod tests {
     fn close_vertices_are_merged() {
         let vertices: Vec<[f64; 2]> = (0..=10_000).map(|k| [0.0, f64::from(k) * 1e-4]).collect();
         let path = Path::of(&vertices, EARTH, 1e-3);
+        // The line is one degree long: 17.5 merge distances.
         assert!((10..25).contains(&path.vertices.len()), "{}", path.vertices.len());
         assert!(path.vertices.last().expect("a vertex").lat_lon.distance(DVec2::new(0.0, 1_f64.to_radians())) < 1e-12);
     }

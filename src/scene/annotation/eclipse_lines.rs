@@ -146,7 +146,7 @@ pub(crate) fn in_space(context: Context<'_>, camera: &Camera, placed: &PlacedBod
     (cones.segments, decided(on, reason))
 }
 
-/// The target's own shadow, to the apex of its umbra.
+/// The target's own shadow, to the apex of its umbra; nothing if the umbra has no apex.
 fn target_shadow(cones: &mut ConeBuilder<'_, '_>, axis: Axis, receiver: &Receiver<'_>) {
     let cone = ShadowCone::own_shadow(axis, receiver);
     let length = cone.umbra_length();

@@ -194,7 +194,8 @@ mod tests {
         }
     }
 
-    /// A view has at least one line with an opacity above one half and fewer than 4000 lines, from degrees down to arcseconds, also at the poles.
+    /// A view with a radius of 500 pixels has at least one line with an opacity above one half and fewer than 4000 lines, from degrees down to arcseconds, also
+    /// at the poles.
     #[test]
     fn views_of_any_size_have_visible_lines() {
         for (longitude_deg, latitude_deg) in [(10.2, 5.1), (359.9, -70.3), (120.0, 89.95), (3.0, -90.0)] {

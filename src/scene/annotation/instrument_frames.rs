@@ -67,7 +67,7 @@ fn draw_great_circle(camera: &Camera, output: &mut AnnotationLines, a: DVec3, b:
     }
 }
 
-/// The frames of all instruments. `glyph_px`: height of glyphs.
+/// The frames of all instruments. `target`: vector from the camera to the target, ICRF, of any length. `glyph_px`: height of glyphs.
 pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option<DVec3>, glyph_px: f64) -> AnnotationLines {
     let mut output = AnnotationLines::default();
     let in_image = |v: &DVec3| camera.clip(*v).is_some_and(|clip| clip.abs().max_element() < 1.0);

@@ -32,18 +32,25 @@ const CAPTION_EDGE: f64 = 0.8;
 /// Distance from the image's lower edge to the middle of the caption's last line and to the top of the scale bar, and from the right edge to the bar; in glyph
 /// sizes.
 const EDGE: f64 = 0.9;
+/// Opacity of the scale bar and of the compass needle.
+const BAR_OPACITY: f64 = 0.9;
 /// Height of the ticks at the ends of a scale bar, in glyph sizes.
 const TICK_HEIGHT: f64 = 0.45;
-/// Height of the middle of a scale bar's text above the bar, and smallest distance of the text from the image's right edge, in glyph sizes.
+/// Height of the middle of a scale bar's text above the bar, in glyph sizes.
 const BAR_TEXT_HEIGHT: f64 = 1.1;
+/// Smallest distance of a scale bar's text from the image's right edge, in glyph sizes.
 const BAR_TEXT_EDGE: f64 = 0.6;
+/// Size of glyphs divided by the thickness of the scale bar and of the compass needle, before the thickness is rounded to whole pixels.
+const GLYPH_PER_THICKNESS: f64 = 9.0;
 /// Free space between a caption and the scale bar above it, in glyph sizes.
 const CAPTION_GAP: f64 = 0.3;
-/// Distance of the compass's middle from the right and the upper edge, half of the side of the square that it occupies, and distances from its middle to the
-/// ends of the needle and to the middle of the letter, in glyph sizes.
+/// Distance of the compass's middle from the right and the upper edge, in glyph sizes.
 const COMPASS_EDGE: f64 = 3.0;
+/// Half of the side of the square that the compass occupies, in glyph sizes.
 const COMPASS_HALF_SIDE: f64 = 2.5;
+/// Distances from the compass's middle to both ends of its needle, in glyph sizes.
 const NEEDLE: (f64, f64) = (0.5, 1.2);
+/// Distance from the compass's middle to the middle of its letter, in glyph sizes.
 const NORTH_LETTER: f64 = 1.9;
 /// Number of squares of which the needle consists, less one.
 const NEEDLE_STEPS: u32 = 10;
@@ -95,7 +102,7 @@ impl Margin {
     }
 
     fn bar(&mut self, min: DVec2, size: DVec2) {
-        self.bars.push(Bar { rect: Rect { min, max: min + size }, colour: NAME_COLOUR, opacity: 0.9 });
+        self.bars.push(Bar { rect: Rect { min, max: min + size }, colour: NAME_COLOUR, opacity: BAR_OPACITY });
     }
 
     fn caption(
@@ -160,7 +167,7 @@ impl Margin {
         };
         let text = language.number(&text);
         let length = (angle_rad * px_per_radian).round();
-        let thickness = (glyph_px / 9.0).round().max(1.0);
+        let thickness = (glyph_px / GLYPH_PER_THICKNESS).round().max(1.0);
         let tick = (TICK_HEIGHT * glyph_px).round();
         let left = (size.x - EDGE * glyph_px - length).round();
         // Centred over the bar, as far as the image's edge allows.
@@ -202,14 +209,14 @@ impl Margin {
         else {
             return;
         };
-        // The needle is a row of overlapping squares, because a bar cannot be rotated.
         let middle = DVec2::new(size.x - COMPASS_EDGE * glyph_px, COMPASS_EDGE * glyph_px).round();
         let bounds = Rect { min: middle, max: middle }.padded(DVec2::splat(COMPASS_HALF_SIDE * glyph_px));
         if !bounds.is_in_image(size) || self.occupied(metrics).any(|o| o.overlaps(&bounds)) {
             return;
         }
         self.rings.push(middle);
-        let thickness = (glyph_px / 9.0).round().max(1.0);
+        let thickness = (glyph_px / GLYPH_PER_THICKNESS).round().max(1.0);
+        // The needle is a row of overlapping squares, because a bar cannot be rotated.
         for k in 0..=NEEDLE_STEPS {
             let from_middle = NEEDLE.0 + (NEEDLE.1 - NEEDLE.0) * f64::from(k) / f64::from(NEEDLE_STEPS);
             let position = middle + north * glyph_px * from_middle;
@@ -328,6 +335,7 @@ mod tests {
 
     #[test]
     fn lengths_are_round_and_fit() {
+        // Neighbouring round numbers and angles differ by a factor of at most 2.5; the bounds leave a margin.
         for k in -60..60 {
             let max = 10_f64.powf(f64::from(k) / 7.0) * 1.01;
             let round = round_number_below(max);

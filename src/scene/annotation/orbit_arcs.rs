@@ -2,8 +2,8 @@
 //!
 //! In: the body's position and velocity relative to the parent, and its position from the camera. Out: [`OrbitArc`]s: a point of the conic in camera axes
 //! with its first and second derivative, computed in f64 and narrowed. Always: one vertex is the body's position, so that the line passes through the disc
-//! at any distance. An arc is subdivided until its `CHORDS_PER_ARC` chords deviate on the screen by less than `MAX_CHORD_ERROR_PX` and it is not much
-//! larger than the frame, so that f32 is precise to hundredths of a pixel, or until it is outside the frame. Ellipse, parabola and hyperbola share one
+//! at any distance. An arc outside the frame is left out. Any other is halved until its `CHORDS_PER_ARC` chords deviate on the screen by less than
+//! `MAX_CHORD_ERROR_PX` and it is not much larger than the frame. Then f32 is precise to hundredths of a pixel. Ellipse, parabola and hyperbola share one
 //! formula (`ephemeris::conic`).
 
 use crate::ephemeris::State;
@@ -35,7 +35,7 @@ const OPEN_PATH_EXTENT: (f64, f64) = (40.0, 3.0);
 /// path.
 const MAX_CLOSED_SIZE: f64 = 400.0;
 
-/// An arc of a conic. Its parameter u is proportional to the universal anomaly, and 1 is the arc's length.
+/// An arc of a conic. Its parameter u is proportional to the universal anomaly and increases by 1 along the arc.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrbitArc {
     /// Position at u = 0, and its first two derivatives with respect to u: camera axes (right, up, forward), km, x and y divided by the tangents of half the
@@ -142,8 +142,8 @@ impl Conic {
     }
 }
 
-/// [`Conic::size_km`] in pixels, as seen from the distance of an ellipse's centre, or of the body on an open path, but at least from a distance equal to the
-/// size.
+/// [`Conic::size_km`] in pixels, as seen from the distance of an ellipse's centre, or on an open path from that of the body. A distance shorter than the size
+/// counts as the size.
 pub(crate) fn size_on_screen_px(camera: &Camera, conic: &Conic, body_from_camera_km: DVec3) -> f64 {
     let size_km = conic.size_km();
     // The body and the point half a revolution ahead are opposite to each other.
@@ -286,10 +286,12 @@ mod tests {
     use crate::ephemeris::two_body;
     use glam::DVec2;
 
+    /// The Sun's GM, km^3/s^2.
     const GM: f64 = 1.327e11;
 
     /// Ellipses, near-parabolas and hyperbolas with the Sun's GM: a state on each, km and km/s.
     fn states() -> Vec<(&'static str, State)> {
+        // q: periapsis distance, km; e: eccentricity; w: tangent of half the true anomaly.
         let at = |q: f64, e: f64, w: f64| {
             // The true anomaly from the tangent of its half, then the equation of the conic.
             let nu = 2.0 * w.atan();
@@ -441,6 +443,7 @@ mod tests {
         let camera = Camera::looking(DVec3::new(0.0, 0.0, 1.5e10), DVec3::NEG_Z, DVec3::Y, 30.0, 800, 600);
         let all = arcs(&camera, &conic, state.pos_km - camera.position_km, 0.8, DVec3::ONE);
         let body = camera.clip(state.pos_km - camera.position_km).expect("in front");
+        // The opacities at the ends that are at the body: first ends (fraction 0, index 0) or last ends (fraction 1, index 1).
         let at_body = |fraction: f64, k: usize| {
             all.iter().filter(|a| (a.clip(fraction).truncate() - body).length() < 1e-6).map(|a| a.opacity[k]).collect::<Vec<_>>()
         };

@@ -57,8 +57,8 @@ pub(crate) fn orbit_line(
         Ok(answer) => answer.state,
         Err(e) => return not_drawn(reason!("quoted", text = &e.to_string())),
     };
-    let gm = parent.gm_km3_s2.unwrap_or(0.0) + placed.body.gm_km3_s2.unwrap_or(0.0);
-    let Some(conic) = Conic::of(&state, gm) else { return not_drawn(reason!("orbit-no-conic", body = &parent.name)) };
+    let gm_km3_s2 = parent.gm_km3_s2.unwrap_or(0.0) + placed.body.gm_km3_s2.unwrap_or(0.0);
+    let Some(conic) = Conic::of(&state, gm_km3_s2) else { return not_drawn(reason!("orbit-no-conic", body = &parent.name)) };
     let (remaining, size_ratio) = fade_at_target(camera, &conic, placed.placement.centre_km, target_distance_km);
     if remaining <= 0.0 {
         return not_drawn(reason!("orbit-large", times = format_args!("{size_ratio:.0}"), limit = SIZE_FADE.1));
@@ -93,10 +93,11 @@ mod tests {
     /// An orbit thousands of times as large as the frame at the target is left out unless its body is in the frame.
     #[test]
     fn orbits_far_larger_than_the_view_are_left_out() {
+        const SUN_GM_KM3_S2: f64 = 1.327e11;
         let state = two_body::state_in_frame(1.5e9, 0.2, 0.4, 1.0, 2.0, 0.7, 6.8e-9);
-        let conic = Conic::of(&state, 1.327e11).expect("a conic");
+        let conic = Conic::of(&state, SUN_GM_KM3_S2).expect("a conic");
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 45.0, 800, 600);
-        let at = |direction: DVec3, target_km: f64| fade_at_target(&camera, &conic, direction, Some(target_km)).0;
+        let at = |body_km: DVec3, target_km: f64| fade_at_target(&camera, &conic, body_km, Some(target_km)).0;
         assert_eq!((at(DVec3::NEG_X, 1e6), at(DVec3::X, 1e6), at(DVec3::NEG_X, 1e9)), (0.0, 1.0, 1.0));
         assert_eq!(fade_at_target(&camera, &conic, DVec3::NEG_X, None).0, 1.0);
     }

@@ -278,8 +278,8 @@ mod tests {
     use super::*;
     use crate::ephemeris::angle_rad;
 
-    /// In a narrow view from Mercury at its perihelion (59 km/s), the corners show places that are farther from the camera's direction than the
-    /// corners are, by the aberration of 41 arcsec.
+    /// At its perihelion Mercury moves at 59 km/s. In a narrow view from there, aberration moves places into a corner that are 41 arcsec farther from the
+    /// camera's direction than the corner.
     #[test]
     fn the_grid_reaches_the_corners_of_a_narrow_view_in_spite_of_aberration() {
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 0.02, 400, 400);

@@ -40,7 +40,7 @@ impl LabelMetrics {
 
 /// sRGB of a name.
 pub(crate) const NAME_COLOUR: [u8; 3] = [200, 208, 220];
-/// Radius of a marker relative to the size of glyphs; smaller bodies have a marker.
+/// Radius of a marker relative to the size of glyphs. A body whose disc is smaller has a marker.
 pub(crate) const MARKER_RADIUS: f64 = 5.0 / 13.0;
 /// Distance of a name from its disc or marker, horizontally and vertically, in glyph sizes.
 const NAME_DISTANCE: f64 = 0.3;
@@ -65,7 +65,9 @@ pub struct TextLine {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bar {
     pub rect: Rect,
+    /// sRGB.
     pub colour: [u8; 3],
+    /// 0 to 1.
     pub opacity: f64,
 }
 

@@ -85,13 +85,14 @@ fn segments(camera: &Camera, body_km: DVec3, path: &[(DVec3, f64)], colour: DVec
 fn period_s(ephemeris: &Ephemeris, body: &Body, placed: &PlacedBody<'_>) -> Option<f64> {
     let parent = placed.catalog.body(body.parent?)?;
     let state = ephemeris.state(body.id, parent.id, placed.emitted_at, None).ok()?.state;
-    let gm = parent.gm_km3_s2? + body.gm_km3_s2.unwrap_or(0.0);
-    // GM over the semi-major axis: positive on an ellipse.
-    let alpha = 2.0 * gm / state.pos_km.length() - state.vel_km_s.length_squared();
-    (alpha > 0.0).then(|| TAU * gm / alpha.powf(1.5))
+    let gm_km3_s2 = parent.gm_km3_s2? + body.gm_km3_s2.unwrap_or(0.0);
+    // GM over the semi-major axis, km^2/s^2: positive on an ellipse.
+    let alpha = 2.0 * gm_km3_s2 / state.pos_km.length() - state.vel_km_s.length_squared();
+    (alpha > 0.0).then(|| TAU * gm_km3_s2 / alpha.powf(1.5))
 }
 
-/// The trace of one body relative to a centre and the decision about it. `None`: the body is the centre, or a moon that is left out.
+/// The trace of one body relative to a centre and the decision about it. `None`: the body is the centre, or a moon that is left out, or the centre is not in
+/// the catalog.
 pub(crate) fn trace(
     camera: &Camera,
     ephemeris: &Ephemeris,

@@ -27,7 +27,7 @@ const DOWNWARD_FRACTION: f64 = 0.5;
 /// second. The luminance varies by a factor of two over the sky and between the planets, because zodiacal light is fainter farther from the Sun.
 const NIGHT_SKY_CD_M2: f64 = 75.0 * 8.3e-7;
 
-/// Radiance of the moonless night sky, without city lights.
+/// Radiance of the moonless night sky, without city lights; 0 for air without optical depth.
 fn night_radiance(air: &Atmosphere) -> f64 {
     if vertical_optical_depth(air).max_element() <= 0.0 {
         return 0.0;
@@ -61,9 +61,9 @@ pub(crate) fn sample_counts(model: AtmosphereModel) -> (u32, u32) {
     }
 }
 
-/// Distance from the body's centre, in equatorial radii, within which draft quality includes multiple scattering. Of the Earth's light, 15 % is scattered
-/// more than once in the air as seen from 3 radii, but up to 29 % in a view of the limb from 400 km or of a clear sky with a low Sun (`orrery measure
-/// --choice air --choice air-near`); draft quality may leave out up to 16 %.
+/// Distance from the body's centre, in equatorial radii, within which draft quality includes multiple scattering. As seen from 3 radii, 15 % of the Earth's
+/// light is scattered more than once in the air. In a view of the limb from 400 km, or of a clear sky with a low Sun, it is up to 29 % (`orrery measure
+/// --choice air --choice air-near`). Draft quality may leave out up to 16 %.
 const NEAR_RADII: f64 = 1.25;
 
 /// Vertical optical depth in the clearest channel from which draft quality includes multiple scattering at any distance: more than a fifth of the light of
@@ -366,7 +366,7 @@ mod tests {
         assert!(SurroundingAir::of(earth, &centre).is_none());
     }
 
-    /// The air of Titan is thick, that of Mars with its dust is not.
+    /// The air of Titan is thick, that of Mars with its dust is not. Drafts use the table only in thick air and near a body, standard quality always.
     #[test]
     fn only_titans_air_is_thick() {
         let catalog = Catalog::embedded();
@@ -380,7 +380,8 @@ mod tests {
         }
     }
 
-    /// On the ground none of the air counts as below the camera, at the top all; in between the part grows, by less than 0.15 per hundredth of the height.
+    /// On the ground, and 1.7 m above it, none of the air counts as below the camera, at the top all; in between the part grows, by less than 0.15 per
+    /// hundredth of the height. The light of the night sky above the camera decreases only from 0.85 of the height on.
     #[test]
     fn the_air_below_the_camera_grows_from_nothing_to_all() {
         let catalog = Catalog::embedded();

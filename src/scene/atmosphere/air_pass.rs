@@ -2,7 +2,7 @@
 //! sunlight that reaches the ground.
 //!
 //! In: the inputs of one body and the decisions made before. Out: the decisions, with the bound of the interpolation's error. Always: where the error may
-//! exceed the bound, such as at the limb, a pixel evaluates its own air (shaders/lib/air/coarse.wesl), so the decision changes an image by no more than the
+//! exceed the bound, such as at the limb, a pixel evaluates its own air (shaders/lib/air/coarse.wesl). So the decision changes an image by no more than the
 //! bound.
 
 use crate::message::{Reason, reason};

@@ -36,8 +36,9 @@ fn exponential_column(scale_height: f64, cos_zenith: f64, nodes: &[(f64, f64)]) 
     nodes.iter().map(|(x, weight)| weight * end * density(x * end)).sum()
 }
 
-/// Column of the absorption layer along such a line, in radii, for a density of 1 in the layer's middle. `knots`: |p|² - 1 at the lower edge, the middle and
-/// the upper edge. The density is linear in |p|² - 1 between the knots, and |p|² is quadratic along the line, so two quadrature nodes per piece are exact.
+/// Column of the absorption layer along a line that leaves the ground at `cos_zenith`, in radii, for a density of 1 in the layer's middle. `knots`: |p|² - 1
+/// at the lower edge, the middle and the upper edge. The density is linear in |p|² - 1 between the knots, and |p|² is quadratic along the line. So two
+/// quadrature nodes per piece are exact.
 fn layer_column(knots: DVec3, cos_zenith: f64, two_nodes: &[(f64, f64)]) -> f64 {
     let distance = |radius_sq_minus_1: f64| {
         let above = radius_sq_minus_1.max(0.0);
@@ -118,8 +119,8 @@ fn fit(points: impl Iterator<Item = (f64, f64)>) -> [f64; TERMS] {
         if depth < MIN_DEPTH {
             continue;
         }
-        // The relative error of the opacity per error of the depth, plus 1e-4 of the depth's own relative error. Where the air is opaque the former vanishes:
-        // there at least a thousandth of the depth's relative error counts.
+        // The relative error of the opacity per error of the depth, plus 1e-4 of the depth's own relative error. Where the air is opaque the first term
+        // vanishes: there at least a thousandth of the depth's relative error counts.
         let error_of_opacity = (-depth).exp() / -(-depth).exp_m1();
         let weight = (error_of_opacity + 1e-4 / depth).max(1e-3 / depth);
         right_hand[k] = weight * depth;
@@ -158,6 +159,7 @@ fn fit(points: impl Iterator<Item = (f64, f64)>) -> [f64; TERMS] {
 mod tests {
     use super::*;
 
+    /// The optical depth by the polynomial.
     fn value(rows: &[Vec4; TERMS], cos_zenith: f64) -> DVec3 {
         let t = 1.0 / (1.0 + f64::from(rows[0].w) * cos_zenith);
         rows.iter().rev().fold(DVec3::ZERO, |sum, row| (sum + row.truncate().as_dvec3()) * t)

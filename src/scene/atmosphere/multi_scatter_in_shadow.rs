@@ -7,9 +7,11 @@
 //! Method: light of the second order comes from the sunlit air and ground on straight paths through the air. Paths in all directions are integrated, as for the
 //! table, and their light is binned by the distance of its source. The light from each distance is multiplied by the fraction of the Sun's disc that is visible
 //! there, averaged over azimuths. Each further order spreads the light once more. Always: factors are between 0 and 1, and 1 outside the penumbra's blurred
-//! edge. Not modelled: the dependence on azimuth (the umbra is a circle perpendicular to the light, and under a low Sun elongated along the ground), the change
-//! of the Sun's altitude within the shadow, the curvature of the ground below a path's far end, and the overlap of two occluders' shadows, where the shader
-//! multiplies the factors of both.
+//! edge. Not modelled:
+//! - the dependence on azimuth (the umbra is a circle perpendicular to the light, and under a low Sun elongated along the ground);
+//! - the change of the Sun's altitude within the shadow;
+//! - the curvature of the ground below a path's far end;
+//! - the overlap of two occluders' shadows, where the shader multiplies the factors of both.
 //!
 //! Error: within 40 % of a photon simulation in air without aerosol, 2 km above the ground in the middle of umbras of 40 to 130 km radius
 //! (tests/eclipse/twilight.rs).
@@ -260,9 +262,9 @@ impl AirAndGround<'_> {
         depth.map(|d| (-d / sun_cosine).exp())
     }
 
-    /// Integrates along a path from a height. Calls `add_scattering` for each step with the distance along the ground in km, the height in km, and the fraction
-    /// of the light at the step that is scattered into the path and reaches its start. Returns the distance along the ground at which the path meets the
-    /// ground, and the transmittance up to there; `None` for a path that leaves the air at its top.
+    /// Integrates along a path from a height. Calls `add_scattering` for each step. Its arguments: the distance along the ground in km, the height in km, and
+    /// the fraction of the light at the step that is scattered into the path and reaches its start. Returns the distance along the ground at which the path
+    /// meets the ground, and the transmittance up to there; `None` for a path that leaves the air at its top.
     fn integrate_path(&self, height_km: f64, elevation_sine: f64, mut add_scattering: impl FnMut(f64, f64, DVec3)) -> Option<(f64, DVec3)> {
         let r = self.radius_km + height_km.max(multi_scatter_table::GROUND_CLEARANCE_KM);
         let (b, closest_sq) = (r * elevation_sine, r * r * (1.0 - elevation_sine * elevation_sine));

@@ -196,6 +196,7 @@ mod tests {
         }
     }
 
+    /// Air similar to the Earth's, and the heights of the camera and of the far end; lengths in radii.
     fn air(camera: f32, far: f32) -> AtmosphereUniforms {
         AtmosphereUniforms {
             top: 0.032,

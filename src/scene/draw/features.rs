@@ -354,8 +354,8 @@ impl DrawFeatures {
         })
     }
 
-    /// The features of the draw that fills the same image with the sunlight that passes the occluders to this draw's ground; `None` if this draw reads no such
-    /// part.
+    /// The features of the draw that fills the coarse image with the sunlight that passes the occluders to this draw's ground; `None` if this draw does not
+    /// read that sunlight.
     pub fn coarse_sunlight(&self) -> Option<Self> {
         let reads = self.air_pass.is_reader() && self.eclipse.occluders > 0 && self.surface != Surface::Cloud;
         reads.then_some(Self { lights: 1, eclipse: self.eclipse, air_pass: AirPass::SunlightDrawn, shape: self.shape, ..Self::MINIMAL })

@@ -221,7 +221,7 @@ uniforms! {
         pub blend_mode: f32 = "air_blend_mode",
         /// Weight of mode 1 or 2 in a mixture with mode 0: 1 for a camera above the air, less for one in it; 0 if `blend_mode` is 0.
         pub map_weight: f32 = "air_map_weight",
-        /// Radiance of the night sky; 0 for an atmosphere seen from outside.
+        /// Radiance of the night sky. In a draw of the sky only of its part above the camera: 0 for a camera outside the air.
         pub night_radiance: f32 = "air_night_radiance",
         /// 1 if the atmosphere's rim is less than a pixel high: the rings' shadow is then evaluated once per view ray through it.
         pub rim_is_thin: f32 = "air_rim_is_thin",
@@ -256,7 +256,8 @@ uniforms! {
         pub occluder_positions: Vec<Vec4> = "occluder_position",
         /// Per occluder: the unit vector of its outline's long axis (xy), and the semi-axes (zw).
         pub occluder_outlines: Vec<Vec4> = "occluder_outline",
-        /// Per refracting layer of the first occluder's atmosphere: radius and bending angle (radians) at its lower edge (xy) and at its upper edge (zw).
+        /// Per refracting layer of the first occluder's atmosphere: apparent radius and reduced bending angle (radians; `scene::eclipse::refraction`) at its
+        /// lower edge (xy) and at its upper edge (zw).
         pub air_edges: Vec<Vec4> = "occluder_air_edges",
         /// Per refracting layer: its transmittance.
         pub air_transmittance: Vec<Vec4> = "occluder_air_transmittance",

@@ -14,7 +14,7 @@
 //! - 0.16 behind elongated ones (semi-axes 0.75 to 2 solar radii).
 //!
 //! The comparison leaves out light refracted by the occluder's air. The finite number of points in the mean over the visible lit ground adds an error of at
-//! most 0.005, or 0.02 for Pluto and Charon, whose shadows on each other have sharp edges.
+//! most 0.005. For Pluto and Charon, whose shadows on each other have sharp edges, the bound is 0.02.
 
 use crate::catalog::Body;
 use crate::scene::draw::features::EclipseModel;

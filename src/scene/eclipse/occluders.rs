@@ -410,8 +410,8 @@ mod tests {
     use crate::catalog::Catalog;
     use crate::random::Random;
 
-    /// Mercury in front of the Sun, seen from Venus, which has no other occluder: even on request it is none, so that no draw needs a module with an eclipse of
-    /// Venus. A body with five times its radius is one.
+    /// Mercury in front of the Sun, seen from Venus, is too small to be an occluder, even if every shadow counts. Venus has no other, so no draw needs a module
+    /// with an eclipse of Venus. A body with five times Mercury's radius is an occluder.
     #[test]
     fn a_body_too_small_to_be_seen_is_no_occluder() {
         let catalog = Catalog::embedded();
@@ -446,8 +446,8 @@ mod tests {
         assert!(reason.contains("1.00e-2"), "the reason names the threshold: {reason}");
     }
 
-    /// Small shadows on a sphere, on an ellipsoid as oblate as Saturn, and on one as elongated as Phobos: one that darkens a point which the camera sees is
-    /// never left out, and one far on the other side is. If the ellipsoids are taken for spheres, some are left out.
+    /// Small shadows, with about Rhea's size and distance in radii of Saturn, on a sphere and on ellipsoids as oblate as Saturn and as elongated as Phobos. One
+    /// on a point that the camera sees is never left out; of those far on the other side most are. With ellipsoids taken for spheres, some seen are left out.
     #[test]
     fn a_shadow_on_the_visible_side_is_never_left_out() {
         let catalog = Catalog::embedded();

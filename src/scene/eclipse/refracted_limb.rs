@@ -148,7 +148,7 @@ const SEGMENTS: u32 = 24;
 
 /// The refracted limb as segments, for the light meter: the arcs where the layers of a body's atmosphere show the Sun, treated as a uniform disc. The limb
 /// is that of a sphere: for an oblate body the arcs are slightly displaced. Empty if the refractivity is unknown, the camera is inside the atmosphere, the
-/// Sun is nearer than the body, or the disc is too small to draw.
+/// Sun is nearer than the body, the disc is too small to draw, or no layer shows the Sun.
 pub(crate) fn segments(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad: f64) -> Vec<LimbSegment> {
     if placed.distance_km <= 0.0 || sun.distance_km <= placed.distance_km || camera_is_inside(placed) {
         return Vec::new();

@@ -152,7 +152,7 @@ mod tests {
         frustum.inward_normals.iter().all(|normal| (point - frustum.position).dot(*normal) > 0.0)
     }
 
-    fn camera(random: &mut Random, position: DVec3) -> Frustum {
+    fn random_frustum(random: &mut Random, position: DVec3) -> Frustum {
         let camera = Camera::looking(DVec3::ZERO, random.direction(), DVec3::Z, random.between(0.1, 120.0), 64, 48);
         let placement = Placement { centre_km: -position, body_from_icrf: glam::DMat3::IDENTITY, radii_km: DVec3::ONE };
         Frustum::of(&camera, &placement)
@@ -185,7 +185,7 @@ mod tests {
             for _ in 0..20_000 {
                 let shadow = Shadow::random(&mut random);
                 let position = random.direction() * 10.0_f64.powf(random.between(0.01, 2.0));
-                let frustum = camera(&mut random, position);
+                let frustum = random_frustum(&mut random, position);
                 let region = shadow.region(shape);
                 outside += usize::from(!region.is_some_and(|r| r.meets(&frustum)));
                 for point in darkened_points(&mut random, &shadow, shape).into_iter().filter(|p| is_inside(&frustum, *p)) {

@@ -18,7 +18,7 @@ pub struct Capabilities {
     pub maps: MapSet,
     /// Whether the body emits light, as the Sun does.
     pub emissive: bool,
-    /// Whether the body has a ring with an optical depth above 0; others are invisible.
+    /// Whether the body has a visible ring: one with an optical depth above 0.
     pub rings: bool,
     /// The kind of procedural relief of the ground.
     pub detail: Detail,
@@ -106,7 +106,7 @@ impl FeatureSelection {
         self.ring_shine && available.rings && !available.emissive
     }
 
-    /// Whether a draw can show procedural relief: not in an eclipse, and not in pixel views of single quantities.
+    /// Whether a draw can show procedural detail: not in an eclipse, and not in pixel views of single quantities.
     fn shows_detail(self, view: PixelView) -> bool {
         self.eclipse.occluders == 0 && view.shows_radiance()
     }
@@ -165,7 +165,7 @@ impl FeatureSelection {
             lights: match (available.emissive, self.has_ring_shine(body), self.secondary_light_count) {
                 (true, ..) => 0,
                 (false, true, _) | (false, false, 0) => 1,
-                // The number of lights is rounded up to the maximum, which halves the number of these keys; the last light may be black.
+                // The number of lights is rounded up to the maximum, which halves the number of keys with air and an eclipse; the last light may be black.
                 (false, false, _) if air.model != AtmosphereModel::None && self.eclipse.occluders > 0 => MAX_LIGHTS,
                 (false, false, secondary) => 1 + secondary.min(MAX_LIGHTS - 1),
             },

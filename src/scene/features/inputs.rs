@@ -163,7 +163,7 @@ impl<'c> Decisions<'c> {
     }
 }
 
-/// Decides on one effect or a group of them, given the decisions before it, and returns them all.
+/// Decides on one effect or a group of them, given the earlier decisions; returns these with its own.
 pub(crate) type DecideEffect = for<'c> fn(&DecisionInputs<'c, '_>, Decisions<'c>) -> Decisions<'c>;
 
 /// Runs a list of decisions in order; each reads the decisions before it.

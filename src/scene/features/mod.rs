@@ -42,8 +42,8 @@ pub(crate) struct DecidedBody {
     pub point: Option<Point>,
 }
 
-/// Sines of the Sun's altitude between which points cease to hide what is behind them: -6 degrees, the end of civil twilight, and 0. In between the sky's
-/// radiance passes that of the planets' discs, and it is in front of them.
+/// Sines of the Sun's altitude between which points cease to hide what is behind them: -6 degrees, the end of civil twilight, and 0. In between, the radiance
+/// of the sky, which is in front of the planets, passes that of their discs.
 const DUSK_SUN_SINES: (f64, f64) = (-0.1045, 0.0);
 
 /// Upper limit of the aberration for a viewer on a planet: that of Mercury's speed at perihelion, 59 km/s.
@@ -160,7 +160,7 @@ fn decide_air_only<'c>(inputs: &DecisionInputs<'c, '_>, decisions: Decisions<'c>
     DecidedBody { appearance: Appearance::Disc, diameter_px: inputs.diameter_px, decisions, draws, point: None }
 }
 
-/// Decides on the point that replaces a small disc; at diameters in between, disc and point share the light.
+/// Decides on the point that replaces a small disc. From [`POINT_ONLY_BELOW_PX`] to [`DISC_ONLY_FROM_PX`], disc and point share the light.
 fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Option<Point> {
     let (frame, placed, disc_fraction) = (inputs.frame, inputs.placed, inputs.disc_fraction);
     // Points are drawn after the air, so its transmittance is applied here.
@@ -189,8 +189,8 @@ fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Optio
     Some(point::sprite(placed.body.id, clip, flux, covered_px))
 }
 
-/// Area in pixels of what a body that is drawn as a point, and its air, hide behind them. 0 if its disc is drawn, which hides as much, for the Sun, in
-/// views of single quantities, and by day in air, whose light is in front of the body, but not in front of the Sun, which is brighter than any air.
+/// Area in pixels of what a body that is drawn as a point, and its air, hide behind them. 0 if its disc is drawn, too, which hides as much; for the Sun; in pixel
+/// views other than the final image; and by day in air, whose light is in front of the body, but not in front of the Sun, which outshines it.
 fn covered_px(inputs: &DecisionInputs<'_, '_>) -> f64 {
     let (frame, placed) = (inputs.frame, inputs.placed);
     if inputs.disc_fraction > 0.0 || placed.body.id == NaifId::SUN || inputs.pixel_view() != PixelView::Final {

@@ -108,7 +108,7 @@ fn from_reading(reading: MeterReading) -> Exposure {
 }
 
 /// Bodies in the frame whose city lights this exposure would overexpose: the caller loads their maps and meters again with their light. Empty if the user has
-/// set the exposure or switched the effect off.
+/// set the exposure or switched the effect off, and in pixel views other than the final image.
 pub(crate) fn night_lights_to_meter(context: Context<'_>, camera: &Camera, placed: &[PlacedBody<'_>], exposure: &Exposure) -> Vec<NaifId> {
     let request = context.request;
     let is_metered = !matches!(request.exposure, ExposureRequest::Stops(_)) && request.pixel_view == PixelView::Final;

@@ -56,9 +56,9 @@ pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) 
     if visible == DVec3::ONE { 1.0 } else { luminance(visible.to_array()) }
 }
 
-/// The position of the middle of the Sun's visible part relative to the Sun's centre, in solar radii; and the factor on the square of the core's angle, which
-/// is the square root of the visible fraction of light. The glare's radiance in the core is then also proportional to this square root, so that it fades out
-/// with the light.
+/// The position of the middle of the Sun's visible part relative to the Sun's centre, in solar radii; and the factor on the square of the core's angle. The
+/// factor is the square root of the visible fraction of light. The glare's radiance in the core is then also proportional to this square root, so that it
+/// fades out with the light.
 fn middle_and_core_factor(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) -> (DVec3, f64) {
     let light = visible_fraction(placed, sun);
     if light <= 0.0 || light >= 1.0 {

@@ -49,8 +49,8 @@ fn reflected_light(source: &Reflector<'_>, receiver_km: DVec3) -> Option<Inciden
     Some(IncidentLight { from: source.body.id, direction: to_source / distance_km, irradiance: source.body.colour.as_dvec3() * irradiance })
 }
 
-/// The lights that other bodies reflect onto a receiver. Returns the significant ones, strongest first, at most [`MAX_LIGHTS`] - 1 because one light is the
-/// Sun; and the body that reflects the strongest light, significant or not, with the radiance that this light causes.
+/// The lights that other bodies reflect onto a receiver. Returns the significant lights, strongest first, at most [`MAX_LIGHTS`] - 1 because one light is the
+/// Sun. Also returns the body that reflects the strongest light, significant or not, with the radiance that this light causes.
 ///
 /// `is_significant`: whether this radiance matters; it is that of a surface that has the receiver's albedo and faces the light.
 pub(crate) fn planet_shine(

@@ -96,7 +96,7 @@ impl WarpMesh {
                 continue;
             }
             // At all corners of a convex cell the outline turns to the same side. In the middle of a polar mesh a whole row of nodes is at one point, so
-            // the cells there are triangles, and some of these areas are 0.
+            // the cells there are triangles, and some of the corner areas are 0.
             let corner_areas = [twice_area(a, b, c), twice_area(b, c, d), twice_area(c, d, a), twice_area(d, a, b)];
             let (left, right) = (corner_areas.iter().any(|t| *t > 0.0), corner_areas.iter().any(|t| *t < 0.0));
             let folded = left == right || is_counter_clockwise.is_some_and(|c| c != left);
@@ -174,8 +174,8 @@ impl WarpMesh {
     }
 
     /// Magnitude of the derivative of the image position with respect to screen x or y, whichever is smaller, in image heights per screen unit: the
-    /// tenth percentile over the nodes, at least 0.001. `aspect`: the image's width divided by its height. If the derivatives are 0 at all nodes, the
-    /// result is 0.5, the value of an undistorted mesh.
+    /// tenth percentile over the nodes at which it is above 0, and at least 0.001. `aspect`: the image's width divided by its height. If there is no
+    /// such node, the result is 0.5, the value of an undistorted mesh.
     pub fn tenth_percentile_derivative(&self, aspect: f64) -> f64 {
         let smaller =
             |derivatives: [DVec2; 2]| derivatives.map(|v| (v * DVec2::new(aspect, 1.0)).length()).into_iter().fold(f64::MAX, f64::min);
@@ -276,6 +276,7 @@ mod tests {
         // The middle node is moved beyond its right neighbour, so that the second cell of the first row is no longer convex.
         let folded = text(3, 3, |x, y| if (x, y) == (0.0, 0.0) { (1.4, 0.0) } else { (x, y) });
         assert!(error_text(&folded).contains("the mesh folds: the cell of row 1, column"), "{}", error_text(&folded));
+        // The last column lies at x = 0, so the third cell folds back over the second.
         let turned = text(4, 2, |x, y| if x > 0.9 { (0.0, y) } else { (x, y) });
         assert!(error_text(&turned).contains("dome.data:5: the mesh folds: the cell of row 1, column 3"), "{}", error_text(&turned));
     }

@@ -1,7 +1,7 @@
 //! Ring-shine: light that rings scatter onto their own planet, on its night side and in the rings' shadow.
 //!
 //! In: the rings, the planet's oblateness, the Sun's elevation over their plane, the particles' phase function. Out: [`RingShine`], a table of irradiance
-//! divided by height, as a function of height (|z| of the unit-sphere frame) and hour angle from the Sun; two variables are enough because planet and rings
+//! divided by height, as a function of height (|z| of the unit-sphere frame) and hour angle from the Sun. Two variables are enough because planet and rings
 //! are axially symmetric. Always: no value is negative; a place where the outermost ring is below the horizon gets no light; both sides of the plane are
 //! equal if the Sun is in it. Not modelled: light reflected between globe and ring more than once, and the penumbra of the globe's shadow on the ring (a
 //! thousandth of a radius).

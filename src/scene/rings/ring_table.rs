@@ -108,7 +108,7 @@ impl RingTables {
 /// over the plane; `tangent`: tangent of the Sun's angular radius.
 ///
 /// One slant is enough if it varies little across the disc. The criterion: for either half of the disc, the fraction of light that an interval removes differs
-/// by at most 0.004 from the fraction for the slant of the centre. The difference is at most 0.158 `tangent` / `sine`, the product of two factors: 4 / (3 pi),
+/// by at most 0.004 from the fraction for the slant of the centre. The difference is at most 0.158 `tangent` / `sine`. The number is the product of 4 / (3 pi),
 /// the distance of a half's centroid in radii of the disc, and about 1 / e, the steepest change of the fraction with the logarithm of the slant. For a lower
 /// Sun the slant of the centre is followed by one slant for each strip of the disc.
 pub fn slants_of_sunlight(sine: f64, tangent: f64, is_disc_resolved: bool) -> Vec<f64> {

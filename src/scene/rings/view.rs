@@ -149,7 +149,7 @@ impl<'a> RingView<'a> {
         let (height, axis_distance) = self.camera_height_and_axis_distance();
         let corners = self.corner_rays();
         let longest_ray = corners.iter().map(|r| r.length()).fold(0.0, f64::max);
-        // Each ray of the frame is a weighted mean of the corner rays. If all of these point to the same side of the plane, no ray is flatter than the
+        // Each ray of the frame is a weighted mean of the corner rays. If all corner rays point to the same side of the plane, no ray is flatter than the
         // flattest corner ray.
         let to_one_side = corners.iter().all(|r| r.z > 0.0) || corners.iter().all(|r| r.z < 0.0);
         let min_cosine = if to_one_side { corners.iter().map(|r| r.z.abs()).fold(f64::INFINITY, f64::min) / longest_ray } else { 0.0 };
@@ -196,6 +196,7 @@ impl<'a> RingView<'a> {
 
     /// The visible rings; with `include_all` also rings below the threshold. Rings are left out from the outermost inwards as long as together they change no
     /// pixel visibly. Their joint change is at most the sum of their changes, and at most the largest change that one of them makes to a pixel that it fills.
+    /// None is drawn if the disc out to the outermost visible ring, seen face-on, covers at most half a pixel.
     pub(crate) fn visible_rings(&self, include_all: bool) -> VisibleRings<'a> {
         let frame = self.frame_limits();
         let mut rings: Vec<(&Ring, RingChange)> =

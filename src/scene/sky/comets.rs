@@ -50,7 +50,8 @@ const TAILS_AU: (f64, f64) = (3.0, 1.5);
 const MIN_LEVEL: f64 = 1.0 / 4096.0;
 /// Opacity of a comet's orbit at the comet.
 const ORBIT_OPACITY: f64 = 0.6;
-/// Length of the ion tail at a production of 10^30 water molecules per second, and the maximum of its length, au.
+/// Length of the ion tail at a production of 10^30 water molecules per second, and the maximum of its length, au. The length grows with the square root of the
+/// production.
 const ION_LENGTH_AU: f64 = 0.25;
 const MAX_ION_LENGTH_AU: f64 = 0.8;
 /// Radius of the dense part of a coma, au (80 000 km), and tangent of the ion tail's half opening angle.
@@ -58,8 +59,8 @@ const COMA_AU: f64 = 80_000.0 / KM_PER_AU;
 const ION_SPREAD: f64 = 0.03;
 /// Integral over x from -1 to 1, the edges, of an ion ribbon's cross profile, (1 - x^2)^2 exp(-2 x^2).
 const RIBBON_PROFILE_INTEGRAL: f64 = 0.839_4;
-/// Mean over x from -1 to 1 of a dust patch's cross profile, 1 - x^2 (3 - 2 |x|).
-const PATCH_PROFILE_INTEGRAL: f64 = 0.5;
+/// Mean over x from -1 to 1, the edges, of a dust patch's cross profile, 1 - x^2 (3 - 2 |x|).
+const PATCH_PROFILE_MEAN: f64 = 0.5;
 /// Linear RGB of the ion tail (CO+, whose bands lie from 400 to 500 nm) and of the coma (with the green bands of C2), chosen by eye; [`of_luminance_1`] scales
 /// them.
 const ION_RGB: [f64; 3] = [0.30, 0.55, 1.0];
@@ -249,7 +250,7 @@ impl CometProjection<'_> {
             let length_px = (b.px - a.px).length().max(0.5 * COMA_AU * a.px_per_au);
             // The edges are half widths, so their sum is the mean width.
             let width_px = edge_a.length() + edge_b.length();
-            Some(light * production[k] * beta_weight[line] / total * a.gain / (length_px * width_px * PATCH_PROFILE_INTEGRAL))
+            Some(light * production[k] * beta_weight[line] / total * a.gain / (length_px * width_px * PATCH_PROFILE_MEAN))
         };
         // Mean radiance of the patches before and after a section.
         let mean_radiance = |line: usize, k: usize| {
@@ -300,7 +301,7 @@ impl CometProjection<'_> {
     }
 }
 
-/// A comet's heliocentric state at the time of emission, and that time in days past J2000.
+/// A comet's heliocentric state at the time of emission, and that time in days past J2000. `days`: the time at the camera, past J2000.
 fn state_at_emission(orbit: &HeliocentricOrbit, days: f64, camera_au: DVec3) -> (ConicState, f64) {
     let mut emission_days = days;
     for _ in 0..3 {
@@ -310,7 +311,8 @@ fn state_at_emission(orbit: &HeliocentricOrbit, days: f64, camera_au: DVec3) -> 
     (heliocentric_state(orbit, emission_days), emission_days)
 }
 
-/// The comets of a frame and the decision about them; no decision in pixel views other than the final image. `sun_position_km`: barycentric.
+/// The comets of a frame and the decision about them; no decision in pixel views other than the final image. `all`: gives the catalog's comets.
+/// `sun_position_km`: barycentric.
 pub(crate) fn comets(
     request: &ViewRequest,
     all: impl FnOnce() -> Vec<SmallBody>,

@@ -1,8 +1,8 @@
 //! Zodiacal light: the radiance of sunlit interplanetary dust, in any direction and at any distance of the observer from the Sun.
 //!
-//! In: elongation from the Sun and ecliptic latitude. Out: radiance. The source is Leinert et al. 1998 (A&AS 127, 1), table 17, at 500 nm; [`law`] is a fit
-//! within 13 % of each of its entries from 15 degrees of elongation (the table itself is accurate to 10 %). Closer to the Sun the corona replaces the
-//! zodiacal light. The F corona is light of the same dust, and the exponents of the distance are nearly equal (-2.5 and -2.3), so that both laws agree
+//! In: elongation from the Sun and ecliptic latitude. Out: radiance. The source is Leinert et al. 1998 (A&AS 127, 1), table 17, at 500 nm, which is accurate
+//! to 10 %. [`law`] is a fit within 13 % of each of its entries from 15 degrees of elongation. Closer to the Sun the corona replaces the zodiacal
+//! light. The F corona is light of the same dust, and the exponents of the distance are nearly equal (-2.5 and -2.3). Both laws therefore agree
 //! within a factor of 2 between 0.3 and 5 au (0.54 at 0.3 au). At r au from the Sun the light scales with r^-2.3 (Helios 1 and 2 between 0.3 and 1 au,
 //! Leinert et al. 1981, A&A 103, 177); outside that range this is an extrapolation. Left out: the cloud's tilt of 1.5 degrees with its seasonal effects,
 //! observers far off the ecliptic, and the dust's reddening.

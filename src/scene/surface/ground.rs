@@ -65,9 +65,9 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
 }
 
 /// Ratio between the radiance of a light's glint on the sea at its brightest and the radiance of ground under the same light. It is 1 / (4 s c), for waves that
-/// are perfect mirrors and do not hide each other: s is their mean square slope (0.0286, `WAVE_SLOPE_SQ`), and c the cosine of a grazing emission angle, chosen
-/// as 85 degrees. Not a bound: by the formulas of shaders/lib/glint.wesl, evaluated in steps of 0.2 degrees, the glint of a light that is 5 degrees high
-/// reaches 112 times the radiance of white ground, on the horizon; and the ground here has the body's albedo.
+/// are perfect mirrors and do not hide each other. Here s is their mean square slope (0.0286, `WAVE_SLOPE_SQ`), and c the cosine of a grazing emission angle,
+/// chosen as 85 degrees. The ratio is not a bound: by the formulas of shaders/lib/glint.wesl, evaluated in steps of 0.2 degrees, the glint of a light that is
+/// 5 degrees high reaches 112 times the radiance of white ground, on the horizon. Moreover, the ground here has the body's albedo.
 const GLINT_OVER_GROUND: f64 = 100.0;
 
 /// Whether the glint of another body's light is visible; used if no sunlit ground is in view.
@@ -86,8 +86,8 @@ fn reflected_glint(inputs: &DecisionInputs<'_, '_>) -> (bool, Reason) {
 /// Margin beyond the terminator for the Sun's angular radius at Mercury and for refraction, degrees.
 const TERMINATOR_MARGIN_DEG: f64 = 2.0;
 
-/// Whether sunlit ground is in view: whether the angle between sub-observer and sub-solar point is less than the angle from the sub-observer point to the
-/// horizon plus that from the sub-solar point to the terminator.
+/// Whether sunlit ground is in view. It is if the angle between sub-observer and sub-solar point is less than the sum of two angles: that from the sub-observer
+/// point to the horizon, and that from the sub-solar point to the terminator with its margin.
 fn sunlit_ground_in_view(inputs: &DecisionInputs<'_, '_>) -> (bool, Reason) {
     let (body, placed) = (inputs.body(), inputs.placed);
     let horizon_deg = (body.radii_km.min_element() / placed.distance_km).min(1.0).acos().to_degrees();

@@ -17,7 +17,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// Image coordinate for the limit on a side where the image has no edge.
 const NO_EDGE: f64 = 1e6;
 
-/// Whether an overlay can change a pixel. `ground_deg_per_px`: degrees of ground per pixel.
+/// Whether an overlay can change a pixel: it is opaque enough and, for a display, its shorter side spans more than half a pixel. `ground_deg_per_px`: degrees
+/// of ground per pixel.
 pub(crate) fn is_visible(body: &Body, overlay: &Overlay, ground_deg_per_px: f64, threshold: Threshold) -> (bool, Reason) {
     let extent_deg = match overlay.projection {
         OverlayProjection::Equirectangular { west_deg, east_deg, south_deg, north_deg } => (east_deg - west_deg).min(north_deg - south_deg),

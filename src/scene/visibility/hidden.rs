@@ -33,8 +33,8 @@ impl Limb {
     fn on(placement: &Placement, ray: DVec3, dx: DVec3, dy: DVec3) -> Self {
         let camera = placement.camera_in_unit_sphere();
         let middle = placement.centre_km.normalize();
-        // The camera's position is parallel to the direction of the body's centre: that component has no part in the cross product. It is removed first,
-        // because it would cause rounding errors.
+        // The camera's position is parallel to the direction of the body's centre, so a ray's component along this direction has no part in the cross
+        // product. The component is removed first, because it would cause rounding errors.
         let [d0, d1, d2] = [ray, dx, dy].map(|v| placement.direction_in_unit_sphere(v));
         let [n0, n1, n2] = [ray, dx, dy].map(|v| camera.cross(placement.direction_in_unit_sphere(v - middle * v.dot(middle))));
         let linear = [-camera.dot(d0), -camera.dot(d1), -camera.dot(d2)];
@@ -88,7 +88,7 @@ fn chord(k: u32) -> (f64, f64) {
     (std::f64::consts::PI * ((f64::from(k) + 0.5) / f64::from(CHORDS) - 0.5)).sin_cos()
 }
 
-/// The limbs of bodies on the disc of the body `farther`, in its radii, and the axes of the disc: chords run along the first one. `None` without bodies.
+/// The limbs of bodies on the disc of the body `farther`, in its radii, and the axes of the disc: chords run along the first axis. `None` without bodies.
 fn limbs_on_disc(occluding: &[&PlacedBody<'_>], farther: &PlacedBody<'_>) -> Option<(Vec<Limb>, [DVec3; 2])> {
     let first = occluding.first()?;
     let towards = farther.placement.centre_km / farther.distance_km;

@@ -198,8 +198,8 @@ pub static DIMENSIONS: &[Dimension] = &[
     switch!("mie", KeyPart::Air, "air.mie", air.mie),
     switch!("absorption", KeyPart::Air, "air.absorption", air.absorption),
     Dimension {
-        // After the first, the draw reads the coarse image; fills it with the air; reads it, where the ground's draw also shows the clouds; fills it with the
-        // sunlight past occluders.
+        // In this order, the draw: does not use the coarse image; reads it; fills it with the air; reads it, where the ground's draw also shows the clouds;
+        // fills it with the sunlight past occluders.
         name: "air-pass",
         part: KeyPart::Air,
         texts: &["", "coarse", "coarsedraw", "coarseclouds", "coarsesunlight"],

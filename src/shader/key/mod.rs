@@ -6,6 +6,7 @@
 //! ([`canonical::RULES`]) states which values have no effect in combination with others. A new dimension needs a field of `DrawFeatures`, a row of the table
 //! and its rules. Not here: the code of the module that a key identifies.
 
+// Hidden from the documentation, like everything that is not part of the library's public interface (lib.rs).
 #[doc(hidden)]
 mod canonical;
 #[doc(hidden)]
@@ -38,7 +39,7 @@ impl ShaderKey {
     pub fn features(&self) -> &DrawFeatures {
         &self.features
     }
-    /// The number of instructions as which one texture read counts in the pixel view of shading cost; `None` in the other views.
+    /// In the pixel view of shading cost, how many instructions one texture read counts as; `None` in the other views.
     pub fn instructions_per_read(&self) -> Option<f64> {
         (self.features.view == PixelView::Cost).then_some(INSTRUCTIONS_PER_READ)
     }

@@ -41,7 +41,7 @@ pub enum CacheOutcome {
     Read,
     /// Emitted because there was no entry.
     Emitted,
-    /// Emitted because the entry was damaged or of another format; the new module replaces it.
+    /// Emitted because the entry was damaged, of another format or tampered with; the new module replaces it.
     Rebuilt,
 }
 
@@ -87,7 +87,7 @@ struct Damaged;
 /// The content of the disk cache.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct DiskStatus {
-    /// Folder of this generator; `None` for a library that is only in memory.
+    /// Folder of this generator; `None` for a library that is only in memory, or as long as it has edited fragments.
     pub folder: Option<PathBuf>,
     /// Entries of this generator, and their bytes.
     pub entries: u64,
@@ -204,7 +204,7 @@ impl ShaderLibrary {
         Some(modules.peek(id)?.get()?.as_ref().ok()?.1)
     }
 
-    /// Path of a module's entry, whether or not the file exists.
+    /// Path of a module's entry, whether or not the file exists; `None` if the library has no folder ([`DiskStatus::folder`]).
     pub fn entry_path(&self, id: &ModuleId) -> Option<PathBuf> {
         Some(self.folder()?.join(file_name(id)))
     }

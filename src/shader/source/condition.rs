@@ -117,8 +117,9 @@ impl Condition {
         }
     }
 
-    /// Why the condition holds or fails, for the source map: the features that are on, then `not` and those that are off. Of the terms of `&&`, the first false
-    /// one is the reason; if it holds, the last one, by convention the most specific. Of the terms of `||`, the first true one is the reason; if it fails, all.
+    /// Why the condition holds or fails, for the source map: the features that are on, then `not` and those that are off. Of the terms of `&&`, the first
+    /// false one is the reason; if all hold, the last one, by convention the most specific. Of the terms of `||`, the first true one is the reason; if none
+    /// holds, all.
     pub fn reason(&self, features: FeatureSet) -> String {
         let mut names = ReasonNames::default();
         self.add_names(features, &mut names);

@@ -118,6 +118,7 @@ mod tests {
 
     #[test]
     fn limits_are_exact() {
+        // The position, and the third word of the message, which is the limit.
         let excess =
             |text: &str| first_exceeded_limit(text).map(|(at, what)| (at, what.split_whitespace().nth(2).unwrap_or_default().to_owned()));
         let number = |n: usize| n.to_string();

@@ -62,7 +62,7 @@ enum List {
 
 struct Scanner<'a> {
     text: &'a str,
-    /// The fragment's own module path, for `super::`.
+    /// The fragment's path inside shaders/, without extension, for `super::`.
     path: &'a str,
     tokens: Vec<(Range<usize>, Token)>,
     /// Index of the next token.
@@ -70,8 +70,10 @@ struct Scanner<'a> {
     scan: Scan,
 }
 
+/// Scans a fragment's text. `path`: the fragment's path inside shaders/, without extension.
+///
 /// # Errors
-/// Unbalanced brackets, invalid conditions, and conditional attributes inside an item.
+/// Text that is no token, unbalanced brackets, invalid conditions or imports, and conditional attributes inside an item.
 pub(super) fn scan(path: &str, text: &str) -> Result<Scan, ScanError> {
     let mut tokens = Vec::new();
     for token in Lexer::new(text) {

@@ -94,8 +94,8 @@ fn set_once<T>(part: &mut Option<T>, value: T) -> Option<()> {
 }
 
 impl<'t> Parts<'t> {
-    /// `None` if a word is not part of a date, a part occurs twice, an era has no positive year, no time of day follows a word such as `at`, or a day has
-    /// no month.
+    /// `None` if a word is not part of a date, or a part occurs twice. Also `None` if an era has no positive year, no time of day follows a word such as
+    /// `at`, or a day has no month.
     fn of(text: &'t str) -> Option<Self> {
         let mut parts = Self::default();
         let mut is_before_christ = None;

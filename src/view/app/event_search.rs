@@ -177,9 +177,9 @@ const LUNAR_ECLIPSE_FOV_DEG: f64 = 0.8;
 const LUNAR_ECLIPSE_FROM_PLACE_FOV_DEG: f64 = 2.0 * LUNAR_ECLIPSE_FOV_DEG;
 /// Field of view from a place on the Earth for moons' events: about twice Jupiter's largest apparent diameter.
 const PLANET_FROM_PLACE_FOV_DEG: f64 = 0.03;
-/// The same for an eclipsed moon: Callisto enters the shadow up to 0.03 degrees from the middle of Jupiter.
+/// Field of view from a place on the Earth for an eclipse of a moon: Callisto enters the shadow up to 0.03 degrees from the middle of Jupiter.
 const ECLIPSED_MOON_FROM_PLACE_FOV_DEG: f64 = 0.08;
-/// The same for mutual events: about twelve times Io's apparent diameter.
+/// Field of view from a place on the Earth for mutual events of moons: about twelve times Io's apparent diameter.
 const MUTUAL_FROM_PLACE_FOV_DEG: f64 = 0.004;
 /// Field of view for an eclipse of a moon, as a multiple of the moon's angular distance from the planet, which is in the middle of the image.
 const ECLIPSED_MOON_FOV_DISTANCES: f64 = 2.4;
@@ -191,7 +191,7 @@ const MUTUAL_FOV_DIAMETERS: f64 = 12.0;
 const LOW_BODY_CAMERA_HEIGHT_KM: f64 = 3.0;
 /// Altitude below which the observed body is near the horizon, degrees.
 const LOW_BODY_ALTITUDE_DEG: f64 = 2.0;
-/// Real seconds in which the button *Watch* plays an event that is longer than this.
+/// Real seconds in which the button *Watch it* plays an event that is longer than this.
 const PLAYBACK_S: f64 = 30.0;
 /// Two searches may give slightly different times for one event; events of the same kind and bodies that are closer in time than this are one event.
 const SAME_EVENT_S: f64 = 60.0;
@@ -267,7 +267,7 @@ impl SkyEvent {
         }
     }
 
-    /// Date, magnitude and place, in one line.
+    /// One line: the date, and of an eclipse its magnitude and place, of a transit the separation of the centres, of a moons' event its duration if known.
     pub fn summary(&self) -> String {
         let date = minute_text(self.greatest());
         match self {

@@ -315,7 +315,8 @@ mod tests {
         assert!(matches!(adaptation.next_exposure(&moon, 0.25).0, ExposureRequest::Transition { from_stops: 3.0, .. }));
     }
 
-    /// The same for manual exposure that the user switches off before its image is finished.
+    /// Images that were requested before or during manual exposure do not become the start of an adaptation, even if the user switches manual exposure
+    /// off before they are finished.
     #[test]
     fn a_late_image_from_before_manual_exposure_is_ignored() {
         let (mut adaptation, auto) = (adapting(), view(NaifId::EARTH));

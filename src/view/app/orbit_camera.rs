@@ -18,9 +18,9 @@ const MAX_DRAG_HEIGHT_RADII: f64 = 4.0;
 
 /// Difference between the azimuths of the camera and of the Sun in [`OrbitCamera::on_lit_side`], so that the terminator is visible.
 const LIT_SIDE_SUN_AZIMUTH_DEG: f64 = 35.0;
-/// Angle by which this camera is farther from the equator than the Sun.
+/// Angle by which the camera of [`OrbitCamera::on_lit_side`] is farther from the equator than the Sun.
 const LIT_SIDE_ELEVATION_DEG: f64 = 12.0;
-/// Largest elevation of this camera, 69 degrees, so that it is not above a pole.
+/// Largest elevation of the camera of [`OrbitCamera::on_lit_side`], 69 degrees, so that it is not above a pole.
 const LIT_SIDE_MAX_ELEVATION_RAD: f64 = 1.2;
 
 /// Position of the camera around a body.
@@ -75,8 +75,8 @@ impl OrbitCamera {
         icrf_from_equator(pole) * DVec3::new(cos_e * cos_a, cos_e * sin_a, sin_e) * (self.distance_radii * radius_km)
     }
 
-    /// Applies a drag. The angle per pixel is proportional to the height above the ground, up to [`MAX_DRAG_HEIGHT_RADII`], so that near the ground a
-    /// drag of a pixel moves the ground by about a pixel.
+    /// Applies a drag. The angle per pixel is proportional to the height above the ground, up to [`MAX_DRAG_HEIGHT_RADII`]. Near the ground a
+    /// drag of a pixel therefore moves the ground by about a pixel.
     pub(crate) fn drag(&mut self, dx_px: f64, dy_px: f64, image_height_px: f64, fov_rad: f64) {
         let height_radii = self.distance_radii - 1.0;
         let rad_per_px = (fov_rad / image_height_px.max(1.0)) * height_radii.min(MAX_DRAG_HEIGHT_RADII);

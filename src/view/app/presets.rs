@@ -1,6 +1,6 @@
 //! Views of general interest that are not moments of the catalog: the whole system, the Moon's phases, the sky tonight.
 //!
-//! In: the time that the window shows, the observer's place, positions. Out: a [`ViewState`], or `None` if the ephemeris does not cover the time; the rate
+//! In: the current time, the observer's place, positions. Out: a [`ViewState`], or `None` if the ephemeris does not cover the time; the rate
 //! of time at which the view runs. Always: quality and effects are those of the user. Besides camera and time, a preset may change only orbits,
 //! constellations, the brightness of stars and the exposure; `PresetChanges` undoes this for the next view.
 
@@ -26,9 +26,9 @@ const OUTER_DISTANCE_AU: f64 = 75.0;
 const INNER_DISTANCE_AU: f64 = 3.9;
 /// Height of the camera of [`Preset::SkyTonight`] above the ground.
 const SKY_CAMERA_HEIGHT_KM: f64 = 0.002;
-/// Altitude of the middle of its image; the image's lower edge is just above the horizon.
+/// Altitude of the middle of the image of [`Preset::SkyTonight`]; the image's lower edge is just above the horizon.
 const SKY_ALTITUDE_DEG: f64 = 38.0;
-/// Its vertical field of view.
+/// Vertical field of view of [`Preset::SkyTonight`].
 const SKY_FOV_DEG: f64 = 75.0;
 /// Stops by which stars, Milky Way and zodiacal light are brightened.
 const SKY_STARS_BOOST: f64 = 2.0;
@@ -36,7 +36,7 @@ const SKY_STARS_BOOST: f64 = 2.0;
 const DARK_SUN_ALTITUDE_DEG: f64 = -15.0;
 /// Time step of the search for a dark sky.
 const DARK_STEP_S: f64 = 600.0;
-/// Length of the search.
+/// Length of the search for a dark sky.
 const DARK_SEARCH_S: f64 = SECONDS_PER_DAY;
 
 /// A view of general interest.

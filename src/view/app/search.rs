@@ -290,7 +290,7 @@ fn parse_event_search(text: &str) -> Option<(String, Vec<EventKind>, Option<Inst
     let [names_eclipses, names_transits] = ["eclipses", "transits"].map(|known| has_word(known, 4));
     let names_moons = words.contains(&"moons") || has_word("jupiter", 3) && (names_eclipses || names_transits);
     let kinds = match () {
-        // Before the eclipses of the Sun and the Moon: the moons of a planet have eclipses and transits, too.
+        // This case comes before eclipses of the Sun and the Moon, because the moons of a planet have eclipses and transits, too.
         () if names_moons || has_word("shadows", 4) => vec![EventKind::Moons],
         () if names_eclipses && (has_word("solar", 3) || has_word("sun", 3)) => vec![EventKind::Solar],
         () if names_eclipses && (has_word("lunar", 3) || words.contains(&"moon")) => vec![EventKind::Lunar],

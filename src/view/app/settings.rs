@@ -1,9 +1,9 @@
 //! Settings that the window keeps between runs: appearance, units, home, bookmarks, recent views, window placement.
 //!
-//! In: a file, if it exists. Out: [`Settings`], written back atomically. Always: a file with invalid content is reported and renamed to
-//! `.broken`, or `.broken-2` and so on if that exists (the newest few are kept), and its valid fields and bookmarks are used; missing fields have their
-//! defaults; unknown fields, and bookmarks of another version of the program, are written back unchanged (`other_version`), and what another running
-//! program has changed in the file stays (`merge`).
+//! In: a file, if it exists. Out: [`Settings`], written back atomically. Always: a file with invalid content is reported, and its valid fields and bookmarks
+//! are used. Such a file is renamed: `.broken` is appended to its name, or `.broken-2` and so on if that exists; the newest few are kept. Missing fields
+//! have their defaults. Unknown fields, and bookmarks of another version of the program, are written back unchanged (`other_version`), and what another
+//! running program has changed in the file stays (`merge`).
 
 mod merge;
 mod other_version;
@@ -223,7 +223,7 @@ impl Settings {
     }
 
     /// Reads settings from a file; a missing file gives the default settings. If the file or a part of it cannot be used, returns the remaining
-    /// settings and an error line, and appends `.broken` to the file's name, so that saving does not overwrite it. The newest
+    /// settings and an error line. It also appends `.broken` to the file's name, so that saving does not overwrite it. The newest
     /// [`MAX_SET_ASIDE`] such files are kept: they may hold the user's bookmarks.
     pub(crate) fn load(path: &Path) -> (Self, Option<String>) {
         let text = match read_text(path, MAX_BYTES) {
@@ -427,7 +427,7 @@ mod tests {
         assert_eq!(settings, Settings::default());
         assert!(error.expect("a line").contains("settings.json.broken"));
         assert_eq!(std::fs::read_to_string(folder.path().join("settings.json.broken")).expect("kept"), "{\"zoom\": \"large\"}");
-        // Saving must not overwrite a file that cannot be read either, nor must this file replace the first.
+        // A file that cannot be read is set aside, too, under a name of its own, so that it does not replace the first.
         let too_large = vec![b' '; MAX_BYTES as usize + 1];
         std::fs::write(&path, &too_large).expect("a file");
         let (settings, error) = Settings::load(&path);

@@ -13,8 +13,8 @@ const YEAR_S: f64 = DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
 const MONTH_S: f64 = YEAR_S / 12.0;
 /// The preset speeds, scene seconds per real second, from real time to a year per second.
 const PRESET_SPEEDS: [f64; 10] = [1.0, 10.0, 60.0, 600.0, 3600.0, 6.0 * 3600.0, SECONDS_PER_DAY, 7.0 * SECONDS_PER_DAY, MONTH_S, YEAR_S];
-/// Longest real time, seconds, that one frame converts to scene time, so that scene time at a high speed does not jump after a stall (a hidden window, a
-/// slow frame). At a rate of exactly 1 there is no limit, so that a view of the current sky stays current.
+/// Longest real time, seconds, that one frame converts to scene time. After a stall (a hidden window, a slow frame) scene time at a high speed therefore
+/// does not jump. At a rate of exactly 1 there is no limit, so that a view of the current sky stays current.
 const MAX_REAL_STEP_S: f64 = 2.0;
 
 /// Limits of the speed, scene seconds per real second.

@@ -192,7 +192,7 @@ impl Viewer {
         !self.forward_history.is_empty()
     }
 
-    /// At most `max_count` bodies with a name or alias that begins with the text, followed by those with a name that contains it.
+    /// At most `max_count` bodies: first those with a name or alias that begins with the text, then those with one that only contains it.
     pub(crate) fn matching_bodies(&self, text: &str, max_count: usize) -> Vec<&Subject> {
         let query = text.trim().to_lowercase();
         if query.is_empty() {

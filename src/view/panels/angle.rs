@@ -51,7 +51,8 @@ impl MeasuredAngle {
     }
 
     /// Moves the clicked bodies to where another image shows them: camera or time may have changed since the click, and a distance needs both
-    /// positions at one time, relative to one camera. `centre_km`: a body's apparent centre relative to the camera, by its name.
+    /// positions at one time, relative to one camera. A body that this image does not show is dropped; its point stays. `centre_km`: a body's apparent centre
+    /// relative to the camera, by its name.
     pub(super) fn move_bodies(&mut self, centre_km: impl Fn(&str) -> Option<DVec3>) {
         for point in &mut self.points {
             let body = point.body.take();

@@ -372,8 +372,8 @@ fn best_view(interface: &Interface, worker: &dyn RenderWorker, event: &SkyEvent)
     event.view(session.catalog(), &SessionPositions(session), &interface.viewer.base_view())
 }
 
-/// Selects an event that was found outside this panel, and shows the best view of it. If the current list cannot contain the event, because it has
-/// another span or other kinds, a new search starts.
+/// Selects an event that was found outside this panel, and shows the best view of it. If the current list cannot contain the event, because the
+/// list has another span or other kinds, a new search starts.
 pub(crate) fn show(interface: &mut Interface, worker: &dyn RenderWorker, event: Arc<SkyEvent>, actions: &mut Vec<Action>) {
     actions.push(Action::Show(Box::new(best_view(interface, worker, &event))));
     let panel = &mut interface.events;

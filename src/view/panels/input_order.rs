@@ -34,8 +34,8 @@ fn can_move_focus(event: &Event) -> bool {
     can_end_field(event) || matches!(event, Event::Text(text) if text == "/")
 }
 
-/// Number of events that one pass can handle. The pass ends before a typed event that follows a possible move of the focus, and before an
-/// event that can end a text field if an event of this pass was typed.
+/// Number of events that one pass can handle. The pass ends before a typed event that follows a possible move of the focus. It also ends before an event
+/// that can end a text field, if an event of this pass was typed.
 fn events_in_pass(events: &[Event]) -> usize {
     let (mut has_typed, mut may_have_moved_focus) = (false, false);
     for (index, event) in events.iter().enumerate() {

@@ -125,7 +125,7 @@ pub struct Interface {
     failure_reason: Option<String>,
     /// New messages of the session, for example that the renderer has changed, or that a map cannot be read.
     pub session_messages: Arc<Mutex<Vec<String>>>,
-    /// The last of these messages, except those about drivers, one a line; and when they disappear, in egui's time.
+    /// The last session messages that are not about drivers, one a line; and when they disappear, in egui's time.
     notice: Option<(String, f64)>,
     body_browser: body_browser::BodyBrowser,
     search: search::SearchField,

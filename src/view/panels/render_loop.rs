@@ -70,7 +70,7 @@ pub(super) struct Viewport {
     pub(super) overlays: Vec<egui::Rect>,
     /// Height of the caption at the viewport's lower edge, points.
     pub(super) caption_height: f32,
-    /// The last right-clicked body.
+    /// The body at the last right click, if there was one.
     pub(super) menu_body: Option<NaifId>,
     /// The direction of the last right click, or of the body or star near it, as an ICRF unit vector. A pixel would not do, because images with
     /// other resolutions may follow while the menu is open.

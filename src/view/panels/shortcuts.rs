@@ -54,7 +54,7 @@ const MAX_DIGIT: usize = 9;
 
 /// Width and height that the help window needs in addition to its rows, for its frame and title, points.
 const HELP_FRAME: Vec2 = vec2(32.0, 56.0);
-/// Largest width of these rows, as a multiple of the height of a line of text; longer texts wrap.
+/// Largest width of the rows of the help window, as a multiple of the height of a line of text; longer texts wrap.
 const HELP_WIDTH_IN_LINE_HEIGHTS: f32 = 72.0;
 
 /// Handles the keys pressed in this frame.

@@ -31,7 +31,7 @@ const NAME_MARGIN: f32 = 2.0;
 const NAME_GAP: f32 = 4.0;
 /// Light time over 1 au, minutes.
 const LIGHT_MINUTES_PER_AU: f64 = KM_PER_AU / SPEED_OF_LIGHT_KM_S / 60.0;
-/// Colour of other names and marks, and of a body without a known colour.
+/// Colour of names and marks that are not highlighted, and of the disc of a body that the catalog lacks.
 const OTHER_COLOUR: Color32 = Color32::from_gray(190);
 
 /// The choice of the body with which the selected body is compared.

@@ -25,6 +25,14 @@ const NAME_POINTS: f32 = BODY;
 const CAPTION_TOP_FRACTION: f64 = 0.85;
 /// Minimum width of the viewport for hints, points.
 const MIN_WIDTH_FOR_HINTS: f32 = 440.0;
+/// Distance of the message from the viewport's left edge and from what is below the message, points.
+const MESSAGE_GAP: f32 = 8.0;
+/// Width of the viewport that the message leaves free, points.
+const MESSAGE_FREE_WIDTH: f32 = 40.0;
+/// Smallest width at which the message wraps, points.
+const MIN_MESSAGE_WIDTH: f32 = 60.0;
+/// Distances of the two ends of an arm of the probe's cross from the pixel, points.
+const PROBE_ARM_ENDS: [f32; 2] = [3.0, 9.0];
 /// Scroll distance that egui reports for one notch of most wheels, points.
 pub(super) const POINTS_PER_NOTCH: f64 = 50.0;
 /// Roll of the camera per pixel of a drag with the middle button, degrees.
@@ -140,8 +148,8 @@ fn caption_height(interface: &Interface, placement: &ImagePlacement) -> f32 {
 }
 
 /// Shows the message line over the lower edge of the image, so that the image keeps its size. The line is above the overlays that would cover it: the
-/// bar of a tour, the row *What to see now*. While there is no image of the view, the reply follows the reason: otherwise an action would seem to have
-/// no effect.
+/// bar of a tour, the row *What to see now*. While there is no image of the view, the message is the reason for that, and the reply to the last action is added
+/// below it: otherwise an action would seem to have no effect.
 fn show_message(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
     let mut message = interface.message_line().to_owned();
     if message.is_empty() {
@@ -153,10 +161,10 @@ fn show_message(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
     let area = egui::Area::new(ui.scope_id().with("message")).order(egui::Order::Middle).pivot(Align2::LEFT_BOTTOM);
     let lower_overlays = interface.viewport.overlays.iter().filter(|overlay| overlay.center().y > rect.center().y);
     let bottom = lower_overlays.map(|overlay| overlay.top()).fold(rect.bottom() - interface.viewport.caption_height, f32::min);
-    let corner = Pos2::new(rect.left() + 8.0, bottom - 8.0);
+    let corner = Pos2::new(rect.left() + MESSAGE_GAP, bottom - MESSAGE_GAP);
     let shown = area.fixed_pos(corner).interactable(false).show(ui.ctx(), |ui| {
         egui::Frame::popup(ui.style()).show(ui, |ui| {
-            ui.set_max_width((rect.width() - 40.0).max(60.0));
+            ui.set_max_width((rect.width() - MESSAGE_FREE_WIDTH).max(MIN_MESSAGE_WIDTH));
             let line = ui.colored_label(ui.visuals().warn_fg_color, message);
             // Screen readers announce the message although it has no focus.
             ui.ctx().accesskit_node_builder(line.id, |node| node.set_live(egui::accesskit::Live::Polite));
@@ -280,7 +288,7 @@ fn vec2(v: DVec2) -> Vec2 {
     Vec2::new(v.x as f32, v.y as f32)
 }
 
-/// Handles a click that is not an action.
+/// Handles a click that is not an action of the viewer: measures an angle, or picks a pixel and a star.
 fn handle_click(interface: &mut Interface, worker: &dyn RenderWorker, click: Click) {
     match click {
         Click::Measure { at_px, body } => {
@@ -308,6 +316,7 @@ fn snapped_direction(interface: &Interface, at_px: DVec2) -> Option<DVec3> {
 fn measure(interface: &mut Interface, direction: DVec3, body: Option<NaifId>) {
     let Some(rendered) = &interface.viewport.shown else { return };
     let bodies = &rendered.scene.bodies;
+    // A body that was clicked in an earlier image may have moved relative to the camera since.
     interface.angle.move_bodies(|name| bodies.iter().find(|b| b.name == name).map(|b| b.placement.centre_km));
     let found = body.and_then(|id| rendered.scene.body(id));
     let seen_body = found.map(|body| SeenBody { name: body.name.clone(), centre_km: body.placement.centre_km });
@@ -356,7 +365,7 @@ fn mouse(
         actions.push(Action::Roll(drag_x_px * ROLL_DEG_PER_PX));
     }
     if response.hovered() {
-        // Both are in wheel notches. Spreading two fingers to twice their distance halves the camera's height above the ground.
+        // `wheel` and `pinch` are in wheel notches. Spreading two fingers to twice their distance halves the camera's height above the ground.
         let (wheel, pinch, changes_fov) = ui.input(|i| {
             let (scroll, zoom) = (f64::from(i.smooth_scroll_delta().y), f64::from(i.zoom_delta()));
             (scroll / POINTS_PER_NOTCH, zoom.ln() / LOG_HEIGHT_PER_NOTCH, i.modifiers.alt)
@@ -369,7 +378,7 @@ fn mouse(
     let (Some(at), Some(rendered)) = (response.interact_pointer_pos(), interface.shown()) else { return None };
     let at_px = placement.px_of(at, &rendered.scene);
     let body_at_pointer = || body_at(&interface.viewport.labels, &rendered.scene, at_px);
-    // Clicks with Ctrl come before double-clicks, so that two quick ones also measure.
+    // Clicks with Ctrl come before double-clicks, so that two quick clicks with Ctrl measure an angle, too.
     if response.clicked() && ui.input(|i| i.modifiers.command) {
         return Some(Click::Measure { at_px, body: body_at_pointer() });
     }
@@ -391,7 +400,7 @@ fn paint_probe(interface: &Interface, ui: &egui::Ui, rect: Rect) {
     let at = rect.min + Vec2::new(x as f32 + 0.5, y as f32 + 0.5) / ui.ctx().pixels_per_point();
     let painter = ui.painter().with_clip_rect(rect);
     for direction in [Vec2::X, Vec2::Y, -Vec2::X, -Vec2::Y] {
-        let arm = [at + direction * 3.0, at + direction * 9.0];
+        let arm = PROBE_ARM_ENDS.map(|distance| at + direction * distance);
         painter.line_segment(arm, Stroke::new(3.0, Color32::from_black_alpha(160)));
         painter.line_segment(arm, Stroke::new(1.0, HIGHLIGHT_COLOUR));
     }

@@ -8,7 +8,7 @@ use egui::epaint::{ImageData, ImageDelta};
 use egui::{Color32, TextureFilter, TextureWrapMode};
 use std::sync::{Arc, OnceLock};
 
-/// A texture with premultiplied texels, row by row.
+/// A texture of `width * height` premultiplied texels, row by row.
 pub(crate) struct PainterTexture {
     pub width: usize,
     pub height: usize,

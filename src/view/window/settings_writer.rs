@@ -19,7 +19,7 @@ pub(crate) struct SettingsSender {
 }
 
 impl SettingsSender {
-    /// A sender that sends changes of these settings. They themselves are not sent: they were loaded from the file, or are the default ones if there is no
+    /// A sender that sends changes of `settings`. `settings` themselves are not sent: they were loaded from the file, or are the default ones if there is no
     /// usable file. The receiver is for [`write_changes`].
     pub(crate) fn new(settings: &Settings) -> (Self, Receiver<Settings>) {
         let (sender, receiver) = channel();

@@ -2,7 +2,8 @@
 //!
 //! In: a folder. Out: the session's fragments, replaced by the folder's `*.wesl` files. Always: after the first time, a separate thread reads the files,
 //! and the query worker passes them to the session. While the folder cannot be read, for example because an editor is saving a file, the session keeps
-//! the last fragments; an error that two checks in succession find is reported once.
+//! the last fragments. An error in listing the files is reported once, when two checks in succession find it; an error in reading them is reported at
+//! once.
 
 use crate::session::{FragmentFolderError, FragmentTimes, Session, fragment_times, read_fragments};
 use crate::view::worker::render_worker::RenderWorker;

@@ -72,8 +72,8 @@ mod tests {
 
     const WINDOW_PIXELS: u64 = 1_000_000;
 
-    /// The rate (images per second) and the divisor after 60 images of a renderer that needs `fixed_ms` for any image, further `window_ms`
-    /// for one of the window's size, and `waiting_ms` between images.
+    /// The rate (images per second) and the divisor after 60 images. The renderer needs `fixed_ms` for any image, and further `window_ms` for one of the
+    /// window's size; between images it waits for `waiting_ms`.
     fn settled(resolution: &mut AdaptiveResolution, fixed_ms: f64, window_ms: f64, waiting_ms: f64) -> (f64, f64) {
         let mut last = (0.0, 0.0);
         for _ in 0..60 {

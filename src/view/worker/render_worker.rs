@@ -34,6 +34,7 @@ pub struct RenderedView {
     pub scene: Scene,
     /// The draws with simple shaders, for the Shader panel.
     pub simple_draws: Vec<SimpleDraw>,
+    /// Width and height of the image, pixels.
     pub width: u32,
     pub height: u32,
     /// The pixels, all opaque, top row first; empty if the image stayed on the GPU.

@@ -185,8 +185,8 @@ pub(super) fn on_body(header: &Header, [width, height]: [u32; 2]) -> Result<Imag
     if !matches!(header.number("LONPOLE")?, None | Some(0.0 | 180.0)) {
         return Err(unsupported_card(header, "LONPOLE", "only 0 and 180 are supported: any other value means a rotated map"));
     }
-    // With CRVAL2 = 0, LONPOLE allows two orientations: LATPOLE, 90 by default, is nearest to the latitude of the pole that applies (section 2.4 of the
-    // second paper). South is up if it is negative.
+    // With CRVAL2 = 0, LONPOLE allows two orientations. The one whose pole has the latitude nearest to LATPOLE (90 by default) applies (section 2.4 of the
+    // second paper), so south is up if LATPOLE is negative.
     if header.number("LATPOLE")?.is_some_and(|latitude| latitude < 0.0) {
         return Err(unsupported_card(header, "LATPOLE", "only a map with north up is supported: a negative value means that south is up"));
     }

@@ -169,8 +169,9 @@ impl<R: Real> Executor<R> {
         &self.arena[self.program.output_slots[k] as usize].0
     }
 
-    /// Runs one batch and returns the active lanes that did not discard. If the program uses derivatives, `active` must contain all four lanes of
-    /// every quad that has a covered lane; the uncovered lanes are helper lanes.
+    /// Runs one batch and returns the active lanes that did not discard; none if the run was stopped at a loop limit. If the program uses derivatives,
+    /// `active` must contain all four lanes of every quad that has a covered lane; the uncovered lanes are helper lanes. `draw_values`: those of the same
+    /// program ([`Program::prepare_for`]).
     pub fn run(&mut self, draw_values: &DrawTapeValues<R>, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
         self.counts = ExecutionCounts::default();
         self.hit_loop_limit = false;
@@ -182,8 +183,8 @@ impl<R: Real> Executor<R> {
         if active == LaneMask::MAX {
             mask.fill(R::from_mask(true));
         } else {
-            for (k, lanes) in mask.chunks_exact_mut(32).enumerate() {
-                let part = (active >> (32 * k)) as u32;
+            for (k, lanes) in mask.chunks_exact_mut(LANE_BITS.len()).enumerate() {
+                let part = (active >> (LANE_BITS.len() * k)) as u32;
                 for (lane, bit) in lanes.iter_mut().zip(&LANE_BITS) {
                     *lane = R::from_mask(part & bit != 0);
                 }
@@ -219,12 +220,12 @@ impl<R: Real> Executor<R> {
             return unsafe { lane_masks::mask_avx2(lanes) };
         }
         let mut bits = 0u128;
-        for (k, lanes) in self.arena[slot as usize].0.chunks_exact(32).enumerate() {
+        for (k, lanes) in self.arena[slot as usize].0.chunks_exact(LANE_BITS.len()).enumerate() {
             let mut part = 0u32;
             for (lane, bit) in lanes.iter().zip(&LANE_BITS) {
                 part |= if lane.is_mask_set() { *bit } else { 0 };
             }
-            bits |= u128::from(part) << (32 * k);
+            bits |= u128::from(part) << (LANE_BITS.len() * k);
         }
         bits
     }
@@ -306,10 +307,10 @@ impl<R: Real> Executor<R> {
         let operand_offsets = operand_offsets.as_ptr();
         for kernel in kernels {
             // SAFETY: Program::check has verified every index against the counts from which the arena was allocated, and `unroll_loops` only
-            // exchanges verified ones, so each offset refers to a complete slot or to a register inside the arena. `dst` is a slot that is not an
-            // operand of the same kernel, and scratch slots are written by broadcasts, whose operand is a register, or by chains, which alternate
-            // between two slots, so nothing overlaps `dst`. `operand_offsets` has as many entries as the kernel takes (`Binder`). The class of the
-            // kernel is available (`BoundProgram::new`).
+            // exchanges verified indices. So each offset refers to a complete slot or to a register inside the arena. Nothing overlaps `dst`: it is a
+            // slot that is not an operand of the same kernel; scratch slots are written by broadcasts, whose operand is a register, or by chains, which
+            // alternate between two slots. `operand_offsets` has as many entries as the kernel takes (`Binder`). The class of the kernel is available
+            // (`BoundProgram::new`).
             unsafe {
                 #[allow(
                     clippy::transmute_ptr_to_ref,

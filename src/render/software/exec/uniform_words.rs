@@ -72,7 +72,7 @@ impl UniformElements {
 
 /// [`UniformElements::gather`] for f32, where a value has the same bits as its word, whatever its kind.
 /// # Safety
-/// AVX2 is available; `span` has more than `last_index * step` words, a number below 2^31; `indices` and `out` have the same length, a multiple of 8.
+/// AVX2 is available; `last_index * step` is below 2^31, and `span` has more words than that; `indices` and `out` have the same length, a multiple of 8.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 unsafe fn gather_avx2(span: &[u32], step: u32, last_index: u32, indices: &[f32], out: &mut [f32]) {

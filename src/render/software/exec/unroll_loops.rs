@@ -3,10 +3,11 @@
 //! In: a checked program. Out: a checked program with the same results.
 //!
 //! At the end of a loop's body, each loop variable gets its next value by a copy from one slot to another, or from one register to another. In the second
-//! body the two are exchanged: it reads the variable from where the first body wrote the next value, and writes the next value to where the first body reads
+//! body both are exchanged: it reads the variable from where the first body wrote the next value, and writes the next value to where the first body reads
 //! the variable. So neither body needs the copy; only a jump out of the second body does. Only loops that end with copies and an unconditional jump back are
-//! doubled; a loop that ends with a test (lanes that leave separately, `do while`) keeps its copies. Always: a variable keeps its copy if either of the two
-//! may be read for another value. Not here: changes of the stored program, whose loops have one body.
+//! doubled; a loop that ends with a test (lanes that leave separately, `do while`) keeps its copies. Always: a variable keeps its copy if its slot or that of
+//! its next value takes part in another copy. It also does if the next value may be read in another iteration or after the loop. Not here: changes of the
+//! stored program, whose loops have one body.
 
 use crate::render::software::program::Program;
 use crate::render::software::tape::{Instr, Op, Operand};
@@ -165,8 +166,8 @@ fn copy(to: Operand, from: Operand) -> Instr {
     }
 }
 
-/// The variables of a loop whose copies can be left out: no slot or register belongs to two pairs, and what that of the next value contains is read neither
-/// in another iteration nor after the loop.
+/// The variables of a loop whose copies can be left out: no slot or register belongs to two pairs, and no other iteration and nothing after the loop reads the
+/// slot or register of the next value before it is written again.
 fn exchangeable_pairs(program: &Program, found: &InnerLoop) -> Vec<ExchangedPair> {
     let tape = &program.lane_tape;
     let all: Vec<(Operand, Operand)> = tape[found.first_copy..found.back_jump].iter().filter_map(copied).collect();

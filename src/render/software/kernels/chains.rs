@@ -3,7 +3,7 @@
 //! In: up to [`MAX_OPERANDS`] operands: those of the first operation, then the remaining operands of each further operation. Out: the same bits as
 //! from the kernels of the single operations run in order, because each operation still rounds separately. The table contains the
 //! chains that occur most often in the atmosphere, eclipse, ring, map and tone-map code (docs/measurements.md: chosen by how often their operations
-//! follow each other). The lowering calls [`find`] and splits every other chain into chains of the table and single operations.
+//! follow each other). The lowering calls [`find`], and splits a chain that the table lacks into chains of the table and single operations.
 
 use super::class::UNROLLED_LANES;
 use super::operand::{KernelOperand, unchecked_ref};

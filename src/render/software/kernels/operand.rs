@@ -24,10 +24,10 @@ pub(crate) struct KernelOperand<'a, R, const N: usize> {
 
 impl<R: Real, const N: usize> KernelOperand<'_, R, N> {
     /// # Safety
-    /// `values` is valid for `N` reads, or for one if `is_per_lane` is false, during the lifetime of the result.
+    /// `values` is aligned, and valid for `N` reads, or for one if `is_per_lane` is false, during the lifetime of the result.
     #[inline(always)]
     pub(crate) unsafe fn new(values: *const R, is_per_lane: bool) -> Self {
-        // SAFETY: the caller guarantees it.
+        // SAFETY: the caller guarantees it. An array of `N` values has the alignment of one.
         unsafe { Self { lanes: if is_per_lane { Some(unchecked_ref(values.cast())) } else { None }, shared: *unchecked_ref(values) } }
     }
 

@@ -319,7 +319,8 @@ impl SsaBuilder {
         dst
     }
 
-    /// The size of a texture's level along an axis; `None` if the level differs between lanes.
+    /// The size of a texture's level, or the number of levels; `axis` as in [`Instr::TextureSize`](crate::render::software::tape::Instr::TextureSize). `None`
+    /// if the level differs between lanes.
     pub(crate) fn texture_size(&mut self, texture: u16, axis: u8, level: SsaValue) -> Option<SsaValue> {
         if matches!(level, SsaValue::Lane(_)) {
             return None;

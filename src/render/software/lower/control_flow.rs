@@ -63,7 +63,7 @@ impl<'m> Lowerer<'m> {
     }
 
     /// The exit of the innermost loop, if this iteration has not yet changed any scalar except the flag of `break`. Then, if no lane remains here, the rest
-    /// of the iteration has no effect and no further iteration runs, so that a jump to the exit may replace both.
+    /// of the iteration has no effect and no further iteration runs: a jump to the exit may replace that rest.
     pub(super) fn exit_of_unchanged_iteration(&self) -> Option<JumpLabel> {
         let open_loop = self.open_loops.last()?;
         let break_flag = self.frame().loops.last()?.break_flag;

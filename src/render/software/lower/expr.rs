@@ -21,6 +21,7 @@ impl<'m> Lowerer<'m> {
         self.frame().info[handle].ty.inner_with(&module.types)
     }
 
+    /// The value of an expression. `Emit` and call statements have stored that of theirs; any other is evaluated here, at each use, and not stored.
     pub(crate) fn value_of(&mut self, handle: Handle<Expression>) -> Result<Value> {
         match self.frame().values.get(&handle) {
             Some(v) => Ok(v.clone()),
@@ -183,6 +184,7 @@ impl<'m> Lowerer<'m> {
             }
             Expression::ImageQuery { image, query } => {
                 let texture = self.texture_use(*image, None)?;
+                // Axes as in `Instr::TextureSize`.
                 let (axes, level): (&[u8], _) = match query {
                     ImageQuery::Size { level } => (&[0, 1], *level),
                     ImageQuery::NumLevels => (&[2], None),

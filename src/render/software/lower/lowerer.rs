@@ -87,7 +87,7 @@ pub(crate) const DISCARDED: usize = 0;
 /// Maximum number of statements of a module, counted each time that a call is inlined or a loop's body is lowered again. Without a limit, thirty functions
 /// of which each calls the next one twice would have 2^30. The shipped modules have some 10^4.
 const MAX_STATEMENTS: usize = 1 << 19;
-/// A large environment is copied at many statements. So many of its scalars add one to the count of each statement.
+/// Number of scalars in the environment that add one to the count of each statement, because a large environment is copied at many statements.
 const SCALARS_PER_STATEMENT: usize = 64;
 /// Maximum number of steps (SSA instructions). It is limited separately, because a store with a variable index takes several steps per element.
 const MAX_STEPS: usize = 1 << 20;

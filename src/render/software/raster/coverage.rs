@@ -329,9 +329,10 @@ mod tests {
     fn quads_are_covered_where_their_samples_lie_inside() {
         let (mut seed, mut partly) = (1, 0);
         for round in 0..400_u32 {
-            let size_px = [3, 12, 60, 200][round as usize % 4];
+            let size_px = [3_i64, 12, 60, 200][round as usize % 4];
             let corner = |seed: &mut u64| {
-                [100 * STEPS_PER_PIXEL, 90 * STEPS_PER_PIXEL].map(|c| c + random(seed, size_px * 4096) - size_px as i64 * 2048)
+                let size = size_px * STEPS_PER_PIXEL;
+                [100 * STEPS_PER_PIXEL, 90 * STEPS_PER_PIXEL].map(|middle| middle + random(seed, size as u64) - size / 2)
             };
             let p = [corner(&mut seed), corner(&mut seed), corner(&mut seed)];
             let edge = |a: [i64; 2], b: [i64; 2]| {

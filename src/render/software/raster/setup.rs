@@ -154,9 +154,9 @@ impl RasterGeometry {
     }
 }
 
-/// Prefetch distances, in triangles: of raster triangles; of source triangles; of planes and flat values. Each refers to the one before, so the three
-/// are fetched one after the other, each four triangles after what it is found by, and the last four triangles before its use. Four is a choice:
-/// docs/measurements.md has times with these distances only.
+/// Prefetch distances, in triangles: of raster triangles; of source triangles; of planes and flat values. A raster triangle refers to its source triangle,
+/// which refers to planes and flat values. The three are therefore fetched in this order, four triangles apart, the last of them four triangles before their
+/// use. Four is a choice: docs/measurements.md has times with these distances only.
 #[cfg(target_arch = "x86_64")]
 const PREFETCH_DISTANCES: [usize; 3] = [12, 8, 4];
 
@@ -170,6 +170,7 @@ impl RasterGeometry {
             fn fetch<T>(items: &[T], index: usize) {
                 use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
                 let first = items.as_ptr().wrapping_add(index).cast::<i8>();
+                // A cache line has 64 bytes.
                 for line in (0..size_of::<T>()).step_by(64) {
                     // SAFETY: a prefetch is only a hint; any address is allowed.
                     unsafe { _mm_prefetch::<_MM_HINT_T0>(first.wrapping_add(line)) }

@@ -34,7 +34,7 @@ pub(super) fn interpolate<R: Real, D: Decode>(
         // SAFETY: AVX2 decoders exist only on machines with AVX2.
         let level = unsafe { filter_avx2::SizedLevel::new(level, [AddressMode::ClampToEdge; 2]) };
         for group in 0..BATCH / filter_avx2::GROUP_LANES {
-            let active = (active >> (group * filter_avx2::GROUP_LANES)) as u32 & 0xff;
+            let active = (active >> (group * filter_avx2::GROUP_LANES)) as u32 & filter_avx2::ALL_OF_GROUP;
             if active == 0 {
                 continue;
             }

@@ -22,6 +22,8 @@ use std::mem::transmute;
 
 /// Number of lanes in an AVX2 register, filtered together.
 pub(super) const GROUP_LANES: usize = 8;
+/// The bits of all lanes of a group.
+pub(super) const ALL_OF_GROUP: u32 = (1 << GROUP_LANES) - 1;
 
 /// A [`FilterRequest`] of f32.
 pub(super) struct F32Request<'a> {
@@ -29,7 +31,7 @@ pub(super) struct F32Request<'a> {
     v: &'a [f32; BATCH],
     /// `None` if each lane reads level 0 with one tap.
     levels_of_lanes: Option<&'a [f32; BATCH]>,
-    /// Lengths in taps, and the width of a tap in u and v; `None` if each lane has one tap.
+    /// Length, step in u and step in v of [`Footprints`](super::footprint::Footprints); `None` if each lane has one tap.
     footprints: Option<[&'a [f32; BATCH]; 3]>,
 }
 
@@ -339,7 +341,7 @@ pub(super) unsafe fn write_group(out: &mut LaneGroups<'_>, group: usize, value: 
         // SAFETY: the caller guarantees AVX2; registers and arrays have eight floats each.
         unsafe {
             let kept = transmute::<[f32; GROUP_LANES], __m256>(*out);
-            let value = if active == 0xff { value } else { _mm256_blendv_ps(kept, value, mask_of(active)) };
+            let value = if active == ALL_OF_GROUP { value } else { _mm256_blendv_ps(kept, value, mask_of(active)) };
             *out = transmute::<__m256, [f32; GROUP_LANES]>(value);
         }
     }
@@ -402,7 +404,7 @@ pub(super) unsafe fn filter<D: Decode>(
         unsafe {
             let level = SizedLevel::new(levels[0].read(), address_modes);
             for group in 0..BATCH / GROUP_LANES {
-                let active = (active >> (group * GROUP_LANES)) as u32 & 0xff;
+                let active = (active >> (group * GROUP_LANES)) as u32 & ALL_OF_GROUP;
                 if active != 0 {
                     let value = bilinear(decode, &level, [group_of(request.u, group), group_of(request.v, group)], needed);
                     write_group(&mut out, group, value, active);
@@ -423,14 +425,14 @@ pub(super) unsafe fn filter<D: Decode>(
                 let uv = [group_of(request.u, group), group_of(request.v, group)];
                 let lanes = Lanes { uv, fraction, footprints: request.footprints, group };
                 let value = value_of(decode, &pair, &lanes, _mm256_castsi256_ps(_mm256_set1_epi32(-1)), needed);
-                write_group(&mut out, group, value, 0xff);
+                write_group(&mut out, group, value, ALL_OF_GROUP);
             }
         }
         return;
     }
     let mut previous = None;
     for group in 0..BATCH / GROUP_LANES {
-        let active = (active >> (group * GROUP_LANES)) as u32 & 0xff;
+        let active = (active >> (group * GROUP_LANES)) as u32 & ALL_OF_GROUP;
         if active == 0 {
             continue;
         }
@@ -449,7 +451,7 @@ pub(super) unsafe fn filter<D: Decode>(
                 let same_level = _mm256_castsi256_ps(_mm256_cmpeq_epi32(finer, _mm256_set1_epi32(finer_index)));
                 let filtered = _mm256_movemask_ps(same_level) as u32 & active;
                 let pair = level_pair(levels, address_modes, finer_index as usize, filtered & is_between != 0, previous);
-                let wanted = if filtered == 0xff { same_level } else { mask_of(filtered) };
+                let wanted = if filtered == ALL_OF_GROUP { same_level } else { mask_of(filtered) };
                 let level_value = value_of(decode, &pair, &lanes, wanted, needed);
                 previous = Some(pair);
                 for k in 0..4 {

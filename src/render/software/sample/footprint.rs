@@ -3,8 +3,8 @@
 //! In: gradients, the texture's size, the maximum number of taps. Out: a `FilterRequest` with a level and a footprint for each lane.
 //!
 //! A pixel's footprint is the ellipse, in texels, onto which the gradients map a circle of diameter 1 pixel. The lengths of its axes are the
-//! singular values of the gradient matrix. Up to `max_taps` trilinear taps fill the major axis from both ends, and the mip level is log2 of the minor
-//! axis (or of the major axis / `max_taps`, if that is greater), as in shaders/lib/filtered_map.wesl. Where the major axis is not a whole number of taps
+//! singular values of the gradient matrix. As in shaders/lib/filtered_map.wesl, up to `max_taps` trilinear taps fill the major axis from both ends. The mip
+//! level is log2 of the minor axis, or of the major axis / `max_taps` if that is greater. Where the major axis is not a whole number of taps
 //! long, the taps in the middle overlap and weigh less, so that the filtered value is continuous in the gradients. The level of isotropic filtering is
 //! log2 of the longer gradient. No level is finer than level 0. Loops over lanes are branch-free, so that they are vectorised. Gradients that are not
 //! finite give an unspecified valid level and length.
@@ -172,7 +172,7 @@ impl<'a, R: Real> FilterRequest<'a, R> {
 mod tests {
     use super::*;
 
-    /// Whether a batch has levels if its footprints are `magnified` texels wide, except one of `other` texels; with up to 8 taps, or with one.
+    /// Whether a batch has levels if its footprints are `magnified` texels wide, except one of `other` texels. Up to 8 taps if `is_anisotropic`, else one.
     fn has_level(magnified: f32, other: f32, is_anisotropic: bool) -> bool {
         let (zeros, max_taps) = ([0.0; BATCH], [8.0; BATCH]);
         let mut gradient = [magnified / 64.0; BATCH];

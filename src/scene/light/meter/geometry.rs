@@ -58,8 +58,8 @@ pub(crate) fn area_px(camera: &Camera, placed: &PlacedBody<'_>) -> f64 {
     }
 }
 
-/// Fraction of the bounding box of a body's outline that is in the frame, times the weight of its position. 0 for an open outline: the caller samples such a
-/// body with rays, or counts a Sun with an open outline as entirely in the frame.
+/// Fraction of the bounding box of a body's outline that is in the frame, times the weight of its position. 0 for an open outline: the caller then samples the
+/// body with rays, but counts a Sun as entirely in the frame.
 pub(crate) fn weighted_in_frame_fraction(camera: &Camera, placed: &PlacedBody<'_>) -> f64 {
     let Some((box_centre, size)) = bounding_box(camera, placed) else { return 0.0 };
     let inside = (DVec2::ONE.min(box_centre + 0.5 * size) - DVec2::NEG_ONE.max(box_centre - 0.5 * size)).max(DVec2::ZERO);
@@ -84,7 +84,7 @@ fn bounding_box(camera: &Camera, placed: &PlacedBody<'_>) -> Option<(DVec2, DVec
 const SETTING_DECADES: f64 = 9.0;
 
 /// Upper limit of the angle below the limb over which the weight falls. A compromise: while the lit part is hidden but still has weight, the exposure is too
-/// short for the night side; with an angle of 0, the exposure of the Moon from 12 radii would jump by 10.7 stops when the Sun sets.
+/// short for the night side. With an angle of 0, the exposure of the Moon from 12 radii would jump by 10.7 stops when the Sun sets.
 const MAX_SETTING_RANGE_RAD: f64 = 2.5 * PI / 180.0;
 
 /// Weight of the lit part of a sphere: 1 while some of it is in sight. The limb of a near viewer hides more than half of the sphere; after the lit part has set
@@ -282,8 +282,8 @@ mod tests {
         assert!(of_large < 0.02 && of_large > 0.01, "{of_large}");
     }
 
-    /// Largest change of a function of separation and body radius, over steps of both, relative to the largest change that the overlap allows: twice the
-    /// change of the radius and 2 / pi times that of the separation.
+    /// Largest change of a function of separation and body radius, over steps of both, relative to the largest change that the overlap allows. The overlap
+    /// changes by at most twice the change of the radius and 2 / pi times that of the separation.
     fn largest_jump(fraction: impl Fn(f64, f64) -> f64) -> f64 {
         const STEP: f64 = 1e-3;
         let mut largest = 0.0_f64;

@@ -1,7 +1,8 @@
 //! The light that a body's ground reflects towards the camera, for the light meter.
 //!
-//! In: a placed body, its lights, the effects of the request. Out: radiance at points of the ground. The albedo is a mean over the body. It is that of the
-//! whole planet, or, if the body's map shows the ground alone, that of the ground with the air in front of it and, from above, with the clouds.
+//! In: a placed body, its lights, the effects of the request. Out: radiance at points of the ground. The albedo is a mean over the body: that of the whole
+//! planet. If the body's map shows the ground alone (`clear_sky_albedo`), the albedo below the clouds is that of the ground with the air in front of it. Above
+//! the clouds it changes smoothly to that of the whole planet.
 
 use crate::catalog::{Body, InventedRelief};
 use crate::scene::atmosphere::air;
@@ -23,7 +24,7 @@ const WHOLE_PLANET_CLOUD_HEIGHTS: f64 = 2.0;
 /// Irradiance of level ground by a clear sky, divided by the radiance for which that sky is exposed (`SurroundingAir::exposure_radiance`). An estimate without
 /// a source, within a factor of 1.5 by day; in twilight it is less. It gives some 13 klx under a high Sun (the Sun itself gives 128 klx), and 4 klx for a Sun
 /// at 5 degrees.
-const CLEAR_SKY_IRRADIANCE: f64 = 0.3;
+const CLEAR_SKY_IRRADIANCE_PER_RADIANCE: f64 = 0.3;
 
 /// Steepest slope (rise over run) of the relief that the meter assumes on ground without air; smooth ground would have no light from a Sun below the horizon.
 /// Compared with the mean of a dozen places of the Moon's drawn ground, at altitudes of the Sun from -2 to 8 degrees, the metered radiance is within a factor
@@ -48,7 +49,7 @@ pub(crate) fn relief_weight(p: &PlacedBody<'_>, effects: &EffectOverrides) -> f6
 }
 
 /// Mean cosine of incidence on relief, from the cosine on smooth ground. The slopes along the light's direction are evenly distributed up to [`RELIEF_SLOPE`]
-/// either way; beyond the terminator they get light as in `above_horizon` of shaders/lib/reflected.wesl.
+/// either way. Near the terminator, on both sides of it, and beyond it their light is reduced as by `above_horizon` of shaders/lib/reflected.wesl.
 fn mean_cosine_on_relief(cos_smooth: f64) -> f64 {
     if cos_smooth.abs() >= RELIEF_SLOPE {
         return cos_smooth.max(0.0);
@@ -61,13 +62,16 @@ fn mean_cosine_on_relief(cos_smooth: f64) -> f64 {
 pub(crate) struct Albedo {
     /// Radiance caused by the Sun and other bodies, divided by their irradiance and by the photometric model's reflectance.
     pub of_lights: f64,
-    /// Radiance caused by skylight, divided by the radiance for which the sky is exposed (`SurroundingAir::exposure_radiance`).
+    /// Radiance caused by skylight, divided by the radiance for which the sky is exposed (`SurroundingAir::exposure_radiance`). The sky over a whole planet
+    /// counts as uniform and grey with that radiance: its irradiance then equals its radiance, and the geometric albedo serves as the ground's albedo. Under
+    /// a clear sky this irradiance is too large by the factor 1 / [`CLEAR_SKY_IRRADIANCE_PER_RADIANCE`].
     pub of_sky: f64,
 }
 
 impl Albedo {
     /// The albedo of what the camera sees of a body. `effects`: those of the request; `diameter_px`: of the body's disc.
     pub(crate) fn of(p: &PlacedBody<'_>, effects: &EffectOverrides, diameter_px: f64) -> Self {
+        // The channels of the scale differ only for emissive bodies.
         let (body, scale) = (p.body, p.radiance_scale().x);
         let whole = Self { of_lights: scale * body.geometric_albedo * f64::from(body.colour.max_element()), of_sky: body.geometric_albedo };
         let Some(clear_sky_albedo) = body.clear_sky_albedo else { return whole };
@@ -76,7 +80,7 @@ impl Albedo {
         let ground = scale * clear_sky_albedo * f64::from(body.clear_sky_colour.unwrap_or(body.colour).max_element());
         let air = body.atmosphere.as_ref().filter(|_| !is_off(Effect::Atmosphere));
         let air_light = air.map_or(0.0, |a| air::backscatter(a) * air::opacity_below(a, height_km));
-        let clear = Self { of_lights: ground + air_light, of_sky: CLEAR_SKY_IRRADIANCE * ground };
+        let clear = Self { of_lights: ground + air_light, of_sky: CLEAR_SKY_IRRADIANCE_PER_RADIANCE * ground };
         let clouds = body.clouds.as_ref().filter(|_| !is_off(Effect::Clouds));
         let cloudiness = clouds.map_or(0.0, |c| smoothstep((height_km / c.height_km).max(1e-9).ln() / WHOLE_PLANET_CLOUD_HEIGHTS.ln()));
         // A body drawn as a point has the light of the whole planet.
@@ -129,8 +133,8 @@ impl Ground<'_> {
             _ => 1.0,
         };
         let secondary: f64 = self.secondary_lights.iter().map(|(towards, irradiance)| reflected(*towards, *irradiance)).sum();
-        let lights_weight = night_lights::lit_fraction(normal.dot(self.sun)) * self.night_light_weight;
-        let night_lights = self.night_lights.map_or(0.0, |l| if lights_weight > 0.0 { lights_weight * l.radiance_at(point) } else { 0.0 });
+        let night_weight = night_lights::lit_fraction(normal.dot(self.sun)) * self.night_light_weight;
+        let night_lights = self.night_lights.map_or(0.0, |l| if night_weight > 0.0 { night_weight * l.radiance_at(point) } else { 0.0 });
         let ring_shine = self.ring_shine.as_ref().map_or(0.0, |(shine, radiance)| radiance * shine.irradiance(point, self.sun));
         self.albedo.of_lights * (reflected(self.sun, self.sun_irradiance * sunlight_fraction * ring_transmittance) + secondary)
             + self.albedo.of_sky * self.sky_radiance

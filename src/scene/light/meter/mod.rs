@@ -3,8 +3,8 @@
 //! In: the request, the camera, the placed bodies, the air around the camera. Out: a [`MeterReading`]: weight and radiance of each kind of subject in the
 //! frame, and the Sun's glare. Nothing is rendered: the light of each body is summed over points of its ground (`ground`) with its photometric model and mean
 //! albedo, including eclipses and light from other bodies. Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes
-//! continuously with position, time, field of view and phase (exceptions: [`geometry`]), because the weight of each subject falls off smoothly at limbs and at
-//! the edges of the frame, and the light of the sky fades towards the top of the air. Only the glare and the corona that the image shows are metered: no glare
+//! continuously with position, time, field of view and phase (exceptions: [`geometry`]). For this, the weight of each subject falls off smoothly at limbs and
+//! at the frame's edges, and the light of the sky fades towards the top of the air. Only the glare and the corona that the image shows are metered: no glare
 //! of a Sun outside the frame, and no corona that the glare hides or the user switched off. Left out: maps other than city lights (a sea is as bright as a
 //! desert), relief far below the camera, the shadow of rings on a distant planet, the air beyond a near limb, and the light that another body's air adds in
 //! front of bodies behind it. Weights and limits without a stated source are chosen; tests/scene/metering.rs checks that no exposure jumps.

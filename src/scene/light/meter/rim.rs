@@ -57,7 +57,7 @@ pub(super) struct RimOfAir<'p> {
     /// Sine and cosine of the angle at the body's centre between the limb and the plane through the centre that the camera faces; the angle is 0 for a far
     /// camera.
     limb_tilt: (f64, f64),
-    /// See [`rim::continued_part`]; 0 if the body's colours exclude the air.
+    /// See [`rim::continued_part`]; 0 if the body's colours exclude the air, or if the air is visible over the disc.
     continued_part: f64,
     /// Mean opacity along the limb.
     at_limb: f64,

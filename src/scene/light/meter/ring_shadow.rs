@@ -20,7 +20,7 @@ const RING_SHINE_IN_SHADOW: f64 = 1e-3;
 
 /// The shadow of rings on the ground of their body. Lengths in equatorial radii, body axes.
 pub(super) struct RingShadowOnGround {
-    /// Radii in the ring plane, ascending; with each, the integral over the radius, up to this one, of the fraction of sunlight that the rings block.
+    /// Pairs, ascending: a radius in the ring plane, and the integral, up to this radius, of the fraction of sunlight that the rings block.
     blocked_up_to: Vec<[f64; 2]>,
     /// Unit vector towards the Sun.
     sun: DVec3,

@@ -1,9 +1,9 @@
 //! Merges the settings of this program with those that are in the file when it is written.
 //!
 //! In: the settings, those that this program read or wrote last, and the text of the file. Out: the content to write. Always: what this program has
-//! changed is written; what it has not changed is taken from the file, where another running program may have changed it, and so are fields that this
-//! version does not know, at any depth. A bookmark that another program has added is kept if this one has changed the list, too; its other changes of
-//! that list are lost. Not here: a lock. Of two programs that write in the same instant the last one wins.
+//! changed is written; what it has not changed is taken from the file, where another running program may have changed it. Fields that this version does
+//! not know, at any depth, are taken from the file, too. If both programs have changed the list of bookmarks, those that the other program has added are
+//! kept; the other program's other changes of the list are lost. Not here: a lock. Of two programs that write in the same instant the last one wins.
 
 use super::other_version::{BOOKMARKS, LISTS};
 use super::{Bookmark, Settings};
@@ -146,7 +146,7 @@ mod tests {
         assert_eq!(content(&path)["home"], json!({"latitude_deg": 10.0, "longitude_deg": 40.0}));
     }
 
-    /// Such fields survive also if another setting is invalid and the file is set aside.
+    /// Fields that this version does not know survive also if another setting is invalid and the file is set aside.
     #[test]
     fn unknown_fields_are_kept_when_a_file_is_set_aside() {
         let folder = tempfile::tempdir().expect("a folder");

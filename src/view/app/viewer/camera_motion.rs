@@ -158,7 +158,7 @@ impl Viewer {
         } else {
             inertial_orbit_pose(body, OrbitCamera::from_offset(pose.offset_km, radius_km, body_from_icrf.row(2)))
         };
-        // Both poses measure these two angles from the direction to the body and its pole.
+        // Both poses measure yaw and pitch from the direction to the body and its pole.
         if let CameraPose::Orbit { yaw_deg, pitch_deg, .. } = &mut self.view.eye {
             (*yaw_deg, *pitch_deg) = (old_yaw_deg, old_pitch_deg);
         }

@@ -48,8 +48,11 @@ fn viewer() -> Viewer {
     Viewer::new(subjects, view, || Instant::from_jd_tdb(2_460_000.5))
 }
 
+/// Height of the image in which the mouse moves.
+const IMAGE_HEIGHT_PX: f64 = 800.0;
+
 fn apply(viewer: &mut Viewer, action: Action) {
-    viewer.apply(action, 800.0, &CollinearBodies);
+    viewer.apply(action, IMAGE_HEIGHT_PX, &CollinearBodies);
 }
 
 #[test]
@@ -335,7 +338,7 @@ fn on_the_ground_the_view_stays_where_it_was_when_tracking_ends() {
     }
 }
 
-/// The same in an orbit, in either frame: turning the camera away from the tracked body starts from the direction of the image, and moves the image.
+/// In an orbit, in either frame, turning the camera away from the tracked body starts from the direction of the image, and moves the image.
 #[test]
 fn in_an_orbit_the_view_stays_where_it_was_when_tracking_ends() {
     for rotates in [false, true] {

@@ -36,7 +36,7 @@ enum Renderer {
 }
 
 impl Renderer {
-    /// Each renderer, with the text id of its name.
+    /// Each renderer, with the message id of its name.
     const ALL: [(Self, &'static str); 3] =
         [(Self::Window, "variant-window"), (Self::Software, "variant-f32"), (Self::SoftwareF64, "variant-f64")];
 

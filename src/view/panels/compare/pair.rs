@@ -53,7 +53,7 @@ enum DisplayMode {
 }
 
 impl DisplayMode {
-    /// Each mode, with the text ids of its name and its tooltip.
+    /// Each mode, with the message ids of its name and its tooltip.
     const ALL: [(Self, &'static str, &'static str); 4] = [
         (Self::Split, "pair-split", "pair-split-hint"),
         (Self::SideBySide, "pair-beside", "pair-beside-hint"),

@@ -1,8 +1,8 @@
 //! The part of the Key page that compares two keys (a key names a generated shader module): their sample images, their costs, and the changed source
 //! lines by feature. Also whether any view of the catalog's bodies can need the displayed key.
 //!
-//! In: the drawn key, the displayed key, the pinned keys. Out: egui shapes. Always: a difference is what the second key
-//! has in addition to the first; between equal keys none is shown.
+//! In: the drawn key, the displayed key, the pinned keys. Out: egui shapes. Always: a difference is the change from the first key
+//! to the second; between equal keys none is shown.
 
 use super::queries::{KeySwap, LoadedModule, ModuleFailure, ShaderQueries};
 use super::text::{feature_colour, layout_job};

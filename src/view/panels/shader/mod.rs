@@ -40,7 +40,7 @@ enum Page {
 }
 
 impl Page {
-    /// Each page, with the text ids of its name and its tooltip.
+    /// Each page, with the message ids of its name and its tooltip.
     const ALL: [(Self, &'static str, &'static str); 6] = [
         (Self::Key, "page-key", "page-key-hint"),
         (Self::Source, "page-source", "page-source-hint"),

@@ -68,11 +68,12 @@ fn load_module(session: &Session, id: &ModuleId) -> ModuleResult {
 /// Size of a map in memory, as the shader reads it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MapFacts {
+    /// Width and height of the first level, texels.
     pub width: u32,
     pub height: u32,
     /// Number of images in its mip chain.
     pub levels: usize,
-    /// Size of all levels together.
+    /// Size of all levels together, bytes.
     pub bytes: usize,
 }
 

@@ -299,7 +299,7 @@ impl SourcePage {
     }
 
     /// Shows the feature of a line in the margin. `is_first`: the line is the first visible line of its run, so the margin also shows the feature's
-    /// name. `highlighted`: index of the highlighted feature. Returns whether the margin was clicked.
+    /// name, unless names are hidden. `highlighted`: index of the highlighted feature. Returns whether the margin was clicked.
     fn margin(&self, ui: &mut Ui, text: &ModuleText, line_index: usize, height: f32, is_first: bool, highlighted: Option<usize>) -> bool {
         let Some(line) = text.lines.get(line_index) else { return false };
         let Some((name, _)) = text.features.get(usize::from(line.feature)) else { return false };

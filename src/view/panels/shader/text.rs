@@ -109,7 +109,7 @@ const KEYWORDS: &[&str] = &[
     "true",
     "false",
 ];
-/// Names of types in these languages.
+/// Names of types of WGSL, HLSL, GLSL and MSL.
 const TYPES: &[&str] = &["bool", "f32", "f16", "i32", "u32", "float", "int", "uint", "double", "half", "sampler", "array", "matrix"];
 /// Beginnings of further names of types.
 const TYPE_PREFIXES: &[&str] = &[
