@@ -182,7 +182,8 @@ fn a_moon_behind_rings_seen_edge_on_keeps_most_of_its_light() {
     let start = Instant::parse("2017-05-17T00:00:00Z").expect("a time");
     let axes = |time: Instant| SESSION.ephemeris().body_from_icrf(saturn, time).expect("axes");
     let titan_km = |time: Instant| axes(time) * from_to_km(saturn, titan, time);
-    let is_close_to_plane = |t: &Instant| (3500.0..4500.0).contains(&titan_km(*t).z.abs());
+    let is_lit = |t: Instant| from_to_km(titan, saturn, t).angle_between(from_to_km(titan, NaifId::SUN, t)) < 1.3;
+    let is_close_to_plane = |t: &Instant| (3500.0..4500.0).contains(&titan_km(*t).z.abs()) && is_lit(*t);
     let time = (0..400).map(|k| start.plus_seconds(3600.0 * f64::from(k))).find(is_close_to_plane).expect("a time");
     // The line of sight passes beside the globe, and meets the plane of the rings here at a right angle to the direction of the planet's centre.
     let to_crossing_km = |radius_km: f64| {

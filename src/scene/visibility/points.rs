@@ -1,7 +1,7 @@
 //! Bodies drawn as points among the other bodies of the frame: what of a point's light nearer bodies and rings leave, and what the point hides behind it.
 //!
-//! In: placed bodies, their draws and points. Out: the points with the flux that reaches the viewer, and with [`Point::covered_px`] above 0 only where a disc or
-//! a ring is behind them; points without light that hide nothing are removed. Errors: the transmittance of rings is a mean over one diameter of the body's
+//! In: placed bodies, their draws and points. Out: the points with the flux that reaches the viewer, and with [`Point::covered_px`] above 0 only where a disc
+//! or a ring is behind them; points without light that hide nothing are removed. Errors: the transmittance of rings is a mean over one diameter of the body's
 //! disc, parallel to the pole of the rings. Not here: the air of a planet in front of a point, unless the camera is in it (`features`).
 
 use super::hidden::{is_within, record, visible_fraction};
