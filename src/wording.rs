@@ -43,8 +43,8 @@ pub(crate) fn controls_terminal(c: char) -> bool {
     c.is_control() || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// At most three known words that may be meant by `word`, nearest first. If it has three letters or more, words that begin with it count. Words that differ
-/// from it by a few edits count, too: by a third of its letters, but at least one and at most three edits; a swap is one edit. Case is ignored.
+/// At most three known words that may be meant by `word`, nearest first: words that begin with it, if it has three letters or more, and words that differ from
+/// it by at most a third of its letters, rounded down, but by one edit if that is less, and by three edits at most. A swap is one edit. Case is ignored.
 pub(crate) fn nearest<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) -> Vec<&'k str> {
     // Longer input matches no name, and would be slow to compare.
     let lower: String = word.chars().take(64).flat_map(char::to_lowercase).collect();

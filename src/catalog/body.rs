@@ -390,8 +390,8 @@ impl Body {
         self.clear_sky_colour.unwrap_or(self.colour).to_array().map(|c| f64::from(c) * albedo)
     }
 
-    /// Factors on y and z of a point in the unit-sphere frame. The direction of the product has the longitude and the latitude of the body's maps: of the kind
-    /// in which the maps' columns and rows are evenly spaced.
+    /// Factors on y and z of a point in the unit-sphere frame. The direction of the product has a longitude and a latitude of the kind in which the
+    /// columns and rows of the body's maps are evenly spaced.
     pub fn map_stretch(&self) -> DVec2 {
         let latitude = self.maps.albedo.as_ref().or(self.maps.night.as_ref()).map_or(MapLatitude::Planetocentric, |m| m.latitude);
         let ratios = DVec2::new(self.radii_km.y, self.radii_km.z) / self.radii_km.x;

@@ -93,8 +93,8 @@ impl LimbProfile {
 /// Iterations of the ternary search for the summit: they shrink its interval of two steps by (2/3)^13 = 0.005, to a hundredth of a step.
 const REFINEMENTS: usize = 13;
 
-/// Height of the silhouette above the sphere in the half plane towards `limb_direction`. One of the view rays that meet ground there is farthest from the
-/// Moon's centre; the height is its distance from there, less the sphere's radius.
+/// Height of the silhouette above the sphere in the half plane towards `limb_direction`: the greatest distance from the Moon's centre of a view ray that meets
+/// ground in that half plane, less the sphere's radius.
 fn silhouette_height_km(map: &HeightMap, distance_km: f64, to_place: DVec3, limb_direction: DVec3) -> f64 {
     let [_, greatest_km] = map.range_km();
     let sphere_km = map.sphere_km();

@@ -116,7 +116,7 @@ impl PlanetConjunction {
     }
 
     fn transit(self, planet: NaifId) -> Option<Transit> {
-        // Angle from external tangency of the discs, negative if they overlap; and from internal tangency, negative if the planet is entirely on the Sun.
+        // Angles from external and from internal tangency of the discs: the first is negative if they overlap, the second if the planet is entirely on the Sun.
         let outer_gap_rad = |s: f64| self.separation_rad(s) - self.angular_radii_rad(s).0 - self.angular_radii_rad(s).1;
         let inner_gap_rad = |s: f64| self.separation_rad(s) - self.angular_radii_rad(s).0 + self.angular_radii_rad(s).1;
         let greatest_s = time_of_minimum(-HALF_SPAN_S, HALF_SPAN_S, |s| self.separation_rad(s));

@@ -43,7 +43,8 @@ impl Session {
     /// layer.
     ///
     /// # Errors
-    /// The file cannot be read, or its content is invalid: the message then names file, line and field. An error adds nothing.
+    /// The name is not that of a data layer, the file cannot be read, its content is invalid (the message names file, line and field), or it is an image for a
+    /// body. An error adds nothing.
     pub fn add_data_file(&self, path: &Path, body: Option<NaifId>) -> Result<String, SessionError> {
         let file = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         if !is_layer_file(&file) {

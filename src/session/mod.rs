@@ -1,4 +1,4 @@
-//! Runs the stages from a view request to a finished frame with catalog, ephemeris, maps, shader library and renderers.
+//! Runs the stages from a view request to a finished frame. It uses catalog, ephemeris, maps, shader library and renderers.
 //!
 //! In: [`Sources`] (folders and files the user named) and view requests. Out: scenes, plans, frames, and the time of each stage.
 //! A session is opened once and draws many frames; it keeps decoded maps and shader modules. Problems that the user should know (a missing map,

@@ -228,7 +228,7 @@ pub(super) fn ring_plane(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionE
         for tan_elevation in [0.0, 1e-9, -1e-6, 1e-4, 1e-2] {
             for distance_radii in [1.5, 4.0, 30.0, 1e5] {
                 let offset = body_from_icrf.transpose() * DVec3::new(0.6, -0.8, tan_elevation) * distance_radii * body.radii_km.x;
-                // The frame reaches 2.5 radii from the body's centre to each side, or less near the body.
+                // The frame reaches 2.5 radii from the body's centre to each side; at these distances the limit of 120 degrees is not reached.
                 let fov_deg = (2.0 * (2.5_f64 / distance_radii).atan().to_degrees()).min(120.0);
                 let case = json!({ "body": body.name, "distance_radii": distance_radii, "tan_elevation": tan_elevation });
                 views.push(ExtremeView {

@@ -106,8 +106,8 @@ impl Instant {
         tt_s - delta_t::delta_t_s(tt_s)
     }
 
-    /// `2024-04-08T18:17:16Z`, with milliseconds when they are not zero; from a million years before or after 2000 on, `jd_tdb:` with the Julian date.
-    /// [`Self::parse`] reads years of four digits only.
+    /// `2024-04-08T18:17:16Z`, with milliseconds when they are not zero; more than a million years before or after 2000, `jd_tdb:` with the Julian
+    /// date; `not a time` if it is not finite. [`Self::parse`] reads years of four digits only.
     pub fn to_utc_iso(self) -> String {
         text::format_utc(self)
     }

@@ -107,7 +107,7 @@ fn tails_point_away_from_the_sun_and_lag() {
                 assert!(from_comet.normalize().dot(normal).abs() < 1e-6, "{name}: out of the plane");
                 (-from_comet.dot(forward)).atan2(from_comet.dot(outward))
             };
-            // A few days after release, a grain lags, by hardly more than a right angle.
+            // A few days after release, a grain lags, by at most slightly more than a right angle.
             assert!((0.0..1.6).contains(&dust_lag_rad(5.0, 0.5)), "{name} {days_past_perihelion}: {}", dust_lag_rad(5.0, 0.5));
             assert!(
                 dust_lag_rad(20.0, 0.5) > dust_lag_rad(5.0, 0.5),

@@ -53,7 +53,7 @@ fn greatest_error<R: Real>(shader: &Emitted, e: f64, times: &[f64], scale: impl 
 }
 
 /// Times for [`motion_input`] over an orbit with perihelion distance 1 au, half of them before perihelion, and more times close to perihelion. An open orbit
-/// has no period; its times are within 10,000 units of perihelion.
+/// has no period; its times are within 10,000 units of time of the passage through perihelion.
 fn times(e: f64) -> Vec<f64> {
     let half_period = if e < 1.0 { PI * (1.0 - e).powf(-1.5) } else { 1e4 };
     let evenly_spaced = (-2000..=2000).map(|k| half_period * f64::from(k) / 2000.0);

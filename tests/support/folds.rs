@@ -1,5 +1,5 @@
 //! The larger and the smaller of two numbers for folds over results, where NaN must not get lost: `f64::max` and `f64::min` ignore it, so that a wrong result
-//! would pass. These functions return NaN, which fails each comparison that follows.
+//! would pass. These functions return it instead, and it fails each comparison that follows.
 
 /// Whether a number is NaN: only NaN is not equal to itself.
 fn is_nan<T: PartialOrd>(number: &T) -> bool {

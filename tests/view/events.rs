@@ -106,8 +106,8 @@ fn each_view_shows_its_event() {
     assert!(with_low_sun > 3, "eclipses seen from above the ground: {with_low_sun}");
 }
 
-/// Three months after opposition, Jupiter's shadow is beside Jupiter: the view of a moon's eclipse contains the moon even if it is
-/// above or below Jupiter: half the vertical field of view exceeds the moon's distance from Jupiter.
+/// Three months after opposition, Jupiter's shadow is beside Jupiter. The view of a moon's eclipse contains the moon even if it is above or below Jupiter,
+/// because half the vertical field of view exceeds the moon's distance from Jupiter.
 #[test]
 fn the_view_of_a_moons_eclipse_contains_the_moon() {
     let (catalog, places) = (session().catalog(), SessionPositions(session()));
@@ -192,7 +192,8 @@ fn an_error_of_delta_t_above_the_shown_digits_is_stated() {
     assert!(window.query_by_label_contains("Delta T is uncertain").is_none());
 }
 
-/// In Greenwich the maximum of the eclipse of 2024-03-25 was at moonset, with the Moon's centre below the horizon and its upper limb at it.
+/// In Greenwich the Moon set before the greatest eclipse of 2024-03-25. So the maximum at this place was at moonset, with the Moon's centre below the horizon
+/// and its upper limb at it.
 #[test]
 fn a_maximum_at_moonset_is_at_the_horizon() {
     let mut window = window_without_images(NaifId(499));

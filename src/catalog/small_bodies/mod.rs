@@ -68,7 +68,7 @@ impl SmallBody {
         }
     }
 
-    /// Whether its brightness follows the law of comets. So a comet without M1 in its table counts as a minor planet.
+    /// Whether its brightness follows the law of comets: false for a comet whose table has no M1.
     pub fn is_comet(&self) -> bool {
         matches!(self.brightness, BrightnessLaw::Comet { .. })
     }

@@ -102,8 +102,8 @@ impl GpuRenderer {
         Some(WINDOW_FORMATS.into_iter().all(|format| resources.is_ready(plan, |_| format)))
     }
 
-    /// Draws the plan to the window and presents it. Returns false, without drawing, if the surface has no texture now: the window is hidden, or a failure may
-    /// be temporary. Also returns false while another thread uses the windows' resources, as [`GpuRenderer::warm_up_window_pipelines`] does.
+    /// Draws the plan to the window and presents it. Returns false, without drawing, if the surface has no texture now, because the window is hidden or after a
+    /// failure that may be temporary. Also returns false while another thread uses the windows' resources, as [`GpuRenderer::warm_up_window_pipelines`] does.
     /// `before_present` is called right before presenting: some window systems need the notification.
     ///
     /// # Errors

@@ -170,8 +170,8 @@ pub(super) fn stars(scene: &Scene, provider: &impl ResourceProvider) -> Result<V
     sprites("stars", &drawn_here, &STAR_ATTRIBUTES, scene, provider)
 }
 
-/// Smallest area, in pixels, for which a point that hides what is behind it has a draw. A smaller area changes a pixel by less than half a level of 255, even
-/// in front of white: at most 0.38 of the area is in one pixel.
+/// A point that hides no more than this area, in pixels, has no draw for it: such an area changes a pixel by less than half a level of 255, even in front of
+/// white, because at most 0.38 of it is in one pixel.
 const MIN_COVERED_PX: f32 = 1.0 / 255.0;
 
 /// First the sprites that hide what is behind the points, then those of their light, so that no point hides the light of another: the scene has already removed

@@ -366,7 +366,8 @@ mod tests {
         assert!(SurroundingAir::of(earth, &centre).is_none());
     }
 
-    /// The air of Titan is thick, that of Mars with its dust is not. Drafts use the table only in thick air and near a body, standard quality always.
+    /// The air of Titan is thick, that of Mars with its dust is not. Drafts use the table only in thick air or near a body, standard quality
+    /// always.
     #[test]
     fn only_titans_air_is_thick() {
         let catalog = Catalog::embedded();

@@ -144,8 +144,8 @@ pub struct Point {
     pub stretch: f32,
     /// Linear RGB: the sum of the sprite's radiance over its pixels.
     pub flux: Vec3,
-    /// Area in pixels of what the body hides of the discs and rings behind it: that of its disc and of the air beyond its limb, times the fraction of its light
-    /// that bodies and rings in front leave. 0 if there is no disc or ring behind it; if its own disc is drawn, too; in pixel views other than the final image;
-    /// and by day in air, except in front of the Sun.
+    /// Area in pixels of what the body hides of the discs and rings behind it: that of its disc and of the air beyond its limb, times the fraction of its
+    /// light that bodies and rings in front leave. 0 if there is no disc or ring behind it; for the Sun; if its own disc is drawn, too; in pixel views other
+    /// than the final image; and by day in air, except in front of the Sun.
     pub covered_px: f32,
 }

@@ -80,8 +80,8 @@ fn bending(refractivity: f64, radius_km: f64, scale_height_km: f64) -> f64 {
     refractivity * (std::f64::consts::TAU * radius_km / scale_height_km).sqrt()
 }
 
-/// Layers of a body's air in units of `unit_km`; `None` if the catalog lacks the refractivity. `radius`: radius of the body's outline; `bending_fraction`: see
-/// [`bending_fraction`].
+/// Layers of a body's air in units of `unit_km`; `None` if the body has no air, or the catalog lacks its refractivity or its gas. `radius`: radius of the
+/// body's outline; `bending_fraction`: see [`bending_fraction`].
 pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, bending_fraction: f64) -> Option<RefractingLayers> {
     let air = body.atmosphere.as_ref()?;
     let (refractivity, rayleigh) = (air.refractivity?, rayleigh(air)?);

@@ -165,7 +165,8 @@ impl FeatureSelection {
             lights: match (available.emissive, self.has_ring_shine(body), self.secondary_light_count) {
                 (true, ..) => 0,
                 (false, true, _) | (false, false, 0) => 1,
-                // The number of lights is rounded up to the maximum, which halves the number of keys with air and an eclipse; the last light may be black.
+                // With secondary lights, the number of lights is rounded up to the maximum, which halves the number of keys with air, an eclipse and secondary
+                // lights; the last light may be black.
                 (false, false, _) if air.model != AtmosphereModel::None && self.eclipse.occluders > 0 => MAX_LIGHTS,
                 (false, false, secondary) => 1 + secondary.min(MAX_LIGHTS - 1),
             },

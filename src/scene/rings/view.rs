@@ -196,7 +196,7 @@ impl<'a> RingView<'a> {
 
     /// The visible rings; with `include_all` also rings below the threshold. Rings are left out from the outermost inwards as long as together they change no
     /// pixel visibly. Their joint change is at most the sum of their changes, and at most the largest change that one of them makes to a pixel that it fills.
-    /// None is drawn if the disc out to the outermost visible ring, seen face-on, covers at most half a pixel.
+    /// The check also fails if the disc out to the outermost of these rings, seen face-on, covers at most half a pixel.
     pub(crate) fn visible_rings(&self, include_all: bool) -> VisibleRings<'a> {
         let frame = self.frame_limits();
         let mut rings: Vec<(&Ring, RingChange)> =

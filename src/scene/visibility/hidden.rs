@@ -236,11 +236,11 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Dra
         for (p, rows) in nearer.iter().zip(draw.uniforms.foreground_limbs.rows.as_chunks_mut::<3>().0) {
             let limb = Limb::on(&p.placement, origin_ray, dx, dy);
             // Kinds and rows as in shaders/lib/foreground_limb.wesl, which has rows for the two largest bodies. Kinds: 1 for a body drawn over the disc,
-            // 3 if nothing of the disc is visible.
-            let kind = if visible == DVec3::ZERO { 3.0 } else { 1.0 };
+            // 2 if nothing of the disc is visible.
+            let kind = if visible == DVec3::ZERO { 2.0 } else { 1.0 };
             let row = |values: [f64; 4]| Vec4::from_array(values.map(narrow_scalar));
             let [c, gx, gy, xx, xy, yy] = limb.quadratic;
-            *rows = [row([c, gx, gy, kind]), row([xx, xy, yy, 1.0]), row([limb.linear[0], limb.linear[1], limb.linear[2], 0.0])];
+            *rows = [row([c, gx, gy, kind]), row([xx, xy, yy, 0.0]), row([limb.linear[0], limb.linear[1], limb.linear[2], 0.0])];
         }
         let moon = nearer.iter().take(2).position(|p| p.limb_profile.is_some());
         if let (Some(k), Some(moon_limb)) = (moon, &moon_limb) {

@@ -87,7 +87,7 @@ struct Damaged;
 /// The content of the disk cache.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct DiskStatus {
-    /// Folder of this generator; `None` for a library that is only in memory, or as long as it has edited fragments.
+    /// Folder of this generator; `None` if the library is only in memory or has edited fragments.
     pub folder: Option<PathBuf>,
     /// Entries of this generator, and their bytes.
     pub entries: u64,

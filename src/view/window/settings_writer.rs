@@ -19,8 +19,8 @@ pub(crate) struct SettingsSender {
 }
 
 impl SettingsSender {
-    /// A sender that sends changes of `settings`. `settings` themselves are not sent: they were loaded from the file, or are the default ones if there is no
-    /// usable file. The receiver is for [`write_changes`].
+    /// A sender that sends changes of `settings`. These settings themselves are not sent: they were loaded from the file, or are the default ones if there is
+    /// no usable file. The receiver is for [`write_changes`].
     pub(crate) fn new(settings: &Settings) -> (Self, Receiver<Settings>) {
         let (sender, receiver) = channel();
         (Self { changes: sender, last: settings.clone() }, receiver)

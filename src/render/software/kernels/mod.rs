@@ -1,8 +1,8 @@
 //! SIMD kernels: one generic source, compiled once per instruction set and chosen at run time.
 //!
 //! In: operands, each of one of two kinds: an array of lanes, or one value for all lanes. Out: [`LANES`] lanes written. Frequent operations have one
-//! specialised kernel per combination of operand kinds with an array. Every operation has one generic kernel, which accepts only arrays of lanes and processes
-//! [`CHUNK`] lanes at a time. [`chains`] computes several operations in one kernel.
+//! specialised kernel per combination of operand kinds with an array (a copy also for one value). Every operation has one generic kernel, which accepts only
+//! arrays of lanes and, except for derivatives, processes [`CHUNK`] lanes at a time. [`chains`] computes several operations in one kernel.
 
 pub mod chains;
 pub mod class;

@@ -21,7 +21,7 @@ impl<'m> Lowerer<'m> {
         self.frame().info[handle].ty.inner_with(&module.types)
     }
 
-    /// The value of an expression. `Emit` and call statements have stored that of theirs; any other is evaluated here, at each use, and not stored.
+    /// The value of an expression. Those of expressions in `Emit` and of calls are already stored; any other is evaluated here, at each use, and not stored.
     pub(crate) fn value_of(&mut self, handle: Handle<Expression>) -> Result<Value> {
         match self.frame().values.get(&handle) {
             Some(v) => Ok(v.clone()),

@@ -155,8 +155,8 @@ impl RasterGeometry {
 }
 
 /// Prefetch distances, in triangles: of raster triangles; of source triangles; of planes and flat values. A raster triangle refers to its source triangle,
-/// which refers to planes and flat values. The three are therefore fetched in this order, four triangles apart, the last of them four triangles before their
-/// use. Four is a choice: docs/measurements.md has times with these distances only.
+/// which refers to planes and flat values. The three are therefore fetched in this order, four triangles apart, and the last four triangles before its use.
+/// Four is a choice: docs/measurements.md has times with these distances only.
 #[cfg(target_arch = "x86_64")]
 const PREFETCH_DISTANCES: [usize; 3] = [12, 8, 4];
 

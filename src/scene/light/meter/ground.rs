@@ -1,8 +1,8 @@
 //! The light that a body's ground reflects towards the camera, for the light meter.
 //!
 //! In: a placed body, its lights, the effects of the request. Out: radiance at points of the ground. The albedo is a mean over the body: that of the whole
-//! planet. If the body's map shows the ground alone (`clear_sky_albedo`), the albedo below the clouds is that of the ground with the air in front of it. Above
-//! the clouds it changes smoothly to that of the whole planet.
+//! planet. If the body's map shows the ground alone (`clear_sky_albedo`), it is that of the ground with the air in front of it; for a camera above drawn
+//! clouds, and for small discs, it changes smoothly to that of the whole planet.
 
 use crate::catalog::{Body, InventedRelief};
 use crate::scene::atmosphere::air;
@@ -49,7 +49,7 @@ pub(crate) fn relief_weight(p: &PlacedBody<'_>, effects: &EffectOverrides) -> f6
 }
 
 /// Mean cosine of incidence on relief, from the cosine on smooth ground. The slopes along the light's direction are evenly distributed up to [`RELIEF_SLOPE`]
-/// either way. Near the terminator, on both sides of it, and beyond it their light is reduced as by `above_horizon` of shaders/lib/reflected.wesl.
+/// either way. Their light is reduced as by `above_horizon` of shaders/lib/reflected.wesl: not at all from a cosine of 0.05 on, to nothing at -0.05.
 fn mean_cosine_on_relief(cos_smooth: f64) -> f64 {
     if cos_smooth.abs() >= RELIEF_SLOPE {
         return cos_smooth.max(0.0);

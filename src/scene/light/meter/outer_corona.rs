@@ -1,5 +1,5 @@
-//! Meters the outer corona by rays of the frame, in two cases: the camera is near the Sun, so that the corona surrounds it; or a body in front of the Sun hides
-//! the inner corona but not the outer one. Very near the Sun the rays meter the inner corona, too.
+//! Meters the outer corona by rays of the frame, in two cases: the camera is near the Sun, so that the corona surrounds the camera; or a body in front of the
+//! Sun hides the inner corona but not the outer one. Very near the Sun the rays meter the inner corona, too.
 //!
 //! In: the metered frame. Out: one subject, the corona beyond the annuli of the inner corona ([`MeteredFrame::corona`]). Always: continuous in the camera's
 //! position.

@@ -96,7 +96,7 @@ pub(crate) fn brief_number(v: f32) -> String {
 fn uniform_table(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, filter: &str) {
     /// Largest number of rows of a matrix or array that the table shows.
     const MAX_ROWS: usize = 3;
-    /// Largest number of rows that its tooltip shows.
+    /// Largest number of rows of a matrix or array that the tooltip of its value shows.
     const MAX_TOOLTIP_ROWS: usize = 60;
     Grid::new("uniforms").num_columns(5).striped(true).spacing([10.0, 3.0]).show(ui, |ui| {
         for heading in [text!("values-offset"), text!("values-bytes"), text!("values-type"), text!("values-name"), text!("values-value")] {
