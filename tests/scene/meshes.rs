@@ -288,7 +288,8 @@ fn a_mesh_decision_is_explained_and_a_far_mesh_is_a_point() {
     let demanded = UserMesh::request("+mesh", PixelView::Final, viewpoints()[0]);
     let scene = Scene::build(user_mesh.session.catalog(), user_mesh.session.ephemeris(), &demanded).expect("a scene");
     assert_eq!(decision(&scene, "mesh"), (false, "shape.obj was not loaded: drawn as its ellipsoid".into()));
-    let (scene, _) = user_mesh.draw("", PixelView::Final, viewpoints()[0].normalize() * 2e4);
+    // From the side away from Mars, which would hide a point.
+    let (scene, _) = user_mesh.draw("", PixelView::Final, DVec3::NEG_X * 2e4);
     assert!(scene.draws.iter().all(|d| d.body != PHOBOS) && scene.points.iter().any(|p| p.body == PHOBOS));
     // A body without a mesh reports that.
     let (scene, _) = UserMesh::new("", &[]).draw("", PixelView::Final, viewpoints()[0]);
