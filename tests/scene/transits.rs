@@ -4,6 +4,7 @@ use crate::support::session::SESSION;
 use glam::{DVec2, DVec3, Vec3};
 use orrery::FrameImages;
 use orrery::catalog::NaifId;
+use orrery::ephemeris::angle_rad;
 use orrery::render::plan::{self, SamplingQuality};
 use orrery::scene::request::{Axes, ExposureRequest, Position, ViewRequest};
 use orrery::scene::{Appearance, Scene};
@@ -57,7 +58,7 @@ fn from_to_km(from: NaifId, to: NaifId, time: Instant) -> DVec3 {
 /// A time at which the side of a planet that its moon sees is lit. Seen from the outer side of the moon, this side is behind the moon.
 fn time_of_lit_planet(moon: NaifId, planet: NaifId) -> Instant {
     let start = Instant::parse("2024-03-01T00:00:00Z").expect("a time");
-    let is_lit = |time: &Instant| from_to_km(planet, moon, *time).angle_between(from_to_km(planet, NaifId::SUN, *time)) < 0.7;
+    let is_lit = |time: &Instant| angle_rad(from_to_km(planet, moon, *time), from_to_km(planet, NaifId::SUN, *time)) < 0.7;
     (0..1000).map(|k| start.plus_seconds(3600.0 * f64::from(k))).find(is_lit).expect("a time")
 }
 
@@ -182,7 +183,7 @@ fn a_moon_behind_rings_seen_edge_on_keeps_most_of_its_light() {
     let start = Instant::parse("2017-05-17T00:00:00Z").expect("a time");
     let axes = |time: Instant| SESSION.ephemeris().body_from_icrf(saturn, time).expect("axes");
     let titan_km = |time: Instant| axes(time) * from_to_km(saturn, titan, time);
-    let is_lit = |t: Instant| from_to_km(titan, saturn, t).angle_between(from_to_km(titan, NaifId::SUN, t)) < 1.3;
+    let is_lit = |t: Instant| angle_rad(from_to_km(titan, saturn, t), from_to_km(titan, NaifId::SUN, t)) < 1.3;
     let is_close_to_plane = |t: &Instant| (3500.0..4500.0).contains(&titan_km(*t).z.abs()) && is_lit(*t);
     let time = (0..400).map(|k| start.plus_seconds(3600.0 * f64::from(k))).find(is_close_to_plane).expect("a time");
     // The line of sight passes beside the globe, and meets the plane of the rings here at a right angle to the direction of the planet's centre.

@@ -130,7 +130,7 @@ pub(crate) fn phase(body: &Body, alpha: f64) -> f64 {
 const PHASE_CORRECTION_RADII: [f64; 2] = [4.0, 20.0];
 
 /// Factor by which the drawn radiance is multiplied so that the disc's total brightness follows the published phase law. It applies in full beyond the second
-/// of [`PHASE_CORRECTION_RADII`], is 1 within the first, and changes smoothly with the logarithm of the distance in between.
+/// of `PHASE_CORRECTION_RADII`, is 1 within the first, and changes smoothly with the logarithm of the distance in between.
 pub fn phase_correction(body: &Body, alpha: f64, distance_radii: f64) -> f64 {
     let model = model_phase(&body.photometry, alpha);
     // At a phase angle of 180 degrees the model has no light that could be corrected.
