@@ -12,6 +12,7 @@ use crate::scene::camera::viewpoint;
 use crate::scene::eclipse::occluders::{Occluder, Receiver};
 use crate::scene::error::SceneError;
 use crate::scene::light::{brightness, photometry};
+use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ViewRequest;
 use crate::scene::resources::Caches;
 use crate::time::Instant;
@@ -42,6 +43,8 @@ pub(crate) struct PlacedBody<'a> {
     pub outline: Outline,
     /// Irradiance at the viewer from globe and rings without eclipses, in units of the Sun's at 1 au.
     pub irradiance: f64,
+    /// As `irradiance`, but without rings if the user has switched them off: the light of the body's point.
+    pub shown_irradiance: f64,
     /// The body as a receiver of sunlight, with all bodies that may be in front of the Sun as seen from it. Computed once and used for the exposure,
     /// the globe, its rings and its point.
     pub sun_occluders: OnceCell<(Receiver<'a>, Vec<Occluder<'a>>)>,
@@ -113,16 +116,13 @@ pub(crate) fn place<'a>(
     let phase_angle_rad =
         if body.id == NaifId::SUN || camera_at_centre { 0.0 } else { crate::ephemeris::angle_rad(-astrometric_km, sun_from_body_km) };
     let to_camera = placement.camera_in_unit_sphere() * body.radii_km;
-    let irradiance = if camera_at_centre {
-        0.0
+    let (sun_km, viewer_km) = (body_from_icrf * sun_from_body_km, to_camera.normalize() * distance_km);
+    let shows_rings = request.effects.override_of_body(body, Effect::Rings) != Some(false);
+    let (irradiance, shown_irradiance) = if camera_at_centre {
+        (0.0, 0.0)
     } else {
-        brightness::irradiance(
-            &caches.ring_tables,
-            body,
-            phase_angle_rad,
-            body_from_icrf * sun_from_body_km,
-            to_camera.normalize() * distance_km,
-        )
+        let entire = brightness::irradiance(&caches.ring_tables, body, phase_angle_rad, sun_km, viewer_km);
+        (entire, if shows_rings { entire } else { brightness::globe_irradiance(body, phase_angle_rad, sun_km, viewer_km) })
     };
     let outline = if camera_at_centre { Outline::Behind } else { Outline::of(camera, &placement) };
     Ok(PlacedBody {
@@ -137,6 +137,7 @@ pub(crate) fn place<'a>(
         phase_angle_rad,
         outline,
         irradiance,
+        shown_irradiance,
         sun_occluders: OnceCell::new(),
         visible_fraction: OnceCell::new(),
         limb_profile: None,

@@ -81,7 +81,7 @@ pub fn point_spread(radius_px: f64) -> [f64; 2] {
 pub(crate) fn flux(camera: &Camera, placed: &PlacedBody<'_>) -> DVec3 {
     let direction = placed.placement.centre_km / placed.distance_km;
     // In the units used, radiance 1 is that of a white Lambert plane under irradiance 1, which is 1 / pi per steradian: hence the factor.
-    placed.body.colour.as_dvec3() * (placed.irradiance * PI / pixel_sr(camera, direction))
+    placed.body.colour.as_dvec3() * (placed.shown_irradiance * PI / pixel_sr(camera, direction))
 }
 
 /// Solid angle of a pixel in a direction (unit vector): perspective shrinks it by the third power of the cosine of the angle to the axis. The lower limit of

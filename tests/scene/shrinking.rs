@@ -104,3 +104,15 @@ fn the_disc_and_the_point_of_a_body_with_air_share_its_light() {
         assert!(entire_disc + 0.8 * point > most, "{body:?}: {entire_disc} and {point}, not above {most}");
     }
 }
+
+/// Saturn without its rings, which the user has switched off, has the light of its globe as a point and as a disc.
+#[test]
+fn the_point_of_a_planet_without_its_rings_has_the_light_of_the_globe() {
+    let session = &*crate::support::session::SESSION;
+    let subject = Subject { body: NaifId(699), from: NaifId::SUN, time: "2024-04-08T18:17:16Z" };
+    let [disc, point] = [4.5, 0.5].map(|diameter_px| light(session, &subject, 64, diameter_px, "-rings").0);
+    assert!((point / disc - 1.0).abs() < TOLERANCE, "{point}, disc {disc}");
+    // With the light of the rings, almost edge-on in that year, the comparison would fail.
+    let with_rings = light(session, &subject, 64, 0.5, "").0;
+    assert!(with_rings / disc > 1.0 + TOLERANCE && with_rings > 1.2 * point, "{with_rings} with rings, {point} without");
+}

@@ -10,18 +10,25 @@ use crate::scene::rings::ring_table::RingTables;
 use crate::units::KM_PER_AU;
 use glam::DVec3;
 
+/// Irradiance from the globe, without its rings and their shadow, in units of the Sun's at 1 au. Parameters as for [`irradiance`].
+pub(crate) fn globe_irradiance(body: &Body, phase_angle_rad: f64, sun_km: DVec3, viewer_km: DVec3) -> f64 {
+    let projected_radius_sq_km2 = photometry::projected_radius_sq_km2(body.radii_km, viewer_km.normalize());
+    photometry::irradiance_at_viewer(body, phase_angle_rad, sun_distance_km(sun_km), viewer_km.length(), projected_radius_sq_km2)
+}
+
+/// At least 1 km, because the body may be the Sun itself.
+fn sun_distance_km(sun_km: DVec3) -> f64 {
+    sun_km.length().max(1.0)
+}
+
 /// Irradiance from globe and rings, in units of the Sun's at 1 au. `phase_angle_rad`: Sun-body-viewer. `sun_km` and `viewer_km`: positions relative to the
 /// body's centre, body axes.
 pub(crate) fn irradiance(ring_tables: &RingTables, body: &Body, phase_angle_rad: f64, sun_km: DVec3, viewer_km: DVec3) -> f64 {
-    let (viewer_distance_km, viewer) = (viewer_km.length(), viewer_km.normalize());
-    let projected_radius_sq_km2 = photometry::projected_radius_sq_km2(body.radii_km, viewer);
-    // At least 1 km, because the body may be the Sun itself.
-    let sun_distance_km = sun_km.length().max(1.0);
-    let globe_irradiance =
-        photometry::irradiance_at_viewer(body, phase_angle_rad, sun_distance_km, viewer_distance_km, projected_radius_sq_km2);
+    let globe_irradiance = globe_irradiance(body, phase_angle_rad, sun_km, viewer_km);
     if body.rings.is_empty() || sun_km == DVec3::ZERO {
         return globe_irradiance;
     }
+    let (viewer_distance_km, viewer, sun_distance_km) = (viewer_km.length(), viewer_km.normalize(), sun_distance_km(sun_km));
     let rings = RingLight::of(ring_tables, body, sun_km.normalize(), viewer);
     // `ring_albedo` is relative to a disc of the equatorial radius.
     let rings_irradiance = rings.ring_albedo * (body.radii_km.x / viewer_distance_km * KM_PER_AU / sun_distance_km).powi(2);
