@@ -118,6 +118,7 @@ const TYPE_PREFIXES_BEFORE_DIGIT: &[&str] =
 const TYPE_PREFIXES: &[&str] = &[
     "texture_cube",
     "texture_depth_",
+    "texture_external",
     "texture_multisampled_",
     "texture_storage_",
     "texturecube",
