@@ -3,7 +3,7 @@
 //! In: an image size and a number of rounds. Out: JSON with one row per model:
 //! - `triangles`: number of triangles;
 //! - `read_ms`: time of the maps stage in the first frame with the mesh, which reads the mesh file;
-//! - `trace_shadow_ms`: time of the scene stage in the first frame with the mesh's shadow on itself, most of which traces that shadow;
+//! - `trace_shadow_ms`: time of the scene stage in the first frame with the mesh's shadow on itself; most of that time is spent tracing the shadow;
 //! - `ellipsoid_ms`: median time of a frame with the ellipsoid in place of the mesh;
 //! - `without_self_shadow` and `mesh`: times of frames with the mesh, without and with that shadow, as ratios to those with the ellipsoid. Frames of the
 //!   three kinds are measured alternately.
@@ -23,7 +23,7 @@ use crate::session::{Session, Stage, milliseconds};
 use crate::time::Instant;
 use serde_json::{Value, json};
 
-/// Numbers of latitude bands from pole to pole; a sphere with n bands has 4 n (n - 1) triangles.
+/// Numbers of latitude bands from pole to pole; a sphere with n bands has 4 n (n - 1) triangles, so these models have 5040 to 326 040.
 const BANDS: [u32; 4] = [36, 72, 143, 286];
 /// Time of the view, chosen arbitrarily: 2013-08-20 00:00 TDB.
 const VIEW_TIME_JD_TDB: f64 = 2_456_524.5;

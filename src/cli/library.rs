@@ -63,6 +63,7 @@ struct VerifyReport {
 fn open(common: &Common) -> Result<(ShaderLibrary, Option<StoredMaps>), CliError> {
     let cache = cache_folder(common.cache.as_deref()).map_err(|e| print_message(&e.to_string())).ok();
     let library = open_library(cache.as_deref(), lowering(), std::sync::Arc::new(print_message));
+    // A file of `--surface` is a shader source, too.
     if common.shaders.is_some() || !common.surface.is_empty() {
         library.set_fragments(super::inputs::fragments(common)?);
     }

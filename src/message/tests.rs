@@ -11,6 +11,7 @@ fn messages_substitute_their_arguments() {
     assert_eq!(serde_json::to_string(&both).expect("JSON"), "\"it is inside the Sun; at most 1.00e-3 × white (threshold 2)\"");
     let names = reason!("eclipse-penumbra-of", bodies = vec!["Io".to_owned(), "Europa".to_owned()]);
     assert_eq!(names.to_string(), "penumbra of Io, Europa on its lit side");
+    // `reason!` adds `reason-` to the id; `message!` does not.
     // An unknown id is its own text, and a missing argument its name: a mistake stays readable until the tests find it.
     assert_eq!(message!("nobody-wrote-this").to_string(), "nobody-wrote-this");
     assert_eq!(message!("reason-of-white", light = 1).to_string(), "1 × white (threshold threshold)");

@@ -129,7 +129,7 @@ pub fn surface_fragments(surfaces: &[SurfaceFile], base: &Fragments) -> Result<V
         let id = ModuleId::Planet(ShaderKey::for_draw(&sample_features));
         if let Err(e) = ShaderModule::build_with(&fragments, &id, &Lowering::none()) {
             let path = echo(&surface.file.display().to_string());
-            // Cut before the path is inserted, so that a long path does not displace the error.
+            // `echo` shortens the error before the path is inserted, so that a long path does not displace the error.
             let why = echo(&e.to_string()).replace(&format!("shaders/{}", fragment_path(number)), &path);
             return Err(SurfaceError::Module { body: echo(&surface.body), path, why });
         }
@@ -151,7 +151,7 @@ mod tests {
         }
     }
 
-    /// `orrery doctor` reads the files without the catalog.
+    /// `orrery doctor` reads the files without the catalog, so `with_surfaces` does not check their number.
     #[test]
     fn more_files_than_placeholders_are_refused_before_they_are_read() {
         let surface = SurfaceFile { body: "moon".into(), file: "no-such-file.wesl".into() };

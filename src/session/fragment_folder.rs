@@ -75,19 +75,18 @@ pub fn fragment_times(folder: &Path) -> Result<FragmentTimes, FragmentFolderErro
     if !folder.exists() {
         return Err(FragmentFolderError::NoFolder(shown_path(folder)));
     }
-    let root = folder.to_owned();
     let mut outdated = None;
     let (mut found, mut folders) = (FragmentTimes::new(), vec![(folder.to_owned(), 0)]);
-    while let Some((folder, depth)) = folders.pop() {
-        for entry in std::fs::read_dir(&folder).map_err(|e| unreadable(&folder, e))? {
-            let path = entry.map_err(|e| unreadable(&folder, e))?.path();
+    while let Some((subfolder, depth)) = folders.pop() {
+        for entry in std::fs::read_dir(&subfolder).map_err(|e| unreadable(&subfolder, e))? {
+            let path = entry.map_err(|e| unreadable(&subfolder, e))?.path();
             if is_hidden(&path) {
                 continue;
             }
             let metadata = path.metadata().map_err(|e| unreadable(&path, e))?;
             if metadata.is_dir() {
                 folders.extend((depth < MAX_DEPTH).then_some((path, depth + 1)));
-            } else if metadata.is_file() && is_outdated_fragment(&root, &path) {
+            } else if metadata.is_file() && is_outdated_fragment(folder, &path) {
                 outdated.get_or_insert(path);
             } else if metadata.is_file() && path.extension().is_some_and(|e| e == "wesl") {
                 let changed = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
@@ -95,7 +94,7 @@ pub fn fragment_times(folder: &Path) -> Result<FragmentTimes, FragmentFolderErro
             }
         }
         if found.len() > MAX_FILES {
-            return Err(FragmentFolderError::TooMany(shown_path(&root)));
+            return Err(FragmentFolderError::TooMany(shown_path(folder)));
         }
     }
     if let Some(path) = outdated {

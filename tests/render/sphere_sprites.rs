@@ -20,20 +20,22 @@ const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 8 };
 /// An image of 1 degree per pixel.
 const HEIGHT_PX: u32 = 180;
 const RAD_PER_PX: f64 = PI / 180.0;
+/// Visual magnitude of the star in all tests.
+const STAR_MAGNITUDE: f64 = 1.36;
 
 /// What an image shows around a star, by the directions and solid angles of its pixels.
 #[derive(Debug)]
 struct Measured {
     /// Angle from the star to the centroid of the light, pixels.
     offset_px: f64,
-    /// Light over that of the star.
+    /// Light in the image divided by the star's irradiance; 1 is expected.
     light: f64,
     /// Root mean square distances of the light from the star along its parallel and along its meridian, pixels.
     spread_px: DVec2,
 }
 
 /// The only star of the session in an image in which it is at this latitude.
-fn measure(session: &Session, latitude_deg: f64, exposure: f64) -> Measured {
+fn measure(session: &Session, latitude_deg: f64, exposure_stops: f64) -> Measured {
     let star = *session.catalog().stars().stars().first().expect("a star");
     let sideways = star.direction.any_orthonormal_vector();
     let (sin, cos) = latitude_deg.to_radians().sin_cos();
@@ -43,7 +45,7 @@ fn measure(session: &Session, latitude_deg: f64, exposure: f64) -> Measured {
         position: Position::Centre(NaifId::EARTH),
         look: Look::Along { direction: star.direction.cross(sideways) + 0.3 * sideways, axes: Axes::Icrf },
         up: Up::Along { direction: pole, axes: Axes::Icrf },
-        exposure: ExposureRequest::Stops(exposure),
+        exposure: ExposureRequest::Stops(exposure_stops),
         purpose: Purpose::LINEAR,
         width: 2 * HEIGHT_PX,
         height: HEIGHT_PX,
@@ -65,7 +67,7 @@ fn measure(session: &Session, latitude_deg: f64, exposure: f64) -> Measured {
         let longitude = (f64::from(x) + 0.5) * RAD_PER_PX - PI;
         let latitude = 0.5 * PI - (f64::from(y) + 0.5) * RAD_PER_PX;
         let direction = DVec3::new(longitude.sin() * latitude.cos(), latitude.sin(), longitude.cos() * latitude.cos());
-        // Planets are points, too.
+        // Only near the star: elsewhere the image has planets, which are drawn as points.
         if angle_rad(direction, seen) < 9.0 * RAD_PER_PX {
             let light = f64::from(pixel[1]) * RAD_PER_PX * 2.0 * (0.5 * RAD_PER_PX).sin() * latitude.cos();
             sum += light;
@@ -75,7 +77,7 @@ fn measure(session: &Session, latitude_deg: f64, exposure: f64) -> Measured {
     }
     Measured {
         offset_px: angle_rad(moment, seen) / RAD_PER_PX,
-        light: sum / PI / irradiance_of_magnitude(1.36),
+        light: sum / PI / irradiance_of_magnitude(STAR_MAGNITUDE),
         spread_px: (squares / sum).powf(0.5) / RAD_PER_PX,
     }
 }
@@ -85,15 +87,15 @@ fn measure(session: &Session, latitude_deg: f64, exposure: f64) -> Measured {
 fn a_star_has_the_same_size_at_every_latitude() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("stars.csv");
-    std::fs::write(&file, "ra_deg,dec_deg,v_mag\n152.093,11.967,1.36\n").expect("written");
+    std::fs::write(&file, format!("ra_deg,dec_deg,v_mag\n152.093,11.967,{STAR_MAGNITUDE}\n")).expect("written");
     let sources = Sources { stars: Some(file), cache: Some(folder.path().join("cache")), ..Sources::default() };
     let session = Session::open(&sources, |line| panic!("{line}")).expect("opens");
-    for exposure in [0.0, 32.0] {
-        let equator = measure(&session, 0.0, exposure);
+    for exposure_stops in [0.0, 32.0] {
+        let equator = measure(&session, 0.0, exposure_stops);
         assert!((equator.spread_px.x / equator.spread_px.y - 1.0).abs() < 0.05, "{equator:?}");
         for latitude_deg in [20.0, 44.0, 46.0, 59.5, 60.5, 75.0, 84.0, 88.3, 89.7, 90.0, -63.0, -89.1] {
-            let there = measure(&session, latitude_deg, exposure);
-            println!("{exposure} stops, latitude {latitude_deg}: {there:?}");
+            let there = measure(&session, latitude_deg, exposure_stops);
+            println!("{exposure_stops} stops, latitude {latitude_deg}: {there:?}");
             assert!(there.offset_px < 0.15, "latitude {latitude_deg}: {there:?}");
             assert!((there.light - 1.0).abs() < 0.12, "latitude {latitude_deg}: {there:?}");
             let ratios = there.spread_px / equator.spread_px;
@@ -147,7 +149,8 @@ fn a_star_on_the_edge_of_two_faces_is_drawn_once() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("stars.csv");
     for step in 0..16 {
-        std::fs::write(&file, format!("ra_deg,dec_deg,v_mag\n{},11.967,1.36\n", 140.0 + 1.7 * f64::from(step))).expect("written");
+        std::fs::write(&file, format!("ra_deg,dec_deg,v_mag\n{},11.967,{STAR_MAGNITUDE}\n", 140.0 + 1.7 * f64::from(step)))
+            .expect("written");
         let sources = Sources { stars: Some(file.clone()), cache: Some(folder.path().join("cache")), ..Sources::default() };
         let session = Session::open(&sources, |line| panic!("{line}")).expect("opens");
         let star = session.catalog().stars().stars().first().expect("a star").direction;
@@ -195,7 +198,7 @@ fn a_body_over_the_pole_is_in_all_columns() {
         };
         let overhead = first_row(-0.459);
         assert!(overhead.iter().all(|level| *level > 200), "{height_px}: {overhead:?}");
-        // Far from its zenith the first row is dark.
+        // Where the Earth is far from the zenith, the first row is dark.
         assert!(first_row(40.0).iter().all(|level| *level < 100), "{height_px}");
     }
 }

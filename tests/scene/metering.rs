@@ -26,6 +26,7 @@ fn view(target: NaifId, time: &str, position: Position, fov_deg: Option<f64>) ->
     ViewRequest { position, fov_deg, width: SIDE, height: SIDE, ..ViewRequest::of(target, parse_time(time)) }
 }
 
+/// Over the side of the target that faces the Earth; for the Earth itself, the side that faces the Sun.
 fn over(distance_radii: f64) -> Position {
     Position::Over { towards: None, distance_radii: Some(distance_radii) }
 }
@@ -68,8 +69,7 @@ struct Case {
     request: ViewRequest,
     white_at_most: f64,
     visible_at_least: f64,
-    /// The exposure that metering of the target alone would give, which must fail the same limits. `None`: at this size it gives a correct
-    /// image too.
+    /// The exposure that metering of the target alone would give, which must fail the same limits. `None`: in an image of [`SIDE`] pixels it passes them.
     target_only_stops: Option<f64>,
 }
 
@@ -238,9 +238,9 @@ fn a_corona_that_is_metered_is_drawn() {
 /// How often a step is halved if it changes the exposure by more than the bound.
 const HALVINGS: u32 = 12;
 
-/// Checks the exposure over a series of views, `view(0.0)` to `view(steps)`. No step changes the stops by more than a bound, unless a limb
-/// or the Sun enters the frame; then the change must be continuous: the step is halved [`HALVINGS`] times, each time keeping the half that
-/// changes most, and the last half must change by less than the bound. No exposure exceeds that of a night photograph.
+/// Checks the exposure over a series of views, `view(0.0)` to `view(steps)`. No step changes the stops by more than a bound, unless a limb or the Sun enters
+/// the frame; then the change must be continuous: the step is halved [`HALVINGS`] times, each time keeping the half that changes most, and the last half must
+/// change by less than the bound. No exposure exceeds that of a night photograph.
 pub(super) fn assert_changes_smoothly(name: &str, bound: f64, steps: i32, view: impl Fn(f64) -> ViewRequest) {
     let stops_at = |k: f64| {
         let exposure = scene(&view(k)).exposure;
@@ -271,7 +271,7 @@ pub(super) fn assert_changes_smoothly(name: &str, bound: f64, steps: i32, view: 
     println!("{name}: at most {greatest_step:.3} stops a step, {description}");
 }
 
-/// From near the ground to 2 au at most, in steps of 5 %: the light of a point falls by a seventh of a stop per step.
+/// From near the ground to 2 au at most, in steps of 5 %: a point's light falls by a seventh of a stop per step. Every second target, or all in a full sweep.
 #[test]
 fn distance_moves_the_exposure_smoothly() {
     let targets = [NaifId::EARTH, NaifId::MOON, JUPITER, SATURN, NaifId::SUN];
@@ -396,8 +396,7 @@ fn explicit_stops_give_finite_pixels() {
     }
 }
 
-/// The exposure of a frame depends on its request alone, not on the frames drawn before it. A transition from other stops is part of the
-/// request.
+/// The exposure of a frame depends on its request alone, not on the frames drawn before it. A transition from other stops is part of the request.
 #[test]
 fn exposure_depends_on_the_request_alone() {
     let night = view(NaifId::EARTH, "2024-12-25T18:00:00Z", ground(NaifId::EARTH, 48.14, 11.58), None);
@@ -493,6 +492,7 @@ fn the_glare_of_a_planet_leaves_the_frame_gradually() {
         // Saturn is in the middle of the image, Jupiter on the right.
         (0..200 * 200).filter(|k| k % 200 >= 140).map(|k: usize| f64::from(frame.display[k][1])).sum::<f64>()
     };
+    // While the field of view grows, Jupiter moves into the frame.
     let all: Vec<f64> = (0..16).map(|k| light(4.3 + 0.02 * f64::from(k))).collect();
     let inside = all[15];
     assert!(inside > 1e4 && all[0] > 0.2 * inside, "{all:?}");

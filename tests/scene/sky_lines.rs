@@ -122,6 +122,7 @@ fn grids_run_through_their_coordinates() {
                     }
                 }
                 for segment in &built.sky_lines {
+                    // Reversed depth 0 is infinitely far.
                     let is_valid =
                         segment.ends.iter().all(|e| e.is_finite() && e.z == 0.0) && segment.opacity.iter().all(|s| (0.0..=1.0).contains(s));
                     assert!(is_valid && segment.normals.iter().all(|a| (a.length() - 1.0).abs() < 1e-4), "{layer} {fov_deg}: {segment:?}");
@@ -281,10 +282,11 @@ fn ground_lines_lie_at_their_coordinates() {
             let Some(unit) = built.camera.surface_under_pixel(&placement, at) else { continue };
             let normal = (unit / placement.radii_km).normalize();
             on_terminator += 1;
-            // Near the limb a tenth of a pixel corresponds to a degree; light time moves the Sun by less.
+            // Near the limb a tenth of a pixel corresponds to a degree; the Sun's direction changes by less during the light time.
             let facing = normal.dot((placement.body_from_icrf * -placement.centre_km).normalize());
             assert!(normal.dot(to_sun).abs() < 0.02 / facing.max(0.05), "{target}: {}", normal.dot(to_sun));
         }
+        // Seen from the Earth, the terminators of Jupiter and Saturn are close to the limb.
         assert!(on_terminator > 10 || target == 599 || target == 699, "{target}: {on_terminator}");
         let built = scene(&ViewRequest { layers: only("grid-body"), ..base.clone() });
         let placement = body_of(&built);

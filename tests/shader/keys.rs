@@ -116,6 +116,7 @@ fn every_fragment_parses_with_its_imports() {
     let simple = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).chain(probe_samples()).map(with_features);
     for (id, on) in simple.chain(covering_keys(2).into_iter().map(|k| (ModuleId::Planet(k), feature_names(k.features())))) {
         for path in emit_module(&id).expect("emits").source_map.fragments {
+            // "fragment" stands for the lines that depend on no feature.
             let emitted = emit_fragment(&path, "fragment", &on).expect("emits");
             if texts.insert(emitted.wgsl.clone()) {
                 naga::front::wgsl::parse_str(&emitted.wgsl).unwrap_or_else(|e| panic!("shaders/{path} for {id}: {}", e.message()));
@@ -164,6 +165,7 @@ fn the_source_map_names_a_feature_of_the_key_for_every_line() {
         assert_eq!(map.lines.len(), emitted.wgsl.lines().count());
         for (number, text) in (1..).zip(emitted.wgsl.lines()) {
             let feature = map.feature_of(number).expect("mapped");
+            // "planet" stands for the lines that depend on no feature.
             assert!(feature == "planet" || on.contains(&feature) || feature.starts_with("not "), "{key}: {feature}");
             let (fragment, line) = map.origin_of(number).expect("mapped");
             let (_, source) = FRAGMENTS.iter().find(|(name, _)| *name == fragment).expect("a fragment");
@@ -205,7 +207,7 @@ fn a_module_is_translated_into_every_language_and_its_cost_counted() {
     assert_eq!(text.lines().filter(|l| !l.starts_with(';') && l.contains("Op")).count(), instructions);
     assert!(text.contains("OpEntryPoint Fragment") && text.contains("OpTypeFloat 32"), "{}", &text[..800]);
     let cost = ir_cost(&module);
-    assert_eq!(cost.texture_reads, 4 * 2 * 8, "for each map, filtered or smooth, four texels of two levels");
+    assert_eq!(cost.texture_reads, 4 * 2 * (4 * 2), "4 maps; 2 kinds of reads, filtered and smooth; 4 texels of 2 levels");
     assert_eq!(cost.uniform_bytes, module.layout.uniform_size);
 }
 

@@ -78,7 +78,7 @@ pub struct GpuRenderer {
     pub(super) queue: Queue,
     blends_f32: bool,
     has_timestamps: bool,
-    /// Whether `resolve.wgsl`, not the driver, resolves multisampled targets.
+    /// Whether `resolve.wgsl`, not the driver, resolves multisampled targets; the module `resolve` states the reason.
     resolves_by_shader: bool,
     /// The error that every later draw returns: the device was lost, or an error occurred outside a frame.
     fatal_error: Arc<Mutex<Option<GpuError>>>,
@@ -161,7 +161,7 @@ impl GpuRenderer {
         FrameResourcesLock(self.resources.lock())
     }
 
-    /// As [`GpuRenderer::lock`], but only if the plan can be drawn without waiting for the shader compiler or for another frame.
+    /// As [`GpuRenderer::lock`], but only if the plan's display image can be drawn without waiting for the shader compiler or for another frame.
     pub(crate) fn try_lock_for(&self, plan: &Plan) -> Option<FrameResourcesLock<'_>> {
         let resources = self.resources.try_lock()?;
         resources.is_ready(plan, |k| texture_format(plan.passes[k].format, FrameImages::Display)).then_some(FrameResourcesLock(resources))

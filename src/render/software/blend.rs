@@ -1,7 +1,7 @@
 //! Blends a fragment's colour with the target's colour.
 //!
-//! In: colours in the encoding of the target, linear or sRGB; for `Blend::PremultipliedOver` the fragment's is multiplied by its alpha. Out: the target's new
-//! colour.
+//! In: colours in the encoding of the target, linear or sRGB; for `Blend::PremultipliedOver` the fragment's colour is already multiplied by its alpha. Out: the
+//! target's new colour.
 
 use crate::render::plan::Blend;
 

@@ -94,7 +94,7 @@ impl ConeBuilder<'_, '_> {
         }
     }
 
-    /// Draws a cone from the occluder; `length` returns the length of the generator at an angle in radians.
+    /// Draws a cone from the occluder; `length` returns the length of the generator at an angle in radians, in equatorial radii of the target.
     fn draw_cone(&mut self, cone: &ShadowCone, kind: ConeKind, length: &dyn Fn(f64) -> f64, colour: DVec3) {
         let at = |turns: f64, fraction: f64| {
             let angle = TAU * turns;
@@ -135,6 +135,7 @@ pub(crate) fn in_space(context: Context<'_>, camera: &Camera, placed: &PlacedBod
             let to_target_centre = occluder.along;
             let length = |angle: f64| {
                 let line = cone.generator_at(kind, angle);
+                // The ground point is converted from the unit sphere to equatorial radii.
                 cone.ground_point(line)
                     .map_or(to_target_centre, |ground| (ground * placed.body.radii_km / receiver.radius_km()).distance(line.from))
             };

@@ -34,8 +34,9 @@ pub(crate) fn star_names(
     named.sort_by(|a, b| a.0.total_cmp(&b.0));
     let reason = reason!("star-names-have", count = named.len());
     let decision = Decision { effect: "star-names", on: !named.is_empty(), reason, stated_error: None };
+    let star_radius_px = 0.0;
     let text = |(_, name, at_px): (f32, &str, DVec2)| {
-        let at_px = at_px + DVec2::new(0.5 * metrics.width_px(name) + metrics.gap_px(0.0), 0.0);
+        let at_px = at_px + DVec2::new(0.5 * metrics.width_px(name) + metrics.gap_px(star_radius_px), 0.0);
         UnplacedText { text: name.to_owned(), at_px, colour: COLOUR, is_grid_coordinate: false }
     };
     (named.into_iter().map(text).collect(), decision)

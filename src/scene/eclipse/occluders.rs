@@ -114,7 +114,7 @@ pub struct Occluder<'a> {
     pub(crate) semi_axes: DVec2,
     /// Largest fraction of sunlight that it can block at any point of the receiver; 0 until [`select_occluders`] computes it.
     pub(crate) max_blocked_fraction: f64,
-    /// Whether some point of the receiver is in its umbra; false until [`select_occluders`] computes it.
+    /// Whether its umbra meets the receiver or, beyond the apex, its whole antumbra lies on it; false until [`select_occluders`] computes it.
     pub(crate) has_umbra: bool,
 }
 
@@ -293,7 +293,7 @@ impl<'a> Occluder<'a> {
         Some(Self { body, offset_across, along, long_axis, semi_axes, max_blocked_fraction: 0.0, has_umbra: false })
     }
 
-    /// A copy with `max_blocked_fraction` and `has_umbra` set for points within `max_radius` of the receiver's centre.
+    /// A copy with `max_blocked_fraction` and `has_umbra` (by the cone's radius at the receiver's centre) set for points within `max_radius` of that centre.
     fn for_points_within(&self, axis: &Axis, sun: &Body, max_radius: f64, receiver_radius_km: f64) -> Self {
         let radius = self.body.radii_km.max_element() / receiver_radius_km;
         let max_blocked_fraction = max_blocked_fraction(radius, axis, sun, (self.along - max_radius).max(radius));
@@ -395,7 +395,7 @@ pub(crate) fn outline(axis: &Axis, receiver_from_occluder: DMat3, radii: DVec3) 
 }
 
 /// Largest number of occluders that a body of the catalog can have at once, and whether one of them has air that refracts light. Counts the other bodies of its
-/// system, and one planet of another system, except for the systems of Mercury to Jupiter: seen from there, other planets are too small to matter.
+/// system, and one planet of another system. The systems of Mercury to Jupiter count no other planet: only rare transits of Venus and the Earth matter there.
 pub fn max_occluders<'a>(bodies: &'a [Body], receiver: &'a Body) -> (u8, bool) {
     let mut others = bodies.iter().filter(|b| b.id != receiver.id && b.id != NaifId::SUN && system_planet(b) == system_planet(receiver));
     // NAIF codes from 100 to 599: the systems of the planets from Mercury to Jupiter.
@@ -446,8 +446,8 @@ mod tests {
         assert!(reason.contains("1.00e-2"), "the reason names the threshold: {reason}");
     }
 
-    /// Small shadows, with about Rhea's size and distance in radii of Saturn, on a sphere and on ellipsoids as oblate as Saturn and as elongated as Phobos. One
-    /// on a point that the camera sees is never left out; of those far on the other side most are. With ellipsoids taken for spheres, some seen are left out.
+    /// Small shadows, with about Rhea's size and distance in radii of Saturn, on a sphere and on ellipsoids as oblate as Saturn and as elongated as Phobos. A
+    /// visible shadow is never left out; most of those far on the other side are. If ellipsoids were taken for spheres, some visible shadows would be left out.
     #[test]
     fn a_shadow_on_the_visible_side_is_never_left_out() {
         let catalog = Catalog::embedded();

@@ -50,11 +50,11 @@ mod tests {
 
     #[test]
     fn only_crescents_of_few_pixels_are_thin() {
-        // The crescent of a sphere of radius 1 reaches from the limb to 1 - (1 + cos a) from the centre.
+        // On a sphere of radius 1 the terminator is -cos a from the centre of the disc, so the crescent is 1 + cos a wide.
         assert!((width_radii(120_f64.to_radians()) - 0.5).abs() < 1e-12 && (width_radii(90_f64.to_radians()) - 1.0).abs() < 1e-12);
         let thin = |diameter_px: f64, phase_deg: f64| is_thin(diameter_px, phase_deg.to_radians());
         assert!(thin(15.9, 120.0) && !thin(16.1, 120.0));
-        assert!(!thin(4.0, 89.0) && thin(4.0, 91.0), "half of a full disc is no crescent");
+        assert!(!thin(4.0, 89.0) && thin(4.0, 91.0), "more than half of a disc is no crescent");
         // A disc of 768 pixels in an image of 1024.
         assert!(!thin(768.0, 171.0) && thin(768.0, 175.0) && !thin(768.0, 179.5));
     }

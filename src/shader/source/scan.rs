@@ -1,8 +1,9 @@
 //! Finds the conditional items of a fragment by scanning its tokens.
 //!
-//! In: a fragment's text. Out: [`Scan`]: for each item with `@if`, `@elif` or `@else` the spans of the item and of the attribute, the blocks that these
-//! attributes make, the import statements, and the names of the declarations. An item is a declaration, a struct member, a parameter, an argument, a
-//! statement or an import. It ends with a semicolon, a comma of its list or a closing brace. Not here: the division into lines (`fragment`).
+//! In: a fragment's text. Out: [`Scan`]: for each item with `@if`, `@elif` or `@else` the spans of the item and of the attribute, the blocks (parts of
+//! the text under one condition) that these attributes make, the import statements, and the names of the declarations. An item is a declaration, a struct
+//! member, a parameter, an argument, a statement or an import. It ends with a semicolon, a comma of its list or a closing brace. Not here: the
+//! division into lines (`fragment`).
 
 use super::block::{Block, ROOT};
 use super::condition::Condition;
@@ -29,7 +30,7 @@ pub(super) struct Imported {
     pub items: Vec<(String, String)>,
 }
 
-/// A chain of `@if`, `@elif` and `@else`: the start of its first item, and the block of the comments above it, which are emitted with any branch.
+/// A chain of `@if`, `@elif` and `@else`: the start of its first item, and the block of the comments above that item. They are emitted if any branch is.
 pub(super) struct ConditionChain {
     pub start: usize,
     pub block: u32,
@@ -257,7 +258,7 @@ impl<'a> Scanner<'a> {
         };
         self.next += 1;
         self.scan_items(block, list)?;
-        // `>>` closes two template lists.
+        // `starts_with`: a token `>>` can close two template lists.
         if !self.token().starts_with(close) {
             return Err(ScanError { at: open, what: format!("this is not closed by `{close}`") });
         }

@@ -10,7 +10,7 @@ use glam::{DQuat, DVec3};
 /// Length of a flight, seconds.
 pub(crate) const FLIGHT_S: f64 = 2.0;
 /// Fraction of the flight after which the camera faces the target.
-const FACING_FRACTION: f64 = 0.5;
+const FACING_FROM_FRACTION: f64 = 0.5;
 
 /// Distance from a body's centre, in its radii, at which a flight or a camera path starts or ends if its first or last view is from the centre. Such a view
 /// omits the body, but on the way the body is drawn, and a camera inside it would show nothing.
@@ -66,12 +66,12 @@ impl Flight {
         let (start_distance_km, end_distance_km) = (start.length().max(1e-6), end.length().max(1e-6));
         let log_distance = start_distance_km.ln() + (end_distance_km.ln() - start_distance_km.ln()) * eased;
         let direction = slerp(start.try_normalize().unwrap_or(DVec3::X), end.try_normalize().unwrap_or(DVec3::X), eased);
-        let facing_fraction = ease_in_out(fraction / FACING_FRACTION);
-        // If the final pose does not face the target, `final_turn` is the gradually growing rotation between the two directions.
+        let turned_fraction = ease_in_out(fraction / FACING_FROM_FRACTION);
+        // If the final pose does not face the target, `final_turn` is the part reached so far of the rotation from facing the target to the final direction.
         let facing_at_end = (-end).try_normalize().unwrap_or(self.to.forward);
         let final_turn = DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(facing_at_end, self.to.forward), eased);
         let towards_target = (final_turn * -direction).normalize();
-        let forward = slerp(self.from.forward, towards_target, facing_fraction);
+        let forward = slerp(self.from.forward, towards_target, turned_fraction);
         let up = self.from.up.lerp(self.to.up, eased);
         let up = (up - forward * up.dot(forward)).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
         Pose { offset_km: direction * log_distance.exp(), forward, up }

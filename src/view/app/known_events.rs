@@ -202,7 +202,7 @@ mod tests {
     #[test]
     fn the_span_is_searched_up_to_the_end_of_the_ephemeris() {
         for end_days in [-499.0, -3.0, 3.0, 499.0, 500.0, 501.0, 730.0, 1234.5] {
-            // Before the end if the ephemeris begins there, after it if it ends there.
+            // Whether the ephemeris covers a search. The ephemeris begins at `end_days` if that is negative, otherwise it ends there.
             let is_covered = |search: &NextSearch| {
                 let [from_s, to_s] = [search.from_s, search.from_s + search.length_s * if search.backward { -1.0 } else { 1.0 }];
                 if end_days < 0.0 { from_s.min(to_s) >= end_days * DAY_S } else { from_s.max(to_s) <= end_days * DAY_S }

@@ -110,6 +110,7 @@ impl Messages {
         bundle.set_use_isolating(false);
         let marked = language == Language::Marked;
         let mut plain = HashMap::new();
+        // `of_catalogs`: the files that translate the texts of the shipped catalogs.
         let all = || files::of(language).iter().chain(files::of_catalogs(language));
         for file in all() {
             // Invalid entries of a file are skipped; a test finds them.

@@ -1,4 +1,4 @@
-//! The bar above the viewport, with its controls in groups: explore, see, understand, share.
+//! The bar above the viewport, with its controls under the captions *Explore*, *See* and *Understand*; those for sharing and help have no caption.
 //!
 //! In: clicks. Out: opened panels, switches, actions. Always: each button has an icon, a tooltip, and a text or an accessible name.
 

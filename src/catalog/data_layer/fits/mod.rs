@@ -13,7 +13,7 @@ pub use wcs::ImageWcs;
 
 /// Maximum number of pixels of an image.
 const MAX_PIXELS: i64 = 100_000_000;
-/// Maximum number of pixels along a side: a texture size that every device supports.
+/// Maximum number of pixels along a side. An adapter may have a lower limit on textures.
 const MAX_SIDE: i64 = 16_384;
 /// Maximum number of HDUs that are searched.
 const MAX_HDUS: usize = 100;
@@ -72,7 +72,7 @@ fn image_hdu(bytes: &[u8]) -> Result<Hdu<'_>, CardError> {
     }
     let (mut offset, mut is_compressed) = (0, false);
     // The error of the first image without pixels, for a file that has no other image.
-    let mut empty_axis = None;
+    let mut empty_image_error = None;
     for _ in 0..MAX_HDUS {
         let rest = bytes.get(offset..).filter(|rest| rest.len() >= BLOCK_BYTES);
         let Some(rest) = rest else { break };
@@ -88,10 +88,10 @@ fn image_hdu(bytes: &[u8]) -> Result<Hdu<'_>, CardError> {
             })?;
             return Ok(Hdu { header, data });
         }
-        empty_axis = empty_axis.or(empty);
+        empty_image_error = empty_image_error.or(empty);
         offset = offset.saturating_add(header.data_offset).saturating_add(length.next_multiple_of(BLOCK_BYTES));
     }
-    Err(match empty_axis {
+    Err(match empty_image_error {
         _ if is_compressed => (1, "the image is compressed; unpack it (funpack)".to_owned()),
         Some(error) => error,
         None => (1, "no image in it: no HDU of two axes".to_owned()),
@@ -306,7 +306,7 @@ mod tests {
         assert!(
             file_with(&far, SIZE, &[1, 2, 3, 4]).is_err_and(|(card, why)| card == 9 && why == "CRPIX1: `1e300` is not within ±10000000000")
         );
-        // The scale is in card 11 or 12, as CD.
+        // The error names the card at fault: CD1_1 (card 11) is zero, or CD2_2 (card 12) is negative.
         for (cd, expected) in [(["0.0", "10"], 11), (["10", "-10"], 12)] {
             let cards = [&plate_carree("10")[..5], &[("CD1_1", cd[0]), ("CD2_2", cd[1])]].concat();
             assert!(file_with(&cards, SIZE, &[1, 2, 3, 4]).is_err_and(|(card, _)| card == expected), "{cd:?}");
@@ -320,7 +320,7 @@ mod tests {
         for cards in [&[("EPOCH", "1950.0")][..], &[("RADECSYS", "'FK4'")][..], &[("RADECSYS", "'FK5'"), ("EPOCH", "1950.0")][..]] {
             assert!(result(cards).is_err_and(|(_, why)| why.contains("only ICRS and FK5 J2000")), "{cards:?}");
         }
-        // With EQUINOX or the ICRS, EPOCH is not an equinox; neither is a text.
+        // An EPOCH of 2000 is J2000. With EQUINOX or the ICRS, EPOCH is not an equinox; a text is not one either.
         for cards in [
             &[("EPOCH", "2000.0"), ("RADECSYS", "'FK5'")][..],
             &[("EPOCH", "1954.8"), ("EQUINOX", "2000.0")][..],
@@ -331,7 +331,8 @@ mod tests {
         }
     }
 
-    /// LONPOLE is the native longitude of the celestial pole, which grows from down over right to up. At the north pole it is 0 by default.
+    /// LONPOLE is the native longitude of the celestial pole. Along the intermediate coordinates 0 is towards -y, 90 towards +x, 180 towards +y. The default is
+    /// 180, but 0 at the north pole.
     #[test]
     fn lonpole_says_where_north_is() {
         let matrix = |declination: &str, cards: &[(&str, &str)]| {
@@ -351,7 +352,7 @@ mod tests {
     }
 
     #[test]
-    fn unsupported_images_are_rejected_by_card() {
+    fn errors_of_unsupported_images_name_the_card() {
         let why = |cards: &[&[(&str, &str)]], data: &[u8]| read(&file(cards, data), false, &full_range()).expect_err("refused");
         let bits: &[(&str, &str)] = &[("BITPIX", "8")];
         let data = [1, 2, 3, 4];
@@ -394,10 +395,7 @@ mod tests {
         let cube: &[(&str, &str)] = &[("NAXIS", "3"), ("NAXIS1", "2"), ("NAXIS2", "1"), ("NAXIS3", "2")];
         assert!(why(&[bits, cube, TAN], &data).1.contains("not a cube"));
         let huge: &[(&str, &str)] = &[("NAXIS", "2"), ("NAXIS1", "1000000000"), ("NAXIS2", "1000000000")];
-        assert!(
-            why(&[bits, huge, TAN], &data).1.contains("more data than a file holds")
-                || why(&[bits, huge, TAN], &data).1.contains("cut short")
-        );
+        assert!(why(&[bits, huge, TAN], &data).1.contains("more data than a file holds"));
         let nothing: Vec<u8> = [f32::NAN; 4].iter().flat_map(|v| v.to_be_bytes()).collect();
         assert!(why(&[&[("BITPIX", "-32")], SIZE, TAN], &nothing).1.contains("the image has no finite value"));
         let mut packed = header_block(SIMPLE, &[bits, &[("NAXIS", "0")]]);

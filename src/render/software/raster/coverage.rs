@@ -223,6 +223,7 @@ impl<const N: usize> QuadSamples<N> {
                     continue;
                 }
                 let coverage = self.coverage(at_corner) & in_rows & coverage_within(column * 2, x0, x1, RIGHT_COLUMN);
+                // There is room for every quad of a block, so `get_mut` always returns a place.
                 if let (true, Some(index), Some(quad_coverage)) =
                     (coverage != 0, found.index.get_mut(found.count), found.coverage.get_mut(found.count))
                 {

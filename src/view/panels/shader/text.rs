@@ -111,15 +111,30 @@ const KEYWORDS: &[&str] = &[
 ];
 /// Names of types of WGSL, HLSL, GLSL and MSL.
 const TYPES: &[&str] = &["bool", "f32", "f16", "i32", "u32", "float", "int", "uint", "double", "half", "sampler", "array", "matrix"];
-/// Beginnings of further names of types.
+/// Beginnings of further names of types, in which a digit follows: `vec3f`, `texture_2d`, `sampler2D`.
+const TYPE_PREFIXES_BEFORE_DIGIT: &[&str] =
+    &["vec", "mat", "ivec", "uvec", "bvec", "float", "uint", "int", "bool", "texture", "texture_", "sampler"];
+/// Beginnings of further names of types, in which anything may follow.
 const TYPE_PREFIXES: &[&str] = &[
-    "vec", "mat", "float2", "float3", "float4", "uint2", "uint3", "uint4", "int2", "int3", "int4", "texture", "sampler", "Texture",
-    "Sampler", "ivec", "uvec", "bvec", "bool2", "bool3", "bool4", "packed_",
+    "texture_cube",
+    "texture_depth_",
+    "texture_external",
+    "texture_multisampled_",
+    "texture_storage_",
+    "texturecube",
+    "samplerCube",
+    "sampler_comparison",
+    "Texture",
+    "Sampler",
+    "packed_",
 ];
 
-/// Whether a word is a function on textures (`textureSample`; `texture` in GLSL) and not a type (`texture_2d`).
-fn is_texture_function(word: &str) -> bool {
-    word.strip_prefix("texture").is_some_and(|suffix| suffix.is_empty() || suffix.starts_with(|c: char| c.is_ascii_uppercase()))
+/// Whether a word is the name of a type.
+fn is_type(word: &str) -> bool {
+    let is_before_digit = |prefix: &&str| word.strip_prefix(*prefix).is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()));
+    TYPES.contains(&word)
+        || TYPE_PREFIXES_BEFORE_DIGIT.iter().any(is_before_digit)
+        || TYPE_PREFIXES.iter().any(|prefix| word.starts_with(prefix))
 }
 
 /// The kind of the identifier or number `word`. `rest`: the remainder of the line after it.
@@ -128,7 +143,7 @@ fn token_kind(word: &str, rest: &str) -> TokenKind {
         TokenKind::Keyword
     } else if word.starts_with(|c: char| c.is_ascii_digit()) {
         TokenKind::Number
-    } else if TYPES.contains(&word) || TYPE_PREFIXES.iter().any(|prefix| word.starts_with(prefix)) && !is_texture_function(word) {
+    } else if is_type(word) {
         TokenKind::Type
     } else if word.starts_with("Op") && word.len() > 2 && word[2..].starts_with(|c: char| c.is_ascii_uppercase()) {
         TokenKind::Keyword
@@ -198,7 +213,8 @@ fn syntax_colour(kind: TokenKind, dark: bool) -> Color32 {
     Color32::from_rgb(r, g, b)
 }
 
-/// The colour of a feature, the same in every module. Each feature of a dimension has its own hue, which its negation shares; other names are grey.
+/// The colour of a feature, the same in every module. Almost every feature of a dimension has its own colour, and its negation the same hue; other names are
+/// grey.
 pub(crate) fn feature_colour(name: &str, dark: bool) -> Color32 {
     // Of several negated features (`not a, b`), the first gives the hue.
     let (is_negated, name) = name.strip_prefix("not ").map_or((false, name), |names| (true, names.split(", ").next().unwrap_or(names)));
@@ -272,8 +288,13 @@ mod tests {
         for call in ["textureSample(t, s, uv)", "textureLoad(t, at, 0)", "texture(t, uv)"] {
             assert_eq!(kind_of_first(call), Some(TokenKind::Call), "{call}");
         }
-        for of_type in ["texture_2d<f32>", "texture2D t", "Texture2D t"] {
+        for of_type in
+            ["texture_2d<f32>", "texture2D t", "Texture2D t", "texture_storage_2d<r32float, read>", "mat4x4f", "sampler2D s", "float3 v"]
+        {
             assert_eq!(kind_of_first(of_type), Some(TokenKind::Type), "{of_type}");
+        }
+        for variable in ["texture_sampler, uv", "textures[0]", "material = 1", "vector = x"] {
+            assert_eq!(kind_of_first(variable), Some(TokenKind::Plain), "{variable}");
         }
         assert_eq!(tokens("a µ² b").iter().map(|(r, _)| r.len()).sum::<usize>(), "a µ² b".len());
     }
