@@ -105,7 +105,7 @@ enum ShaderVerb {
     /// Compile the modules of all reachable keys and covering sets, translate those of the covering sets to all languages, and compare all with the recorded digests
     #[command(after_help = REPORT_HELP)]
     Verify {
-        /// Compare two revisions of the library instead: source, image and cost, by cause. A revision is a cache folder, a folder of library files, a folder of shader sources, or `built-in`
+        /// Compare two revisions of the library instead: source, image and cost, by cause. A revision is a cache folder or a folder of the shader library, if it holds the entries of one generator; a folder of shader sources; or `built-in`
         #[arg(long, num_args = 2, value_names = ["A", "B"], conflicts_with_all = ["update", "record"])]
         report: Vec<PathBuf>,
         /// With --report: print one JSON value

@@ -43,7 +43,7 @@ pub(crate) struct PlacedBody<'a> {
     pub outline: Outline,
     /// Irradiance at the viewer from globe and rings without eclipses, in units of the Sun's at 1 au.
     pub irradiance: f64,
-    /// As `irradiance`, but without rings if the user has switched them off: the light of the body's point.
+    /// As `irradiance`, but without rings, and without their shadow on the globe, if the user has switched the rings off: the light of the body's point.
     pub shown_irradiance: f64,
     /// The body as a receiver of sunlight, with all bodies that may be in front of the Sun as seen from it. Computed once and used for the exposure,
     /// the globe, its rings and its point.

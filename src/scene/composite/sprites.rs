@@ -1,7 +1,8 @@
 //! Stars and points of the faces as sprites of the entire image.
 //!
 //! In: the sprites of a face's frame. Out: sprites in the clip space of the image, with the same irradiance. A sprite's flux is inversely proportional to
-//! the solid angle of a pixel, which differs between face and image. Each sprite comes from the face that contains its direction. Always:
+//! the solid angle of a pixel, which differs between face and image. Each sprite comes from the face that contains its direction; on an edge, from
+//! the first of its faces. Always:
 //! a sprite has as many pixels in height as in a perspective image. In an equirectangular image it is stretched horizontally as the image is, so that it
 //! spans the same angle in both directions. Sprites that cross the left or right edge of such an image are repeated at the opposite edge. Near its poles, where
 //! a sprite may surround the pole, the face draws the sprite itself, and the image is resampled from it.

@@ -395,7 +395,7 @@ pub(crate) fn outline(axis: &Axis, receiver_from_occluder: DMat3, radii: DVec3) 
 }
 
 /// Largest number of occluders that a body of the catalog can have at once, and whether one of them has air that refracts light. Counts the other bodies of its
-/// system, and one planet of another system. The systems of Mercury to Jupiter count no other planet: only rare transits of Venus and the Earth matter there.
+/// system and, from Saturn outwards and for asteroids, one planet of another system; nearer, only rare transits would count.
 pub fn max_occluders<'a>(bodies: &'a [Body], receiver: &'a Body) -> (u8, bool) {
     let mut others = bodies.iter().filter(|b| b.id != receiver.id && b.id != NaifId::SUN && system_planet(b) == system_planet(receiver));
     // NAIF codes from 100 to 599: the systems of the planets from Mercury to Jupiter.

@@ -32,17 +32,23 @@ pub(crate) fn is_same_in_every_zone(text: &str) -> bool {
 
 /// The instant of a date text, read as UTC.
 pub(crate) fn parse_date(text: &str, now: Instant) -> Option<Instant> {
-    let text = with_decimal_point(&text.trim().to_lowercase());
-    match text.as_str() {
+    let text = text.trim().to_lowercase();
+    // A comma usually separates parts of a date, so that this reading comes first.
+    date_with_point(&text, now).or_else(|| date_with_point(&with_decimal_point(&text), now))
+}
+
+/// As [`parse_date`], for a text in lower case whose seconds have no decimal comma.
+fn date_with_point(text: &str, now: Instant) -> Option<Instant> {
+    match text {
         "now" | "today" | "jetzt" | "heute" => return Some(now),
         "tomorrow" | "morgen" => return Some(now.plus_seconds(SECONDS_PER_DAY)),
         "yesterday" | "gestern" => return Some(now.plus_seconds(-SECONDS_PER_DAY)),
         _ => {}
     }
-    if let Ok(time) = Instant::parse(&text) {
+    if let Ok(time) = Instant::parse(text) {
         return Some(time);
     }
-    let parts = Parts::of(&text)?;
+    let parts = Parts::of(text)?;
     let time_of_day = parts.time_of_day.unwrap_or("00:00");
     let year = parts.year?;
     let (sign, year) = if year < 0 { ("-", -year) } else { ("", year) };
@@ -272,6 +278,7 @@ mod tests {
             ("8. April 2024, 18:17:16,25 UTC", "2024-04-08T18:17:16.25Z"),
             ("2024-04-08T18:17:16,125Z", "2024-04-08T18:17:16.125Z"),
             ("18:17:16,8 april 2024", "2024-04-08T18:17:16Z"),
+            ("april 2024 18:17:16,8", "2024-04-08T18:17:16Z"),
             ("28. Mai 585 v. Chr.", "-0584-05-28T00:00:00Z"),
             ("28. Mai 585 v.Chr.", "-0584-05-28T00:00:00Z"),
             ("19. August 14 n. Chr.", "0014-08-19T00:00:00Z"),

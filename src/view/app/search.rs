@@ -91,8 +91,8 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, max_count: us
     }
     let mut found = Vec::new();
     if let Some(time) = parse_date(text, viewer.now()) {
-        let is_whole_minute = time.to_utc_iso().ends_with(":00Z");
-        let name = if is_whole_minute { minute_text(time) } else { second_text(time) };
+        let has_seconds = text.matches(':').count() >= 2 && !time.to_utc_iso().ends_with(":00Z");
+        let name = if has_seconds { second_text(time) } else { minute_text(time) };
         found.push(suggestion(name, text!("search-date"), SearchTarget::Time(time)));
     }
     found.extend(parse_place(text).map(|(latitude_deg, longitude_deg)| {
