@@ -180,7 +180,7 @@ impl<'a> SceneBuilder<'a> {
         let frame = self.frame(resources);
         let mut bodies = BodiesInFrame::decide(&self, &frame);
         let sun = LightAroundSun::decide(&frame, &self.placed, &mut bodies.reports);
-        bodies.apply_visibility(&self.placed, camera, self.exposure.white());
+        bodies.apply_visibility(&frame, &self.placed, self.exposure.white());
         let sky = Sky::build(&self, &frame, sun.corona.is_some());
         let BodiesInFrame { reports, draws, points, orbits, traces } = bodies;
         let draws = order::far_to_near(&self.placed, draws);

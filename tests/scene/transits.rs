@@ -1,7 +1,7 @@
 //! A small body in front of a planet, its rings or the Sun hides as much of them as its disc covers, drawn as a point or as a disc.
 
 use crate::support::session::SESSION;
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DMat3, DVec2, DVec3, Vec3};
 use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::ephemeris::angle_rad;
@@ -53,6 +53,22 @@ fn hidden_area_px(scene: &Scene, moon: NaifId) -> f64 {
 /// Vector from one body's centre to another's, ICRF.
 fn from_to_km(from: NaifId, to: NaifId, time: Instant) -> DVec3 {
     SESSION.ephemeris().state(to, from, time, None).expect("a state").state.pos_km
+}
+
+/// Axes of Saturn: rows, ICRF.
+fn saturn_axes(time: Instant) -> DMat3 {
+    SESSION.ephemeris().body_from_icrf(NaifId(699), time).expect("axes")
+}
+
+/// Vector from Saturn's centre to a moon, in Saturn's axes: z is the height above the rings' plane.
+fn from_saturn_km(moon: NaifId, time: Instant) -> DVec3 {
+    saturn_axes(time) * from_to_km(NaifId(699), moon, time)
+}
+
+/// The first whole hour after the beginning of 2017-05-17 for which `is_right` holds.
+fn hour_in_2017(is_right: impl Fn(Instant) -> bool) -> Instant {
+    let start = Instant::parse("2017-05-17T00:00:00Z").expect("a time");
+    (0..400).map(|k| start.plus_seconds(3600.0 * f64::from(k))).find(|t| is_right(*t)).expect("a time")
 }
 
 /// A time at which the side of a planet that its moon sees is lit. Seen from the outer side of the moon, this side is behind the moon.
@@ -140,15 +156,13 @@ fn a_moon_without_visible_light_hides_the_planet_behind_it() {
 /// Seen from almost in the plane of the rings, Mimas is in front of them, although its orbit is larger.
 #[test]
 fn a_small_moon_hides_the_rings_behind_it() {
-    let (mimas, saturn) = (NaifId(601), NaifId(699));
-    let start = Instant::parse("2017-05-17T00:00:00Z").expect("a time");
-    let axes = |time: Instant| SESSION.ephemeris().body_from_icrf(saturn, time).expect("axes");
-    let moon_km = |time: Instant| axes(time) * from_to_km(saturn, mimas, time);
-    let time = (0..100).map(|k| start.plus_seconds(3600.0 * f64::from(k))).find(|t| moon_km(*t).z > 4000.0).expect("a time");
+    let mimas = NaifId(601);
+    let time = hour_in_2017(|t| from_saturn_km(mimas, t).z > 4000.0);
+    let moon_km = from_saturn_km(mimas, time);
     // The line of sight meets the plane of the rings at this radius; it passes beside the globe.
     let view_before = |radius_km: f64| {
-        let in_plane = DVec2::from_angle(0.7).rotate(moon_km(time).truncate().normalize()) * radius_km;
-        view(mimas, axes(time).transpose() * (moon_km(time) - in_plane.extend(0.0)), 1e5, 1.5, time, 31, ExposureRequest::Auto)
+        let in_plane = DVec2::from_angle(0.7).rotate(moon_km.truncate().normalize()) * radius_km;
+        view(mimas, saturn_axes(time).transpose() * (moon_km - in_plane.extend(0.0)), 1e5, 1.5, time, 31, ExposureRequest::Auto)
     };
     // Ring B.
     let hidden_px = hidden_area_px(&view_before(105_000.0), mimas);
@@ -160,15 +174,14 @@ fn a_small_moon_hides_the_rings_behind_it() {
 /// The light of a moon behind ring B passes through the ring; the moon hides nothing of the ring in front of it.
 #[test]
 fn a_small_moon_behind_the_rings_is_dimmed_by_them() {
-    let (mimas, saturn) = (NaifId(601), NaifId(699));
-    let time = Instant::parse("2017-05-17T00:00:00Z").expect("a time");
-    let axes = SESSION.ephemeris().body_from_icrf(saturn, time).expect("axes");
-    let moon_km = axes * from_to_km(saturn, mimas, time);
+    let mimas = NaifId(601);
+    let time = hour_in_2017(|_| true);
+    let moon_km = from_saturn_km(mimas, time);
     // The line of sight meets the plane of the rings at this radius, on the way from the moon to the camera.
     let view_through = |radius_km: f64| {
         let in_plane = DVec2::from_angle(0.7).rotate(moon_km.truncate().normalize()) * radius_km;
         let direction = in_plane.extend(0.0) - moon_km;
-        view(mimas, axes.transpose() * direction, 3.0 * direction.length(), 1.5, time, 31, ExposureRequest::Auto)
+        view(mimas, saturn_axes(time).transpose() * direction, 3.0 * direction.length(), 1.5, time, 31, ExposureRequest::Auto)
     };
     let (behind_ring_b, beside) = (view_through(105_000.0), view_through(155_000.0));
     let flux = |scene: &Scene| scene.points.iter().find(|p| p.body == mimas).map_or(0.0, |p| f64::from(p.flux.y));
@@ -180,20 +193,17 @@ fn a_small_moon_behind_the_rings_is_dimmed_by_them() {
 #[test]
 fn a_moon_behind_rings_seen_edge_on_keeps_most_of_its_light() {
     let (titan, saturn) = (NaifId(606), NaifId(699));
-    let start = Instant::parse("2017-05-17T00:00:00Z").expect("a time");
-    let axes = |time: Instant| SESSION.ephemeris().body_from_icrf(saturn, time).expect("axes");
-    let titan_km = |time: Instant| axes(time) * from_to_km(saturn, titan, time);
     let is_lit = |t: Instant| angle_rad(from_to_km(titan, saturn, t), from_to_km(titan, NaifId::SUN, t)) < 1.3;
-    let is_close_to_plane = |t: &Instant| (3500.0..4500.0).contains(&titan_km(*t).z.abs()) && is_lit(*t);
-    let time = (0..400).map(|k| start.plus_seconds(3600.0 * f64::from(k))).find(is_close_to_plane).expect("a time");
+    let time = hour_in_2017(|t| (3500.0..4500.0).contains(&from_saturn_km(titan, t).z.abs()) && is_lit(t));
+    let titan_km = from_saturn_km(titan, time);
     // The line of sight passes beside the globe, and meets the plane of the rings here at a right angle to the direction of the planet's centre.
     let to_crossing_km = |radius_km: f64| {
-        let in_plane = titan_km(time).truncate().normalize().perp() * radius_km;
-        in_plane.extend(0.0) - titan_km(time)
+        let in_plane = titan_km.truncate().normalize().perp() * radius_km;
+        in_plane.extend(0.0) - titan_km
     };
     let view_through = |radius_km: f64| {
         let direction = to_crossing_km(radius_km);
-        view(titan, axes(time).transpose() * direction, 100.0 * direction.length(), 1.5, time, 31, ExposureRequest::Auto)
+        view(titan, saturn_axes(time).transpose() * direction, 100.0 * direction.length(), 1.5, time, 31, ExposureRequest::Auto)
     };
     let flux = |scene: &Scene| scene.points.iter().find(|p| p.body == titan).map_or(0.0, |p| f64::from(p.flux.y));
     let transmitted = flux(&view_through(105_000.0)) / flux(&view_through(155_000.0));

@@ -11,7 +11,7 @@ use crate::scene::annotation::orbit_arcs::OrbitArc;
 use crate::scene::annotation::orbits;
 use crate::scene::annotation::strokes::LineSegment;
 use crate::scene::annotation::traces;
-use crate::scene::camera::{Camera, Placement};
+use crate::scene::camera::Placement;
 use crate::scene::decision::{Decision, invented_text};
 use crate::scene::draw::features::{Detail, PixelView, Shape};
 use crate::scene::draw::{Draw, Point};
@@ -74,9 +74,10 @@ impl BodiesInFrame {
 
     /// Applies the lunar limb profile to the Moon, removes draws and points that other bodies hide, and widens the sprites of bright points. `white`:
     /// radiance shown as white.
-    pub(super) fn apply_visibility(&mut self, placed: &[PlacedBody<'_>], camera: &Camera, white: f64) {
+    pub(super) fn apply_visibility(&mut self, frame: &FrameContext<'_>, placed: &[PlacedBody<'_>], white: f64) {
+        let camera = frame.camera;
         lunar_limb::apply_to_moon(placed, camera, &mut self.draws, &mut self.reports);
-        points::apply(placed, camera, &self.draws, &mut self.points, &mut self.reports);
+        points::apply(frame, placed, &self.draws, &mut self.points, &mut self.reports);
         hidden::apply(placed, camera, &mut self.draws, &mut self.reports);
         lunar_limb::update_features(&self.draws, &mut self.reports);
         let sun = placed.iter().find(|p| p.body.id == NaifId::SUN);

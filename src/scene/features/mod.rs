@@ -9,7 +9,6 @@ pub(crate) mod inputs;
 pub mod possible;
 
 use crate::catalog::{Map, NaifId};
-use crate::ephemeris::angle_rad;
 use crate::message::{Reason, reason};
 use crate::scene::atmosphere::multi_scatter_in_shadow;
 use crate::scene::camera::ClipRect;
@@ -20,13 +19,11 @@ use crate::scene::draw::uniforms::{DrawUniforms, Light};
 use crate::scene::draw::{BodyPart, Draw, MapFiles, Point};
 use crate::scene::in_view::Appearance;
 use crate::scene::light::lights;
-use crate::scene::numeric::smooth_rise;
 use crate::scene::placed::PlacedBody;
 use crate::scene::point::{self, DISC_ONLY_FROM_PX, POINT_ONLY_BELOW_PX};
 use crate::scene::request::effects::Effect;
 use crate::scene::surface::{crescent, ground, mesh_decision, meshes, overlays};
 use crate::scene::{atmosphere, eclipse, light, rings};
-use crate::units::SUN_RADIUS_KM;
 use glam::{DVec3, Vec3};
 use inputs::{DecideEffect, DecisionInputs, Decisions, FrameContext, decide_in_order};
 use std::f64::consts::PI;
@@ -41,13 +38,6 @@ pub(crate) struct DecidedBody {
     pub draws: Vec<Draw>,
     pub point: Option<Point>,
 }
-
-/// Sines of the Sun's altitude between which points cease to hide what is behind them: -6 degrees, the end of civil twilight, and 0. In between, the radiance
-/// of the sky, which is in front of the planets, passes that of their discs.
-const DUSK_SUN_SINES: (f64, f64) = (-0.1045, 0.0);
-
-/// Upper limit of the aberration for a viewer on a planet: that of Mercury's speed at perihelion, 59 km/s.
-const MAX_ABERRATION_RAD: f64 = 2e-4;
 
 /// The decisions about a body that is drawn as a disc, in their order.
 const ALL_DECISIONS: [DecideEffect; 11] = [
@@ -189,26 +179,16 @@ fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Optio
     Some(point::sprite(placed.body.id, clip, flux, covered_px))
 }
 
-/// Area in pixels of what a body that is drawn as a point, and its air, hide behind them. 0 if its disc is drawn, too, which hides as much; for the Sun; in pixel
-/// views other than the final image; and by day in air, whose light is in front of the body, but not in front of the Sun, which outshines it.
+/// Area in pixels of what a body that is drawn as a point, and its air, may hide behind them. 0 if its disc is drawn, too, which hides as much; for the Sun; and
+/// in pixel views other than the final image.
 fn covered_px(inputs: &DecisionInputs<'_, '_>) -> f64 {
-    let (frame, placed) = (inputs.frame, inputs.placed);
-    if inputs.disc_fraction > 0.0 || placed.body.id == NaifId::SUN || inputs.pixel_view() != PixelView::Final {
+    let body = inputs.body();
+    if inputs.disc_fraction > 0.0 || body.id == NaifId::SUN || inputs.pixel_view() != PixelView::Final {
         return 0.0;
     }
-    let sun_km = frame.reflectors.iter().find(|r| r.body.id == NaifId::SUN).map(|sun| sun.position_km - frame.camera.position_km);
-    let sun_sine = |up: DVec3| sun_km.map(|sun_km| up.dot(sun_km.normalize()));
-    let sky_by_day =
-        frame.air.filter(|a| a.is_bright()).and_then(|a| sun_sine(a.up())).map_or(0.0, |sine| smooth_rise(DUSK_SUN_SINES, sine));
-    let near_sun = |sun_km: DVec3| {
-        let separation_rad = angle_rad(placed.placement.centre_km, sun_km);
-        separation_rad < placed.angular_radius_rad() + (SUN_RADIUS_KM / sun_km.length()).min(1.0).asin() + MAX_ABERRATION_RAD
-    };
-    let hidden_fraction = if sun_km.is_some_and(near_sun) { 1.0 } else { 1.0 - sky_by_day };
-    let has_air = frame.context.request.effects.override_of(Effect::Atmosphere) != Some(false);
-    let air = placed.body.atmosphere.as_ref().filter(|_| has_air);
-    let beyond_limb = air.map_or(0.0, |air| atmosphere::rim::hidden_area_ratio(placed.body, air));
-    0.25 * PI * inputs.diameter_px.powi(2) * (1.0 + beyond_limb) * hidden_fraction
+    let air = body.atmosphere.as_ref().filter(|_| inputs.effects().override_of(Effect::Atmosphere) != Some(false));
+    let beyond_limb = air.map_or(0.0, |air| atmosphere::rim::hidden_area_ratio(body, air));
+    0.25 * PI * inputs.diameter_px.powi(2) * (1.0 + beyond_limb)
 }
 
 /// The point of a body beside the frame: its glare may reach into the frame, as that of a star may. `None` for the Sun, whose glare `light::glare` draws.

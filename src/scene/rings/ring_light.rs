@@ -116,8 +116,9 @@ impl Globe {
     }
 }
 
-/// Transmittance of the rings along a ray from a point of the globe.
-fn transmittance(intervals: &[RingInterval], point: DVec3, towards: DVec3) -> f64 {
+/// Transmittance of the rings along a ray from a point, without end: 1 if it does not cross the rings. Body axes; lengths in equatorial radii, `towards` is a unit
+/// vector.
+pub(crate) fn transmittance(intervals: &[RingInterval], point: DVec3, towards: DVec3) -> f64 {
     if point.z * towards.z >= 0.0 {
         return 1.0;
     }

@@ -2,47 +2,34 @@
 //!
 //! In: placed bodies, their draws and points. Out: the points with the flux that reaches the viewer, and with [`Point::covered_px`] above 0 only where a disc
 //! or a ring is behind them; points without light that hide nothing are removed. Errors: the transmittance of rings is a mean over one diameter of the body's
-//! disc, parallel to the pole of the rings. Not here: the air of a planet in front of a point, unless the camera is in it (`features`).
+//! disc, parallel to the pole of the rings. Not here: the air of a planet in front of a point, unless the camera is in it (`features` dims the point).
 
 use super::hidden::{is_within, record, visible_fraction};
 use super::order::is_in_front;
 use crate::catalog::NaifId;
-use crate::scene::camera::{Camera, narrow, narrow_scalar};
+use crate::scene::camera::{narrow, narrow_scalar};
 use crate::scene::draw::{BodyPart, Draw, Point};
+use crate::scene::features::inputs::FrameContext;
 use crate::scene::in_view::BodyInView;
+use crate::scene::numeric::smooth_rise;
 use crate::scene::placed::PlacedBody;
 use crate::scene::point::POINT_RADIUS_PX;
+use crate::scene::rings::ring_light::transmittance;
+use crate::scene::rings::ring_table::RingInterval;
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
+use std::sync::Arc;
 
-/// Number of lines of sight to a body on which the rings of a planet are evaluated.
+/// Sines of the Sun's altitude between which points cease to hide what is behind them: -6 degrees, the end of civil twilight, and 0. In between the sky's
+/// radiance passes that of the planets' discs, and it is in front of them.
+const DUSK_SUN_SINES: (f64, f64) = (-0.1045, 0.0);
+/// Number of lines of sight to a body along which the rings of a planet are evaluated.
 const LINES_OF_SIGHT: u32 = 64;
 
-/// Where a line of sight to a body meets the plane of a planet's rings.
-struct RingPlaneCrossing {
-    /// Distance from the camera, in distances of the body: above 1 behind it.
-    distance: f64,
-    /// Distance from the planet's centre.
-    radius_km: f64,
-    /// Cosine of the angle between the line of sight and the plane's normal, above 0.
-    cosine: f64,
-}
-
-impl RingPlaneCrossing {
-    /// The camera's position and the line of sight from there to the body, in the axes of the rings' planet. `None` if the line of sight does not meet the
-    /// plane in front of the camera.
-    fn of(camera_km: DVec3, line_of_sight_km: DVec3) -> Option<Self> {
-        let distance = -camera_km.z / line_of_sight_km.z;
-        let radius_km = (camera_km + line_of_sight_km * distance).truncate().length();
-        let cosine = line_of_sight_km.z.abs() / line_of_sight_km.length();
-        (distance > 0.0 && radius_km.is_finite()).then_some(Self { distance, radius_km, cosine })
-    }
-
-    /// Optical depth of the planet's rings along the line of sight.
-    fn optical_depth(&self, planet: &PlacedBody<'_>) -> f64 {
-        let here = planet.body.rings.iter().filter(|ring| (ring.inner_km..=ring.outer_km).contains(&self.radius_km));
-        here.map(|ring| ring.tau_normal).sum::<f64>() / self.cosine
-    }
+/// A planet whose rings are drawn.
+struct RingedPlanet<'p, 'a> {
+    placed: &'p PlacedBody<'a>,
+    intervals: Arc<Vec<RingInterval>>,
 }
 
 /// The rings of a planet, seen in the direction of a body.
@@ -53,47 +40,76 @@ struct RingsAtBody {
     are_behind: bool,
 }
 
-impl RingsAtBody {
-    /// Lines of sight to a diameter of the disc parallel to the pole of the rings: seen almost edge-on, rings are narrower than the disc.
-    fn of(body: &PlacedBody<'_>, planet: &PlacedBody<'_>) -> Self {
+impl RingedPlanet<'_, '_> {
+    /// Evaluates lines of sight to a diameter of the body's disc parallel to the pole of the rings: seen almost edge-on, rings are narrower than the disc.
+    fn rings_at(&self, body: &PlacedBody<'_>) -> RingsAtBody {
+        let (planet, unit_km) = (self.placed, self.placed.body.radii_km.x);
+        // In the planet's axes and equatorial radii, from its centre.
         let axes = planet.placement.body_from_icrf;
-        let (camera_km, to_body_km) = (axes * -planet.placement.centre_km, axes * body.placement.centre_km);
-        let diameter = DVec3::Z.reject_from(to_body_km).try_normalize().unwrap_or(DVec3::ZERO);
-        let radius_km = body.body.radii_km.element_sum() / 3.0;
+        let camera = axes * -planet.placement.centre_km / unit_km;
+        let centre = axes * (body.placement.centre_km - planet.placement.centre_km) / unit_km;
+        let radius = body.body.radii_km.element_sum() / 3.0 / unit_km;
+        let line_of_sight = (centre - camera).normalize();
+        let outer = self.intervals.last().map_or(0.0, |interval| interval.to);
+        if camera.cross(line_of_sight).length() > outer + radius {
+            return RingsAtBody { transmittance: 1.0, are_behind: false };
+        }
+        let diameter = DVec3::Z.reject_from(line_of_sight).try_normalize().unwrap_or(DVec3::ZERO);
         let (mut transmitted, mut total, mut are_behind) = (0.0, 0.0, false);
         for k in 0..LINES_OF_SIGHT {
             // The disc is wide in proportion to the cosine, and so is the distance between lines of sight that are evenly spaced in angle.
             let (sine, cosine) = (PI * ((f64::from(k) + 0.5) / f64::from(LINES_OF_SIGHT) - 0.5)).sin_cos();
-            let crossing = RingPlaneCrossing::of(camera_km, to_body_km + diameter * (radius_km * sine));
-            let depth = crossing.as_ref().map_or(0.0, |c| c.optical_depth(planet));
-            let is_behind = crossing.is_some_and(|c| c.distance > 1.0);
-            are_behind |= is_behind && depth > 0.0;
+            let point = centre + diameter * (radius * sine);
+            let to_camera = (camera - point).normalize();
+            let is_beyond_plane = point.z * camera.z < 0.0;
             let weight = cosine * cosine;
-            transmitted += weight * if is_behind { 1.0 } else { (-depth).exp() };
+            transmitted += weight * if is_beyond_plane { transmittance(&self.intervals, point, to_camera) } else { 1.0 };
             total += weight;
+            are_behind |= transmittance(&self.intervals, point, -to_camera) < 1.0;
         }
-        Self { transmittance: transmitted / total, are_behind }
+        RingsAtBody { transmittance: transmitted / total, are_behind }
     }
 }
 
+/// How much the light of the air around the camera outshines the bodies behind it: 0 at night and without air, 1 by day.
+fn sky_by_day(frame: &FrameContext<'_>, placed: &[PlacedBody<'_>]) -> f64 {
+    let sun = placed.iter().find(|p| p.body.id == NaifId::SUN);
+    let sun_sine = |up: DVec3| sun.map(|s| up.dot(s.placement.centre_km) / s.distance_km);
+    let sun_sine = frame.air.filter(|air| air.is_bright()).and_then(|air| sun_sine(air.up()));
+    sun_sine.map_or(0.0, |sine| smooth_rise(DUSK_SUN_SINES, sine))
+}
+
 /// Applies the other bodies to the points, and records the fraction of each body's light that nearer bodies leave visible as a decision.
-pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &[Draw], points: &mut Vec<Point>, bodies: &mut [BodyInView]) {
+pub(crate) fn apply(
+    frame: &FrameContext<'_>,
+    placed: &[PlacedBody<'_>],
+    draws: &[Draw],
+    points: &mut Vec<Point>,
+    bodies: &mut [BodyInView],
+) {
     let has_draw = |body: NaifId, part: BodyPart| draws.iter().any(|d| d.body == body && d.part == part);
+    let drawn_discs: Vec<_> = placed.iter().filter(|p| has_draw(p.body.id, BodyPart::Globe)).collect();
+    let ring_tables = &frame.context.caches.ring_tables;
+    let intervals = |p: &PlacedBody<'_>| ring_tables.intervals(p.body.rings.iter(), p.body.radii_km.x);
+    let ringed = placed.iter().filter(|p| has_draw(p.body.id, BodyPart::Ring));
+    let ringed: Vec<_> = ringed.map(|p| RingedPlanet { placed: p, intervals: intervals(p) }).collect();
+    let in_front_of_sky = 1.0 - sky_by_day(frame, placed);
     for point in points.iter_mut() {
         let Some(p) = placed.iter().find(|p| p.body.id == point.body) else { continue };
-        let others = || placed.iter().filter(|other| other.body.id != point.body);
         let visible = visible_fraction(placed, p);
         record(bodies, point.body, visible);
-        let ringed = others().filter(|other| has_draw(other.body.id, BodyPart::Ring));
-        let rings: Vec<RingsAtBody> = ringed.map(|planet| RingsAtBody::of(p, planet)).collect();
+        let ringed = ringed.iter().filter(|planet| planet.placed.body.id != point.body);
+        let rings: Vec<RingsAtBody> = ringed.map(|planet| planet.rings_at(p)).collect();
         let transmitted = visible * rings.iter().map(|r| r.transmittance).product::<f64>();
         point.flux *= narrow(transmitted);
-        // A sprite beside a disc reaches into it: the cover fades in while the body approaches the disc.
-        let is_before_disc =
-            |other: &PlacedBody<'_>| is_in_front(p, other) && is_within(p, other, POINT_RADIUS_PX * camera.pixel_tangent());
-        let hides =
-            rings.iter().any(|r| r.are_behind) || others().any(|other| has_draw(other.body.id, BodyPart::Globe) && is_before_disc(other));
-        point.covered_px *= if hides { narrow_scalar(transmitted.element_sum() / 3.0) } else { 0.0 };
+        // A sprite beside a disc reaches into it, so that its cover counts from there on.
+        let margin_rad = POINT_RADIUS_PX * frame.camera.pixel_tangent();
+        let is_before = |disc: &&&PlacedBody<'_>| disc.body.id != point.body && is_in_front(p, disc) && is_within(p, disc, margin_rad);
+        let discs_behind: Vec<_> = drawn_discs.iter().filter(is_before).collect();
+        let hides = rings.iter().any(|r| r.are_behind) || !discs_behind.is_empty();
+        // The Sun outshines the sky.
+        let sky = if discs_behind.iter().any(|disc| disc.body.id == NaifId::SUN) { 1.0 } else { in_front_of_sky };
+        point.covered_px *= if hides { narrow_scalar(transmitted.element_sum() / 3.0 * sky) } else { 0.0 };
     }
     points.retain(|point| point.flux != Vec3::ZERO || point.covered_px > 0.0);
 }
