@@ -34,6 +34,23 @@ struct Measured {
     spread_px: DVec2,
 }
 
+/// An equirectangular image of the stars, with these directions (ICRF) towards its middle and its upper edge.
+fn sky_image(position: Position, towards: DVec3, up: DVec3) -> ViewRequest {
+    ViewRequest {
+        target: None,
+        position,
+        look: Look::Along { direction: towards, axes: Axes::Icrf },
+        up: Up::Along { direction: up, axes: Axes::Icrf },
+        exposure: ExposureRequest::Stops(0.0),
+        purpose: Purpose::LINEAR,
+        width: 2 * HEIGHT_PX,
+        height: HEIGHT_PX,
+        layers: Layers { stars: true, ..Layers::NONE },
+        composition: Composition { projection: Projection::Equirectangular, ..Composition::default() },
+        ..ViewRequest::of(NaifId::EARTH, Instant::parse("2024-03-01T00:00:00Z").expect("a time"))
+    }
+}
+
 /// The only star of the session in an image in which it is at this latitude.
 fn measure(session: &Session, latitude_deg: f64, exposure_stops: f64) -> Measured {
     let star = *session.catalog().stars().stars().first().expect("a star");
@@ -41,17 +58,8 @@ fn measure(session: &Session, latitude_deg: f64, exposure_stops: f64) -> Measure
     let (sin, cos) = latitude_deg.to_radians().sin_cos();
     let pole = star.direction * sin + sideways * cos;
     let request = ViewRequest {
-        target: None,
-        position: Position::Centre(NaifId::EARTH),
-        look: Look::Along { direction: star.direction.cross(sideways) + 0.3 * sideways, axes: Axes::Icrf },
-        up: Up::Along { direction: pole, axes: Axes::Icrf },
         exposure: ExposureRequest::Stops(exposure_stops),
-        purpose: Purpose::LINEAR,
-        width: 2 * HEIGHT_PX,
-        height: HEIGHT_PX,
-        layers: Layers { stars: true, ..Layers::NONE },
-        composition: Composition { projection: Projection::Equirectangular, ..Composition::default() },
-        ..ViewRequest::of(NaifId::EARTH, Instant::parse("2024-03-01T00:00:00Z").expect("a time"))
+        ..sky_image(Position::Centre(NaifId::EARTH), star.direction.cross(sideways) + 0.3 * sideways, pole)
     };
     let frames = CompositeFrames::of(session.catalog(), session.ephemeris(), &request).expect("frames");
     let Arrangement::Faces(faces) = frames.arrangement else { panic!("faces") };
@@ -157,20 +165,9 @@ fn a_star_on_the_edge_of_two_faces_is_drawn_once() {
         let sideways = star.any_orthonormal_vector();
         let images_of_star = |latitude_deg: f64| {
             let (sin, cos) = latitude_deg.to_radians().sin_cos();
-            let request = ViewRequest {
-                target: None,
-                // At rest relative to the solar system's barycentre there is no aberration.
-                position: Position::Offset { body: NaifId(0), offset_km: sideways * 1e9, axes: Axes::Icrf },
-                look: Look::Along { direction: star * cos - sideways * sin, axes: Axes::Icrf },
-                up: Up::Along { direction: star * sin + sideways * cos, axes: Axes::Icrf },
-                exposure: ExposureRequest::Stops(0.0),
-                purpose: Purpose::LINEAR,
-                width: 2 * HEIGHT_PX,
-                height: HEIGHT_PX,
-                layers: Layers { stars: true, ..Layers::NONE },
-                composition: Composition { projection: Projection::Equirectangular, ..Composition::default() },
-                ..ViewRequest::of(NaifId::EARTH, Instant::parse("2024-03-01T00:00:00Z").expect("a time"))
-            };
+            // At rest relative to the solar system's barycentre there is no aberration.
+            let position = Position::Offset { body: NaifId(0), offset_km: sideways * 1e9, axes: Axes::Icrf };
+            let request = sky_image(position, star * cos - sideways * sin, star * sin + sideways * cos);
             session.draw(&request, SAMPLING, FrameImages::Display).expect("drawn").scene.stars.len()
         };
         assert_eq!((images_of_star(45.0), images_of_star(30.0)), (1, 1), "star {step}");
