@@ -1,13 +1,21 @@
-//! The software renderer's tape against a shader written by hand for AVX2: median CPU time of each and median ratio over all rounds. Both draw the same image
-//! on one thread of one process, in turns.
+//! The software renderer's tape against a shader written by hand for AVX2: median CPU time of each and median ratio over all rounds. All draw the same image
+//! on one thread of one process, in turns. Where the machine has AVX-512, the shader written by hand for it draws too: it tells how much of the tape's time is
+//! the processor's own.
 //!
-//! `cargo bench --bench heavy_kernel`. Prints the time of the shader by hand, one line per kernel class, then the times of the tone map.
+//! `cargo bench --bench heavy_kernel`. Prints the times of the shaders by hand, one line per kernel class, then the times of the tone map.
 
 #[cfg(target_arch = "x86_64")]
 #[path = "heavy/by_hand.rs"]
 mod by_hand;
 #[path = "heavy/mod.rs"]
 mod heavy;
+
+/// The largest difference of a channel between two images of linear light; NaN where either has one.
+#[cfg(target_arch = "x86_64")]
+fn largest_difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> f32 {
+    let differences = a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| (a - b).abs());
+    differences.fold(0.0, |largest, d| if d <= largest { largest } else { d })
+}
 
 #[cfg(not(target_arch = "x86_64"))]
 fn main() {
@@ -44,27 +52,41 @@ fn main() {
         })
         .collect();
     let mut by_hand_image = vec![[0f32; 4]; SIZE * SIZE];
+    let mut by_hand_avx512_image = by_hand_image.clone();
     let mut hand_s = Vec::new();
+    let has_avx512 = is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq");
+    let mut hand_avx512_s = Vec::new();
     let mut tape_s = vec![Vec::new(); classes.len()];
     for _ in 0..ROUNDS {
         let start = cpu_seconds();
         // SAFETY: AVX2 and FMA were found above; the size is a multiple of 8.
-        unsafe { by_hand::draw(SIZE, &texels, &mut by_hand_image) };
+        unsafe { by_hand::avx2::draw(SIZE, &texels, &mut by_hand_image) };
         hand_s.push(cpu_seconds() - start);
+        if has_avx512 {
+            let start = cpu_seconds();
+            // SAFETY: AVX-512 was found above; the size is a multiple of 16.
+            unsafe { by_hand::avx512::draw(SIZE, &texels, &mut by_hand_avx512_image) };
+            hand_avx512_s.push(cpu_seconds() - start);
+            let worst = largest_difference(&by_hand_avx512_image, &by_hand_image);
+            assert!(worst < 2e-3, "the two shaders by hand draw different images: {worst}");
+        }
         for (renderer, times) in renderers.iter().zip(&mut tape_s) {
             let start = cpu_seconds();
             let (frame, _) = renderer.render(&plan, &module, FrameImages::DisplayAndHdr).expect("draws");
             times.push(cpu_seconds() - start);
-            let worst =
-                frame.hdr.iter().zip(&by_hand_image).flat_map(|(a, b)| a.iter().zip(b).map(|(a, b)| (a - b).abs())).fold(0.0, f32::max);
+            let worst = largest_difference(&frame.hdr, &by_hand_image);
             // The tolerance covers rounding, and the different polynomials of atan2.
             assert!(worst < 2e-3, "the two draw different images: {worst}");
         }
     }
     println!("by hand, AVX2: {:.1} ms", 1e3 * median(hand_s.clone()));
+    if has_avx512 {
+        let ratio = median(hand_avx512_s.iter().zip(&hand_s).map(|(t, h)| t / h).collect());
+        println!("by hand, AVX-512: {:.1} ms, {ratio:.2} times the shader by hand for AVX2", 1e3 * median(hand_avx512_s));
+    }
     for (class, times) in classes.iter().zip(&tape_s) {
         let ratio = median(times.iter().zip(&hand_s).map(|(t, h)| t / h).collect());
-        println!("tape, {}: {:.1} ms, {ratio:.2} times the shader by hand", class.name(), 1e3 * median(times.clone()));
+        println!("tape, {}: {:.1} ms, {ratio:.2} times the shader by hand for AVX2", class.name(), 1e3 * median(times.clone()));
     }
     let (plan, module) = (tone_map_plan(SIZE as u32), simple_module("tone_map"));
     for class in &classes {

@@ -1,5 +1,8 @@
 //! The heavy fragment shader (heavy.wgsl) as a plan for the software renderer. In: the image's width and height in pixels. Out: plan and module, ready to run.
 
+#[cfg(target_arch = "x86_64")]
+pub mod lanes;
+
 use orrery::image::{Level, TexelFormat, Texture};
 use orrery::render::plan::ModuleProvider;
 use orrery::render::plan::{

@@ -2,6 +2,7 @@
 //!
 //! Plain values without a computation of positions: `read` and `read_body` fill them from catalog files and check their ranges.
 
+use super::AlbedoHarmonics;
 use super::species::Species;
 use crate::message::{Argument, Message, message};
 use glam::{DVec2, DVec3, Vec3};
@@ -101,6 +102,8 @@ pub struct Map {
     pub columns: Option<u32>,
     /// The invented part of the map and its source; `None` if the entire map consists of images or measurements.
     pub invented: Option<String>,
+    /// For an albedo map: the bright and dark sides of the body, by which the brightness of its point changes as it rotates. `None`: all sides are equal.
+    pub harmonics: Option<AlbedoHarmonics>,
 }
 
 /// A body's maps. A missing map is replaced by a constant or left out.

@@ -3,7 +3,7 @@
 //! In: a [`TableReader`]. Out: the checked value, or `None` and a problem in the shared list.
 
 use super::table::{TableReader, WithLine};
-use super::{Map, MapLatitude};
+use super::{AlbedoHarmonics, Map, MapLatitude};
 
 /// What [`is_file_name`] accepts, for messages.
 pub(super) const ALLOWED_FILE_NAME: &str = "a file name without folders";
@@ -65,10 +65,15 @@ pub(super) fn read_map(mut table: TableReader) -> Option<Map> {
     );
     let columns = table.optional::<u32>("columns", "the map's width in texels, 2 to 65536", |c| (2..=65_536).contains(c)).map(|l| l.value);
     let invented = invented(&mut table);
+    let harmonics = table.optional("harmonics", "eight numbers from -2 to 2", |c: &[f64; 8]| c.iter().all(|c| c.abs() <= 2.0));
+    let harmonics = harmonics.map(|found| {
+        let [x, y, z, degree_2 @ ..] = found.value;
+        AlbedoHarmonics { degree_1: [x, y, z], degree_2 }
+    });
     let _ = table.optional::<String>("source", "a string", |_| true);
     table.finish();
     let (gain, latitude) = (gain.map_or([1.0; 3], |g| g.value), latitude.unwrap_or(MapLatitude::Planetocentric));
-    Some(Map { file: file?.value, gain, latitude, columns, invented })
+    Some(Map { file: file?.value, gain, latitude, columns, invented, harmonics })
 }
 
 /// What [`optional_percent`] accepts, for messages. A value whose error is 100 % would not be an estimate.

@@ -8,6 +8,7 @@ use crate::wording::{did_you_mean, echo, echo_within, one_line};
 use orrery_catalogs::CATALOG_FILES;
 use std::collections::BTreeMap;
 
+mod albedo_harmonics;
 mod body;
 #[doc(hidden)]
 pub mod cities;
@@ -33,6 +34,7 @@ mod species;
 pub mod stars;
 mod table;
 
+pub use albedo_harmonics::AlbedoHarmonics;
 pub use body::{
     Atmosphere, Body, BodyKind, Clouds, Estimates, InventedRelief, MAX_OVERLAYS, Map, MapLatitude, Maps, MeanElements, Motion, NaifId,
     Overlay, OverlayProjection, Photometry, Ring, Rotation, ShapeModel,

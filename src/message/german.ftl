@@ -139,7 +139,7 @@ reason-model-error-mostly = { $model }: Fehler höchstens { $max } %, meist unte
 reason-model-error = { $model }: Fehler höchstens { $max } % { $of }
 # In the genitive, because they follow "Fehler höchstens ... %".
 quantity-ray = des einfach gestreuten Lichts jedes Strahls
-quantity-ray-and-sky = des einfach gestreuten Lichts jedes Strahls, und 5 % des Himmelslichts auf dem Boden
+quantity-ray-and-sky = des einfach gestreuten Lichts jedes Strahls; am Tag 4 % des Himmelslichts auf dem Boden der Erde, 15 % auf dem des Titan
 quantity-behind-round-body = des Sonnenlichts hinter einem runden Körper
 quantity-sunlight = des Sonnenlichts
 quantity-sunlight-and-umbra = des Sonnenlichts, im Kernschatten eine Größenklasse gegenüber dem, was Beobachter sahen

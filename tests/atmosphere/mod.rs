@@ -9,5 +9,5 @@ mod model_bounds;
 mod refracted_limb;
 mod shadows;
 mod single_scattering;
+mod skylight;
 mod top_of_air;
-mod twilight;

@@ -1,12 +1,11 @@
-//! Air: single scattering against integrals computed outside this program (tests/data/rayleigh_reference_public.json), skylight against
-//! simulated photons, multiply scattered light, the shadows of the planet and of the Moon, and air of zero density.
+//! Air: single scattering against integrals computed outside this program (tests/data/rayleigh_reference_public.json), multiply scattered light, the
+//! shadows of the planet and of the Moon, and air of zero density.
 
 use crate::support::folds::larger;
-use crate::support::random::Random;
 use crate::support::session::SESSION;
 use glam::DVec3;
 use orrery::FrameImages;
-use orrery::catalog::{Catalog, NaifId, Species};
+use orrery::catalog::{Catalog, NaifId};
 use orrery::probe::Prober;
 use orrery::render::plan::SamplingQuality;
 use orrery::render::software::{Options, SoftwareRenderer};
@@ -203,59 +202,6 @@ fn the_moons_shadow_darkens_the_air() {
     let (zenith, horizon) = (remaining_fraction(85.0), remaining_fraction(2.0));
     assert!(zenith < 2e-3, "{zenith}");
     assert!(horizon > 5.0 * zenith && horizon < 0.5, "{horizon} against {zenith}");
-}
-
-/// Fraction of the light incident on a plane layer that emerges downwards as diffuse light, from a Monte Carlo simulation of photons: no
-/// absorption, Rayleigh's phase function, black ground. `layer_depth`: optical depth of the layer; `cosine`: of the angle of incidence.
-fn diffuse_by_photons(layer_depth: f64, cosine: f64, photons: u32) -> f64 {
-    let mut generator = Random(0x2545_f491_4f6c_dd1d);
-    let mut random = move || generator.uniform();
-    let mut transmitted = 0;
-    for _ in 0..photons {
-        let (mut direction, mut photon_depth, mut scattered) = (DVec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine), 0.0, false);
-        loop {
-            photon_depth += direction.z * -(1.0 - random()).ln();
-            if photon_depth < 0.0 || photon_depth > layer_depth {
-                transmitted += u32::from(photon_depth > layer_depth && scattered);
-                break;
-            }
-            scattered = true;
-            let turn_cosine = loop {
-                let mu = 2.0 * random() - 1.0;
-                if random() * 2.0 < 1.0 + mu * mu {
-                    break mu;
-                }
-            };
-            let (sin, cos) = (std::f64::consts::TAU * random()).sin_cos();
-            let (x, y) = direction.any_orthonormal_pair();
-            direction = (direction * turn_cosine + (x * cos + y * sin) * (1.0 - turn_cosine * turn_cosine).sqrt()).normalize();
-        }
-    }
-    f64::from(transmitted) / f64::from(photons)
-}
-
-/// Skylight on level ground from the multiple-scattering table against photons, for an Earth with black ground and gas only.
-#[test]
-fn skylight_from_the_table_agrees_with_photons() {
-    let catalog = Catalog::embedded();
-    let mut earth = catalog.body(NaifId::EARTH).expect("the Earth").clone();
-    earth.clear_sky_albedo = Some(0.0);
-    let air = earth.atmosphere.as_mut().expect("air");
-    air.species.retain(Species::is_gas);
-    let per_km = air.species[0].scattering_per_km;
-    let scale_height_km = air.species[0].scale_height_km;
-    let table = multi_scatter_table::table(&earth).expect("a table");
-    for column in [multi_scatter_table::SUNS - 3, multi_scatter_table::SUNS - 1] {
-        let cosine = multi_scatter_table::sun_cosine(column);
-        // The table's last row: the square root of the irradiance on level ground.
-        let sky = table[multi_scatter_table::HEIGHTS * multi_scatter_table::SUNS + column];
-        for channel in [1, 2] {
-            // Per light incident on the level top of the air.
-            let tabulated = f64::from(sky[channel]).powi(2) / cosine;
-            let expected = diffuse_by_photons(per_km[channel] * scale_height_km, cosine, 200_000);
-            assert!((tabulated / expected - 1.0).abs() < 0.05, "mu {cosine:.2}, channel {channel}: {tabulated:.4} for {expected:.4}");
-        }
-    }
 }
 
 /// Multiply scattered light in the table is below 0.01 of sunlight for Pluto's thin air, and below 1 for thicker air. In an image of the

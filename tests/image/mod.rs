@@ -1,5 +1,6 @@
 //! The shipped maps, and decoded maps stored between runs.
 
+mod light_curves;
 mod pole_filter;
 mod shipped_maps;
 mod stored_maps;

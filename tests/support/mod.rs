@@ -6,6 +6,7 @@ pub mod folds;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod hand_shader;
+pub mod photons;
 pub mod program;
 pub mod random;
 pub mod scratch;

@@ -4,9 +4,11 @@
 
 pub(crate) mod air;
 pub(crate) mod air_pass;
+mod air_sphere;
 pub(crate) mod cloud_decision;
 pub(crate) mod clouds;
 pub(crate) mod decision;
+mod diffuse_light;
 pub(crate) mod extinction;
 pub(crate) mod ground_depth;
 pub mod multi_scatter_in_shadow;

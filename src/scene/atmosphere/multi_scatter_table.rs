@@ -1,14 +1,15 @@
 //! Multiply scattered light of an atmosphere, as a table over height and the Sun's zenith angle.
 //!
 //! In: a body with its atmosphere. Out: [`NODES`] square roots. A row for each height has those of the radiance of light scattered twice or more, per
-//! irradiance of the Sun; one more row has those of the irradiance of level ground by the entire sky. Method (S. Hillaire, EGSR 2020): light of the second
-//! order is summed over directions with an isotropic phase function, and each further order is the previous order times the fraction that scatters again
-//! nearby: a geometric series. The ground is a Lambert surface of the body's albedo. Not modelled: the directionality of the higher orders, and differences in
-//! illumination between neighbouring places.
+//! irradiance of the Sun and unit of scattering; one more row has those of the irradiance of level ground by the entire sky. Method: `diffuse_light` sums all
+//! orders of scattering. The light that scatters again at a height is the mean of the diffuse light there over all directions, so the table has no directions:
+//! S. Hillaire's form of multiple scattering (EGSR 2020), without its geometric series. The ground is a Lambert surface of the body's albedo. Not modelled: the
+//! directionality of light scattered more than once, and differences in illumination between neighbouring places. Errors: tests/atmosphere/skylight.rs.
 
 use crate::catalog::{Atmosphere, Body};
-use crate::scene::atmosphere::extinction::{self, density, extinction, optical_depth, quadrature, scattering};
-use crate::scene::atmosphere::phase;
+use crate::scene::atmosphere::air_sphere::AirSphere;
+pub(crate) use crate::scene::atmosphere::air_sphere::GROUND_CLEARANCE_KM;
+use crate::scene::atmosphere::diffuse_light::{DiffuseLight, SampleCounts};
 use crate::scene::camera;
 use crate::scene::constants::{MULTI_SCATTER_BEND as BEND, MULTI_SCATTER_FIRST as FIRST_COORDINATE};
 use glam::{DVec3, Vec4};
@@ -22,40 +23,26 @@ pub use crate::scene::constants::{MULTI_SCATTER_HEIGHTS as HEIGHTS, MULTI_SCATTE
 pub const NODES: usize = (HEIGHTS + 1) * SUNS;
 /// The source files that determine the table: an edit of one of them invalidates tables cached on disk. From the rest of the program they use only the
 /// body's numbers, which are part of the cache key too, and the narrowing to f32.
-pub(crate) const SOURCES: [&str; 4] =
-    [include_str!("multi_scatter_table.rs"), include_str!("extinction.rs"), include_str!("phase.rs"), include_str!("../constants.rs")];
+pub(crate) const SOURCES: [&str; 6] = [
+    include_str!("multi_scatter_table.rs"),
+    include_str!("diffuse_light.rs"),
+    include_str!("air_sphere.rs"),
+    include_str!("extinction.rs"),
+    include_str!("phase.rs"),
+    include_str!("../constants.rs"),
+];
 
 /// Sampling with the Sun above the horizon.
-const BY_DAY: SampleCounts = SampleCounts { directions: 64, steps: 24 };
-/// Sampling with the Sun below the horizon, when it lights only a small part of the sky: sampled as [`BY_DAY`], the ground's irradiance at a solar depression
-/// of 12 degrees would be a thirtieth of its true value.
-const AT_DUSK: SampleCounts = SampleCounts { directions: 192, steps: 32 };
-/// Sampling for the row of the ground's irradiance.
-const ON_GROUND: SampleCounts = SampleCounts { directions: 1024, steps: 48 };
-/// Integration steps towards the Sun.
-const SUNLIGHT_STEPS: usize = 24;
-/// Upper limit of the fraction of light that scatters again, so that the series converges.
+const BY_DAY: SampleCounts = SampleCounts { azimuths: 6, steps: 24 };
+/// Sampling with the Sun below the horizon, when it lights only a small part of the sky.
+const AT_DUSK: SampleCounts = SampleCounts { azimuths: 12, steps: 32 };
+/// Directions of the sphere, and integration steps along each, for the irradiance of the ground by light scattered once.
+const GROUND_DIRECTIONS: usize = 1024;
+const GROUND_STEPS: usize = 48;
+/// Upper limit of the fraction of light that scatters again, so that a geometric series of orders converges.
 pub(crate) const MAX_RESCATTERED: f64 = 0.98;
 /// Column coordinate of the last column, the Sun in the zenith.
 const LAST_COORDINATE: f64 = 1.0 / (1.0 + BEND);
-/// Height at which rays that leave the ground start, so that rounding puts none of them below the ground: 10 cm.
-pub(crate) const GROUND_CLEARANCE_KM: f64 = 1e-4;
-
-/// Number of directions over the sphere, and of integration steps along each.
-#[derive(Clone, Copy)]
-struct SampleCounts {
-    directions: usize,
-    steps: usize,
-}
-
-/// A body's spherical atmosphere.
-struct AirSphere<'a> {
-    radius_km: f64,
-    air: &'a Atmosphere,
-    /// Albedo of the ground, linear RGB.
-    ground_albedo: DVec3,
-}
-
 /// Cosine of the Sun's zenith angle in a column. Columns are evenly spaced in their coordinate x = mu / (|mu| + BEND), with mu this cosine.
 pub fn sun_cosine(column: usize) -> f64 {
     let x = FIRST_COORDINATE + (LAST_COORDINATE - FIRST_COORDINATE) * column as f64 / (SUNS - 1) as f64;
@@ -82,127 +69,13 @@ fn towards_sun(cosine: f64) -> DVec3 {
     DVec3::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine)
 }
 
-/// The result of integrating along one ray.
-struct RayIntegral {
-    /// In-scattered light, for the `source` of [`AirSphere::integrate`].
-    light: DVec3,
-    /// In-scattered light from a source of 1 everywhere.
-    rescattered: DVec3,
-    transmittance: DVec3,
-    /// Where the ray meets the ground, if it does.
-    ground_point: Option<DVec3>,
-}
-
-impl AirSphere<'_> {
-    /// Distance from a point along a ray to where it leaves the air, and whether that is at the ground; otherwise it is at the top of the atmosphere.
-    fn distance_to_boundary(&self, p: DVec3, along: DVec3) -> (f64, bool) {
-        let b = p.dot(along);
-        let closest_sq = p.length_squared() - b * b;
-        let ground = self.radius_km * self.radius_km - closest_sq;
-        if b < 0.0 && ground > 0.0 {
-            return ((-b - ground.sqrt()).max(0.0), true);
-        }
-        let top = (self.radius_km + self.air.top_km).powi(2) - closest_sq;
-        ((-b + top.max(0.0).sqrt()).max(0.0), false)
-    }
-
-    /// Height of a point above the ground.
-    fn height_km(&self, p: DVec3) -> f64 {
-        (p.length() - self.radius_km).max(0.0)
-    }
-
-    fn coefficient(&self, height_km: f64, of_species: fn(&crate::catalog::Species) -> DVec3) -> DVec3 {
-        extinction::coefficient(self.air, height_km, of_species)
-    }
-
-    /// Transmittance towards the Sun; 0 through the planet.
-    fn sunlight(&self, p: DVec3, sun: DVec3) -> DVec3 {
-        let (length_km, hits_ground) = self.distance_to_boundary(p, sun);
-        if hits_ground {
-            return DVec3::ZERO;
-        }
-        let depth = optical_depth(self.air, length_km, SUNLIGHT_STEPS, |s_km| self.height_km(p + sun * s_km));
-        depth.map(|d| (-d).exp())
-    }
-
-    /// Integrates in-scattering along a ray in `count` steps. `source`: radiance that a unit of scattering at a point sends into the ray.
-    fn integrate(&self, from: DVec3, along: DVec3, count: usize, source: impl Fn(DVec3) -> DVec3) -> RayIntegral {
-        let (length_km, hits_ground) = self.distance_to_boundary(from, along);
-        let mut ray = RayIntegral {
-            light: DVec3::ZERO,
-            rescattered: DVec3::ZERO,
-            transmittance: DVec3::ONE,
-            ground_point: hits_ground.then(|| from + along * length_km),
-        };
-        for (fraction, weight) in quadrature(count) {
-            let p = from + along * (length_km * fraction);
-            let (height_km, step_km) = (self.height_km(p), length_km * weight);
-            let depth = self.coefficient(height_km, extinction) * step_km;
-            // Mean transmittance from the start of the step to its points.
-            let mean_transmittance = depth.map(|d| if d > 1e-6 { -(-d).exp_m1() / d } else { 1.0 });
-            let scattered = ray.transmittance * self.coefficient(height_km, scattering) * mean_transmittance * step_km;
-            ray.light += scattered * source(p);
-            ray.rescattered += scattered;
-            ray.transmittance *= depth.map(|d| (-d).exp());
-        }
-        ray
-    }
-
-    /// The node of a row and a column: radiance of the second and all further orders of scattering, averaged over all directions.
-    fn node(&self, row: usize, column: usize) -> DVec3 {
-        let from = DVec3::Z * (self.radius_km + row_height_km(self.air, row).max(GROUND_CLEARANCE_KM));
-        let sun = towards_sun(sun_cosine(column));
-        let sampling = if sun.z > 0.0 { BY_DAY } else { AT_DUSK };
-        let (mut second, mut rescattered) = (DVec3::ZERO, DVec3::ZERO);
-        for along in directions(sampling.directions) {
-            let ray = self.integrate(from, along, sampling.steps, |p| self.sunlight(p, sun) / (4.0 * PI));
-            second += ray.light + ray.ground_point.map_or(DVec3::ZERO, |g| ray.transmittance * self.reflected(g, sun));
-            rescattered += ray.rescattered;
-        }
-        let rescattered = rescattered / sampling.directions as f64;
-        second / sampling.directions as f64 / rescattered.map(|a| 1.0 - a.min(MAX_RESCATTERED))
-    }
-
-    /// Radiance of the ground in direct sunlight, per irradiance of the Sun.
-    fn reflected(&self, ground_point: DVec3, sun: DVec3) -> DVec3 {
-        let up = ground_point.normalize();
-        let above = up * (self.radius_km + GROUND_CLEARANCE_KM);
-        self.ground_albedo * self.sunlight(above, sun) * (up.dot(sun).max(0.0) / PI)
-    }
-
-    /// Irradiance of level ground by the entire sky.
-    fn ground_irradiance(&self, rows: &[DVec3], column: usize) -> DVec3 {
-        let from = DVec3::Z * (self.radius_km + GROUND_CLEARANCE_KM);
-        let sun = towards_sun(sun_cosine(column));
-        let mut sum = DVec3::ZERO;
-        for along in directions(ON_GROUND.directions).filter(|d| d.z > 0.0) {
-            let multiple =
-                self.integrate(from, along, ON_GROUND.steps, |p| self.interpolate(rows, self.height_km(p), p.normalize().dot(sun))).light;
-            sum += (multiple + self.single_scattering(from, along, sun)) * along.z;
-        }
-        // The directions are distributed over the entire sphere, so each has the solid angle 2 TAU / count.
-        sum * (2.0 * TAU / ON_GROUND.directions as f64)
-    }
-
-    /// Single scattering along a ray, with the phase function of each species.
-    fn single_scattering(&self, from: DVec3, along: DVec3, sun: DVec3) -> DVec3 {
-        let cos_scattering = along.dot(sun);
-        let source = |p: DVec3| {
-            let height_km = self.height_km(p);
-            let all = self.coefficient(height_km, scattering).max(DVec3::splat(1e-30));
-            let phase_times_density = |s: &crate::catalog::Species| density(s, height_km) * phase::per_steradian(s.phase, cos_scattering);
-            let phase_weighted: DVec3 = self.air.species.iter().map(|s| scattering(s) * phase_times_density(s)).sum();
-            self.sunlight(p, sun) * phase_weighted / all
-        };
-        self.integrate(from, along, ON_GROUND.steps, source).light
-    }
-
-    /// Interpolates the table as the shader does.
-    fn interpolate(&self, rows: &[DVec3], height_km: f64, cosine: f64) -> DVec3 {
-        let node = |k: usize| root(rows[k]);
-        let root = between_nodes(height_km / self.air.top_km, column_coordinate(cosine), node);
-        root * root
-    }
+/// Irradiance of level ground by skylight that was scattered once, per irradiance of the Sun.
+fn ground_irradiance_once(sphere: &AirSphere<'_>, sun: DVec3) -> DVec3 {
+    let from = DVec3::Z * (sphere.radius_km + GROUND_CLEARANCE_KM);
+    let sky = directions(GROUND_DIRECTIONS).filter(|d| d.z > 0.0);
+    let sum: DVec3 = sky.map(|along| sphere.single_scattering(from, along, GROUND_STEPS, sun).0 * along.z).sum();
+    // The directions are distributed over the entire sphere, so each has the solid angle 2 TAU / count.
+    sum * (2.0 * TAU / GROUND_DIRECTIONS as f64)
 }
 
 /// The column coordinate of a zenith cosine: mu / (|mu| + BEND).
@@ -231,13 +104,22 @@ fn root(v: DVec3) -> DVec3 {
     v.map(|x| x.max(0.0).sqrt())
 }
 
+/// A column of the table: the mean radiance of diffuse light at each height, and the irradiance of level ground by the sky.
+fn table_column(sphere: &AirSphere<'_>, diffuse: &DiffuseLight<'_>, column: usize) -> (Vec<DVec3>, DVec3) {
+    let sun = towards_sun(sun_cosine(column));
+    let field = diffuse.field(sun, if sun.z > 0.0 { BY_DAY } else { AT_DUSK });
+    let means = (0..HEIGHTS).map(|row| diffuse.mean_radiance(&field, row)).collect();
+    (means, ground_irradiance_once(sphere, sun) + diffuse.irradiance_by_further_orders(&field))
+}
+
 /// The table of a body's atmosphere: rows of heights from the ground up, then the row of the ground. Each value is a square root in the shader's unit, in
 /// which 1 is the irradiance of a plane that faces the Sun, and the radiance of that plane if it is white. Uses all cores; `None` without an atmosphere.
 pub fn table(body: &Body) -> Option<Vec<Vec4>> {
     let sphere =
         AirSphere { radius_km: body.radii_km.x, air: body.atmosphere.as_ref()?, ground_albedo: DVec3::from_array(body.mean_reflectance()) };
-    let rows: Vec<DVec3> = (0..HEIGHTS * SUNS).into_par_iter().map(|k| sphere.node(k / SUNS, k % SUNS)).collect();
-    let ground: Vec<DVec3> = (0..SUNS).into_par_iter().map(|c| sphere.ground_irradiance(&rows, c)).collect();
-    let rows = rows.iter().map(|v| *v * PI);
+    let diffuse = DiffuseLight::of(&sphere);
+    let columns: Vec<(Vec<DVec3>, DVec3)> = (0..SUNS).into_par_iter().map(|column| table_column(&sphere, &diffuse, column)).collect();
+    let rows = (0..HEIGHTS).flat_map(|row| columns.iter().map(move |(means, _)| means[row] * PI));
+    let ground = columns.iter().map(|(_, ground)| *ground);
     Some(rows.chain(ground).map(|v| camera::narrow(root(v)).extend(0.0)).collect())
 }

@@ -1,0 +1,96 @@
+//! A body's spherical atmosphere over its ground: rays through it, and the light that they collect.
+//!
+//! In: the catalog's atmosphere. Out: per channel (linear RGB) the transmittance towards the Sun, and the light scattered once along a ray. Positions are relative
+//! to the body's centre, in km. Not modelled: refraction, the flattening of the body.
+
+use crate::catalog::{Atmosphere, Species};
+use crate::scene::atmosphere::extinction::{self, density, extinction, optical_depth, quadrature, scattering};
+use crate::scene::atmosphere::phase;
+use glam::DVec3;
+use std::f64::consts::PI;
+
+/// Integration steps towards the Sun.
+const SUNLIGHT_STEPS: usize = 24;
+/// Height at which rays that leave the ground start, so that rounding puts none of them below the ground: 10 cm.
+pub(crate) const GROUND_CLEARANCE_KM: f64 = 1e-4;
+
+/// A body's spherical atmosphere.
+pub(super) struct AirSphere<'a> {
+    pub(super) radius_km: f64,
+    pub(super) air: &'a Atmosphere,
+    /// Albedo of the ground, linear RGB.
+    pub(super) ground_albedo: DVec3,
+}
+
+/// Where a ray meets the ground.
+pub(super) struct GroundHit {
+    pub(super) point_km: DVec3,
+    /// Transmittance from there to the start of the ray.
+    pub(super) transmittance: DVec3,
+}
+
+impl AirSphere<'_> {
+    /// Distance from a point along a ray to where it leaves the air, and whether that is at the ground; otherwise it is at the top of the atmosphere.
+    fn distance_to_boundary(&self, p: DVec3, along: DVec3) -> (f64, bool) {
+        let b = p.dot(along);
+        let closest_sq = p.length_squared() - b * b;
+        let ground = self.radius_km * self.radius_km - closest_sq;
+        if b < 0.0 && ground > 0.0 {
+            return ((-b - ground.sqrt()).max(0.0), true);
+        }
+        let top = (self.radius_km + self.air.top_km).powi(2) - closest_sq;
+        ((-b + top.max(0.0).sqrt()).max(0.0), false)
+    }
+
+    /// Height of a point above the ground.
+    pub(super) fn height_km(&self, p: DVec3) -> f64 {
+        (p.length() - self.radius_km).max(0.0)
+    }
+
+    /// Transmittance towards the Sun; 0 through the planet.
+    fn sunlight(&self, p: DVec3, sun: DVec3) -> DVec3 {
+        let (length_km, hits_ground) = self.distance_to_boundary(p, sun);
+        if hits_ground {
+            return DVec3::ZERO;
+        }
+        let depth = optical_depth(self.air, length_km, SUNLIGHT_STEPS, |s_km| self.height_km(p + sun * s_km));
+        depth.map(|d| (-d).exp())
+    }
+
+    /// Follows a ray in `count` steps. Calls `add` for each: with a point of the step, and with the step's length times the mean transmittance from it to the
+    /// start of the ray. That product times a scattering coefficient times the light incident there is the light that reaches the start.
+    pub(super) fn follow(&self, from: DVec3, along: DVec3, count: usize, mut add: impl FnMut(DVec3, DVec3)) -> Option<GroundHit> {
+        let (length_km, hits_ground) = self.distance_to_boundary(from, along);
+        let mut transmittance = DVec3::ONE;
+        for (fraction, weight) in quadrature(count) {
+            let point = from + along * (length_km * fraction);
+            let step_km = length_km * weight;
+            let depth = extinction::coefficient(self.air, self.height_km(point), extinction) * step_km;
+            // Mean transmittance from the start of the step to its points.
+            let mean_transmittance = depth.map(|d| if d > 1e-6 { -(-d).exp_m1() / d } else { 1.0 });
+            add(point, transmittance * mean_transmittance * step_km);
+            transmittance *= depth.map(|d| (-d).exp());
+        }
+        hits_ground.then(|| GroundHit { point_km: from + along * length_km, transmittance })
+    }
+
+    /// Light scattered once that arrives along a ray, with the phase function of each species, and where the ray meets the ground. Per irradiance of the Sun.
+    pub(super) fn single_scattering(&self, from: DVec3, along: DVec3, count: usize, sun: DVec3) -> (DVec3, Option<GroundHit>) {
+        let cos_scattering = along.dot(sun);
+        let phase_of = |s: &Species| scattering(s) * phase::per_steradian(s.phase, cos_scattering);
+        let mut light = DVec3::ZERO;
+        let ground = self.follow(from, along, count, |p, transmitted_km| {
+            let height_km = self.height_km(p);
+            let scattered: DVec3 = self.air.species.iter().map(|s| phase_of(s) * density(s, height_km)).sum();
+            light += transmitted_km * scattered * self.sunlight(p, sun);
+        });
+        (light, ground)
+    }
+
+    /// Radiance of the ground in direct sunlight, per irradiance of the Sun.
+    pub(super) fn reflected(&self, ground_point: DVec3, sun: DVec3) -> DVec3 {
+        let up = ground_point.normalize();
+        let above = up * (self.radius_km + GROUND_CLEARANCE_KM);
+        self.ground_albedo * self.sunlight(above, sun) * (up.dot(sun).max(0.0) / PI)
+    }
+}

@@ -1,0 +1,229 @@
+//! Diffuse light of all orders of scattering in a spherical atmosphere, averaged over azimuths: a radiance for each level (height) and stream (zenith angle).
+//!
+//! In: an [`AirSphere`]; the Sun's zenith angle. Out: [`DiffuseLight`]. Method: successive orders of scattering (H. C. van de Hulst, Multiple Light Scattering,
+//! 1980, ch. 4.3; discrete streams as of Chandrasekhar, Radiative Transfer, 1960). Light scattered once, and sunlight reflected by the ground, are integrated with
+//! the Sun where it is. Each further order is the previous one, scattered by each species with its phase function or reflected by the ground, and collected
+//! along rays through the spherical air. For these orders it is assumed that the Sun has the same zenith angle everywhere.
+
+use crate::scene::atmosphere::air_sphere::{AirSphere, GROUND_CLEARANCE_KM};
+use crate::scene::atmosphere::extinction::{density, scattering};
+use crate::scene::atmosphere::phase;
+use crate::scene::constants::MULTI_SCATTER_HEIGHTS as TABLE_HEIGHTS;
+use glam::DVec3;
+use rayon::prelude::*;
+use std::f64::consts::PI;
+
+/// Levels per row of the table of multiple scattering.
+const LEVELS_PER_ROW: usize = 3;
+/// Number of heights. They are spaced quadratically from the ground to the top.
+const LEVELS: usize = LEVELS_PER_ROW * (TABLE_HEIGHTS - 1) + 1;
+/// Nodes of the Gauss-Legendre rule with six points from -1 to 1, for half of the points, and their weights (Abramowitz & Stegun 1964, table 25.4).
+const GAUSS_NODES: [f64; 3] = [0.238_619_186_083_196_9, 0.661_209_386_466_264_5, 0.932_469_514_203_152_1];
+const GAUSS_WEIGHTS: [f64; 3] = [0.467_913_934_572_691_0, 0.360_761_573_048_138_6, 0.171_324_492_379_170_4];
+/// Number of streams: six zenith angles in the sky, six below the horizon.
+const STREAMS: usize = 12;
+/// One value for each level and stream.
+const NODES: usize = LEVELS * STREAMS;
+/// Steps along the rays that collect the orders after the first.
+const STEPS: usize = 32;
+/// Azimuths over which a phase function is averaged.
+const PHASE_AZIMUTHS: u32 = 64;
+/// Orders are added until the next one is less than this fraction of the sum.
+const LAST_ORDER: f64 = 1e-4;
+/// Upper limit of the number of orders, for air without absorption that is much thicker than any of the catalog.
+const MAX_ORDERS: usize = 500;
+
+/// Number of azimuths, and of steps along each ray, with which light scattered once is integrated.
+#[derive(Clone, Copy)]
+pub(super) struct SampleCounts {
+    pub(super) azimuths: u32,
+    pub(super) steps: usize,
+}
+
+/// A zenith angle.
+#[derive(Clone, Copy, Default)]
+struct Stream {
+    /// Cosine of the zenith angle of the direction from which the light comes: positive in the sky, negative below the horizon.
+    cosine: f64,
+    /// Fraction of the sphere for which it stands.
+    weight: f64,
+}
+
+/// The streams in order of their cosines.
+fn streams() -> [Stream; STREAMS] {
+    let half = STREAMS / 2;
+    let mut streams = [Stream::default(); STREAMS];
+    for k in 0..half {
+        let from_middle = if k < half / 2 { half / 2 - 1 - k } else { k - half / 2 };
+        let node = if k < half / 2 { -GAUSS_NODES[from_middle] } else { GAUSS_NODES[from_middle] };
+        let stream = Stream { cosine: 0.5 * (1.0 + node), weight: 0.25 * GAUSS_WEIGHTS[from_middle] };
+        streams[half + k] = stream;
+        streams[half - 1 - k] = Stream { cosine: -stream.cosine, weight: stream.weight };
+    }
+    streams
+}
+
+/// Direction with this zenith cosine and azimuth; the zenith is z.
+fn direction(cosine: f64, azimuth_rad: f64) -> DVec3 {
+    let (sin, cos) = azimuth_rad.sin_cos();
+    let across = (1.0 - cosine * cosine).max(0.0).sqrt();
+    DVec3::new(across * cos, across * sin, cosine)
+}
+
+/// Indices around a position on a grid, with their weights.
+fn between(position: f64, count: usize) -> [(usize, f64); 2] {
+    let position = position.clamp(0.0, (count - 1) as f64);
+    let below = (position as usize).min(count - 2);
+    let fraction = position - below as f64;
+    [(below, 1.0 - fraction), (below + 1, fraction)]
+}
+
+/// How each order of scattering in one body's air follows from the previous one; the same for every position of the Sun.
+pub(super) struct DiffuseLight<'a> {
+    sphere: &'a AirSphere<'a>,
+    streams: [Stream; STREAMS],
+    /// For each node the fractions of the light at all nodes that arrive there after one more scattering or reflection: `NODES` x `NODES`.
+    next_order: Vec<DVec3>,
+}
+
+/// Diffuse light for one position of the Sun, per irradiance of the Sun.
+pub(super) struct Field {
+    /// Light scattered once, by level and stream.
+    once: Vec<DVec3>,
+    /// Light of all orders, that reflected by the ground included.
+    all: Vec<DVec3>,
+}
+
+impl<'a> DiffuseLight<'a> {
+    /// Computes how orders follow from each other.
+    pub(super) fn of(sphere: &'a AirSphere<'a>) -> Self {
+        let streams = streams();
+        let phase_means: Vec<Vec<f64>> = sphere.air.species.iter().map(|s| phase_means(s.phase, &streams)).collect();
+        let mut light = Self { sphere, streams, next_order: Vec::new() };
+        light.next_order = (0..NODES).into_par_iter().flat_map_iter(|node| light.sources_of(node, &phase_means)).collect();
+        light
+    }
+
+    /// Height of a level.
+    fn level_height_km(&self, level: usize) -> f64 {
+        self.sphere.air.top_km * (level as f64 / (LEVELS - 1) as f64).powi(2)
+    }
+
+    /// A point at the height of a level, on the z axis.
+    fn start(&self, level: usize) -> DVec3 {
+        DVec3::Z * (self.sphere.radius_km + self.level_height_km(level).max(GROUND_CLEARANCE_KM))
+    }
+
+    /// The row of `next_order` of a node: along its ray, where the light comes from and how much of it is scattered into the ray.
+    fn sources_of(&self, node: usize, phase_means: &[Vec<f64>]) -> Vec<DVec3> {
+        let (sphere, species) = (self.sphere, &self.sphere.air.species);
+        let along = direction(self.streams[node % STREAMS].cosine, 0.0);
+        // For each species: the scattering into the ray, by the level and the zenith angle at which it happens.
+        let mut scattered = vec![DVec3::ZERO; species.len() * NODES];
+        let ground = sphere.follow(self.start(node / STREAMS), along, STEPS, |p, transmitted_km| {
+            let height_km = sphere.height_km(p);
+            let level = (height_km / sphere.air.top_km).sqrt() * (LEVELS - 1) as f64;
+            let stream = self.stream_position(along.dot(p.normalize()));
+            for (k, s) in species.iter().enumerate() {
+                let light = transmitted_km * scattering(s) * density(s, height_km);
+                for (level, level_weight) in between(level, LEVELS) {
+                    for (stream, stream_weight) in between(stream, STREAMS) {
+                        scattered[(k * LEVELS + level) * STREAMS + stream] += light * (level_weight * stream_weight);
+                    }
+                }
+            }
+        });
+        let mut row = vec![DVec3::ZERO; NODES];
+        for (k, means) in phase_means.iter().enumerate() {
+            for level in 0..LEVELS {
+                for to in 0..STREAMS {
+                    let light = scattered[(k * LEVELS + level) * STREAMS + to];
+                    for from in 0..STREAMS {
+                        row[level * STREAMS + from] += light * means[to * STREAMS + from];
+                    }
+                }
+            }
+        }
+        if let Some(ground) = ground {
+            // The radiance of a Lambert surface is its albedo times the irradiance over pi.
+            for (from, stream) in self.streams.iter().enumerate().filter(|(_, stream)| stream.cosine > 0.0) {
+                row[from] += ground.transmittance * sphere.ground_albedo * (4.0 * stream.weight * stream.cosine);
+            }
+        }
+        row
+    }
+
+    /// Where a zenith cosine lies between the streams.
+    fn stream_position(&self, cosine: f64) -> f64 {
+        let above = self.streams.iter().position(|s| s.cosine > cosine).unwrap_or(STREAMS - 1).max(1);
+        let (lower, upper) = (self.streams[above - 1].cosine, self.streams[above].cosine);
+        (above - 1) as f64 + ((cosine - lower) / (upper - lower)).clamp(0.0, 1.0)
+    }
+
+    /// The field of a Sun in this direction, as seen from the z axis.
+    pub(super) fn field(&self, sun: DVec3, counts: SampleCounts) -> Field {
+        let (mut once, mut all) = (Vec::with_capacity(NODES), Vec::with_capacity(NODES));
+        for node in 0..NODES {
+            let (mut scattered, mut reflected) = (DVec3::ZERO, DVec3::ZERO);
+            // The field is symmetric about the Sun's vertical.
+            for k in 0..counts.azimuths {
+                let azimuth_rad = PI * (f64::from(k) + 0.5) / f64::from(counts.azimuths);
+                let along = direction(self.streams[node % STREAMS].cosine, azimuth_rad);
+                let (light, ground) = self.sphere.single_scattering(self.start(node / STREAMS), along, counts.steps, sun);
+                scattered += light;
+                reflected += ground.map_or(DVec3::ZERO, |g| g.transmittance * self.sphere.reflected(g.point_km, sun));
+            }
+            once.push(scattered / f64::from(counts.azimuths));
+            all.push((scattered + reflected) / f64::from(counts.azimuths));
+        }
+        let mut order = all.clone();
+        for _ in 0..MAX_ORDERS {
+            let next = |row: &[DVec3]| row.iter().zip(&order).map(|(fraction, light)| *fraction * *light).sum::<DVec3>();
+            order = self.next_order.chunks_exact(NODES).map(next).collect();
+            let (mut largest, mut brightest) = (DVec3::ZERO, DVec3::ZERO);
+            for (sum, light) in all.iter_mut().zip(&order) {
+                *sum += *light;
+                (largest, brightest) = (largest.max(*light), brightest.max(*sum));
+            }
+            if largest.cmple(brightest * LAST_ORDER).all() {
+                break;
+            }
+        }
+        Field { once, all }
+    }
+
+    /// Mean radiance over all directions at the height of a row of the table.
+    pub(super) fn mean_radiance(&self, field: &Field, row: usize) -> DVec3 {
+        let level = &field.all[row * LEVELS_PER_ROW * STREAMS..][..STREAMS];
+        level.iter().zip(&self.streams).map(|(light, stream)| *light * stream.weight).sum()
+    }
+
+    /// Irradiance of level ground by skylight of the second and all further orders.
+    pub(super) fn irradiance_by_further_orders(&self, field: &Field) -> DVec3 {
+        let light = field.all[..STREAMS].iter().zip(&field.once);
+        let in_sky = light.zip(&self.streams).filter(|(_, stream)| stream.cosine > 0.0);
+        in_sky.map(|((all, once), stream)| (*all - *once) * (4.0 * PI * stream.weight * stream.cosine)).sum()
+    }
+}
+
+/// For each pair of streams the fraction of the light of the second that a phase function scatters into the first, per unit of the mean over all directions:
+/// element `to` * STREAMS + `from`. All light of a stream is scattered somewhere: the narrow peak of a forward-scattering aerosol falls between the streams'
+/// angles, so the fractions are scaled to the sum that they must have.
+fn phase_means(phase: crate::catalog::PhaseFunction, streams: &[Stream; STREAMS]) -> Vec<f64> {
+    let mean = |to: &Stream, from: &Stream| {
+        let at = |k: u32| {
+            let azimuth_rad = PI * (f64::from(k) + 0.5) / f64::from(PHASE_AZIMUTHS);
+            phase::per_steradian(phase, direction(to.cosine, 0.0).dot(direction(from.cosine, azimuth_rad)))
+        };
+        4.0 * PI * (0..PHASE_AZIMUTHS).map(at).sum::<f64>() / f64::from(PHASE_AZIMUTHS)
+    };
+    let mut means = vec![0.0; STREAMS * STREAMS];
+    for (from, source) in streams.iter().enumerate() {
+        let into: Vec<f64> = streams.iter().map(|to| mean(to, source)).collect();
+        let total: f64 = into.iter().zip(streams).map(|(mean, to)| mean * to.weight).sum();
+        for (to, mean) in into.iter().enumerate() {
+            means[to * STREAMS + from] = mean * source.weight / total;
+        }
+    }
+    means
+}

@@ -1,0 +1,68 @@
+//! Skylight on level ground by the table of multiple scattering against photons that are followed backwards through the same spherical air: by day, under a low
+//! Sun, and in twilight.
+
+use crate::support::photons::Air;
+use orrery::catalog::{Body, Catalog, Species};
+use orrery::scene::multi_scatter_table::{HEIGHTS, SUNS, sun_cosine, table};
+
+/// The columns of the table with the Sun 90, 27, 13 and 9 degrees high.
+const BY_DAY: [usize; 4] = [15, 13, 11, 10];
+/// 4 and 0.1 degrees high.
+const LOW_SUN: [usize; 2] = [8, 6];
+/// The Sun 0, 1.4, 3.3 and 5.6 degrees below the horizon.
+const TWILIGHT: [usize; 4] = [6, 5, 4, 3];
+
+fn body(name: &str) -> Body {
+    Catalog::embedded().bodies().iter().find(|b| b.name == name).expect(name).clone()
+}
+
+/// The largest error of the table for these positions of the Sun in the red and blue channels, and the largest error of single scattering alone; both relative
+/// to the light of all photons.
+fn largest_errors(body: &Body, columns: &[usize], paths: u32) -> (f64, f64) {
+    let table = table(body).expect("a table");
+    let (mut largest, mut largest_once) = (0.0f64, 0.0f64);
+    for column in columns {
+        let cosine = sun_cosine(*column);
+        for channel in [0, 2] {
+            let sky = Air::of(body, channel).skylight(cosine, paths);
+            // The table's last row: the square root of the irradiance.
+            let tabulated = f64::from(table[HEIGHTS * SUNS + column][channel]).powi(2);
+            let (error, error_once) = ((tabulated / sky.all - 1.0).abs(), (sky.once / sky.all - 1.0).abs());
+            println!(
+                "{}, Sun at {:.1} degrees, channel {channel}: {:.3} of {:.3e} +- {:.1} %, once {:.3}",
+                body.name,
+                cosine.asin().to_degrees(),
+                tabulated / sky.all,
+                sky.all,
+                100.0 * sky.error / sky.all,
+                sky.once / sky.all
+            );
+            assert!(error.is_finite() && error_once.is_finite(), "{}: {tabulated} {}", body.name, sky.all);
+            (largest, largest_once) = (largest.max(error), largest_once.max(error_once));
+        }
+    }
+    (largest, largest_once)
+}
+
+/// The bounds contain the photons' standard error: 1 to 2 % by day, up to 9 % under a low Sun. Under a low Sun the table is too dark in thick air, because it
+/// assumes that the surrounding air is lit uniformly.
+#[test]
+fn skylight_agrees_with_photons_in_the_air_of_every_body_with_a_ground() {
+    for (name, by_day, low_sun) in [("Earth", 0.04, 0.05), ("Mars", 0.06, 0.2), ("Titan", 0.15, 0.3), ("Pluto", 0.03, 0.03)] {
+        let body = body(name);
+        let (error, error_once) = largest_errors(&body, &BY_DAY, 20_000);
+        assert!(error < by_day, "{name} by day: {error}");
+        assert!(error_once > by_day, "{name}: single scattering alone must fail");
+        let (error, _) = largest_errors(&body, &LOW_SUN, 20_000);
+        assert!(error < low_sun, "{name} under a low Sun: {error}");
+    }
+}
+
+/// In twilight, for the gas of the Earth. Single scattering alone would fail.
+#[test]
+fn twilight_agrees_with_photons() {
+    let mut earth = body("Earth");
+    earth.atmosphere.as_mut().expect("air").species.retain(Species::is_gas);
+    let (error, error_once) = largest_errors(&earth, &TWILIGHT, 200_000);
+    assert!(error < 0.1 && error_once > 0.2, "{error}, once {error_once}");
+}

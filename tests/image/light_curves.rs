@@ -1,0 +1,144 @@
+//! Bright and dark sides of bodies: the catalog's harmonics of each albedo map against the map, the rotational light curve against sums over the disc, and
+//! against published magnitudes.
+
+use crate::support::folds::larger;
+use glam::DVec3;
+use orrery::catalog::{AlbedoHarmonics, Body, Catalog, NaifId};
+use orrery::image::{MapStore, TexelFormat, Texture};
+use orrery::scene::photometry::{light_curve, magnitude, reflectance};
+use std::f64::consts::{PI, TAU};
+
+/// The green channel of a map relative to its mean, at the middle of each cell of a grid of 2 degrees, with the direction and the solid angle of the cell.
+fn cells(map: &Texture) -> Vec<(DVec3, f64, f64)> {
+    let level = &map.levels[0];
+    let (width, height) = (level.width as usize, level.height as usize);
+    let decoded = |byte: u8| orrery::units::srgb_to_linear(f64::from(byte) / 255.0);
+    let mut cells = Vec::new();
+    let (columns, rows) = (180, 90);
+    for row in 0..rows {
+        let latitude = PI * (0.5 - (row as f64 + 0.5) / rows as f64);
+        for column in 0..columns {
+            let longitude = TAU * ((column as f64 + 0.5) / columns as f64 - 0.5);
+            let texels = |from: usize, count: usize, of: usize| from * of / count..((from + 1) * of / count).max(from * of / count + 1);
+            let (mut sum, mut count) = (0.0, 0.0);
+            for y in texels(row, rows, height) {
+                for x in texels(column, columns, width) {
+                    sum += decoded(level.bytes()[(y * width + x) * 4 + 1]);
+                    count += 1.0;
+                }
+            }
+            let direction = DVec3::new(latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin());
+            cells.push((direction, sum / count, latitude.cos()));
+        }
+    }
+    let mean = cells.iter().map(|(_, value, area)| value * area).sum::<f64>() / cells.iter().map(|(_, _, area)| area).sum::<f64>();
+    let total_area: f64 = cells.iter().map(|(_, _, area)| area).sum();
+    cells.into_iter().map(|(direction, value, area)| (direction, value / mean, area * 4.0 * PI / total_area)).collect()
+}
+
+/// The harmonics of a map: for each basis function the integral of map times function, over that of the function squared.
+fn harmonics(cells: &[(DVec3, f64, f64)]) -> AlbedoHarmonics {
+    let integral = |basis: &dyn Fn(DVec3) -> f64| {
+        let (mut product, mut square) = (0.0, 0.0);
+        for (direction, value, area) in cells {
+            let f = basis(*direction);
+            (product, square) = (product + f * value * area, square + f * f * area);
+        }
+        product / square
+    };
+    AlbedoHarmonics {
+        degree_1: std::array::from_fn(|k| integral(&|n| AlbedoHarmonics::basis_of_degree_1(n)[k])),
+        degree_2: std::array::from_fn(|k| integral(&|n| AlbedoHarmonics::basis_of_degree_2(n)[k])),
+    }
+}
+
+/// Bodies whose point may have sides: those with an albedo map that shows the disc (the Earth's shows the ground without its clouds).
+fn bodies_with_sides(catalog: &Catalog) -> impl Iterator<Item = (&Body, std::sync::Arc<Texture>)> {
+    let store = MapStore::new(None);
+    catalog.bodies().iter().filter(|b| b.id != NaifId::SUN && b.clear_sky_albedo.is_none()).filter_map(move |b| {
+        let map = store.get(&b.maps.albedo.as_ref()?.file, TexelFormat::Rgba8Srgb).expect("embedded");
+        Some((b, map))
+    })
+}
+
+#[test]
+fn the_catalogs_harmonics_are_those_of_the_maps() {
+    let catalog = Catalog::embedded();
+    let mut wrong = Vec::new();
+    for (body, map) in bodies_with_sides(&catalog) {
+        let expected = harmonics(&cells(&map));
+        let written = body.maps.albedo.as_ref().and_then(|m| m.harmonics);
+        let differs = |a: &[f64], b: &[f64]| a.iter().zip(b).any(|(a, b)| (a - b).abs() > 2e-3);
+        if written.is_none_or(|w| differs(&w.degree_1, &expected.degree_1) || differs(&w.degree_2, &expected.degree_2)) {
+            let numbers: Vec<String> = expected.degree_1.iter().chain(&expected.degree_2).map(|c| format!("{c:.3}")).collect();
+            wrong.push(format!("{}: harmonics = [{}]", body.name, numbers.join(", ")));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// Brightness of a disc by a sum over the cells of its map, relative to that of a disc of the map's mean.
+fn summed(body: &Body, cells: &[(DVec3, f64, f64)], sun: DVec3, viewer: DVec3) -> f64 {
+    let (mut light, mut even) = (0.0, 0.0);
+    for (normal, value, area) in cells {
+        let (mu0, mu) = (normal.dot(sun), normal.dot(viewer));
+        let weight = if mu0 > 0.0 && mu > 0.0 { reflectance(&body.photometry, mu0, mu, sun.dot(viewer)) * mu * area } else { 0.0 };
+        (light, even) = (light + weight * value, even + weight);
+    }
+    light / even
+}
+
+/// At full phase and at phase angles of 30, 60 and 100 degrees, from all sides.
+#[test]
+fn the_light_curve_is_that_of_the_disc() {
+    let catalog = Catalog::embedded();
+    let mut largest = [0.0f64; 4];
+    let (mut without, mut bodies) = (0.0f64, 0);
+    for (body, map) in bodies_with_sides(&catalog) {
+        let cells = cells(&map);
+        let mut of_body = [0.0f64; 4];
+        for (error, phase_deg) in of_body.iter_mut().zip([0.0, 30.0, 60.0, 100.0]) {
+            for longitude_deg in (0..360).step_by(40) {
+                for latitude_deg in [-50.0, 0.0, 20.0] {
+                    let at = |longitude: f64, latitude: f64| {
+                        let (longitude, latitude) = (longitude.to_radians(), latitude.to_radians());
+                        DVec3::new(latitude.cos() * longitude.cos(), latitude.cos() * longitude.sin(), latitude.sin())
+                    };
+                    let viewer = at(f64::from(longitude_deg), latitude_deg);
+                    let aside = DVec3::Z.cross(viewer).normalize();
+                    let sun = viewer * f64::to_radians(phase_deg).cos() + aside * f64::to_radians(phase_deg).sin();
+                    let (disc, curve) = (summed(body, &cells, sun, viewer), light_curve(body, sun, viewer));
+                    *error = larger(*error, (curve / disc - 1.0).abs());
+                    if phase_deg == 0.0 {
+                        without = larger(without, (1.0 / disc - 1.0).abs());
+                    }
+                }
+            }
+        }
+        println!("{}: {:.3?}", body.name, of_body);
+        bodies += 1;
+        for (largest, of_body) in largest.iter_mut().zip(of_body) {
+            *largest = larger(*largest, of_body);
+        }
+    }
+    println!("{largest:?} of {bodies} bodies; without sides {without}");
+    assert!(bodies > 20, "{bodies}");
+    let bounds = [0.1, 0.1, 0.1, 0.3];
+    assert!(largest.iter().zip(bounds).all(|(error, bound)| *error < bound), "{largest:?}");
+    assert!(without > 0.3, "without sides, the brightness would be wrong: {without}");
+}
+
+/// At the mean opposition: Iapetus has 10.2 mag when its bright trailing side is seen and 11.9 when its dark leading side is (Saturn's western and eastern
+/// elongation; Morrison, Jones, Cruikshank & Murphy 1975, Icarus 24, 157).
+#[test]
+fn iapetus_has_its_published_magnitudes() {
+    let catalog = Catalog::embedded();
+    let iapetus = catalog.body(NaifId(608)).expect("Iapetus");
+    let (sun_au, viewer_au) = (9.54, 8.54);
+    let irradiance = iapetus.geometric_albedo * (iapetus.radii_km.x / (viewer_au * orrery::units::KM_PER_AU) / sun_au).powi(2);
+    // The leading side is in the middle of the orbital motion: the planet is at longitude 0, the motion towards -y.
+    let of_side = |n: DVec3| magnitude(irradiance * light_curve(iapetus, n, n));
+    let (leading, trailing) = (of_side(DVec3::NEG_Y), of_side(DVec3::Y));
+    println!("leading {leading:.2}, trailing {trailing:.2}");
+    assert!((trailing - 10.2).abs() < 0.2 && (leading - 11.9).abs() < 0.3, "trailing {trailing:.2}, leading {leading:.2}");
+}

@@ -1,0 +1,242 @@
+//! Skylight by a Monte Carlo simulation: photons are followed backwards from level ground through a body's spherical air. It shares only the catalog's numbers
+//! with the program: density, phase functions and geometry are written here again.
+
+use super::random::Random;
+use glam::DVec3;
+use orrery::catalog::{AerosolPhase, Body, PhaseFunction, Species};
+use std::f64::consts::{PI, TAU};
+
+/// Light scattered so often is dropped; in Titan's air it is below 1e-3 of the whole.
+const MAX_ORDERS: u32 = 200;
+
+/// The air and ground of a body, in one channel.
+pub struct Air<'a> {
+    body: &'a Body,
+    species: &'a [Species],
+    channel: usize,
+    top_km: f64,
+    /// Of the ground, a Lambert surface.
+    albedo: f64,
+    /// Upper limit of the extinction coefficient at any height, per km.
+    max_extinction_per_km: f64,
+}
+
+/// Irradiance of level ground by the sky, relative to the Sun's, with its standard error.
+pub struct Skylight {
+    /// Light scattered once.
+    pub once: f64,
+    /// Light of all orders.
+    pub all: f64,
+    /// Standard error of `all`.
+    pub error: f64,
+}
+
+/// A direction at an angle of this cosine to `from`, at a random azimuth.
+fn deflected(random: &mut Random, from: DVec3, cosine: f64) -> DVec3 {
+    let (sin, cos) = (TAU * random.positive()).sin_cos();
+    let (x, y) = from.any_orthonormal_pair();
+    (from * cosine + (x * cos + y * sin) * (1.0 - cosine * cosine).max(0.0).sqrt()).normalize()
+}
+
+/// Distance along a ray to a sphere around the origin: to the entry point if `inward`, otherwise to the exit point.
+fn distance_to_sphere(p: DVec3, along: DVec3, radius: f64, inward: bool) -> Option<f64> {
+    let b = p.dot(along);
+    let discriminant = b * b - p.length_squared() + radius * radius;
+    let distance = if inward { -b - discriminant.max(0.0).sqrt() } else { -b + discriminant.max(0.0).sqrt() };
+    (discriminant > 0.0 && distance > 0.0).then_some(distance)
+}
+
+/// Phase function per steradian.
+fn per_steradian(phase: PhaseFunction, cosine: f64) -> f64 {
+    match phase {
+        PhaseFunction::Rayleigh => 3.0 / (16.0 * PI) * (1.0 + cosine * cosine),
+        PhaseFunction::Aerosol(aerosol) => {
+            let g = aerosol.asymmetry;
+            (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cosine).powf(1.5))
+        }
+    }
+}
+
+/// A random cosine of the scattering angle.
+fn scattering_cosine(random: &mut Random, phase: PhaseFunction) -> f64 {
+    match phase {
+        PhaseFunction::Rayleigh => loop {
+            let cosine = 2.0 * random.uniform() - 1.0;
+            if random.uniform() * 2.0 < 1.0 + cosine * cosine {
+                return cosine;
+            }
+        },
+        PhaseFunction::Aerosol(aerosol) if aerosol.asymmetry.abs() < 1e-6 => 2.0 * random.uniform() - 1.0,
+        PhaseFunction::Aerosol(aerosol) => {
+            let g = aerosol.asymmetry;
+            let ratio = (1.0 - g * g) / (1.0 - g + 2.0 * g * random.uniform());
+            (1.0 + g * g - ratio * ratio) / (2.0 * g)
+        }
+    }
+}
+
+impl<'a> Air<'a> {
+    /// The air of a body that has an atmosphere.
+    pub fn of(body: &'a Body, channel: usize) -> Self {
+        let atmosphere = body.atmosphere.as_ref().expect("air");
+        let max_extinction_per_km = atmosphere.species.iter().map(|s| s.scattering_per_km[channel] + s.absorption_per_km[channel]).sum();
+        let albedo = body.mean_reflectance()[channel];
+        Self { body, species: &atmosphere.species, channel, top_km: atmosphere.top_km, albedo, max_extinction_per_km }
+    }
+
+    fn density(species: &Species, height_km: f64) -> f64 {
+        match species.tent_centre_km {
+            Some(centre) => (1.0 - (height_km - centre).abs() / species.scale_height_km).max(0.0),
+            None => (-height_km / species.scale_height_km).exp(),
+        }
+    }
+
+    fn extinction_per_km(&self, height_km: f64) -> f64 {
+        let of = |s: &Species| (s.scattering_per_km[self.channel] + s.absorption_per_km[self.channel]) * Self::density(s, height_km);
+        self.species.iter().map(of).sum()
+    }
+
+    fn scattering_per_km<'b>(&'b self, height_km: f64) -> impl Iterator<Item = (&'b Species, f64)> {
+        self.species.iter().map(move |s| (s, s.scattering_per_km[self.channel] * Self::density(s, height_km)))
+    }
+
+    fn height_km(&self, p: DVec3) -> f64 {
+        (p.length() - self.body.radii_km.x).max(0.0)
+    }
+
+    /// Transmittance towards the Sun; 0 if the body is in front of it.
+    fn sunlight(&self, p: DVec3, sun: DVec3) -> f64 {
+        const STEPS: u32 = 96;
+        let radius_km = self.body.radii_km.x;
+        if distance_to_sphere(p, sun, radius_km, true).is_some() {
+            return 0.0;
+        }
+        // Steps grow away from the point, which is where the air is densest unless the Sun is below the horizon.
+        let length_km = distance_to_sphere(p, sun, radius_km + self.top_km, false).unwrap_or(0.0);
+        let depth = |k: u32| {
+            let u = (f64::from(k) + 0.5) / f64::from(STEPS);
+            self.extinction_per_km(self.height_km(p + sun * (length_km * u * u))) * length_km * 2.0 * u / f64::from(STEPS)
+        };
+        (-(0..STEPS).map(depth).sum::<f64>()).exp()
+    }
+
+    /// A direction in the sky, and one over the density of such directions per steradian. A third of them is distributed with the cosine of the zenith angle, a
+    /// third towards the horizon in the Sun's azimuth, from where most twilight comes, and a third around the Sun, where aerosols scatter most.
+    fn sky_direction(random: &mut Random, sun: DVec3) -> Option<(DVec3, f64)> {
+        // In twilight the light comes from above the horizon where the Sun is.
+        let glow = DVec3::new(sun.x, sun.y, sun.z.max(0.05)).normalize();
+        let horizon_azimuth = |azimuth: f64| 0.3 / TAU + if azimuth.abs() < 0.8 { 0.7 / 1.6 } else { 0.0 };
+        let around_sun = PhaseFunction::Aerosol(AerosolPhase { asymmetry: 0.7 });
+        let along = match (3.0 * random.uniform()) as u32 {
+            0 => {
+                let cosine = random.positive().sqrt();
+                deflected(random, DVec3::Z, cosine)
+            }
+            1 => {
+                let cosine = random.positive().powi(2);
+                let azimuth = if random.positive() < 0.7 { 0.8 } else { PI } * (2.0 * random.positive() - 1.0);
+                let horizontal = (1.0 - cosine * cosine).sqrt();
+                DVec3::new(horizontal * azimuth.cos(), horizontal * azimuth.sin(), cosine)
+            }
+            _ => {
+                let cosine = scattering_cosine(random, around_sun);
+                deflected(random, glow, cosine)
+            }
+        };
+        if along.z <= 0.0 {
+            return None;
+        }
+        let horizon = horizon_azimuth(along.y.atan2(along.x)) / (2.0 * along.z.sqrt());
+        let density = (along.z / PI + horizon + per_steradian(around_sun, along.dot(glow))) / 3.0;
+        Some((along, 1.0 / density))
+    }
+
+    /// Optical depth along a ray.
+    fn depth(&self, from: DVec3, along: DVec3, length_km: f64) -> f64 {
+        const STEPS: u32 = 200;
+        let step_km = length_km / f64::from(STEPS);
+        let extinction = |k: u32| self.extinction_per_km(self.height_km(from + along * (step_km * (f64::from(k) + 0.5))));
+        (0..STEPS).map(extinction).sum::<f64>() * step_km
+    }
+
+    /// Distance along a ray at which a photon meets the air, by delta tracking; `None` if it reaches `end_km` before.
+    fn free_path_km(&self, random: &mut Random, from: DVec3, along: DVec3, end_km: f64) -> Option<f64> {
+        let mut distance_km = 0.0;
+        loop {
+            distance_km -= random.positive().ln() / self.max_extinction_per_km;
+            if distance_km >= end_km {
+                return None;
+            }
+            let height_km = self.height_km(from + along * distance_km);
+            if random.positive() * self.max_extinction_per_km < self.extinction_per_km(height_km) {
+                return Some(distance_km);
+            }
+        }
+    }
+
+    /// Skylight by photons followed backwards; each scattering adds the sunlight that is scattered there into the path.
+    pub fn skylight(&self, sun_cosine: f64, paths: u32) -> Skylight {
+        let radius_km = self.body.radii_km.x;
+        let sun = DVec3::new((1.0 - sun_cosine * sun_cosine).max(0.0).sqrt(), 0.0, sun_cosine);
+        let mut random = Random(0x2545_f491_4f6c_dd1d);
+        let (mut once, mut all, mut squares) = (0.0, 0.0, 0.0);
+        for _ in 0..paths {
+            let Some((mut along, inverse_density)) = Self::sky_direction(&mut random, sun) else { continue };
+            let mut weight = along.z * inverse_density;
+            let mut position = DVec3::Z * (radius_km + 0.002);
+            let mut light = 0.0;
+            for order in 0..MAX_ORDERS {
+                let ground = distance_to_sphere(position, along, radius_km, true);
+                let end_km = ground.or_else(|| distance_to_sphere(position, along, radius_km + self.top_km, false)).unwrap_or(0.0);
+                let mut free_path_km = self.free_path_km(&mut random, position, along, end_km);
+                if order == 0 {
+                    // In thin air few photons would be scattered at all. Each is, and counts in proportion to the probability.
+                    weight *= -(-self.depth(position, along, end_km)).exp_m1();
+                    while free_path_km.is_none() {
+                        free_path_km = self.free_path_km(&mut random, position, along, end_km);
+                    }
+                }
+                if let Some(free_path_km) = free_path_km {
+                    position += along * free_path_km;
+                    let height_km = self.height_km(position);
+                    let extinction = self.extinction_per_km(height_km);
+                    let sunlight = self.sunlight(position, sun);
+                    let towards_path = |(s, scattering): (&Species, f64)| scattering * per_steradian(s.phase, along.dot(sun));
+                    let scattered = weight * sunlight * self.scattering_per_km(height_km).map(towards_path).sum::<f64>() / extinction;
+                    light += scattered;
+                    once += if order == 0 { scattered } else { 0.0 };
+                    let total: f64 = self.scattering_per_km(height_km).map(|(_, scattering)| scattering).sum();
+                    weight *= total / extinction;
+                    let mut chosen = random.uniform() * total;
+                    let species = self.scattering_per_km(height_km).find(|(_, scattering)| {
+                        chosen -= scattering;
+                        chosen < 0.0
+                    });
+                    let Some((species, _)) = species else { break };
+                    let turn_cosine = scattering_cosine(&mut random, species.phase);
+                    along = deflected(&mut random, along, turn_cosine);
+                } else if let Some(ground) = ground {
+                    let up = (position + along * ground).normalize();
+                    position = up * (radius_km + 0.001);
+                    weight *= self.albedo;
+                    light += weight * self.sunlight(position, sun) * up.dot(sun).max(0.0) / PI;
+                    let cosine = random.positive().sqrt();
+                    along = deflected(&mut random, up, cosine);
+                } else {
+                    break;
+                }
+                // Faint paths end by Russian roulette.
+                if weight < 0.01 {
+                    if random.positive() < 0.5 {
+                        break;
+                    }
+                    weight *= 2.0;
+                }
+            }
+            all += light;
+            squares += light * light;
+        }
+        let (n, mean) = (f64::from(paths), all / f64::from(paths));
+        Skylight { once: once / n, all: mean, error: ((squares / n - mean * mean).max(0.0) / n).sqrt() }
+    }
+}
