@@ -1,4 +1,5 @@
-//! The mapping between directions and pixels of a finished image: perspective, fisheye, entire sphere, stereo pair, or any of these on a warp mesh.
+//! The mapping between directions and pixels of a finished image: perspective, fisheye, entire sphere or stereo pair; all but the stereo pair also on a warp
+//! mesh.
 //!
 //! In: ICRF directions, pixels of the finished image. Out: the pixel of a direction, and the direction of a pixel. Always: `ImageGeometry::direction` and
 //! [`ImageGeometry::pixel_of`] are inverse to each other within the image; for a stereo pair, both use the left eye's image.
@@ -20,7 +21,7 @@ pub enum ImageGeometry {
     Sphere(SphereImage),
     /// A stereo pair; the scene's camera is that of the left eye.
     Stereo(StereoGeometry),
-    /// One of the other geometries, drawn on a warp mesh.
+    /// A perspective image, a fisheye or an equirectangular image, drawn on a warp mesh.
     Warped(WarpedGeometry),
 }
 
@@ -79,6 +80,7 @@ pub struct WarpedGeometry {
 impl WarpedGeometry {
     /// The screen pixel that shows a pixel of the image; `None` if no screen pixel does. If several do, that of the first triangle in the mesh.
     pub(crate) fn screen_of_image(&self, pixel: DVec2) -> Option<DVec2> {
+        // The mesh maps image positions, 0 to 1 from the lower left corner, to screen positions in half heights from the middle, y upwards.
         let position = pixel / size(self.image_px);
         let on_screen = self.mesh.screen_of_image(DVec2::new(position.x, 1.0 - position.y))?;
         let screen = size(self.screen_px);
@@ -99,6 +101,7 @@ impl WarpedGeometry {
     }
 }
 
+/// Width and height as a vector.
 fn size([width, height]: [u32; 2]) -> DVec2 {
     DVec2::new(f64::from(width), f64::from(height))
 }
@@ -142,11 +145,11 @@ impl ImageGeometry {
 
     /// The ICRF direction that a pixel shows, a unit vector; `None` outside a fisheye's circle or a mesh.
     pub(crate) fn direction(&self, camera: &Camera, pixel: DVec2) -> Option<DVec3> {
-        let of_camera = |pixel: DVec2| Some(camera.ray(camera.clip_from_pixel(pixel)).normalize());
+        let camera_ray = |pixel: DVec2| Some(camera.ray(camera.clip_from_pixel(pixel)).normalize());
         match self {
-            Self::Perspective => of_camera(pixel),
+            Self::Perspective => camera_ray(pixel),
             Self::Sphere(image) => image.direction(pixel).map(|v| image.right * v.x + image.up * v.y + image.forward * v.z),
-            Self::Stereo(geometry) => of_camera(self.left_eye_px(pixel) + LeftEyeImage { camera, geometry: *geometry }.left_edge_px()),
+            Self::Stereo(geometry) => camera_ray(self.left_eye_px(pixel) + LeftEyeImage { camera, geometry: *geometry }.left_edge_px()),
             Self::Warped(geometry) => geometry.image.direction(camera, geometry.image_of_screen(pixel)?),
         }
     }
