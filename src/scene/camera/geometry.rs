@@ -33,7 +33,7 @@ pub struct StereoGeometry {
     /// Width of one eye's part of the finished image, pixels.
     pub width: u32,
     /// Whether the eyes' images are side by side; otherwise they are overlaid.
-    pub side_by_side: bool,
+    pub is_side_by_side: bool,
 }
 
 /// The image that is cut out of the left eye's frame.
@@ -178,7 +178,7 @@ impl ImageGeometry {
     /// Maps a pixel in the right half of a side-by-side pair to the same position in the left half; other pixels are unchanged.
     pub(crate) fn left_eye_px(&self, pixel: DVec2) -> DVec2 {
         match self {
-            Self::Stereo(StereoGeometry { width, side_by_side: true, .. }) if pixel.x >= f64::from(*width) => {
+            Self::Stereo(StereoGeometry { width, is_side_by_side: true, .. }) if pixel.x >= f64::from(*width) => {
                 pixel - DVec2::new(f64::from(*width), 0.0)
             }
             _ => pixel,
@@ -232,7 +232,7 @@ mod tests {
             ImageGeometry::Sphere(SphereImage { right, up, forward, projection, half_fov_rad: 1.5, width: 90, height: 60 })
         };
         // A frame of 90 pixels, whose right half is the left eye's image.
-        let pair = |side_by_side| ImageGeometry::Stereo(StereoGeometry { left_column: 45, width: 45, side_by_side });
+        let pair = |is_side_by_side| ImageGeometry::Stereo(StereoGeometry { left_column: 45, width: 45, is_side_by_side });
         for geometry in [
             ImageGeometry::Perspective,
             sphere(Projection::Fisheye),
@@ -256,7 +256,7 @@ mod tests {
 
     #[test]
     fn both_halves_of_a_pair_show_one_direction_and_pixels_outside_a_fisheye_show_none() {
-        let pair = ImageGeometry::Stereo(StereoGeometry { left_column: 45, width: 45, side_by_side: true });
+        let pair = ImageGeometry::Stereo(StereoGeometry { left_column: 45, width: 45, is_side_by_side: true });
         let left = DVec2::new(10.0, 20.0);
         let right = left + DVec2::new(45.0, 0.0);
         assert_eq!((pair.left_eye_px(right), pair.left_eye_px(left)), (left, left));

@@ -183,6 +183,7 @@ pub(super) fn frames(
 /// equirectangular image is level: its poles are the view's up and down directions, and the target is in its middle column.
 fn image_axes(composition: &Composition, viewer: &Viewer) -> [DVec3; 3] {
     let camera = &viewer.camera;
+    // An up direction along the line of sight is replaced by the camera's own.
     let up_hint = viewer.up_hint.try_normalize().filter(|up| up.cross(camera.forward).length() > 1e-9).unwrap_or(camera.up);
     let horizontal = (camera.forward - up_hint * camera.forward.dot(up_hint)).normalize();
     let [up, forward] = match (composition.projection, composition.zenith_centred) {

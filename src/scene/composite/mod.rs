@@ -106,8 +106,8 @@ impl Composite {
             whole.labels = LabelLayer::of(image, request, catalog, &whole.bodies, meter.body_velocity_km_s);
         }
         if let Arrangement::Eyes(Eyes { columns, layout, .. }) = &arrangement {
-            let side_by_side = *layout == StereoLayout::SideBySide;
-            whole.geometry = ImageGeometry::Stereo(StereoGeometry { left_column: columns[0], width: meter.camera.width, side_by_side });
+            let is_side_by_side = *layout == StereoLayout::SideBySide;
+            whole.geometry = ImageGeometry::Stereo(StereoGeometry { left_column: columns[0], width: meter.camera.width, is_side_by_side });
             // Texts in the margin have the same position in both images, hence zero parallax.
             let metrics = LabelMetrics::of_size(LabelLayer::empty(request).size_px);
             for (scene, column) in scenes.iter_mut().zip(columns) {
