@@ -12,7 +12,7 @@ pub(crate) const RING_SLANTS_PER_OCTAVE: u32 = 8;
 pub(crate) const RING_BIN_ROWS: u32 = 4;
 /// Rows of a ring's table before those of the first slant: its bins and its intervals.
 pub(crate) const RING_HEADER_ROWS: u32 = RING_BIN_ROWS + 1;
-/// Rows of a ring's table for a slant: the light of large particles and its integral, the light of dust and its integral.
+/// Rows of a ring's table per slant: the light of large particles and its integral over the radius, then both for dust.
 pub(crate) const RING_ROWS_PER_SLANT: u32 = 4;
 /// Lower limit of the cosine of the angle between a path and a ring's normal; smaller cosines are raised to this value. It belongs to a path 50 arcseconds from
 /// the ring's plane, so the slants span twelve octaves.
@@ -42,9 +42,9 @@ pub(crate) const MULTI_SCATTER_FIRST: f64 = -0.5;
 /// Coefficients of the polynomial in x that approximates the table at one height for a Sun above the horizon.
 pub(crate) const MULTI_SCATTER_COEFFICIENTS: usize = 5;
 
-/// Rows of the table of multiply scattered light in an eclipse's shadow: heights. One more row contains the irradiance of level ground.
+/// Rows of the table of factors on multiply scattered light in an eclipse's shadow: heights. One more row contains the factor on the irradiance of level ground.
 pub const IN_SHADOW_HEIGHTS: usize = 4;
-/// Columns of the same table: distances from the occluder's limb.
+/// Columns of the same table: distances from the occluder's limb, in solar radii.
 pub const IN_SHADOW_COLUMNS: usize = 16;
 
 /// Pixels between neighbouring texels of the coarse image of the air, along each axis.
