@@ -117,8 +117,8 @@ pub(crate) fn glare_profile(distance_px: f64, radius_px: f64) -> f64 {
     fade * fade * (1.0 + (distance_px / GLARE_SCALE_RADIUS_PX).powi(2)).powf(-1.5)
 }
 
-/// Whether a sprite of this radius around a clip position may reach into the frame. The margin beyond the frame, the radius plus 2 pixels, is at least 4 pixels;
-/// therefore it also keeps every point whose body's padded outline (radius at most 2 pixels, padding 1.5) meets the frame.
+/// Whether a sprite of this radius around a clip position may reach into the frame. The margin beyond the frame, the radius plus 2 pixels, is at least 4
+/// pixels; therefore it also keeps every point whose body's padded outline (radius at most 2 pixels, padding 1.5) meets the frame.
 pub(crate) fn reaches_frame(camera: &Camera, clip: DVec2, radius_px: f64) -> bool {
     clip.abs().cmple(DVec2::ONE + (radius_px + 2.0) / camera.half_size()).all()
 }
