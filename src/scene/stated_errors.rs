@@ -2,8 +2,8 @@
 //!
 //! In: a model, one of the features of a draw. Out: [`StatedError`]. Always: where the error is a fraction of light, a test reads it from here as its
 //! tolerance. Where it is a fraction of a pixel, the model is chosen only if its shadow's edges are off by at most that fraction. For `point-sun` the
-//! penumbra's width decides, for `sphere` also the flattening ([`sphere_shadow_offset`], which a test verifies). Not here: which model a draw gets (air, eclipse, rings)
-//! and what it costs (`bench --effects`, docs/measurements.md).
+//! penumbra's width decides, for `sphere` also the flattening ([`sphere_shadow_offset`], which a test verifies). Not here: which model a draw gets (air,
+//! eclipse, rings) and what it costs (`bench --effects`, docs/measurements.md).
 
 use crate::message::{Reason, message, reason};
 use crate::scene::draw::{AtmosphereModel, BodyShadow, EclipseModel, RingShadow};
