@@ -51,7 +51,7 @@ pub struct SceneBuilder<'a> {
     unplaced: Vec<Option<BodyInView>>,
     /// All placed bodies, as sources of light for each other.
     reflectors: Vec<Reflector<'a>>,
-    /// The atmosphere around the camera, if it is in one; of several, that of the first body in catalog order.
+    /// The atmosphere that surrounds the camera; if several bodies' atmospheres do, that of the first body in catalog order.
     air: Option<SurroundingAir<'a>>,
     /// Does not include night lights until [`Self::meter_night_lights`] has been called.
     exposure: Exposure,
@@ -101,8 +101,8 @@ impl<'a> SceneBuilder<'a> {
             }
         }
         lunar_limb::compute_profile(&mut placed, &caches.limb_profiles);
-        let has_air = |body: &Body| request.effects.override_of_body(body, Effect::Atmosphere) != Some(false);
-        let air = placed.iter().filter(|p| has_air(p.body)).find_map(|p| SurroundingAir::of(p.body, &p.placement));
+        let shows_air = |body: &Body| request.effects.override_of_body(body, Effect::Atmosphere) != Some(false);
+        let air = placed.iter().filter(|p| shows_air(p.body)).find_map(|p| SurroundingAir::of(p.body, &p.placement));
         let reflectors: Vec<Reflector<'_>> =
             placed.iter().map(|p| Reflector { body: p.body, position_km: p.position_km, sun_from_body_km: p.sun_from_body_km }).collect();
         let context = Context { request, ephemeris, resources: &Resources::default(), caches };
@@ -126,7 +126,7 @@ impl<'a> SceneBuilder<'a> {
         self.exposure = auto_exposure::exposure(self.context(resources), camera, &self.placed, &self.reflectors, self.air.as_ref());
     }
 
-    /// What the decisions read in addition to the placed bodies.
+    /// The inputs of the decisions besides the placed bodies.
     fn context<'f>(&'f self, resources: &'f Resources) -> Context<'f> {
         Context { request: self.request, ephemeris: self.ephemeris, resources, caches: self.caches }
     }
@@ -148,8 +148,8 @@ impl<'a> SceneBuilder<'a> {
         self.viewer.at_centre_of == Some(body.id)
     }
 
-    /// The files and tables that [`Self::build`] needs for the complete scene. `known`: what has been loaded so far, including which files cannot
-    /// be read; such files are not listed.
+    /// The files and tables that [`Self::build`] needs for the complete scene. `known`: what has been loaded so far, and which files cannot be read; unreadable
+    /// files are not listed.
     pub fn requirements(&self, known: &Resources) -> Requirements {
         let frame = self.frame(known);
         let mut requirements = Requirements::default();

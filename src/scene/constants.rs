@@ -3,8 +3,8 @@
 //! Each constant is defined once, here. `shader::constants` writes those that shaders need as WGSL, some as a reciprocal; the modules of `scene` that fill the
 //! tables import them, some under names of their own. Not here: constants of shaders alone.
 
-/// Maximum number of slants in a ring's table. A slant is x = 1 / cosine of the angle between a path and the ring's normal. The table has those with
-/// x = 2^(k / [`RING_SLANTS_PER_OCTAVE`]), from 1 to 1 / [`MIN_COSINE`].
+/// Maximum number of slants in a ring's table. A slant is 1 / cosine of the angle between a path and the ring's normal. The table has the slants
+/// 2^(k / [`RING_SLANTS_PER_OCTAVE`]) for whole numbers k, from 1 to 1 / [`MIN_COSINE`].
 pub(crate) const RING_SLANTS: u32 = 97;
 pub(crate) const RING_SLANTS_PER_OCTAVE: u32 = 8;
 /// Rows of a ring's table that contain its bins. Bins are even steps of 1 / radius; each stores the interval of constant optical depth in which it begins,
@@ -12,15 +12,16 @@ pub(crate) const RING_SLANTS_PER_OCTAVE: u32 = 8;
 pub(crate) const RING_BIN_ROWS: u32 = 4;
 /// Rows of a ring's table before those of the first slant: its bins and its intervals.
 pub(crate) const RING_HEADER_ROWS: u32 = RING_BIN_ROWS + 1;
-/// Rows of a ring's table for a slant: the light of large particles and its integral, the light of dust and its integral.
+/// Rows of a ring's table per slant: the light of large particles and its integral over the radius, then both for dust.
 pub(crate) const RING_ROWS_PER_SLANT: u32 = 4;
-/// Lower limit of the cosine of the angle between a path and a ring's normal; smaller cosines are raised to this value. It is that of a path 50 arcseconds from
-/// the ring's plane, so that the slants span twelve octaves.
+/// Lower limit of the cosine of the angle between a path and a ring's normal; smaller cosines are raised to this value. It belongs to a path 50 arcseconds from
+/// the ring's plane, so the slants span twelve octaves.
 pub const MIN_COSINE: f64 = 1.0 / 4096.0;
 /// Number of strips parallel to a ring's plane into which the Sun's disc is divided, for the penumbra of a low Sun: nodes of a Gauss-Chebyshev rule.
 pub(crate) const SUN_STRIPS: usize = 7;
-/// Size of the ring-shine table: rows are heights on one side of the ring's plane, columns are hour angles from the Sun.
+/// Rows of the ring-shine table: heights on one side of the ring's plane.
 pub const RING_SHINE_ROWS: usize = 25;
+/// Columns of the ring-shine table: hour angles from the Sun.
 pub const RING_SHINE_COLUMNS: usize = 33;
 
 /// Slope in t = 1 / (1 + slope z), the variable of the polynomial that approximates the scaled complementary error function erfcx(z), for paths through air.
@@ -36,19 +37,19 @@ pub const MULTI_SCATTER_SUNS: usize = 16;
 /// The constant in x = mu / (|mu| + bend), in which the columns are evenly spaced; mu is the cosine of the Sun's zenith angle. The smaller it is, the denser
 /// are the columns near the horizon.
 pub(crate) const MULTI_SCATTER_BEND: f64 = 0.3;
-/// x of the first column; the last column is for a Sun in the zenith.
+/// x of the first column: mu = -0.3, a Sun 17.5 degrees below the horizon. The last column is for a Sun in the zenith.
 pub(crate) const MULTI_SCATTER_FIRST: f64 = -0.5;
 /// Coefficients of the polynomial in x that approximates the table at one height for a Sun above the horizon.
 pub(crate) const MULTI_SCATTER_COEFFICIENTS: usize = 5;
 
-/// Rows of the table of multiply scattered light in an eclipse's shadow: heights. One more row contains the irradiance of level ground.
+/// Rows of the table of factors on multiply scattered light in an eclipse's shadow: heights. One more row contains those on the irradiance of level ground.
 pub const IN_SHADOW_HEIGHTS: usize = 4;
-/// Columns of the same table: distances from the occluder's limb.
+/// Columns of the same table: distances from the occluder's limb, in solar radii.
 pub const IN_SHADOW_COLUMNS: usize = 16;
 
 /// Pixels between neighbouring texels of the coarse image of the air, along each axis.
 pub const COARSE_AIR_PX: u32 = 4;
-/// Texels of that image beyond each edge of the screen, so that each texel on the screen has neighbours.
+/// Texels of the coarse image beyond each edge of the screen, so that each texel on the screen has neighbours.
 pub const COARSE_AIR_BORDER: u32 = 1;
 
 /// Layers of an occluder's atmosphere that bend sunlight into its shadow.

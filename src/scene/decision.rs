@@ -37,14 +37,14 @@ impl Decision {
 
 /// The decisions about one body, in the order in which they were made.
 pub(crate) struct DecisionLog<'a> {
-    effects: &'a EffectOverrides,
+    overrides: &'a EffectOverrides,
     resources: &'a Resources,
     pub decisions: Vec<Decision>,
 }
 
 impl<'a> DecisionLog<'a> {
-    pub(crate) fn new(effects: &'a EffectOverrides, resources: &'a Resources) -> Self {
-        Self { effects, resources, decisions: Vec::new() }
+    pub(crate) fn new(overrides: &'a EffectOverrides, resources: &'a Resources) -> Self {
+        Self { overrides, resources, decisions: Vec::new() }
     }
 
     /// Records a decision and returns whether the effect is drawn.
@@ -62,7 +62,7 @@ impl<'a> DecisionLog<'a> {
 
     /// Records the decision on an effect and returns whether it is drawn: `by_threshold`, unless the user has switched the effect on or off.
     pub(crate) fn effect(&mut self, effect: Effect, by_threshold: bool, reason: Reason) -> bool {
-        match self.effects.override_of(effect) {
+        match self.overrides.override_of(effect) {
             Some(on) => self.record(effect.name(), on, reason!("set-by-you")),
             None => self.record(effect.name(), by_threshold, reason),
         }
@@ -70,11 +70,11 @@ impl<'a> DecisionLog<'a> {
 
     /// Whether the user switched an effect off.
     pub(crate) fn is_switched_off(&self, effect: Effect) -> bool {
-        self.effects.override_of(effect) == Some(false)
+        self.overrides.override_of(effect) == Some(false)
     }
 
-    /// Like [`Self::effect`] for an effect that needs a map: off if the body has no such map, or if the map's file cannot be read. Only otherwise is
-    /// `by_threshold` called.
+    /// Like [`Self::effect`] for an effect that needs a map: off if the body has no such map, or if the map's file cannot be read. `by_threshold` is called
+    /// only if the map is usable.
     pub(crate) fn effect_with_map(&mut self, effect: Effect, map: Option<&Map>, by_threshold: impl FnOnce() -> (bool, Reason)) -> bool {
         match map {
             None => self.record(effect.name(), false, reason!("not-available")),
@@ -87,7 +87,7 @@ impl<'a> DecisionLog<'a> {
     }
 }
 
-/// Appends a note to the reason if a map or shape was invented. `invented`: the catalog's text that says how; `note` makes the note from it.
+/// Appends a note to the reason if a map or shape was invented. `invented`: the catalog's text that says how; `note`: makes the note from this text.
 pub(crate) fn with_invented(reason: Reason, invented: Option<&str>, note: impl FnOnce(Argument) -> Reason) -> Reason {
     match invented {
         Some(how) => reason.and(note(invented_text(how))),

@@ -12,10 +12,10 @@ pub enum SceneError {
     /// A name that the catalog does not have.
     #[error(transparent)]
     Unknown(#[from] UnknownName),
-    /// A barycentre was given where a body is needed.
+    /// A barycentre, given here by its name or code, where a body is needed.
     #[error("`{0}` is not a body of the catalog (a barycentre has no surface): name a body")]
     NotABody(String),
-    /// The camera is inside a body.
+    /// The camera is inside the body of this name.
     #[error("the camera is inside {0}: move it above the surface, or exactly to the centre, from where {0} is not drawn")]
     Inside(String),
     /// The ephemeris has no position at that time.

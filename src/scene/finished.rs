@@ -61,7 +61,7 @@ pub struct Scene {
     pub orbits: Vec<orbit_arcs::OrbitArc>,
     /// Other lines in space: traces of past motion, shadow cones, outlines of instruments' fields of view; hidden like orbits.
     pub lines_in_space: Vec<LineSegment>,
-    /// Lines on the ground of bodies, on the side that faces the camera.
+    /// For each body with lines on its ground: the segments on the side that faces the camera.
     pub ground_lines: Vec<(NaifId, Vec<LineSegment>)>,
     /// The solar corona, drawn after the Sun and the draws behind it.
     pub corona: Option<corona::Corona>,

@@ -19,7 +19,8 @@ pub enum Appearance {
     DiscAndPoint,
     /// As a sprite with the body's flux.
     Point,
-    /// Outside the frame, behind the camera, around the camera, not placed by the ephemeris, or a point too faint to see; the decisions give the reason.
+    /// Outside the frame, behind the camera, with the camera at its centre, not placed by the ephemeris, or a point too faint to see; the decisions give the
+    /// reason.
     NotShown,
 }
 

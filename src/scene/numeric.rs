@@ -7,9 +7,11 @@ pub(crate) fn gauss_legendre(count: usize) -> Vec<(f64, f64)> {
     let n = count as f64;
     let node = |k: usize| {
         let mut x = -(PI * (k as f64 + 0.75) / (n + 0.5)).cos();
+        // Derivative of the Legendre polynomial at x.
         let mut slope = 1.0;
         // Newton's method on the Legendre polynomial, from the usual asymptotic estimate of its roots. It converges in fewer than eight steps.
         for _ in 0..8 {
+            // The Legendre polynomials of degree j - 1 and j at x.
             let (mut previous, mut current) = (1.0, x);
             for j in 2..=count {
                 let j = j as f64;
@@ -30,8 +32,8 @@ pub(crate) fn smoothstep(x: f64) -> f64 {
 }
 
 /// [`smoothstep`] between two limits: 0 up to the first, 1 from the second.
-pub(crate) fn smooth_rise((from, to): (f64, f64), value: f64) -> f64 {
-    smoothstep((value - from) / (to - from))
+pub(crate) fn smooth_rise((start, end): (f64, f64), value: f64) -> f64 {
+    smoothstep((value - start) / (end - start))
 }
 
 #[cfg(test)]

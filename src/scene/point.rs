@@ -49,12 +49,12 @@ pub(crate) fn drawn_disc_share(points: Option<bool>, diameter_px: f64) -> f64 {
 
 /// For a core of amplitude 1: the Gaussian's value at the sprite's rim, and the integral over the sprite's circle of the Gaussian less this value.
 fn lowered_core(radius_px: f64) -> (f64, f64) {
-    let x = 0.5 * (radius_px / CORE_SIGMA_PX).powi(2);
-    let at_rim = (-x).exp();
-    (at_rim, 2.0 * PI * CORE_SIGMA_PX.powi(2) * (1.0 - at_rim * (1.0 + x)))
+    let exponent = 0.5 * (radius_px / CORE_SIGMA_PX).powi(2);
+    let at_rim = (-exponent).exp();
+    (at_rim, 2.0 * PI * CORE_SIGMA_PX.powi(2) * (1.0 - at_rim * (1.0 + exponent)))
 }
 
-/// Peak of the spread of a flux of 1, per square pixel: the radiance of a pixel whose centre the point is at. For points without glare.
+/// Peak of the point-spread function without glare, per square pixel: the radiance of a pixel with a point of flux 1 at its centre.
 pub fn point_peak() -> f64 {
     let (at_rim, integral) = lowered_core(POINT_RADIUS_PX);
     (1.0 - at_rim) / integral
@@ -67,14 +67,14 @@ pub(crate) fn point_radius_px(peak: f64) -> f64 {
 
 /// Amplitudes of core and glare for a point of flux 1 with a sprite of this radius: the factors on the lowered Gaussian and on the glare's profile.
 pub fn point_spread(radius_px: f64) -> [f64; 2] {
-    let glare = GLARE_FRACTION * (1.0 - (POINT_RADIUS_PX / radius_px).powi(2)).max(0.0);
+    let glare_fraction = GLARE_FRACTION * (1.0 - (POINT_RADIUS_PX / radius_px).powi(2)).max(0.0);
     // The glare is (1 - r^2 / R^2)^2 (1 + r^2 / a^2)^-1.5, R the sprite's radius and a the scale radius. Substituting u = 1 + r^2 / a^2 gives its
     // integral over the circle, divided by pi a^2, in closed form. `v` is u at the rim, `k` is a^2 / R^2, and the first factor is (c - k u)^2.
     let v = 1.0 + (radius_px / GLARE_SCALE_RADIUS_PX).powi(2);
     let k = 1.0 / (v - 1.0);
     let c = 1.0 + k;
     let integral = 2.0 * c * c * (1.0 - v.powf(-0.5)) - 4.0 * c * k * (v.sqrt() - 1.0) + 2.0 / 3.0 * k * k * (v.powf(1.5) - 1.0);
-    [(1.0 - glare) / lowered_core(radius_px).1, glare / (PI * GLARE_SCALE_RADIUS_PX.powi(2) * integral)]
+    [(1.0 - glare_fraction) / lowered_core(radius_px).1, glare_fraction / (PI * GLARE_SCALE_RADIUS_PX.powi(2) * integral)]
 }
 
 /// The body's flux as a point, linear RGB: the radiance that it would have if it filled one pixel.
@@ -90,7 +90,7 @@ pub(crate) fn pixel_sr(camera: &Camera, direction: DVec3) -> f64 {
     camera.pixel_tangent().powi(2) * direction.dot(camera.forward).max(1e-3).powi(3)
 }
 
-/// The radius at which a sprite's glare has only a fraction (`part`) of the light that it has at `radius_px`.
+/// Radius of the smaller sprite whose glare contains the fraction `part` of the light in the glare of a sprite of `radius_px`.
 fn radius_for_part_of_glare_px(radius_px: f64, part: f64) -> f64 {
     if part >= 1.0 {
         return radius_px;
@@ -99,8 +99,8 @@ fn radius_for_part_of_glare_px(radius_px: f64, part: f64) -> f64 {
     POINT_RADIUS_PX / (1.0 - part * (1.0 - (POINT_RADIUS_PX / radius_px).powi(2))).sqrt()
 }
 
-/// Radius of the sprite of a point of this flux: wide enough for the glare of a point that is brighter than white, else the smallest. `glare_part`: the part
-/// of that glare that is drawn.
+/// Radius of the sprite of a point of this flux: wide enough for the glare of a point that is brighter than white, else the smallest.
+/// `glare_part`: fraction of the glare's light that is drawn.
 pub(crate) fn sprite_radius_px(flux: f64, white: f64, glare_part: f64) -> f64 {
     radius_for_part_of_glare_px(point_radius_px(flux * point_peak() / white), glare_part)
 }
@@ -117,8 +117,8 @@ pub(crate) fn glare_profile(distance_px: f64, radius_px: f64) -> f64 {
     fade * fade * (1.0 + (distance_px / GLARE_SCALE_RADIUS_PX).powi(2)).powf(-1.5)
 }
 
-/// Whether a sprite of this radius around a clip position may reach into the frame. The margin, at least 4 pixels, also
-/// keeps every point whose padded outline (radius at most 2 pixels, padding 1.5) meets the frame.
+/// Whether a sprite of this radius around a clip position may reach into the frame. The margin beyond the frame, the radius plus 2 pixels, is at least 4
+/// pixels; therefore it also keeps every point whose body's padded outline (radius at most 2 pixels, padding 1.5) meets the frame.
 pub(crate) fn reaches_frame(camera: &Camera, clip: DVec2, radius_px: f64) -> bool {
     clip.abs().cmple(DVec2::ONE + (radius_px + 2.0) / camera.half_size()).all()
 }

@@ -78,7 +78,7 @@ impl Threshold {
         self.cutoff_radiance(VISIBLE_LIGHT)
     }
 
-    /// Whether the purpose is linear light, which also keeps effects that are left out on a display because they are too small.
+    /// Whether the purpose is linear light. It also keeps effects that cover too few pixels to be seen on a display.
     pub(crate) fn is_linear(self) -> bool {
         matches!(self.purpose, Purpose::Linear { .. })
     }
@@ -88,7 +88,7 @@ impl Threshold {
         radiance / self.white
     }
 
-    /// For a display: the radiance that is this fraction of white, and below which light is not drawn. For linear light, which keeps all light: 0.
+    /// The radiance below which light is not drawn. For a display: this fraction of white. For linear light: 0, because all light is kept.
     pub(crate) fn cutoff_radiance(self, white_fraction: f64) -> f64 {
         if self.is_linear() { 0.0 } else { white_fraction * self.white }
     }

@@ -1,9 +1,9 @@
 //! The error of each model of each effect, which `explain` prints and tests verify.
 //!
 //! In: a model, one of the features of a draw. Out: [`StatedError`]. Always: where the error is a fraction of light, a test reads it from here as its
-//! tolerance. Where it is a fraction of a pixel, the model is chosen only if its shadow's edges are off by at most this much. For `point-sun` the penumbra's
-//! width decides, for `sphere` also the flattening ([`sphere_shadow_offset`], which a test verifies). Not here: which model a draw gets (air, eclipse, rings)
-//! and what it costs (`bench --effects`, docs/measurements.md).
+//! tolerance. Where it is a fraction of a pixel, the model is chosen only if its shadow's edges are off by at most that fraction. For `point-sun` the
+//! penumbra's width decides, for `sphere` also the flattening ([`sphere_shadow_offset`], which a test verifies). Not here: which model a draw gets (air,
+//! eclipse, rings) and what it costs (`bench --effects`, docs/measurements.md).
 
 use crate::message::{Reason, message, reason};
 use crate::scene::draw::{AtmosphereModel, BodyShadow, EclipseModel, RingShadow};
@@ -30,10 +30,10 @@ impl StatedError {
     pub(crate) fn reason(&self) -> Reason {
         // Rounds to 1e-4 %, so that no binary digits show (100 * 0.07 = 7.000000000000001).
         let percent = |fraction: f64| (fraction * 1e6).round() / 1e4;
-        let (model, max, of) = (self.name, percent(self.max_error), message!(self.quantity.0));
+        let (model, max, quantity) = (self.name, percent(self.max_error), message!(self.quantity.0));
         match self.error_95_percent {
-            Some(error) => reason!("model-error-mostly", model = model, max = max, mostly = percent(error), of = of),
-            None => reason!("model-error", model = model, max = max, of = of),
+            Some(error) => reason!("model-error-mostly", model = model, max = max, mostly = percent(error), of = quantity),
+            None => reason!("model-error", model = model, max = max, of = quantity),
         }
     }
 }
@@ -151,11 +151,11 @@ mod tests {
     #[test]
     fn a_prolate_globe_has_an_offset_too() {
         // At radius 1.9 the half widths are 0.312 (sphere, tip at 2) and 0.567 (globe, tip at 2.307).
-        let across = sphere_shadow_offset(1.2, 0.5, 1.9);
-        assert!((across - 0.255).abs() < 1e-3, "{across}");
+        let offset_at_edge = sphere_shadow_offset(1.2, 0.5, 1.9);
+        assert!((offset_at_edge - 0.255).abs() < 1e-3, "{offset_at_edge}");
         // A wide ring contains both tips.
-        let along = sphere_shadow_offset(1.2, 0.5, 10.0);
-        assert!((0.3065..0.4).contains(&along), "{along}");
+        let offset_at_tip = sphere_shadow_offset(1.2, 0.5, 10.0);
+        assert!((0.3065..0.4).contains(&offset_at_tip), "{offset_at_tip}");
         assert_eq!(sphere_shadow_offset(1.0, 0.5, 10.0), 0.0);
     }
 

@@ -7,6 +7,7 @@ pub const VISIBLE_CHANGE: f64 = 1.0 / 512.0;
 pub const VISIBLE_LIGHT: f64 = 0.5 / 255.0 / 12.92;
 /// Maximum number of light sources of a draw: the Sun and two other bodies.
 pub const MAX_LIGHTS: u8 = 3;
-/// Radiance of a white texel of a night map of gain 1, in units of that of a sunlit white plane at 1 au: city cores reach 500 nW/cm2/sr in the day-night
-/// band of VIIRS (Elvidge et al. 2017, Int. J. Remote Sensing 38, 5860); this is multiplied by pi and divided by the 600 W/m2 of sunlight in that band.
+/// Radiance of a white texel of a night map of gain 1, in units of the radiance of a sunlit white plane at 1 au. City cores reach 500 nW/cm2/sr in the
+/// day-night band of VIIRS (Elvidge et al. 2017, Int. J. Remote Sensing 38, 5860). In that band the irradiance by the Sun is 600 W/m2, so the plane's radiance
+/// is 600 W/m2/sr divided by pi.
 pub(crate) const NIGHT_MAP_WHITE_RADIANCE: f64 = 2.6e-5;

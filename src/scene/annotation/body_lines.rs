@@ -63,8 +63,9 @@ impl Circle {
         self.centre + self.a * t.cos() + self.b * t.sin()
     }
 
-    /// The parts of a parameter range within -pi to 2 pi that are visible from a camera outside the unit sphere.
+    /// The parts of a range of the parameter that are visible from a camera outside the unit sphere. The range must be within -pi to 2 pi.
     fn visible_intervals(&self, camera_position: DVec3, [from, to]: [f64; 2]) -> Vec<[f64; 2]> {
+        // A point p is visible if p · camera > 1, that is, if offset + a cos t + b sin t = offset + amplitude cos(t - middle) is positive.
         let (offset, a, b) = (camera_position.dot(self.centre) - 1.0, camera_position.dot(self.a), camera_position.dot(self.b));
         let amplitude = a.hypot(b);
         if offset >= amplitude {
@@ -74,8 +75,8 @@ impl Circle {
             return Vec::new();
         }
         let (middle, half) = (b.atan2(a), (-offset / amplitude).acos());
-        let around = |turn: f64| [(middle - half + turn).max(from), (middle + half + turn).min(to)];
-        [-TAU, 0.0, TAU].map(around).into_iter().filter(|[from, to]| from < to).collect()
+        let shifted_interval = |turn: f64| [(middle - half + turn).max(from), (middle + half + turn).min(to)];
+        [-TAU, 0.0, TAU].map(shifted_interval).into_iter().filter(|[from, to]| from < to).collect()
     }
 }
 
@@ -191,8 +192,8 @@ impl GroundLineBuilder<'_, '_> {
             let (circle, range) = match line.kind {
                 GridLineKind::Parallel => {
                     // The latitude on the unit sphere that corresponds to the planetographic latitude.
-                    let on_sphere = (axis_ratio * line.coordinate_deg.to_radians().tan()).atan();
-                    (Circle::of_latitude(on_sphere.sin()), [0.0, TAU])
+                    let latitude_on_sphere = (axis_ratio * line.coordinate_deg.to_radians().tan()).atan();
+                    (Circle::of_latitude(latitude_on_sphere.sin()), [0.0, TAU])
                 }
                 GridLineKind::Meridian => {
                     (Circle::of_longitude(line.coordinate_deg), line.latitude_range_deg(pixel_deg).map(f64::to_radians))

@@ -27,7 +27,7 @@ pub struct Dot {
 
 /// Opacity of a point or line at its own time, before it fades, and of one without a time.
 const OPACITY: f64 = 0.9;
-/// The image height for which dot sizes are given; they scale in proportion to the height.
+/// The image height for which the data layers give the sizes of dots; in other images the sizes are in proportion to the height.
 const REFERENCE_HEIGHT_PX: f64 = 1024.0;
 
 /// Opacity of a point or line of a layer; `None` if it is not visible now. `time`: when it appears; without a time it is always visible.
@@ -42,8 +42,9 @@ pub(super) fn opacity_at(layer: &DataLayer, time: Option<Instant>, now: Instant)
 fn is_hidden(bodies: &[BodyInView], line_of_sight: DVec3, distance_km: f64) -> bool {
     bodies.iter().any(|b| {
         let placement = &b.placement;
-        let (camera, along) = (placement.camera_in_unit_sphere(), placement.direction_in_unit_sphere(line_of_sight).normalize());
-        b.distance_km < distance_km && !placement.camera_is_inside() && camera.dot(along) < 0.0 && camera.cross(along).length() < 1.0
+        let (camera, ray) = (placement.camera_in_unit_sphere(), placement.direction_in_unit_sphere(line_of_sight).normalize());
+        // The ray approaches the centre of the unit sphere, and its line passes the centre at less than 1.
+        b.distance_km < distance_km && !placement.camera_is_inside() && camera.dot(ray) < 0.0 && camera.cross(ray).length() < 1.0
     })
 }
 
@@ -55,7 +56,7 @@ pub(crate) fn dots(image: &impl ImageProjection, catalog: &Catalog, bodies: &[Bo
     let mut dots = Vec::new();
     for layer in catalog.data_layers() {
         let body = layer.body.map(|id| located.iter().find(|b| b.id == id));
-        // The layer is on a body, which is not in view.
+        // The layer is on a body whose position is unknown, or at which the camera is.
         if matches!(body, Some(None)) {
             continue;
         }

@@ -1,8 +1,8 @@
 //! Lines of the user's data on the ground of one body, on the side that faces the camera.
 //!
-//! In: the layers, the time, and the placed body. Out: line segments and a decision. Always: a line is straight in longitude and planetographic latitude
-//! from vertex to vertex (RFC 7946, section 3.1.1) and ends at the limb. Between vertices more than half a turn apart in longitude it takes the shorter
-//! way around; only a line of two vertices at the same latitude, a whole turn apart, is a whole parallel. It appears at its time and fades like a data point.
+//! In: the layers, the time, and the placed body. Out: line segments and a decision. Always: a line is straight in longitude and planetographic latitude from
+//! vertex to vertex (RFC 7946, section 3.1.1) and ends at the limb. Between vertices more than half a turn apart in longitude it takes the shorter way
+//! around; only a line of two vertices at the same latitude, a whole turn apart, is a whole parallel. A line appears at its time and fades like a data point.
 //! Vertices closer than `MERGE_PX` are merged. Ignores relief and shape models. A million vertices take about 0.2 s per frame.
 
 use crate::catalog::DataLayer;
@@ -45,7 +45,7 @@ fn on_unit_sphere(radii_km: DVec3, lat_lon: DVec2) -> DVec3 {
 }
 
 impl Path {
-    /// `merge_distance`: distance on the unit sphere below which vertices are merged.
+    /// `vertices`: planetographic latitude and east longitude, degrees. `merge_distance`: distance on the unit sphere below which vertices are merged.
     fn of(vertices: &[[f64; 2]], radii_km: DVec3, merge_distance: f64) -> Self {
         let mut path = Self { vertices: Vec::with_capacity(vertices.len()), radii_km };
         for (k, vertex) in vertices.iter().enumerate() {
@@ -99,13 +99,13 @@ impl Path {
         };
         let mut parts: Vec<Vec<f64>> = Vec::new();
         for (k, vertex) in self.vertices.iter().enumerate() {
-            let before = k.checked_sub(1).map(|k| &self.vertices[k]);
-            let visible_before = before.filter(|b| camera_height(b.point) > 0.0);
-            match (visible_before, camera_height(vertex.point) > 0.0, parts.last_mut()) {
+            let earlier = k.checked_sub(1).map(|k| &self.vertices[k]);
+            let visible_earlier = earlier.filter(|b| camera_height(b.point) > 0.0);
+            match (visible_earlier, camera_height(vertex.point) > 0.0, parts.last_mut()) {
                 (Some(_), true, Some(part)) => part.push(vertex.parameter),
                 (Some(b), false, Some(part)) => part.push(limb_between(b.parameter, vertex.parameter)),
                 (_, true, _) => {
-                    parts.push(before.map(|b| limb_between(vertex.parameter, b.parameter)).into_iter().chain([vertex.parameter]).collect())
+                    parts.push(earlier.map(|b| limb_between(vertex.parameter, b.parameter)).into_iter().chain([vertex.parameter]).collect())
                 }
                 (_, false, _) => {}
             }
@@ -128,7 +128,7 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, layers: &[Arc<D
     let (mut segment_count, mut descriptions) = (0, Vec::new());
     for layer in layers.iter().filter(|l| l.body == Some(builder.placed.body.id) && !l.lines.is_empty()) {
         let colour = DVec3::from_array(layer.colour.map(|c| srgb_to_linear(f64::from(c) / 255.0)));
-        let before = builder.output.segments.len();
+        let count_before = builder.output.segments.len();
         for line in layer.lines.iter() {
             let Some(opacity) = opacity_at(layer, line.time, now) else { continue };
             let path = Path::of(&line.vertices, radii_km, merge_distance);
@@ -143,7 +143,7 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, layers: &[Arc<D
                 }
             }
         }
-        segment_count += builder.output.segments.len() - before;
+        segment_count += builder.output.segments.len() - count_before;
         descriptions.push(reason!("lines-of", count = layer.lines.len(), layer = &layer.name));
     }
     let layers: Reason = descriptions.into_iter().collect();

@@ -94,24 +94,24 @@ impl ConeBuilder<'_, '_> {
         }
     }
 
-    /// Draws a cone from the occluder; `length` returns the length of the generator at an angle in radians, in equatorial radii of the target.
+    /// Draws a cone from the body that casts the shadow. `length`: length of the generator at an angle in radians, in equatorial radii of the target.
     fn draw_cone(&mut self, cone: &ShadowCone, kind: ConeKind, length: &dyn Fn(f64) -> f64, colour: DVec3) {
-        let at = |turns: f64, fraction: f64| {
+        let point_at = |turns: f64, fraction: f64| {
             let angle = TAU * turns;
             let line = cone.generator_at(kind, angle);
             line.from + line.direction * (fraction * length(angle))
         };
         for k in 0..CONE_GENERATORS {
             let turns = f64::from(k) / f64::from(CONE_GENERATORS);
-            self.draw_line(&|t| at(turns, t), 1, length(TAU * turns), colour);
+            self.draw_line(&|t| point_at(turns, t), 1, length(TAU * turns), colour);
         }
         for k in 0..CONE_SECTIONS {
             let fraction = f64::from(k) / f64::from(CONE_SECTIONS);
             // A section is nearly a circle, and its parameter is in turns: the second derivative, the larger one, is about (2 pi)^2 times the radius.
             // The factor 1.2 allows for the deviation from a circle.
-            let middle = 0.5 * (at(0.0, fraction) + at(0.5, fraction));
-            let radius = (0..8).map(|eighth| at(f64::from(eighth) / 8.0, fraction).distance(middle)).fold(0.0, f64::max);
-            self.draw_line(&|t| at(t, fraction), 8, 1.2 * TAU * TAU * radius, colour);
+            let middle = 0.5 * (point_at(0.0, fraction) + point_at(0.5, fraction));
+            let radius = (0..8).map(|eighth| point_at(f64::from(eighth) / 8.0, fraction).distance(middle)).fold(0.0, f64::max);
+            self.draw_line(&|t| point_at(t, fraction), 8, 1.2 * TAU * TAU * radius, colour);
         }
     }
 }

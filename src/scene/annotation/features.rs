@@ -1,9 +1,10 @@
 //! Names of surface features: which of them fit into an image, and where.
 //!
 //! In: the bodies in an image and the rectangles of other labels. Out: [`TextLine`]s, and the positions of named landing sites. Always: names overlap neither
-//! each other nor other labels. Nearer bodies have priority; on each body, landing sites, then larger features. The name of a landing site is beside it;
-//! any other name is centred on its feature, so that it stays in place while the view moves. A name fades out as its feature becomes smaller in the image
-//! (that of a landing site as the body does), and towards the limb. Features on the far side of their body or behind a nearer body have no name.
+//! each other nor other labels. Nearer bodies have priority; on each body, landing sites, then larger features. The name of a landing site is beside it; any
+//! other name is centred on its feature, so that it stays in place while the view moves. A name fades out towards the limb, and as its feature becomes
+//! smaller in the image; the name of a landing site fades with the size of its body instead. Features on the far side of their body or behind a nearer body
+//! have no name.
 
 use super::text::{LabelMetrics, Rect, TextLine};
 use crate::catalog::nomenclature;
@@ -38,7 +39,7 @@ const MIN_DISTANCE_KM: f64 = 1e-3;
 /// sRGB of a feature's name.
 pub(crate) const FEATURE_COLOUR: [u8; 3] = [238, 226, 196];
 
-/// The names, and the positions of the named landing sites in pixels. `occupied`: rectangles of other labels; the rectangles of the names are added to it.
+/// The names, and the positions of the named landing sites in pixels. `occupied`: rectangles of other labels, to which this function adds those of the names.
 pub(crate) fn surface_feature_names(
     image: &impl ImageProjection,
     bodies: &[BodyInView],
@@ -57,15 +58,16 @@ pub(crate) fn surface_feature_names(
         if body_px < MIN_BODY_SIZE * glyph_px || placement.camera_is_inside() {
             continue;
         }
-        let camera = placement.camera_in_unit_sphere() * placement.radii_km;
+        // Positions from the body's centre, body axes.
+        let camera_km = placement.camera_in_unit_sphere() * placement.radii_km;
         for feature in nomenclature::features(&body.name) {
             if names.len() >= MAX_NAMES {
                 return (names, sites);
             }
             // The point where the ray from the centre meets the ellipsoid.
-            let ground = feature.direction / (feature.direction / placement.radii_km).length();
-            let normal = (ground / (placement.radii_km * placement.radii_km)).normalize();
-            let to_camera = camera - ground;
+            let ground_km = feature.direction / (feature.direction / placement.radii_km).length();
+            let normal = (ground_km / (placement.radii_km * placement.radii_km)).normalize();
+            let to_camera = camera_km - ground_km;
             let distance_km = to_camera.length();
             let mut opacity = smooth_rise(LIMB_FADE, to_camera.dot(normal) / distance_km);
             let feature_px = feature.effective_size_km / distance_km * px_per_radian;

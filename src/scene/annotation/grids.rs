@@ -51,7 +51,7 @@ fn opacity_at_spacing(spacing_deg: f64, pixel_deg: f64) -> f64 {
 }
 
 impl GridLine {
-    /// Opacity at a latitude in degrees, 0 to 1.
+    /// Opacity at a latitude, 0 to 1; that of a parallel does not depend on the latitude given. `pixel_deg`: degrees per pixel.
     pub(crate) fn opacity(&self, latitude_deg: f64, pixel_deg: f64) -> f64 {
         let spacing_factor = match self.kind {
             GridLineKind::Parallel => 1.0,
@@ -62,7 +62,7 @@ impl GridLine {
         opacity_at_spacing(self.step_deg * spacing_factor, pixel_deg)
     }
 
-    /// The range of latitudes in which the line is visible if it is a meridian.
+    /// For a meridian: the range of latitudes in which it is visible.
     pub(crate) fn latitude_range_deg(&self, pixel_deg: f64) -> [f64; 2] {
         let min_cosine = SPACING_FADE_PX.0 * pixel_deg / self.step_deg;
         let max_deg = if self.step_deg == STEPS_DEG[0] || min_cosine <= 0.0 { 90.0 } else { min_cosine.min(1.0).acos().to_degrees() };
@@ -112,6 +112,7 @@ pub(crate) fn grid_lines(cap: Cap, pixel_deg: f64) -> Vec<GridLine> {
     lines
 }
 
+/// Whether a value is a multiple of the step, except for rounding.
 fn is_multiple(value: f64, step: f64) -> bool {
     let ratio = value / step;
     (ratio - ratio.round()).abs() < 1e-6
@@ -146,7 +147,7 @@ pub(crate) fn hours_text(degrees: f64) -> String {
     sexagesimal_text("", hundredths, ["h", "m", "s"])
 }
 
-/// A number of degrees or hours, given in hundredths of a second, without the smaller units that are zero.
+/// A number of degrees or hours, given in hundredths of a second, without the smaller units that are zero. `[whole, minute, second]`: the signs of the units.
 fn sexagesimal_text(sign: &str, hundredths: u64, [whole, minute, second]: [&str; 3]) -> String {
     let seconds = hundredths / 100;
     let (wholes, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);

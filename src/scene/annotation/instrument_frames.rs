@@ -16,6 +16,7 @@ use std::f64::consts::TAU;
 
 /// Linear RGB of frames and their names.
 const COLOUR: DVec3 = DVec3::new(1.0, 0.3, 0.25);
+/// Opacity of frames.
 const OPACITY: f64 = 0.9;
 /// Smallest size of a frame, pixels.
 const MIN_SIZE_PX: f64 = 8.0;
@@ -30,7 +31,8 @@ struct FieldAxes {
 }
 
 impl FieldAxes {
-    /// `position_angle_deg`: angle of `up` from north through east. East is to the left of north, because the sky is seen from inside.
+    /// The axes at a centre (unit vector, ICRF). `position_angle_deg`: angle of `up` from north through east. East is to the left of north, because the sky is
+    /// seen from inside.
     fn of(centre: DVec3, position_angle_deg: f64) -> Self {
         let east = DVec3::Z.cross(centre).try_normalize().unwrap_or(DVec3::Y);
         let north = centre.cross(east);
@@ -89,7 +91,7 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
             left_out += 1;
             continue;
         }
-        let before = output.segments.len();
+        let count_before = output.segments.len();
         match instrument.field_of_view {
             FieldOfView::Circle { .. } => {
                 draw_arc(camera, &mut output, &|t| axes.on_circle(half_size_rad.x, t), [0.0, TAU], half_size_rad.x.sin())
@@ -99,7 +101,7 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
                 (0..4).for_each(|k| draw_great_circle(camera, &mut output, corners[k], corners[(k + 1) % 4]));
             }
         }
-        if output.segments.len() == before {
+        if output.segments.len() == count_before {
             left_out += 1;
             continue;
         }

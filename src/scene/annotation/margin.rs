@@ -31,7 +31,7 @@ const CAPTION_LINE_SPACING: f64 = 1.3;
 const CAPTION_EDGE: f64 = 0.8;
 /// Distance from the image's lower edge to the middle of the caption's last line and to the top of the scale bar, and from the right edge to the bar; in glyph
 /// sizes.
-const EDGE: f64 = 0.9;
+const EDGE_DISTANCE: f64 = 0.9;
 /// Opacity of the scale bar and of the compass needle.
 const BAR_OPACITY: f64 = 0.9;
 /// Height of the ticks at the ends of a scale bar, in glyph sizes.
@@ -117,8 +117,8 @@ impl Margin {
         let length = |km| Argument::Number(length_text(km));
         let name_of = |id| catalog.body(id).map_or(message!("image-barycentre").into(), |b| Argument::from(&b.name));
         let time = language.time(&request.time.to_utc_iso());
-        let first = target.map_or_else(|| time.clone(), |t| format!("{}   {time}", language.name("body", &t.name)));
-        let from = match request.position {
+        let first_line = target.map_or_else(|| time.clone(), |t| format!("{}   {time}", language.name("body", &t.name)));
+        let viewpoint = match request.position {
             Position::Centre(body) => message!("image-from-centre", body = name_of(body)),
             Position::Ground { body, latitude_deg, longitude_deg, .. } => {
                 let signed_longitude_deg = (longitude_deg + 180.0).rem_euclid(360.0) - 180.0;
@@ -136,17 +136,17 @@ impl Margin {
                 None => message!("image-from-space"),
             },
         };
-        let second = message!("image-caption", from = from, view = image.field_of_view_text()).text_in(language);
+        let second_line = message!("image-caption", from = viewpoint, view = image.field_of_view_text()).text_in(language);
         let size = image.size_px();
         let fits = |text: &str| metrics.width_px(text) <= size.x - 2.0 * CAPTION_EDGE * glyph_px;
-        let Some((mut lines, rest)) = wrapped(&first, &CAPTION_BREAKS, &fits).zip(wrapped(&second, &CAPTION_BREAKS, &fits)) else {
+        let Some((mut lines, rest)) = wrapped(&first_line, &CAPTION_BREAKS, &fits).zip(wrapped(&second_line, &CAPTION_BREAKS, &fits)) else {
             return;
         };
         lines.extend(rest);
         if CAPTION_LINE_SPACING * glyph_px * lines.len() as f64 > MAX_CAPTION_FRACTION * size.y {
             return;
         }
-        let bottom = size.y - EDGE * glyph_px;
+        let bottom = size.y - EDGE_DISTANCE * glyph_px;
         let count = lines.len();
         for (k, line) in lines.into_iter().enumerate() {
             self.text(line, DVec2::new(CAPTION_EDGE * glyph_px, bottom - CAPTION_LINE_SPACING * glyph_px * (count - 1 - k) as f64));
@@ -169,7 +169,7 @@ impl Margin {
         let length = (angle_rad * px_per_radian).round();
         let thickness = (glyph_px / GLYPH_PER_THICKNESS).round().max(1.0);
         let tick = (TICK_HEIGHT * glyph_px).round();
-        let left = (size.x - EDGE * glyph_px - length).round();
+        let left = (size.x - EDGE_DISTANCE * glyph_px - length).round();
         // Centred over the bar, as far as the image's edge allows.
         let text_left = left + 0.5 * (length - metrics.width_px(&text));
         let text_left = text_left.min(size.x - BAR_TEXT_EDGE * glyph_px - metrics.width_px(&text));
@@ -181,7 +181,7 @@ impl Margin {
                 max: of_text.max.max(DVec2::new(left + length, bar_top + thickness)),
             }
         };
-        let mut bar_top = (size.y - EDGE * glyph_px).round();
+        let mut bar_top = (size.y - EDGE_DISTANCE * glyph_px).round();
         let gap = DVec2::new(metrics.glyph_width_px, 0.0);
         if self.occupied(metrics).any(|o| o.overlaps(&rect_at(bar_top).padded(gap))) {
             // Above the caption.
@@ -204,6 +204,7 @@ impl Margin {
         let pole = target.placement.body_from_icrf.row(2);
         // A pole within about a degree of the line of sight has no reliable direction in the image.
         let sine_to_line_of_sight = pole.cross(centre.normalize()).length();
+        // The direction of the pole in the image, from a short step along the pole.
         let ends_px = image.pixel_of(centre).zip(image.pixel_of(centre + pole * (1e-3 * target.distance_km)));
         let Some(north) = ends_px.filter(|_| sine_to_line_of_sight > MIN_POLE_SINE).and_then(|(from, to)| (to - from).try_normalize())
         else {

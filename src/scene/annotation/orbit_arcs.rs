@@ -25,9 +25,9 @@ pub(super) const FADE_PX: (f64, f64) = (3.0, 12.0);
 const MAX_HALVINGS: u32 = 40;
 /// Largest argument of Stumpff's functions (alpha u^2) on an arc, up to which the shader's series is accurate.
 const MAX_STUMPFF_ARGUMENT: f64 = 0.65;
-/// Largest half length of an arc across the line of sight, in half diagonals of the frame at its distance.
+/// Largest half length of an arc across the line of sight, in half diagonals of the frame at the arc's distance.
 const MAX_HALF_LENGTH: f64 = 2.0;
-/// Opacity one revolution behind the body, relative to the opacity at the body: the line fades from the body backwards.
+/// Opacity one revolution behind the body, relative to the opacity at the body: the line fades backwards along the path.
 const MIN_OPACITY: f64 = 0.25;
 /// Distance from the parent up to which an open path is drawn: the larger of these multiples of its periapsis distance and of the body's distance.
 const OPEN_PATH_EXTENT: (f64, f64) = (40.0, 3.0);
@@ -129,11 +129,11 @@ impl Conic {
         let distance = self.body_km.length();
         let momentum_sq = self.body_km.cross(self.first_derivative / distance).length_squared();
         let eccentricity = (1.0 - self.alpha * momentum_sq / (self.gm_km3_s2 * self.gm_km3_s2)).max(0.0).sqrt();
-        let limit = (OPEN_PATH_EXTENT.0 * momentum_sq / (self.gm_km3_s2 * (1.0 + eccentricity))).max(OPEN_PATH_EXTENT.1 * distance);
+        let end_distance = (OPEN_PATH_EXTENT.0 * momentum_sq / (self.gm_km3_s2 * (1.0 + eccentricity))).max(OPEN_PATH_EXTENT.1 * distance);
         let end = |sign: f64| {
             let mut s = sign * distance / self.first_derivative.length();
             // The limit of s ends the loop if rounding keeps the point from reaching the distance.
-            while (self.body_km + self.offset_from_body_km(s)).length() < limit && s.abs() < 1e30 {
+            while (self.body_km + self.offset_from_body_km(s)).length() < end_distance && s.abs() < 1e30 {
                 s *= 1.25;
             }
             s
@@ -166,13 +166,13 @@ struct ArcSubdivision<'a> {
 }
 
 impl ArcSubdivision<'_> {
-    /// Opacity at s. It decreases from the body backwards along the whole orbit, so that it is lowest just ahead of the body. `ahead`: whether the arc is ahead
-    /// of the body, which decides at s = 0.
-    fn opacity_at(&self, s: f64, ahead: bool) -> f32 {
+    /// Opacity at s. It decreases from the body backwards along the whole orbit, so that it is lowest just ahead of the body. `is_ahead`: whether the arc is
+    /// ahead of the body; this decides at s = 0.
+    fn opacity_at(&self, s: f64, is_ahead: bool) -> f32 {
         let [back_end, ahead_end] = self.drawn_range;
         let remaining = if !self.conic.is_closed() {
-            if ahead { 0.0 } else { 1.0 - s / back_end }
-        } else if ahead {
+            if is_ahead { 0.0 } else { 1.0 - s / back_end }
+        } else if is_ahead {
             0.5 * s / ahead_end
         } else {
             1.0 - 0.5 * s / back_end
@@ -205,7 +205,8 @@ impl ArcSubdivision<'_> {
         largest
     }
 
-    /// Adds the arc between two values of s, or its halves if it is too long or too curved; nothing outside the frame. `halvings`: of the orbit so far.
+    /// Adds the arc between two values of s, or its halves if it is too long or too curved; nothing outside the frame. `halvings`: how often the orbit has been
+    /// halved to get this arc.
     fn arc(&mut self, from: f64, to: f64, halvings: u32) {
         let (middle_s, half) = (0.5 * (from + to), 0.5 * (to - from));
         let [first_derivative, second_derivative] = self.conic.derivatives(middle_s);
@@ -216,18 +217,20 @@ impl ArcSubdivision<'_> {
         } else {
             [from, to].map(|s| self.conic.derivatives(s)[1].length()).into_iter().fold(0.0, f64::max)
         };
-        let radius = first_derivative.length() * half + 0.5 * max_second_derivative * half * half;
-        if !self.camera.sphere_may_be_in_frame(middle, radius, MARGIN_PX) {
+        // The arc is inside this radius around its middle.
+        let radius_km = first_derivative.length() * half + 0.5 * max_second_derivative * half * half;
+        if !self.camera.sphere_may_be_in_frame(middle, radius_km, MARGIN_PX) {
             return;
         }
         // An arc along the line of sight may be long, because it appears short in the image.
-        let across = self.camera.in_axes(first_derivative).reject_from(middle).length() * half + 0.5 * max_second_derivative * half * half;
-        let nearest = (middle.length() - radius).max(NEAR_DEPTH_KM);
+        let lateral_km =
+            self.camera.in_axes(first_derivative).reject_from(middle).length() * half + 0.5 * max_second_derivative * half * half;
+        let nearest_km = (middle.length() - radius_km).max(NEAR_DEPTH_KM);
         let is_short = self.conic.alpha.abs() * (2.0 * half).powi(2) < MAX_STUMPFF_ARGUMENT
-            && across < MAX_HALF_LENGTH * self.camera.tan_half_fov.length() * nearest
+            && lateral_km < MAX_HALF_LENGTH * self.camera.tan_half_fov.length() * nearest_km
             // The camera is outside the arc's bounding sphere.
-            && radius < 0.9 * middle.length();
-        let is_in_front_of_camera = middle.z - radius > NEAR_DEPTH_KM;
+            && radius_km < 0.9 * middle.length();
+        let is_in_front_of_camera = middle.z - radius_km > NEAR_DEPTH_KM;
         if is_short && is_in_front_of_camera && self.chord_error_px(from, to) < MAX_CHORD_ERROR_PX {
             // u = (s - origin) / s_per_u. An arc that ends at the body has its origin there, so that it is exact at the body.
             let (origin, range) = if from == 0.0 {
@@ -242,14 +245,14 @@ impl ArcSubdivision<'_> {
                 if origin == middle_s { [first_derivative, second_derivative] } else { self.conic.derivatives(origin) };
             let point = self.camera.in_axes(self.body_km + self.conic.offset_from_body_km(origin));
             let over_tangents = |v: DVec3| narrow((v.truncate() / self.camera.tan_half_fov).extend(v.z));
-            let ahead = to > 0.0;
+            let is_ahead = to > 0.0;
             self.arcs.push(OrbitArc {
                 point: over_tangents(point),
                 first_derivative: over_tangents(self.camera.in_axes(first_derivative) * s_per_u),
                 second_derivative: over_tangents(self.camera.in_axes(second_derivative) * (s_per_u * s_per_u)),
                 alpha: narrow_scalar(self.conic.alpha * s_per_u * s_per_u),
                 range,
-                opacity: [self.opacity_at(from, ahead), self.opacity_at(to, ahead)],
+                opacity: [self.opacity_at(from, is_ahead), self.opacity_at(to, is_ahead)],
                 colour: narrow(self.colour),
             });
         } else if halvings < MAX_HALVINGS {

@@ -13,20 +13,20 @@ use glam::{DVec2, DVec3};
 /// Largest distance of a click from the centre of the star or small body that it selects, pixels. A body is small if its disc has a smaller radius than this.
 pub const CLICK_RADIUS_PX: f64 = 14.0;
 
-/// The star that a click at `at_px` selects: the brightest within the click radius that no body hides, as an index into the star catalog.
-pub fn star_at(scene: &Scene, at_px: DVec2) -> Option<usize> {
+/// The star that a click selects: the brightest within the click radius that no body hides, as an index into the star catalog.
+pub fn star_at(scene: &Scene, click_px: DVec2) -> Option<usize> {
     // Converts the click from the screen to the image, rather than every star from the image to the screen.
-    let at_px = scene.geometry.image_of_screen(at_px)?;
-    let in_reach = scene.stars.iter().filter(|s| sprite_px(scene, s).distance(at_px) <= CLICK_RADIUS_PX);
+    let click_in_image = scene.geometry.image_of_screen(click_px)?;
+    let in_reach = scene.stars.iter().filter(|s| sprite_px(scene, s).distance(click_in_image) <= CLICK_RADIUS_PX);
     in_reach.filter(|s| s.star.is_some() && !is_hidden(scene, s)).max_by(|a, b| a.flux.y.total_cmp(&b.flux.y)).and_then(|s| s.star)
 }
 
-/// The centre of the small body or star that a click selects, else the click's own position.
-pub fn snapped_px(labels: &[Label], scene: &Scene, at_px: DVec2) -> DVec2 {
+/// The centre of the small body that a click selects, else that of the star, else the click's own position.
+pub fn snapped_px(labels: &[Label], scene: &Scene, click_px: DVec2) -> DVec2 {
     let in_reach =
-        labels.iter().filter(|l| l.radius_px < CLICK_RADIUS_PX).map(|l| l.centre_px).filter(|px| px.distance(at_px) <= CLICK_RADIUS_PX);
-    let body = in_reach.min_by(|a, b| a.distance(at_px).total_cmp(&b.distance(at_px)));
-    body.or_else(|| star_at(scene, at_px).and_then(|star| star_px(scene, star))).unwrap_or(at_px)
+        labels.iter().filter(|l| l.radius_px < CLICK_RADIUS_PX).map(|l| l.centre_px).filter(|px| px.distance(click_px) <= CLICK_RADIUS_PX);
+    let body = in_reach.min_by(|a, b| a.distance(click_px).total_cmp(&b.distance(click_px)));
+    body.or_else(|| star_at(scene, click_px).and_then(|star| star_px(scene, star))).unwrap_or(click_px)
 }
 
 /// The position of a star on the screen, if it is drawn. `star`: index into the star catalog.
@@ -37,8 +37,8 @@ pub fn star_px(scene: &Scene, star: usize) -> Option<DVec2> {
 
 /// Whether a body covers the centre of a sprite. The body in which the camera is covers nothing.
 fn is_hidden(scene: &Scene, sprite: &StarSprite) -> bool {
-    let at_px = scene.geometry.screen_of_image(sprite_px(scene, sprite));
-    let direction = at_px.and_then(|px| scene.geometry.direction(&scene.camera, px));
+    let screen_px = scene.geometry.screen_of_image(sprite_px(scene, sprite));
+    let direction = screen_px.and_then(|px| scene.geometry.direction(&scene.camera, px));
     let covers = |b: &BodyInView, d: DVec3| !b.placement.camera_is_inside() && b.placement.surface_along(d).is_some();
     direction.is_some_and(|d| scene.bodies.iter().any(|b| covers(b, d)))
 }
@@ -48,15 +48,15 @@ fn sprite_px(scene: &Scene, sprite: &StarSprite) -> DVec2 {
     scene.geometry.sprite_px(&scene.camera, sprite.centre.truncate().as_dvec2())
 }
 
-/// The body that a click at `at_px` selects: the nearest small body within the click radius, else the foremost disc under it.
-pub fn body_at(labels: &[Label], scene: &Scene, at_px: DVec2) -> Option<NaifId> {
+/// The body that a click selects: the nearest small body within the click radius, else the foremost disc under the click.
+pub fn body_at(labels: &[Label], scene: &Scene, click_px: DVec2) -> Option<NaifId> {
     let nearest_small = labels
         .iter()
         .filter(|l| l.radius_px < CLICK_RADIUS_PX)
-        .map(|l| (l.centre_px.distance(at_px), l.body))
+        .map(|l| (l.centre_px.distance(click_px), l.body))
         .filter(|(d, _)| *d <= CLICK_RADIUS_PX)
         .min_by(|a, b| a.0.total_cmp(&b.0));
-    let direction = scene.geometry.direction(&scene.camera, at_px);
+    let direction = scene.geometry.direction(&scene.camera, click_px);
     let is_under = |b: &&BodyInView| b.appearance == Appearance::Disc && direction.is_some_and(|d| b.placement.surface_along(d).is_some());
     let foremost = scene.bodies.iter().filter(is_under).min_by(|a, b| a.distance_km.total_cmp(&b.distance_km));
     nearest_small.map(|(_, id)| id).or(foremost.map(|b| b.id))

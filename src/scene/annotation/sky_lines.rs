@@ -71,8 +71,8 @@ struct SkyLineBuilder<'a> {
 }
 
 impl SkyLineBuilder<'_> {
-    /// Draws an arc on the unit sphere between two parameters in radians, with first and second derivatives of at most `derivative_bound`. Returns the runs
-    /// inside the frame.
+    /// Draws an arc on the unit sphere between two parameters in radians, with first and second derivatives of at most `derivative_bound`. `point`: direction
+    /// (ICRF) at a parameter; `opacity`: factor on the style's opacity at a parameter. Returns the runs inside the frame.
     fn arc(
         &mut self,
         point: &dyn Fn(f64) -> DVec3,
@@ -84,7 +84,7 @@ impl SkyLineBuilder<'_> {
         let curve = Curve { camera: self.camera, point, derivative_bound, tolerance_factor: tolerance_at_corners(self.camera) };
         let runs = curve.runs(&quarter_turns(range_rad));
         for run in &runs {
-            self.output.segments.extend(segments(self.camera, run, |_| 0.0, |at| style.opacity * opacity(at), style.colour));
+            self.output.segments.extend(segments(self.camera, run, |_| 0.0, |parameter| style.opacity * opacity(parameter), style.colour));
         }
         runs
     }
@@ -92,15 +92,16 @@ impl SkyLineBuilder<'_> {
     /// The shorter arc of a great circle between two directions.
     fn great_circle(&mut self, from: DVec3, to: DVec3, style: LineStyle) {
         let angle = crate::ephemeris::angle_rad(from, to);
-        let Some(across) = (to - from * from.dot(to)).try_normalize() else { return };
-        self.arc(&|t: f64| from * t.cos() + across * t.sin(), [0.0, angle], DERIVATIVE_BOUND, |_| 1.0, style);
+        let Some(perpendicular) = (to - from * from.dot(to)).try_normalize() else { return };
+        self.arc(&|t: f64| from * t.cos() + perpendicular * t.sin(), [0.0, angle], DERIVATIVE_BOUND, |_| 1.0, style);
     }
 
+    /// Records the decision about one layer.
     fn decide(&mut self, effect: &'static str, on: bool, reason: Reason) {
         self.output.decisions.push(Decision { effect, on, reason, stated_error: None });
     }
 
-    /// Draws a grid and its coordinates. `velocity_km_s`: velocity for the aberration, zero for none.
+    /// Draws a grid and its coordinates. `velocity_km_s`: velocity for the aberration, zero for none; `longitude_text`: the text of a longitude in degrees.
     fn grid(
         &mut self,
         effect: &'static str,
@@ -130,6 +131,7 @@ impl SkyLineBuilder<'_> {
         self.decide(effect, count > 0, reason!("lines-count", count = count));
     }
 
+    /// Draws a grid line; returns its runs inside the frame. `apparent`: direction in which a longitude and latitude (degrees) appear.
     fn grid_line(
         &mut self,
         line: &GridLine,
@@ -142,13 +144,13 @@ impl SkyLineBuilder<'_> {
         match line.kind {
             GridLineKind::Parallel => {
                 let opacity = line.opacity(0.0, pixel_deg);
-                let radius = DERIVATIVE_BOUND * coordinate_deg.to_radians().cos() + 1e-9;
+                let derivative_bound = DERIVATIVE_BOUND * coordinate_deg.to_radians().cos() + 1e-9;
                 // Starts opposite the middle of the image, so that no end is visible.
                 let from = (cap.longitude_deg + 180.0).to_radians();
                 if opacity <= 0.0 {
                     Vec::new()
                 } else {
-                    self.arc(&|t: f64| apparent(t.to_degrees(), coordinate_deg), [from, from + TAU], radius, |_| opacity, style)
+                    self.arc(&|t: f64| apparent(t.to_degrees(), coordinate_deg), [from, from + TAU], derivative_bound, |_| opacity, style)
                 }
             }
             GridLineKind::Meridian => {
@@ -168,18 +170,18 @@ impl SkyLineBuilder<'_> {
             GridLineKind::Parallel => px.x,
             GridLineKind::Meridian => 2.0 * half.y - px.y,
         };
-        let opacity_at = |at: f64| match line.kind {
+        let opacity_at = |parameter: f64| match line.kind {
             GridLineKind::Parallel => line.opacity(0.0, pixel_deg),
-            GridLineKind::Meridian => line.opacity(at.to_degrees(), pixel_deg),
+            GridLineKind::Meridian => line.opacity(parameter.to_degrees(), pixel_deg),
         };
-        let best = ends.map(|(p, at)| (pixel(*p), *at)).min_by(|a, b| distance_to_edge_px(a.0).total_cmp(&distance_to_edge_px(b.0)));
-        if let Some((px, _)) = best.filter(|(_, at)| opacity_at(*at) > MIN_LABELLED_OPACITY) {
+        let best = ends.map(|(p, t)| (pixel(*p), *t)).min_by(|a, b| distance_to_edge_px(a.0).total_cmp(&distance_to_edge_px(b.0)));
+        if let Some((px, _)) = best.filter(|(_, t)| opacity_at(*t) > MIN_LABELLED_OPACITY) {
             self.output.texts.push(UnplacedText { text, at_px: px, colour: style.colour, is_grid_coordinate: true });
         }
     }
 }
 
-/// The lines of the sky that a request selects.
+/// The lines of the sky that a request selects. `horizon`: [`horizon_axes`] of a viewer on the ground.
 pub(crate) fn sky_lines(request: &ViewRequest, viewer: &Viewer, horizon: Option<DMat3>) -> AnnotationLines {
     let layers = request.layers;
     let camera = &viewer.camera;
@@ -217,11 +219,13 @@ pub(crate) fn horizon_axes(zenith: DVec3, pole: DVec3) -> DMat3 {
     DMat3::from_cols(zenith.cross(east), east, zenith)
 }
 
+/// Draws the borders of the constellations.
 fn boundaries(builder: &mut SkyLineBuilder<'_>) {
     let icrf_from_b1875 = icrf_from_b1875();
-    let before = builder.output.segments.len();
+    let count_before = builder.output.segments.len();
     let velocity = builder.velocity_km_s;
     for border in &Constellations::embedded().borders {
+        // Right ascension (x) and declination (y), radians.
         let [from, to] = border.ends.map(DVec2::from_array);
         let max_cosine = from.y.cos().max(to.y.cos());
         let length = ((to.x - from.x) * max_cosine).hypot(to.y - from.y).max(1e-9);
@@ -232,10 +236,11 @@ fn boundaries(builder: &mut SkyLineBuilder<'_>) {
         // Along a parallel, right ascension changes by 1 / cosine per radian of arc, and the derivatives are at most this large.
         builder.arc(&point, [0.0, length], DERIVATIVE_BOUND / max_cosine.max(1e-3), |_| 1.0, BOUNDARY);
     }
-    let count = builder.output.segments.len() - before;
+    let count = builder.output.segments.len() - count_before;
     builder.decide("boundaries", count > 0, if count > 0 { reason!("lines-borders") } else { reason!("lines-no-border") });
 }
 
+/// Draws the figures and names of the constellations.
 fn constellations(builder: &mut SkyLineBuilder<'_>, request: &ViewRequest, viewer: &Viewer) {
     let stars = StarCatalog::embedded();
     let placer = StarPlacer::of_stars(&stars, viewer, request);
@@ -247,14 +252,14 @@ fn constellations(builder: &mut SkyLineBuilder<'_>, request: &ViewRequest, viewe
     let shows_names = 2.0 * camera.tan_half_fov.y.atan().to_degrees() > NAMES_MIN_FOV_DEG;
     let mut names = Vec::new();
     for constellation in &Constellations::embedded().all {
-        let before = builder.output.segments.len();
+        let count_before = builder.output.segments.len();
         for line in &constellation.figure {
             let places: Vec<DVec3> = line.iter().map(apparent).collect();
             for ends in places.windows(2) {
                 builder.great_circle(ends[0], ends[1], FIGURE);
             }
         }
-        if builder.output.segments.len() > before {
+        if builder.output.segments.len() > count_before {
             names.push(constellation.abbreviation.clone());
         }
         let middle = camera.clip(constellation.label_direction).filter(|clip| shows_names && clip.abs().max_element() < 1.0);

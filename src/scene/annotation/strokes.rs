@@ -93,14 +93,16 @@ impl StrokeSubdivision<'_> {
         let middle_parameter = 0.5 * (from.1 + to.1);
         let middle = self.curve.in_camera_axes(middle_parameter);
         let span = to.1 - from.1;
+        // The arc is inside this radius around its middle.
         let radius = 0.5 * self.curve.derivative_bound * span;
         if !self.curve.camera.sphere_may_be_in_frame(middle, radius, MARGIN_PX) {
             return;
         }
+        // Upper limit of the distance between the arc and its chord.
         let deviation = self.curve.derivative_bound * span * span / 8.0;
         let nearest = (middle.length() - radius).max(NEAR_DEPTH_KM);
-        let allowed = MAX_CHORD_ERROR_PX * self.curve.tolerance_factor * self.curve.camera.pixel_tangent() * nearest;
-        if halvings >= MAX_HALVINGS || (span < MAX_SPAN && deviation < allowed) {
+        let max_deviation = MAX_CHORD_ERROR_PX * self.curve.tolerance_factor * self.curve.camera.pixel_tangent() * nearest;
+        if halvings >= MAX_HALVINGS || (span < MAX_SPAN && deviation < max_deviation) {
             return self.chord(from, to);
         }
         self.arc(from, (middle, middle_parameter), halvings + 1);

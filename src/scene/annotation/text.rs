@@ -10,7 +10,7 @@ pub struct LabelMetrics {
 }
 
 impl LabelMetrics {
-    /// For glyphs of this size.
+    /// The metrics of glyphs of this size.
     pub fn of_size(glyph_px: f64) -> Self {
         Self { glyph_width_px: GLYPH_WIDTH * glyph_px, line_height_px: LINE_HEIGHT * glyph_px }
     }
@@ -81,6 +81,7 @@ pub struct Rect {
 }
 
 impl Rect {
+    /// Whether the rectangles have a common area.
     pub fn overlaps(&self, other: &Self) -> bool {
         self.min.cmplt(other.max).all() && other.min.cmplt(self.max).all()
     }

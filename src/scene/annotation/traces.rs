@@ -26,7 +26,7 @@ const MAX_SAMPLES: usize = 1200;
 const MOON_PERIODS_PER_YEAR: f64 = 13.4;
 /// Line segments between two samples.
 const SEGMENTS_PER_SAMPLE: usize = 4;
-/// Length of a path in orbital periods: of the centre or of the body about its parent, whichever is longer.
+/// Length of a path in orbital periods: that of the centre or that of the body, whichever is longer.
 const LENGTH_PERIODS: f64 = 1.0;
 /// Maximum length of a path.
 const MAX_DAYS: f64 = 12.0 * DAYS_PER_JULIAN_YEAR;
@@ -45,10 +45,10 @@ fn path(states: &[State], step_s: f64) -> Vec<(DVec3, f64)> {
         // Hermite cubic. Time runs backwards, so the velocities have a minus sign.
         let (t, t2, t3) = (fraction, fraction * fraction, fraction * fraction * fraction);
         let older_km = older.pos_km - states[0].pos_km;
-        let between = newer_km * (2.0 * t3 - 3.0 * t2 + 1.0) - states[n].vel_km_s * ((t3 - 2.0 * t2 + t) * step_s)
+        let interpolated_km = newer_km * (2.0 * t3 - 3.0 * t2 + 1.0) - states[n].vel_km_s * ((t3 - 2.0 * t2 + t) * step_s)
             + older_km * (3.0 * t2 - 2.0 * t3)
             - older.vel_km_s * ((t3 - t2) * step_s);
-        (between, remaining(k))
+        (interpolated_km, remaining(k))
     };
     (0..=count).map(point).collect()
 }

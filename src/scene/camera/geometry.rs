@@ -1,4 +1,5 @@
-//! The mapping between directions and pixels of a finished image: perspective, fisheye, entire sphere, stereo pair, or any of these on a warp mesh.
+//! The mapping between directions and pixels of a finished image: perspective, fisheye, entire sphere or stereo pair; all but the stereo pair also on a warp
+//! mesh.
 //!
 //! In: ICRF directions, pixels of the finished image. Out: the pixel of a direction, and the direction of a pixel. Always: `ImageGeometry::direction` and
 //! [`ImageGeometry::pixel_of`] are inverse to each other within the image; for a stereo pair, both use the left eye's image.
@@ -20,7 +21,7 @@ pub enum ImageGeometry {
     Sphere(SphereImage),
     /// A stereo pair; the scene's camera is that of the left eye.
     Stereo(StereoGeometry),
-    /// One of the other geometries, drawn on a warp mesh.
+    /// A perspective image, a fisheye or an equirectangular image, drawn on a warp mesh.
     Warped(WarpedGeometry),
 }
 
@@ -32,7 +33,7 @@ pub struct StereoGeometry {
     /// Width of one eye's part of the finished image, pixels.
     pub width: u32,
     /// Whether the eyes' images are side by side; otherwise they are overlaid.
-    pub side_by_side: bool,
+    pub is_side_by_side: bool,
 }
 
 /// The image that is cut out of the left eye's frame.
@@ -79,6 +80,7 @@ pub struct WarpedGeometry {
 impl WarpedGeometry {
     /// The screen pixel that shows a pixel of the image; `None` if no screen pixel does. If several do, that of the first triangle in the mesh.
     pub(crate) fn screen_of_image(&self, pixel: DVec2) -> Option<DVec2> {
+        // The mesh maps image positions, 0 to 1 from the lower left corner, to screen positions in half heights from the middle, y upwards.
         let position = pixel / size(self.image_px);
         let on_screen = self.mesh.screen_of_image(DVec2::new(position.x, 1.0 - position.y))?;
         let screen = size(self.screen_px);
@@ -99,6 +101,7 @@ impl WarpedGeometry {
     }
 }
 
+/// Width and height as a vector.
 fn size([width, height]: [u32; 2]) -> DVec2 {
     DVec2::new(f64::from(width), f64::from(height))
 }
@@ -142,11 +145,11 @@ impl ImageGeometry {
 
     /// The ICRF direction that a pixel shows, a unit vector; `None` outside a fisheye's circle or a mesh.
     pub(crate) fn direction(&self, camera: &Camera, pixel: DVec2) -> Option<DVec3> {
-        let of_camera = |pixel: DVec2| Some(camera.ray(camera.clip_from_pixel(pixel)).normalize());
+        let camera_ray = |pixel: DVec2| Some(camera.ray(camera.clip_from_pixel(pixel)).normalize());
         match self {
-            Self::Perspective => of_camera(pixel),
+            Self::Perspective => camera_ray(pixel),
             Self::Sphere(image) => image.direction(pixel).map(|v| image.right * v.x + image.up * v.y + image.forward * v.z),
-            Self::Stereo(geometry) => of_camera(self.left_eye_px(pixel) + LeftEyeImage { camera, geometry: *geometry }.left_edge_px()),
+            Self::Stereo(geometry) => camera_ray(self.left_eye_px(pixel) + LeftEyeImage { camera, geometry: *geometry }.left_edge_px()),
             Self::Warped(geometry) => geometry.image.direction(camera, geometry.image_of_screen(pixel)?),
         }
     }
@@ -175,7 +178,7 @@ impl ImageGeometry {
     /// Maps a pixel in the right half of a side-by-side pair to the same position in the left half; other pixels are unchanged.
     pub(crate) fn left_eye_px(&self, pixel: DVec2) -> DVec2 {
         match self {
-            Self::Stereo(StereoGeometry { width, side_by_side: true, .. }) if pixel.x >= f64::from(*width) => {
+            Self::Stereo(StereoGeometry { width, is_side_by_side: true, .. }) if pixel.x >= f64::from(*width) => {
                 pixel - DVec2::new(f64::from(*width), 0.0)
             }
             _ => pixel,
@@ -229,7 +232,7 @@ mod tests {
             ImageGeometry::Sphere(SphereImage { right, up, forward, projection, half_fov_rad: 1.5, width: 90, height: 60 })
         };
         // A frame of 90 pixels, whose right half is the left eye's image.
-        let pair = |side_by_side| ImageGeometry::Stereo(StereoGeometry { left_column: 45, width: 45, side_by_side });
+        let pair = |is_side_by_side| ImageGeometry::Stereo(StereoGeometry { left_column: 45, width: 45, is_side_by_side });
         for geometry in [
             ImageGeometry::Perspective,
             sphere(Projection::Fisheye),
@@ -253,7 +256,7 @@ mod tests {
 
     #[test]
     fn both_halves_of_a_pair_show_one_direction_and_pixels_outside_a_fisheye_show_none() {
-        let pair = ImageGeometry::Stereo(StereoGeometry { left_column: 45, width: 45, side_by_side: true });
+        let pair = ImageGeometry::Stereo(StereoGeometry { left_column: 45, width: 45, is_side_by_side: true });
         let left = DVec2::new(10.0, 20.0);
         let right = left + DVec2::new(45.0, 0.0);
         assert_eq!((pair.left_eye_px(right), pair.left_eye_px(left)), (left, left));

@@ -26,6 +26,7 @@ pub struct Camera {
     pub forward: DVec3,
     /// Tangent of half the field of view, horizontal and vertical.
     pub tan_half_fov: DVec2,
+    /// Size of the viewport, pixels.
     pub width: u32,
     pub height: u32,
     /// Whether the frame is one face of a dome image or of a whole-sphere image, in which the Sun's glare is drawn even if the Sun is outside the frame.
@@ -67,10 +68,12 @@ impl Placement {
         self.surface_along_unit_sphere(self.direction_in_unit_sphere(direction))
     }
 
-    /// Whether the body covers an entire disc of this angular radius around an ICRF direction. The curve inside its outline, at the disc's radius from it, is
-    /// approximated by the outline of a smaller ellipsoid: exact for a sphere; otherwise off by up to the disc's radius times the flattening.
+    /// Whether the body covers an entire disc of this angular radius around an ICRF direction. It does if the disc's centre is inside the body's outline and at
+    /// least the disc's radius away from it. The curve at that distance inside the outline is approximated by the outline of a smaller ellipsoid: exact for a
+    /// sphere; otherwise off by up to the disc's radius times the flattening.
     pub(crate) fn covers_disc(&self, direction: DVec3, angular_radius_rad: f64) -> bool {
-        // A sphere of radius r at distance D, seen at the angular radius asin(r / D) - a, has the radius r cos a - h sin a. h is the distance to the horizon.
+        // A sphere of radius r at distance D has the angular radius asin(r / D). To appear smaller by the angle a, it must have the radius r cos a - h sin a,
+        // where h is the distance to the horizon, h² = D² - r².
         let (sin, cos) = angular_radius_rad.sin_cos();
         let distance = self.camera_in_unit_sphere().length();
         let horizon_km = ((distance - 1.0) * (distance + 1.0)).max(0.0).sqrt() * self.centre_km.length() / distance;
@@ -90,7 +93,7 @@ impl Placement {
     }
 }
 
-/// A bounding rectangle in clip space.
+/// A bounding rectangle in clip space, where y points up: `top` is greater than `bottom`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClipRect {
     pub left: f64,
@@ -105,16 +108,16 @@ impl ClipRect {
 
     /// The intersection of two rectangles; `None` if it is empty.
     pub(crate) fn intersection(&self, other: &Self) -> Option<Self> {
-        let both = Self {
+        let common = Self {
             left: self.left.max(other.left),
             top: self.top.min(other.top),
             right: self.right.min(other.right),
             bottom: self.bottom.max(other.bottom),
         };
-        (both.left < both.right && both.bottom < both.top).then_some(both)
+        (common.left < common.right && common.bottom < common.top).then_some(common)
     }
 
-    /// Left, top, right, bottom.
+    /// Left, top, right and bottom as f32.
     pub(crate) fn narrowed(&self) -> Vec4 {
         narrow4(glam::DVec4::new(self.left, self.top, self.right, self.bottom))
     }
@@ -204,9 +207,10 @@ impl Camera {
     /// by a margin. `centre_km`: in the camera's axes (right, up, forward).
     pub(crate) fn sphere_may_be_in_frame(&self, centre_km: DVec3, radius_km: f64, margin_px: f64) -> bool {
         let half = self.half_size();
-        let is_outside = |across: f64, tan: f64, half: f64| {
-            let tan = tan * (1.0 + margin_px / half);
-            (across.abs() - tan * centre_km.z) > radius_km * (1.0 + tan * tan).sqrt()
+        // `lateral_km` - tan z is the centre's distance beyond a side plane, times sqrt(1 + tan²).
+        let is_outside = |lateral_km: f64, tan_half_fov: f64, half_px: f64| {
+            let tan = tan_half_fov * (1.0 + margin_px / half_px);
+            (lateral_km.abs() - tan * centre_km.z) > radius_km * (1.0 + tan * tan).sqrt()
         };
         let tan = self.tan_half_fov;
         centre_km.z + radius_km > NEAR_DEPTH_KM && !is_outside(centre_km.x, tan.x, half.x) && !is_outside(centre_km.y, tan.y, half.y)
@@ -274,25 +278,25 @@ impl Camera {
     /// more.
     pub fn view_rays(&self, placement: &Placement, rect: ClipRect, form: AnchorForm) -> ViewRays {
         let rect = rect.of_whole_pixels(self.half_size());
-        // The corners are rounded first, so that rays and clip positions agree exactly.
+        // The corners are rounded first, so that rays and clip positions agree exactly. x, y, z, w: left, top, right, bottom.
         let rect_in_clip = rect.narrowed();
         let r = rect_in_clip.as_dvec4();
-        let icrf = [
+        let rays_in_icrf = [
             self.ray(DVec2::new(r.x, r.y)),
             self.right * ((r.z - r.x) * self.tan_half_fov.x),
             self.up * ((r.w - r.y) * self.tan_half_fov.y),
         ];
-        let [origin, du, dv] = icrf.map(|ray| placement.direction_in_unit_sphere(ray));
+        let [origin, du, dv] = rays_in_icrf.map(|ray| placement.direction_in_unit_sphere(ray));
         let camera = placement.camera_in_unit_sphere();
         let centre_depth_km = placement.centre_km.dot(self.forward);
         let centre_depth = centre_depth_km / placement.radii_km.x;
         let radius_sq_minus_1 = (camera.length() - 1.0) * (camera.length() + 1.0);
         let plane = [origin * centre_depth + camera, du * centre_depth, dv * centre_depth];
-        let farthest = [plane[0], plane[0] + plane[1], plane[0] + plane[2], plane[0] + plane[1] + plane[2]]
+        let farthest_anchor = [plane[0], plane[0] + plane[1], plane[0] + plane[2], plane[0] + plane[1] + plane[2]]
             .iter()
             .map(|p| p.length())
             .fold(1.0, f64::max);
-        let plane_is_better = centre_depth > 0.0 && 3.0 * farthest < 2.0 * camera.length() * radius_sq_minus_1.max(0.0).sqrt();
+        let plane_is_better = centre_depth > 0.0 && 3.0 * farthest_anchor < 2.0 * camera.length() * radius_sq_minus_1.max(0.0).sqrt();
         let anchor_is_camera = match form {
             AnchorForm::Auto => !plane_is_better,
             AnchorForm::Camera => true,
@@ -303,7 +307,7 @@ impl Camera {
         // |ray|² (1 - q²), a quadratic form over the rectangle that is 0 at the silhouette. A ray's component along the line to the centre does not
         // contribute to its moment; it is removed first, because its rounding would.
         let centre = placement.centre_km.normalize_or_zero();
-        let moments = icrf.map(|ray| camera.cross(placement.direction_in_unit_sphere(ray - centre * ray.dot(centre))));
+        let moments = rays_in_icrf.map(|ray| camera.cross(placement.direction_in_unit_sphere(ray - centre * ray.dot(centre))));
         let rays = [origin, du, dv];
         let factor = |i: usize, k: usize| rays[i].dot(rays[k]) - moments[i].dot(moments[k]);
         let silhouette_form =

@@ -40,19 +40,20 @@ fn meets_frame(camera: &Camera, placement: &Placement) -> bool {
     }
     let ray = |x: f64, y: f64| placement.direction_in_unit_sphere(camera.ray(DVec2::new(x, y) * padded_edge));
     let corners = [ray(-1.0, -1.0), ray(1.0, -1.0), ray(1.0, 1.0), ray(-1.0, 1.0)];
-    let nearest = (0..4).map(|k| nearest_cosine(axis, corners[k], corners[(k + 1) % 4])).fold(-1.0, f64::max);
-    nearest >= ((distance - 1.0) * (distance + 1.0)).sqrt() / distance
+    let largest_cosine = (0..4).map(|k| largest_cosine_on_segment(axis, corners[k], corners[(k + 1) % 4])).fold(-1.0, f64::max);
+    // The right side is the cosine of the cone's half angle.
+    largest_cosine >= ((distance - 1.0) * (distance + 1.0)).sqrt() / distance
 }
 
 /// The largest cosine of the angle between a unit vector and any vector on the segment from `from` to `to`.
-fn nearest_cosine(axis: DVec3, from: DVec3, to: DVec3) -> f64 {
+fn largest_cosine_on_segment(axis: DVec3, from: DVec3, to: DVec3) -> f64 {
     let step = to - from;
     let (a, b) = (axis.dot(from), axis.dot(step));
     // Where the derivative of the cosine along the segment is zero.
     let stationary = (b * from.length_squared() - a * from.dot(step)) / (a * step.length_squared() - b * from.dot(step));
     let cosine = |t: f64| axis.dot((from + step * t).normalize());
-    let inside = if (0.0..=1.0).contains(&stationary) { cosine(stationary) } else { -1.0 };
-    inside.max(cosine(0.0)).max(cosine(1.0))
+    let at_stationary = if (0.0..=1.0).contains(&stationary) { cosine(stationary) } else { -1.0 };
+    at_stationary.max(cosine(0.0)).max(cosine(1.0))
 }
 
 impl Outline {
@@ -61,10 +62,10 @@ impl Outline {
         let depth_km = placement.centre_km.dot(camera.forward);
         let c = placement.camera_in_unit_sphere();
         let (r, u) = (placement.direction_in_unit_sphere(camera.right), placement.direction_in_unit_sphere(camera.up));
-        let (n1, n2) = (c.cross(r), c.cross(u));
-        // The negated upper-left 2x2 block of Q; it is positive definite exactly if the outline is an ellipse. A determinant up to 1e-12 times the square
-        // of the larger diagonal entry is rounding error and counts as 0.
-        let block = [n1.dot(n1) - r.dot(r), n1.dot(n2) - r.dot(u), n2.dot(n2) - u.dot(u)];
+        let (c_cross_r, c_cross_u) = (c.cross(r), c.cross(u));
+        // Entries 11, 12 and 22 of the negated upper-left 2x2 block of Q; the block is positive definite exactly if the outline is an ellipse. A determinant up
+        // to 1e-12 times the square of the larger diagonal entry is rounding error and counts as 0.
+        let block = [c_cross_r.dot(c_cross_r) - r.dot(r), c_cross_r.dot(c_cross_u) - r.dot(u), c_cross_u.dot(c_cross_u) - u.dot(u)];
         let determinant = block[0] * block[2] - block[1] * block[1];
         let scale = block[0].abs().max(block[2].abs());
         if block[0] <= 0.0 || block[2] <= 0.0 || determinant <= 1e-12 * scale * scale {
@@ -73,6 +74,7 @@ impl Outline {
         if depth_km <= 0.0 {
             return Self::Behind;
         }
+        // With p = (x, y), the form is -pᵀ block p + 2 linear · p + |c|². It is largest at the ellipse's centre.
         let inverse = DMat2::from_cols(DVec2::new(block[2], -block[1]), DVec2::new(-block[1], block[0])) * (1.0 / determinant);
         let linear = -DVec2::new(r.dot(c), u.dot(c));
         let centre = inverse * linear;
@@ -82,10 +84,10 @@ impl Outline {
         let Some(origin) = camera.clip(placement.centre_km) else { return Self::Behind };
         let middle = origin + centre * clip_per_radius;
         let half = DVec2::new((form_at_centre * inverse.x_axis.x).sqrt(), (form_at_centre * inverse.y_axis.y).sqrt()) * clip_per_radius;
-        let px = clip_per_radius * camera.half_size();
+        let px_per_radius = clip_per_radius * camera.half_size();
         Self::Ellipse {
             bounds: ClipRect { left: middle.x - half.x, top: middle.y + half.y, right: middle.x + half.x, bottom: middle.y - half.y },
-            area_px: std::f64::consts::PI * form_at_centre * inverse.determinant().sqrt() * px.x * px.y,
+            area_px: std::f64::consts::PI * form_at_centre * inverse.determinant().sqrt() * px_per_radius.x * px_per_radius.y,
         }
     }
 

@@ -9,13 +9,13 @@ use crate::scene::request::composition::Projection;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// The mapping of an image from directions to pixels, counted from the top left corner.
+/// The mapping of an image from directions to pixel coordinates, which are (0, 0) at the top left corner.
 pub(crate) trait ImageProjection {
     /// The pixel of a direction (ICRF, of any length); `None` if the image cannot show it.
     fn pixel_of(&self, direction: DVec3) -> Option<DVec2>;
     /// Width and height, pixels.
     fn size_px(&self) -> DVec2;
-    /// Radius of a disc in the image's middle, from its angular radius.
+    /// Radius in pixels that a disc of this angular radius has in the image's middle.
     fn disc_radius_px(&self, angular_radius_rad: f64) -> f64;
     /// Pixels per radian in the image's middle.
     fn px_per_radian_in_middle(&self) -> f64 {
@@ -39,7 +39,7 @@ impl ImageProjection for Camera {
     fn field_of_view_text(&self) -> Message {
         let deg = 2.0 * self.tan_half_fov.y.atan().to_degrees();
         let arcsec = 3600.0 * deg;
-        // An angle that rounds to 60 of a unit is given in the next one. An angle of less than an arcsecond has two significant digits.
+        // An angle that would round to 60 minutes or seconds is given in the next larger unit. An angle of less than an arcsecond has two significant digits.
         let angle = match deg {
             _ if deg >= 59.95 / 60.0 => format!("{deg:.1}°"),
             _ if arcsec >= 59.995 => format!("{:.1}'", 60.0 * deg),
@@ -57,8 +57,9 @@ pub struct SphereImage {
     pub up: DVec3,
     pub forward: DVec3,
     pub projection: Projection,
-    /// For a fisheye: half the angle across its circle, radians.
+    /// For a fisheye: half the angle across its circle, radians. Not used by an equirectangular image.
     pub half_fov_rad: f64,
+    /// Size of the image, pixels.
     pub width: u32,
     pub height: u32,
 }
@@ -130,12 +131,13 @@ impl SphereImage {
     /// Largest number of pixels per radian: for an equirectangular image at its equator, for a fisheye within 90 degrees of its axis. The true density is
     /// unbounded near the poles of an equirectangular image and near 180 degrees from the axis of a fisheye; both regions are ignored.
     pub(crate) fn pixels_per_radian(&self) -> f64 {
-        let densest = 1.0 / self.radians_per_pixel().min_element();
+        let density = 1.0 / self.radians_per_pixel().min_element();
         if !self.is_fisheye() {
-            return densest;
+            return density;
         }
+        // Across its radii, at an angle from its axis, a fisheye is denser than along them by angle / sin(angle).
         let angle = self.half_fov_rad.min(FRAC_PI_2);
-        densest * angle / angle.sin()
+        density * angle / angle.sin()
     }
 }
 
@@ -193,7 +195,7 @@ mod tests {
         }
     }
 
-    /// The text for a field of view never rounds to 60 of a unit or to zero.
+    /// The text for a field of view never rounds to 60 minutes, 60 seconds or zero.
     #[test]
     fn a_field_of_view_has_a_readable_text() {
         let texts = [

@@ -79,8 +79,8 @@ impl StateLookup<'_> {
         Ok((state.pos_km, state.vel_km_s))
     }
 
-    /// Barycentric position of a body when it emitted the light that now arrives at this distance, ICRF.
-    fn emitted_km(&self, id: NaifId, distance_km: f64) -> Result<DVec3, SceneError> {
+    /// Barycentric position, ICRF, of a body at the time when it emitted the light that now arrives at this distance from it.
+    fn position_at_emission_km(&self, id: NaifId, distance_km: f64) -> Result<DVec3, SceneError> {
         // If the ephemeris does not contain the requested time, the error must name that time, not the time less the light time.
         self.state(id)?;
         let emission_time = self.time.plus_seconds(-distance_km / SPEED_OF_LIGHT_KM_S);
@@ -131,9 +131,9 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
             reference_body = target.id;
             let fov = *fov_deg.get_or_insert(if distance_radii.is_some() { FOV_AT_DISTANCE_DEG } else { FOV_DEFAULT_DEG });
             let distance_km = distance_radii.unwrap_or_else(|| fitted_distance_radii(fov)) * target.radii_km.max_element();
-            let described = || distance_radii.map_or_else(|| format!("field of view {fov}"), |d| format!("distance {d:?} radii"));
-            check_distance(distance_km, described)?;
-            let centre = states.emitted_km(target.id, distance_km)?;
+            let distance_text = || distance_radii.map_or_else(|| format!("field of view {fov}"), |d| format!("distance {d:?} radii"));
+            check_distance(distance_km, distance_text)?;
+            let centre = states.position_at_emission_km(target.id, distance_km)?;
             let towards = towards.unwrap_or(if target.id == NaifId::EARTH { NaifId::SUN } else { NaifId::EARTH });
             if towards == target.id {
                 return Err(SceneError::Request(format!(
@@ -168,14 +168,14 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
             let offset = states.icrf_from(axes, body)? * offset_km;
             check_distance(offset.length(), || "camera".into())?;
             zenith = offset.try_normalize();
-            states.emitted_km(body, offset.length())? + offset
+            states.position_at_emission_km(body, offset.length())? + offset
         }
     };
     let forward = match request.look {
         Look::Along { direction, axes } => {
             let unit = direction_of_any_length(direction.to_array()).map(DVec3::normalize);
-            let unusable = || SceneError::Request("the direction to look in must be finite and not zero".into());
-            states.icrf_from(axes, reference_body)? * unit.ok_or_else(unusable)?
+            let unusable_direction = || SceneError::Request("the direction to look in must be finite and not zero".into());
+            states.icrf_from(axes, reference_body)? * unit.ok_or_else(unusable_direction)?
         }
         Look::Target => {
             let target = needs_target()?;

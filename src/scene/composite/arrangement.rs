@@ -37,7 +37,7 @@ pub struct Eyes {
     pub layout: StereoLayout,
     /// Distance between the two cameras.
     pub separation_km: f64,
-    /// For the left and the right eye: the first column of the eye's frame that the image shows, pixels.
+    /// For the left and the right eye: the first column of the eye's frame that the image shows.
     pub columns: [u32; 2],
 }
 
@@ -49,6 +49,6 @@ pub struct Faces {
     pub frame_of: [Option<usize>; 6],
     /// Width of a face, which spans 90 degrees, in pixels; its frame has an additional border on each side.
     pub face_px: u32,
-    /// The rectangle of each frame that the image shows: x0, y0, x1, y1 in pixels, the last two exclusive.
+    /// For each frame, the rectangle that the image shows: x0, y0, x1, y1 in pixels of the frame, the last two exclusive.
     pub visible_rects: Vec<[u32; 4]>,
 }

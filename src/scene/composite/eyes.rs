@@ -46,6 +46,7 @@ pub(super) fn frames(
     }
     let viewer = viewpoint::viewer(catalog, ephemeris, &request)?;
     let distance_km = target_distance_km(ephemeris, &request, &viewer)?;
+    // Width of a pixel at the target's distance.
     let pixel_km = distance_km * viewer.camera.pixel_tangent();
     let (separation_km, infinity_parallax_px) = match stereo.eye_separation_km {
         None if !stands_on_ground => {
@@ -58,11 +59,12 @@ pub(super) fn frames(
             (separation_km, (separation_km / pixel_km).round())
         }
     };
-    // Half of the width of each eye's image.
-    let max_px = f64::from(request.width / 2);
-    if infinity_parallax_px > max_px {
-        // The parallax is rounded, so almost half a pixel more is possible: the only separations that an image 1 pixel wide allows.
-        let max_separation_km = (max_px + 0.49) * pixel_km;
+    // At most half the width of each eye's image.
+    let max_parallax_px = f64::from(request.width / 2);
+    if infinity_parallax_px > max_parallax_px {
+        // The parallax is rounded, so almost half a pixel more than the maximum is possible. In an image 1 pixel wide the maximum is 0, and only this half
+        // pixel is left.
+        let max_separation_km = (max_parallax_px + 0.49) * pixel_km;
         let infinity_text =
             if infinity_parallax_px < 1e6 { format!("{infinity_parallax_px:.0}") } else { format!("{infinity_parallax_px:.1e}") };
         return Err(SceneError::Request(format!(
@@ -72,6 +74,7 @@ pub(super) fn frames(
     }
     // The cast is exact: `infinity_parallax_px` is a whole number of at most half of `MAX_IMAGE_PX`.
     let infinity_parallax_columns = infinity_parallax_px as u32;
+    // `side`: -1 for the left eye, 1 for the right eye.
     let eye = |side: f64| {
         let mut viewer = viewer.clone();
         let camera = &mut viewer.camera;
@@ -86,8 +89,8 @@ pub(super) fn frames(
     Ok(CompositeFrames { meter: FrameRequest { request, viewer }, frames, arrangement })
 }
 
-/// Distance from the camera to the target's centre, apparent unless the camera stands on the target, and clamped to 1 mm and 1e9 au, so
-/// that its quotients are finite.
+/// Distance from the camera to the target's centre: apparent, unless the camera stands on the target. It is clamped to the range from 1 mm to 1e9 au, so that
+/// values divided by it are finite.
 fn target_distance_km(ephemeris: &Ephemeris, request: &ViewRequest, viewer: &Viewer) -> Result<f64, SceneError> {
     let target = request.target.ok_or_else(|| SceneError::Request("stereo needs a target, at whose distance both images agree".into()))?;
     let apparent_km: DVec3 = match viewer.stands_on {

@@ -24,7 +24,7 @@ use crate::scene::request::{Composition, Projection};
 use glam::{DQuat, DVec2, DVec3};
 use std::f64::consts::FRAC_PI_4;
 
-/// Largest size of a face, in pixels, that is chosen to match a fisheye's pixels per radian across the radii; see the module's documentation.
+/// Largest size of a face, in pixels, that is chosen to match a fisheye's pixels per radian across its radii; see the module's documentation.
 const MAX_RIM_MATCHED_FACE_PX: u32 = 4096;
 /// Maximum size of a face, in pixels: with its border the frame is no larger than the largest image. It is even, as the sizes of all faces are.
 const MAX_FACE_PX: u32 = MAX_IMAGE_PX - 2 * BORDER_PX;
@@ -34,7 +34,7 @@ pub(crate) const BORDER_PX: u32 = 2;
 const MIN_FACE_PX: u32 = 16;
 
 /// Right, up and forward of each face in the image's axes. Order of the faces: front, right, back, left, up, down.
-pub(crate) const AXES: [[DVec3; 3]; 6] = [
+pub(crate) const FACE_AXES: [[DVec3; 3]; 6] = [
     [DVec3::X, DVec3::Y, DVec3::Z],
     [DVec3::NEG_Z, DVec3::Y, DVec3::X],
     [DVec3::NEG_X, DVec3::Y, DVec3::NEG_Z],
@@ -64,7 +64,7 @@ const GRID_CELLS: u32 = 32;
 /// Bounds (left, top, right, bottom) of the part of a face that a fisheye shows: the directions at most `half_fov_rad` from the image's axis, a cap of the
 /// sphere. They are fractions of the face's side from its top left corner; `None` if the face is outside the cap.
 fn visible_bounds(face: usize, half_fov_rad: f64) -> Option<[f64; 4]> {
-    let [right, up, forward] = AXES[face];
+    let [right, up, forward] = FACE_AXES[face];
     let step = 1.0 / f64::from(GRID_CELLS);
     // The boundary of the cap can lie between two grid points, which are at most 2 / GRID_CELLS radians apart: a face is 2 wide at the distance 1.
     let widened_half_fov_rad = half_fov_rad + 2.0 * step;
@@ -114,7 +114,7 @@ pub(super) fn frames(
         return Err(SceneError::Request(format!("field of view {fov_deg}: a fisheye shows 1 to 360 degrees")));
     }
     let viewer = viewpoint::viewer(catalog, ephemeris, &ViewRequest { fov_deg: None, ..without_composition.clone() })?;
-    let [right, up, forward] = axes(composition, &viewer);
+    let [right, up, forward] = image_axes(composition, &viewer);
     let (width, height) = (request.width, request.height);
     let half_fov_rad = fov_deg.to_radians() / 2.0;
     let image = SphereImage { right, up, forward, projection: composition.projection, half_fov_rad, width, height };
@@ -156,12 +156,13 @@ pub(super) fn frames(
     };
     let (mut frames, mut visible_rects, mut frame_of) = (Vec::new(), Vec::new(), [None; 6]);
     let border = f64::from(BORDER_PX);
-    for (face, axes) in AXES.into_iter().enumerate() {
+    for (face, axes) in FACE_AXES.into_iter().enumerate() {
         let bounds = match composition.projection {
             Projection::Fisheye => visible_bounds(face, half_fov_rad),
             _ => Some([0.0, 0.0, 1.0, 1.0]),
         };
         let Some([x0, y0, x1, y1]) = bounds else { continue };
+        // Converts positions on the face to pixels of its frame, shifted by the border; the rectangle is widened by the border on each side.
         let side_px = f64::from(face_px);
         let first_px = |fraction: f64| (fraction * side_px).floor().max(0.0) as u32;
         let end_px = |fraction: f64| ((fraction * side_px + 2.0 * border).ceil() as u32).min(frame_px);
@@ -173,15 +174,16 @@ pub(super) fn frames(
     }
     // The light meter sees the middle of the image, at most the front face. Because it is not a cube face, a Sun outside its frame has no glare.
     let meter_half_fov_rad = if composition.projection == Projection::Fisheye { half_fov_rad.min(FRAC_PI_4) } else { FRAC_PI_4 };
-    let meter_camera = Camera { is_cube_face: false, ..camera(AXES[0], meter_half_fov_rad.tan(), frame_px) };
+    let meter_camera = Camera { is_cube_face: false, ..camera(FACE_AXES[0], meter_half_fov_rad.tan(), frame_px) };
     let meter = FrameRequest { request: face_request, viewer: Viewer { camera: meter_camera, ..viewer } };
     Ok(CompositeFrames { meter, frames, arrangement: Arrangement::Faces(Faces { image, frame_of, face_px, visible_rects }) })
 }
 
 /// Right, up and forward axes of the image, ICRF. The middle of a fisheye is the line of sight or, if it is centred on the zenith, the view's up direction. An
 /// equirectangular image is level: its poles are the view's up and down directions, and the target is in its middle column.
-fn axes(composition: &Composition, viewer: &Viewer) -> [DVec3; 3] {
+fn image_axes(composition: &Composition, viewer: &Viewer) -> [DVec3; 3] {
     let camera = &viewer.camera;
+    // An up direction along the line of sight is replaced by the camera's own.
     let up_hint = viewer.up_hint.try_normalize().filter(|up| up.cross(camera.forward).length() > 1e-9).unwrap_or(camera.up);
     let horizontal = (camera.forward - up_hint * camera.forward.dot(up_hint)).normalize();
     let [up, forward] = match (composition.projection, composition.zenith_centred) {
@@ -204,14 +206,14 @@ mod tests {
     /// horizontally and vertically.
     #[test]
     fn the_faces_cover_the_sphere() {
-        for [right, up, forward] in AXES {
+        for [right, up, forward] in FACE_AXES {
             assert_eq!(right.cross(up), forward);
         }
         for k in 0..10_000 {
             let (z, azimuth) = (1.0 - 2.0 * (f64::from(k) + 0.5) / 1e4, f64::from(k) * GOLDEN_ANGLE_RAD);
             let across = (1.0 - z * z).sqrt();
             let direction = DVec3::new(across * azimuth.cos(), across * azimuth.sin(), z);
-            let [right, up, forward] = AXES[face_of(direction)];
+            let [right, up, forward] = FACE_AXES[face_of(direction)];
             let depth = direction.dot(forward);
             assert!(depth > 0.0 && direction.dot(right).abs() <= depth && direction.dot(up).abs() <= depth, "{direction}");
         }
@@ -254,7 +256,7 @@ mod tests {
                 let (angle, azimuth) = (half * (f64::from(k % 200) + 0.5) / 200.0, f64::from(k) * 0.314_159);
                 let direction = DVec3::new(angle.sin() * azimuth.cos(), angle.sin() * azimuth.sin(), angle.cos());
                 let face = face_of(direction);
-                let [right, up, forward] = AXES[face];
+                let [right, up, forward] = FACE_AXES[face];
                 let (s, t) = (direction.dot(right) / direction.dot(forward), direction.dot(up) / direction.dot(forward));
                 let [x0, y0, x1, y1] = bounds[face].expect("a visible face");
                 let (x, y) = (0.5 + 0.5 * s, 0.5 - 0.5 * t);

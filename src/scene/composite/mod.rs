@@ -78,13 +78,13 @@ impl Composite {
             let camera = &mut whole.camera;
             (camera.right, camera.up, camera.forward) = (image.right, image.up, image.forward);
             (camera.width, camera.height) = (image.width, image.height);
-            // The faces draw these themselves, except the texts of lines, which are placed for a single face, and the outline, which such images lack.
+            // The faces draw the following themselves. Images made of faces have no texts of lines, which are placed for a single face, and no outline.
             (whole.draws, whole.ground_lines, whole.lines_in_space, whole.limbs) = Default::default();
             (whole.corona, whole.glare, whole.outlined) = (None, None, None);
             (whole.sky_images, whole.sky_lines, whole.orbits) = Default::default();
             (whole.minor_planets, whole.comets, whole.line_texts) = (None, Comets::default(), None);
             whole.background = None;
-            // Stars and points are moved from the faces to the entire image, except those near the poles of an equirectangular image.
+            // Stars and points are moved from the faces to the entire image. Near the poles of an equirectangular image they stay in the faces.
             (whole.stars, whole.points) = Default::default();
             for (face, frame) in frame_of.iter().enumerate() {
                 let Some(scene) = frame.and_then(|k| scenes.get_mut(k)) else { continue };
@@ -106,8 +106,8 @@ impl Composite {
             whole.labels = LabelLayer::of(image, request, catalog, &whole.bodies, meter.body_velocity_km_s);
         }
         if let Arrangement::Eyes(Eyes { columns, layout, .. }) = &arrangement {
-            let side_by_side = *layout == StereoLayout::SideBySide;
-            whole.geometry = ImageGeometry::Stereo(StereoGeometry { left_column: columns[0], width: meter.camera.width, side_by_side });
+            let is_side_by_side = *layout == StereoLayout::SideBySide;
+            whole.geometry = ImageGeometry::Stereo(StereoGeometry { left_column: columns[0], width: meter.camera.width, is_side_by_side });
             // Texts in the margin have the same position in both images, hence zero parallax.
             let metrics = LabelMetrics::of_size(LabelLayer::empty(request).size_px);
             for (scene, column) in scenes.iter_mut().zip(columns) {

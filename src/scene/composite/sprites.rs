@@ -1,11 +1,10 @@
 //! Stars and points of the faces as sprites of the entire image.
 //!
 //! In: the sprites of a face's frame. Out: sprites in the clip space of the image, with the same irradiance. A sprite's flux is inversely proportional to
-//! the solid angle of a pixel, which differs between face and image. Each sprite comes from the face that contains its direction; on an edge, from
-//! the first of its faces. Always:
-//! a sprite has as many pixels in height as in a perspective image. In an equirectangular image it is stretched horizontally as the image is, so that it
-//! spans the same angle in both directions. Sprites that cross the left or right edge of such an image are repeated at the opposite edge. Near its poles, where
-//! a sprite may surround the pole, the face draws the sprite itself, and the image is resampled from it.
+//! the solid angle of a pixel, which differs between face and image. Each sprite comes from the face that contains its direction; on the edge of two faces,
+//! from the first. Always: a sprite has as many pixels in height as in a perspective image. In an equirectangular image it is stretched horizontally as the
+//! image is, so that it spans the same angle in both directions. Sprites that cross the left or right edge of such an image are repeated at the opposite
+//! edge. Near its poles, where a sprite may surround the pole, the face draws the sprite itself, and the image is resampled from the face.
 
 use super::faces::face_of;
 use crate::scene::camera::sphere::SphereImage;
@@ -48,7 +47,7 @@ enum Drawn {
 }
 
 /// The sprites of a face, divided into those that the face draws itself and those of the image.
-pub(crate) struct Divided<T> {
+pub(crate) struct DividedSprites<T> {
     pub in_face: Vec<T>,
     pub in_image: Vec<T>,
 }
@@ -67,6 +66,7 @@ fn project(image: &SphereImage, camera: &Camera, centre: Vec3, flux: Vec3, white
     let size = DVec2::new(f64::from(image.width), f64::from(image.height));
     let clip_of = |px: DVec2| DVec2::new(2.0 * px.x / size.x - 1.0, 1.0 - 2.0 * px.y / size.y);
     let max_px = MAX_RADIUS_FRACTION * size.y.min(size.x);
+    // Brightness of the sprite's central pixel relative to white.
     let peak = flux.max_element() / stretch.max(1.0) * point_peak() / white;
     let radius_px = point_radius_px(peak).min(max_px.max(ALWAYS_ALLOWED_RADIUS_PX));
     let wraps = image.projection == Projection::Equirectangular;
@@ -80,6 +80,7 @@ fn project(image: &SphereImage, camera: &Camera, centre: Vec3, flux: Vec3, white
     if wraps && direction.x.hypot(direction.z) < POLAR_COS_LATITUDE {
         // The geometric mean of the angles that a pixel of the face covers along the radius and across it.
         let radians_per_face_px = camera.pixel_tangent() * cos_off_axis.powf(1.5);
+        // Distance from the sprite's centre to the edge of the face's frame, beyond which the sprite would be cut off.
         let to_edge_px = (1.0 - f64::from(centre.x.abs().max(centre.y.abs()))) * camera.half_size().min_element();
         let in_face_px = (radius_px * image.radians_per_pixel().y / radians_per_face_px).min(to_edge_px).max(POINT_RADIUS_PX);
         return Drawn::InFace { radius_px: narrow_scalar(in_face_px), for_picking: sprite_at(pixel, 0.0, 1.0) };
@@ -97,25 +98,26 @@ fn project(image: &SphereImage, camera: &Camera, centre: Vec3, flux: Vec3, white
     Drawn::InImage(sprites)
 }
 
-/// Divides the stars of a face. Stars that the face draws are in the image's list, too, with radius 0, so that they can be picked. `earlier`: the stars of the
-/// faces before this one; of a star on the edge of two faces, the rounded clip position may be in the other face, for both of them, so that the first one takes
-/// it. `white`: the radiance that is shown as white.
+/// Divides the stars of a face. Stars that the face draws are in the image's list, too, with radius 0, so that they can be picked. `earlier_stars`: the stars
+/// of the faces before this one. Because of rounding, the clip position of a star on the edge of two faces may be outside each of the faces. Therefore the
+/// first face takes such a star, and the second skips it. `white`: the radiance that is shown as white.
 pub(crate) fn stars(
     image: &SphereImage,
     face: usize,
     camera: &Camera,
-    of_face: &[StarSprite],
-    earlier: &[StarSprite],
+    face_stars: &[StarSprite],
+    earlier_stars: &[StarSprite],
     white: f64,
-) -> Divided<StarSprite> {
-    let mut divided = Divided { in_face: Vec::new(), in_image: Vec::new() };
-    for s in of_face {
-        // A face's frame may be wider than the face.
-        let from_edge = (1.0 - (s.centre.truncate().abs().as_dvec2() * camera.tan_half_fov).max_element()).abs();
-        if s.star.is_some() && from_edge < 10.0 * EDGE_WIDTH && earlier.iter().any(|e| e.star == s.star) {
+) -> DividedSprites<StarSprite> {
+    let mut divided = DividedSprites { in_face: Vec::new(), in_image: Vec::new() };
+    for s in face_stars {
+        // Distance from the edge of the face in half sides of the face; the frame may be wider than the face.
+        let edge_distance = (1.0 - (s.centre.truncate().abs().as_dvec2() * camera.tan_half_fov).max_element()).abs();
+        // The tolerance is wider than that of `is_on_edge`, so that every star which an earlier face took as on its edge is recognised.
+        if s.star.is_some() && edge_distance < 10.0 * EDGE_WIDTH && earlier_stars.iter().any(|e| e.star == s.star) {
             continue;
         }
-        let is_on_edge = s.star.is_some() && from_edge < EDGE_WIDTH;
+        let is_on_edge = s.star.is_some() && edge_distance < EDGE_WIDTH;
         let in_image =
             |ProjectedSprite { centre, radius_px, stretch, flux, .. }| StarSprite { centre, radius_px, stretch, flux, star: s.star };
         match project(image, camera, s.centre, s.flux, white, |direction| is_on_edge || face_of(direction) == face) {
@@ -129,18 +131,18 @@ pub(crate) fn stars(
     divided
 }
 
-/// Divides the points of a face. The face of a point follows from its body's position in f64: of a point on the edge of two faces, the rounded clip position
-/// may be in the other face, for both of them.
+/// Divides the points of a face. The face of a point follows from its body's position in f64, because the rounded clip position of a point on the edge of two
+/// faces may be outside each of them.
 pub(crate) fn points(
     image: &SphereImage,
     face: usize,
     camera: &Camera,
-    of_face: &[Point],
+    face_points: &[Point],
     bodies: &[BodyInView],
     white: f64,
-) -> Divided<Point> {
-    let mut divided = Divided { in_face: Vec::new(), in_image: Vec::new() };
-    for p in of_face {
+) -> DividedSprites<Point> {
+    let mut divided = DividedSprites { in_face: Vec::new(), in_image: Vec::new() };
+    for p in face_points {
         let centre_km = bodies.iter().find(|b| b.id == p.body).map(|b| image.in_axes(b.placement.centre_km));
         match project(image, camera, p.centre, p.flux, white, |direction| face_of(centre_km.unwrap_or(direction)) == face) {
             Drawn::InImage(sprites) => divided.in_image.extend(sprites.into_iter().map(|s| Point {

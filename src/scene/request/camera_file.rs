@@ -107,7 +107,7 @@ up        "north" (of what is looked at), "zenith", "celestial", "ecliptic", or
 fov_deg   vertical field of view, degrees"#;
 
 /// A vector along `values` that can be normalised: the vector itself, or a shorter or longer one if the squares of its components overflow or vanish. `None` if
-/// it is zero or not finite.
+/// `values` are all zero or one of them is not finite.
 pub(crate) fn direction_of_any_length(values: [f64; 3]) -> Option<DVec3> {
     let given = DVec3::from_array(values);
     let scaled = if given.length_squared().is_normal() { given } else { given / given.abs().max_element() };

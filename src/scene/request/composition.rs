@@ -96,7 +96,7 @@ pub struct Composition {
     pub tilt_deg: f64,
     /// The stereo pair, if the image is drawn for two eyes.
     pub stereo: Option<Stereo>,
-    /// The finished image is drawn onto this mesh.
+    /// The mesh onto which the finished image is drawn, if any.
     pub warp: Option<Arc<WarpMesh>>,
 }
 
@@ -109,11 +109,11 @@ impl Composition {
     /// Rejects invalid combinations.
     pub(crate) fn check(&self) -> Result<(), SceneError> {
         let invalid = |what: &str| Err(SceneError::Request(what.into()));
-        let perspective = self.projection == Projection::Perspective;
-        if self.stereo.is_some() && !(perspective && self.warp.is_none()) {
+        let is_perspective = self.projection == Projection::Perspective;
+        if self.stereo.is_some() && !(is_perspective && self.warp.is_none()) {
             return invalid("stereo requires the perspective projection and no warp mesh");
         }
-        if perspective && self.tilt_deg != 0.0 {
+        if is_perspective && self.tilt_deg != 0.0 {
             return invalid("a dome's tilt requires --projection fisheye or equirectangular");
         }
         // The poles of an equirectangular image are the zenith and the nadir already.
@@ -139,8 +139,8 @@ impl Composition {
             text.push_str(&format!(", tilted by {} deg", self.tilt_deg));
         }
         if let Some(Stereo { layout, eye_separation_km }) = self.stereo {
-            let apart = eye_separation_km.map_or_else(|| "eyes as usual".into(), |km| format!("eyes {km} km apart"));
-            text.push_str(&format!(", {}, {apart}", layout.name()));
+            let separation_text = eye_separation_km.map_or_else(|| "eyes as usual".into(), |km| format!("eyes {km} km apart"));
+            text.push_str(&format!(", {}, {separation_text}", layout.name()));
         }
         if let Some(mesh) = &self.warp {
             text.push_str(&format!(", warped by {}", mesh.digest()));

@@ -219,7 +219,7 @@ impl EffectOverrides {
         self.for_catalog_body(body).as_ref().unwrap_or(self).override_of(effect)
     }
 
-    /// All overrides that apply to a body with these names: overrides under later names take precedence.
+    /// All overrides that apply to a body with these names: overrides under later names take precedence. `None` if there are none under any of the names.
     fn under_names<'n>(&self, names: impl Iterator<Item = &'n str>) -> Option<Self> {
         if self.per_body.is_empty() {
             return None;
@@ -231,7 +231,8 @@ impl EffectOverrides {
         Some(all)
     }
 
-    /// Applies overrides for one body. A model chosen for the body cancels a `-` for all bodies, as in [`Self::choose_model`].
+    /// Adds the overrides for one body (`own`), which replace those for all bodies. A model chosen for the body cancels a `-` for all bodies, as in
+    /// [`Self::choose_model`].
     fn apply(&mut self, own: &Self) {
         for effect in Effect::ALL {
             if let Some(on) = own.override_of(effect) {
@@ -250,7 +251,7 @@ impl EffectOverrides {
         self.per_body.entry(normalized_name(name)).or_default()
     }
 
-    /// Removes bodies without overrides of their own.
+    /// Removes the entries of bodies that have no overrides left.
     pub fn prune(&mut self) {
         self.per_body.retain(|_, own| *own != Self::default());
     }
@@ -260,7 +261,7 @@ impl EffectOverrides {
         self.per_body.keys().map(String::as_str)
     }
 
-    /// Removes the override, so that the effect's threshold decides.
+    /// Removes an effect's override and its chosen model, so that the threshold decides.
     pub fn clear_override(&mut self, effect: Effect) {
         self.on.remove(&effect);
         self.off.remove(&effect);
@@ -277,16 +278,16 @@ impl EffectOverrides {
 
     /// The text that [`Self::parse`] reads back.
     pub fn to_text(&self) -> String {
-        let switched = |e: &Effect| {
-            let model = self.model_name(*e).map(|model| format!("+{}={model}", e.name()));
-            let on = self.override_of(*e).map(|on| format!("{}{}", if on { '+' } else { '-' }, e.name()));
-            on.into_iter().chain(model)
+        let effect_texts = |e: &Effect| {
+            let model_text = self.model_name(*e).map(|model| format!("+{}={model}", e.name()));
+            let switch_text = self.override_of(*e).map(|on| format!("{}{}", if on { '+' } else { '-' }, e.name()));
+            switch_text.into_iter().chain(model_text)
         };
-        let of_bodies = self.per_body.iter().flat_map(|(body, own)| {
+        let body_texts = self.per_body.iter().flat_map(|(body, own)| {
             let text = own.to_text();
             text.split(',').filter(|p| !p.is_empty()).map(|p| format!("{body}:{p}")).collect::<Vec<_>>()
         });
-        Effect::ALL.iter().flat_map(switched).chain(of_bodies).collect::<Vec<_>>().join(",")
+        Effect::ALL.iter().flat_map(effect_texts).chain(body_texts).collect::<Vec<_>>().join(",")
     }
 
     /// Chooses one of [`Effect::models`] by its name.

@@ -26,7 +26,9 @@ pub struct WarpNode {
 #[derive(Clone, Debug, PartialEq)]
 pub struct WarpMesh {
     columns: usize,
+    /// Row by row.
     nodes: Vec<WarpNode>,
+    /// Indices into `nodes`, three per triangle.
     triangles: Vec<u32>,
 }
 
@@ -55,15 +57,15 @@ impl WarpMesh {
     pub fn parse(file: &str, text: &str) -> Result<Self, WarpError> {
         let error_at = |line: usize, what: String| WarpError { file: file.to_owned(), line, what };
         let mut lines = text.lines().enumerate().map(|(k, l)| (k + 1, l.trim())).filter(|(_, l)| !l.is_empty());
-        let last = text.lines().count().max(1);
+        let last_line = text.lines().count().max(1);
         let (line, kind) =
-            lines.next().ok_or_else(|| error_at(last, "empty; the first line is the type, 2 rectangular or 1 polar".into()))?;
-        let polar = match kind {
+            lines.next().ok_or_else(|| error_at(last_line, "empty; the first line is the type, 2 rectangular or 1 polar".into()))?;
+        let is_polar = match kind {
             "1" => true,
             "2" => false,
             _ => return Err(error_at(line, "the first line is the mesh's type, 2 rectangular or 1 polar".into())),
         };
-        let (line, size) = lines.next().ok_or_else(|| error_at(last, "the second line is missing: columns and rows".into()))?;
+        let (line, size) = lines.next().ok_or_else(|| error_at(last_line, "the second line is missing: columns and rows".into()))?;
         let size: Vec<Option<usize>> = size.split_whitespace().map(|word| word.parse().ok()).collect();
         let &[Some(columns), Some(rows)] = &size[..] else {
             return Err(error_at(line, "write the numbers of columns and rows, as 40 30".into()));
@@ -83,11 +85,11 @@ impl WarpMesh {
         if nodes.len() < columns * rows {
             let (rows_read, rest) = (nodes.len() / columns, nodes.len() % columns);
             let what = format!("ends after {rows_read} rows and {rest} nodes; {rows} rows of {columns} nodes were announced");
-            return Err(error_at(last, what));
+            return Err(error_at(last_line, what));
         }
         let mut triangles = Vec::new();
         let mut is_counter_clockwise: Option<bool> = None;
-        let cell_columns = if polar { columns } else { columns - 1 };
+        let cell_columns = if is_polar { columns } else { columns - 1 };
         for (row, column) in (0..rows - 1).flat_map(|r| (0..cell_columns).map(move |c| (r, c))) {
             let next = (column + 1) % columns;
             let cell = [row * columns + column, row * columns + next, (row + 1) * columns + next, (row + 1) * columns + column];
@@ -98,21 +100,21 @@ impl WarpMesh {
             // At all corners of a convex cell the outline turns to the same side. In the middle of a polar mesh a whole row of nodes is at one point, so
             // the cells there are triangles, and some of the corner areas are 0.
             let corner_areas = [twice_area(a, b, c), twice_area(b, c, d), twice_area(c, d, a), twice_area(d, a, b)];
-            let (left, right) = (corner_areas.iter().any(|t| *t > 0.0), corner_areas.iter().any(|t| *t < 0.0));
-            let folded = left == right || is_counter_clockwise.is_some_and(|c| c != left);
-            if folded {
+            let (turns_left, turns_right) = (corner_areas.iter().any(|t| *t > 0.0), corner_areas.iter().any(|t| *t < 0.0));
+            let is_folded = turns_left == turns_right || is_counter_clockwise.is_some_and(|c| c != turns_left);
+            if is_folded {
                 let (row, column) = (row + 1, column + 1);
                 let what = format!(
                     "the mesh folds: the cell of row {row}, column {column} overlaps a neighbour or has no area; correct its x and y"
                 );
                 return Err(error_at(line_of_node[cell[0]], what));
             }
-            is_counter_clockwise = Some(left);
+            is_counter_clockwise = Some(turns_left);
             let [a, b, c, d] = cell.map(|k| k as u32);
-            triangles.extend(if left { [a, b, c, a, c, d] } else { [a, c, b, a, d, c] });
+            triangles.extend(if turns_left { [a, b, c, a, c, d] } else { [a, c, b, a, d, c] });
         }
         if triangles.is_empty() {
-            return Err(error_at(last, "nothing is drawn: every cell has a node of brightness below 0".into()));
+            return Err(error_at(last_line, "nothing is drawn: every cell has a node of brightness below 0".into()));
         }
         Ok(Self { columns, nodes, triangles })
     }
@@ -122,7 +124,7 @@ impl WarpMesh {
         &self.nodes
     }
 
-    /// Indices of the nodes of triangles, counter-clockwise on the screen.
+    /// Indices of nodes, three per triangle, counter-clockwise on the screen.
     pub fn triangles(&self) -> &[u32] {
         &self.triangles
     }
@@ -159,23 +161,24 @@ impl WarpMesh {
         self.map_point(image, |n| n.image, |n| n.screen)
     }
 
-    /// Finds the first triangle that contains a point in the space `from`, and maps the point by its barycentric coordinates to the space `to`.
-    fn map_point(&self, at: DVec2, from: fn(&WarpNode) -> DVec2, to: fn(&WarpNode) -> DVec2) -> Option<DVec2> {
+    /// Finds the first triangle that contains a point in the source space, and maps the point by its barycentric coordinates to the target space. `in_source`,
+    /// `in_target`: a node's position in these spaces, of which one is the screen and the other the image.
+    fn map_point(&self, point: DVec2, in_source: fn(&WarpNode) -> DVec2, in_target: fn(&WarpNode) -> DVec2) -> Option<DVec2> {
         self.triangles.chunks_exact(3).find_map(|corners| {
             let nodes = [corners[0], corners[1], corners[2]].map(|k| self.nodes[k as usize]);
-            let [a, b, c] = [0, 1, 2].map(|k| from(&nodes[k]));
+            let [a, b, c] = [0, 1, 2].map(|k| in_source(&nodes[k]));
             let area = twice_area(a, b, c);
-            let weights = [twice_area(at, b, c), twice_area(a, at, c), twice_area(a, b, at)].map(|w| w / area);
+            let weights = [twice_area(point, b, c), twice_area(a, point, c), twice_area(a, b, point)].map(|w| w / area);
             // With this tolerance a point on an edge is in at least one of both triangles despite rounding. A triangle without area has infinite
             // weights.
             let is_inside = weights.iter().all(|w| *w >= -1e-9 && w.is_finite());
-            is_inside.then(|| weights.iter().zip(&nodes).map(|(w, n)| to(n) * *w).sum())
+            is_inside.then(|| weights.iter().zip(&nodes).map(|(w, n)| in_target(n) * *w).sum())
         })
     }
 
     /// Magnitude of the derivative of the image position with respect to screen x or y, whichever is smaller, in image heights per screen unit: the
     /// tenth percentile over the nodes at which it is above 0, and at least 0.001. `aspect`: the image's width divided by its height. If there is no
-    /// such node, the result is 0.5, the value of an undistorted mesh.
+    /// such node, the result is 0.5, the value of an undistorted mesh, because the screen is 2 units high.
     pub fn tenth_percentile_derivative(&self, aspect: f64) -> f64 {
         let smaller =
             |derivatives: [DVec2; 2]| derivatives.map(|v| (v * DVec2::new(aspect, 1.0)).length()).into_iter().fold(f64::MAX, f64::min);

@@ -26,8 +26,8 @@ use std::f64::consts::TAU;
 pub struct SkyBackground {
     /// `None`: no panorama.
     pub map_file: Option<String>,
-    /// View ray of depth 1 through the middle of the image, and its change to the right and to the upper edge. All directions here are in the axes of
-    /// the panorama's frame.
+    /// View ray of depth 1 through the middle of the image, and its change from there to the right edge and to the upper edge. All directions of this struct
+    /// are in the axes of the panorama's frame.
     pub middle: Vec3,
     pub right: Vec3,
     pub up: Vec3,
@@ -37,6 +37,7 @@ pub struct SkyBackground {
     pub map_level: f32,
     /// `zodiacal::unit_radiance`, with the user's boost; 0 if zodiacal light is not drawn.
     pub zodiacal_radiance: f32,
+    /// Unit vectors towards the Sun and the ecliptic's north pole.
     pub to_sun: Vec3,
     pub ecliptic_pole: Vec3,
     /// `zodiacal::LAW`.
@@ -54,13 +55,14 @@ const GRID_RAYS: u32 = 17;
 
 /// The brightest zodiacal light in the frame, radiance.
 fn brightest_zodiacal(camera: &Camera, to_sun: DVec3, unit_radiance: f64) -> f64 {
-    let inner = zodiacal::CORONA_BLEND_DEG.0.to_radians().cos();
+    // Closer to the Sun the corona replaces the zodiacal light.
+    let max_cosine = zodiacal::CORONA_BLEND_DEG.0.to_radians().cos();
     let clip = |k: u32| 2.0 * f64::from(k) / f64::from(GRID_RAYS - 1) - 1.0;
-    let at = |k: u32| {
+    let brightness_at = |k: u32| {
         let ray = camera.ray(DVec2::new(clip(k % GRID_RAYS), clip(k / GRID_RAYS))).normalize();
-        zodiacal::law(ray.dot(to_sun).min(inner), ray.dot(ecliptic_pole()))
+        zodiacal::law(ray.dot(to_sun).min(max_cosine), ray.dot(ecliptic_pole()))
     };
-    (0..GRID_RAYS * GRID_RAYS).map(at).fold(0.0, f64::max) * unit_radiance
+    (0..GRID_RAYS * GRID_RAYS).map(brightness_at).fold(0.0, f64::max) * unit_radiance
 }
 
 /// The background of a frame with the decisions about its parts; none in pixel views other than the final image.

@@ -96,7 +96,8 @@ pub fn ion_direction(state: &ConicState) -> DVec3 {
     (state.position.normalize() * wind - state.velocity).normalize()
 }
 
-/// Heliocentric position, au, at the time `days` past J2000, of a grain that was released `age_days` before.
+/// Heliocentric position, au, at the time `days` past J2000, of a grain that the comet released `age_days` before. `beta`: ratio of radiation pressure to
+/// gravity.
 pub fn grain(orbit: &HeliocentricOrbit, days: f64, age_days: f64, beta: f64) -> DVec3 {
     let released = heliocentric_state(orbit, days - age_days);
     // Without net gravity the grain moves in a straight line.
@@ -104,7 +105,7 @@ pub fn grain(orbit: &HeliocentricOrbit, days: f64, age_days: f64, beta: f64) -> 
     if gm > 0.0 { released.after(gm, age_days).position } else { released.position + released.velocity * age_days }
 }
 
-/// Total magnitude of a comet at the given distances from the viewer and from the Sun, au.
+/// Total magnitude of a comet at the given distances from the viewer and from the Sun, au; `None` for a body with another brightness law.
 pub fn total_magnitude(law: BrightnessLaw, distance_au: f64, from_sun_au: f64) -> Option<f64> {
     match law {
         BrightnessLaw::Comet { m1, k1 } => Some(m1 + 5.0 * distance_au.log10() + k1 * from_sun_au.log10()),
@@ -140,7 +141,7 @@ struct ProjectedPoint {
     /// Reversed depth.
     depth: f64,
     /// Flux per irradiance: pi divided by the pixel's solid angle.
-    gain: f64,
+    flux_per_irradiance: f64,
     /// Pixels per au across the line of sight.
     px_per_au: f64,
 }
@@ -157,11 +158,12 @@ impl CometProjection<'_> {
         (depth_au > NEAR_AU).then(|| ProjectedPoint {
             px,
             depth: NEAR_AU / depth_au,
-            gain: PI / pixel_sr(self.camera, direction),
+            flux_per_irradiance: PI / pixel_sr(self.camera, direction),
             px_per_au: 1.0 / (depth_au * self.camera.pixel_tangent()),
         })
     }
 
+    /// Clip x and y, reversed depth.
     fn clip(&self, point: &ProjectedPoint) -> Vec3 {
         narrow((point.px / self.camera.half_size()).extend(point.depth))
     }
@@ -169,8 +171,8 @@ impl CometProjection<'_> {
     /// Whether a segment, including its width, is outside the frame.
     fn is_outside(&self, a: &ProjectedPoint, b: &ProjectedPoint, half_px: f64) -> bool {
         let limit_px = self.camera.half_size() + DVec2::splat(half_px);
-        let beyond = |v: DVec2| v.cmpgt(limit_px);
-        (beyond(a.px) & beyond(b.px)).any() || (beyond(-a.px) & beyond(-b.px)).any()
+        let is_beyond = |v: DVec2| v.cmpgt(limit_px);
+        (is_beyond(a.px) & is_beyond(b.px)).any() || (is_beyond(-a.px) & is_beyond(-b.px)).any()
     }
 
     /// Adds a ribbon through stations. For each station: `irradiance` is that of the segment that starts there (the last station has none), `half_px` is the
@@ -183,19 +185,20 @@ impl CometProjection<'_> {
         colour: DVec3,
         segments: &mut Vec<TailSegment>,
     ) {
-        let length = |k: usize| match (stations.get(k).copied().flatten(), stations.get(k + 1).copied().flatten()) {
+        let segment_length_px = |k: usize| match (stations.get(k).copied().flatten(), stations.get(k + 1).copied().flatten()) {
             (Some(a), Some(b)) => a.px.distance(b.px),
             _ => 0.0,
         };
         let tangent = |k: usize| {
-            let [before, after] = [k.saturating_sub(1), (k + 1).min(stations.len() - 1)].map(|j| stations[j].or(stations[k]));
-            before.zip(after).and_then(|(a, b)| (b.px - a.px).try_normalize()).unwrap_or(DVec2::X)
+            let [previous, next] = [k.saturating_sub(1), (k + 1).min(stations.len() - 1)].map(|j| stations[j].or(stations[k]));
+            previous.zip(next).and_then(|(a, b)| (b.px - a.px).try_normalize()).unwrap_or(DVec2::X)
         };
         let radiance = |k: usize, s: &ProjectedPoint| {
-            let around = [k.checked_sub(1), Some(k)].into_iter().flatten().filter(|j| *j + 1 < stations.len());
-            let (light, length_px) = around.fold((0.0, 0.0), |(light, px), j| (light + irradiance[j], px + length(j)));
+            // The segments that end and start at the station.
+            let adjacent = [k.checked_sub(1), Some(k)].into_iter().flatten().filter(|j| *j + 1 < stations.len());
+            let (total_irradiance, length_px) = adjacent.fold((0.0, 0.0), |(sum, px), j| (sum + irradiance[j], px + segment_length_px(j)));
             // The lower limit on the length prevents a ribbon seen end-on from becoming a bright needle.
-            narrow_scalar(light * s.gain / (length_px.max(half_px[k]) * half_px[k] * RIBBON_PROFILE_INTEGRAL))
+            narrow_scalar(total_irradiance * s.flux_per_irradiance / (length_px.max(half_px[k]) * half_px[k] * RIBBON_PROFILE_INTEGRAL))
         };
         for k in 0..stations.len() - 1 {
             let (Some(a), Some(b)) = (stations[k], stations[k + 1]) else { continue };
@@ -213,8 +216,9 @@ impl CometProjection<'_> {
         }
     }
 
-    /// Adds the dust tail, of total irradiance `light`: patches between grains of neighbouring beta and age. The patches between two syndynes form a strip.
-    fn dust(&self, orbit: &HeliocentricOrbit, days: f64, light: f64, segments: &mut Vec<TailSegment>) {
+    /// Adds the dust tail: patches between grains of neighbouring beta and age. The patches between two syndynes form a strip. `days`: time past J2000;
+    /// `irradiance`: that of the entire tail.
+    fn dust(&self, orbit: &HeliocentricOrbit, days: f64, irradiance: f64, segments: &mut Vec<TailSegment>) {
         // Ages are more densely spaced for recently released grains.
         let age = |k: usize| MAX_AGE_DAYS * (k as f64 / (STATIONS - 1) as f64).powi(2);
         // The values of beta are evenly spaced in the logarithm; the light per value falls to zero at both ends of the range.
@@ -234,28 +238,29 @@ impl CometProjection<'_> {
         let beta_weight: Vec<f64> =
             (0..SYNDYNES - 1).map(|line| (PI * 0.5 * (log_beta_fraction(line) + log_beta_fraction(line + 1))).sin().powi(2)).collect();
         let total = production.iter().sum::<f64>() * beta_weight.iter().sum::<f64>();
-        // A cross-section of the strip between two syndynes: its centre, and the vector in pixels from there to the strip's edge. The speed of release widens
-        // the strip.
+        // A cross-section of the strip between two syndynes: its centre, and the vector in pixels from there to the strip's edge.
         let section = |line: usize, k: usize| -> Option<(ProjectedPoint, DVec2)> {
             let (a, b) = (projected[line][k]?, projected[line + 1][k]?);
-            let [before, after] = [k.saturating_sub(1), (k + 1).min(STATIONS - 1)].map(|j| projected[line][j].unwrap_or(a));
-            let spread = (0.5 * COMA_AU + GRAIN_SPEED_AU_PER_DAY * age(k)) * a.px_per_au;
+            let [previous, next] = [k.saturating_sub(1), (k + 1).min(STATIONS - 1)].map(|j| projected[line][j].unwrap_or(a));
+            // The speed of release widens the strip. At release a strip already has half the coma's radius.
+            let spread_px = (0.5 * COMA_AU + GRAIN_SPEED_AU_PER_DAY * age(k)) * a.px_per_au;
             // Each strip extends to the centre line of the next, so that neighbours overlap.
             let gap = b.px - a.px;
-            let across = gap.try_normalize().or_else(|| (after.px - before.px).perp().try_normalize()).unwrap_or(DVec2::X);
-            Some((ProjectedPoint { px: 0.5 * (a.px + b.px), ..a }, gap + across * spread))
+            let across_strip = gap.try_normalize().or_else(|| (next.px - previous.px).perp().try_normalize()).unwrap_or(DVec2::X);
+            Some((ProjectedPoint { px: 0.5 * (a.px + b.px), ..a }, gap + across_strip * spread_px))
         };
         let radiance = |line: usize, k: usize| -> Option<f64> {
             let ((a, edge_a), (b, edge_b)) = (section(line, k)?, section(line, k + 1)?);
             let length_px = (b.px - a.px).length().max(0.5 * COMA_AU * a.px_per_au);
             // The edges are half widths, so their sum is the mean width.
             let width_px = edge_a.length() + edge_b.length();
-            Some(light * production[k] * beta_weight[line] / total * a.gain / (length_px * width_px * PATCH_PROFILE_MEAN))
+            let effective_area_px = length_px * width_px * PATCH_PROFILE_MEAN;
+            Some(irradiance * production[k] * beta_weight[line] / total * a.flux_per_irradiance / effective_area_px)
         };
         // Mean radiance of the patches before and after a section.
         let mean_radiance = |line: usize, k: usize| {
-            let around = [k.checked_sub(1), (k + 1 < STATIONS).then_some(k)].into_iter().flatten().filter_map(|k| radiance(line, k));
-            let (sum, count) = around.fold((0.0, 0.0), |(sum, count), r| (sum + r, count + 1.0));
+            let adjacent = [k.checked_sub(1), (k + 1 < STATIONS).then_some(k)].into_iter().flatten().filter_map(|k| radiance(line, k));
+            let (sum, count) = adjacent.fold((0.0, 0.0), |(sum, count), r| (sum + r, count + 1.0));
             if count > 0.0 { narrow_scalar(sum / count) } else { 0.0 }
         };
         // A B-V of 0.8 is slightly redder than sunlight.
@@ -279,25 +284,28 @@ impl CometProjection<'_> {
 
     /// The orbit line of a comet, from its heliocentric state.
     fn orbit(&self, state: &ConicState) -> Vec<OrbitArc> {
-        let km = State { pos_km: state.position * KM_PER_AU, vel_km_s: state.velocity * (KM_PER_AU / SECONDS_PER_DAY) };
+        let state_km = State { pos_km: state.position * KM_PER_AU, vel_km_s: state.velocity * (KM_PER_AU / SECONDS_PER_DAY) };
         let gm_km3_s2 = GAUSS_CONSTANT.powi(2) * KM_PER_AU.powi(3) / SECONDS_PER_DAY.powi(2);
         let from_camera = state.position - self.camera_au;
         let apparent_km = aberrated(from_camera.normalize(), self.velocity_km_s) * from_camera.length() * KM_PER_AU;
-        let conic = Conic::of(&km, gm_km3_s2);
+        let conic = Conic::of(&state_km, gm_km3_s2);
         conic.map_or_else(Vec::new, |conic| orbit_arcs::arcs(self.camera, &conic, apparent_km, ORBIT_OPACITY, of_luminance_1(COMA_RGB)))
     }
 
-    /// Adds the ion tail, of total irradiance `light`: a straight ribbon.
-    fn ions(&self, state: &ConicState, light: f64, length_au: f64, segments: &mut Vec<TailSegment>) {
+    /// Adds the ion tail: a straight ribbon. `irradiance`: that of the entire tail.
+    fn ions(&self, state: &ConicState, irradiance: f64, length_au: f64, segments: &mut Vec<TailSegment>) {
         let direction = ion_direction(state);
-        let along = |k: usize| length_au * (k as f64 / (STATIONS - 1) as f64).powf(1.5);
-        let stations: Vec<_> = (0..STATIONS).map(|k| self.project(state.position + direction * along(k))).collect();
+        // Distance of a station from the comet; stations are denser near the comet.
+        let distance_au = |k: usize| length_au * (k as f64 / (STATIONS - 1) as f64).powf(1.5);
+        let stations: Vec<_> = (0..STATIONS).map(|k| self.project(state.position + direction * distance_au(k))).collect();
         // The tail starts narrower than the coma and is at least 1.4 pixels wide, so that it has no gaps.
-        let half_px = |k: usize| stations[k].map_or(1.0, |s: ProjectedPoint| (0.4 * COMA_AU + ION_SPREAD * along(k)) * s.px_per_au + 0.7);
+        let half_px =
+            |k: usize| stations[k].map_or(1.0, |s: ProjectedPoint| (0.4 * COMA_AU + ION_SPREAD * distance_au(k)) * s.px_per_au + 0.7);
         // Relative light of the part of the tail beyond a station: an exponential that falls by e^3 over the length, lowered to 0 at the end.
-        let beyond = |k: usize| (-3.0 * along(k) / length_au).exp() - (-3.0_f64).exp();
-        let irradiance: Vec<f64> = (0..STATIONS - 1).map(|k| light * (beyond(k) - beyond(k + 1)) / beyond(0)).collect();
-        self.ribbon(&stations, &irradiance, &(0..STATIONS).map(half_px).collect::<Vec<_>>(), of_luminance_1(ION_RGB), segments);
+        let light_beyond = |k: usize| (-3.0 * distance_au(k) / length_au).exp() - (-3.0_f64).exp();
+        let segment_irradiance: Vec<f64> =
+            (0..STATIONS - 1).map(|k| irradiance * (light_beyond(k) - light_beyond(k + 1)) / light_beyond(0)).collect();
+        self.ribbon(&stations, &segment_irradiance, &(0..STATIONS).map(half_px).collect::<Vec<_>>(), of_luminance_1(ION_RGB), segments);
     }
 }
 
@@ -311,11 +319,10 @@ fn state_at_emission(orbit: &HeliocentricOrbit, days: f64, camera_au: DVec3) -> 
     (heliocentric_state(orbit, emission_days), emission_days)
 }
 
-/// The comets of a frame and the decision about them; no decision in pixel views other than the final image. `all`: gives the catalog's comets.
-/// `sun_position_km`: barycentric.
+/// The comets of a frame and the decision about them; no decision in pixel views other than the final image. `sun_position_km`: barycentric.
 pub(crate) fn comets(
     request: &ViewRequest,
-    all: impl FnOnce() -> Vec<SmallBody>,
+    catalog_comets: impl FnOnce() -> Vec<SmallBody>,
     viewer: &Viewer,
     sun_position_km: Option<DVec3>,
     white: f64,
@@ -335,22 +342,23 @@ pub(crate) fn comets(
         CometProjection { camera, camera_au: (camera.position_km - sun_position_km) / KM_PER_AU, velocity_km_s: viewer.velocity_km_s };
     let mut in_frame = Comets::default();
     let (mut brightest, mut heads_shown) = (None::<(f64, String)>, 0);
-    for comet in all() {
+    for comet in catalog_comets() {
         let (state, emission_days) = state_at_emission(&comet.orbit, days, projection.camera_au);
-        let (from_sun, distance) = (state.position.length(), state.position.distance(projection.camera_au));
-        let Some(magnitude) = total_magnitude(comet.brightness, distance, from_sun) else { continue };
-        let light = irradiance_of_magnitude(magnitude);
+        let (sun_distance_au, distance_au) = (state.position.length(), state.position.distance(projection.camera_au));
+        let Some(magnitude) = total_magnitude(comet.brightness, distance_au, sun_distance_au) else { continue };
+        let head_irradiance = irradiance_of_magnitude(magnitude);
         let head = projection.project(state.position);
-        let tail_growth = smoothstep((TAILS_AU.0 - from_sun) / (TAILS_AU.0 - TAILS_AU.1));
+        let tail_growth = smoothstep((TAILS_AU.0 - sun_distance_au) / (TAILS_AU.0 - TAILS_AU.1));
         // Tails are visible only if the head is, because the head is brighter than any part of its tails.
-        let is_visible = light * PI / camera.pixel_tangent().powi(2) * point_peak() > white * MIN_LEVEL;
+        let is_visible = head_irradiance * PI / camera.pixel_tangent().powi(2) * point_peak() > white * MIN_LEVEL;
         if tail_growth > 0.0 && is_visible {
-            let length_au = (ION_LENGTH_AU * water_production(magnitude - 5.0 * distance.log10()).sqrt()).min(MAX_ION_LENGTH_AU);
-            projection.dust(&comet.orbit, emission_days, DUST_FRACTION * tail_growth * light, &mut in_frame.tails);
-            projection.ions(&state, ION_FRACTION * tail_growth * light, length_au, &mut in_frame.tails);
+            // The heliocentric magnitude is that at 1 au from the viewer.
+            let length_au = (ION_LENGTH_AU * water_production(magnitude - 5.0 * distance_au.log10()).sqrt()).min(MAX_ION_LENGTH_AU);
+            projection.dust(&comet.orbit, emission_days, DUST_FRACTION * tail_growth * head_irradiance, &mut in_frame.tails);
+            projection.ions(&state, ION_FRACTION * tail_growth * head_irradiance, length_au, &mut in_frame.tails);
         }
         let Some(head) = head else { continue };
-        let flux = (light * head.gain).max(MARK_LEVEL * white / point_peak());
+        let flux = (head_irradiance * head.flux_per_irradiance).max(MARK_LEVEL * white / point_peak());
         let radius_px = point_radius_px(flux * point_peak() / white);
         if head.px.abs().cmpgt(camera.half_size() + radius_px).any() {
             continue;
@@ -362,9 +370,9 @@ pub(crate) fn comets(
         if brightest.as_ref().is_none_or(|(brightest_so_far, _)| magnitude < *brightest_so_far) {
             brightest = Some((magnitude, comet.full_name()));
         }
-        let colour = narrow(of_luminance_1(COMA_RGB) * flux);
+        let rgb_flux = narrow(of_luminance_1(COMA_RGB) * flux);
         let (centre, radius_px) = (projection.clip(&head), narrow_scalar(radius_px));
-        in_frame.heads.push(StarSprite { centre, radius_px, stretch: 1.0, flux: colour, star: None });
+        in_frame.heads.push(StarSprite { centre, radius_px, stretch: 1.0, flux: rgb_flux, star: None });
     }
     // Segments that are too faint to be visible would only cost time.
     let min_radiance = narrow_scalar(white * MIN_LEVEL);

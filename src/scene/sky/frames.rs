@@ -38,6 +38,7 @@ pub fn ecliptic_pole() -> DVec3 {
 }
 
 impl SkyFrame {
+    /// All values.
     pub(crate) const ALL: [Self; 3] = [Self::Galactic, Self::Equatorial, Self::Ecliptic];
 
     pub(crate) fn name(self) -> &'static str {
@@ -60,7 +61,8 @@ impl SkyFrame {
     /// The rotation from the frame to ICRF. Its columns are the frame's axes: x towards longitude 0, z towards its north pole.
     pub fn icrf_from_frame(self) -> DMat3 {
         match self {
-            // Pole and longitude of the ascending node: ESA 1997, The Hipparcos and Tycho Catalogues, vol. 1, eq. 1.5.11.
+            // Right ascension and declination of the pole, and galactic longitude of the ascending node, degrees: ESA 1997, The Hipparcos and Tycho
+            // Catalogues, vol. 1, eq. 1.5.11.
             Self::Galactic => {
                 let pole = direction(192.859_48, 27.128_25);
                 let node = DVec3::Z.cross(pole).normalize();

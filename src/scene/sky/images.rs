@@ -13,7 +13,7 @@ use crate::scene::decision::Decision;
 use glam::{DMat2, DMat3, DVec2, DVec3, Vec2, Vec3};
 use std::sync::Arc;
 
-/// Smallest size of a sky image in the frame, pixels.
+/// Size in the frame, of an image's longer side in pixels, up to which the image is not drawn.
 const MIN_SIZE_PX: f64 = 0.5;
 /// Finite-difference step along the tangent plane for its axes under aberration, radians: small against the angles over which aberration varies, large against
 /// rounding.
@@ -35,8 +35,8 @@ pub struct SkyImageDraw {
     pub opacity: f32,
 }
 
-/// The homography h from a direction (ICRF) to image coordinates (u, v) = h.xy / h.z: u to the right, v down, 0 to 1. `None` for an image that is not of
-/// the sky.
+/// The matrix from a direction (ICRF) to homogeneous image coordinates h, (u, v) = h.xy / h.z: u to the right, v down, 0 to 1. `size`: of the image in texels.
+/// `None` for an image that is not of the sky.
 fn image_from_icrf(wcs: &ImageWcs, size: DVec2, velocity_km_s: DVec3) -> Option<DMat3> {
     let ImageWcs::Tangent { centre_deg, centre_px, deg_per_px } = wcs else { return None };
     let [(sin_a, cos_a), (sin_d, cos_d)] = centre_deg.map(|v| v.to_radians().sin_cos());
@@ -53,8 +53,8 @@ fn image_from_icrf(wcs: &ImageWcs, size: DVec2, velocity_km_s: DVec3) -> Option<
     let [[a, b], [c, d]] = *deg_per_px;
     let px_per_radian = DMat2::from_cols(DVec2::new(a, c), DVec2::new(b, d)).inverse() * 1_f64.to_degrees();
     // In FITS the centre of the first pixel has the coordinate 1, and rows run upwards; in the image rows run downwards.
-    let unit = |px: DVec2| DVec2::new(px.x / size.x, -px.y / size.y);
-    let (x, y) = (unit(px_per_radian.x_axis), unit(px_per_radian.y_axis));
+    let in_image_coordinates = |px: DVec2| DVec2::new(px.x / size.x, -px.y / size.y);
+    let (x, y) = (in_image_coordinates(px_per_radian.x_axis), in_image_coordinates(px_per_radian.y_axis));
     let tangent_point = DVec2::new((centre_px[0] - 0.5) / size.x, 1.0 - (centre_px[1] - 0.5) / size.y);
     let image_from_plane = DMat3::from_cols(x.extend(0.0), y.extend(0.0), tangent_point.extend(1.0));
     Some(image_from_plane * icrf_from_plane.inverse())
@@ -76,11 +76,11 @@ pub(crate) fn images(layers: &[Arc<DataLayer>], camera: &Camera, velocity_km_s: 
         let span_px = DVec2::new(distance_px(DVec2::X * texel) * size.x, distance_px(DVec2::Y * texel) * size.y);
         // The image is tested as a sphere at the distance 1; one of radius 2 is in the frame whatever its direction.
         let radius = (0.5 * span_px.length() * camera.pixel_tangent()).min(2.0);
-        let in_frame = camera.sphere_may_be_in_frame(camera.in_axes(middle.normalize()), radius, 1.0);
-        let on = in_frame && span_px.max_element() > MIN_SIZE_PX;
+        let is_in_frame = camera.sphere_may_be_in_frame(camera.in_axes(middle.normalize()), radius, 1.0);
+        let on = is_in_frame && span_px.max_element() > MIN_SIZE_PX;
         let [width, height] = [span_px.x, span_px.y].map(|px| Argument::Number(format!("{px:.1}")));
         let name = &layer.name;
-        let reason = if in_frame {
+        let reason = if is_in_frame {
             reason!("image-size", image = name, width = width, height = height)
         } else {
             reason!("image-outside", image = name, width = width, height = height)

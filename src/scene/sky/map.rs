@@ -13,9 +13,9 @@ pub struct SkyMap {
     pub frame: SkyFrame,
     /// Number of texels around the equator.
     pub width: u32,
-    /// Radiance of the linear value 1.
+    /// Radiance that the linear value 1 stands for.
     pub unit_radiance: f64,
-    /// Largest linear value of a bright region, averaged over its texels; 1 for a panorama of the user.
+    /// Mean linear value of the brightest region; 1 for a panorama of the user.
     pub brightest: f64,
     /// Whether this is the built-in Milky Way, for the text of the decision.
     pub is_milky_way: bool,

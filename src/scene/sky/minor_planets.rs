@@ -42,6 +42,7 @@ pub struct MinorPlanets {
     pub camera_parts: [Vec3; 2],
     /// The viewer's velocity in units of the speed of light.
     pub velocity: Vec3,
+    /// Linear RGB of luminance 1, of all minor planets.
     pub colour: Vec3,
     /// Flux divided by irradiance for a point in the middle of the frame.
     pub flux_per_irradiance: f32,
@@ -51,7 +52,7 @@ pub struct MinorPlanets {
     pub mark_flux: f32,
 }
 
-/// Light time per au, in the shader's unit of time for an orbit with a perihelion distance of 1 au (1 / Gauss' constant, days).
+/// Light time per au. The unit is the shader's unit of time for an orbit with a perihelion distance of 1 au: 1 / Gauss' constant in days, 58 days.
 pub(crate) const LIGHT_TIME_PER_AU: f64 = KM_PER_AU / SPEED_OF_LIGHT_KM_S / SECONDS_PER_DAY * GAUSS_CONSTANT;
 /// View depth that maps to reversed depth 1, au.
 pub(crate) const NEAR_AU: f64 = NEAR_DEPTH_KM / KM_PER_AU;

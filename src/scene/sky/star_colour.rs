@@ -15,6 +15,7 @@ const STEPS: usize = 56;
 /// Effective temperature of the Sun (IAU 2015 Resolution B3), kelvin.
 const SUN_K: f64 = 5772.0;
 
+/// Colours of stars at the table's indices: linear sRGB of luminance 1.
 static COLOURS: LazyLock<[DVec3; STEPS + 1]> = LazyLock::new(|| {
     let sun = linear_srgb(SUN_K);
     std::array::from_fn(|k| {
@@ -47,6 +48,7 @@ fn colour_matching(nm: f64) -> DVec3 {
 fn black_body_xyz(kelvin: f64) -> DVec3 {
     // Second radiation constant hc/k, nm K (CODATA 2018).
     const C2: f64 = 1.438_776_877e7;
+    // The factor 600 only sets the arbitrary unit.
     (380..=780).step_by(5).map(f64::from).map(|nm| colour_matching(nm) * ((600.0 / nm).powi(5) / (C2 / (nm * kelvin)).exp_m1())).sum()
 }
 
@@ -60,8 +62,8 @@ fn linear_srgb(kelvin: f64) -> DVec3 {
 pub(super) fn star_colour(b_v: Option<f32>) -> DVec3 {
     let Some(b_v) = b_v else { return DVec3::ONE };
     let position = (f64::from(b_v).clamp(MIN_B_V, MAX_B_V) - MIN_B_V) / (MAX_B_V - MIN_B_V) * STEPS as f64;
-    let below = (position as usize).min(STEPS - 1);
-    COLOURS[below].lerp(COLOURS[below + 1], position - below as f64)
+    let lower = (position as usize).min(STEPS - 1);
+    COLOURS[lower].lerp(COLOURS[lower + 1], position - lower as f64)
 }
 
 #[cfg(test)]

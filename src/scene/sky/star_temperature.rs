@@ -6,11 +6,11 @@
 //!   table by 3 % at most between B-V = -0.05 and 1.15;
 //! - redder, where the fit falls to 2900 K at 1.8 and to nothing soon after, the black body with this index.
 //!
-//! Indices outside -0.33..=2.4 are clamped: bluer ones are errors of measurement, and stars redder than 2.4 owe it to dust or to bands of carbon. Errors: all
-//! stars from O3 to B0 (46 000 K to 31 000 K) lie within 0.03 magnitudes, so that an error of 0.01 changes the temperature by up to a third. Interstellar dust
-//! reddens most hot stars in the catalog, which then seem too cool (Zeta Orionis: -0.20, 18 700 K here, about 29 500 K by its spectrum). Red giants and red
-//! dwarfs of one index differ by up to 15 %; the fit is right for giants, and the built-in catalog has only one red dwarf, of type M0. Red supergiants such as
-//! Betelgeuse seem 8 % too cool.
+//! Indices outside -0.33..=2.4 are clamped: bluer ones are errors of measurement, and stars redder than 2.4 owe their colour to dust or to bands of carbon.
+//! Errors: all stars from O3 to B0 (46 000 K to 31 000 K) lie within 0.03 magnitudes, so that an error of 0.01 changes the temperature by up to a third.
+//! Interstellar dust reddens most hot stars in the catalog, which then seem too cool (Zeta Orionis: -0.20, 18 700 K here, about 29 500 K by its spectrum).
+//! Red giants and red dwarfs of one index differ by up to 15 %; the fit is right for giants, and the built-in catalog has only one red dwarf, of type M0. Red
+//! supergiants such as Betelgeuse seem 8 % too cool.
 //!
 //! The colours that are drawn follow from the black body with the star's index (`star_colour`), not from this temperature: a black body as hot as an O star
 //! would be bluer than the star.
@@ -55,7 +55,7 @@ const FLOWER: [f64; 8] = [
     2.192_970_376_522_49,
     -0.359_495_739_295_671,
 ];
-/// Where the fit meets the black body: both give 3547 K, and are less than 1 K apart.
+/// Index at which the fit meets the black body: both give 3547 K to within 1 K.
 const REDDEST_OF_FIT: f64 = 1.676;
 /// Largest index for which a temperature is computed; the same limit as for the colours.
 const MAX_B_V: f64 = 2.4;

@@ -74,7 +74,7 @@ impl StarPlacer {
         ApparentStar { direction: aberrated(vector / distance, self.velocity_km_s), brightening: distance.powi(-2) }
     }
 
-    /// Upper limit of the displacement of a cell's stars by their motion since the epoch and by parallax, as a fraction of their distance.
+    /// Upper limit of the displacement of a cell's stars, by their motion since the epoch and by parallax, as a fraction of their distance.
     fn shift(&self, cell: &SkyCell) -> f64 {
         cell.max_motion_per_year * self.years_since_epoch.abs() + cell.max_parallax_rad * self.viewer_au.length()
     }
@@ -83,7 +83,9 @@ impl StarPlacer {
 /// Tint of starlight by the air around the camera as a function of altitude: transmittance per channel divided by its mean. The draw of the air applies the
 /// mean.
 struct AirTint {
+    /// Zenith, ICRF.
     up: DVec3,
+    /// From the altitude [`AirTint::LOWEST_DEG`] to the zenith.
     tints: Vec<DVec3>,
 }
 
@@ -107,8 +109,8 @@ impl AirTint {
     fn at(&self, direction: DVec3) -> DVec3 {
         let altitude_deg = direction.dot(self.up).clamp(-1.0, 1.0).asin().to_degrees();
         let position = ((altitude_deg - Self::LOWEST_DEG) / (90.0 - Self::LOWEST_DEG)).clamp(0.0, 1.0).sqrt() * TINT_STEPS as f64;
-        let below = (position as usize).min(TINT_STEPS - 1);
-        self.tints[below].lerp(self.tints[below + 1], position - below as f64)
+        let lower = (position as usize).min(TINT_STEPS - 1);
+        self.tints[lower].lerp(self.tints[lower + 1], position - lower as f64)
     }
 }
 
@@ -117,7 +119,7 @@ fn corner_rad(camera: &Camera) -> f64 {
     camera.tan_half_fov.length().atan()
 }
 
-/// The faintest magnitude that is visible anywhere in the frame: that in the corners, where a pixel has the smallest solid angle.
+/// The faintest magnitude that is visible anywhere in the frame: that in the corners, where a pixel has the smallest solid angle. Infinite for linear light.
 fn limiting_magnitude(camera: &Camera, threshold: Threshold) -> f64 {
     let pixel_sr = camera.pixel_tangent().powi(2) * corner_rad(camera).cos().powi(3);
     let min_peak = threshold.cutoff_radiance(VISIBLE_LIGHT);
@@ -152,13 +154,14 @@ pub(crate) fn stars(
     let brightening_mag =
         if request.layers.bright_stars && air.is_none() { (BRIGHT_STARS_LIMIT - limit_without_layer).max(0.0) } else { 0.0 };
     let limit = limit_without_layer + brightening_mag;
-    let boost = boost * 10f64.powf(0.4 * brightening_mag);
+    // Factor on the brightness of all stars.
+    let factor = boost * 10f64.powf(0.4 * brightening_mag);
     let limit_note = match limit.is_finite() {
         false => reason!("stars-linear"),
         true if brightening_mag > 0.0 => {
-            reason!("stars-brightened", stops = format_args!("{:+.1}", boost.log2()), alone = format_args!("{limit_without_layer:.1}"))
+            reason!("stars-brightened", stops = format_args!("{:+.1}", factor.log2()), alone = format_args!("{limit_without_layer:.1}"))
         }
-        true if boost == 1.0 => reason!("stars-to-magnitude", limit = format_args!("{limit:.1}")),
+        true if factor == 1.0 => reason!("stars-to-magnitude", limit = format_args!("{limit:.1}")),
         true => {
             reason!("stars-lifted", limit = format_args!("{limit:.1}"), stops = format_args!("{:+.1}", request.stars_boost))
         }
@@ -170,15 +173,15 @@ pub(crate) fn stars(
     }
     let placer = StarPlacer::of(catalog, viewer, request);
     let tint = air.map(AirTint::of);
-    let all = catalog.stars();
+    let all_stars = catalog.stars();
     let culling =
         CullingFrame { camera, limit, max_off_axis_rad: corner_rad(camera) + viewer.body_velocity_km_s.length() / SPEED_OF_LIGHT_KM_S };
     let mut sprites = Vec::new();
-    for cell in all.cells().iter().filter(|cell| culling.may_show_star_of(cell, placer.shift(cell))) {
+    for cell in all_stars.cells().iter().filter(|cell| culling.may_show_star_of(cell, placer.shift(cell))) {
         let faintest = culling.faintest(placer.shift(cell));
-        let bright = cell.stars.clone().map(|k| (k, &all.stars()[k])).take_while(|(_, star)| f64::from(star.v_magnitude) <= faintest);
+        let bright = cell.stars.clone().map(|k| (k, &all_stars.stars()[k])).take_while(|(_, star)| f64::from(star.v_magnitude) <= faintest);
         let to_sprite = |(k, star): (usize, &Star)| {
-            let sprite = sprite(camera, star, &placer.place(star).boosted(boost), tint.as_ref(), white)?;
+            let sprite = sprite(camera, star, &placer.place(star).boosted(factor), tint.as_ref(), white)?;
             Some(StarSprite { star: Some(k), ..sprite })
         };
         sprites.extend(bright.filter_map(to_sprite));
@@ -215,7 +218,7 @@ impl CullingFrame<'_> {
         (max_off_axis_rad >= PI || cos_off_axis >= max_off_axis_rad.cos()) && f64::from(cell.brightest_magnitude) <= self.faintest(shift)
     }
 
-    /// Largest angular radius of a sprite, whose glare can reach into the frame from outside.
+    /// Largest angular radius of a sprite: the glare of a star outside the frame can reach into it.
     fn sprite_rad(&self) -> f64 {
         (crate::scene::point::MAX_RADIUS_PX * self.camera.pixel_tangent()).min(FRAC_PI_2)
     }

@@ -42,14 +42,14 @@ pub(crate) const LAW: [[f64; 4]; 5] = [
 /// Brightness at 1 au in the table's unit, without the blend into the corona. The table is valid for an observer in the ecliptic; for an observer far from
 /// the ecliptic the result is an estimate.
 pub fn law(cos_elongation: f64, sin_latitude: f64) -> f64 {
-    let g = (LOG_OFFSET - cos_elongation).log2();
+    let log_term = (LOG_OFFSET - cos_elongation).log2();
     // For an observer in the ecliptic the latitude never exceeds the elongation. For other observers the value at this limit is used.
-    let s = sin_latitude.abs().min((1.0 - cos_elongation * cos_elongation).max(0.0).sqrt());
-    let latitude_polynomial = LAW.into_iter().rev().fold(DVec4::ZERO, |sum, row| sum * g + DVec4::from_array(row));
-    latitude_polynomial.dot(DVec4::new(1.0, s, s * s, s * s * s)).exp2()
+    let sine = sin_latitude.abs().min((1.0 - cos_elongation * cos_elongation).max(0.0).sqrt());
+    let latitude_polynomial = LAW.into_iter().rev().fold(DVec4::ZERO, |sum, row| sum * log_term + DVec4::from_array(row));
+    latitude_polynomial.dot(DVec4::new(1.0, sine, sine * sine, sine * sine * sine)).exp2()
 }
 
-/// Radiance for a value of 1 of [`law`], for an observer at this distance from the Sun.
+/// Radiance that a value of 1 of [`law`] stands for, for an observer at this distance from the Sun.
 pub fn unit_radiance(sun_distance_au: f64) -> f64 {
     *S10 / TABLE_PER_S10 * sun_distance_au.powf(DISTANCE_EXPONENT)
 }
