@@ -46,7 +46,7 @@ fn resolves_penumbrae(eclipse: &EclipseUniforms, radius_px: f64) -> bool {
 /// Decides on the coarse image.
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
     let chosen = &mut decisions.chosen;
-    if chosen.air == AtmosphereModel::None {
+    if chosen.air_model == AtmosphereModel::None {
         return decisions;
     }
     let threshold = inputs.threshold();
@@ -56,7 +56,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         // A probe evaluates a single draw, which must not depend on a pass before it.
         () if !request.coarse_air => off(reason!("air-pass-single-draws")),
         () if !inputs.pixel_view().shows_radiance() => off(reason!("air-pass-view")),
-        () if chosen.air == AtmosphereModel::Vertex => off(reason!("air-pass-vertex")),
+        () if chosen.air_model == AtmosphereModel::Vertex => off(reason!("air-pass-vertex")),
         () if chosen.ring_shadow != RingShadow::None => off(reason!("air-pass-ring-shadow")),
         () if threshold.is_linear() => off(reason!("air-pass-linear")),
         () if request.quality == Quality::Reference => off(reason!("air-pass-reference")),

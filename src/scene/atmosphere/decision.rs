@@ -64,14 +64,14 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     }
     log.record("air-samples", true, reason);
     let chosen = &mut decisions.chosen;
-    chosen.air = model;
+    chosen.air_model = model;
     log.set_stated_error(Effect::Atmosphere.name(), stated_errors::of_atmosphere(model));
     if chosen.eclipse.occluders > 0 {
         let spreads_into_shadow = model == AtmosphereModel::Table;
         let reason = if spreads_into_shadow { reason!("air-spread") } else { reason!("air-no-spread") };
         log.record("light-into-shadow", spreads_into_shadow, reason);
     }
-    if !chosen.ellipsoid && Capabilities::of(body).ellipsoid {
+    if !chosen.ellipsoid && Capabilities::of(body).is_flattened {
         log.record(Effect::Ellipsoid.name(), true, reason!("required-by-air"));
     }
     let height_km = air::camera_height_km(body, &inputs.placed.placement);
@@ -93,11 +93,11 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         );
         log.record("air-rim", !rim_is_left_out, reason);
     }
-    chosen.averaged_rim = !camera_is_inside && rim.is_averaged();
+    chosen.thin_rim = !camera_is_inside && rim.is_averaged();
     let features = chosen.sky_features(body, inputs.pixel_view());
     if colour_includes_air && (continues_disc || chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0) {
         log.record("air-over-ground", false, reason!("air-in-colours"));
-        chosen.air = AtmosphereModel::None;
+        chosen.air_model = AtmosphereModel::None;
     } else if colour_includes_air {
         log.record("air-over-ground", true, reason!("air-where-brighter"));
     } else if map_weight > 0.0 {

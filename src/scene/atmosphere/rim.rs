@@ -27,7 +27,7 @@ const BRIGHT_SCALE_HEIGHTS: f64 = 4.0;
 /// Number of equal steps of height in which the light of the rim is summed.
 const HEIGHT_STEPS: usize = 64;
 /// Ratio of all light that the rim scatters to the light scattered once, for a rim that is opaque along the limb where it is bright. The Earth's is 1.8.
-pub(crate) const ALL_ORDERS_OVER_SINGLE: f64 = 2.0;
+pub(crate) const ALL_ORDERS_TO_SINGLE_RATIO: f64 = 2.0;
 
 /// The rim of a body's air as seen from outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,7 +103,7 @@ pub(crate) fn continued_part(at_limb: f64) -> f64 {
 ///
 /// A ray that grazes at height z has the column sqrt(2 pi R H) n(z) of a species of scale height H and density n. Let its optical depth be t(z), its
 /// single-scattering albedo w(z), and p the phase function times pi. In full sunlight the ray then shows the radiance p w (1 - exp(-t)) per irradiance of light
-/// scattered once, and [`ALL_ORDERS_OVER_SINGLE`] times that in all. The ring of circumference 2 pi R, bright all around, emits 2 pi R times the integral of
+/// scattered once, and [`ALL_ORDERS_TO_SINGLE_RATIO`] times that in all. The ring of circumference 2 pi R, bright all around, emits 2 pi R times the integral of
 /// this over z; the disc emits pi R^2 times geometric albedo and phase function. Neglected, because all make the rim darker: half of the limb is beyond the
 /// terminator, sunlight is weakened on its way, and layers absorb.
 ///
@@ -123,7 +123,7 @@ fn light_ratio(body: &Body, air: &Atmosphere, phase_angle_rad: f64, continues_di
         opaque_km += opacity * step_km;
     }
     let disc = body.colour.as_dvec3().element_sum() * body.geometric_albedo * photometry::phase(body, phase_angle_rad);
-    let scattered = ALL_ORDERS_OVER_SINGLE * 2.0 * scattered_km.element_sum() / (radius_km * disc.max(1e-12));
+    let scattered = ALL_ORDERS_TO_SINGLE_RATIO * 2.0 * scattered_km.element_sum() / (radius_km * disc.max(1e-12));
     if !continues_disc {
         return scattered;
     }
@@ -205,7 +205,7 @@ mod tests {
         let equivalent_km: f64 = full.to_array().iter().map(|t| ein(*t) * height_km).sum();
         let disc = venus.colour.as_dvec3().element_sum() * venus.geometric_albedo * photometry::phase(venus, alpha);
         let scattered =
-            2.0 * ALL_ORDERS_OVER_SINGLE * PI * phase::per_steradian(gas.phase, -alpha.cos()) * equivalent_km / (disc * radius_km);
+            2.0 * ALL_ORDERS_TO_SINGLE_RATIO * PI * phase::per_steradian(gas.phase, -alpha.cos()) * equivalent_km / (disc * radius_km);
         let ratio = light_ratio(venus, air, alpha, false) / scattered;
         assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
         // The limb of a Lambert disc, as bright at the position angle f as sin(alpha) cos(f), and the light of the whole disc: 2 / 3 of its area times the

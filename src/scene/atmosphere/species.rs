@@ -40,7 +40,7 @@ fn vertical_integral(air: &Atmosphere, of_species: fn(&Species) -> DVec3) -> DVe
 }
 
 /// The atmospheric features of a body's draws with this model; none without an atmosphere.
-pub(crate) fn features(body: &Body, model: AtmosphereModel) -> Air {
+pub(crate) fn air_features(body: &Body, model: AtmosphereModel) -> Air {
     body.atmosphere.as_ref().map_or_else(Air::default, |air| features_of(air, model))
 }
 

@@ -14,7 +14,7 @@ use crate::scene::stated_errors;
 
 /// Decides which occluders darken the globe, its air and its clouds, and by which model.
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
-    if Capabilities::of(inputs.body()).emissive {
+    if Capabilities::of(inputs.body()).is_emissive {
         return decisions;
     }
     let context = inputs.frame.context;

@@ -165,7 +165,7 @@ impl PassageGeometry<'_, '_> {
     }
 
     /// The two points at which the umbra's edge is parallel to its motion over the ground: the one on the left of the motion, seen from above, then the one on
-    /// its right. Either is `None` if there is no such point on the ground.
+    /// its right. Either is `None` if no such point was found.
     fn limit_points(&self, time_s: f64) -> Option<[Option<DVec3>; 2]> {
         let (earlier, now, later) = (self.cone(time_s - DIFFERENCE_STEP_S)?, self.cone(time_s)?, self.cone(time_s + DIFFERENCE_STEP_S)?);
         let ground_point = |cone: &ShadowCone, angle: f64| cone.ground_point(cone.generator_at(ConeKind::Umbra, angle));

@@ -89,7 +89,7 @@ impl<'p> RimOfAir<'p> {
         let (depth, scattered) = rim::tangent_ray(self.air, self.radius_km, height_km, cos_scattering);
         let opacity = DVec3::ONE - (-depth).exp();
         let sunlight = sunlight(self.air, self.radius_km, height_km, sin_altitude);
-        let scattered = rim::ALL_ORDERS_OVER_SINGLE * (scattered * opacity / depth.max(DVec3::splat(1e-12)) * sunlight).max_element();
+        let scattered = rim::ALL_ORDERS_TO_SINGLE_RATIO * (scattered * opacity / depth.max(DVec3::splat(1e-12)) * sunlight).max_element();
         let continued = self.disc_albedo * sin_altitude.max(0.0) * opacity.element_sum() / 3.0 / self.at_limb.max(1e-12);
         scattered + (continued - scattered) * self.continued_part
     }
