@@ -22,7 +22,7 @@ fn is_significant(inputs: &DecisionInputs<'_, '_>, body: &Body, air: &Atmosphere
     air::is_significant(body, air, camera_is_inside, inputs.diameter_px, inputs.threshold())
 }
 
-/// Whether some pixel may show the atmosphere: the camera is in it, or it is in the frame.
+/// Whether some pixel may show the atmosphere: the camera is in it, or the atmosphere or the globe is in the frame.
 fn may_be_seen(inputs: &DecisionInputs<'_, '_>, shell: &Placement) -> bool {
     let camera = inputs.frame.camera;
     shell.camera_is_inside() || Outline::of(camera, shell).rect(camera).is_some() || inputs.rect.is_some()
@@ -40,7 +40,7 @@ pub(crate) fn needs_table(inputs: &DecisionInputs<'_, '_>) -> bool {
     let Some((air, shell)) = body.atmosphere.as_ref().zip(air::shell(body, &inputs.placed.placement)) else { return false };
     let is_drawn =
         inputs.effects().override_of(Effect::Atmosphere).unwrap_or_else(|| is_significant(inputs, body, air, shell.camera_is_inside()).0);
-    // As `features::decide`: a body that is only a point gets no decision on its atmosphere, but one whose globe and rings are both outside the frame does.
+    // As in `features::decide`: a body that is only a point gets no decision on its atmosphere, but one whose globe and rings are both outside the frame does.
     let is_decided_on = inputs.disc_fraction > 0.0 || inputs.rect.is_none() && inputs.ring_view.is_none();
     is_drawn && is_decided_on && may_be_seen(inputs, &shell) && chosen_model(inputs, air, &shell).0 == AtmosphereModel::Table
 }
@@ -75,9 +75,9 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         log.record(Effect::Ellipsoid.name(), true, reason!("required-by-air"));
     }
     let height_km = air::camera_height_km(body, &inputs.placed.placement);
-    // Unless the catalog gives the ground's own colour, the disc's colour was measured from space and already includes the atmosphere. A camera above all of it
-    // sees that colour; the deeper the camera is, the more the colour counts as the ground's own, with the air in front of it. The view of the optical depth
-    // shows all of the air.
+    // Unless the catalog gives the ground's own colour, the disc's colour was measured from space and already includes the atmosphere. A camera above the
+    // atmosphere sees that colour. The deeper the camera is in the atmosphere, the more the colour counts as the ground's own, seen through the air. The pixel
+    // view of the optical depth shows all of the air.
     let map_includes_air = !air::colours_exclude_air(body) && inputs.pixel_view() != PixelView::OpticalDepth;
     let map_weight = if map_includes_air { air::opacity_below(air, height_km) } else { 0.0 };
     let colour_includes_air = map_includes_air && !camera_is_inside;

@@ -1,8 +1,8 @@
 //! Multiply scattered light of an atmosphere, as a table over height and the Sun's zenith angle.
 //!
-//! In: a body with its atmosphere. Out: [`NODES`] square roots. A row for each height has those of the radiance of light scattered twice or more, per
-//! irradiance of the Sun; one more row has those of the irradiance of level ground by the entire sky. Method (S. Hillaire, EGSR 2020): light of the second
-//! order is summed over directions with an isotropic phase function, and each further order is the previous order times the fraction that scatters again
+//! In: a body with its atmosphere. Out: [`NODES`] square roots. The row of each height holds square roots of the radiance of light scattered twice or more, per
+//! irradiance of the Sun; one more row holds square roots of the irradiance of level ground by the entire sky. Method (S. Hillaire, EGSR 2020): light of the
+//! second order is summed over directions with an isotropic phase function, and each further order is the previous order times the fraction that scatters again
 //! nearby: a geometric series. The ground is a Lambert surface of the body's albedo. Not modelled: the directionality of the higher orders, and differences in
 //! illumination between neighbouring places.
 
@@ -20,15 +20,15 @@ use std::f64::consts::{PI, TAU};
 pub use crate::scene::constants::{MULTI_SCATTER_HEIGHTS as HEIGHTS, MULTI_SCATTER_SUNS as SUNS};
 /// One row per height, then one for the irradiance of level ground.
 pub const NODES: usize = (HEIGHTS + 1) * SUNS;
-/// The source files that determine the table: an edit of one of them invalidates tables cached on disk. From the rest of the program they use only the
+/// The source files that determine the table: an edit of one of them invalidates tables cached on disk. From the rest of the program these files use only the
 /// body's numbers, which are part of the cache key too, and the narrowing to f32.
 pub(crate) const SOURCES: [&str; 4] =
     [include_str!("multi_scatter_table.rs"), include_str!("extinction.rs"), include_str!("phase.rs"), include_str!("../constants.rs")];
 
 /// Sampling with the Sun above the horizon.
 const BY_DAY: SampleCounts = SampleCounts { directions: 64, steps: 24 };
-/// Sampling with the Sun below the horizon, when it lights only a small part of the sky: sampled as [`BY_DAY`], the ground's irradiance at a solar depression
-/// of 12 degrees would be a thirtieth of its true value.
+/// Sampling with the Sun below the horizon, when sunlight reaches only a small part of the sky: sampled as [`BY_DAY`], the ground's irradiance at a solar
+/// depression of 12 degrees would be a thirtieth of its true value.
 const AT_DUSK: SampleCounts = SampleCounts { directions: 192, steps: 32 };
 /// Sampling for the row of the ground's irradiance.
 const ON_GROUND: SampleCounts = SampleCounts { directions: 1024, steps: 48 };
@@ -94,16 +94,18 @@ struct RayIntegral {
 }
 
 impl AirSphere<'_> {
-    /// Distance from a point along a ray to where it leaves the air, and whether that is at the ground; otherwise it is at the top of the atmosphere.
+    /// Distance in km from a point along a ray to where the ray leaves the air, and whether it does so at the ground; otherwise it does so at the top of the
+    /// atmosphere.
     fn distance_to_boundary(&self, p: DVec3, along: DVec3) -> (f64, bool) {
-        let b = p.dot(along);
-        let closest_sq = p.length_squared() - b * b;
-        let ground = self.radius_km * self.radius_km - closest_sq;
-        if b < 0.0 && ground > 0.0 {
-            return ((-b - ground.sqrt()).max(0.0), true);
+        // Positions on the ray are counted from its point nearest to the centre. The ray meets a sphere at plus and minus half its chord in that sphere.
+        let start = p.dot(along);
+        let nearest_sq = p.length_squared() - start * start;
+        let half_ground_chord_sq = self.radius_km * self.radius_km - nearest_sq;
+        if start < 0.0 && half_ground_chord_sq > 0.0 {
+            return ((-start - half_ground_chord_sq.sqrt()).max(0.0), true);
         }
-        let top = (self.radius_km + self.air.top_km).powi(2) - closest_sq;
-        ((-b + top.max(0.0).sqrt()).max(0.0), false)
+        let half_top_chord_sq = (self.radius_km + self.air.top_km).powi(2) - nearest_sq;
+        ((-start + half_top_chord_sq.max(0.0).sqrt()).max(0.0), false)
     }
 
     /// Height of a point above the ground.
@@ -111,11 +113,12 @@ impl AirSphere<'_> {
         (p.length() - self.radius_km).max(0.0)
     }
 
+    /// A coefficient summed over all species, per km. `of_species`: [`scattering`] or [`extinction`].
     fn coefficient(&self, height_km: f64, of_species: fn(&crate::catalog::Species) -> DVec3) -> DVec3 {
         extinction::coefficient(self.air, height_km, of_species)
     }
 
-    /// Transmittance towards the Sun; 0 through the planet.
+    /// Transmittance from a point towards the Sun; 0 through the planet. `sun`: unit vector.
     fn sunlight(&self, p: DVec3, sun: DVec3) -> DVec3 {
         let (length_km, hits_ground) = self.distance_to_boundary(p, sun);
         if hits_ground {
@@ -148,7 +151,7 @@ impl AirSphere<'_> {
         ray
     }
 
-    /// The node of a row and a column: radiance of the second and all further orders of scattering, averaged over all directions.
+    /// The node of a row and a column: radiance of the second and all further orders of scattering, averaged over all directions, per irradiance of the Sun.
     fn node(&self, row: usize, column: usize) -> DVec3 {
         let from = DVec3::Z * (self.radius_km + row_height_km(self.air, row).max(GROUND_CLEARANCE_KM));
         let sun = towards_sun(sun_cosine(column));
@@ -170,7 +173,7 @@ impl AirSphere<'_> {
         self.ground_albedo * self.sunlight(above, sun) * (up.dot(sun).max(0.0) / PI)
     }
 
-    /// Irradiance of level ground by the entire sky.
+    /// Irradiance of level ground by the entire sky, per irradiance of the Sun. `rows`: the nodes of all heights.
     fn ground_irradiance(&self, rows: &[DVec3], column: usize) -> DVec3 {
         let from = DVec3::Z * (self.radius_km + GROUND_CLEARANCE_KM);
         let sun = towards_sun(sun_cosine(column));
@@ -210,20 +213,20 @@ pub(crate) fn column_coordinate(cosine: f64) -> f64 {
     cosine / (cosine.abs() + BEND)
 }
 
-/// Interpolates the square roots of a table at a fraction of the height to the top and a column coordinate; 0 for a truncated table.
+/// Interpolates the square roots of a table at a height, given as a fraction of the top's height, and a column coordinate. Entries that the table lacks are 0.
 pub(crate) fn root_between(table: &[Vec4], height_fraction: f64, column_coordinate: f64) -> DVec3 {
     between_nodes(height_fraction, column_coordinate, |k| table.get(k).map_or(DVec3::ZERO, |v| v.truncate().as_dvec3()))
 }
 
-/// Bilinear interpolation between the nodes of the table at a fraction of the height to the top and a column coordinate. `node`: the value of node
-/// row * SUNS + column.
+/// Bilinear interpolation between the nodes of the table at a height, given as a fraction of the top's height, and a column coordinate. `node`: the value of
+/// node row * SUNS + column.
 fn between_nodes(height_fraction: f64, column_coordinate: f64, node: impl Fn(usize) -> DVec3) -> DVec3 {
     let row = height_fraction.clamp(0.0, 1.0).sqrt() * (HEIGHTS - 1) as f64;
     let column =
         ((column_coordinate - FIRST_COORDINATE) / (LAST_COORDINATE - FIRST_COORDINATE) * (SUNS - 1) as f64).clamp(0.0, (SUNS - 1) as f64);
     let (r, c) = ((row as usize).min(HEIGHTS - 2), (column as usize).min(SUNS - 2));
-    let along = |r: usize| node(r * SUNS + c).lerp(node(r * SUNS + c + 1), column - c as f64);
-    along(r).lerp(along(r + 1), row - r as f64)
+    let in_row = |r: usize| node(r * SUNS + c).lerp(node(r * SUNS + c + 1), column - c as f64);
+    in_row(r).lerp(in_row(r + 1), row - r as f64)
 }
 
 /// The value that the table contains: square roots, because light at dusk falls by orders of magnitude between two columns.

@@ -32,7 +32,7 @@ pub(crate) const ALL_ORDERS_TO_SINGLE_RATIO: f64 = 2.0;
 /// The rim of a body's air as seen from outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rim {
-    /// Height of its bright part, pixels.
+    /// Height of the rim's bright part, pixels.
     pub height_px: f64,
     /// The rim's light divided by that of the disc, both summed over the channels: an estimate that is mostly too large, up to five times.
     pub light_ratio: f64,
@@ -54,13 +54,13 @@ impl Rim {
         self.is_low() && self.light_ratio < MIN_LIGHT_RATIO
     }
 
-    /// Whether its light must be averaged over each pixel, because one ray per pixel would show it much too bright.
+    /// Whether the rim's light must be averaged over each pixel, because one ray per pixel would show it much too bright.
     pub(crate) fn is_averaged(&self) -> bool {
         self.is_low() || self.height_px < MAX_AVERAGED_RIM_PX && self.light_ratio > MIN_AVERAGED_LIGHT_RATIO
     }
 }
 
-/// Species of exponential profile: those that scatter.
+/// The species with an exponential profile: those that scatter light.
 pub(crate) fn exponential(air: &Atmosphere) -> impl Iterator<Item = &Species> {
     air.species.iter().filter(|s| s.tent_centre_km.is_none())
 }
@@ -89,12 +89,13 @@ pub(crate) fn hidden_area_ratio(body: &Body, air: &Atmosphere) -> f64 {
     let radius_km = body.radii_km.max_element();
     let step_km = air.top_km / HEIGHT_STEPS as f64;
     let opacity = |height_km: f64| (DVec3::ONE - (-tangent_ray(air, radius_km, height_km, 0.0).0).exp()).element_sum() / 3.0;
-    let opaque_km = (0..HEIGHT_STEPS).map(|k| (k as f64 + 0.5) * step_km).map(|height_km| opacity(height_km) * (radius_km + height_km));
-    2.0 * step_km * opaque_km.sum::<f64>() / radius_km.powi(2)
+    // A ring one step high has the area 2 pi times its radius times the step; the disc has pi times its radius squared.
+    let rings_km = (0..HEIGHT_STEPS).map(|k| (k as f64 + 0.5) * step_km).map(|height_km| opacity(height_km) * (radius_km + height_km));
+    2.0 * step_km * rings_km.sum::<f64>() / radius_km.powi(2)
 }
 
-/// How much of the rim continues the disc's colour, 0 to 1, if the body's colours include its air: the blend of `disc_beyond_limb`, from an opacity of 0.2
-/// along the limb to one of 0.5. `at_limb`: the opacity along the limb, the mean of the channels.
+/// How much of the rim continues the disc's colour, 0 to 1, if the body's colours include its air. The part rises from 0 at an opacity along the limb of 0.2
+/// to 1 at 0.5, as in `disc_beyond_limb` of shaders/lib/air/in_front.wesl. `at_limb`: the opacity along the limb, the mean of the channels.
 pub(crate) fn continued_part(at_limb: f64) -> f64 {
     smooth_rise((0.2, 0.5), at_limb)
 }
@@ -103,8 +104,8 @@ pub(crate) fn continued_part(at_limb: f64) -> f64 {
 ///
 /// A ray that grazes at height z has the column sqrt(2 pi R H) n(z) of a species of scale height H and density n. Let its optical depth be t(z), its
 /// single-scattering albedo w(z), and p the phase function times pi. In full sunlight the ray then shows the radiance p w (1 - exp(-t)) per irradiance of light
-/// scattered once, and [`ALL_ORDERS_TO_SINGLE_RATIO`] times that in all. The ring of circumference 2 pi R, bright all around, emits 2 pi R times the integral of
-/// this over z; the disc emits pi R^2 times geometric albedo and phase function. Neglected, because all make the rim darker: half of the limb is beyond the
+/// scattered once, and [`ALL_ORDERS_TO_SINGLE_RATIO`] times that in all. The ring of circumference 2 pi R, bright all around, emits 2 pi R times the integral
+/// of this over z; the disc emits pi R^2 times geometric albedo and phase function. Neglected, because all make the rim darker: half of the limb is beyond the
 /// terminator, sunlight is weakened on its way, and layers absorb.
 ///
 /// With `continues_disc`, the disc's colour continues beside air that is opaque along the limb (`disc_beyond_limb` of shaders/lib/air/in_front.wesl), with the
