@@ -148,8 +148,8 @@ const NIGHT_SKY_FADE_FROM: f64 = 0.85;
 /// Height of the camera, relative to the top of the air, from which the light meter gives the daylight sky less and less weight.
 const METERED_SKY_FADE_FROM: f64 = 0.5;
 
-/// Natural logarithm of the weight that the light meter gives the sky of a camera at the top of the air: the subject that remains then weighs less than a tenth
-/// of the dark sky beyond it, so that the exposure does not jump where the air ends.
+/// Natural logarithm of the weight that the light meter gives the sky of a camera at the top of the air. As a subject this sky then weighs less than a tenth of
+/// the dark sky beyond the air, so that the exposure does not jump where the air ends.
 const METERED_SKY_LOG_WEIGHT_AT_TOP: f64 = -23.0;
 
 /// Part of the night sky's light that comes from above a camera at this height: 1 in most of the air, 0 above the air.

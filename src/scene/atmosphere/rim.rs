@@ -95,9 +95,9 @@ pub(crate) fn hidden_area_ratio(body: &Body, air: &Atmosphere) -> f64 {
 }
 
 /// How much of the rim continues the disc's colour, 0 to 1, if the body's colours include its air. The part rises from 0 at an opacity along the limb of 0.2
-/// to 1 at 0.5, as in `disc_beyond_limb` of shaders/lib/air/in_front.wesl. `at_limb`: the opacity along the limb, the mean of the channels.
-pub(crate) fn continued_part(at_limb: f64) -> f64 {
-    smooth_rise((0.2, 0.5), at_limb)
+/// to 1 at 0.5, as in `disc_beyond_limb` of shaders/lib/air/in_front.wesl. `limb_opacity`: the opacity along the limb, the mean of the channels.
+pub(crate) fn continued_part(limb_opacity: f64) -> f64 {
+    smooth_rise((0.2, 0.5), limb_opacity)
 }
 
 /// The rim's light divided by the disc's.
@@ -129,10 +129,10 @@ fn light_ratio(body: &Body, air: &Atmosphere, phase_angle_rad: f64, continues_di
         return scattered;
     }
     let model_disc = photometry::model_geometric_albedo(&body.photometry)[0] * photometry::model_phase(&body.photometry, phase_angle_rad);
-    let at_limb = (DVec3::ONE - (-along(0.0).0).exp()).element_sum() / 3.0;
-    let relative_km = opaque_km.element_sum() / 3.0 / at_limb.max(1e-12);
+    let limb_opacity = (DVec3::ONE - (-along(0.0).0).exp()).element_sum() / 3.0;
+    let relative_km = opaque_km.element_sum() / 3.0 / limb_opacity.max(1e-12);
     let continued = 2.0 * phase_angle_rad.sin() * relative_km / (PI * radius_km * model_disc.max(1e-12));
-    scattered + (continued - scattered) * continued_part(at_limb)
+    scattered + (continued - scattered) * continued_part(limb_opacity)
 }
 
 #[cfg(test)]
@@ -211,10 +211,10 @@ mod tests {
         assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
         // The limb of a Lambert disc, as bright at the position angle f as sin(alpha) cos(f), and the light of the whole disc: 2 / 3 of its area times the
         // phase function. Along the limb the gas hides 57 % of what is behind it.
-        let at_limb = full.to_array().iter().map(|t| 1.0 - (-t).exp()).sum::<f64>() / 3.0;
-        assert!((at_limb - 0.57).abs() < 0.02, "{at_limb}");
+        let limb_opacity = full.to_array().iter().map(|t| 1.0 - (-t).exp()).sum::<f64>() / 3.0;
+        assert!((limb_opacity - 0.57).abs() < 0.02, "{limb_opacity}");
         let continued =
-            2.0 * alpha.sin() * (equivalent_km / 3.0 / at_limb) / (PI * radius_km * photometry::lambert_phase(alpha) * 2.0 / 3.0);
+            2.0 * alpha.sin() * (equivalent_km / 3.0 / limb_opacity) / (PI * radius_km * photometry::lambert_phase(alpha) * 2.0 / 3.0);
         let ratio = light_ratio(venus, air, alpha, true) / continued;
         assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
     }
