@@ -37,9 +37,9 @@ impl SlantSums {
         Self { light, integral }
     }
 
-    /// The integral up to a radius. `index`: the interval that contains the radius. It is 0 also for a radius below those of all intervals, and the number of
+    /// The integral of the light up to a radius. `index`: that of the interval that contains the radius; 0 for a radius below all intervals, and the number of
     /// intervals for a radius above them.
-    fn up_to(&self, intervals: &[RingInterval], radius: f64, index: usize) -> ByParticle {
+    fn integral_to(&self, intervals: &[RingInterval], radius: f64, index: usize) -> ByParticle {
         let Some(interval) = intervals.get(index) else { return self.integral[intervals.len()] };
         let within = (radius - interval.from).max(0.0);
         [0, 1].map(|particle| self.integral[index][particle] + within * self.light[index][particle])
@@ -50,7 +50,7 @@ impl SlantSums {
 pub(crate) struct RadialSums<'a> {
     intervals: &'a [RingInterval],
     conditions: RingConditions,
-    /// Computed when a ray first needs them.
+    /// The sums for each slant of the table; `None` until a ray needs them.
     by_slant: Vec<Option<SlantSums>>,
 }
 
@@ -73,7 +73,7 @@ impl<'a> RadialSums<'a> {
         let [lower_mean, upper_mean] = [lower_index, lower_index + 1].map(|slant_index| {
             let slant = (slant_index as f64 / f64::from(RING_SLANTS_PER_OCTAVE)).exp2();
             let sums = self.by_slant[slant_index].get_or_insert_with(|| SlantSums::new(self.intervals, &self.conditions, slant));
-            let [inner, outer] = ends.map(|(radius, interval)| sums.up_to(self.intervals, radius, interval));
+            let [inner, outer] = ends.map(|(radius, interval)| sums.integral_to(self.intervals, radius, interval));
             [0, 1].map(|particle| (outer[particle] - inner[particle]) / (to - from))
         });
         [0, 1].map(|particle| lower_mean[particle] + upper_weight * (upper_mean[particle] - lower_mean[particle]))

@@ -84,6 +84,7 @@ struct Annulus {
 }
 
 impl Annulus {
+    /// The scattered light along paths of a slant, interpolated. `side`: see `light`.
     fn light_along(&self, side: usize, slant: f64) -> DVec3 {
         let position = (slant.log2() * SLANTS_PER_OCTAVE).clamp(0.0, (SLANTS - 1) as f64 - 1e-9);
         let below = position as usize;
@@ -148,7 +149,8 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
     groups.iter().filter(|g| !g.is_empty()).map(annulus).collect()
 }
 
-/// The interpolation has a knot at each elevation of the Sun whose sine has at most this many binary digits after the leading one. Each knot has its own table.
+/// Tables are interpolated between knots. There is a knot, with its own table, at each elevation of the Sun whose sine has at most this many binary digits
+/// after the leading one.
 const KNOT_DIGITS: u32 = 5;
 
 /// Rounds an absolute value to `digits` binary digits after the leading one.
@@ -160,7 +162,7 @@ fn round_to_digits(v: f64, digits: u32) -> f64 {
 /// Number of cached tables of each kind.
 const CACHE_CAPACITY: usize = 16;
 
-/// The source files that determine a table: an edit of one of them invalidates tables stored on disk. From the rest of the program they use only the
+/// The source files that determine a table: an edit of one of them invalidates tables stored on disk. From the rest of the program these files use only the
 /// numbers of a table's key and the narrowing to f32.
 pub(crate) const SOURCES: [&str; 6] = [
     include_str!("ring_shine.rs"),
@@ -175,6 +177,7 @@ pub(crate) const SOURCES: [&str; 6] = [
 pub(crate) trait RingShineStore: std::fmt::Debug + Send + Sync {
     /// The table that was stored under a key, if it is complete and undamaged.
     fn read(&self, key: &[f64]) -> Option<RingShine>;
+    /// Stores a table under a key.
     fn write(&self, key: &[f64], table: &RingShine);
 }
 
@@ -243,6 +246,7 @@ impl RingShineGeometry<'_> {
             let shadow_cosine = (r * r - 1.0).max(0.0).sqrt() / (r * sun_horizontal).max(1e-12);
             let shadow_half_arc = if shadow_cosine < 1.0 { shadow_cosine.acos() } else { 0.0 };
             let (from, to) = (hour_angle - half_arc, hour_angle + half_arc);
+            // The parts of the visible arc on either side of the shadow.
             for [a, b] in [[from, to.min(PI - shadow_half_arc)], [from.max(PI + shadow_half_arc), to]] {
                 if b <= a {
                     continue;

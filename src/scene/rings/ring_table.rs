@@ -21,7 +21,9 @@ pub(crate) const MAX_NODES: usize = 4096;
 pub(crate) struct RingInterval {
     pub from: f64,
     pub to: f64,
+    /// Optical depth along the normal.
     pub tau: f64,
+    /// Effective single-scattering albedo, linear RGB.
     pub albedo: [f64; 3],
     /// Fraction of the scattered light that comes from dust.
     pub dust: f64,
@@ -33,6 +35,7 @@ impl RingInterval {
         -(-self.tau * slant).exp_m1()
     }
 
+    /// Whether any light comes from dust.
     fn has_dust(&self) -> bool {
         self.tau > 0.0 && self.dust > 0.0
     }
@@ -107,10 +110,10 @@ impl RingTables {
 /// Slants of sunlight (1 / sine of its angle to the ring's plane) for the rows of a shadow's table. `sine`: sine of the elevation of the Sun's centre
 /// over the plane; `tangent`: tangent of the Sun's angular radius.
 ///
-/// One slant is enough if it varies little across the disc. The criterion: for either half of the disc, the fraction of light that an interval removes differs
-/// by at most 0.004 from the fraction for the slant of the centre. The difference is at most 0.158 `tangent` / `sine`. The number is the product of 4 / (3 pi),
-/// the distance of a half's centroid in radii of the disc, and about 1 / e, the steepest change of the fraction with the logarithm of the slant. For a lower
-/// Sun the slant of the centre is followed by one slant for each strip of the disc.
+/// One slant is enough if the slant varies little across the disc. The criterion: for either half of the disc, the fraction of light that an interval removes
+/// differs by at most 0.004 from the fraction for the slant of the centre. The difference is at most 0.158 `tangent` / `sine`. The number 0.158 is the product
+/// of 4 / (3 pi), the distance of a half's centroid in radii of the disc, and about 1 / e, the steepest change of the fraction with the logarithm of the slant.
+/// For a lower Sun the slant of the centre is followed by one slant for each strip of the disc.
 pub fn slants_of_sunlight(sine: f64, tangent: f64, is_disc_resolved: bool) -> Vec<f64> {
     let slant = |sine: f64| 1.0 / sine.abs().max(MIN_COSINE);
     if !is_disc_resolved || sine.abs() > ONE_SLANT_MIN_ELEVATION_SUN_RADII * tangent {
@@ -191,7 +194,7 @@ impl RingConditions {
     }
 
     /// Light that an interval scatters into a path of a slant, without the factors albedo and phase function / 4; for the pixel view of albedo, the fraction of
-    /// light that it removes.
+    /// light that the interval removes.
     pub(super) fn light(&self, interval: &RingInterval, slant: f64) -> f64 {
         let Some(sunlight) = self.sunlight else { return interval.removed_fraction(slant) };
         let light_of_part = |(part, [fraction, sine]): (usize, [f64; 2])| {
