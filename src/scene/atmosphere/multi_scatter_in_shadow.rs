@@ -269,15 +269,16 @@ impl AirAndGround<'_> {
     /// the height in km, and the fraction of the light at the step that is scattered into the path and reaches the path's start. Returns the distance along the
     /// ground at which the path meets the ground, and the transmittance up to there; `None` for a path that leaves the air at its top.
     fn integrate_path(&self, from_km: f64, elevation_sine: f64, mut add_scattering: impl FnMut(f64, f64, DVec3)) -> Option<(f64, DVec3)> {
-        let r = self.radius_km + from_km.max(multi_scatter_table::GROUND_CLEARANCE_KM);
+        let start_radius_km = self.radius_km + from_km.max(multi_scatter_table::GROUND_CLEARANCE_KM);
         // Positions on the path are counted from its line's point nearest to the centre. The line meets a sphere at plus and minus half its chord in it.
-        let (start, nearest_sq) = (r * elevation_sine, r * r * (1.0 - elevation_sine * elevation_sine));
+        let start = start_radius_km * elevation_sine;
+        let nearest_sq = start_radius_km * start_radius_km * (1.0 - elevation_sine * elevation_sine);
         let half_ground_chord_sq = self.radius_km * self.radius_km - nearest_sq;
         let hits_ground = elevation_sine < 0.0 && half_ground_chord_sq > 0.0;
         let half_top_chord_sq = (self.radius_km + self.air.top_km).powi(2) - nearest_sq;
         let path_km = if hits_ground { -start - half_ground_chord_sq.sqrt() } else { -start + half_top_chord_sq.max(0.0).sqrt() }.max(0.0);
-        let ground_distance_km =
-            |s_km: f64| self.radius_km * (s_km * (1.0 - elevation_sine * elevation_sine).sqrt()).atan2(r + s_km * elevation_sine);
+        let elevation_cosine = (1.0 - elevation_sine * elevation_sine).sqrt();
+        let ground_distance_km = |s_km: f64| self.radius_km * (s_km * elevation_cosine).atan2(start_radius_km + s_km * elevation_sine);
         let mut transmittance = DVec3::ONE;
         for k in 0..STEPS {
             let u = (k as f64 + 0.5) / STEPS as f64;

@@ -135,8 +135,7 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
                                     };
                                     all.extend(possible_globes(chosen, body, view));
                                     all.extend(possible_clouds(chosen, body, view));
-                                    let skies =
-                                        both.map(|thin_rim| FeatureSelection { thin_rim, ..chosen }.sky_features(body, view));
+                                    let skies = both.map(|thin_rim| FeatureSelection { thin_rim, ..chosen }.sky_features(body, view));
                                     all.extend(skies.into_iter().flatten());
                                 }
                             }
