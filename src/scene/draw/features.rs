@@ -36,7 +36,7 @@ pub struct MapSet {
     pub specular: bool,
     /// The lights of cities.
     pub night: bool,
-    /// The cloud map: for the clouds' shadow on the ground, or in a draw of clouds for their opacity.
+    /// The cloud map in the ground's draw: for the clouds' shadow and, with [`AirPass::ReadWithClouds`], for the clouds.
     pub cloud_shadow: bool,
 }
 

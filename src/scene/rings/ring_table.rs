@@ -147,6 +147,7 @@ impl RadiusBins {
         let inner = intervals.first().map_or(1.0, |s| s.from).max(1e-3 * outer);
         let columns = intervals.len() + 1;
         let count = RING_BIN_ROWS as usize * columns;
+        // Bins are even steps of 1 / radius, counted outwards from the inner edge.
         let bins_per_inverse_radius = count as f64 / (1.0 / inner - 1.0 / outer);
         let at_inner = bins_per_inverse_radius / inner;
         let outer_radii: Vec<f32> = outer_radii(intervals).collect();

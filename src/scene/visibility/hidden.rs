@@ -63,7 +63,7 @@ impl Limb {
         quadratic > 0.0 && self.linear[0] + self.linear[1] * x + self.linear[2] * y > 0.0
     }
 
-    /// Values of x where the limb may cross a line of constant y.
+    /// Values of x where the limb may cross a line of constant y: the two roots of F, then the root of L.
     fn crossings(&self, y: f64) -> [f64; 3] {
         let [c, gx, gy, xx, xy, yy] = self.quadratic;
         let (a, b, c) = (xx, gx + xy * y, c + gy * y + yy * y * y);

@@ -54,10 +54,10 @@ pub(super) struct RimOfAir<'p> {
     air: &'p Atmosphere,
     radius_km: f64,
     /// Sine and cosine of the phase angle.
-    phase: (f64, f64),
+    phase_sin_cos: (f64, f64),
     /// Sine and cosine of the angle at the body's centre between the limb and the plane through the centre that the camera faces; the angle is 0 for a far
     /// camera.
-    limb_tilt: (f64, f64),
+    limb_tilt_sin_cos: (f64, f64),
     /// How much of the ring continues the disc's colour, by [`rim::continued_part`]; 0 if the body's colours exclude the air, or if the air is visible over the
     /// disc.
     continued_part: f64,
@@ -76,14 +76,15 @@ impl<'p> RimOfAir<'p> {
         let limb_opacity = (DVec3::ONE - (-depth).exp()).element_sum() / 3.0;
         let continues_disc = !air::colours_exclude_air(p.body) && !air::is_visible_over_disc(air);
         let continued_part = if continues_disc { rim::continued_part(limb_opacity) } else { 0.0 };
-        let limb_tilt = (radius_km / p.distance_km).min(1.0).asin().sin_cos();
-        Some(Self { air, radius_km, phase: p.phase_angle_rad.sin_cos(), limb_tilt, continued_part, limb_opacity, disc_albedo })
+        let limb_tilt_sin_cos = (radius_km / p.distance_km).min(1.0).asin().sin_cos();
+        let phase_sin_cos = p.phase_angle_rad.sin_cos();
+        Some(Self { air, radius_km, phase_sin_cos, limb_tilt_sin_cos, continued_part, limb_opacity, disc_albedo })
     }
 
     /// Radiance per irradiance, brightest channel, at a height over the limb. `cos_position_angle`: cosine of the angle around the disc's centre from the
     /// direction of the Sun.
     fn radiance(&self, height_km: f64, cos_position_angle: f64) -> f64 {
-        let ((sin_phase, cos_phase), (sin_tilt, cos_tilt)) = (self.phase, self.limb_tilt);
+        let ((sin_phase, cos_phase), (sin_tilt, cos_tilt)) = (self.phase_sin_cos, self.limb_tilt_sin_cos);
         // The Sun's components towards the camera and away from the disc's centre, as seen from the limb, whose normal is tilted towards the camera.
         let (towards_camera, outwards) = (cos_phase, sin_phase * cos_position_angle);
         let sin_altitude = outwards * cos_tilt + towards_camera * sin_tilt;
@@ -138,7 +139,7 @@ impl MeteredFrame<'_, '_> {
         let sun = (p.body_from_icrf * p.sun_from_body_km).normalize();
         let across = (sun - viewer * sun.dot(viewer)).try_normalize().unwrap_or_else(|| viewer.any_orthonormal_vector());
         let up = viewer.cross(across);
-        let (sin_tilt, cos_tilt) = rim.limb_tilt;
+        let (sin_tilt, cos_tilt) = rim.limb_tilt_sin_cos;
         let sunlit_part = |position_angle: f64| {
             let (sin, cos) = position_angle.sin_cos();
             let at = |sin: f64| {
