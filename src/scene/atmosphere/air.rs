@@ -94,14 +94,14 @@ fn is_thick(air: &Atmosphere) -> bool {
 }
 
 /// The model of the atmosphere, and why. Where the reason names two sample counts, the smaller applies to rays that only rise or only fall, by day.
-/// `chosen`: the user's choice. `in_drafts`: see [`table_in_drafts`].
-pub(crate) fn model(chosen: Option<AtmosphereModel>, quality: Quality, in_drafts: Option<TableInDrafts>) -> (AtmosphereModel, Reason) {
-    let model = chosen.unwrap_or(match quality {
+/// `requested`: the user's choice. `in_drafts`: see [`table_in_drafts`].
+pub(crate) fn model(requested: Option<AtmosphereModel>, quality: Quality, in_drafts: Option<TableInDrafts>) -> (AtmosphereModel, Reason) {
+    let model = requested.unwrap_or(match quality {
         Quality::Draft if in_drafts.is_none() => AtmosphereModel::Pixel8,
         _ => AtmosphereModel::Table,
     });
     let (few, many) = sample_counts(model);
-    let reason = match (model, chosen, in_drafts.filter(|_| quality == Quality::Draft)) {
+    let reason = match (model, requested, in_drafts.filter(|_| quality == Quality::Draft)) {
         (AtmosphereModel::None, ..) => reason!("air-none"),
         (AtmosphereModel::Pixel8, None, _) => reason!("air-samples-draft", few = few, many = many),
         (AtmosphereModel::Table, None, Some(TableInDrafts::Near)) => reason!("air-samples-table-near", few = few, many = many),

@@ -84,10 +84,10 @@ impl Shadow {
         let offset_across = position.truncate().truncate();
         // The coordinate along the axis of the point where the shadow's centre line meets the ground, or 0 if the line misses. On the unit sphere it is also
         // the cosine of the Sun's zenith angle.
-        let along = (1.0 - offset_across.length_squared()).max(0.0).sqrt();
-        let to_occluder = position.z - along;
+        let axis_z = (1.0 - offset_across.length_squared()).max(0.0).sqrt();
+        let to_occluder = position.z - axis_z;
         // Solar radii per equatorial radius of the lit body, at the occluder's distance.
-        let solar_radii_per_radius = f64::from(eclipse.perpendicular_axes[0].w) * (1.0 - along * f64::from(eclipse.axis.w)) / to_occluder;
+        let solar_radii_per_radius = f64::from(eclipse.perpendicular_axes[0].w) * (1.0 - axis_z * f64::from(eclipse.axis.w)) / to_occluder;
         if !(to_occluder > 0.0 && solar_radii_per_radius > 0.0 && solar_radii_per_radius.is_finite()) {
             return None;
         }
@@ -98,7 +98,7 @@ impl Shadow {
         let visible_sun = (0..PENUMBRA_NODES)
             .map(|k| visible_sun_fraction(occluder_radius, -1.0 + 2.0 * k as f64 / (PENUMBRA_NODES - 1) as f64, &limb_darkening))
             .collect();
-        let sun_cosine = along.max(MIN_SUN_COSINE);
+        let sun_cosine = axis_z.max(MIN_SUN_COSINE);
         Some(Self {
             occluder_radius,
             km_per_solar_radius,

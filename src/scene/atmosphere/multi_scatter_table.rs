@@ -96,9 +96,9 @@ struct RayIntegral {
 impl AirSphere<'_> {
     /// Distance in km from a point along a ray to where the ray leaves the air, and whether it does so at the ground; otherwise it does so at the top of the
     /// atmosphere.
-    fn distance_to_boundary(&self, p: DVec3, along: DVec3) -> (f64, bool) {
+    fn distance_to_boundary(&self, p: DVec3, direction: DVec3) -> (f64, bool) {
         // Positions on the ray are counted from its point nearest to the centre. The ray meets a sphere at plus and minus half its chord in that sphere.
-        let start = p.dot(along);
+        let start = p.dot(direction);
         let nearest_sq = p.length_squared() - start * start;
         let half_ground_chord_sq = self.radius_km * self.radius_km - nearest_sq;
         if start < 0.0 && half_ground_chord_sq > 0.0 {
@@ -129,16 +129,16 @@ impl AirSphere<'_> {
     }
 
     /// Integrates in-scattering along a ray in `count` steps. `source`: radiance that a unit of scattering at a point sends into the ray.
-    fn integrate(&self, from: DVec3, along: DVec3, count: usize, source: impl Fn(DVec3) -> DVec3) -> RayIntegral {
-        let (length_km, hits_ground) = self.distance_to_boundary(from, along);
+    fn integrate(&self, origin: DVec3, direction: DVec3, count: usize, source: impl Fn(DVec3) -> DVec3) -> RayIntegral {
+        let (length_km, hits_ground) = self.distance_to_boundary(origin, direction);
         let mut ray = RayIntegral {
             light: DVec3::ZERO,
             rescattered: DVec3::ZERO,
             transmittance: DVec3::ONE,
-            ground_point: hits_ground.then(|| from + along * length_km),
+            ground_point: hits_ground.then(|| origin + direction * length_km),
         };
         for (fraction, weight) in quadrature(count) {
-            let p = from + along * (length_km * fraction);
+            let p = origin + direction * (length_km * fraction);
             let (height_km, step_km) = (self.height_km(p), length_km * weight);
             let depth = self.coefficient(height_km, extinction) * step_km;
             // Mean transmittance from the start of the step to its points.
@@ -153,12 +153,12 @@ impl AirSphere<'_> {
 
     /// The node of a row and a column: radiance of the second and all further orders of scattering, averaged over all directions, per irradiance of the Sun.
     fn node(&self, row: usize, column: usize) -> DVec3 {
-        let from = DVec3::Z * (self.radius_km + row_height_km(self.air, row).max(GROUND_CLEARANCE_KM));
+        let origin = DVec3::Z * (self.radius_km + row_height_km(self.air, row).max(GROUND_CLEARANCE_KM));
         let sun = towards_sun(sun_cosine(column));
         let sampling = if sun.z > 0.0 { BY_DAY } else { AT_DUSK };
         let (mut second, mut rescattered) = (DVec3::ZERO, DVec3::ZERO);
-        for along in directions(sampling.directions) {
-            let ray = self.integrate(from, along, sampling.steps, |p| self.sunlight(p, sun) / (4.0 * PI));
+        for direction in directions(sampling.directions) {
+            let ray = self.integrate(origin, direction, sampling.steps, |p| self.sunlight(p, sun) / (4.0 * PI));
             second += ray.light + ray.ground_point.map_or(DVec3::ZERO, |g| ray.transmittance * self.reflected(g, sun));
             rescattered += ray.rescattered;
         }
@@ -175,21 +175,21 @@ impl AirSphere<'_> {
 
     /// Irradiance of level ground by the entire sky, per irradiance of the Sun. `rows`: the nodes of all heights.
     fn ground_irradiance(&self, rows: &[DVec3], column: usize) -> DVec3 {
-        let from = DVec3::Z * (self.radius_km + GROUND_CLEARANCE_KM);
+        let origin = DVec3::Z * (self.radius_km + GROUND_CLEARANCE_KM);
         let sun = towards_sun(sun_cosine(column));
         let mut sum = DVec3::ZERO;
-        for along in directions(ON_GROUND.directions).filter(|d| d.z > 0.0) {
-            let multiple =
-                self.integrate(from, along, ON_GROUND.steps, |p| self.interpolate(rows, self.height_km(p), p.normalize().dot(sun))).light;
-            sum += (multiple + self.single_scattering(from, along, sun)) * along.z;
+        for direction in directions(ON_GROUND.directions).filter(|d| d.z > 0.0) {
+            let multiple_source = |p: DVec3| self.interpolate(rows, self.height_km(p), p.normalize().dot(sun));
+            let multiple = self.integrate(origin, direction, ON_GROUND.steps, multiple_source).light;
+            sum += (multiple + self.single_scattering(origin, direction, sun)) * direction.z;
         }
         // The directions are distributed over the entire sphere, so each has the solid angle 2 TAU / count.
         sum * (2.0 * TAU / ON_GROUND.directions as f64)
     }
 
     /// Single scattering along a ray, with the phase function of each species.
-    fn single_scattering(&self, from: DVec3, along: DVec3, sun: DVec3) -> DVec3 {
-        let cos_scattering = along.dot(sun);
+    fn single_scattering(&self, origin: DVec3, direction: DVec3, sun: DVec3) -> DVec3 {
+        let cos_scattering = direction.dot(sun);
         let source = |p: DVec3| {
             let height_km = self.height_km(p);
             let all = self.coefficient(height_km, scattering).max(DVec3::splat(1e-30));
@@ -197,7 +197,7 @@ impl AirSphere<'_> {
             let phase_weighted: DVec3 = self.air.species.iter().map(|s| scattering(s) * phase_times_density(s)).sum();
             self.sunlight(p, sun) * phase_weighted / all
         };
-        self.integrate(from, along, ON_GROUND.steps, source).light
+        self.integrate(origin, direction, ON_GROUND.steps, source).light
     }
 
     /// Interpolates the table as the shader does.

@@ -115,10 +115,10 @@ fn light_ratio(body: &Body, air: &Atmosphere, phase_angle_rad: f64, continues_di
     let radius_km = body.radii_km.max_element();
     let cos_scattering = -phase_angle_rad.cos();
     let step_km = air.top_km / HEIGHT_STEPS as f64;
-    let along = |height_km: f64| tangent_ray(air, radius_km, height_km, cos_scattering);
+    let ray_at = |height_km: f64| tangent_ray(air, radius_km, height_km, cos_scattering);
     let (mut scattered_km, mut opaque_km) = (DVec3::ZERO, DVec3::ZERO);
     for k in 0..HEIGHT_STEPS {
-        let (depth, scattered) = along((k as f64 + 0.5) * step_km);
+        let (depth, scattered) = ray_at((k as f64 + 0.5) * step_km);
         let opacity = DVec3::ONE - (-depth).exp();
         scattered_km += scattered * opacity / depth.max(DVec3::splat(1e-12)) * step_km;
         opaque_km += opacity * step_km;
@@ -129,7 +129,7 @@ fn light_ratio(body: &Body, air: &Atmosphere, phase_angle_rad: f64, continues_di
         return scattered;
     }
     let model_disc = photometry::model_geometric_albedo(&body.photometry)[0] * photometry::model_phase(&body.photometry, phase_angle_rad);
-    let limb_opacity = (DVec3::ONE - (-along(0.0).0).exp()).element_sum() / 3.0;
+    let limb_opacity = (DVec3::ONE - (-ray_at(0.0).0).exp()).element_sum() / 3.0;
     let relative_km = opaque_km.element_sum() / 3.0 / limb_opacity.max(1e-12);
     let continued = 2.0 * phase_angle_rad.sin() * relative_km / (PI * radius_km * model_disc.max(1e-12));
     scattered + (continued - scattered) * continued_part(limb_opacity)

@@ -164,8 +164,8 @@ pub struct Air {
     pub absorption: bool,
 }
 
-/// The role of a draw with respect to the coarse image of the air, an image with fewer texels than the screen has pixels. This image holds the light of the air,
-/// and the sunlight that passes the occluders to the ground.
+/// The role of a draw with respect to the coarse image of the air, an image with fewer texels than the screen has pixels. This image holds the light of the
+/// air, and the sunlight that passes the occluders to the ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum AirPass {
     /// Each pixel evaluates the light of the air.

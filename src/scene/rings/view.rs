@@ -46,12 +46,12 @@ fn clipped(polygon: &[DVec3], normal: DVec3) -> Vec<DVec3> {
     let mut kept = Vec::with_capacity(polygon.len() + 1);
     for (k, &p) in polygon.iter().enumerate() {
         let q = polygon[(k + 1) % polygon.len()];
-        let (of_p, of_q) = (p.dot(normal), q.dot(normal));
-        if of_p >= 0.0 {
+        let (side_p, side_q) = (p.dot(normal), q.dot(normal));
+        if side_p >= 0.0 {
             kept.push(p);
         }
-        if (of_p >= 0.0) != (of_q >= 0.0) {
-            kept.push(p + (q - p) * (of_p / (of_p - of_q)));
+        if (side_p >= 0.0) != (side_q >= 0.0) {
+            kept.push(p + (q - p) * (side_p / (side_p - side_q)));
         }
     }
     kept

@@ -80,8 +80,8 @@ fn sky_by_day(frame: &FrameContext<'_>, placed: &[PlacedBody<'_>]) -> f64 {
     sun_sine.map_or(0.0, |sine| smooth_rise(DUSK_SUN_SINES, sine))
 }
 
-/// Dims the points by what is in front of them, reduces the areas that they cover (to 0 where they hide nothing), and records as a decision the fraction of each
-/// body's light that nearer bodies leave visible.
+/// Dims the points by what is in front of them, reduces the areas that they cover (to 0 where they hide nothing), and records as a decision the fraction of
+/// each body's light that nearer bodies leave visible.
 pub(crate) fn apply(
     frame: &FrameContext<'_>,
     placed: &[PlacedBody<'_>],
