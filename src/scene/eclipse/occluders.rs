@@ -202,7 +202,7 @@ pub fn select_occluders<'a>(
         return FoundOccluders { occluders: Vec::new(), reason: reason!("inside-sun") };
     };
     let mut occluders = Vec::new();
-    let mut nearest: Option<(f64, &'a str)> = None;
+    let mut nearest_miss: Option<(f64, &'a str)> = None;
     for occluder in candidates {
         let occluder = occluder.for_points_within(&axis, sun, extent.max_radius, receiver.radius_km());
         if occluder.max_blocked_fraction < MIN_BLOCKED_FRACTION {
@@ -213,8 +213,8 @@ pub fn select_occluders<'a>(
         if gap > 0.0 {
             // The gap in penumbra radii.
             let gap_ratio = gap / occluder.penumbra_radius(&axis, extent.max_radius);
-            if occluder.max_blocked_fraction > VISIBLE_CHANGE && nearest.is_none_or(|(min_ratio, _)| gap_ratio < min_ratio) {
-                nearest = Some((gap_ratio, &body.name));
+            if occluder.max_blocked_fraction > VISIBLE_CHANGE && nearest_miss.is_none_or(|(min_ratio, _)| gap_ratio < min_ratio) {
+                nearest_miss = Some((gap_ratio, &body.name));
             }
             continue;
         }
@@ -231,7 +231,7 @@ pub fn select_occluders<'a>(
     let mut occluders: Vec<Occluder<'a>> = occluders.into_iter().map(|(_, occluder)| occluder).collect();
     let left_out = occluders.len().saturating_sub(usize::from(MAX_OCCLUDERS));
     occluders.truncate(usize::from(MAX_OCCLUDERS));
-    let reason = match (occluders.first(), nearest) {
+    let reason = match (occluders.first(), nearest_miss) {
         (Some(first), _) => {
             let names: Vec<String> = occluders.iter().map(|o| o.body.name.clone()).collect();
             let takes = reason!("eclipse-takes", body = &first.body.name, part = format_args!("{:.3}", first.max_blocked_fraction));

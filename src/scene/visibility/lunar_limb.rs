@@ -81,7 +81,7 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
     let radius = sun.angular_radius_rad().tan();
     let (u1, u2) = limb_darkening(sun.body);
     let total = PI * (DVec3::ONE - u1 / 3.0 - u2 / 6.0);
-    let mean_limb = apparent_limb.limb_angle_tan(moon.body.radii_km.max_element() - profile.sphere_km());
+    let mean_limb_tan = apparent_limb.limb_angle_tan(moon.body.radii_km.max_element() - profile.sphere_km());
     let (mut change, mut is_any_visible) = (DVec3::ZERO, false);
     for (k, height_km) in profile.heights_km().iter().enumerate() {
         let (sin, cos) = (TAU * k as f64 / LIMB_POINTS as f64).sin_cos();
@@ -93,10 +93,10 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
             continue;
         }
         let (sun_entry, sun_exit) = (along - half_chord_sq.sqrt(), along + half_chord_sq.sqrt());
-        let limb = apparent_limb.limb_angle_tan(*height_km);
-        is_any_visible |= sun_exit > limb.max(0.0);
+        let limb_tan = apparent_limb.limb_angle_tan(*height_km);
+        is_any_visible |= sun_exit > limb_tan.max(0.0);
         // The light between profile and mean limb is gained if the profile is lower, and lost if it is higher.
-        let (from, to) = (limb.min(mean_limb).max(sun_entry), limb.max(mean_limb).min(sun_exit));
+        let (from, to) = (limb_tan.min(mean_limb_tan).max(sun_entry), limb_tan.max(mean_limb_tan).min(sun_exit));
         if to <= from {
             continue;
         }
@@ -108,7 +108,7 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
         // Simpson's rule suffices as seen from the Earth, where a strip is narrower than a hundredth of the Sun's radius. Near the Moon a strip may be as
         // wide as that radius, and the error was not measured.
         let strip = (light_at(from) + 4.0 * light_at(0.5 * (from + to)) + light_at(to)) * ((to - from) / 6.0);
-        change += strip * (if limb < mean_limb { 1.0 } else { -1.0 } * TAU / LIMB_POINTS as f64 / (radius * radius));
+        change += strip * (if limb_tan < mean_limb_tan { 1.0 } else { -1.0 } * TAU / LIMB_POINTS as f64 / (radius * radius));
     }
     if !is_any_visible {
         return DVec3::ZERO;
