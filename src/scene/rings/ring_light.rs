@@ -52,17 +52,17 @@ impl RingLight {
         let (mu, mu0) = (viewer.z.abs().max(MIN_COSINE), sun.z.abs().max(MIN_COSINE));
         let is_same_side = viewer.z * sun.z > 0.0;
         let globe = Globe { axes: body.radii_km / unit_km };
-        let (from, width) = (first.from, (last.to - first.from) / RADII as f64);
+        let (innermost, width) = (first.inner, (last.outer - first.inner) / RADII as f64);
         let visible_fractions: Vec<f64> =
-            (0..RADII).map(|k| globe.visible_fraction(from + (k as f64 + 0.5) * width, sun, viewer)).collect();
-        let visible_at = |r: f64| visible_fractions[(((r - from) / width) as usize).min(RADII - 1)];
+            (0..RADII).map(|k| globe.visible_fraction(innermost + (k as f64 + 0.5) * width, sun, viewer)).collect();
+        let visible_at = |r: f64| visible_fractions[(((r - innermost) / width) as usize).min(RADII - 1)];
         let cos_phase = sun.dot(viewer).clamp(-1.0, 1.0);
         let (large_particle_phase, dust_phase) = (large_particle_phase(cos_phase), dust_phase(cos_phase.acos()));
         let reflected = |interval: &RingInterval| {
             let scattered = scattered(interval.tau, 1.0 / mu, 1.0 / mu0, is_same_side);
-            let area = PI * (interval.to - interval.from) * (interval.to + interval.from) * viewer.z.abs();
+            let area = PI * (interval.outer - interval.inner) * (interval.outer + interval.inner) * viewer.z.abs();
             let phase = large_particle_phase * (1.0 - interval.dust) + dust_phase * interval.dust;
-            0.25 * phase * luminance(interval.albedo) * scattered * area * visible_at(0.5 * (interval.from + interval.to))
+            0.25 * phase * luminance(interval.albedo) * scattered * area * visible_at(0.5 * (interval.inner + interval.outer))
         };
         let ring_albedo = if sun.z == 0.0 { 0.0 } else { intervals.iter().map(reflected).sum::<f64>() / PI };
         Self { ring_albedo, globe_light_fraction: globe.transmitted_fraction(&intervals, sun, viewer) }
@@ -124,10 +124,10 @@ pub(crate) fn transmittance(intervals: &[RingInterval], point: DVec3, towards: D
         return 1.0;
     }
     let radius = (point - towards * (point.z / towards.z)).truncate().length();
-    let index = intervals.partition_point(|interval| interval.to <= radius);
+    let index = intervals.partition_point(|interval| interval.outer <= radius);
     intervals
         .get(index)
-        .filter(|interval| interval.from <= radius)
+        .filter(|interval| interval.inner <= radius)
         .map_or(1.0, |interval| (-interval.tau / towards.z.abs().max(MIN_COSINE)).exp())
 }
 

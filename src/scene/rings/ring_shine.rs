@@ -94,7 +94,7 @@ impl Annulus {
 
 /// Weight of an interval in the division into annuli: the light that it removes along a path of slant 4 (elevation 14.5 degrees), times its width and albedo.
 fn weight(interval: &RingInterval) -> f64 {
-    (interval.to - interval.from) * -(-4.0 * interval.tau).exp_m1() * interval.albedo.iter().sum::<f64>()
+    (interval.outer - interval.inner) * -(-4.0 * interval.tau).exp_m1() * interval.albedo.iter().sum::<f64>()
 }
 
 /// Divides intervals of constant optical depth into parts, and groups the parts into annuli of about equal weight.
@@ -110,10 +110,10 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
     let mut group_weight = 0.0;
     for interval in intervals.into_iter().filter(|s| s.tau > 0.0) {
         let parts = (weight(&interval) / weight_per_annulus).ceil().max(1.0);
-        let width = (interval.to - interval.from) / parts;
+        let width = (interval.outer - interval.inner) / parts;
         for k in 0..parts as usize {
-            let from = interval.from + width * k as f64;
-            let part = RingInterval { from, to: from + width, ..interval };
+            let inner = interval.inner + width * k as f64;
+            let part = RingInterval { inner, outer: inner + width, ..interval };
             if group_weight >= weight_per_annulus {
                 groups.push(Vec::new());
                 group_weight -= weight_per_annulus;
@@ -127,7 +127,7 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
     let sun_disc_parts = sun_disc_parts(geometry.sin_elevation.abs(), geometry.sun_tangent);
     let annulus = |group: &Vec<RingInterval>| {
         let weights: f64 = group.iter().map(weight).sum();
-        let radius = group.iter().map(|s| weight(s) * 0.5 * (s.from + s.to)).sum::<f64>() / weights.max(1e-300);
+        let radius = group.iter().map(|s| weight(s) * 0.5 * (s.inner + s.outer)).sum::<f64>() / weights.max(1e-300);
         let light_at_slant = |side: usize, k: usize| {
             let slant = (k as f64 / SLANTS_PER_OCTAVE).exp2();
             let from_interval = |interval: &RingInterval| {
@@ -139,7 +139,7 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
                         0.0
                     }
                 };
-                DVec3::from_array(interval.albedo) * ((interval.to - interval.from) * (from_sun_part(0) + from_sun_part(1)))
+                DVec3::from_array(interval.albedo) * ((interval.outer - interval.inner) * (from_sun_part(0) + from_sun_part(1)))
             };
             group.iter().map(from_interval).sum()
         };

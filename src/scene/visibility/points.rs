@@ -51,7 +51,7 @@ impl RingedPlanet<'_, '_> {
         let centre = axes * (body.placement.centre_km - planet.placement.centre_km) / unit_km;
         let radius = body.body.radii_km.element_sum() / 3.0 / unit_km;
         let line_of_sight = (centre - camera).normalize();
-        let outer = self.intervals.last().map_or(0.0, |interval| interval.to);
+        let outer = self.intervals.last().map_or(0.0, |interval| interval.outer);
         if camera.cross(line_of_sight).length() > outer + radius {
             return RingsAtBody { transmittance: 1.0, are_behind: false };
         }

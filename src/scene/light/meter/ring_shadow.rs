@@ -85,9 +85,9 @@ impl MeteredFrame<'_, '_> {
         let intervals = self.meter.context.caches.ring_tables.intervals(p.body.rings.iter(), unit_km);
         let (mut blocked_up_to, mut sum) = (Vec::with_capacity(2 * intervals.len()), 0.0);
         for interval in intervals.iter() {
-            blocked_up_to.push([interval.from, sum]);
-            sum += (interval.to - interval.from) * (1.0 - (-interval.tau * slant).exp());
-            blocked_up_to.push([interval.to, sum]);
+            blocked_up_to.push([interval.inner, sum]);
+            sum += (interval.outer - interval.inner) * (1.0 - (-interval.tau * slant).exp());
+            blocked_up_to.push([interval.outer, sum]);
         }
         let camera = p.placement.body_from_icrf * -p.placement.centre_km / unit_km;
         let has_ring_shine = self.meter.context.request.effects.override_of_body(p.body, Effect::RingShine) != Some(false);

@@ -68,7 +68,7 @@ impl MeteredFrame<'_, '_> {
         }
         let unit_km = p.body.radii_km.x;
         let intervals = self.meter.context.caches.ring_tables.intervals(p.body.rings.iter(), unit_km);
-        let Some(outer) = intervals.last().map(|i| i.to) else { return mean };
+        let Some(outer) = intervals.last().map(|i| i.outer) else { return mean };
         let sun = (p.body_from_icrf * p.sun_from_body_km).normalize();
         let view = self.ring_view(p);
         let Some(rect) = view.rect(outer * unit_km) else { return mean };
