@@ -53,13 +53,13 @@ pub struct SceneBuilder<'a> {
     reflectors: Vec<Reflector<'a>>,
     /// The atmosphere that surrounds the camera; if several bodies' atmospheres do, that of the first body in catalog order.
     air: Option<SurroundingAir<'a>>,
-    /// Does not include night lights until [`Self::meter_night_lights`] has been called.
+    /// The latest result of the light meter; without night lights until [`Self::meter_night_lights`] has been called.
     exposure: Exposure,
 }
 
 impl Scene {
-    /// Builds the scene of a request from the catalog and the ephemeris alone. It lacks what [`Resources`] would supply: shape models, metered night lights,
-    /// multiple-scattering tables and the user's panorama of the sky.
+    /// Builds the scene of a request from the catalog and the ephemeris alone. The scene lacks what [`Resources`] would supply: shape models, metered night
+    /// lights, multiple-scattering tables and the user's panorama of the sky.
     ///
     /// # Errors
     /// Invalid camera parameters, a camera inside a body, or a target that cannot be placed.
@@ -110,17 +110,17 @@ impl<'a> SceneBuilder<'a> {
         Ok(Self { catalog, ephemeris, request, caches, viewer, placed, unplaced, reflectors, air, exposure })
     }
 
-    /// The current result of the light meter.
+    /// The latest result of the light meter.
     pub(crate) fn exposure(&self) -> &Exposure {
         &self.exposure
     }
 
-    /// The bodies whose night lights the exposure depends on. `known`: as for [`Self::requirements`].
+    /// The bodies on whose night lights (cities) the exposure depends. `known`: as for [`Self::requirements`].
     pub(crate) fn night_lights_to_meter(&self, known: &Resources) -> Vec<NaifId> {
         auto_exposure::night_lights_to_meter(self.context(known), &self.viewer.camera, &self.placed, &self.exposure)
     }
 
-    /// Meters the light again, now including night lights (cities).
+    /// Meters the light again, now including the night lights in `resources`.
     pub(crate) fn meter_night_lights(&mut self, resources: &Resources) {
         let camera = &self.viewer.camera;
         self.exposure = auto_exposure::exposure(self.context(resources), camera, &self.placed, &self.reflectors, self.air.as_ref());

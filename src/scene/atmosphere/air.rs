@@ -1,4 +1,4 @@
-//! The atmosphere of a body: when it is drawn, its uniforms, and its transmittance to light from beyond.
+//! The atmosphere of a body: when it is drawn, its uniforms, and its transmittance to light from beyond it.
 //!
 //! In: the catalog's atmosphere of a body. Out: uniforms of one gas with Rayleigh's phase function, one aerosol (haze) and one absorption layer; lengths are in
 //! equatorial radii, in the frame where the ground is the unit sphere. The light along a ray is integrated in shaders/lib/air.
@@ -88,19 +88,20 @@ pub(crate) fn table_in_drafts(placed: &PlacedBody<'_>, air: &Atmosphere, shell: 
     is_thick(air).then_some(TableInDrafts::Thick)
 }
 
+/// Whether the air is thicker than [`THICK_DEPTH`] in all channels.
 fn is_thick(air: &Atmosphere) -> bool {
     vertical_optical_depth(air).min_element() > THICK_DEPTH
 }
 
 /// The model of the atmosphere, and why. Where the reason names two sample counts, the smaller applies to rays that only rise or only fall, by day.
-/// `chosen`: the user's choice. `in_drafts`: see [`table_in_drafts`].
-pub(crate) fn model(chosen: Option<AtmosphereModel>, quality: Quality, in_drafts: Option<TableInDrafts>) -> (AtmosphereModel, Reason) {
-    let model = chosen.unwrap_or(match quality {
+/// `requested`: the user's choice. `in_drafts`: see [`table_in_drafts`].
+pub(crate) fn model(requested: Option<AtmosphereModel>, quality: Quality, in_drafts: Option<TableInDrafts>) -> (AtmosphereModel, Reason) {
+    let model = requested.unwrap_or(match quality {
         Quality::Draft if in_drafts.is_none() => AtmosphereModel::Pixel8,
         _ => AtmosphereModel::Table,
     });
     let (few, many) = sample_counts(model);
-    let reason = match (model, chosen, in_drafts.filter(|_| quality == Quality::Draft)) {
+    let reason = match (model, requested, in_drafts.filter(|_| quality == Quality::Draft)) {
         (AtmosphereModel::None, ..) => reason!("air-none"),
         (AtmosphereModel::Pixel8, None, _) => reason!("air-samples-draft", few = few, many = many),
         (AtmosphereModel::Table, None, Some(TableInDrafts::Near)) => reason!("air-samples-table-near", few = few, many = many),
@@ -147,16 +148,16 @@ const NIGHT_SKY_FADE_FROM: f64 = 0.85;
 /// Height of the camera, relative to the top of the air, from which the light meter gives the daylight sky less and less weight.
 const METERED_SKY_FADE_FROM: f64 = 0.5;
 
-/// Natural logarithm of the weight that the light meter gives the sky of a camera at the top of the air: the subject that remains then weighs less than a tenth
-/// of the dark sky beyond it, so that the exposure does not jump where the air ends.
+/// Natural logarithm of the weight that the light meter gives the sky of a camera at the top of the air. As a subject this sky then weighs less than a tenth of
+/// the dark sky beyond the air, so that the exposure does not jump where the air ends.
 const METERED_SKY_LOG_WEIGHT_AT_TOP: f64 = -23.0;
 
-/// Part of the night sky's light that a camera at this height sees above it: 1 in most of the air, 0 above it.
+/// Part of the night sky's light that comes from above a camera at this height: 1 in most of the air, 0 above the air.
 pub(crate) fn night_sky_above(air: &Atmosphere, height_km: f64) -> f64 {
     1.0 - smooth_rise((NIGHT_SKY_FADE_FROM, 1.0), height_km / air.top_km)
 }
 
-/// Fraction of sunlight that clear air scatters back upwards, in the channel where it is largest: the air as seen from above counts as a surface with this
+/// Fraction of sunlight that clear air scatters back upwards, in the channel where this is largest. Seen from above, the air counts as a surface with this
 /// reflectance.
 pub(crate) fn backscatter(air: &Atmosphere) -> f64 {
     (1.0 - DOWNWARD_FRACTION) * -(-vertical_scattering_depth(air).max_element()).exp_m1()
@@ -202,7 +203,7 @@ pub(crate) fn uniforms(body: &Body, floor_scale: f64) -> AtmosphereUniforms {
 pub(crate) fn uniforms_of(air: &Atmosphere, ground_radius_km: f64, floor_scale: f64) -> AtmosphereUniforms {
     let radius_km = ground_radius_km * floor_scale;
     let floor_height_km = radius_km - ground_radius_km;
-    let top = ((air.top_km - floor_height_km) / radius_km).max(0.0);
+    let top_height = ((air.top_km - floor_height_km) / radius_km).max(0.0);
     // A missing species gets the scale height of the other species, so that the quadrature fits the one that exists.
     let scale_height = |s: Option<&Species>| camera::narrow_scalar(s.map_or(radius_km, |s| s.scale_height_km) / radius_km);
     let coefficient = |s: Option<&Species>, of_species: fn(&Species) -> DVec3| {
@@ -215,8 +216,8 @@ pub(crate) fn uniforms_of(air: &Atmosphere, ground_radius_km: f64, floor_scale: 
     let layer_edges =
         triangular.map_or(DVec3::new(1.0, 2.0, 3.0), |(centre, half)| DVec3::new(centre - half, centre, centre + half) / radius_km);
     AtmosphereUniforms {
-        top: camera::narrow_scalar(radius_sq_minus_1(top)),
-        end_heights: Vec2::new(camera::narrow_scalar(top), 0.0),
+        top: camera::narrow_scalar(radius_sq_minus_1(top_height)),
+        end_heights: Vec2::new(camera::narrow_scalar(top_height), 0.0),
         rayleigh_scale_height: scale_height(rayleigh(air).or(mie(air))),
         rayleigh_scattering: coefficient(rayleigh(air), scattering),
         rayleigh_extinction: coefficient(rayleigh(air), extinction),
@@ -316,13 +317,13 @@ impl<'a> SurroundingAir<'a> {
         self.sky_weight() * irradiance * (radiance0.ln() + fraction * (radiance1 / radiance0).ln()).exp()
     }
 
-    /// Transmittance to light from beyond the air, the mean of the channels.
+    /// Transmittance to light from beyond the air, the mean of the channels. `direction`: towards the light, ICRF.
     pub(crate) fn mean_transmittance(&self, direction: DVec3) -> f64 {
         self.transmittance(direction).element_sum() / 3.0
     }
 
-    /// Transmittance to light from beyond the air, per channel, for objects that are drawn after the air. `direction`: towards the light, ICRF. Below the
-    /// horizon the air is taken to have the density at the ground wherever the ray is in the ground.
+    /// Transmittance to light from beyond the air, per channel, for objects that are drawn after the air. `direction`: towards the light, ICRF. Where a ray
+    /// runs through the ground, the air is taken to have its density at the ground.
     pub(crate) fn transmittance(&self, direction: DVec3) -> DVec3 {
         let radius_km = self.body.radii_km.x;
         let along = self.placement.direction_in_unit_sphere(direction).normalize();

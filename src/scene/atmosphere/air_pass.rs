@@ -1,9 +1,9 @@
 //! Whether the air in front of a body's ground and clouds is drawn as a coarse image, which their pixels interpolate. In an eclipse, the image also holds the
 //! sunlight that reaches the ground.
 //!
-//! In: the inputs of one body and the decisions made before. Out: the decisions, with the bound of the interpolation's error. Always: where the error may
-//! exceed the bound, such as at the limb, a pixel evaluates its own air (shaders/lib/air/coarse.wesl). So the decision changes an image by no more than the
-//! bound.
+//! In: the inputs of one body and the decisions made before. Out: the decisions, and the bound of the interpolation's error as a uniform. Always: where the
+//! error may exceed the bound, such as at the limb, a pixel evaluates its own air (shaders/lib/air/coarse.wesl). So the decision changes an image by no more
+//! than the bound.
 
 use crate::message::{Reason, reason};
 use crate::scene::camera;
@@ -27,7 +27,7 @@ const MIN_PENUMBRA_PX: f64 = 8.0 * COARSE_AIR_PX as f64;
 
 /// Radius of the smallest penumbra at the ground nearest to the Sun, in the body's equatorial radii; infinite without occluders.
 fn smallest_penumbra(eclipse: &EclipseUniforms) -> f64 {
-    // The uniform is the cotangent.
+    // w is the cotangent of the Sun's angular radius.
     let tan_sun_radius = 1.0 / f64::from(eclipse.perpendicular_axes[0].w);
     let occluders = eclipse.occluder_positions.iter().zip(&eclipse.occluder_outlines);
     // The occluder's shorter semi-axis, widened by the Sun's angular radius from the occluder (z: its distance towards the Sun) to the ground at z = 1.
@@ -46,7 +46,7 @@ fn resolves_penumbrae(eclipse: &EclipseUniforms, radius_px: f64) -> bool {
 /// Decides on the coarse image.
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
     let chosen = &mut decisions.chosen;
-    if chosen.air == AtmosphereModel::None {
+    if chosen.air_model == AtmosphereModel::None {
         return decisions;
     }
     let threshold = inputs.threshold();
@@ -56,7 +56,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         // A probe evaluates a single draw, which must not depend on a pass before it.
         () if !request.coarse_air => off(reason!("air-pass-single-draws")),
         () if !inputs.pixel_view().shows_radiance() => off(reason!("air-pass-view")),
-        () if chosen.air == AtmosphereModel::Vertex => off(reason!("air-pass-vertex")),
+        () if chosen.air_model == AtmosphereModel::Vertex => off(reason!("air-pass-vertex")),
         () if chosen.ring_shadow != RingShadow::None => off(reason!("air-pass-ring-shadow")),
         () if threshold.is_linear() => off(reason!("air-pass-linear")),
         () if request.quality == Quality::Reference => off(reason!("air-pass-reference")),

@@ -29,9 +29,9 @@ const CLOUDS_WITH_GROUND: &str = "clouds-with-ground";
 /// shadow, so the shadow's edge on them is displaced by about their height, and by more under a low Sun.
 const MAX_PARALLAX_PX: f64 = 4.0;
 
-/// Whether the ground's draw also shows the clouds where it reads the coarse image of the air. This saves a second evaluation of the intersection, the map
-/// coordinates and the air.
-fn drawn_with_ground(inputs: &DecisionInputs<'_, '_>, chosen: FeatureSelection, height_km: f64) -> (bool, Reason) {
+/// Whether the ground's draw also shows the clouds where it reads the coarse image of the air, with the reason. This saves a second evaluation of the
+/// intersection, the map coordinates and the air. `height_km`: that of the clouds.
+fn is_drawn_with_ground(inputs: &DecisionInputs<'_, '_>, chosen: FeatureSelection, height_km: f64) -> (bool, Reason) {
     let placed = inputs.placed;
     let pixel_km = (placed.distance_km - inputs.body().radii_km.max_element()).max(0.0) * inputs.frame.camera.pixel_tangent();
     let parallax_px = height_km / pixel_km.max(1e-9);
@@ -77,7 +77,7 @@ fn draw(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Optio
     decisions.log.record("cloud-detail", has_billows, reason);
     decisions.chosen.cloud_detail = has_billows;
     if decisions.chosen.air_pass != AirPass::None {
-        let (on, reason) = drawn_with_ground(inputs, decisions.chosen, clouds.height_km);
+        let (on, reason) = is_drawn_with_ground(inputs, decisions.chosen, clouds.height_km);
         if decisions.log.record(CLOUDS_WITH_GROUND, on, reason) {
             decisions.chosen.air_pass = AirPass::ReadWithClouds;
         }

@@ -17,7 +17,7 @@ pub(crate) fn shell(placement: &Placement, scale: f64) -> Placement {
     Placement { radii_km: placement.radii_km * scale, ..*placement }
 }
 
-/// Sets the cloud uniforms that only the ground's draw needs: it also shows the clouds, where it interpolates the air. `clouds`: the uniforms of the clouds'
+/// Sets the cloud uniforms that only the ground's draw needs, which also shows the clouds where it interpolates the air. `clouds`: the uniforms of the clouds'
 /// own draw.
 pub(crate) fn set_cloud_uniforms_of_ground(ground: &mut DrawUniforms, clouds: &DrawUniforms) {
     ground.clouds.reflectance = clouds.albedo.x;

@@ -22,7 +22,7 @@ fn is_significant(inputs: &DecisionInputs<'_, '_>, body: &Body, air: &Atmosphere
     air::is_significant(body, air, camera_is_inside, inputs.diameter_px, inputs.threshold())
 }
 
-/// Whether some pixel may show the atmosphere: the camera is in it, or it is in the frame.
+/// Whether some pixel may show the atmosphere: the camera is in it, or the atmosphere or the globe is in the frame.
 fn may_be_seen(inputs: &DecisionInputs<'_, '_>, shell: &Placement) -> bool {
     let camera = inputs.frame.camera;
     shell.camera_is_inside() || Outline::of(camera, shell).rect(camera).is_some() || inputs.rect.is_some()
@@ -40,7 +40,7 @@ pub(crate) fn needs_table(inputs: &DecisionInputs<'_, '_>) -> bool {
     let Some((air, shell)) = body.atmosphere.as_ref().zip(air::shell(body, &inputs.placed.placement)) else { return false };
     let is_drawn =
         inputs.effects().override_of(Effect::Atmosphere).unwrap_or_else(|| is_significant(inputs, body, air, shell.camera_is_inside()).0);
-    // As `features::decide`: a body that is only a point gets no decision on its atmosphere, but one whose globe and rings are both outside the frame does.
+    // As in `features::decide`: a body that is only a point gets no decision on its atmosphere, but one whose globe and rings are both outside the frame does.
     let is_decided_on = inputs.disc_fraction > 0.0 || inputs.rect.is_none() && inputs.ring_view.is_none();
     is_drawn && is_decided_on && may_be_seen(inputs, &shell) && chosen_model(inputs, air, &shell).0 == AtmosphereModel::Table
 }
@@ -64,20 +64,20 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     }
     log.record("air-samples", true, reason);
     let chosen = &mut decisions.chosen;
-    chosen.air = model;
+    chosen.air_model = model;
     log.set_stated_error(Effect::Atmosphere.name(), stated_errors::of_atmosphere(model));
     if chosen.eclipse.occluders > 0 {
         let spreads_into_shadow = model == AtmosphereModel::Table;
         let reason = if spreads_into_shadow { reason!("air-spread") } else { reason!("air-no-spread") };
         log.record("light-into-shadow", spreads_into_shadow, reason);
     }
-    if !chosen.ellipsoid && Capabilities::of(body).ellipsoid {
+    if !chosen.ellipsoid && Capabilities::of(body).is_flattened {
         log.record(Effect::Ellipsoid.name(), true, reason!("required-by-air"));
     }
     let height_km = air::camera_height_km(body, &inputs.placed.placement);
-    // Unless the catalog gives the ground's own colour, the disc's colour was measured from space and already includes the atmosphere. A camera above all of it
-    // sees that colour; the deeper the camera is, the more the colour counts as the ground's own, with the air in front of it. The view of the optical depth
-    // shows all of the air.
+    // Unless the catalog gives the ground's own colour, the disc's colour was measured from space and already includes the atmosphere. A camera above the
+    // atmosphere sees that colour. The deeper the camera is in the atmosphere, the more the colour counts as the ground's own, seen through the air. The pixel
+    // view of the optical depth shows all of the air.
     let map_includes_air = !air::colours_exclude_air(body) && inputs.pixel_view() != PixelView::OpticalDepth;
     let map_weight = if map_includes_air { air::opacity_below(air, height_km) } else { 0.0 };
     let colour_includes_air = map_includes_air && !camera_is_inside;
@@ -93,11 +93,11 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         );
         log.record("air-rim", !rim_is_left_out, reason);
     }
-    chosen.averaged_rim = !camera_is_inside && rim.is_averaged();
+    chosen.thin_rim = !camera_is_inside && rim.is_averaged();
     let features = chosen.sky_features(body, inputs.pixel_view());
     if colour_includes_air && (continues_disc || chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0) {
         log.record("air-over-ground", false, reason!("air-in-colours"));
-        chosen.air = AtmosphereModel::None;
+        chosen.air_model = AtmosphereModel::None;
     } else if colour_includes_air {
         log.record("air-over-ground", true, reason!("air-where-brighter"));
     } else if map_weight > 0.0 {

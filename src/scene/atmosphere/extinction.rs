@@ -30,13 +30,14 @@ pub(crate) fn coefficient(air: &Atmosphere, height_km: f64, of_species: fn(&Spec
     air.species.iter().map(|s| of_species(s) * density(s, height_km)).sum()
 }
 
-/// Column of a species: the integral of its [`density`] from a height upwards, without an upper end.
+/// Column of a species: the integral of its [`density`] from a height to infinity.
 pub(crate) fn column_above_km(s: &Species, height_km: f64) -> f64 {
     match s.tent_centre_km {
         Some(centre) => {
-            let above_centre = ((height_km - centre) / s.scale_height_km).clamp(-1.0, 1.0);
-            let outer = 0.5 * (1.0 - above_centre.abs()).powi(2);
-            s.scale_height_km * if above_centre < 0.0 { 1.0 - outer } else { outer }
+            let half_widths_above_centre = ((height_km - centre) / s.scale_height_km).clamp(-1.0, 1.0);
+            // Fraction of the triangle's area on the side of this height that is away from the centre.
+            let outer_fraction = 0.5 * (1.0 - half_widths_above_centre.abs()).powi(2);
+            s.scale_height_km * if half_widths_above_centre < 0.0 { 1.0 - outer_fraction } else { outer_fraction }
         }
         None => s.scale_height_km * (-height_km / s.scale_height_km).exp(),
     }
@@ -52,8 +53,8 @@ pub(crate) fn opacity_above(air: &Atmosphere, height_km: f64) -> f64 {
     -(-depth_above(air, height_km)).map(f64::exp_m1).element_sum() / 3.0
 }
 
-/// Quadrature along a ray: fractions of its length with their weights. They are midpoints of equal steps in the square root of the length, so steps in
-/// length grow away from the start, where the air is densest.
+/// Quadrature along a ray: positions as fractions of its length, with their weights. The positions are midpoints of equal steps in the square root of the
+/// length, so steps in length grow away from the start, where the air is densest.
 pub(crate) fn quadrature(count: usize) -> impl Iterator<Item = (f64, f64)> {
     (0..count).map(move |k| {
         let u = (k as f64 + 0.5) / count as f64;
@@ -82,12 +83,14 @@ mod tests {
             None => s.scale_height_km * -(-air.top_km / s.scale_height_km).exp_m1(),
         };
         let exact: DVec3 = air.species.iter().map(|s| extinction(s) * column(s)).sum();
-        let relative_error = |count: usize| ((optical_depth(air, air.top_km, count, |s| s) - exact) / exact).abs().max_element();
+        let relative_error =
+            |count: usize| ((optical_depth(air, air.top_km, count, |distance_km| distance_km) - exact) / exact).abs().max_element();
         assert!(relative_error(1000) < 1e-5, "{}", relative_error(1000));
+        // As many steps as eclipse::refraction takes.
         assert!(relative_error(48) < 5e-3, "{}", relative_error(48));
         assert!(relative_error(4) > 5e-3, "four steps are too few");
         for height_km in [0.0, 5.0, 20.0, 30.0, 80.0] {
-            let by_steps = optical_depth(air, air.top_km - height_km, 4000, |s| height_km + s);
+            let by_steps = optical_depth(air, air.top_km - height_km, 4000, |distance_km| height_km + distance_km);
             let error = ((depth_above(air, height_km) - by_steps) / by_steps).abs().max_element();
             assert!(error < 1e-4, "{error} above {height_km} km");
         }

@@ -40,6 +40,7 @@ fn exponential_column(scale_height: f64, cos_zenith: f64, nodes: &[(f64, f64)]) 
 /// at the lower edge, the middle and the upper edge. The density is linear in |p|² - 1 between the knots, and |p|² is quadratic along the line. So two
 /// quadrature nodes per piece are exact.
 fn layer_column(knots: DVec3, cos_zenith: f64, two_nodes: &[(f64, f64)]) -> f64 {
+    // Distance along the line to the point with this |p|² - 1.
     let distance = |radius_sq_minus_1: f64| {
         let above = radius_sq_minus_1.max(0.0);
         above / (cos_zenith + (cos_zenith * cos_zenith + above).sqrt()).max(1e-30)
@@ -121,8 +122,8 @@ fn fit(points: impl Iterator<Item = (f64, f64)>) -> [f64; TERMS] {
         }
         // The relative error of the opacity per error of the depth, plus 1e-4 of the depth's own relative error. Where the air is opaque the first term
         // vanishes: there at least a thousandth of the depth's relative error counts.
-        let error_of_opacity = (-depth).exp() / -(-depth).exp_m1();
-        let weight = (error_of_opacity + 1e-4 / depth).max(1e-3 / depth);
+        let opacity_error_per_depth_error = (-depth).exp() / -(-depth).exp_m1();
+        let weight = (opacity_error_per_depth_error + 1e-4 / depth).max(1e-3 / depth);
         right_hand[k] = weight * depth;
         let mut power = weight;
         for column in &mut columns {

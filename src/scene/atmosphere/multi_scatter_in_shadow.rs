@@ -1,4 +1,4 @@
-//! Multiply scattered light in the shadow of an eclipse: it is not zero in the umbra, because it comes from the sunlit air and ground around the umbra.
+//! Multiply scattered light in the shadow of an eclipse. It is not zero in the umbra, because it comes from the sunlit air and ground around the umbra.
 //!
 //! In: a body with its atmosphere, and the occluders' outlines from an eclipse's uniforms. Out: for each occluder the square roots of [`FACTORS_PER_OCCLUDER`]
 //! factors: the fractions of the values of [`multi_scatter_table`] that remain in the occluder's shadow. For each of [`HEIGHTS`] heights there is a row over
@@ -82,11 +82,12 @@ impl Shadow {
     fn of(body: &Body, eclipse: &EclipseUniforms, index: usize) -> Option<Self> {
         let (position, outline) = (eclipse.occluder_positions.get(index)?.as_dvec4(), eclipse.occluder_outlines.get(index)?.as_dvec4());
         let offset_across = position.truncate().truncate();
-        // The coordinate along the axis of the point where the shadow's centre line meets the ground or passes nearest to it.
-        let along = (1.0 - offset_across.length_squared()).max(0.0).sqrt();
-        let to_occluder = position.z - along;
+        // The coordinate along the axis of the point where the shadow's centre line meets the ground, or 0 if the line misses. On the unit sphere it is also
+        // the cosine of the Sun's zenith angle.
+        let axis_z = (1.0 - offset_across.length_squared()).max(0.0).sqrt();
+        let to_occluder = position.z - axis_z;
         // Solar radii per equatorial radius of the lit body, at the occluder's distance.
-        let solar_radii_per_radius = f64::from(eclipse.perpendicular_axes[0].w) * (1.0 - along * f64::from(eclipse.axis.w)) / to_occluder;
+        let solar_radii_per_radius = f64::from(eclipse.perpendicular_axes[0].w) * (1.0 - axis_z * f64::from(eclipse.axis.w)) / to_occluder;
         if !(to_occluder > 0.0 && solar_radii_per_radius > 0.0 && solar_radii_per_radius.is_finite()) {
             return None;
         }
@@ -97,7 +98,7 @@ impl Shadow {
         let visible_sun = (0..PENUMBRA_NODES)
             .map(|k| visible_sun_fraction(occluder_radius, -1.0 + 2.0 * k as f64 / (PENUMBRA_NODES - 1) as f64, &limb_darkening))
             .collect();
-        let sun_cosine = along.max(MIN_SUN_COSINE);
+        let sun_cosine = axis_z.max(MIN_SUN_COSINE);
         Some(Self {
             occluder_radius,
             km_per_solar_radius,
@@ -214,7 +215,8 @@ impl Sources {
         bins.map(|(light, path_sum_km)| (*light, path_sum_km / light.y.max(1e-300)))
     }
 
-    /// The light that arrives at a place if each source is scaled by `factor` at its own distance from the occluder's centre. `distance`: that of the place.
+    /// The light that arrives at a place if each source is scaled by `factor`, a function of the source's distance from the occluder's centre. `distance`: that
+    /// of the place from this centre; distances in solar radii.
     fn arriving(&self, shadow: &Shadow, distance: f64, factor: impl Fn(f64) -> DVec3) -> DVec3 {
         let mean = |path_km| shadow.distances_around(distance, path_km).map(&factor).iter().sum::<DVec3>() / AZIMUTHS as f64;
         self.lit_bins().map(|(light, path_km)| light * mean(path_km)).sum()
@@ -252,48 +254,53 @@ struct AirAndGround<'a> {
 }
 
 impl AirAndGround<'_> {
+    /// A coefficient summed over all species, per km. `of_species`: [`scattering`] or [`extinction`].
     fn coefficient(&self, height_km: f64, of_species: fn(&crate::catalog::Species) -> DVec3) -> DVec3 {
         extinction::coefficient(self.air, height_km, of_species)
     }
 
-    /// Transmittance towards the Sun of a plane-parallel atmosphere.
+    /// Transmittance from a height towards the Sun, as in a plane-parallel atmosphere.
     fn sunlight(&self, height_km: f64, sun_cosine: f64) -> DVec3 {
         let depth: DVec3 = self.air.species.iter().map(|s| extinction(s) * column_above_km(s, height_km)).sum();
         depth.map(|d| (-d / sun_cosine).exp())
     }
 
-    /// Integrates along a path from a height. Calls `add_scattering` for each step. Its arguments: the distance along the ground in km, the height in km, and
-    /// the fraction of the light at the step that is scattered into the path and reaches its start. Returns the distance along the ground at which the path
-    /// meets the ground, and the transmittance up to there; `None` for a path that leaves the air at its top.
-    fn integrate_path(&self, height_km: f64, elevation_sine: f64, mut add_scattering: impl FnMut(f64, f64, DVec3)) -> Option<(f64, DVec3)> {
-        let r = self.radius_km + height_km.max(multi_scatter_table::GROUND_CLEARANCE_KM);
-        let (b, closest_sq) = (r * elevation_sine, r * r * (1.0 - elevation_sine * elevation_sine));
-        let to_ground = self.radius_km * self.radius_km - closest_sq;
-        let hits_ground = elevation_sine < 0.0 && to_ground > 0.0;
-        let top = (self.radius_km + self.air.top_km).powi(2) - closest_sq;
-        let path_km = if hits_ground { -b - to_ground.sqrt() } else { -b + top.max(0.0).sqrt() }.max(0.0);
-        let ground_distance_km =
-            |s: f64| self.radius_km * (s * (1.0 - elevation_sine * elevation_sine).sqrt()).atan2(r + s * elevation_sine);
+    /// Integrates along a path that starts at the height `from_km`. Calls `add_scattering` for each step. Its arguments: the distance along the ground in km,
+    /// the height in km, and the fraction of the light at the step that is scattered into the path and reaches the path's start. Returns the distance along the
+    /// ground at which the path meets the ground, and the transmittance up to there; `None` for a path that leaves the air at its top.
+    fn integrate_path(&self, from_km: f64, elevation_sine: f64, mut add_scattering: impl FnMut(f64, f64, DVec3)) -> Option<(f64, DVec3)> {
+        let start_radius_km = self.radius_km + from_km.max(multi_scatter_table::GROUND_CLEARANCE_KM);
+        // Positions on the path are counted from its line's point nearest to the centre. The line meets a sphere at plus and minus half its chord in it.
+        let start = start_radius_km * elevation_sine;
+        let nearest_sq = start_radius_km * start_radius_km * (1.0 - elevation_sine * elevation_sine);
+        let half_ground_chord_sq = self.radius_km * self.radius_km - nearest_sq;
+        let hits_ground = elevation_sine < 0.0 && half_ground_chord_sq > 0.0;
+        let half_top_chord_sq = (self.radius_km + self.air.top_km).powi(2) - nearest_sq;
+        let path_km = if hits_ground { -start - half_ground_chord_sq.sqrt() } else { -start + half_top_chord_sq.max(0.0).sqrt() }.max(0.0);
+        let elevation_cosine = (1.0 - elevation_sine * elevation_sine).sqrt();
+        let ground_distance_km = |s_km: f64| self.radius_km * (s_km * elevation_cosine).atan2(start_radius_km + s_km * elevation_sine);
         let mut transmittance = DVec3::ONE;
         for k in 0..STEPS {
             let u = (k as f64 + 0.5) / STEPS as f64;
-            let (s, step) = (path_km * u * u, path_km * 2.0 * u / STEPS as f64);
-            let h = ((closest_sq + (b + s).powi(2)).sqrt() - self.radius_km).max(0.0);
-            let depth = self.coefficient(h, extinction) * step;
+            let (s_km, step_km) = (path_km * u * u, path_km * 2.0 * u / STEPS as f64);
+            let height_km = ((nearest_sq + (start + s_km).powi(2)).sqrt() - self.radius_km).max(0.0);
+            let depth = self.coefficient(height_km, extinction) * step_km;
             // Mean transmittance from the start of the step to its points.
             let mean_transmittance = depth.map(|d| if d > 1e-6 { -(-d).exp_m1() / d } else { 1.0 });
-            add_scattering(ground_distance_km(s), h, transmittance * self.coefficient(h, scattering) * mean_transmittance * step);
+            let scattered = transmittance * self.coefficient(height_km, scattering) * mean_transmittance * step_km;
+            add_scattering(ground_distance_km(s_km), height_km, scattered);
             transmittance *= depth.map(|d| (-d).exp());
         }
         hits_ground.then(|| (ground_distance_km(path_km), transmittance))
     }
 
-    /// For a height of the table: the sources of second-order light, and those of light that scatters again nearby.
+    /// For a height of the table: the sources of second-order light, and those of light that scatters again nearby. The latter hold the fraction of a uniform
+    /// source's light that scatters.
     fn sources(&self, row: usize, sun_cosine: f64) -> (Sources, Sources) {
         let (mut second, mut rescattered) = (Sources::NONE, Sources::NONE);
         for (elevation_sine, weight) in elevation_sines() {
-            let ground = self.integrate_path(row_height_km(self.air, row), elevation_sine, |path_km, h, scattered| {
-                second.add(path_km, scattered * self.sunlight(h, sun_cosine) * (weight / (4.0 * PI)));
+            let ground = self.integrate_path(row_height_km(self.air, row), elevation_sine, |path_km, height_km, scattered| {
+                second.add(path_km, scattered * self.sunlight(height_km, sun_cosine) * (weight / (4.0 * PI)));
                 rescattered.add(path_km, scattered * weight);
             });
             if let Some((path_km, transmittance)) = ground {
@@ -314,16 +321,16 @@ fn elevation_sines() -> impl Iterator<Item = (f64, f64)> {
     })
 }
 
-/// The tables of all occluders that a draw may have: [`FACTORS_PER_OCCLUDER`] square roots each, then for each occluder the start of its columns and one
-/// over their range. Without an atmosphere, and for absent occluders, all values are 1.
+/// The tables of all occluders that a draw may have: [`FACTORS_PER_OCCLUDER`] square roots each, then for each occluder the distance of its first column from
+/// the limb (x) and one over the range of its columns (y). Without an atmosphere, and for absent occluders, all values are 1.
 pub fn tables(body: &Body, eclipse: &EclipseUniforms) -> Vec<Vec4> {
     let mut all = vec![Vec4::ONE; VECTORS];
     for index in 0..eclipse.occluder_positions.len().min(usize::from(MAX_OCCLUDERS)) {
         let shadow = body.atmosphere.as_ref().and_then(|air| Some((air, Shadow::of(body, eclipse, index)?)));
         let Some((air, shadow)) = shadow else { continue };
         let air = AirAndGround { radius_km: body.radii_km.x, air, ground_albedo: DVec3::from_array(body.mean_reflectance()) };
-        for (to, root) in all[index * FACTORS_PER_OCCLUDER..].iter_mut().zip(roots(&air, &shadow)) {
-            *to = camera::narrow(root).extend(0.0);
+        for (vector, root) in all[index * FACTORS_PER_OCCLUDER..].iter_mut().zip(roots(&air, &shadow)) {
+            *vector = camera::narrow(root).extend(0.0);
         }
         let column_range = DVec3::new(shadow.first_column, 1.0 / (shadow.last_column - shadow.first_column), 0.0);
         all[COLUMN_RANGES_START + index] = camera::narrow(column_range).extend(0.0);
@@ -344,7 +351,7 @@ fn roots(air: &AirAndGround<'_>, shadow: &Shadow) -> Vec<DVec3> {
     all
 }
 
-/// Square roots of fractions, which rounding may have moved beyond 0 or 1.
+/// Square roots of fractions. These are clamped first, because rounding may have moved them beyond 0 or 1.
 fn square_root(v: DVec3) -> DVec3 {
     v.map(|x| x.clamp(0.0, 1.0).sqrt())
 }
@@ -381,9 +388,9 @@ fn ground_row(air: &AirAndGround<'_>, shadow: &Shadow, heights: &[(Sources, Sour
     let mut further = vec![Sources::NONE; HEIGHTS];
     for (elevation_sine, weight) in elevation_sines().filter(|(elevation_sine, _)| *elevation_sine > 0.0) {
         let weight = weight * elevation_sine;
-        let add_scattering = |path_km: f64, h: f64, scattered: DVec3| {
-            single.add(path_km, scattered * air.sunlight(h, shadow.sun_cosine) * (weight / (4.0 * PI)));
-            let row = ((h / air.air.top_km).sqrt() * (multi_scatter_table::HEIGHTS - 1) as f64).min((HEIGHTS - 1) as f64);
+        let add_scattering = |path_km: f64, height_km: f64, scattered: DVec3| {
+            single.add(path_km, scattered * air.sunlight(height_km, shadow.sun_cosine) * (weight / (4.0 * PI)));
+            let row = ((height_km / air.air.top_km).sqrt() * (multi_scatter_table::HEIGHTS - 1) as f64).min((HEIGHTS - 1) as f64);
             let below = (row as usize).min(HEIGHTS - 2);
             let fraction = row - below as f64;
             further[below].add(path_km, scattered * multiple_scattering[below] * (weight * (1.0 - fraction)));

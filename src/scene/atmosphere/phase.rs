@@ -1,8 +1,8 @@
 //! Phase functions of the air, per steradian: the mean over all directions is 1 / (4 pi).
 //!
-//! In: the catalog's phase function of a species, and the cosine of the scattering angle, 1 for forward scattering. Out: the phase function's value. Always: it
-//! is that of the shader's functions (shaders/lib/air/phase.wesl) divided by pi; tests/shader/formulas.rs compares them. docs/phase-function.md says how to
-//! add one.
+//! In: the catalog's phase function of a species, and the cosine of the scattering angle, 1 for forward scattering. Out: the phase function's value. Always:
+//! the value is that of the shader's function (shaders/lib/air/phase.wesl) divided by pi; tests/shader/formulas.rs compares the two. docs/phase-function.md
+//! says how to add a phase function.
 
 use crate::catalog::{AerosolPhase, PhaseFunction};
 use std::f64::consts::PI;
@@ -22,7 +22,7 @@ fn rayleigh(cos_scattering: f64) -> f64 {
 
 /// Henyey and Greenstein's phase function, for aerosols (1941, Astrophysical Journal 93, 70).
 fn henyey_greenstein(cos_scattering: f64, asymmetry: f64) -> f64 {
-    // In the forward direction it is (1 - g)^2, with g the asymmetry: kept above 0 for g near 1, as in the shader.
+    // In the forward direction the denominator is (1 - g)^2, with g the asymmetry. As in the shader, it is kept above 0 for g near 1.
     let denominator = (1.0 + asymmetry * asymmetry - 2.0 * asymmetry * cos_scattering).max(1e-6);
     (1.0 - asymmetry * asymmetry) / (4.0 * PI * denominator.powf(1.5))
 }

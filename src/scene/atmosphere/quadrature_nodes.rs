@@ -32,30 +32,35 @@ fn midpoint(nodes: &[(f64, f64)], k: usize) -> f64 {
 /// Scale heights and layer edges of an atmosphere's density profiles, in radii.
 struct Profiles {
     /// Scale height of the gas.
-    rayleigh: f64,
+    rayleigh_scale_height: f64,
     /// Scale height of the aerosol.
-    mie: f64,
+    mie_scale_height: f64,
     /// `radius_sq_minus_1` of the lower edge, middle and upper edge of the absorption layer.
     layer_edges: DVec3,
     /// The largest scale height.
-    largest: f64,
+    largest_scale_height: f64,
 }
 
 impl Profiles {
     /// The rows of a node. `weight`: quadrature weight in height; `midpoint_height`: the height half-way to the next node.
     fn rows(&self, height: f64, weight: f64, midpoint_height: f64) -> [Vec4; ROWS] {
         let radius = 1.0 + height;
-        let (rayleigh, mie) = ((-height / self.rayleigh).exp(), (-height / self.mie).exp());
-        // This and the next are the values of `AirAtHeight::chapman`.
+        let (rayleigh_density, mie_density) = ((-height / self.rayleigh_scale_height).exp(), (-height / self.mie_scale_height).exp());
+        // `erfcx_slope` and `grazing_column` are the values of `AirAtHeight::chapman`.
         let erfcx_slope = |scale_height: f64| ERFCX_SLOPE * (0.5 * radius / scale_height).sqrt() / radius;
-        // The column outwards along a horizontal ray, as in shaders/lib/air/column_density.wesl, which has the root of pi as a factor of its own.
+        // The column density outwards along a horizontal ray, as in shaders/lib/air/column_density.wesl, which has the root of pi as a factor of its own.
         let grazing_column = |density: f64, scale_height: f64| density * scale_height * (0.5 * PI * radius / scale_height).sqrt();
         let layer_edges = self.layer_edges - radius_sq_minus_1(height);
-        let mie_per_rayleigh = ((1.0 / self.rayleigh - 1.0 / self.mie) * height).exp();
+        let mie_per_rayleigh = ((1.0 / self.rayleigh_scale_height - 1.0 / self.mie_scale_height) * height).exp();
         let row = |x: f64, y: f64, z: f64, w: f64| camera::narrow(DVec3::new(x, y, z)).extend(camera::narrow_scalar(w));
         [
-            row(radius_sq_minus_1(height), weight * radius * rayleigh, mie_per_rayleigh, 1.0 / radius),
-            row(erfcx_slope(self.rayleigh), grazing_column(rayleigh, self.rayleigh), erfcx_slope(self.mie), grazing_column(mie, self.mie)),
+            row(radius_sq_minus_1(height), weight * radius * rayleigh_density, mie_per_rayleigh, 1.0 / radius),
+            row(
+                erfcx_slope(self.rayleigh_scale_height),
+                grazing_column(rayleigh_density, self.rayleigh_scale_height),
+                erfcx_slope(self.mie_scale_height),
+                grazing_column(mie_density, self.mie_scale_height),
+            ),
             row(layer_edges.x, layer_edges.y, layer_edges.z, radius_sq_minus_1(midpoint_height)),
         ]
     }
@@ -70,28 +75,29 @@ struct NodePlacement {
     low: f64,
     /// w at the upper end; see the module's documentation.
     w_max: f64,
-    /// Quadrature nodes in 0 to 1, with weights.
+    /// Quadrature nodes: positions from 0 to 1, with weights.
     nodes: Vec<(f64, f64)>,
 }
 
 impl NodePlacement {
     fn of(air: &AtmosphereUniforms, node_count: usize) -> Self {
-        let (rayleigh, mie) = (f64::from(air.rayleigh_scale_height), f64::from(air.mie_scale_height));
+        let (rayleigh_scale_height, mie_scale_height) = (f64::from(air.rayleigh_scale_height), f64::from(air.mie_scale_height));
         let has_mie = air.mie_extinction.max_element() > 0.0;
-        let largest = if has_mie { rayleigh.max(mie) } else { rayleigh };
+        let largest_scale_height = if has_mie { rayleigh_scale_height.max(mie_scale_height) } else { rayleigh_scale_height };
         let (camera, far) = (f64::from(air.end_heights.x), f64::from(air.end_heights.y));
         let low = camera.min(far);
-        let w_max = (1.0 - (-(camera.max(far) - low) / largest).exp()).max(0.0).sqrt();
-        let profiles = Profiles { rayleigh, mie, layer_edges: air.absorption_layer.as_dvec3(), largest };
+        let w_max = (1.0 - (-(camera.max(far) - low) / largest_scale_height).exp()).max(0.0).sqrt();
+        let layer_edges = air.absorption_layer.as_dvec3();
+        let profiles = Profiles { rayleigh_scale_height, mie_scale_height, layer_edges, largest_scale_height };
         Self { profiles, camera, far, low, w_max, nodes: gauss_legendre(node_count) }
     }
 
     /// The height of a position `x`: 0 at the lower end, 1 at the upper.
     fn height(&self, x: f64) -> f64 {
-        self.low - self.profiles.largest * (1.0 - (self.w_max * x).powi(2)).ln()
+        self.low - self.profiles.largest_scale_height * (1.0 - (self.w_max * x).powi(2)).ln()
     }
 
-    /// The height of a position above the ground, as a fraction of the height of the multiple-scattering table's top; it may be outside 0 to 1.
+    /// The height above the ground of a position `x`, as a fraction of the height of the multiple-scattering table's top; may be outside 0 to 1.
     fn table_height_fraction(&self, x: f64, air: &AtmosphereUniforms) -> f64 {
         (self.height(x) + f64::from(air.multi_scatter_heights.x)) * f64::from(air.multi_scatter_heights.y)
     }
@@ -104,7 +110,7 @@ pub(crate) fn nodes(air: &AtmosphereUniforms, count: usize) -> Vec<Vec4> {
     let mut rows: Vec<Vec4> = Vec::with_capacity(ROWS * (count + ENDS));
     for (k, (x, weight)) in placement.nodes.iter().enumerate() {
         let w = placement.w_max * x;
-        let height_per_w = 2.0 * w * profiles.largest / (1.0 - w * w);
+        let height_per_w = 2.0 * w * profiles.largest_scale_height / (1.0 - w * w);
         let midpoint_height = placement.height(midpoint(&placement.nodes, k));
         rows.extend(profiles.rows(placement.height(*x), weight * placement.w_max * height_per_w, midpoint_height));
     }

@@ -27,12 +27,12 @@ const BRIGHT_SCALE_HEIGHTS: f64 = 4.0;
 /// Number of equal steps of height in which the light of the rim is summed.
 const HEIGHT_STEPS: usize = 64;
 /// Ratio of all light that the rim scatters to the light scattered once, for a rim that is opaque along the limb where it is bright. The Earth's is 1.8.
-pub(crate) const ALL_ORDERS_OVER_SINGLE: f64 = 2.0;
+pub(crate) const ALL_ORDERS_TO_SINGLE_RATIO: f64 = 2.0;
 
 /// The rim of a body's air as seen from outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rim {
-    /// Height of its bright part, pixels.
+    /// Height of the rim's bright part, pixels.
     pub height_px: f64,
     /// The rim's light divided by that of the disc, both summed over the channels: an estimate that is mostly too large, up to five times.
     pub light_ratio: f64,
@@ -54,13 +54,13 @@ impl Rim {
         self.is_low() && self.light_ratio < MIN_LIGHT_RATIO
     }
 
-    /// Whether its light must be averaged over each pixel, because one ray per pixel would show it much too bright.
+    /// Whether the rim's light must be averaged over each pixel, because one ray per pixel would show it much too bright.
     pub(crate) fn is_averaged(&self) -> bool {
         self.is_low() || self.height_px < MAX_AVERAGED_RIM_PX && self.light_ratio > MIN_AVERAGED_LIGHT_RATIO
     }
 }
 
-/// Species of exponential profile: those that scatter.
+/// The species with an exponential profile: those that scatter light.
 pub(crate) fn exponential(air: &Atmosphere) -> impl Iterator<Item = &Species> {
     air.species.iter().filter(|s| s.tent_centre_km.is_none())
 }
@@ -89,22 +89,23 @@ pub(crate) fn hidden_area_ratio(body: &Body, air: &Atmosphere) -> f64 {
     let radius_km = body.radii_km.max_element();
     let step_km = air.top_km / HEIGHT_STEPS as f64;
     let opacity = |height_km: f64| (DVec3::ONE - (-tangent_ray(air, radius_km, height_km, 0.0).0).exp()).element_sum() / 3.0;
-    let opaque_km = (0..HEIGHT_STEPS).map(|k| (k as f64 + 0.5) * step_km).map(|height_km| opacity(height_km) * (radius_km + height_km));
-    2.0 * step_km * opaque_km.sum::<f64>() / radius_km.powi(2)
+    // A ring one step high has the area 2 pi times its radius times the step; the disc has pi times its radius squared.
+    let rings_km = (0..HEIGHT_STEPS).map(|k| (k as f64 + 0.5) * step_km).map(|height_km| opacity(height_km) * (radius_km + height_km));
+    2.0 * step_km * rings_km.sum::<f64>() / radius_km.powi(2)
 }
 
-/// How much of the rim continues the disc's colour, 0 to 1, if the body's colours include its air: the blend of `disc_beyond_limb`, from an opacity of 0.2
-/// along the limb to one of 0.5. `at_limb`: the opacity along the limb, the mean of the channels.
-pub(crate) fn continued_part(at_limb: f64) -> f64 {
-    smooth_rise((0.2, 0.5), at_limb)
+/// How much of the rim continues the disc's colour, 0 to 1, if the body's colours include its air. The part rises from 0 at an opacity along the limb of 0.2
+/// to 1 at 0.5, as in `disc_beyond_limb` of shaders/lib/air/in_front.wesl. `limb_opacity`: the opacity along the limb, the mean of the channels.
+pub(crate) fn continued_part(limb_opacity: f64) -> f64 {
+    smooth_rise((0.2, 0.5), limb_opacity)
 }
 
 /// The rim's light divided by the disc's.
 ///
 /// A ray that grazes at height z has the column sqrt(2 pi R H) n(z) of a species of scale height H and density n. Let its optical depth be t(z), its
 /// single-scattering albedo w(z), and p the phase function times pi. In full sunlight the ray then shows the radiance p w (1 - exp(-t)) per irradiance of light
-/// scattered once, and [`ALL_ORDERS_OVER_SINGLE`] times that in all. The ring of circumference 2 pi R, bright all around, emits 2 pi R times the integral of
-/// this over z; the disc emits pi R^2 times geometric albedo and phase function. Neglected, because all make the rim darker: half of the limb is beyond the
+/// scattered once, and [`ALL_ORDERS_TO_SINGLE_RATIO`] times that in all. The ring of circumference 2 pi R, bright all around, emits 2 pi R times the integral
+/// of this over z; the disc emits pi R^2 times geometric albedo and phase function. Neglected, because all make the rim darker: half of the limb is beyond the
 /// terminator, sunlight is weakened on its way, and layers absorb.
 ///
 /// With `continues_disc`, the disc's colour continues beside air that is opaque along the limb (`disc_beyond_limb` of shaders/lib/air/in_front.wesl), with the
@@ -114,24 +115,24 @@ fn light_ratio(body: &Body, air: &Atmosphere, phase_angle_rad: f64, continues_di
     let radius_km = body.radii_km.max_element();
     let cos_scattering = -phase_angle_rad.cos();
     let step_km = air.top_km / HEIGHT_STEPS as f64;
-    let along = |height_km: f64| tangent_ray(air, radius_km, height_km, cos_scattering);
+    let ray_at = |height_km: f64| tangent_ray(air, radius_km, height_km, cos_scattering);
     let (mut scattered_km, mut opaque_km) = (DVec3::ZERO, DVec3::ZERO);
     for k in 0..HEIGHT_STEPS {
-        let (depth, scattered) = along((k as f64 + 0.5) * step_km);
+        let (depth, scattered) = ray_at((k as f64 + 0.5) * step_km);
         let opacity = DVec3::ONE - (-depth).exp();
         scattered_km += scattered * opacity / depth.max(DVec3::splat(1e-12)) * step_km;
         opaque_km += opacity * step_km;
     }
     let disc = body.colour.as_dvec3().element_sum() * body.geometric_albedo * photometry::phase(body, phase_angle_rad);
-    let scattered = ALL_ORDERS_OVER_SINGLE * 2.0 * scattered_km.element_sum() / (radius_km * disc.max(1e-12));
+    let scattered = ALL_ORDERS_TO_SINGLE_RATIO * 2.0 * scattered_km.element_sum() / (radius_km * disc.max(1e-12));
     if !continues_disc {
         return scattered;
     }
     let model_disc = photometry::model_geometric_albedo(&body.photometry)[0] * photometry::model_phase(&body.photometry, phase_angle_rad);
-    let at_limb = (DVec3::ONE - (-along(0.0).0).exp()).element_sum() / 3.0;
-    let relative_km = opaque_km.element_sum() / 3.0 / at_limb.max(1e-12);
+    let limb_opacity = (DVec3::ONE - (-ray_at(0.0).0).exp()).element_sum() / 3.0;
+    let relative_km = opaque_km.element_sum() / 3.0 / limb_opacity.max(1e-12);
     let continued = 2.0 * phase_angle_rad.sin() * relative_km / (PI * radius_km * model_disc.max(1e-12));
-    scattered + (continued - scattered) * continued_part(at_limb)
+    scattered + (continued - scattered) * continued_part(limb_opacity)
 }
 
 #[cfg(test)]
@@ -205,15 +206,15 @@ mod tests {
         let equivalent_km: f64 = full.to_array().iter().map(|t| ein(*t) * height_km).sum();
         let disc = venus.colour.as_dvec3().element_sum() * venus.geometric_albedo * photometry::phase(venus, alpha);
         let scattered =
-            2.0 * ALL_ORDERS_OVER_SINGLE * PI * phase::per_steradian(gas.phase, -alpha.cos()) * equivalent_km / (disc * radius_km);
+            2.0 * ALL_ORDERS_TO_SINGLE_RATIO * PI * phase::per_steradian(gas.phase, -alpha.cos()) * equivalent_km / (disc * radius_km);
         let ratio = light_ratio(venus, air, alpha, false) / scattered;
         assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
         // The limb of a Lambert disc, as bright at the position angle f as sin(alpha) cos(f), and the light of the whole disc: 2 / 3 of its area times the
         // phase function. Along the limb the gas hides 57 % of what is behind it.
-        let at_limb = full.to_array().iter().map(|t| 1.0 - (-t).exp()).sum::<f64>() / 3.0;
-        assert!((at_limb - 0.57).abs() < 0.02, "{at_limb}");
+        let limb_opacity = full.to_array().iter().map(|t| 1.0 - (-t).exp()).sum::<f64>() / 3.0;
+        assert!((limb_opacity - 0.57).abs() < 0.02, "{limb_opacity}");
         let continued =
-            2.0 * alpha.sin() * (equivalent_km / 3.0 / at_limb) / (PI * radius_km * photometry::lambert_phase(alpha) * 2.0 / 3.0);
+            2.0 * alpha.sin() * (equivalent_km / 3.0 / limb_opacity) / (PI * radius_km * photometry::lambert_phase(alpha) * 2.0 / 3.0);
         let ratio = light_ratio(venus, air, alpha, true) / continued;
         assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
     }

@@ -1,7 +1,7 @@
 //! The species of an atmosphere.
 //!
-//! In: the catalog's atmosphere, with at most one gas, one aerosol and one absorption layer. Out: which species is which, their vertical optical depth, and the
-//! features of draws.
+//! In: the catalog's atmosphere, with at most one gas, one aerosol and one absorption layer. Out: each of these species, the vertical optical depth of all
+//! together, and the features of draws.
 
 use crate::catalog::{Atmosphere, Body, Species};
 use crate::scene::atmosphere::extinction::{extinction, scattering};
@@ -39,8 +39,8 @@ fn vertical_integral(air: &Atmosphere, of_species: fn(&Species) -> DVec3) -> DVe
     air.species.iter().map(|s| of_species(s) * s.scale_height_km).sum()
 }
 
-/// The atmospheric features of a body's draws with this model; none without an atmosphere.
-pub(crate) fn features(body: &Body, model: AtmosphereModel) -> Air {
+/// The atmospheric features of a body's draws with this model; the default, without air, for a body without an atmosphere.
+pub(crate) fn air_features(body: &Body, model: AtmosphereModel) -> Air {
     body.atmosphere.as_ref().map_or_else(Air::default, |air| features_of(air, model))
 }
 

@@ -39,14 +39,14 @@ impl Annotations {
             return Self { sky_lines, ground_lines, lines_in_space, labels, line_texts: None, decisions: Vec::new() };
         }
         let glyph_px = labels::glyph_size_px(camera.height);
-        let body = builder.target_or_ground_body();
-        let cones = body.filter(|_| request.layers.eclipse_cones).map(|p| eclipse_lines::in_space(frame.context, camera, p));
+        let main_body = builder.target_or_ground_body();
+        let cones = main_body.filter(|_| request.layers.eclipse_cones).map(|p| eclipse_lines::in_space(frame.context, camera, p));
         let (cone_lines, cone_decision) = cones.unzip();
         let sky = sky_lines::sky_lines(request, &builder.viewer, builder.local_horizon());
         let data = builder.catalog.data_layers();
-        let ground = ground_lines::ground_lines(frame.context, camera, body, &data);
+        let ground = ground_lines::ground_lines(frame.context, camera, main_body, &data);
         let others =
-            builder.placed.iter().filter(|p| body.is_none_or(|b| b.body.id != p.body.id) && !builder.camera_is_at_centre_of(p.body));
+            builder.placed.iter().filter(|p| main_body.is_none_or(|b| b.body.id != p.body.id) && !builder.camera_is_at_centre_of(p.body));
         let others: Vec<(&PlacedBody<'_>, AnnotationLines)> =
             others.map(|p| (p, ground_lines::ground_lines(frame.context, camera, Some(p), &data))).collect();
         let instruments = builder.instrument_frames(glyph_px);
@@ -56,14 +56,14 @@ impl Annotations {
         let (star_texts, star_decision) = names.unzip();
         let sky_texts = star_texts.into_iter().flatten().chain(sky.texts).filter(|t| !builder.is_behind_body(t, glyph_px));
         let other_texts = others.iter().flat_map(|(p, lines)| lines.texts.iter().filter(|t| builder.is_seen_on(p, t)).cloned());
-        let own_texts = ground.texts.into_iter().filter(|t| body.is_some_and(|p| builder.is_seen_on(p, t)));
-        let candidates: Vec<_> = sky_texts.chain(own_texts).chain(other_texts).chain(instruments.texts).collect();
+        let main_texts = ground.texts.into_iter().filter(|t| main_body.is_some_and(|p| builder.is_seen_on(p, t)));
+        let candidates: Vec<_> = sky_texts.chain(main_texts).chain(other_texts).chain(instruments.texts).collect();
         let line_texts =
             (!candidates.is_empty()).then(|| line_texts::place_texts(candidates, labels.as_ref(), glyph_px, camera.half_size() * 2.0));
         let decisions = cone_decision.into_iter().chain(sky.decisions).chain(ground.decisions).chain(instruments.decisions);
         Self {
             sky_lines: sky.segments,
-            ground_lines: body
+            ground_lines: main_body
                 .map(|p| (p.body.id, ground.segments))
                 .into_iter()
                 .chain(others.into_iter().map(|(p, lines)| (p.body.id, lines.segments)))
@@ -78,8 +78,8 @@ impl Annotations {
 }
 
 impl<'a> SceneBuilder<'a> {
-    /// The target, else the body that the viewer stands on. Its shadow cones are drawn. All bodies have ground lines, but only those of this body are recorded
-    /// in the decisions.
+    /// The main body of the annotations: the target, else the body that the viewer stands on. Its shadow cones and those of its occluders are drawn. All bodies
+    /// have ground lines, but only the decisions about those of this body are recorded.
     fn target_or_ground_body(&self) -> Option<&PlacedBody<'a>> {
         let id = self.request.target.or(self.viewer.stands_on.map(|ground| ground.id))?;
         self.placed.iter().find(|p| p.body.id == id && !self.camera_is_at_centre_of(p.body))

@@ -82,9 +82,9 @@ impl BodiesInFrame {
         lunar_limb::update_features(&self.draws, &mut self.reports);
         let sun = placed.iter().find(|p| p.body.id == NaifId::SUN);
         for p in &mut self.points {
-            // The glare of a Sun outside the frame is not drawn, and the light meter ignores it; it grows while the Sun enters the frame.
-            let glare_part = sun.filter(|s| s.body.id == p.body).map_or(1.0, |s| glare::entered_fraction(camera, s));
-            point::set_sprite_radius(p, white, glare_part);
+            // The glare of a Sun outside the frame is not drawn, and the light meter ignores it; the glare grows while the Sun enters the frame.
+            let glare_fraction = sun.filter(|s| s.body.id == p.body).map_or(1.0, |s| glare::entered_fraction(camera, s));
+            point::set_sprite_radius(p, white, glare_fraction);
         }
         self.points.retain(|p| point::reaches_frame(camera, p.centre.truncate().as_dvec2(), p.radius_px.into()));
     }
@@ -143,7 +143,7 @@ pub(super) fn not_placed(body: &Body, reason: Reason) -> BodyInView {
     }
 }
 
-/// What a body's draws show that is invented, not measured: the file of each such map or shape, or `detail`; and how it was made.
+/// What a body's draws show that is invented, not measured. For each: the file of the map or shape, or `detail`; and how it was made.
 fn invented(body: &Body, draws: &[Draw]) -> Vec<(String, Reason)> {
     let maps = [&body.maps.albedo, &body.maps.normal, &body.maps.specular, &body.maps.night].into_iter().flatten();
     let maps = maps.chain(body.clouds.as_ref().map(|c| &c.map)).filter_map(|m| Some((&m.file, m.invented.as_ref()?)));

@@ -23,14 +23,15 @@ pub(super) struct Sky {
     pub images: Vec<SkyImageDraw>,
     pub stars: Vec<StarSprite>,
     pub minor_planets: Option<MinorPlanets>,
-    /// The comets, without the orbit lines, which are in `comet_orbits`.
+    /// The comets, without their orbit lines.
     pub comets: Comets,
+    /// The orbit lines of the comets.
     pub comet_orbits: Vec<OrbitArc>,
     pub decisions: Vec<Decision>,
 }
 
 impl Sky {
-    /// `has_corona`: the corona is drawn, so the zodiacal light need not continue up to the Sun.
+    /// `has_corona`: whether the corona is drawn, so that the zodiacal light need not continue up to the Sun.
     pub(super) fn build(builder: &SceneBuilder<'_>, frame: &FrameContext<'_>, has_corona: bool) -> Self {
         let (request, viewer, white) = (builder.request, &builder.viewer, builder.exposure.white());
         let sun = builder.ephemeris.state(NaifId::SUN, NaifId::SOLAR_SYSTEM_BARYCENTER, request.time, None);

@@ -5,9 +5,10 @@
 //! they may differ in their uniforms. Not here: which combinations are valid (`shader::key`), and the choice of features for a draw
 //! (`scene::features`).
 
-/// The photometric model of a body's ground, or the kind of surface.
+/// What a draw shows: ground with one of the photometric models, or another kind of surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum Surface {
+    /// Ground that shines by itself, such as the Sun's.
     Emissive,
     Lambert,
     LommelSeeliger,
@@ -31,9 +32,11 @@ impl Surface {
 pub struct MapSet {
     pub albedo: bool,
     pub normal: bool,
+    /// The water mask, for the Sun's glint.
     pub specular: bool,
+    /// The lights of cities.
     pub night: bool,
-    /// The clouds' shadow on the ground.
+    /// The cloud map in the ground's draw: for the clouds' shadow and, with [`AirPass::ReadWithClouds`], for the clouds.
     pub cloud_shadow: bool,
 }
 
@@ -56,7 +59,7 @@ pub enum EclipseModel {
     UniformDisc,
     /// Overlap of discs, with quadratic limb darkening of the Sun per colour channel.
     LimbDarkened,
-    /// Like `LimbDarkened`; in addition, the first occluder's atmosphere refracts reddened light into its umbra.
+    /// Like `LimbDarkened`; in addition, the first occluder's atmosphere refracts reddened light into that occluder's umbra.
     Refracted,
 }
 
@@ -161,14 +164,14 @@ pub struct Air {
     pub absorption: bool,
 }
 
-/// Whether the light of the air is evaluated for each pixel, or interpolated from the coarse image of the air: an image with fewer texels, which also holds the
-/// sunlight that passes the occluders to the ground.
+/// The role of a draw with respect to the coarse image of the air, an image with fewer texels than the screen has pixels. This image holds the light of the
+/// air, and the sunlight that passes the occluders to the ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum AirPass {
     /// Each pixel evaluates the light of the air.
     #[default]
     None,
-    /// The pixels read the image where its interpolation is accurate enough.
+    /// The pixels read the image where its interpolation is accurate enough, and evaluate the light elsewhere.
     Read,
     /// The draw that fills the image with the light of the air.
     Drawn,
@@ -192,16 +195,19 @@ impl AirPass {
     }
 }
 
-/// Properties of a mesh's triangles and texture; all `false` for other shapes.
+/// Properties of a mesh; all `false` for other shapes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct MeshFlags {
+    /// Both sides of each triangle are visible.
     pub two_sided: bool,
+    /// The albedo map's alpha makes the mesh transparent.
     pub alpha_texture: bool,
+    /// The vertices have colours, which multiply the albedo.
     pub vertex_colour: bool,
 }
 
-/// Factor on the number of texture reads in the green channel of [`PixelView::Cost`]. The red channel is the number of instructions. With this factor 16
-/// reads are as bright as 16384 instructions, so that both are visible.
+/// Factor on the number of texture reads in the green channel of [`PixelView::Cost`]; the red channel shows the number of instructions. With this factor, 16
+/// reads are as bright as 16384 instructions, so that reads and instructions are both visible.
 pub const INSTRUCTIONS_PER_READ: f64 = 1024.0;
 
 /// The quantity that a pixel shows.
@@ -221,7 +227,7 @@ pub enum PixelView {
     Ring,
     /// Optical depth of the air, or of the ring, along the view ray, per channel.
     OpticalDepth,
-    /// Cost of the pixel: the shader module is that of the final image, and the renderer counts its operations.
+    /// Cost of the pixel: the shader module is that of the final image, and the renderer counts the module's operations.
     Cost,
 }
 
@@ -293,16 +299,18 @@ pub struct DrawFeatures {
     pub maps: MapSet,
     /// Relief and albedo finer than the maps.
     pub detail: Detail,
-    /// Which custom surface colours the ground: 0 for none, else 1..=[`MAX_CUSTOM_SURFACES`].
+    /// Number of the custom surface that colours the ground: 0 for none, else 1..=[`MAX_CUSTOM_SURFACES`].
     pub custom_surface: u8,
     /// Number of images blended over the albedo by their alpha, at most `catalog::MAX_OVERLAYS`.
     pub overlays: u8,
     /// Number of lights, at most `scene::thresholds::MAX_LIGHTS`: the Sun first, then bodies that reflect light.
     pub lights: u8,
     pub eclipse: Eclipse,
+    /// Shadow of the rings on the globe.
     pub ring_shadow: RingShadow,
     /// Whether ring-shine lights the globe.
     pub ring_shine: bool,
+    /// Shadow of the globe on the rings.
     pub body_shadow: BodyShadow,
     pub air: Air,
     /// Whether the air's light, and the sunlight of an eclipse, are interpolated from the coarse image of the air.
@@ -311,8 +319,8 @@ pub struct DrawFeatures {
     /// Whether the draw uses the lunar limb profile. In the Moon's draw the profile shapes the Moon's limb, in the Sun's draw the edge of the part that the
     /// Moon hides.
     pub limb_heights: bool,
-    /// Whether pixels at the limb show the mean light over their area. A draw of the sky averages the light of the air, other draws that of a thin crescent and
-    /// of the air in front of it.
+    /// Whether pixels at the limb show the mean light over their area. A draw of the sky averages the light of the air; other draws average the light of a thin
+    /// crescent and of the air in front of the crescent.
     pub thin_limb: bool,
     pub flags: MeshFlags,
     pub view: PixelView,

@@ -59,7 +59,7 @@ pub struct Draw {
 }
 
 impl Draw {
-    /// A draw of the same shape in black, without maps and effects, which shows what pixels this draw covers.
+    /// A draw of the same shape in black, without maps and effects, which shows which pixels this draw covers.
     pub fn shape_alone(&self) -> Self {
         let two_sided = self.features.flags.two_sided;
         let limb_heights = self.features.limb_heights && self.features.surface != Surface::Emissive;
@@ -78,7 +78,7 @@ impl Draw {
 pub enum MapRole {
     Albedo,
     Normal,
-    /// Water mask.
+    /// Water mask, for the Sun's glint.
     Specular,
     /// Lights of cities at night.
     Night,
@@ -144,8 +144,8 @@ pub struct Point {
     pub stretch: f32,
     /// Linear RGB: the sum of the sprite's radiance over its pixels.
     pub flux: Vec3,
-    /// Area in pixels of what the body hides of the discs and rings behind it: that of its disc and of the air beyond its limb, times the fraction of its
-    /// light that bodies and rings in front leave. 0 if there is no disc or ring behind it; for the Sun; if its own disc is drawn, too; in pixel views other
-    /// than the final image; and by day in air, except in front of the Sun.
+    /// Area in pixels that the body hides of the discs and rings behind it: the area of its disc and of the air beyond its limb, times the fraction of its
+    /// light that bodies and rings in front of it transmit. 0 if there is no disc or ring behind it; for the Sun; if the body's own disc is drawn, too; in
+    /// pixel views other than the final image; and by day for a camera in air, except in front of the Sun.
     pub covered_px: f32,
 }

@@ -3,8 +3,8 @@
 
 use crate::scene::constants::RING_BIN_ROWS;
 
-/// Integrals over a ring's radius, for the ring's own draw or for the ring's shadow: texels row by row, four numbers per texel. shaders/lib/ring/profile.wesl
-/// documents the layout for the ring's own draw, shaders/lib/ring/shadow.wesl that for the shadow.
+/// A ring's profile, integrated over radius, for the ring's own draw or for the ring's shadow: texels row by row, four numbers per texel.
+/// shaders/lib/ring/profile.wesl documents the layout for the ring's own draw, shaders/lib/ring/shadow.wesl that for the shadow.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RingTable {
     pub width: u32,
@@ -25,15 +25,15 @@ impl RingTable {
     }
 }
 
-/// Irradiance of level ground by ring-shine divided by the ground's height above the ring's plane, as a function of this height and of the hour angle from
-/// the Sun, per unit of sunlight: texels row by row, red, green, blue and 0. First the rows of the side of the plane that the Sun's centre is on, then those
-/// of the other side.
+/// Irradiance of level ground by ring-shine, divided by the ground's height above the ring's plane and by the Sun's irradiance: a function of this height
+/// (rows) and of the hour angle from the Sun (columns). Texels row by row, red, green, blue and 0. First the rows of the side of the plane that the Sun's
+/// centre is on, then those of the other side.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RingShine {
     pub texels: Vec<f32>,
     /// Height above the ring's plane (|z| in the unit-sphere frame) above which no ring is visible.
     pub max_height: f64,
-    /// The largest irradiance (not divided by height), brightest channel, per unit of sunlight.
+    /// The largest irradiance (not divided by height), brightest channel, relative to the Sun's.
     pub brightest: f64,
 }
 

@@ -66,8 +66,10 @@ macro_rules! uniforms {
         }
 
         impl $name {
+            /// Names of the uniforms that fields of this struct fill.
             const UNIFORMS: &'static [&'static str] = &[$($($uniform,)?)*];
 
+            /// The value of the field that fills the uniform `name`; `None` if no field of this struct does.
             fn own_uniform(&self, name: &str) -> Option<UniformValue<'_>> {
                 match name {
                     $($($uniform => Some(UniformValue::from(&self.$field)),)?)*
@@ -92,7 +94,7 @@ uniforms! {
     /// (so the ellipsoid is the unit sphere).
     ///
     /// The draw covers the screen rectangle that bounds the silhouette. At rectangle coordinates (u, v), each from 0 to 1 (v down the screen), the view ray is
-    /// `anchor(u,v) + s * ray(u,v)`. Both terms are affine in u and v: value = origin + u * du + v * dv.
+    /// `anchor(u,v) + s * ray(u,v)`. Anchor and ray are affine in u and v: value = origin + u * du + v * dv.
     #[derive(Clone, Debug, Default, PartialEq)]
     pub struct DrawUniforms {
         /// Bounding rectangle in clip space: x of the left edge, y of the top edge, x of the right, y of the bottom (y up, -1..1).
@@ -124,10 +126,10 @@ uniforms! {
         /// Limb darkening per channel (emissive surfaces only).
         pub limb_darkening_u1: Vec3 = "limb_darkening_u1",
         pub limb_darkening_u2: Vec3 = "limb_darkening_u2",
-        /// Factors on y and z of a unit-sphere point. Longitude and latitude of the resulting direction give the column and the row of the map; the rows are
-        /// spaced by planetocentric or by planetographic latitude.
+        /// Factors on y and z of a unit-sphere point. Longitude and latitude of the resulting direction give the column and the row of the map. The factors
+        /// depend on whether the map's rows are spaced by planetocentric or by planetographic latitude.
         pub map_stretch: Vec2 = "map_stretch",
-        /// Lower limit of the width of a pixel on the ground, for all pixels of the draw, in circumferences of the body.
+        /// Lower limit of the width on the ground of any pixel of the draw, as a fraction of the body's circumference.
         pub map_pixel: f32 = "map_pixel",
         /// Height of the camera above the unit sphere, equatorial radii.
         pub camera_height: f32 = "camera_height",
@@ -180,9 +182,9 @@ uniforms! {
         pub radius: f32 = "cloud_radius",
         /// Lambert albedo of a closed deck.
         pub albedo: f32 = "cloud_albedo",
-        /// Radiance of a closed deck per irradiance. This field and the next two are for the ground's draw where it also shows the clouds.
+        /// Radiance of a closed deck per irradiance. This field and the next two are for pixels in which the ground's draw also shows the clouds.
         pub reflectance: f32 = "cloud_reflectance",
-        /// Optical depth of the air above the clouds, as `air_ground_depth`.
+        /// Optical depth of the air above the clouds, in the form of [`AtmosphereUniforms::ground_depth`].
         pub depth_above: [Vec4; GROUND_DEPTH_TERMS] = "cloud_depth_above",
         /// First row of the clouds' part of the coarse image of the air. `render::plan`, which arranges the image, sets this field.
         pub coarse_row: f32 = "cloud_coarse_row",
@@ -194,7 +196,7 @@ uniforms! {
     /// 1 in the frame in which the floor is the unit sphere.
     #[derive(Clone, Debug, Default, PartialEq)]
     pub struct AtmosphereUniforms {
-        /// `radius_sq_minus_1` of the top.
+        /// `radius_sq_minus_1` of the air's top.
         pub top: f32 = "air_top",
         /// Heights of the two ends of a view ray along which the height only increases or only decreases: x at the camera, y at the far end. An end outside
         /// the air has the height of the air's top. `scene::atmosphere::uniform_rows` computes the uniform `air_quadrature_nodes` from them.
@@ -225,10 +227,10 @@ uniforms! {
         pub night_radiance: f32 = "air_night_radiance",
         /// 1 if the atmosphere's rim is less than a pixel high: the rings' shadow is then evaluated once per view ray through it.
         pub rim_is_thin: f32 = "air_rim_is_thin",
-        /// Largest error of light that is interpolated from the coarse image of the air: x relative to the light, y as radiance divided by the irradiance of
-        /// the first light. An error below either is accepted. Negative where the image must not be interpolated at all.
+        /// Largest accepted error of interpolation in the coarse image of the air: x relative to the air's light, y as radiance divided by the irradiance of
+        /// the first light source, the Sun. An error below either is accepted. Negative if no pixel may interpolate.
         pub coarse_bound: Vec2,
-        /// First row of the body's part of that image. `render::plan` sets this field.
+        /// First row of the body's part of the coarse image of the air. `render::plan` sets this field.
         pub coarse_row: f32 = "air_coarse_row",
         /// Heights for the table of multiply scattered light, which measures them from the ground, whereas the draw measures them from the floor. x: height of
         /// the floor above the ground. y: 1 / height of the air's top above the ground.
@@ -246,11 +248,11 @@ uniforms! {
         pub axis: Vec4 = "eclipse_axis",
         /// Two unit vectors perpendicular to the axis (xyz). Their w: the cotangent of the Sun's angular radius, and this cotangent divided by the distance.
         pub perpendicular_axes: [Vec4; 2] = "eclipse_perpendicular_axes",
-        /// Largest error of sunlight that is interpolated from the coarse image of the air, as `AtmosphereUniforms::coarse_bound`.
+        /// Largest accepted error of sunlight that is interpolated from the coarse image of the air, as [`AtmosphereUniforms::coarse_bound`].
         pub coarse_bound: Vec2,
-        /// First row of the sunlight's part of that image. `render::plan` sets this field.
+        /// First row of the sunlight's part of the coarse image of the air. `render::plan` sets this field.
         pub coarse_row: f32 = "eclipse_coarse_row",
-        /// Radiance of the Sun's disc relative to its total light: coefficients of 1, mu, mu² per channel.
+        /// Radiance of the Sun's disc, normalised so that its integral over the unit disc is 1: coefficients of 1, mu, mu² per channel.
         pub limb_darkening: [Vec4; 3] = "eclipse_limb_darkening",
         /// Per occluder: the coordinates of its centre across the axis (xy) and along it (z).
         pub occluder_positions: Vec<Vec4> = "occluder_position",
@@ -275,7 +277,8 @@ uniforms! {
         pub lattice: [Vec4; DETAIL_ROWS] = "detail_lattice",
         /// Per lattice: the cell that contains the reference point (xyz), modulo the lattices' period.
         pub cells: [Vec4; DETAIL_ROWS] = "detail_cells",
-        /// Side in radii of the cells at which lattices have faded out. They fade out from half this side on, because the rows hold the finest lattices only.
+        /// Side of a cell in radii at which lattices have faded out; they begin to fade at half this side. Larger lattices are left out, because the rows hold
+        /// only the finest ones.
         pub largest: f32 = "detail_largest",
         /// The camera relative to the reference point (xyz), and the tangent of the angle that a pixel spans (w).
         pub camera: Vec4 = "detail_camera",
@@ -331,12 +334,12 @@ uniforms! {
         pub segments: f32 = "ring_segments",
         /// Size of half a pixel at the body's distance, equatorial radii.
         pub half_pixel: f32 = "ring_half_pixel",
-        /// Factor and exponent of the large particles' phase function.
+        /// Factor (x) and exponent (y) of the large particles' phase function.
         pub phase: Vec2 = "ring_phase",
         /// Asymmetry of each lobe of the dust's phase function, and the fraction of the light in each lobe.
         pub dust_asymmetry: Vec3 = "ring_dust_asymmetry",
         pub dust_weight: Vec3 = "ring_dust_weight",
-        /// Height and width of the opposition surge.
+        /// Height (x) of the opposition surge, and its width (y): tangent of half the phase angle.
         pub opposition: Vec2 = "ring_opposition",
         /// 1: the half in front of the body's centre, -1: behind it, 0: both.
         pub side: f32 = "ring_side",
@@ -344,6 +347,7 @@ uniforms! {
         pub sun_tangent: f32 = "sun_tangent",
         /// For the globe's shadow on the rings: the globe's semi-axes divided by its equatorial radius.
         pub shadow_axes: Vec3 = "shadow_axes",
+        /// For the same shadow: the Sun's limb darkening per channel.
         pub sun_limb_darkening_u1: Vec3 = "sun_limb_darkening_u1",
         pub sun_limb_darkening_u2: Vec3 = "sun_limb_darkening_u2",
         /// Ring-shine on the globe.
@@ -355,7 +359,7 @@ uniforms! {
 }
 
 impl RingUniforms {
-    /// Coefficients of the bin index of a radius in the table: x - y / radius, at most z.
+    /// Coefficients (x, y, z) of the index of the table's bin that contains a radius: x - y / radius, at most z.
     fn bins(&self) -> Vec3 {
         self.table.as_ref().map_or(Vec3::ZERO, |t| Vec3::from_array(t.bins.map(camera::narrow_scalar)))
     }
@@ -374,7 +378,7 @@ impl RingUniforms {
 }
 
 impl DrawUniforms {
-    /// Uniforms computed from several fields.
+    /// Names of the uniforms that [`Self::uniform`] computes: no field holds their value.
     const DERIVED: [&'static str; 6] = ["light_direction", "light_irradiance", "overlay", "ring_bins", "ring_slants", "ring_sun_rows"];
 
     /// Names of all uniforms that a draw's values fill.

@@ -43,8 +43,8 @@ fn radius_towards(occluder: &Occluder<'_>, direction: DVec2) -> f64 {
 pub(crate) struct ApproximateShadow<'a> {
     occluders: &'a [Occluder<'a>],
     axis: Axis,
-    /// The refracting layers of the first occluder's air. `None` if the model leaves out refraction, or if that air does not refract light. Where air refracts,
-    /// `model::choose_eclipse_model` moves its body to the first place.
+    /// The refracting layers of the first occluder's air: `model::choose_eclipse_model` has moved the occluder whose air refracts light to the first place.
+    /// `None` if the model leaves out refraction, or if that air does not refract light.
     layers: Option<refraction::RefractingLayers>,
 }
 
@@ -53,8 +53,8 @@ impl<'a> ApproximateShadow<'a> {
     pub(crate) fn of(occluders: &'a [Occluder<'a>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body) -> Option<Self> {
         let axis = Axis::of(receiver, sun).filter(|_| !occluders.is_empty())?;
         let first = occluders.first().filter(|_| model == EclipseModel::Refracted);
-        let bending_fraction = |o: &Occluder<'_>| refraction::bending_fraction(o.along, axis.sun_distance);
-        let layers = first.and_then(|o| refraction::layers(o.body, receiver.radius_km(), o.semi_axes.x, bending_fraction(o)));
+        let shift_per_bending = |o: &Occluder<'_>| refraction::shift_per_bending(o.along, axis.sun_distance);
+        let layers = first.and_then(|o| refraction::layers(o.body, receiver.radius_km(), o.semi_axes.x, shift_per_bending(o)));
         Some(Self { occluders, axis, layers })
     }
 
@@ -68,7 +68,7 @@ impl<'a> ApproximateShadow<'a> {
                 continue;
             }
             // Factor from the receiver's equatorial radii, at the occluder's distance, to solar radii.
-            let to_solar_radii = self.axis.cot_sun_radius / depth;
+            let to_solar_radii = self.axis.cot_sun_angular_radius / depth;
             let offset = occluder.offset_across - offset_across;
             let layers = self.layers.as_ref().filter(|_| index == 0);
             // Most points are outside the penumbra: they are skipped before the radius is computed.
@@ -94,7 +94,7 @@ impl<'a> ApproximateShadow<'a> {
 
     /// Number of points that the mean needs.
     fn mean_points(&self) -> u32 {
-        let penumbra_width = |o: &Occluder<'_>| 2.0 * o.along / self.axis.cot_sun_radius;
+        let penumbra_width = |o: &Occluder<'_>| 2.0 * o.along / self.axis.cot_sun_angular_radius;
         let needs_fine_mean = |o: &Occluder<'_>| o.semi_axes.y < 1.0 || penumbra_width(o) < SHARP_EDGE_WIDTH;
         if self.occluders.iter().any(needs_fine_mean) { FINE_MEAN_POINTS } else { MEAN_POINTS }
     }
@@ -162,7 +162,8 @@ mod tests {
             let along = ephemeris.state(occluder.id, body.id, time, None).expect("placed").state.pos_km.length() / receiver.radius_km();
             let receiver_from_occluder =
                 receiver.body_from_icrf * ephemeris.body_from_icrf(occluder.id, time).expect("an orientation").transpose();
-            let radii = semi_axes_in_solar_radii.map_or(occluder.radii_km / receiver.radius_km(), |s| s * (along / axis.cot_sun_radius));
+            let solar_radius = along / axis.cot_sun_angular_radius;
+            let radii = semi_axes_in_solar_radii.map_or(occluder.radii_km / receiver.radius_km(), |s| s * solar_radius);
             Self { receiver, axis, sun, occluder, radii, along, receiver_from_occluder }
         }
 
@@ -194,7 +195,7 @@ mod tests {
         fn by_rays(&self, offset_across: DVec2, point: DVec3) -> f64 {
             const RAYS: u32 = 1500;
             let to_sun = self.axis.sunward * self.axis.sun_distance - point;
-            let sun_radius = self.axis.sun_distance / self.axis.cot_sun_radius;
+            let sun_radius = self.axis.sun_distance / self.axis.cot_sun_angular_radius;
             let (u1, u2) = limb_darkening(self.sun);
             let (mut total, mut visible) = (0.0, 0.0);
             for k in 0..RAYS {
@@ -230,7 +231,7 @@ mod tests {
         fn largest_errors(&self) -> ([f64; 2], [u32; 3]) {
             let (mut errors, mut counts) = ([0.0_f64; 2], [0; 3]);
             for point in [DVec3::ZERO, self.axis.sunward * 0.8 + self.axis.perpendicular_axes[0] * 0.6] {
-                let solar_radius = (self.along - point.dot(self.axis.sunward)) / self.axis.cot_sun_radius;
+                let solar_radius = (self.along - point.dot(self.axis.sunward)) / self.axis.cot_sun_angular_radius;
                 for direction in (0..12).map(|k| DVec2::from_angle(TAU * f64::from(k) / 12.0)) {
                     let offset_across = |distance: f64| self.axis.offset_across(point) + direction * distance;
                     // The distance at which the limb hides the Sun's centre, by bisection.
@@ -296,7 +297,7 @@ mod tests {
         for ids in [[606, 699], [501, 599], [504, 599], [401, 499]] {
             let geometry = EclipseGeometry::of(&catalog, &ephemeris, ids, None);
             let outline = geometry.occluder_at(DVec2::ZERO);
-            let receiver_and_penumbra = 1.0 + geometry.along / geometry.axis.cot_sun_radius;
+            let receiver_and_penumbra = 1.0 + geometry.along / geometry.axis.cot_sun_angular_radius;
             let mut seen = 0;
             for (direction, radius) in [(outline.long_axis, outline.semi_axes.x), (outline.long_axis.perp(), outline.semi_axes.y)] {
                 for k in -9..=9 {
@@ -329,7 +330,7 @@ mod tests {
         for ids in [[501, 599], [606, 699]] {
             let geometry = EclipseGeometry::of(&catalog, &ephemeris, ids, None);
             let outline = geometry.occluder_at(DVec2::ZERO);
-            let receiver_and_penumbra = 1.0 + geometry.along / geometry.axis.cot_sun_radius;
+            let receiver_and_penumbra = 1.0 + geometry.along / geometry.axis.cot_sun_angular_radius;
             let outside = outline.long_axis * (outline.semi_axes.x + 2.0 * receiver_and_penumbra);
             for (offset_across, expected) in [(DVec2::ZERO, 0.0), (outside, 1.0)] {
                 let occluders = [geometry.occluder_at(offset_across)];
@@ -355,7 +356,7 @@ mod tests {
         for (ids, bound) in [([501, 599], 0.005), ([606, 699], 0.005), ([599, 501], 0.005), ([999, 901], 0.02)] {
             let geometry = EclipseGeometry::of(&catalog, &ephemeris, ids, None);
             let outline = geometry.occluder_at(DVec2::ZERO);
-            let receiver_and_penumbra = 1.0 + geometry.along / geometry.axis.cot_sun_radius;
+            let receiver_and_penumbra = 1.0 + geometry.along / geometry.axis.cot_sun_angular_radius;
             let mut largest_error = 0.0_f64;
             for phase_deg in [0.0, 1.0, 60.0, 120.0, 165.0] {
                 for (azimuth, k) in (0..3).flat_map(|k| (-20..=20).map(move |j| (TAU * f64::from(k) / 3.0, j))) {

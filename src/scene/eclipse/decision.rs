@@ -14,7 +14,7 @@ use crate::scene::stated_errors;
 
 /// Decides which occluders darken the globe, its air and its clouds, and by which model.
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
-    if Capabilities::of(inputs.body()).emissive {
+    if Capabilities::of(inputs.body()).is_emissive {
         return decisions;
     }
     let context = inputs.frame.context;
@@ -29,8 +29,8 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     decisions
 }
 
-/// Decides which occluders darken the rings, out to the radius `outer_km`. The user switches their shadows together with those on the globe, by the `eclipse`
-/// effect.
+/// Decides which occluders darken the rings, out to the radius `outer_km`. The effect `eclipse` switches the shadows on the rings together with those on the
+/// globe.
 pub(crate) fn decide_for_rings(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>, outer_km: f64) -> EclipseUniforms {
     let (placed, context, camera) = (inputs.placed, inputs.frame.context, inputs.frame.camera);
     let diameter_px = 2.0 * placed.body.radii_km.x / (placed.distance_km * camera.pixel_tangent());

@@ -12,10 +12,10 @@ use crate::scene::request::view_request::{Quality, ViewRequest};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EclipseModelChoice {
     Requested(EclipseModel),
-    /// For drafts: the Sun as a uniform disc. In the umbra of a body whose air refracts light, the model `Refracted`, because no
-    /// other light reaches the umbra.
+    /// For drafts: the Sun as a uniform disc. If an occluder whose air refracts light has an umbra on the receiver, the model `Refracted`, because no other
+    /// light reaches the umbra.
     Draft,
-    /// The Sun with limb darkening. In the umbra of a body whose air refracts light, also refracted light.
+    /// The Sun with limb darkening. If an occluder whose air refracts light has an umbra on the receiver, the model `Refracted`.
     Best,
 }
 

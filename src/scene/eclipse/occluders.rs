@@ -1,10 +1,10 @@
 //! The occluders of a receiver.
 //!
 //! In: the receiver at its apparent time, and the catalog's other bodies. Out: at most [`MAX_OCCLUDERS`] occluders that can darken a visible pixel. Light
-//! time is accounted for: an occluder is where it was when the light that reaches the receiver passed it, and the Sun where it was when that light left it.
-//! The directions to both include the aberration by the receiver's motion. Aberration does not change their separation at the receiver's centre, but tilts
-//! the shadow's axis, so that the shadow is displaced elsewhere on the body (20 arcsec at the Earth: 0.6 km, 0.6 s). shaders/lib/eclipse computes the
-//! remaining light.
+//! time is accounted for. The Sun is where it was when the light that now reaches the receiver left the Sun; an occluder is where it was when that light passed
+//! the occluder. The directions to Sun and occluder include the aberration by the receiver's motion. Aberration does not change the angle between the two as
+//! seen from the receiver's centre, but tilts the shadow's axis, so that the shadow is displaced elsewhere on the body (20 arcsec at the Earth: 0.6 km,
+//! 0.6 s). shaders/lib/eclipse computes the remaining light.
 
 use crate::catalog::{Body, BodyKind, NaifId, Photometry};
 use crate::ephemeris::Ephemeris;
@@ -64,11 +64,11 @@ impl<'a> Receiver<'a> {
 pub(crate) struct Axis {
     /// Unit vector to the Sun's centre.
     pub(crate) sunward: DVec3,
-    /// Unit vectors perpendicular to it and to each other. Every 2D vector "across the axis" has these two as its basis.
+    /// Unit vectors perpendicular to `sunward` and to each other. Every 2D vector "across the axis" has these two as its basis.
     pub(crate) perpendicular_axes: [DVec3; 2],
     pub(crate) sun_distance: f64,
     /// Cotangent of the Sun's angular radius.
-    pub(crate) cot_sun_radius: f64,
+    pub(crate) cot_sun_angular_radius: f64,
 }
 
 impl Axis {
@@ -82,8 +82,8 @@ impl Axis {
         }
         let sunward = to_sun / sun_distance;
         let (x, y) = sunward.any_orthonormal_pair();
-        let cot_sun_radius = ((sun_distance - sun_radius) * (sun_distance + sun_radius)).sqrt() / sun_radius;
-        Some(Self { sunward, perpendicular_axes: [x, y], sun_distance, cot_sun_radius })
+        let cot_sun_angular_radius = ((sun_distance - sun_radius) * (sun_distance + sun_radius)).sqrt() / sun_radius;
+        Some(Self { sunward, perpendicular_axes: [x, y], sun_distance, cot_sun_angular_radius })
     }
 
     /// Components of a vector perpendicular to the axis.
@@ -97,15 +97,15 @@ impl Axis {
 /// (tests/ephemeris/positions.rs).
 const MAX_STRAIGHT_LIGHT_TIME_S: f64 = 10.0;
 
-/// A body that can block only a smaller fraction of sunlight than this is no occluder: a tenth of what can be seen. Seen from the systems of Mercury to
-/// Jupiter, planets in transit block less, except Venus and the Earth.
+/// A body that can block only a smaller fraction of sunlight than this is no occluder: a tenth of the smallest visible change. Seen from the systems of Mercury
+/// to Jupiter, planets in transit block less, except Venus and the Earth.
 const MIN_BLOCKED_FRACTION: f64 = 0.1 * VISIBLE_CHANGE;
 
 /// A body that may be in front of the Sun: its outline projected along the axis, in the receiver's equatorial radii.
 #[derive(Clone, Debug)]
 pub struct Occluder<'a> {
     pub body: &'a Body,
-    /// Position of its centre: components perpendicular to the axis, and distance along the axis from the receiver's centre.
+    /// Position of its centre relative to the receiver's: components perpendicular to the axis, and the component along the axis, towards the Sun.
     pub(crate) offset_across: DVec2,
     pub(crate) along: f64,
     /// Unit vector along the outline's major axis.
@@ -114,7 +114,7 @@ pub struct Occluder<'a> {
     pub(crate) semi_axes: DVec2,
     /// Largest fraction of sunlight that it can block at any point of the receiver; 0 until [`select_occluders`] computes it.
     pub(crate) max_blocked_fraction: f64,
-    /// Whether its umbra meets the receiver or, beyond the apex, its whole antumbra lies on it; false until [`select_occluders`] computes it.
+    /// Whether its umbra meets the receiver or, beyond the umbra's apex, its whole antumbra lies on the receiver; false until [`select_occluders`] computes it.
     pub(crate) has_umbra: bool,
 }
 
@@ -202,7 +202,7 @@ pub fn select_occluders<'a>(
         return FoundOccluders { occluders: Vec::new(), reason: reason!("inside-sun") };
     };
     let mut occluders = Vec::new();
-    let mut nearest: Option<(f64, &'a str)> = None;
+    let mut nearest_miss: Option<(f64, &'a str)> = None;
     for occluder in candidates {
         let occluder = occluder.for_points_within(&axis, sun, extent.max_radius, receiver.radius_km());
         if occluder.max_blocked_fraction < MIN_BLOCKED_FRACTION {
@@ -213,8 +213,8 @@ pub fn select_occluders<'a>(
         if gap > 0.0 {
             // The gap in penumbra radii.
             let gap_ratio = gap / occluder.penumbra_radius(&axis, extent.max_radius);
-            if occluder.max_blocked_fraction > VISIBLE_CHANGE && nearest.is_none_or(|(min_ratio, _)| gap_ratio < min_ratio) {
-                nearest = Some((gap_ratio, &body.name));
+            if occluder.max_blocked_fraction > VISIBLE_CHANGE && nearest_miss.is_none_or(|(min_ratio, _)| gap_ratio < min_ratio) {
+                nearest_miss = Some((gap_ratio, &body.name));
             }
             continue;
         }
@@ -231,7 +231,7 @@ pub fn select_occluders<'a>(
     let mut occluders: Vec<Occluder<'a>> = occluders.into_iter().map(|(_, occluder)| occluder).collect();
     let left_out = occluders.len().saturating_sub(usize::from(MAX_OCCLUDERS));
     occluders.truncate(usize::from(MAX_OCCLUDERS));
-    let reason = match (occluders.first(), nearest) {
+    let reason = match (occluders.first(), nearest_miss) {
         (Some(first), _) => {
             let names: Vec<String> = occluders.iter().map(|o| o.body.name.clone()).collect();
             let takes = reason!("eclipse-takes", body = &first.body.name, part = format_args!("{:.3}", first.max_blocked_fraction));
@@ -255,9 +255,9 @@ fn can_occlude(occluder: &Body, receiver: &Body) -> bool {
     system_planet(occluder) == system_planet(receiver) || occluder.kind == BodyKind::Planet
 }
 
-/// Largest fraction of sunlight that a body of this radius can block at a distance `depth` from the receiver, both in the receiver's equatorial radii.
+/// Largest fraction of sunlight that a body of this radius can block for a point at a distance `depth` behind it; both in the receiver's equatorial radii.
 fn max_blocked_fraction(radius: f64, axis: &Axis, sun: &Body, depth: f64) -> f64 {
-    let apparent_radius = radius * axis.cot_sun_radius / depth.max(1e-9);
+    let apparent_radius = radius * axis.cot_sun_angular_radius / depth.max(1e-9);
     // In solar radii. The most light is lost where the body covers the bright centre of the Sun's disc.
     if apparent_radius >= 1.0 { 1.0 } else { (apparent_radius * apparent_radius * centre_to_mean_radiance(sun)).min(1.0) }
 }
@@ -293,20 +293,20 @@ impl<'a> Occluder<'a> {
         Some(Self { body, offset_across, along, long_axis, semi_axes, max_blocked_fraction: 0.0, has_umbra: false })
     }
 
-    /// A copy with `max_blocked_fraction` and `has_umbra` (by the cone's radius at the receiver's centre) set for points within `max_radius` of that centre.
+    /// A copy with `max_blocked_fraction` and `has_umbra` set, for a receiver whose points are within `max_radius` of its centre.
     fn for_points_within(&self, axis: &Axis, sun: &Body, max_radius: f64, receiver_radius_km: f64) -> Self {
         let radius = self.body.radii_km.max_element() / receiver_radius_km;
         let max_blocked_fraction = max_blocked_fraction(radius, axis, sun, (self.along - max_radius).max(radius));
-        let has_umbra = self.offset_across.length() < max_radius + self.semi_axes.x - self.along / axis.cot_sun_radius;
+        let has_umbra = self.offset_across.length() < max_radius + self.semi_axes.x - self.along / axis.cot_sun_angular_radius;
         Self { max_blocked_fraction, has_umbra, ..self.clone() }
     }
 
     /// Radius of the penumbra at the end of the receiver that is farthest from the occluder, where it is largest.
     fn penumbra_radius(&self, axis: &Axis, max_radius: f64) -> f64 {
-        self.semi_axes.x + (self.along + max_radius) / axis.cot_sun_radius
+        self.semi_axes.x + (self.along + max_radius) / axis.cot_sun_angular_radius
     }
 
-    /// Area of the occluder's outline. It blocks at most the sunlight that would fall on an area of this size.
+    /// Area of the occluder's outline. The occluder blocks at most the sunlight that would fall on an area of this size.
     fn outline_area(&self) -> f64 {
         std::f64::consts::PI * self.semi_axes.x * self.semi_axes.y
     }
@@ -316,16 +316,16 @@ impl<'a> Occluder<'a> {
         self.offset_across.length() - max_radius - self.penumbra_radius(axis, max_radius)
     }
 
-    /// How much the shadow matters to the image. `axis_ratios`: the receiver's semi-axes divided by its equatorial radius; `min_change`: the relative change of
-    /// a pixel above which it is visible.
+    /// How much the shadow matters to the image. `axis_ratios`: the receiver's semi-axes divided by its equatorial radius; `min_change`: the relative change
+    /// above which a change of a pixel is visible.
     fn importance(&self, axis: &Axis, extent: ReceiverExtent, axis_ratios: DVec3, min_change: f64) -> Importance {
         let mut pixel = extent.pixel;
         if let Some(frustum) = extent.frustum {
             let centre = axis.perpendicular_axes[0] * self.offset_across.x
                 + axis.perpendicular_axes[1] * self.offset_across.y
                 + axis.sunward * self.along;
-            let region =
-                ShadowRegion::of(centre, self.semi_axes.x, axis.sunward, 1.0 / axis.cot_sun_radius, extent.max_radius, extent.shape);
+            let widening = 1.0 / axis.cot_sun_angular_radius;
+            let region = ShadowRegion::of(centre, self.semi_axes.x, axis.sunward, widening, extent.max_radius, extent.shape);
             match region.filter(|r| r.meets(&frustum)) {
                 Some(region) => pixel = region.min_pixel(&frustum),
                 None => return Importance::OutOfView,
@@ -339,10 +339,10 @@ impl<'a> Occluder<'a> {
         if self.max_blocked_fraction * pixel_fraction.min(1.0) > min_change { Importance::Visible } else { Importance::Negligible }
     }
 
-    /// Whether a point that the occluder darkens may be on the side that the viewer sees; true if it is unknown (rings, or points far above the ground). Tests
-    /// points in the penumbra, and the lit point that projects along the axis to the same place as the sub-observer point. `MARGIN` covers
-    /// the gaps between these points. Points and horizon are those of the ellipsoid with these `axis_ratios`: for an oblate planet, those of a sphere would
-    /// be off by more than the margin.
+    /// Whether a point that the occluder darkens may be on the side that the viewer sees; true if this is unknown (rings, or points far above the ground).
+    /// Tests points in the penumbra, and the lit point that projects along the axis to the same place as the sub-observer point. `MARGIN` covers the gaps
+    /// between these points. Points and horizon are those of the ellipsoid with these `axis_ratios`: for an oblate planet, those of a sphere would be off by
+    /// more than the margin.
     fn shadow_is_visible(&self, axis: &Axis, extent: ReceiverExtent, axis_ratios: DVec3) -> bool {
         /// Equatorial radii.
         const MARGIN: f64 = 0.03;
@@ -395,7 +395,7 @@ pub(crate) fn outline(axis: &Axis, receiver_from_occluder: DMat3, radii: DVec3) 
 }
 
 /// Largest number of occluders that a body of the catalog can have at once, and whether one of them has air that refracts light. Counts the other bodies of its
-/// system and, from Saturn outwards and for asteroids, one planet of another system; nearer, only rare transits would count.
+/// system and, from Saturn outwards and for asteroids, one planet of another system. Nearer to the Sun, only rare transits would count.
 pub fn max_occluders<'a>(bodies: &'a [Body], receiver: &'a Body) -> (u8, bool) {
     let mut others = bodies.iter().filter(|b| b.id != receiver.id && b.id != NaifId::SUN && system_planet(b) == system_planet(receiver));
     // NAIF codes from 100 to 599: the systems of the planets from Mercury to Jupiter.
@@ -458,7 +458,7 @@ mod tests {
             for _ in 0..20_000 {
                 let sunward = random.direction();
                 let (x, y) = sunward.any_orthonormal_pair();
-                let axis = Axis { sunward, perpendicular_axes: [x, y], sun_distance: 2e4, cot_sun_radius: 2e3 };
+                let axis = Axis { sunward, perpendicular_axes: [x, y], sun_distance: 2e4, cot_sun_angular_radius: 2e3 };
                 let camera = random.direction() * 10.0_f64.powf(random.between(0.2, 4.0));
                 let extent =
                     ReceiverExtent { max_radius: 1.0, shape: ReceiverShape::Ball, camera: Some(camera), frustum: None, pixel: 0.0 };

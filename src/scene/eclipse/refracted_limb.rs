@@ -49,16 +49,16 @@ pub struct RefractedLimb {
     pub air_transmittance: Vec<Vec4>,
 }
 
-/// Change of the transmittance across each layer, for linear interpolation within it. The slope is limited (monotonized central differences), so that the
-/// interpolation stays between the means of the neighbouring layers.
+/// Change of the transmittance across each layer, for linear interpolation within the layer. `transmittances`: the layers' means, from the ground up. The slope
+/// is limited (monotonized central differences), so that the interpolation stays between the means of the neighbouring layers.
 fn slopes(transmittances: &[DVec3]) -> Vec<DVec3> {
     let at = |k: usize| transmittances[k.min(transmittances.len() - 1)];
     let slope = |k: usize| {
-        let (before, here, after) = (at(k.saturating_sub(1)), at(k), at(k + 1));
-        let (up, down) = (after - here, here - before);
-        let steepest = (2.0 * up.abs()).min(2.0 * down.abs()).min(0.5 * (up + down).abs());
-        let rises = up.cmpgt(DVec3::ZERO) & down.cmpgt(DVec3::ZERO);
-        let falls = up.cmplt(DVec3::ZERO) & down.cmplt(DVec3::ZERO);
+        // Change from this layer to the one above, and from the one below to this layer.
+        let (to_above, from_below) = (at(k + 1) - at(k), at(k) - at(k.saturating_sub(1)));
+        let steepest = (2.0 * to_above.abs()).min(2.0 * from_below.abs()).min(0.5 * (to_above + from_below).abs());
+        let rises = to_above.cmpgt(DVec3::ZERO) & from_below.cmpgt(DVec3::ZERO);
+        let falls = to_above.cmplt(DVec3::ZERO) & from_below.cmplt(DVec3::ZERO);
         DVec3::select(rises, steepest, DVec3::select(falls, -steepest, DVec3::ZERO))
     };
     (0..transmittances.len()).map(slope).collect()
@@ -71,48 +71,49 @@ fn sun_radiance(sun: &Body) -> [DVec3; 3] {
     [1.0 - u1 - u2, u1 + 2.0 * u2, -u2].map(|factor| factor * centre)
 }
 
-/// The Sun and a body in front of it, as seen from the camera; angles in radians.
+/// The Sun and a body in front of it, as seen from the camera.
 struct LimbGeometry {
     /// Angular radius of the Sun.
-    sun_radius: f64,
-    /// Separation of the two centres.
-    separation: f64,
+    sun_radius_rad: f64,
+    /// Angle between the two centres.
+    separation_rad: f64,
     /// Angular radius of the body.
-    limb_radius: f64,
-    /// Largest error of `limb_radius` for a body that is not a sphere.
-    limb_radius_error: f64,
-    /// Distance from the camera to the limb, radii of the body; not an angle.
+    limb_radius_rad: f64,
+    /// Largest error of `limb_radius_rad` for a body that is not a sphere.
+    limb_radius_error_rad: f64,
+    /// Distance from the camera to the limb, radii of the body.
     limb_distance: f64,
 }
 
 impl LimbGeometry {
     fn of(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>) -> Self {
         let camera_distance = placed.placement.camera_in_unit_sphere().length();
-        let limb_radius = (1.0 / camera_distance).min(1.0).asin();
+        let limb_radius_rad = (1.0 / camera_distance).min(1.0).asin();
         Self {
-            sun_radius: (sun.body.radii_km.x / sun.distance_km).min(1.0).asin(),
-            separation: crate::ephemeris::angle_rad(placed.placement.centre_km, sun.placement.centre_km),
-            limb_radius,
-            limb_radius_error: limb_radius * crate::scene::features::choice::ellipsoid_flattening(placed.body),
+            sun_radius_rad: (sun.body.radii_km.x / sun.distance_km).min(1.0).asin(),
+            separation_rad: crate::ephemeris::angle_rad(placed.placement.centre_km, sun.placement.centre_km),
+            limb_radius_rad,
+            limb_radius_error_rad: limb_radius_rad * crate::scene::features::choice::ellipsoid_flattening(placed.body),
             limb_distance: (camera_distance * camera_distance - 1.0).max(1e-12).sqrt(),
         }
     }
 
-    /// Whether any layer can show the Sun. A test that does not need the layers, which take milliseconds to compute. `max_reduced_bending`: see
+    /// Whether any layer can show the Sun. This test does not need the layers, which take milliseconds to compute. `max_reduced_bending`: see
     /// [`refraction::max_reduced_bending`].
     fn may_show_sun(&self, placed: &PlacedBody<'_>, max_reduced_bending: f64) -> bool {
         let top_km = placed.body.atmosphere.as_ref().map_or(0.0, |air| air.top_km);
-        // The largest and the smallest of `unrefracted_angles`.
-        let max_angle = self.limb_radius + top_km / placed.body.radii_km.x / self.limb_distance;
-        let min_angle = self.limb_radius - max_reduced_bending;
-        let margin = self.sun_radius + self.limb_radius_error;
-        self.separation - margin <= max_angle.max(-min_angle) && self.separation + margin >= min_angle
+        // The largest and the smallest angle that `unrefracted_angles` can return.
+        let max_angle = self.limb_radius_rad + top_km / placed.body.radii_km.x / self.limb_distance;
+        let min_angle = self.limb_radius_rad - max_reduced_bending;
+        let margin = self.sun_radius_rad + self.limb_radius_error_rad;
+        self.separation_rad - margin <= max_angle.max(-min_angle) && self.separation_rad + margin >= min_angle
     }
 
-    /// Where on the sky the light at the lower and the upper edge of a layer comes from: its angle from the body's centre if there were no refraction. Negative
-    /// on the opposite side of the centre. `layer`: radius and reduced bending angle at its lower edge (x, y) and at its upper edge (z, w).
+    /// Where on the sky the light at the lower and the upper edge of a layer comes from: the angle in radians between the body's centre and that source, as it
+    /// would be seen without refraction. Negative if the source is on the other side of the centre. `layer`: radius and reduced bending angle at its lower edge
+    /// (x, y) and at its upper edge (z, w).
     fn unrefracted_angles(&self, layer: &DVec4) -> (f64, f64) {
-        let at = |radius: f64, reduced_bending: f64| self.limb_radius + (radius - 1.0) / self.limb_distance - reduced_bending;
+        let at = |radius: f64, reduced_bending: f64| self.limb_radius_rad + (radius - 1.0) / self.limb_distance - reduced_bending;
         (at(layer.x, layer.y), at(layer.z, layer.w))
     }
 
@@ -122,8 +123,8 @@ impl LimbGeometry {
         let shows = |layer: &DVec4| {
             let (low, high) = self.unrefracted_angles(layer);
             let nearest = if low * high <= 0.0 { 0.0 } else { low.abs().min(high.abs()) };
-            let margin = self.sun_radius + self.limb_radius_error;
-            nearest <= self.separation + margin && low.abs().max(high.abs()) >= self.separation - margin
+            let margin = self.sun_radius_rad + self.limb_radius_error_rad;
+            nearest <= self.separation_rad + margin && low.abs().max(high.abs()) >= self.separation_rad - margin
         };
         let showing = layers.edges.iter().zip(&layers.transmittances).filter(|(layer, _)| shows(layer));
         let (sum, greatest) = showing.fold((DVec3::ZERO, DVec3::ZERO), |(sum, greatest), (layer, transmittances)| {
@@ -135,9 +136,9 @@ impl LimbGeometry {
 
 /// A short arc of a refracted limb, for the light meter.
 pub(crate) struct LimbSegment {
-    /// Unit vector from the camera to its middle, ICRF.
+    /// Unit vector from the camera to the middle of the arc, ICRF.
     pub direction: DVec3,
-    /// Solid angle, sr: of the layers that show the Sun, or of a strip of the limb one pixel wide if that is larger.
+    /// Solid angle, sr: of the layers that show the Sun, or of a strip of the limb one pixel wide, whichever is larger.
     pub solid_angle: f64,
     /// Mean radiance over that solid angle, brightest channel.
     pub radiance: f64,
@@ -147,16 +148,16 @@ pub(crate) struct LimbSegment {
 const SEGMENTS: u32 = 24;
 
 /// The refracted limb as segments, for the light meter: the arcs where the layers of a body's atmosphere show the Sun, treated as a uniform disc. The limb
-/// is that of a sphere: for an oblate body the arcs are slightly displaced. Empty if the refractivity is unknown, the camera is inside the atmosphere, the
-/// Sun is nearer than the body, the disc is too small to draw, or no layer shows the Sun.
+/// is that of a sphere: for an oblate body the arcs are slightly displaced. `pixel_rad`: angle that a pixel spans. Empty if the refractivity is unknown, the
+/// camera is inside the atmosphere, the Sun is nearer than the body, the disc is too small to draw, or no layer shows the Sun.
 pub(crate) fn segments(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad: f64) -> Vec<LimbSegment> {
     if placed.distance_km <= 0.0 || sun.distance_km <= placed.distance_km || camera_is_inside(placed) {
         return Vec::new();
     }
-    let (geometry, bending_fraction) = (LimbGeometry::of(placed, sun), refraction::bending_fraction(placed.distance_km, sun.distance_km));
-    let is_possible = 2.0 * geometry.limb_radius >= DISC_ONLY_FROM_PX * pixel_rad
-        && refraction::max_reduced_bending(placed.body, bending_fraction).is_some_and(|b| geometry.may_show_sun(placed, b));
-    let Some(layers) = is_possible.then(|| refraction::layers(placed.body, placed.body.radii_km.x, 1.0, bending_fraction)).flatten() else {
+    let (geometry, shift_per_bending) = (LimbGeometry::of(placed, sun), refraction::shift_per_bending(placed.distance_km, sun.distance_km));
+    let is_possible = 2.0 * geometry.limb_radius_rad >= DISC_ONLY_FROM_PX * pixel_rad
+        && refraction::max_reduced_bending(placed.body, shift_per_bending).is_some_and(|b| geometry.may_show_sun(placed, b));
+    let Some(layers) = is_possible.then(|| refraction::layers(placed.body, placed.body.radii_km.x, 1.0, shift_per_bending)).flatten() else {
         return Vec::new();
     };
     let to_body = placed.placement.centre_km / placed.distance_km;
@@ -165,7 +166,7 @@ pub(crate) fn segments(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad:
     let y = to_body.cross(x);
     // Position angles, from the direction of the Sun, at which a line through the body's centre crosses the Sun's disc: on the Sun's side, then on the opposite
     // side.
-    let half_arc = (geometry.sun_radius / geometry.separation.max(1e-300)).min(1.0).asin();
+    let half_arc = (geometry.sun_radius_rad / geometry.separation_rad.max(1e-300)).min(1.0).asin();
     let position_angles = (0..2 * SEGMENTS).map(|k| {
         let side = if k < SEGMENTS { 0.0 } else { std::f64::consts::PI };
         side + half_arc * (2.0 * (f64::from(k % SEGMENTS) + 0.5) / f64::from(SEGMENTS) - 1.0)
@@ -175,8 +176,8 @@ pub(crate) fn segments(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad:
     let segment = |angle: f64| {
         let (sin, cos) = angle.sin_cos();
         // Angles from the body's centre at which the line at this position angle enters and leaves the Sun's disc; negative on the opposite side.
-        let half_chord = (geometry.sun_radius.powi(2) - (geometry.separation * sin).powi(2)).max(0.0).sqrt();
-        let (from, to) = (geometry.separation * cos - half_chord, geometry.separation * cos + half_chord);
+        let half_chord = (geometry.sun_radius_rad.powi(2) - (geometry.separation_rad * sin).powi(2)).max(0.0).sqrt();
+        let (from, to) = (geometry.separation_rad * cos - half_chord, geometry.separation_rad * cos + half_chord);
         // Thickness of the layers that show the Sun, in radii, and their transmittance summed over it.
         let (shown_thickness, light) =
             layers.edges.iter().zip(&layers.transmittances).fold((0.0, 0.0), |(thickness, light), (layer, transmittances)| {
@@ -185,7 +186,7 @@ pub(crate) fn segments(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad:
                 (thickness + shown, light + shown * transmittances.max_element())
             });
         let width = shown_thickness.max(pixel_radii);
-        let (sin_limb, cos_limb) = geometry.limb_radius.sin_cos();
+        let (sin_limb, cos_limb) = geometry.limb_radius_rad.sin_cos();
         LimbSegment {
             direction: to_body * cos_limb + (x * cos + y * sin) * sin_limb,
             solid_angle: step_rad * sin_limb * width / geometry.limb_distance,
@@ -210,9 +211,10 @@ fn refracted_limb(
     let rays_over = |rect| camera.view_rays(placement, rect, AnchorForm::Auto);
     let sun_direction = (placement.body_from_icrf * sun.placement.centre_km).normalize();
     let (x, y) = sun_direction.any_orthonormal_pair();
-    let cot_sun_radius = ((sun.distance_km - sun.body.radii_km.x) * (sun.distance_km + sun.body.radii_km.x)).sqrt() / sun.body.radii_km.x;
+    let sun_radius_km = sun.body.radii_km.x;
+    let cot_sun_angular_radius = ((sun.distance_km - sun_radius_km) * (sun.distance_km + sun_radius_km)).sqrt() / sun_radius_km;
     let edge = |radius: f64, reduced_bending: f64| {
-        Vec4::new(narrow_scalar(radius - 1.0), narrow_scalar(reduced_bending * cot_sun_radius), 0.0, 0.0)
+        Vec4::new(narrow_scalar(radius - 1.0), narrow_scalar(reduced_bending * cot_sun_angular_radius), 0.0, 0.0)
     };
     let first = layers.edges.first()?;
     let air_edges = std::iter::once(edge(first.x, first.y)).chain(layers.edges.iter().map(|e| edge(e.z, e.w))).collect();
@@ -227,7 +229,7 @@ fn refracted_limb(
         unrefracted_sun: sun.outline.rect(camera).and_then(|of_sun| of_sun.intersection(&rect)).map(rays_over),
         axis_ratios: narrow(placement.radii_km / placement.radii_km.x),
         depth: narrow_scalar(depth.min(1.0)),
-        sun_direction: narrow(sun_direction).extend(narrow_scalar(cot_sun_radius)),
+        sun_direction: narrow(sun_direction).extend(narrow_scalar(cot_sun_angular_radius)),
         sun_basis: [x, y].map(|v| narrow(v).extend(0.0)),
         sun_limb_darkening: sun_radiance(sun.body).map(|f| narrow(f * tint).extend(0.0)),
         air_edges,
@@ -240,8 +242,8 @@ fn camera_is_inside(placed: &PlacedBody<'_>) -> bool {
     atmosphere::air::shell(placed.body, &placed.placement).is_some_and(|shell| shell.camera_is_inside())
 }
 
-/// Decides which refracted limbs a frame shows, records the decisions in the bodies' reports, and returns the uniforms. `tint`: the colour that the air
-/// around the camera gives to light from a direction ([`atmosphere::air::SurroundingAir::tint`]).
+/// Decides which refracted limbs a frame shows, records the decisions in the bodies' reports, and returns the uniforms. `tint`: for a vector to the source of
+/// light, the colour that the air around the camera gives to this light ([`atmosphere::air::SurroundingAir::tint`]).
 pub(crate) fn refracted_limbs(
     request: &ViewRequest,
     camera: &Camera,
@@ -261,8 +263,8 @@ pub(crate) fn refracted_limbs(
             report.decisions.push(Decision { effect: Effect::RefractedLimb.name(), on, reason, stated_error: None });
             on
         };
-        let bending_fraction = refraction::bending_fraction(p.distance_km, sun.distance_km);
-        let reduced_bending = refraction::max_reduced_bending(p.body, bending_fraction);
+        let shift_per_bending = refraction::shift_per_bending(p.distance_km, sun.distance_km);
+        let reduced_bending = refraction::max_reduced_bending(p.body, shift_per_bending);
         let geometry = LimbGeometry::of(p, sun);
         let why_not = match (reduced_bending, effects.override_of(Effect::Atmosphere)) {
             (None, _) => Some(reason!("eclipse-no-bending")),
@@ -282,7 +284,7 @@ pub(crate) fn refracted_limbs(
         // the limb crosses.
         let layers = reduced_bending
             .filter(|reduced_bending| geometry.may_show_sun(p, *reduced_bending))
-            .and_then(|_| refraction::layers(p.body, p.body.radii_km.x, 1.0, bending_fraction));
+            .and_then(|_| refraction::layers(p.body, p.body.radii_km.x, 1.0, shift_per_bending));
         let tint = tint(p.placement.centre_km);
         let centre_radiance: DVec3 = sun_radiance(sun.body).iter().sum::<DVec3>() * tint;
         let shown = layers.map(|layers| {

@@ -27,9 +27,9 @@ const CLOUD_CORRELATION_KM: f64 = 300.0;
 
 /// Layers of an atmosphere from the ground up; the unit of length is the `unit_km` of [`layers`].
 pub(crate) struct RefractingLayers {
-    /// Height of the top of the highest layer: its apparent radius less that of the body's outline.
+    /// Height of the top of the highest layer: its apparent radius minus that of the body's outline.
     pub top: f64,
-    /// For each layer: apparent radius (impact parameter of the ray), and reduced bending angle (bending angle times [`bending_fraction`], radians), at the
+    /// For each layer: apparent radius (impact parameter of the ray), and reduced bending angle (bending angle times [`shift_per_bending`], radians), at the
     /// lower edge (x, y), then at the upper edge (z, w).
     pub edges: Vec<DVec4>,
     /// For each layer: its mean transmittance, per channel.
@@ -38,8 +38,8 @@ pub(crate) struct RefractingLayers {
 
 impl RefractingLayers {
     /// Approximate fraction of sunlight (luminance) that the layers refract to a point. `separation`: of the centres of Sun and occluder as seen from the
-    /// point, in solar radii; `depth`: distance behind the occluder; `to_solar_radii`: factor from the layers' unit of length to solar
-    /// radii.
+    /// point, in solar radii; `depth`: distance of the point behind the occluder, in the layers' unit of length; `to_solar_radii`: factor from that unit, at
+    /// the occluder's distance, to solar radii.
     pub(crate) fn refracted_fraction(&self, separation: f64, depth: f64, to_solar_radii: f64) -> f64 {
         let layer_fraction = |(edge, transmittance): (&DVec4, &DVec3)| {
             // As seen from the point, the layer's light left the Sun on a circle about the occluder's centre, of this radius in solar radii.
@@ -47,6 +47,7 @@ impl RefractingLayers {
             // The fraction of the circle's circumference that lies on the Sun's disc.
             let cosine = (radius * radius + separation * separation - 1.0) / (2.0 * radius * separation).max(1e-9);
             let visible_fraction = cosine.clamp(-1.0, 1.0).acos() / std::f64::consts::PI;
+            // The layer's area relative to that of the Sun's disc, times the part of it that shows the Sun and its transmittance.
             (edge.z * edge.z - edge.x * edge.x)
                 * to_solar_radii
                 * to_solar_radii
@@ -62,16 +63,16 @@ pub(crate) fn refracts(body: &Body) -> bool {
     body.atmosphere.as_ref().is_some_and(|air| air.refractivity.is_some() && rayleigh(air).is_some())
 }
 
-/// Ratio of the shift of the Sun's image, as seen from a point, to the bending angle: 1 for a Sun at infinity. `body_distance`: from the point to the body
-/// whose air bends the light; `sun_distance`: from the point to the Sun, in the same unit.
-pub(crate) fn bending_fraction(body_distance: f64, sun_distance: f64) -> f64 {
+/// Angle by which the Sun's image shifts, as seen from a point, per angle by which the light bends: 1 for a Sun at infinity. `body_distance`: from the point to
+/// the body whose air bends the light; `sun_distance`: from the point to the Sun, in the same unit.
+pub(crate) fn shift_per_bending(body_distance: f64, sun_distance: f64) -> f64 {
     (1.0 - body_distance / sun_distance).clamp(0.0, 1.0)
 }
 
 /// The largest reduced bending angle in [`RefractingLayers::edges`], radians: that of the ray that grazes the ground. `None` if the refractivity is unknown.
-pub(crate) fn max_reduced_bending(body: &Body, bending_fraction: f64) -> Option<f64> {
+pub(crate) fn max_reduced_bending(body: &Body, shift_per_bending: f64) -> Option<f64> {
     let air = body.atmosphere.as_ref()?;
-    Some(bending(air.refractivity?, body.radii_km.x, rayleigh(air)?.scale_height_km) * bending_fraction)
+    Some(bending(air.refractivity?, body.radii_km.x, rayleigh(air)?.scale_height_km) * shift_per_bending)
 }
 
 /// Bending angle in radians of a ray that grazes the height where the air has this refractivity; see the module's documentation. `radius_km`: distance of that
@@ -81,14 +82,14 @@ fn bending(refractivity: f64, radius_km: f64, scale_height_km: f64) -> f64 {
 }
 
 /// Layers of a body's air in units of `unit_km`; `None` if the body has no air, or the catalog lacks its refractivity or its gas. `radius`: radius of the
-/// body's outline; `bending_fraction`: see [`bending_fraction`].
-pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, bending_fraction: f64) -> Option<RefractingLayers> {
+/// body's outline; `shift_per_bending`: see [`shift_per_bending`].
+pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, shift_per_bending: f64) -> Option<RefractingLayers> {
     let air = body.atmosphere.as_ref()?;
     let (refractivity, rayleigh) = (air.refractivity?, rayleigh(air)?);
     let radius_km = radius * unit_km;
     // The heights of the edges follow a sinh: layers are thin near the ground, where bending and extinction vary fast, and become thicker with height. Of the
     // spacings tried (powers, exponentials, other factors) this one approximated the sum over the air best; tests/atmosphere/refracted_limb.rs bounds its
-    // error.
+    // error. `edge`: from 0 at the ground to `LAYERS` at the top; fractions lie inside a layer.
     let sinh_scale_km = 0.75 * rayleigh.scale_height_km;
     let height_km = |edge: f64| sinh_scale_km * (edge / LAYERS as f64 * (air.top_km / sinh_scale_km).asinh()).sinh();
     // Apparent radius and reduced bending angle at an edge.
@@ -98,7 +99,7 @@ pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, bending_fraction: f
         // Refraction makes a ray's impact parameter larger than its grazing radius.
         (
             (radius_km + h) * (1.0 + local_refractivity) / unit_km,
-            bending(local_refractivity, radius_km + h, rayleigh.scale_height_km) * bending_fraction,
+            bending(local_refractivity, radius_km + h, rayleigh.scale_height_km) * shift_per_bending,
         )
     };
     let edges = (0..LAYERS).map(|k| {
@@ -123,13 +124,14 @@ const OPTICAL_DEPTH_STEPS: usize = 48;
 /// Transmittance of clear air along a straight ray that grazes at a height, per channel.
 fn clear_transmittance(air: &Atmosphere, radius_km: f64, height_km: f64) -> DVec3 {
     let grazing_km = radius_km + height_km;
-    let half_km = ((radius_km + air.top_km).powi(2) - grazing_km * grazing_km).max(0.0).sqrt();
-    let half = optical_depth(air, half_km, OPTICAL_DEPTH_STEPS, |s_km| grazing_km.hypot(s_km) - radius_km);
-    (-2.0 * half).exp()
+    let half_path_km = ((radius_km + air.top_km).powi(2) - grazing_km * grazing_km).max(0.0).sqrt();
+    let half_depth = optical_depth(air, half_path_km, OPTICAL_DEPTH_STEPS, |s_km| grazing_km.hypot(s_km) - radius_km);
+    (-2.0 * half_depth).exp()
 }
 
 /// Transmittance of the thin haze above the Earth's mixed layer along a grazing ray.
 fn haze_transmittance(radius_km: f64, height_km: f64) -> DVec3 {
+    // The length that, at the density of the grazing point, has the column density of the entire ray through an exponential atmosphere.
     let path_km = (std::f64::consts::TAU * (radius_km + height_km) * HAZE_SCALE_HEIGHT_KM).sqrt();
     (DVec3::from_array(HAZE_PER_KM) * (-path_km * (-height_km / HAZE_SCALE_HEIGHT_KM).exp())).exp()
 }

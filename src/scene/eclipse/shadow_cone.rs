@@ -86,7 +86,7 @@ impl ShadowCone {
         let from_outline_axes = |v: DVec2| self.long_axis * v.x + self.long_axis.perp() * v.y;
         let outline_point = self.offset_across + from_outline_axes(self.semi_axes * DVec2::new(cos, sin));
         let outwards = from_outline_axes(DVec2::new(self.semi_axes.y * cos, self.semi_axes.x * sin)).normalize_or_zero();
-        let sun_radius = self.axis.sun_distance / self.axis.cot_sun_radius;
+        let sun_radius = self.axis.sun_distance / self.axis.cot_sun_angular_radius;
         let on_sun = match kind {
             ConeKind::Umbra => outwards * sun_radius,
             ConeKind::Penumbra => outwards * -sun_radius,
@@ -103,13 +103,13 @@ impl ShadowCone {
 
     /// Distance from the occluder to the umbra's apex, for a round occluder of the outline's mean radius; infinite if it has no apex.
     pub(crate) fn umbra_length(&self) -> f64 {
-        let (radius, sun_radius) = (0.5 * (self.semi_axes.x + self.semi_axes.y), self.axis.sun_distance / self.axis.cot_sun_radius);
+        let (radius, sun_radius) = (0.5 * (self.semi_axes.x + self.semi_axes.y), self.axis.sun_distance / self.axis.cot_sun_angular_radius);
         if sun_radius > radius { radius * (self.axis.sun_distance - self.along) / (sun_radius - radius) } else { f64::INFINITY }
     }
 
-    /// Radius of a cone, along the outline's major axis, at the distance of the receiver's centre.
+    /// Radius of a cone where it passes the receiver's centre, along the major axis of the occluder's outline.
     pub(crate) fn radius(&self, kind: ConeKind) -> f64 {
-        let half_penumbra_width = self.along / self.axis.cot_sun_radius;
+        let half_penumbra_width = self.along / self.axis.cot_sun_angular_radius;
         match kind {
             ConeKind::Penumbra => self.semi_axes.x + half_penumbra_width,
             ConeKind::Umbra => (self.semi_axes.x - half_penumbra_width).abs(),
@@ -174,8 +174,8 @@ impl ShadowCone {
         lines
     }
 
-    /// A part of the edge between two angles. The points are denser in angle at the ends: there the generators graze the ground, and a small change of the
-    /// angle moves the point far along it.
+    /// The part of the edge between two angles, radians. The points are denser in angle at the ends: there the generators graze the ground, and a small change
+    /// of the angle moves the point far along the ground.
     fn arc(&self, kind: ConeKind, from: f64, to: f64) -> Option<GroundLine> {
         let at = |k: u32| {
             let fraction = 0.5 * (1.0 - (PI * f64::from(k) / f64::from(EDGE_INTERVALS)).cos());

@@ -88,7 +88,7 @@ impl ShadowPaths {
     }
 }
 
-/// The bodies of a passage as functions of time. All times `s` and `..._s` are seconds relative to the receiver's time.
+/// The bodies of a passage as functions of time. All times are seconds relative to the receiver's time.
 struct PassageGeometry<'a, 'b> {
     ephemeris: &'a Ephemeris,
     sun: &'a Body,
@@ -98,42 +98,42 @@ struct PassageGeometry<'a, 'b> {
 
 impl PassageGeometry<'_, '_> {
     /// The receiver and the shadow cone at a time; `None` if the occluder is not in front of the Sun.
-    fn at(&self, s: f64) -> Option<(Receiver<'_>, ShadowCone)> {
-        let receiver = Receiver::at(self.ephemeris, self.receiver.body, self.receiver.time.plus_seconds(s)).ok()?;
+    fn at(&self, time_s: f64) -> Option<(Receiver<'_>, ShadowCone)> {
+        let receiver = Receiver::at(self.ephemeris, self.receiver.body, self.receiver.time.plus_seconds(time_s)).ok()?;
         let axis = Axis::of(&receiver, self.sun)?;
         let found = candidates(self.ephemeris, std::iter::once(self.occluder.body), self.sun, &receiver);
         found.first().map(|occluder| (receiver, ShadowCone::of(axis, occluder, &receiver)))
     }
 
-    fn cone(&self, s: f64) -> Option<ShadowCone> {
-        self.at(s).map(|(_, cone)| cone)
+    fn cone(&self, time_s: f64) -> Option<ShadowCone> {
+        self.at(time_s).map(|(_, cone)| cone)
     }
 
     /// Vector from the receiver's centre to the nearest point of the shadow's axis: ICRF axes, equatorial radii.
-    fn nearest_axis_point(&self, s: f64) -> Option<DVec3> {
-        let (receiver, cone) = self.at(s)?;
+    fn nearest_axis_point(&self, time_s: f64) -> Option<DVec3> {
+        let (receiver, cone) = self.at(time_s)?;
         let ConeLine { from, direction } = cone.axis_line();
         Some(receiver.body_from_icrf.transpose() * (from - direction * from.dot(direction)))
     }
 
-    /// Middle of the passage and an upper limit of half its duration, seconds. The middle is when the shadow's axis is nearest to the receiver's centre, found
-    /// by repeated linear extrapolation. `None` if the penumbra misses the receiver, or if the middle is not found within [`MAX_MIDDLE_OFFSET_S`].
+    /// Middle of the passage and an upper limit of half its duration. The middle is when the shadow's axis is nearest to the receiver's centre; repeated linear
+    /// extrapolation finds it. `None` if the penumbra misses the receiver, or if the middle is not found within [`MAX_MIDDLE_OFFSET_S`].
     fn passage(&self) -> Option<(f64, f64)> {
-        let mut s = 0.0;
+        let mut time_s = 0.0;
         for _ in 0..8 {
-            let (axis_point, next) = (self.nearest_axis_point(s)?, self.nearest_axis_point(s + SEARCH_STEP_S)?);
+            let (axis_point, next) = (self.nearest_axis_point(time_s)?, self.nearest_axis_point(time_s + SEARCH_STEP_S)?);
             let velocity = (next - axis_point) / SEARCH_STEP_S;
             let step = -axis_point.dot(velocity) / velocity.length_squared();
-            s += step;
-            if !s.is_finite() || s.abs() > MAX_MIDDLE_OFFSET_S {
+            time_s += step;
+            if !time_s.is_finite() || time_s.abs() > MAX_MIDDLE_OFFSET_S {
                 return None;
             }
             if step.abs() < MIDDLE_PRECISION_S {
-                let cone = self.cone(s)?;
+                let cone = self.cone(time_s)?;
                 let (nearest, contact_distance) = (axis_point.length(), 1.0 + cone.radius(ConeKind::Penumbra));
                 // The factor of 1.2 is a margin for the curvature of the motion.
                 let half_duration_s = 1.2 * ((contact_distance * contact_distance - nearest * nearest).max(0.0)).sqrt() / velocity.length();
-                return (nearest < contact_distance).then_some((s, half_duration_s.min(MAX_HALF_DURATION_S)));
+                return (nearest < contact_distance).then_some((time_s, half_duration_s.min(MAX_HALF_DURATION_S)));
             }
         }
         None
@@ -141,20 +141,21 @@ impl PassageGeometry<'_, '_> {
 
     /// The lines of the passage with this middle and at most this half duration.
     fn path(&self, middle_s: f64, half_duration_s: f64) -> ShadowPath {
-        let axis_meets_ground = |s: f64| self.cone(s).is_some_and(|cone| cone.half_chord_sq(cone.axis_line()) > 0.0);
-        let centre_point = |s: f64| self.cone(s).and_then(|cone| cone.ground_point(cone.axis_line()));
+        let axis_meets_ground = |time_s: f64| self.cone(time_s).is_some_and(|cone| cone.half_chord_sq(cone.axis_line()) > 0.0);
+        let centre_point = |time_s: f64| self.cone(time_s).and_then(|cone| cone.ground_point(cone.axis_line()));
         let ground_line = |points: Vec<DVec3>| (points.len() > 3).then_some(GroundLine { points, is_closed: false });
         let centre_line = span(middle_s, half_duration_s, axis_meets_ground)
             .and_then(|span| ground_line(instants(span).filter_map(centre_point).collect()));
-        let umbra_meets_ground = |s: f64| {
+        let umbra_meets_ground = |time_s: f64| {
             let generator_meets_ground = |cone: &ShadowCone, k: u32| {
                 cone.half_chord_sq(cone.generator_at(ConeKind::Umbra, TAU * f64::from(k) / f64::from(GENERATORS))) > 0.0
             };
-            self.cone(s).is_some_and(|cone| (0..GENERATORS).any(|k| generator_meets_ground(&cone, k)))
+            self.cone(time_s).is_some_and(|cone| (0..GENERATORS).any(|k| generator_meets_ground(&cone, k)))
         };
         let mut limits = Vec::new();
         if let Some(span) = span(middle_s, half_duration_s, umbra_meets_ground) {
-            let limits_by_instant: Vec<[Option<DVec3>; 2]> = instants(span).map(|s| self.limit_points(s).unwrap_or_default()).collect();
+            let limit_points = |time_s: f64| self.limit_points(time_s).unwrap_or_default();
+            let limits_by_instant: Vec<[Option<DVec3>; 2]> = instants(span).map(limit_points).collect();
             for side in 0..2 {
                 let runs = limits_by_instant.chunk_by(|a, b| a[side].is_some() == b[side].is_some());
                 limits.extend(runs.filter_map(|run| ground_line(run.iter().filter_map(|sides| sides[side]).collect())));
@@ -163,16 +164,17 @@ impl PassageGeometry<'_, '_> {
         ShadowPath { centre_line, limits, middle: self.receiver.time.plus_seconds(middle_s) }
     }
 
-    /// The two points of the umbra's edge that move over the ground in the edge's own direction: the one on the left of the motion, seen from above, then the
-    /// one on its right.
-    fn limit_points(&self, s: f64) -> Option<[Option<DVec3>; 2]> {
-        let (before, now, after) = (self.cone(s - DIFFERENCE_STEP_S)?, self.cone(s)?, self.cone(s + DIFFERENCE_STEP_S)?);
+    /// The two points at which the umbra's edge is parallel to its motion over the ground: the one on the left of the motion, seen from above, then the one on
+    /// its right. Either is `None` if no such point was found.
+    fn limit_points(&self, time_s: f64) -> Option<[Option<DVec3>; 2]> {
+        let (earlier, now, later) = (self.cone(time_s - DIFFERENCE_STEP_S)?, self.cone(time_s)?, self.cone(time_s + DIFFERENCE_STEP_S)?);
         let ground_point = |cone: &ShadowCone, angle: f64| cone.ground_point(cone.generator_at(ConeKind::Umbra, angle));
-        // The point of the edge on a generator, its motion, and a number with the sign of the motion's component across the edge. `angle`: radians.
+        // The point of the edge on a generator, the point's motion, and a number with the sign of the motion's component across the edge. `angle`: that of the
+        // generator, radians.
         let motion_at = |angle: f64| -> Option<(DVec3, DVec3, f64)> {
-            // For the direction of the edge, by a central difference.
+            /// Half the step of the central difference that gives the direction of the edge, radians.
             const ANGLE_STEP: f64 = 1e-4;
-            let (point, motion) = (ground_point(&now, angle)?, ground_point(&after, angle)? - ground_point(&before, angle)?);
+            let (point, motion) = (ground_point(&now, angle)?, ground_point(&later, angle)? - ground_point(&earlier, angle)?);
             let along_edge = ground_point(&now, angle + ANGLE_STEP)? - ground_point(&now, angle - ANGLE_STEP)?;
             Some((point, motion, point.dot(motion.cross(along_edge))))
         };
@@ -207,8 +209,8 @@ fn span(middle_s: f64, half_duration_s: f64, holds: impl Fn(f64) -> bool) -> Opt
     let end = |mut outside: f64| {
         let mut inside = middle_s;
         for _ in 0..40 {
-            let s = 0.5 * (inside + outside);
-            if holds(s) { inside = s } else { outside = s }
+            let time_s = 0.5 * (inside + outside);
+            if holds(time_s) { inside = time_s } else { outside = time_s }
         }
         inside
     };

@@ -55,7 +55,8 @@ pub(crate) struct ShadowRegion {
 
 impl ShadowRegion {
     /// The part of the penumbra that may touch the receiver, behind an occluder at `centre` with this `radius`; `None` if the penumbra misses the receiver.
-    /// `sunward`: unit vector to the Sun. `widening`: growth of the penumbra's radius per unit of distance behind the occluder.
+    /// `sunward`: unit vector to the Sun. `widening`: growth of the penumbra's radius per unit of distance behind the occluder. `max_radius`: distance of the
+    /// receiver's farthest point from its centre. Lengths in the receiver's equatorial radii, positions relative to its centre.
     pub(crate) fn of(centre: DVec3, radius: f64, sunward: DVec3, widening: f64, max_radius: f64, shape: ReceiverShape) -> Option<Self> {
         let radius_at = |behind: f64| (radius + behind * widening) * RADIUS_MARGIN;
         // Distances behind the occluder, along the shadow's axis, at which a cross section of the penumbra can contain a point of the receiver.
@@ -63,13 +64,13 @@ impl ShadowRegion {
         let far_radius = radius_at((along + max_radius).max(0.0));
         let axis_distance_sq = (centre - sunward * along).length_squared();
         // A point of the axis is at most `max_radius + far_radius` from the receiver's centre if its cross section touches the receiver.
-        let half_chord = ((max_radius + far_radius).powi(2) - axis_distance_sq).max(0.0).sqrt();
+        let max_half_length = ((max_radius + far_radius).powi(2) - axis_distance_sq).max(0.0).sqrt();
         if axis_distance_sq > (max_radius + far_radius).powi(2) {
             return None;
         }
         // A cross section is perpendicular to the axis: at more than `max_radius` along the axis from the receiver's centre it contains no point of the
         // receiver.
-        let half_length = half_chord.min(max_radius);
+        let half_length = max_half_length.min(max_radius);
         let (mut from, mut to) = ((along - half_length).max(0.0), along + half_length);
         if shape == ReceiverShape::EquatorialPlane {
             // A cross section extends along the plane's normal by its radius times the cosine of the Sun's altitude over the plane. One factor is that of
@@ -92,7 +93,7 @@ impl ShadowRegion {
         (from <= to).then(|| Self { ends: [end(from), end(to)] })
     }
 
-    /// Whether any of it can be in the image.
+    /// Whether any part of the region can be in the image.
     pub(crate) fn meets(&self, frustum: &Frustum) -> bool {
         frustum
             .inward_normals

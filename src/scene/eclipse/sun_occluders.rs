@@ -21,9 +21,10 @@ use glam::DVec3;
 pub(crate) struct SunOccluders<'a> {
     pub receiver: Receiver<'a>,
     pub sun: &'a Body,
-    /// Camera position relative to the receiver's centre, in its axes and equatorial radii.
+    /// Camera position relative to the receiver's centre, in the receiver's axes and equatorial radii.
     pub camera: DVec3,
     pub occluders: Vec<Occluder<'a>>,
+    /// Why these occluders were selected, or why there are none.
     pub reason: Reason,
 }
 
@@ -61,7 +62,7 @@ pub(crate) enum ReceivingPart {
 }
 
 /// The occluders of a part of a placed body; `None` if the body is the Sun or the catalog has no Sun. With a `camera`, only shadows in its image count;
-/// without one, all shadows on the side that faces the viewer.
+/// without one, all shadows on the side that faces the viewer. `diameter_px`: diameter of the body's disc.
 pub(crate) fn sun_occluders<'a>(
     context: Context<'_>,
     placed: &PlacedBody<'a>,
@@ -83,7 +84,7 @@ pub(crate) fn sun_occluders<'a>(
     };
     let camera_position = placed.placement.camera_in_unit_sphere() * body.radii_km / body.radii_km.x;
     let frustum = camera.map(|c| Frustum::of(c, &placed.placement));
-    // The disc is two radii wide.
+    // The body's disc is two radii wide.
     let extent = ReceiverExtent { max_radius, shape, camera: Some(camera_position), frustum, pixel: 2.0 / diameter_px.max(1e-9) };
     // With the effect forced on, every shadow counts.
     let is_forced = context.request.effects.override_of(Effect::Eclipse) == Some(true);
@@ -120,14 +121,15 @@ pub(crate) fn visible_sunlight_fraction_by_best_model(context: Context<'_>, plac
     .unwrap_or(1.0)
 }
 
+/// Like [`evaluate_shadow`], but with the given model, whether or not the user switched eclipses off.
 fn evaluate_shadow_with_model<T>(
     context: Context<'_>,
     placed: &PlacedBody<'_>,
     diameter_px: f64,
-    requested_model: EclipseModelChoice,
+    model_choice: EclipseModelChoice,
     evaluate: impl FnOnce(&ApproximateShadow<'_>, DVec3) -> T,
 ) -> Option<T> {
     let mut found = sun_occluders(context, placed, diameter_px, ReceivingPart::Body, None)?;
-    let model = choose_eclipse_model(&mut found.occluders, requested_model).model;
+    let model = choose_eclipse_model(&mut found.occluders, model_choice).model;
     ApproximateShadow::of(&found.occluders, model, &found.receiver, found.sun).map(|shadow| evaluate(&shadow, found.camera))
 }

@@ -39,15 +39,16 @@ fn uniforms_for_axis(axis: &Axis, occluders: &[Occluder<'_>], model: EclipseMode
         EclipseModel::LimbDarkened | EclipseModel::Refracted => limb_darkening(sun),
         _ => (DVec3::ZERO, DVec3::ZERO),
     };
+    // In the model `Refracted`, the first occluder is the one whose air refracts light (`model::choose_eclipse_model`). Only its air is modelled.
     let layers = match occluders.first() {
         Some(first) if model == EclipseModel::Refracted => {
-            let bending_fraction = refraction::bending_fraction(first.along, axis.sun_distance);
+            let shift_per_bending = refraction::shift_per_bending(first.along, axis.sun_distance);
             let mean_radius = (first.semi_axes.x * first.semi_axes.y).sqrt();
-            refraction::layers(first.body, receiver.radius_km(), mean_radius, bending_fraction)
+            refraction::layers(first.body, receiver.radius_km(), mean_radius, shift_per_bending)
         }
         _ => None,
     };
-    // Light through the first occluder's air is added layer by layer, so the opaque outline extends to the top of the layers.
+    // The shader adds the light through that air layer by layer, so the first occluder's opaque outline extends to the top of the layers.
     let air_thickness = layers.as_ref().map_or(0.0, |l| l.top);
     let outline = |index: usize, occluder: &Occluder<'_>| {
         let semi_axes = occluder.semi_axes + DVec2::splat(if index == 0 { air_thickness } else { 0.0 });
@@ -58,8 +59,8 @@ fn uniforms_for_axis(axis: &Axis, occluders: &[Occluder<'_>], model: EclipseMode
     EclipseUniforms {
         axis: narrow4(axis.sunward, 1.0 / axis.sun_distance),
         perpendicular_axes: [
-            narrow4(axis.perpendicular_axes[0], axis.cot_sun_radius),
-            narrow4(axis.perpendicular_axes[1], axis.cot_sun_radius / axis.sun_distance),
+            narrow4(axis.perpendicular_axes[0], axis.cot_sun_angular_radius),
+            narrow4(axis.perpendicular_axes[1], axis.cot_sun_angular_radius / axis.sun_distance),
         ],
         coarse_bound: Vec2::ZERO,
         coarse_row: 0.0,

@@ -14,15 +14,15 @@ use crate::scene::thresholds::MAX_LIGHTS;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Capabilities {
     /// Whether the semi-axes differ.
-    pub ellipsoid: bool,
+    pub is_flattened: bool,
     pub maps: MapSet,
     /// Whether the body emits light, as the Sun does.
-    pub emissive: bool,
+    pub is_emissive: bool,
     /// Whether the body has a visible ring: one with an optical depth above 0.
-    pub rings: bool,
+    pub has_rings: bool,
     /// The kind of procedural relief of the ground.
     pub detail: Detail,
-    /// Which custom surface colours the ground, 0 for none.
+    /// Number of the custom surface that colours the ground; 0 for none.
     pub custom_surface: u8,
     /// Whether the lunar limb profile can apply: only to the Moon and to the Sun, which the Moon can cover.
     pub limb_heights: bool,
@@ -30,28 +30,28 @@ pub struct Capabilities {
 
 impl Capabilities {
     pub(crate) fn of(body: &Body) -> Self {
-        let emissive = matches!(body.photometry, Photometry::Emissive { .. });
+        let is_emissive = matches!(body.photometry, Photometry::Emissive { .. });
         let maps = MapSet {
             albedo: body.maps.albedo.is_some(),
-            normal: body.maps.normal.is_some() && !emissive,
-            specular: body.maps.specular.is_some() && !emissive,
-            night: body.maps.night.is_some() && !emissive,
-            cloud_shadow: body.clouds.is_some() && !emissive,
+            normal: body.maps.normal.is_some() && !is_emissive,
+            specular: body.maps.specular.is_some() && !is_emissive,
+            night: body.maps.night.is_some() && !is_emissive,
+            cloud_shadow: body.clouds.is_some() && !is_emissive,
         };
         let has_air_or_clouds = body.atmosphere.is_some() || body.clouds.is_some();
         let detail = match body.invented_relief {
-            InventedRelief::Hills if !emissive => Detail::Hills,
-            InventedRelief::Craters if !emissive && !has_air_or_clouds => Detail::Craters,
+            InventedRelief::Hills if !is_emissive => Detail::Hills,
+            InventedRelief::Craters if !is_emissive && !has_air_or_clouds => Detail::Craters,
             _ => Detail::None,
         };
         let limb_heights = [NaifId::MOON, NaifId::SUN].contains(&body.id);
         Self {
             detail,
             custom_surface: body.custom_surface,
-            ellipsoid: ellipsoid_flattening(body) > 0.0,
+            is_flattened: ellipsoid_flattening(body) > 0.0,
             maps,
-            emissive,
-            rings: body.rings.iter().any(|r| r.tau_normal > 0.0),
+            is_emissive,
+            has_rings: body.rings.iter().any(|r| r.tau_normal > 0.0),
             limb_heights,
         }
     }
@@ -65,6 +65,7 @@ pub fn ellipsoid_flattening(body: &Body) -> f64 {
 /// The features selected for the draws of one body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FeatureSelection {
+    /// Whether the oblateness is drawn; otherwise the body is a sphere.
     pub ellipsoid: bool,
     /// Properties of the mesh that is drawn in place of the ellipsoid; `None` without a mesh.
     pub mesh: Option<MeshFlags>,
@@ -79,31 +80,35 @@ pub struct FeatureSelection {
     pub overlays: u8,
     /// Number of lights in addition to the Sun.
     pub secondary_light_count: u8,
+    /// The eclipse of the sunlight on globe, air and clouds.
     pub eclipse: Eclipse,
     /// The eclipse of the sunlight on the body's rings.
     pub ring_eclipse: Eclipse,
+    /// The rings' shadow on the globe and its air.
     pub ring_shadow: RingShadow,
     /// Whether ring-shine lights the globe.
     pub ring_shine: bool,
+    /// The globe's shadow on the rings.
     pub body_shadow: BodyShadow,
     /// The model of the atmosphere; [`AtmosphereModel::None`] without an atmosphere.
-    pub air: AtmosphereModel,
+    pub air_model: AtmosphereModel,
     /// Whether the air in front of ground and clouds is interpolated from the coarse image, and whether the ground's draw then also shows the clouds.
     pub air_pass: AirPass,
     /// Whether the lunar limb profile shapes the limb.
     pub limb_heights: bool,
     /// Whether the sunlit crescent is so thin that ground and clouds average its light over each pixel.
     pub thin_crescent: bool,
-    /// Whether the air beyond the limb is so thin on the screen that its draw averages its light over each pixel.
-    pub averaged_rim: bool,
+    /// Whether the rim of air beyond the limb is so thin on the screen that its draw averages its light over each pixel.
+    pub thin_rim: bool,
 }
 
 impl FeatureSelection {
-    /// Whether ring-shine is selected and possible. It excludes planet-shine, because supporting both would double the number of shader keys of ringed bodies.
-    /// Moons light a ringed globe about a thousand times less than its rings do, and less than the rings even when the Sun is nearly in the rings' plane.
+    /// Whether ring-shine is selected and possible. Ring-shine excludes planet-shine, because supporting both would double the number of shader keys of ringed
+    /// bodies. Moons light a ringed globe about a thousand times less than its rings do, and less than the rings even when the Sun is nearly in the rings'
+    /// plane.
     fn has_ring_shine(self, body: &Body) -> bool {
         let available = Capabilities::of(body);
-        self.ring_shine && available.rings && !available.emissive
+        self.ring_shine && available.has_rings && !available.is_emissive
     }
 
     /// Whether a draw can show procedural detail: not in an eclipse, and not in pixel views of single quantities.
@@ -111,8 +116,8 @@ impl FeatureSelection {
         self.eclipse.occluders == 0 && view.shows_radiance()
     }
 
-    /// Whether the ground's draw can show the clouds: only with albedo, normal and cloud maps and without overlays, a mesh and the other features tested here.
-    /// This limits the number of shader keys.
+    /// Whether the ground's draw can show the clouds. To limit the number of shader keys, it can only with albedo, normal and cloud maps, and without overlays,
+    /// a mesh and the other features tested here.
     pub(crate) fn shows_clouds_on_ground(self, body: &Body) -> bool {
         let available = Capabilities::of(body);
         let has_maps = self.maps.albedo
@@ -134,13 +139,13 @@ impl FeatureSelection {
     /// The features of the globe's draw, without features that the body does not have.
     pub(crate) fn globe_features(self, body: &Body, view: PixelView) -> DrawFeatures {
         let available = Capabilities::of(body);
-        let air = species::features(body, self.air);
-        // Under an atmosphere the shape is always the ellipsoid, even if a sphere would be accurate enough: this halves the number of keys.
+        let air = species::air_features(body, self.air_model);
+        // Under an atmosphere a flattened body is always drawn as an ellipsoid, even if a sphere would be accurate enough: this halves the number of keys.
         let ellipsoid = self.ellipsoid || air.model != AtmosphereModel::None;
-        let mesh = self.mesh.zip(body.mesh.as_ref()).filter(|_| air.model == AtmosphereModel::None).map(|(flags, model)| MeshFlags {
-            two_sided: flags.two_sided && model.two_sided,
-            alpha_texture: flags.alpha_texture && model.alpha && self.maps.albedo && available.maps.albedo,
-            vertex_colour: flags.vertex_colour && model.vertex_colours,
+        let mesh = self.mesh.zip(body.mesh.as_ref()).filter(|_| air.model == AtmosphereModel::None).map(|(flags, shape_model)| MeshFlags {
+            two_sided: flags.two_sided && shape_model.two_sided,
+            alpha_texture: flags.alpha_texture && shape_model.alpha && self.maps.albedo && available.maps.albedo,
+            vertex_colour: flags.vertex_colour && shape_model.vertex_colours,
         });
         let surface = match body.photometry {
             Photometry::Emissive { .. } => Surface::Emissive,
@@ -162,7 +167,7 @@ impl FeatureSelection {
             detail: if self.detail && mesh.is_none() && self.shows_detail(view) { available.detail } else { Detail::None },
             custom_surface: if self.custom_surface { available.custom_surface } else { 0 },
             overlays: self.overlays.min(body.overlays.len().min(usize::from(MAX_OVERLAYS)) as u8),
-            lights: match (available.emissive, self.has_ring_shine(body), self.secondary_light_count) {
+            lights: match (available.is_emissive, self.has_ring_shine(body), self.secondary_light_count) {
                 (true, ..) => 0,
                 (false, true, _) | (false, false, 0) => 1,
                 // With secondary lights, the number of lights is rounded up to the maximum, which halves the number of keys with air, an eclipse and secondary
@@ -170,9 +175,12 @@ impl FeatureSelection {
                 (false, false, _) if air.model != AtmosphereModel::None && self.eclipse.occluders > 0 => MAX_LIGHTS,
                 (false, false, secondary) => 1 + secondary.min(MAX_LIGHTS - 1),
             },
-            eclipse: if available.emissive { Eclipse::default() } else { self.eclipse },
-            // Under an atmosphere in an eclipse the ring's shadow is left out; `leave_out_rare_combinations` records this.
-            ring_shadow: if available.rings && !available.emissive && (air.model == AtmosphereModel::None || self.eclipse.occluders == 0) {
+            eclipse: if available.is_emissive { Eclipse::default() } else { self.eclipse },
+            // Under an atmosphere in an eclipse the rings' shadow is left out; `features::leave_out_rare_combinations` reports this as a decision.
+            ring_shadow: if available.has_rings
+                && !available.is_emissive
+                && (air.model == AtmosphereModel::None || self.eclipse.occluders == 0)
+            {
                 self.ring_shadow
             } else {
                 RingShadow::None
@@ -180,12 +188,12 @@ impl FeatureSelection {
             ring_shine: self.has_ring_shine(body),
             shape: match mesh {
                 Some(_) => Shape::Mesh,
-                None if ellipsoid && available.ellipsoid => Shape::Ellipsoid,
+                None if ellipsoid && available.is_flattened => Shape::Ellipsoid,
                 None => Shape::Sphere,
             },
             limb_heights: self.limb_heights && available.limb_heights && mesh.is_none() && !self.detail && self.eclipse.occluders == 0,
             thin_limb: self.thin_crescent
-                && !available.emissive
+                && !available.is_emissive
                 && mesh.is_none()
                 && !self.detail
                 && !self.limb_heights
@@ -230,7 +238,7 @@ impl FeatureSelection {
             view,
             ..DrawFeatures::MINIMAL
         };
-        (available.rings && !available.emissive).then_some(features)
+        (available.has_rings && !available.is_emissive).then_some(features)
     }
 
     /// The features of the draw of the atmosphere beyond the limb; `None` without an atmosphere or if the pixel view does not show it.
@@ -245,7 +253,7 @@ impl FeatureSelection {
             overlays: 0,
             ring_shine: false,
             limb_heights: false,
-            thin_limb: self.averaged_rim,
+            thin_limb: self.thin_rim,
             lights: 1,
             air_pass: AirPass::None,
             ..ground

@@ -1,7 +1,7 @@
 //! The uniforms shared by all draws of a body's globe and of the shells around it.
 //!
-//! In: the inputs of the decisions about a body, the placement and the rectangle of the draw, the maps it reads, its lights. Out: [`DrawUniforms`]. Not here:
-//! uniforms of eclipse, rings and overlays, which [`super::decide`] sets.
+//! In: the inputs of the decisions about a body, the placement and the rectangle of the draw, its maps, and its lights besides the Sun. Out: [`DrawUniforms`].
+//! Not here: uniforms of eclipse, rings and overlays, which [`super::decide`] sets.
 
 use crate::catalog::{Body, Map, NaifId, Photometry};
 use crate::scene::atmosphere::{air, clouds};
@@ -31,23 +31,26 @@ pub(crate) fn uniforms(
     uniforms_of_fraction(inputs, placement, rect, maps, secondary_lights, inputs.disc_fraction)
 }
 
-/// Lower limit of the widths of pixels on a body's ground, in circumferences; 0 for a body with a shape model, parts of which are nearer than its ellipsoid.
+/// Lower limit of the widths of pixels on a body's ground, as fractions of its circumference; 0 for a body with a shape model, parts of which are nearer than
+/// the ellipsoid.
 fn min_pixel_width(camera: &Camera, placement: &camera::Placement, body: &Body) -> f64 {
     if body.mesh.is_some() {
         return 0.0;
     }
-    let (straight_below_deg, _) = detail::ground_deg_per_px(camera, placement, None);
+    let (deg_per_px_below_camera, _) = detail::ground_deg_per_px(camera, placement, None);
     // At an angle a from the axis of the image a pixel spans cos^2 a times the angle that it spans on the axis, or more.
-    straight_below_deg / 360.0 / (1.0 + camera.tan_half_fov.length_squared())
+    deg_per_px_below_camera / 360.0 / (1.0 + camera.tan_half_fov.length_squared())
 }
 
-/// The factor on the colour of a draw that shows `fraction` of a body's light, linear RGB. For a body that shines by itself it is the fraction. For others it
-/// is 1: their lights are dimmed instead, so that light which does not depend on the colour is dimmed, too: that scattered by air, and glint.
-pub(crate) fn colour_factor(body: &Body, fraction: DVec3) -> DVec3 {
-    if matches!(body.photometry, Photometry::Emissive { .. }) { fraction } else { DVec3::ONE }
+/// The factor on the colour of a draw that shows a body's light times `light_factor`; both linear RGB. For a body that shines by itself it is `light_factor`.
+/// For others it is 1: the lights that fall on them are dimmed instead. This also dims the glint and the light scattered by air, which do not depend on the
+/// colour.
+pub(crate) fn colour_factor(body: &Body, light_factor: DVec3) -> DVec3 {
+    if matches!(body.photometry, Photometry::Emissive { .. }) { light_factor } else { DVec3::ONE }
 }
 
-/// The factor by which the atmosphere around the camera reddens the light of a body outside it (see [`air::SurroundingAir::tint`]), linear RGB.
+/// The factor by which the atmosphere around the camera reddens the light of a body outside it (see [`air::SurroundingAir::tint`]), linear RGB; 1 without such
+/// an atmosphere.
 pub(crate) fn tint(inputs: &DecisionInputs<'_, '_>) -> DVec3 {
     inputs.frame.air.filter(|a| a.body.id != inputs.body().id).map_or(DVec3::ONE, |a| a.tint(inputs.placed.placement.centre_km))
 }
@@ -62,12 +65,11 @@ pub(crate) fn uniforms_of_fraction(
     fraction: f64,
 ) -> DrawUniforms {
     let (camera, placed, body) = (inputs.frame.camera, inputs.placed, inputs.body());
-    // The atmosphere around the camera reddens light from outside it.
-    let fraction = tint(inputs) * fraction;
+    let light_factor = tint(inputs) * fraction;
     let rays = camera.view_rays(placement, rect, AnchorForm::Auto);
     let gain = |map: &Option<Map>| map.as_ref().map_or(DVec3::ONE, |m| DVec3::from_array(m.gain));
-    let emissive = matches!(body.photometry, Photometry::Emissive { .. });
-    let reflectance = match (maps.albedo, emissive) {
+    let is_emissive = matches!(body.photometry, Photometry::Emissive { .. });
+    let reflectance = match (maps.albedo, is_emissive) {
         (true, _) => gain(&body.maps.albedo),
         (false, true) => body.colour.as_dvec3(),
         (false, false) => body.colour.as_dvec3() * body.geometric_albedo,
@@ -87,16 +89,16 @@ pub(crate) fn uniforms_of_fraction(
     };
     let to_body_frame = |l: &IncidentLight| Light {
         direction_in_body: camera::narrow((placed.body_from_icrf * l.direction).normalize()),
-        irradiance: camera::narrow(l.irradiance * fraction * if l.from == NaifId::SUN { 1.0 } else { phase_ratio(l) }),
+        irradiance: camera::narrow(l.irradiance * light_factor * if l.from == NaifId::SUN { 1.0 } else { phase_ratio(l) }),
     };
-    let lights = if emissive {
+    let lights = if is_emissive {
         Vec::new()
     } else {
         std::iter::once(&lights::sunlight(placed.sun_from_body_km)).chain(secondary_lights).map(to_body_frame).collect()
     };
     let mut uniforms = DrawUniforms {
         axis_ratios: camera::narrow(body.radii_km / body.radii_km.x),
-        albedo: camera::narrow(reflectance * placed.radiance_scale() * colour_factor(body, fraction)),
+        albedo: camera::narrow(reflectance * placed.radiance_scale() * colour_factor(body, light_factor)),
         lights,
         photometric_parameter: camera::narrow_scalar(photometric_parameter),
         limb_darkening_u1: camera::narrow(u1),
@@ -104,7 +106,7 @@ pub(crate) fn uniforms_of_fraction(
         map_stretch: camera::narrow2(body.map_stretch()),
         map_pixel: camera::narrow_scalar(min_pixel_width(camera, placement, body)),
         camera_height: camera::narrow_scalar(placement.camera_in_unit_sphere().length() - 1.0),
-        night_radiance: camera::narrow(gain(&body.maps.night) * NIGHT_MAP_WHITE_RADIANCE * fraction),
+        night_radiance: camera::narrow(gain(&body.maps.night) * NIGHT_MAP_WHITE_RADIANCE * light_factor),
         specular_strength: camera::narrow_scalar(gain(&body.maps.specular).x),
         wave_slope_sq: camera::narrow_scalar(WAVE_SLOPE_SQ),
         normal_strength: camera::narrow_scalar(gain(&body.maps.normal).x),

@@ -127,8 +127,9 @@ pub(crate) struct Decisions<'c> {
     pub secondary_lights: Vec<IncidentLight>,
     /// Occluders of the globe, its air and its clouds.
     pub eclipse: EclipseUniforms,
-    /// The uniforms by which the rings' shadow and their light enter the draws of globe and sky.
+    /// The uniforms of the rings' shadow and of ring-shine, for the draws of globe and sky.
     pub ring: RingUniforms,
+    /// The overlays that are drawn, the lowest first.
     pub overlays: Vec<&'c Overlay>,
     /// The value of [`crate::scene::draw::AtmosphereUniforms::blend_mode`].
     pub blend_mode: f32,
@@ -163,7 +164,7 @@ impl<'c> Decisions<'c> {
     }
 }
 
-/// Decides on one effect or a group of them, given the earlier decisions; returns these with its own.
+/// Decides on one effect or a group of them, given the earlier decisions; returns the earlier decisions with its own added.
 pub(crate) type DecideEffect = for<'c> fn(&DecisionInputs<'c, '_>, Decisions<'c>) -> Decisions<'c>;
 
 /// Runs a list of decisions in order; each reads the decisions before it.

@@ -63,7 +63,7 @@ const MAP_DECISIONS: [DecideEffect; 3] = [ground::decide, overlays::decide, atmo
 /// Leaves out rare combinations of effects that would multiply the number of shader keys.
 fn leave_out_rare_combinations<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
     let chosen = &mut decisions.chosen;
-    if chosen.air != AtmosphereModel::None && chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0 {
+    if chosen.air_model != AtmosphereModel::None && chosen.ring_shadow != RingShadow::None && chosen.eclipse.occluders > 0 {
         // All combinations of ring shadow, atmosphere model, number of occluders and eclipse model would triple the number of these keys.
         decisions.log.record(Effect::RingShadow.name(), false, reason!("left-out-under-air"));
         chosen.ring_shadow = RingShadow::None;
@@ -89,19 +89,19 @@ fn leave_out_rare_combinations<'c>(inputs: &DecisionInputs<'c, '_>, mut decision
     decisions
 }
 
-/// Decides on all effects of one body. `camera_at_centre`: whether the camera is at the body's centre, from where the body is not drawn.
-pub(crate) fn decide(frame: &FrameContext<'_>, placed: &PlacedBody<'_>, camera_at_centre: bool) -> DecidedBody {
+/// Decides on all effects of one body. A body with the camera at its centre is not drawn.
+pub(crate) fn decide(frame: &FrameContext<'_>, placed: &PlacedBody<'_>, camera_is_at_centre: bool) -> DecidedBody {
     let inputs = DecisionInputs::of(frame, placed);
     let mut log = inputs.log();
-    if camera_at_centre {
+    if camera_is_at_centre {
         return not_shown(&inputs, Decisions::new(log), reason!("camera-at-centre"));
     }
     if inputs.rect.is_none() && inputs.ring_view.is_none() {
         let point = point_beside_frame(&inputs);
         return DecidedBody { point, ..decide_air_only(&inputs, Decisions::new(log)) };
     }
-    let visible_part = if inputs.rect.is_some() { reason!("outline-meets") } else { reason!("rings-meet") };
-    log.record("visible", true, visible_part);
+    let reason = if inputs.rect.is_some() { reason!("outline-meets") } else { reason!("rings-meet") };
+    log.record("visible", true, reason);
     let point = point_of(&inputs, &mut log);
     let diameter_px = inputs.diameter_px;
     if inputs.disc_fraction <= 0.0 {
@@ -179,8 +179,8 @@ fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Optio
     Some(point::sprite(placed.body.id, clip, flux, covered_px))
 }
 
-/// Area in pixels of what a body that is drawn as a point, and its air, may hide behind them. 0 if its disc is drawn, too, which hides as much; for the Sun; and
-/// in pixel views other than the final image.
+/// Area in pixels that a body drawn as a point, together with its air, may hide of what is behind it. 0 if its disc is drawn, too, which hides as much; for the
+/// Sun; and in pixel views other than the final image.
 fn covered_px(inputs: &DecisionInputs<'_, '_>) -> f64 {
     let body = inputs.body();
     if inputs.disc_fraction > 0.0 || body.id == NaifId::SUN || inputs.pixel_view() != PixelView::Final {
@@ -198,7 +198,7 @@ fn point_beside_frame(inputs: &DecisionInputs<'_, '_>) -> Option<Point> {
     if !point::reaches_frame(camera, clip, point::MAX_RADIUS_PX) {
         return None;
     }
-    // The decisions about the point go to a log that is discarded: `explain` says only that the body is outside the frame.
+    // The decisions about the point go to a separate log that is discarded: `explain` says only that the body is outside the frame.
     point_of(inputs, &mut inputs.log())
 }
 
@@ -253,7 +253,7 @@ fn assemble(inputs: &DecisionInputs<'_, '_>, mut globe: Option<Draw>, mut decide
         decided.eclipse.multi_scatter = multi_scatter_in_shadow::tables(inputs.body(), &decided.eclipse);
     }
     for draw in &mut draws {
-        // The features may have more lights than actually shine on the body; the rest are black.
+        // The features may have more lights than actually shine on the body; the additional ones are black.
         let black =
             Light { direction_in_body: draw.uniforms.lights.first().map_or(Vec3::Z, |l| l.direction_in_body), irradiance: Vec3::ZERO };
         while draw.uniforms.lights.len() < usize::from(draw.features.lights) {

@@ -13,14 +13,14 @@ use crate::scene::features::choice::{Capabilities, FeatureSelection};
 use crate::scene::thresholds::MAX_LIGHTS;
 use std::collections::BTreeSet;
 
-/// No occluder, and each number of occluders under each model that the body's system allows.
+/// No occluder, and each possible number of occluders with each model that the body's system allows.
 fn possible_eclipses(catalog: &Catalog, body: &Body) -> Vec<Eclipse> {
-    let (max_occluders, refracted) = occluders::max_occluders(catalog.bodies(), body);
+    let (max_occluders, has_refracting_air) = occluders::max_occluders(catalog.bodies(), body);
     let mut all = vec![Eclipse::default()];
     for occluders in 1..=max_occluders {
         let models = [EclipseModel::Linear, EclipseModel::UniformDisc, EclipseModel::LimbDarkened];
         all.extend(models.map(|model| Eclipse { occluders, model }));
-        all.extend(refracted.then_some(Eclipse { occluders, model: EclipseModel::Refracted }));
+        all.extend(has_refracting_air.then_some(Eclipse { occluders, model: EclipseModel::Refracted }));
     }
     all
 }
@@ -76,11 +76,11 @@ fn possible_globes(chosen: FeatureSelection, body: &Body, view: PixelView) -> im
 
 /// The pairs of ring shadow and air pass under an atmosphere. Each ring shadow occurs with air that is evaluated per pixel. Where the air can be interpolated
 /// from a coarse image, each way of reading that image occurs without a ring shadow.
-fn shadows_and_air_passes(air: AtmosphereModel, view: PixelView) -> impl Iterator<Item = (RingShadow, AirPass)> {
-    let coarse = !matches!(air, AtmosphereModel::None | AtmosphereModel::Vertex) && view.shows_radiance();
+fn shadows_and_air_passes(air_model: AtmosphereModel, view: PixelView) -> impl Iterator<Item = (RingShadow, AirPass)> {
+    let may_be_coarse = !matches!(air_model, AtmosphereModel::None | AtmosphereModel::Vertex) && view.shows_radiance();
     let without_coarse_image = RingShadow::ALL.map(|shadow| (shadow, AirPass::None));
     let readers = [AirPass::Read, AirPass::ReadWithClouds].map(|air_pass| (RingShadow::None, air_pass));
-    without_coarse_image.into_iter().chain(readers.into_iter().filter(move |_| coarse))
+    without_coarse_image.into_iter().chain(readers.into_iter().filter(move |_| may_be_coarse))
 }
 
 /// The features of the cloud shell for one selection: plain, with billows, and for a thin crescent.
@@ -96,7 +96,7 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
     let mut all = BTreeSet::new();
     for body in catalog.bodies() {
         let eclipses = possible_eclipses(catalog, body);
-        let has_rings = Capabilities::of(body).rings;
+        let has_rings = Capabilities::of(body).has_rings;
         for view in PixelView::ALL {
             for ellipsoid in both {
                 for maps in possible_maps(body) {
@@ -105,7 +105,7 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
                             // The two shadows belong to different draws, so their values are paired instead of combined.
                             let shadows = RingShadow::ALL.into_iter().zip(BodyShadow::ALL);
                             for (ring_shadow, body_shadow) in shadows.take(if has_rings { RingShadow::ALL.len() } else { 1 }) {
-                                let air = AtmosphereModel::None;
+                                let air_model = AtmosphereModel::None;
                                 let chosen = FeatureSelection {
                                     ellipsoid,
                                     maps,
@@ -114,29 +114,28 @@ pub fn possible_features(catalog: &Catalog) -> Vec<DrawFeatures> {
                                     ring_eclipse: eclipse,
                                     ring_shadow,
                                     body_shadow,
-                                    air,
+                                    air_model,
                                     ..FeatureSelection::default()
                                 };
                                 all.extend(possible_globes(chosen, body, view));
                                 all.extend(possible_clouds(chosen, body, view));
                                 all.extend(chosen.ring_features(body, view));
                             }
-                            for air in air::possible_models(body) {
-                                for (ring_shadow, air_pass) in shadows_and_air_passes(air, view) {
+                            for air_model in air::possible_models(body) {
+                                for (ring_shadow, air_pass) in shadows_and_air_passes(air_model, view) {
                                     let chosen = FeatureSelection {
                                         ellipsoid,
                                         maps,
                                         secondary_light_count,
                                         eclipse,
-                                        air,
+                                        air_model,
                                         ring_shadow,
                                         air_pass,
                                         ..FeatureSelection::default()
                                     };
                                     all.extend(possible_globes(chosen, body, view));
                                     all.extend(possible_clouds(chosen, body, view));
-                                    let skies =
-                                        both.map(|averaged_rim| FeatureSelection { averaged_rim, ..chosen }.sky_features(body, view));
+                                    let skies = both.map(|thin_rim| FeatureSelection { thin_rim, ..chosen }.sky_features(body, view));
                                     all.extend(skies.into_iter().flatten());
                                 }
                             }
@@ -163,13 +162,13 @@ mod tests {
         let eclipse = Eclipse { occluders: 1, model: EclipseModel::LimbDarkened };
         let (mut under_air, mut by_rings) = (0, 0);
         for body in catalog.bodies() {
-            for air in air::possible_models(body) {
+            for air_model in air::possible_models(body) {
                 for (secondary_light_count, ring_shine) in [(0, false), (1, false), (2, false), (0, true)] {
-                    let chosen = FeatureSelection { secondary_light_count, ring_shine, air, ..FeatureSelection::default() };
+                    let chosen = FeatureSelection { secondary_light_count, ring_shine, air_model, ..FeatureSelection::default() };
                     let plain = chosen.globe_features(body, PixelView::Final);
                     let eclipsed = FeatureSelection { eclipse, ..chosen }.globe_features(body, PixelView::Final);
                     assert_eq!(DrawFeatures { eclipse: plain.eclipse, lights: plain.lights, ..eclipsed }, plain, "{}", body.name);
-                    let has_air = air != AtmosphereModel::None;
+                    let has_air = air_model != AtmosphereModel::None;
                     assert!(eclipsed.lights == plain.lights || has_air && plain.lights > 1 && eclipsed.lights > plain.lights);
                     under_air += usize::from(has_air && secondary_light_count > 0 && eclipsed.lights > 1 && eclipsed.eclipse == eclipse);
                     by_rings += usize::from(has_air && eclipsed.ring_shine && eclipsed.eclipse == eclipse);

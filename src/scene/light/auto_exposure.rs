@@ -25,8 +25,8 @@ use glam::FloatExt;
 const WEIGHT_EXPONENT: i32 = 2;
 /// Exponent of the smooth maximum (p-norm) of several white levels: that of two equal levels is a quarter of a stop above them.
 const SMOOTH_MAX_EXPONENT: i32 = 4;
-/// Upper limits of the median glare in the frame, as a fraction of white: in front of subjects brighter than the glare, of fainter ones, and of those
-/// that are lost in the glare. In the last case the sky looks black (0.003 of white is level 10 of 255), at the cost of the faintest stars.
+/// Upper limits of the median glare in the frame, as a fraction of white: for subjects brighter than the glare, for fainter ones, and for those that are lost
+/// in the glare. In the last case the sky looks black (0.003 of white is level 10 of 255), at the cost of the faintest stars.
 const MAX_MEDIAN_GLARE: [f64; 3] = [0.2, 0.02, 0.003];
 /// Ratio of a subject's radiance to the glare below which the subject is lost in the glare.
 const LOST_SUBJECT_RATIO: f64 = 0.1;
@@ -48,6 +48,7 @@ pub(crate) fn exposure(
     Exposure { stops: context.request.exposure.stops_of(metered.stops), ..metered }
 }
 
+/// The exposure that the light meter chooses for the final image; for other pixel views the one that does not depend on the image's content.
 fn metered(
     context: Context<'_>,
     camera: &Camera,
@@ -92,7 +93,8 @@ fn from_reading(reading: MeterReading) -> Exposure {
     let total_contribution: f64 = subjects.iter().map(contribution).sum();
     let log_white: f64 = subjects.iter().map(|m| contribution(m) / total_contribution * (m.radiance / m.target_level).ln()).sum();
     let subjects_white = log_white.exp();
-    // Glare has little effect in front of brighter subjects; in front of a dark sky it would make the image grey.
+    // Glare has little effect in front of brighter subjects; in front of a dark sky it would make the image grey. The level of white at which the glare reaches
+    // its upper limit is blended between the three limits by the subjects' radiance relative to the glare.
     let glare = reading.glare.median(subjects_white);
     let subject_per_glare = subjects_white * AUTO_EXPOSED_MEAN / glare;
     // Rises from 0 to 1 while the subjects become fainter, relative to the glare, than this ratio.

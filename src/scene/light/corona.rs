@@ -2,9 +2,9 @@
 //!
 //! In: the apparent position of the Sun, the threshold, the date, the glare that the frame draws. Out: [`Corona`], the uniforms of shaders/entry/corona.wesl,
 //! and the reason; for the light meter, the corona's weight and its radiance law. The corona is drawn around the Sun, not on its disc; nearer bodies hide it,
-//! and the air in front dims it. It is left out if it changes the glare by less than the threshold. A Sun outside the frame has no glare (`glare`), so the
-//! corona beside it is drawn. While the Sun enters the frame the glare grows; the corona is left out once it no longer makes a visible difference. The
-//! light meter counts a corona under the same conditions, so that no image is exposed for one that is not drawn. K and F corona are combined: averaged over
+//! and the air in front dims it. The corona is left out if it changes the glare by less than the threshold. A Sun outside the frame has no glare (`glare`), so
+//! its corona is drawn. While the Sun enters the frame the glare grows; the corona is left out once it no longer makes a visible difference. The light meter
+//! counts a corona under the same conditions, so that no image is exposed for one that is not drawn. K and F corona are combined: averaged over
 //! position angle they follow Baumbach's law, and isophotes are flattened by Ludendorff's index, which varies with the sunspot cycle. From 15 to 25 degrees
 //! from the Sun the corona fades into the zodiacal light (scene::sky::zodiacal). Left out: streamers; the change of the mean brightness within a cycle (a
 //! factor of two between eclipses); prominences and chromosphere; the view from inside the corona, because the law is that of an observer far outside.
@@ -27,14 +27,14 @@ use glam::{DVec3, Vec3, Vec4};
 
 /// Ratio of the radiance at the disc's centre to the disc's mean radiance in the visual band, rounded. Baumbach's figures are in units of the radiance at the
 /// centre. With the catalog's limb darkening the ratio, 1 / (1 - u1/3 - u2/6), is 1.21 in red, 1.24 in green and 1.31 in blue.
-const CENTRE_OVER_MEAN: f64 = 1.2;
+const CENTRE_TO_MEAN_RATIO: f64 = 1.2;
 
 /// Baumbach 1937, Astron. Nachr. 263, 121: coefficients, in millionths of the radiance of the disc's centre, and exponents of 1 / distance.
 const BAUMBACH_TERMS: [(f64, f64); 3] = [(0.0532, 2.5), (1.425, 7.0), (2.565, 17.0)];
 
 /// Upper bound of the ratio of the radiance to its mean over position angle. The law of shaders/entry/corona.wesl gives 0.26 to 2.24 at a sunspot minimum and
 /// two solar radii.
-const MAX_OVER_MEAN: f64 = 2.25;
+const MAX_TO_MEAN_RATIO: f64 = 2.25;
 
 /// Smallest diameter of the Sun, in pixels, at which its corona can be distinguished from the disc.
 const MIN_SUN_PX: f64 = 1.0;
@@ -58,7 +58,7 @@ pub struct Corona {
     /// Number of the scene's draws that lie behind the corona and are drawn before it.
     pub draws_behind: usize,
     /// View ray whose component along the camera's forward axis is 1, through the middle of the image. Axes: x and y across the line of sight to the Sun, y
-    /// towards its north pole; z to its centre.
+    /// towards the Sun's north pole; z to the Sun's centre.
     pub middle: Vec3,
     /// Change of the view ray from the middle of the image to its right edge, and to its upper edge.
     pub right: Vec3,
@@ -82,7 +82,7 @@ pub struct Corona {
 
 /// Baumbach's factors and exponents; the factors in units of the radiance of a white plane that faces the Sun at 1 au.
 fn terms() -> [(f64, f64); 3] {
-    BAUMBACH_TERMS.map(|(factor, power)| (1e-6 * factor * CENTRE_OVER_MEAN * sun_disc_radiance(), power))
+    BAUMBACH_TERMS.map(|(factor, power)| (1e-6 * factor * CENTRE_TO_MEAN_RATIO * sun_disc_radiance(), power))
 }
 
 /// Radiance at `rho` solar radii from the Sun's centre, averaged over position angle, in units of a white plane that faces the Sun at 1 au; 0 on the disc.
@@ -127,7 +127,7 @@ fn rect(camera: &Camera, towards: DVec3, sine: f64) -> ClipRect {
     glare::rect_around(camera, camera.in_axes(towards), 2.0 * (0.5 * sine.asin()).sin())
 }
 
-/// Radiance of the corona at the limb, less the smallest change of the glare there that is kept. `glare`: the glare that the frame draws. If the Sun is partly
+/// Radiance of the corona at the limb, minus the smallest change of the glare there that is kept. `glare`: the glare that the frame draws. If the Sun is partly
 /// hidden, the limb opposite the visible part counts, because the corona shows there first.
 fn excess_over_glare(min_change: f64, glare: Option<&VeilingGlare>) -> f64 {
     radiance(1.0) - min_change * glare.map_or(0.0, VeilingGlare::limb_radiance)
@@ -179,7 +179,7 @@ pub(crate) fn corona(
     let limb_radiance = radiance(1.0);
     let cutoff = threshold.cutoff_radiance(VISIBLE_LIGHT);
     // `radiance` is a mean over position angle; the flattened corona is brighter at its equator.
-    let mut radius_sine = radius_at_radiance(cutoff / MAX_OVER_MEAN) * sine;
+    let mut radius_sine = radius_at_radiance(cutoff / MAX_TO_MEAN_RATIO) * sine;
     let fade_cosines = fade_cosines(sun.distance_km);
     if fade_cosines.is_some() {
         radius_sine = radius_sine.min(zodiacal::CORONA_BLEND_DEG.1.to_radians().sin());
@@ -257,17 +257,17 @@ mod tests {
     #[test]
     fn the_flattened_corona_stays_within_its_rectangle() {
         let steepness = |rho: f64| -(radiance(1.001 * rho) / radiance(rho)).ln() / 1.001_f64.ln();
-        let equator_over_mean = |rho: f64| {
+        let equator_to_mean_ratio = |rho: f64| {
             // 1.609: as derived in shaders/entry/corona.wesl.
             let k = steepness(rho) * LUDENDORFF_INDEX.0 * (rho - 1.0).min(1.0) / 1.609;
             let mean = (0..360).map(|deg| (k * f64::from(deg).to_radians().cos()).exp()).sum::<f64>() / 360.0;
             k.exp() / mean
         };
-        let largest = (0..400).map(|n| equator_over_mean(1.0 + 0.02 * f64::from(n))).fold(0.0, f64::max);
-        assert!(largest > 2.0 && largest < MAX_OVER_MEAN, "{largest}");
+        let largest = (0..400).map(|n| equator_to_mean_ratio(1.0 + 0.02 * f64::from(n))).fold(0.0, f64::max);
+        assert!(largest > 2.0 && largest < MAX_TO_MEAN_RATIO, "{largest}");
         for cutoff in [1e-2, 1e-3, 1e-5] {
-            let edge = radius_at_radiance(cutoff / MAX_OVER_MEAN);
-            assert!(radiance(edge) * equator_over_mean(edge) <= cutoff, "{cutoff}: light beyond {edge} radii");
+            let edge = radius_at_radiance(cutoff / MAX_TO_MEAN_RATIO);
+            assert!(radiance(edge) * equator_to_mean_ratio(edge) <= cutoff, "{cutoff}: light beyond {edge} radii");
         }
     }
 

@@ -11,7 +11,8 @@ use crate::scene::camera::narrow_scalar;
 pub struct Exposure {
     /// Base-2 logarithm of the factor that is applied to radiance before the tone map: a larger value makes the image brighter.
     pub stops: f64,
-    /// The light meter's result. `stops` differs from it during a transition (`ExposureRequest::Transition`), and is equal if nothing was metered.
+    /// The light meter's result in the same unit. `stops` differs from it during a transition (`ExposureRequest::Transition`). Equal to `stops` if nothing was
+    /// metered.
     pub metered_stops: f64,
     /// Why the image has this exposure, for the user.
     pub reason: Reason,

@@ -1,16 +1,16 @@
 //! The Sun's glare (effect and shader `glow`): light that the optics of the eye or a camera scatter around the Sun's disc while the Sun is in the frame.
 //!
 //! In: the Sun's apparent position, the bodies in front of it, the threshold. Out: [`Glare`], the uniforms of shaders/entry/glow.wesl, and the reason; for
-//! light meter and corona, `VeilingGlare`: its radiance before the air dims it.
+//! light meter and corona, `VeilingGlare`: the glare's radiance before the air dims it.
 //!
-//! The law is that of Stiles and Holladay: L = 10 E / theta^2, with the luminance L in cd/m2, the illuminance E in lux and theta in degrees. CIE 146:2002 gives
-//! it for 1 to 30 degrees; closer in it is extrapolated. About a tenth of the light is scattered. The law represents the glare of eye and lens together; a
-//! clean lens scatters less, by a factor that depends on the lens. Within the Sun's limb (or within a pixel, if that is wider) the glare is constant. The glare
-//! of a partly hidden Sun is centred on the middle of the visible part, and its constant core shrinks with the visible light. It is therefore bright around the
-//! last bead, and faint at the opposite limb of the Moon. It is drawn as far as it can change a display level: farther out it adds less than [`VISIBLE_LIGHT`]
-//! of white. The disc keeps its full radiance, which is a hundred times that of the glare. A Sun outside the frame has no glare, as if the lens had a hood;
-//! light meter and corona therefore do not count any either. Left out: streaks and ghosts, which are specific to a lens, and the glare of bodies other than the
-//! Sun.
+//! The law is that of Stiles and Holladay: L = 10 E / theta^2, with the luminance L in cd/m2, the illuminance E in lux and the angle theta from the Sun in
+//! degrees. CIE 146:2002 gives it for 1 to 30 degrees; closer to the Sun it is extrapolated. About a tenth of the light is scattered. The law represents the
+//! glare of eye and lens together; a clean lens scatters less, by a factor that depends on the lens. Within the Sun's limb (or within a pixel, if that is
+//! wider) the glare is constant. The glare of a partly hidden Sun is centred on the middle of the visible part, and its constant core shrinks with the visible
+//! light. It is therefore bright around the last bead, and faint at the opposite limb of the Moon. It is drawn as far as it can change a display level: farther
+//! out it adds less than [`VISIBLE_LIGHT`] of white. The disc keeps its full radiance, which is a hundred times that of the glare. A Sun outside the frame has
+//! no glare, as if the lens had a hood, and light meter and corona do not count any, either. Left out: streaks and ghosts, which are specific to a lens, and
+//! the glare of bodies other than the Sun.
 
 use crate::catalog::NaifId;
 use crate::message::{Reason, reason};
@@ -57,8 +57,8 @@ pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) 
 }
 
 /// The position of the middle of the Sun's visible part relative to the Sun's centre, in solar radii; and the factor on the square of the core's angle. The
-/// factor is the square root of the visible fraction of light. The glare's radiance in the core is then also proportional to this square root, so that it
-/// fades out with the light.
+/// factor is the square root of the visible fraction of light. The glare's radiance in the core is then also proportional to this square root, so that the
+/// core fades out with the light.
 fn middle_and_core_factor(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) -> (DVec3, f64) {
     let light = visible_fraction(placed, sun);
     if light <= 0.0 || light >= 1.0 {

@@ -2,9 +2,9 @@
 //!
 //! In: the placed bodies. Out: [`IncidentLight`]s, each with a direction and an irradiance. Not here: eclipses. A reflecting body is treated as a point at its
 //! centre, with the phase function of its photometric model or published law. Its angular size as seen from the lit body is ignored: on Io, where Jupiter is 19
-//! degrees across, this moves the edge of Jupiter-shine by up to 10 degrees. Its disc is that of a sphere of equal volume: 2 % more light from Jupiter for a
-//! receiver in the plane of its equator, 7 % less from Saturn for one above a pole. A body other than the Sun that emits light is treated in the same way, with
-//! its own light in place of the reflected. Lights are compared with each other and with thresholds by their green channel.
+//! degrees across, this moves the edge of Jupiter-shine by up to 10 degrees. Its disc is that of a sphere of equal volume: this gives 2 % more light from
+//! Jupiter for a receiver in the plane of Jupiter's equator, 7 % less from Saturn for one above Saturn's pole. A body other than the Sun that emits light is
+//! treated in the same way, with its own light in place of the reflected. Lights are compared with each other and with thresholds by their green channel.
 
 use crate::catalog::{Body, NaifId};
 use crate::scene::light::photometry;
@@ -35,7 +35,8 @@ pub(crate) fn sunlight(sun_from_body_km: DVec3) -> IncidentLight {
     IncidentLight { from: NaifId::SUN, direction: sun_from_body_km.normalize(), irradiance: DVec3::splat(irradiance) }
 }
 
-/// The light that `source` reflects onto a body at `receiver_km` (barycentric); `None` within the greatest semi-axis of the centre of `source`.
+/// The light that `source` reflects onto a body at `receiver_km` (barycentric); `None` if the receiver is nearer to the source's centre than the source's
+/// greatest semi-axis.
 fn reflected_light(source: &Reflector<'_>, receiver_km: DVec3) -> Option<IncidentLight> {
     let to_source = source.position_km - receiver_km;
     let distance_km = to_source.length();
@@ -50,9 +51,8 @@ fn reflected_light(source: &Reflector<'_>, receiver_km: DVec3) -> Option<Inciden
 }
 
 /// The lights that other bodies reflect onto a receiver. Returns the significant lights, strongest first, at most [`MAX_LIGHTS`] - 1 because one light is the
-/// Sun. Also returns the body that reflects the strongest light, significant or not, with the radiance that this light causes.
-///
-/// `is_significant`: whether this radiance matters; it is that of a surface that has the receiver's albedo and faces the light.
+/// Sun. Also returns the body that reflects the strongest light, significant or not, with the radiance that this light causes on the receiver: that of a
+/// surface with the receiver's albedo that faces the light. `is_significant`: whether such a radiance matters.
 pub(crate) fn planet_shine(
     receiver: &Body,
     receiver_km: DVec3,

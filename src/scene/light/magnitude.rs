@@ -11,10 +11,10 @@ use crate::scene::light::photometry;
 use crate::scene::placed::PlacedBody;
 use crate::scene::resources::Context;
 
-/// The choice of occluders depends on the disc's diameter in pixels; this one is so large that it leaves none out.
+/// Diameter of the disc that is passed to the choice of occluders: so large that no occluder is left out because its shadow is smaller than a pixel.
 const LARGE_DISC_PX: f64 = 1e4;
-/// Margin for the motion of bodies between the instants at which they are placed. Each is placed where it was when its light left it; within a system of moons
-/// these instants differ by seconds, and bodies move at tens of kilometres per second.
+/// Margin for the motion of bodies between the instants at which they are placed. Each body is placed where it was when its light left it. Within a system of
+/// moons these instants differ by seconds, and bodies move at tens of kilometres per second.
 const PLACEMENT_SHIFT_KM: f64 = 2e3;
 
 /// Visual magnitude; `None` for a body that no sunlight reaches.

@@ -27,7 +27,7 @@ pub(crate) fn white_radiance(body: &Body) -> f64 {
     body.maps.night.as_ref().map_or(0.0, |m| m.gain.iter().copied().fold(0.0, f64::max)) * NIGHT_MAP_WHITE_RADIANCE
 }
 
-/// Fraction of city lights that are switched on: 0 by day, 1 if the Sun is at least 6 degrees below the horizon; as in shaders/lib/night_lights.wesl.
+/// Fraction of city lights that are switched on: 0 with the Sun above the horizon, 1 if it is at least 6 degrees below; as in shaders/lib/night_lights.wesl.
 /// `cos_incidence`: cosine of the Sun's zenith angle, negative at night.
 pub(crate) fn lit_fraction(cos_incidence: f64) -> f64 {
     1.0 - smoothstep(cos_incidence / CIVIL_TWILIGHT_SINE + 1.0)

@@ -28,14 +28,14 @@ impl Curve {
 
 /// Magnitude as a function of phase angle.
 pub(crate) struct PhaseLaw {
-    /// In ascending order: the largest angle of each curve in degrees, and the curve.
+    /// Each curve with the largest angle to which it applies, degrees; in ascending order.
     pieces: &'static [(f64, Curve)],
     /// Largest phase angle to which the law was fitted, degrees.
     pub limit_deg: f64,
 }
 
 impl PhaseLaw {
-    /// Brightness relative to zero phase, for an angle of 0..=`limit_deg` degrees.
+    /// Brightness relative to zero phase. `alpha_deg`: phase angle, 0..=`limit_deg`.
     pub(crate) fn brightness(&self, alpha_deg: f64) -> f64 {
         10f64.powf(-0.4 * (self.magnitude(alpha_deg) - self.magnitude(0.0)))
     }

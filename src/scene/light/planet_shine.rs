@@ -12,7 +12,7 @@ use crate::scene::request::effects::Effect;
 /// Decides which bodies' reflected light is added to the sunlight on the ground.
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
     let (body, placed, threshold, reflectors) = (inputs.body(), inputs.placed, inputs.threshold(), inputs.frame.reflectors);
-    if Capabilities::of(body).emissive {
+    if Capabilities::of(body).is_emissive {
         return decisions;
     }
     let log = &mut decisions.log;

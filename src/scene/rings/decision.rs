@@ -21,11 +21,11 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let Some(view) = &inputs.ring_view else { return decisions };
     let is_forced = inputs.effects().override_of(Effect::Rings) == Some(true);
     let seen = view.visible_rings(is_forced);
-    let drawn = decisions.log.effect(Effect::Rings, seen.check.on, seen.check.reason);
+    let are_drawn = decisions.log.effect(Effect::Rings, seen.check.on, seen.check.reason);
     // Rings may cast a shadow on the globe even if they are not visible themselves.
     let all_rings = view.visible_rings(true).rings;
     decisions.ring = decide_for_globe(inputs, view, &all_rings, &mut decisions);
-    if !drawn || seen.rings.is_empty() {
+    if !are_drawn || seen.rings.is_empty() {
         decisions.log.record(Effect::BodyShadow.name(), false, reason!("rings-not-drawn"));
         return decisions;
     }

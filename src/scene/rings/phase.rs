@@ -11,8 +11,8 @@ pub(crate) const PHASE_EXPONENT: f64 = 3.09;
 /// Amplitude and angular width (tangent of half the phase angle) of the opposition surge: the B ring brightens by 0.3 mag within half a degree in the phase
 /// curves of Franklin and Cook 1965 (Astron. J. 70, 704).
 pub(crate) const OPPOSITION: [f64; 2] = [0.32, 0.0045];
-/// Phase function of dust: asymmetry and weight of each Henyey-Greenstein lobe. Three lobes after the form that Hedman and Stark 2015 (Astrophys. J. 811,
-/// 67) fit to Saturn's G ring between 3 and 170 degrees of scattering angle; the numbers have not been checked against their table. All dust uses this phase
+/// Phase function of dust: asymmetry and weight of each Henyey-Greenstein lobe. Three lobes, as in the fit by Hedman and Stark 2015 (Astrophys. J. 811, 67) to
+/// Saturn's G ring between 3 and 170 degrees of scattering angle; the numbers have not been checked against their table. All dust uses this phase
 /// function, although the E ring's smaller grains scatter more widely. Within some 3 degrees of the Sun the E ring is therefore too bright, by an
 /// estimated factor of up to 5.
 pub(crate) const DUST_LOBES: [[f64; 2]; 3] = [[0.995, 0.643], [0.665, 0.176], [0.035, 0.181]];

@@ -31,17 +31,17 @@ impl SlantSums {
         let mut sum = [0.0; 2];
         let mut integral = vec![sum];
         for (interval, light) in intervals.iter().zip(&light) {
-            sum = [0, 1].map(|particle| sum[particle] + (interval.to - interval.from) * light[particle]);
+            sum = [0, 1].map(|particle| sum[particle] + (interval.outer - interval.inner) * light[particle]);
             integral.push(sum);
         }
         Self { light, integral }
     }
 
-    /// The integral up to a radius. `index`: the interval that contains the radius. It is 0 also for a radius below those of all intervals, and the number of
+    /// The integral of the light up to a radius. `index`: that of the interval that contains the radius; 0 for a radius below all intervals, and the number of
     /// intervals for a radius above them.
-    fn up_to(&self, intervals: &[RingInterval], radius: f64, index: usize) -> ByParticle {
+    fn integral_to(&self, intervals: &[RingInterval], radius: f64, index: usize) -> ByParticle {
         let Some(interval) = intervals.get(index) else { return self.integral[intervals.len()] };
-        let within = (radius - interval.from).max(0.0);
+        let within = (radius - interval.inner).max(0.0);
         [0, 1].map(|particle| self.integral[index][particle] + within * self.light[index][particle])
     }
 }
@@ -50,7 +50,7 @@ impl SlantSums {
 pub(crate) struct RadialSums<'a> {
     intervals: &'a [RingInterval],
     conditions: RingConditions,
-    /// Computed when a ray first needs them.
+    /// The sums for each slant of the table; `None` until a ray needs them.
     by_slant: Vec<Option<SlantSums>>,
 }
 
@@ -68,12 +68,12 @@ impl<'a> RadialSums<'a> {
         let slant_position = (slant.log2() * f64::from(RING_SLANTS_PER_OCTAVE)).clamp(0.0, f64::from(SLANTS - 1));
         let lower_index = (slant_position as usize).min(SLANTS as usize - 2);
         let upper_weight = slant_position - lower_index as f64;
-        let interval_at = |radius: f64| self.intervals.partition_point(|interval| interval.to <= radius);
+        let interval_at = |radius: f64| self.intervals.partition_point(|interval| interval.outer <= radius);
         let ends = [(from, interval_at(from)), (to, interval_at(to))];
         let [lower_mean, upper_mean] = [lower_index, lower_index + 1].map(|slant_index| {
             let slant = (slant_index as f64 / f64::from(RING_SLANTS_PER_OCTAVE)).exp2();
             let sums = self.by_slant[slant_index].get_or_insert_with(|| SlantSums::new(self.intervals, &self.conditions, slant));
-            let [inner, outer] = ends.map(|(radius, interval)| sums.up_to(self.intervals, radius, interval));
+            let [inner, outer] = ends.map(|(radius, interval)| sums.integral_to(self.intervals, radius, interval));
             [0, 1].map(|particle| (outer[particle] - inner[particle]) / (to - from))
         });
         [0, 1].map(|particle| lower_mean[particle] + upper_weight * (upper_mean[particle] - lower_mean[particle]))
@@ -94,7 +94,7 @@ mod tests {
     fn one_by_one(intervals: &[RingInterval], sunlight: [[f64; 2]; 2], [from, to]: [f64; 2], slant: f64) -> ByParticle {
         let mut mean = [0.0; 2];
         for interval in intervals.iter().filter(|interval| interval.tau > 0.0) {
-            let overlap = (interval.to.min(to) - interval.from.max(from)).max(0.0) / (to - from);
+            let overlap = (interval.outer.min(to) - interval.inner.max(from)).max(0.0) / (to - from);
             let light: f64 = (0..2)
                 .filter(|side| sunlight[*side][0] > 0.0)
                 .map(|side| sunlight[side][0] * scattered(interval.tau, slant, 1.0 / sunlight[side][1], side == 0))
@@ -112,7 +112,7 @@ mod tests {
         let catalog = Catalog::embedded();
         let body = catalog.body_named(name).expect("a body");
         let intervals = intervals(body.rings.iter(), body.radii_km.x);
-        let (inner, outer) = (intervals[0].from, intervals[intervals.len() - 1].to);
+        let (inner, outer) = (intervals[0].inner, intervals[intervals.len() - 1].outer);
         let mut greatest: f64 = 0.0;
         for sin_elevation in [0.45, 0.02] {
             let [centre_side, other_side] = sun_disc_parts(sin_elevation, SUN_TANGENT);

@@ -14,8 +14,8 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
 
-/// Number of radii at which the rings are tested for being hidden or shadowed by the globe. With four times as many radii and azimuths the light of the
-/// rings changes by less than 0.002 mag.
+/// Number of radii at which points of the rings are tested: whether the globe hides or shadows them. With four times as many radii and azimuths the light of
+/// the rings changes by less than 0.002 mag.
 const RADII: usize = 24;
 /// Number of azimuths tested at each radius.
 const AZIMUTHS: usize = 72;
@@ -29,8 +29,8 @@ static DIRECTIONS: LazyLock<[DVec2; AZIMUTHS]> =
 /// The light of rings and their effect on the globe's light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RingLight {
-    /// I/F integrated over the visible area of the rings, divided by pi and the squared equatorial radius. It corresponds to the globe's geometric albedo times
-    /// its phase function.
+    /// I/F integrated over the visible sunlit area of the rings as projected towards the viewer, divided by pi and the squared equatorial radius. It
+    /// corresponds to the globe's geometric albedo times its phase function.
     pub ring_albedo: f64,
     /// Fraction of the globe's light that is neither in the rings' shadow nor hidden by them.
     pub globe_light_fraction: f64,
@@ -48,20 +48,21 @@ impl RingLight {
         }
         let intervals = tables.intervals(body.rings.iter(), unit_km);
         let (Some(first), Some(last)) = (intervals.first(), intervals.last()) else { return Self::NONE };
+        // Cosines of emission and of incidence.
         let (mu, mu0) = (viewer.z.abs().max(MIN_COSINE), sun.z.abs().max(MIN_COSINE));
-        let same_side = viewer.z * sun.z > 0.0;
+        let is_same_side = viewer.z * sun.z > 0.0;
         let globe = Globe { axes: body.radii_km / unit_km };
-        let (from, width) = (first.from, (last.to - first.from) / RADII as f64);
+        let (innermost, width) = (first.inner, (last.outer - first.inner) / RADII as f64);
         let visible_fractions: Vec<f64> =
-            (0..RADII).map(|k| globe.visible_fraction(from + (k as f64 + 0.5) * width, sun, viewer)).collect();
-        let visible_at = |r: f64| visible_fractions[(((r - from) / width) as usize).min(RADII - 1)];
+            (0..RADII).map(|k| globe.visible_fraction(innermost + (k as f64 + 0.5) * width, sun, viewer)).collect();
+        let visible_at = |r: f64| visible_fractions[(((r - innermost) / width) as usize).min(RADII - 1)];
         let cos_phase = sun.dot(viewer).clamp(-1.0, 1.0);
         let (large_particle_phase, dust_phase) = (large_particle_phase(cos_phase), dust_phase(cos_phase.acos()));
         let reflected = |interval: &RingInterval| {
-            let scattered = scattered(interval.tau, 1.0 / mu, 1.0 / mu0, same_side);
-            let area = PI * (interval.to - interval.from) * (interval.to + interval.from) * viewer.z.abs();
+            let scattered = scattered(interval.tau, 1.0 / mu, 1.0 / mu0, is_same_side);
+            let area = PI * (interval.outer - interval.inner) * (interval.outer + interval.inner) * viewer.z.abs();
             let phase = large_particle_phase * (1.0 - interval.dust) + dust_phase * interval.dust;
-            0.25 * phase * luminance(interval.albedo) * scattered * area * visible_at(0.5 * (interval.from + interval.to))
+            0.25 * phase * luminance(interval.albedo) * scattered * area * visible_at(0.5 * (interval.inner + interval.outer))
         };
         let ring_albedo = if sun.z == 0.0 { 0.0 } else { intervals.iter().map(reflected).sum::<f64>() / PI };
         Self { ring_albedo, globe_light_fraction: globe.transmitted_fraction(&intervals, sun, viewer) }
@@ -116,17 +117,17 @@ impl Globe {
     }
 }
 
-/// Transmittance of the rings along a ray from a point, without end: 1 if it does not cross the rings. Body axes; lengths in equatorial radii, `towards` is a unit
-/// vector.
+/// Transmittance of the rings along an endless ray from a point: 1 if the ray does not cross the rings. Body axes; lengths in equatorial radii; `towards` is a
+/// unit vector.
 pub(crate) fn transmittance(intervals: &[RingInterval], point: DVec3, towards: DVec3) -> f64 {
     if point.z * towards.z >= 0.0 {
         return 1.0;
     }
     let radius = (point - towards * (point.z / towards.z)).truncate().length();
-    let index = intervals.partition_point(|interval| interval.to <= radius);
+    let index = intervals.partition_point(|interval| interval.outer <= radius);
     intervals
         .get(index)
-        .filter(|interval| interval.from <= radius)
+        .filter(|interval| interval.inner <= radius)
         .map_or(1.0, |interval| (-interval.tau / towards.z.abs().max(MIN_COSINE)).exp())
 }
 

@@ -84,6 +84,7 @@ struct Annulus {
 }
 
 impl Annulus {
+    /// The scattered light along paths of a slant, interpolated. `side`: see `light`.
     fn light_along(&self, side: usize, slant: f64) -> DVec3 {
         let position = (slant.log2() * SLANTS_PER_OCTAVE).clamp(0.0, (SLANTS - 1) as f64 - 1e-9);
         let below = position as usize;
@@ -93,7 +94,7 @@ impl Annulus {
 
 /// Weight of an interval in the division into annuli: the light that it removes along a path of slant 4 (elevation 14.5 degrees), times its width and albedo.
 fn weight(interval: &RingInterval) -> f64 {
-    (interval.to - interval.from) * -(-4.0 * interval.tau).exp_m1() * interval.albedo.iter().sum::<f64>()
+    (interval.outer - interval.inner) * -(-4.0 * interval.tau).exp_m1() * interval.albedo.iter().sum::<f64>()
 }
 
 /// Divides intervals of constant optical depth into parts, and groups the parts into annuli of about equal weight.
@@ -109,10 +110,10 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
     let mut group_weight = 0.0;
     for interval in intervals.into_iter().filter(|s| s.tau > 0.0) {
         let parts = (weight(&interval) / weight_per_annulus).ceil().max(1.0);
-        let width = (interval.to - interval.from) / parts;
+        let width = (interval.outer - interval.inner) / parts;
         for k in 0..parts as usize {
-            let from = interval.from + width * k as f64;
-            let part = RingInterval { from, to: from + width, ..interval };
+            let inner = interval.inner + width * k as f64;
+            let part = RingInterval { inner, outer: inner + width, ..interval };
             if group_weight >= weight_per_annulus {
                 groups.push(Vec::new());
                 group_weight -= weight_per_annulus;
@@ -126,7 +127,7 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
     let sun_disc_parts = sun_disc_parts(geometry.sin_elevation.abs(), geometry.sun_tangent);
     let annulus = |group: &Vec<RingInterval>| {
         let weights: f64 = group.iter().map(weight).sum();
-        let radius = group.iter().map(|s| weight(s) * 0.5 * (s.from + s.to)).sum::<f64>() / weights.max(1e-300);
+        let radius = group.iter().map(|s| weight(s) * 0.5 * (s.inner + s.outer)).sum::<f64>() / weights.max(1e-300);
         let light_at_slant = |side: usize, k: usize| {
             let slant = (k as f64 / SLANTS_PER_OCTAVE).exp2();
             let from_interval = |interval: &RingInterval| {
@@ -138,7 +139,7 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
                         0.0
                     }
                 };
-                DVec3::from_array(interval.albedo) * ((interval.to - interval.from) * (from_sun_part(0) + from_sun_part(1)))
+                DVec3::from_array(interval.albedo) * ((interval.outer - interval.inner) * (from_sun_part(0) + from_sun_part(1)))
             };
             group.iter().map(from_interval).sum()
         };
@@ -148,7 +149,8 @@ fn annuli(geometry: &RingShineGeometry<'_>) -> Vec<Annulus> {
     groups.iter().filter(|g| !g.is_empty()).map(annulus).collect()
 }
 
-/// The interpolation has a knot at each elevation of the Sun whose sine has at most this many binary digits after the leading one. Each knot has its own table.
+/// Tables are interpolated between knots. There is a knot, with its own table, at each elevation of the Sun whose sine has at most this many binary digits
+/// after the leading one.
 const KNOT_DIGITS: u32 = 5;
 
 /// Rounds an absolute value to `digits` binary digits after the leading one.
@@ -160,7 +162,7 @@ fn round_to_digits(v: f64, digits: u32) -> f64 {
 /// Number of cached tables of each kind.
 const CACHE_CAPACITY: usize = 16;
 
-/// The source files that determine a table: an edit of one of them invalidates tables stored on disk. From the rest of the program they use only the
+/// The source files that determine a table: an edit of one of them invalidates tables stored on disk. From the rest of the program these files use only the
 /// numbers of a table's key and the narrowing to f32.
 pub(crate) const SOURCES: [&str; 6] = [
     include_str!("ring_shine.rs"),
@@ -175,6 +177,7 @@ pub(crate) const SOURCES: [&str; 6] = [
 pub(crate) trait RingShineStore: std::fmt::Debug + Send + Sync {
     /// The table that was stored under a key, if it is complete and undamaged.
     fn read(&self, key: &[f64]) -> Option<RingShine>;
+    /// Stores a table under a key.
     fn write(&self, key: &[f64], table: &RingShine);
 }
 
@@ -243,6 +246,7 @@ impl RingShineGeometry<'_> {
             let shadow_cosine = (r * r - 1.0).max(0.0).sqrt() / (r * sun_horizontal).max(1e-12);
             let shadow_half_arc = if shadow_cosine < 1.0 { shadow_cosine.acos() } else { 0.0 };
             let (from, to) = (hour_angle - half_arc, hour_angle + half_arc);
+            // The parts of the visible arc on either side of the shadow.
             for [a, b] in [[from, to.min(PI - shadow_half_arc)], [from.max(PI + shadow_half_arc), to]] {
                 if b <= a {
                     continue;

@@ -16,12 +16,14 @@ pub(crate) use crate::scene::constants::RING_SLANTS as SLANTS;
 /// Maximum number of radii in a table: half of the widest texture that every GPU supports.
 pub(crate) const MAX_NODES: usize = 4096;
 
-/// An interval of radius, in equatorial radii, with constant optical depth.
+/// An interval of radius, from `inner` to `outer` equatorial radii, with constant optical depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RingInterval {
-    pub from: f64,
-    pub to: f64,
+    pub inner: f64,
+    pub outer: f64,
+    /// Optical depth along the normal.
     pub tau: f64,
+    /// Effective single-scattering albedo, linear RGB.
     pub albedo: [f64; 3],
     /// Fraction of the scattered light that comes from dust.
     pub dust: f64,
@@ -33,6 +35,7 @@ impl RingInterval {
         -(-self.tau * slant).exp_m1()
     }
 
+    /// Whether any light comes from dust.
     fn has_dust(&self) -> bool {
         self.tau > 0.0 && self.dust > 0.0
     }
@@ -47,7 +50,7 @@ pub(crate) fn intervals<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_
         let middle = (pair[0] + pair[1]) / 2.0;
         let top_ring = rings.clone().filter(|r| r.inner_km <= middle && middle < r.outer_km).last();
         let (tau, albedo, dust) = top_ring.map_or((0.0, [0.0; 3], 0.0), |r| (r.tau_normal, r.albedo, r.dust));
-        RingInterval { from: pair[0] / unit_km, to: pair[1] / unit_km, tau, albedo, dust }
+        RingInterval { inner: pair[0] / unit_km, outer: pair[1] / unit_km, tau, albedo, dust }
     };
     edges.windows(2).map(between).collect()
 }
@@ -107,10 +110,10 @@ impl RingTables {
 /// Slants of sunlight (1 / sine of its angle to the ring's plane) for the rows of a shadow's table. `sine`: sine of the elevation of the Sun's centre
 /// over the plane; `tangent`: tangent of the Sun's angular radius.
 ///
-/// One slant is enough if it varies little across the disc. The criterion: for either half of the disc, the fraction of light that an interval removes differs
-/// by at most 0.004 from the fraction for the slant of the centre. The difference is at most 0.158 `tangent` / `sine`. The number is the product of 4 / (3 pi),
-/// the distance of a half's centroid in radii of the disc, and about 1 / e, the steepest change of the fraction with the logarithm of the slant. For a lower
-/// Sun the slant of the centre is followed by one slant for each strip of the disc.
+/// One slant is enough if the slant varies little across the disc. The criterion: for either half of the disc, the fraction of light that an interval removes
+/// differs by at most 0.004 from the fraction for the slant of the centre. The difference is at most 0.158 `tangent` / `sine`. The number 0.158 is the product
+/// of 4 / (3 pi), the distance of a half's centroid in radii of the disc, and about 1 / e, the steepest change of the fraction with the logarithm of the slant.
+/// For a lower Sun the slant of the centre is followed by one slant for each strip of the disc.
 pub fn slants_of_sunlight(sine: f64, tangent: f64, is_disc_resolved: bool) -> Vec<f64> {
     let slant = |sine: f64| 1.0 / sine.abs().max(MIN_COSINE);
     if !is_disc_resolved || sine.abs() > ONE_SLANT_MIN_ELEVATION_SUN_RADII * tangent {
@@ -139,17 +142,18 @@ struct RadiusBins {
 impl RadiusBins {
     /// The index of intervals sorted from the innermost outwards, for a table with one more column than there are intervals.
     fn of(intervals: &[RingInterval]) -> Self {
-        let outer = intervals.last().map_or(1.0, |s| s.to);
+        let outer = intervals.last().map_or(1.0, |s| s.outer);
         // Not 0, so that a ring that reaches the centre has bins of a finite width in 1 / radius.
-        let inner = intervals.first().map_or(1.0, |s| s.from).max(1e-3 * outer);
+        let inner = intervals.first().map_or(1.0, |s| s.inner).max(1e-3 * outer);
         let columns = intervals.len() + 1;
         let count = RING_BIN_ROWS as usize * columns;
+        // Bins are even steps of 1 / radius, counted outwards from the inner edge.
         let bins_per_inverse_radius = count as f64 / (1.0 / inner - 1.0 / outer);
         let at_inner = bins_per_inverse_radius / inner;
         let outer_radii: Vec<f32> = outer_radii(intervals).collect();
         let texel = |bin: usize| {
             let radius = bins_per_inverse_radius / (at_inner - (bin as f64 - BIN_MARGIN));
-            let interval = if bin == 0 { 0 } else { intervals.partition_point(|s| s.to <= radius).min(intervals.len() - 1) };
+            let interval = if bin == 0 { 0 } else { intervals.partition_point(|s| s.outer <= radius).min(intervals.len() - 1) };
             let outer_radius = |k: usize| outer_radii.get(interval + k).copied().unwrap_or(f32::MAX);
             [narrow_scalar(interval as f64), outer_radius(0), outer_radius(1), outer_radius(2)]
         };
@@ -163,12 +167,12 @@ impl RadiusBins {
 /// Outer radii of the intervals; for the last interval `f32::MAX`.
 fn outer_radii(intervals: &[RingInterval]) -> impl Iterator<Item = f32> {
     let last = intervals.len().saturating_sub(1);
-    intervals.iter().enumerate().map(move |(k, s)| if k == last { f32::MAX } else { narrow_scalar(s.to) })
+    intervals.iter().enumerate().map(move |(k, s)| if k == last { f32::MAX } else { narrow_scalar(s.outer) })
 }
 
 /// Innermost and outermost radius of the intervals; `None` if there are none or too many for a table.
 fn radial_range(intervals: &[RingInterval]) -> Option<[f64; 2]> {
-    let radius_range = [intervals.first()?.from, intervals.last()?.to];
+    let radius_range = [intervals.first()?.inner, intervals.last()?.outer];
     (intervals.len() < MAX_NODES).then_some(radius_range)
 }
 
@@ -191,7 +195,7 @@ impl RingConditions {
     }
 
     /// Light that an interval scatters into a path of a slant, without the factors albedo and phase function / 4; for the pixel view of albedo, the fraction of
-    /// light that it removes.
+    /// light that the interval removes.
     pub(super) fn light(&self, interval: &RingInterval, slant: f64) -> f64 {
         let Some(sunlight) = self.sunlight else { return interval.removed_fraction(slant) };
         let light_of_part = |(part, [fraction, sine]): (usize, [f64; 2])| {
@@ -220,7 +224,7 @@ impl RingTable {
             // The number of dusty intervals farther in, plus one half if this one is dusty.
             let dust_code = dusty_count + if interval.has_dust() { 0.5 } else { 0.0 };
             dusty_count += if interval.has_dust() { 1.0 } else { 0.0 };
-            texels.extend([narrow_scalar(interval.from), outer_radius, dust_code, 0.0]);
+            texels.extend([narrow_scalar(interval.inner), outer_radius, dust_code, 0.0]);
         }
         texels.extend([narrow_scalar(radius_range[1]), f32::MAX, dusty_count, 0.0]);
         for k in first..=last {
@@ -239,7 +243,7 @@ impl RingTable {
                     rows[2 * kind].extend(mean.map(narrow_scalar));
                     rows[2 * kind + 1].extend(sums[kind].map(narrow_scalar));
                     for (sum, value) in sums[kind].iter_mut().zip(mean) {
-                        *sum += (interval.to - interval.from) * value;
+                        *sum += (interval.outer - interval.inner) * value;
                     }
                 }
             }
@@ -267,8 +271,8 @@ impl RingTable {
             let mut sum = 0.0;
             for (interval, outer_radius) in intervals.iter().zip(outer_radii(intervals)) {
                 let removed_fraction = interval.removed_fraction(*slant);
-                texels.extend([narrow_scalar(interval.from), outer_radius, narrow_scalar(removed_fraction), narrow_scalar(sum)]);
-                sum += (interval.to - interval.from) * removed_fraction;
+                texels.extend([narrow_scalar(interval.inner), outer_radius, narrow_scalar(removed_fraction), narrow_scalar(sum)]);
+                sum += (interval.outer - interval.inner) * removed_fraction;
             }
             texels.extend([narrow_scalar(radius_range[1]), f32::MAX, 0.0, narrow_scalar(sum)]);
         }
@@ -298,7 +302,7 @@ mod tests {
     #[test]
     fn a_later_ring_lies_over_an_earlier_one() {
         let cut = intervals([ring(1.0, 4.0, 1.0), ring(2.0, 3.0, 0.0)].iter(), 1.0);
-        let taus: Vec<_> = cut.iter().map(|s| (s.from, s.to, s.tau)).collect();
+        let taus: Vec<_> = cut.iter().map(|s| (s.inner, s.outer, s.tau)).collect();
         assert_eq!(taus, [(1.0, 2.0, 1.0), (2.0, 3.0, 0.0), (3.0, 4.0, 1.0)]);
     }
 
@@ -354,7 +358,7 @@ mod tests {
             let intervals = intervals(body.rings.iter(), body.radii_km.x);
             let bins = RadiusBins::of(&intervals);
             let [at_inner, bins_per_inverse_radius, last] = bins.formula.map(narrow_scalar);
-            let (from, to) = (intervals[0].from, intervals[intervals.len() - 1].to);
+            let (from, to) = (intervals[0].inner, intervals[intervals.len() - 1].outer);
             let (mut reads, mut max_reads) = (0, 0);
             const SAMPLES: usize = 100_000;
             for k in 0..SAMPLES {
@@ -363,7 +367,7 @@ mod tests {
                 let rows = RING_BIN_ROWS as usize;
                 let texel = &bins.texels[((bin % rows) * (intervals.len() + 1) + bin / rows) * 4..][..4];
                 let first = texel[0] as usize + texel[1..].iter().filter(|end| **end <= radius).count();
-                let expected = intervals.partition_point(|s| narrow_scalar(s.to) <= radius).min(intervals.len() - 1);
+                let expected = intervals.partition_point(|s| narrow_scalar(s.outer) <= radius).min(intervals.len() - 1);
                 assert!(first <= expected, "{}, {radius}: bin {bin} begins in interval {first}, past {expected}", body.name);
                 reads += expected - first;
                 max_reads = max_reads.max(expected - first);

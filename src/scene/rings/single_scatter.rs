@@ -19,11 +19,11 @@ pub fn sun_disc_parts(sine: f64, tangent: f64) -> [[f64; 2]; 2] {
     [[above, moment / above.max(1e-9)], [1.0 - above, (moment - sine) / (1.0 - above).max(1e-9)]]
 }
 
-/// Light scattered into a path to the viewer of slant `view_slant` by sunlight of slant `sun_slant`, from the same side of the layer or from the other.
-/// Without the factors albedo and phase function / 4.
-pub fn scattered(tau: f64, view_slant: f64, sun_slant: f64, same_side: bool) -> f64 {
+/// Sunlight of slant `sun_slant` scattered into a path of slant `view_slant` to the viewer, without the factors albedo and phase function / 4. `tau`: normal
+/// optical depth of the layer. `is_same_side`: whether Sun and viewer are on the same side of the layer.
+pub fn scattered(tau: f64, view_slant: f64, sun_slant: f64, is_same_side: bool) -> f64 {
     let (x, y) = (view_slant, sun_slant);
-    if same_side {
+    if is_same_side {
         return x / (x + y) * -(-tau * (x + y)).exp_m1();
     }
     // (exp(-tau x) - exp(-tau y)) / (y - x) is symmetric in x and y; its limit at y = x is tau exp(-tau x).

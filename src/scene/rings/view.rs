@@ -27,7 +27,7 @@ const OUTLINE_CORNERS: usize = 96;
 /// Maximum number of segments into which a pixel's footprint is divided: a limit on the shader's loop, reached by
 /// nearly edge-on rings and by rings of a few pixels.
 const MAX_SEGMENTS: f64 = 16.0;
-/// Polar over equatorial radius of the thin spheroid that represents a ring when its outline is computed.
+/// Ratio of the polar to the equatorial radius of the thin spheroid that represents a ring when its outline is computed.
 const OUTLINE_THICKNESS: f64 = 1e-6;
 
 /// Rounds to 17 significant bits, so that frames within some minutes share a table. The relative error is below 8e-6, that of the rings' light below 2e-5.
@@ -46,12 +46,12 @@ fn clipped(polygon: &[DVec3], normal: DVec3) -> Vec<DVec3> {
     let mut kept = Vec::with_capacity(polygon.len() + 1);
     for (k, &p) in polygon.iter().enumerate() {
         let q = polygon[(k + 1) % polygon.len()];
-        let (of_p, of_q) = (p.dot(normal), q.dot(normal));
-        if of_p >= 0.0 {
+        let (side_p, side_q) = (p.dot(normal), q.dot(normal));
+        if side_p >= 0.0 {
             kept.push(p);
         }
-        if (of_p >= 0.0) != (of_q >= 0.0) {
-            kept.push(p + (q - p) * (of_p / (of_p - of_q)));
+        if (side_p >= 0.0) != (side_q >= 0.0) {
+            kept.push(p + (q - p) * (side_p / (side_p - side_q)));
         }
     }
     kept
@@ -151,8 +151,8 @@ impl<'a> RingView<'a> {
         let longest_ray = corners.iter().map(|r| r.length()).fold(0.0, f64::max);
         // Each ray of the frame is a weighted mean of the corner rays. If all corner rays point to the same side of the plane, no ray is flatter than the
         // flattest corner ray.
-        let to_one_side = corners.iter().all(|r| r.z > 0.0) || corners.iter().all(|r| r.z < 0.0);
-        let min_cosine = if to_one_side { corners.iter().map(|r| r.z.abs()).fold(f64::INFINITY, f64::min) / longest_ray } else { 0.0 };
+        let are_on_one_side = corners.iter().all(|r| r.z > 0.0) || corners.iter().all(|r| r.z < 0.0);
+        let min_cosine = if are_on_one_side { corners.iter().map(|r| r.z.abs()).fold(f64::INFINITY, f64::min) / longest_ray } else { 0.0 };
         let centre = self.placement.body_from_icrf * self.placement.centre_km;
         let corner_rad = corners.iter().map(|r| crate::ephemeris::angle_rad(*r, centre)).fold(0.0, f64::max);
         FrameLimits { height, axis_distance, longest_ray, min_cosine, corner_rad }
@@ -163,8 +163,8 @@ impl<'a> RingView<'a> {
         let &FrameLimits { height, axis_distance, longest_ray, min_cosine, corner_rad } = frame;
         let [inner, outer] = [ring.inner_km, ring.outer_km].map(|r| r / self.body.radii_km.x);
         let min_cosine = min_cosine.max(height / height.hypot(axis_distance + outer)).max(MIN_COSINE);
-        // The angle between a ray and the direction to the body's centre is at most the ring's angular radius, and at most the angle of the farthest
-        // corner.
+        // The angle between a ray that may show the ring and the direction to the body's centre is at most the ring's angular radius, and at most the angle of
+        // the farthest corner.
         let ring_rad = if outer < height.hypot(axis_distance) { (outer / height.hypot(axis_distance)).asin() } else { PI };
         let spread_rad = corner_rad.min(ring_rad);
         // The narrowest pixel, at the ring's nearest point: a pixel spans a smaller angle away from the middle of the image.
@@ -279,8 +279,8 @@ impl<'a> RingView<'a> {
         (ThresholdCheck { on: axis_distance <= penumbra_radius, reason }, model)
     }
 
-    /// The rectangle around the part of the rings out to a radius that is in the frame. It changes continuously with the camera, also where the outline becomes
-    /// open.
+    /// The rectangle around the part of the rings out to a radius that is in the frame. The rectangle changes continuously with the camera, also where the
+    /// outline becomes open.
     pub(crate) fn rect(&self, outer_km: f64) -> Option<ClipRect> {
         let disc = Placement { radii_km: DVec3::new(outer_km, outer_km, outer_km * OUTLINE_THICKNESS), ..*self.placement };
         if disc.camera_is_inside() {
@@ -413,12 +413,13 @@ impl<'a> RingView<'a> {
         // Slants from the point of the plane nearest to the viewer to the farthest point of any ring, drawn or not, because the middle of a pixel may lie
         // outside the drawn rings.
         let outer_km = self.outermost_km();
-        let (height, axis_distance) = (viewer.z.abs().max(1e-9), viewer.truncate().length());
-        let slant = |along: f64| height.hypot(along) / height;
+        let (height_km, axis_distance_km) = (viewer.z.abs().max(1e-9), viewer.truncate().length());
+        // Slant of the ray to a point of the plane at this distance from the point below the viewer.
+        let slant = |distance_km: f64| height_km.hypot(distance_km) / height_km;
         RingConditions::new(
             (pixel_view != PixelView::Albedo).then_some(sunlight),
-            slant((axis_distance - outer_km).max(0.0)),
-            slant(axis_distance + outer_km),
+            slant((axis_distance_km - outer_km).max(0.0)),
+            slant(axis_distance_km + outer_km),
         )
     }
 
@@ -428,7 +429,7 @@ impl<'a> RingView<'a> {
         table.map_or_else(RingUniforms::default, |table| self.uniforms_with(table, sun))
     }
 
-    /// Ring uniforms of the globe in the rings' shadow: rings out to the outermost with a visible shadow, or all rings if none has one.
+    /// Ring uniforms of the globe in the rings' shadow. The table contains the rings out to the outermost with a visible shadow, or all rings if none has one.
     pub(crate) fn shadow_uniforms(&self, rings: &[&Ring], sun: Option<&Body>, model: RingShadow) -> RingUniforms {
         let tangent = self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x));
         let is_visible = |r: &&&Ring| self.threshold.is_exceeded_by_change(-(-r.tau_normal / self.sun.z.abs().max(MIN_COSINE)).exp_m1());
@@ -439,6 +440,7 @@ impl<'a> RingView<'a> {
         table.map_or_else(RingUniforms::default, |table| self.uniforms_with(table, sun))
     }
 
+    /// The ring uniforms for a table; `side` and ring-shine have their defaults.
     fn uniforms_with(&self, table: Arc<RingTable>, sun: Option<&Body>) -> RingUniforms {
         let (u1, u2) = sun.map(limb_darkening).unwrap_or_default();
         // 0: the asymmetry of each lobe; 1: its weight.

@@ -29,7 +29,7 @@ const DEFAULT_MAP_COLUMNS: u32 = 512;
 const MIN_TEXEL_PX: f64 = 6.0;
 /// Ground that a pixel may span, degrees, for detail to appear on a body without a map: a fourth of the coarsest cell.
 const UNMAPPED_DEG_PER_PX: f64 = 0.72;
-/// Cell size of the coarsest lattice, radii.
+/// Cell size of the coarsest lattice, radii of the body.
 const COARSEST_CELL: f64 = 0.05;
 /// Ratio of a lattice's cell size to that of the next coarser lattice, for craters, and for the noise of hills and billows, which costs more.
 const CRATER_RATIO: f64 = 0.6;
@@ -43,9 +43,9 @@ const INVISIBLE_CELL: f64 = 1e6;
 
 /// Degrees of ground that a pixel spans directly below the camera, and the limit below which detail is visible.
 pub(crate) fn ground_deg_per_px(camera: &Camera, placement: &Placement, map: Option<&Map>) -> (f64, f64) {
-    let span = ((placement.camera_in_unit_sphere().length() - 1.0).max(0.0) * camera.pixel_tangent()).to_degrees();
-    let of_map = |map: &Map| 360.0 / f64::from(map.columns.unwrap_or(DEFAULT_MAP_COLUMNS)) / MIN_TEXEL_PX;
-    (span, map.map_or(UNMAPPED_DEG_PER_PX, of_map))
+    let span_deg = ((placement.camera_in_unit_sphere().length() - 1.0).max(0.0) * camera.pixel_tangent()).to_degrees();
+    let limit_for_map_deg = |map: &Map| 360.0 / f64::from(map.columns.unwrap_or(DEFAULT_MAP_COLUMNS)) / MIN_TEXEL_PX;
+    (span_deg, map.map_or(UNMAPPED_DEG_PER_PX, limit_for_map_deg))
 }
 
 /// Tangent of the angle that a pixel spans, below which positions are relative to a point of the visible ground: f32 rounds a ray to 6e-8 of its length.
@@ -93,7 +93,7 @@ pub(crate) fn uniforms(detail: Detail, camera: &Camera, placement: &Placement, r
     // Positions are relative to the reference point, or without one to the camera or the body's centre.
     let origin = reference.as_ref().map_or(if rays.anchor_is_camera { camera_position } else { DVec3::ZERO }, |r| r.point);
     let pixel_radii = (camera_position.length() - 1.0).max(1e-9) * camera.pixel_tangent();
-    // The index, not rounded, of the lattice whose cells are just visible directly below the camera.
+    // The index, not rounded, of the lattice whose cells are just visible directly below the camera. Index 0 is the coarsest lattice.
     let finest = ((MIN_CELL_PX * pixel_radii / COARSEST_CELL).ln() / ratio.ln()).max(0.0);
     let last = finest.ceil() as i32;
     let row = |k: usize| {

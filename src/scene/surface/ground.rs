@@ -23,8 +23,8 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let light = threshold.description(max_change);
     let reason = reason!("ellipsoid-lean", lean = format_args!("{normal_tilt_rad:.2e}"), light = light);
     decisions.chosen.ellipsoid =
-        available.ellipsoid && log.effect(Effect::Ellipsoid, threshold.is_exceeded_by_radiance(max_change), reason);
-    if !available.ellipsoid {
+        available.is_flattened && log.effect(Effect::Ellipsoid, threshold.is_exceeded_by_radiance(max_change), reason);
+    if !available.is_flattened {
         log.record(Effect::Ellipsoid.name(), false, reason!("axes-equal"));
     }
     let disc = || (true, reason!("albedo-disc", size = format_args!("{:.1}", inputs.diameter_px)));
@@ -33,7 +33,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     if available.custom_surface > 0 {
         decisions.chosen.custom_surface = log.effect(Effect::CustomSurface, true, reason!("by-surface"));
     }
-    if available.emissive {
+    if available.is_emissive {
         log.record("lights", false, reason!("emits-light"));
         decisions.chosen.maps = maps;
         return decisions;
@@ -64,11 +64,11 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     decisions
 }
 
-/// Ratio between the radiance of a light's glint on the sea at its brightest and the radiance of ground under the same light. It is 1 / (4 s c), for waves that
-/// are perfect mirrors and do not hide each other. Here s is their mean square slope (0.0286, `WAVE_SLOPE_SQ`), and c the cosine of a grazing emission angle,
-/// chosen as 85 degrees. The ratio is not a bound: by the formulas of shaders/lib/glint.wesl, evaluated in steps of 0.2 degrees, the glint of a light that is
-/// 5 degrees high reaches 112 times the radiance of white ground, on the horizon. Moreover, the ground here has the body's albedo.
-const GLINT_OVER_GROUND: f64 = 100.0;
+/// Ratio of the radiance of a light's glint on the sea, at its brightest, to the radiance of ground under the same light. It is 1 / (4 s c), for waves
+/// that are perfect mirrors and do not hide each other. Here s is their mean square slope (0.0286, `WAVE_SLOPE_SQ`), and c the cosine of a grazing emission
+/// angle, chosen as 85 degrees. The ratio is not a bound: by the formulas of shaders/lib/glint.wesl, evaluated in steps of 0.2 degrees, the glint of a light
+/// that is 5 degrees high reaches 112 times the radiance of white ground, on the horizon. Moreover, the ground here has the body's albedo.
+const GLINT_TO_GROUND_RATIO: f64 = 100.0;
 
 /// Whether the glint of another body's light is visible; used if no sunlit ground is in view.
 fn reflected_glint(inputs: &DecisionInputs<'_, '_>) -> (bool, Reason) {
@@ -76,7 +76,7 @@ fn reflected_glint(inputs: &DecisionInputs<'_, '_>) -> (bool, Reason) {
     let has_planet_shine = inputs.effects().override_of(Effect::PlanetShine) != Some(false);
     let strongest =
         lights::planet_shine(inputs.body(), placed.position_km, inputs.frame.reflectors, |_| false).1.filter(|_| has_planet_shine);
-    let glint = strongest.map_or(0.0, |(_, radiance)| radiance * GLINT_OVER_GROUND);
+    let glint = strongest.map_or(0.0, |(_, radiance)| radiance * GLINT_TO_GROUND_RATIO);
     (
         threshold.is_exceeded_by_radiance(glint),
         reason!("no-lit-ground").and(reason!("glint-of-others", light = threshold.description(glint))),
@@ -86,8 +86,8 @@ fn reflected_glint(inputs: &DecisionInputs<'_, '_>) -> (bool, Reason) {
 /// Margin beyond the terminator for the Sun's angular radius at Mercury and for refraction, degrees.
 const TERMINATOR_MARGIN_DEG: f64 = 2.0;
 
-/// Whether sunlit ground is in view. It is if the angle between sub-observer and sub-solar point is less than the sum of two angles: that from the sub-observer
-/// point to the horizon, and that from the sub-solar point to the terminator with its margin.
+/// Whether sunlit ground is in view: whether the angle between sub-observer and sub-solar point is less than the sum of two angles, that from the sub-observer
+/// point to the horizon and that from the sub-solar point to the terminator with its margin.
 fn sunlit_ground_in_view(inputs: &DecisionInputs<'_, '_>) -> (bool, Reason) {
     let (body, placed) = (inputs.body(), inputs.placed);
     let horizon_deg = (body.radii_km.min_element() / placed.distance_km).min(1.0).acos().to_degrees();

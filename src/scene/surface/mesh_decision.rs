@@ -26,7 +26,7 @@ pub(crate) fn sun_direction_and_radius(frame: &FrameContext<'_>, placed: &Placed
     Some(((placed.body_from_icrf * placed.sun_from_body_km).normalize(), radius_rad))
 }
 
-/// Decides on the mesh and on its self-shadowing.
+/// Decides on the mesh and on its self-shadowing. A model that is present is always drawn: [`meshes::model`] returns none if the user switched it off.
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
     let (name, body, log) = (Effect::Mesh.name(), inputs.body(), &mut decisions.log);
     let resources = inputs.frame.context.resources;
@@ -54,7 +54,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let Some((to_sun, sun_radius_rad)) = sun_direction_and_radius(inputs.frame, inputs.placed) else { return decisions };
     let reason =
         reason!("mesh-shadow", degrees = format_args!("{:.3}", 2.0 * sun_radius_rad.to_degrees())).and(reason!("mesh-shadow-sharp"));
-    let is_lit = !Capabilities::of(body).emissive;
+    let is_lit = !Capabilities::of(body).is_emissive;
     if log.effect(Effect::SelfShadow, is_lit, reason) {
         decisions.self_shadow = Some((to_sun, sun_radius_rad));
     }

@@ -16,11 +16,11 @@ use crate::scene::resources::Context;
 use glam::{DVec3, DVec4, Mat4};
 use std::sync::Arc;
 
-/// Distance of the camera, in radii, within which vertices are relative to the camera, because that difference is exact in f32. For a farther camera they are
-/// relative to the body's centre.
+/// Distance of the camera from the body's centre, in radii, within which the shader subtracts the camera's position from vertices, because this difference is
+/// exact in f32. For a farther camera vertices are relative to the body's centre.
 const NEAR_RADII: f64 = 8.0;
-/// Smallest relative difference of depth between a mesh's centre and its near side: at least 80 steps of f32. Beyond 1e5 radii the true difference is smaller
-/// and could not order the triangles. With this minimum, depth between bodies is wrong by up to this fraction of the distance.
+/// Smallest relative difference of depth between a mesh's centre and its near side: at least 80 steps of f32. From beyond 1e5 radii the true difference is
+/// smaller and could not order the triangles. With this minimum, depth between bodies is wrong by up to this fraction of the distance.
 const MIN_DEPTH_RATIO: f64 = 1e-5;
 
 /// The shape model with which a body is drawn; `None` if the catalog has none, if it is unreadable or not loaded yet, or if the user switched it off.

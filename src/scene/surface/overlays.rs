@@ -14,7 +14,7 @@ use crate::scene::request::effects::Effect;
 use glam::{DVec3, DVec4};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// Image coordinate for the limit on a side where the image has no edge.
+/// Image coordinate that replaces the limit on a side where the image has no edge: far outside any image.
 const NO_EDGE: f64 = 1e6;
 
 /// Whether an overlay can change a pixel: it is opaque enough and, for a display, its shorter side spans more than half a pixel. `ground_deg_per_px`: degrees
@@ -58,7 +58,7 @@ pub(crate) fn uniforms(body: &Body, overlay: &Overlay, factor: DVec3) -> Overlay
             let [west, east, south, north] = [west_deg, east_deg, south_deg, north_deg].map(f64::to_radians);
             let (sin, cos) = (0.5 * (west + east)).sin_cos();
             let wraps_around = east_deg - west_deg >= 360.0;
-            let edge = |exists: bool, limit: f64, beyond: f64| if exists { limit } else { beyond };
+            let edge = |exists: bool, limit: f64, no_limit: f64| if exists { limit } else { no_limit };
             let limits = DVec4::new(
                 edge(!wraps_around, 0.0, -NO_EDGE),
                 edge(!wraps_around, 1.0, NO_EDGE),

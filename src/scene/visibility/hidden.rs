@@ -20,6 +20,7 @@ use crate::scene::visibility::order::is_in_front;
 use glam::{DVec2, DVec3, Vec4};
 
 /// The limb of a body on a plane of view rays, as a quadratic form F and a linear form L of the plane's coordinates: a point is inside if F > 0 and L > 0.
+/// shaders/lib/foreground_limb.wesl derives both forms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Limb {
     /// Coefficients of F: 1, x, y, x², xy, y².
@@ -29,8 +30,8 @@ struct Limb {
 }
 
 impl Limb {
-    /// The limb on the plane of the rays `ray + x dx + y dy`.
-    fn on(placement: &Placement, ray: DVec3, dx: DVec3, dy: DVec3) -> Self {
+    /// The limb on the plane of the view rays `ray + x dx + y dy`, ICRF.
+    fn on_plane(placement: &Placement, ray: DVec3, dx: DVec3, dy: DVec3) -> Self {
         let camera = placement.camera_in_unit_sphere();
         let middle = placement.centre_km.normalize();
         // The camera's position is parallel to the direction of the body's centre, so a ray's component along this direction has no part in the cross
@@ -38,7 +39,8 @@ impl Limb {
         let [d0, d1, d2] = [ray, dx, dy].map(|v| placement.direction_in_unit_sphere(v));
         let [n0, n1, n2] = [ray, dx, dy].map(|v| camera.cross(placement.direction_in_unit_sphere(v - middle * v.dot(middle))));
         let linear = [-camera.dot(d0), -camera.dot(d1), -camera.dot(d2)];
-        // The scale is arbitrary but must suit f32. It does not use L, because above a horizon the middle ray may point away from the body.
+        // The scale of F and L is arbitrary but must suit f32. The value of L at the middle ray would not do: above a horizon that ray may point away from the
+        // body.
         let unit = 1.0 / (camera.length() * d0.length());
         Self {
             quadratic: [
@@ -61,7 +63,7 @@ impl Limb {
         quadratic > 0.0 && self.linear[0] + self.linear[1] * x + self.linear[2] * y > 0.0
     }
 
-    /// Values of x where the limb may cross a line of constant y.
+    /// Values of x where the limb may cross a line of constant y: the two roots of F, then the root of L.
     fn crossings(&self, y: f64) -> [f64; 3] {
         let [c, gx, gy, xx, xy, yy] = self.quadratic;
         let (a, b, c) = (xx, gx + xy * y, c + gy * y + yy * y * y);
@@ -83,12 +85,13 @@ fn radiance_along_chord(x: f64, h: f64, u1: DVec3, u2: DVec3) -> DVec3 {
     (DVec3::ONE - u1 - u2) * x + (u1 + 2.0 * u2) * of_mu - u2 * of_mu_squared
 }
 
-/// Distance of a chord from the middle of the disc, and half its length, in radii of the disc.
+/// Distance of a chord from the middle of the disc, and half the chord's length, in radii of the disc. Chords are evenly spaced in angle around the disc.
 fn chord(k: u32) -> (f64, f64) {
     (std::f64::consts::PI * ((f64::from(k) + 0.5) / f64::from(CHORDS) - 0.5)).sin_cos()
 }
 
-/// The limbs of bodies on the disc of the body `farther`, in its radii, and the axes of the disc: chords run along the first axis. `None` without bodies.
+/// The limbs of the occluding bodies on the disc of the body `farther`, in radii of this disc, and the axes of the disc: chords run along the first axis.
+/// `None` without occluding bodies.
 fn limbs_on_disc(occluding: &[&PlacedBody<'_>], farther: &PlacedBody<'_>) -> Option<(Vec<Limb>, [DVec3; 2])> {
     let first = occluding.first()?;
     let towards = farther.placement.centre_km / farther.distance_km;
@@ -97,12 +100,12 @@ fn limbs_on_disc(occluding: &[&PlacedBody<'_>], farther: &PlacedBody<'_>) -> Opt
     let perpendicular = first.placement.centre_km - towards * towards.dot(first.placement.centre_km);
     let along = perpendicular.try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
     let across = towards.cross(along);
-    let limbs = occluding.iter().map(|p| Limb::on(&p.placement, towards, along * radius, across * radius)).collect();
+    let limbs = occluding.iter().map(|p| Limb::on_plane(&p.placement, towards, along * radius, across * radius)).collect();
     Some((limbs, [along, across]))
 }
 
-/// Calls `visit` for each visible part of each chord. Its arguments: the chord's distance from the disc's middle, half its length, and where the part begins
-/// and ends.
+/// Calls `visit` for each visible part of each chord. Its arguments, in radii of the disc: the chord's distance from the disc's middle, half the chord's
+/// length, and where the part begins and ends.
 fn visit_visible_parts(limbs: &[Limb], mut visit: impl FnMut(f64, f64, f64, f64)) {
     let mut breaks = Vec::new();
     for k in 0..CHORDS {
@@ -132,31 +135,32 @@ fn visit_visible_parts(limbs: &[Limb], mut visit: impl FnMut(f64, f64, f64, f64)
 /// are smooth here. If they cover the disc, some light may remain in valleys of the Moon's limb; the result is then the point of the disc's limb that is
 /// farthest from the largest body.
 pub(crate) fn visible_middle(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>) -> DVec3 {
-    let occluding = in_front_of(placed, farther, 0.0);
+    let occluding = bodies_in_front_of(placed, farther, 0.0);
     let Some((limbs, [along, across])) = limbs_on_disc(&occluding, farther) else { return DVec3::ZERO };
     let (mut area, mut moment) = (0.0, DVec2::ZERO);
     visit_visible_parts(&limbs, |y, h, from, to| {
-        let part = (to - from) * h;
-        area += part;
-        moment += part * DVec2::new(0.5 * (from + to), y);
+        // Chords are evenly spaced in angle, so the distance between them is proportional to h.
+        let part_area = (to - from) * h;
+        area += part_area;
+        moment += part_area * DVec2::new(0.5 * (from + to), y);
     });
     let middle = if area > 0.0 { moment / area } else { DVec2::NEG_X };
     along * middle.x + across * middle.y
 }
 
-/// Whether the gap between two discs is less than `margin_rad`; that between overlapping discs is negative.
-pub(super) fn is_within(a: &PlacedBody<'_>, b: &PlacedBody<'_>, margin_rad: f64) -> bool {
+/// Whether the gap between the discs of two bodies is less than `margin_rad`; the gap between overlapping discs is negative.
+pub(super) fn gap_is_below(a: &PlacedBody<'_>, b: &PlacedBody<'_>, margin_rad: f64) -> bool {
     crate::ephemeris::angle_rad(a.placement.centre_km, b.placement.centre_km) < a.angular_radius_rad() + b.angular_radius_rad() + margin_rad
 }
 
 /// Bodies in front of the body `farther` and within `margin_rad` of its disc, in order of decreasing angular radius.
-fn in_front_of<'p, 'a>(placed: &'p [PlacedBody<'a>], farther: &PlacedBody<'_>, margin_rad: f64) -> Vec<&'p PlacedBody<'a>> {
+fn bodies_in_front_of<'p, 'a>(placed: &'p [PlacedBody<'a>], farther: &PlacedBody<'_>, margin_rad: f64) -> Vec<&'p PlacedBody<'a>> {
     let is_occluding = |p: &&PlacedBody<'_>| {
         p.body.id != farther.body.id
             && p.distance_km > 0.0
             && !p.placement.camera_is_inside()
             && is_in_front(p, farther)
-            && is_within(p, farther, margin_rad)
+            && gap_is_below(p, farther, margin_rad)
     };
     let mut found: Vec<_> = placed.iter().filter(is_occluding).collect();
     found.sort_by(|a, b| b.angular_radius_rad().total_cmp(&a.angular_radius_rad()));
@@ -169,7 +173,7 @@ pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'
 }
 
 fn compute_visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>) -> DVec3 {
-    let occluding = in_front_of(placed, farther, 0.0);
+    let occluding = bodies_in_front_of(placed, farther, 0.0);
     let Some(first) = occluding.first() else { return DVec3::ONE };
     // A quick test: a body's inscribed sphere covers the entire disc, for example far below the horizon.
     let covers_disc = |p: &PlacedBody<'_>| {
@@ -194,8 +198,9 @@ fn compute_visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>)
     }
 }
 
-/// Records the fraction of a body's light that nearer bodies leave visible, per channel, as a decision, unless it is all of it or recorded already.
-pub(super) fn record(bodies: &mut [BodyInView], farther: NaifId, visible: DVec3) {
+/// Records as a decision the fraction of a body's light that nearer bodies leave visible. Does nothing if all light is visible or a fraction is recorded
+/// already.
+pub(super) fn record_visible_fraction(bodies: &mut [BodyInView], farther: NaifId, visible: DVec3) {
     if visible == DVec3::ONE {
         return;
     }
@@ -214,7 +219,7 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Dra
         let Some(farther) = placed_body(draw.body) else { continue };
         let Some(middle) = camera.clip(farther.placement.centre_km) else { continue };
         let margin_rad = 2.0 * camera.pixel_tangent();
-        let occluding = in_front_of(placed, farther, margin_rad);
+        let occluding = bodies_in_front_of(placed, farther, margin_rad);
         let shape = |p: &PlacedBody<'_>| drawn.iter().find(|(id, _)| *id == p.body.id).map(|(_, shape)| *shape);
         // The outline of a mesh is not that of its ellipsoid, so meshes are left out.
         let mut nearer: Vec<_> = occluding.into_iter().filter(|p| shape(p) != Some(Shape::Mesh)).collect();
@@ -222,8 +227,8 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Dra
             continue;
         }
         let visible = visible_fraction(placed, farther);
-        record(bodies, farther.body.id, visible);
-        // What points hide is drawn over the disc (`points`).
+        record_visible_fraction(bodies, farther.body.id, visible);
+        // A body drawn as a point hides its part of the disc by a sprite over the disc (`points`).
         nearer.retain(|p| visible == DVec3::ZERO || shape(p).is_some());
         if nearer.is_empty() {
             continue;
@@ -234,7 +239,7 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Dra
         let origin_ray = ray(origin_px.as_dvec2());
         let (dx, dy) = (ray(origin_px.as_dvec2() + DVec2::X) - origin_ray, ray(origin_px.as_dvec2() + DVec2::Y) - origin_ray);
         for (p, rows) in nearer.iter().zip(draw.uniforms.foreground_limbs.rows.as_chunks_mut::<3>().0) {
-            let limb = Limb::on(&p.placement, origin_ray, dx, dy);
+            let limb = Limb::on_plane(&p.placement, origin_ray, dx, dy);
             // Kinds and rows as in shaders/lib/foreground_limb.wesl, which has rows for the two largest bodies. Kinds: 1 for a body drawn over the disc,
             // 2 if nothing of the disc is visible.
             let kind = if visible == DVec3::ZERO { 2.0 } else { 1.0 };
@@ -282,7 +287,7 @@ mod tests {
                 let ray = at(from);
                 let unit = 0.1 * from;
                 let (dx, dy) = (perpendicular * unit, DVec3::X.cross(perpendicular) * unit);
-                let limb = Limb::on(&body, ray, dx, dy);
+                let limb = Limb::on_plane(&body, ray, dx, dy);
                 for (x, y) in [(0.01, 0.0), (-0.01, 0.0), (0.5, 0.4), (-0.5, 0.9), (0.9, -0.9), (-2.0, 0.1), (2.0, 0.3)] {
                     let expected = meets(&body, ray + dx * x + dy * y);
                     assert_eq!(limb.contains(x, y), expected, "{distance_km} km, {n}: {x} {y}");

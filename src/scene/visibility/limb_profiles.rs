@@ -10,7 +10,7 @@ use crate::memo::Memo;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Largest angle between the directions from the Moon to two viewers who share a profile, radians: it moves the limb by 50 m on the Moon's ground.
+/// Largest angle between the directions from the Moon to two viewers who share a profile, radians: such an angle moves the limb by 50 m on the Moon's ground.
 const MAX_ANGLE_RAD: f64 = 3e-5;
 /// Largest relative difference between the distances of two viewers who share a profile.
 const MAX_DISTANCE_DIFFERENCE: f64 = 1e-3;

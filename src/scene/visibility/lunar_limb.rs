@@ -1,4 +1,4 @@
-//! The Moon's limb profile in front of the Sun: the sunlight that it leaves visible, and the silhouette in the draws of Moon and Sun.
+//! The Moon's limb profile in front of the Sun: the sunlight that the Moon leaves visible, and its silhouette in the draws of Moon and Sun.
 //!
 //! In: placed bodies and the user's height map. Out: the profile as seen from the camera, stored in the placed Moon ([`compute_profile`]); the visible
 //! sunlight ([`visible_sunlight`]); features and uniforms of both draws ([`apply_to_moon`], [`apply_to_sun`]). Always: nothing changes without a height map,
@@ -81,22 +81,22 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
     let radius = sun.angular_radius_rad().tan();
     let (u1, u2) = limb_darkening(sun.body);
     let total = PI * (DVec3::ONE - u1 / 3.0 - u2 / 6.0);
-    let mean_limb = apparent_limb.limb_angle_tan(moon.body.radii_km.max_element() - profile.sphere_km());
+    let mean_limb_tan = apparent_limb.limb_angle_tan(moon.body.radii_km.max_element() - profile.sphere_km());
     let (mut change, mut is_any_visible) = (DVec3::ZERO, false);
     for (k, height_km) in profile.heights_km().iter().enumerate() {
         let (sin, cos) = (TAU * k as f64 / LIMB_POINTS as f64).sin_cos();
         let radial = DVec2::new(cos, sin);
-        // The Sun's disc along the ray from the Moon's centre at this position angle.
+        // The Sun's disc on the ray from the Moon's centre at this position angle: the distances at which the ray enters and leaves it.
         let (along, offset_across) = (sun_centre.dot(radial), sun_centre.perp_dot(radial));
         let half_chord_sq = radius * radius - offset_across * offset_across;
         if half_chord_sq <= 0.0 {
             continue;
         }
-        let (enters, leaves) = (along - half_chord_sq.sqrt(), along + half_chord_sq.sqrt());
-        let limb = apparent_limb.limb_angle_tan(*height_km);
-        is_any_visible |= leaves > limb.max(0.0);
+        let (sun_entry, sun_exit) = (along - half_chord_sq.sqrt(), along + half_chord_sq.sqrt());
+        let limb_tan = apparent_limb.limb_angle_tan(*height_km);
+        is_any_visible |= sun_exit > limb_tan.max(0.0);
         // The light between profile and mean limb is gained if the profile is lower, and lost if it is higher.
-        let (from, to) = (limb.min(mean_limb).max(enters), limb.max(mean_limb).min(leaves));
+        let (from, to) = (limb_tan.min(mean_limb_tan).max(sun_entry), limb_tan.max(mean_limb_tan).min(sun_exit));
         if to <= from {
             continue;
         }
@@ -108,7 +108,7 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
         // Simpson's rule suffices as seen from the Earth, where a strip is narrower than a hundredth of the Sun's radius. Near the Moon a strip may be as
         // wide as that radius, and the error was not measured.
         let strip = (light_at(from) + 4.0 * light_at(0.5 * (from + to)) + light_at(to)) * ((to - from) / 6.0);
-        change += strip * (if limb < mean_limb { 1.0 } else { -1.0 } * TAU / LIMB_POINTS as f64 / (radius * radius));
+        change += strip * (if limb_tan < mean_limb_tan { 1.0 } else { -1.0 } * TAU / LIMB_POINTS as f64 / (radius * radius));
     }
     if !is_any_visible {
         return DVec3::ZERO;
@@ -162,8 +162,8 @@ pub(crate) fn update_features(draws: &[Draw], bodies: &mut [BodyInView]) {
     }
 }
 
-/// Applies the Moon's silhouette to the Sun's draw. `row`: the first of the Moon's rows in the uniform `foreground_limb`; `rays`: the view ray of the pixel
-/// position that is the origin of these rows, and its change per pixel in x and in y.
+/// Applies the Moon's silhouette to the Sun's draw. `moon_draw`: uniforms of the Moon's draw. `row`: the first of the Moon's rows in the uniform
+/// `foreground_limb`; `rays`: the view ray of the pixel position that is the origin of these rows, and its change per pixel in x and in y.
 pub(crate) fn apply_to_sun(
     draw: &mut Draw,
     moon_draw: &LimbUniforms,

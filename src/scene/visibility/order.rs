@@ -27,12 +27,12 @@ impl BoundingSphere {
         Self { centre_km: p.placement.centre_km, radius_km: body.radii_km.max_element() + air_km.max(clouds_km) }
     }
 
-    /// Squared length of the tangent from the camera; negative inside.
+    /// Squared length of the tangent from the camera to the sphere; negative for a camera inside.
     fn tangent_sq_km2(&self) -> f64 {
         self.centre_km.length_squared() - self.radius_km * self.radius_km
     }
 
-    /// Whether the outlines overlap.
+    /// Whether the outlines overlap, as seen from the camera.
     fn overlaps(&self, other: &Self) -> bool {
         let angular_radius = |b: &Self| (b.radius_km / b.centre_km.length()).min(1.0).asin();
         crate::ephemeris::angle_rad(self.centre_km, other.centre_km) < angular_radius(self) + angular_radius(other)
@@ -44,7 +44,7 @@ pub(crate) fn is_in_front(a: &PlacedBody<'_>, b: &PlacedBody<'_>) -> bool {
     BoundingSphere::of(a).tangent_sq_km2() < BoundingSphere::of(b).tangent_sq_km2()
 }
 
-/// The sort key of a draw: farther groups first, within a group by step, then farther bodies first. A group is a planet with rings and its moons, or a
+/// The sort key of a draw: farther groups first; within a group by step; within a step farther bodies first. A group is a planet with rings and its moons, or a
 /// single body. Distances are the squared lengths of tangents to bounding spheres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct DrawOrder {
@@ -66,20 +66,21 @@ enum DrawingStep {
     NearHalf,
 }
 
-/// The step in which a moon of a ringed planet is drawn; `None`: in front of all layers of the planet. `pole`: normal of the ring's plane, unit vector.
+/// The step in which a moon of a ringed planet is drawn; `None`: in front of all layers of the planet, as a group of its own. `pole`: normal of the ring's
+/// plane, unit vector.
 fn step_among_rings(moon: &BoundingSphere, planet: &BoundingSphere, pole: DVec3) -> Option<DrawingStep> {
     let from_planet_km = moon.centre_km - planet.centre_km;
     // Heights above the ring's plane.
     let (moon_height_km, camera_height_km) = (pole.dot(from_planet_km), -pole.dot(planet.centre_km));
     let crosses_plane = moon_height_km.abs() <= moon.radius_km;
-    let on_far_side = moon_height_km * camera_height_km < 0.0;
-    let in_front_of_globe = moon.tangent_sq_km2() < planet.tangent_sq_km2();
+    let is_on_far_side = moon_height_km * camera_height_km < 0.0;
+    let is_in_front_of_globe = moon.tangent_sq_km2() < planet.tangent_sq_km2();
     // A camera within the ring's radius may look outwards at a moon that is closer than the planet but still behind the far half of the ring.
-    let outwards = from_planet_km.dot(moon.centre_km) > 0.0 && !moon.overlaps(planet);
-    match (crosses_plane, on_far_side, in_front_of_globe) {
+    let is_seen_outwards = from_planet_km.dot(moon.centre_km) > 0.0 && !moon.overlaps(planet);
+    match (crosses_plane, is_on_far_side, is_in_front_of_globe) {
         (true, _, true) | (false, false, true) => None,
         (true, _, false) | (false, true, false) => Some(DrawingStep::MoonsBehindRings),
-        (false, true, true) if outwards => Some(DrawingStep::MoonsBehindRings),
+        (false, true, true) if is_seen_outwards => Some(DrawingStep::MoonsBehindRings),
         (false, true, true) => Some(DrawingStep::MoonsBehindNearHalf),
         (false, false, false) => Some(DrawingStep::MoonsBehindGlobe),
     }
@@ -187,10 +188,10 @@ mod tests {
             if moon.tangent_sq_km2() < 0.0 {
                 continue;
             }
-            let in_front_of_globe = moon.tangent_sq_km2() < planet.tangent_sq_km2();
+            let is_in_front_of_globe = moon.tangent_sq_km2() < planet.tangent_sq_km2();
             let step = step_among_rings(&moon, &planet, pole);
             // Without a step the moon is sorted as a group of its own: after all steps of the planet if it is in front, otherwise before them.
-            let drawn = step.map_or(if in_front_of_globe { i32::MAX } else { -1 }, |s| s as i32);
+            let drawn = step.map_or(if is_in_front_of_globe { i32::MAX } else { -1 }, |s| s as i32);
             if let Some(at_globe) = distance_to(&planet, along) {
                 assert_eq!(at_moon < at_globe, drawn > DrawingStep::Globe as i32, "{moon:?} {step:?} from {camera}");
                 pairs += 1;

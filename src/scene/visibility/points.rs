@@ -1,10 +1,10 @@
-//! Bodies drawn as points among the other bodies of the frame: what of a point's light nearer bodies and rings leave, and what the point hides behind it.
+//! Bodies drawn as points among the other bodies of the frame: the part of a point's light that nearer bodies and rings leave, and what the point hides.
 //!
 //! In: placed bodies, their draws and points. Out: the points with the flux that reaches the viewer, and with [`Point::covered_px`] above 0 only where a disc
 //! or a ring is behind them; points without light that hide nothing are removed. Errors: the transmittance of rings is a mean over one diameter of the body's
 //! disc, parallel to the pole of the rings. Not here: the air of a planet in front of a point, unless the camera is in it (`features` dims the point).
 
-use super::hidden::{is_within, record, visible_fraction};
+use super::hidden::{gap_is_below, record_visible_fraction, visible_fraction};
 use super::order::is_in_front;
 use crate::catalog::NaifId;
 use crate::scene::camera::{narrow, narrow_scalar};
@@ -20,8 +20,8 @@ use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Sines of the Sun's altitude between which points cease to hide what is behind them: -6 degrees, the end of civil twilight, and 0. In between the sky's
-/// radiance passes that of the planets' discs, and it is in front of them.
+/// Sines of the Sun's altitude between which points cease to hide what is behind them: -6 degrees, the end of civil twilight, and 0. In between the radiance of
+/// the sky, which is in front of the planets' discs, passes that of the discs.
 const DUSK_SUN_SINES: (f64, f64) = (-0.1045, 0.0);
 /// Number of lines of sight to a body along which the rings of a planet are evaluated.
 const LINES_OF_SIGHT: u32 = 64;
@@ -41,7 +41,8 @@ struct RingsAtBody {
 }
 
 impl RingedPlanet<'_, '_> {
-    /// Evaluates lines of sight to a diameter of the body's disc parallel to the pole of the rings: seen almost edge-on, rings are narrower than the disc.
+    /// Evaluates lines of sight to a diameter of the body's disc, parallel to the pole of the rings. One line would not be enough: seen almost edge-on, rings
+    /// are narrower than the disc.
     fn rings_at(&self, body: &PlacedBody<'_>) -> RingsAtBody {
         let (planet, unit_km) = (self.placed, self.placed.body.radii_km.x);
         // In the planet's axes and equatorial radii, from its centre.
@@ -50,7 +51,7 @@ impl RingedPlanet<'_, '_> {
         let centre = axes * (body.placement.centre_km - planet.placement.centre_km) / unit_km;
         let radius = body.body.radii_km.element_sum() / 3.0 / unit_km;
         let line_of_sight = (centre - camera).normalize();
-        let outer = self.intervals.last().map_or(0.0, |interval| interval.to);
+        let outer = self.intervals.last().map_or(0.0, |interval| interval.outer);
         if camera.cross(line_of_sight).length() > outer + radius {
             return RingsAtBody { transmittance: 1.0, are_behind: false };
         }
@@ -71,7 +72,7 @@ impl RingedPlanet<'_, '_> {
     }
 }
 
-/// How much the light of the air around the camera outshines the bodies behind it: 0 at night and without air, 1 by day.
+/// How much the light of the air around the camera outshines bodies: 0 at night and without air, 1 by day.
 fn sky_by_day(frame: &FrameContext<'_>, placed: &[PlacedBody<'_>]) -> f64 {
     let sun = placed.iter().find(|p| p.body.id == NaifId::SUN);
     let sun_sine = |up: DVec3| sun.map(|s| up.dot(s.placement.centre_km) / s.distance_km);
@@ -79,7 +80,8 @@ fn sky_by_day(frame: &FrameContext<'_>, placed: &[PlacedBody<'_>]) -> f64 {
     sun_sine.map_or(0.0, |sine| smooth_rise(DUSK_SUN_SINES, sine))
 }
 
-/// Applies the other bodies to the points, and records the fraction of each body's light that nearer bodies leave visible as a decision.
+/// Dims the points by what is in front of them, reduces the areas that they cover (to 0 where they hide nothing), and records as a decision the fraction of
+/// each body's light that nearer bodies leave visible.
 pub(crate) fn apply(
     frame: &FrameContext<'_>,
     placed: &[PlacedBody<'_>],
@@ -93,23 +95,24 @@ pub(crate) fn apply(
     let intervals = |p: &PlacedBody<'_>| ring_tables.intervals(p.body.rings.iter(), p.body.radii_km.x);
     let ringed = placed.iter().filter(|p| has_draw(p.body.id, BodyPart::Ring));
     let ringed: Vec<_> = ringed.map(|p| RingedPlanet { placed: p, intervals: intervals(p) }).collect();
-    let in_front_of_sky = 1.0 - sky_by_day(frame, placed);
+    let night_weight = 1.0 - sky_by_day(frame, placed);
     for point in points.iter_mut() {
         let Some(p) = placed.iter().find(|p| p.body.id == point.body) else { continue };
         let visible = visible_fraction(placed, p);
-        record(bodies, point.body, visible);
+        record_visible_fraction(bodies, point.body, visible);
         let ringed = ringed.iter().filter(|planet| planet.placed.body.id != point.body);
         let rings: Vec<RingsAtBody> = ringed.map(|planet| planet.rings_at(p)).collect();
         let transmitted = visible * rings.iter().map(|r| r.transmittance).product::<f64>();
         point.flux *= narrow(transmitted);
-        // A sprite beside a disc reaches into it, so that its cover counts from there on.
+        // The sprite of a point beside a disc may reach into the disc, so the point hides something from that distance on.
         let margin_rad = POINT_RADIUS_PX * frame.camera.pixel_tangent();
-        let is_before = |disc: &&&PlacedBody<'_>| disc.body.id != point.body && is_in_front(p, disc) && is_within(p, disc, margin_rad);
-        let discs_behind: Vec<_> = drawn_discs.iter().filter(is_before).collect();
-        let hides = rings.iter().any(|r| r.are_behind) || !discs_behind.is_empty();
-        // The Sun outshines the sky.
-        let sky = if discs_behind.iter().any(|disc| disc.body.id == NaifId::SUN) { 1.0 } else { in_front_of_sky };
-        point.covered_px *= if hides { narrow_scalar(transmitted.element_sum() / 3.0 * sky) } else { 0.0 };
+        let is_behind_point =
+            |disc: &&&PlacedBody<'_>| disc.body.id != point.body && is_in_front(p, disc) && gap_is_below(p, disc, margin_rad);
+        let discs_behind: Vec<_> = drawn_discs.iter().filter(is_behind_point).collect();
+        let hides_something = rings.iter().any(|r| r.are_behind) || !discs_behind.is_empty();
+        // The Sun outshines the sky at any time.
+        let cover_weight = if discs_behind.iter().any(|disc| disc.body.id == NaifId::SUN) { 1.0 } else { night_weight };
+        point.covered_px *= if hides_something { narrow_scalar(transmitted.element_sum() / 3.0 * cover_weight) } else { 0.0 };
     }
     points.retain(|point| point.flux != Vec3::ZERO || point.covered_px > 0.0);
 }

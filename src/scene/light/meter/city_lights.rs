@@ -11,7 +11,7 @@ use crate::scene::placed::PlacedBody;
 
 /// Heights of the camera between which the lights around it become those of a landscape below it.
 const LANDSCAPE_HEIGHTS_KM: [f64; 2] = [0.1, 3.0];
-/// Fraction of the frame above the horizon from which on a view from the ground counts as a view of the sky.
+/// Fraction of the frame that is above the horizon, from which on a view from the ground counts entirely as a view of the sky.
 const SKY_VIEW_FRACTION: f64 = 0.4;
 /// Factor on the lights in a view of the sky: with it they are darker than the ground in starlight. It is above 0 so that the logarithm of the lights, and with
 /// it the exposure, changes gradually.
@@ -27,12 +27,12 @@ fn weight(height_km: f64, sky_fraction: f64) -> f64 {
 impl MeteredFrame<'_, '_> {
     /// Weight of a body's city lights relative to its other ground.
     pub(super) fn night_light_weight(&self, p: &PlacedBody<'_>) -> f64 {
-        let metered = self.meter.night_light_weight;
+        let weight_from_afar = self.meter.night_light_weight;
         let surrounds_camera = self.meter.air.is_some_and(|a| a.body.id == p.body.id);
-        if metered <= 0.0 || !surrounds_camera {
-            return metered;
+        if weight_from_afar <= 0.0 || !surrounds_camera {
+            return weight_from_afar;
         }
-        metered * weight(air::camera_height_km(p.body, &p.placement), self.sky_fraction())
+        weight_from_afar * weight(air::camera_height_km(p.body, &p.placement), self.sky_fraction())
     }
 }
 

@@ -1,7 +1,7 @@
 //! Geometry of the light meter: intersection of rays with bodies, and the fraction of a disc that nearer bodies leave visible.
 //!
-//! In: the camera and the placement of a body. Out: weights, angles and fractions. Always: they change continuously with position and direction. Exceptions:
-//! `area_px` and `weighted_in_frame_fraction` jump where an ellipse becomes an open outline ([`Outline::Open`]) or leaves the frame.
+//! In: the camera and the placement of a body. Out: weights, angles and fractions. Always: these values change continuously with position and direction.
+//! Exceptions: `area_px` and `weighted_in_frame_fraction` jump where an ellipse becomes an open outline ([`Outline::Open`]) or leaves the frame.
 
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{Camera, Placement};
@@ -11,7 +11,7 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Number of decades by which a weight falls between the middle of the frame and its edge, so that a body that enters the frame gains weight gradually. The
-/// outer half of that distance has the entire fall.
+/// weight is constant over the inner half of that distance.
 const EDGE_DECADES: f64 = 5.0;
 
 /// Weight of a position in the frame. `edge_fraction`: 0 in the middle of the frame, 1 on its edge.
@@ -31,21 +31,22 @@ pub(crate) struct RayAndLimb {
 pub(crate) fn ray_and_limb(placement: &Placement, direction: DVec3) -> RayAndLimb {
     let origin = placement.camera_in_unit_sphere();
     let ray = placement.direction_in_unit_sphere(direction).normalize();
-    let (along, cross) = (-origin.dot(ray), origin.cross(ray).length());
+    // The ray's point nearest to the body's centre: its distance from the camera along the ray, and from the centre.
+    let (along, off_centre) = (-origin.dot(ray), origin.cross(ray).length());
     let limb_rad = 1.0_f64.atan2(((origin.length() - 1.0) * (origin.length() + 1.0)).max(0.0).sqrt());
-    let point = (origin + ray * (along - (1.0 - cross * cross).max(0.0).sqrt())).normalize();
-    RayAndLimb { inside_rad: limb_rad - cross.atan2(along), point }
+    let point = (origin + ray * (along - (1.0 - off_centre * off_centre).max(0.0).sqrt())).normalize();
+    RayAndLimb { inside_rad: limb_rad - off_centre.atan2(along), point }
 }
 
 /// Whether every ray of the frame misses the body's limb by at least half a `spacing` (an angle, as in [`ray_and_limb`]). A quick test: it may return false
 /// although this holds.
 pub(crate) fn is_beside_frame(camera: &Camera, placement: &Placement, spacing: f64) -> bool {
     let radii_km = placement.radii_km;
-    let angular_radius = (radii_km.max_element() / placement.centre_km.length()).min(1.0).asin();
-    let corner = camera.tan_half_fov.length().atan();
+    let radius_rad = (radii_km.max_element() / placement.centre_km.length()).min(1.0).asin();
+    let corner_rad = camera.tan_half_fov.length().atan();
     // The unit-sphere frame shrinks angles by at most the ratio of the semi-axes; the factor of two is a margin for large angles.
-    let margin = spacing * radii_km.max_element() / radii_km.min_element();
-    crate::ephemeris::angle_rad(placement.centre_km, camera.forward) - angular_radius - corner > 2.0 * margin
+    let margin_rad = spacing * radii_km.max_element() / radii_km.min_element();
+    crate::ephemeris::angle_rad(placement.centre_km, camera.forward) - radius_rad - corner_rad > 2.0 * margin_rad
 }
 
 /// Area within a body's outline in pixels, not clipped to the frame. An open outline counts as the entire frame, a body beside the frame or behind the camera
@@ -87,20 +88,20 @@ const SETTING_DECADES: f64 = 9.0;
 /// short for the night side. With an angle of 0, the exposure of the Moon from 12 radii would jump by 10.7 stops when the Sun sets.
 const MAX_SETTING_RANGE_RAD: f64 = 2.5 * PI / 180.0;
 
-/// Weight of the lit part of a sphere: 1 while some of it is in sight. The limb of a near viewer hides more than half of the sphere; after the lit part has set
-/// behind it, the weight falls to nearly 0. It falls gradually because the light itself ends abruptly: a body without air has no twilight. `distance_radii`:
-/// from the viewer to the sphere's centre.
+/// Weight of the lit part of a sphere: 1 while some of it is in sight. A near viewer sees less than half of the sphere; after the lit part has set behind the
+/// limb, the weight falls to nearly 0. The weight falls gradually because the light itself ends abruptly: a body without air has no twilight.
+/// `distance_radii`: from the viewer to the sphere's centre.
 pub(crate) fn lit_part_weight(phase_angle_rad: f64, distance_radii: f64) -> f64 {
     // Angles at the sphere's centre: from the sub-observer point to the limb, and from the limb to the lit part behind it.
-    let limb = distance_radii.max(1.0).recip().acos();
-    let below_limb = phase_angle_rad - FRAC_PI_2 - limb;
-    // At a phase angle of 180 degrees the lit part lies a right angle less `limb` behind the limb. For a far viewer this is little, so the weight has fallen
-    // after 0.6 of it.
-    let setting_range = MAX_SETTING_RANGE_RAD.min(0.6 * (FRAC_PI_2 - limb)).max(f64::MIN_POSITIVE);
-    10.0_f64.powf(-SETTING_DECADES * smoothstep(below_limb / setting_range))
+    let limb_rad = distance_radii.max(1.0).recip().acos();
+    let below_limb_rad = phase_angle_rad - FRAC_PI_2 - limb_rad;
+    // At a phase angle of 180 degrees the lit part lies a right angle minus `limb_rad` behind the limb. For a far viewer this is little, so the weight has
+    // fallen after 0.6 of this angle.
+    let setting_range_rad = MAX_SETTING_RANGE_RAD.min(0.6 * (FRAC_PI_2 - limb_rad)).max(f64::MIN_POSITIVE);
+    10.0_f64.powf(-SETTING_DECADES * smoothstep(below_limb_rad / setting_range_rad))
 }
 
-/// Area between a circle of radius 1 and a chord that spans twice this angle at the centre.
+/// Area between a circle of radius 1 and a chord that spans twice this angle at the centre. `half_angle`: radians.
 fn segment_area(half_angle: f64) -> f64 {
     // For small angles the difference loses its digits; the series has a relative error below 3e-10 there.
     if half_angle < 0.01 {
@@ -139,7 +140,7 @@ pub(crate) fn visible_fraction_behind_circle(separation_rad: f64, body_radius_ra
 struct LimbPoint {
     /// Angle from the body's centre.
     angle_rad: f64,
-    /// Cosine between the limb's normal and the direction away from the centre.
+    /// Cosine of the angle between the limb's normal and the direction away from the centre.
     normal_cosine: f64,
 }
 

@@ -1,8 +1,8 @@
 //! The light that a body's ground reflects towards the camera, for the light meter.
 //!
-//! In: a placed body, its lights, the effects of the request. Out: radiance at points of the ground. The albedo is a mean over the body: that of the whole
-//! planet. If the body's map shows the ground alone (`clear_sky_albedo`), it is that of the ground with the air in front of it; for a camera above drawn
-//! clouds, and for small discs, it changes smoothly to that of the whole planet.
+//! In: a placed body, its lights, the effects of the request. Out: radiance at points of the ground. The albedo is a mean over the whole planet. If the body's
+//! map shows the ground alone (`clear_sky_albedo`), it is the mean over the ground with the air in front of it instead; for a camera above drawn clouds, and
+//! for small discs, it changes smoothly to that of the whole planet.
 
 use crate::catalog::{Body, InventedRelief};
 use crate::scene::atmosphere::air;
@@ -93,7 +93,9 @@ impl Albedo {
 /// A body's ground with all lights on it: the inputs of the ground's radiance.
 pub(crate) struct Ground<'g> {
     pub body: &'g Body,
+    /// City lights; `None` if they do not count.
     pub night_lights: Option<&'g NightLights>,
+    /// Factor on the radiance of the city lights.
     pub night_light_weight: f64,
     pub albedo: Albedo,
     /// See [`relief_weight`].
@@ -105,7 +107,7 @@ pub(crate) struct Ground<'g> {
     pub secondary_lights: Vec<(DVec3, f64)>,
     /// Radiance of the sky above the ground, if the camera is in the body's air; else 0.
     pub sky_radiance: f64,
-    /// Ring-shine, and the ground's radiance per unit of ring-shine.
+    /// Ring-shine, and the ground's radiance per unit of ring-shine, which includes the Sun's irradiance.
     pub ring_shine: Option<(Arc<RingShine>, f64)>,
 }
 
@@ -122,8 +124,8 @@ impl Ground<'_> {
     ) -> f64 {
         let body = self.body;
         let reflected = |towards: DVec3, irradiance: f64| {
-            let smooth = normal.dot(towards).max(0.0);
-            let cos_incidence = smooth + self.relief_weight * (mean_cosine_on_relief(normal.dot(towards)) - smooth);
+            let cos_smooth = normal.dot(towards).max(0.0);
+            let cos_incidence = cos_smooth + self.relief_weight * (mean_cosine_on_relief(normal.dot(towards)) - cos_smooth);
             irradiance * photometry::reflectance(&body.photometry, cos_incidence, normal.dot(viewer).max(1e-3), towards.dot(viewer))
         };
         let sunlight_fraction = match shadow {

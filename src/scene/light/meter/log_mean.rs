@@ -8,7 +8,7 @@ use crate::catalog::NaifId;
 use crate::message::Argument;
 
 /// Each part of the frame is weighted by this power of its radiance, because brighter ground attracts the eye. With 2/3 the lit part of a crescent outweighs
-/// the night side, and the part of the Moon in the umbra outweighs the last two thousandths of the disc that are lit.
+/// the night side, and the part of the Moon in the umbra outweighs a part still lit that is two thousandths of the disc.
 const RADIANCE_WEIGHT_EXPONENT: f64 = 2.0 / 3.0;
 /// Radiance above which the weight no longer increases: a white plane in full sunlight. Without this limit a Sun of a few pixels would outweigh a planet.
 const WEIGHT_RADIANCE_CAP: f64 = 1.0;
@@ -22,8 +22,8 @@ pub(super) struct LogMean {
 }
 
 impl LogMean {
-    /// Adds a part of a subject. `share`: its share of the frame, times other weights. `foreground_radiance`: that of the light added in front of it, which
-    /// lowers its contrast.
+    /// Adds a part of a subject. `share`: the part's share of the frame, times other weights. `foreground_radiance`: radiance of the light added in front of
+    /// the part, which lowers its contrast.
     pub fn add(&mut self, share: f64, radiance: f64, foreground_radiance: f64) {
         if share > 0.0 && radiance > 0.0 {
             let contrast = radiance / (radiance + foreground_radiance);
@@ -37,11 +37,13 @@ impl LogMean {
         }
     }
 
+    /// Adds the parts of another mean.
     pub fn merge(&mut self, other: &Self) {
         self.weight += other.weight;
         self.log_sum += other.log_sum;
     }
 
+    /// The mean as a subject; `None` if no part counts. `target_level`: see [`MeteredSubject`].
     pub fn metered(&self, name: impl Into<Argument>, body: Option<NaifId>, target_level: f64) -> Option<MeteredSubject> {
         let radiance = (self.log_sum / self.weight).exp();
         (self.weight > 0.0 && radiance > 0.0).then(|| MeteredSubject {

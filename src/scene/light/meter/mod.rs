@@ -75,8 +75,7 @@ const FRAME_RAYS: u32 = 16;
 /// Radii of the innermost and outermost edge of the annuli around the Sun on which the corona is sampled, solar radii. For a camera near the Sun, rays of the
 /// frame sample the corona outside the annuli (`outer_corona`).
 const CORONA_RADII: [f64; 2] = [1.0, 4.0];
-/// Sines of the Sun's angular radius between which rays of the frame gradually replace the annuli, too: for a camera 8.3 to 5 solar radii from the Sun's
-/// centre.
+/// Sines of the Sun's angular radius between which rays of the frame gradually replace the annuli: for a camera 8.3 to 5 solar radii from the Sun's centre.
 const ANNULI_TO_RAYS_SINES: (f64, f64) = (0.12, 0.2);
 
 /// A subject in the frame with its metered radiance.
@@ -350,10 +349,10 @@ impl<'a> MeteredFrame<'_, 'a> {
                 let midpoint = |k: u32, n: u32| (f64::from(k) + 0.5) / f64::from(n);
                 let (sin, cos) = (from + (to - from) * midpoint(k % columns, columns)).sin_cos();
                 let (sin_lat, cos_lat) = (PI * (midpoint(k / columns, rows) - 0.5)).sin_cos();
-                let n = (viewer * cos + perpendicular * sin) * cos_lat + up * sin_lat;
+                let normal = (viewer * cos + perpendicular * sin) * cos_lat + up * sin_lat;
                 let area = cos * cos_lat * cos_lat * (to - from) / f64::from(columns) * PI / f64::from(rows) / PI;
                 if area > 0.0 {
-                    add(weight * area, ground.radiance(n, n, viewer, shadow, 1.0));
+                    add(weight * area, ground.radiance(normal, normal, viewer, shadow, 1.0));
                 }
             }
         }
@@ -437,9 +436,9 @@ impl<'a> MeteredFrame<'_, 'a> {
     fn corona(&self) -> Option<MeteredSubject> {
         let (camera, sun) = (self.meter.camera, self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN)?);
         let towards = sun.placement.centre_km / sun.distance_km;
-        let tangent = sun.body.radii_km.x / sun.distance_km;
+        let sin_radius = sun.body.radii_km.x / sun.distance_km;
         let corona_weight = corona::meter_weight(self.meter.context.request, camera, sun, self.glare.as_ref());
-        let ray_weight = outer_corona::ray_weight_of_inner_corona(tangent);
+        let ray_weight = outer_corona::ray_weight_of_inner_corona(sin_radius);
         if corona_weight <= 0.0 || ray_weight >= 1.0 || towards.dot(camera.forward) <= 0.0 {
             return None;
         }
@@ -448,17 +447,18 @@ impl<'a> MeteredFrame<'_, 'a> {
         let growth = (CORONA_RADII[1] / CORONA_RADII[0]).powf(1.0 / f64::from(annuli));
         let mut mean = LogMean::default();
         for k in 0..annuli {
+            // Radii of the annulus's inner edge and of its middle, solar radii.
             let inner = CORONA_RADII[0] * growth.powi(k);
             let rho = inner * growth.sqrt();
-            let area = PI * (growth * growth - 1.0) * inner * inner * tangent * tangent;
+            let area = PI * (growth * growth - 1.0) * inner * inner * sin_radius * sin_radius;
             let share = area / (4.0 * camera.tan_half_fov.element_product()) / f64::from(sectors);
             // Approximate angular width of a grid cell.
-            let cell_width = rho * tangent * (growth - 1.0);
+            let cell_width = rho * sin_radius * (growth - 1.0);
             let nearer = self.nearer_bodies(sun, cell_width);
             for n in 0..sectors {
                 let (sin, cos) = (TAU * (f64::from(n) + 0.5) / f64::from(sectors)).sin_cos();
                 // As in shaders/entry/corona.wesl, the sine is proportional to the distance from the Sun's centre.
-                let sine = rho * tangent;
+                let sine = rho * sin_radius;
                 let direction = towards * (1.0 - sine * sine).max(0.0).sqrt() + (x * cos + y * sin) * sine;
                 let Some(clip) = camera.clip(direction) else { continue };
                 let edge = (1.0 - clip.abs()) * camera.tan_half_fov / cell_width + 0.5;

@@ -15,8 +15,8 @@ use crate::units::KM_PER_AU;
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
-/// Weight of the inner corona in the sum over rays of the frame; in the annuli of [`MeteredFrame::corona`] its weight is 1 less this. `sine`: sine of the Sun's
-/// angular radius.
+/// Weight of the inner corona in the sum over rays of the frame; in the annuli of [`MeteredFrame::corona`] its weight is 1 minus this. `sine`: sine of the
+/// Sun's angular radius.
 pub(super) fn ray_weight_of_inner_corona(sine: f64) -> f64 {
     smooth_rise(ANNULI_TO_RAYS_SINES, sine)
 }
@@ -68,7 +68,7 @@ impl MeteredFrame<'_, '_> {
         let fade_cosines = corona::fade_cosines(sun.distance_km);
         let drawn_part = |cosine: f64| fade_cosines.map_or(1.0, |[inner, outer]| smooth_rise((outer, inner), cosine));
         for ray in self.sample_frame(DVec3::normalize) {
-            // As in shaders/entry/corona.wesl: in the hemisphere away from the Sun the distance keeps growing.
+            // As in shaders/entry/corona.wesl: distance in solar radii; in the hemisphere away from the Sun it keeps growing.
             let across = ray.cross(towards).length();
             let rho = if ray.dot(towards) > 0.0 { across } else { 2.0 - across } / sine;
             let ray_weight = if rho >= CORONA_RADII[1] { 1.0 } else { inner_ray_weight };

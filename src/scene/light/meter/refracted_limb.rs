@@ -28,7 +28,7 @@ impl MeteredFrame<'_, '_> {
                 continue;
             }
             let mut mean = LogMean::default();
-            // A limb seen from afar is a part of its body's image and has the weight of the body's position, wherever on the limb the Sun's light is.
+            // A limb seen from afar is a part of its body's image. It has the weight of the body's position, wherever on the limb the Sun's light is.
             let (far_weight, body_weight) = (far_weight(p), outline_position_weight(camera, p));
             let nearer = self.nearer_bodies(p, camera.pixel_tangent());
             for segment in segments {
@@ -36,10 +36,10 @@ impl MeteredFrame<'_, '_> {
                 // Segments are thin, so the frame's edge is softened over a hundredth of the image instead of a segment's width.
                 let edge = (1.0 - clip.abs()) * 50.0 + 0.5;
                 let position_weight = frame_position_weight(clip.abs().max_element().min(1.0)).lerp(body_weight, far_weight);
-                let inside = smoothstep(edge.x) * smoothstep(edge.y) * position_weight;
-                let visible = inside * Self::ray_visibility(&nearer, segment.direction, camera.pixel_tangent());
+                let weight_in_frame = smoothstep(edge.x) * smoothstep(edge.y) * position_weight;
+                let visible_weight = weight_in_frame * Self::ray_visibility(&nearer, segment.direction, camera.pixel_tangent());
                 mean.add(
-                    visible * segment.solid_angle / frame_sr,
+                    visible_weight * segment.solid_angle / frame_sr,
                     segment.radiance,
                     self.foreground_radiance(segment.direction, Some(p.body.id)),
                 );

@@ -33,7 +33,8 @@ fn column_towards_sun_km(s: &Species, radius_km: f64, height_km: f64, sin_altitu
     if sin_altitude >= 0.0 {
         return upwards_km;
     }
-    // The ray first descends to its lowest point. Both of its halves have the column of a horizontal ray from there; the one behind the start is not crossed.
+    // The ray first descends to its lowest point. A line through this point has the column of a horizontal ray on either side; the part behind the ray's start
+    // is subtracted.
     let lowest_km = (radius_km + height_km) * (1.0 - sin_altitude * sin_altitude).sqrt() - radius_km;
     if lowest_km < 0.0 {
         return f64::INFINITY;
@@ -53,14 +54,15 @@ pub(super) struct RimOfAir<'p> {
     air: &'p Atmosphere,
     radius_km: f64,
     /// Sine and cosine of the phase angle.
-    phase: (f64, f64),
+    phase_sin_cos: (f64, f64),
     /// Sine and cosine of the angle at the body's centre between the limb and the plane through the centre that the camera faces; the angle is 0 for a far
     /// camera.
-    limb_tilt: (f64, f64),
-    /// See [`rim::continued_part`]; 0 if the body's colours exclude the air, or if the air is visible over the disc.
+    limb_tilt_sin_cos: (f64, f64),
+    /// How much of the ring continues the disc's colour, by [`rim::continued_part`]; 0 if the body's colours exclude the air, or if the air is visible over the
+    /// disc.
     continued_part: f64,
-    /// Mean opacity along the limb.
-    at_limb: f64,
+    /// Opacity along the limb, the mean of the channels.
+    limb_opacity: f64,
     /// Radiance of the ground under a Sun in the zenith, per irradiance: the disc's colour, which an opaque rim continues.
     disc_albedo: f64,
 }
@@ -71,17 +73,18 @@ impl<'p> RimOfAir<'p> {
         let air = p.body.atmosphere.as_ref()?;
         let radius_km = p.body.radii_km.max_element();
         let (depth, _) = rim::tangent_ray(air, radius_km, 0.0, 0.0);
-        let at_limb = (DVec3::ONE - (-depth).exp()).element_sum() / 3.0;
+        let limb_opacity = (DVec3::ONE - (-depth).exp()).element_sum() / 3.0;
         let continues_disc = !air::colours_exclude_air(p.body) && !air::is_visible_over_disc(air);
-        let continued_part = if continues_disc { rim::continued_part(at_limb) } else { 0.0 };
-        let limb_tilt = (radius_km / p.distance_km).min(1.0).asin().sin_cos();
-        Some(Self { air, radius_km, phase: p.phase_angle_rad.sin_cos(), limb_tilt, continued_part, at_limb, disc_albedo })
+        let continued_part = if continues_disc { rim::continued_part(limb_opacity) } else { 0.0 };
+        let limb_tilt_sin_cos = (radius_km / p.distance_km).min(1.0).asin().sin_cos();
+        let phase_sin_cos = p.phase_angle_rad.sin_cos();
+        Some(Self { air, radius_km, phase_sin_cos, limb_tilt_sin_cos, continued_part, limb_opacity, disc_albedo })
     }
 
     /// Radiance per irradiance, brightest channel, at a height over the limb. `cos_position_angle`: cosine of the angle around the disc's centre from the
     /// direction of the Sun.
     fn radiance(&self, height_km: f64, cos_position_angle: f64) -> f64 {
-        let ((sin_phase, cos_phase), (sin_tilt, cos_tilt)) = (self.phase, self.limb_tilt);
+        let ((sin_phase, cos_phase), (sin_tilt, cos_tilt)) = (self.phase_sin_cos, self.limb_tilt_sin_cos);
         // The Sun's components towards the camera and away from the disc's centre, as seen from the limb, whose normal is tilted towards the camera.
         let (towards_camera, outwards) = (cos_phase, sin_phase * cos_position_angle);
         let sin_altitude = outwards * cos_tilt + towards_camera * sin_tilt;
@@ -89,8 +92,8 @@ impl<'p> RimOfAir<'p> {
         let (depth, scattered) = rim::tangent_ray(self.air, self.radius_km, height_km, cos_scattering);
         let opacity = DVec3::ONE - (-depth).exp();
         let sunlight = sunlight(self.air, self.radius_km, height_km, sin_altitude);
-        let scattered = rim::ALL_ORDERS_OVER_SINGLE * (scattered * opacity / depth.max(DVec3::splat(1e-12)) * sunlight).max_element();
-        let continued = self.disc_albedo * sin_altitude.max(0.0) * opacity.element_sum() / 3.0 / self.at_limb.max(1e-12);
+        let scattered = rim::ALL_ORDERS_TO_SINGLE_RATIO * (scattered * opacity / depth.max(DVec3::splat(1e-12)) * sunlight).max_element();
+        let continued = self.disc_albedo * sin_altitude.max(0.0) * opacity.element_sum() / 3.0 / self.limb_opacity.max(1e-12);
         scattered + (continued - scattered) * self.continued_part
     }
 
@@ -128,7 +131,7 @@ impl MeteredFrame<'_, '_> {
         let user_choice = request.effects.override_of_body(p.body, Effect::Atmosphere);
         let weight = smooth_rise(COUNTED_FROM_PX, diameter_px) * smooth_rise(COUNTED_FROM_PHASE_RAD, p.phase_angle_rad);
         let Some(rim) = RimOfAir::of(p, disc_albedo).filter(|_| user_choice != Some(false) && weight > 0.0) else { return };
-        // As `air::is_significant`: a low rim of air that removes no visible light is not drawn unless the user demands it.
+        // As in `air::is_significant`: a low rim of air that removes no visible light is not drawn unless the user demands it.
         let is_thin = user_choice != Some(true) && air::max_removed_fraction(rim.air) <= request.purpose.min_change();
         let height_px = rim::height_px(p.body, rim.air, diameter_px);
         let weight = weight * if is_thin { smoothstep(height_px / rim::ALWAYS_DRAWN_RIM_PX - 1.0) } else { 1.0 };
@@ -136,7 +139,7 @@ impl MeteredFrame<'_, '_> {
         let sun = (p.body_from_icrf * p.sun_from_body_km).normalize();
         let across = (sun - viewer * sun.dot(viewer)).try_normalize().unwrap_or_else(|| viewer.any_orthonormal_vector());
         let up = viewer.cross(across);
-        let (sin_tilt, cos_tilt) = rim.limb_tilt;
+        let (sin_tilt, cos_tilt) = rim.limb_tilt_sin_cos;
         let sunlit_part = |position_angle: f64| {
             let (sin, cos) = position_angle.sin_cos();
             let at = |sin: f64| {

@@ -1,9 +1,9 @@
 //! The shadow of rings on the ground near the camera, for the light meter.
 //!
 //! In: the rings' intervals, the Sun, the camera. Out: the fraction of sunlight that the rings leave on the footprint of one of the meter's rays, which is the
-//! part of the ground that the ray represents. It changes gradually because it is a mean over the footprint and the Sun's disc; this also holds at the equator,
-//! where the footprint reaches across the ring plane. From 3 radii on, the meter ignores the shadow: the entire disc is in view, of which it covers a small
-//! part.
+//! part of the ground that the ray represents. The fraction changes gradually because it is a mean over the footprint and the Sun's disc; this also holds at
+//! the equator, where the footprint reaches across the ring plane. From 3 radii on, the meter ignores the shadow: the entire disc is in view, of which the
+//! shadow covers a small part.
 
 use super::MeteredFrame;
 use crate::scene::numeric::{smooth_rise, smoothstep};
@@ -50,7 +50,7 @@ impl RingShadowOnGround {
     }
 
     /// The fraction of sunlight that the rings leave at a point of the ground (unit-sphere frame), ring-shine included. `spacing`: angle between the meter's
-    /// rays.
+    /// rays, radians.
     pub(super) fn transmittance(&self, point: DVec3, spacing: f64) -> f64 {
         let ground = point * self.semi_axes;
         let footprint = (spacing * (self.camera - ground).length()).max(1e-6);
@@ -85,9 +85,9 @@ impl MeteredFrame<'_, '_> {
         let intervals = self.meter.context.caches.ring_tables.intervals(p.body.rings.iter(), unit_km);
         let (mut blocked_up_to, mut sum) = (Vec::with_capacity(2 * intervals.len()), 0.0);
         for interval in intervals.iter() {
-            blocked_up_to.push([interval.from, sum]);
-            sum += (interval.to - interval.from) * (1.0 - (-interval.tau * slant).exp());
-            blocked_up_to.push([interval.to, sum]);
+            blocked_up_to.push([interval.inner, sum]);
+            sum += (interval.outer - interval.inner) * (1.0 - (-interval.tau * slant).exp());
+            blocked_up_to.push([interval.outer, sum]);
         }
         let camera = p.placement.body_from_icrf * -p.placement.centre_km / unit_km;
         let has_ring_shine = self.meter.context.request.effects.override_of_body(p.body, Effect::RingShine) != Some(false);

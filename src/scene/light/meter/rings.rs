@@ -68,7 +68,7 @@ impl MeteredFrame<'_, '_> {
         }
         let unit_km = p.body.radii_km.x;
         let intervals = self.meter.context.caches.ring_tables.intervals(p.body.rings.iter(), unit_km);
-        let Some(outer) = intervals.last().map(|i| i.to) else { return mean };
+        let Some(outer) = intervals.last().map(|i| i.outer) else { return mean };
         let sun = (p.body_from_icrf * p.sun_from_body_km).normalize();
         let view = self.ring_view(p);
         let Some(rect) = view.rect(outer * unit_km) else { return mean };
@@ -114,15 +114,15 @@ impl MeteredFrame<'_, '_> {
             // The ring gets no light in the globe's shadow, and cannot be seen behind the globe. This scale makes the globe a unit sphere.
             let unit_sphere_scale = DVec3::new(1.0, 1.0, 1.0 / polar_radius);
             let (point, to_sun) = (ring_point * unit_sphere_scale, (sun * unit_sphere_scale).normalize());
-            let sunlit =
+            let sunlit_fraction =
                 if point.dot(to_sun) < 0.0 { smoothstep((point.cross(to_sun).length() - 1.0) / SHADOW_EDGE_RADII + 0.5) } else { 1.0 };
             let globe = ray_and_limb(&p.placement, direction);
-            let behind_globe = distance > (origin - globe.point * DVec3::new(1.0, 1.0, polar_radius)).length();
-            let not_hidden = if behind_globe { 1.0 - smoothstep(0.5 + globe.inside_rad / spacing) } else { 1.0 };
+            let is_behind_globe = distance > (origin - globe.point * DVec3::new(1.0, 1.0, polar_radius)).length();
+            let visible_fraction = if is_behind_globe { 1.0 - smoothstep(0.5 + globe.inside_rad / spacing) } else { 1.0 };
             // The factor 1/4 of single scattering, which `rings::single_scatter` leaves out.
-            let radiance = 0.25 * light * irradiance * sunlit;
+            let radiance = 0.25 * light * irradiance * sunlit_fraction;
             let weight = frame_position_weight(clip.abs().max_element());
-            let visible_share = share * weight * not_hidden * Self::ray_visibility(&nearer, direction, spacing);
+            let visible_share = share * weight * visible_fraction * Self::ray_visibility(&nearer, direction, spacing);
             mean.add(visible_share, radiance, self.foreground_radiance(direction, Some(p.body.id)));
         }
         mean

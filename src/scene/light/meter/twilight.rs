@@ -1,7 +1,7 @@
 //! The light of a body's air around and beyond the terminator, seen from above the air, for the light meter.
 //!
 //! In: a body with air that is drawn over its ground. Out: the radiance of the air above a point of the ground. Beyond the terminator the ground gets no
-//! sunlight, but the air above it still does. By day this light is part of the body's mean albedo. Always: continuous in position and time. Left out: eclipses
+//! sunlight, but the air above still does. By day this light is part of the body's mean albedo. Always: continuous in position and time. Left out: eclipses
 //! of that air, and the air beyond the limb. From 8 radii on (`FAR_RADII`) the meter ignores twilight: the entire disc is in view, of which twilight is a small
 //! part.
 
