@@ -12,7 +12,7 @@ use super::exec::LaneMask;
 use super::lane_inputs;
 use super::math::Real;
 use super::prepared_draw::{PreparedDraw, QUADS_PER_BATCH, Quad};
-use super::raster::coverage::{BLOCK_PIXELS, TILE_BLOCKS, TILE_SIDE_PX, TilePixels, block_position, covers_rectangle};
+use super::raster::coverage::{BLOCK_PIXELS, PixelCentres, TILE_BLOCKS, TILE_SIDE_PX, block_position, covers_rectangle};
 use super::stage::{LANES, LaneRun};
 use super::tiles::TileTarget;
 
@@ -231,7 +231,7 @@ impl InterpolatedLight {
     #[inline(always)]
     fn draw_generic<R: Real>(&mut self, draw: &PreparedDraw<'_, R>, run: &mut dyn LaneRun<R>, first: Quad, tile: &mut Tile<'_>) -> bool {
         let mut points = [[0.0; LANES]; 2];
-        for (points, centres) in points.iter_mut().zip([&tile.pixels.x, &tile.pixels.y]) {
+        for (points, centres) in points.iter_mut().zip([&tile.pixel_centres.x, &tile.pixel_centres.y]) {
             for (point, centre) in points.iter_mut().zip(centres) {
                 *point = centre * SPACING as f32;
             }
@@ -259,7 +259,7 @@ impl InterpolatedLight {
 /// The tile that is being drawn.
 pub(super) struct Tile<'a> {
     pub target: &'a mut TileTarget,
-    pub pixels: &'a TilePixels,
+    pub pixel_centres: &'a PixelCentres,
     /// Its top-left pixel.
     pub corner: [u32; 2],
 }

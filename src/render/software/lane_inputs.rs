@@ -10,7 +10,7 @@
 use super::fragment_setup::FragmentInputSource;
 use super::math::Real;
 use super::prepared_draw::{PreparedDraw, QUADS_PER_BATCH, Quad};
-use super::raster::coverage::{TilePixels, quad_position};
+use super::raster::coverage::{PixelCentres, quad_position};
 use super::raster::setup::{Plane, SourceTriangle};
 use super::stage::{LANES, LaneRun};
 use smallvec::SmallVec;
@@ -116,7 +116,7 @@ pub(super) fn fill_quads<R: Real>(
     draw: &PreparedDraw<'_, R>,
     run: &mut dyn LaneRun<R>,
     quads: &[Quad; QUADS_PER_BATCH],
-    pixels: &TilePixels,
+    pixels: &PixelCentres,
     tile_corner: [u32; 2],
 ) {
     // Pixel centres relative to the top-left pixel of their span's first quad.

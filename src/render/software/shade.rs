@@ -14,7 +14,7 @@ use super::lane_inputs;
 use super::math::Real;
 use super::prepared_draw::{PreparedDraw, QUADS_PER_BATCH, Quad};
 use super::raster::coverage::{
-    BLOCK_HEIGHT, BLOCK_QUADS, BLOCK_WIDTH, TILE_BLOCKS, TilePixels, block_position, full_coverage, quad_position, sample_positions,
+    BLOCK_HEIGHT, BLOCK_QUADS, BLOCK_WIDTH, PixelCentres, TILE_BLOCKS, block_position, full_coverage, quad_position, sample_positions,
     walk_tile,
 };
 use super::raster::setup::{STEPS_PER_PIXEL, SourceTriangle};
@@ -25,7 +25,7 @@ use crate::render::plan::DepthState;
 /// Shades one tile on one thread.
 pub(crate) struct TileShader<'a> {
     pub target: &'a mut TileTarget,
-    pub pixels: &'a TilePixels,
+    pub pixel_centres: &'a PixelCentres,
     /// Top-left pixel of the tile.
     pub tile_corner: [u32; 2],
     /// Samples per pixel: 1 or 4.
@@ -140,7 +140,7 @@ impl TileShader<'_> {
     pub(crate) fn draw<R: Real>(&mut self, draw: &PreparedDraw<'_, R>, triangles: &[u32], run: &mut dyn LaneRun<R>, batch: &mut Batch) {
         let setup = &draw.fragment_setup;
         let coarsely_shaded_blocks = {
-            let mut tile = Tile { target: self.target, pixels: self.pixels, corner: self.tile_corner };
+            let mut tile = Tile { target: self.target, pixel_centres: self.pixel_centres, corner: self.tile_corner };
             shade_coarsely(draw, triangles, &mut tile, run, &mut batch.interpolated_light)
         };
         for (k, &t) in triangles.iter().enumerate() {
@@ -180,11 +180,11 @@ impl TileShader<'_> {
                     let block = match crossed.take().filter(|block| block.first_quad == first_of_block) {
                         Some(block) => block,
                         None => {
-                            let pixels = block_on_screen([tile_x, tile_y], first_of_block);
+                            let rectangle = block_on_screen([tile_x, tile_y], first_of_block);
                             CrossedBlock {
                                 first_quad: first_of_block,
-                                extent_misses: draw_extent.misses(pixels),
-                                extent_covers: draw_extent.covers(pixels),
+                                extent_misses: draw_extent.misses(rectangle),
+                                extent_covers: draw_extent.covers(rectangle),
                             }
                         }
                     };
@@ -238,7 +238,7 @@ impl TileShader<'_> {
         let corner = self.corner_from_origin(source_triangle);
         let mut at_samples = [0.0; 4];
         for (value, [sx, sy]) in at_samples.iter_mut().zip(sample_positions(self.samples)) {
-            // Relative to the pixel's centre, because `TilePixels` contains centres.
+            // Relative to the pixel's centre, because `PixelCentres` contains centres.
             let (dx, dy) = (*sx as f64 / STEPS_PER_PIXEL as f64 - 0.5, *sy as f64 / STEPS_PER_PIXEL as f64 - 0.5);
             *value = source_triangle.depth.at(corner[0] + dx, corner[1] + dy);
         }
@@ -258,7 +258,7 @@ impl TileShader<'_> {
             let covered = coverage >> (4 * corner) & 0xf;
             if covered != 0 {
                 let pixel = index * 4 + corner;
-                let step = dx * f64::from(self.pixels.x[pixel]) + dy * f64::from(self.pixels.y[pixel]);
+                let step = dx * f64::from(self.pixel_centres.x[pixel]) + dy * f64::from(self.pixel_centres.y[pixel]);
                 passed |=
                     self.target.depth.test(pixel, covered, at_samples.map(|v| (v + step) as f32), state.test, state.write) << (4 * corner);
             }
@@ -339,9 +339,9 @@ impl TileShader<'_> {
         // Uncovered pixels of a quad run as helper lanes for derivatives.
         let active = LaneMask::MAX >> (LANES - 4 * count);
         match first_of_block {
-            // Relative to the block's corner, the pixel centres are the same for all blocks, and `pixels` begins with those of the first block.
-            Some(_) => lane_inputs::fill_block(draw, run, quads[0], [&self.pixels.x, &self.pixels.y], self.tile_corner),
-            None => lane_inputs::fill_quads(draw, run, quads, self.pixels, self.tile_corner),
+            // Relative to the block's corner, the pixel centres are the same for all blocks, and `pixel_centres` begins with those of the first block.
+            Some(_) => lane_inputs::fill_block(draw, run, quads[0], [&self.pixel_centres.x, &self.pixel_centres.y], self.tile_corner),
+            None => lane_inputs::fill_quads(draw, run, quads, self.pixel_centres, self.tile_corner),
         }
         let remaining = run.run(active);
         let setup = &draw.fragment_setup;

@@ -14,7 +14,9 @@ pub use super::exec::LANES;
 
 /// One entry point with its uniforms and textures bound.
 pub trait LaneProgram<R: Real>: Sync {
+    /// What each lane input contains. Input `k` of a run is that of entry `k`.
     fn inputs(&self) -> &[LaneInput];
+    /// What each lane output contains, in the same way.
     fn outputs(&self) -> &[LaneOutput];
     /// Whether the program reads input `k`; an input that is not read need not be filled.
     fn reads_input(&self, _k: usize) -> bool {

@@ -241,7 +241,7 @@ mod tests {
     #[test]
     fn every_pixel_is_written_where_it_belongs() {
         const UNDRAWN_BLOCK: usize = 9;
-        let pixels = coverage::TilePixels::new();
+        let pixels = coverage::PixelCentres::new();
         let mut t = TileTarget::new(1);
         let clear = [-1.0, -2.0, -3.0, -4.0];
         t.clear(clear, false);

@@ -378,7 +378,7 @@ mod tests {
                 assert!(best.iter().all(|word| word >> 24 == 255));
                 let mut rows = BlockRows::default();
                 tone_map.map_rows_generic(light.each_ref(), &mut rows);
-                let pixels = coverage::TilePixels::new();
+                let pixels = coverage::PixelCentres::new();
                 for (lane, word) in generic.iter().enumerate() {
                     assert_eq!(rows[pixels.y[lane] as usize][pixels.x[lane] as usize], *word, "lane {lane}");
                 }

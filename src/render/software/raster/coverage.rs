@@ -3,7 +3,7 @@
 //! In: a triangle in fixed point, and a tile. Out: the covered quads, each with its covered samples, in lane order.
 //!
 //! A tile is 64x64 pixels, divided into blocks of 16x8 pixels, and these into quads of 2x2. Lane order goes through blocks, quads and the quad's pixels (its
-//! `corner`: top left, top right, bottom left, bottom right). The index of a pixel in its tile is `block * 128 + quad * 4 + corner`; `TilePixels` maps it to
+//! `corner`: top left, top right, bottom left, bottom right). The index of a pixel in its tile is `block * 128 + quad * 4 + corner`; `PixelCentres` maps it to
 //! x and y. The coverage of a quad is sixteen bits: four per pixel, one per sample. With one sample per pixel, only the lowest of the four is used.
 
 use super::setup::{RasterTriangle, STEPS_PER_PIXEL};
@@ -62,24 +62,25 @@ pub(crate) fn block_at([x, y]: [u32; 2]) -> Option<usize> {
 pub(crate) fn covers_all(triangle: &RasterTriangle, [width, height]: [u32; 2]) -> bool {
     let last = |size: u32| i64::from(size) * STEPS_PER_PIXEL - 1;
     let corners = [[0, 0], [last(width), 0], [0, last(height)], [last(width), last(height)]];
-    triangle.pixels == [0, 0, width, height] && triangle.edges.iter().all(|e| corners.iter().all(|[x, y]| e.a * x + e.b * y + e.c >= 0))
+    triangle.bounds_px == [0, 0, width, height]
+        && triangle.edges.iter().all(|e| corners.iter().all(|[x, y]| e.a * x + e.b * y + e.c >= 0))
 }
 
 /// Whether the triangle covers every sample of a rectangle, given by left, top, right and bottom edge (the last two exclusive).
 pub(crate) fn covers_rectangle(triangle: &RasterTriangle, [x0, y0, x1, y1]: [u32; 4]) -> bool {
-    let [px0, py0, px1, py1] = triangle.pixels;
-    let is_inside_bounds = px0 <= x0 && py0 <= y0 && x1 <= px1 && y1 <= py1;
+    let [left, top, right, bottom] = triangle.bounds_px;
+    let is_inside_bounds = left <= x0 && top <= y0 && x1 <= right && y1 <= bottom;
     is_inside_bounds && edge_function_bounds(triangle, x0, y0, x1 - x0, y1 - y0).0 >= 0
 }
 
 /// Pixel centres of a tile in lane order, relative to the tile's top-left corner.
 #[derive(Clone, Debug)]
-pub(crate) struct TilePixels {
+pub(crate) struct PixelCentres {
     pub x: Vec<f32>,
     pub y: Vec<f32>,
 }
 
-impl TilePixels {
+impl PixelCentres {
     pub(crate) fn new() -> Self {
         let (mut x, mut y) = (Vec::new(), Vec::new());
         for quad in 0..TILE_QUADS {
@@ -93,7 +94,7 @@ impl TilePixels {
     }
 }
 
-impl Default for TilePixels {
+impl Default for PixelCentres {
     fn default() -> Self {
         Self::new()
     }
@@ -102,9 +103,10 @@ impl Default for TilePixels {
 /// Calls `emit(first quad, number of quads, coverage)` for the quads with a covered sample in the tile at `tile_x`, `tile_y` (pixels), in lane order: once
 /// for all quads of a fully covered block, otherwise once per quad.
 pub(crate) fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, samples: u8, mut emit: impl FnMut(usize, usize, u16)) {
-    let [px0, py0, px1, py1] = triangle.pixels;
-    let (x0, y0) = (px0.max(tile_x) - tile_x, py0.max(tile_y) - tile_y);
-    let (x1, y1) = (px1.min(tile_x + TILE_SIDE_PX), py1.min(tile_y + TILE_SIDE_PX));
+    let [left, top, right, bottom] = triangle.bounds_px;
+    // The part of the triangle's bounds in this tile, relative to the tile.
+    let (x0, y0) = (left.max(tile_x) - tile_x, top.max(tile_y) - tile_y);
+    let (x1, y1) = (right.min(tile_x + TILE_SIDE_PX), bottom.min(tile_y + TILE_SIDE_PX));
     if x1 <= tile_x || y1 <= tile_y || x0 >= TILE_SIDE_PX || y0 >= TILE_SIDE_PX {
         return;
     }
@@ -206,7 +208,7 @@ impl<const N: usize> QuadSamples<N> {
     }
 
     /// The covered quads of a block at `x`, `y` (pixels) of the target. `clip`: the part of the block that may be covered, as
-    /// [`RasterTriangle::pixels`], relative to the block.
+    /// [`RasterTriangle::bounds_px`], relative to the block.
     #[inline(always)]
     fn covered(&self, triangle: &RasterTriangle, x: u32, y: u32, [x0, y0, x1, y1]: [u32; 4]) -> CoveredQuads {
         let mut found = CoveredQuads { count: 0, index: [0; BLOCK_QUADS as usize], coverage: [0; BLOCK_QUADS as usize] };
@@ -304,7 +306,7 @@ mod tests {
 
     #[test]
     fn lane_order_visits_every_pixel_of_a_tile_once() {
-        let pixels = TilePixels::new();
+        let pixels = PixelCentres::new();
         let mut seen = vec![false; (TILE_SIDE_PX * TILE_SIDE_PX) as usize];
         for (x, y) in pixels.x.iter().zip(&pixels.y) {
             let index = (*y as u32 * TILE_SIDE_PX + *x as u32) as usize;
@@ -340,8 +342,8 @@ mod tests {
                 let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
                 super::super::setup::EdgeFunction { a: -dy, b: dx, c: dy * a[0] - dx * a[1] }
             };
-            let pixels = if round % 3 == 0 { [97, 89, 131, 90] } else { [0, 0, 191, 200] };
-            let triangle = RasterTriangle { edges: [edge(p[0], p[1]), edge(p[1], p[2]), edge(p[2], p[0])], pixels, source_triangle: 0 };
+            let bounds_px = if round % 3 == 0 { [97, 89, 131, 90] } else { [0, 0, 191, 200] };
+            let triangle = RasterTriangle { edges: [edge(p[0], p[1]), edge(p[1], p[2]), edge(p[2], p[0])], bounds_px, source_triangle: 0 };
             for samples in [1, 4] {
                 for (tile_x, tile_y) in [(64, 64), (128, 64), (0, 64)] {
                     let mut found = vec![0_u16; TILE_QUADS];
@@ -355,7 +357,7 @@ mod tests {
                                 let at = |e: &super::super::setup::EdgeFunction| {
                                     e.a * (i64::from(x) * STEPS_PER_PIXEL + sx) + e.b * (i64::from(y) * STEPS_PER_PIXEL + sy) + e.c
                                 };
-                                let inside = (pixels[0]..pixels[2]).contains(&x) && (pixels[1]..pixels[3]).contains(&y);
+                                let inside = (bounds_px[0]..bounds_px[2]).contains(&x) && (bounds_px[1]..bounds_px[3]).contains(&y);
                                 if inside && triangle.edges.iter().all(|e| at(e) >= 0) {
                                     expected |= 1 << (4 * corner + s);
                                 }

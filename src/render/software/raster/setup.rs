@@ -57,8 +57,8 @@ pub(crate) struct EdgeFunction {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct RasterTriangle {
     pub edges: [EdgeFunction; 3],
-    /// Pixels that may be covered: left, top, right and bottom edge (the last two exclusive).
-    pub pixels: [u32; 4],
+    /// Rectangle of the pixels that may be covered: left, top, right and bottom edge (the last two exclusive).
+    pub bounds_px: [u32; 4],
     /// Index of the [`SourceTriangle`] of which this triangle is a part.
     pub source_triangle: u32,
 }
@@ -107,7 +107,7 @@ pub(crate) struct RasterGeometry {
     /// Values of the flat varyings.
     pub flat_values: Vec<f64>,
     /// Source triangles that were clipped and are still visible.
-    pub clipped: usize,
+    pub clipped_count: usize,
 }
 
 /// Upper bound of the raster triangles that one source triangle becomes: each of the seven clip planes adds at most one corner, and a polygon of ten
@@ -148,7 +148,7 @@ impl RasterGeometry {
             }));
             all.planes.extend_from_slice(&part.planes);
             all.flat_values.extend_from_slice(&part.flat_values);
-            all.clipped += part.clipped;
+            all.clipped_count += part.clipped_count;
         }
         Ok(all)
     }
@@ -243,7 +243,7 @@ fn raster_triangle(
         return None;
     }
     let edges = [edge(a, b), edge(b, c), edge(c, a)];
-    Some(RasterTriangle { edges, pixels: [x0 as u32, y0 as u32, x1 as u32, y1 as u32], source_triangle })
+    Some(RasterTriangle { edges, bounds_px: [x0 as u32, y0 as u32, x1 as u32, y1 as u32], source_triangle })
 }
 
 /// Clips, culls and snaps one triangle, derives its planes and appends it to `geometry`. `varyings`: for each scalar, one value per vertex.
@@ -284,7 +284,7 @@ pub(crate) fn set_up(
         let sum = |k: usize| (v[0] * adjugate[0][k] + v[1] * adjugate[1][k] + v[2] * adjugate[2][k]) / determinant;
         Plane { dx: sum(0), dy: sum(1), at_origin: sum(2) }
     };
-    let RasterGeometry { triangles, source_triangles, planes, flat_values, clipped } = geometry;
+    let RasterGeometry { triangles, source_triangles, planes, flat_values, clipped_count } = geometry;
     let source_triangle = source_triangles.len() as u32;
     let triangles_before = triangles.len();
     let points = polygon.corners();
@@ -295,7 +295,7 @@ pub(crate) fn set_up(
     if triangles.len() == triangles_before {
         return;
     }
-    *clipped += usize::from(polygon.is_clipped);
+    *clipped_count += usize::from(polygon.is_clipped);
     let is_affine = corners[0].w == corners[1].w && corners[1].w == corners[2].w;
     let w = corners[0].w;
     let (first_plane, first_flat_value) = (planes.len(), flat_values.len());
@@ -400,11 +400,11 @@ mod tests {
         assert_eq!(parts.source_triangles, whole.source_triangles);
         assert_eq!(parts.planes, whole.planes);
         assert_eq!((&parts.flat_values, whole.flat_values.len()), (&whole.flat_values, 4));
-        assert_eq!(parts.clipped, whole.clipped);
+        assert_eq!(parts.clipped_count, whole.clipped_count);
         assert!(
-            (1..4).contains(&whole.clipped),
+            (1..4).contains(&whole.clipped_count),
             "the first triangle is not clipped, the last extends behind the camera: {}",
-            whole.clipped
+            whole.clipped_count
         );
     }
 }
