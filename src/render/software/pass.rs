@@ -134,7 +134,7 @@ pub fn execute<R: Real>(pass: &Pass, stages: &[DrawStages<'_, R>]) -> Result<(Pa
             PassImage::Float(draw_tiles(&prepared, None, "an image of f32 colours", Some(pass.clear), write, all_timings)?)
         }
         ColourFormat::Rgba8Unorm => {
-            let write = |worker: &Worker<'_, R>, rows: TileRows<'_, '_, [u8; 4]>, _| worker.first.target.write_to(rows, unorm8);
+            let write = |worker: &Worker<'_, R>, rows: TileRows<'_, '_, [u8; 4]>, _| worker.first.target.write_converted(rows, unorm8);
             PassImage::Unorm(draw_tiles(&prepared, None, "an image of display bytes", Some(unorm8(pass.clear)), write, all_timings)?)
         }
     };
@@ -172,7 +172,7 @@ pub(crate) fn execute_fused<R: Real>(
     let clear_bytes = unorm8(mapped_clear_colour.unwrap_or_default());
     let write = |worker: &Worker<'_, R>, rows: TileRows<'_, '_, [u8; 4]>, tile| match fused.direct_tone_map(tile) {
         Some(tone_map) => worker.first.target.write_tone_mapped(rows, tone_map, clear_bytes),
-        None => worker.final_target().write_to(rows, unorm8),
+        None => worker.final_target().write_converted(rows, unorm8),
     };
     let timings = [&mut first_timings, &mut second_timings];
     let image = draw_tiles(&first_prepared, Some(&fused), "an image of display bytes", mapped_clear_colour.map(unorm8), write, timings)?;

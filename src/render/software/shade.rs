@@ -1,4 +1,4 @@
-//! Shades a tile: gathers the quads of one draw into batches, runs, depth-tests and blends them.
+//! Shades a tile: gathers the quads of one draw into batches, runs the fragment program on them, depth-tests them and blends their colours.
 //!
 //! A batch is 32 quads (128 lanes) in the order in which triangles cover them; a block of 16x8 pixels has as many. Quads of several triangles of one draw
 //! share a batch, so that small triangles use all lanes too; the batches of a large triangle are complete blocks. If a program neither discards nor writes
@@ -113,8 +113,8 @@ fn drop_zero_quads(quads: &mut [Quad], colour: [&[f32]; 4]) {
     }
 }
 
-/// A block that an edge of a triangle crosses.
-struct CrossedBlock {
+/// A partly covered block.
+struct PartlyCoveredBlock {
     /// Index of its first quad in the tile.
     first_quad: usize,
     /// Whether the draw's extent includes no pixel of the block.
@@ -148,17 +148,19 @@ impl TileShader<'_> {
             let triangle = &draw.geometry.triangles[t as usize];
             let source_triangle = &draw.geometry.source_triangles[triangle.source_triangle as usize];
             let samples = self.samples;
+            // The triangle's depth plane, if depth is tested before shading.
             let early_depth = (setup.early_depth_test && setup.uses_depth()).then(|| self.depth_at_samples(source_triangle));
             let [tile_x, tile_y] = self.tile_corner;
             // Bit `b`: the triangle covers block `b`, and an edge of the draw's extent crosses it. These blocks come last, so that their quads fill batches of
             // their own.
             let mut extent_edge_blocks = 0_u64;
-            // The latest block that an edge of the triangle crosses.
-            let mut crossed: Option<CrossedBlock> = None;
+            // The latest partly covered block.
+            let mut partly_covered: Option<PartlyCoveredBlock> = None;
             walk_tile(triangle, tile_x, tile_y, samples, |first, count, coverage| {
                 if coarsely_shaded_blocks >> (first / QUADS_PER_BATCH) & 1 == 1 {
                     return;
                 }
+                // All quads of a fully covered block are visited at once.
                 if let Some(extent) = draw.extent.as_ref().filter(|_| count == QUADS_PER_BATCH) {
                     let block = block_on_screen([tile_x, tile_y], first);
                     if extent.misses(block) {
@@ -169,26 +171,27 @@ impl TileShader<'_> {
                         return;
                     }
                 }
+                // A fully covered block fills a batch of its own, unless earlier quads wait in the batch or the depth test may drop quads of the block.
                 if count == QUADS_PER_BATCH && batch.count == 0 && early_depth.is_none() {
                     self.shade_block(draw, first, triangle.source_triangle, run, batch);
                     return;
                 }
-                // Quads of blocks that an edge of the triangle crosses.
+                // The quads of a partly covered block are visited one by one. The extent is tested for the block first, then for each quad.
                 let mut extent = draw.extent.as_ref().filter(|_| count != QUADS_PER_BATCH);
                 if let Some(draw_extent) = extent {
                     let first_of_block = first / QUADS_PER_BATCH * QUADS_PER_BATCH;
-                    let block = match crossed.take().filter(|block| block.first_quad == first_of_block) {
+                    let block = match partly_covered.take().filter(|block| block.first_quad == first_of_block) {
                         Some(block) => block,
                         None => {
                             let rectangle = block_on_screen([tile_x, tile_y], first_of_block);
-                            CrossedBlock {
+                            PartlyCoveredBlock {
                                 first_quad: first_of_block,
                                 extent_misses: draw_extent.misses(rectangle),
                                 extent_covers: draw_extent.covers(rectangle),
                             }
                         }
                     };
-                    let block = crossed.insert(block);
+                    let block = partly_covered.insert(block);
                     if block.extent_misses {
                         return;
                     }
@@ -383,6 +386,7 @@ impl TileShader<'_> {
                 self.late_depth_test(draw, written_depth, remaining, &mut batch.quads[..count]);
             }
         }
+        // The pixel view of shading cost stores counts in place of the colour.
         if let Some(instructions_per_read) = draw.instructions_per_read {
             let counts = run.counts();
             let reads = f64::from(counts.texture_reads) * instructions_per_read;

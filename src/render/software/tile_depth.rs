@@ -17,7 +17,7 @@ pub(crate) struct TileDepth {
     /// Four samples per pixel. With one sample per pixel, only the first is meaningful. [`Self::test_all`] nevertheless tests and writes all four: the other
     /// three can at worst make that test fail, and the caller then tests the covered samples alone.
     samples: Vec<[f32; 4]>,
-    /// Bit `k`: the stored depth of block `k` is valid. The stored depth of the other blocks is stale; their pixels are infinitely far.
+    /// Bit `k`: the stored depth of block `k` is valid. The stored depth of the other blocks is stale; their pixels count as infinitely far.
     valid_blocks: u32,
 }
 

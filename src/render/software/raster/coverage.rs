@@ -31,12 +31,12 @@ const SAMPLES_4: [[i64; 2]; 4] = [[1536, 512], [3584, 1536], [512, 2560], [2560,
 /// The pixel's centre.
 const SAMPLES_1: [[i64; 2]; 1] = [[2048, 2048]];
 
-/// Sample positions of a pixel, in fixed point.
+/// Sample positions relative to a pixel's top-left corner, in fixed point. `samples`: their number, 1 or 4.
 pub(crate) fn sample_positions(samples: u8) -> &'static [[i64; 2]] {
     if samples == 4 { &SAMPLES_4 } else { &SAMPLES_1 }
 }
 
-/// The full coverage of a quad.
+/// The coverage of a quad of which every sample is covered. `samples`: per pixel, 1 or 4.
 pub(crate) fn full_coverage(samples: u8) -> u16 {
     if samples == 4 { 0xffff } else { 0x1111 }
 }
@@ -191,13 +191,13 @@ impl<const N: usize> QuadSamples<N> {
         samples
     }
 
-    /// Coverage of a quad, given the values of the edge functions at its top-left corner.
+    /// Coverage of a quad, given the values of the three edge functions at its top-left corner.
     #[inline(always)]
     #[allow(clippy::needless_range_loop, reason = "loops by index over several arrays of one length are what the compiler vectorises")]
     fn coverage(&self, at_corner: [i64; 3]) -> u16 {
         let [a, b, c] = &self.edge_values;
         const { assert!(N == 4 || N == 16) };
-        // Overflow checks would keep the loop from being vectorised in debug builds.
+        // The additions wrap, because overflow checks would keep the loop from being vectorised in debug builds.
         let mut coverage = 0;
         for k in 0..N {
             // The sign bit is set if the sample lies outside an edge.
@@ -215,16 +215,17 @@ impl<const N: usize> QuadSamples<N> {
         let (x, y) = (i64::from(x) * STEPS_PER_PIXEL, i64::from(y) * STEPS_PER_PIXEL);
         let at_block = triangle.edges.each_ref().map(|e| e.a * x + e.b * y + e.c);
         for row in y0 / 2..y1.div_ceil(2) {
-            let in_rows = coverage_within(row * 2, y0, y1, LOWER_ROW);
+            let bits_in_rows = coverage_within(row * 2, y0, y1, LOWER_ROW);
             for column in x0 / 2..x1.div_ceil(2) {
                 let (across, down) = (i64::from(column), i64::from(row));
                 let edge_value = |k: usize| at_block[k] + self.step[k][0] * across + self.step[k][1] * down;
                 let at_corner = [edge_value(0), edge_value(1), edge_value(2)];
+                // Skips the quad if all its samples lie outside one edge.
                 let [a, b, c] = self.max_at_samples;
                 if (at_corner[0] + a) | (at_corner[1] + b) | (at_corner[2] + c) < 0 {
                     continue;
                 }
-                let coverage = self.coverage(at_corner) & in_rows & coverage_within(column * 2, x0, x1, RIGHT_COLUMN);
+                let coverage = self.coverage(at_corner) & bits_in_rows & coverage_within(column * 2, x0, x1, RIGHT_COLUMN);
                 // There is room for every quad of a block, so `get_mut` always returns a place.
                 if let (true, Some(index), Some(quad_coverage)) =
                     (coverage != 0, found.index.get_mut(found.count), found.coverage.get_mut(found.count))
@@ -251,11 +252,11 @@ impl<const N: usize> QuadSamples<N> {
 const LOWER_ROW: u16 = 0xff00;
 const RIGHT_COLUMN: u16 = 0xf0f0;
 
-/// The coverage bits of a quad that lie in `from..to` along one axis. `first`: coordinate of the quad's first pixels along the axis;
+/// The coverage bits of a quad's pixels that lie in `start..end` along one axis. `first`: coordinate of the quad's first pixels along the axis;
 /// `second_half`: the bits of its second pixels.
 #[inline(always)]
-fn coverage_within(first: u32, from: u32, to: u32, second_half: u16) -> u16 {
-    (if first < from { second_half } else { u16::MAX }) & (if first + 1 >= to { !second_half } else { u16::MAX })
+fn coverage_within(first: u32, start: u32, end: u32, second_half: u16) -> u16 {
+    (if first < start { second_half } else { u16::MAX }) & (if first + 1 >= end { !second_half } else { u16::MAX })
 }
 
 /// The single bits of a quad's coverage. Loops that select from a table are vectorised; loops that shift are not.
@@ -282,6 +283,7 @@ impl BlockCoverage {
         if samples == 4 { Self::FourSamples(QuadSamples::new(triangle)) } else { Self::SingleSample(QuadSamples::new(triangle)) }
     }
 
+    /// As [`QuadSamples::covered`].
     fn quads(&self, triangle: &RasterTriangle, x: u32, y: u32, clip: [u32; 4]) -> CoveredQuads {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
