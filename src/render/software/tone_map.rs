@@ -85,6 +85,7 @@ static LEVELS: LazyLock<Box<[u32; CELLS]>> = LazyLock::new(|| {
         level += usize::from(reaches_next(level, start));
         *entry = (level as u32) << CELL_BITS;
         if reaches_next(level, start + ((1 << CELL_BITS) - 1)) {
+            // From the threshold on, the low bits of a value carry into the level.
             *entry += start + (1 << CELL_BITS) - threshold_bits[level + 1];
             level += 1;
         }
