@@ -146,7 +146,7 @@ pub(super) fn fill_block<R: Real>(
 ) {
     let spans = [Span::new(draw, [0, QUADS_PER_BATCH], first, tile_corner)];
     let [Some(x), Some(y)] = points.map(|along_axis| along_axis.first_chunk::<LANES>()) else { return };
-    let lanes = |values| R::of_f32(values).and_then(|lanes| lanes.first_chunk::<LANES>());
+    let lanes = |values| R::from_f32_slice(values).and_then(|lanes| lanes.first_chunk::<LANES>());
     match (lanes(x), lanes(y)) {
         (Some(x), Some(y)) => fill(draw, run, &spans, [x, y]),
         _ => {

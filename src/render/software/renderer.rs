@@ -149,6 +149,7 @@ impl SoftwareRenderer {
         }
     }
 
+    /// As [`SoftwareRenderer::render`], with lanes of type `R`.
     fn render_as<R: Real>(
         &self,
         plan: &Plan,

@@ -18,7 +18,7 @@ pub trait LaneProgram<R: Real>: Sync {
     fn inputs(&self) -> &[LaneInput];
     /// What each lane output contains, in the same way.
     fn outputs(&self) -> &[LaneOutput];
-    /// Whether the program reads input `k`; an input that is not read need not be filled.
+    /// Whether the program reads input `k`. The caller need not fill an input that the program does not read.
     fn reads_input(&self, _k: usize) -> bool {
         true
     }

@@ -45,7 +45,7 @@ pub trait Real:
     /// As `as_f32`, for a mutable slice.
     fn as_f32_mut(values: &mut [Self]) -> Option<&mut [f32]>;
     /// The inverse of `as_f32`: the same slice as elements, if these are f32; otherwise `None`.
-    fn of_f32(values: &[f32]) -> Option<&[Self]>;
+    fn from_f32_slice(values: &[f32]) -> Option<&[Self]>;
     /// Bitwise operations on all bits of the element, for masks and integers: `bit_and`, `bit_or`, `bit_xor`, `bit_not`.
     fn bit_and(self, b: Self) -> Self;
     fn bit_or(self, b: Self) -> Self;
@@ -325,7 +325,7 @@ impl Real for f32 {
         Some(values)
     }
     #[inline(always)]
-    fn of_f32(values: &[f32]) -> Option<&[Self]> {
+    fn from_f32_slice(values: &[f32]) -> Option<&[Self]> {
         Some(values)
     }
 }
@@ -341,7 +341,7 @@ impl Real for f64 {
         None
     }
     #[inline(always)]
-    fn of_f32(_: &[f32]) -> Option<&[Self]> {
+    fn from_f32_slice(_: &[f32]) -> Option<&[Self]> {
         None
     }
 }
