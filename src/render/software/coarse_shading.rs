@@ -163,8 +163,8 @@ fn fill_block_lanes(rows: &InterpolatedRows, block_column: usize, first_quad_row
 #[derive(Clone, Debug)]
 pub(super) struct InterpolatedLight {
     rows: [InterpolatedRows; 3],
-    /// For red, green and blue: the index in `rows` and `block_buffers` of its values. A component equal to red has the
-    /// index of red, and is not interpolated again.
+    /// For red, green and blue: the index in `rows` and `block_buffers` of its values. A component equal to red has the index of red, and is not interpolated
+    /// again.
     source: [usize; 3],
     /// Buffers for one block of each component.
     block_buffers: [[f32; BLOCK_PIXELS]; 3],

@@ -57,8 +57,8 @@ pub(crate) struct PreparedDraw<'a, R: Real> {
 }
 
 impl<R: Real> PreparedDraw<'_, R> {
-    /// Whether the draw adds light that may be interpolated between shaded points. The light must be added to every covered pixel (no discard, no depth test,
-    /// no extent), and be light and not instruction counts.
+    /// Whether the draw adds light that may be interpolated between shaded points. Every covered pixel must get the light (no discard, no depth test, no
+    /// extent), and it must be light and not a count of instructions.
     pub(super) fn is_interpolated(&self) -> bool {
         self.shading_rate == ShadingRate::Interpolated
             && self.blend == Blend::Add

@@ -62,8 +62,7 @@ pub(crate) fn block_at([x, y]: [u32; 2]) -> Option<usize> {
 pub(crate) fn covers_all(triangle: &RasterTriangle, [width, height]: [u32; 2]) -> bool {
     let last = |size: u32| i64::from(size) * STEPS_PER_PIXEL - 1;
     let corners = [[0, 0], [last(width), 0], [0, last(height)], [last(width), last(height)]];
-    triangle.bounds_px == [0, 0, width, height]
-        && triangle.edges.iter().all(|e| corners.iter().all(|[x, y]| e.a * x + e.b * y + e.c >= 0))
+    triangle.bounds_px == [0, 0, width, height] && triangle.edges.iter().all(|e| corners.iter().all(|[x, y]| e.a * x + e.b * y + e.c >= 0))
 }
 
 /// Whether the triangle covers every sample of a rectangle, given by left, top, right and bottom edge (the last two exclusive).
