@@ -5,7 +5,7 @@
 
 use crate::render::plan::Blend;
 
-/// The new value of the target at one pixel or sample.
+/// The new colour of the target at one pixel or sample. `source`: the fragment's colour; `target`: the old colour.
 #[inline(always)]
 pub(crate) fn blend_pixel(blend: Blend, source: [f32; 4], target: [f32; 4]) -> [f32; 4] {
     match blend {
@@ -39,21 +39,21 @@ pub(crate) fn blend_lanes(blend: Blend, source: [&[f32]; 4], target: [&mut [f32]
     }
 }
 
-/// As [`blend_lanes`] for target pixels that all have the colour `before`; `target` receives the result and is not read.
+/// As [`blend_lanes`] for target pixels that all have the colour `old_colour`; `target` receives the result and is not read.
 #[inline(always)]
-pub(crate) fn blend_onto_colour(blend: Blend, source: [&[f32]; 4], before: [f32; 4], target: [&mut [f32]; 4]) {
+pub(crate) fn blend_onto_colour(blend: Blend, source: [&[f32]; 4], old_colour: [f32; 4], target: [&mut [f32]; 4]) {
     let alpha = source[3];
-    for ((from, before), to) in source.into_iter().zip(before).zip(target) {
+    for ((from, old), to) in source.into_iter().zip(old_colour).zip(target) {
         match blend {
             Blend::Replace => to.copy_from_slice(from),
             Blend::PremultipliedOver => {
                 for ((t, s), a) in to.iter_mut().zip(from).zip(alpha) {
-                    *t = s + before * (1.0 - a);
+                    *t = s + old * (1.0 - a);
                 }
             }
             Blend::Add => {
                 for (t, s) in to.iter_mut().zip(from) {
-                    *t = before + s;
+                    *t = old + s;
                 }
             }
         }

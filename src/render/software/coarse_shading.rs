@@ -12,7 +12,7 @@ use super::exec::LaneMask;
 use super::lane_inputs;
 use super::math::Real;
 use super::prepared_draw::{PreparedDraw, QUADS_PER_BATCH, Quad};
-use super::raster::coverage::{BLOCK_PIXELS, TILE_BLOCKS, TILE_SIDE_PX, TilePixels, block_position, covers_rectangle};
+use super::raster::coverage::{BLOCK_PIXELS, PixelCentres, TILE_BLOCKS, TILE_SIDE_PX, block_position, covers_rectangle};
 use super::stage::{LANES, LaneRun};
 use super::tiles::TileTarget;
 
@@ -22,14 +22,14 @@ const SPACING: usize = 4;
 const COLUMNS: usize = 16;
 const ROWS: usize = 8;
 const _: () = assert!(COLUMNS * ROWS == LANES && LANES == BLOCK_PIXELS && COLUMNS * SPACING == TILE_SIDE_PX as usize);
-/// Quads across the half tile, and lanes in one row of quads.
+/// Quads across half a tile (64x32 pixels), and lanes in one row of quads.
 const QUADS_ACROSS: usize = COLUMNS * SPACING / 2;
 const ROW_LANES: usize = 4 * QUADS_ACROSS;
-/// Rows of quads in the half tile and in a block, and lanes in one row of a block's quads.
+/// Rows of quads in half a tile and in a block, and lanes in one row of a block's quads.
 const QUAD_ROWS: usize = ROWS * SPACING / 2;
 const QUAD_ROWS_OF_BLOCK: usize = 4;
 const BLOCK_ROW_LANES: usize = BLOCK_PIXELS / QUAD_ROWS_OF_BLOCK;
-/// Blocks across the half tile, and in all of it.
+/// Blocks across half a tile, and in all of it.
 const BLOCKS_ACROSS: usize = ROW_LANES / BLOCK_ROW_LANES;
 const HALF_TILE_BLOCKS: usize = BLOCKS_ACROSS * QUAD_ROWS / QUAD_ROWS_OF_BLOCK;
 
@@ -44,21 +44,22 @@ type Grid = [[f32; COLUMNS]; ROWS];
 /// values.
 type InterpolatedRows = [[f32; ROW_LANES]; ROWS];
 
-/// The cell (the interval between two neighbouring points) in which a quad lies along an axis with `points` points, by the index of its first point. Quads
-/// beyond the outer points use the outermost cells.
-const fn cell_of_quad(quad: usize, points: usize) -> usize {
+/// The cell (the interval between two neighbouring points) in which a quad lies along an axis with `point_count` points, as the index of the cell's first
+/// point. Quads beyond the outer points use the outermost cells.
+const fn cell_of_quad(quad: usize, point_count: usize) -> usize {
     let cell = quad.saturating_sub(1) / (SPACING / 2);
-    if cell < points - 2 { cell } else { points - 2 }
+    if cell < point_count - 2 { cell } else { point_count - 2 }
 }
 
 /// Position of a pixel's centre in its cell: 0 at the cell's first point, 1 at its second.
-const fn position_in_cell(pixel: usize, points: usize) -> f32 {
-    let first_point = (2 * cell_of_quad(pixel / 2, points) + 1) * SPACING;
+const fn position_in_cell(pixel: usize, point_count: usize) -> f32 {
+    // In half pixels, like the centre, 2 * pixel + 1.
+    let first_point = (2 * cell_of_quad(pixel / 2, point_count) + 1) * SPACING;
     ((2 * pixel + 1) as f32 - first_point as f32) / (2 * SPACING) as f32
 }
 
-/// For the pixels of a row of quads, in lane order from column `first` on: the position of each in its cell.
-const fn across<const N: usize>(first: usize) -> [f32; N] {
+/// For the pixels of a row of quads, in lane order from column `first` on: the horizontal position of each in its cell.
+const fn horizontal_positions<const N: usize>(first: usize) -> [f32; N] {
     let mut positions = [0.0; N];
     let mut lane = 0;
     while lane < N {
@@ -67,13 +68,13 @@ const fn across<const N: usize>(first: usize) -> [f32; N] {
     }
     positions
 }
-/// The positions in their cells of the pixels of the first quad of a row, of the two quads between any two neighbouring points, and of the last quad.
-static ACROSS_FIRST: [f32; 4] = across(0);
-static ACROSS_PAIR: [f32; 8] = across(2);
-static ACROSS_LAST: [f32; 4] = across(COLUMNS * SPACING - 2);
+/// Horizontal positions in their cells: of the pixels of the first quad of a row, of the two quads between any two neighbouring points, and of the last quad.
+static FIRST_QUAD_POSITIONS: [f32; 4] = horizontal_positions(0);
+static QUAD_PAIR_POSITIONS: [f32; 8] = horizontal_positions(2);
+static LAST_QUAD_POSITIONS: [f32; 4] = horizontal_positions(COLUMNS * SPACING - 2);
 
 /// For each row of quads, the vertical position in its cell of each lane of a block.
-static DOWN: [[f32; BLOCK_ROW_LANES]; QUAD_ROWS] = {
+static VERTICAL_POSITIONS: [[f32; BLOCK_ROW_LANES]; QUAD_ROWS] = {
     let mut positions = [[0.0; BLOCK_ROW_LANES]; QUAD_ROWS];
     let mut k = 0;
     while k < QUAD_ROWS * BLOCK_ROW_LANES {
@@ -101,7 +102,7 @@ fn grid(lanes: &[f32; LANES]) -> Grid {
 /// Whether the light may be interpolated. No early exit, so that the compiler vectorises the loops. False if a value is NaN.
 #[inline(always)]
 fn is_smooth(grid: &Grid) -> bool {
-    let is_straight = |before: f32, middle: f32, after: f32| (before - 2.0 * middle + after).abs() <= SMOOTH_DIFFERENCE * middle;
+    let is_straight = |previous: f32, middle: f32, next: f32| (previous - 2.0 * middle + next).abs() <= SMOOTH_DIFFERENCE * middle;
     let mut all = true;
     for row in grid {
         for c in 1..COLUMNS - 1 {
@@ -116,9 +117,10 @@ fn is_smooth(grid: &Grid) -> bool {
     all
 }
 
-/// The values of `N` lanes between two points, at each lane's position in the cell. Computed before they are stored, so that the compiler uses vectors.
+/// Linear interpolation in `N` lanes, from the value at a cell's first point to that at its second, at each lane's position in the cell. The values are
+/// returned and not stored one by one, so that the compiler uses vectors.
 #[inline(always)]
-fn between<const N: usize>(from: [f32; N], to: [f32; N], position: &[f32; N]) -> [f32; N] {
+fn lerp<const N: usize>(from: [f32; N], to: [f32; N], position: &[f32; N]) -> [f32; N] {
     let mut values = [0.0; N];
     for i in 0..N {
         values[i] = from[i] + (to[i] - from[i]) * position[i];
@@ -136,11 +138,11 @@ fn interpolate_rows(grid: &Grid, rows: &mut InterpolatedRows) {
         let cell_values = |cell: usize| [points[cell], points[cell + 1]];
         for (cell, pair) in pairs.iter_mut().enumerate() {
             let [from, to] = cell_values(cell);
-            *pair = between([from; 8], [to; 8], &ACROSS_PAIR);
+            *pair = lerp([from; 8], [to; 8], &QUAD_PAIR_POSITIONS);
         }
-        for (quad, cell, position) in [(first_quad, 0, ACROSS_FIRST), (last_quad, COLUMNS - 2, ACROSS_LAST)] {
+        for (quad, cell, position) in [(first_quad, 0, FIRST_QUAD_POSITIONS), (last_quad, COLUMNS - 2, LAST_QUAD_POSITIONS)] {
             let [from, to] = cell_values(cell);
-            quad.copy_from_slice(&between([from; 4], [to; 4], &position));
+            quad.copy_from_slice(&lerp([from; 4], [to; 4], &position));
         }
     }
 }
@@ -153,7 +155,7 @@ fn fill_block_lanes(rows: &InterpolatedRows, block_column: usize, first_quad_row
         let quad_row = first_quad_row + row;
         let cell = cell_of_quad(quad_row, ROWS);
         let at_points = |point_row: usize| &rows[point_row].as_chunks::<BLOCK_ROW_LANES>().0[block_column];
-        *lanes = between(*at_points(cell), *at_points(cell + 1), &DOWN[quad_row]);
+        *lanes = lerp(*at_points(cell), *at_points(cell + 1), &VERTICAL_POSITIONS[quad_row]);
     }
 }
 
@@ -161,15 +163,16 @@ fn fill_block_lanes(rows: &InterpolatedRows, block_column: usize, first_quad_row
 #[derive(Clone, Debug)]
 pub(super) struct InterpolatedLight {
     rows: [InterpolatedRows; 3],
-    /// For red, green and blue: the index in `rows` of its values. Equal components are interpolated once.
+    /// For red, green and blue: the index in `rows` and `block_buffers` of its values. A component equal to red has the index of red, and is not interpolated
+    /// again.
     source: [usize; 3],
     /// Buffers for one block of each component.
-    block: [[f32; BLOCK_PIXELS]; 3],
+    block_buffers: [[f32; BLOCK_PIXELS]; 3],
 }
 
 impl InterpolatedLight {
     pub(super) fn new() -> Self {
-        Self { rows: [[[0.0; ROW_LANES]; ROWS]; 3], source: [0, 1, 2], block: [[0.0; BLOCK_PIXELS]; 3] }
+        Self { rows: [[[0.0; ROW_LANES]; ROWS]; 3], source: [0, 1, 2], block_buffers: [[0.0; BLOCK_PIXELS]; 3] }
     }
 
     /// Interpolates the light at the points along their rows. Returns false if the light is not smooth.
@@ -195,11 +198,11 @@ impl InterpolatedLight {
         for k in 0..3 {
             if self.source[k] == k {
                 let first_quad_row = block / BLOCKS_ACROSS * QUAD_ROWS_OF_BLOCK;
-                fill_block_lanes(&self.rows[k], block % BLOCKS_ACROSS, first_quad_row, &mut self.block[k]);
+                fill_block_lanes(&self.rows[k], block % BLOCKS_ACROSS, first_quad_row, &mut self.block_buffers[k]);
             }
         }
         let [r, g, b] = self.source;
-        [&self.block[r], &self.block[g], &self.block[b]]
+        [&self.block_buffers[r], &self.block_buffers[g], &self.block_buffers[b]]
     }
 
     /// Shades the points of half a tile and adds the light to its blocks. `first`: the half's first quad. Returns false, and draws nothing, if the light is
@@ -231,7 +234,7 @@ impl InterpolatedLight {
     #[inline(always)]
     fn draw_generic<R: Real>(&mut self, draw: &PreparedDraw<'_, R>, run: &mut dyn LaneRun<R>, first: Quad, tile: &mut Tile<'_>) -> bool {
         let mut points = [[0.0; LANES]; 2];
-        for (points, centres) in points.iter_mut().zip([&tile.pixels.x, &tile.pixels.y]) {
+        for (points, centres) in points.iter_mut().zip([&tile.pixel_centres.x, &tile.pixel_centres.y]) {
             for (point, centre) in points.iter_mut().zip(centres) {
                 *point = centre * SPACING as f32;
             }
@@ -259,7 +262,7 @@ impl InterpolatedLight {
 /// The tile that is being drawn.
 pub(super) struct Tile<'a> {
     pub target: &'a mut TileTarget,
-    pub pixels: &'a TilePixels,
+    pub pixel_centres: &'a PixelCentres,
     /// Its top-left pixel.
     pub corner: [u32; 2],
 }

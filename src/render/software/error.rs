@@ -63,10 +63,10 @@ mod tests {
 
     #[test]
     fn too_much_memory_is_an_error_and_not_an_abort() {
-        let mut some = vec![1_u64];
-        assert_eq!(try_grow(&mut some, 7, "a test"), Ok(()));
-        assert!(some.capacity() >= 8);
-        let error = try_grow(&mut some, usize::MAX / 16, "a test").expect_err("more than can be allocated");
+        let mut values = vec![1_u64];
+        assert_eq!(try_grow(&mut values, 7, "a test"), Ok(()));
+        assert!(values.capacity() >= 8);
+        let error = try_grow(&mut values, usize::MAX / 16, "a test").expect_err("more than can be allocated");
         assert!(error.to_string().contains("not enough memory for a test"), "{error}");
         assert!(try_vec(usize::MAX, 0_u64, "a test").is_err());
     }

@@ -14,6 +14,7 @@ pub(crate) enum FragmentInputSource {
     PixelX,
     PixelY,
     Depth,
+    /// 1/w of the clip-space position.
     InverseW,
     /// The interpolated varying with this index; each component counts as one.
     Interpolated(usize),
@@ -77,6 +78,7 @@ impl FragmentSetup {
         self.early_depth_test && !self.uses_depth()
     }
 
+    /// Whether the draw tests or writes depth.
     pub(crate) fn uses_depth(&self) -> bool {
         self.depth.test || self.depth.write
     }

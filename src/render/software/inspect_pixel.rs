@@ -52,6 +52,7 @@ impl SoftwareRenderer {
         }
     }
 
+    /// As [`SoftwareRenderer::pixel_values`], with lanes of type `R`.
     fn values_at<R: Real>(
         &self,
         draw: &PlanDraw,

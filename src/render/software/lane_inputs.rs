@@ -10,7 +10,7 @@
 use super::fragment_setup::FragmentInputSource;
 use super::math::Real;
 use super::prepared_draw::{PreparedDraw, QUADS_PER_BATCH, Quad};
-use super::raster::coverage::{TilePixels, quad_position};
+use super::raster::coverage::{PixelCentres, quad_position};
 use super::raster::setup::{Plane, SourceTriangle};
 use super::stage::{LANES, LaneRun};
 use smallvec::SmallVec;
@@ -21,9 +21,9 @@ const QUAD_LANES: usize = 4;
 
 /// Consecutive quads of one source triangle.
 struct Span<'a> {
-    /// The quads `from..to` of the batch.
-    from: usize,
-    to: usize,
+    /// The quads `start..end` of the batch.
+    start: usize,
+    end: usize,
     triangle: &'a SourceTriangle,
     /// Top-left pixel of the first quad, in the target.
     first_pixel: [f64; 2],
@@ -35,35 +35,36 @@ impl Span<'_> {
     /// The lanes of this span, quad by quad.
     #[inline(always)]
     fn lanes<'l, R>(&self, lanes: &'l mut [R; LANES]) -> &'l mut [[R; QUAD_LANES]] {
-        &mut lanes.as_chunks_mut::<QUAD_LANES>().0[self.from..self.to]
+        &mut lanes.as_chunks_mut::<QUAD_LANES>().0[self.start..self.end]
     }
 
     /// Evaluates a plane at positions given relative to the top-left pixel of the first quad.
     #[inline(always)]
     fn evaluate<R: Real>(&self, lanes: &mut [R; LANES], [x, y]: [&[R; LANES]; 2], plane: &Plane) {
-        let at_origin = R::from_f64(plane.at(self.from_plane_origin[0], self.from_plane_origin[1]));
+        let at_first_pixel = R::from_f64(plane.at(self.from_plane_origin[0], self.from_plane_origin[1]));
         if plane.dx == 0.0 && plane.dy == 0.0 {
-            return self.fill(lanes, at_origin);
+            return self.fill(lanes, at_first_pixel);
         }
         let (dx, dy) = (R::from_f64(plane.dx), R::from_f64(plane.dy));
-        if self.to - self.from == QUADS_PER_BATCH {
+        if self.end - self.start == QUADS_PER_BATCH {
             // One loop over all lanes is fully vectorised.
             for ((lane, x), y) in lanes.iter_mut().zip(x).zip(y) {
-                *lane = at_origin + dx * *x + dy * *y;
+                *lane = at_first_pixel + dx * *x + dy * *y;
             }
             return;
         }
-        let (x, y) = (&x.as_chunks::<QUAD_LANES>().0[self.from..self.to], &y.as_chunks::<QUAD_LANES>().0[self.from..self.to]);
+        let (x, y) = (&x.as_chunks::<QUAD_LANES>().0[self.start..self.end], &y.as_chunks::<QUAD_LANES>().0[self.start..self.end]);
         for ((lanes, x), y) in self.lanes(lanes).iter_mut().zip(x).zip(y) {
             for i in 0..QUAD_LANES {
-                lanes[i] = at_origin + dx * x[i] + dy * y[i];
+                lanes[i] = at_first_pixel + dx * x[i] + dy * y[i];
             }
         }
     }
 
+    /// Sets the lanes of this span to one value.
     #[inline(always)]
     fn fill<R: Real>(&self, lanes: &mut [R; LANES], value: R) {
-        if self.to - self.from == QUADS_PER_BATCH {
+        if self.end - self.start == QUADS_PER_BATCH {
             return lanes.fill(value);
         }
         self.lanes(lanes).fill([value; QUAD_LANES]);
@@ -72,13 +73,13 @@ impl Span<'_> {
     /// Sets lane = combine(lane, other) for the lanes of this span.
     #[inline(always)]
     fn combine<R: Real>(&self, lanes: &mut [R; LANES], other: &[R; LANES], combine: impl Fn(R, R) -> R) {
-        if self.to - self.from == QUADS_PER_BATCH {
+        if self.end - self.start == QUADS_PER_BATCH {
             for i in 0..LANES {
                 lanes[i] = combine(lanes[i], other[i]);
             }
             return;
         }
-        let other = &other.as_chunks::<QUAD_LANES>().0[self.from..self.to];
+        let other = &other.as_chunks::<QUAD_LANES>().0[self.start..self.end];
         for (lanes, other) in self.lanes(lanes).iter_mut().zip(other) {
             for i in 0..QUAD_LANES {
                 lanes[i] = combine(lanes[i], other[i]);
@@ -87,26 +88,26 @@ impl Span<'_> {
     }
 }
 
-/// Fills the lanes of the quads in `range` with one coordinate of their pixels minus `offset`.
+/// Fills the lanes of the quads in `range` with one coordinate of their pixels minus `offset`. `centres`: that coordinate of all pixels of the tile.
 #[inline(always)]
-fn offset_quads<R: Real>(lanes: &mut [R; LANES], pixels: &[f32], quads: &[Quad; QUADS_PER_BATCH], range: Range<usize>, offset: f32) {
-    let pixels = pixels.as_chunks::<QUAD_LANES>().0;
+fn offset_quads<R: Real>(lanes: &mut [R; LANES], centres: &[f32], quads: &[Quad; QUADS_PER_BATCH], range: Range<usize>, offset: f32) {
+    let centres = centres.as_chunks::<QUAD_LANES>().0;
     for (lanes, quad) in lanes.as_chunks_mut::<QUAD_LANES>().0[range.clone()].iter_mut().zip(&quads[range]) {
         // Copied before the lanes are written, so that the compiler uses vectors.
-        let offsets: [f32; QUAD_LANES] = pixels[usize::from(quad.index)].map(|pixel| pixel - offset);
+        let offsets: [f32; QUAD_LANES] = centres[usize::from(quad.index)].map(|centre| centre - offset);
         *lanes = offsets.map(|offset| R::from_f32_bits(offset.to_bits()));
     }
 }
 
 impl<'a> Span<'a> {
-    /// The quads `from..to` of a triangle, of which `first` is the first. `tile_corner`: the tile's top-left pixel.
+    /// The quads `start..end` of a batch, which belong to one triangle. `first`: the first of them; `tile_corner`: the tile's top-left pixel.
     #[inline(always)]
-    fn new<R: Real>(draw: &'a PreparedDraw<'_, R>, [from, to]: [usize; 2], first: Quad, tile_corner: [u32; 2]) -> Self {
+    fn new<R: Real>(draw: &'a PreparedDraw<'_, R>, [start, end]: [usize; 2], first: Quad, tile_corner: [u32; 2]) -> Self {
         let in_tile = quad_position(first.index.into());
         let triangle = &draw.geometry.source_triangles[first.source_triangle as usize];
         let first_pixel = [0, 1].map(|axis: usize| f64::from(tile_corner[axis] + in_tile[axis]));
         let from_plane_origin = [first_pixel[0] - triangle.origin[0], first_pixel[1] - triangle.origin[1]];
-        Self { from, to, triangle, first_pixel, from_plane_origin }
+        Self { start, end, triangle, first_pixel, from_plane_origin }
     }
 }
 
@@ -116,20 +117,20 @@ pub(super) fn fill_quads<R: Real>(
     draw: &PreparedDraw<'_, R>,
     run: &mut dyn LaneRun<R>,
     quads: &[Quad; QUADS_PER_BATCH],
-    pixels: &TilePixels,
+    pixel_centres: &PixelCentres,
     tile_corner: [u32; 2],
 ) {
     // Pixel centres relative to the top-left pixel of their span's first quad.
     let (mut x, mut y) = ([R::ZERO; LANES], [R::ZERO; LANES]);
     let mut spans = SmallVec::<[Span<'_>; QUADS_PER_BATCH]>::new();
-    let mut from = 0;
-    while let Some(first) = quads.get(from) {
-        let to = from + quads[from..].iter().take_while(|q| q.source_triangle == first.source_triangle).count();
+    let mut start = 0;
+    while let Some(first) = quads.get(start) {
+        let end = start + quads[start..].iter().take_while(|q| q.source_triangle == first.source_triangle).count();
         let in_tile = quad_position(first.index.into());
-        offset_quads(&mut x, &pixels.x, quads, from..to, in_tile[0] as f32);
-        offset_quads(&mut y, &pixels.y, quads, from..to, in_tile[1] as f32);
-        spans.push(Span::new(draw, [from, to], *first, tile_corner));
-        from = to;
+        offset_quads(&mut x, &pixel_centres.x, quads, start..end, in_tile[0] as f32);
+        offset_quads(&mut y, &pixel_centres.y, quads, start..end, in_tile[1] as f32);
+        spans.push(Span::new(draw, [start, end], *first, tile_corner));
+        start = end;
     }
     fill(draw, run, &spans, [&x, &y]);
 }
@@ -145,7 +146,7 @@ pub(super) fn fill_block<R: Real>(
 ) {
     let spans = [Span::new(draw, [0, QUADS_PER_BATCH], first, tile_corner)];
     let [Some(x), Some(y)] = points.map(|along_axis| along_axis.first_chunk::<LANES>()) else { return };
-    let lanes = |values| R::of_f32(values).and_then(|lanes| lanes.first_chunk::<LANES>());
+    let lanes = |values| R::from_f32_slice(values).and_then(|lanes| lanes.first_chunk::<LANES>());
     match (lanes(x), lanes(y)) {
         (Some(x), Some(y)) => fill(draw, run, &spans, [x, y]),
         _ => {
@@ -160,6 +161,7 @@ pub(super) fn fill_block<R: Real>(
 fn fill<R: Real>(draw: &PreparedDraw<'_, R>, run: &mut dyn LaneRun<R>, spans: &[Span<'_>], [x, y]: [&[R; LANES]; 2]) {
     let sources = &draw.fragment_setup.input_sources;
     let is_perspective = spans.iter().any(|s| !s.triangle.is_affine);
+    // Clip-space w of each lane, needed only to interpolate varyings in perspective; 1 in the lanes of affine triangles.
     let w = (is_perspective && sources.iter().any(|s| matches!(s, FragmentInputSource::Interpolated(_)))).then(|| {
         let mut w = [R::ONE; LANES];
         for span in spans.iter().filter(|s| !s.triangle.is_affine) {

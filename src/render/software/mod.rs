@@ -2,14 +2,14 @@
 //!
 //! In: a plan and its lowered modules. Out: a frame and its timings. The entry point is [`renderer`].
 //!
-//! [`lower`] turns each entry point of a module's naga IR into a [`program`]. Its tape is a list of instructions, each of which computes a scalar for many
-//! lanes at once. A lane is a pixel or a vertex. [`exec`] runs the tape with SIMD [`kernels`]; [`sample`] reads textures for it. [`raster`] turns triangles
-//! into covered quads of 2x2 pixels.
+//! [`lower`] turns each entry point of a module's naga IR into a [`program`]. A program's tape is a list of instructions, each of which computes a scalar for
+//! many lanes at once. A lane is a pixel or a vertex. [`exec`] runs the tape with SIMD [`kernels`]; [`sample`] reads textures for it. [`raster`] turns
+//! triangles into covered quads of 2x2 pixels.
 //!
 //! [`vertex`] turns a draw into triangles, [`pass`] sorts them into tiles and distributes the tiles over the cores, [`shade`] fills batches of 128 lanes
-//! (`lane_inputs`) and runs them (`coarse_shading`: smooth light at fewer points), [`tiles`] stores a tile's colour, `tile_depth` its depth, and `tile_rows`
-//! writes the tile into the image. `pass_fusion` lets the tone map read the tiles of an HDR image that is never stored; [`tone_map`] computes the tone map in
-//! native code instead of running its tape, unless the user has edited its shader.
+//! (`lane_inputs`) and runs them. `coarse_shading` shades smooth light at fewer points. [`tiles`] stores a tile's colour, `tile_depth` its depth, and
+//! `tile_rows` writes the tile into the image. `pass_fusion` lets the tone map read the tiles of an HDR image that is never stored; [`tone_map`] computes the
+//! tone map in native code instead of running its tape, unless the user has edited its shader.
 
 pub mod blend;
 mod coarse_shading;

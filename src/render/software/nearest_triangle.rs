@@ -1,9 +1,9 @@
 //! Finds the triangles of a mesh that may be visible at a pixel's centre.
 //!
-//! In: a draw of a mesh and its vertex program. Out: for each triangle that may cover the centre, nearest first, the draw's vertices with the indices of
-//! that triangle only. The rasteriser rounds corners, and counts a centre on an edge as covered by only one of the two triangles; the first candidate that
-//! covers the centre in the rasteriser is the visible triangle. Barycentric coordinates are computed in homogeneous clip space, so that triangles that
-//! extend behind the camera are included.
+//! In: a draw of a mesh and its vertex program. Out: for each triangle that may cover the centre, nearest first, the draw's vertices with the indices of that
+//! triangle only. These triangles are candidates: the rasteriser rounds corners, and counts a centre on an edge as covered by only one of the two triangles at
+//! the edge. The first candidate that covers the centre in the rasteriser is the visible triangle. Barycentric coordinates are computed in homogeneous clip
+//! space, so that triangles that extend behind the camera are included.
 
 use super::RenderError;
 use super::math::Real;
@@ -30,6 +30,7 @@ pub(crate) fn nearest_triangles<R: Real>(
     let Vertices::Mesh { attributes, indices } = &draw.vertices else { return Ok(None) };
     let positions = clip_positions(draw, vertex)?;
     let clip_xyw = |k: u32| positions.position(k).map(|[x, y, _, w]| DVec3::new(x, y, w));
+    // The centre of pixel `k` along an axis of `size` pixels, from -1 to 1.
     let ndc = |k: u32, size: u32| (2.0 * f64::from(k) + 1.0) / f64::from(size) - 1.0;
     let pixel_centre = DVec3::new(ndc(x, width), -ndc(y, height), 1.0);
     let [margin_x, margin_y] = [width, height].map(|size| 2.0 * MARGIN_PX / f64::from(size));
@@ -42,6 +43,7 @@ pub(crate) fn nearest_triangles<R: Real>(
         }
         let inverse = corners.inverse();
         let weights = inverse * pixel_centre;
+        // The greatest that each weight becomes if the point moves by up to the margin along each axis.
         let greatest_weights = weights + inverse.x_axis.abs() * margin_x + inverse.y_axis.abs() * margin_y;
         let sum = weights.x + weights.y + weights.z;
         (greatest_weights.min_element() >= 0.0 && sum > 0.0).then_some(sum)

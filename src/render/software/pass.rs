@@ -11,7 +11,7 @@ use super::fragment_setup::FragmentSetup;
 use super::math::Real;
 use super::pass_fusion::TileTexture;
 use super::prepared_draw::{DrawExtent, PreparedDraw};
-use super::raster::coverage::{TILE_BLOCKS, TILE_SIDE_PX, TilePixels, block_position, covers_all};
+use super::raster::coverage::{PixelCentres, TILE_BLOCKS, TILE_SIDE_PX, block_position, covers_all};
 use super::raster::setup::VertexGrid;
 use super::shade::{Batch, TileShader};
 use super::stage::{LaneProgram, LaneRun};
@@ -30,9 +30,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 /// Centres of a tile's pixels.
-static PIXEL_CENTRES: LazyLock<TilePixels> = LazyLock::new(TilePixels::new);
+static PIXEL_CENTRES: LazyLock<PixelCentres> = LazyLock::new(PixelCentres::new);
 
-/// The stages of one draw, bound to its uniforms and textures, and the grid to which vertices are rounded between them.
+/// The stages of one draw, bound to its uniforms and textures, and the subpixel grid to which vertex positions are rounded after the vertex stage.
 pub struct DrawStages<'a, R: Real> {
     pub vertex: &'a dyn LaneProgram<R>,
     pub vertex_grid: VertexGrid,
@@ -55,12 +55,14 @@ struct PreparedPass<'a, R: Real> {
 
 /// A second pass that is executed tile by tile with the first. Its first draw covers the target and reads the first pass's image.
 struct FusedPass<'a, R: Real> {
+    /// That first draw.
     full_screen: PreparedDraw<'a, R>,
     /// The other draws of the second pass, such as labels.
     overlay: PreparedPass<'a, R>,
     /// The colour to which the full-screen draw maps the first pass's clear colour, if it is the same at every pixel.
     mapped_clear_colour: Option<[f32; 4]>,
-    /// The uniforms of the full-screen draw if it is the shipped (not edited) tone map, which native code then applies to complete blocks.
+    /// The uniforms of the full-screen draw if it is the shipped (not edited) tone map, which native code then applies to the tiles that
+    /// [`Self::direct_tone_map`] permits.
     tone_map: Option<ToneMapUniforms>,
     /// Set if the full-screen draw has read pixels other than its own, which makes the image invalid.
     read_other_pixels: AtomicBool,
@@ -80,7 +82,7 @@ struct TileBins {
     tiles_across: usize,
     /// Index of each tile's first entry, and at the end the number of entries.
     starts: Vec<usize>,
-    /// Indices of a draw and of one of its triangles.
+    /// Each entry: the index of a draw, and that of one of its raster triangles.
     entries: Vec<(u32, u32)>,
 }
 
@@ -90,7 +92,7 @@ impl TileBins {
         let for_each_entry = |visit: &mut dyn FnMut(usize, (u32, u32))| {
             for (draw_index, draw) in draws.iter().enumerate() {
                 for (triangle_index, triangle) in draw.geometry.triangles.iter().enumerate() {
-                    let [x0, y0, x1, y1] = triangle.pixels;
+                    let [x0, y0, x1, y1] = triangle.bounds_px;
                     for ty in y0 / TILE_SIDE_PX..y1.div_ceil(TILE_SIDE_PX) {
                         for tx in x0 / TILE_SIDE_PX..x1.div_ceil(TILE_SIDE_PX) {
                             visit(ty as usize * tiles_across + tx as usize, (draw_index as u32, triangle_index as u32));
@@ -124,14 +126,15 @@ impl TileBins {
 pub fn execute<R: Real>(pass: &Pass, stages: &[DrawStages<'_, R>]) -> Result<(PassImage, PassTimings), RenderError> {
     let start = Instant::now();
     let (prepared, mut timings) = prepare_pass(pass, stages)?;
-    let all_timings = [&mut timings, &mut PassTimings::default()];
+    let no_second_pass = &mut PassTimings::default();
+    let all_timings = [&mut timings, no_second_pass];
     let image = match pass.format {
         ColourFormat::Hdr | ColourFormat::HdrF32 => {
             let write = |worker: &Worker<'_, R>, rows: TileRows<'_, '_, [f32; 4]>, _| worker.first.target.write_linear(rows);
             PassImage::Float(draw_tiles(&prepared, None, "an image of f32 colours", Some(pass.clear), write, all_timings)?)
         }
         ColourFormat::Rgba8Unorm => {
-            let write = |worker: &Worker<'_, R>, rows: TileRows<'_, '_, [u8; 4]>, _| worker.first.target.write_to(rows, unorm8);
+            let write = |worker: &Worker<'_, R>, rows: TileRows<'_, '_, [u8; 4]>, _| worker.first.target.write_converted(rows, unorm8);
             PassImage::Unorm(draw_tiles(&prepared, None, "an image of display bytes", Some(unorm8(pass.clear)), write, all_timings)?)
         }
     };
@@ -169,7 +172,7 @@ pub(crate) fn execute_fused<R: Real>(
     let clear_bytes = unorm8(mapped_clear_colour.unwrap_or_default());
     let write = |worker: &Worker<'_, R>, rows: TileRows<'_, '_, [u8; 4]>, tile| match fused.direct_tone_map(tile) {
         Some(tone_map) => worker.first.target.write_tone_mapped(rows, tone_map, clear_bytes),
-        None => worker.final_target().write_to(rows, unorm8),
+        None => worker.final_target().write_converted(rows, unorm8),
     };
     let timings = [&mut first_timings, &mut second_timings];
     let image = draw_tiles(&first_prepared, Some(&fused), "an image of display bytes", mapped_clear_colour.map(unorm8), write, timings)?;
@@ -202,7 +205,7 @@ fn check_size_and_samples(pass: &Pass) -> Result<(), RenderError> {
     Ok(())
 }
 
-/// For the pixel view of shading cost: the instructions that a texture read counts as.
+/// The number of instructions that one texture read counts as, in a module whose key selects the pixel view of shading cost; `None` for all others.
 fn instructions_per_read(module: &ModuleId) -> Option<f64> {
     if let ModuleId::Planet(key) = module { key.instructions_per_read() } else { None }
 }
@@ -214,14 +217,14 @@ fn prepare_draw<'a, R: Real>(
     timings: &mut PassTimings,
 ) -> Result<PreparedDraw<'a, R>, RenderError> {
     let fragment = stages.fragment;
-    let AssembledDraw { geometry, submitted, vertex_seconds, setup_seconds } =
+    let AssembledDraw { geometry, submitted_triangles, vertex_seconds, setup_seconds } =
         assemble(draw, stages.vertex, fragment.inputs(), [pass.width, pass.height], stages.vertex_grid)?;
     timings.vertex_ms += 1e3 * vertex_seconds;
     timings.setup_ms += 1e3 * setup_seconds;
-    timings.submitted += submitted;
-    // Each triangle that is not culled has one source triangle in the geometry.
-    timings.culled += submitted - geometry.source_triangles.len();
-    timings.clipped += geometry.clipped;
+    timings.submitted += submitted_triangles;
+    // Each submitted triangle that is not culled has one source triangle in the geometry, even if clipping splits it into several raster triangles.
+    timings.culled += submitted_triangles - geometry.source_triangles.len();
+    timings.clipped += geometry.clipped_count;
     timings.triangles += geometry.triangles.len();
     let fragment_setup = FragmentSetup::new(fragment, draw.depth, pass.depth);
     Ok(PreparedDraw {
@@ -230,7 +233,8 @@ fn prepare_draw<'a, R: Real>(
         fragment_setup,
         blend: draw.blend,
         shading_rate: draw.shading_rate,
-        extent: draw.extent.map(|outline| DrawExtent { outline, marks: fragment.marks().cloned() }),
+        // The plan gives the outlines, and names the image of marks; the fragment stage, which is bound to this image, has read the marks.
+        extent: draw.extent.map(|outlines| DrawExtent { outlines, marks: fragment.marks().cloned() }),
         instructions_per_read: instructions_per_read(&draw.module),
     })
 }
@@ -238,6 +242,7 @@ fn prepare_draw<'a, R: Real>(
 /// Draws the image of a pass, or of the second of two fused passes. The memory is not initialised first, to save one write of the image;
 /// each pixel is written once. `allocation` names the image in the error if memory is insufficient. `empty_tile_colour`: colour of a tile without
 /// triangles; `None` if it differs between pixels, in which case such tiles are shaded too. `write` writes a drawn tile, given by column and row.
+/// `timings`: those of the first pass and of the fused second pass; without a second pass, the latter are left unchanged.
 fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     first: &PreparedPass<'_, R>,
     fused: Option<&FusedPass<'_, R>>,
@@ -250,7 +255,7 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     let count = pass.width as usize * pass.height as usize;
     let mut image = Vec::new();
     super::try_grow(&mut image, count, allocation)?;
-    let pixels = &*PIXEL_CENTRES;
+    let pixel_centres = &*PIXEL_CENTRES;
     // Boxed, because each tile moves a worker out of the list and back.
     let idle_workers: Mutex<Vec<Box<Worker<'_, R>>>> = Mutex::new(Vec::new());
     let tile_side = TILE_SIDE_PX as usize;
@@ -273,7 +278,7 @@ fn draw_tiles<R: Real, T: Copy + Send + Sync>(
         rows_of_tiles.par_iter_mut().enumerate().filter(|(tx, _)| fill_colour(*tx).is_none()).for_each(|(tx, rows)| {
             let idle_worker = idle_workers.lock().pop();
             let mut worker = idle_worker.unwrap_or_else(|| Box::new(Worker::new(first, fused)));
-            worker.draw_tile(first, fused, [tx, ty], pixels);
+            worker.draw_tile(first, fused, [tx, ty], pixel_centres);
             let start = Instant::now();
             write(&worker, rows, [tx, ty]);
             worker.resolve_seconds += start.elapsed().as_secs_f64();
@@ -313,9 +318,9 @@ impl<'a, R: Real> PassWorker<'a, R> {
     }
 
     /// Draws a tile's triangles into the target.
-    fn draw(&mut self, prepared: &PreparedPass<'a, R>, [tx, ty]: [usize; 2], pixels: &TilePixels, batch: &mut Batch) {
+    fn draw(&mut self, prepared: &PreparedPass<'a, R>, [tx, ty]: [usize; 2], pixel_centres: &PixelCentres, batch: &mut Batch) {
         let tile_corner = [tx as u32 * TILE_SIDE_PX, ty as u32 * TILE_SIDE_PX];
-        let mut shader = TileShader { target: &mut self.target, pixels, tile_corner, samples: prepared.pass.samples };
+        let mut shader = TileShader { target: &mut self.target, pixel_centres, tile_corner, samples: prepared.pass.samples };
         for entries_of_draw in prepared.bins.tile(tx, ty).chunk_by(|a, b| a.0 == b.0) {
             let draw_index = entries_of_draw[0].0 as usize;
             let draw = &prepared.draws[draw_index];
@@ -329,7 +334,7 @@ impl<'a, R: Real> PassWorker<'a, R> {
 /// Buffers for drawing tiles, used by one thread at a time.
 struct Worker<'a, R: Real> {
     first: PassWorker<'a, R>,
-    /// Buffers of the fused second pass, and the state of its full-screen draw.
+    /// Of a fused second pass: the buffers for its other draws, and the run of its full-screen draw.
     second: Option<(PassWorker<'a, R>, BoxedRun<'a, R>)>,
     batch: Batch,
     resolve_seconds: f64,
@@ -347,13 +352,19 @@ impl<'a, R: Real> Worker<'a, R> {
     }
 
     /// Draws a tile of the first pass and, unless native code maps it to display bytes directly, of the fused second pass.
-    fn draw_tile(&mut self, first: &PreparedPass<'a, R>, fused: Option<&FusedPass<'a, R>>, tile_index: [usize; 2], pixels: &TilePixels) {
+    fn draw_tile(
+        &mut self,
+        first: &PreparedPass<'a, R>,
+        fused: Option<&FusedPass<'a, R>>,
+        tile_index: [usize; 2],
+        pixel_centres: &PixelCentres,
+    ) {
         let start = Instant::now();
         let pass = first.pass;
         let entries = first.bins.tile(tile_index[0], tile_index[1]);
         let uses_depth = entries.iter().any(|(draw, _)| first.draws[*draw as usize].fragment_setup.uses_depth());
         self.first.target.clear(pass.clear, uses_depth);
-        self.first.draw(first, tile_index, pixels, &mut self.batch);
+        self.first.draw(first, tile_index, pixel_centres, &mut self.batch);
         self.first.shading_seconds += start.elapsed().as_secs_f64();
         let start = Instant::now();
         self.first.target.resolve();
@@ -368,7 +379,7 @@ impl<'a, R: Real> Worker<'a, R> {
             second.target.clear(fused.mapped_clear_colour.unwrap_or(fused.overlay.pass.clear), false);
             let tile_corner = tile_index.map(|k| k as u32 * TILE_SIDE_PX);
             let texture = TileTexture::new(&self.first.target, tile_corner, [pass.width, pass.height]);
-            let mut shader = TileShader { target: &mut second.target, pixels, tile_corner, samples: 1 };
+            let mut shader = TileShader { target: &mut second.target, pixel_centres, tile_corner, samples: 1 };
             for block in 0..TILE_BLOCKS {
                 let [x, y] = block_position(block);
                 let is_inside = tile_corner[0] + x < pass.width && tile_corner[1] + y < pass.height;
@@ -378,20 +389,20 @@ impl<'a, R: Real> Worker<'a, R> {
                 }
             }
             fused.read_other_pixels.fetch_or(texture.read_other_pixels.get(), Ordering::Relaxed);
-            second.draw(&fused.overlay, tile_index, pixels, &mut self.batch);
+            second.draw(&fused.overlay, tile_index, pixel_centres, &mut self.batch);
             second.shading_seconds += start.elapsed().as_secs_f64();
         }
     }
 
     /// The colour to which a position-independent full-screen draw maps the first pass's clear colour.
     fn map_clear_colour(&mut self, first: &PreparedPass<'a, R>, full_screen: &PreparedDraw<'a, R>) -> [f32; 4] {
-        let (pass, pixels) = (first.pass, &*PIXEL_CENTRES);
+        let (pass, pixel_centres) = (first.pass, &*PIXEL_CENTRES);
         self.first.target.clear(pass.clear, false);
         self.first.target.fill_unwritten();
         let mut mapped = TileTarget::new(1);
         mapped.clear([0.0; 4], false);
         let texture = TileTexture::new(&self.first.target, [0, 0], [pass.width, pass.height]);
-        let mut shader = TileShader { target: &mut mapped, pixels, tile_corner: [0, 0], samples: 1 };
+        let mut shader = TileShader { target: &mut mapped, pixel_centres, tile_corner: [0, 0], samples: 1 };
         shader.shade_block_with_texture(full_screen, 0, &texture, full_screen.fragment.new_run().as_mut(), &mut self.batch);
         mapped.block(0).map_or([0.0; 4], |planes| planes.map(|plane| plane[0]))
     }

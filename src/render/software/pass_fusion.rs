@@ -22,19 +22,19 @@ static BLOCK_OFFSETS: std::sync::LazyLock<[[u32; LANES]; 2]> = std::sync::LazyLo
     [offsets(0), offsets(1)]
 });
 
-/// Whether pass `k` and the next pass may be fused: pass `k` draws an HDR image that only the first draw of the next pass reads, and the next pass draws
-/// a display image of the same size.
-pub(crate) fn can_fuse_with_next_pass(plan: &Plan, k: usize) -> bool {
-    let (Some(hdr), Some(display)) = (plan.passes.get(k), plan.passes.get(k + 1)) else { return false };
-    let reads = |source: &TextureSource| matches!(source, TextureSource::PassOutput(read) if *read == k);
-    let readers = plan.passes.iter().flat_map(|p| &p.draws).flat_map(|d| &d.textures).filter(|t| reads(&t.source)).count();
+/// Whether the pass with this index and the next pass may be fused: the pass draws an HDR image that only the first draw of the next pass reads, and the
+/// next pass draws a display image of the same size.
+pub(crate) fn can_fuse_with_next_pass(plan: &Plan, index: usize) -> bool {
+    let (Some(hdr), Some(display)) = (plan.passes.get(index), plan.passes.get(index + 1)) else { return false };
+    let reads_hdr = |source: &TextureSource| matches!(source, TextureSource::PassOutput(read) if *read == index);
+    let reader_count = plan.passes.iter().flat_map(|p| &p.draws).flat_map(|d| &d.textures).filter(|t| reads_hdr(&t.source)).count();
     let first_draw = display.draws.first();
     hdr.format != ColourFormat::Rgba8Unorm
         && display.format == ColourFormat::Rgba8Unorm
         && (hdr.width, hdr.height) == (display.width, display.height)
         && (display.samples, display.depth) == (1, false)
-        && readers == 1
-        && first_draw.is_some_and(|d| d.blend == Blend::Replace && d.textures.len() == 1 && reads(&d.textures[0].source))
+        && reader_count == 1
+        && first_draw.is_some_and(|d| d.blend == Blend::Replace && d.textures.len() == 1 && reads_hdr(&d.textures[0].source))
 }
 
 /// A resolved tile, presented as a texture of its target's size.
@@ -56,14 +56,14 @@ impl<'a> TileTexture<'a> {
         Self { resolved, tile_corner, size, shaded_block: Cell::new(0), read_other_pixels: Cell::new(false) }
     }
 
-    /// Records a read that this texture cannot serve.
+    /// Records a read that this texture cannot serve, and returns zeros.
     fn reject<R: Real>(&self, out: [&mut [R]; 4]) {
         self.read_other_pixels.set(true);
-        out.into_iter().for_each(|o| o.fill(R::ZERO));
+        out.into_iter().for_each(|channel| channel.fill(R::ZERO));
     }
 
-    /// The block that is being shaded, if these are the coordinates of its pixels in lane order.
-    fn block<R: Real>(&self, x: &[R], y: &[R], level: &[R]) -> Option<usize> {
+    /// The block that is being shaded, if `x`, `y` and `level` are those of a load of all its pixels in lane order.
+    fn loaded_block<R: Real>(&self, x: &[R], y: &[R], level: &[R]) -> Option<usize> {
         let (x, y): (&[R; LANES], &[R; LANES]) = (x.try_into().ok()?, y.try_into().ok()?);
         let [dx, dy] = &*BLOCK_OFFSETS;
         let [x0, y0] = [x[0].lane_bits(), y[0].lane_bits()];
@@ -87,10 +87,10 @@ impl<R: Real> TextureUnit<R> for TileTexture<'_> {
         self.reject(out);
     }
     fn load(&self, _: usize, x: &[R], y: &[R], level: &[R], _: LaneMask, out: [&mut [R]; 4]) {
-        let Some(planes) = self.block(x, y, level).and_then(|block| self.resolved.block(block)) else { return self.reject(out) };
-        for (to, plane) in out.into_iter().zip(planes) {
-            for (to, value) in to.iter_mut().zip(plane) {
-                *to = R::from_f32_bits(value.to_bits());
+        let Some(planes) = self.loaded_block(x, y, level).and_then(|block| self.resolved.block(block)) else { return self.reject(out) };
+        for (channel, plane) in out.into_iter().zip(planes) {
+            for (lane, value) in channel.iter_mut().zip(plane) {
+                *lane = R::from_f32_bits(value.to_bits());
             }
         }
     }
@@ -103,17 +103,17 @@ impl<R: Real> TextureUnit<R> for TileTexture<'_> {
 }
 
 impl Program {
-    /// Whether the result of a lane depends only on the texels that it loads, apart from values that all lanes share: its position affects which texels it
-    /// loads, and nothing else. Pixels with equal texels then have equal results, so that the clear colour is tone-mapped only once.
-    /// False for programs with backward jumps, which are not analysed.
+    /// Whether the result of a lane depends only on the texels that the lane loads, apart from values that all lanes share: the pixel's position affects which
+    /// texels are loaded, and nothing else. Pixels with equal texels then have equal results, so that the clear colour is tone-mapped only once. False for
+    /// programs with backward jumps, which are not analysed.
     pub fn is_position_independent(&self) -> bool {
         // Slots (arrays of one value per lane) whose value depends on the lane's position.
         let mut dependent: BTreeSet<u16> =
             (0..).zip(&self.inputs).filter(|(_, input)| !matches!(input, LaneInput::FrontFacing)).map(|(k, _)| k).collect();
-        // For each instruction that is the target of jumps: the slots that are dependent at any of these jumps.
-        let mut at_targets: HashMap<usize, BTreeSet<u16>> = HashMap::new();
-        for (at, instr) in self.lane_tape.iter().enumerate() {
-            dependent.extend(at_targets.remove(&at).unwrap_or_default());
+        // For each later instruction that is the target of jumps: the slots that are dependent at any of these jumps.
+        let mut dependent_at_target: HashMap<usize, BTreeSet<u16>> = HashMap::new();
+        for (index, instr) in self.lane_tape.iter().enumerate() {
+            dependent.extend(dependent_at_target.remove(&index).unwrap_or_default());
             let depends = |o: &Operand| matches!(o, Operand::Slot(s) if dependent.contains(s));
             // The coordinates of a load may depend on the position; its mask and level may not.
             let result_depends = match instr {
@@ -126,8 +126,8 @@ impl Program {
             };
             match instr.target() {
                 Some(_) if result_depends => return false,
-                Some(target) if target as usize <= at => return false,
-                Some(target) => at_targets.entry(target as usize).or_default().extend(&dependent),
+                Some(target) if target as usize <= index => return false,
+                Some(target) => dependent_at_target.entry(target as usize).or_default().extend(&dependent),
                 None => {}
             }
             for slot in instr.written_slots() {
@@ -138,7 +138,7 @@ impl Program {
                 }
             }
         }
-        dependent.extend(at_targets.into_values().flatten());
+        dependent.extend(dependent_at_target.into_values().flatten());
         let depends = |o: &Operand| matches!(o, Operand::Slot(s) if dependent.contains(s));
         !self.uses_derivatives && !self.output_operands.iter().chain(&self.discarded).any(depends)
     }

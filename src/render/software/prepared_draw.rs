@@ -25,20 +25,20 @@ pub(super) struct Quad {
 /// The pixels that a draw may change. Its methods take rectangles of pixels: left, top, right and bottom edge (the last two exclusive).
 pub(crate) struct DrawExtent {
     /// The pixels inside the body's outline and, for its atmosphere beyond the limb, outside the ground's outline.
-    pub outline: Extent,
-    /// The draw discards each pixel whose four nearest texels in the marked image are all marked.
+    pub outlines: Extent,
+    /// The marks of an image that narrow the extent: the draw discards each pixel whose four nearest texels are all marked.
     pub marks: Option<TexelMarks>,
 }
 
 impl DrawExtent {
     /// Whether the draw changes no pixel of a rectangle.
     pub(super) fn misses(&self, pixels: [u32; 4]) -> bool {
-        self.outline.misses(pixels) || self.marks.as_ref().is_some_and(|marks| marks.misses(pixels))
+        self.outlines.misses(pixels) || self.marks.as_ref().is_some_and(|marks| marks.misses(pixels))
     }
 
     /// Whether the draw may change every pixel of a rectangle.
     pub(super) fn covers(&self, pixels: [u32; 4]) -> bool {
-        self.outline.covers(pixels) && self.marks.as_ref().is_none_or(|marks| marks.covers(pixels))
+        self.outlines.covers(pixels) && self.marks.as_ref().is_none_or(|marks| marks.covers(pixels))
     }
 }
 
@@ -57,7 +57,8 @@ pub(crate) struct PreparedDraw<'a, R: Real> {
 }
 
 impl<R: Real> PreparedDraw<'_, R> {
-    /// Whether the draw adds light that may be interpolated between shaded points.
+    /// Whether the draw adds light that may be interpolated between shaded points. Every covered pixel must get the light (no discard, no depth test, no
+    /// extent), and it must be light and not a count of instructions.
     pub(super) fn is_interpolated(&self) -> bool {
         self.shading_rate == ShadingRate::Interpolated
             && self.blend == Blend::Add

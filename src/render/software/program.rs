@@ -1,5 +1,5 @@
-//! A lowered entry point: its inputs, its outputs and its two tapes (lists of instructions, see `tape`), one for each draw and one for each batch of lanes.
-//! `lower` makes programs and `exec` runs them; the rasteriser sees only their inputs and outputs (`stage`).
+//! A lowered entry point: its inputs, its outputs and its two tapes (lists of instructions, see `tape`). One tape runs once per draw, the other once per batch
+//! of lanes. `lower` makes programs and `exec` runs them; the rasteriser sees only their inputs and outputs (`stage`).
 //!
 //! A program runs over batches of lanes in structure-of-arrays form. Fragment lanes are arranged in 2x2 quads: lanes 4q to 4q + 3
 //! are the top-left, top-right, bottom-left, bottom-right pixel of quad q. So `dpdx` is the difference between a lane and lane ^ 1, `dpdy` between a lane and
@@ -26,7 +26,7 @@ pub enum LaneInput {
         component: u32,
         flat: bool,
     },
-    /// Component 0..=3 of `@builtin(position)` in the fragment stage: x + 0.5, y + 0.5, depth, 1/w.
+    /// Component 0..=3 of `@builtin(position)` in the fragment stage: x and y of the pixel's centre in pixels, depth, 1/w.
     FragCoord {
         component: u32,
     },
@@ -39,6 +39,7 @@ pub enum LaneInput {
 /// One scalar per lane that the caller reads after a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LaneOutput {
+    /// A component of `@location(index)`: a varying (vertex), `flat` if it is not interpolated, or a colour (fragment).
     Location {
         index: u32,
         component: u32,
@@ -93,7 +94,7 @@ pub struct Program {
     pub output_operands: Vec<Operand>,
     pub textures: Vec<TextureUse>,
     pub uses_discard: bool,
-    /// Mask of the lanes that have discarded, if `uses_discard`.
+    /// The slot that contains the mask of the discarded lanes after the run, if `uses_discard`.
     pub discarded: Option<Operand>,
     pub uses_derivatives: bool,
     /// Size of the uniform block in bytes; 0 if there is none.

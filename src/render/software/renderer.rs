@@ -78,11 +78,11 @@ pub(super) struct EntryPoints {
     pub tone_map: Option<ToneMapOffsets>,
 }
 
-/// The modules whose programs are decoded.
+/// The cache of decoded programs.
 #[derive(Debug)]
 struct DecodedModules {
     by_id: LruMap<ModuleId, Arc<EntryPoints>>,
-    /// Number of calls of [`SoftwareRenderer::forget_modules`]. A module that was fetched before the latest call may have the old source; it is not cached.
+    /// Number of calls of [`SoftwareRenderer::forget_modules`]. A module that was fetched before the latest call may have the old source and is not cached.
     times_forgotten: u64,
 }
 
@@ -149,6 +149,7 @@ impl SoftwareRenderer {
         }
     }
 
+    /// As [`SoftwareRenderer::render`], with lanes of type `R`.
     fn render_as<R: Real>(
         &self,
         plan: &Plan,
@@ -289,7 +290,7 @@ impl SoftwareRenderer {
         bound.iter().map(|b| DrawStages { vertex: &b.vertex as _, vertex_grid, fragment: &b.fragment as _ }).collect()
     }
 
-    /// Both stages of a draw, bound to its uniforms and textures. `pass_outputs`: images of earlier passes.
+    /// Both stages of a draw, bound to its uniforms and textures. `pass_outputs`: as [`outputs_of`] returns them.
     pub(super) fn bind<'a, R: Real>(
         &self,
         draw: &'a PlanDraw,

@@ -1,4 +1,4 @@
-//! Shades a tile: gathers the quads of one draw into batches, runs, depth-tests and blends them.
+//! Shades a tile: gathers the quads of one draw into batches, runs the fragment program on them, depth-tests them and blends their colours.
 //!
 //! A batch is 32 quads (128 lanes) in the order in which triangles cover them; a block of 16x8 pixels has as many. Quads of several triangles of one draw
 //! share a batch, so that small triangles use all lanes too; the batches of a large triangle are complete blocks. If a program neither discards nor writes
@@ -14,7 +14,7 @@ use super::lane_inputs;
 use super::math::Real;
 use super::prepared_draw::{PreparedDraw, QUADS_PER_BATCH, Quad};
 use super::raster::coverage::{
-    BLOCK_HEIGHT, BLOCK_QUADS, BLOCK_WIDTH, TILE_BLOCKS, TilePixels, block_position, full_coverage, quad_position, sample_positions,
+    BLOCK_HEIGHT, BLOCK_QUADS, BLOCK_WIDTH, PixelCentres, TILE_BLOCKS, block_position, full_coverage, quad_position, sample_positions,
     walk_tile,
 };
 use super::raster::setup::{STEPS_PER_PIXEL, SourceTriangle};
@@ -25,7 +25,7 @@ use crate::render::plan::DepthState;
 /// Shades one tile on one thread.
 pub(crate) struct TileShader<'a> {
     pub target: &'a mut TileTarget,
-    pub pixels: &'a TilePixels,
+    pub pixel_centres: &'a PixelCentres,
     /// Top-left pixel of the tile.
     pub tile_corner: [u32; 2],
     /// Samples per pixel: 1 or 4.
@@ -113,8 +113,8 @@ fn drop_zero_quads(quads: &mut [Quad], colour: [&[f32]; 4]) {
     }
 }
 
-/// A block that an edge of a triangle crosses.
-struct CrossedBlock {
+/// A partly covered block.
+struct PartlyCoveredBlock {
     /// Index of its first quad in the tile.
     first_quad: usize,
     /// Whether the draw's extent includes no pixel of the block.
@@ -140,7 +140,7 @@ impl TileShader<'_> {
     pub(crate) fn draw<R: Real>(&mut self, draw: &PreparedDraw<'_, R>, triangles: &[u32], run: &mut dyn LaneRun<R>, batch: &mut Batch) {
         let setup = &draw.fragment_setup;
         let coarsely_shaded_blocks = {
-            let mut tile = Tile { target: self.target, pixels: self.pixels, corner: self.tile_corner };
+            let mut tile = Tile { target: self.target, pixel_centres: self.pixel_centres, corner: self.tile_corner };
             shade_coarsely(draw, triangles, &mut tile, run, &mut batch.interpolated_light)
         };
         for (k, &t) in triangles.iter().enumerate() {
@@ -148,17 +148,19 @@ impl TileShader<'_> {
             let triangle = &draw.geometry.triangles[t as usize];
             let source_triangle = &draw.geometry.source_triangles[triangle.source_triangle as usize];
             let samples = self.samples;
+            // The triangle's depth plane, if depth is tested before shading.
             let early_depth = (setup.early_depth_test && setup.uses_depth()).then(|| self.depth_at_samples(source_triangle));
             let [tile_x, tile_y] = self.tile_corner;
             // Bit `b`: the triangle covers block `b`, and an edge of the draw's extent crosses it. These blocks come last, so that their quads fill batches of
             // their own.
             let mut extent_edge_blocks = 0_u64;
-            // The latest block that an edge of the triangle crosses.
-            let mut crossed: Option<CrossedBlock> = None;
+            // The latest partly covered block.
+            let mut partly_covered: Option<PartlyCoveredBlock> = None;
             walk_tile(triangle, tile_x, tile_y, samples, |first, count, coverage| {
                 if coarsely_shaded_blocks >> (first / QUADS_PER_BATCH) & 1 == 1 {
                     return;
                 }
+                // All quads of a fully covered block are visited at once.
                 if let Some(extent) = draw.extent.as_ref().filter(|_| count == QUADS_PER_BATCH) {
                     let block = block_on_screen([tile_x, tile_y], first);
                     if extent.misses(block) {
@@ -169,26 +171,27 @@ impl TileShader<'_> {
                         return;
                     }
                 }
+                // A fully covered block fills a batch of its own, unless earlier quads wait in the batch or the depth test may drop quads of the block.
                 if count == QUADS_PER_BATCH && batch.count == 0 && early_depth.is_none() {
                     self.shade_block(draw, first, triangle.source_triangle, run, batch);
                     return;
                 }
-                // Quads of blocks that an edge of the triangle crosses.
+                // The quads of a partly covered block are visited one by one. The extent is tested for the block first, then for each quad.
                 let mut extent = draw.extent.as_ref().filter(|_| count != QUADS_PER_BATCH);
                 if let Some(draw_extent) = extent {
                     let first_of_block = first / QUADS_PER_BATCH * QUADS_PER_BATCH;
-                    let block = match crossed.take().filter(|block| block.first_quad == first_of_block) {
+                    let block = match partly_covered.take().filter(|block| block.first_quad == first_of_block) {
                         Some(block) => block,
                         None => {
-                            let pixels = block_on_screen([tile_x, tile_y], first_of_block);
-                            CrossedBlock {
+                            let rectangle = block_on_screen([tile_x, tile_y], first_of_block);
+                            PartlyCoveredBlock {
                                 first_quad: first_of_block,
-                                extent_misses: draw_extent.misses(pixels),
-                                extent_covers: draw_extent.covers(pixels),
+                                extent_misses: draw_extent.misses(rectangle),
+                                extent_covers: draw_extent.covers(rectangle),
                             }
                         }
                     };
-                    let block = crossed.insert(block);
+                    let block = partly_covered.insert(block);
                     if block.extent_misses {
                         return;
                     }
@@ -238,7 +241,7 @@ impl TileShader<'_> {
         let corner = self.corner_from_origin(source_triangle);
         let mut at_samples = [0.0; 4];
         for (value, [sx, sy]) in at_samples.iter_mut().zip(sample_positions(self.samples)) {
-            // Relative to the pixel's centre, because `TilePixels` contains centres.
+            // Relative to the pixel's centre, because `PixelCentres` contains centres.
             let (dx, dy) = (*sx as f64 / STEPS_PER_PIXEL as f64 - 0.5, *sy as f64 / STEPS_PER_PIXEL as f64 - 0.5);
             *value = source_triangle.depth.at(corner[0] + dx, corner[1] + dy);
         }
@@ -258,7 +261,7 @@ impl TileShader<'_> {
             let covered = coverage >> (4 * corner) & 0xf;
             if covered != 0 {
                 let pixel = index * 4 + corner;
-                let step = dx * f64::from(self.pixels.x[pixel]) + dy * f64::from(self.pixels.y[pixel]);
+                let step = dx * f64::from(self.pixel_centres.x[pixel]) + dy * f64::from(self.pixel_centres.y[pixel]);
                 passed |=
                     self.target.depth.test(pixel, covered, at_samples.map(|v| (v + step) as f32), state.test, state.write) << (4 * corner);
             }
@@ -339,9 +342,9 @@ impl TileShader<'_> {
         // Uncovered pixels of a quad run as helper lanes for derivatives.
         let active = LaneMask::MAX >> (LANES - 4 * count);
         match first_of_block {
-            // Relative to the block's corner, the pixel centres are the same for all blocks, and `pixels` begins with those of the first block.
-            Some(_) => lane_inputs::fill_block(draw, run, quads[0], [&self.pixels.x, &self.pixels.y], self.tile_corner),
-            None => lane_inputs::fill_quads(draw, run, quads, self.pixels, self.tile_corner),
+            // Relative to the block's corner, the pixel centres are the same for all blocks, and `pixel_centres` begins with those of the first block.
+            Some(_) => lane_inputs::fill_block(draw, run, quads[0], [&self.pixel_centres.x, &self.pixel_centres.y], self.tile_corner),
+            None => lane_inputs::fill_quads(draw, run, quads, self.pixel_centres, self.tile_corner),
         }
         let remaining = run.run(active);
         let setup = &draw.fragment_setup;
@@ -383,6 +386,7 @@ impl TileShader<'_> {
                 self.late_depth_test(draw, written_depth, remaining, &mut batch.quads[..count]);
             }
         }
+        // The pixel view of shading cost stores counts in place of the colour.
         if let Some(instructions_per_read) = draw.instructions_per_read {
             let counts = run.counts();
             let reads = f64::from(counts.texture_reads) * instructions_per_read;

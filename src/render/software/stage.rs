@@ -14,9 +14,11 @@ pub use super::exec::LANES;
 
 /// One entry point with its uniforms and textures bound.
 pub trait LaneProgram<R: Real>: Sync {
+    /// What each lane input contains. Input `k` of a run is that of entry `k`.
     fn inputs(&self) -> &[LaneInput];
+    /// What each lane output contains, in the same way.
     fn outputs(&self) -> &[LaneOutput];
-    /// Whether the program reads input `k`; an input that is not read need not be filled.
+    /// Whether the program reads input `k`. The caller need not fill an input that the program does not read.
     fn reads_input(&self, _k: usize) -> bool {
         true
     }

@@ -53,11 +53,11 @@ mod ops_list {
 }
 with_ops!(ops);
 
-/// One operation of a chain: operations that one kernel computes, each of which takes the result of the previous one.
+/// One operation of a chain. A chain is several operations that one kernel computes; each takes the result of the previous one as an operand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct FusedOp {
     pub op: Op,
-    /// Index of the operand that is the result of the chain's previous operation; 0 for the first operation.
+    /// Index of the operand that is the result of the chain's previous operation; 0 for the first operation, which has no such operand.
     pub chained_operand: u8,
 }
 
@@ -123,8 +123,8 @@ pub enum Instr {
         stride: u32,
         count: u32,
     },
-    /// dst slots (red, green, blue, alpha) = what is read from a texture, in the lanes of `mask`. `texture`: index into the program's list of textures
-    /// with their samplers.
+    /// dst slots (red, green, blue, alpha) = what is read from a texture, in the lanes that are set in `mask`. `texture`: index into the program's list of
+    /// textures with their samplers.
     Texture {
         op: TextureOp,
         texture: u16,
@@ -134,14 +134,14 @@ pub enum Instr {
         args: Vec<Operand>,
         mask: Operand,
     },
-    /// dst register (an integer) = width (axis 0), height (axis 1) of a level, or the number of levels (axis 2).
+    /// dst register (an integer) = width (axis 0) or height (axis 1) of a level in texels, or the number of levels (axis 2).
     TextureSize {
         dst: u16,
         texture: u16,
         axis: u8,
         level: Operand,
     },
-    /// Jumps to `target` if no lane of the mask is set.
+    /// Jumps to `target` if no lane is set in the mask.
     SkipIfNoLane {
         mask: Operand,
         target: u32,
@@ -215,7 +215,7 @@ impl Instr {
         }
     }
 
-    /// The texture that it reads, as an index into the program's list.
+    /// The texture that the instruction reads, as an index into the program's list.
     pub(crate) fn texture(&self) -> Option<u16> {
         match self {
             Self::Texture { texture, .. } | Self::TextureSize { texture, .. } => Some(*texture),

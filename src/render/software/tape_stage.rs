@@ -20,7 +20,7 @@ pub(crate) struct TapeStage<'a, R: Real> {
     /// The program's uniforms, and the values that it computes from them once per draw.
     draw_values: DrawTapeValues<R>,
     textures: Box<dyn TextureUnit<R> + Sync + 'a>,
-    bound: Arc<BoundProgram<R>>,
+    bound_program: Arc<BoundProgram<R>>,
     /// If set, the native tone map with these uniforms runs in place of the program.
     tone_map: Option<ToneMapUniforms>,
     /// As [`LaneProgram::marks`].
@@ -30,16 +30,16 @@ pub(crate) struct TapeStage<'a, R: Real> {
 }
 
 impl<'a, R: Real> TapeStage<'a, R> {
-    /// `bound`: the program, bound to the kernels of `class`.
+    /// `bound_program`: the program, bound to the kernels of `class`.
     pub(crate) fn new(
         program: &'a Program,
-        bound: Arc<BoundProgram<R>>,
+        bound_program: Arc<BoundProgram<R>>,
         uniform_bytes: &[u8],
         textures: Box<dyn TextureUnit<R> + Sync + 'a>,
         class: KernelClass,
     ) -> Self {
         let (draw_values, hit_loop_limit) = (program.prepare_for(uniform_bytes, class), AtomicBool::new(false));
-        Self { program, draw_values, textures, bound, tone_map: None, marks: None, hit_loop_limit }
+        Self { program, draw_values, textures, bound_program, tone_map: None, marks: None, hit_loop_limit }
     }
 
     /// Replaces the program by the native tone map with these uniforms, if they are given and the lanes are f32.
@@ -67,7 +67,7 @@ impl<R: Real> LaneProgram<R> for TapeStage<'_, R> {
     }
     fn reads_input(&self, k: usize) -> bool {
         // The native tone map reads the position, as the program that it replaces does.
-        self.bound.reads_input(k)
+        self.bound_program.reads_input(k)
     }
     fn uses_discard(&self) -> bool {
         self.program.uses_discard
@@ -86,7 +86,7 @@ impl<R: Real> LaneProgram<R> for TapeStage<'_, R> {
         if let Some(run) = native {
             return Box::new(run);
         }
-        Box::new(TapeRun { stage: self, executor: Executor::of(Arc::clone(&self.bound)) })
+        Box::new(TapeRun { stage: self, executor: Executor::of(Arc::clone(&self.bound_program)) })
     }
 }
 

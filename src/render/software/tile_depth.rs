@@ -17,7 +17,7 @@ pub(crate) struct TileDepth {
     /// Four samples per pixel. With one sample per pixel, only the first is meaningful. [`Self::test_all`] nevertheless tests and writes all four: the other
     /// three can at worst make that test fail, and the caller then tests the covered samples alone.
     samples: Vec<[f32; 4]>,
-    /// Bit `k`: the stored depth of block `k` is valid. The stored depth of the other blocks is stale; their pixels are infinitely far.
+    /// Bit `k`: the stored depth of block `k` is valid. The stored depth of the other blocks is stale; their pixels count as infinitely far.
     valid_blocks: u32,
 }
 
@@ -42,8 +42,8 @@ impl TileDepth {
         }
     }
 
-    /// Depth test of one pixel. Returns the samples of `covered` (four bits) whose new depth is greater (nearer), or all of `covered` if `test` is false, and
-    /// stores their depth if `write`.
+    /// Depth test of one pixel. `new`: the new depth of each sample. Returns the samples of `covered` (four bits) whose new depth is greater (nearer), or all
+    /// of `covered` if `test` is false, and stores their depth if `write`.
     #[inline(always)]
     pub(crate) fn test(&mut self, pixel: usize, covered: u16, new: [f32; 4], test: bool, write: bool) -> u16 {
         self.prepare(pixel);
@@ -58,8 +58,9 @@ impl TileDepth {
         passed
     }
 
-    /// Depth test of the four pixels of a quad, each with one depth for all its samples. Returns the samples of `covered` (sixteen bits) that pass, as
-    /// in [`Self::test`], and stores their depth if `write`. All samples are computed in the same way, without branches, so that the loop is vectorised.
+    /// Depth test of the four pixels of a quad, of which `pixel` is the first. `new`: one depth per pixel, for all its samples. Returns the samples of
+    /// `covered` (sixteen bits) that pass, as in [`Self::test`], and stores their depth if `write`. All samples are computed in the same way, without branches,
+    /// so that the loop is vectorised.
     #[inline(always)]
     pub(crate) fn test_quad(&mut self, pixel: usize, covered: u16, new: &[f32; 4], test: bool, write: bool) -> u16 {
         self.prepare(pixel);
@@ -77,8 +78,9 @@ impl TileDepth {
         passed
     }
 
-    /// Depth test of consecutive, fully covered pixels of one block. If all samples pass, returns true and stores their depth if `write`;
-    /// otherwise changes nothing. A NaN never passes here, even if `test` is false: the caller then tests pixel by pixel, which does not store it.
+    /// Depth test of consecutive, fully covered pixels of one block, of which `pixel` is the first. `new`: one depth per pixel. If all samples pass, returns
+    /// true and stores their depth if `write`; otherwise changes nothing. A NaN never passes here, even if `test` is false: the caller then tests pixel by
+    /// pixel, which does not store it.
     #[inline(always)]
     pub(crate) fn test_all(&mut self, pixel: usize, new: &[f32], test: bool, write: bool) -> bool {
         let block = pixel / BLOCK_PIXELS;

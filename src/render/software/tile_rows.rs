@@ -27,7 +27,7 @@ pub(crate) fn unorm8(colour: [f32; 4]) -> [u8; 4] {
     (byte(colour[0]) | byte(colour[1]) << 8 | byte(colour[2]) << 16 | byte(colour[3]) << 24).to_le_bytes()
 }
 
-/// Writes a block's pixels, given in lane order ([`coverage`]).
+/// Writes a block's pixels, given in lane order ([`coverage`]). Here and below, `[x0, y0]` is the block's top-left pixel inside the tile.
 #[inline(always)]
 fn place_block<T: Copy>(rows: TileRows<'_, '_, T>, [x0, y0]: [usize; 2], pixels: &[T; BLOCK_PIXELS]) {
     // The pixels of a quad are two pairs, one in each of two rows.
@@ -35,15 +35,15 @@ fn place_block<T: Copy>(rows: TileRows<'_, '_, T>, [x0, y0]: [usize; 2], pixels:
     for (y, row) in rows.iter_mut().skip(y0).take(BLOCK_HEIGHT).enumerate() {
         let Some(pairs_of_two_rows) = pairs[y / 2 * BLOCK_WIDTH..].first_chunk::<BLOCK_WIDTH>() else { continue };
         match row.get_mut(x0..).and_then(|row| row.first_chunk_mut::<BLOCK_WIDTH>()) {
-            Some(to) => {
-                for (to, pairs_of_quad) in to.as_chunks_mut::<2>().0.iter_mut().zip(pairs_of_two_rows.as_chunks::<2>().0) {
-                    *to = pairs_of_quad[y % 2].map(MaybeUninit::new);
+            Some(target) => {
+                for (target, pairs_of_quad) in target.as_chunks_mut::<2>().0.iter_mut().zip(pairs_of_two_rows.as_chunks::<2>().0) {
+                    *target = pairs_of_quad[y % 2].map(MaybeUninit::new);
                 }
             }
             // The last columns, if the width is not a multiple of a block's width.
             None => {
                 let row_pixels = pairs_of_two_rows.iter().skip(y % 2).step_by(2).flatten();
-                row.iter_mut().skip(x0).zip(row_pixels).for_each(|(to, from)| *to = MaybeUninit::new(*from));
+                row.iter_mut().skip(x0).zip(row_pixels).for_each(|(target, pixel)| *target = MaybeUninit::new(*pixel));
             }
         }
     }
@@ -55,9 +55,9 @@ fn place_block_rows(rows: TileRows<'_, '_, [u8; 4]>, [x0, y0]: [usize; 2], words
     for (row, words) in rows.iter_mut().skip(y0).zip(words) {
         let pixels = words.map(|word| MaybeUninit::new(word.to_le_bytes()));
         match row.get_mut(x0..).and_then(|row| row.first_chunk_mut::<BLOCK_WIDTH>()) {
-            Some(to) => *to = pixels,
+            Some(target) => *target = pixels,
             // The last columns, if the width is not a multiple of a block's width.
-            None => row.iter_mut().skip(x0).zip(pixels).for_each(|(to, pixel)| *to = pixel),
+            None => row.iter_mut().skip(x0).zip(pixels).for_each(|(target, pixel)| *target = pixel),
         }
     }
 }
@@ -67,8 +67,8 @@ fn place_block_rows(rows: TileRows<'_, '_, [u8; 4]>, [x0, y0]: [usize; 2], words
 fn fill_block<T: Copy>(rows: TileRows<'_, '_, T>, [x0, y0]: [usize; 2], value: T) {
     for row in rows.iter_mut().skip(y0).take(BLOCK_HEIGHT) {
         match row.get_mut(x0..).and_then(|row| row.first_chunk_mut::<BLOCK_WIDTH>()) {
-            Some(to) => *to = [MaybeUninit::new(value); BLOCK_WIDTH],
-            None => row.iter_mut().skip(x0).for_each(|to| *to = MaybeUninit::new(value)),
+            Some(target) => *target = [MaybeUninit::new(value); BLOCK_WIDTH],
+            None => row.iter_mut().skip(x0).for_each(|target| *target = MaybeUninit::new(value)),
         }
     }
 }
@@ -106,27 +106,27 @@ fn interleave_avx2(channels: [&[f32; 2 * BLOCK_WIDTH]; 4], rows: [&mut [MaybeUni
 }
 
 impl TileTarget {
-    /// Writes every pixel of a resolved tile.
-    pub(crate) fn write_to<T: Copy>(&self, rows: TileRows<'_, '_, T>, convert: impl Fn([f32; 4]) -> T) {
+    /// Writes every pixel of a resolved tile, converted by `convert`.
+    pub(crate) fn write_converted<T: Copy>(&self, rows: TileRows<'_, '_, T>, convert: impl Fn([f32; 4]) -> T) {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
             // SAFETY: AVX2 was detected.
-            return unsafe { self.write_avx2(rows, convert) };
+            return unsafe { self.write_converted_avx2(rows, convert) };
         }
-        self.write(rows, convert);
+        self.write_converted_generic(rows, convert);
     }
 
-    /// [`TileTarget::write`] compiled for AVX2: wider vectors, the same rounding.
+    /// [`TileTarget::write_converted_generic`] compiled for AVX2: wider vectors, the same rounding.
     /// # Safety
     /// The machine has AVX2.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    unsafe fn write_avx2<T: Copy>(&self, rows: TileRows<'_, '_, T>, convert: impl Fn([f32; 4]) -> T) {
-        self.write(rows, convert);
+    unsafe fn write_converted_avx2<T: Copy>(&self, rows: TileRows<'_, '_, T>, convert: impl Fn([f32; 4]) -> T) {
+        self.write_converted_generic(rows, convert);
     }
 
     #[inline(always)]
-    fn write<T: Copy>(&self, rows: TileRows<'_, '_, T>, convert: impl Fn([f32; 4]) -> T) {
+    fn write_converted_generic<T: Copy>(&self, rows: TileRows<'_, '_, T>, convert: impl Fn([f32; 4]) -> T) {
         let clear_value = convert(self.clear_colour());
         let mut converted = [clear_value; BLOCK_PIXELS];
         for block in 0..TILE_BLOCKS {
@@ -143,17 +143,18 @@ impl TileTarget {
         }
     }
 
-    /// Writes every pixel of a resolved tile of linear light, as [`TileTarget::write_to`] without a conversion.
+    /// Writes every pixel of a resolved tile of linear light, as [`TileTarget::write_converted`] without a conversion.
     pub(crate) fn write_linear(&self, rows: TileRows<'_, '_, [f32; 4]>) {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
             // SAFETY: AVX2 was detected.
             return unsafe { self.write_linear_avx2(rows) };
         }
-        self.write(rows, |colour| colour);
+        self.write_converted_generic(rows, |colour| colour);
     }
 
-    /// [`TileTarget::write_linear`] with AVX2: transposes channels into pixels in registers. In `write`, the compiler copies each pixel to the stack and back.
+    /// [`TileTarget::write_linear`] with AVX2: transposes channels into pixels in registers. In `write_converted_generic`, the compiler copies each pixel to
+    /// the stack and back.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
     fn write_linear_avx2(&self, rows: TileRows<'_, '_, [f32; 4]>) {
@@ -187,18 +188,18 @@ impl TileTarget {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
             // SAFETY: AVX2 was detected.
-            return unsafe { self.tone_map_avx2(rows, tone_map, clear_bytes) };
+            return unsafe { self.write_tone_mapped_avx2(rows, tone_map, clear_bytes) };
         }
-        self.tone_map_generic(rows, tone_map, clear_bytes);
+        self.write_tone_mapped_generic(rows, tone_map, clear_bytes);
     }
 
     /// [`TileTarget::write_tone_mapped`] with AVX2.
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
-    fn tone_map_avx2(&self, rows: TileRows<'_, '_, [u8; 4]>, tone_map: &ToneMapUniforms, clear_bytes: [u8; 4]) {
+    fn write_tone_mapped_avx2(&self, rows: TileRows<'_, '_, [u8; 4]>, tone_map: &ToneMapUniforms, clear_bytes: [u8; 4]) {
         let mut words = BlockRows::default();
         for block in 0..TILE_BLOCKS {
-            if let Some(light) = self.written_light(block, rows, clear_bytes) {
+            if let Some(light) = self.light_or_fill(block, rows, clear_bytes) {
                 tone_map.map_rows_avx2(light, &mut words);
                 place_block_rows(rows, block_position(block).map(|v| v as usize), &words);
             }
@@ -206,10 +207,10 @@ impl TileTarget {
     }
 
     /// [`TileTarget::write_tone_mapped`] without special instructions.
-    fn tone_map_generic(&self, rows: TileRows<'_, '_, [u8; 4]>, tone_map: &ToneMapUniforms, clear_bytes: [u8; 4]) {
+    fn write_tone_mapped_generic(&self, rows: TileRows<'_, '_, [u8; 4]>, tone_map: &ToneMapUniforms, clear_bytes: [u8; 4]) {
         let mut words = BlockRows::default();
         for block in 0..TILE_BLOCKS {
-            if let Some(light) = self.written_light(block, rows, clear_bytes) {
+            if let Some(light) = self.light_or_fill(block, rows, clear_bytes) {
                 tone_map.map_rows_generic(light, &mut words);
                 place_block_rows(rows, block_position(block).map(|v| v as usize), &words);
             }
@@ -218,7 +219,7 @@ impl TileTarget {
 
     /// Red, green and blue of a block that was written. Any other block is filled with `clear_bytes`, if it is inside the image, and gives `None`.
     #[inline(always)]
-    fn written_light(&self, block: usize, rows: TileRows<'_, '_, [u8; 4]>, clear_bytes: [u8; 4]) -> Option<[&[f32; BLOCK_PIXELS]; 3]> {
+    fn light_or_fill(&self, block: usize, rows: TileRows<'_, '_, [u8; 4]>, clear_bytes: [u8; 4]) -> Option<[&[f32; BLOCK_PIXELS]; 3]> {
         let corner = block_position(block).map(|v| v as usize);
         if corner[1] >= rows.len() {
             return None;
@@ -241,7 +242,7 @@ mod tests {
     #[test]
     fn every_pixel_is_written_where_it_belongs() {
         const UNDRAWN_BLOCK: usize = 9;
-        let pixels = coverage::TilePixels::new();
+        let pixels = coverage::PixelCentres::new();
         let mut t = TileTarget::new(1);
         let clear = [-1.0, -2.0, -3.0, -4.0];
         t.clear(clear, false);

@@ -21,7 +21,7 @@ fn are_zero(lanes: &[f32]) -> bool {
 /// Entry of [`TileTarget::split_index`] for a pixel whose samples are all equal.
 const UNSPLIT: u16 = u16::MAX;
 
-/// The samples of a tile, with pixels in lane order (see [`super::raster::coverage`]).
+/// The samples of a tile. Pixels are indexed in lane order (see [`super::raster::coverage`]).
 #[derive(Clone, Debug)]
 pub(crate) struct TileTarget {
     /// Samples per pixel: 1 or 4.
@@ -32,7 +32,7 @@ pub(crate) struct TileTarget {
     split_index: Vec<u16>,
     /// Colours of the four samples of each split pixel.
     split_colour: Vec<[[f32; 4]; 4]>,
-    /// The pixels of `split_colour`.
+    /// The pixel of each entry of `split_colour`.
     split_pixels: Vec<u16>,
     /// Colour of the pixels on which nothing was drawn.
     clear_colour: [f32; 4],
@@ -59,13 +59,13 @@ impl TileTarget {
         }
     }
 
-    /// Starts a new tile. `depth`: whether the tile tests or writes depth; if so, depth is cleared to infinitely far.
-    pub(crate) fn clear(&mut self, colour: [f32; 4], depth: bool) {
+    /// Starts a new tile. `uses_depth`: whether the tile tests or writes depth; if so, depth is cleared to infinitely far.
+    pub(crate) fn clear(&mut self, colour: [f32; 4], uses_depth: bool) {
         // Removes the split pixels of the previous tile.
         self.resolve();
         self.clear_colour = colour;
         (self.written_blocks, self.grey_blocks) = (0, 0);
-        self.depth.clear(depth);
+        self.depth.clear(uses_depth);
     }
 
     /// Makes all that is stored for a block valid: fills it with the clear colour on the first write, or copies a grey block's red to green and blue.
@@ -96,7 +96,7 @@ impl TileTarget {
         }
     }
 
-    /// Blends `source` into the samples of a pixel whose bits are set in `covered`.
+    /// Blends `source` into those samples of a pixel whose bits are set in `covered`.
     #[inline(always)]
     pub(crate) fn store(&mut self, pixel: usize, covered: u16, blend: Blend, source: [f32; 4]) {
         // Blending zeros changes nothing, and must not split a pixel. This is common at the edge of a sprite.

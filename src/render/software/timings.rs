@@ -4,22 +4,22 @@
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct PassTimings {
     pub name: String,
-    /// Triangles that the draws submitted.
+    /// Triangles that the draws submitted, before clipping and culling; `given` in time reports.
     #[serde(rename = "given")]
     pub submitted: usize,
     /// Submitted triangles that are back-facing, without area, or entirely clipped or outside the draw's scissor rectangle.
     pub culled: usize,
-    /// Submitted triangles that were clipped by the near plane or the guard band, and are still visible.
+    /// Submitted triangles that a clip plane cut, such as the near plane or an edge of the guard band, and that are still visible.
     pub clipped: usize,
     /// Triangles to be rasterised, after clipping (which may split one into several) and culling.
     pub triangles: usize,
     /// Wall time of the vertex programs.
     pub vertex_ms: f64,
-    /// Wall time of clipping and set-up.
+    /// Wall time of clipping and of triangle set-up (edge functions and planes).
     pub setup_ms: f64,
     /// Wall time of sorting triangles into tiles.
     pub binning_ms: f64,
-    /// Coverage, fragment programs, depth and blending: summed over threads. Of two fused passes each has its own.
+    /// Coverage, fragment programs, depth and blending: summed over threads. Each of two fused passes has its own time.
     pub shading_thread_ms: f64,
     /// Resolve of the samples and conversion to the target's format: summed over threads. The second of two fused passes has the time of both.
     pub resolve_thread_ms: f64,

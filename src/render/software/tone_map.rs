@@ -38,6 +38,7 @@ impl ToneMapOffsets {
         Some(Self { exposure: offset("exposure")?, linear_limit: offset("linear_limit")? })
     }
 
+    /// Reads the uniforms from the uniform bytes of a draw; `None` if there are too few bytes.
     pub(super) fn bind(self, uniform_bytes: &[u8]) -> Option<ToneMapUniforms> {
         let read = |offset: usize| uniform_bytes.get(offset..)?.first_chunk().map(|bytes| f32::from_le_bytes(*bytes));
         Some(ToneMapUniforms { exposure: read(self.exposure)?, linear_limit: read(self.linear_limit)? })
@@ -51,11 +52,13 @@ fn sha256(text: &str) -> String {
 /// The tone map with its uniforms.
 #[derive(Clone, Copy, Debug)]
 pub struct ToneMapUniforms {
+    /// Factor on radiance.
     exposure: f32,
+    /// Exposed light up to which the tone curve is the identity.
     linear_limit: f32,
 }
 
-/// Bits of the least linear value in the table, 2^-13, which is shown as level 0, and of the greatest, the largest f32 below 1.
+/// Bits of the least linear value in the table ([`LEVELS`]), 2^-13, which is shown as level 0, and of the greatest, the largest f32 below 1.
 const FIRST_BITS: u32 = (127 - 13) << 23;
 const LAST_BITS: u32 = 0x3f7f_ffff;
 /// A cell is a range of values with equal high bits. A factor of two is divided into 128 cells, so that the width of a cell is at most 1/128 of its values. The
@@ -82,6 +85,7 @@ static LEVELS: LazyLock<Box<[u32; CELLS]>> = LazyLock::new(|| {
         level += usize::from(reaches_next(level, start));
         *entry = (level as u32) << CELL_BITS;
         if reaches_next(level, start + ((1 << CELL_BITS) - 1)) {
+            // From the threshold on, the low bits of a value carry into the level.
             *entry += start + (1 << CELL_BITS) - threshold_bits[level + 1];
             level += 1;
         }
@@ -213,7 +217,7 @@ fn is_grey([r, g, b]: [&[f32; LANES]; 3]) -> bool {
 pub(super) type BlockRows = [[u32; BLOCK_WIDTH]; BLOCK_HEIGHT];
 
 impl ToneMapUniforms {
-    /// Display bytes of a block's pixels, in lane order.
+    /// Display bytes of a block's pixels, in lane order: opaque RGBA, red in the lowest byte. `light`: linear red, green and blue.
     #[inline(always)]
     pub(super) fn map_generic(&self, light: [&[f32; LANES]; 3], out: &mut [u32; LANES]) {
         let mut exposed = [[0.0; LANES]; 3];
@@ -293,7 +297,7 @@ impl ToneMapUniforms {
     }
 
     /// The tone curve `filmic` of shaders/lib/display.wesl. It changes no value of a pixel whose greatest value is at most `linear_limit`. The shoulder has the
-    /// value 0.8 and the slope 1 at 0.8, and approaches 1.
+    /// value 0.8 and the slope 1 at 0.8, and approaches 1. Far above white the colour fades to white (`whiteness`).
     #[inline(always)]
     fn compress(&self, [r, g, b]: &mut [[f32; LANES]; 3]) {
         for i in 0..LANES {
@@ -309,7 +313,7 @@ impl ToneMapUniforms {
     }
 
     /// As [`ToneMapUniforms::map_generic`], with AVX2 if this machine has it.
-    pub(super) fn bytes(&self, light: [&[f32; LANES]; 3], out: &mut [u32; LANES]) {
+    pub(super) fn map_to_bytes(&self, light: [&[f32; LANES]; 3], out: &mut [u32; LANES]) {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
             // SAFETY: AVX2 was detected.
@@ -372,13 +376,13 @@ mod tests {
             let tone_map = ToneMapUniforms { exposure: 0.75, linear_limit };
             for light in [light(), special_values] {
                 let (mut best, mut generic) = ([0; LANES], [1; LANES]);
-                tone_map.bytes(light.each_ref(), &mut best);
+                tone_map.map_to_bytes(light.each_ref(), &mut best);
                 tone_map.map_generic(light.each_ref(), &mut generic);
                 assert_eq!(best, generic);
                 assert!(best.iter().all(|word| word >> 24 == 255));
                 let mut rows = BlockRows::default();
                 tone_map.map_rows_generic(light.each_ref(), &mut rows);
-                let pixels = coverage::TilePixels::new();
+                let pixels = coverage::PixelCentres::new();
                 for (lane, word) in generic.iter().enumerate() {
                     assert_eq!(rows[pixels.y[lane] as usize][pixels.x[lane] as usize], *word, "lane {lane}");
                 }

@@ -2,7 +2,7 @@
 //! (pass_fusion.rs), and for tiles of a fused one that other draws, such as labels, cover in part.
 //!
 //! In: the tone map with its uniforms, the inputs and outputs of the program that it replaces, the HDR image. Out: a [`LaneRun`]. Always: the colours are
-//! the bytes of [`ToneMapUniforms::bytes`], divided by 255. Not here: the mapping itself (`tone_map`).
+//! the bytes of [`ToneMapUniforms::map_to_bytes`], divided by 255. Not here: the mapping itself (`tone_map`).
 
 use super::exec::{ExecutionCounts, LaneMask, TextureUnit};
 use super::math::Real;
@@ -56,6 +56,7 @@ impl<R: Real> LaneRun<R> for ToneMapRun<'_, R> {
         self.run_with_textures(active, self.textures)
     }
     fn run_with_textures(&mut self, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
+        // The position is that of the pixel's centre; truncation gives the pixel's column and row.
         let [x, y] = self.position_inputs.map(|k| self.inputs[k].map(|v| R::from_lane_bits(v.to_i32() as u32)));
         let mut light = [[R::ZERO; LANES]; 4];
         textures.load(0, &x, &y, &[R::ZERO], active, light.each_mut().map(|plane| plane.as_mut_slice()));
@@ -63,7 +64,7 @@ impl<R: Real> LaneRun<R> for ToneMapRun<'_, R> {
         let [Some(r), Some(g), Some(b)] = planes else { return 0 };
         // RGBA, red in the lowest byte.
         let mut packed = [0; LANES];
-        self.tone_map.bytes([r, g, b], &mut packed);
+        self.tone_map.map_to_bytes([r, g, b], &mut packed);
         for (k, plane) in self.colour.iter_mut().take(3).enumerate() {
             for (to, word) in plane.iter_mut().zip(packed) {
                 *to = R::from_f32_bits(((word >> (8 * k) & 0xff) as f32 / 255.0).to_bits());

@@ -21,7 +21,7 @@ const TRIANGLES_PER_PART: usize = 1024;
 pub(crate) struct AssembledDraw {
     pub geometry: RasterGeometry,
     /// Number of triangles before clipping and culling.
-    pub submitted: usize,
+    pub submitted_triangles: usize,
     /// Wall time of the vertex program.
     pub vertex_seconds: f64,
     /// Wall time of clipping and set-up.
@@ -35,7 +35,10 @@ struct Varying {
     interpolation: Interpolation,
 }
 
-/// The varyings that the fragment program reads, in the order of its location inputs.
+/// The varyings that the fragment program reads, in the order of its location inputs. `label`: that of the draw, for the error.
+///
+/// # Errors
+/// A varying that the vertex program does not write.
 fn link_varyings(label: &str, outputs: &[LaneOutput], fragment_inputs: &[LaneInput]) -> Result<Vec<Varying>, RenderError> {
     let mut varyings = Vec::new();
     for input in fragment_inputs {
@@ -52,6 +55,7 @@ fn link_varyings(label: &str, outputs: &[LaneOutput], fragment_inputs: &[LaneInp
 enum VertexInputSource<'a> {
     VertexIndex,
     InstanceIndex,
+    /// `stride`: number of floats per element (a vertex, or an instance if `per_instance`); `component`: position of the float in its element.
     Attribute { values: &'a [f32], stride: usize, component: usize, per_instance: bool },
     Constant(f64),
 }
@@ -229,6 +233,7 @@ struct TriangleSetup<'a> {
 }
 
 impl TriangleSetup<'_> {
+    /// Sets up one triangle. `rows`: those of its vertices, each with the clip-space position before the varyings.
     fn add(&self, rows: [&[f64]; 3], geometry: &mut RasterGeometry) -> Result<(), RenderError> {
         let positions = rows.map(|r| [r[0], r[1], r[2], r[3]]);
         let interpolated = self.varyings.iter().enumerate().map(|(k, v)| (v.interpolation, rows.map(|r| r[4 + k])));
@@ -261,11 +266,11 @@ pub(crate) fn assemble<R: Real>(
     let setup = TriangleSetup { raster_state, varyings: &varyings };
     let instances = draw.instances.count as usize;
     let mut program_wall_seconds = None;
-    let (submitted, mut parts) = match &draw.vertices {
+    let (submitted_triangles, mut parts) = match &draw.vertices {
         Vertices::Mesh { indices, .. } => {
             let shaded = stage.run_all()?;
             let triangles_per_instance = indices.len() / 3;
-            let submitted = triangles_per_instance.saturating_mul(instances);
+            let submitted_triangles = triangles_per_instance.saturating_mul(instances);
             program_wall_seconds = Some(start.elapsed().as_secs_f64());
             let part = |range: std::ops::Range<usize>| -> Result<DrawPart, RenderError> {
                 let (start, mut geometry) = (Instant::now(), RasterGeometry::default());
@@ -276,12 +281,12 @@ pub(crate) fn assemble<R: Real>(
                 }
                 Ok((geometry, [0.0, start.elapsed().as_secs_f64()]))
             };
-            (submitted, map_parts(submitted, || (), |(), range| part(range))?)
+            (submitted_triangles, map_parts(submitted_triangles, || (), |(), range| part(range))?)
         }
         // No vertex is shared, so the triangles of a part are set up while its vertices are in the cache.
         Vertices::Count(_) => {
             let triangles_per_instance = stage.vertices_per_instance / 3;
-            let submitted = triangles_per_instance.saturating_mul(instances);
+            let submitted_triangles = triangles_per_instance.saturating_mul(instances);
             let row_length = stage.outputs.len();
             let part = |(run, rows): &mut (Box<dyn LaneRun<R> + Send + '_>, Vec<f64>), range: std::ops::Range<usize>| {
                 let (start, mut geometry) = (Instant::now(), RasterGeometry::default());
@@ -306,7 +311,7 @@ pub(crate) fn assemble<R: Real>(
                 }
                 Ok((geometry, [program_seconds, start.elapsed().as_secs_f64() - program_seconds]))
             };
-            (submitted, map_parts(submitted, || (vertex.new_run(), Vec::new()), part)?)
+            (submitted_triangles, map_parts(submitted_triangles, || (vertex.new_run(), Vec::new()), part)?)
         }
     };
     let total_program_seconds: f64 = parts.iter().map(|(_, [program_seconds, _])| program_seconds).sum();
@@ -315,11 +320,11 @@ pub(crate) fn assemble<R: Real>(
         [(only, _)] => std::mem::take(only),
         parts => RasterGeometry::joined(parts.iter().map(|(geometry, _)| geometry))?,
     };
-    let wall = start.elapsed().as_secs_f64();
+    let wall_seconds = start.elapsed().as_secs_f64();
     // If vertices and triangles were processed together, the wall time is divided in proportion to the threads' times for each.
-    let proportional_seconds = if total_seconds > 0.0 { wall * total_program_seconds / total_seconds } else { 0.0 };
+    let proportional_seconds = if total_seconds > 0.0 { wall_seconds * total_program_seconds / total_seconds } else { 0.0 };
     let vertex_seconds = program_wall_seconds.unwrap_or(proportional_seconds);
-    Ok(AssembledDraw { geometry, submitted, vertex_seconds, setup_seconds: wall - vertex_seconds })
+    Ok(AssembledDraw { geometry, submitted_triangles, vertex_seconds, setup_seconds: wall_seconds - vertex_seconds })
 }
 
 /// Processes a draw's triangles in parts, in parallel, and returns the parts in drawing order. `buffers` creates the buffers of one thread; `part`

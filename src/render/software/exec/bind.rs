@@ -14,7 +14,7 @@ use smallvec::SmallVec;
 use std::any::Any;
 use std::sync::{Arc, OnceLock};
 
-/// A kernel ready to be called. Offsets count numbers from the start of the arena.
+/// A kernel ready to be called. Offsets are in elements (lane values) from the start of the arena.
 pub(crate) struct KernelStep<R> {
     pub function: KernelFn<R>,
     /// Offset of the lanes that the kernel writes.
@@ -51,9 +51,9 @@ pub(crate) enum MaskLocation {
 /// An operand of a texture read: the part of the arena that contains its values.
 #[derive(Clone, Copy)]
 pub(crate) struct TextureArg {
-    /// In numbers from the start of the arena.
+    /// In elements from the start of the arena.
     pub offset: u32,
-    /// Count of numbers: `LANES`, or 1 if the operand is one value for all lanes.
+    /// Number of elements: `LANES`, or 1 if the operand is one value for all lanes.
     pub len: u32,
 }
 
@@ -61,7 +61,7 @@ pub(crate) struct TextureArg {
 pub(crate) struct TextureRead {
     pub op: TextureOp,
     pub texture: usize,
-    /// Offset of each channel's lanes, in numbers from the start of the arena.
+    /// Offset of each channel's lanes, in elements from the start of the arena.
     pub dst: [u32; 4],
     /// Whether the program reads each channel later. A channel that it does not read is not written.
     pub channels_read: [bool; 4],
@@ -71,21 +71,21 @@ pub(crate) struct TextureRead {
 
 /// One step of a bound program. `target`: the index of the step to which a jump goes.
 pub(crate) enum BoundStep {
-    /// Runs the kernels `from..to` in order. `instructions`: what they add to the executor's count of instructions, in which a chain counts once.
+    /// Runs the kernels `start..end` in order. `instructions`: what they add to the executor's count of instructions, in which a chain counts once.
     Kernels {
-        from: u32,
-        to: u32,
+        start: u32,
+        end: u32,
         instructions: u32,
     },
-    /// Runs the operations on registers `from..to` in order.
+    /// Runs the operations on registers `start..end` in order.
     Scalars {
-        from: u32,
-        to: u32,
+        start: u32,
+        end: u32,
     },
-    /// Loads words of the uniform block into registers: the loads `from..to`, in order.
+    /// Loads words of the uniform block into registers: the loads `start..end`, in order.
     LoadUniforms {
-        from: u32,
-        to: u32,
+        start: u32,
+        end: u32,
     },
     /// Reads words of the uniform block, each lane from the array element whose index it has in slot `index`.
     Gather {
@@ -129,7 +129,7 @@ pub struct BoundProgram<R> {
     pub(super) operand_offsets: Vec<u32>,
     /// For each input, whether the program reads it.
     pub(super) inputs_read: Vec<bool>,
-    /// Index of the arena's row at which the registers start, after the program's slots and the scratch slots; a row has `LANES` numbers.
+    /// Index of the arena's row at which the registers start, after the program's slots and the scratch slots; a row has `LANES` elements.
     pub(super) first_register_row: usize,
     pub(super) register_count: usize,
     pub(super) output_slots: Vec<u32>,
@@ -211,7 +211,8 @@ fn bind<R: Real>(program: &Program, class: KernelClass, without_steps: BoundProg
     }
     let mut step_of_instr = Vec::with_capacity(program.lane_tape.len() + 1);
     for (instr, is_target) in program.lane_tape.iter().zip(&is_target) {
-        // A jump target starts a new step. For an instruction that extends the previous step, this index is one too great, but no jump refers to it.
+        // A jump target starts a new step. For an instruction that extends the previous step, the index recorded here is one too great, but no jump refers to
+        // it.
         binder.can_extend_sequence &= !is_target;
         step_of_instr.push(binder.bound.steps.len() as u32);
         binder.bind(instr)?;
@@ -235,14 +236,14 @@ struct Binder<R> {
     bound: BoundProgram<R>,
     class: KernelClass,
     first_scratch_slot: u32,
-    /// Offset of register 0, in numbers from the start of the arena.
+    /// Offset of register 0, in elements from the start of the arena.
     register_offset: usize,
-    /// The last step is a sequence of kernels, of operations on registers or of loads, to which further ones may be appended.
+    /// Whether the last step is a sequence of kernels, of operations on registers or of loads, to which further ones may be appended.
     can_extend_sequence: bool,
 }
 
 impl<R: Real> Binder<R> {
-    /// Offset of an operand, in numbers from the start of the arena.
+    /// Offset of an operand, in elements from the start of the arena.
     fn offset(&self, o: &Operand) -> u32 {
         let offset = match *o {
             Operand::Slot(s) => usize::from(s) * LANES,
@@ -251,40 +252,43 @@ impl<R: Real> Binder<R> {
         offset as u32
     }
 
+    /// Offset of a slot's first lane, in elements from the start of the arena.
     fn slot_offset(slot: u32) -> u32 {
         slot * LANES as u32
     }
 
+    /// Appends a kernel to the last sequence of kernels, or begins a new one; the two methods below do the same for their kinds of steps. `dst` and `args`:
+    /// offsets in the arena.
     fn push_kernel(&mut self, function: KernelFn<R>, dst: u32, args: &[u32]) {
-        let to = self.bound.kernels.len() as u32 + 1;
+        let end = self.bound.kernels.len() as u32 + 1;
         self.bound.kernels.push(KernelStep { function, dst, first_operand: self.bound.operand_offsets.len() as u32 });
         self.bound.operand_offsets.extend(args);
         match self.bound.steps.last_mut() {
-            Some(BoundStep::Kernels { to: sequence_end, instructions, .. }) if self.can_extend_sequence => {
-                *sequence_end = to;
+            Some(BoundStep::Kernels { end: sequence_end, instructions, .. }) if self.can_extend_sequence => {
+                *sequence_end = end;
                 *instructions += 1;
             }
-            _ => self.bound.steps.push(BoundStep::Kernels { from: to - 1, to, instructions: 1 }),
+            _ => self.bound.steps.push(BoundStep::Kernels { start: end - 1, end, instructions: 1 }),
         }
         self.can_extend_sequence = true;
     }
 
     fn push_scalar(&mut self, step: ScalarStep<R>) {
-        let to = self.bound.scalars.len() as u32 + 1;
+        let end = self.bound.scalars.len() as u32 + 1;
         self.bound.scalars.push(step);
         match self.bound.steps.last_mut() {
-            Some(BoundStep::Scalars { to: sequence_end, .. }) if self.can_extend_sequence => *sequence_end = to,
-            _ => self.bound.steps.push(BoundStep::Scalars { from: to - 1, to }),
+            Some(BoundStep::Scalars { end: sequence_end, .. }) if self.can_extend_sequence => *sequence_end = end,
+            _ => self.bound.steps.push(BoundStep::Scalars { start: end - 1, end }),
         }
         self.can_extend_sequence = true;
     }
 
     fn push_uniform_load(&mut self, load: UniformLoad) {
-        let to = self.bound.uniform_loads.len() as u32 + 1;
+        let end = self.bound.uniform_loads.len() as u32 + 1;
         self.bound.uniform_loads.push(load);
         match self.bound.steps.last_mut() {
-            Some(BoundStep::LoadUniforms { to: sequence_end, .. }) if self.can_extend_sequence => *sequence_end = to,
-            _ => self.bound.steps.push(BoundStep::LoadUniforms { from: to - 1, to }),
+            Some(BoundStep::LoadUniforms { end: sequence_end, .. }) if self.can_extend_sequence => *sequence_end = end,
+            _ => self.bound.steps.push(BoundStep::LoadUniforms { start: end - 1, end }),
         }
         self.can_extend_sequence = true;
     }
@@ -368,7 +372,7 @@ impl<R: Real> Binder<R> {
     /// Binds one instruction.
     fn bind(&mut self, instr: &Instr) -> Result<(), String> {
         let mut scratch_used = 0;
-        // `Program::check` has verified that these operands are registers.
+        // `Program::check` has verified that the operands to which this is applied are registers.
         let register = |o: &Operand| match *o {
             Operand::Reg(r) => usize::from(r),
             Operand::Slot(_) => 0,

@@ -36,7 +36,7 @@ const INSTRUCTIONS_PER_TEXTURE_READ: u32 = 64;
 pub type LaneMask = u128;
 const _: () = assert!(LANES == LaneMask::BITS as usize && LANES.is_multiple_of(kernels::CHUNK));
 
-/// Bit k, for each k below 32. Loops that expand or collect masks with this table are vectorised; loops that shift by the lane number are not.
+/// Entry k has only bit k set. Loops that expand or collect masks with this table are vectorised; loops that shift by the lane number are not.
 pub(crate) const LANE_BITS: [u32; 32] = {
     let mut bits = [0; 32];
     let mut k = 0;
@@ -125,7 +125,7 @@ pub struct ExecutionCounts {
 }
 
 impl<R: Real> Executor<R> {
-    /// Binds the program to the kernels of this process's class.
+    /// Binds the program to the kernels of this process's class ([`KernelClass::detect`]).
     ///
     /// # Errors
     /// As [`Executor::with_class`].
@@ -245,6 +245,7 @@ impl<R: Real> Executor<R> {
         chunks.iter().any(|chunk| chunk.iter().fold(R::ZERO, |a, &b| a.bit_or(b)).is_mask_set())
     }
 
+    /// All registers; the last row's padding follows them.
     fn registers(&self) -> &[R] {
         let rows = &self.arena[self.program.first_register_row..];
         // SAFETY: a row is an array of `LANES` values without padding (see the assertion below `LaneRow`).
@@ -265,14 +266,14 @@ impl<R: Real> Executor<R> {
         self.registers_mut()[r] = value;
     }
 
-    /// Runs all steps; false if the batch was stopped at the loop limit.
+    /// Runs all steps; returns false if the batch was stopped at a loop limit.
     fn run_steps(&mut self, draw_values: &DrawTapeValues<R>, textures: &dyn TextureUnit<R>) -> bool {
         // Another handle to the program, because `interpret` changes `self` while it reads the program.
         let program = Arc::clone(&self.program);
         self.interpret(&program, draw_values, textures)
     }
 
-    /// Not inlined, for the reason given at `run_kernels`.
+    /// Runs operations on registers. Not inlined, for the reason given at `run_kernels`.
     #[inline(never)]
     fn run_scalars(&mut self, steps: &[ScalarStep<R>]) {
         let registers = self.registers_mut().as_mut_ptr();
@@ -290,7 +291,7 @@ impl<R: Real> Executor<R> {
         }
     }
 
-    /// Not inlined, for the reason given at `run_kernels`.
+    /// Loads words of the uniform block into registers. Not inlined, for the reason given at `run_kernels`.
     #[inline(never)]
     fn load_uniforms(&mut self, loads: &[UniformLoad], words: &[u32]) {
         let registers = self.registers_mut();
@@ -300,7 +301,7 @@ impl<R: Real> Executor<R> {
         }
     }
 
-    /// Not inlined: in the loop over all steps its pointers would not stay in processor registers.
+    /// Runs kernels in order. Not inlined: in the loop over all steps its pointers would not stay in processor registers.
     #[inline(never)]
     fn run_kernels(&mut self, kernels: &[KernelStep<R>], operand_offsets: &[u32]) {
         let base = self.arena.as_mut_ptr().cast::<R>();
@@ -322,24 +323,24 @@ impl<R: Real> Executor<R> {
         }
     }
 
-    /// The loop over the steps; false if the batch was stopped at the loop limit.
+    /// The loop over the steps; returns false if the batch was stopped at a loop limit.
     fn interpret(&mut self, bound: &BoundProgram<R>, draw_values: &DrawTapeValues<R>, textures: &dyn TextureUnit<R>) -> bool {
         let mut next_step = 0usize;
         let mut backward_jumps = 0u32;
         while let Some(step) = bound.steps.get(next_step) {
             next_step += 1;
             let target = match step {
-                BoundStep::Kernels { from, to, instructions } => {
+                BoundStep::Kernels { start, end, instructions } => {
                     self.counts.instructions += instructions;
-                    self.run_kernels(&bound.kernels[*from as usize..*to as usize], &bound.operand_offsets);
+                    self.run_kernels(&bound.kernels[*start as usize..*end as usize], &bound.operand_offsets);
                     continue;
                 }
-                BoundStep::Scalars { from, to } => {
-                    self.run_scalars(&bound.scalars[*from as usize..*to as usize]);
+                BoundStep::Scalars { start, end } => {
+                    self.run_scalars(&bound.scalars[*start as usize..*end as usize]);
                     continue;
                 }
-                BoundStep::LoadUniforms { from, to } => {
-                    self.load_uniforms(&bound.uniform_loads[*from as usize..*to as usize], &draw_values.uniform_words);
+                BoundStep::LoadUniforms { start, end } => {
+                    self.load_uniforms(&bound.uniform_loads[*start as usize..*end as usize], &draw_values.uniform_words);
                     continue;
                 }
                 BoundStep::Gather { dst, index, elements } => {
@@ -375,6 +376,7 @@ impl<R: Real> Executor<R> {
         true
     }
 
+    /// Reads a texture for the lanes set in the read's mask.
     fn read_texture(&mut self, read: &TextureRead, textures: &dyn TextureUnit<R>) {
         let active = match read.mask {
             MaskLocation::Slot(s) => self.mask_of(s),

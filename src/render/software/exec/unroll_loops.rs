@@ -6,8 +6,8 @@
 //! body these two places are exchanged: it reads the variable from where the first body wrote the next value, and writes the next value to where the first
 //! body reads the variable. So neither body needs the copy; only a jump out of the second body does. Only loops that end with copies and an unconditional
 //! jump back are doubled; a loop that ends with a test (lanes that leave separately, `do while`) keeps its copies. Always: a variable keeps its copy if its
-//! slot or that of its next value takes part in another copy. It also does if the next value may be read in another iteration or after the loop. Not here:
-//! changes of the stored program, whose loops have one body.
+//! slot or that of its next value takes part in another copy, or if the next value may be read in another iteration or after the loop. Not here: changes of
+//! the stored program, whose loops have one body.
 
 use crate::render::software::program::Program;
 use crate::render::software::tape::{Instr, Op, Operand};
@@ -31,8 +31,8 @@ struct InnerLoop {
 pub(super) fn unroll_loops(program: &Program) -> Cow<'_, Program> {
     let tape = &program.lane_tape;
     let loops: Vec<(InnerLoop, Vec<ExchangedPair>)> = (0..tape.len())
-        .filter_map(|at| {
-            let found = inner_loop(tape, at)?;
+        .filter_map(|index| {
+            let found = inner_loop(tape, index)?;
             let pairs = exchangeable_pairs(program, &found);
             (!pairs.is_empty()).then_some((found, pairs))
         })
@@ -44,17 +44,17 @@ pub(super) fn unroll_loops(program: &Program) -> Cow<'_, Program> {
     let mut new_index = Vec::with_capacity(tape.len() + 1);
     let mut doubled = Vec::with_capacity(tape.len() * 2);
     let mut rest = loops.iter().peekable();
-    let mut at = 0;
-    while at < tape.len() {
-        match rest.next_if(|(found, _)| found.head == at) {
+    let mut index = 0;
+    while index < tape.len() {
+        match rest.next_if(|(found, _)| found.head == index) {
             Some((found, pairs)) => {
                 append_doubled(tape, found, pairs, &mut new_index, &mut doubled);
-                at = found.back_jump + 1;
+                index = found.back_jump + 1;
             }
             None => {
                 new_index.push(doubled.len());
-                doubled.push((tape[at].clone(), Target::Original));
-                at += 1;
+                doubled.push((tape[index].clone(), Target::Original));
+                index += 1;
             }
         }
     }
@@ -89,23 +89,25 @@ fn append_doubled(
     doubled: &mut Vec<(Instr, Target)>,
 ) {
     let InnerLoop { head, first_copy, back_jump } = *found;
-    let is_removed =
-        |at: usize| at >= first_copy && copied(&tape[at]).is_some_and(|(variable, _)| pairs.iter().any(|p| p.variable == variable));
-    let kept: Vec<usize> = (head..back_jump).filter(|at| !is_removed(*at)).collect();
-    let (first, second) = (doubled.len(), doubled.len() + kept.len());
+    let is_removed = |index: usize| {
+        index >= first_copy && copy_operands(&tape[index]).is_some_and(|(variable, _)| pairs.iter().any(|p| p.variable == variable))
+    };
+    let kept: Vec<usize> = (head..back_jump).filter(|index| !is_removed(*index)).collect();
+    // Where the two bodies begin on the new tape.
+    let (first_body, second_body) = (doubled.len(), doubled.len() + kept.len());
     // The position within a body of an instruction of the loop; for a removed instruction, that of the next kept one.
-    let position = |at: usize| kept.partition_point(|k| *k < at);
-    new_index.extend((head..back_jump).map(|at| first + position(at)));
+    let position = |index: usize| kept.partition_point(|k| *k < index);
+    new_index.extend((head..back_jump).map(|index| first_body + position(index)));
     // The entry of the jump back. Nothing jumps to it, but `new_index` has one entry for each instruction.
-    new_index.push(second);
-    doubled.extend(kept.iter().map(|at| (tape[*at].clone(), Target::Original)));
+    new_index.push(second_body);
+    doubled.extend(kept.iter().map(|index| (tape[*index].clone(), Target::Original)));
     // The second body and its jump back are followed, for each instruction outside to which it jumps, by the copies and a jump.
-    let first_exit = second + kept.len() + 1;
+    let first_exit = second_body + kept.len() + 1;
     let mut exits: Vec<usize> = Vec::new();
-    for at in &kept {
-        let instr = exchanged(&tape[*at], pairs);
+    for index in &kept {
+        let instr = exchanged(&tape[*index], pairs);
         let target = match instr.target().map(|t| t as usize) {
-            Some(to) if (head..=back_jump).contains(&to) => Target::New(second + position(to)),
+            Some(to) if (head..=back_jump).contains(&to) => Target::New(second_body + position(to)),
             Some(to) => {
                 let exit = exits.iter().position(|e| *e == to).unwrap_or_else(|| {
                     exits.push(to);
@@ -117,9 +119,9 @@ fn append_doubled(
         };
         doubled.push((instr, target));
     }
-    doubled.push((Instr::Jump { target: 0 }, Target::New(first)));
+    doubled.push((Instr::Jump { target: 0 }, Target::New(first_body)));
     for exit in exits {
-        doubled.extend(pairs.iter().map(|p| (copy(p.variable, p.next), Target::Original)));
+        doubled.extend(pairs.iter().map(|p| (copy_instr(p.variable, p.next), Target::Original)));
         doubled.push((Instr::Jump { target: exit as u32 }, Target::Original));
     }
 }
@@ -132,20 +134,20 @@ fn inner_loop(tape: &[Instr], back_jump: usize) -> Option<InnerLoop> {
         return None;
     }
     let mut first_copy = back_jump;
-    while first_copy > head && copied(&tape[first_copy - 1]).is_some() {
+    while first_copy > head && copy_operands(&tape[first_copy - 1]).is_some() {
         first_copy -= 1;
     }
-    let is_simple = tape.iter().enumerate().filter(|(at, _)| *at != back_jump).all(|(at, instr)| {
+    let is_simple = tape.iter().enumerate().filter(|(index, _)| *index != back_jump).all(|(index, instr)| {
         let Some(to) = instr.target().map(|t| t as usize) else { return true };
-        let is_inside = (head..=back_jump).contains(&at);
+        let is_inside = (head..=back_jump).contains(&index);
         // Inside: no jump backwards, and none between the copies. From outside: none into the loop, except to its head.
-        if is_inside { to > at && !(first_copy + 1..=back_jump).contains(&to) } else { !(head + 1..=back_jump).contains(&to) }
+        if is_inside { to > index && !(first_copy + 1..=back_jump).contains(&to) } else { !(head + 1..=back_jump).contains(&to) }
     });
     is_simple.then_some(InnerLoop { head, first_copy, back_jump })
 }
 
 /// Destination and source of a copy between two slots or between two registers.
-fn copied(instr: &Instr) -> Option<(Operand, Operand)> {
+fn copy_operands(instr: &Instr) -> Option<(Operand, Operand)> {
     match instr {
         Instr::Lane { op: Op::Copy, dst, args } => match args[..] {
             [from @ Operand::Slot(_)] => Some((Operand::Slot(*dst), from)),
@@ -159,7 +161,7 @@ fn copied(instr: &Instr) -> Option<(Operand, Operand)> {
     }
 }
 
-fn copy(to: Operand, from: Operand) -> Instr {
+fn copy_instr(to: Operand, from: Operand) -> Instr {
     match to {
         Operand::Slot(dst) => Instr::Lane { op: Op::Copy, dst, args: vec![from] },
         Operand::Reg(dst) => Instr::Scalar { op: Op::Copy, dst, args: vec![from] },
@@ -170,7 +172,7 @@ fn copy(to: Operand, from: Operand) -> Instr {
 /// slot or register of the next value before it is written again.
 fn exchangeable_pairs(program: &Program, found: &InnerLoop) -> Vec<ExchangedPair> {
     let tape = &program.lane_tape;
-    let all: Vec<(Operand, Operand)> = tape[found.first_copy..found.back_jump].iter().filter_map(copied).collect();
+    let all: Vec<(Operand, Operand)> = tape[found.first_copy..found.back_jump].iter().filter_map(copy_operands).collect();
     let uses = |operand: Operand| all.iter().flat_map(|(to, from)| [to, from]).filter(|o| **o == operand).count();
     let exits: Vec<usize> = tape[found.head..found.back_jump]
         .iter()
@@ -179,25 +181,25 @@ fn exchangeable_pairs(program: &Program, found: &InnerLoop) -> Vec<ExchangedPair
         .collect();
     all.iter()
         .filter(|(to, from)| uses(*to) == 1 && uses(*from) == 1)
-        .filter(|(_, from)| !exits.iter().chain([&found.head]).any(|at| may_be_read(program, *at, *from)))
+        .filter(|(_, from)| !exits.iter().chain([&found.head]).any(|index| may_be_read(program, *index, *from)))
         .map(|(variable, next)| ExchangedPair { variable: *variable, next: *next })
         .collect()
 }
 
-/// Whether the value that `operand` has before the instruction `from` may be read, on any path through the tape.
-fn may_be_read(program: &Program, from: usize, operand: Operand) -> bool {
+/// Whether the value that `operand` has before the instruction with index `start` may be read, on any path through the tape from there.
+fn may_be_read(program: &Program, start: usize, operand: Operand) -> bool {
     let tape = &program.lane_tape;
     let mut visited = vec![false; tape.len()];
-    let mut path_starts = vec![from];
-    while let Some(mut at) = path_starts.pop() {
+    let mut path_starts = vec![start];
+    while let Some(mut index) = path_starts.pop() {
         loop {
-            let Some(instr) = tape.get(at) else {
+            let Some(instr) = tape.get(index) else {
                 if program.output_operands.iter().chain(&program.discarded).any(|o| *o == operand) {
                     return true;
                 }
                 break;
             };
-            if std::mem::replace(&mut visited[at], true) {
+            if std::mem::replace(&mut visited[index], true) {
                 break;
             }
             if reads(instr, operand) {
@@ -207,12 +209,12 @@ fn may_be_read(program: &Program, from: usize, operand: Operand) -> bool {
                 break;
             }
             match instr {
-                Instr::Jump { target } => at = *target as usize,
+                Instr::Jump { target } => index = *target as usize,
                 Instr::JumpIf { target, .. } | Instr::SkipIfNoLane { target, .. } => {
                     path_starts.push(*target as usize);
-                    at += 1;
+                    index += 1;
                 }
-                _ => at += 1,
+                _ => index += 1,
             }
         }
     }

@@ -420,7 +420,7 @@ pub fn operand_count(ops: &[FusedOp]) -> usize {
     ops.iter().map(|fused| fused.op.arity()).sum::<usize>() + 1 - ops.len().max(1)
 }
 
-/// Index in [`all`] of the chain of these operations for these kinds of operands.
+/// Index in [`all`] of the chain of these operations for operands of these kinds ([`kind_bits`]); `None` if no kernel computes it.
 pub fn find(ops: &[FusedOp], kinds: u8) -> Option<usize> {
     static INDEX: LazyLock<HashMap<(&'static [FusedOp], u8), usize>> =
         LazyLock::new(|| TABLE.iter().enumerate().map(|(k, (ops, kinds))| ((*ops, kind_bits(kinds)), k)).collect());

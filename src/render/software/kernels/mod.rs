@@ -69,6 +69,7 @@ unsafe fn quad_difference<R: Real, const N: usize, const STEP: usize>(dst: &mut 
     }
 }
 
+/// The address of operand `k`: `base` plus entry `k` of `offsets`, in elements.
 /// # Safety
 /// `offsets` has more than `k` entries, and entry `k` lies inside the allocation of `base`.
 #[inline(always)]
@@ -146,6 +147,7 @@ macro_rules! class {
                 unsafe { quad_difference::<R, LANES, 2>(dst, operand_at(base, offsets, 0)) }
             }
 
+            // The specialised kernel of an operation with one, two or three operands; `None` if all operands have one value for all lanes.
             fn unary<O: Eval, R: Real>(kinds: [bool; 3]) -> Option<KernelFn<R>> {
                 kinds[0].then_some(fixed_kinds::<O, R, true, false, false>)
             }
@@ -251,6 +253,8 @@ class!(avx512, true, #[target_feature(enable = "avx512f,avx512dq,avx512bw,avx512
 #[cfg(target_arch = "aarch64")]
 class!(neon, true, #[target_feature(enable = "neon")]);
 
+/// Calls a function of the module of kernels compiled for `$class`. SSE2, the portable class and classes that the target architecture lacks use the module
+/// without fused multiply-add.
 macro_rules! for_class {
     ($class:ident, $call:ident::<$t:ty>($($arg:ident),*)) => {
         match $class {
@@ -265,6 +269,7 @@ macro_rules! for_class {
     };
 }
 
+/// Implements [`Kernels`] for an element type.
 macro_rules! kernels_of {
     ($t:ty, chain_kernels: |$class:ident| $chains:expr) => {
         impl Kernels for $t {

@@ -13,6 +13,8 @@ pub(crate) trait Eval {
     fn eval<R: Real, const FMA: bool>(a: R, b: R, c: R) -> R;
 }
 
+/// Defines a type for each operation, by the expression of its result. `$r`: the element type; `$f`: whether the kernel class has fused multiply-add; `$a`,
+/// `$b`, `$c`: the operands.
 macro_rules! eval {
     ($($name:ident = |$r:ident, $f:ident, $a:pat_param, $b:pat_param, $c:pat_param| $body:expr;)*) => {$(
         pub struct $name;
@@ -24,6 +26,7 @@ macro_rules! eval {
     )*};
 }
 
+/// The stored integer as a signed one.
 #[inline(always)]
 fn signed<R: Real>(a: R) -> i32 {
     a.lane_bits() as i32
@@ -32,24 +35,24 @@ fn signed<R: Real>(a: R) -> i32 {
 fn from_signed<R: Real>(i: i32) -> R {
     R::from_lane_bits(i as u32)
 }
-// Classes with fused multiply-add have a rounding instruction; the others round by adding and subtracting a power of two. Both are exact, so the
-// bits are the same.
+// `trunc`, `floor` and `round`: classes with fused multiply-add have a rounding instruction; the others round by adding and subtracting a power of two. Both
+// ways are exact, so the bits are the same.
 #[inline(always)]
 fn trunc<R: Real, const FMA: bool>(a: R) -> R {
     if FMA {
         return a.trunc_native();
     }
-    let m = a.abs();
-    let r = m.round();
-    (if r > m { r - R::ONE } else { r }).with_sign(a)
+    let magnitude = a.abs();
+    let rounded = magnitude.round();
+    (if rounded > magnitude { rounded - R::ONE } else { rounded }).with_sign(a)
 }
 #[inline(always)]
 fn floor<R: Real, const FMA: bool>(a: R) -> R {
     if FMA {
         return a.floor_native();
     }
-    let r = a.round();
-    if r > a { r - R::ONE } else { r }
+    let rounded = a.round();
+    if rounded > a { rounded - R::ONE } else { rounded }
 }
 #[inline(always)]
 fn round<R: Real, const FMA: bool>(a: R) -> R {
@@ -61,6 +64,7 @@ fn round<R: Real, const FMA: bool>(a: R) -> R {
 fn to_half(x: f32) -> u32 {
     let bits = x.to_bits();
     let sign = (bits >> 16) & 0x8000;
+    // The bits of |x|.
     let a = bits & 0x7fff_ffff;
     // Adding 0.5 aligns the ten kept bits of a subnormal half with the float's lowest bits, rounding on the way.
     let subnormal = (f32::from_bits(a) + 0.5).to_bits().wrapping_sub(0x3f00_0000);

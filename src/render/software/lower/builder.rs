@@ -71,6 +71,7 @@ impl SsaBuilder {
         self.constant(Constant::Bool(b))
     }
 
+    /// The constant of which this is the value; `None` if the value is computed when the program runs. `known_bool` and `known_int` do the same for a type.
     pub(crate) fn known_constant(&self, v: SsaValue) -> Option<Constant> {
         match v {
             SsaValue::Const(i) => Some(self.constants[i as usize]),
@@ -90,19 +91,22 @@ impl SsaBuilder {
         }
     }
 
+    /// A new value with the rate *per lane*.
     pub(crate) fn fresh_lane(&mut self) -> SsaValue {
         self.last_value += 1;
         SsaValue::Lane(self.last_value)
     }
+    /// A new value with the rate *shared*.
     pub(crate) fn fresh_shared(&mut self) -> SsaValue {
         self.last_value += 1;
         SsaValue::Shared(self.last_value)
     }
-    pub(crate) fn label(&mut self) -> JumpLabel {
+    pub(crate) fn fresh_label(&mut self) -> JumpLabel {
         self.last_label += 1;
         self.last_label
     }
 
+    /// Starts a region, a part of the tape that may be skipped: values computed in it are not reused after it.
     pub(crate) fn open_region(&mut self) {
         self.available.push(HashMap::default());
     }
@@ -110,6 +114,7 @@ impl SsaBuilder {
         self.available.pop();
     }
 
+    /// The earlier value of an equal computation, if it is available here.
     fn find_computed(&self, key: &Computation) -> Option<SsaValue> {
         self.draw_available.get(key).or_else(|| self.available.iter().rev().find_map(|region| region.get(key))).copied()
     }
@@ -151,6 +156,7 @@ impl SsaBuilder {
             return simple;
         }
         let mut args = SsaValues::from_slice(args);
+        // The operands of a commutative operation are sorted, so that equal computations have equal keys.
         if matches!(op, Op::Add | Op::Mul | Op::FEq | Op::FNe | Op::IAdd | Op::IMul | Op::IEq | Op::INe | Op::And | Op::Or | Op::Xor) {
             args.sort();
         }
@@ -296,7 +302,7 @@ impl SsaBuilder {
         }
     }
 
-    /// Loads the word at byte `offset` of the uniform block. With `index` = (i, n), loads the i-th word from there, where i is clamped to n - 1.
+    /// Loads the word at byte `offset` of the uniform block. With `index` = (i, n), loads the word i words further on, where i is clamped to n - 1.
     pub(crate) fn load_uniform(&mut self, kind: WordKind, offset: u32, index: Option<(SsaValue, u32)>) -> SsaValue {
         let (index, count) = match index {
             Some((i, n)) => match self.known_int(i) {
@@ -313,6 +319,7 @@ impl SsaBuilder {
         self.emit(dst, Some(key), SsaStep::LoadUniform { dst, kind, offset, index, stride: 4, count })
     }
 
+    /// Reads a texture in the lanes set in `mask`; returns red, green, blue and alpha.
     pub(crate) fn texture(&mut self, op: TextureOp, texture: u16, args: &[SsaValue], mask: SsaValue) -> [SsaValue; 4] {
         let dst = [(); 4].map(|()| self.fresh_lane());
         self.lane_steps.push(SsaStep::Texture { op, texture, dst, args: SsaValues::from_slice(args), mask });

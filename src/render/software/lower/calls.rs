@@ -90,7 +90,7 @@ impl<'m> Lowerer<'m> {
     /// Records the value of a call's result for the expressions that read it.
     fn set_result(&mut self, result: Handle<Expression>, scalars: Vec<SsaValue>) -> Result<()> {
         let value = Value::Scalars(scalars);
-        self.capture_expression(result, &value)?;
+        self.capture_if_named(result, &value)?;
         self.frame_mut().values.insert(result, value);
         Ok(())
     }

@@ -1,9 +1,9 @@
 //! Adds the named values of a module to the outputs of its program, for the probe of a pixel.
 //!
-//! In: a module and an entry point. Out: its program with one more output for each scalar of every named value. Named values are the value of each `let`, and
-//! that of each variable when its function returns. Names in a called function are prefixed with the function's name and a slash. In its second call by the
-//! same caller, the prefix is `name#2/`. In a loop the value of the last iteration is output. A value that the pixel's control flow does not reach is
-//! NaN. Programs that draw images have none of these outputs.
+//! In: a module and an entry point. Out: the entry point's program with one more output for each scalar of every named value. Named values are the value of
+//! each `let`, and that of each variable when its function returns. Names in a called function are prefixed with the function's name and a slash; if the same
+//! caller calls the function again, the prefix of the second call is `name#2/`. In a loop the value of the last iteration is output. A value that the pixel's
+//! control flow does not reach is NaN. Programs that draw images have none of these outputs.
 
 use super::error::Result;
 use super::lowerer::Lowerer;
@@ -31,14 +31,15 @@ impl<'m> Lowerer<'m> {
         named_values.call_path.push(if call_number == 0 { callee } else { format!("{callee}#{}", call_number + 1) });
     }
 
+    /// Removes the last call from the path that prefixes names.
     pub(crate) fn leave_named_call(&mut self) {
         if let Some(named_values) = &mut self.named_values {
             named_values.call_path.pop();
         }
     }
 
-    /// Captures an expression's value if a `let` gives it a name.
-    pub(crate) fn capture_expression(&mut self, handle: Handle<Expression>, value: &Value) -> Result<()> {
+    /// For the probe of a pixel: captures an expression's value if a `let` gives it a name. Does nothing if named values were not requested.
+    pub(crate) fn capture_if_named(&mut self, handle: Handle<Expression>, value: &Value) -> Result<()> {
         let (Some(_), Value::Scalars(scalars)) = (&self.named_values, value) else { return Ok(()) };
         let frame = self.frame();
         let Some(name) = frame.function.named_expressions.get(&handle) else { return Ok(()) };
@@ -46,7 +47,7 @@ impl<'m> Lowerer<'m> {
         self.capture_value(name.clone(), &inner, scalars)
     }
 
-    /// Captures the variables of the innermost function, which is about to return.
+    /// For the probe of a pixel: captures the variables of the innermost function, which is about to return.
     pub(crate) fn capture_variables(&mut self) -> Result<()> {
         if self.named_values.is_none() {
             return Ok(());
@@ -97,7 +98,7 @@ impl<'m> Lowerer<'m> {
         });
         let outputs = named_values.captured[index].scalars.clone();
         for (dst, v) in outputs.into_iter().zip(numbers) {
-            // Inactive lanes keep their earlier value.
+            // Inactive lanes keep the value from earlier, or NaN.
             let from = self.builder.select(self.active_mask, v, dst);
             self.builder.lane_steps.push(SsaStep::Assign { dst, from });
         }

@@ -20,6 +20,8 @@ struct ChainOp {
     args: SsaValues,
 }
 
+/// Fuses lane operations into chains, and replaces each chain by as few kernels (`FusedKernel` steps and single operations) as possible. `outputs`: the
+/// program's outputs, which count as uses.
 pub(crate) fn fuse_chains(code: &mut Vec<SsaStep>, outputs: &[SsaValue]) {
     fold_negations(code, outputs);
     let uses = use_counts(code, outputs);
@@ -85,6 +87,7 @@ pub(crate) fn fuse_chains(code: &mut Vec<SsaStep>, outputs: &[SsaValue]) {
     });
 }
 
+/// How often each value is read, by steps and as an output.
 fn use_counts(code: &[SsaStep], outputs: &[SsaValue]) -> HashMap<SsaValue, u32> {
     let mut uses: HashMap<SsaValue, u32> = HashMap::default();
     for v in code.iter().flat_map(reads).chain(outputs.iter().copied()) {
@@ -187,6 +190,7 @@ fn split(chain: &[ChainOp]) -> Vec<&[ChainOp]> {
     pieces
 }
 
+/// The number of kernels that a chain takes.
 fn kernel_count(chain: &[ChainOp]) -> usize {
     split(chain).len()
 }

@@ -18,21 +18,21 @@ const MIN_SKIPPED_STEPS: usize = 12;
 /// How a scalar of the environment changes in a loop.
 #[derive(Clone, Copy, PartialEq, Eq)]
 struct ScalarChange {
-    /// The scalar differs between lanes.
+    /// Whether the scalar differs between lanes.
     is_per_lane: bool,
-    /// The scalar has changed at the end of the body, not only at jumps out of the loop.
-    at_body_end: bool,
+    /// Whether the scalar has changed at the end of the body, and not only at jumps out of the loop.
+    is_changed_at_body_end: bool,
 }
 
 impl<'m> Lowerer<'m> {
-    /// Whether the flag of the innermost loop's `continue` may be set here.
-    pub(super) fn may_continue(&self) -> bool {
+    /// Whether the flag of the innermost loop's `continue` may be set in some lane here; false only if the flag is known to be clear.
+    pub(super) fn continue_flag_may_be_set(&self) -> bool {
         self.frame().loops.last().is_some_and(|l| self.builder.known_bool(self.env[l.continue_flag]) != Some(false))
     }
 
     /// Leaves the innermost loop by a jump if the flag `exited`, one value for all lanes, is set. Afterwards no flag is set.
     pub(super) fn leave_loop_if(&mut self, exited: SsaValue) {
-        let no_exit = self.builder.label();
+        let no_exit = self.builder.fresh_label();
         self.builder.lane_steps.push(SsaStep::JumpIf { cond: exited, when: false, label: no_exit });
         let env = self.env.clone();
         if let Some(open_loop) = self.open_loops.last_mut() {
@@ -47,6 +47,7 @@ impl<'m> Lowerer<'m> {
 
     /// Assigns to each loop variable (index in `env`, variable) its next value in `env`, with the effect of a parallel assignment.
     fn assign(&mut self, variables: &[(usize, SsaValue)], env: &[SsaValue]) {
+        // Loop variable and new value. A value that an earlier move overwrites is copied first.
         let mut moves: Vec<(SsaValue, SsaValue)> =
             variables.iter().map(|&(scalar, phi)| (phi, env[scalar])).filter(|(phi, v)| phi != v).collect();
         for i in 0..moves.len() {
@@ -62,9 +63,9 @@ impl<'m> Lowerer<'m> {
         }
     }
 
-    /// The exit of the innermost loop, if this iteration has not yet changed any scalar except the flag of `break`. Then, if no lane remains here, the rest
-    /// of the iteration has no effect and no further iteration runs: a jump to the exit may replace that rest.
-    pub(super) fn exit_of_unchanged_iteration(&self) -> Option<JumpLabel> {
+    /// The exit of the innermost loop, if a jump to it may replace the rest of this iteration once no lane remains. That is so if the iteration has not yet
+    /// changed any scalar except the flag of `break`: the loop variables then have the right values at the exit, and no further iteration runs.
+    pub(super) fn exit_if_iteration_is_unchanged(&self) -> Option<JumpLabel> {
         let open_loop = self.open_loops.last()?;
         let break_flag = self.frame().loops.last()?.break_flag;
         let (start, depth) = &open_loop.iteration_start;
@@ -73,7 +74,8 @@ impl<'m> Lowerer<'m> {
         (is_at_top && self.env.iter().zip(start).enumerate().all(is_unchanged)).then_some(open_loop.exit)
     }
 
-    /// Lowers `body` for the lanes where `cond` holds, after a jump that skips it if there are no such lanes, and merges the scalars that it changed.
+    /// Lowers `body` for the lanes where `cond` holds, after a jump that skips the body if there are no such lanes, and merges the scalars that the body
+    /// changed.
     pub(super) fn conditional(&mut self, cond: SsaValue, body: impl FnOnce(&mut Self) -> Result<()>) -> Result<()> {
         self.conditional_or_jump(cond, None, body)
     }
@@ -87,7 +89,7 @@ impl<'m> Lowerer<'m> {
     ) -> Result<()> {
         let before = self.env.clone();
         let (outer_mask, was_directly_in_loop) = (self.active_mask, std::mem::replace(&mut self.is_directly_in_loop, false));
-        let label = self.builder.label();
+        let label = self.builder.fresh_label();
         if matches!(cond, SsaValue::Lane(_)) {
             self.active_mask = self.builder.binary(Op::And, outer_mask, cond);
             self.builder.lane_steps.push(SsaStep::SkipIfNoLane { mask: self.active_mask, label: skip_target.unwrap_or(label) });
@@ -185,7 +187,7 @@ impl<'m> Lowerer<'m> {
         let mut fall_through_mask = no;
         for (case, is_match) in cases.iter().zip(matches) {
             let enter = self.builder.binary(Op::Or, is_match.unwrap_or(is_default), fall_through_mask);
-            let exited = self.exited();
+            let exited = self.exited_mask();
             let remaining = self.builder.not(exited);
             let enter_now = self.builder.binary(Op::And, enter, remaining);
             // Lanes that enter clear their flags; the merge keeps the flags of the other lanes.
@@ -205,7 +207,8 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
-    /// Lowers a loop. Finds which scalars change in it, and whether they differ between lanes, by lowering the body until a fixed point is reached.
+    /// Lowers a loop. Finds which scalars change in it, and whether they differ between lanes: lowers the loop again until it changes no other scalars than
+    /// were assumed.
     pub(super) fn lower_loop(&mut self, body: &'m Block, continuing: &'m Block, break_if: Option<Handle<Expression>>) -> Result<()> {
         let no = self.builder.bool(false);
         let base = self.env.len();
@@ -214,6 +217,7 @@ impl<'m> Lowerer<'m> {
         let start_env = self.env.clone();
         let first_step = self.builder.lane_steps.len();
         let (outer_mask, was_directly_in_loop) = (self.active_mask, self.is_directly_in_loop);
+        // The scalars that are assumed to change, by their index in `env`.
         let mut changing: HashMap<usize, ScalarChange> = HashMap::default();
         loop {
             self.env.clone_from(&start_env);
@@ -228,7 +232,7 @@ impl<'m> Lowerer<'m> {
                 let known = changing.get(&scalar).copied();
                 let merged = known.map_or(new, |k| ScalarChange {
                     is_per_lane: k.is_per_lane || new.is_per_lane,
-                    at_body_end: k.at_body_end || new.at_body_end,
+                    is_changed_at_body_end: k.is_changed_at_body_end || new.is_changed_at_body_end,
                 });
                 if known != Some(merged) {
                     changing.insert(scalar, merged);
@@ -245,7 +249,7 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
-    /// Lowers a loop, given the scalars assumed to change in it; returns the scalars that changed.
+    /// Lowers a loop, given the scalars that are assumed to change in it; returns the scalars that changed. Scalars are given by their index in `env`.
     fn lower_loop_assuming(
         &mut self,
         body: &'m Block,
@@ -263,21 +267,22 @@ impl<'m> Lowerer<'m> {
             let phi = if is_per_lane { self.builder.fresh_lane() } else { self.builder.fresh_shared() };
             self.builder.lane_steps.push(SsaStep::Assign { dst: phi, from: self.env[scalar] });
             // If `return` always leaves the loop by a jump, its flag is never set inside the loop.
-            if scalar != return_flag || changing[&scalar].at_body_end {
+            if scalar != return_flag || changing[&scalar].is_changed_at_body_end {
                 self.env[scalar] = phi;
             }
             variables.push((scalar, phi));
         }
-        let (head, exit) = (self.builder.label(), self.builder.label());
+        let (head, exit) = (self.builder.fresh_label(), self.builder.fresh_label());
         self.builder.lane_steps.push(SsaStep::LoopStart);
         self.builder.lane_steps.push(SsaStep::Label(head));
         self.builder.open_region();
         let start_env = self.env.clone();
+        // Set in `iteration` below.
         let iteration_start = (Vec::new(), usize::MAX);
         self.open_loops.push(OpenLoop { exit, variables: variables.clone(), exit_envs: Vec::new(), iteration_start });
         let LoopFlags { break_flag, continue_flag } = self.frame().loops.last().copied().unwrap_or_default();
         let no = self.builder.bool(false);
-        let exited_before = self.exited();
+        let exited_before = self.exited_mask();
         let iteration = |this: &mut Self| {
             let iteration_start = (this.env.clone(), this.condition_depth);
             if let Some(open_loop) = this.open_loops.last_mut() {
@@ -285,7 +290,7 @@ impl<'m> Lowerer<'m> {
             }
             this.block(body)?;
             this.env[continue_flag] = no;
-            let exited = this.exited();
+            let exited = this.exited_mask();
             let continuing_block = |this: &mut Self| {
                 this.clear_flags();
                 this.block(continuing)?;
@@ -317,7 +322,7 @@ impl<'m> Lowerer<'m> {
         }
         self.is_directly_in_loop = false;
         self.env[continue_flag] = no;
-        let exited = self.exited();
+        let exited = self.exited_mask();
         let end_env = self.env.clone();
         let remaining = self.builder.not(exited);
         let repeat_condition =
@@ -338,11 +343,12 @@ impl<'m> Lowerer<'m> {
         let exit_envs = self.open_loops.pop().map(|o| o.exit_envs).unwrap_or_default();
         let is_endless = exit_envs.is_empty() && self.builder.known_bool(exited) == Some(false);
         let mut changes = Vec::new();
-        for (env, at_body_end) in exit_envs.iter().map(|e| (e, false)).chain([(&end_env, true)]) {
+        for (env, is_body_end) in exit_envs.iter().map(|e| (e, false)).chain([(&end_env, true)]) {
             for (scalar, v) in env.iter().enumerate().take(start_env.len()) {
-                let is_own_flag = !at_body_end && (scalar == break_flag || scalar == continue_flag);
+                let is_own_flag = !is_body_end && (scalar == break_flag || scalar == continue_flag);
                 if *v != start_env[scalar] && !is_own_flag {
-                    changes.push((scalar, ScalarChange { is_per_lane: matches!(v, SsaValue::Lane(_)), at_body_end }));
+                    let is_per_lane = matches!(v, SsaValue::Lane(_));
+                    changes.push((scalar, ScalarChange { is_per_lane, is_changed_at_body_end: is_body_end }));
                 }
             }
         }

@@ -218,11 +218,13 @@ impl<'m> Lowerer<'m> {
         Ok(v.into_iter().map(|x| self.builder.unary(op, x)).collect())
     }
 
+    /// Combines all scalars of a value by one operation.
     fn fold_scalars(&mut self, expr: Handle<Expression>, op: Op) -> Result<SsaValue> {
         let v = self.scalars_of(expr)?;
         v.into_iter().reduce(|a, b| self.builder.binary(op, a, b)).ok_or_else(|| self.unsupported("a vector is needed here".into()))
     }
 
+    /// WGSL `dpdx`, `dpdy` or `fwidth`; zero for a value that all lanes share.
     pub(crate) fn derivative(&mut self, axis: DerivativeAxis, x: SsaValue) -> SsaValue {
         if !matches!(x, SsaValue::Lane(_)) {
             return self.builder.float(0.0);
@@ -283,6 +285,7 @@ impl<'m> Lowerer<'m> {
         sum
     }
 
+    /// A binary operator on scalars, vectors or matrices.
     fn binary(&mut self, op: BinaryOperator, left: Handle<Expression>, right: Handle<Expression>) -> Result<Vec<SsaValue>> {
         let (left_type, right_type) = (self.type_of(left), self.type_of(right));
         let kind = self.component_kind(left)?;
@@ -307,6 +310,7 @@ impl<'m> Lowerer<'m> {
         Ok((0..n).map(|i| self.binary_scalar(op, kind, component(&a, i), component(&b, i))).collect())
     }
 
+    /// The product of a column-major matrix with `rows` rows and a vector.
     fn matrix_times_vector(&mut self, m: &[SsaValue], v: &[SsaValue], rows: usize) -> Vec<SsaValue> {
         (0..rows)
             .map(|r| {
@@ -316,6 +320,7 @@ impl<'m> Lowerer<'m> {
             .collect()
     }
 
+    /// A binary operator on two scalars of one kind. `is_swapped` below: a > b is computed as b < a.
     fn binary_scalar(&mut self, op: BinaryOperator, kind: ScalarKind, a: SsaValue, b: SsaValue) -> SsaValue {
         use BinaryOperator as B;
         let by_kind = |float: Op, signed: Op, unsigned: Op| match kind {
@@ -324,7 +329,7 @@ impl<'m> Lowerer<'m> {
             _ => unsigned,
         };
         let has_bool_operands = kind == ScalarKind::Bool;
-        let (op, swap) = match op {
+        let (op, is_swapped) = match op {
             B::Add => (by_kind(Op::Add, Op::IAdd, Op::IAdd), false),
             B::Subtract => (by_kind(Op::Sub, Op::ISub, Op::ISub), false),
             B::Multiply => (by_kind(Op::Mul, Op::IMul, Op::IMul), false),
@@ -347,7 +352,7 @@ impl<'m> Lowerer<'m> {
             B::ShiftLeft => (Op::Shl, false),
             B::ShiftRight => (by_kind(Op::ShrU, Op::ShrI, Op::ShrU), false),
         };
-        if swap { self.builder.binary(op, b, a) } else { self.builder.binary(op, a, b) }
+        if is_swapped { self.builder.binary(op, b, a) } else { self.builder.binary(op, a, b) }
     }
 
     /// Converts a value to another kind of scalar; without a `width`, reinterprets its bits (`bitcast`).
@@ -405,6 +410,7 @@ impl<'m> Lowerer<'m> {
         Ok(index as u16)
     }
 
+    /// The binding number of a texture or sampler variable.
     fn binding(&mut self, handle: Handle<Expression>) -> Result<u32> {
         let Value::Resource(global) = self.value_of(handle)? else {
             return Err(self.unsupported("a texture or sampler variable is needed here".into()));
@@ -415,6 +421,7 @@ impl<'m> Lowerer<'m> {
         }
     }
 
+    /// WGSL `textureSample` and its variants: red, green, blue and alpha.
     fn sample(
         &mut self,
         image: Handle<Expression>,

@@ -73,7 +73,7 @@ fn remove_jumps_to_next(code: &mut Vec<SsaStep>) {
 struct Product {
     /// Index of its step.
     index: usize,
-    /// See [`fuse_multiply_add`].
+    /// The id of the stretch of steps that contains it; see [`fuse_multiply_add`].
     straight_line_id: u32,
     factors: [SsaValue; 2],
 }
@@ -90,7 +90,7 @@ fn fuse_multiply_add(builder: &mut SsaBuilder, outputs: &[SsaValue]) {
     // that the factors may be read at the addition instead. A jump starts a new id, because what follows may be skipped; its label restores the id from
     // before the jump. After a loop this may be an id of its body, but no product of the body is read there.
     let mut straight_line_id = 0u32;
-    // The id before each jump whose label has not been reached, with that label.
+    // For each jump whose label has not been reached: the id before the jump, and the label.
     let mut open_jumps: Vec<(u32, JumpLabel)> = Vec::new();
     let mut last_id = 0u32;
     for i in 0..builder.lane_steps.len() {

@@ -15,10 +15,12 @@ impl Lowerer<'_> {
         (0..a.len().max(b.len())).map(|i| self.builder.binary(op, component(a, i), component(b, i))).collect()
     }
 
+    /// Each component of `v` times `s`.
     fn scale(&mut self, v: &[SsaValue], s: SsaValue) -> Vec<SsaValue> {
         v.iter().map(|x| self.builder.binary(Op::Mul, *x, s)).collect()
     }
 
+    /// x clamped to 0..=1.
     fn saturate(&mut self, x: SsaValue) -> SsaValue {
         let (zero, one) = (self.builder.float(0.0), self.builder.float(1.0));
         let x = self.builder.binary(Op::Max, x, zero);
@@ -278,7 +280,7 @@ impl Lowerer<'_> {
     }
 
     /// WGSL `extractBits`.
-    fn extract_bits(&mut self, x: SsaValue, offset: SsaValue, count: SsaValue, signed: bool) -> SsaValue {
+    fn extract_bits(&mut self, x: SsaValue, offset: SsaValue, count: SsaValue, is_signed: bool) -> SsaValue {
         let (zero, word_bits) = (self.builder.int(0), self.builder.int(32));
         let offset = self.builder.binary(Op::UMin, offset, word_bits);
         let available = self.builder.binary(Op::ISub, word_bits, offset);
@@ -288,7 +290,7 @@ impl Lowerer<'_> {
         let bits_outside = self.builder.binary(Op::ISub, word_bits, count);
         // A shift takes its number of bits modulo 32, which matters only for a count of 0: the select below handles it.
         let left_aligned = self.builder.binary(Op::Shl, x, bits_above);
-        let y = self.builder.binary(if signed { Op::ShrI } else { Op::ShrU }, left_aligned, bits_outside);
+        let y = self.builder.binary(if is_signed { Op::ShrI } else { Op::ShrU }, left_aligned, bits_outside);
         self.builder.select(is_empty, zero, y)
     }
 
@@ -311,9 +313,9 @@ impl Lowerer<'_> {
         self.builder.select(is_empty, x, y)
     }
 
-    /// Packs components into one word of fields of `bits` bits each. A component of 1 becomes `scale`.
-    fn pack(&mut self, v: &[SsaValue], bits: u32, scale: f64, signed: bool) -> SsaValue {
-        let minimum = self.builder.float(if signed { -1.0 } else { 0.0 });
+    /// Packs components into one word of fields of `bits` bits each, the first in the lowest bits. A component of 1 becomes `scale`.
+    fn pack(&mut self, v: &[SsaValue], bits: u32, scale: f64, is_signed: bool) -> SsaValue {
+        let minimum = self.builder.float(if is_signed { -1.0 } else { 0.0 });
         let (one, half, scale) = (self.builder.float(1.0), self.builder.float(0.5), self.builder.float(scale));
         let mask = self.builder.int((1u32 << bits) - 1);
         let mut word = self.builder.int(0);
@@ -332,16 +334,16 @@ impl Lowerer<'_> {
     }
 
     /// The components of a word, as [`Lowerer::pack`] packs them.
-    fn unpack(&mut self, x: SsaValue, bits: u32, scale: f64, signed: bool) -> Vec<SsaValue> {
+    fn unpack(&mut self, x: SsaValue, bits: u32, scale: f64, is_signed: bool) -> Vec<SsaValue> {
         let (scale, minus_one) = (self.builder.float(scale), self.builder.float(-1.0));
         let width = self.builder.int(bits);
         (0..32 / bits)
             .map(|i| {
                 let offset = self.builder.int(bits * i);
-                let part = self.extract_bits(x, offset, width, signed);
-                let y = self.builder.unary(if signed { Op::FFromI } else { Op::FFromU }, part);
+                let part = self.extract_bits(x, offset, width, is_signed);
+                let y = self.builder.unary(if is_signed { Op::FFromI } else { Op::FFromU }, part);
                 let y = self.builder.binary(Op::Div, y, scale);
-                if signed { self.builder.binary(Op::Max, y, minus_one) } else { y }
+                if is_signed { self.builder.binary(Op::Max, y, minus_one) } else { y }
             })
             .collect()
     }

@@ -41,7 +41,7 @@ pub(crate) struct OpenLoop {
     pub exit: JumpLabel,
     /// For each scalar that changes in the loop: its index in `env`, and the loop variable that carries it from one iteration to the next.
     pub variables: Vec<(usize, SsaValue)>,
-    /// `env` at each exit by jump.
+    /// The environment (`Lowerer::env`) at each exit by jump.
     pub exit_envs: Vec<Vec<SsaValue>>,
     /// `env` and [`Lowerer::condition_depth`] at the start of an iteration.
     pub iteration_start: (Vec<SsaValue>, usize),
@@ -95,11 +95,11 @@ const MAX_STEPS: usize = 1 << 20;
 const MAX_NESTING: usize = 200;
 
 impl<'m> Lowerer<'m> {
-    /// Counts a statement against [`MAX_STATEMENTS`].
+    /// Counts a statement, and checks the numbers of statements and steps so far.
     ///
     /// # Errors
-    /// More statements or steps than the limit.
-    pub(super) fn count_statement(&mut self) -> Result<()> {
+    /// More statements than [`MAX_STATEMENTS`], or more steps than [`MAX_STEPS`].
+    pub(super) fn count_statement_within_limit(&mut self) -> Result<()> {
         self.statement_count += 1 + self.env.len() / SCALARS_PER_STATEMENT;
         for (count, max, what) in
             [(self.statement_count, MAX_STATEMENTS, "statements"), (self.builder.lane_steps.len(), MAX_STEPS, "steps")]
@@ -176,6 +176,7 @@ impl<'m> Lowerer<'m> {
         Ok(this)
     }
 
+    /// An error at the current source position.
     pub(crate) fn unsupported(&self, what: String) -> LowerError {
         LowerError::new(what, self.span)
     }
@@ -186,6 +187,7 @@ impl<'m> Lowerer<'m> {
         (self.builder.known_bool(mask) != Some(false)).then_some(mask)
     }
 
+    /// The function being lowered.
     pub(crate) fn frame(&self) -> &CallFrame<'m> {
         &self.frames[self.frames.len() - 1]
     }

@@ -25,11 +25,12 @@ use std::sync::OnceLock;
 /// A function that reads a texture and has a native operation.
 struct NativeFunction {
     name: &'static str,
+    /// The WESL source of the shipped fragment.
     shipped_source: &'static str,
     /// The [`source_digest`] of the source that the native operation reimplements. Record the new digest after adapting the operation to an edited source.
     reimplemented_sha256: &'static str,
     op: TextureOp,
-    /// Whether its second parameter is a sampler; the first is the texture.
+    /// Whether the function's second parameter is a sampler; the first is the texture.
     has_sampler: bool,
 }
 
@@ -98,9 +99,9 @@ fn lower_body(
             }
         });
     }
-    let before = lowerer.env.clone();
+    let env_before = lowerer.env.clone();
     let result = lowerer.call(callee, &info[function], arguments)?;
-    if lowerer.env != before {
+    if lowerer.env != env_before {
         return Err(lowerer.unsupported("discards, or writes to a variable of the module".into()));
     }
     let SsaBuilder { constants, draw_steps, lane_steps, .. } = lowerer.builder;

@@ -10,6 +10,7 @@ use super::value::{Place, VariableIndex};
 use crate::render::software::tape::{Op, WordKind};
 use naga::{ArraySize, ScalarKind, Span, TypeInner};
 
+/// The kind of a scalar, or of the components of a vector.
 pub(crate) fn scalar_kind_of(inner: &TypeInner, span: Span) -> Result<ScalarKind> {
     let scalar = inner.scalar().ok_or_else(|| LowerError::new("a scalar or vector is needed here".into(), span))?;
     supported_kind(scalar, span)
@@ -23,8 +24,8 @@ pub(crate) fn supported_kind(scalar: naga::Scalar, span: Span) -> Result<ScalarK
     }
 }
 
-/// Maximum number of scalars of an array. It is limited because each scalar is an SSA value, and an access with a variable index selects among all
-/// of them.
+/// Maximum number of scalars of an array. The number is limited because each scalar is an SSA value, and an access with a variable index selects among all
+/// scalars.
 const MAX_SCALARS: usize = 1 << 14;
 
 impl Lowerer<'_> {
@@ -123,6 +124,7 @@ impl Lowerer<'_> {
         })
     }
 
+    /// The scalars of the value at a place.
     pub(crate) fn load(&mut self, place: &Place) -> Result<Vec<SsaValue>> {
         match place {
             Place::Local { base, indices, inner } => {
@@ -163,6 +165,7 @@ impl Lowerer<'_> {
         Ok(selected)
     }
 
+    /// Stores the scalars of a value at a place.
     pub(crate) fn store(&mut self, place: &Place, values: &[SsaValue]) -> Result<()> {
         match place {
             Place::Local { base, indices, .. } => {
@@ -174,18 +177,18 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Stores scalars in the lanes where `when` holds; an index out of range stores nothing.
-    fn store_local(&mut self, base: usize, indices: &[VariableIndex], values: &[SsaValue], when: SsaValue) {
+    /// Stores scalars in the lanes where `cond` holds; an index out of range stores nothing.
+    fn store_local(&mut self, base: usize, indices: &[VariableIndex], values: &[SsaValue], cond: SsaValue) {
         let Some((index, rest)) = indices.split_first() else {
             for (k, v) in values.iter().enumerate() {
-                self.env[base + k] = self.builder.select(when, *v, self.env[base + k]);
+                self.env[base + k] = self.builder.select(cond, *v, self.env[base + k]);
             }
             return;
         };
         for k in 0..index.count {
             let position = self.builder.int(k);
             let is_selected = self.builder.binary(Op::IEq, index.value, position);
-            let is_stored = self.builder.binary(Op::And, when, is_selected);
+            let is_stored = self.builder.binary(Op::And, cond, is_selected);
             self.store_local(base + k as usize * index.stride, rest, values, is_stored);
         }
     }

@@ -11,8 +11,8 @@ use crate::render::software::tape::Op;
 use naga::{Block, Span, Statement};
 
 impl<'m> Lowerer<'m> {
-    /// The mask of the lanes that have exited from the block being lowered by `return`, `break` or `continue`.
-    pub(super) fn exited(&mut self) -> SsaValue {
+    /// The mask of the lanes that `return`, `break` or `continue` took out of the block that is being lowered.
+    pub(super) fn exited_mask(&mut self) -> SsaValue {
         let frame = self.frame();
         let (return_flag, innermost_loop) = (frame.return_flag, frame.loops.last().copied());
         let mut exited = self.env[return_flag];
@@ -34,6 +34,7 @@ impl<'m> Lowerer<'m> {
         }
     }
 
+    /// Lowers a block.
     pub(super) fn block(&mut self, block: &'m Block) -> Result<()> {
         let statements: Vec<(&'m Statement, Span)> = block.span_iter().map(|(s, span)| (s, *span)).collect();
         self.in_block(|this| this.statements(&statements))
@@ -43,7 +44,7 @@ impl<'m> Lowerer<'m> {
     fn statements(&mut self, statements: &[(&'m Statement, Span)]) -> Result<()> {
         for (i, (statement, span)) in statements.iter().enumerate() {
             self.span = *span;
-            self.count_statement()?;
+            self.count_statement_within_limit()?;
             let discarded_before = self.env[DISCARDED];
             self.statement(statement)?;
             let rest = &statements[i + 1..];
@@ -57,10 +58,11 @@ impl<'m> Lowerer<'m> {
                     | Statement::Continue
                     | Statement::Return { .. }
             );
-            let exited = if may_exit { self.exited() } else { self.builder.bool(false) };
+            let exited = if may_exit { self.exited_mask() } else { self.builder.bool(false) };
             match self.builder.known_bool(exited) {
                 Some(true) => return Ok(()),
                 Some(false) => {
+                    // Discarded lanes exit, too, if the rest computes no derivative and no loop is open (see `can_skip_discarded`).
                     if self.env[DISCARDED] != discarded_before && self.can_skip_discarded(rest) {
                         let remaining = self.builder.not(self.env[DISCARDED]);
                         return self.conditional(remaining, |this| this.statements(rest));
@@ -72,13 +74,15 @@ impl<'m> Lowerer<'m> {
             if rest.is_empty() {
                 return Ok(());
             }
-            if self.is_directly_in_loop && !matches!(exited, SsaValue::Lane(_)) && !self.may_continue() {
+            // All lanes take this exit together, so it is a jump. Not if `continue` may have been one of the exits: its lanes still run the `continuing` block.
+            if self.is_directly_in_loop && !matches!(exited, SsaValue::Lane(_)) && !self.continue_flag_may_be_set() {
                 self.leave_loop_if(exited);
                 continue;
             }
             let remaining = self.builder.not(exited);
-            let loop_exit = self.exit_of_unchanged_iteration();
+            let loop_exit = self.exit_if_iteration_is_unchanged();
             return self.conditional_or_jump(remaining, loop_exit, |this| {
+                // The flags are clear in the remaining lanes. The merge at the end keeps the flags of the other lanes.
                 this.clear_flags();
                 this.statements(rest)
             });
@@ -86,12 +90,13 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
+    /// Lowers one statement.
     fn statement(&mut self, statement: &'m Statement) -> Result<()> {
         match statement {
             Statement::Emit(range) => {
                 for handle in range.clone() {
                     let value = self.evaluate(handle)?;
-                    self.capture_expression(handle, &value)?;
+                    self.capture_if_named(handle, &value)?;
                     self.frame_mut().values.insert(handle, value);
                 }
                 Ok(())

@@ -50,6 +50,7 @@ pub(crate) enum SsaStep {
         stride: u32,
         count: u32,
     },
+    /// This step and the four below: as the instructions of the same name in `tape.rs`, with a label in place of the index of a jump's target.
     Texture {
         op: TextureOp,
         texture: u16,

@@ -11,7 +11,7 @@ const TWO_POW_54: f64 = 18_014_398_509_481_984.0;
 /// Above this x, asinh and acosh are computed as log(2 x): x^2 could overflow, and 1 is negligible beside it.
 const ASYMPTOTIC_FROM: f64 = 1e150;
 
-/// x limited to a range; NaN stays NaN, because it fails both comparisons.
+/// x limited to `low..=high`; NaN stays NaN, because it fails both comparisons.
 #[inline(always)]
 fn bounded(x: f64, low: f64, high: f64) -> f64 {
     let x = if x > high { high } else { x };
@@ -53,7 +53,7 @@ fn exp_of_reduced<const FMA: bool>(r: f64) -> f64 {
     1.0 + 2.0 * (p / (q - p))
 }
 
-/// The nearest integer, as a float and as an integer.
+/// The integer nearest to t, as a float and as an integer.
 #[inline(always)]
 fn round_to_int(t: f64) -> (f64, i64) {
     let sum = t + ROUNDER;
@@ -261,14 +261,14 @@ pub(crate) fn acos<const FMA: bool>(x: f64) -> f64 {
 #[inline(always)]
 pub(crate) fn atan2<const FMA: bool>(y: f64, x: f64) -> f64 {
     let (ay, ax) = (y.abs(), x.abs());
-    let swap = ay > ax;
-    let (small, large) = if swap { (ax, ay) } else { (ay, ax) };
-    let equal = small == large;
+    let is_swapped = ay > ax;
+    let (small, large) = if is_swapped { (ax, ay) } else { (ay, ax) };
+    let are_equal = small == large;
     // If small / large is greater than tan(pi/8), the angle is computed relative to the diagonal.
-    let near_diagonal = small > 0.414_213_562_373_095 * large;
-    let (num, den) = if near_diagonal { (small - large, small + large) } else { (small, large) };
+    let is_near_diagonal = small > 0.414_213_562_373_095 * large;
+    let (num, den) = if is_near_diagonal { (small - large, small + large) } else { (small, large) };
     let q = num / den;
-    let q = if equal { 0.0 } else { q };
+    let q = if are_equal { 0.0 } else { q };
     let z = q * q;
     let p = horner::<f64, FMA, 5>(
         z,
@@ -292,8 +292,8 @@ pub(crate) fn atan2<const FMA: bool>(y: f64, x: f64) -> f64 {
         ],
     );
     let t = fma::<FMA>(z * p / d, q, q);
-    let t = if near_diagonal | (equal & (large > 0.0)) { FRAC_PI_4 + t } else { t };
-    let t = if swap { FRAC_PI_2 - t } else { t };
+    let t = if is_near_diagonal | (are_equal & (large > 0.0)) { FRAC_PI_4 + t } else { t };
+    let t = if is_swapped { FRAC_PI_2 - t } else { t };
     let t = if x.is_sign_negative() { PI - t } else { t };
     let t = t.copysign(y);
     if x.is_nan() | y.is_nan() { f64::NAN } else { t }
@@ -332,7 +332,7 @@ pub(crate) fn tanh<const FMA: bool>(x: f64) -> f64 {
     (if a < 0.625 { small } else { large }).copysign(x)
 }
 
-/// log(1 + u) for u > -1. Corrects the rounding error of 1 + u to first order.
+/// The natural logarithm of 1 + u for u > -1. Corrects the rounding error of 1 + u to first order.
 #[inline(always)]
 fn log1p<const FMA: bool>(u: f64) -> f64 {
     let w = 1.0 + u;
@@ -343,10 +343,10 @@ fn log1p<const FMA: bool>(u: f64) -> f64 {
 #[inline(always)]
 pub(crate) fn asinh<const FMA: bool>(x: f64) -> f64 {
     let a = x.abs();
-    let huge = a > ASYMPTOTIC_FROM;
+    let is_huge = a > ASYMPTOTIC_FROM;
     let moderate = log1p::<FMA>(a + a * a / (1.0 + (1.0 + a * a).sqrt()));
     let asymptotic = log::<FMA>(a) + LN_2;
-    (if huge { asymptotic } else { moderate }).copysign(x)
+    (if is_huge { asymptotic } else { moderate }).copysign(x)
 }
 
 #[inline(always)]

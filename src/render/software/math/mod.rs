@@ -40,22 +40,24 @@ pub trait Real:
     fn is_mask_set(self) -> bool;
     fn from_f64(x: f64) -> Self;
     fn f64(self) -> f64;
-    /// The same slice if the elements are f32.
+    /// The same slice if the elements are f32; `None` if they are f64.
     fn as_f32(values: &[Self]) -> Option<&[f32]>;
+    /// As `as_f32`, for a mutable slice.
     fn as_f32_mut(values: &mut [Self]) -> Option<&mut [f32]>;
-    /// The inverse of `as_f32`: the same slice as elements, if these are f32.
-    fn of_f32(values: &[f32]) -> Option<&[Self]>;
-    /// This and the three below: bitwise operations on all bits of the element, for masks and integers.
+    /// The inverse of `as_f32`: the same slice as elements, if these are f32; otherwise `None`.
+    fn from_f32_slice(values: &[f32]) -> Option<&[Self]>;
+    /// Bitwise operations on all bits of the element, for masks and integers: `bit_and`, `bit_or`, `bit_xor`, `bit_not`.
     fn bit_and(self, b: Self) -> Self;
     fn bit_or(self, b: Self) -> Self;
     fn bit_xor(self, b: Self) -> Self;
     fn bit_not(self) -> Self;
     /// The bits of the value rounded to f32 (WGSL `bitcast`).
     fn f32_bits(self) -> u32;
-    /// The value of such bits.
+    /// The value whose f32 has these bits (WGSL `bitcast`).
     fn from_f32_bits(bits: u32) -> Self;
-    /// This and the one below: saturating conversions; NaN becomes 0.
+    /// Truncates towards zero and saturates; NaN becomes 0.
     fn to_i32(self) -> i32;
+    /// As `to_i32`.
     fn to_u32(self) -> u32;
     fn from_i32(i: i32) -> Self;
     fn from_u32(u: u32) -> Self;
@@ -63,14 +65,15 @@ pub trait Real:
     fn fma<const FMA: bool>(self, b: Self, c: Self) -> Self;
     fn abs(self) -> Self;
     fn sqrt(self) -> Self;
-    /// Magnitude of self, sign of `s`.
+    /// The magnitude of self with the sign of `s`.
     fn with_sign(self, s: Self) -> Self;
     /// The nearest integer (ties to even) as a float, without a rounding instruction.
     fn round(self) -> Self;
-    /// This and the two below: nearest integer (ties to even), floor and truncation as a float, each by one instruction on machines that have it and by a
-    /// library call on others.
+    /// As `round`, by one instruction on machines that have it and by a library call on others.
     fn round_native(self) -> Self;
+    /// The floor as a float, computed like `round_native`.
     fn floor_native(self) -> Self;
+    /// The value truncated towards zero, as a float, computed like `round_native`.
     fn trunc_native(self) -> Self;
     /// The nearest integer (ties to even), as an element and as an integer, for |self| <= 2^22; unspecified for larger values and NaN.
     fn round_small(self) -> (Self, i32);
@@ -87,11 +90,13 @@ pub trait Real:
     fn log2_from_one<const FMA: bool>(self) -> Self {
         self.log2::<FMA>()
     }
+    /// Of an angle in radians, as are `cos` and `tan`.
     fn sin<const FMA: bool>(self) -> Self;
     fn cos<const FMA: bool>(self) -> Self;
     fn tan<const FMA: bool>(self) -> Self;
     fn asin<const FMA: bool>(self) -> Self;
     fn acos<const FMA: bool>(self) -> Self;
+    /// The angle of the point (x, self), in all four quadrants.
     fn atan2<const FMA: bool>(self, x: Self) -> Self;
     fn sinh<const FMA: bool>(self) -> Self;
     fn cosh<const FMA: bool>(self) -> Self;
@@ -99,9 +104,11 @@ pub trait Real:
     fn asinh<const FMA: bool>(self) -> Self;
     fn acosh<const FMA: bool>(self) -> Self;
     fn atanh<const FMA: bool>(self) -> Self;
+    /// self to the power y; `double::pow` lists the special cases.
     fn pow<const FMA: bool>(self, y: Self) -> Self;
 }
 
+/// The methods of [`Real`] that f32 and f64 have in common. `$t`: the float; `$bits`: its bits as an integer type; `$module`: its elementary functions.
 macro_rules! methods_of_float {
     ($t:ty, $bits:ty, $module:ident, $two_to_mantissa_bits:expr) => {
         const ZERO: Self = 0.0;
@@ -318,7 +325,7 @@ impl Real for f32 {
         Some(values)
     }
     #[inline(always)]
-    fn of_f32(values: &[f32]) -> Option<&[Self]> {
+    fn from_f32_slice(values: &[f32]) -> Option<&[Self]> {
         Some(values)
     }
 }
@@ -334,12 +341,12 @@ impl Real for f64 {
         None
     }
     #[inline(always)]
-    fn of_f32(_: &[f32]) -> Option<&[Self]> {
+    fn from_f32_slice(_: &[f32]) -> Option<&[Self]> {
         None
     }
 }
 
-/// Horner's rule, highest coefficient first.
+/// The polynomial in x with the coefficients `c`, highest power first, by Horner's rule.
 #[inline(always)]
 pub(crate) fn horner<R: Real, const FMA: bool, const K: usize>(x: R, c: [R; K]) -> R {
     let mut y = c[0];

@@ -123,7 +123,7 @@ pub(crate) fn log2_from_one<const FMA: bool>(x: f32) -> f32 {
 
 #[inline(always)]
 fn log2_of_parts<const FMA: bool>((f, exponent, rest): (f32, f32, f32)) -> f32 {
-    // log2(e) = 1 + 0.4427. The products with 0.4427 are computed separately, because those with 1 are exact.
+    // log2(1 + f) = (f + rest) log2(e), where log2(e) = 1 + 0.4427. The products with 0.4427 are computed separately, because those with 1 are exact.
     const LOG2_E_MINUS_1: f32 = 0.442_695_04;
     let small = fma::<FMA>(f, LOG2_E_MINUS_1, rest * LOG2_E_MINUS_1) + rest;
     (small + f) + exponent
@@ -153,6 +153,7 @@ fn asin_core<const FMA: bool>(z: f32, s: f32) -> f32 {
 pub(crate) fn asin<const FMA: bool>(x: f32) -> f32 {
     let a = x.abs();
     let is_large = a > 0.5;
+    // For a large: asin(a) = pi/2 - 2 asin(sqrt((1 - a) / 2)).
     let half = 0.5 * (1.0 - a);
     // The argument needed is the smaller of the two. Selecting by `is_large` would make the compiler evaluate the polynomial for both.
     let z = if half < a * a { half } else { a * a };
@@ -166,6 +167,7 @@ pub(crate) fn asin<const FMA: bool>(x: f32) -> f32 {
 pub(crate) fn acos<const FMA: bool>(x: f32) -> f32 {
     let a = x.abs();
     let is_large = a > 0.5;
+    // For a large: acos(a) = 2 asin(sqrt((1 - a) / 2)).
     let half = 0.5 * (1.0 - a);
     // The argument needed is the smaller of the two. Selecting by `is_large` would make the compiler evaluate the polynomial for both.
     let z = if half < a * a { half } else { a * a };
@@ -180,19 +182,19 @@ pub(crate) fn acos<const FMA: bool>(x: f32) -> f32 {
 #[inline(always)]
 pub(crate) fn atan2<const FMA: bool>(y: f32, x: f32) -> f32 {
     let (ay, ax) = (y.abs(), x.abs());
-    let swap = ay > ax;
-    let (small, large) = if swap { (ax, ay) } else { (ay, ax) };
-    let equal = small == large;
+    let is_swapped = ay > ax;
+    let (small, large) = if is_swapped { (ax, ay) } else { (ay, ax) };
+    let are_equal = small == large;
     // If small / large is greater than tan(pi/8), the angle is computed relative to the diagonal.
-    let near_diagonal = small > 0.414_213_57 * large;
-    let (num, den) = if near_diagonal { (small - large, small + large) } else { (small, large) };
+    let is_near_diagonal = small > 0.414_213_57 * large;
+    let (num, den) = if is_near_diagonal { (small - large, small + large) } else { (small, large) };
     let q = num / den;
-    let q = if equal { 0.0 } else { q };
+    let q = if are_equal { 0.0 } else { q };
     let z = q * q;
     let p = horner::<f32, FMA, 4>(z, [8.053_744_5e-2, -1.387_768_6e-1, 1.997_771_1e-1, -3.333_295e-1]);
     let t = fma::<FMA>(p * z, q, q);
-    let t = if near_diagonal | (equal & (large > 0.0)) { std::f32::consts::FRAC_PI_4 + t } else { t };
-    let t = if swap { std::f32::consts::FRAC_PI_2 - t } else { t };
+    let t = if is_near_diagonal | (are_equal & (large > 0.0)) { std::f32::consts::FRAC_PI_4 + t } else { t };
+    let t = if is_swapped { std::f32::consts::FRAC_PI_2 - t } else { t };
     let t = if x.is_sign_negative() { std::f32::consts::PI - t } else { t };
     let t = t.copysign(y);
     if x.is_nan() | y.is_nan() { f32::NAN } else { t }

@@ -54,7 +54,8 @@ impl Polygon {
     }
 }
 
-/// Distances to the clip planes (smallest w, near, far, left, right, top, bottom), not negative inside; their scales differ.
+/// Distances to the clip planes (smallest w, near, far, left, right, top, bottom), not negative inside. Their scales differ, which does not matter: only
+/// their signs, and ratios of distances to one plane, are used.
 fn distances(c: &ClipVertex, min_w: f64) -> [f64; 7] {
     let guard = GUARD_BAND_PX * c.w;
     [c.w - min_w, c.w - c.z, c.z, c.x + guard, guard - c.x, c.y + guard, guard - c.y]

@@ -3,7 +3,7 @@
 //! In: a triangle in fixed point, and a tile. Out: the covered quads, each with its covered samples, in lane order.
 //!
 //! A tile is 64x64 pixels, divided into blocks of 16x8 pixels, and these into quads of 2x2. Lane order goes through blocks, quads and the quad's pixels (its
-//! `corner`: top left, top right, bottom left, bottom right). The index of a pixel in its tile is `block * 128 + quad * 4 + corner`; `TilePixels` maps it to
+//! `corner`: top left, top right, bottom left, bottom right). The index of a pixel in its tile is `block * 128 + quad * 4 + corner`; `PixelCentres` maps it to
 //! x and y. The coverage of a quad is sixteen bits: four per pixel, one per sample. With one sample per pixel, only the lowest of the four is used.
 
 use super::setup::{RasterTriangle, STEPS_PER_PIXEL};
@@ -31,12 +31,12 @@ const SAMPLES_4: [[i64; 2]; 4] = [[1536, 512], [3584, 1536], [512, 2560], [2560,
 /// The pixel's centre.
 const SAMPLES_1: [[i64; 2]; 1] = [[2048, 2048]];
 
-/// Sample positions of a pixel, in fixed point.
+/// Sample positions relative to a pixel's top-left corner, in fixed point. `samples`: their number, 1 or 4.
 pub(crate) fn sample_positions(samples: u8) -> &'static [[i64; 2]] {
     if samples == 4 { &SAMPLES_4 } else { &SAMPLES_1 }
 }
 
-/// The full coverage of a quad.
+/// The coverage of a quad of which every sample is covered. `samples`: per pixel, 1 or 4.
 pub(crate) fn full_coverage(samples: u8) -> u16 {
     if samples == 4 { 0xffff } else { 0x1111 }
 }
@@ -62,24 +62,24 @@ pub(crate) fn block_at([x, y]: [u32; 2]) -> Option<usize> {
 pub(crate) fn covers_all(triangle: &RasterTriangle, [width, height]: [u32; 2]) -> bool {
     let last = |size: u32| i64::from(size) * STEPS_PER_PIXEL - 1;
     let corners = [[0, 0], [last(width), 0], [0, last(height)], [last(width), last(height)]];
-    triangle.pixels == [0, 0, width, height] && triangle.edges.iter().all(|e| corners.iter().all(|[x, y]| e.a * x + e.b * y + e.c >= 0))
+    triangle.bounds_px == [0, 0, width, height] && triangle.edges.iter().all(|e| corners.iter().all(|[x, y]| e.a * x + e.b * y + e.c >= 0))
 }
 
 /// Whether the triangle covers every sample of a rectangle, given by left, top, right and bottom edge (the last two exclusive).
 pub(crate) fn covers_rectangle(triangle: &RasterTriangle, [x0, y0, x1, y1]: [u32; 4]) -> bool {
-    let [px0, py0, px1, py1] = triangle.pixels;
-    let is_inside_bounds = px0 <= x0 && py0 <= y0 && x1 <= px1 && y1 <= py1;
+    let [left, top, right, bottom] = triangle.bounds_px;
+    let is_inside_bounds = left <= x0 && top <= y0 && x1 <= right && y1 <= bottom;
     is_inside_bounds && edge_function_bounds(triangle, x0, y0, x1 - x0, y1 - y0).0 >= 0
 }
 
 /// Pixel centres of a tile in lane order, relative to the tile's top-left corner.
 #[derive(Clone, Debug)]
-pub(crate) struct TilePixels {
+pub(crate) struct PixelCentres {
     pub x: Vec<f32>,
     pub y: Vec<f32>,
 }
 
-impl TilePixels {
+impl PixelCentres {
     pub(crate) fn new() -> Self {
         let (mut x, mut y) = (Vec::new(), Vec::new());
         for quad in 0..TILE_QUADS {
@@ -93,7 +93,7 @@ impl TilePixels {
     }
 }
 
-impl Default for TilePixels {
+impl Default for PixelCentres {
     fn default() -> Self {
         Self::new()
     }
@@ -102,9 +102,10 @@ impl Default for TilePixels {
 /// Calls `emit(first quad, number of quads, coverage)` for the quads with a covered sample in the tile at `tile_x`, `tile_y` (pixels), in lane order: once
 /// for all quads of a fully covered block, otherwise once per quad.
 pub(crate) fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, samples: u8, mut emit: impl FnMut(usize, usize, u16)) {
-    let [px0, py0, px1, py1] = triangle.pixels;
-    let (x0, y0) = (px0.max(tile_x) - tile_x, py0.max(tile_y) - tile_y);
-    let (x1, y1) = (px1.min(tile_x + TILE_SIDE_PX), py1.min(tile_y + TILE_SIDE_PX));
+    let [left, top, right, bottom] = triangle.bounds_px;
+    // The part of the triangle's bounds in this tile, relative to the tile.
+    let (x0, y0) = (left.max(tile_x) - tile_x, top.max(tile_y) - tile_y);
+    let (x1, y1) = (right.min(tile_x + TILE_SIDE_PX), bottom.min(tile_y + TILE_SIDE_PX));
     if x1 <= tile_x || y1 <= tile_y || x0 >= TILE_SIDE_PX || y0 >= TILE_SIDE_PX {
         return;
     }
@@ -189,13 +190,13 @@ impl<const N: usize> QuadSamples<N> {
         samples
     }
 
-    /// Coverage of a quad, given the values of the edge functions at its top-left corner.
+    /// Coverage of a quad, given the values of the three edge functions at its top-left corner.
     #[inline(always)]
     #[allow(clippy::needless_range_loop, reason = "loops by index over several arrays of one length are what the compiler vectorises")]
     fn coverage(&self, at_corner: [i64; 3]) -> u16 {
         let [a, b, c] = &self.edge_values;
         const { assert!(N == 4 || N == 16) };
-        // Overflow checks would keep the loop from being vectorised in debug builds.
+        // The additions wrap, because overflow checks would keep the loop from being vectorised in debug builds.
         let mut coverage = 0;
         for k in 0..N {
             // The sign bit is set if the sample lies outside an edge.
@@ -206,23 +207,24 @@ impl<const N: usize> QuadSamples<N> {
     }
 
     /// The covered quads of a block at `x`, `y` (pixels) of the target. `clip`: the part of the block that may be covered, as
-    /// [`RasterTriangle::pixels`], relative to the block.
+    /// [`RasterTriangle::bounds_px`], relative to the block.
     #[inline(always)]
     fn covered(&self, triangle: &RasterTriangle, x: u32, y: u32, [x0, y0, x1, y1]: [u32; 4]) -> CoveredQuads {
         let mut found = CoveredQuads { count: 0, index: [0; BLOCK_QUADS as usize], coverage: [0; BLOCK_QUADS as usize] };
         let (x, y) = (i64::from(x) * STEPS_PER_PIXEL, i64::from(y) * STEPS_PER_PIXEL);
         let at_block = triangle.edges.each_ref().map(|e| e.a * x + e.b * y + e.c);
         for row in y0 / 2..y1.div_ceil(2) {
-            let in_rows = coverage_within(row * 2, y0, y1, LOWER_ROW);
+            let bits_in_rows = coverage_within(row * 2, y0, y1, LOWER_ROW);
             for column in x0 / 2..x1.div_ceil(2) {
                 let (across, down) = (i64::from(column), i64::from(row));
                 let edge_value = |k: usize| at_block[k] + self.step[k][0] * across + self.step[k][1] * down;
                 let at_corner = [edge_value(0), edge_value(1), edge_value(2)];
+                // Skips the quad if all its samples lie outside one edge.
                 let [a, b, c] = self.max_at_samples;
                 if (at_corner[0] + a) | (at_corner[1] + b) | (at_corner[2] + c) < 0 {
                     continue;
                 }
-                let coverage = self.coverage(at_corner) & in_rows & coverage_within(column * 2, x0, x1, RIGHT_COLUMN);
+                let coverage = self.coverage(at_corner) & bits_in_rows & coverage_within(column * 2, x0, x1, RIGHT_COLUMN);
                 // There is room for every quad of a block, so `get_mut` always returns a place.
                 if let (true, Some(index), Some(quad_coverage)) =
                     (coverage != 0, found.index.get_mut(found.count), found.coverage.get_mut(found.count))
@@ -249,11 +251,11 @@ impl<const N: usize> QuadSamples<N> {
 const LOWER_ROW: u16 = 0xff00;
 const RIGHT_COLUMN: u16 = 0xf0f0;
 
-/// The coverage bits of a quad that lie in `from..to` along one axis. `first`: coordinate of the quad's first pixels along the axis;
+/// The coverage bits of a quad's pixels that lie in `start..end` along one axis. `first`: coordinate of the quad's first pixels along the axis;
 /// `second_half`: the bits of its second pixels.
 #[inline(always)]
-fn coverage_within(first: u32, from: u32, to: u32, second_half: u16) -> u16 {
-    (if first < from { second_half } else { u16::MAX }) & (if first + 1 >= to { !second_half } else { u16::MAX })
+fn coverage_within(first: u32, start: u32, end: u32, second_half: u16) -> u16 {
+    (if first < start { second_half } else { u16::MAX }) & (if first + 1 >= end { !second_half } else { u16::MAX })
 }
 
 /// The single bits of a quad's coverage. Loops that select from a table are vectorised; loops that shift are not.
@@ -280,6 +282,7 @@ impl BlockCoverage {
         if samples == 4 { Self::FourSamples(QuadSamples::new(triangle)) } else { Self::SingleSample(QuadSamples::new(triangle)) }
     }
 
+    /// As [`QuadSamples::covered`].
     fn quads(&self, triangle: &RasterTriangle, x: u32, y: u32, clip: [u32; 4]) -> CoveredQuads {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
@@ -304,7 +307,7 @@ mod tests {
 
     #[test]
     fn lane_order_visits_every_pixel_of_a_tile_once() {
-        let pixels = TilePixels::new();
+        let pixels = PixelCentres::new();
         let mut seen = vec![false; (TILE_SIDE_PX * TILE_SIDE_PX) as usize];
         for (x, y) in pixels.x.iter().zip(&pixels.y) {
             let index = (*y as u32 * TILE_SIDE_PX + *x as u32) as usize;
@@ -340,8 +343,8 @@ mod tests {
                 let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
                 super::super::setup::EdgeFunction { a: -dy, b: dx, c: dy * a[0] - dx * a[1] }
             };
-            let pixels = if round % 3 == 0 { [97, 89, 131, 90] } else { [0, 0, 191, 200] };
-            let triangle = RasterTriangle { edges: [edge(p[0], p[1]), edge(p[1], p[2]), edge(p[2], p[0])], pixels, source_triangle: 0 };
+            let bounds_px = if round % 3 == 0 { [97, 89, 131, 90] } else { [0, 0, 191, 200] };
+            let triangle = RasterTriangle { edges: [edge(p[0], p[1]), edge(p[1], p[2]), edge(p[2], p[0])], bounds_px, source_triangle: 0 };
             for samples in [1, 4] {
                 for (tile_x, tile_y) in [(64, 64), (128, 64), (0, 64)] {
                     let mut found = vec![0_u16; TILE_QUADS];
@@ -355,7 +358,7 @@ mod tests {
                                 let at = |e: &super::super::setup::EdgeFunction| {
                                     e.a * (i64::from(x) * STEPS_PER_PIXEL + sx) + e.b * (i64::from(y) * STEPS_PER_PIXEL + sy) + e.c
                                 };
-                                let inside = (pixels[0]..pixels[2]).contains(&x) && (pixels[1]..pixels[3]).contains(&y);
+                                let inside = (bounds_px[0]..bounds_px[2]).contains(&x) && (bounds_px[1]..bounds_px[3]).contains(&y);
                                 if inside && triangle.edges.iter().all(|e| at(e) >= 0) {
                                     expected |= 1 << (4 * corner + s);
                                 }

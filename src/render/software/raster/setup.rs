@@ -16,10 +16,10 @@ pub(crate) const STEPS_PER_PIXEL: i64 = 4096;
 /// The grid of the rasteriser's vertex positions: a vertex moves to the nearest point of the grid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum VertexGrid {
-    /// 1/4096 pixel: a silhouette moves by at most 1/8192 pixel along each axis.
+    /// Spacing 1/4096 pixel: a silhouette moves by at most 1/8192 pixel along each axis.
     #[default]
     Fine,
-    /// 1/256 pixel, as on GPUs (Direct3D 11.3 Functional Specification, 3.4.4.1; `subPixelPrecisionBits` is 8 with most Vulkan drivers). Images
+    /// Spacing 1/256 pixel, as on GPUs (Direct3D 11.3 Functional Specification, 3.4.4.1; `subPixelPrecisionBits` is 8 with most Vulkan drivers). Images
     /// that are compared with a GPU's need it: a silhouette moves by up to 1/512 pixel along each axis, which may decide whether a pixel's centre is covered.
     Gpu,
 }
@@ -34,7 +34,7 @@ impl VertexGrid {
     }
 }
 
-/// Size of the target, scissor rectangle, culling and grid of the vertices.
+/// Size of the target, scissor rectangle, culling and grid of the vertices; sizes and positions in pixels.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RasterState {
     pub width: u32,
@@ -57,8 +57,8 @@ pub(crate) struct EdgeFunction {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct RasterTriangle {
     pub edges: [EdgeFunction; 3],
-    /// Pixels that may be covered: left, top, right and bottom edge (the last two exclusive).
-    pub pixels: [u32; 4],
+    /// Rectangle of the pixels that may be covered: left, top, right and bottom edge (the last two exclusive).
+    pub bounds_px: [u32; 4],
     /// Index of the [`SourceTriangle`] of which this triangle is a part.
     pub source_triangle: u32,
 }
@@ -83,7 +83,7 @@ impl Plane {
 /// The plane equations of one source triangle (a triangle before clipping), which its clipped parts share.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SourceTriangle {
-    /// Origin of the planes, in pixels.
+    /// Position that the planes' x and y are relative to, in pixels of the target.
     pub origin: [f64; 2],
     /// Reversed depth.
     pub depth: Plane,
@@ -107,7 +107,7 @@ pub(crate) struct RasterGeometry {
     /// Values of the flat varyings.
     pub flat_values: Vec<f64>,
     /// Source triangles that were clipped and are still visible.
-    pub clipped: usize,
+    pub clipped_count: usize,
 }
 
 /// Upper bound of the raster triangles that one source triangle becomes: each of the seven clip planes adds at most one corner, and a polygon of ten
@@ -148,7 +148,7 @@ impl RasterGeometry {
             }));
             all.planes.extend_from_slice(&part.planes);
             all.flat_values.extend_from_slice(&part.flat_values);
-            all.clipped += part.clipped;
+            all.clipped_count += part.clipped_count;
         }
         Ok(all)
     }
@@ -205,7 +205,7 @@ pub(crate) enum Interpolation {
     Flat,
 }
 
-/// The nearest point of the grid, in fixed point.
+/// A vertex's pixel position, rounded to the nearest point of the grid, in fixed point.
 fn snap(c: &ClipVertex, vertex_grid: VertexGrid) -> [i64; 2] {
     let spacing = vertex_grid.spacing();
     let points_per_pixel = (STEPS_PER_PIXEL / spacing) as f64;
@@ -243,7 +243,7 @@ fn raster_triangle(
         return None;
     }
     let edges = [edge(a, b), edge(b, c), edge(c, a)];
-    Some(RasterTriangle { edges, pixels: [x0 as u32, y0 as u32, x1 as u32, y1 as u32], source_triangle })
+    Some(RasterTriangle { edges, bounds_px: [x0 as u32, y0 as u32, x1 as u32, y1 as u32], source_triangle })
 }
 
 /// Clips, culls and snaps one triangle, derives its planes and appends it to `geometry`. `varyings`: for each scalar, one value per vertex.
@@ -267,6 +267,7 @@ pub(crate) fn set_up(
     } else {
         [corners[0].x / corners[0].w, corners[0].y / corners[0].w]
     };
+    // Homogeneous positions relative to the planes' origin, one vertex per row.
     let matrix = corners.map(|c| [c.x - origin[0] * c.w, c.y - origin[1] * c.w, c.w]);
     let cross = |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
     // The rows of the adjugate are planes, the numerators of the barycentric coordinates.
@@ -280,11 +281,12 @@ pub(crate) fn set_up(
     if raster_state.cull_back && !is_front_facing {
         return;
     }
+    // The plane of value / w, for one value per vertex.
     let plane_of = |v: [f64; 3]| {
         let sum = |k: usize| (v[0] * adjugate[0][k] + v[1] * adjugate[1][k] + v[2] * adjugate[2][k]) / determinant;
         Plane { dx: sum(0), dy: sum(1), at_origin: sum(2) }
     };
-    let RasterGeometry { triangles, source_triangles, planes, flat_values, clipped } = geometry;
+    let RasterGeometry { triangles, source_triangles, planes, flat_values, clipped_count } = geometry;
     let source_triangle = source_triangles.len() as u32;
     let triangles_before = triangles.len();
     let points = polygon.corners();
@@ -295,7 +297,7 @@ pub(crate) fn set_up(
     if triangles.len() == triangles_before {
         return;
     }
-    *clipped += usize::from(polygon.is_clipped);
+    *clipped_count += usize::from(polygon.is_clipped);
     let is_affine = corners[0].w == corners[1].w && corners[1].w == corners[2].w;
     let w = corners[0].w;
     let (first_plane, first_flat_value) = (planes.len(), flat_values.len());
@@ -400,11 +402,11 @@ mod tests {
         assert_eq!(parts.source_triangles, whole.source_triangles);
         assert_eq!(parts.planes, whole.planes);
         assert_eq!((&parts.flat_values, whole.flat_values.len()), (&whole.flat_values, 4));
-        assert_eq!(parts.clipped, whole.clipped);
+        assert_eq!(parts.clipped_count, whole.clipped_count);
         assert!(
-            (1..4).contains(&whole.clipped),
+            (1..4).contains(&whole.clipped_count),
             "the first triangle is not clipped, the last extends behind the camera: {}",
-            whole.clipped
+            whole.clipped_count
         );
     }
 }

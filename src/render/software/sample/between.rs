@@ -1,6 +1,6 @@
 //! Interpolates between the four texels around a position that is given in texels, as `texels_between` of shaders/lib/texels_between.wesl does.
 //!
-//! In: a position for each lane; the centre of texel `k` is at `k`. Out: up to four channels per lane, of the finest level; lanes that are not
+//! In: a position for each lane; the centre of texel `k` is at `k`. Out: up to four channels per lane, interpolated in the finest level; lanes that are not
 //! active are left unchanged. Always: every kernel class gives the same bits. Beyond the edges the image continues with its outermost texels.
 
 #[cfg(target_arch = "x86_64")]

@@ -1,12 +1,13 @@
 //! Bilinear interpolation in AVX2 registers, for eight points at a time.
 //!
-//! In: the columns and rows of texels beside each point, and then the values of the texels at its four corners. Out: the corners' indices in the level, and
-//! then the interpolated value.
+//! Two steps. [`Corners::new`]: from the columns and rows of texels beside each point to the indices of its four corners in the level. [`bilinear`]: from the
+//! values of the texels at the corners to the interpolated value. The caller reads the texels between the two steps.
 
 use std::arch::x86_64::{__m256, __m256i, _mm256_add_epi32, _mm256_add_ps, _mm256_mul_ps, _mm256_mullo_epi32, _mm256_sub_ps};
 
 /// For each of eight points, the neighbouring columns or rows on both sides, and the point's fraction between them.
 pub(super) struct TexelsBeside {
+    /// The columns to the left and to the right, or the rows above and below.
     pub texels: [__m256i; 2],
     pub fraction: __m256,
 }
@@ -15,7 +16,7 @@ pub(super) struct TexelsBeside {
 pub(crate) struct Corners {
     /// Top left, top right, bottom left, bottom right.
     pub index: [__m256i; 4],
-    /// Of the way from the left texels to the right ones, and from the upper ones to the lower ones.
+    /// The point's position between the left and the right texels, and between the upper and the lower ones, each from 0 to 1.
     pub fraction: [__m256; 2],
 }
 
@@ -40,7 +41,7 @@ impl Corners {
     }
 }
 
-/// Bilinear interpolation of one channel, given at the corners.
+/// Bilinear interpolation of one channel, given at the corners in the order of [`Corners::index`], by the fractions `x` and `y` ([`Corners::fraction`]).
 /// # Safety
 /// The machine has AVX2.
 #[inline(always)]

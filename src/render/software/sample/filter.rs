@@ -1,7 +1,7 @@
 //! Filters the texels of a batch: nearest, bilinear, trilinear, several taps along a footprint.
 //!
-//! In: a batch's coordinates and footprints (the areas of the pixels on the map), arrays of `BATCH` lanes. Out: up to four linear channels of each active
-//! lane.
+//! In: a batch's texture coordinates and footprints (the areas of the pixels on the map), in arrays of `BATCH` lanes. Out: up to four linear channels of each
+//! active lane.
 //!
 //! With AVX2 and linear filtering, `filter_avx2` filters f32 lanes without sorting them. Otherwise a counting sort first orders the active lanes by mip
 //! level and number of taps. Each level's lanes are then contiguous, those with the most taps first, and a loop over them has one level and one size.
@@ -41,7 +41,7 @@ struct TexelPair<R> {
     fraction: [R; CHUNK],
 }
 
-/// The texels beside texture coordinates along one axis. `size`: number of texels along the axis.
+/// The texels beside texture coordinates (0 to 1 over the level) along one axis. `size`: number of texels along the axis.
 #[inline(always)]
 fn texel_pair<R: Real>(coordinate: &[R; CHUNK], size: u32, mode: AddressMode) -> TexelPair<R> {
     let n = R::from_u32(size);
@@ -151,18 +151,18 @@ fn interpolate<R: Real, D: Decode, const K: usize>(
     }
 }
 
-/// The nearest texel along one axis.
+/// The texel nearest to a texture coordinate along one axis of `size` texels.
 #[inline(always)]
-fn nearest_texel<R: Real>(c: R, size: u32, mode: AddressMode) -> u32 {
+fn nearest_texel<R: Real>(coordinate: R, size: u32, mode: AddressMode) -> u32 {
     let n = R::from_u32(size);
-    let x = if mode == AddressMode::Repeat { c - floor(c) } else { c } * n;
+    let x = if mode == AddressMode::Repeat { coordinate - floor(coordinate) } else { coordinate } * n;
     let x = if x > R::ZERO { x } else { R::ZERO };
     let x = if x < n { x } else { n };
     let (rounded, k) = x.round_small();
     (if rounded > x { k.wrapping_sub(1) } else { k }).min(size as i32 - 1) as u32
 }
 
-/// The texels nearest to a chunk of texture coordinates.
+/// The channels of the texels nearest to a chunk of texture coordinates.
 #[inline(always)]
 fn nearest<R: Real, D: Decode>(decode: D, level: &TexelLevel<'_>, u: &[R; CHUNK], v: &[R; CHUNK], state: &SamplerState) -> [[R; CHUNK]; 4] {
     let mut index = [0; CHUNK];
@@ -291,15 +291,15 @@ pub(crate) fn sample<R: Real, D: Decode>(
         let level_fraction = order.gather(&level_fraction, &mut buffer_fraction);
         let mut out = out;
         for level in order.levels.clone() {
-            let (from, to) = order.positions(level);
-            if from == to {
+            let (first, end) = order.positions(level);
+            if first == end {
                 continue;
             }
-            let both_levels = read_pair(levels, level, &level_fraction[from..to]);
-            for start in (from..to).step_by(CHUNK) {
+            let both_levels = read_pair(levels, level, &level_fraction[first..end]);
+            for start in (first..end).step_by(CHUNK) {
                 let fraction = chunk(level_fraction, start);
                 let value = trilinear(decode, both_levels, chunk(u, start), chunk(v, start), fraction, state, needed);
-                order.store(&value, start, to - start, &mut out);
+                order.store(&value, start, end - start, &mut out);
             }
         }
         return;
@@ -310,14 +310,14 @@ pub(crate) fn sample<R: Real, D: Decode>(
     }
     if !state.linear {
         for level in order.levels.clone() {
-            let (from, to) = order.positions(level);
-            if from == to {
+            let (first, end) = order.positions(level);
+            if first == end {
                 continue;
             }
             let texels = levels[level].read();
-            for start in (from..to).step_by(CHUNK) {
+            for start in (first..end).step_by(CHUNK) {
                 let value = nearest(decode, &texels, chunk(u, start), chunk(v, start), state);
-                accumulate(&mut sum, start, to - start, &value);
+                accumulate(&mut sum, start, end - start, &value);
             }
         }
     } else {
@@ -326,18 +326,18 @@ pub(crate) fn sample<R: Real, D: Decode>(
         let (step_u, step_v) = (order.gather(step_u, &mut buffer_step_u), order.gather(step_v, &mut buffer_step_v));
         let length = order.gather(length, &mut buffer_length);
         for level in order.levels.clone() {
-            let (from, end) = order.positions(level);
-            if from == end {
+            let (first, end) = order.positions(level);
+            if first == end {
                 continue;
             }
-            let both_levels = read_pair(levels, level, &level_fraction[from..end]);
+            let both_levels = read_pair(levels, level, &level_fraction[first..end]);
             for index in 0..MAX_TAPS {
                 // Lanes with more than `index` taps come first.
-                let to = usize::from(order.starts[(level + 1) * MAX_TAPS - index]);
-                if to == from {
+                let tap_end = usize::from(order.starts[(level + 1) * MAX_TAPS - index]);
+                if tap_end == first {
                     break;
                 }
-                for start in (from..to).step_by(CHUNK) {
+                for start in (first..tap_end).step_by(CHUNK) {
                     let (mut tap_u, mut tap_v) = (*chunk(u, start), *chunk(v, start));
                     let (step_u, step_v, length) = (chunk(step_u, start), chunk(step_v, start), chunk(length, start));
                     let mut weight = [R::ZERO; CHUNK];
@@ -348,7 +348,7 @@ pub(crate) fn sample<R: Real, D: Decode>(
                         tap_v[i] = tap_v[i] + offset * step_v[i];
                     }
                     let value = trilinear(decode, both_levels, &tap_u, &tap_v, chunk(level_fraction, start), state, needed);
-                    accumulate_weighted(&mut sum, start, to - start, &value, &weight);
+                    accumulate_weighted(&mut sum, start, tap_end - start, &value, &weight);
                 }
             }
         }

@@ -29,7 +29,7 @@ pub(super) const ALL_OF_GROUP: u32 = (1 << GROUP_LANES) - 1;
 pub(super) struct F32Request<'a> {
     u: &'a [f32; BATCH],
     v: &'a [f32; BATCH],
-    /// `None` if each lane reads level 0 with one tap.
+    /// The mip level of each lane; `None` if each lane reads level 0 with one tap.
     levels_of_lanes: Option<&'a [f32; BATCH]>,
     /// Length, step in u and step in v of [`Footprints`](super::footprint::Footprints); `None` if each lane has one tap.
     footprints: Option<[&'a [f32; BATCH]; 3]>,
@@ -278,7 +278,7 @@ impl Taps {
     }
 }
 
-/// The values of eight lanes. `wanted`: all bits set in the lanes whose value is used; `needed`: the channels that are used.
+/// The filtered values of eight lanes, one register per channel. `wanted`: all bits set in the lanes whose value is used; `needed`: the channels that are used.
 /// # Safety
 /// The machine has AVX2.
 #[inline(always)]
@@ -326,12 +326,13 @@ unsafe fn mask_of(lanes: u32) -> __m256 {
 /// The channels of a batch, in groups of eight lanes.
 type LaneGroups<'a> = [Option<&'a mut [[f32; GROUP_LANES]]>; 4];
 
+/// Divides each channel into groups of eight lanes.
 #[inline(always)]
 pub(super) fn in_groups(out: Channels<'_, f32>) -> LaneGroups<'_> {
     out.map(|lanes| lanes.map(|lanes| lanes.as_chunks_mut::<GROUP_LANES>().0))
 }
 
-/// Writes the active lanes of a group of eight.
+/// Writes the active lanes of a group of eight. `active`: one bit per lane of the group.
 /// # Safety
 /// The machine has AVX2.
 #[inline(always)]

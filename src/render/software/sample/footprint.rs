@@ -48,8 +48,8 @@ pub(super) fn ceil<R: Real>(x: R) -> R {
 
 #[inline(always)]
 pub(super) fn floor<R: Real>(x: R) -> R {
-    let r = x.round();
-    if r > x { r - R::ONE } else { r }
+    let rounded = x.round();
+    if rounded > x { rounded - R::ONE } else { rounded }
 }
 
 impl<R: Real> Footprint<R> {
@@ -58,6 +58,7 @@ impl<R: Real> Footprint<R> {
     #[inline(always)]
     pub(crate) fn anisotropic(size: [R; 2], dx: [R; 2], dy: [R; 2], max_taps: R) -> Self {
         let half = R::from_f64(0.5);
+        // The gradients in texels per pixel.
         let (ux, vx, uy, vy) = (dx[0] * size[0], dx[1] * size[1], dy[0] * size[0], dy[1] * size[1]);
         // For the gradient matrix J, J Jᵀ = [a b; b c]; its eigenvalues are the squares of the axes.
         let (a, c, b) = (ux * ux + uy * uy, vx * vx + vy * vy, ux * vx + uy * vy);
@@ -104,6 +105,7 @@ fn level_of<R: Real>(width_sq: R) -> R {
     R::from_f64(0.5) * width_sq.log2_from_one::<false>()
 }
 
+/// Whether every value is at most 1; false if a value is NaN.
 #[inline(always)]
 fn are_at_most_one<R: Real>(values: &[R; BATCH]) -> bool {
     values.iter().fold(true, |all, value| all & (*value <= R::ONE))
@@ -113,7 +115,7 @@ fn are_at_most_one<R: Real>(values: &[R; BATCH]) -> bool {
 pub(crate) struct FilterRequest<'a, R> {
     pub u: &'a [R; BATCH],
     pub v: &'a [R; BATCH],
-    /// `None` if each lane reads level 0 with one tap, as under magnification.
+    /// The mip level of each lane; `None` if each lane reads level 0 with one tap, as under magnification.
     pub level: Option<[R; BATCH]>,
     /// `None` if each lane has one tap.
     pub footprints: Option<Footprints<R>>,
@@ -131,7 +133,8 @@ impl<'a, R: Real> FilterRequest<'a, R> {
         Self { u, v, level: None, footprints: None }
     }
 
-    /// Fills levels and footprints from the gradients `g`: du/dx, dv/dx, du/dy, dv/dy. `max_taps`: at least 1; `None` for isotropic filtering.
+    /// Fills levels and footprints from the gradients `g`: du/dx, dv/dx, du/dy, dv/dy, per pixel. `size`: width and height of level 0 in texels. `max_taps`: at
+    /// least 1; `None` for isotropic filtering.
     #[inline(always)]
     pub(crate) fn set_footprints(&mut self, size: [u32; 2], g: [&[R; BATCH]; 4], max_taps: Option<&[R; BATCH]>) {
         let size = [R::from_u32(size[0]), R::from_u32(size[1])];

@@ -44,13 +44,14 @@ pub(super) struct LaneOrder {
     pub(super) is_identity: bool,
     /// `starts[key]`: the position of the first lane with that key or a greater one.
     pub(super) starts: [u8; (MAX_LEVELS + 1) * MAX_TAPS + 1],
-    /// From the finest to the coarsest level among the keys of all lanes, active or not.
+    /// The levels from the finest to the coarsest among the keys of all lanes, active or not.
     pub(super) levels: std::ops::Range<usize>,
     /// Whether some lane, active or not, has more than one tap.
     pub(super) has_several_taps: bool,
 }
 
 impl LaneOrder {
+    /// Sorts the active lanes by their keys. `key`: level * [`MAX_TAPS`] + ([`MAX_TAPS`] - taps) of each lane.
     #[inline(always)]
     pub(super) fn new(key: &[u16; BATCH], active: LaneMask) -> Self {
         let count = active.count_ones() as usize;

@@ -49,7 +49,7 @@ pub(super) fn load<R: Real, D: Decode>(
             }
         }
     }
-    let have_all_texels = if y.len() == 1 {
+    let all_lanes_have_texels = if y.len() == 1 {
         let row = row.lane_bits();
         find_texels(level, x, |_| row, &mut index, &mut mask)
     } else {
@@ -58,7 +58,7 @@ pub(super) fn load<R: Real, D: Decode>(
     };
     if count == BATCH {
         let out = out.each_mut().map(|lanes| lanes.first_chunk_mut());
-        return if have_all_texels {
+        return if all_lanes_have_texels {
             read_masked::<R, D, false>(decode, level, &index, &mask, out)
         } else {
             read_masked::<R, D, true>(decode, level, &index, &mask, out)

@@ -77,6 +77,8 @@ pub struct Texels<'a> {
 }
 
 impl<'a> Texels<'a> {
+    /// Texels in memory. `levels`: width, height and bytes of each mip level, the finest first.
+    ///
     /// # Errors
     /// A level that is too large or whose number of bytes does not match its size, or no level at all.
     pub(crate) fn new(format: TexelFormat, levels: impl Iterator<Item = (u32, u32, &'a [u8])>) -> Result<Self, String> {
@@ -86,7 +88,7 @@ impl<'a> Texels<'a> {
         )
     }
 
-    /// Levels, each with its number of bytes.
+    /// Checks the levels, each given with its number of bytes.
     fn checked(format: TexelFormat, levels: impl Iterator<Item = (BoundLevel<'a>, usize)>) -> Result<Self, String> {
         let texel_bytes = u64::from(format.texel_bytes());
         let mut all = Vec::new();
@@ -104,6 +106,8 @@ impl<'a> Texels<'a> {
         if all.is_empty() { Err("it has no mip level".to_owned()) } else { Ok(Self { format, levels: all }) }
     }
 
+    /// The texels of a texture, whose levels may still be on disk.
+    ///
     /// # Errors
     /// As [`Texels::new`].
     pub fn of_texture(texture: &'a Texture) -> Result<Self, String> {
@@ -234,6 +238,7 @@ impl Default for Srgb {
 #[repr(C, packed)]
 struct UnalignedWord(u32);
 
+/// The bytes of a texel as one little-endian word.
 /// # Safety
 /// As [`Decode::texel`]; texels have four bytes.
 #[inline(always)]
