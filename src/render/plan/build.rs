@@ -110,8 +110,8 @@ pub(super) fn steps_with_faces(
     Ok(steps)
 }
 
-/// The steps that draw into [`HDR_TARGET`], which is first filled with the colour `clear`. `faces_draw`: as in [`steps_with_faces`]; it is drawn over the
-/// stars and behind all bodies.
+/// The steps that draw into [`HDR_TARGET`], which is first filled with the colour `clear` (linear premultiplied RGBA). `faces_draw`: as in
+/// [`steps_with_faces`]; it is drawn over the stars and behind all bodies.
 pub(super) fn hdr_steps(
     scene: &Scene,
     provider: &impl ResourceProvider,
