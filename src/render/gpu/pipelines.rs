@@ -179,13 +179,14 @@ impl Pipelines {
 }
 
 /// Number of threads that compile for a backend: as many as there are cores, but only one for GL. GL has one context, which only one thread uses at a time;
-/// wgpu panics when a call has waited for the context for six seconds. With NVIDIA's GL driver, compiling the modules of one view on sixteen threads took longer.
+/// wgpu panics when a call has waited for the context for six seconds. With NVIDIA's GL driver, compiling the modules of one view on sixteen threads took
+/// longer.
 fn compiler_threads(backend: wgpu::Backend) -> usize {
     if backend == wgpu::Backend::Gl { 1 } else { std::thread::available_parallelism().map_or(1, usize::from) }
 }
 
-/// Maps all items on up to `threads` threads; the order of the results is arbitrary. The function starts its own threads, because in a shared pool the drawing of
-/// the window would wait for the driver's compiler.
+/// Maps all items on up to `threads` threads; the order of the results is arbitrary. The function starts its own threads, because in a shared pool the drawing
+/// of the window would wait for the driver's compiler.
 fn parallel_map<T: Send, R: Send>(threads: usize, items: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
     let threads = threads.min(items.len());
     let items = Mutex::new(items.into_iter());

@@ -106,7 +106,9 @@ impl Uploads {
         let key = match &texture.levels[..] {
             [] => return Err("a texture has no mip level".into()),
             // One mip level: a table.
-            [only] if !is_persistent => TextureKey::ByContent(Sha256::digest(only.bytes()).into(), [only.width, only.height], texture.format),
+            [only] if !is_persistent => {
+                TextureKey::ByContent(Sha256::digest(only.bytes()).into(), [only.width, only.height], texture.format)
+            }
             _ => TextureKey::ByAddress(Arc::as_ptr(texture) as usize),
         };
         if let Some(uploaded) = self.by_key.get_mut(&key) {

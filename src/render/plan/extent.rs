@@ -131,8 +131,8 @@ fn air_top_form(ground: [DVec4; 2], uniforms: &DrawUniforms) -> [DVec4; 2] {
     [0, 1].map(|row: usize| ground[row] + top_radius_sq_minus_1 * length_sq[row].extend(0.0))
 }
 
-/// Converts a form over the draw's rectangle to pixel coordinates. `linear`: coefficients of 1, u, v; `quadratic`: of u^2, uv, v^2; their w is unused. u and v are
-/// 0 to 1 over the rectangle, v from the top. Returns the coefficients of [`Ellipse`].
+/// Converts a form over the draw's rectangle to pixel coordinates. `linear`: coefficients of 1, u, v; `quadratic`: of u^2, uv, v^2; their w is unused. u and v
+/// are 0 to 1 over the rectangle, v from the top. Returns the coefficients of [`Ellipse`].
 fn form_over_pixels([linear, quadratic]: [DVec4; 2], uniforms: &DrawUniforms, [width, height]: [u32; 2]) -> [f64; 6] {
     let rect = uniforms.rect_in_clip.as_dvec4();
     // u = u0 + du x, and v = v0 + dv y; clip y points up.

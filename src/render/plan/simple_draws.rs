@@ -413,8 +413,8 @@ pub(super) fn tone_map_step(
     Ok(screen_step("tone map", reads, target, draw))
 }
 
-/// Resource names of the outline's masks: the body's shape, the shape blurred along x, and along both axes. They are keys of the pass times in JSON reports, and
-/// therefore do not change.
+/// Resource names of the outline's masks: the body's shape, the shape blurred along x, and along both axes. They are keys of the pass times in JSON reports,
+/// and therefore do not change.
 const OUTLINE_RESOURCES: [&str; 3] = ["shape", "shape blurred across", "shape blurred"];
 
 /// sRGB bytes scaled to 0..=1, without decoding.
