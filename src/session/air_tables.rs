@@ -28,11 +28,12 @@ pub struct AirTables {
 
 /// The file name of a table: a digest of the code that computes it and of all its inputs.
 fn digest(body: &Body) -> String {
-    static CODE: OnceLock<[u8; 32]> = OnceLock::new();
-    digest_with(CODE.get_or_init(|| code_digest(&multi_scatter_table::SOURCES)), body)
+    static CODE_DIGEST: OnceLock<[u8; 32]> = OnceLock::new();
+    digest_with(CODE_DIGEST.get_or_init(|| code_digest(&multi_scatter_table::SOURCES)), body)
 }
 
-fn digest_with(code: &[u8; 32], body: &Body) -> String {
+/// As [`digest`], for a given digest of the code.
+fn digest_with(code_digest: &[u8; 32], body: &Body) -> String {
     let mut inputs = vec![body.radii_km.x];
     inputs.extend(body.mean_reflectance());
     // Patterns without `..`, so that the compiler demands a decision about each new field.
@@ -50,7 +51,7 @@ fn digest_with(code: &[u8; 32], body: &Body) -> String {
             });
         }
     }
-    stored_tables::name(code, inputs)
+    stored_tables::name(code_digest, inputs)
 }
 
 fn to_bytes(table: &[Vec4]) -> Vec<u8> {
