@@ -51,7 +51,7 @@ fn luminance([r, g, b, _]: &[f32; 4]) -> f64 {
 impl Session {
     /// Draws `request` with and without `effect`, and compares. `stops`: the exposure of the view in stops, which both images get. `is_already_on`: the view
     /// already has the effect, by its request or automatically; otherwise the effect is switched on for the comparison. `body_name`: the effect is switched for
-    /// this body alone, or for all bodies if `None`.
+    /// this body alone; if `None`, for all bodies for which the request does not switch it.
     ///
     /// # Errors
     /// The reason why the view cannot be drawn.

@@ -89,15 +89,15 @@ fn frames(setup: &SweepSetup<'_>, request: &ViewRequest, purpose: Purpose, effec
     for effect in effects.iter().filter(|e| !UNCHANGED_EFFECTS.contains(e)) {
         request_with_effects.effects.set(*effect, true);
     }
-    let chosen = setup.plan_view(&ViewRequest { purpose: setup.faults.purpose.unwrap_or(purpose), ..exposed }, SINGLE_SAMPLE)?;
+    let chosen = setup.plan_view(&ViewRequest { purpose: setup.injected_faults.purpose.unwrap_or(purpose), ..exposed }, SINGLE_SAMPLE)?;
     let mut scene = setup.plan_view(&request_with_effects, SINGLE_SAMPLE)?.scene;
     for draw in &mut scene.draws {
-        let Some(same) = chosen.scene.draws.iter().find(|c| c.body == draw.body && c.part == draw.part) else { continue };
-        let chosen_features = same.features;
+        let Some(chosen_draw) = chosen.scene.draws.iter().find(|c| c.body == draw.body && c.part == draw.part) else { continue };
+        let chosen_features = chosen_draw.features;
         // A draw of air can have eclipses or the shadow of rings, not both. Where switching on eclipses would remove the rings' shadow, the draw stays as
         // chosen.
         if chosen_features.ring_shadow != RingShadow::None && draw.features.ring_shadow == RingShadow::None {
-            *draw = same.clone();
+            *draw = chosen_draw.clone();
             continue;
         }
         let features = &mut draw.features;
@@ -137,16 +137,16 @@ type DifferenceMeasure<'a> = &'a dyn Fn(&FramePair) -> Result<WorstPixel, Sessio
 /// A pixel as JSON: its coordinates, and its radiance and display level per channel in both frames and in the true frame.
 fn values_at(setup: &SweepSetup<'_>, request: &ViewRequest, purpose: Purpose, pixel: usize) -> Result<Value, SessionError> {
     let both = frames(setup, request, purpose, &Effect::ALL)?;
-    let at = |image: &LinearImage| image.light.get(pixel).map(|p| [p[0], p[1], p[2]]);
-    let levels = |image: &LinearImage| at(image).map(|p| p.map(|v| display_level(v, image.exposure_factor)));
+    let radiance_at = |image: &LinearImage| image.light.get(pixel).map(|p| [p[0], p[1], p[2]]);
+    let levels_at = |image: &LinearImage| radiance_at(image).map(|p| p.map(|v| display_level(v, image.exposure_factor)));
     let exposed = setup.renderers.with_metered_exposure(ViewRequest { purpose, ..request.clone() })?;
     let finer = ViewRequest { width: request.width * TRUTH_SCALE, height: request.height * TRUTH_SCALE, ..exposed };
     let truth = setup.draw_linear(&frames(setup, &finer, purpose, &Effect::ALL)?.with_effects, Precision::F64)?.downsampled(TRUTH_SCALE);
     let [chosen, all] = [setup.draw_linear(&both.chosen, Precision::F32)?, setup.draw_linear(&both.with_effects, Precision::F32)?];
     Ok(json!({
         "pixel": [pixel as u32 % request.width, pixel as u32 / request.width],
-        "levels": { "chosen": levels(&chosen), "all": levels(&all), "true": levels(&truth) },
-        "radiance": { "chosen": at(&chosen), "all": at(&all), "true": at(&truth) },
+        "levels": { "chosen": levels_at(&chosen), "all": levels_at(&all), "true": levels_at(&truth) },
+        "radiance": { "chosen": radiance_at(&chosen), "all": radiance_at(&all), "true": radiance_at(&truth) },
     }))
 }
 
@@ -171,6 +171,7 @@ fn worst_omission(
 /// Largest number of views, worst first, for which the omitted effect is determined.
 const MAX_EXPLAINED: usize = 16;
 
+/// Compares the frames of random views. `bound`: the difference above which a view counts, in the unit of `difference`.
 fn sweep_views(
     setup: &SweepSetup<'_>,
     purpose: Purpose,
@@ -179,7 +180,7 @@ fn sweep_views(
 ) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
     let (mut results, mut cost_ratios) = (Vec::new(), Vec::new());
-    for RandomView { case, request } in views(setup, setup.views.unwrap_or(setup.by_effort(160, 3000))) {
+    for RandomView { case, request } in views(setup, setup.view_count.unwrap_or(setup.by_effort(160, 3000))) {
         let Some(frames) = if_possible(frames(setup, &request, purpose, &Effect::ALL))? else { continue };
         let worst = difference(&frames)?;
         found.add(worst.difference, || (case.clone(), String::new()));
@@ -194,7 +195,7 @@ fn sweep_views(
     // For each effect, the number of explained views in which it makes the greatest difference alone, and the greatest of these differences.
     let mut omitted: BTreeMap<&str, (usize, f64)> = BTreeMap::new();
     let mut explained = Vec::new();
-    for (worst, request, case) in results.iter().take_while(|f| f.0.difference > bound).take(MAX_EXPLAINED) {
+    for (worst, request, case) in results.iter().take_while(|(worst, ..)| worst.difference > bound).take(MAX_EXPLAINED) {
         let (alone, effect) = worst_omission(setup, request, purpose, difference)?;
         let mut case = case.clone();
         case["apart"] = json!(worst.difference);
@@ -210,8 +211,8 @@ fn sweep_views(
     }
     let named = omitted.iter().map(|(effect, (views, max))| format!("{effect} in {views} (up to {max:.2e})")).collect::<Vec<_>>();
     let explained_count = omitted.values().map(|(views, _)| views).sum::<usize>();
-    let over_bound = results.iter().filter(|f| f.0.difference > bound).count();
-    let mut differences: Vec<f64> = results.iter().map(|f| f.0.difference).collect();
+    let over_bound = results.iter().filter(|(worst, ..)| worst.difference > bound).count();
+    let mut differences: Vec<f64> = results.iter().map(|(worst, ..)| worst.difference).collect();
     differences.sort_by(f64::total_cmp);
     cost_ratios.sort_by(f64::total_cmp);
     let quantile_of = |sorted: &[f64], fraction: f64| quantile(sorted, fraction).unwrap_or(0.0);
