@@ -16,6 +16,7 @@ pub(crate) const SIZE_PX: (u32, u32) = (1560, 1240);
 /// Panels in a row.
 const COLUMNS: usize = 4;
 const FONT: &str = "sans-serif";
+/// Colours of texts, of options on the Pareto frontier, and of dominated options.
 const INK: RGBColor = RGBColor(35, 35, 35);
 const FRONTIER: RGBColor = RGBColor(0, 90, 160);
 const DOMINATED: RGBColor = RGBColor(190, 70, 20);

@@ -28,8 +28,7 @@ pub(crate) fn interleaved<T, E>(rounds: usize, workloads: &[&Workload<'_, T, E>]
     Ok(results)
 }
 
-/// Seconds that a workload takes: CPU time of the process, or elapsed time where the system does not report CPU time or the CPU time has not
-/// advanced.
+/// Seconds that a workload takes: CPU time of the process, or elapsed time if the system reports no CPU time, or none has been used.
 ///
 /// # Errors
 /// The workload's error.

@@ -192,8 +192,9 @@ fn draw_uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
     // Rings are seen from 25 degrees above their plane; from within the plane they would be a line.
     let forward = if key.features().surface == Surface::Ring { Vec3::new(-0.906_307_8, 0.0, -0.422_618_26) } else { Vec3::NEG_X };
     let up = Vec3::new(forward.z, 0.0, -forward.x);
-    let suns = [SUNWARD, Vec3::new(0.2, -0.9, 0.387_3), Vec3::new(-0.3, 0.1, -0.948_7)];
-    let lights = suns.iter().zip([1.0, 0.1, 0.05]).take(usize::from(key.features().lights));
+    // The Sun's light and two fainter ones.
+    let light_directions = [SUNWARD, Vec3::new(0.2, -0.9, 0.387_3), Vec3::new(-0.3, 0.1, -0.948_7)];
+    let lights = light_directions.iter().zip([1.0, 0.1, 0.05]).take(usize::from(key.features().lights));
     DrawUniforms {
         rect_in_clip: Vec4::new(-1.0, 1.0, 1.0, -1.0),
         anchor_origin: up * half_side - Vec3::Y * half_side,
@@ -218,7 +219,7 @@ fn draw_uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
         albedo: Vec3::new(0.6, 0.5, 0.4),
         air: air_uniforms(),
         eclipse: eclipse_uniforms(key),
-        lights: lights.map(|(sun, value)| Light { direction_in_body: sun.normalize_or_zero(), irradiance: Vec3::splat(value) }).collect(),
+        lights: lights.map(|(v, light)| Light { direction_in_body: v.normalize_or_zero(), irradiance: Vec3::splat(light) }).collect(),
         photometric_parameter: 0.1,
         limb_darkening_u1: Vec3::splat(0.4),
         limb_darkening_u2: Vec3::splat(0.2),

@@ -179,8 +179,7 @@ impl Pipelines {
 }
 
 /// Number of threads that compile for a backend: as many as there are cores, but only one for GL. GL has one context, which only one thread uses at a time;
-/// wgpu panics when a call has waited for the context for six seconds. With NVIDIA's GL driver, compiling the modules of one view on sixteen threads took
-/// longer.
+/// wgpu panics when a call has waited for the context for six seconds. With NVIDIA's GL driver, compiling one view's modules on sixteen threads took longer.
 fn compiler_threads(backend: wgpu::Backend) -> usize {
     if backend == wgpu::Backend::Gl { 1 } else { std::thread::available_parallelism().map_or(1, usize::from) }
 }

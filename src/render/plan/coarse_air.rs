@@ -136,8 +136,7 @@ pub(super) fn steps(
             let subimages_to_clouds = ground_and_clouds(draws, k)
                 .filter(|(ground, _)| *ground == k && !is_sunlight)
                 .map_or(0, |(_, clouds)| subimages_before(draws, clouds) - subimage);
-            // `bound`: the accepted error of interpolation, relative to the interpolated value (x), and to the irradiance of the first light source, the Sun
-            // (y).
+            // `bound`: the accepted interpolation error, relative to the interpolated value (x) and to the irradiance of the first light source, the Sun (y).
             let marking = full_screen_draw(MARKING_MODULE, [width, height], provider, |w| {
                 w.vec2("bound", bound)?;
                 w.f32("rows_to_clouds", (subimages_to_clouds * subimage_height) as f32)
