@@ -1,4 +1,5 @@
-//! Prints the apparent position of a body seen from the Earth's centre (true equator and equinox of date), with its error bound:
+//! Prints the apparent right ascension and declination of a body seen from the Earth's centre, both in degrees, of the true equator and equinox of date, with
+//! their error bound:
 //!
 //!     cargo run --release --example ask_position -- jupiter 2040-09-08T12:00:00Z
 

@@ -44,7 +44,9 @@ const PLUTO: KernelSpec = KernelSpec {
 
 struct BodySpec {
     name: &'static str,
+    /// NAIF id of the body.
     target: i32,
+    /// NAIF id of the body or barycentre to which positions are relative.
     center: i32,
     /// Largest position error allowed, km.
     error_km: f64,
@@ -73,6 +75,7 @@ const BODIES: &[BodySpec] = &[
 const LENGTHS_DAYS: &[f64] =
     &[4.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0, 64.0, 96.0, 128.0, 192.0, 256.0, 400.0, 600.0, 1000.0, 4000.0, 10_000.0];
 
+/// A choice of interval length and degree for one segment.
 struct Fit {
     /// Length of an interval.
     length_days: f64,
@@ -84,11 +87,12 @@ struct Fit {
     doubles: usize,
 }
 
-/// Coefficients per axis, from interpolation at `terms` Chebyshev nodes of the interval.
+/// Coefficients per axis, from interpolation at `terms` Chebyshev nodes of an interval: its middle in TDB seconds past J2000, and half its length.
 fn coefficients(kernel: &Spk, body: &BodySpec, midpoint_s: f64, radius_s: f64, terms: usize) -> [Vec<f64>; 3] {
     fit_nodes(terms, |u| position(kernel, body, midpoint_s + u * radius_s))
 }
 
+/// Position in km at a time in TDB seconds past J2000; NaN outside the kernel's span.
 fn position(kernel: &Spk, body: &BodySpec, tdb_s: f64) -> DVec3 {
     kernel.state(body.target, body.center, tdb_s).map_or(DVec3::NAN, |s| s.pos_km)
 }
@@ -150,14 +154,17 @@ fn segment(kernel: &Spk, spec: &KernelSpec, body: &BodySpec, fit: &Fit) -> Vec<f
 /// A complete DAF file: file record, comments, summaries, names, arrays; little-endian records of 1024 bytes. A summary has 2 doubles and 6
 /// integers, 40 bytes; addresses count doubles from 1.
 fn daf(spec: &KernelSpec, segments: &[(&BodySpec, Vec<f64>)], comment: &str) -> Vec<u8> {
-    const RECORD: usize = 1024;
-    // In the comments a line ends with 0 and the text with 4; a record has 1000 characters.
+    const RECORD_BYTES: usize = 1024;
+    /// Characters of the comments in one record.
+    const COMMENT_CHARS: usize = 1000;
+    // In the comments a line ends with 0 and the text with 4.
     let comment: Vec<u8> = comment.bytes().map(|b| if b == b'\n' { 0 } else { b }).chain([4]).collect();
-    let comment_records = comment.len().div_ceil(1000);
+    let comment_records = comment.len().div_ceil(COMMENT_CHARS);
     let summary_record = 2 + comment_records;
-    let mut address = (summary_record + 1) * RECORD / 8 + 1;
-    let mut summaries = vec![0u8; RECORD];
-    let mut names = vec![b' '; RECORD];
+    let mut address = (summary_record + 1) * RECORD_BYTES / 8 + 1;
+    let mut summaries = vec![0u8; RECORD_BYTES];
+    let mut names = vec![b' '; RECORD_BYTES];
+    // The record begins with three doubles, 24 bytes: next and previous summary record (0: none), and the number of summaries.
     summaries[16..24].copy_from_slice(&(segments.len() as f64).to_le_bytes());
     let mut arrays = Vec::new();
     for (i, (body, data)) in segments.iter().enumerate() {
@@ -173,27 +180,27 @@ fn daf(spec: &KernelSpec, segments: &[(&BodySpec, Vec<f64>)], comment: &str) -> 
         address += data.len();
         arrays.extend(data.iter().flat_map(|d| d.to_le_bytes()));
     }
-    let mut file = vec![0u8; RECORD];
+    let mut file = vec![0u8; RECORD_BYTES];
     file[..8].copy_from_slice(b"DAF/SPK ");
     // Doubles and integers of a summary.
     file[8..12].copy_from_slice(&2i32.to_le_bytes());
     file[12..16].copy_from_slice(&6i32.to_le_bytes());
     file[16..76].copy_from_slice(format!("{:60}", spec.title).as_bytes());
     // The first and the last summary record, and the first free address.
-    for (at, n) in [(76, summary_record), (80, summary_record), (84, address)] {
-        file[at..at + 4].copy_from_slice(&(n as i32).to_le_bytes());
+    for (offset, n) in [(76, summary_record), (80, summary_record), (84, address)] {
+        file[offset..offset + 4].copy_from_slice(&(n as i32).to_le_bytes());
     }
     file[88..96].copy_from_slice(b"LTL-IEEE");
     // The validation string of DAF Required Reading reveals a file damaged by text-mode transfer.
     file[699..727].copy_from_slice(b"FTPSTR:\r:\n:\r\n:\r\0:\x81:\x10\xce:ENDFTP");
-    for part in comment.chunks(1000) {
+    for part in comment.chunks(COMMENT_CHARS) {
         file.extend(part);
-        file.resize(file.len().div_ceil(RECORD) * RECORD, 0);
+        file.resize(file.len().div_ceil(RECORD_BYTES) * RECORD_BYTES, 0);
     }
     file.extend(summaries);
     file.extend(names);
     file.extend(arrays);
-    file.resize(file.len().div_ceil(RECORD) * RECORD, 0);
+    file.resize(file.len().div_ceil(RECORD_BYTES) * RECORD_BYTES, 0);
     file
 }
 

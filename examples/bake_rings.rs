@@ -131,12 +131,13 @@ fn e_tau(radius_km: f64) -> f64 {
     1.5e-5 * if ratio < 1.0 { ratio.powi(15) } else { ratio.powi(-7) }
 }
 
-/// Prints a ring whose optical depth varies smoothly, as `count` numbered rings of equal width.
+/// Prints a ring of pure dust whose optical depth `tau`, a function of the radius in km, varies smoothly: as `count` numbered rings of equal width.
 fn print_steps(name: &str, inner_km: f64, outer_km: f64, count: u32, tau: fn(f64) -> f64, albedo: [f64; 3]) {
     for k in 0..count {
         let edge = |k: u32| inner_km + (outer_km - inner_km) * f64::from(k) / f64::from(count);
-        let (from, to) = (edge(k), edge(k + 1));
-        print_ring(&format!("{name} {}", k + 1), from, to, (tau((from + to) / 2.0) * 1e9).round() / 1e9, albedo, 1.0);
+        let (step_inner_km, step_outer_km) = (edge(k), edge(k + 1));
+        let step_tau = (tau((step_inner_km + step_outer_km) / 2.0) * 1e9).round() / 1e9;
+        print_ring(&format!("{name} {}", k + 1), step_inner_km, step_outer_km, step_tau, albedo, 1.0);
     }
 }
 
@@ -151,21 +152,21 @@ fn print_ring(name: &str, inner_km: f64, outer_km: f64, tau: f64, albedo: [f64; 
 }
 
 fn main() {
-    for Region(name, inner, outer, tau_inner, tau_outer, step_km, amplitude, albedo) in REGIONS {
-        let count = ((outer - inner) / step_km).round().max(1.0) as usize;
-        let edge = |k: usize| inner + (outer - inner) * k as f64 / count as f64;
+    for Region(name, inner_km, outer_km, tau_inner, tau_outer, step_km, amplitude, albedo) in REGIONS {
+        let count = ((outer_km - inner_km) / step_km).round().max(1.0) as usize;
+        let edge = |k: usize| inner_km + (outer_km - inner_km) * k as f64 / count as f64;
         for k in 0..count {
-            let (from, to) = (edge(k), edge(k + 1));
-            let middle = (from + to) / 2.0;
-            let fraction = (middle - inner) / (outer - inner);
-            let tau = (tau_inner + (tau_outer - tau_inner) * fraction) * (1.0 + amplitude * waves(middle)).max(0.1);
+            let (step_inner_km, step_outer_km) = (edge(k), edge(k + 1));
+            let middle_km = (step_inner_km + step_outer_km) / 2.0;
+            let fraction = (middle_km - inner_km) / (outer_km - inner_km);
+            let tau = (tau_inner + (tau_outer - tau_inner) * fraction) * (1.0 + amplitude * waves(middle_km)).max(0.1);
             let ring_name = if count == 1 { (*name).to_owned() } else { format!("{name} {}", k + 1) };
-            let albedo = if *albedo == B { b_albedo(middle) } else { *albedo };
-            print_ring(&ring_name, from, to, (tau * 1e6).round() / 1e6, albedo, dust_fraction(name));
+            let albedo = if *albedo == B { b_albedo(middle_km) } else { *albedo };
+            print_ring(&ring_name, step_inner_km, step_outer_km, (tau * 1e6).round() / 1e6, albedo, dust_fraction(name));
         }
     }
-    for (name, inner, outer, tau, albedo) in FEATURES {
-        print_ring(name, *inner, *outer, *tau, *albedo, dust_fraction(name));
+    for (name, inner_km, outer_km, tau, albedo) in FEATURES {
+        print_ring(name, *inner_km, *outer_km, *tau, *albedo, dust_fraction(name));
     }
     print_steps("G", 166_000.0, 175_000.0, 18, g_tau, G_DUST);
     print_steps("E", 180_000.0, 480_000.0, 60, e_tau, E_DUST);

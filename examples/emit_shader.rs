@@ -1,4 +1,4 @@
-//! Prints the WGSL module of a shader key:
+//! Prints the WGSL module of a shader key, such as `lambert.albedo.sun1.ellipsoid`: Lambert shading, albedo map, one light, ellipsoid.
 //!
 //!     cargo run --release --example emit_shader -- lambert.albedo.sun1.ellipsoid > body.wgsl
 

@@ -72,8 +72,8 @@ impl Random {
 /// Height of a crater's profile (negative in the bowl, positive at the rim), in crater radii, at `x` radii from its centre: a parabolic bowl 0.24 radii deep,
 /// and a rim 0.06 radii high.
 fn crater_profile(x: f64) -> f64 {
-    let floor = if x < 1.0 { 0.24 * (x * x - 1.0) } else { 0.0 };
-    floor + 0.06 * (-((x - 1.0) / 0.25).powi(2)).exp()
+    let bowl = if x < 1.0 { 0.24 * (x * x - 1.0) } else { 0.0 };
+    bowl + 0.06 * (-((x - 1.0) / 0.25).powi(2)).exp()
 }
 
 fn main() {
@@ -90,15 +90,16 @@ fn main() {
     // Centre, and radius relative to the body's. The number of craters larger than r is proportional to 1 / r², so that most are small.
     let craters: Vec<(DVec3, f64)> = (0..CRATERS).map(|_| (random.direction(), 0.035 / random.uniform().max(0.006).sqrt())).collect();
     // Distance of the surface from the centre in a direction, relative to that of the ellipsoid.
-    let relative_radius = |d: DVec3| {
-        let lumps: f64 = waves.iter().map(|(k, phase, amplitude)| amplitude * (k.dot(d) + phase).sin()).sum();
-        let crater_heights: f64 = craters.iter().map(|(centre, radius)| radius * crater_profile((d - *centre).length() / radius)).sum();
+    let relative_radius = |direction: DVec3| {
+        let lumps: f64 = waves.iter().map(|(wave_vector, phase, amplitude)| amplitude * (wave_vector.dot(direction) + phase).sin()).sum();
+        let crater_heights: f64 =
+            craters.iter().map(|(centre, radius)| radius * crater_profile((direction - *centre).length() / radius)).sum();
         1.0 + lumps + crater_heights
     };
     let mut text = String::from("# An invented shape, kilometres, body axes: x through the prime meridian, z the pole.\n");
-    for d in &directions {
-        let p = *d * relative_radius(*d) * RADII_KM;
-        let _ = writeln!(text, "v {:.5} {:.5} {:.5}", p.x, p.y, p.z);
+    for direction in &directions {
+        let vertex_km = *direction * relative_radius(*direction) * RADII_KM;
+        let _ = writeln!(text, "v {:.5} {:.5} {:.5}", vertex_km.x, vertex_km.y, vertex_km.z);
     }
     for [a, b, c] in &faces {
         let _ = writeln!(text, "f {} {} {}", a + 1, b + 1, c + 1);

@@ -1,9 +1,9 @@
 //! Runs fuzz targets as a plain loop on any toolchain: `orrery-fuzz TARGET|all SECONDS [SEED]`.
 //!
-//! In: the targets, their seeds (valid inputs), and the inputs of past findings in fuzz/inputs/TARGET/. It runs these first, then random mutations of them
-//! and of earlier mutations. Out: the number of runs of each target and the longest run. A finding (a panic, a run longer than [`MAX_CPU_TIME`] or
-//! [`MAX_WALL_TIME`], or memory beyond [`MAX_GROWTH_BYTES`]) is written to fuzz/findings/ and ends the program with status 1. Always: the same seed gives
-//! the same inputs.
+//! In: the targets, their seeds (valid inputs), and the inputs of past findings in fuzz/inputs/TARGET/. Seeds and past findings run first, then random
+//! mutations of them and of earlier mutations. Out: the number of runs of each target and the longest run. A finding (a panic, a run longer than
+//! [`MAX_CPU_TIME`] or [`MAX_WALL_TIME`], or memory beyond [`MAX_GROWTH_BYTES`]) is written to fuzz/findings/ and ends the program with status 1. Always: the
+//! same seed gives the same inputs.
 
 use orrery_fuzz::{TARGETS, Target};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 /// Maximum CPU time of a run.
 const MAX_CPU_TIME: Duration = Duration::from_secs(5);
-/// Maximum wall time of a run, which finds a run that only waits. It is longer, because other programs may use the cores.
+/// Maximum wall time of a run, which finds a run that only waits. Longer than the CPU time, because other programs may use the cores.
 const MAX_WALL_TIME: Duration = Duration::from_secs(60);
 /// Maximum growth of the program's memory since the start of a target.
 const MAX_GROWTH_BYTES: u64 = 1 << 30;
@@ -35,6 +35,7 @@ impl Random {
         z ^ (z >> 31)
     }
 
+    /// A number from 0 to `count` - 1; 0 if `count` is 0.
     fn below(&mut self, count: usize) -> usize {
         (self.next() % count.max(1) as u64) as usize
     }
@@ -45,34 +46,34 @@ impl Random {
 fn mutated(input: &[u8], other: &[u8], words: &[&str], random: &mut Random) -> Vec<u8> {
     let mut bytes = input.to_vec();
     for _ in 0..1 + random.below(4) {
-        let at = random.below(bytes.len() + 1);
+        let start = random.below(bytes.len() + 1);
         let length = 1 + random.below(16);
-        let end = (at + length).min(bytes.len());
+        let end = (start + length).min(bytes.len());
         match random.below(9) {
-            0 if at < bytes.len() => bytes[at] ^= 1 << random.below(8),
-            1 if at < bytes.len() => bytes[at] = random.next() as u8,
-            2 => drop(bytes.drain(at..end)),
+            0 if start < bytes.len() => bytes[start] ^= 1 << random.below(8),
+            1 if start < bytes.len() => bytes[start] = random.next() as u8,
+            2 => drop(bytes.drain(start..end)),
             3 => {
-                let piece = bytes[at..end].to_vec();
-                let to = random.below(bytes.len() + 1);
-                bytes.splice(to..to, piece);
+                let piece = bytes[start..end].to_vec();
+                let copy_start = random.below(bytes.len() + 1);
+                bytes.splice(copy_start..copy_start, piece);
             }
-            4 if !words.is_empty() => drop(bytes.splice(at..at, words[random.below(words.len())].bytes())),
-            5 if !words.is_empty() => drop(bytes.splice(at..end, words[random.below(words.len())].bytes())),
+            4 if !words.is_empty() => drop(bytes.splice(start..start, words[random.below(words.len())].bytes())),
+            5 if !words.is_empty() => drop(bytes.splice(start..end, words[random.below(words.len())].bytes())),
             6 if !other.is_empty() => {
-                let from = random.below(other.len());
-                bytes.splice(at..end, other[from..(from + length).min(other.len())].iter().copied());
+                let other_start = random.below(other.len());
+                bytes.splice(start..end, other[other_start..(other_start + length).min(other.len())].iter().copied());
             }
             7 => {
                 // Little-endian: 0, the greatest u32, the greatest i32, and NaN as f32 and f64.
                 let extreme: &[u8] =
                     [&[0; 4][..], &[0xff; 4], &[0xff, 0xff, 0xff, 0x7f], &[0, 0, 0xc0, 0x7f], &[0, 0, 0, 0, 0, 0, 0xf8, 0x7f]]
                         [random.below(5)];
-                bytes.splice(at..(at + extreme.len()).min(bytes.len()), extreme.iter().copied());
+                bytes.splice(start..(start + extreme.len()).min(bytes.len()), extreme.iter().copied());
             }
             _ => {
-                let piece = bytes[at..end].repeat(1 + random.below(64));
-                bytes.splice(at..end, piece);
+                let piece = bytes[start..end].repeat(1 + random.below(64));
+                bytes.splice(start..end, piece);
             }
         }
     }
@@ -155,8 +156,8 @@ fn fuzz(target: &'static Target, time: Duration, seed: u64) -> (u64, Duration) {
     }
     let (start, mut runs, mut longest) = (Instant::now(), 0, Duration::ZERO);
     while start.elapsed() < time {
-        let (from, other) = (random.below(pool.len()), random.below(pool.len()));
-        let input = mutated(&pool[from], &pool[other], target.words, &mut random);
+        let (base, other) = (random.below(pool.len()), random.below(pool.len()));
+        let input = mutated(&pool[base], &pool[other], target.words, &mut random);
         let start_of_run = Instant::now();
         run_watched(target, seed, &input);
         runs += 1;
@@ -166,8 +167,8 @@ fn fuzz(target: &'static Target, time: Duration, seed: u64) -> (u64, Duration) {
             if pool.len() < MAX_POOL {
                 pool.push(input);
             } else {
-                let at = random.below(MAX_POOL);
-                pool[at] = if random.below(4) == 0 { (target.seeds)().swap_remove(0) } else { input };
+                let replaced = random.below(MAX_POOL);
+                pool[replaced] = if random.below(4) == 0 { (target.seeds)().swap_remove(0) } else { input };
             }
         }
     }
@@ -181,12 +182,12 @@ fn resident_bytes() -> Option<u64> {
     Some(pages * 4096)
 }
 
-/// The watch thread: reports a run that takes too long or too much memory. Ends once the owner of `in_progress` is dropped.
+/// The watch thread: reports a run that takes too long or too much memory. Ends once `fuzz` has returned and the `Arc` behind `in_progress` is dropped.
 fn watch(target: &str, seed: u64, in_progress: &Weak<()>) {
-    let before = resident_bytes();
+    let bytes_at_start = resident_bytes();
     while in_progress.strong_count() > 0 {
         std::thread::sleep(WATCH_INTERVAL);
-        let growth = resident_bytes().zip(before).map_or(0, |(now, before)| now.saturating_sub(before));
+        let growth = resident_bytes().zip(bytes_at_start).map_or(0, |(now, at_start)| now.saturating_sub(at_start));
         let finding = running().as_mut().and_then(|run| match () {
             () if run.is_too_long() => Some(("it takes too long", run.input.clone())),
             () if growth > MAX_GROWTH_BYTES => Some(("it takes more than a gigabyte", run.input.clone())),

@@ -156,6 +156,7 @@ pub fn layers() -> Vec<Vec<u8>> {
         "CDELT1  = -0.01",
         "CDELT2  = 0.01",
     ];
+    // The first byte modulo 5 is the format: CSV, VOTable, GeoJSON, KML, FITS. From 128 on, the layer belongs to the sky.
     let texts: [(u8, &str); 4] = [
         (0, "time,lat,lon,colour\n2024-04-08,1,2,#ff0000\n,\"3\",4,\n"),
         (
@@ -173,10 +174,10 @@ pub fn layers() -> Vec<Vec<u8>> {
             "<kml><Placemark><TimeSpan><begin>2024</begin></TimeSpan><LineString><coordinates>1,2,3 4,5</coordinates></LineString></Placemark></kml>",
         ),
     ];
-    let with = |first: u8, content: &[u8]| [&[first], content].concat();
-    let mut all: Vec<_> = texts.iter().map(|(first, text)| with(*first, text.as_bytes())).collect();
-    all.push(with(4, &fits(&size)));
-    all.push(with(134, &fits(&[&size[..], &wcs].concat())));
+    let after_byte = |first: u8, content: &[u8]| [&[first], content].concat();
+    let mut all: Vec<_> = texts.iter().map(|(first, text)| after_byte(*first, text.as_bytes())).collect();
+    all.push(after_byte(4, &fits(&size)));
+    all.push(after_byte(134, &fits(&[&size[..], &wcs].concat())));
     all
 }
 
@@ -235,8 +236,8 @@ pub fn lunar_heights() -> Vec<Vec<u8>> {
 }
 
 /// The example queries of `probe`.
-pub fn questions() -> Vec<Vec<u8>> {
-    // The lines of the help text that contain a query.
+pub fn probe_queries() -> Vec<Vec<u8>> {
+    // The help text has a line with an example query for each kind.
     let help = orrery::probe::queries_text();
     help.lines().filter(|l| l.trim().starts_with("{\"q\"")).map(|l| l.trim().as_bytes().to_vec()).collect()
 }

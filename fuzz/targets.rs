@@ -51,8 +51,10 @@ static SESSION: LazyLock<Session> = LazyLock::new(|| {
     let cache = tempfile::tempdir().expect("a folder").keep();
     Session::open(&Sources { cache: Some(cache), threads: Some(1), ..Sources::default() }, |_| {}).expect("a session")
 });
+/// A renderer with one thread, for all targets that draw.
 static RENDERER: LazyLock<SoftwareRenderer> =
     LazyLock::new(|| SoftwareRenderer::new(Options { threads: 1, ..Options::default() }).expect("a renderer"));
+/// The module `point`, from which the seeds of `tape` and `library-entry` are made.
 static POINT: LazyLock<ShaderModule> =
     LazyLock::new(|| ShaderModule::build(&"point".parse().expect("a name"), &lowering()).expect("a module"));
 
@@ -61,6 +63,7 @@ fn text(bytes: &[u8]) -> std::borrow::Cow<'_, str> {
     String::from_utf8_lossy(bytes)
 }
 
+/// Texts as seeds.
 fn texts(all: &[&str]) -> Vec<Vec<u8>> {
     all.iter().map(|t| t.as_bytes().to_vec()).collect()
 }
@@ -296,7 +299,7 @@ pub static TARGETS: &[Target] = &[
     Target {
         name: "question",
         run: |bytes| drop(Prober { session: &SESSION, renderer: &RENDERER }.answer(&text(bytes))),
-        seeds: seeds::questions,
+        seeds: seeds::probe_queries,
         words: &["0", "-1", "1e-308", "1e308", "null", "[]", "\"model\"", "\"saturn\"", "0.999999"],
     },
     Target {

@@ -261,22 +261,22 @@ fn quantile(values: &[f64], weights: &[f64], fraction: f64) -> f64 {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|&a, &b| values[a].total_cmp(&values[b]));
     let limit = fraction * weights.iter().sum::<f64>();
-    let mut below = 0.0;
+    let mut weight_so_far = 0.0;
     for &i in &order {
-        below += weights[i];
-        if below >= limit {
+        weight_so_far += weights[i];
+        if weight_so_far >= limit {
             return values[i];
         }
     }
     order.last().map_or(0.0, |&i| values[i])
 }
 
-/// The map in reflectances, scaled so that its brightest value is at most 1; its mean over the sphere has the target's hue.
+/// The map in reflectances, scaled so that its brightest value is at most 1. Its mean over the sphere has the hue of `target`, the body's mean reflectance.
 fn recolour(map: &RgbImage, how: &Recolouring, target: Colour) -> RgbImage {
     let (w, h) = map.dimensions();
     // Black texels have no hue, so a thousandth of the reddest ground's colour is added.
-    let floor = how.warm.map(|v| 1e-3 * v / luminance(how.warm));
-    let linear: Vec<Colour> = map.pixels().map(|p| std::array::from_fn(|c| to_linear(p[c]) + floor[c])).collect();
+    let added_colour = how.warm.map(|v| 1e-3 * v / luminance(how.warm));
+    let linear: Vec<Colour> = map.pixels().map(|p| std::array::from_fn(|c| to_linear(p[c]) + added_colour[c])).collect();
     let weights: Vec<f64> = (0..w * h).map(|i| ((f64::from(i / w) + 0.5) / f64::from(h) * PI).sin()).collect();
     let total: f64 = weights.iter().sum();
     let mean_of = |values: &[f64]| values.iter().zip(&weights).map(|(v, w)| v * w).sum::<f64>() / total;
@@ -307,8 +307,8 @@ fn recolour(map: &RgbImage, how: &Recolouring, target: Colour) -> RgbImage {
                 let ice_fraction = smoothstep(-1.0, -0.3, hue[i]) * smoothstep(0.25, 0.5, linear[i][1]);
                 colour = std::array::from_fn(|c| colour[c] + ice_fraction * (ice[c] - colour[c]));
             }
-            let bright = luminance(std::array::from_fn(|c| linear[i][c] / mean[c])).powf(how.contrast);
-            colour.map(|v| v * bright)
+            let brightness = luminance(std::array::from_fn(|c| linear[i][c] / mean[c])).powf(how.contrast);
+            colour.map(|v| v * brightness)
         })
         .collect();
     let gain: Colour = std::array::from_fn(|c| target[c] / mean_of(&channel(&painted, c)));
@@ -337,14 +337,14 @@ fn natural_water(map: &RgbImage) -> RgbImage {
     for p in map.pixels_mut() {
         let c: Colour = std::array::from_fn(|k| to_linear(p[k]));
         // In water both green and blue are well above red; leaves reflect little blue, and ice as much red.
-        let water = smoothstep(1.15, 1.45, c[1].min(c[2]) / c[0].max(1e-3));
-        let bright = c[1].max(c[2]);
-        let compressed = MAX_WATER * (1.0 - (-bright / MAX_WATER).exp());
-        let factor = 1.0 + water * (compressed / bright.max(1e-9) - 1.0);
+        let water_fraction = smoothstep(1.15, 1.45, c[1].min(c[2]) / c[0].max(1e-3));
+        let brightness = c[1].max(c[2]);
+        let compressed = MAX_WATER * (1.0 - (-brightness / MAX_WATER).exp());
+        let factor = 1.0 + water_fraction * (compressed / brightness.max(1e-9) - 1.0);
         // Murky water is greyer than the turquoise of the map.
-        let grey = 0.35 * water * smoothstep(MAX_WATER, 3.0 * MAX_WATER, bright);
+        let greyness = 0.35 * water_fraction * smoothstep(MAX_WATER, 3.0 * MAX_WATER, brightness);
         let mean = (c[0] + c[1] + c[2]) / 3.0;
-        *p = Rgb(c.map(|v| to_byte((v + grey * (mean - v)) * factor)));
+        *p = Rgb(c.map(|v| to_byte((v + greyness * (mean - v)) * factor)));
     }
     map
 }

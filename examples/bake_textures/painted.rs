@@ -1,11 +1,13 @@
 //! Maps of bodies for which no map with a free licence was found, generated from noise and the gazetteer's craters and rings.
 //!
-//! In: craters and rings of the gazetteer. Out: a map per body, the same in each run. Reflectances, sizes and frequencies without a source are chosen by eye.
+//! In: craters and rings of the gazetteer. Out: a map per body, the same in each run. Reflectances, sizes and frequencies without a source are chosen by
+//! eye. In the functions that paint a body, `p` is a unit vector in body axes, and `v` the reflectance before the hue is applied.
 
 use super::{Colour, Feature, HEIGHT, WIDTH, smoothstep, to_byte};
 use image::{Rgb, RgbImage};
 use std::f64::consts::PI;
 
+/// Unit vector in body axes; `lon_deg`: positive east.
 fn unit_vector(lat_deg: f64, lon_deg: f64) -> [f64; 3] {
     let (lat, lon) = (lat_deg.to_radians(), lon_deg.to_radians());
     [lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin()]
@@ -147,10 +149,10 @@ pub(super) fn iapetus(craters: &[Feature]) -> RgbImage {
     let mut all_craters = named_craters(craters, radius_km);
     all_craters.extend(random_craters(23, 4000, 0.5, 9.0));
     paint(|p, lat, lon| {
-        let from_apex = angle_deg(unit_vector(0.0, lon), unit_vector(0.0, -90.0));
+        let apex_distance_deg = angle_deg(unit_vector(0.0, lon), unit_vector(0.0, -90.0));
         let crater_light = crater_brightness(p, &all_craters, -0.5, 0.6);
         // The dark oval extends 100 degrees from the apex along the equator, and to latitude 62.
-        let d = ((from_apex / 100.0).powi(2) + (lat / 62.0).powi(2)).sqrt();
+        let d = ((apex_distance_deg / 100.0).powi(2) + (lat / 62.0).powi(2)).sqrt();
         let patchy = d + 0.24 * fractal_noise(p, 5.0, 8) + 0.05 * crater_light;
         let dark = 1.0 - smoothstep(0.90, 1.10, patchy);
         let ice = 0.5 * (1.0 + 0.16 * fractal_noise(p, 6.0, 7) + 0.14 * crater_light);
@@ -171,12 +173,12 @@ pub(super) fn triton() -> RgbImage {
         let fringe = (-((edge - 3.0) / 6.0).powi(2)).exp();
         // The ridges between the cells are where the noise changes sign.
         let cells = 1.0 - smoothstep(0.0, 0.35, value_noise(p.map(|v| v * 34.0 + 5.0 * fractal_noise(p, 12.0, 2))).abs());
-        let from_bubembe = angle_deg(p, unit_vector(18.0, 335.0));
-        let cantaloupe = (1.0 - smoothstep(25.0, 50.0, from_bubembe)) * smoothstep(-5.0, 10.0, lat);
+        let bubembe_distance_deg = angle_deg(p, unit_vector(18.0, 335.0));
+        let cantaloupe = (1.0 - smoothstep(25.0, 50.0, bubembe_distance_deg)) * smoothstep(-5.0, 10.0, lat);
         let north = 0.60 * (1.0 + 0.13 * fractal_noise(p, 5.0, 7)) + 0.035 * (cells - 0.4) * cantaloupe;
         // Streaks are elongated east-west, tilted by at most 10 degrees: to the north-east at 45 E, to the north-west at 225 E.
-        let along = [p[0] * 9.0 + p[2] * 4.0, p[1] * 9.0 - p[2] * 4.0, p[2] * 26.0];
-        let streak = (value_noise(along) + 0.6 * fractal_noise(p, 18.0, 4) - 0.45).max(0.0) * smoothstep(-78.0, -52.0, lat) * cap;
+        let stretched = [p[0] * 9.0 + p[2] * 4.0, p[1] * 9.0 - p[2] * 4.0, p[2] * 26.0];
+        let streak = (value_noise(stretched) + 0.6 * fractal_noise(p, 18.0, 4) - 0.45).max(0.0) * smoothstep(-78.0, -52.0, lat) * cap;
         let south = 0.83 * (1.0 + 0.08 * fractal_noise(p, 6.0, 7)) - 0.28 * streak;
         let v = south * cap + north * (1.0 - cap) + 0.05 * fringe;
         let pink = cap * (1.0 - 0.5 * fringe);

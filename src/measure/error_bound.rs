@@ -22,9 +22,9 @@ use crate::scene::stated_errors;
 use crate::session::{Session, SessionError};
 use crate::units::linear_to_srgb;
 
-/// Bound of the error of a shading edge inside a pixel, from `difference`, the greatest one between the pixel and its eight neighbours. Limbs and rings are
-/// antialiased analytically. The fractions are empirical: tests/cli/error_bound.rs checks that bounds with them hold. Images of standard quality have as many
-/// samples per pixel as the reference, so their fraction is a margin.
+/// Bound of the error of a shading edge inside a pixel. `difference`: the greatest difference of light between the pixel and its eight neighbours. Limbs and
+/// rings are antialiased analytically. The fractions are empirical: tests/cli/error_bound.rs checks that bounds with them hold. Images of standard quality have
+/// as many samples per pixel as the reference, so their fraction is a margin.
 fn sampling_error(quality: Quality, difference: f64) -> f64 {
     match quality {
         Quality::Draft => 0.5 * difference,
@@ -81,7 +81,7 @@ pub(crate) fn error_bounds(session: &Session, request: &ViewRequest) -> Result<F
     let sampling = SamplingQuality::of(request.quality);
     let view = renderers.plan_view(request, sampling)?;
     let inputs = bound_inputs(&renderers, request, &view)?;
-    let factor = view.scene.exposure.factor();
+    let exposure_factor = view.scene.exposure.factor();
     let is_display = view.scene.purpose == Purpose::Display;
     let (width, height) = (request.width, request.height);
     let (mut hdr, mut display) = (Vec::new(), Vec::new());
@@ -99,13 +99,13 @@ pub(crate) fn error_bounds(session: &Session, request: &ViewRequest) -> Result<F
                 .as_ref()
                 .map_or(0.0, |air| air_error(light, f64::from(air.airless[k][c]), f64::from(air.optical_depth[k][c]), air.max_error));
             let models = MODEL_DIFFERENCE_FACTOR * f64::from((pixel[c] - inputs.reference_models[k][c]).abs());
-            let left_out = if is_display { VISIBLE_LIGHT / factor + VISIBLE_CHANGE * light.abs() } else { 0.0 };
+            let left_out = if is_display { VISIBLE_LIGHT / exposure_factor + VISIBLE_CHANGE * light.abs() } else { 0.0 };
             known_or_infinite(rounding + models + eclipse + air + sampling_error(request.quality, difference[c]) + left_out)
         });
         hdr.push([bound[0] as f32, bound[1] as f32, bound[2] as f32, 1.0]);
         // With a tone map that preserves hue each channel depends on the others, so the largest bound applies to all.
         let worst = bound.into_iter().fold(0.0, f64::max);
-        let levels = [0, 1, 2].map(|c| level_bound(f64::from(pixel[c]) * factor, worst * factor));
+        let levels = [0, 1, 2].map(|c| level_bound(f64::from(pixel[c]) * exposure_factor, worst * exposure_factor));
         display.push([levels[0], levels[1], levels[2], u8::MAX]);
     }
     Ok(Frame { width, height, hdr, display })
@@ -177,10 +177,10 @@ fn bound_inputs(renderers: &PrecisionRenderers<'_>, request: &ViewRequest, view:
     // The scene of an entire sphere has no draws of bodies: those are in the frames of its faces, and so in the plan.
     let features_in_frames = reference_models_view.plan.features_of_bodies();
     let features = || reference_models_view.scene.draws.iter().map(|d| d.features).chain(features_in_frames.iter().copied());
-    let eclipse_fraction =
+    let max_eclipse_error =
         features().filter_map(|f| stated_errors::of_eclipse(f.eclipse.model)).map(|stated| stated.max_error).fold(0.0, f64::max);
     let without_eclipses = if features().any(|f| f.eclipse.model != EclipseModel::None) {
-        Some((draw(&without(Effect::Eclipse))?, eclipse_fraction))
+        Some((draw(&without(Effect::Eclipse))?, max_eclipse_error))
     } else {
         None
     };

@@ -51,20 +51,20 @@ impl LinearImage {
     /// Scaled to another size by bilinear interpolation of radiance between pixel centres, as a window shows a coarser image.
     #[must_use]
     pub(crate) fn upsampled(&self, width: u32, height: u32) -> Self {
-        // The two pixels around pixel `k` of the upsampled image, and the weight of the second.
-        let neighbours = |k: u32, from: u32, to: u32| {
-            let position = ((f64::from(k) + 0.5) * f64::from(from) / f64::from(to) - 0.5).clamp(0.0, f64::from(from - 1));
+        // Along one axis: the two pixels around pixel `k` of the upsampled image, and the weight of the second.
+        let neighbours = |k: u32, side: u32, upsampled_side: u32| {
+            let position = ((f64::from(k) + 0.5) * f64::from(side) / f64::from(upsampled_side) - 0.5).clamp(0.0, f64::from(side - 1));
             let first = position.floor() as u32;
-            (first, (first + 1).min(from - 1), position.fract() as f32)
+            (first, (first + 1).min(side - 1), position.fract() as f32)
         };
-        let at = |x: u32, y: u32| self.light[(y * self.width + x) as usize];
+        let pixel_at = |x: u32, y: u32| self.light[(y * self.width + x) as usize];
         let lerp = |a: [f32; 4], b: [f32; 4], t: f32| std::array::from_fn(|c| a[c] + (b[c] - a[c]) * t);
         let mut light = Vec::with_capacity((width * height) as usize);
         for y in 0..height {
             let (y0, y1, ty) = neighbours(y, self.height, height);
             for x in 0..width {
                 let (x0, x1, tx) = neighbours(x, self.width, width);
-                light.push(lerp(lerp(at(x0, y0), at(x1, y0), tx), lerp(at(x0, y1), at(x1, y1), tx), ty));
+                light.push(lerp(lerp(pixel_at(x0, y0), pixel_at(x1, y0), tx), lerp(pixel_at(x0, y1), pixel_at(x1, y1), tx), ty));
             }
         }
         Self { width, height, light, exposure_factor: self.exposure_factor }

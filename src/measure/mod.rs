@@ -101,16 +101,16 @@ impl ChoiceMeasure {
 /// An option before it is timed.
 pub(crate) struct Candidate<'a> {
     name: String,
-    /// Its error in the choice's unit.
+    /// Error of the option in the choice's unit.
     error: f64,
     /// The qualities that use this option in the program.
     default_of: Vec<Quality>,
-    /// What is timed.
+    /// Draws or computes with the option once; this is what is timed.
     workload: Box<dyn Fn() -> Result<(), SessionError> + 'a>,
 }
 
-/// Times the candidates alternately and applies the rule. Ratios are relative to the last of the most accurate candidates. That one runs
-/// twice in each round, and its own ratio is that of the times of its two runs: a measure of the noise. An error that is not a number counts as infinite.
+/// Times the candidates alternately and applies the rule. Ratios are relative to the reference: the last of the most accurate candidates. The
+/// reference runs twice in each round, and its own ratio is that of its two times: a measure of the noise. An error that is not a number counts as infinite.
 pub(crate) fn measure_choice(
     name: &'static str,
     about: &'static str,

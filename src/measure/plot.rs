@@ -16,6 +16,7 @@ pub(crate) const SIZE_PX: (u32, u32) = (1560, 1240);
 /// Panels in a row.
 const COLUMNS: usize = 4;
 const FONT: &str = "sans-serif";
+/// Colours of texts, of options on the Pareto frontier, and of dominated options.
 const INK: RGBColor = RGBColor(35, 35, 35);
 const FRONTIER: RGBColor = RGBColor(0, 90, 160);
 const DOMINATED: RGBColor = RGBColor(190, 70, 20);
@@ -118,7 +119,7 @@ where
         let style = if option.is_dominated { colour.stroke_width(2) } else { colour.filled() };
         let quartile_bar = [(option.measurement.relative_time.low, y), (option.measurement.relative_time.high, y)];
         chart.draw_series([PathElement::new(quartile_bar.to_vec(), colour.stroke_width(2))]).map_err(plot_error)?;
-        chart.draw_series([Circle::new((x, y), 5, style)]).map_err(plot_error)?;
+        chart.draw_series([Circle::new((x, y), POINT_RADIUS_PX, style)]).map_err(plot_error)?;
     }
     let corners = (chart.backend_coord(&(times.start, errors.start)), chart.backend_coord(&(times.end, errors.end)));
     let points: Vec<_> = options.iter().map(|o| chart.backend_coord(&(o.measurement.relative_time.median, drawn_error(o)))).collect();
@@ -146,18 +147,21 @@ where
     Ok(())
 }
 
+/// Radius of the circle that marks an option, pixels.
+const POINT_RADIUS_PX: i32 = 5;
 /// Height of the labels, pixels.
 const LABEL_PX: i32 = 15;
 /// Number of characters to which an option's name is cut.
 const MAX_NAME_CHARS: usize = 26;
 
-/// Offset of each label from its point, pixels: the first of several positions at which the label lies within the panel (given by two corners) and overlaps no
-/// other label and no point. If there is none, the label is above the point on the right.
+/// Offset of each label from its point, pixels: the first of several positions at which the label lies within the panel (given by its lower left and upper
+/// right corner) and overlaps no other label and no point. If there is none, the label is above the point on the right.
 fn label_offsets(points: &[(i32, i32)], texts: &[String], ((left, bottom), (right, top)): ((i32, i32), (i32, i32))) -> Vec<(i32, i32)> {
     /// Left, top, right, bottom.
     type Rect = (i32, i32, i32, i32);
     let overlap = |a: &Rect, b: &Rect| a.0 < b.2 && b.0 < a.2 && a.1 < b.3 && b.1 < a.3;
-    let mut occupied: Vec<Rect> = points.iter().map(|(x, y)| (x - 5, y - 5, x + 5, y + 5)).collect();
+    let mut occupied: Vec<Rect> =
+        points.iter().map(|(x, y)| (x - POINT_RADIUS_PX, y - POINT_RADIUS_PX, x + POINT_RADIUS_PX, y + POINT_RADIUS_PX)).collect();
     let mut offsets = Vec::new();
     for (&(x, y), text) in points.iter().zip(texts) {
         // A character of the built-in font is 0.61 times as wide as high.

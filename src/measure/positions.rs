@@ -17,15 +17,15 @@ use glam::DVec3;
 /// Sun, Moon and planets.
 const BODIES: [NaifId; 9] =
     [NaifId::SUN, NaifId::MOON, NaifId(199), NaifId(299), NaifId(499), NaifId(599), NaifId(699), NaifId(799), NaifId(899)];
-/// Dates from 1905 to 2089, within the shipped kernel; the step is not a multiple of any body's period.
+/// Dates from 1905 to 2089, within the time span of the embedded kernel; the step is not a multiple of any body's period.
 const FIRST_JD_TDB: f64 = 2_416_847.3;
 const STEP_DAYS: f64 = 1_983.7;
-const DATES: usize = 35;
+const DATE_COUNT: usize = 35;
 /// Repetitions over all bodies and dates in one timed run, because a position takes only microseconds.
 const REPETITIONS: usize = 3;
 
 fn instants() -> impl Iterator<Item = Instant> {
-    (0..DATES).map(|k| Instant::from_jd_tdb(FIRST_JD_TDB + STEP_DAYS * k as f64))
+    (0..DATE_COUNT).map(|k| Instant::from_jd_tdb(FIRST_JD_TDB + STEP_DAYS * k as f64))
 }
 
 /// A way of computing the direction of a body from the Earth. The vector may have any length.

@@ -64,20 +64,21 @@ pub(crate) struct Measurement {
 }
 
 impl Measurement {
-    /// Whether the quartiles do not overlap and the medians differ by more than 5 %; smaller differences do not justify a change.
-    fn is_clearly_faster(&self, than: &Self) -> bool {
-        self.relative_time.high < than.relative_time.low && self.relative_time.median < 0.95 * than.relative_time.median
+    /// Whether `self` takes less time: the interquartile ranges do not overlap, and the medians differ by more than 5 %. Smaller differences do not justify a
+    /// change.
+    fn is_clearly_faster(&self, other: &Self) -> bool {
+        self.relative_time.high < other.relative_time.low && self.relative_time.median < 0.95 * other.relative_time.median
     }
 
     /// Whether the error is smaller by more than 1 %.
-    fn is_clearly_more_accurate(&self, than: &Self) -> bool {
-        self.error < 0.99 * than.error
+    fn is_clearly_more_accurate(&self, other: &Self) -> bool {
+        self.error < 0.99 * other.error
     }
 
     /// Whether `self` is clearly better than `other` in one of time and error, and not worse in the remaining one.
     pub(crate) fn dominates(&self, other: &Self) -> bool {
-        let (faster, more_accurate) = (self.is_clearly_faster(other), self.is_clearly_more_accurate(other));
-        faster && !other.is_clearly_more_accurate(self) || more_accurate && self.relative_time.median <= other.relative_time.median
+        let (is_faster, is_more_accurate) = (self.is_clearly_faster(other), self.is_clearly_more_accurate(other));
+        is_faster && !other.is_clearly_more_accurate(self) || is_more_accurate && self.relative_time.median <= other.relative_time.median
     }
 }
 

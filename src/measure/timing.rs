@@ -28,16 +28,16 @@ pub(crate) fn interleaved<T, E>(rounds: usize, workloads: &[&Workload<'_, T, E>]
     Ok(results)
 }
 
-/// Seconds that a workload takes: CPU time of the process, or elapsed time where the system does not report it or its clock has not advanced.
+/// Seconds that a workload takes: CPU time of the process, or elapsed time if the system reports no CPU time, or none has been used.
 ///
 /// # Errors
 /// The workload's error.
 pub(crate) fn seconds_of<E>(workload: impl FnOnce() -> Result<(), E>) -> Result<f64, E> {
-    let before = process_cpu();
+    let cpu_at_start = process_cpu();
     let start = Instant::now();
     workload()?;
     let elapsed = start.elapsed();
-    let cpu_time = before.and_then(|before| process_cpu()?.checked_sub(before)).filter(|time| *time > Duration::ZERO);
+    let cpu_time = cpu_at_start.and_then(|at_start| process_cpu()?.checked_sub(at_start)).filter(|time| *time > Duration::ZERO);
     Ok(cpu_time.unwrap_or(elapsed).as_secs_f64())
 }
 

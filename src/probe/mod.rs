@@ -93,13 +93,13 @@ pub enum Requirement {
 pub struct QueryKind {
     /// The value of the field `q`.
     pub name: &'static str,
-    /// What it answers.
+    /// What the query answers.
     pub description: &'static str,
-    /// Its fields besides `q`.
+    /// The query's fields besides `q`.
     pub fields: &'static [QueryField],
     /// A complete query.
     pub example: &'static str,
-    /// The function that answers it, given the fields without `q`.
+    /// The function that answers the query, given the fields without `q`.
     pub answer: AnswerFn,
 }
 
@@ -187,8 +187,8 @@ fn first_invalid_field<T: DeserializeOwned>(value: &Value, message: &str) -> Opt
     let mut fields_so_far = Map::new();
     all.iter().filter(|_| !message.starts_with("unknown field")).find_map(|(name, value)| {
         fields_so_far.insert(name.clone(), value.clone());
-        let same = T::deserialize(&Value::Object(fields_so_far.clone())).is_err_and(|e| e.to_string() == message);
-        same.then(|| name.clone())
+        let is_same_message = T::deserialize(&Value::Object(fields_so_far.clone())).is_err_and(|e| e.to_string() == message);
+        is_same_message.then(|| name.clone())
     })
 }
 

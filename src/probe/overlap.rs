@@ -20,11 +20,11 @@ struct Fields {
     d: Option<f64>,
     /// Semi-major axis of an ellipse in front of the Sun, solar radii.
     semi_major: Option<f64>,
-    /// Its semi-minor axis, solar radii.
+    /// Semi-minor axis of the ellipse, solar radii.
     semi_minor: Option<f64>,
-    /// Distance of its centre from the Sun's, solar radii.
+    /// Distance of the ellipse's centre from the Sun's, solar radii.
     centre_distance: Option<f64>,
-    /// From its major axis to the direction of the Sun's centre.
+    /// Angle from the ellipse's major axis to the direction of the Sun's centre.
     #[serde(default)]
     offset_angle_from_major_axis_deg: f64,
     /// Limb darkening of the Sun; see [`Self::limb_darkening`].

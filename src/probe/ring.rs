@@ -90,7 +90,7 @@ const MAX_RADII: f64 = 1e6;
 /// Largest optical depth of a ring along its normal. A ring of a far smaller depth already lets no light pass.
 const MAX_TAU: f64 = 1e4;
 
-/// Tangent of the Sun's angular radius, at least 1e-6: a point Sun becomes a very small disc.
+/// Tangent of the Sun's angular radius, which is given in degrees; at least 1e-6, so that a point Sun becomes a very small disc.
 fn sun_radius_tangent(degrees: f64) -> Result<f32, ProbeError> {
     if (0.0..=20.0).contains(&degrees) {
         Ok(degrees.to_radians().tan().max(1e-6) as f32)
@@ -103,10 +103,11 @@ fn body<'a>(prober: &'a Prober<'_>, name: &str) -> Result<&'a Body, ProbeError> 
     prober.catalog().body_named(name).map_err(|e| format!("field \"body\": {e}").into())
 }
 
-/// The fraction of sunlight that a probe module computes at a point.
+/// The fraction of sunlight that a probe module computes at a point. `probe_name`: name of the module's fragment in shaders/entry; `point`: body axes,
+/// equatorial radii.
 fn evaluate(
     prober: &Prober<'_>,
-    probe: &'static str,
+    probe_name: &'static str,
     features: &DrawFeatures,
     uniforms: &DrawUniforms,
     point: [f64; 3],
@@ -114,7 +115,7 @@ fn evaluate(
     if !point.iter().all(|x| x.abs() < MAX_RADII) {
         return Err(format!("field \"point\": three numbers below {MAX_RADII:e} equatorial radii").into());
     }
-    let module = ModuleId::Probe(probe, ShaderKey::for_draw(features));
+    let module = ModuleId::Probe(probe_name, ShaderKey::for_draw(features));
     let built = prober.library().get(&module)?;
     let uniform_bytes = uniform_bytes(&built.layout, uniforms, MAP_TAPS)?;
     let binding = built.layout.textures.iter().find(|t| t.name == RING_PROFILE).map(|t| t.binding);
@@ -177,13 +178,13 @@ fn transmission(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> 
     let slants = slants_of_sunlight(sun.z, f64::from(tangent), ring_shadow == RingShadow::Penumbra);
     let table = match (&query.profile, &query.body) {
         (Some(profile), None) => {
-            if let Some(bad) = profile
+            if let Some(invalid) = profile
                 .iter()
                 .find(|a| !(a.r_in >= 0.0 && a.r_out > a.r_in && a.r_out < MAX_RADII && (0.0..=MAX_TAU).contains(&a.tau_normal)))
             {
                 return Err(format!(
                     "field \"profile\": {:?} to {:?} of optical depth {:?}: r_in from 0, r_out above it and below {MAX_RADII:e}, tau_normal from 0 to {MAX_TAU:e}",
-                    bad.r_in, bad.r_out, bad.tau_normal
+                    invalid.r_in, invalid.r_out, invalid.tau_normal
                 )
                 .into());
             }

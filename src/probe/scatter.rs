@@ -129,8 +129,8 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
         ModelName::Table => AtmosphereModel::Table,
     };
     let (camera, direction, sun) = (DVec3::from_array(query.cam), unit_vector("dir", query.dir)?, unit_vector("sun", query.sun)?);
-    let radius_sq_minus_1 = (camera.length() - 1.0) * (camera.length() + 1.0);
-    if radius_sq_minus_1 <= -1e-9 {
+    let camera_radius_sq_minus_1 = (camera.length() - 1.0) * (camera.length() + 1.0);
+    if camera_radius_sq_minus_1 <= -1e-9 {
         return Err("field \"cam\" is inside the planet, whose radius is 1".into());
     }
     if camera.abs().max_element() > MAX_CAMERA_RADII {
@@ -142,7 +142,8 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let key = ShaderKey::for_draw(&DrawFeatures { surface: Surface::Sky, lights: 1, air: features, ..DrawFeatures::MINIMAL });
     let module = ModuleId::Probe("probe_scatter", key);
     // Terms that would cancel in f32 are computed here in f64, as for the shader of a draw. `nearest` is the point of the ray's line nearest to the planet's
-    // centre. Its distance is not computed as sqrt(|camera|^2 - along^2), which would cancel for a distant camera. The numbers are in the order in which
+    // centre, `along` the distance from there to the camera, positive in the direction of the ray. The distance of
+    // `nearest` from the centre is not computed as sqrt(|camera|^2 - along^2), which would cancel for a distant camera. The numbers are in the order in which
     // shaders/entry/probe_scatter.wesl reads them.
     let along = camera.dot(direction);
     let nearest = camera - along * direction;
@@ -156,7 +157,7 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     numbers[4..7].copy_from_slice(&direction.to_array());
     numbers[7] = along;
     numbers[8..11].copy_from_slice(&sun.to_array());
-    numbers[11] = radius_sq_minus_1;
+    numbers[11] = camera_radius_sq_minus_1;
     let batch = ProbeBatch { uniform_bytes, ..ProbeBatch::without_bindings(module, 2) };
     let results = batch.results(prober.renderer, prober.library(), &[numbers])?;
     let [radiance, transmittance] = results.first().map(Vec::as_slice).unwrap_or_default() else { return Err("no answer".into()) };

@@ -19,20 +19,21 @@ const MAGIC: &Magic = b"ORRAIR01";
 /// Length of a table, bytes: four floats per node.
 const TABLE_BYTES: usize = 16 * multi_scatter_table::NODES;
 
-/// The multiple-scattering tables of a session, by the digest of their code and inputs.
+/// The multiple-scattering tables of a session, by [`table_name`].
 pub struct AirTables {
     /// `None`: tables are kept in memory only.
     folder: Option<PathBuf>,
     tables: Memo<String, Arc<Vec<Vec4>>>,
 }
 
-/// The file name of a table: a digest of the code that computes it and of all its inputs.
-fn digest(body: &Body) -> String {
-    static CODE: OnceLock<[u8; 32]> = OnceLock::new();
-    digest_with(CODE.get_or_init(|| code_digest(&multi_scatter_table::SOURCES)), body)
+/// The name of a body's table, which is its file's name without the extension: a digest of the code that computes the table and of all inputs.
+fn table_name(body: &Body) -> String {
+    static CODE_DIGEST: OnceLock<[u8; 32]> = OnceLock::new();
+    table_name_with(CODE_DIGEST.get_or_init(|| code_digest(&multi_scatter_table::SOURCES)), body)
 }
 
-fn digest_with(code: &[u8; 32], body: &Body) -> String {
+/// As [`table_name`], for a given digest of the code.
+fn table_name_with(code_digest: &[u8; 32], body: &Body) -> String {
     let mut inputs = vec![body.radii_km.x];
     inputs.extend(body.mean_reflectance());
     // Patterns without `..`, so that the compiler demands a decision about each new field.
@@ -50,7 +51,7 @@ fn digest_with(code: &[u8; 32], body: &Body) -> String {
             });
         }
     }
-    stored_tables::name(code, inputs)
+    stored_tables::name(code_digest, inputs)
 }
 
 fn to_bytes(table: &[Vec4]) -> Vec<u8> {
@@ -70,7 +71,7 @@ impl AirTables {
 
     /// The table of a body's atmosphere; empty for a body without atmosphere.
     pub fn get(&self, body: &Body) -> Arc<Vec<Vec4>> {
-        let name = digest(body);
+        let name = table_name(body);
         self.tables.get(name.clone(), || Arc::new(self.read_or_compute(body, &name)))
     }
 
@@ -98,7 +99,7 @@ mod tests {
         let reopened = || AirTables::open(Some(folder.path().to_owned())).get(pluto);
         let computed = reopened();
         assert_eq!(computed.len(), multi_scatter_table::NODES);
-        let path = folder.path().join("orrery/air").join(format!("{}.table", digest(pluto)));
+        let path = folder.path().join("orrery/air").join(format!("{}.table", table_name(pluto)));
         let bytes = std::fs::read(&path).expect("stored");
         let decode = |bytes: &[u8]| stored_tables::decode(MAGIC, bytes).filter(|b| b.len() == TABLE_BYTES).map(from_bytes);
         assert_eq!(decode(&bytes).expect("intact"), *computed);
@@ -113,7 +114,7 @@ mod tests {
         }
         let mut with_higher_top = pluto.clone();
         with_higher_top.atmosphere.as_mut().expect("air").top_km += 1.0;
-        assert_ne!(digest(&with_higher_top), digest(pluto));
+        assert_ne!(table_name(&with_higher_top), table_name(pluto));
     }
 
     #[test]
@@ -123,7 +124,7 @@ mod tests {
         for k in 0..multi_scatter_table::SOURCES.len() {
             let mut edited = multi_scatter_table::SOURCES;
             edited[k] = "// edited";
-            assert_ne!(digest_with(&code_digest(&edited), pluto), digest(pluto));
+            assert_ne!(table_name_with(&code_digest(&edited), pluto), table_name(pluto));
         }
     }
 

@@ -30,6 +30,7 @@ impl Session {
             self.timed(Stage::Shaders, || self.library.warm(&modules, || {}));
             match self.timed(Stage::Plan, || plan::composite(&composite, self, sampling, warp_mesh_and_screen)) {
                 Ok(plan) => return Ok((with_warped_geometry(composite.whole, request), plan)),
+                // The scenes are built again without the map.
                 Err(PlanError::Map { file, why }) if self.record_unreadable_map(&file, &why) => {}
                 Err(_) if self.replace_tampered(&modules) => {}
                 Err(e) => return Err(e.into()),
@@ -37,7 +38,7 @@ impl Session {
         }
     }
 
-    /// The composed image with the scenes of its frames; if it is warped, also the size of the screen.
+    /// The composed image with the scenes of its frames; if the image is warped, also the size of the projector's screen, pixels.
     fn composite_of(&self, request: &ViewRequest) -> Result<(Composite, Option<[u32; 2]>), SessionError> {
         let screen_px = request.composition.warp.as_ref().map(|_| [request.width, request.height]);
         let mut unwarped = request.clone();

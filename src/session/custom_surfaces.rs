@@ -84,7 +84,7 @@ pub enum SurfaceError {
     },
 }
 
-/// Path of the fragment with this number, below shaders/.
+/// Path below shaders/ of the placeholder for the surface with this number, from 1.
 fn fragment_path(number: u8) -> String {
     format!("lib/custom/surface_{number}.wesl")
 }

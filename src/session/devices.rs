@@ -103,8 +103,9 @@ impl Devices {
     }
 
     /// The modules with which the GPU draws a plan. With the user's shader sources, new modules are executed in software first, because the software
-    /// renderer detects an endless loop, which would hang a GPU. The GPU then gets exactly these modules, whatever changes meanwhile. If the software
-    /// renderer fails for another reason, the GPU gets them although not all were executed. [`Self::forget_if_outdated`] must follow the drawing.
+    /// renderer detects an endless loop, which would hang a GPU. The GPU then gets exactly these modules, even if the shader sources change meanwhile. If the
+    /// software renderer fails for another reason, the GPU gets the modules although not all were executed. [`Self::forget_if_outdated`] must follow the
+    /// drawing.
     #[cfg(feature = "gpu")]
     fn modules_for_gpu<'a>(
         &self,

@@ -36,7 +36,7 @@ impl Session {
         }
     }
 
-    /// The passes and draws of a view in their order, as text.
+    /// The passes and draws of a view in their order, as text; of a composed image only the passes.
     ///
     /// # Errors
     /// See [`Self::plan`].

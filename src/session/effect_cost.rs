@@ -36,11 +36,11 @@ impl LightChange {
     /// The change from one image to another of the same size, in linear light.
     pub fn between(first: &[[f32; 4]], second: &[[f32; 4]]) -> Self {
         let sum = |pixels: &[[f32; 4]]| pixels.iter().map(luminance).sum::<f64>();
-        let (before, after) = (sum(first), sum(second));
+        let (first_total, second_total) = (sum(first), sum(second));
         let absolute = first.iter().zip(second).map(|(a, b)| (luminance(a) - luminance(b)).abs()).sum::<f64>();
-        let brighter = before.max(after);
+        let brighter = first_total.max(second_total);
         let fraction = |change: f64| if brighter > 0.0 { change / brighter } else { 0.0 };
-        Self { net: fraction(after - before), absolute: fraction(absolute) }
+        Self { net: fraction(second_total - first_total), absolute: fraction(absolute) }
     }
 }
 
@@ -49,9 +49,9 @@ fn luminance([r, g, b, _]: &[f32; 4]) -> f64 {
 }
 
 impl Session {
-    /// Draws `request` with and without `effect`, and compares. `stops`: the exposure of the view, which both images get. `already_on`: the view already has
-    /// the effect, by its request or automatically; otherwise the effect is switched on for the comparison. `of_body`: the effect is switched for this body
-    /// alone.
+    /// Draws `request` with and without `effect`, and compares. `stops`: the exposure of the view in stops, which both images get. `is_already_on`: the view
+    /// already has the effect, by its request or automatically; otherwise the effect is switched on for the comparison. `body_name`: the effect is switched for
+    /// this body alone; if `None`, for all bodies for which the request does not switch it.
     ///
     /// # Errors
     /// The reason why the view cannot be drawn.
@@ -59,8 +59,8 @@ impl Session {
         &self,
         request: &ViewRequest,
         stops: f64,
-        (effect, already_on): (Effect, bool),
-        of_body: Option<&str>,
+        (effect, is_already_on): (Effect, bool),
+        body_name: Option<&str>,
     ) -> Result<EffectCost, SessionError> {
         let pixels = f64::from(request.width) * f64::from(request.height);
         let scale = (MAX_MEASURED_PIXELS / pixels).sqrt().min(1.0);
@@ -69,8 +69,8 @@ impl Session {
         let plan_view = |composition: &Composition, with_effect: bool| -> Result<Plan, SessionError> {
             let exposure = ExposureRequest::Stops(stops);
             let mut scaled_request = ViewRequest { width, height, exposure, composition: composition.clone(), ..request.clone() };
-            match of_body {
-                _ if with_effect && already_on => {}
+            match body_name {
+                _ if with_effect && is_already_on => {}
                 Some(name) => scaled_request.effects.of_body(name).set(effect, with_effect),
                 None => scaled_request.effects.set(effect, with_effect),
             }

@@ -170,7 +170,8 @@ impl Gpu {
         DeviceLifecycle::Preparing(Preparing { thread: std::thread::spawn(work), module_changes, preference: self.preference() })
     }
 
-    /// Waits for a preparing thread. Drops its pipelines if modules changed meanwhile, and its device if the preference changed.
+    /// Waits for a preparing thread, and returns the new lifecycle. Drops the thread's pipelines if modules changed meanwhile, and its device if the preference
+    /// changed.
     fn wait_prepared(&self, preparing: Preparing) -> Result<DeviceLifecycle, GpuError> {
         let renderer = preparing.thread.join().unwrap_or_else(|_| Err(GpuError::NoAdapter("the driver's thread panicked".into())))?;
         if preparing.preference != self.preference() {

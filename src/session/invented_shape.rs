@@ -1,7 +1,8 @@
 //! An invented shape model in place of Phobos, for measurements: a bumpy sphere of any number of triangles.
 //!
 //! In: what the user's session was opened with, and the number of latitude bands. Out: what a session with the model is opened with, and the temporary folder
-//! that contains the model. Always: the built-in catalog without the user's catalogs and custom surfaces, whose bodies it may lack.
+//! that contains the model. Always: the session uses the built-in catalog, not the user's catalogs. It has no custom surfaces either, because they may belong
+//! to bodies that only the user's catalogs have.
 
 use super::{SessionError, Sources};
 use crate::catalog::NaifId;
@@ -16,8 +17,8 @@ pub(crate) const PHOBOS: NaifId = NaifId(401);
 /// Radius of the sphere without its bumps: about the mean radius of Phobos (11.08 km, IAU WGCCRE 2015).
 const RADIUS_KM: f64 = 11.0;
 
-/// The text of a Wavefront OBJ file of a bumpy sphere, and its number of triangles. Vertices lie in circles of latitude from south to north, whose `row` is 0
-/// at the southern pole and `bands`, at least 2, at the northern one.
+/// The text of a Wavefront OBJ file of a bumpy sphere, and its number of triangles. Vertices lie in circles of latitude, numbered from south to north: `row`
+/// is 0 at the southern pole and `bands`, at least 2, at the northern pole.
 fn bumpy_sphere(bands: u32) -> (String, u32) {
     let columns = 2 * bands;
     let position = |column: u32, row: u32| {
@@ -34,12 +35,12 @@ fn bumpy_sphere(bands: u32) -> (String, u32) {
     vertex(position(0, 0));
     (1..bands).for_each(|row| (0..columns).for_each(|column| vertex(position(column, row))));
     vertex(position(0, bands));
-    // Indices of vertices: OBJ counts from 1, which is the southern pole.
+    // Indices of vertices. OBJ counts from 1; vertex 1 is the southern pole.
     let inner_vertex = |column: u32, row: u32| 2 + (row - 1) * columns + column % columns;
     let (south_pole, north_pole) = (1, 2 + (bands - 1) * columns);
-    let mut triangles = 0;
+    let mut triangle_count = 0;
     let mut face = |a: u32, b: u32, c: u32| {
-        triangles += 1;
+        triangle_count += 1;
         let _ = writeln!(text, "f {a} {b} {c}");
     };
     for column in 0..columns {
@@ -50,14 +51,15 @@ fn bumpy_sphere(bands: u32) -> (String, u32) {
         }
         face(inner_vertex(column, bands - 1), inner_vertex(column + 1, bands - 1), north_pole);
     }
-    (text, triangles)
+    (text, triangle_count)
 }
 
 /// Sources in which Phobos has an invented shape.
 pub(crate) struct InventedShape {
     pub sources: Sources,
+    /// Number of triangles of the model.
     pub triangles: u32,
-    /// Contains the model; removed when this is dropped.
+    /// Contains the model. The folder is removed when this value is dropped.
     _folder: TempDir,
 }
 
@@ -69,14 +71,14 @@ impl InventedShape {
     pub(crate) fn of(sources: &Sources, bands: u32) -> Result<Self, SessionError> {
         let failed = |path: &Path, e: std::io::Error| SessionError::File { path: path.display().to_string(), why: e.to_string() };
         let folder = tempfile::tempdir().map_err(|e| failed(&std::env::temp_dir(), e))?;
-        let (text, triangles) = bumpy_sphere(bands);
+        let (text, triangle_count) = bumpy_sphere(bands);
         let catalog = "[[body]]\nid = 401\n[body.mesh]\nfile = \"bumpy.obj\"\ninvented = \"all of it, for a measurement\"\n";
         for (name, text) in [("bumpy.obj", text.as_str()), ("bumpy.toml", catalog)] {
             let path = folder.path().join(name);
             std::fs::write(&path, text).map_err(|e| failed(&path, e))?;
         }
         let sources = Sources { catalogs: Some(folder.path().to_owned()), surfaces: Vec::new(), ..sources.clone() };
-        Ok(Self { sources, triangles, _folder: folder })
+        Ok(Self { sources, triangles: triangle_count, _folder: folder })
     }
 }
 
@@ -87,12 +89,12 @@ mod tests {
     /// On a closed surface each edge belongs to two triangles, once in each direction.
     #[test]
     fn a_bumpy_sphere_is_closed_and_faces_outwards() {
-        let (text, triangles) = bumpy_sphere(6);
+        let (text, triangle_count) = bumpy_sphere(6);
         let numbers = |line: &str| line.split(' ').skip(1).map(|n| n.parse::<f64>().expect("a number")).collect::<Vec<_>>();
         let vertices: Vec<DVec3> = text.lines().filter(|l| l.starts_with('v')).map(|l| DVec3::from_slice(&numbers(l))).collect();
         let faces: Vec<[usize; 3]> =
             text.lines().filter(|l| l.starts_with('f')).map(|l| [0, 1, 2].map(|k| numbers(l)[k] as usize - 1)).collect();
-        assert_eq!(faces.len(), triangles as usize);
+        assert_eq!(faces.len(), triangle_count as usize);
         let mut edges = std::collections::HashSet::new();
         for [a, b, c] in &faces {
             assert!(

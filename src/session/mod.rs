@@ -123,7 +123,7 @@ pub struct Session {
     night_lights: Memo<NaifId, Option<Arc<NightLights>>>,
     /// The textures of the latest ring tables.
     ring_profiles: Memo<Arc<RingTable>, SharedTexture>,
-    /// The glyph atlas of the last requested size.
+    /// The glyph atlas of the last requested size, by the bits of the size in pixels.
     glyphs: Memo<u64, Arc<GlyphAtlas>>,
     scene_caches: Caches,
     /// The software renderer and the GPU.
@@ -134,7 +134,7 @@ pub struct Session {
     notify: Arc<dyn Fn(&str) + Send + Sync>,
     /// Times of the stages by thread, so that a frame's times do not include background work.
     stages: Mutex<HashMap<ThreadId, Stages>>,
-    /// Whether stages also count CPU time.
+    /// Whether CPU time is measured for each stage, in addition to elapsed time.
     count_cpu: bool,
     /// What the session was opened with.
     sources: Sources,
@@ -146,7 +146,7 @@ pub struct Session {
     source_digests: OnceLock<BTreeMap<String, String>>,
 }
 
-/// The error of an option that names a folder which does not exist. `remedy`: what the option takes.
+/// The error of an option that names a folder which does not exist. `remedy`: a text that says what the option takes.
 fn no_folder(folder: &Path, remedy: &str) -> SessionError {
     SessionError::File { path: echo(&folder.display().to_string()), why: format!("there is no such folder; {remedy}") }
 }
@@ -364,14 +364,14 @@ impl Session {
 
     /// Runs `work` and adds its time to a stage of the calling thread.
     fn timed<T>(&self, stage: Stage, work: impl FnOnce() -> T) -> T {
-        let before = if self.count_cpu { process_cpu() } else { None };
+        let cpu_at_start = if self.count_cpu { process_cpu() } else { None };
         let start = std::time::Instant::now();
         let result = work();
-        let spent = start.elapsed();
-        let cpu_time = before.and_then(|before| process_cpu()?.checked_sub(before));
+        let elapsed = start.elapsed();
+        let cpu_time = cpu_at_start.and_then(|at_start| process_cpu()?.checked_sub(at_start));
         let mut by_thread = self.stages.lock();
         let stages = by_thread.entry(std::thread::current().id()).or_default();
-        stages.add(stage, spent);
+        stages.add(stage, elapsed);
         if let Some(cpu_time) = cpu_time {
             stages.add_cpu(stage, cpu_time);
         }

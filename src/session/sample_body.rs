@@ -95,7 +95,8 @@ fn eclipse_uniforms(key: &ShaderKey) -> EclipseUniforms {
     }
 }
 
-/// A thin and a thick ring with a gap between them. The table is that of their light if the rings themselves are drawn, otherwise that of their shadow.
+/// A thin and a thick ring with a gap between them. The table describes their light if the rings themselves are drawn (`Surface::Ring`), otherwise their
+/// shadow.
 fn ring_uniforms(surface: Surface) -> RingUniforms {
     let sample_ring = |inner_km: f64, outer_km: f64, tau_normal: f64| Ring {
         name: String::new(),
@@ -124,6 +125,7 @@ fn ring_uniforms(surface: Surface) -> RingUniforms {
         phase: Vec2::new(0.15, 3.0),
         dust_asymmetry: Vec3::new(0.99, 0.6, 0.1),
         dust_weight: Vec3::new(0.05, 0.03, 0.02),
+        // Height and width of the opposition surge.
         opposition: Vec2::new(0.3, 0.005),
         // Both the near and the far half.
         side: 0.0,
@@ -185,12 +187,14 @@ fn air_uniforms() -> AtmosphereUniforms {
     AtmosphereUniforms { ground_depth: ground_depth::terms(&air), ..air }
 }
 
+/// The uniforms of the sample body. `half_side`: half the image's side in body radii.
 fn draw_uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
     // Rings are seen from 25 degrees above their plane; from within the plane they would be a line.
     let forward = if key.features().surface == Surface::Ring { Vec3::new(-0.906_307_8, 0.0, -0.422_618_26) } else { Vec3::NEG_X };
     let up = Vec3::new(forward.z, 0.0, -forward.x);
-    let suns = [SUNWARD, Vec3::new(0.2, -0.9, 0.387_3), Vec3::new(-0.3, 0.1, -0.948_7)];
-    let lights = suns.iter().zip([1.0, 0.1, 0.05]).take(usize::from(key.features().lights));
+    // The Sun's light and two fainter ones.
+    let light_directions = [SUNWARD, Vec3::new(0.2, -0.9, 0.387_3), Vec3::new(-0.3, 0.1, -0.948_7)];
+    let lights = light_directions.iter().zip([1.0, 0.1, 0.05]).take(usize::from(key.features().lights));
     DrawUniforms {
         rect_in_clip: Vec4::new(-1.0, 1.0, 1.0, -1.0),
         anchor_origin: up * half_side - Vec3::Y * half_side,
@@ -215,12 +219,12 @@ fn draw_uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
         albedo: Vec3::new(0.6, 0.5, 0.4),
         air: air_uniforms(),
         eclipse: eclipse_uniforms(key),
-        lights: lights.map(|(s, i)| Light { direction_in_body: s.normalize_or_zero(), irradiance: Vec3::splat(i) }).collect(),
+        lights: lights.map(|(v, light)| Light { direction_in_body: v.normalize_or_zero(), irradiance: Vec3::splat(light) }).collect(),
         photometric_parameter: 0.1,
         limb_darkening_u1: Vec3::splat(0.4),
         limb_darkening_u2: Vec3::splat(0.2),
         map_stretch: Vec2::ONE,
-        // Pixels this wide never get the smoothing of magnified maps; they do not in most views.
+        // So wide that no map counts as magnified, which would smooth it; in most views no map is magnified either.
         map_pixel: 1.0,
         camera_height: 1.0,
         night_radiance: Vec3::splat(0.2),
@@ -249,14 +253,14 @@ fn draw_uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
 /// Overlays on the visible side: an equirectangular image, and an orthographic one within it. Their rows are those of shaders/lib/overlay.wesl.
 fn overlay_uniforms(key: &ShaderKey) -> Vec<OverlayUniforms> {
     let row = |x: f32, y: f32, z: f32, w: f32| Vec4::new(x, y, z, w);
-    let light = row(0.5, 0.6, 0.7, 0.8);
+    let tint_and_opacity = row(0.5, 0.6, 0.7, 0.8);
     let equirectangular = [
         row(1.0, 0.0, 0.0, 1.0),
         row(0.0, 1.0, 0.0, 1.0),
         row(0.0, 0.0, 1.0, 1.0),
         row(0.6, 1.1, 0.2, 0.0),
         row(0.0, 1.0, 0.0, 1.0),
-        light,
+        tint_and_opacity,
     ];
     let orthographic = [
         row(0.0, 1.0, 0.0, 1.0),
@@ -264,7 +268,7 @@ fn overlay_uniforms(key: &ShaderKey) -> Vec<OverlayUniforms> {
         row(1.0, 0.0, 0.0, 1.0),
         row(1.2, 1.3, 0.1, 1.0),
         row(0.0, 1.0, 0.0, 1.0),
-        light,
+        tint_and_opacity,
     ];
     [equirectangular, orthographic]
         .into_iter()
@@ -276,7 +280,7 @@ fn overlay_uniforms(key: &ShaderKey) -> Vec<OverlayUniforms> {
 /// A map that varies smoothly with u and v, so that filtering is visible rather than aliasing; as a normal map it tilts normals by some degrees.
 fn sample_map(role: MapRole) -> Result<Texture, SessionError> {
     let (width, height) = (64u32, 32u32);
-    let wave = |k: u32, n: u32, turns: f64| (f64::from(k) / f64::from(n) * std::f64::consts::TAU * turns).sin();
+    let wave = |k: u32, count: u32, turns: f64| (f64::from(k) / f64::from(count) * std::f64::consts::TAU * turns).sin();
     let byte = |x: f64| (127.5 + 127.5 * x).round().clamp(0.0, 255.0) as u8;
     let mut rgba = Vec::new();
     for y in 0..height {
@@ -310,9 +314,9 @@ fn sphere_mesh(vertex_colour: bool) -> Vertices {
             sun_height.push(30.0 * point[1] + 10.0);
             colour.extend([u, v, 0.5, 1.0]);
             if column < columns && row < rows {
-                let index = row * (columns + 1) + column;
-                let below = index + columns + 1;
-                indices.extend([index, below, index + 1, index + 1, below, below + 1]);
+                let vertex = row * (columns + 1) + column;
+                let vertex_below = vertex + columns + 1;
+                indices.extend([vertex, vertex_below, vertex + 1, vertex + 1, vertex_below, vertex_below + 1]);
             }
         }
     }

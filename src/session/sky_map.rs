@@ -12,7 +12,7 @@ use crate::units::luminance;
 use crate::wording::echo;
 use std::path::Path;
 
-/// Mean radiance that a panorama without a unit is given: that of the embedded Milky Way.
+/// Mean radiance over the sphere that a panorama without a unit is given: that of the embedded Milky Way.
 fn default_mean_radiance() -> f64 {
     /// Mean luminance over the sphere of the embedded map's linear texels.
     const MILKY_WAY_MEAN: f64 = 0.0293;

@@ -54,8 +54,8 @@ pub struct Stages {
 
 impl Stages {
     /// Adds elapsed time.
-    pub fn add(&mut self, stage: Stage, spent: Duration) {
-        self.elapsed[stage as usize] += spent;
+    pub fn add(&mut self, stage: Stage, elapsed: Duration) {
+        self.elapsed[stage as usize] += elapsed;
     }
     /// Runs `work` and adds its elapsed time.
     pub fn measure<T>(&mut self, stage: Stage, work: impl FnOnce() -> T) -> T {

@@ -10,7 +10,7 @@ use std::path::Path;
 
 /// The first bytes of a file: the kind of table and the version of its format.
 pub(super) type Magic = [u8; 8];
-/// Length of the checksum that follows, bytes: a SHA-256.
+/// Length of the checksum that follows the magic number, bytes: a SHA-256 of the table.
 const CHECKSUM_BYTES: usize = 32;
 
 /// Digest of the sources that compute a table.
@@ -24,10 +24,10 @@ pub(super) fn code_digest(sources: &[&str]) -> [u8; 32] {
     hash.finalize().into()
 }
 
-/// The name of a table: a digest of the code that computes it and of all its inputs.
-pub(super) fn name(code: &[u8; 32], inputs: impl IntoIterator<Item = f64>) -> String {
+/// The name of a table: a digest of the code that computes it and of all its inputs. `code_digest`: see [`code_digest`].
+pub(super) fn name(code_digest: &[u8; 32], inputs: impl IntoIterator<Item = f64>) -> String {
     let mut hash = Sha256::new();
-    hash.update(code);
+    hash.update(code_digest);
     inputs.into_iter().for_each(|v| hash.update(v.to_le_bytes()));
     hash.finalize().iter().take(16).map(|b| format!("{b:02x}")).collect()
 }
@@ -59,7 +59,8 @@ pub(super) fn floats(bytes: &[u8]) -> impl Iterator<Item = f32> {
     bytes.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b))
 }
 
-/// The paths below `crate::scene` that occur in a source text outside its unit tests and comments.
+/// For the tests that a table's digest covers all code on which the table depends: the paths below `crate::scene` that occur in a source text, outside its unit
+/// tests and comments.
 #[cfg(test)]
 pub(super) fn scene_modules_used(text: &str) -> Vec<String> {
     let code = text.split("#[cfg(test)]").next().unwrap_or("").lines().map(|l| l.split("//").next().unwrap_or(""));

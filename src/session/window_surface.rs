@@ -100,7 +100,7 @@ mod with_gpu {
             }
         }
 
-        /// Whether the pipelines of the interface are compiled, and the renderer is not drawing a window (then it answers `None`).
+        /// Whether the pipelines of the interface are compiled. Also false while the renderer draws a window, because it then answers `None`.
         fn is_ready_for_windows(&self, renderer: &GpuRenderer) -> bool {
             plan::warm_up_interface(self).is_ok_and(|plan| renderer.is_ready_for_windows(&plan) == Some(true))
         }

@@ -30,10 +30,10 @@ pub(super) fn depth(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
     let bodies = [(NaifId::EARTH, "+clouds,+atmosphere,-planet-shine,-eclipse,-points"), (SATURN, "+rings,-planet-shine,-eclipse,-points")];
     for (body, effects) in bodies {
         let Some((name, radius_km)) = session.catalog().body(body).map(|b| (b.name.as_str(), b.radii_km.x)) else { continue };
-        let towards = (sunward(setup, body, emission_time) + DVec3::new(0.1, -0.2, 0.3)).normalize();
+        let camera_direction = (sunward(setup, body, emission_time) + DVec3::new(0.1, -0.2, 0.3)).normalize();
         let far_km = 100.0 * KM_PER_AU;
         let steps = setup.by_effort(14, 60);
-        let mut before: Option<LinearImage> = None;
+        let mut previous: Option<LinearImage> = None;
         for k in 0..steps {
             let distance_km = 1.2 * radius_km * (far_km / (1.2 * radius_km)).powf(f64::from(k) / f64::from(steps - 1));
             let side = (1.5 * DISC_PX) as u32;
@@ -45,7 +45,7 @@ pub(super) fn depth(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
                 ..view_from_offset(
                     body,
                     emission_time.plus_seconds(distance_km / SPEED_OF_LIGHT_KM_S),
-                    towards * distance_km,
+                    camera_direction * distance_km,
                     2.0 * half_fov_rad.to_degrees(),
                     side,
                 )
@@ -58,8 +58,8 @@ pub(super) fn depth(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
             };
             let (one, four, exact) = (drawn(1, Precision::F32)?, drawn(4, Precision::F32)?, drawn(1, Precision::F64)?);
             let mut pairs = vec![("f32 against f64", &one, &exact), ("1 sample against 4", &one, &four)];
-            if let Some(before) = before.as_ref().filter(|_| distance_km > COMPARED_BEYOND_RADII * radius_km) {
-                pairs.push(("this distance against the one before", &one, before));
+            if let Some(previous) = previous.as_ref().filter(|_| distance_km > COMPARED_BEYOND_RADII * radius_km) {
+                pairs.push(("this distance against the one before", &one, previous));
             }
             for (what, a, b) in pairs {
                 let (worst_index, worst) = worst_pixel(a, b);
@@ -68,7 +68,7 @@ pub(super) fn depth(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
                     (json!({ "body": body.0, "distance_radii": distance_km / radius_km, "pixel": pixel }), what.to_owned())
                 });
             }
-            before = Some(one);
+            previous = Some(one);
         }
     }
     Ok(found)

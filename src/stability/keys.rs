@@ -26,13 +26,14 @@ pub(super) fn run(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     for key in covering_keys(setup.by_effort(2, 3)) {
         for half_side_radii in [SAMPLE_HALF_SIDE_ON_DISC, SAMPLE_HALF_SIDE_WITH_LIMB] {
             let mut plan = sample_body_plan(session.library(), &key, SIDE_PX, half_side_radii)?;
-            if let Some(change) = setup.faults.plan {
+            if let Some(change) = setup.injected_faults.plan {
                 change(&mut plan);
             }
             let view = PlannedView { scene: scene.clone(), plan };
-            let (single, exact_frames) = (setup.draw_linear(&view, Precision::F32)?.light, setup.exact_frames(&view)?);
+            let (f32_pixels, f64_frames) = (setup.draw_linear(&view, Precision::F32)?.light, setup.f64_frames(&view)?);
             let difference = |a: &[f32; 4], b: &[f32; 4]| (0..4).map(|c| f64::from((a[c] - b[c]).abs())).fold(0.0, larger_or_nan);
-            let differences = least_differences(&single, exact_frames.iter().map(|frame| &*frame.hdr), difference);
+            // Of each pixel, the difference from the closest of the f64 frames, which differ in the grid to which vertices snap.
+            let differences = least_differences(&f32_pixels, f64_frames.iter().map(|frame| &*frame.hdr), difference);
             let (worst_index, worst) = worst_of(&differences);
             let pixel = [worst_index as u32 % SIDE_PX, worst_index as u32 / SIDE_PX];
             found.add(worst, || {

@@ -53,8 +53,9 @@ fn light_from_angles(sun_km: DVec3, occluder_km: DVec3, occluder: &Body) -> Opti
     }
 }
 
-/// Points on the surface: the centre of a shadow, and `steps` points in each of eight directions from it. Their distances from the centre grow geometrically
-/// from a millionth of the equatorial radius to that radius. Points are in body axes, in equatorial radii.
+/// Points on a body's surface: the centre of a shadow, and `steps` points in each of eight directions from it. Their distances from the centre grow
+/// geometrically from a millionth of the equatorial radius to that radius. Points are in body axes, in equatorial radii. `sunward`: unit vector to the Sun;
+/// `occluder_km`: position of the occluder relative to the body; both in body axes.
 fn points_around(body: &Body, sunward: DVec3, occluder_km: DVec3, steps: u32) -> Vec<DVec3> {
     let shape = body.radii_km / body.radii_km.x;
     let occluder = occluder_km / body.radii_km.x;
@@ -132,14 +133,14 @@ const MAX_AXIS_DISTANCE_RADII: f64 = 0.8;
 /// Duration of the search for a moon's passage through the shadow: longer than the periods of Io, Europa and Ganymede (172 hours).
 const SEARCH_DURATION_S: f64 = 175.0 * 3600.0;
 
-/// The instant after `from` at which a moon is deepest in its planet's shadow, and the distance of its centre from the shadow's axis, in
-/// equatorial radii of the planet. The distance is infinite if the moon is never behind the planet.
-fn deepest_in_shadow(setup: &SweepSetup<'_>, moon: NaifId, planet: &Body, from: Instant) -> Result<(Instant, f64), SessionError> {
+/// The instant, within [`SEARCH_DURATION_S`] after `start`, at which a moon is deepest in its planet's shadow, and the distance of its centre from the shadow's
+/// axis, in equatorial radii of the planet. The distance is infinite if the moon is never behind the planet.
+fn deepest_in_shadow(setup: &SweepSetup<'_>, moon: NaifId, planet: &Body, start: Instant) -> Result<(Instant, f64), SessionError> {
     let ephemeris = setup.session().ephemeris();
-    let mut best = (from, f64::INFINITY);
+    let mut best = (start, f64::INFINITY);
     const STEP_S: f64 = 120.0;
     for k in 0..(SEARCH_DURATION_S / STEP_S) as u32 {
-        let time = from.plus_seconds(STEP_S * f64::from(k));
+        let time = start.plus_seconds(STEP_S * f64::from(k));
         let moon_km = ephemeris.state(moon, planet.id, time, None)?.state.pos_km;
         let antisunward = -ephemeris.state(NaifId::SUN, planet.id, time, None)?.state.pos_km.normalize();
         let axis_distance_radii = moon_km.cross(antisunward).length() / planet.radii_km.x;
@@ -215,7 +216,7 @@ mod tests {
 
     #[test]
     fn light_that_is_too_faint_or_not_a_number_is_not_black() {
-        let of = |radiance: f32| levels_above_black(greatest_radiance(&[[0.0, radiance, 0.0, 1.0]]), &[[0, 0, 0, 255]]);
-        assert_eq!([of(0.0), of(1e-30), of(f32::NAN)], [0.0, 1.0, f64::INFINITY]);
+        let levels_of = |radiance: f32| levels_above_black(greatest_radiance(&[[0.0, radiance, 0.0, 1.0]]), &[[0, 0, 0, 255]]);
+        assert_eq!([levels_of(0.0), levels_of(1e-30), levels_of(f32::NAN)], [0.0, 1.0, f64::INFINITY]);
     }
 }

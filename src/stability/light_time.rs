@@ -12,13 +12,13 @@ use crate::units::{RAD_PER_ARCSEC, SPEED_OF_LIGHT_KM_S};
 use glam::DVec3;
 use serde_json::json;
 
-/// A vector in the apparent direction of a body in the scene of a view from the Earth's centre; zero if the scene lacks the body.
+/// A vector of any length in the apparent direction of a body, ICRF, from the scene of a view from the Earth's centre; zero if the scene lacks the body.
 fn direction_in_scene(session: &Session, body: NaifId, time: Instant) -> Result<DVec3, SessionError> {
     let request = ViewRequest { position: Position::Centre(NaifId::EARTH), width: 16, height: 16, ..ViewRequest::of(body, time) };
     Ok(session.scene(&request)?.body(body).map_or(DVec3::ZERO, |b| b.placement.centre_km))
 }
 
-/// The apparent direction from the Earth's centre: light time by bisection, then relativistic aberration.
+/// The apparent direction of a body from the Earth's centre, ICRF: light time by bisection, then relativistic aberration.
 fn direction_by_bisection(session: &Session, body: NaifId, time: Instant) -> Result<DVec3, SessionError> {
     let ephemeris = session.ephemeris();
     let state = |body, time| ephemeris.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, time, None).map(|s| s.state);
@@ -43,7 +43,7 @@ fn direction_by_bisection(session: &Session, body: NaifId, time: Instant) -> Res
 pub(super) fn run(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
     let session = setup.session();
-    let direction_of = setup.faults.apparent_direction.unwrap_or(direction_in_scene);
+    let direction_of = setup.injected_faults.apparent_direction.unwrap_or(direction_in_scene);
     let bodies = session.catalog().bodies().iter().filter(|b| b.id != NaifId::EARTH);
     for body in bodies {
         for k in 0..setup.by_effort(2, 20) {

@@ -120,9 +120,9 @@ pub struct SweepSetup<'a> {
     gpu_grid_renderer: Option<SoftwareRenderer>,
     effort: Effort,
     seed: u64,
-    /// Number of random views; `None`: the effort decides.
-    views: Option<usize>,
-    faults: InjectedFaults,
+    /// Number of random views in the sweeps `needs-display` and `needs-linear`; `None`: the effort decides.
+    view_count: Option<usize>,
+    injected_faults: InjectedFaults,
 }
 
 impl<'a> SweepSetup<'a> {
@@ -130,15 +130,15 @@ impl<'a> SweepSetup<'a> {
     ///
     /// # Errors
     /// The threads of the renderers cannot be started.
-    pub fn new(session: &'a Session, effort: Effort, seed: u64, faults: InjectedFaults) -> Result<Self, SessionError> {
+    pub fn new(session: &'a Session, effort: Effort, seed: u64, injected_faults: InjectedFaults) -> Result<Self, SessionError> {
         let gpu_grid_renderer = requests_gpu(session).then(|| session.renderer_for_gpu_comparison()).transpose()?;
-        Ok(Self { renderers: PrecisionRenderers::new(session)?, gpu_grid_renderer, effort, seed, views: None, faults })
+        Ok(Self { renderers: PrecisionRenderers::new(session)?, gpu_grid_renderer, effort, seed, view_count: None, injected_faults })
     }
 
     /// Sets the number of random views; `None`: the effort decides.
     #[must_use]
-    pub(crate) fn with_views(self, views: Option<usize>) -> Self {
-        Self { views, ..self }
+    pub(crate) fn with_views(self, view_count: Option<usize>) -> Self {
+        Self { view_count, ..self }
     }
 
     fn session(&self) -> &'a Session {
@@ -155,7 +155,7 @@ impl<'a> SweepSetup<'a> {
         // Without the coarse image of the air, each draw can be drawn by itself, which is needed to find the one at fault.
         let (scene, plan) = self.session().plan(&ViewRequest { coarse_air: false, ..request.clone() }, sampling)?;
         let mut view = PlannedView { scene, plan };
-        if let Some(change) = self.faults.plan {
+        if let Some(change) = self.injected_faults.plan {
             change(&mut view.plan);
         }
         Ok(view)
@@ -179,9 +179,9 @@ impl<'a> SweepSetup<'a> {
         Ok(self.session().draw_plan(&view.plan, FrameImages::Display)?.display)
     }
 
-    /// Frames in f64 of a view with meshes or lines: each pixel must match one of them. There are two if the GPU draws the images, because an edge through
-    /// a pixel's centre covers the pixel or not, depending on the grid to which the GPU snaps vertices.
-    fn exact_frames(&self, view: &PlannedView) -> Result<Vec<Frame>, SessionError> {
+    /// Frames of a view with meshes or lines, drawn in f64: each pixel of the f32 image must match one of these frames. There are two if the GPU draws the
+    /// images, because an edge through a pixel's centre covers the pixel or not, depending on the grid to which the GPU snaps vertices.
+    fn f64_frames(&self, view: &PlannedView) -> Result<Vec<Frame>, SessionError> {
         let renderers = [Some(self.renderers.renderer(Precision::F64)), self.gpu_grid_renderer.as_ref()];
         let frame_of =
             |renderer: &SoftwareRenderer| Ok(renderer.render(&view.plan, self.session().library(), FrameImages::DisplayAndHdr)?.0);

@@ -74,8 +74,8 @@ fn responsible_draw(setup: &SweepSetup<'_>, views: [&PlannedView; 2]) -> String 
         Some((unexplained_change(&first?, &second?).0, label.to_owned()))
     };
     let best = labels.into_iter().filter_map(without).min_by(|a, b| a.0.total_cmp(&b.0));
-    best.map_or_else(String::new, |(rest, label)| {
-        format!("light that motion does not explain; without the draw `{label}`, {rest:.2} levels remain")
+    best.map_or_else(String::new, |(remaining, label)| {
+        format!("light that motion does not explain; without the draw `{label}`, {remaining:.2} levels remain")
     })
 }
 
@@ -103,38 +103,38 @@ pub(super) fn motion(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
         [(NaifId::EARTH, 3.0, 50.0), (NaifId::EARTH, 1.02, 60.0), (SATURN, 6.0, 50.0), (JUPITER, 40.0, 30.0), (NaifId::MOON, 300.0, 0.5)]
     {
         let Some(radius_km) = setup.session().catalog().body(body).map(|b| b.radii_km.x) else { continue };
-        let towards = (sunward(setup, body, time) + DVec3::new(0.3, -0.2, 0.3)).normalize();
-        let base = view_from_offset(body, time, towards * distance_radii * radius_km, fov_deg, side);
+        let camera_direction = (sunward(setup, body, time) + DVec3::new(0.3, -0.2, 0.3)).normalize();
+        let base = view_from_offset(body, time, camera_direction * distance_radii * radius_km, fov_deg, side);
         let base = setup.renderers.with_metered_exposure(base)?;
-        let perpendicular = towards.cross(DVec3::Z).normalize();
+        let perpendicular = camera_direction.cross(DVec3::Z).normalize();
         let step_rad = 0.33 * fov_deg.to_radians() / f64::from(side);
         sequence(&format!("camera rotates near {} at {distance_radii} radii", body.0), steps, &|k| ViewRequest {
-            look: Look::Along { direction: -towards + perpendicular * (k * step_rad).tan(), axes: Axes::Icrf },
+            look: Look::Along { direction: -camera_direction + perpendicular * (k * step_rad).tan(), axes: Axes::Icrf },
             ..base.clone()
         })?;
         // Each step multiplies the camera's height above the body by the same factor. It moves a point at the edge of the image, `side / 2` pixels from the
         // centre, by a third of a pixel. A full run ends at 3.4 times the first height.
         let growth = 0.33 / (0.5 * f64::from(side));
         sequence(&format!("away from {} at {distance_radii} radii", body.0), steps_away, &|k| {
-            let offset_km = towards * (distance_radii - 1.0) * (1.0 + growth).powf(k) * radius_km + towards * radius_km;
+            let offset_km = camera_direction * (distance_radii - 1.0) * (1.0 + growth).powf(k) * radius_km + camera_direction * radius_km;
             ViewRequest { position: Position::Offset { body, offset_km, axes: Axes::Icrf }, ..base.clone() }
         })?;
     }
     // Io and its shadow move onto Jupiter; the Moon enters the Earth's shadow.
-    for (name, body, from, step_s, fov_deg) in [
+    for (name, body, start, step_s, fov_deg) in [
         ("Io's shadow on Jupiter", JUPITER, "2015-01-24T04:25:00Z", 30.0, None),
         ("the Moon into the penumbra", NaifId::MOON, "2022-11-08T08:00:00Z", 60.0, None),
         ("the Moon into the umbra", NaifId::MOON, "2022-11-08T09:05:00Z", 20.0, Some(0.7)),
     ] {
-        let Ok(from) = Instant::parse(from) else { continue };
+        let Ok(start) = Instant::parse(start) else { continue };
         let base = setup.renderers.with_metered_exposure(ViewRequest {
             fov_deg,
             width: side,
             height: side,
             position: Position::Centre(NaifId::EARTH),
-            ..ViewRequest::of(body, from)
+            ..ViewRequest::of(body, start)
         })?;
-        sequence(name, steps, &|k| ViewRequest { time: from.plus_seconds(k * step_s), ..base.clone() })?;
+        sequence(name, steps, &|k| ViewRequest { time: start.plus_seconds(k * step_s), ..base.clone() })?;
     }
     Ok(found)
 }
@@ -150,25 +150,26 @@ const ORBIT_OF_IO: &str = "Io once around Jupiter";
 /// Changes of automatic exposure in stops from step to step through eclipses, and whether anything is visible in each image.
 pub(super) fn exposure(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
-    // A short sweep takes steps four times as long.
+    // A short sweep takes steps four times as long; changes are divided by this factor, so that both efforts have the same bound.
     let step_factor = setup.by_effort(4.0, 1.0);
     let from_earth = Position::Centre(NaifId::EARTH);
-    let over = Position::Over { towards: Some(NaifId::SUN), distance_radii: None };
+    let from_sunward_side = Position::Over { towards: Some(NaifId::SUN), distance_radii: None };
+    // Name, target, camera position, start (UTC), duration and step in seconds, field of view in degrees.
     let sequences = [
         // The edge of the Moon that leaves the umbra brightens by 1.3 stops in a minute.
         ("the Moon, 2022-11-08", NaifId::MOON, from_earth, "2022-11-08T08:00:00Z", 6.0 * 3600.0, 20.0, None),
-        ("the Earth in the Moon's shadow", NaifId::EARTH, over, "2024-04-08T15:30:00Z", 5.5 * 3600.0, 120.0, None),
+        ("the Earth in the Moon's shadow", NaifId::EARTH, from_sunward_side, "2024-04-08T15:30:00Z", 5.5 * 3600.0, 120.0, None),
         ("the Sun from Dallas, second contact", NaifId::SUN, DALLAS, "2024-04-08T18:30:00Z", 20.0 * 60.0, 1.0, Some(3.0)),
         // At the end of its entry into the umbra, Io loses 11 stops in ten seconds.
         ("Io into Jupiter's umbra", NaifId(501), from_earth, "2015-01-26T20:20:20Z", 45.0, 0.25, None),
         (ORBIT_OF_IO, NaifId(501), from_earth, "2015-01-26T00:00:00Z", 42.0 * 3600.0, 900.0, None),
     ];
-    for (name, body, position, from, length_s, step_s, fov_deg) in sequences {
-        let Ok(from) = Instant::parse(from) else { continue };
+    for (name, body, position, start, duration_s, step_s, fov_deg) in sequences {
+        let Ok(start) = Instant::parse(start) else { continue };
         let step_s: f64 = step_s * step_factor;
-        let mut previous: Option<f64> = None;
-        for k in 0..=(length_s / step_s) as u32 {
-            let time = from.plus_seconds(f64::from(k) * step_s);
+        let mut previous_stops: Option<f64> = None;
+        for k in 0..=(duration_s / step_s) as u32 {
+            let time = start.plus_seconds(f64::from(k) * step_s);
             let request =
                 ViewRequest { position, fov_deg, exposure: ExposureRequest::Auto, width: 24, height: 24, ..ViewRequest::of(body, time) };
             let view = setup.plan_view(&request, SINGLE_SAMPLE)?;
@@ -176,14 +177,14 @@ pub(super) fn exposure(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErr
             let brightest = display.iter().flat_map(|p| p[..3].iter()).copied().max().unwrap_or(0);
             let stops = view.scene.exposure.stops;
             // Along Io's orbit only visibility is checked.
-            let before = previous.filter(|_| name != ORBIT_OF_IO);
-            let step = before.map_or(0.0, |before: f64| (stops - before).abs() / step_factor);
-            let result = if brightest < VISIBLE_LEVEL { INVISIBLE_RESULT } else { step };
+            let compared_stops = previous_stops.filter(|_| name != ORBIT_OF_IO);
+            let change_stops = compared_stops.map_or(0.0, |compared: f64| (stops - compared).abs() / step_factor);
+            let result = if brightest < VISIBLE_LEVEL { INVISIBLE_RESULT } else { change_stops };
             found.add(result, || {
                 let case = json!({ "sequence": name, "time": time.to_utc_iso(), "step_s": step_s });
                 (case, format!("{stops:.2} stops, brightest level {brightest}: {}", view.scene.exposure.reason))
             });
-            previous = Some(stops);
+            previous_stops = Some(stops);
         }
     }
     Ok(found)
@@ -196,9 +197,9 @@ mod tests {
     /// An edge that moves by half a pixel is explained by motion; one that jumps by three pixels, or light that appears, is not.
     #[test]
     fn a_jump_is_distinguished_from_a_step() {
-        let edge = |at: f64| {
+        let edge = |edge_x: f64| {
             let light = (0..16 * 16).map(|k| {
-                let v = (at - f64::from(k % 16)).clamp(0.0, 1.0) as f32;
+                let v = (edge_x - f64::from(k % 16)).clamp(0.0, 1.0) as f32;
                 [v, v, v, 1.0]
             });
             LinearImage { width: 16, height: 16, light: light.collect(), exposure_factor: 1.0 }

@@ -77,27 +77,27 @@ fn views(setup: &SweepSetup<'_>, count: usize) -> Vec<RandomView> {
 struct FramePair {
     /// With the effects that the scene chooses.
     chosen: PlannedView,
-    /// With the effects passed to [`frames`] in addition.
+    /// With the effects passed to [`frame_pair`] in addition.
     with_effects: PlannedView,
 }
 
 /// The frame with the effects that the scene chooses, and the frame with `effects` switched on in addition. Both use the models of ring and body shadows that
 /// the scene chooses, because a difference between two models is not due to an omitted effect.
-fn frames(setup: &SweepSetup<'_>, request: &ViewRequest, purpose: Purpose, effects: &[Effect]) -> Result<FramePair, SessionError> {
+fn frame_pair(setup: &SweepSetup<'_>, request: &ViewRequest, purpose: Purpose, effects: &[Effect]) -> Result<FramePair, SessionError> {
     let exposed = setup.renderers.with_metered_exposure(ViewRequest { purpose, ..request.clone() })?;
     let mut request_with_effects = exposed.clone();
     for effect in effects.iter().filter(|e| !UNCHANGED_EFFECTS.contains(e)) {
         request_with_effects.effects.set(*effect, true);
     }
-    let chosen = setup.plan_view(&ViewRequest { purpose: setup.faults.purpose.unwrap_or(purpose), ..exposed }, SINGLE_SAMPLE)?;
+    let chosen = setup.plan_view(&ViewRequest { purpose: setup.injected_faults.purpose.unwrap_or(purpose), ..exposed }, SINGLE_SAMPLE)?;
     let mut scene = setup.plan_view(&request_with_effects, SINGLE_SAMPLE)?.scene;
     for draw in &mut scene.draws {
-        let Some(same) = chosen.scene.draws.iter().find(|c| c.body == draw.body && c.part == draw.part) else { continue };
-        let chosen_features = same.features;
+        let Some(chosen_draw) = chosen.scene.draws.iter().find(|c| c.body == draw.body && c.part == draw.part) else { continue };
+        let chosen_features = chosen_draw.features;
         // A draw of air can have eclipses or the shadow of rings, not both. Where switching on eclipses would remove the rings' shadow, the draw stays as
         // chosen.
         if chosen_features.ring_shadow != RingShadow::None && draw.features.ring_shadow == RingShadow::None {
-            *draw = same.clone();
+            *draw = chosen_draw.clone();
             continue;
         }
         let features = &mut draw.features;
@@ -136,17 +136,18 @@ type DifferenceMeasure<'a> = &'a dyn Fn(&FramePair) -> Result<WorstPixel, Sessio
 
 /// A pixel as JSON: its coordinates, and its radiance and display level per channel in both frames and in the true frame.
 fn values_at(setup: &SweepSetup<'_>, request: &ViewRequest, purpose: Purpose, pixel: usize) -> Result<Value, SessionError> {
-    let both = frames(setup, request, purpose, &Effect::ALL)?;
-    let at = |image: &LinearImage| image.light.get(pixel).map(|p| [p[0], p[1], p[2]]);
-    let levels = |image: &LinearImage| at(image).map(|p| p.map(|v| display_level(v, image.exposure_factor)));
+    let both = frame_pair(setup, request, purpose, &Effect::ALL)?;
+    let radiance_at = |image: &LinearImage| image.light.get(pixel).map(|p| [p[0], p[1], p[2]]);
+    let levels_at = |image: &LinearImage| radiance_at(image).map(|p| p.map(|v| display_level(v, image.exposure_factor)));
     let exposed = setup.renderers.with_metered_exposure(ViewRequest { purpose, ..request.clone() })?;
     let finer = ViewRequest { width: request.width * TRUTH_SCALE, height: request.height * TRUTH_SCALE, ..exposed };
-    let truth = setup.draw_linear(&frames(setup, &finer, purpose, &Effect::ALL)?.with_effects, Precision::F64)?.downsampled(TRUTH_SCALE);
+    let true_view = frame_pair(setup, &finer, purpose, &Effect::ALL)?.with_effects;
+    let truth = setup.draw_linear(&true_view, Precision::F64)?.downsampled(TRUTH_SCALE);
     let [chosen, all] = [setup.draw_linear(&both.chosen, Precision::F32)?, setup.draw_linear(&both.with_effects, Precision::F32)?];
     Ok(json!({
         "pixel": [pixel as u32 % request.width, pixel as u32 / request.width],
-        "levels": { "chosen": levels(&chosen), "all": levels(&all), "true": levels(&truth) },
-        "radiance": { "chosen": at(&chosen), "all": at(&all), "true": at(&truth) },
+        "levels": { "chosen": levels_at(&chosen), "all": levels_at(&all), "true": levels_at(&truth) },
+        "radiance": { "chosen": radiance_at(&chosen), "all": radiance_at(&all), "true": radiance_at(&truth) },
     }))
 }
 
@@ -160,7 +161,7 @@ fn worst_omission(
 ) -> Result<(f64, &'static str), SessionError> {
     let mut worst = (0.0, "several together");
     for effect in Effect::ALL.into_iter().filter(|e| !UNCHANGED_EFFECTS.contains(e)) {
-        let alone = difference(&frames(setup, request, purpose, &[effect])?)?.difference;
+        let alone = difference(&frame_pair(setup, request, purpose, &[effect])?)?.difference;
         if alone > worst.0 {
             worst = (alone, effect.name());
         }
@@ -171,6 +172,7 @@ fn worst_omission(
 /// Largest number of views, worst first, for which the omitted effect is determined.
 const MAX_EXPLAINED: usize = 16;
 
+/// Compares the frames of random views. `bound`: the difference above which a view counts, in the unit of `difference`.
 fn sweep_views(
     setup: &SweepSetup<'_>,
     purpose: Purpose,
@@ -179,12 +181,12 @@ fn sweep_views(
 ) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
     let (mut results, mut cost_ratios) = (Vec::new(), Vec::new());
-    for RandomView { case, request } in views(setup, setup.views.unwrap_or(setup.by_effort(160, 3000))) {
-        let Some(frames) = if_possible(frames(setup, &request, purpose, &Effect::ALL))? else { continue };
-        let worst = difference(&frames)?;
+    for RandomView { case, request } in views(setup, setup.view_count.unwrap_or(setup.by_effort(160, 3000))) {
+        let Some(pair) = if_possible(frame_pair(setup, &request, purpose, &Effect::ALL))? else { continue };
+        let worst = difference(&pair)?;
         found.add(worst.difference, || (case.clone(), String::new()));
         results.push((worst, request, case));
-        let [chosen, all] = [operations(setup, &frames.chosen), operations(setup, &frames.with_effects)];
+        let [chosen, all] = [operations(setup, &pair.chosen), operations(setup, &pair.with_effects)];
         cost_ratios.extend((all > 0.0).then_some(chosen / all));
     }
     if results.is_empty() {
@@ -194,7 +196,7 @@ fn sweep_views(
     // For each effect, the number of explained views in which it makes the greatest difference alone, and the greatest of these differences.
     let mut omitted: BTreeMap<&str, (usize, f64)> = BTreeMap::new();
     let mut explained = Vec::new();
-    for (worst, request, case) in results.iter().take_while(|f| f.0.difference > bound).take(MAX_EXPLAINED) {
+    for (worst, request, case) in results.iter().take_while(|(worst, ..)| worst.difference > bound).take(MAX_EXPLAINED) {
         let (alone, effect) = worst_omission(setup, request, purpose, difference)?;
         let mut case = case.clone();
         case["apart"] = json!(worst.difference);
@@ -210,8 +212,8 @@ fn sweep_views(
     }
     let named = omitted.iter().map(|(effect, (views, max))| format!("{effect} in {views} (up to {max:.2e})")).collect::<Vec<_>>();
     let explained_count = omitted.values().map(|(views, _)| views).sum::<usize>();
-    let over_bound = results.iter().filter(|f| f.0.difference > bound).count();
-    let mut differences: Vec<f64> = results.iter().map(|f| f.0.difference).collect();
+    let over_bound = results.iter().filter(|(worst, ..)| worst.difference > bound).count();
+    let mut differences: Vec<f64> = results.iter().map(|(worst, ..)| worst.difference).collect();
     differences.sort_by(f64::total_cmp);
     cost_ratios.sort_by(f64::total_cmp);
     let quantile_of = |sorted: &[f64], fraction: f64| quantile(sorted, fraction).unwrap_or(0.0);
@@ -235,20 +237,20 @@ fn sweep_views(
 
 /// Operations of the draws of a view's bodies: pixels of each draw's rectangle times the operations of its fragment stage, loops counted once.
 fn operations(setup: &SweepSetup<'_>, view: &PlannedView) -> f64 {
-    let of_fragment = |id: &ModuleId| {
+    let fragment_operations = |id: &ModuleId| {
         let tapes = setup.session().library().get(id).ok().and_then(|module| tape_costs(&module).ok()).unwrap_or_default();
         tapes.iter().filter(|t| t.stage == "fragment").flat_map(|t| t.operations.values()).sum::<usize>() as f64
     };
     let bodies = view.plan.passes.iter().flat_map(|p| &p.draws).filter(|d| matches!(d.module, ModuleId::Planet(_)));
     let pixels = |[left, top, right, bottom]: [u32; 4]| f64::from(right.saturating_sub(left)) * f64::from(bottom.saturating_sub(top));
-    bodies.map(|draw| pixels(draw.scissor) * of_fragment(&draw.module)).sum()
+    bodies.map(|draw| pixels(draw.scissor) * fragment_operations(&draw.module)).sum()
 }
 
 /// The sweep for displays, by the difference of display bytes.
 pub(super) fn display(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
-    sweep_views(setup, Purpose::Display, DISPLAY_BOUND, &|frames| {
+    sweep_views(setup, Purpose::Display, DISPLAY_BOUND, &|pair| {
         let (chosen, with_effects) =
-            (setup.draw_display(&frames.chosen, Precision::F32)?, setup.draw_display(&frames.with_effects, Precision::F32)?);
+            (setup.draw_display(&pair.chosen, Precision::F32)?, setup.draw_display(&pair.with_effects, Precision::F32)?);
         let difference = |(a, b): (&[u8; 4], &[u8; 4])| (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).fold(0.0, f64::max);
         Ok(WorstPixel::of(chosen.iter().zip(&with_effects).map(difference)))
     })
@@ -257,9 +259,9 @@ pub(super) fn display(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErro
 /// The sweep for linear light, by the difference relative to the pixel's radiance. Pixels below a millionth of the brightest in both frames are ignored,
 /// because rounding dominates there.
 pub(super) fn linear(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
-    sweep_views(setup, Purpose::LINEAR, LINEAR_BOUND, &|frames| {
+    sweep_views(setup, Purpose::LINEAR, LINEAR_BOUND, &|pair| {
         let (chosen, with_effects) =
-            (setup.draw_linear(&frames.chosen, Precision::F32)?, setup.draw_linear(&frames.with_effects, Precision::F32)?);
+            (setup.draw_linear(&pair.chosen, Precision::F32)?, setup.draw_linear(&pair.with_effects, Precision::F32)?);
         let brightest = with_effects.light.iter().flat_map(|p| p[..3].iter()).fold(0.0_f32, |a, b| a.max(*b));
         Ok(WorstPixel::of(chosen.light.iter().zip(&with_effects.light).map(|(a, b)| relative_difference(a, b, brightest))))
     })

@@ -47,13 +47,13 @@ fn bodies_named(setup: &SweepSetup<'_>, names: &[&str]) -> Vec<Body> {
     names.iter().filter_map(|n| setup.session().catalog().body_named(n).ok().cloned()).collect()
 }
 
-/// Direction from the body to the Sun, ICRF.
+/// Unit vector from the body to the Sun, ICRF; the x axis if the direction is unknown or the body is the Sun.
 pub(super) fn sunward(setup: &SweepSetup<'_>, body: NaifId, time: Instant) -> DVec3 {
     let state = setup.session().ephemeris().state(NaifId::SUN, body, time, None);
     state.map_or(DVec3::X, |s| s.state.pos_km.try_normalize().unwrap_or(DVec3::X))
 }
 
-/// A view of the target from an offset, with the given field of view.
+/// A square view of the body from an offset (km from the body's centre, ICRF axes). `side`: in pixels.
 pub(super) fn view_from_offset(body: NaifId, time: Instant, offset_km: DVec3, fov_deg: f64, side: u32) -> ViewRequest {
     ViewRequest {
         position: Position::Offset { body, offset_km, axes: Axes::Icrf },
@@ -72,13 +72,13 @@ pub(super) fn distance(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErr
     let time = eclipse_instant();
     let views = bodies.iter().flat_map(|body| {
         let radius_km = body.radii_km.max_element();
-        let towards = (sunward(setup, body.id, time) + DVec3::new(0.2, -0.3, 0.25)).normalize();
+        let camera_direction = (sunward(setup, body.id, time) + DVec3::new(0.2, -0.3, 0.25)).normalize();
         (0..steps).flat_map(move |k| {
             // Heights in logarithmic steps.
             let height_km = 1e-3 * (100.0 * KM_PER_AU / 1e-3).powf(f64::from(k) / f64::from(steps - 1));
             fovs_deg.into_iter().map(move |fov_deg| ExtremeView {
                 case: json!({ "body": body.name, "height_km": height_km, "fov_deg": fov_deg }),
-                request: view_from_offset(body.id, time, towards * (radius_km + height_km), fov_deg, side),
+                request: view_from_offset(body.id, time, camera_direction * (radius_km + height_km), fov_deg, side),
             })
         })
     });
@@ -92,16 +92,16 @@ pub(super) fn pairs(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
     // In a short run, about 150 pairs.
     let fraction = setup.by_effort(150.0 / (bodies.len() * bodies.len()) as f64, 1.0);
     let mut views = Vec::new();
-    for from in bodies {
-        for target in bodies.iter().filter(|t| t.id != from.id) {
+    for observer in bodies {
+        for target in bodies.iter().filter(|t| t.id != observer.id) {
             if random.unit_interval() < fraction {
                 let request = ViewRequest {
-                    position: Position::Centre(from.id),
+                    position: Position::Centre(observer.id),
                     width: 16,
                     height: 16,
                     ..ViewRequest::of(target.id, eclipse_instant())
                 };
-                views.push(ExtremeView { case: json!({ "from": from.name, "body": target.name }), request });
+                views.push(ExtremeView { case: json!({ "from": observer.name, "body": target.name }), request });
             }
         }
     }
@@ -151,16 +151,16 @@ pub(super) fn grazing_telescope(setup: &SweepSetup<'_>) -> Result<SweepResult, S
 fn horizon_views(setup: &SweepSetup<'_>, fovs_deg: &[f64]) -> Result<SweepResult, SessionError> {
     let names: &[&str] =
         setup.by_effort(&["earth", "moon", "saturn"], &["earth", "moon", "saturn", "mars", "titan", "jupiter", "phobos", "venus"]);
-    let azimuths = setup.by_effort(2, 12);
+    let azimuth_count = setup.by_effort(2, 12);
     let mut views = Vec::new();
     for body in bodies_named(setup, names) {
         let radius_km = body.radii_km.x;
         for height_km in [2e-3, 0.1, 10.0, 400.0, radius_km, 10.0 * radius_km] {
             let dip_rad = (radius_km / (radius_km + height_km)).acos();
-            for k in 0..azimuths {
+            for k in 0..azimuth_count {
                 let [east, north, up] = local_axes(23.0, 77.0);
                 // From north towards east.
-                let azimuth_rad = 0.4 + f64::from(k) * std::f64::consts::TAU / f64::from(azimuths);
+                let azimuth_rad = 0.4 + f64::from(k) * std::f64::consts::TAU / f64::from(azimuth_count);
                 let (sin, cos) = azimuth_rad.sin_cos();
                 let direction = (east * sin + north * cos) * dip_rad.cos() - up * dip_rad.sin();
                 for &fov_deg in fovs_deg {
@@ -188,17 +188,17 @@ pub(super) fn places(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
         let Ok(body_from_icrf) = setup.session().ephemeris().body_from_icrf(body.id, eclipse_instant()) else { continue };
         let sun = body_from_icrf * sunward(setup, body.id, eclipse_instant());
         // The planetographic latitude at which the Sun is in the zenith is its declination; that of the sub-solar point differs on an oblate body.
-        let (latitude, longitude) = (sun.z.asin().to_degrees(), sun.y.atan2(sun.x).to_degrees());
+        let (zenith_latitude_deg, zenith_longitude_deg) = (sun.z.asin().to_degrees(), sun.y.atan2(sun.x).to_degrees());
         let spots = [
             ("north pole", 90.0, 0.0),
             ("south pole", -90.0, 10.0),
             ("beside the pole", 89.999, 45.0),
             ("antimeridian", 10.0, 180.0),
             ("beside the antimeridian", 0.0, -179.999_99),
-            ("Sun in the zenith", latitude, longitude),
-            ("Sun in the nadir", -latitude, longitude + 180.0),
-            ("Sun on the horizon", 0.0, longitude + 90.0),
-            ("Sun just set", 0.0, longitude + 90.5),
+            ("Sun in the zenith", zenith_latitude_deg, zenith_longitude_deg),
+            ("Sun in the nadir", -zenith_latitude_deg, zenith_longitude_deg + 180.0),
+            ("Sun on the horizon", 0.0, zenith_longitude_deg + 90.0),
+            ("Sun just set", 0.0, zenith_longitude_deg + 90.5),
         ];
         for (place, latitude_deg, longitude_deg) in spots {
             let longitude_deg = (longitude_deg + 180.0_f64).rem_euclid(360.0) - 180.0;
@@ -261,8 +261,8 @@ pub(super) fn contacts(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErr
     for eclipse in events::solar_eclipses(catalog, ephemeris, from, to)? {
         for contact in &eclipse.contacts {
             for seconds in [-0.5, 0.0, 0.5] {
-                let (name, at) = *contact;
-                let time = at.plus_seconds(seconds);
+                let (name, contact_time) = *contact;
+                let time = contact_time.plus_seconds(seconds);
                 let case = json!({ "eclipse": eclipse.greatest.to_utc_iso(), "contact": name, "seconds": seconds, "seen": "space" });
                 views
                     .push(ExtremeView { case, request: ViewRequest { width: side, height: side, ..ViewRequest::of(NaifId::EARTH, time) } });
@@ -322,14 +322,14 @@ pub(super) fn sizes(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
     let mut views = Vec::new();
     for body in bodies_named(setup, &["earth", "saturn", "moon", "sun", "jupiter"]) {
         let distance_km = 60.0 * body.radii_km.x;
-        let towards = (sunward(setup, body.id, eclipse_instant()) + DVec3::new(0.4, 0.1, 0.2)).normalize();
+        let camera_direction = (sunward(setup, body.id, eclipse_instant()) + DVec3::new(0.4, 0.1, 0.2)).normalize();
         for k in 0..steps {
             let diameter_px = 0.3 * (4.0 * f64::from(side) / 0.3).powf(f64::from(k) / f64::from(steps - 1));
             let fov_deg = 2.0 * ((1.0_f64 / 60.0) * f64::from(side) / diameter_px).atan().to_degrees();
             let case = json!({ "body": body.name, "diameter_px": diameter_px });
             views.push(ExtremeView {
                 case,
-                request: view_from_offset(body.id, eclipse_instant(), towards * distance_km, fov_deg.min(170.0), side),
+                request: view_from_offset(body.id, eclipse_instant(), camera_direction * distance_km, fov_deg.min(170.0), side),
             });
         }
     }
@@ -342,11 +342,11 @@ pub(super) fn simple(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
     let side = setup.by_effort(96, 256);
     let all = Layers::ALL;
     let request_of = |body: NaifId, time: Instant| ViewRequest { width: side, height: side, layers: all, ..ViewRequest::of(body, time) };
-    // From the Earth's umbra, 2022-11-08T11:00 UTC: the Sun's refracted image around the Earth.
-    let in_shadow = Instant::from_jd_tdb(2_459_891.959);
+    // 2022-11-08T11:00 UTC. From the Moon, which is in the Earth's umbra: the Sun's refracted image around the Earth.
+    let umbra_time = Instant::from_jd_tdb(2_459_891.959);
     let night_sky = standard_scenes(side, side).into_iter().find(|s| s.name == "night-sky").map(|s| s.request);
     let night_sky = night_sky.unwrap_or_else(|| request_of(SATURN, eclipse_instant()));
-    // In Dallas.
+    // Totality in Dallas.
     let totality = Instant::from_jd_tdb(2_460_409.280_4);
     let views = [
         (
@@ -368,17 +368,18 @@ pub(super) fn simple(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
         ("corona", ViewRequest { position: DALLAS, fov_deg: Some(3.0), ..request_of(NaifId::SUN, totality) }),
         (
             "refracted limb",
-            ViewRequest { position: Position::Centre(NaifId::MOON), fov_deg: Some(2.4), ..request_of(NaifId::EARTH, in_shadow) },
+            ViewRequest { position: Position::Centre(NaifId::MOON), fov_deg: Some(2.4), ..request_of(NaifId::EARTH, umbra_time) },
         ),
-        ("glare", ViewRequest { position: Position::Centre(NaifId::EARTH), fov_deg: Some(20.0), ..request_of(NaifId::SUN, in_shadow) }),
+        ("glare", ViewRequest { position: Position::Centre(NaifId::EARTH), fov_deg: Some(20.0), ..request_of(NaifId::SUN, umbra_time) }),
         ("night sky", night_sky),
     ];
     let mut found = SweepResult::empty();
     for (name, request) in views {
         let view = setup.plan_view(&request, SINGLE_SAMPLE)?;
-        let (single, exact_frames) = (setup.draw_display(&view, Precision::F32)?, setup.exact_frames(&view)?);
+        let (f32_pixels, f64_frames) = (setup.draw_display(&view, Precision::F32)?, setup.f64_frames(&view)?);
         let difference = |a: &[u8; 4], b: &[u8; 4]| (0..3).map(|c| f64::from(a[c].abs_diff(b[c]))).fold(0.0, f64::max);
-        let differences = least_differences(&single, exact_frames.iter().map(|frame| &*frame.display), difference);
+        // Of each pixel, the difference from the closest of the f64 frames, which differ in the grid to which vertices snap.
+        let differences = least_differences(&f32_pixels, f64_frames.iter().map(|frame| &*frame.display), difference);
         let (worst_index, worst) = worst_of(&differences);
         let pixel = [worst_index as u32 % side, worst_index as u32 / side];
         found.add(worst, || {

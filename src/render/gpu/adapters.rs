@@ -118,7 +118,7 @@ pub(super) struct OpenedDevice {
     pub adapter: Adapter,
     pub device: Device,
     pub queue: Queue,
-    /// Whether it can blend into targets of 32-bit floats with 4 samples per pixel.
+    /// Whether the device can blend into targets of 32-bit floats with 4 samples per pixel.
     pub blends_f32: bool,
     pub has_timestamps: bool,
 }

@@ -127,7 +127,7 @@ impl Pipelines {
         self.by_key.get(key).cloned()
     }
 
-    /// Creates the missing pipelines on several threads, because most drivers compile shaders here and that is slow.
+    /// Creates the missing pipelines on several threads, because most drivers compile shaders when a pipeline is created, which is slow.
     pub(crate) fn create(&mut self, device: &Device, keys: &[PipelineKey], modules: &impl ModuleProvider) -> Result<(), GpuError> {
         let missing: Vec<&PipelineKey> =
             keys.iter().filter(|k| !self.by_key.contains_key(*k)).collect::<HashSet<_>>().into_iter().collect();
@@ -179,14 +179,13 @@ impl Pipelines {
 }
 
 /// Number of threads that compile for a backend: as many as there are cores, but only one for GL. GL has one context, which only one thread uses at a time;
-/// wgpu panics when a call has waited for it for six seconds. With NVIDIA's GL driver, compiling the modules of one view on sixteen threads took longer than
-/// that.
+/// wgpu panics when a call has waited for the context for six seconds. With NVIDIA's GL driver, compiling one view's modules on sixteen threads took longer.
 fn compiler_threads(backend: wgpu::Backend) -> usize {
     if backend == wgpu::Backend::Gl { 1 } else { std::thread::available_parallelism().map_or(1, usize::from) }
 }
 
-/// Maps all items on up to `threads` threads; the order of the results is arbitrary. It starts threads of its own, because in a shared pool the drawing of
-/// the window would wait for the driver's compiler.
+/// Maps all items on up to `threads` threads; the order of the results is arbitrary. The function starts its own threads, because in a shared pool the drawing
+/// of the window would wait for the driver's compiler.
 fn parallel_map<T: Send, R: Send>(threads: usize, items: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
     let threads = threads.min(items.len());
     let items = Mutex::new(items.into_iter());

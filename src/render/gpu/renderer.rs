@@ -280,7 +280,7 @@ impl GpuRenderer {
         modules: &impl ModuleProvider,
         target: RenderTarget<'_>,
     ) -> Result<u64, GpuError> {
-        let uploaded_before = resources.uploads.total_uploaded_bytes;
+        let uploaded_bytes_before = resources.uploads.total_uploaded_bytes;
         resources.uploads.begin_frame();
         self.update_targets(resources, plan, target)?;
         let mut bytes = FrameBytes::default();
@@ -313,7 +313,7 @@ impl GpuRenderer {
             encoder.copy_buffer_to_buffer(&pass_timer.results, 0, &pass_timer.readback, 0, u64::from(TIMESTAMP_PAIR_BYTES * timed));
         }
         self.queue.submit([encoder.finish()]);
-        Ok(resources.uploads.total_uploaded_bytes - uploaded_before)
+        Ok(resources.uploads.total_uploaded_bytes - uploaded_bytes_before)
     }
 
     /// Reads back the output of the last pass, and the linear image if it is `requested`.

@@ -26,7 +26,8 @@ pub(crate) struct GpuSurface {
     failed_resizes: u32,
 }
 
-/// After more consecutive failures than this to configure a surface, the error is returned: two thirds of a second at 60 frames per second.
+/// Number of consecutive failures to configure a surface that are ignored; the next one is returned as an error. At 60 frames per second: two thirds of a
+/// second.
 const MAX_FAILED_RESIZES: u32 = 40;
 
 /// Formats that a window's surface may have. Of these, the one that the adapter lists first is used.
@@ -103,7 +104,8 @@ impl GpuRenderer {
     }
 
     /// Draws the plan to the window and presents it. Returns false, without drawing, if the surface has no texture now, because the window is hidden or after a
-    /// failure that may be temporary. Also returns false while another thread uses the windows' resources, as [`GpuRenderer::warm_up_window_pipelines`] does.
+    /// failure that may be temporary. Also returns false while another thread uses the windows' resources, for example
+    /// [`GpuRenderer::warm_up_window_pipelines`].
     /// `before_present` is called right before presenting: some window systems need the notification.
     ///
     /// # Errors

@@ -31,10 +31,12 @@ enum TextureKey {
     ByContent([u8; 32], [u32; 2], TexelFormat),
 }
 
+/// A texture in GPU memory.
 struct Uploaded {
     view: TextureView,
     texture: wgpu::Texture,
-    bytes: u64,
+    /// Size of all mip levels.
+    byte_count: u64,
     last_used_frame: u64,
     /// For [`TextureKey::ByAddress`], the decoded texture. Once it no longer exists, this entry is evicted; until then, the weak reference keeps its address
     /// from being reused.
@@ -76,34 +78,37 @@ impl Uploads {
             return;
         }
         let mut by_last_use: Vec<(u64, TextureKey, u64)> =
-            self.by_key.iter().map(|(key, u)| (u.last_used_frame, key.clone(), u.bytes)).collect();
+            self.by_key.iter().map(|(key, u)| (u.last_used_frame, key.clone(), u.byte_count)).collect();
         by_last_use.sort_by_key(|(last_used_frame, ..)| *last_used_frame);
-        for (_, key, bytes) in by_last_use {
+        for (_, key, byte_count) in by_last_use {
             if total <= BUDGET_BYTES {
                 break;
             }
             if let Some(evicted) = self.by_key.remove(&key) {
                 evicted.texture.destroy();
             }
-            total -= bytes;
+            total -= byte_count;
         }
     }
 
     pub(crate) fn total_bytes(&self) -> u64 {
-        self.by_key.values().map(|u| u.bytes).sum()
+        self.by_key.values().map(|u| u.byte_count).sum()
     }
 
-    /// The view of a texture, which is uploaded first if necessary. `persistent`: the owner keeps the texture alive until its content changes.
+    /// The view of a texture, which is uploaded first if necessary. `is_persistent`: the owner keeps the texture alive until its content changes.
     pub(crate) fn view(
         &mut self,
         device: &Device,
         queue: &Queue,
         texture: &SharedTexture,
-        persistent: bool,
+        is_persistent: bool,
     ) -> Result<TextureView, String> {
         let key = match &texture.levels[..] {
             [] => return Err("a texture has no mip level".into()),
-            [only] if !persistent => TextureKey::ByContent(Sha256::digest(only.bytes()).into(), [only.width, only.height], texture.format),
+            // One mip level: a table.
+            [only] if !is_persistent => {
+                TextureKey::ByContent(Sha256::digest(only.bytes()).into(), [only.width, only.height], texture.format)
+            }
             _ => TextureKey::ByAddress(Arc::as_ptr(texture) as usize),
         };
         if let Some(uploaded) = self.by_key.get_mut(&key) {
@@ -111,11 +116,11 @@ impl Uploads {
             return Ok(uploaded.view.clone());
         }
         let uploaded = self.upload(device, queue, texture)?;
-        let bytes = texture.levels.iter().map(|level| level.byte_count() as u64).sum();
-        self.total_uploaded_bytes += bytes;
+        let byte_count = texture.levels.iter().map(|level| level.byte_count() as u64).sum();
+        self.total_uploaded_bytes += byte_count;
         let view = uploaded.create_view(&wgpu::TextureViewDescriptor::default());
         let decoded = matches!(key, TextureKey::ByAddress(_)).then(|| Arc::downgrade(texture));
-        self.by_key.insert(key, Uploaded { view: view.clone(), texture: uploaded, bytes, last_used_frame: self.frame, decoded });
+        self.by_key.insert(key, Uploaded { view: view.clone(), texture: uploaded, byte_count, last_used_frame: self.frame, decoded });
         Ok(view)
     }
 
@@ -142,12 +147,13 @@ impl Uploads {
         });
         for (mip_level, level) in (0..).zip(&texture.levels) {
             let row_bytes = texture.format.texel_bytes() * level.width;
-            let rows = (CHUNK_BYTES / u64::from(row_bytes)).max(1) as u32;
-            for (y, chunk) in (0..).step_by(rows as usize).zip(level.bytes().chunks(rows as usize * row_bytes as usize)) {
+            let rows_per_chunk = (CHUNK_BYTES / u64::from(row_bytes)).max(1) as u32;
+            let chunks = level.bytes().chunks(rows_per_chunk as usize * row_bytes as usize);
+            for (y, chunk) in (0..).step_by(rows_per_chunk as usize).zip(chunks) {
                 let to =
                     TexelCopyTextureInfo { texture: &uploaded, mip_level, origin: Origin3d { x: 0, y, z: 0 }, aspect: TextureAspect::All };
                 let layout = TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: None };
-                queue.write_texture(to, chunk, layout, extent(level.width, rows.min(level.height - y)));
+                queue.write_texture(to, chunk, layout, extent(level.width, rows_per_chunk.min(level.height - y)));
                 self.pending_bytes += chunk.len() as u64;
                 if self.pending_bytes >= CHUNK_BYTES {
                     self.submit_chunk(device, queue)?;

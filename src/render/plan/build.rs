@@ -110,8 +110,8 @@ pub(super) fn steps_with_faces(
     Ok(steps)
 }
 
-/// The steps that draw into [`HDR_TARGET`], which is first filled with the colour `clear`. `faces_draw`: as in [`steps_with_faces`]; it is drawn over the
-/// stars and behind all bodies.
+/// The steps that draw into [`HDR_TARGET`], which is first filled with the colour `clear` (linear premultiplied RGBA). `faces_draw`: as in
+/// [`steps_with_faces`]; it is drawn over the stars and behind all bodies.
 pub(super) fn hdr_steps(
     scene: &Scene,
     provider: &impl ResourceProvider,
@@ -147,12 +147,12 @@ pub(super) fn hdr_steps(
         for run in draws.chunk_by(|a, b| a.body == b.body) {
             let (body, mut index, end) = (run[0].body, start, start + run.len());
             // The layers of a ringed body (ring behind, globe, ring in front) need not be consecutive: moons may be between them.
-            let is_first = !scene.draws[..index].iter().any(belongs_to(body));
-            let is_last = !scene.draws[end..].iter().any(belongs_to(body));
+            let is_first_run = !scene.draws[..index].iter().any(belongs_to(body));
+            let is_last_run = !scene.draws[end..].iter().any(belongs_to(body));
             start = end;
             let limb = scene.limbs.iter().find(|l| l.body == body);
             let (occlusion, refraction) = limb.map(|l| simple_draws::refracted_limb(scene, l, provider)).transpose()?.unzip();
-            steps.extend(occlusion.flatten().filter(|_| is_first).map(|draw| over_hdr("unrefracted Sun", vec![draw])));
+            steps.extend(occlusion.flatten().filter(|_| is_first_run).map(|draw| over_hdr("unrefracted Sun", vec![draw])));
             for layers in run.chunk_by(|a, b| step_name(a) == step_name(b)) {
                 // Draw `k` with the first rows of its subimages in the coarse image of the air.
                 let with_subimage_rows = |k| coarse_air::with_subimage_rows(&scene.draws, k, [width, height]);
@@ -165,7 +165,7 @@ pub(super) fn hdr_steps(
                     steps.push(over_hdr("ground lines", simple_draws::lines_without_depth("ground lines", segments, scene, provider)?));
                 }
             }
-            steps.extend(refraction.filter(|_| is_last).map(|draw| over_hdr("refracted limb", vec![draw])));
+            steps.extend(refraction.filter(|_| is_last_run).map(|draw| over_hdr("refracted limb", vec![draw])));
         }
         Ok(())
     };

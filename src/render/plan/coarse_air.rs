@@ -1,6 +1,7 @@
 //! The coarse image of the air: the light of the air at every few pixels. Draws of bodies interpolate it instead of evaluating the atmosphere at each pixel. A
 //! first pass evaluates the air of each body whose draw reads the image and, in an eclipse, the sunlight that passes the occluders to its ground. A second pass
-//! marks the texels around which interpolation is accurate enough (alpha 1).
+//! marks the texels around which interpolation is accurate enough (alpha 1). Where a pixel lies between four marked texels, the ground's draw may also show the
+//! clouds (`AirPass::ReadWithClouds`); the clouds' draw then discards this pixel.
 //!
 //! In: the scene's draws, the layouts of modules. Out: the steps of both passes, and the draws with the first rows of their subimages. Always: a texel lies at
 //! the corner of four pixels of the screen, `COARSE_AIR_PX` pixels from the next; each quantity (air or sunlight) of each draw has its own subimage, a range
@@ -44,7 +45,7 @@ fn subimages_of(draw: &Draw) -> impl Iterator<Item = DrawFeatures> {
     [draw.features.coarse_air(), draw.features.coarse_sunlight()].into_iter().flatten()
 }
 
-/// Indices of a body's two draws of ground and clouds, if the ground's draw also shows the clouds and draw `k` is one of the two.
+/// Indices of a body's draws of ground and clouds, if the ground's draw also shows clouds and draw `k` is one of the two.
 fn ground_and_clouds(draws: &[Draw], k: usize) -> Option<(usize, usize)> {
     let is_part = |d: &Draw, part| d.body == draws[k].body && d.part == part && d.features.air_pass == AirPass::ReadWithClouds;
     let find = |part| draws.iter().position(|d| is_part(d, part));
@@ -87,8 +88,8 @@ pub(super) fn with_subimage_rows(draws: &[Draw], k: usize, screen: [u32; 2]) -> 
     Cow::Owned(draw)
 }
 
-/// For the clouds' draw, if the ground's draw also shows the clouds: the image with the marks. Between four marked texels the ground's draw shows the
-/// clouds, and the clouds' draw discards its pixels. `draw`: as [`with_subimage_rows`] returns it.
+/// For the clouds' draw, if the ground's draw also shows clouds: the marked image, by which the clouds' draw discards the pixels that the ground's draw shows.
+/// `draw`: as [`with_subimage_rows`] returns it.
 pub(super) fn marks_for_clouds(draw: &Draw) -> Option<MarkedImage> {
     let is_shared = draw.part == BodyPart::Clouds && draw.features.air_pass == AirPass::ReadWithClouds;
     is_shared.then(|| {
@@ -135,7 +136,7 @@ pub(super) fn steps(
             let subimages_to_clouds = ground_and_clouds(draws, k)
                 .filter(|(ground, _)| *ground == k && !is_sunlight)
                 .map_or(0, |(_, clouds)| subimages_before(draws, clouds) - subimage);
-            // `bound`: the accepted error of interpolation, relative to the light (x) and to the irradiance of the first light (y).
+            // `bound`: the accepted interpolation error, relative to the interpolated value (x) and to the irradiance of the first light source, the Sun (y).
             let marking = full_screen_draw(MARKING_MODULE, [width, height], provider, |w| {
                 w.vec2("bound", bound)?;
                 w.f32("rows_to_clouds", (subimages_to_clouds * subimage_height) as f32)
@@ -159,11 +160,14 @@ fn sampling_draw(
     scissor: [u32; 4],
     provider: &impl ResourceProvider,
 ) -> Result<PlanDraw, PlanError> {
-    // The module evaluates only sunlight, so the other lights are dropped.
+    // The module evaluates the first light source only, the Sun; planet-shine is left out.
     uniforms.lights.truncate(1);
+    // The module reads no map.
+    let map_taps = 1;
     let module = ModuleId::Planet(ShaderKey::for_draw(features));
     let layout = provider.layout(&module)?;
-    let uniform_bytes = uniform_bytes(&layout, &uniforms, 1).map_err(|source| PlanError::Layout { module: module.to_string(), source })?;
+    let uniform_bytes = uniform_bytes(&layout, &uniforms, map_taps)
+        .map_err(|source| PlanError::Layout { module: module.to_string(), source })?;
     Ok(PlanDraw {
         label,
         module,
@@ -193,14 +197,14 @@ fn rect_in_subimage(rect_in_clip: Vec4, screen: [u32; 2]) -> [u32; 4] {
     let size = coarse_air_subimage_size(screen);
     let texel_of = |clip: f32, side: u32| 0.5 * (1.0 + clip) * side as f32 / COARSE_AIR_PX as f32 + screen_edge_texels();
     let [x0, y0, x1, y1] = rect_in_clip.to_array();
-    let first = |at: f32| (at.floor() - 1.0).max(0.0) as u32;
-    let end = |at: f32, limit: u32| ((at.ceil() + 1.0).max(0.0) as u32).min(limit);
+    let first = |texel: f32| (texel.floor() - 1.0).max(0.0) as u32;
+    let end = |texel: f32, limit: u32| ((texel.ceil() + 1.0).max(0.0) as u32).min(limit);
     let [left, top] = [first(texel_of(x0, screen[0])).min(size[0]), first(texel_of(-y0, screen[1])).min(size[1])];
     [left, top, end(texel_of(x1, screen[0]), size[0]).max(left), end(texel_of(-y1, screen[1]), size[1]).max(top)]
 }
 
-/// The uniforms for drawing these texels instead of the rectangle on the screen. The view rays are the same, extrapolated where the texels extend beyond that
-/// rectangle. `in_subimage`: the rectangle of texels in the subimage; `in_image`: the same rectangle in the image.
+/// The uniforms for drawing a rectangle of texels instead of the draw's rectangle on the screen. The view rays are those of the draw, extrapolated where the
+/// texels extend beyond the draw's rectangle. `in_subimage`: the rectangle of texels in the subimage; `in_image`: the same rectangle in the image.
 fn uniforms_over_texels(
     uniforms: &DrawUniforms,
     in_subimage: [u32; 4],
@@ -210,6 +214,7 @@ fn uniforms_over_texels(
 ) -> DrawUniforms {
     let [x0, y0, x1, y1] = uniforms.rect_in_clip.to_array();
     let clip_of = |texel: u32, side: u32| 2.0 * (texel as f32 - screen_edge_texels()) * COARSE_AIR_PX as f32 / side as f32 - 1.0;
+    // u and v of the texels' edges: 0 to 1 from the left and the top edge of the draw's rectangle.
     let fraction = |clip: f32, from: f32, to: f32| (clip - from) / (to - from);
     let [u0, u1] = [in_subimage[0], in_subimage[2]].map(|t| fraction(clip_of(t, screen[0]), x0, x1));
     // Clip y points up, texel rows down.
@@ -217,6 +222,7 @@ fn uniforms_over_texels(
     let clip_in_image = |texel: u32, side: u32| 2.0 * texel as f32 / side as f32 - 1.0;
     let [left, right] = [in_image[0], in_image[2]].map(|t| clip_in_image(t, image[0]));
     let [top, bottom] = [in_image[1], in_image[3]].map(|t| -clip_in_image(t, image[1]));
+    // `anchor_origin` and `ray_origin` are the anchor and the ray direction at the rectangle's top left corner; `_du` and `_dv` are their changes across it.
     DrawUniforms {
         rect_in_clip: Vec4::new(left, top, right, bottom),
         anchor_origin: uniforms.anchor_origin + u0 * uniforms.anchor_du + v0 * uniforms.anchor_dv,

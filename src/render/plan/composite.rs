@@ -98,11 +98,13 @@ fn last_pass(plan: &Plan) -> (usize, [u32; 2]) {
     (plan.passes.len().saturating_sub(1), plan.passes.last().map_or([1, 1], |p| [p.width, p.height]))
 }
 
+/// A pass with one draw into a display target cleared to black.
 fn display_pass(name: &'static str, [width, height]: [u32; 2], samples: u8, draw: PlanDraw) -> Pass {
     let clear = [0.0, 0.0, 0.0, 1.0];
     Pass { name, width, height, format: ColourFormat::Rgba8Unorm, samples, clear, depth: false, draws: vec![draw] }
 }
 
+/// The complete plans of both eyes' frames, then the pass that combines their display images.
 fn plan_eyes(composite: &Composite, eyes: &Eyes, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Plan, PlanError> {
     let mut combined = Plan { passes: Vec::new() };
     let mut images = Vec::new();
@@ -125,6 +127,7 @@ fn plan_eyes(composite: &Composite, eyes: &Eyes, provider: &impl ResourceProvide
     Ok(combined)
 }
 
+/// The linear images of the faces, then the plan of the finished image, in which one draw resamples the faces.
 fn plan_faces(
     composite: &Composite,
     faces: &Faces,
@@ -206,6 +209,8 @@ fn warp_draw(
     let texels_per_px = |gradient: DVec2| (gradient * image / px_per_unit * flip_y).as_vec2();
     let texel_and_brightness =
         |k: usize| (DVec2::new(nodes[k].image.x, 1.0 - nodes[k].image.y) * image).extend(nodes[k].brightness).as_vec3();
+    // Position in clip space; position in the image (texels from the top left) and brightness; change of the position in the image per pixel of the screen to
+    // the right and down.
     let attributes = vec![
         vec2_attribute(&|k| (nodes[k].screen * DVec2::new(screen.y / screen.x, 1.0)).as_vec2()),
         Attribute { components: 3, values: Arc::new((0..nodes.len()).flat_map(|k| texel_and_brightness(k).to_array()).collect()) },

@@ -48,8 +48,8 @@ impl MarkedImage {
 struct Ellipse([f64; 6]);
 
 impl Extent {
-    /// The extent of a body's draw on a screen of this size; `None` if no bound tighter than its rectangle is known. `marked`: for clouds
-    /// that the ground's draw shows in part, the texels between which it does.
+    /// The extent of a body's draw on a screen of this size in pixels; `None` if no bound tighter than the draw's rectangle is known. `marked`: for the clouds'
+    /// draw, if the ground's draw also shows clouds, the image that marks where.
     pub(super) fn of(draw: &Draw, screen: [u32; 2], marked: Option<MarkedImage>) -> Option<Self> {
         let (features, uniforms) = (&draw.features, &draw.uniforms);
         // The outline of a mesh, or of a limb with terrain, is no ellipse.
@@ -114,7 +114,8 @@ impl Ellipse {
     }
 }
 
-/// The middle of a rectangle, and half its sides plus a margin for antialiased edges and quads.
+/// The middle of a rectangle, and half its sides plus a margin: an antialiased edge extends half a pixel beyond the outline, and shaders run on quads of 2 x 2
+/// pixels.
 fn middle_and_padded_half_sides(pixels: [u32; 4]) -> ([f64; 2], [f64; 2]) {
     let [left, top, right, bottom] = pixels.map(f64::from);
     ([0.5 * (left + right), 0.5 * (top + bottom)], [0.5 * (right - left) + PADDING_PX, 0.5 * (bottom - top) + PADDING_PX])
@@ -130,8 +131,8 @@ fn air_top_form(ground: [DVec4; 2], uniforms: &DrawUniforms) -> [DVec4; 2] {
     [0, 1].map(|row: usize| ground[row] + top_radius_sq_minus_1 * length_sq[row].extend(0.0))
 }
 
-/// Converts a form over the draw's rectangle to pixel coordinates. `linear`: coefficients of 1, u, v; `quadratic`: of u^2, uv, v^2. u and v are 0 to
-/// 1 over the rectangle.
+/// Converts a form over the draw's rectangle to pixel coordinates. `linear`: coefficients of 1, u, v; `quadratic`: of u^2, uv, v^2; their w is unused. u and v
+/// are 0 to 1 over the rectangle, v from the top. Returns the coefficients of [`Ellipse`].
 fn form_over_pixels([linear, quadratic]: [DVec4; 2], uniforms: &DrawUniforms, [width, height]: [u32; 2]) -> [f64; 6] {
     let rect = uniforms.rect_in_clip.as_dvec4();
     // u = u0 + du x, and v = v0 + dv y; clip y points up.

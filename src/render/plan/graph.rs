@@ -79,6 +79,7 @@ fn topological_order(by_resource: &BTreeMap<&'static str, Vec<&PassStep>>, image
         InProgress,
         Done,
     }
+    /// Depth-first: appends `resource` to `order` after all resources that its steps read.
     fn visit(
         resource: &'static str,
         by_resource: &BTreeMap<&'static str, Vec<&PassStep>>,

@@ -210,14 +210,14 @@ impl Plan {
 
     /// The draws of simple shaders, in order.
     pub(crate) fn simple_draws(&self) -> Vec<SimpleDraw> {
-        let of_draw = |pass: &Pass, d: &PlanDraw| match d.module {
+        let simple_draw_of = |pass: &Pass, d: &PlanDraw| match d.module {
             ModuleId::Simple(module) => {
                 let label = format!("{}, for {}", d.label, pass.name);
                 Some(SimpleDraw { module, label, uniform_bytes: d.uniform_bytes.clone() })
             }
             _ => None,
         };
-        self.passes.iter().flat_map(|p| p.draws.iter().filter_map(move |d| of_draw(p, d))).collect()
+        self.passes.iter().flat_map(|p| p.draws.iter().filter_map(move |d| simple_draw_of(p, d))).collect()
     }
 }
 

@@ -72,7 +72,7 @@ pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
         (scene.labels.is_some() || scene.line_texts.is_some(), "label"),
         (scene.labels.as_ref().is_some_and(|l| !l.dots.is_empty()), "dot"),
     ];
-    conditions.into_iter().filter(|(used, _)| *used).map(|(_, name)| name).collect()
+    conditions.into_iter().filter(|(is_used, _)| *is_used).map(|(_, name)| name).collect()
 }
 
 /// A draw of a simple shader over the scene's full image.
@@ -334,7 +334,7 @@ fn blur(scene: &Scene, provider: &impl ResourceProvider, axis: Vec2, sigma_px: f
     Ok(PlanDraw { label: format!("blur along {}", if axis == Vec2::X { "x" } else { "y" }), ..draw })
 }
 
-/// The steps of bloom: radiance above white, downsampled and blurred at two scales.
+/// The steps of bloom: radiance above white, downsampled and blurred at two scales. `hdr`: name of the resource that is read.
 pub(super) fn bloom_steps(scene: &Scene, provider: &impl ResourceProvider, hdr: &'static str) -> Result<Vec<PassStep>, PlanError> {
     let downsampled = |size: [u32; 2]| size.map(|s| s.div_ceil(DOWNSAMPLING));
     let quarter = downsampled([scene.camera.width, scene.camera.height]);
@@ -413,7 +413,8 @@ pub(super) fn tone_map_step(
     Ok(screen_step("tone map", reads, target, draw))
 }
 
-/// Resource names of the outline's masks. They are keys of the pass times in JSON reports, and therefore do not change.
+/// Resource names of the outline's masks: the body's shape, the shape blurred along x, and along both axes. They are keys of the pass times in JSON reports,
+/// and therefore do not change.
 const OUTLINE_RESOURCES: [&str; 3] = ["shape", "shape blurred across", "shape blurred"];
 
 /// sRGB bytes scaled to 0..=1, without decoding.
@@ -421,7 +422,8 @@ pub(super) fn colour(bytes: [u8; 3]) -> Vec3 {
     Vec3::from_array(bytes.map(f32::from)) / 255.0
 }
 
-/// The selected body's outline: a mask of its shape is blurred, and the part of the blurred mask outside the shape is drawn over `display`.
+/// The selected body's outline: a mask of its shape is blurred, and the part of the blurred mask outside the shape is drawn over the resource `display`.
+/// `shape`: the draw of the body into the mask.
 pub(super) fn outline_steps(
     scene: &Scene,
     shape: PlanDraw,
@@ -452,16 +454,16 @@ pub(super) fn outline_steps(
         step.draws.iter_mut().for_each(|d| d.scissor = blurred_rect);
         Ok(step)
     };
+    let [shape_mask, blurred_x_mask, blurred_mask] = OUTLINE_RESOURCES;
     // A body's module writes depth, so the mask needs a depth target.
-    let shape_target = TargetDescriptor { depth: true, ..mask(OUTLINE_RESOURCES[0]) };
+    let shape_target = TargetDescriptor { depth: true, ..mask(shape_mask) };
     let outline = simple_draw("outline", scene, provider, |w| w.vec3("colour", colour(SELECTED_COLOUR)))?;
     let outline = PlanDraw { blend: Blend::PremultipliedOver, scissor: blurred_rect, ..outline };
-    let reads = [OUTLINE_RESOURCES[0], OUTLINE_RESOURCES[2]];
-    let reads = (FIRST_READ_BINDING..).zip(reads).map(|(binding, resource)| Read { resource, binding }).collect();
+    let reads = (FIRST_READ_BINDING..).zip([shape_mask, blurred_mask]).map(|(binding, resource)| Read { resource, binding }).collect();
     Ok(vec![
         PassStep { name: "outline, shape", reads: vec![], writes: Write::New(shape_target), draws: vec![shape] },
-        blurred("outline, blurred along x", OUTLINE_RESOURCES[0], OUTLINE_RESOURCES[1], Vec2::X)?,
-        blurred("outline, blurred", OUTLINE_RESOURCES[1], OUTLINE_RESOURCES[2], Vec2::Y)?,
+        blurred("outline, blurred along x", shape_mask, blurred_x_mask, Vec2::X)?,
+        blurred("outline, blurred", blurred_x_mask, blurred_mask, Vec2::Y)?,
         PassStep { name: "outline", reads, writes: Write::Over(display), draws: vec![outline] },
     ])
 }
