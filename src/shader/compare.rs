@@ -1,6 +1,7 @@
 //! Compares two modules, and counts the cost of one.
 //!
-//! In: modules. Out: the lines in which two modules differ, grouped by feature or by fragment; the operations, branches and texture reads in a module's IR.
+//! In: modules. Out: the lines in which two modules differ, grouped by feature or by fragment (WESL source file); the operations, branches and texture reads in
+//! a module's IR (naga's intermediate representation).
 
 use super::{Emitted, ShaderModule, SourceMap};
 use naga::{Expression, Statement};
@@ -48,7 +49,7 @@ pub fn difference(first: &Emitted, second: &Emitted) -> Vec<FeatureDiff> {
 /// Lines of one fragment that occur in only one of two revisions of a module.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ChangedLines {
-    /// The features to which these lines belong.
+    /// Names of the features to which these lines belong.
     pub features: BTreeSet<String>,
     /// Lines that only the first revision has.
     pub removed: usize,
@@ -59,7 +60,7 @@ pub struct ChangedLines {
 /// The fragments whose emitted lines differ between two revisions of one module, by path. Lines are compared by their text: a line that only moved within its
 /// fragment is unchanged.
 pub fn changed_lines(first: (&str, &SourceMap), second: (&str, &SourceMap)) -> BTreeMap<String, ChangedLines> {
-    // By fragment and text: occurrences in the first revision minus those in the second, and the feature.
+    // By fragment path and text of the line: occurrences in the first revision minus those in the second, and the feature.
     let mut counts: BTreeMap<(String, String), (i64, String)> = BTreeMap::new();
     for ((wgsl, map), sign) in [(first, 1), (second, -1)] {
         for (feature, line) in lines_of(wgsl, map) {
@@ -77,14 +78,14 @@ pub fn changed_lines(first: (&str, &SourceMap), second: (&str, &SourceMap)) -> B
     changed
 }
 
-/// Counts in a module's IR. Each function counts once, however often it is called, except for its texture reads.
+/// Counts in a module's IR. Operations and branches of a function count once, however often it is called; its texture reads count once per call.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct IrCost {
-    /// Arithmetic expressions, by kind.
+    /// Number of arithmetic expressions, by kind (naga's name in lower case).
     pub operations: BTreeMap<String, u32>,
-    /// Texture reads of the entry points, including those of the functions that they call; a function counts once per call. At most `u32::MAX`.
+    /// Texture reads of the entry points, including those of the functions that they call, once per call. At most `u32::MAX`.
     pub texture_reads: u32,
-    /// `if`, `switch` and loops.
+    /// Number of `if`, `switch` and loops.
     pub branches: u32,
     pub functions: u32,
     pub uniform_bytes: u32,
@@ -115,12 +116,13 @@ fn count_branches(block: &naga::Block, branches: &mut u32) {
     }
 }
 
+/// Sum, at most `u32::MAX`.
 fn saturating_sum(counts: impl Iterator<Item = u32>) -> u32 {
     counts.fold(0, u32::saturating_add)
 }
 
-/// Texture reads of a function and of its callees; each call counts, a loop counts once. `reads_of_earlier`: reads of the functions declared before it. The
-/// sum saturates: functions of which each calls the previous one twice have 2^n reads.
+/// Texture reads of a function and of its callees. Each call counts, a loop counts once. `reads_of_earlier`: reads of the functions declared before it, by
+/// index. The sum saturates, because it can grow exponentially: n functions, each of which calls the previous one twice, make 2^n reads.
 fn texture_reads(function: &naga::Function, reads_of_earlier: &[u32]) -> u32 {
     fn reads_by_calls(block: &naga::Block, reads_of_earlier: &[u32]) -> u32 {
         let reads_in = |b: &naga::Block| reads_by_calls(b, reads_of_earlier);

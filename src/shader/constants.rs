@@ -1,8 +1,8 @@
 //! The fragments constants/*.wesl: numbers that Rust and shaders share, generated from the Rust values.
 //!
-//! In: src/scene/constants.rs and the greatest counts (of lights, for example) that a key can have. Out: path and text of each fragment. The text depends
-//! only on the Rust values. The files in shaders/constants are copies for text editors and for other engines. A test checks that they
-//! are equal to this output; `orrery shader export shaders --overwrite` rewrites them.
+//! In: src/scene/constants.rs (here `scene::draw::constants`) and the greatest counts (of lights, for example) that a key can have. Out: path and text of each
+//! fragment. The text depends only on the Rust values. The files in shaders/constants are copies for text editors and for other engines. A test checks that
+//! they are equal to this output; `orrery shader export shaders --overwrite` rewrites them.
 
 use super::key::DIMENSIONS;
 use super::source::condition::wesl_identifier;
@@ -28,9 +28,11 @@ enum Value {
     F32(f64),
 }
 
+/// One declaration of a generated fragment.
 struct SharedConstant {
+    /// Text of the comment above the declaration.
     comment: &'static str,
-    /// WESL condition under which a module declares the constant; empty if all modules declare it.
+    /// WESL condition under which a module declares the constant, such as `eclipse_1` (at least one occluder); empty if all modules declare it.
     condition: &'static str,
     name: &'static str,
     value: Value,
@@ -40,6 +42,7 @@ const fn constant(comment: &'static str, condition: &'static str, name: &'static
     SharedConstant { comment, condition, name, value }
 }
 
+/// The text of a fragment. `about`: the first sentence of its first comment.
 fn fragment_text(about: &str, constants: &[SharedConstant]) -> String {
     let mut text = format!("// {about} Generated from src/scene/constants.rs.\n\n");
     for SharedConstant { comment, condition, name, value } in constants {
@@ -55,7 +58,7 @@ fn fragment_text(about: &str, constants: &[SharedConstant]) -> String {
 }
 
 fn air_fragment() -> String {
-    // Range of x from the first column to the last, which is at mu = 1.
+    // Range of the columns' coordinate x = mu / (|mu| + MULTI_SCATTER_BEND) from the first column to the last, which is at mu = 1.
     let x_span = 1.0 / (1.0 + shared::MULTI_SCATTER_BEND) - shared::MULTI_SCATTER_FIRST;
     let vectors_per_occluder = (shared::IN_SHADOW_HEIGHTS + 1) * shared::IN_SHADOW_COLUMNS;
     let occluders = usize::from(MAX_OCCLUDERS);
@@ -63,81 +66,81 @@ fn air_fragment() -> String {
         "Tables and polynomials of the atmosphere.",
         &[
             constant(
-                "Slope in t = 1 / (1 + slope z), the variable of the polynomial that approximates erfcx(z).",
+                "Slope in t = 1 / (1 + slope z), in which a polynomial approximates the scaled complementary error function erfcx(z).",
                 "",
                 "ERFCX_SLOPE",
                 Value::F32(shared::ERFCX_SLOPE),
             ),
             constant(
-                "Terms of the polynomial of the optical depth above the ground.",
+                "Terms of the polynomial that approximates the optical depth of the air above the ground (lib/air/ground_depth.wesl).",
                 "",
                 "GROUND_DEPTH_TERMS",
                 Value::U32(shared::GROUND_DEPTH_TERMS),
             ),
             constant(
-                "Table of the light scattered more than once: its height rows. One more row is for level ground.",
+                "Table of light scattered more than once: its rows for heights. One more row holds the irradiance of level ground.",
                 "air_table",
                 "MULTI_SCATTER_HEIGHTS",
                 Value::U32(shared::MULTI_SCATTER_HEIGHTS),
             ),
             constant(
-                "Columns of that table, evenly spaced in x = mu / (|mu| + MULTI_SCATTER_BEND); mu is the cosine of the Sun's zenith angle.",
+                "Columns of this table, evenly spaced in x = mu / (|mu| + MULTI_SCATTER_BEND); mu is the cosine of the Sun's zenith angle.",
                 "air_table",
                 "MULTI_SCATTER_SUNS",
                 Value::U32(shared::MULTI_SCATTER_SUNS),
             ),
             constant(
-                "Constant in that x: the smaller it is, the denser are the columns near the horizon.",
+                "Constant in x: the smaller it is, the denser are the columns near the horizon.",
                 "air_table",
                 "MULTI_SCATTER_BEND",
                 Value::F32(shared::MULTI_SCATTER_BEND),
             ),
             constant(
-                "The first column is at x = -MULTI_SCATTER_BELOW_HORIZON.",
+                "Minus the x of the first column, in which the Sun is below the horizon.",
                 "air_table",
-                "MULTI_SCATTER_BELOW_HORIZON",
+                "MULTI_SCATTER_X_OFFSET",
                 Value::F32(-shared::MULTI_SCATTER_FIRST),
             ),
             constant(
                 "Columns per unit of x; the last column has the Sun at the zenith.",
                 "air_table",
-                "MULTI_SCATTER_SUNS_PER_UNIT",
+                "MULTI_SCATTER_COLUMNS_PER_UNIT",
                 Value::F32((shared::MULTI_SCATTER_SUNS - 1) as f64 / x_span),
             ),
             constant(
-                "Coefficients of the polynomial in x at one height.",
+                "By day a polynomial in x approximates the table's square roots at one height: number of its coefficients.",
                 "air_table",
                 "MULTI_SCATTER_COEFFICIENTS",
                 Value::U32(shared::MULTI_SCATTER_COEFFICIENTS),
             ),
             constant(
-                "Table of the part of that light which an eclipse leaves: its columns, one per distance from the occluder's limb.",
+                "Table of the fraction of this light that an eclipse leaves: its columns for distances from the occluder's limb.",
                 "air_table && eclipse_1",
                 "IN_SHADOW_COLUMNS",
                 Value::U32(shared::IN_SHADOW_COLUMNS),
             ),
             constant(
-                "Height rows of that table; one extra row is for level ground.",
+                "Rows of the table of fractions for heights. One more row is for the irradiance of level ground.",
                 "air_table && eclipse_1",
                 "IN_SHADOW_HEIGHTS",
                 Value::U32(shared::IN_SHADOW_HEIGHTS),
             ),
             constant(
-                "Vectors of that table per occluder: its rows, the extra one included, times its columns.",
+                "Elements (vec4f) of the table of fractions per occluder: all its rows times its columns.",
                 "air_table && eclipse_1",
                 "OCCLUDER_TABLE_VECTORS",
                 Value::U32(vectors_per_occluder),
             ),
             constant(
-                "Vectors of all possible occluders' tables, then one vector per occluder with the distances that its columns span.",
+                "Elements of the tables of all possible occluders, and one more per occluder with the range of its columns' distances.",
                 "air_table && eclipse_1",
                 "IN_SHADOW_VECTORS",
                 Value::U32(occluders * (vectors_per_occluder + 1)),
             ),
             constant(
-                "Index of the first vector of distances in the array of all these vectors.",
+                "Index of the first of these ranges in the array of all elements.",
                 "air_table && eclipse_1",
-                "IN_SHADOW_RANGES",
+                "IN_SHADOW_FIRST_RANGE",
                 Value::U32(occluders * vectors_per_occluder),
             ),
             constant(
@@ -147,7 +150,7 @@ fn air_fragment() -> String {
                 Value::F32(1.0 / f64::from(shared::COARSE_AIR_PX)),
             ),
             constant(
-                "Texels of that image before the one at the left or top edge of the screen.",
+                "Texels of that image before the one at the screen's left edge, and rows before the one at its top edge.",
                 "reads_coarse_air",
                 "COARSE_AIR_BORDER",
                 Value::F32(f64::from(shared::COARSE_AIR_BORDER)),
@@ -161,7 +164,7 @@ fn rings_fragment() -> String {
         "Tables of the rings.",
         &[
             constant(
-                "Slants x = 1 / cosine of view rays in the ring profile's table, per doubling of x.",
+                "Slants of view rays (x = 1 / cosine to the ring's normal) in the ring profile's table, per doubling of x.",
                 "",
                 "RING_SLANTS_PER_OCTAVE",
                 Value::F32(f64::from(shared::RING_SLANTS_PER_OCTAVE)),
@@ -179,7 +182,7 @@ fn rings_fragment() -> String {
                 Value::I32(shared::RING_HEADER_ROWS as usize),
             ),
             constant(
-                "Rows per slant: light of large particles, its integral, light of dust, its integral.",
+                "Rows per slant: light of large particles, its integral over radius, light of dust, its integral.",
                 "",
                 "RING_ROWS_PER_SLANT",
                 Value::I32(shared::RING_ROWS_PER_SLANT as usize),
@@ -197,13 +200,13 @@ fn rings_fragment() -> String {
                 Value::I32(shared::SUN_STRIPS),
             ),
             constant(
-                "Ring-shine table: rows for heights above the ring plane, on one side of it.",
+                "Ring-shine table: rows for heights above the ring's plane, on one side of it.",
                 "ring_shine",
                 "SHINE_ROWS",
                 Value::F32(shared::RING_SHINE_ROWS as f64),
             ),
             constant(
-                "Ring-shine table: columns for hour angles from the Sun.",
+                "Ring-shine table: columns for hour angles from the Sun, 0 to 180 degrees.",
                 "ring_shine",
                 "SHINE_COLUMNS",
                 Value::F32(shared::RING_SHINE_COLUMNS as f64),
@@ -223,7 +226,7 @@ fn eclipse_fragment() -> String {
                 Value::I32(shared::REFRACTION_LAYERS),
             ),
             constant(
-                "Sine of the Sun's depression at which city lights are fully lit.",
+                "Sine of the Sun's depression below the horizon at which city lights are fully lit.",
                 "maps_night",
                 "CIVIL_TWILIGHT_SINE",
                 Value::F32(shared::CIVIL_TWILIGHT_SINE),
@@ -235,31 +238,36 @@ fn eclipse_fragment() -> String {
 /// The sizes of arrays. The numbers of lights, occluders and overlays depend on the key: one WGSL constant for each possible number, under an `@if` or `@elif`.
 fn draw_fragment() -> String {
     let mut text = "// Sizes of a draw's arrays. Generated from the key's dimensions and src/scene/constants.rs.\n\n".to_owned();
-    let cumulative = [
+    let counts = [
         ("lights", "LIGHTS", "Lights: the Sun, then other bodies."),
         ("occluders", "OCCLUDERS", "Bodies that may be in front of the Sun."),
         ("overlays", "OVERLAYS", "Images laid over the ground."),
     ];
-    for (dimension, name, comment) in cumulative {
+    for (dimension, name, comment) in counts {
         let _ = writeln!(text, "// {comment}");
         let feature_names = DIMENSIONS.iter().find(|d| d.name == dimension).map_or(&[][..], |d| d.feature_names);
         let mut keyword = "if";
+        // A key with a count has the features of all lesser counts, too. So the greatest count is tested first.
         for (count, feature) in feature_names.iter().enumerate().skip(1).rev() {
             let _ = writeln!(text, "@{keyword}({}) const {name}: u32 = {count}u;", wesl_identifier(feature));
             keyword = "elif";
         }
     }
-    let _ = writeln!(text, "// Vectors per overlaid image.\n@if(overlays_1) const OVERLAY_ROWS: u32 = {}u;", shared::OVERLAY_ROWS);
     let _ = writeln!(
         text,
-        "// Lattices of procedural detail (lib/detail.wesl), one per size.\n@if(has_detail) const DETAIL_ROWS: i32 = {};",
+        "// Rows (vec4f) that describe one overlaid image: lib/overlay.wesl.\n@if(overlays_1) const OVERLAY_ROWS: u32 = {}u;",
+        shared::OVERLAY_ROWS
+    );
+    let _ = writeln!(
+        text,
+        "// Lattices of procedural detail (lib/detail.wesl), one for each size of cells.\n@if(has_detail) const DETAIL_ROWS: i32 = {};",
         shared::DETAIL_ROWS
     );
-    let table = [
-        ("LIMB_COLUMNS", shared::LIMB_COLUMNS, "Points per row of the table of the Moon's limb profile."),
-        ("LIMB_ROWS", shared::LIMB_ROWS, "Rows of that table."),
+    let limb_table = [
+        ("LIMB_COLUMNS", shared::LIMB_COLUMNS, "Table of the Moon's limb profile, row after row: its points per row."),
+        ("LIMB_ROWS", shared::LIMB_ROWS, "Rows of this table."),
     ];
-    for (name, count, comment) in table {
+    for (name, count, comment) in limb_table {
         let _ = writeln!(text, "// {comment}\n@if(limb_heights) const {name}: f32 = {:?};", count as f64);
     }
     text

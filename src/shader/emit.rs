@@ -54,32 +54,35 @@ pub fn emit_module_with(fragments: &Fragments, id: &ModuleId) -> Result<Emitted,
     emit_fragment_with(fragments, &format!("entry/{name}.wesl"), name, &feature_names)
 }
 
-/// Emits one fragment and everything that it imports. `base`: the name that stands for a feature in the source map, for lines that depend on none.
+/// Emits one fragment and everything that it imports. `base_feature`: the name (the module's own) that stands for a feature in the source map, for lines that
+/// depend on no feature. `feature_names`: the features that are on.
 ///
 /// # Errors
 /// See [`emit_module_with`].
-pub fn emit_fragment(path: &str, base: &str, feature_names: &[&str]) -> Result<Emitted, ShaderError> {
-    emit_fragment_with(&Fragments::default(), path, base, feature_names)
+pub fn emit_fragment(path: &str, base_feature: &str, feature_names: &[&str]) -> Result<Emitted, ShaderError> {
+    emit_fragment_with(&Fragments::default(), path, base_feature, feature_names)
 }
 
-fn emit_fragment_with(fragments: &Fragments, path: &str, base: &str, feature_names: &[&str]) -> Result<Emitted, ShaderError> {
+fn emit_fragment_with(fragments: &Fragments, path: &str, base_feature: &str, feature_names: &[&str]) -> Result<Emitted, ShaderError> {
     let mut emitter = Emitter { fragments, features: FeatureSet::of(feature_names), wgsl: String::new(), map: SourceMap::default() };
-    let base_index = emitter.map.feature_index(base);
+    let base_feature_index = emitter.map.feature_index(base_feature);
     let missing = || ShaderError::Fragment { path: path.to_owned(), line: 0, column: 0, what: "there is no such shader source".into() };
     let (text, fragment) = fragments.parsed(path).ok_or_else(missing)?;
-    emitter.append_fragment(path, text, fragment?, base_index)?;
+    emitter.append_fragment(path, text, fragment?, base_feature_index)?;
     Ok(Emitted { wgsl: emitter.wgsl, source_map: emitter.map })
 }
 
 struct Emitter<'a> {
     fragments: &'a Fragments,
+    /// The features that are on.
     features: FeatureSet,
+    /// The text emitted so far.
     wgsl: String,
     map: SourceMap,
 }
 
 impl Emitter<'_> {
-    /// Appends a fragment and what it imports. `importing_feature`: index of the feature that includes this fragment.
+    /// Appends a fragment and what it imports. `importing_feature`: index of the feature by which this fragment is imported, for lines without a condition.
     fn append_fragment(&mut self, path: &str, text: &str, fragment: &Fragment, importing_feature: u16) -> Result<(), ShaderError> {
         let index = self.map.fragments.len() as u16;
         self.map.fragments.push(path.to_owned());
@@ -116,27 +119,28 @@ impl Emitter<'_> {
         Ok(())
     }
 
-    /// Index of the feature that includes a block. `known`: the indices of the fragment's blocks that have been found so far.
+    /// Index of the feature that includes a block. `emitted`: for each block of the fragment, whether it is emitted. `known_indices`: the indices found so far,
+    /// by block.
     fn feature_index_of(
         &mut self,
         fragment: &Fragment,
         block: u32,
         emitted: &[bool],
-        known: &mut [Option<u16>],
+        known_indices: &mut [Option<u16>],
         importing_feature: u16,
     ) -> u16 {
-        if let Some(index) = known[block as usize] {
+        if let Some(index) = known_indices[block as usize] {
             return index;
         }
         let index = match fragment.reason(block, emitted, self.features) {
             Some(name) => self.map.feature_index(&name),
             None => importing_feature,
         };
-        known[block as usize] = Some(index);
+        known_indices[block as usize] = Some(index);
         index
     }
 
-    /// Emits the fragment that an import names, unless the module already contains it.
+    /// Appends the fragment that an import names, unless the module already contains it. `from`: path of the importing fragment.
     fn append_import(&mut self, from: &str, import: &Import, importing_feature: u16) -> Result<(), ShaderError> {
         let error = |what: String| ShaderError::Fragment { path: from.to_owned(), line: import.line, column: import.column, what };
         let fragments = self.fragments;

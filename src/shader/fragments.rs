@@ -138,14 +138,14 @@ pub static FRAGMENTS: LazyLock<Vec<(&'static str, &'static str)>> = LazyLock::ne
 /// A fragment's parsed form or first error, computed at its first use.
 type Parsed = OnceLock<Result<Fragment, ShaderError>>;
 
-/// The built-in fragments, each parsed at its first use.
-static PARSED: LazyLock<HashMap<&'static str, (&'static str, Parsed)>> =
+/// Text and parsed form of the built-in fragments, by path; each is parsed at its first use.
+static BUILT_IN: LazyLock<HashMap<&'static str, (&'static str, Parsed)>> =
     LazyLock::new(|| FRAGMENTS.iter().map(|(path, text)| (*path, (*text, Parsed::new()))).collect());
 
 /// A set of fragments from which modules are emitted: the built-in ones, and files that replace some of them or are new.
 #[derive(Clone, Debug, Default)]
 pub struct Fragments {
-    /// The files that replace built-in fragments or are new, by path inside shaders/.
+    /// Text and parsed form of the files that replace built-in fragments or are new, by path inside shaders/.
     files: BTreeMap<String, (String, Parsed)>,
 }
 
@@ -186,7 +186,7 @@ impl Fragments {
             // Users' files are checked against the entire grammar, not only the parts that a key includes.
             Some((text, parsed)) => (text, parsed.get_or_init(|| Fragment::check(path, text))),
             None => {
-                let (text, parsed) = PARSED.get(path)?;
+                let (text, parsed) = BUILT_IN.get(path)?;
                 (text, parsed.get_or_init(|| Fragment::parse(path, text)))
             }
         };
@@ -195,7 +195,7 @@ impl Fragments {
 
     /// A fragment's text by its path inside shaders/.
     pub fn text(&self, path: &str) -> Option<&str> {
-        let built_in = || PARSED.get(path).map(|(text, _)| *text);
+        let built_in = || BUILT_IN.get(path).map(|(text, _)| *text);
         self.files.get(path).map(|(text, _)| text.as_str()).or_else(built_in)
     }
 
@@ -209,28 +209,29 @@ impl Fragments {
         self.files.is_empty()
     }
 
-    /// New files that no fragment with a built-in path imports, directly or through others, sorted by path. Empty if a file that is used has an error.
+    /// Paths of new files that no fragment with a built-in path imports, directly or through others, sorted. Empty if any file that is used has an error,
+    /// because what that file imports is then unknown.
     pub fn unused(&self) -> Vec<&str> {
-        let mut reached: BTreeSet<String> = FRAGMENTS.iter().map(|(path, _)| (*path).to_owned()).collect();
-        let mut pending: Vec<String> = self.files.keys().filter(|path| reached.contains(*path)).cloned().collect();
-        while let Some(path) = pending.pop() {
+        let mut reached_paths: BTreeSet<String> = FRAGMENTS.iter().map(|(path, _)| (*path).to_owned()).collect();
+        let mut unvisited: Vec<String> = self.files.keys().filter(|path| reached_paths.contains(*path)).cloned().collect();
+        while let Some(path) = unvisited.pop() {
             match self.parsed(&path) {
                 Some((_, Ok(fragment))) => {
-                    pending.extend(fragment.imports.iter().map(|i| i.path.clone()).filter(|p| reached.insert(p.clone())));
+                    unvisited.extend(fragment.imports.iter().map(|i| i.path.clone()).filter(|p| reached_paths.insert(p.clone())));
                 }
-                // What a broken fragment imports is unknown; its error is reported when a module with it is emitted.
+                // A broken file; its error is reported when a module with it is emitted.
                 Some((_, Err(_))) => return Vec::new(),
                 // An import of a missing file, which is reported likewise.
                 None => {}
             }
         }
-        self.files.keys().filter(|path| !reached.contains(*path)).map(String::as_str).collect()
+        self.files.keys().filter(|path| !reached_paths.contains(*path)).map(String::as_str).collect()
     }
 
     /// Path and text of every fragment: first those with the path of a built-in one, sorted by path, then the new ones.
     pub fn all(&self) -> impl Iterator<Item = (&str, &str)> {
         let built_in = FRAGMENTS.iter().map(|(path, text)| (*path, self.files.get(*path).map_or(*text, |(text, _)| text.as_str())));
-        let is_new = |(path, _): &(&String, &(String, Parsed))| !PARSED.contains_key(path.as_str());
+        let is_new = |(path, _): &(&String, &(String, Parsed))| !BUILT_IN.contains_key(path.as_str());
         built_in.chain(self.files.iter().filter(is_new).map(|(path, (text, _))| (path.as_str(), text.as_str())))
     }
 }

@@ -10,11 +10,11 @@ use std::str::FromStr;
 /// The name of a module: a body's key, a simple shader, or a probe.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum ModuleId {
-    /// The module of a body's draw.
+    /// The module of one draw of a body: its ground, sky, clouds or ring.
     Planet(ShaderKey),
     /// One of [`SIMPLE_MODULES`].
     Simple(&'static str),
-    /// One of [`PROBES`], with the key that provides its features.
+    /// One of [`PROBES`], and the key that provides its features.
     Probe(&'static str, ShaderKey),
 }
 

@@ -1,4 +1,4 @@
-//! A complete module.
+//! A complete module: its text, its IR (naga's intermediate representation) and what is derived from them.
 //!
 //! In: a module's name, and the lowering of the software renderer. Out: [`ShaderModule`]: WGSL, validated IR, layout, source map, and the tape (the list of
 //! operations that the software renderer runs).
@@ -14,8 +14,8 @@ use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 /// Why a lowering rejects a module or a tape, in one line.
 pub type LoweringFailure = Box<dyn std::error::Error + Send + Sync>;
 
-/// Converts validated modules to tapes. The caller of [`super::ShaderLibrary`] supplies these functions, so that `shader` depends on no
-/// renderer.
+/// The lowering: converts validated modules to tapes, the programs of the software renderer. The caller of [`super::ShaderLibrary`] supplies these functions,
+/// so that `shader` depends on no renderer.
 #[derive(Clone, Debug)]
 pub struct Lowering {
     /// Digest of the lowering's code: an input of the generator digest, which names the shader library's folder on disk.
@@ -27,7 +27,7 @@ pub struct Lowering {
 }
 
 impl Lowering {
-    /// A lowering that produces no tape, for tools that need only the text and the IR.
+    /// A lowering whose tapes are empty, for tools that need only the text and the IR.
     pub fn none() -> Self {
         Self { digest: "none".into(), lower: |_, _| Ok(Vec::new()), check: |_, _| Ok(()) }
     }
@@ -69,15 +69,15 @@ pub fn diagnosis(fragments: &Fragments, id: &ModuleId) -> Option<String> {
         }
         Err(_) => return None,
     };
-    let (text, at) = match naga::front::wgsl::parse_str(&wgsl) {
+    let (message, location) = match naga::front::wgsl::parse_str(&wgsl) {
         Err(e) => (e.emit_to_string_with_path(&wgsl, &id.to_string()), e.location(&wgsl)),
         Ok(module) => {
             let e = validate(&module).err()?;
             (e.emit_to_string_with_path(&wgsl, &id.to_string()), e.location(&wgsl))
         }
     };
-    let origin = at.and_then(|l| source_map.origin_of(l.line_number as usize));
-    Some(origin.map_or(text.clone(), |(fragment, line)| format!("shaders/{fragment}, line {line}\n\n{text}")))
+    let origin = location.and_then(|l| source_map.origin_of(l.line_number as usize));
+    Some(origin.map_or(message.clone(), |(fragment, line)| format!("shaders/{fragment}, line {line}\n\n{message}")))
 }
 
 impl ShaderModule {

@@ -1,9 +1,9 @@
 //! The digest record: digests of modules and fragments, which show when and why emitted modules change.
 //!
-//! In: module ids. Out: a text with one line per fragment and per module, sorted by name, and the changes between two such records, each
-//! with its reason: a changed fragment, the emitter, or naga. Every module is emitted, parsed, validated and lowered; simple shaders, probes
-//! and the covering sets are also translated. The record contains only digests, because the modules of all keys together would fill
-//! gigabytes. Not here: the record's path.
+//! In: module ids. Out: a text with one line per fragment and per module, sorted by name, and the changes between two such records, each with its reason: a
+//! changed fragment, the emitter (`shader::emit`), or naga. Every module is emitted, parsed, validated and lowered to a tape (`shader::module`); simple
+//! shaders, probes and the covering sets are also translated. The record contains only digests, because the modules of all keys together would fill gigabytes.
+//! Not here: the record's path.
 
 use super::fragments::{FRAGMENTS, Fragments};
 use super::generator::{hex, naga_version};
@@ -38,13 +38,14 @@ fn is_digest(word: &str) -> bool {
 struct Digests {
     /// Digest of the emitted text.
     wgsl: String,
-    /// Digest of all its translations together; `None` if the module is not translated.
+    /// Digest of all recorded translations of the module together; `None` if the module is not translated.
     translations: Option<String>,
 }
 
 /// Digests by fragment path and by module name.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct DigestRecord {
+    /// naga's version.
     naga: String,
     fragments: BTreeMap<String, String>,
     modules: BTreeMap<String, Digests>,
@@ -54,13 +55,16 @@ pub struct DigestRecord {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}: `{text}` is not a line of a digest record; `orrery shader verify --update` records anew")]
 pub struct RecordError {
+    /// From 1.
     pub line: usize,
+    /// The line itself.
     pub text: String,
 }
 
 /// One module that differs from the record.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Change {
+    /// The module's name.
     pub module: String,
     /// What changed, and why; follows the module's name in a sentence.
     pub what: String,
@@ -136,9 +140,9 @@ impl DigestRecord {
                 continue;
             };
             if old.wgsl != digests.wgsl {
-                let used = fragments_of.get(name).map(Vec::as_slice).unwrap_or_default();
+                let used_fragments = fragments_of.get(name).map(Vec::as_slice).unwrap_or_default();
                 let changed: Vec<&str> =
-                    used.iter().filter(|f| self.fragments.get(*f) != now.fragments.get(*f)).map(String::as_str).collect();
+                    used_fragments.iter().filter(|f| self.fragments.get(*f) != now.fragments.get(*f)).map(String::as_str).collect();
                 push(
                     name,
                     if changed.is_empty() {
@@ -163,16 +167,16 @@ impl DigestRecord {
     }
 }
 
-/// The modules to record: simple shaders, probes, the covering sets and the reachable keys (those of the catalog's bodies). The flag is true if the
-/// module's translations are recorded too.
+/// The modules to record: simple shaders, probes, the covering sets and the reachable keys (those of the catalog's bodies). The flag of a module says whether
+/// its translations are recorded, too.
 pub fn recorded_modules(reachable: &BTreeSet<ShaderKey>) -> Vec<(ModuleId, bool)> {
     let covered: BTreeSet<_> = covering_keys(2).into_iter().chain(covering_keys(3)).collect();
-    let rest: Vec<_> = reachable.difference(&covered).map(|k| (ModuleId::Planet(*k), false)).collect();
-    let named = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).chain(probe_samples());
-    named.chain(covered.into_iter().map(ModuleId::Planet)).map(|id| (id, true)).chain(rest).collect()
+    let not_covered: Vec<_> = reachable.difference(&covered).map(|k| (ModuleId::Planet(*k), false)).collect();
+    let simple_and_probes = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).chain(probe_samples());
+    simple_and_probes.chain(covered.into_iter().map(ModuleId::Planet)).map(|id| (id, true)).chain(not_covered).collect()
 }
 
-/// The record of modules that this program has just built without a failure, and the fragments of each.
+/// The record of modules that this program has just built without a failure, and the paths of the fragments of each.
 #[derive(Clone, Debug)]
 pub struct Verified {
     pub record: DigestRecord,
@@ -180,8 +184,8 @@ pub struct Verified {
 }
 
 impl Verified {
-    /// Builds the modules on all cores and translates those whose flag is true; `done` is called after each module. Returns all failures,
-    /// if there are any.
+    /// Builds the modules on all cores and translates those whose flag is true (see [`recorded_modules`]); `done` is called after each module. The error lists
+    /// all failures.
     pub fn of(ids: &[(ModuleId, bool)], lowering: &Lowering, done: impl Fn() + Sync) -> Result<Self, Vec<String>> {
         Self::of_fragments(&Fragments::default(), ids, lowering, done)
     }
@@ -195,7 +199,7 @@ impl Verified {
     ) -> Result<Self, Vec<String>> {
         let build = |(id, translated): &(ModuleId, bool)| {
             let result = ShaderModule::build_with(fragments, id, lowering).map_err(|e| e.to_string()).and_then(|m| {
-                let languages = Language::ALL.into_iter().filter(|l| *translated && l.needs_own_digest());
+                let languages = Language::ALL.into_iter().filter(|l| *translated && l.is_recorded());
                 let texts = languages.map(|l| translate(&m, l).map_err(|e| e.to_string())).collect::<Result<Vec<_>, _>>()?;
                 let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
                 let translations = translated.then(|| digest_of(&texts));

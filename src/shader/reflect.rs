@@ -89,7 +89,7 @@ pub struct Layout {
 /// Why a module's bindings cannot be used, or a uniform cannot be written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LayoutError {
-    /// The variable of this name has a binding of another kind or group.
+    /// The variable of this name is bound outside group 0, or has a kind of binding that the plan does not fill.
     #[error("`{0}` is bound outside group 0, or its kind of binding is not one that the plan fills")]
     Binding(String),
     /// The uniform field of this name has an unsupported type.
@@ -116,6 +116,7 @@ pub enum LayoutError {
     Missing(String),
 }
 
+/// The type of a uniform field; `None` if the plan does not fill fields of this type.
 fn field_type(module: &Module, inner: &TypeInner) -> Option<FieldType> {
     let f32_scalar = |s: &naga::Scalar| s.kind == ScalarKind::Float && s.width == 4;
     match inner {
@@ -175,11 +176,12 @@ impl Layout {
     }
 }
 
-/// Fills a uniform block by field name. Every field is written exactly once, with a value of its type.
+/// Fills a uniform block by field name. Every field must be written exactly once, with a value of its type.
 #[derive(Clone, Debug)]
 pub struct UniformWriter<'a> {
     layout: &'a Layout,
     bytes: Vec<u8>,
+    /// For each field of the layout, whether it has been written.
     written: Vec<bool>,
 }
 
@@ -189,6 +191,7 @@ impl UniformWriter<'_> {
         self.layout.field(name).is_some()
     }
 
+    /// Writes one field. `has_type`: whether a field of this type takes the value. `given`: number of components, for the error message.
     fn write(
         &mut self,
         name: &str,

@@ -19,14 +19,14 @@ pub struct SourceMap {
     /// Paths below shaders/ of the fragments in the module.
     pub fragments: Vec<String>,
     /// Names of features. Where several features, or features that are off, include a line, one entry lists them, such as `lights.1, not lights.2`. The first
-    /// entry is the module's own name, which stands for the lines that depend on no feature.
+    /// entry is the module's own name, which stands for lines that depend on no feature.
     pub features: Vec<String>,
     /// One origin per line of the text.
     pub lines: Vec<LineOrigin>,
 }
 
 impl SourceMap {
-    /// The entry of [`SourceMap::features`] that includes a line (from 1).
+    /// The entry of [`SourceMap::features`] for an emitted line (from 1): the feature that includes it.
     pub fn feature_of(&self, line: usize) -> Option<&str> {
         let origin = self.lines.get(line.checked_sub(1)?)?;
         self.features.get(usize::from(origin.feature)).map(String::as_str)
@@ -38,7 +38,7 @@ impl SourceMap {
         Some((self.fragments.get(usize::from(origin.fragment))?, origin.line))
     }
 
-    /// Index of this entry of [`SourceMap::features`], which is added if it is missing.
+    /// Index of `name` in [`SourceMap::features`], to which it is added if it is missing.
     pub(super) fn feature_index(&mut self, name: &str) -> u16 {
         let index = self.features.iter().position(|f| f == name).unwrap_or_else(|| {
             self.features.push(name.to_owned());

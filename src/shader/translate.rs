@@ -30,9 +30,9 @@ impl Language {
     /// Every language, WGSL first.
     pub const ALL: [Self; 7] = [Self::Wgsl, Self::Hlsl, Self::Glsl, Self::Msl, Self::Spirv, Self::Assembly, Self::Ir];
 
-    /// Whether the record needs a digest of a module's text in this language. The module's own digest is that of its WGSL; naga's IR follows
-    /// from WGSL, and disassembled SPIR-V from SPIR-V.
-    pub fn needs_own_digest(self) -> bool {
+    /// Whether the digest record (`shader::record`) covers a module's text in this language. The other languages need no digest of a translation: the module's
+    /// own digest is that of its WGSL, naga's IR follows from WGSL, and disassembled SPIR-V follows from SPIR-V.
+    pub fn is_recorded(self) -> bool {
         !matches!(self, Self::Wgsl | Self::Assembly | Self::Ir)
     }
 }

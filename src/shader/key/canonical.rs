@@ -1,4 +1,4 @@
-//! The canonical form of a draw's features: without those that have no effect on the image.
+//! The canonical form of a draw's features: without those that do not change the image.
 //!
 //! In: any features. Out: the canonical features that give the same image, and the rules that led there, each with its reason.
 
@@ -6,11 +6,11 @@ use super::dimension::{DIMENSIONS, Dimension, MAX_LIGHTS};
 use crate::scene::draw::{AirPass, AtmosphereModel, Detail, DrawFeatures, EclipseModel, PixelView, RingShadow, Shape, Surface};
 use std::sync::OnceLock;
 
-/// A rule: where `applies` holds, setting `dimension` to `value` does not change the image.
+/// A rule: for features for which `applies` holds, setting `dimension` to `value` does not change the image.
 pub struct CanonicalRule {
     /// Name of the dimension.
     pub dimension: &'static str,
-    /// The value's text in the key (empty: the value that the key omits).
+    /// The value's text in the key; empty for the value that the key omits.
     pub value: &'static str,
     pub applies: fn(&DrawFeatures) -> bool,
     /// The reason, for messages such as "`normal` changes nothing: REASON".
@@ -54,7 +54,7 @@ const DRAWN_ALONE: &str = "the air, or the sunlight past occluders, is drawn alo
 fn draws_sunlight_alone(f: &DrawFeatures) -> bool {
     f.air_pass == AirPass::SunlightDrawn
 }
-/// Whether the pixel's value depends on the albedo of the ground. Clouds have their own map, rings their own table.
+/// Whether the pixel's value depends on the albedo of the ground. Clouds have a map of their own, rings a table of their own.
 fn shows_albedo(f: &DrawFeatures) -> bool {
     match f.surface {
         Surface::Sky | Surface::Cloud | Surface::Ring => false,
@@ -62,7 +62,7 @@ fn shows_albedo(f: &DrawFeatures) -> bool {
     }
 }
 
-/// The rules. As long as some rule changes the features, the first such rule is applied. This terminates: a rule lowers the index of its dimension's value or
+/// The rules. As long as any rule changes the features, the first such rule is applied. This ends, because a rule lowers the index of its dimension's value or
 /// sets the surface to Lambert, and no rule undoes that.
 pub static RULES: &[CanonicalRule] = &[
     CanonicalRule {
@@ -323,7 +323,7 @@ fn dimension_named(name: &str) -> Option<&'static Dimension> {
     DIMENSIONS.iter().find(|d| d.name == name)
 }
 
-/// Each rule with its dimension and the index of its value: the names in [`RULES`], looked up once.
+/// Each rule with its dimension and the index of its value in that dimension: the names in [`RULES`], looked up once.
 fn resolved_rules() -> &'static [(&'static CanonicalRule, &'static Dimension, usize)] {
     static RESOLVED: OnceLock<Vec<(&'static CanonicalRule, &'static Dimension, usize)>> = OnceLock::new();
     RESOLVED.get_or_init(|| {
@@ -352,6 +352,7 @@ pub fn reductions(features: &DrawFeatures) -> Vec<&'static CanonicalRule> {
     applied
 }
 
+/// Applies the rules until the features are canonical. `applied` receives each rule that was applied.
 fn reduce(features: &DrawFeatures, mut applied: impl FnMut(&'static CanonicalRule)) -> DrawFeatures {
     let mut reduced = *features;
     reduced.lights = reduced.lights.min(MAX_LIGHTS);

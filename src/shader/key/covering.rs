@@ -1,9 +1,9 @@
 //! Sets of keys for tests: covering arrays and random samples of all combinations of dimension values.
 //!
 //! In: the number of dimensions whose combinations are to be covered, or a seed. Out: keys. Dimensions have 3.2 * 10^12 combinations of values
-//! ([`count_combinations`]), too many to list. A combination of values of a few dimensions is *possible* if some canonical features, a *completion* of it, have
-//! these values. To find one, the values are set in each of the [`base_features`]: all canonical features in which only the dimensions vary that the canonical
-//! rules read. The combination is possible if one of the results is canonical.
+//! ([`count_combinations`]), too many to list. A combination of values of a few dimensions is *possible* if some canonical features have these values; such
+//! features are a *completion* of the combination. To find one, the values are set in each of the [`base_features`]: all canonical features in which only the
+//! dimensions vary that the canonical rules read. The combination is possible if one of the results is canonical.
 
 use super::dimension::DIMENSIONS;
 use super::{ShaderKey, canonical};
@@ -17,6 +17,7 @@ pub fn count_combinations() -> u64 {
     DIMENSIONS.iter().map(|d| d.texts.len() as u64).product()
 }
 
+/// Number of values of the dimension with this index.
 fn value_count(dimension: usize) -> usize {
     DIMENSIONS[dimension].texts.len()
 }
@@ -37,9 +38,9 @@ pub fn random_keys(seed: u64, count: usize) -> Vec<ShaderKey> {
     random_features(seed, count).iter().map(ShaderKey::for_draw).collect()
 }
 
-/// The dimensions on which the canonical rules of other dimensions depend, each with the number of its values that occur in [`base_features`], its base values.
-/// Any further values have the same rules as the last base value. The exception is the fifth value of `air-pass`, `coarsesunlight`, which has rules of its own:
-/// [`completion`] finds features with it by setting it in base features without an air pass.
+/// The dimensions on which the canonical rules of other dimensions depend, each with the number of its base values: its first values, which occur in
+/// [`base_features`]. The rules treat all further values like the last base value. The exception is the fifth value of `air-pass`, `coarsesunlight`, which has
+/// rules of its own: [`completion`] finds features with it by setting it in base features without an air pass.
 const RULE_DIMENSIONS: [(&str, usize); 12] = [
     ("surface", 8),
     ("albedo", 2),
@@ -95,7 +96,7 @@ fn completion(base_features: &[DrawFeatures], start: usize, values: &Combination
     after.iter().chain(before).map(|base| with_values(*base, values)).find(|f| canonical(f) == *f)
 }
 
-/// Every choice of `t` of the first `count` dimensions, with the number of its first combination of values; and how many combinations there are in all. The
+/// Every choice of `t` of the first `count` dimensions, each with the number of its first combination of values; and the number of all combinations. The
 /// combinations are numbered from 0, choice after choice.
 fn choices(count: usize, t: usize) -> (Vec<(Vec<usize>, usize)>, usize) {
     fn list(count: usize, t: usize) -> Vec<Vec<usize>> {
@@ -129,7 +130,7 @@ fn combinations_of<'a>(features: &DrawFeatures, choices: &'a [(Vec<usize>, usize
     choices.iter().map(move |(c, start)| start + c.iter().fold(0, |index, d| index * value_count(*d) + values[*d]))
 }
 
-/// Number of random completions that are compared for each combination that is not covered yet, besides a first one. More tries give fewer keys, but take
+/// Number of random completions that are compared, besides a first one, for each combination that is not covered yet. More tries give fewer keys, but take
 /// longer.
 const TRIES: usize = 12;
 
@@ -180,7 +181,7 @@ fn compute_covering(t: usize) -> Vec<ShaderKey> {
     chosen.into_iter().collect()
 }
 
-/// Returns a test of whether each pair of a combination's values is possible, which is necessary for the combination to be possible.
+/// Returns a test of whether every pair of values in a combination is possible. A combination can be possible only if this holds.
 fn pair_test(base_features: &[DrawFeatures]) -> impl Fn(&Combination) -> bool + use<> {
     let mut start = Vec::new();
     let mut count = 0;
@@ -189,12 +190,12 @@ fn pair_test(base_features: &[DrawFeatures]) -> impl Fn(&Combination) -> bool + 
         count += d.texts.len();
     }
     let mut possible = vec![true; count * count];
-    for (a, da) in DIMENSIONS.iter().enumerate() {
+    for (a, dimension_a) in DIMENSIONS.iter().enumerate() {
         for b in 0..a {
-            for va in 0..da.texts.len() {
-                for vb in 0..value_count(b) {
-                    let (i, j) = (start[a] + va, start[b] + vb);
-                    let occurs = completion(base_features, 0, &[(a, va), (b, vb)]).is_some();
+            for value_a in 0..dimension_a.texts.len() {
+                for value_b in 0..value_count(b) {
+                    let (i, j) = (start[a] + value_a, start[b] + value_b);
+                    let occurs = completion(base_features, 0, &[(a, value_a), (b, value_b)]).is_some();
                     (possible[i * count + j], possible[j * count + i]) = (occurs, occurs);
                 }
             }
@@ -206,7 +207,7 @@ fn pair_test(base_features: &[DrawFeatures]) -> impl Fn(&Combination) -> bool + 
     }
 }
 
-/// Of several random completions of a combination, the one with the greatest `count_new`.
+/// Of several random completions of a combination, the one with the greatest `count_new`: the number of combinations that it covers first.
 fn best_completion(
     base_features: &[DrawFeatures],
     values: &Combination,
@@ -219,7 +220,7 @@ fn best_completion(
         for d in DIMENSIONS.iter().filter(|d| !RULE_DIMENSIONS.iter().any(|(name, _)| *name == d.name)) {
             (d.set)(&mut features, random.below(d.texts.len()));
         }
-        // Of a rule dimension's last base value and the further values, which the rules do not distinguish, choose any.
+        // The rules do not distinguish a rule dimension's last base value from the further values, so any of them may be chosen.
         for (name, base_value_count) in RULE_DIMENSIONS {
             let Some(d) = DIMENSIONS.iter().find(|d| d.name == name) else { continue };
             if (d.get)(&features) + 1 == base_value_count && d.texts.len() > base_value_count {

@@ -50,13 +50,13 @@ pub struct Dimension {
     pub part: KeyPart,
     /// Text of each value in the key; empty for the value that the key omits.
     pub texts: &'static [&'static str],
-    /// Name of the feature that each value enables, as `@if` conditions test it (with `_` for `.` and `-`); empty: none.
+    /// Name of the feature that each value enables. `@if` conditions test it with `_` for `.` and `-`. Empty: no feature.
     pub feature_names: &'static [&'static str],
-    /// Whether a value also enables the features of all lesser values (as counts do).
+    /// Whether a value also enables the features of all lesser values: `lights.2` comes with `lights.1`.
     pub cumulative: bool,
-    /// The value in a draw's features.
+    /// The value that a draw's features have.
     pub get: fn(&DrawFeatures) -> usize,
-    /// Changes a draw's features to this value.
+    /// Changes a draw's features so that they have this value.
     pub set: fn(&mut DrawFeatures, usize),
 }
 
@@ -142,7 +142,7 @@ pub static DIMENSIONS: &[Dimension] = &[
     Dimension {
         name: "lights",
         part: KeyPart::Lights,
-        // The number of lights; the first is the Sun.
+        // `sunN`: N lights, of which the first is the Sun and the others are bodies that reflect its light.
         texts: &["sun0", "sun1", "sun2", "sun3"],
         feature_names: &["", "lights.1", "lights.2", "lights.3"],
         cumulative: true,
@@ -198,8 +198,8 @@ pub static DIMENSIONS: &[Dimension] = &[
     switch!("mie", KeyPart::Air, "air.mie", air.mie),
     switch!("absorption", KeyPart::Air, "air.absorption", air.absorption),
     Dimension {
-        // In this order, the draw: does not use the coarse image; reads it; fills it with the air; reads it, where the ground's draw also shows the clouds;
-        // fills it with the sunlight past occluders.
+        // What the draw does with the coarse image of the air, in this order: does not use it; reads it; fills it with the air; reads it, where the ground's
+        // draw also shows the clouds; fills it with the sunlight past occluders.
         name: "air-pass",
         part: KeyPart::Air,
         texts: &["", "coarse", "coarsedraw", "coarseclouds", "coarsesunlight"],

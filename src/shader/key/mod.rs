@@ -1,7 +1,7 @@
 //! The shader key: a draw's features, reduced to the smallest set that draws the same image.
 //!
-//! In: the scene's [`DrawFeatures`]. Out: [`ShaderKey`], a plain value with a text form. Always: a key is canonical, so draws that differ
-//! only in features without an effect on the image have equal keys. A dimension is one choice in a key, stored in one field of `DrawFeatures`. A table
+//! In: the scene's [`DrawFeatures`]. Out: [`ShaderKey`], a plain value with a text form. Always: a key is canonical, so draws that differ only in features
+//! without an effect on the image have equal keys. A dimension is one choice in a key, stored in one field of `DrawFeatures`. A table
 //! ([`dimension::DIMENSIONS`]) gives each dimension its values, their texts, and the names that `@if` conditions of the WESL files test. A list
 //! ([`canonical::RULES`]) states which values have no effect in combination with others. A new dimension needs a field of `DrawFeatures`, a row of the table
 //! and its rules. Not here: the code of the module that a key identifies.
@@ -34,12 +34,12 @@ impl ShaderKey {
     pub fn for_draw(features: &DrawFeatures) -> Self {
         Self { features: canonical(features) }
     }
-    /// The features of the module, in canonical form. Culling and other pipeline state depend on the features of the draw itself, some of
-    /// which may be missing here.
+    /// The features of the module, in canonical form. Some features of the draw itself may be missing here, because they do not change the image; culling and
+    /// other pipeline state depend on them.
     pub fn features(&self) -> &DrawFeatures {
         &self.features
     }
-    /// In the pixel view of shading cost, how many instructions one texture read counts as; `None` in the other views.
+    /// In the pixel view of shading cost, the number of instructions that one texture read counts as; `None` in the other views.
     pub fn instructions_per_read(&self) -> Option<f64> {
         (self.features.view == PixelView::Cost).then_some(INSTRUCTIONS_PER_READ)
     }

@@ -1,8 +1,8 @@
 //! The text form of a key: `lambert.albedo-normal.sun1.ellipsoid`, followed by parts for flags and pixel view, if any.
 //!
-//! The text consists of parts, joined by `.`; a part consists of words, joined by `-`, which each name a value of one dimension. Parts and words are written in
-//! the order of the table of dimensions; a part without words is omitted. Only lower-case letters, digits, `.` and `-` occur. Parts and words are read in
-//! any order and case, because no word belongs to two dimensions. Only canonical keys are accepted: a word without an effect is an error.
+//! The text consists of parts, joined by `.`. A part consists of words, joined by `-`; each word names a value of one dimension. Parts and words are written in
+//! the order of the table of dimensions; a part without words is omitted. Only lower-case letters, digits, `.` and `-` occur. Parts and words are read in any
+//! order and case, because no word belongs to two dimensions. Only canonical keys are accepted: a word without an effect is an error.
 
 use super::ShaderKey;
 use super::canonical::{canonical, first_reduction};
@@ -61,6 +61,7 @@ fn words_of_part(part: KeyPart) -> String {
     format!("`{}` is one of {}", part.name(), texts.join(", "))
 }
 
+/// The text of the key with these features.
 pub(super) fn write(features: &DrawFeatures) -> String {
     let mut written: Vec<String> = Vec::new();
     for part in parts() {
@@ -79,8 +80,8 @@ impl fmt::Display for ShaderKey {
     }
 }
 
-/// The words of a part's text with their columns. Words are joined by `-` and may themselves contain `-`, so at each position
-/// the longest known word is read.
+/// The words of a part's text with their columns; `column`: that of the text. Words are joined by `-` and may themselves contain `-`, so at each position the
+/// longest known word is read.
 fn words(part: KeyPart, text: &str, column: usize) -> Vec<(&str, usize)> {
     let known_words = || DIMENSIONS.iter().filter(|d| d.part == part).flat_map(|d| d.texts).filter(|t| !t.is_empty());
     let mut found = Vec::new();
@@ -95,13 +96,13 @@ fn words(part: KeyPart, text: &str, column: usize) -> Vec<(&str, usize)> {
     found
 }
 
-/// The dimension of a part that has this word, and the index of its value.
+/// The dimension of this part that has this word, and the index of the value that the word names.
 fn find_word(part: KeyPart, word: &str) -> Option<(&'static Dimension, usize)> {
     let of_part = DIMENSIONS.iter().filter(|d| d.part == part);
     of_part.into_iter().find_map(|d| d.texts.iter().position(|t| !t.is_empty() && *t == word).map(|value| (d, value)))
 }
 
-/// The part of a piece between two `.`: the one to which most of its words belong. No word belongs to two parts.
+/// The part to which a piece of a key's text (between two `.`) belongs: the one that has most of its words. No word belongs to two parts.
 fn part_of(piece: &str) -> Option<KeyPart> {
     let known_words = |part: KeyPart| words(part, piece, 1).iter().filter(|(w, _)| find_word(part, w).is_some()).count();
     // `max_by_key` returns the last of several equal parts; because of `rev` that is the first in the table.
@@ -120,7 +121,7 @@ impl FromStr for ShaderKey {
         let lower = given.to_ascii_lowercase();
         let text = || echo_within(given, KEY_ECHO_CHARS);
         let mut features = DrawFeatures::MINIMAL;
-        // Dimension, text and column of each word, for messages about words that are repeated or have no effect.
+        // Name of the dimension, text and column of each word, for messages about words that are repeated or have no effect.
         let mut positions: Vec<(&str, String, usize)> = Vec::new();
         let mut found: Vec<KeyPart> = Vec::new();
         let mut column = 1;

@@ -14,6 +14,7 @@ use sha2::{Digest, Sha256};
 
 /// The first bytes of an entry: its kind and the version of this format.
 const MAGIC: [u8; 8] = *b"ORRSHD\x00\x02";
+/// Position of the checksum in an entry.
 const CHECKSUM: std::ops::Range<usize> = 8..40;
 
 /// What is wrong with an entry.
@@ -38,10 +39,8 @@ pub enum EntryError {
 /// The first fields of an entry's content, which can be decoded without the rest.
 #[derive(Serialize, Deserialize)]
 struct Head {
-    /// The generator digest.
-    generator: String,
-    /// The module's name.
-    module: String,
+    generator_digest: String,
+    module_name: String,
 }
 
 #[derive(Serialize)]
@@ -62,9 +61,9 @@ struct DecodedModule {
     tape: Vec<u8>,
 }
 
-/// The bytes of an entry; `None` if the module cannot be encoded. `generator`: the generator digest.
-pub fn encode(generator: &str, ShaderModule { id, wgsl, module, source_map, tape, .. }: &ShaderModule) -> Option<Vec<u8>> {
-    let head = Head { generator: generator.to_owned(), module: id.to_string() };
+/// The bytes of an entry; `None` if the module cannot be encoded.
+pub fn encode(generator_digest: &str, ShaderModule { id, wgsl, module, source_map, tape, .. }: &ShaderModule) -> Option<Vec<u8>> {
+    let head = Head { generator_digest: generator_digest.to_owned(), module_name: id.to_string() };
     let module = EncodedModule { wgsl, module, source_map, tape };
     let content = postcard::to_stdvec(&(head, module)).ok()?;
     let mut bytes = MAGIC.to_vec();
@@ -73,8 +72,8 @@ pub fn encode(generator: &str, ShaderModule { id, wgsl, module, source_map, tape
     Some(bytes)
 }
 
-/// The content after the header, if magic and checksum are right.
-fn checked(bytes: &[u8]) -> Result<&[u8], EntryError> {
+/// The content of an entry, which follows the header, if magic and checksum are right.
+fn checked_content(bytes: &[u8]) -> Result<&[u8], EntryError> {
     let (Some(magic), Some(checksum), Some(content)) = (bytes.get(..MAGIC.len()), bytes.get(CHECKSUM), bytes.get(CHECKSUM.end..)) else {
         return Err(EntryError::Truncated);
     };
@@ -87,28 +86,28 @@ fn checked(bytes: &[u8]) -> Result<&[u8], EntryError> {
     Ok(content)
 }
 
-/// The name of the module in an entry of this generator; an error if the entry is damaged or of another generator.
-pub fn module_name_for(generator: &str, bytes: &[u8]) -> Result<String, EntryError> {
-    let (head, _) = postcard::take_from_bytes::<Head>(checked(bytes)?).map_err(|_| EntryError::Content)?;
-    if head.generator == generator { Ok(head.module) } else { Err(EntryError::OtherGeneratorOrModule) }
+/// The name of the module in an entry of the generator with this digest; an error if the entry is damaged or of another generator.
+pub fn module_name_for(generator_digest: &str, bytes: &[u8]) -> Result<String, EntryError> {
+    let (head, _) = postcard::take_from_bytes::<Head>(checked_content(bytes)?).map_err(|_| EntryError::Content)?;
+    if head.generator_digest == generator_digest { Ok(head.module_name) } else { Err(EntryError::OtherGeneratorOrModule) }
 }
 
 /// The name of the module in an entry of any generator.
 pub fn module_name(bytes: &[u8]) -> Result<String, EntryError> {
-    Ok(postcard::take_from_bytes::<Head>(checked(bytes)?).map_err(|_| EntryError::Content)?.0.module)
+    Ok(postcard::take_from_bytes::<Head>(checked_content(bytes)?).map_err(|_| EntryError::Content)?.0.module_name)
 }
 
-/// The module in an entry of this generator, checked.
-pub fn decode(generator: &str, id: &ModuleId, bytes: &[u8], lowering: &Lowering) -> Result<ShaderModule, EntryError> {
+/// The module in an entry of the generator with this digest, checked.
+pub fn decode(generator_digest: &str, id: &ModuleId, bytes: &[u8], lowering: &Lowering) -> Result<ShaderModule, EntryError> {
     // naga's and postcard's deserialization of arenas may panic on input that naga did not write.
-    catch_panic(|| decode_unguarded(Some(generator), id, bytes, lowering)).unwrap_or(Err(EntryError::Content))
+    catch_panic(|| decode_unguarded(Some(generator_digest), id, bytes, lowering)).unwrap_or(Err(EntryError::Content))
 }
 
 /// The module in an entry that another generator may have written, for inspection and comparison only. If this program's software renderer cannot
 /// run its tape, the module is lowered again.
 pub fn decode_of_any_generator(id: &ModuleId, bytes: &[u8], lowering: &Lowering) -> Result<ShaderModule, EntryError> {
-    let unchecked = Lowering { check: |_, _| Ok(()), ..lowering.clone() };
-    let mut module = catch_panic(|| decode_unguarded(None, id, bytes, &unchecked)).unwrap_or(Err(EntryError::Content))?;
+    let unchecked_lowering = Lowering { check: |_, _| Ok(()), ..lowering.clone() };
+    let mut module = catch_panic(|| decode_unguarded(None, id, bytes, &unchecked_lowering)).unwrap_or(Err(EntryError::Content))?;
     let is_runnable = catch_panic(|| (lowering.check)(&module.module, &module.tape).is_ok()).unwrap_or(false);
     if !is_runnable {
         module.tape = (lowering.lower)(&module.module, &module.info).map_err(|_| EntryError::Tape)?;
@@ -116,11 +115,12 @@ pub fn decode_of_any_generator(id: &ModuleId, bytes: &[u8], lowering: &Lowering)
     Ok(module)
 }
 
-fn decode_unguarded(generator: Option<&str>, id: &ModuleId, bytes: &[u8], lowering: &Lowering) -> Result<ShaderModule, EntryError> {
-    let (head, rest) = postcard::take_from_bytes::<Head>(checked(bytes)?).map_err(|_| EntryError::Content)?;
+/// Decodes and checks an entry; may panic on input that naga did not write. `generator_digest`: `None` accepts any generator.
+fn decode_unguarded(generator_digest: Option<&str>, id: &ModuleId, bytes: &[u8], lowering: &Lowering) -> Result<ShaderModule, EntryError> {
+    let (head, rest) = postcard::take_from_bytes::<Head>(checked_content(bytes)?).map_err(|_| EntryError::Content)?;
     // An earlier revision may have written the module under a former name. Parsing replaces former names by present ones.
-    let is_requested = || head.module == id.to_string() || head.module.parse::<ModuleId>().ok().as_ref() == Some(id);
-    if generator.is_some_and(|g| head.generator != g) || !is_requested() {
+    let is_requested = || head.module_name == id.to_string() || head.module_name.parse::<ModuleId>().ok().as_ref() == Some(id);
+    if generator_digest.is_some_and(|g| head.generator_digest != g) || !is_requested() {
         return Err(EntryError::OtherGeneratorOrModule);
     }
     let (decoded, rest): (DecodedModule, _) = postcard::take_from_bytes(rest).map_err(|_| EntryError::Content)?;

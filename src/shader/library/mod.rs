@@ -1,9 +1,9 @@
 //! The shader library: a cache of modules, in memory and on disk.
 //!
-//! In: a module's name. Out: a shared [`ShaderModule`], from memory, from disk, or newly emitted. Always: the module is the one that the
-//! generator would emit now, even if entries on disk are damaged (unless someone forged an entry: [`ShaderLibrary::replace_tampered`]); readers in any
-//! process see either a complete entry or none; a disk error is reported once and is never fatal. Not here: the lowering of modules for the
-//! software renderer, and where messages go; the caller supplies both.
+//! In: a module's name. Out: a shared [`ShaderModule`], from memory, from disk, or newly emitted. Always: the module is the one that the generator (the emitter
+//! with its fragments) would emit now, even if entries on disk are damaged, unless someone forged an entry ([`ShaderLibrary::replace_tampered`]); readers in
+//! any process see either a complete entry or none; a disk error is reported once and is never fatal. Not here: the lowering of modules for the software
+//! renderer, and where messages go; the caller supplies both.
 
 mod entry;
 
@@ -59,7 +59,7 @@ pub struct Statistics {
     /// Entries written, and the seconds spent writing them.
     pub written: u64,
     pub writing_s: f64,
-    /// Entries on disk that were damaged, of another format or tampered with, and were replaced.
+    /// Entries on disk that were damaged, of another format or tampered with, and were replaced. The serialised name is `healed`.
     #[serde(rename = "healed")]
     pub repaired: u64,
 }
@@ -76,23 +76,24 @@ struct Counters {
     repaired: AtomicU64,
 }
 
+/// Adds one event, and the time since it began, to two counters.
 fn count(counter: &AtomicU64, nanoseconds: &AtomicU64, since: Instant) {
     counter.fetch_add(1, Ordering::Relaxed);
     nanoseconds.fetch_add(u64::try_from(since.elapsed().as_nanos()).unwrap_or(u64::MAX), Ordering::Relaxed);
 }
 
-/// An entry on disk cannot be used: its module is built anew.
+/// The error for an entry on disk that cannot be used; its module is built anew.
 struct Damaged;
 
 /// The content of the disk cache.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct DiskStatus {
-    /// Folder of this generator; `None` if the library is only in memory or has edited fragments.
+    /// Folder with the modules of this generator (these fragments and this code); `None` if the library is only in memory or has edited fragments.
     pub folder: Option<PathBuf>,
-    /// Entries of this generator, and their bytes.
+    /// Number of entries of this generator, and their bytes.
     pub entries: u64,
     pub bytes: u64,
-    /// Entries and bytes of other generators (older or newer programs).
+    /// Number of entries of other generators (older or newer programs), and their bytes.
     pub other_entries: u64,
     pub other_bytes: u64,
     /// The first folder that could not be read, and why; the counts do not include it.
@@ -102,16 +103,16 @@ pub struct DiskStatus {
 /// The result of [`ShaderLibrary::verify`].
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct DiskCheck {
-    /// Number of intact entries: those equal to what the generator emits now.
+    /// Number of intact entries: those equal to what the generator emits now. The serialised name is `whole`.
     #[serde(rename = "whole")]
     pub valid: u64,
-    /// File and what is wrong with it.
+    /// Damaged entries: the file, and what is wrong with it.
     pub damaged: Vec<(PathBuf, String)>,
     /// The first folder that could not be read, and why.
     pub unreadable: Option<String>,
 }
 
-/// What determines the modules: the fragments, and the generator digest, which covers them and the code.
+/// What determines the modules: the fragments, and the generator digest (`shader::generator`), which covers the fragments and the code.
 #[derive(Clone)]
 struct Generator {
     fragments: Arc<Fragments>,
@@ -137,6 +138,7 @@ pub struct ShaderLibrary {
     lowering: Lowering,
     modules: Mutex<LruMap<ModuleId, ModuleCell>>,
     counters: Counters,
+    /// Receives one line for each problem.
     report: Box<dyn Fn(&str) + Send + Sync>,
     write_error_reported: AtomicBool,
     read_error_reported: AtomicBool,
@@ -166,7 +168,7 @@ impl ShaderLibrary {
         }
     }
 
-    /// The generator digest, which names the folder.
+    /// The generator digest, which names the folder of modules on disk.
     pub fn generator_digest(&self) -> Arc<str> {
         self.current_generator().digest
     }
@@ -198,7 +200,7 @@ impl ShaderLibrary {
         Some(self.current_generator()).filter(|g| g.fragments.are_built_in())
     }
 
-    /// Where a module came from; `None` for a module that is not in memory.
+    /// Where a module came from, and how long that took; `None` for a module that is not in memory.
     pub fn origin(&self, id: &ModuleId) -> Option<Origin> {
         let modules = self.modules.lock();
         Some(modules.peek(id)?.get()?.as_ref().ok()?.1)
@@ -254,12 +256,12 @@ impl ShaderLibrary {
     }
 
     /// Reads an entry from disk; `None` if there is no readable file.
-    fn read(&self, generator: &str, id: &ModuleId, path: &Path) -> Option<Result<ShaderModule, Damaged>> {
+    fn read(&self, generator_digest: &str, id: &ModuleId, path: &Path) -> Option<Result<ShaderModule, Damaged>> {
         let start = Instant::now();
         let bytes = match read_bytes(path, MAX_ENTRY_BYTES) {
             Ok(bytes) => bytes,
             Err(e) if e.kind() == std::io::ErrorKind::NotFound => return None,
-            // Problems with the folder itself are reported when writing fails; an unreadable entry is reported here.
+            // Problems with the folder itself are reported when a write fails; an unreadable entry is reported here.
             Err(e) => {
                 if e.kind() != std::io::ErrorKind::NotADirectory && !self.read_error_reported.swap(true, Ordering::Relaxed) {
                     (self.report)(&format!("shader library: {} cannot be read ({e}); its module is rebuilt", path.display()));
@@ -267,7 +269,7 @@ impl ShaderLibrary {
                 return None;
             }
         };
-        match decode(generator, id, &bytes, &self.lowering) {
+        match decode(generator_digest, id, &bytes, &self.lowering) {
             Ok(module) => {
                 count(&self.counters.from_disk, &self.counters.reading_ns, start);
                 Some(Ok(module))
@@ -280,13 +282,13 @@ impl ShaderLibrary {
         }
     }
 
-    fn write(&self, generator: &str, module: &ShaderModule, path: &Path) {
+    fn write(&self, generator_digest: &str, module: &ShaderModule, path: &Path) {
         // After one failure nothing more is written: on a full or read-only disk further attempts would only cost time.
         if self.write_error_reported.load(Ordering::Relaxed) {
             return;
         }
         let start = Instant::now();
-        let Some(bytes) = entry::encode(generator, module) else { return };
+        let Some(bytes) = entry::encode(generator_digest, module) else { return };
         match write_cached(path, &bytes) {
             Ok(()) => count(&self.counters.written, &self.counters.writing_ns, start),
             Err(e) => {
@@ -335,11 +337,11 @@ impl ShaderLibrary {
         let digest = self.generator_digest();
         let mut status = DiskStatus { folder: self.folder(), unreadable: self.unreadable(), ..DiskStatus::default() };
         for folder in self.folders() {
-            let own = folder.file_name().is_some_and(|n| n == &*digest);
+            let is_own = folder.file_name().is_some_and(|n| n == &*digest);
             for file in entries_in(&folder) {
                 let bytes = file.metadata().map_or(0, |m| m.len());
                 let (entries, total) =
-                    if own { (&mut status.entries, &mut status.bytes) } else { (&mut status.other_entries, &mut status.other_bytes) };
+                    if is_own { (&mut status.entries, &mut status.bytes) } else { (&mut status.other_entries, &mut status.other_bytes) };
                 *entries += 1;
                 *total += bytes;
             }
@@ -379,8 +381,9 @@ impl ShaderLibrary {
         }
     }
 
-    /// For callers that could not run these modules. Builds anew those that came from disk, and replaces each that differs, in memory and on disk: its entry
-    /// was tampered with, that is, it decodes but was not written by the generator. Returns the number of replaced modules.
+    /// To be called after a plan or a frame with these modules failed. Builds anew those modules that came from disk, and replaces each that differs from its
+    /// new build, in memory and on disk. The entry of such a module was tampered with: it decodes, but was not written by the generator. Returns the number of
+    /// replaced modules.
     pub fn replace_tampered(&self, ids: &[ModuleId]) -> usize {
         let generator = self.current_generator();
         let rebuilt_if_tampered = |id: &ModuleId| {

@@ -8,9 +8,10 @@ use super::condition::Condition;
 /// Index of the block that every module has.
 pub const ROOT: u32 = 0;
 
-/// One block: the condition under which its part of the text is emitted. Numbers are indices of blocks.
+/// One block: the condition under which its part of the text is emitted. The numbers are indices of blocks.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Block {
+    /// Emitted always.
     Root,
     /// A branch of a chain of `@if`, `@elif` and `@else`: emitted if `parent` is emitted, its own condition holds, and the condition of no earlier branch of
     /// the chain holds. `unless`: the branch directly before it.

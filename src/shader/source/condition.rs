@@ -10,7 +10,7 @@ use std::collections::HashMap;
 use std::sync::LazyLock;
 use wgsl_parse::syntax::{BinaryOperator, Expression, ExpressionNode, LiteralExpression, UnaryOperator};
 
-/// The names of the features of all dimensions, each once. At most 128, the bits of [`FeatureSet`].
+/// The names of the features of all dimensions, each once. There are at most 128, the number of bits of [`FeatureSet`].
 static FEATURE_NAMES: LazyLock<Vec<&'static str>> = LazyLock::new(|| {
     let mut all: Vec<&'static str> = Vec::new();
     for feature in DIMENSIONS.iter().flat_map(|d| d.feature_names).filter(|f| !f.is_empty()) {
@@ -54,7 +54,7 @@ impl FeatureSet {
     }
 }
 
-/// Every name that a condition may use (features as WESL identifiers, and predicates), with its value for these features: what a WESL compiler needs.
+/// Every name that a condition may use (features as WESL identifiers, and predicates), with its value for these features. A WESL compiler needs this list.
 pub fn values_of_names(features: FeatureSet) -> impl Iterator<Item = (&'static str, bool)> {
     NAMES.iter().map(move |(name, condition)| (name.as_str(), condition.holds(features)))
 }
@@ -117,15 +117,16 @@ impl Condition {
         }
     }
 
-    /// Why the condition holds or fails, for the source map: the features that are on, then `not` and those that are off. Of the terms of `&&`, the first
-    /// false one is the reason; if all hold, the last one, by convention the most specific. Of the terms of `||`, the first true one is the reason; if none
-    /// holds, all.
+    /// Why the condition holds or fails, for the source map: the features that are on, then `not` and those that are off. Of the terms of `&&`, the first false
+    /// one is the reason; if all hold, the last one, which by convention is the most specific. Of the terms of `||`, the first true one is the reason; if none
+    /// holds, all of them.
     pub fn reason(&self, features: FeatureSet) -> String {
         let mut names = ReasonNames::default();
         self.add_names(features, &mut names);
         names.text()
     }
 
+    /// Adds the names that explain why the condition holds or fails.
     fn add_names(&self, features: FeatureSet, names: &mut ReasonNames) {
         let holds = self.holds(features);
         let on_or_off = if holds { &mut names.on } else { &mut names.off };

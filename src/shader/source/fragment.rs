@@ -26,8 +26,8 @@ pub struct Piece {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FragmentLine {
     pub pieces: Vec<Piece>,
-    /// Whether text was removed from the line, or the line belongs to several blocks. Such a line is dropped if what is emitted of it is blank; a line that is
-    /// blank in the file is kept.
+    /// Whether text was removed from the line, or the line belongs to several blocks. Such a line is dropped if what is emitted of it is blank. A line that is
+    /// blank in the file, by contrast, is kept.
     pub is_divided: bool,
 }
 
@@ -100,6 +100,7 @@ impl Fragment {
         }
     }
 
+    /// Divides a scanned text into lines and pieces.
     fn of(text: &str, scan: Scan) -> Self {
         let block_of_byte = blocks_of_bytes(text, &scan);
         let mut lines = Vec::new();
@@ -143,14 +144,14 @@ impl Fragment {
     pub fn emitted_blocks(&self, features: FeatureSet) -> Vec<bool> {
         let mut emitted: Vec<bool> = Vec::with_capacity(self.blocks.len());
         for block in &self.blocks {
-            let on = match block {
+            let is_emitted = match block {
                 Block::Root => true,
                 Block::AnyOf(blocks) => blocks.iter().any(|b| emitted[*b as usize]),
                 Block::When { parent, condition, unless } => {
                     emitted[*parent as usize] && !self.any_branch_holds(*unless, features) && condition.holds(features)
                 }
             };
-            emitted.push(on);
+            emitted.push(is_emitted);
         }
         emitted
     }
@@ -167,8 +168,8 @@ impl Fragment {
         false
     }
 
-    /// The text by which the source map explains an emitted block: why its condition holds; for an `@else`, why the condition of the branch
-    /// before it fails; for the comments above a chain, the text of the emitted branch; `None` for the root.
+    /// The text by which the source map explains an emitted block: why its condition holds; for an `@else`, why the condition of the branch before it fails;
+    /// for the comments above a chain, the text of the emitted branch; `None` for the root. `emitted`: for each block, whether it is emitted.
     pub fn reason(&self, block: u32, emitted: &[bool], features: FeatureSet) -> Option<String> {
         match &self.blocks[block as usize] {
             Block::Root => None,
@@ -208,6 +209,7 @@ fn blocks_of_bytes(text: &str, scan: &Scan) -> Vec<u32> {
     block_of_byte
 }
 
+/// Start of the line that contains a byte position.
 fn line_start(text: &str, at: usize) -> usize {
     text[..at].rfind('\n').map_or(0, |n| n + 1)
 }

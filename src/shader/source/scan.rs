@@ -30,7 +30,8 @@ pub(super) struct Imported {
     pub items: Vec<(String, String)>,
 }
 
-/// A chain of `@if`, `@elif` and `@else`: the start of its first item, and the block of the comments above that item. They are emitted if any branch is.
+/// A chain of `@if`, `@elif` and `@else`: the start of its first item, and the block of the comments above that item. These comments are emitted if any branch
+/// of the chain is.
 pub(super) struct ConditionChain {
     pub start: usize,
     pub block: u32,
@@ -153,11 +154,13 @@ impl<'a> Scanner<'a> {
         Ok(())
     }
 
+    /// Adds a block; returns its index.
     fn push_block(&mut self, block: Block) -> u32 {
         self.scan.blocks.push(block);
         self.scan.blocks.len() as u32 - 1
     }
 
+    /// Records a chain of these branches, if there is any.
     fn finish_chain(&mut self, chain: &[u32], start: usize) {
         let block = match chain {
             [] => return,
@@ -203,6 +206,7 @@ impl<'a> Scanner<'a> {
         Ok(found)
     }
 
+    /// Consumes the next token, which must be this one.
     fn expect(&mut self, token: &str) -> Result<(), ScanError> {
         if self.token() != token {
             return Err(self.error(format!("`{token}` is missing here")));
@@ -248,6 +252,7 @@ impl<'a> Scanner<'a> {
         Ok(())
     }
 
+    /// Scans a list with its brackets. `block`: that of the item to which the list belongs.
     fn scan_bracketed(&mut self, block: u32, list: List) -> Result<(), ScanError> {
         let open = self.position();
         let close = match self.token() {
