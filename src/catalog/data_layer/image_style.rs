@@ -1,7 +1,8 @@
 //! Conversion of an image's values to colours: percentiles select the values drawn black and white, a curve (stretch) maps the values between them to the
 //! range from 0 to 1, and a colour map gives the colours.
 //!
-//! In: values, some of which may be NaN or infinite. Out: sRGB with alpha, 255 where the value is finite and 0 elsewhere; whoever draws the image applies [`ImageStyle::opacity`].
+//! In: values, some of which may be NaN or infinite. Out: sRGB with alpha, 255 where the value is finite and 0 elsewhere. Not here: [`ImageStyle::opacity`],
+//! which is applied when the image is drawn.
 
 /// How the values of an image are converted to colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
