@@ -60,7 +60,7 @@ pub(super) fn instrument(mut table: TableReader) -> Option<Instrument> {
     let has_focal_length = table.has("focal_length_mm");
     let focal_length_mm =
         if has_focal_length { table.optional("focal_length_mm", "millimetres above 0", is_size).map(|l| l.value) } else { None };
-    // Whether a size covers an angle within the limit. Without a valid focal length, any size is accepted, so that the only problem reported is that of the focal length.
+    // Without a valid focal length, any size is accepted, so that the only problem reported is that of the focal length.
     let has_valid_angle = |size_mm: &f64| {
         is_size(size_mm) && focal_length_mm.is_none_or(|focal_length_mm| angle_deg(*size_mm, focal_length_mm) <= MAX_FIELD_DEG)
     };
