@@ -74,7 +74,13 @@ impl<W: Write> AnimationWriter<W> {
     ///
     /// # Errors
     /// A size or rate that the format does not support, or an error of the writer.
-    pub(crate) fn new(out: W, format: AnimationFormat, (width, height): (u32, u32), frame_count: u32, rate: u32) -> Result<Self, ImageError> {
+    pub(crate) fn new(
+        out: W,
+        format: AnimationFormat,
+        (width, height): (u32, u32),
+        frame_count: u32,
+        rate: u32,
+    ) -> Result<Self, ImageError> {
         let encoder = match format {
             AnimationFormat::Apng => {
                 let mut encoder = png::Encoder::new(out, width, height);

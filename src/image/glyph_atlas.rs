@@ -16,9 +16,9 @@ use std::sync::Arc;
 /// The cell of one glyph in the texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glyph {
-    /// Column and row of the top left texel.
+    /// Column and row of the cell's top left texel in the texture.
     pub at: [u32; 2],
-    /// Width and height; nothing is drawn if either is 0.
+    /// Width and height, texels; nothing is drawn if either is 0.
     pub size: [u32; 2],
     /// From the pen position on the baseline to the cell's top left corner, pixels; y points down.
     pub bearing: [i32; 2],
@@ -65,9 +65,9 @@ fn rasterise(font: &FontRef<'_>, character: char, size_px: f32) -> GlyphBitmap {
     let bounds = outline.px_bounds();
     let size = [bounds.width() as u32, bounds.height() as u32];
     let mut coverage = vec![0.0; size[0] as usize * size[1] as usize];
-    outline.draw(|x, y, c| {
+    outline.draw(|x, y, texel_coverage| {
         if let Some(texel) = coverage.get_mut((y * size[0] + x) as usize) {
-            *texel = c.clamp(0.0, 1.0);
+            *texel = texel_coverage.clamp(0.0, 1.0);
         }
     });
     GlyphBitmap { size, bearing: [bounds.min.x as i32, bounds.min.y as i32], advance, coverage }
@@ -100,7 +100,8 @@ fn solid_square(side: u32) -> GlyphBitmap {
 }
 
 impl GlyphAtlas {
-    /// Draws the given characters for text of `size_px`, which is limited to 4 to 512. `marker_radius_ems`: radius of the ring, in units of the font size.
+    /// Draws the given characters for text of `size_px`, which is clamped to the range from 4 to 512. `marker_radius_ems`: radius of the ring, in units of the
+    /// font size.
     pub(crate) fn draw(characters: impl IntoIterator<Item = char>, size_px: f32, marker_radius_ems: f32) -> Self {
         let size_px = size_px.clamp(4.0, 512.0);
         let font = FontRef::try_from_slice(epaint_default_fonts::UBUNTU_LIGHT).ok();
@@ -130,17 +131,19 @@ impl GlyphAtlas {
         }
         let height = corner[1] + row_height + 1;
         let mut bytes = vec![0_u8; width as usize * height as usize * 4];
-        for ((_, bitmap), at) in drawn.iter().zip(&positions) {
+        for ((_, bitmap), position) in drawn.iter().zip(&positions) {
             for (y, row) in bitmap.coverage.chunks(bitmap.size[0].max(1) as usize).enumerate() {
                 for (x, coverage) in row.iter().enumerate() {
-                    let texel = 4 * ((at[1] as usize + y) * width as usize + at[0] as usize + x);
-                    bytes[texel..texel + 4].fill((255.0 * coverage).round() as u8);
+                    let offset = 4 * ((position[1] as usize + y) * width as usize + position[0] as usize + x);
+                    bytes[offset..offset + 4].fill((255.0 * coverage).round() as u8);
                 }
             }
         }
         let glyph = |bitmap: &GlyphBitmap, at: [u32; 2]| Glyph { at, size: bitmap.size, bearing: bitmap.bearing, advance: bitmap.advance };
-        let all: Vec<(Option<char>, Glyph)> = drawn.iter().zip(&positions).map(|((c, bitmap), at)| (*c, glyph(bitmap, *at))).collect();
+        let all: Vec<(Option<char>, Glyph)> =
+            drawn.iter().zip(&positions).map(|((c, bitmap), position)| (*c, glyph(bitmap, *position))).collect();
         let empty = Glyph { at: [0, 0], size: [0, 0], bearing: [0, 0], advance: 0.0 };
+        // Height of the letter x above the baseline, which typographers call x-height.
         let x_height = font.as_ref().map_or(0.0, |f| -(rasterise(f, 'x', size_px).bearing[1] as f32));
         Self {
             texture: Arc::new(Texture { format: TexelFormat::Rgba8Unorm, levels: vec![Level::new(width, height, bytes)] }),
@@ -154,9 +157,9 @@ impl GlyphAtlas {
     /// The glyphs of a text, each with its pen position in pixels from the start of the text. Characters that the atlas lacks are skipped.
     pub(crate) fn layout<'a>(&'a self, text: &'a str) -> impl Iterator<Item = (f32, Glyph)> + 'a {
         text.chars().filter_map(|c| self.by_character.get(&c)).scan(0.0, |pen, glyph| {
-            let at = *pen;
+            let start = *pen;
             *pen += glyph.advance;
-            Some((at, *glyph))
+            Some((start, *glyph))
         })
     }
 }
