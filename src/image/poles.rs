@@ -7,8 +7,8 @@
 //!
 //! In: linear texels of one level. Out: each row beyond 45 degrees, averaged along its circle by a Gaussian of sigma = 0.6 sqrt(tan² phi - 1) texels.
 //! The finest spot that the map can hold has, before the filter, a sigma of 0.6 texels in both directions, the scale at which the maps in textures/
-//! become isotropic. After the filter, the spot is at most sqrt 2 times as long as it is wide, as at 45 degrees. Always: each row keeps its mean, and rows within
-//! 45 degrees of the equator keep their texels. The rows next to the poles keep half of the first harmonic in longitude and little of the higher ones.
+//! become isotropic. After the filter, the spot is at most sqrt 2 times as long as it is wide, as at 45 degrees. Always: each row keeps its mean, and rows
+//! within 45 degrees of the equator keep their texels. The rows next to the poles keep half of the first harmonic in longitude and little of the higher ones.
 //! Detail finer than the Gaussian of its row is lost; streaks that are long on the sphere itself remain.
 //!
 //! The directions east and north rotate with the meridian, so slopes (the east and north components of normals) are averaged as vectors in one
