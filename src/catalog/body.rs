@@ -285,7 +285,7 @@ pub struct ShapeModel {
     pub scale_km: f64,
     /// Whether both sides of each triangle are visible.
     pub two_sided: bool,
-    /// Whether the albedo map's alpha makes the mesh transparent.
+    /// Whether the albedo map's alpha makes parts of the mesh transparent.
     pub alpha: bool,
     /// Whether the file's vertex colours, if any, multiply the albedo.
     pub vertex_colours: bool,

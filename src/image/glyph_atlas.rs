@@ -33,7 +33,7 @@ pub struct GlyphAtlas {
     pub texture: SharedTexture,
     /// The glyph of each character.
     by_character: BTreeMap<char, Glyph>,
-    /// The ring.
+    /// The ring, which marks surface features and bodies of a few pixels.
     pub marker: Glyph,
     /// A fully covered square, any part of which can be drawn as a filled rectangle.
     pub solid_square: Glyph,
@@ -43,8 +43,8 @@ pub struct GlyphAtlas {
 
 /// Width of the texture, in units of the font size.
 const TEXTURE_WIDTH_EMS: f32 = 20.0;
-/// Stroke width of a marker, in units of the font size: one pixel for the window's text.
-const MARKER_STROKE_EMS: f32 = 1.0 / 13.0;
+/// Stroke width of the ring, in units of the font size: one pixel for the window's text.
+const RING_STROKE_EMS: f32 = 1.0 / 13.0;
 
 /// The coverage of a glyph before it is placed in the atlas.
 struct GlyphBitmap {
@@ -100,18 +100,18 @@ fn solid_square(side: u32) -> GlyphBitmap {
 }
 
 impl GlyphAtlas {
-    /// Draws the given characters for text of `size_px`, which is clamped to the range from 4 to 512. `marker_radius_ems`: radius of the ring, in units of the
+    /// Draws the given characters for text of `size_px`, which is clamped to the range from 4 to 512. `ring_radius_ems`: radius of the ring, in units of the
     /// font size.
-    pub(crate) fn draw(characters: impl IntoIterator<Item = char>, size_px: f32, marker_radius_ems: f32) -> Self {
+    pub(crate) fn draw(characters: impl IntoIterator<Item = char>, size_px: f32, ring_radius_ems: f32) -> Self {
         let size_px = size_px.clamp(4.0, 512.0);
         let font = FontRef::try_from_slice(epaint_default_fonts::UBUNTU_LIGHT).ok();
         let characters: BTreeSet<char> = characters.into_iter().collect();
-        // The marker and then the square follow the characters, without a character of their own.
+        // The ring and then the square follow the characters, without a character of their own.
         let drawn: Vec<(Option<char>, GlyphBitmap)> = characters
             .into_iter()
             .filter_map(|c| Some((Some(c), rasterise(font.as_ref()?, c, size_px))))
             .chain([
-                (None, ring(marker_radius_ems * size_px, (MARKER_STROKE_EMS * size_px).max(1.0))),
+                (None, ring(ring_radius_ems * size_px, (RING_STROKE_EMS * size_px).max(1.0))),
                 (None, solid_square((SQUARE_SIDE_EMS * size_px).ceil() as u32)),
             ])
             .collect();
@@ -197,7 +197,7 @@ mod tests {
         let ratio = ink(&large) / ink(&small);
         assert!((3.8..4.2).contains(&ratio), "twice the size has {ratio} times the ink");
         let ring_px = covered(&large, &large.marker);
-        let stroke_px = f64::from(MARKER_STROKE_EMS) * 40.0;
+        let stroke_px = f64::from(RING_STROKE_EMS) * 40.0;
         let expected = std::f64::consts::TAU * 16.0 * stroke_px;
         assert!((ring_px / expected - 1.0).abs() < 0.02, "{ring_px} texels, {expected}");
         let end = |l: &GlyphAtlas| l.layout("Saturn").last().map_or(0.0, |(at, c)| at + c.advance);
