@@ -175,9 +175,9 @@ pub struct MeanElements {
     pub mean_anomaly_deg: f64,
     /// Mean motion: rate of the mean longitude at the epoch. The mean anomaly's rate is less by the rates of node and argument (catalogs/README.md).
     pub mean_motion_deg_day: f64,
-    /// Precession period of the node, Julian years; 0: none. The node regresses in a prograde orbit and advances in a retrograde one.
+    /// Precession period of the node, Julian years; 0: none. If positive, the node regresses in a prograde orbit and advances in a retrograde one.
     pub node_period_yr: f64,
-    /// Precession period of the argument of periapsis, which advances, Julian years; 0: none.
+    /// Precession period of the argument of periapsis, Julian years; 0: none. If positive, the argument increases.
     pub argument_period_yr: f64,
     /// Tidal acceleration: coefficient of T² in the mean longitude, T in Julian centuries from the epoch. 0: none known.
     pub longitude_quadratic_deg_cy2: f64,

@@ -14,7 +14,7 @@ use std::sync::LazyLock;
 pub struct FigureVertex {
     /// Unit vector at the epoch J2000, ICRF.
     pub direction: DVec3,
-    /// The star at this vertex: its index in [`StarCatalog::embedded`]. `None` if the catalog has no star within [`SAME_STAR_RAD`].
+    /// The star at this vertex: its index in [`StarCatalog::embedded`]. `None` if the catalog has no star within `SAME_STAR_RAD`.
     pub star: Option<usize>,
 }
 

@@ -243,10 +243,10 @@ impl Mesh {
         }
         let position_ids = weld(&positions_km);
         let mut normal_sums = vec![DVec3::ZERO; positions_km.len()];
-        let corner_position_km = |c: &Corner| positions_km[c.position as usize];
+        let position_km_of = |c: &Corner| positions_km[c.position as usize];
         // Normal to the triangle; its length is twice the triangle's area.
         let area_vector = |t: &[Corner; 3]| {
-            let [a, b, c] = [&t[0], &t[1], &t[2]].map(corner_position_km);
+            let [a, b, c] = [&t[0], &t[1], &t[2]].map(position_km_of);
             (b - a).cross(c - a)
         };
         // The direction of a shorter area vector would be mostly rounding error.
@@ -260,7 +260,7 @@ impl Mesh {
             let face_normal = area_vector(t).normalize();
             let has_file_uv = t.iter().all(|c| c.texture.is_some());
             let vertex = |c: &Corner| {
-                let position_km = corner_position_km(c);
+                let position_km = position_km_of(c);
                 let file_normal = c.normal.map(|n| obj.normals[n as usize]);
                 let file_uv = c
                     .texture
@@ -312,7 +312,8 @@ impl Mesh {
         let flat = |value: &dyn Fn(&Vertex) -> DVec3| -> Arc<Vec<f32>> {
             Arc::new(builder.vertices.iter().flat_map(|v| value(v).as_vec3().to_array()).collect())
         };
-        let colours = has_colours.then(|| Arc::new(builder.vertices.iter().flat_map(|v| v.colour.as_vec3().extend(1.0).to_array()).collect()));
+        let colours =
+            has_colours.then(|| Arc::new(builder.vertices.iter().flat_map(|v| v.colour.as_vec3().extend(1.0).to_array()).collect()));
         let max_radius = builder.vertices.iter().map(|v| (v.position_km / frame.radii_km).length()).fold(0.0, f64::max);
         Self {
             positions: flat(&|v| v.position_km / frame.radii_km),

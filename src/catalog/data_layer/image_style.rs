@@ -96,7 +96,7 @@ fn black_and_white(values: &[f32], percentiles: [f64; 2]) -> Option<[f64; 2]> {
     Some([black, white])
 }
 
-/// Number of steps of the table of colours. Four steps are one 8-bit level.
+/// Number of steps of the table of colours. About four steps are one 8-bit level.
 const TABLE_STEPS: u32 = 1023;
 
 /// The colours of an image, four bytes (red, green, blue, alpha) per value; `None` if no value is finite.
