@@ -130,8 +130,8 @@ pub(crate) fn write_new(
     fill: impl FnOnce(&mut BufWriter<&mut File>) -> Result<()>,
 ) -> std::result::Result<PathBuf, WriteError> {
     let mut paths = paths.into_iter();
-    let none = || WriteError { path: String::new(), why: "no name to write to".into() };
-    let mut path = paths.next().ok_or_else(none)?;
+    let no_path = || WriteError { path: String::new(), why: "no name to write to".into() };
+    let mut path = paths.next().ok_or_else(no_path)?;
     let mut file = write_temporary(&path, access, fill).map_err(|e| write_error(&path, &e))?;
     loop {
         // A single system call checks and renames; between two separate calls another program could take the name.
@@ -223,8 +223,8 @@ pub(crate) fn check_output_path(path: &Path) -> std::result::Result<(), WriteErr
 
 /// Whether two paths name the same file, which need not exist.
 pub(crate) fn is_same_file(a: &Path, b: &Path) -> bool {
-    let place = |path: &Path| Some((folder_of(path).canonicalize().ok()?, path.file_name()?.to_owned()));
-    place(a).is_some_and(|of_a| place(b) == Some(of_a))
+    let folder_and_name = |path: &Path| Some((folder_of(path).canonicalize().ok()?, path.file_name()?.to_owned()));
+    folder_and_name(a).is_some_and(|of_a| folder_and_name(b) == Some(of_a))
 }
 
 /// Removes a file. Returns false if there is none, which is no error, because another process may have removed it.
@@ -264,7 +264,7 @@ fn remove_stale_once(folder: &Path) {
     let now = SystemTime::now();
     let is_old = |path: &Path| {
         let changed = path.symlink_metadata().ok().filter(std::fs::Metadata::is_file).and_then(|m| m.modified().ok());
-        changed.and_then(|at| now.duration_since(at).ok()).is_some_and(|age| age > STALE_AGE)
+        changed.and_then(|modified| now.duration_since(modified).ok()).is_some_and(|age| age > STALE_AGE)
     };
     let entries = std::fs::read_dir(folder).ok().into_iter().flatten().flatten().map(|e| e.path());
     // A failure is ignored: the file may belong to another user, or another process may have removed it.
@@ -284,6 +284,7 @@ pub(crate) fn foreign_write_access(folder: &Path, is_parent: bool) -> Option<Str
         if metadata.uid() != user_id && metadata.uid() != 0 {
             return Some(format!("it belongs to user {}", metadata.uid()));
         }
+        // Bits of the mode: 0o002 writable by all, 0o020 writable by the group, 0o1000 sticky.
         let is_open = match is_parent {
             true => metadata.mode() & 0o002 != 0 && metadata.mode() & 0o1000 == 0,
             false => metadata.mode() & 0o022 != 0,

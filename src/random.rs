@@ -11,6 +11,7 @@ impl Random {
         Self(seed)
     }
 
+    /// A number of which all 64 bits are random.
     pub(crate) fn next_u64(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;

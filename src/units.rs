@@ -1,6 +1,6 @@
 //! Physical and mathematical constants and unit conversions, each with its source.
 //!
-//! Computations use kilometres, seconds and radians. The name of each quantity ends in its unit, which in input and output may be another one, such as degrees.
+//! Computations use kilometres, seconds and radians; input and output also have other units, such as degrees. The name of each quantity ends in its unit.
 
 /// Kilometres in one astronomical unit (IAU 2012 Resolution B2, exact).
 pub const KM_PER_AU: f64 = 149_597_870.7;

@@ -44,16 +44,17 @@ pub(crate) fn controls_terminal(c: char) -> bool {
 }
 
 /// At most three known words that may be meant by `word`, nearest first: words that begin with it, if it has three letters or more, and words that differ from
-/// it by at most a third of its letters, rounded down, but by one edit if that is less, and by three edits at most. A swap is one edit. Case is ignored.
+/// it by few edits. As many edits are allowed as a third of its letters, rounded down, but at least one and at most three. The swap of two neighbouring
+/// letters is one edit. Case is ignored.
 pub(crate) fn nearest<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) -> Vec<&'k str> {
     // Longer input matches no name, and would be slow to compare.
     let lower: String = word.chars().take(64).flat_map(char::to_lowercase).collect();
     let letters = lower.chars().count();
     let max_edits = (letters / 3).clamp(1, 3);
-    let distance = |k: &str| {
-        let k = k.to_lowercase();
-        let is_prefix = letters >= 3 && k.starts_with(&lower);
-        if is_prefix { 1 } else { strsim::osa_distance(&lower, &k) }
+    let distance = |known_word: &str| {
+        let known_word = known_word.to_lowercase();
+        let is_prefix = letters >= 3 && known_word.starts_with(&lower);
+        if is_prefix { 1 } else { strsim::osa_distance(&lower, &known_word) }
     };
     let mut near: Vec<(usize, &str)> = known.into_iter().map(|k| (distance(k), k)).filter(|(d, _)| *d <= max_edits).collect();
     near.sort();

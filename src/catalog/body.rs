@@ -154,7 +154,8 @@ pub enum Motion {
     MeanElements(MeanElements),
 }
 
-/// Mean orbital elements about the parent, in the frame whose pole is given (x axis at the pole's RA + 90 degrees).
+/// Mean orbital elements about the parent. Their frame has its z axis at the given pole and its x axis on the ICRF equator, at the pole's right ascension
+/// + 90 degrees.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeanElements {
     /// Right ascension of the frame's pole, ICRF.
@@ -177,11 +178,11 @@ pub struct MeanElements {
     pub mean_anomaly_deg: f64,
     /// Mean motion: rate of the mean longitude at the epoch. The mean anomaly's rate is less by the rates of node and argument (catalogs/README.md).
     pub mean_motion_deg_day: f64,
-    /// Precession period of the node, Julian years; 0: none.
+    /// Precession period of the node, Julian years; 0: none. If positive, the node regresses in a prograde orbit and advances in a retrograde one.
     pub node_period_yr: f64,
-    /// Precession period of the argument of periapsis, Julian years; 0: none.
+    /// Precession period of the argument of periapsis, Julian years; 0: none. If positive, the argument increases.
     pub argument_period_yr: f64,
-    /// Tidal acceleration: coefficient of T² in the mean longitude, degrees per Julian century squared, T from the epoch. 0: none known.
+    /// Tidal acceleration: coefficient of T² in the mean longitude, T in Julian centuries from the epoch. 0: none known.
     pub longitude_quadratic_deg_cy2: f64,
 }
 
@@ -190,7 +191,7 @@ pub struct MeanElements {
 pub enum Rotation {
     /// IAU 2006 precession, nutation, UT1.
     EarthIau2006,
-    /// Pole and prime meridian from the text PCK.
+    /// Pole and prime meridian from NAIF's text PCK (planetary constants kernel).
     Pck,
     /// Tidally locked: one rotation per orbit, pole along the orbit's normal.
     Synchronous,
@@ -287,7 +288,7 @@ pub struct ShapeModel {
     pub scale_km: f64,
     /// Whether both sides of each triangle are visible.
     pub two_sided: bool,
-    /// Whether the albedo map's alpha makes the mesh transparent.
+    /// Whether the albedo map's alpha makes parts of the mesh transparent.
     pub alpha: bool,
     /// Whether the file's vertex colours, if any, multiply the albedo.
     pub vertex_colours: bool,
@@ -352,7 +353,7 @@ pub struct Body {
     pub mesh: Option<ShapeModel>,
     /// Its theory of motion.
     pub motion: Motion,
-    /// Its rotation model.
+    /// How it rotates.
     pub rotation: Rotation,
     /// Its rings, in the order of the catalog file that lists them.
     pub rings: Vec<Ring>,
@@ -390,16 +391,16 @@ impl Body {
             BodyKind::Star => 1.0,
             _ => self.clear_sky_albedo.unwrap_or(self.geometric_albedo),
         };
-        self.clear_sky_colour.unwrap_or(self.colour).to_array().map(|c| f64::from(c) * albedo)
+        self.clear_sky_colour.unwrap_or(self.colour).to_array().map(|channel| f64::from(channel) * albedo)
     }
 
-    /// Factors on y and z of a point in the unit-sphere frame. The direction of the product has a longitude and a latitude of the kind in which the
-    /// columns and rows of the body's maps are evenly spaced.
+    /// Factors by which y and z of a point in the unit-sphere frame are multiplied (x is kept) to look it up in a map. The longitude and latitude of the
+    /// resulting direction are those in which the columns and rows of the body's maps are evenly spaced.
     pub fn map_stretch(&self) -> DVec2 {
-        let latitude = self.maps.albedo.as_ref().or(self.maps.night.as_ref()).map_or(MapLatitude::Planetocentric, |m| m.latitude);
+        let latitude = self.maps.albedo.as_ref().or(self.maps.night.as_ref()).map_or(MapLatitude::Planetocentric, |map| map.latitude);
         let ratios = DVec2::new(self.radii_km.y, self.radii_km.z) / self.radii_km.x;
+        // Planetocentric latitude is that of the position: the unit-sphere point times the semi-axes.
         // Planetographic latitude is that of the normal: the unit-sphere point divided by the semi-axes.
-        // Planetocentric latitude is that of the position: the point times the semi-axes.
         match latitude {
             MapLatitude::Planetocentric => ratios,
             MapLatitude::Planetographic => ratios.recip(),

@@ -1,8 +1,9 @@
 //! Cities of the Earth by name, with their coordinates.
 //!
-//! In: the embedded table cities.csv, and a prefix. Out: the cities whose name starts with the prefix, then those of which a later word starts with it.
-//! Always: coordinates are those of the table, accurate to about two kilometres. The table lists the cities after which time zones are named,
-//! other large cities, and cities on the paths of eclipses.
+//! In: the embedded table cities.csv, and a prefix. Out: the cities whose name starts with the prefix, then those with the prefix at the start of
+//! a later word.
+//! Always: coordinates are those of the table, accurate to about two kilometres. The table lists the cities after which time zones are named, other large
+//! cities, and cities on the paths of eclipses.
 
 use std::sync::LazyLock;
 
@@ -39,7 +40,7 @@ pub fn all() -> &'static [City] {
     &CITIES
 }
 
-/// At most `limit` cities whose name, or a later word of it, starts with `text`. Case is ignored. None if `text` has fewer than two characters.
+/// At most `limit` cities whose name, or a later word of the name, starts with `text`. Case is ignored. Empty if `text` has fewer than two characters.
 pub fn with_prefix(text: &str, limit: usize) -> Vec<&'static City> {
     let prefix = text.trim().to_lowercase();
     if prefix.chars().count() < 2 {

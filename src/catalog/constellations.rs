@@ -14,18 +14,20 @@ use std::sync::LazyLock;
 pub struct FigureVertex {
     /// Unit vector at the epoch J2000, ICRF.
     pub direction: DVec3,
-    /// The star at this vertex: its index in [`StarCatalog::embedded`].
+    /// The star at this vertex: its index in [`StarCatalog::embedded`]. `None` if the catalog has no star within `SAME_STAR_RAD`.
     pub star: Option<usize>,
 }
 
+/// A constellation, or one of the two parts of Serpens.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Constellation {
     /// The IAU abbreviation.
     pub abbreviation: String,
+    /// Its Latin name.
     pub name: String,
     /// Where its name is written: a unit vector, ICRF.
     pub label_direction: DVec3,
-    /// Polylines from star to star.
+    /// Polylines from star to star. Empty for the second part of Serpens: the first has the figure of the entire constellation.
     pub figure: Vec<Vec<FigureVertex>>,
 }
 
@@ -36,9 +38,12 @@ pub struct BorderSegment {
     pub ends: [[f64; 2]; 2],
 }
 
+/// All constellations, and the borders between them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Constellations {
+    /// One per constellation, but two for Serpens.
     pub all: Vec<Constellation>,
+    /// The segments of all borders, in no particular order.
     pub borders: Vec<BorderSegment>,
 }
 
@@ -70,8 +75,7 @@ fn direction([ra_deg, dec_deg]: [f64; 2]) -> DVec3 {
 }
 
 /// Rotation from the mean equator and equinox of B1875.0 to ICRF: precession between B1875.0 and J2000 by the angles of Lieske (1977, A&A 58, 1). The borders
-/// were drawn in the system of older star catalogs (FK4), which differs by up to an arcsecond. That and the ICRF's offset from J2000 (0.02 arcseconds) are
-/// ignored.
+/// were drawn in the system of older star catalogs (FK4). Its difference, up to an arcsecond, and the ICRF's offset from J2000 (0.02 arcseconds) are ignored.
 pub fn icrf_from_b1875() -> glam::DMat3 {
     /// B1875.0 is JD 2405889.258.
     const CENTURIES_FROM_J2000: f64 = (2_405_889.258 - crate::units::JD_J2000) / crate::units::DAYS_PER_JULIAN_CENTURY;
@@ -101,8 +105,9 @@ impl Constellations {
         let borders: Collection = serde_json::from_str(orrery_catalogs::CONSTELLATION_BORDERS)?;
         let stars = StarCatalog::embedded();
         let years_to_j2000 = stars.years_since_epoch(crate::units::JD_J2000);
-        let vertex = |at: [f64; 2]| {
-            let direction = direction(at);
+        let vertex = |ra_dec_deg: [f64; 2]| {
+            let direction = direction(ra_dec_deg);
+            // The chord, which for such small angles equals the angle in radians.
             let distance = |index: usize| {
                 let star = &stars.stars()[index];
                 (star.direction + star.motion_per_year * years_to_j2000).normalize().distance(direction)
@@ -116,13 +121,13 @@ impl Constellations {
             FigureVertex { direction, star }
         };
         // Serpens has two parts, each with a name entry. The first entry gets the figure of both parts.
-        let mut with_figure = std::collections::BTreeSet::new();
-        let constellation = |(abbreviation, name, _, _, at): Name| {
-            let is_first_entry = with_figure.insert(abbreviation.clone());
+        let mut names_with_figure = std::collections::BTreeSet::new();
+        let constellation = |(abbreviation, name, _, _, label_deg): Name| {
+            let is_first_entry = names_with_figure.insert(abbreviation.clone());
             let figures_of_name = figures.features.iter().filter(|f| is_first_entry && f.id.as_ref() == Some(&abbreviation));
-            let figure =
-                figures_of_name.flat_map(|f| &f.geometry.coordinates).map(|line| line.iter().map(|at| vertex(*at)).collect()).collect();
-            Constellation { abbreviation, name, label_direction: direction(at), figure }
+            let lines = figures_of_name.flat_map(|f| &f.geometry.coordinates);
+            let figure = lines.map(|line| line.iter().map(|ra_dec_deg| vertex(*ra_dec_deg)).collect()).collect();
+            Constellation { abbreviation, name, label_direction: direction(label_deg), figure }
         };
         let b1875_from_icrf = icrf_from_b1875().transpose();
         let border = |ends: &[[f64; 2]]| {

@@ -31,7 +31,7 @@ pub enum EclipseRadii {
 }
 
 impl EclipseRadii {
-    /// All values.
+    /// Both conventions.
     pub const ALL: [Self; 2] = [Self::Iau, Self::Almanac];
 
     /// The name in options and links.
@@ -47,7 +47,7 @@ impl EclipseRadii {
         Self::ALL.into_iter().find(|r| r.name().eq_ignore_ascii_case(name))
     }
 
-    /// Radii of the Sun and the Moon that replace the catalog's, km.
+    /// Radii of the Sun and the Moon, in this order, that replace the catalog's; `None`: the catalog's radii stay.
     fn replacement_km(self) -> Option<(f64, f64)> {
         match self {
             Self::Iau => None,

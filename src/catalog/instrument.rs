@@ -61,13 +61,13 @@ pub(super) fn instrument(mut table: TableReader) -> Option<Instrument> {
     let focal_length_mm =
         if has_focal_length { table.optional("focal_length_mm", "millimetres above 0", is_size).map(|l| l.value) } else { None };
     // Without a valid focal length, any size is accepted, so that the only problem reported is that of the focal length.
-    let is_covered = |size_mm: &f64| {
+    let has_valid_angle = |size_mm: &f64| {
         is_size(size_mm) && focal_length_mm.is_none_or(|focal_length_mm| angle_deg(*size_mm, focal_length_mm) <= MAX_FIELD_DEG)
     };
     let allowed_size = format!("millimetres above 0 that cover at most {MAX_FIELD_DEG} degrees");
     let field_of_view = match (shape, has_focal_length) {
         (Some(FieldShape::Circle), true) => {
-            let stop = table.required("field_stop_mm", &allowed_size, is_covered);
+            let stop = table.required("field_stop_mm", &allowed_size, has_valid_angle);
             focal_length_mm
                 .zip(stop)
                 .map(|(focal_length_mm, stop)| FieldOfView::Circle { diameter_deg: angle_deg(stop.value, focal_length_mm) })
@@ -77,7 +77,7 @@ pub(super) fn instrument(mut table: TableReader) -> Option<Instrument> {
         }
         (Some(FieldShape::Rectangle), true) => {
             let allowed = format!("width and height in {allowed_size}");
-            let sensor = table.required("sensor_mm", &allowed, |v: &[f64; 2]| v.iter().all(is_covered));
+            let sensor = table.required("sensor_mm", &allowed, |v: &[f64; 2]| v.iter().all(has_valid_angle));
             focal_length_mm.zip(sensor).map(|(focal_length_mm, sensor)| {
                 let [width_deg, height_deg] = sensor.value.map(|mm| angle_deg(mm, focal_length_mm));
                 FieldOfView::Rectangle { width_deg, height_deg }

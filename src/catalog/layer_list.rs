@@ -15,6 +15,7 @@ impl LayerList {
         Self(RwLock::new(layers.into_iter().map(Arc::new).collect()))
     }
 
+    /// A copy of the list: the layers at the time of the call.
     pub fn all(&self) -> Vec<Arc<DataLayer>> {
         self.0.read().clone()
     }

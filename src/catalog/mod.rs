@@ -56,13 +56,14 @@ type BodyField = (NaifId, &'static str);
 /// A file and a line number, starting at 1.
 type FileLine = (String, usize);
 
-/// All bodies, the well-known moments, stars, small bodies, data layers, instruments, the radii for eclipses, and the user's lunar height map.
+/// All bodies, the well-known moments, stars, small bodies, data layers, instruments, and the user's lunar height map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Catalog {
     bodies: Vec<Body>,
     moments: Vec<moments::Moment>,
     data_layers: LayerList,
     instruments: Vec<Instrument>,
+    /// The convention by which the radii of the Sun and the Moon in `bodies` were chosen.
     eclipse_radii: EclipseRadii,
     /// The user's stars; `None`: the embedded stars.
     stars: Option<Arc<StarCatalog>>,
@@ -70,8 +71,8 @@ pub struct Catalog {
     small_bodies: OnceLock<Arc<SmallBodies>>,
     /// The user's lunar height map; none is embedded.
     lunar_heights: Option<Arc<HeightMap>>,
-    /// File and line of `parent`, `motion` and `rotation`, which other modules check against the complete catalog. The field "" stands for the body itself:
-    /// problems of its other fields are reported at its line.
+    /// File and line of the fields `parent`, `motion` and `rotation`, which other modules check against the complete catalog. The entry of the field "" is the
+    /// line of the body itself, at which problems of its other fields are reported.
     field_lines: BTreeMap<BodyField, FileLine>,
 }
 
@@ -177,7 +178,7 @@ impl Catalog {
         Self { stars, ..self }
     }
 
-    /// Gives a body the custom surface shader of this number. Returns false if the body already has one, or if there is no such body.
+    /// Gives a body the custom surface shader with this number, from 1. Returns false if the body already has one, or if there is no such body.
     pub fn set_custom_surface(&mut self, id: NaifId, number: u8) -> bool {
         let body = self.bodies.iter_mut().find(|b| b.id == id && b.custom_surface == 0);
         body.map(|b| b.custom_surface = number).is_some()
@@ -228,7 +229,7 @@ impl Catalog {
     /// becomes one of the body's overlays.
     ///
     /// # Errors
-    /// The first error: a file that cannot be read, one with which all layers together exceed their limits, or an image with which a body has too many
+    /// The first error: `read` fails, all layers together exceed the limits on positions and lengths of lines, or a body would get more than [`MAX_OVERLAYS`]
     /// overlays.
     pub fn with_data<E: From<CatalogError>>(mut self, mut read: impl FnMut(DataLayer) -> Result<DataLayer, E>) -> Result<Self, E> {
         let mut layers: Vec<DataLayer> = Vec::new();
@@ -288,7 +289,7 @@ impl Catalog {
         self.find_body(&name).map(|b| b.id).or_else(|| self.find_naif_code(name_or_code))
     }
 
-    /// The body or barycentre with a NAIF code.
+    /// The body or barycentre whose NAIF code is written in `text`.
     fn find_naif_code(&self, text: &str) -> Option<NaifId> {
         let id = NaifId(text.trim().parse().ok()?);
         // The codes of the barycentres: 0 of the solar system, 3 of Earth and Moon, n of the system of planet n.
@@ -298,7 +299,7 @@ impl Catalog {
     /// The body or barycentre with a name.
     ///
     /// # Errors
-    /// An unknown name, with a suggestion.
+    /// The name is unknown; the error suggests another.
     pub fn body_or_barycenter(&self, name: &str) -> Result<NaifId, UnknownName> {
         self.find_body_or_barycenter(name).ok_or_else(|| self.unknown(name, "body or barycentre"))
     }
@@ -306,14 +307,14 @@ impl Catalog {
     /// The body with a name.
     ///
     /// # Errors
-    /// An unknown name with a suggestion, or a barycentre.
+    /// The name is unknown (the error suggests another), or it is that of a barycentre.
     pub fn body_named(&self, name: &str) -> Result<&Body, UnknownName> {
         let id = self.find_body_or_barycenter(name).ok_or_else(|| self.unknown(name, "body"))?;
         self.body(id)
             .ok_or_else(|| UnknownName(format!("`{}` is a barycentre, which has no surface: name a body", echo_within(name.trim(), 60))))
     }
 
-    /// The error for an unknown name. `what`: the kind of thing that was expected to have it.
+    /// The error for an unknown name. `what`: the kind of thing that the name should denote.
     fn unknown(&self, name: &str, what: &str) -> UnknownName {
         let known = self.bodies.iter().flat_map(|b| std::iter::once(&b.name).chain(&b.aliases)).map(String::as_str);
         let hint = did_you_mean(name.trim(), known).unwrap_or_else(|| "`orrery doctor` lists all names".into());
@@ -322,7 +323,7 @@ impl Catalog {
 
     /// The body with a name, as [`normalized_name`] returns it.
     fn find_body(&self, normalized: &str) -> Option<&Body> {
-        let same = |name: &String| normalized_name(name) == normalized;
-        self.bodies.iter().find(|b| same(&b.name) || b.aliases.iter().any(same))
+        let matches = |name: &String| normalized_name(name) == normalized;
+        self.bodies.iter().find(|b| matches(&b.name) || b.aliases.iter().any(matches))
     }
 }

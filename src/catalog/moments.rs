@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 /// The viewpoint of a moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Vantage {
-    /// From a body's centre, towards the target, with this field of view.
+    /// From a body's centre, towards the target.
     Centre {
         /// The body at whose centre the camera is.
         body: NaifId,
@@ -26,7 +26,7 @@ pub enum Vantage {
         faced_body: NaifId,
         /// False: above the side that faces this body; true: above the opposite side.
         away: bool,
-        /// Distance from the target's centre in its equatorial radii.
+        /// Distance from the target's centre, in equatorial radii of the target.
         radii: f64,
     },
     /// Above a place on a body, towards the target; straight down if the body is the target.
@@ -77,6 +77,7 @@ pub(super) struct UnresolvedMoment {
     source: String,
 }
 
+/// A [`Vantage`] whose body is given by name.
 enum UnresolvedVantage {
     Centre { body: WithLine<String>, fov_deg: f64 },
     Side { faced_body: WithLine<String>, away: bool, radii: f64 },
@@ -137,7 +138,7 @@ pub(super) fn unresolved_moment(mut table: TableReader) -> Option<UnresolvedMome
     })
 }
 
-/// Looks up the bodies by their names, and sorts the list by kind, then by time.
+/// Looks up the bodies by their names, and sorts the moments by kind, then by time. A moment with an unknown body is left out and reported in `problems`.
 pub(super) fn assemble(unresolved: Vec<UnresolvedMoment>, bodies: &[Body], problems: &Problems) -> Vec<Moment> {
     let names = bodies.iter().flat_map(|b| std::iter::once(&b.name).chain(&b.aliases).map(move |name| (name.to_lowercase(), b.id)));
     let ids: BTreeMap<String, NaifId> = names.collect();

@@ -18,8 +18,8 @@ pub struct SurfaceFeature {
     pub direction: DVec3,
     /// Diameter; 0 if the table gives none, and for landing sites.
     pub diameter_km: f64,
-    /// Size by which an image decides whether to show the name: the diameter. For elongated features such as valleys, ridges and rilles the gazetteer gives the
-    /// length as their diameter; the effective size is their width, a quarter of it.
+    /// Size by which an image decides whether to show the name: the diameter. For elongated features such as valleys, ridges and rilles, whose diameter in the
+    /// gazetteer is their length, it is the width, assumed to be a quarter of the length.
     pub effective_size_km: f64,
     /// Whether it is a landing site.
     pub is_landing_site: bool,
@@ -105,6 +105,7 @@ mod tests {
     fn the_tables_are_read_and_coordinates_agree_with_the_gazetteer() {
         let unread: Vec<_> = lines().filter(|l| SurfaceFeature::from_line(l).is_none()).collect();
         assert!(unread.is_empty(), "{unread:?}");
+        // Features of the gazetteer, and landing sites.
         assert_eq!(lines().count(), 6320 + 6);
         for (body, name, lat, lon, diameter) in [
             ("Moon", "Tycho", -43.3, 348.8, 85.0),

@@ -6,6 +6,7 @@ use super::fields::{ALLOWED_FILE_NAME, ALLOWED_NAME, each_component, is_file_nam
 use super::table::{TableReader, WithLine};
 use super::{MAX_OVERLAYS, Overlay, OverlayProjection};
 
+/// Reads the field `projection`, and the fields that this projection needs.
 fn projection(table: &mut TableReader) -> Option<OverlayProjection> {
     const KINDS: [&str; 2] = ["equirectangular", "orthographic"];
     let kind = table.required("projection", "one of \"equirectangular\", \"orthographic\"", |k: &String| KINDS.contains(&k.as_str()))?;

@@ -71,7 +71,7 @@ fn species(mut table: TableReader) -> Option<Species> {
     })
 }
 
-/// Maximum number of species of an atmosphere that are read, of the thousands that a file of one megabyte could list. A valid atmosphere has at most three.
+/// Maximum number of species that are read of an atmosphere: a file of one megabyte could list thousands. A valid atmosphere has at most three.
 const MAX_SPECIES: usize = 16;
 /// Maximum number of rings of a body: each has two edges, and the table of edges (`scene::rings`) has room for 4,096.
 const MAX_RINGS: usize = 2000;
@@ -116,6 +116,7 @@ fn report_second_of_a_kind(table: &TableReader, species: &[WithLine<Species>]) {
 pub(super) fn read(files: &[(&str, &str)]) -> Result<Catalog, CatalogError> {
     let problems = Problems::default();
     let mut drafts = BTreeMap::new();
+    // Per file: each name of a body in it, with the rings that the file gives under this name.
     let mut rings: Vec<(WithLine<String>, Vec<Ring>)> = Vec::new();
     let mut atmospheres = Vec::new();
     let mut overlays = Vec::new();
@@ -221,10 +222,11 @@ fn report_parent_cycles(bodies: &[Body], source_lines: &BTreeMap<i32, SourceLine
             std::iter::successors(Some(start), |body| parent_of(body)).take_while(|body| walked.insert(body.id)).collect();
         let cycle_start = path.last().and_then(|last| parent_of(last)).and_then(|next| path.iter().position(|body| body.id == next.id));
         // `assemble` reports a body that is its own parent.
-        let Some(cycle) = cycle_start.map(|from| &path[from..]).filter(|cycle| cycle.len() > 1) else { continue };
-        for (at, body) in cycle.iter().enumerate() {
+        let Some(cycle) = cycle_start.map(|first| &path[first..]).filter(|cycle| cycle.len() > 1) else { continue };
+        for (position, body) in cycle.iter().enumerate() {
             let Some(source_line) = source_lines.get(&body.id.0).filter(|source_line| !is_embedded(source_line)) else { continue };
-            let names: Vec<&str> = cycle[at + 1..].iter().chain(&cycle[..=at]).take(MAX_NAMES_OF_CYCLE).map(|b| b.name.as_str()).collect();
+            let from_parent = cycle[position + 1..].iter().chain(&cycle[..=position]);
+            let names: Vec<&str> = from_parent.take(MAX_NAMES_OF_CYCLE).map(|b| b.name.as_str()).collect();
             let more = if cycle.len() > MAX_NAMES_OF_CYCLE { ", …" } else { "" };
             problems.add(source_line, format!("{}.parent is a cycle: {}{more}", body.name, names.join(", ")));
         }
@@ -251,14 +253,14 @@ fn assemble(
             if is_name_of_barycenter(&normalized) {
                 problems.add(source_line, format!("the name \"{name}\" is that of a barycentre"));
             }
-            let Some((other, other_line)) =
-                owner_by_normalized_name.insert(normalized, (*id, source_line)).filter(|(other, _)| other != id)
+            let Some((other_id, other_line)) =
+                owner_by_normalized_name.insert(normalized, (*id, source_line)).filter(|(other_id, _)| other_id != id)
             else {
                 continue;
             };
             // The message points to the user's file, not to an embedded one.
-            let (source_line, other) = if is_embedded(source_line) { (other_line, *id) } else { (source_line, other) };
-            problems.add(source_line, format!("the name \"{name}\" is already that of body {other}"));
+            let (source_line, owner_id) = if is_embedded(source_line) { (other_line, *id) } else { (source_line, other_id) };
+            problems.add(source_line, format!("the name \"{name}\" is already that of body {owner_id}"));
         }
     }
     let known: Vec<&str> = id_by_name.keys().map(String::as_str).collect();
@@ -353,8 +355,8 @@ fn assemble(
         });
     }
     report_parent_cycles(&bodies, &parent_lines, problems);
-    // The rings of a file replace those of earlier files. The file is remembered by the body's id, because a file may name a body in several ways: as `Saturn`,
-    // `saturn` or an alias.
+    // The rings of a file replace those of earlier files. The file is remembered by the body's id and not by its name, because a file may name a body in
+    // several ways: as `Saturn`, `saturn` or an alias.
     let mut file_of_kept_rings: BTreeMap<i32, Rc<str>> = BTreeMap::new();
     for (body_name, list) in rings {
         let Some(b) = find_id(&body_name).and_then(|id| bodies.iter_mut().find(|b| b.id.0 == id)) else { continue };
@@ -383,7 +385,7 @@ fn assemble(
     bodies
 }
 
-/// The colour scaled to luminance 1.
+/// A linear sRGB colour scaled to luminance 1.
 fn scaled_to_luminance_1(rgb: [f64; 3]) -> Vec3 {
     Vec3::from_array(rgb.map(|x| (x / crate::units::luminance(rgb)) as f32))
 }

@@ -27,7 +27,7 @@ fn required_pole_dec_deg(table: &mut TableReader) -> Option<f64> {
     required_number(table, "pole_dec_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0)
 }
 
-/// The fields of one body as read so far.
+/// The fields of one body as read so far. `source_line`: where the body is first described.
 pub(super) struct BodyDraft {
     pub source_line: SourceLine,
     pub name: Option<WithLine<String>>,
@@ -214,7 +214,7 @@ fn mesh(mut table: TableReader) -> Option<WithLine<ShapeModel>> {
     let mut flag = |field, default| table.optional::<bool>(field, "true or false", |_| true).map_or(default, |l| l.value);
     let (two_sided, alpha, vertex_colours) = (flag("two_sided", false), flag("alpha", false), flag("vertex_colours", true));
     let invented = invented(&mut table);
-    // Only for readers of the file.
+    // The source is for people who read the file.
     let _ = table.optional::<String>("source", "a string", |_| true);
     table.finish();
     let scale_km = scale_km.map_or(1.0, |l| l.value);
@@ -292,7 +292,7 @@ pub(super) fn body(mut table: TableReader, drafts: &mut BTreeMap<i32, BodyDraft>
     let Some(id) = id else { return };
     if let Some(earlier) = drafts.remove(&id.value) {
         // An estimated error belongs to the value given in the same file. If this file replaces the value, the earlier error is dropped.
-        let estimate = |new: Option<f64>, value_is_new: bool, earlier: Option<f64>| new.or(earlier.filter(|_| !value_is_new));
+        let estimate = |new: Option<f64>, is_value_new: bool, earlier: Option<f64>| new.or(earlier.filter(|_| !is_value_new));
         draft.estimates = Estimates {
             albedo_percent: estimate(draft.estimates.albedo_percent, draft.geometric_albedo.is_some(), earlier.estimates.albedo_percent),
             colour_percent: estimate(draft.estimates.colour_percent, draft.colour.is_some(), earlier.estimates.colour_percent),

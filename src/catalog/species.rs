@@ -13,8 +13,8 @@ pub struct Species {
     pub scale_height_km: f64,
     /// Height of the peak of a triangular (tent-shaped) profile; `None` for an exponential one.
     pub tent_centre_km: Option<f64>,
-    /// Scattering coefficient per kilometre, averaged over each linear sRGB channel. It applies at height 0, on the ellipsoid; for a triangular profile, at its
-    /// peak, where draws only remove the scattered light from its path.
+    /// Scattering coefficient per kilometre, averaged over each linear sRGB channel. It applies at height 0, on the ellipsoid; for a triangular profile, at
+    /// the peak. In draws, the scattering of a triangular profile only removes light from the view ray.
     pub scattering_per_km: [f64; 3],
     /// Absorption coefficient, in the same unit and at the same height.
     pub absorption_per_km: [f64; 3],
@@ -49,9 +49,9 @@ impl AerosolPhase {
         [asymmetry, 0.0, 0.0, 0.0]
     }
 
-    /// The mean cosine of the scattering angle, which `scene::atmosphere::phase` tests by integration.
+    /// The mean cosine of the scattering angle. A test in `scene::atmosphere::phase` compares it with an integral over the phase function.
     pub(crate) fn mean_cosine(self) -> f64 {
-        // Likewise.
+        // Destructured for the same reason.
         let Self { asymmetry } = self;
         asymmetry
     }

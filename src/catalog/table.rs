@@ -41,8 +41,8 @@ impl Problems {
     /// The known word that was probably meant, if one is similar. Not computed after [`MAX_PROBLEMS_WITH_HINT`] problems, because a file can have a hundred
     /// thousand of them and only the first are shown.
     pub fn nearest<'k>(&self, word: &str, known: &[&'k str]) -> Option<&'k str> {
-        let gets_hint = self.0.borrow().len() < MAX_PROBLEMS_WITH_HINT;
-        gets_hint.then(|| crate::wording::nearest(word, known.iter().copied()).first().copied()).flatten()
+        let is_hint_wanted = self.0.borrow().len() < MAX_PROBLEMS_WITH_HINT;
+        is_hint_wanted.then(|| crate::wording::nearest(word, known.iter().copied()).first().copied()).flatten()
     }
 
     /// Reports a name that no body has, with the most similar of the known names.
@@ -55,7 +55,7 @@ impl Problems {
         if self.0.borrow().is_empty() { Ok(()) } else { Err(self.into_error()) }
     }
 
-    /// The problems by file and line.
+    /// The problems in the order of file and line, without duplicates.
     pub fn into_error(self) -> CatalogError {
         let mut problems = self.0.into_inner();
         problems.sort_by(|a, b| (&a.file, a.line, &a.message).cmp(&(&b.file, b.line, &b.message)));
@@ -75,10 +75,11 @@ pub(super) struct TomlFile<'a> {
 
 impl<'a> TomlFile<'a> {
     pub fn new(file: &str, text: &'a str, problems: &'a Problems) -> Self {
-        let line_starts = std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect();
+        let line_starts = std::iter::once(0).chain(text.match_indices('\n').map(|(offset, _)| offset + 1)).collect();
         Self { file: file.into(), line_starts, text, problems }
     }
 
+    /// File and line of a byte offset.
     fn source_line(&self, offset: usize) -> SourceLine {
         SourceLine { file: self.file.clone(), line: self.line_starts.partition_point(|&start| start <= offset).max(1) }
     }
@@ -120,7 +121,7 @@ pub(super) struct TableReader<'a> {
     prefix: String,
     /// Where the table begins.
     pub source_line: SourceLine,
-    /// The fields that were not requested yet.
+    /// The fields that were not requested so far.
     table: DeTable<'a>,
     /// Fields requested so far.
     requested: Vec<&'static str>,

@@ -70,11 +70,17 @@ fn write_error(e: impl std::fmt::Display) -> ImageError {
 }
 
 impl<W: Write> AnimationWriter<W> {
-    /// Starts a file of `frames` frames, at `rate` frames per second.
+    /// Starts a file of `frame_count` frames, at `rate` frames per second.
     ///
     /// # Errors
     /// A size or rate that the format does not support, or an error of the writer.
-    pub(crate) fn new(out: W, format: AnimationFormat, (width, height): (u32, u32), frames: u32, rate: u32) -> Result<Self, ImageError> {
+    pub(crate) fn new(
+        out: W,
+        format: AnimationFormat,
+        (width, height): (u32, u32),
+        frame_count: u32,
+        rate: u32,
+    ) -> Result<Self, ImageError> {
         let encoder = match format {
             AnimationFormat::Apng => {
                 let mut encoder = png::Encoder::new(out, width, height);
@@ -82,7 +88,8 @@ impl<W: Write> AnimationWriter<W> {
                 encoder.set_depth(png::BitDepth::Eight);
                 encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
                 encoder.set_compression(png::Compression::Fast);
-                encoder.set_animated(frames, 0).map_err(write_error)?;
+                // 0 repetitions: the animation loops forever.
+                encoder.set_animated(frame_count, 0).map_err(write_error)?;
                 let rate = u16::try_from(rate).map_err(|_| ImageError::Write(format!("{rate} frames a second: at most {MAX_U16}")))?;
                 encoder.set_frame_delay(1, rate).map_err(write_error)?;
                 Encoder::Apng(Box::new(encoder.write_header().map_err(write_error)?))
@@ -111,6 +118,7 @@ impl<W: Write> AnimationWriter<W> {
             return Err(ImageError::WrongLength { width, height, given: display.len().saturating_mul(4) });
         }
         let rgb: Vec<u8> = display.iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
+        // Rounded starting times, not a rounded delay: the rounding errors do not add up.
         let start_hundredths = |frame: u32| (f64::from(frame) * 100.0 / f64::from(self.rate)).round();
         let delay_hundredths = start_hundredths(self.frames_written + 1) - start_hundredths(self.frames_written);
         match &mut self.encoder {

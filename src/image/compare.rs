@@ -41,16 +41,19 @@ impl DisplayImage {
         self.rgba.iter().any(|p| p[3] != u8::MAX)
     }
 
-    /// Checks that both images have the same size and all of their pixels.
+    /// Checks that both images have the same size, and as many pixels as their size states.
     fn check_comparable(&self, other: &Self) -> Result<(), ImageError> {
         if (self.width, self.height) != (other.width, other.height) {
             let (a, b) = ((self.width, self.height), (other.width, other.height));
             return Err(ImageError::DifferentSizes { a, b });
         }
-        let has_all_pixels = |p: &&Self| u64::from(p.width) * u64::from(p.height) == p.rgba.len() as u64 && !p.rgba.is_empty();
-        match [self, other].into_iter().find(|p| !has_all_pixels(p)) {
+        let has_all_pixels =
+            |image: &&Self| u64::from(image.width) * u64::from(image.height) == image.rgba.len() as u64 && !image.rgba.is_empty();
+        match [self, other].into_iter().find(|image| !has_all_pixels(image)) {
             None => Ok(()),
-            Some(p) => Err(ImageError::WrongLength { width: p.width, height: p.height, given: p.rgba.len().saturating_mul(4) }),
+            Some(Self { width, height, rgba }) => {
+                Err(ImageError::WrongLength { width: *width, height: *height, given: rgba.len().saturating_mul(4) })
+            }
         }
     }
 

@@ -16,9 +16,9 @@ use std::sync::Arc;
 /// The cell of one glyph in the texture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glyph {
-    /// Column and row of the top left texel.
+    /// Column and row of the cell's top left texel in the texture.
     pub at: [u32; 2],
-    /// Width and height; nothing is drawn if either is 0.
+    /// Width and height, texels; nothing is drawn if either is 0.
     pub size: [u32; 2],
     /// From the pen position on the baseline to the cell's top left corner, pixels; y points down.
     pub bearing: [i32; 2],
@@ -33,7 +33,7 @@ pub struct GlyphAtlas {
     pub texture: SharedTexture,
     /// The glyph of each character.
     by_character: BTreeMap<char, Glyph>,
-    /// The ring.
+    /// The ring, which marks surface features and bodies of a few pixels.
     pub marker: Glyph,
     /// A fully covered square, any part of which can be drawn as a filled rectangle.
     pub solid_square: Glyph,
@@ -43,8 +43,8 @@ pub struct GlyphAtlas {
 
 /// Width of the texture, in units of the font size.
 const TEXTURE_WIDTH_EMS: f32 = 20.0;
-/// Stroke width of a marker, in units of the font size: one pixel for the window's text.
-const MARKER_STROKE_EMS: f32 = 1.0 / 13.0;
+/// Stroke width of the ring, in units of the font size: one pixel for the window's text.
+const RING_STROKE_EMS: f32 = 1.0 / 13.0;
 
 /// The coverage of a glyph before it is placed in the atlas.
 struct GlyphBitmap {
@@ -65,9 +65,9 @@ fn rasterise(font: &FontRef<'_>, character: char, size_px: f32) -> GlyphBitmap {
     let bounds = outline.px_bounds();
     let size = [bounds.width() as u32, bounds.height() as u32];
     let mut coverage = vec![0.0; size[0] as usize * size[1] as usize];
-    outline.draw(|x, y, c| {
+    outline.draw(|x, y, texel_coverage| {
         if let Some(texel) = coverage.get_mut((y * size[0] + x) as usize) {
-            *texel = c.clamp(0.0, 1.0);
+            *texel = texel_coverage.clamp(0.0, 1.0);
         }
     });
     GlyphBitmap { size, bearing: [bounds.min.x as i32, bounds.min.y as i32], advance, coverage }
@@ -100,17 +100,18 @@ fn solid_square(side: u32) -> GlyphBitmap {
 }
 
 impl GlyphAtlas {
-    /// Draws the given characters for text of `size_px`, which is limited to 4 to 512. `marker_radius_ems`: radius of the ring, in units of the font size.
-    pub(crate) fn draw(characters: impl IntoIterator<Item = char>, size_px: f32, marker_radius_ems: f32) -> Self {
+    /// Draws the given characters for text of `size_px`, which is clamped to the range from 4 to 512. `ring_radius_ems`: radius of the ring, in units of the
+    /// font size.
+    pub(crate) fn draw(characters: impl IntoIterator<Item = char>, size_px: f32, ring_radius_ems: f32) -> Self {
         let size_px = size_px.clamp(4.0, 512.0);
         let font = FontRef::try_from_slice(epaint_default_fonts::UBUNTU_LIGHT).ok();
         let characters: BTreeSet<char> = characters.into_iter().collect();
-        // The marker and then the square follow the characters, without a character of their own.
+        // The ring and then the square follow the characters, without a character of their own.
         let drawn: Vec<(Option<char>, GlyphBitmap)> = characters
             .into_iter()
             .filter_map(|c| Some((Some(c), rasterise(font.as_ref()?, c, size_px))))
             .chain([
-                (None, ring(marker_radius_ems * size_px, (MARKER_STROKE_EMS * size_px).max(1.0))),
+                (None, ring(ring_radius_ems * size_px, (RING_STROKE_EMS * size_px).max(1.0))),
                 (None, solid_square((SQUARE_SIDE_EMS * size_px).ceil() as u32)),
             ])
             .collect();
@@ -130,17 +131,19 @@ impl GlyphAtlas {
         }
         let height = corner[1] + row_height + 1;
         let mut bytes = vec![0_u8; width as usize * height as usize * 4];
-        for ((_, bitmap), at) in drawn.iter().zip(&positions) {
+        for ((_, bitmap), position) in drawn.iter().zip(&positions) {
             for (y, row) in bitmap.coverage.chunks(bitmap.size[0].max(1) as usize).enumerate() {
                 for (x, coverage) in row.iter().enumerate() {
-                    let texel = 4 * ((at[1] as usize + y) * width as usize + at[0] as usize + x);
-                    bytes[texel..texel + 4].fill((255.0 * coverage).round() as u8);
+                    let offset = 4 * ((position[1] as usize + y) * width as usize + position[0] as usize + x);
+                    bytes[offset..offset + 4].fill((255.0 * coverage).round() as u8);
                 }
             }
         }
         let glyph = |bitmap: &GlyphBitmap, at: [u32; 2]| Glyph { at, size: bitmap.size, bearing: bitmap.bearing, advance: bitmap.advance };
-        let all: Vec<(Option<char>, Glyph)> = drawn.iter().zip(&positions).map(|((c, bitmap), at)| (*c, glyph(bitmap, *at))).collect();
+        let all: Vec<(Option<char>, Glyph)> =
+            drawn.iter().zip(&positions).map(|((c, bitmap), position)| (*c, glyph(bitmap, *position))).collect();
         let empty = Glyph { at: [0, 0], size: [0, 0], bearing: [0, 0], advance: 0.0 };
+        // Height of the letter x above the baseline, which typographers call x-height.
         let x_height = font.as_ref().map_or(0.0, |f| -(rasterise(f, 'x', size_px).bearing[1] as f32));
         Self {
             texture: Arc::new(Texture { format: TexelFormat::Rgba8Unorm, levels: vec![Level::new(width, height, bytes)] }),
@@ -154,9 +157,9 @@ impl GlyphAtlas {
     /// The glyphs of a text, each with its pen position in pixels from the start of the text. Characters that the atlas lacks are skipped.
     pub(crate) fn layout<'a>(&'a self, text: &'a str) -> impl Iterator<Item = (f32, Glyph)> + 'a {
         text.chars().filter_map(|c| self.by_character.get(&c)).scan(0.0, |pen, glyph| {
-            let at = *pen;
+            let start = *pen;
             *pen += glyph.advance;
-            Some((at, *glyph))
+            Some((start, *glyph))
         })
     }
 }
@@ -194,7 +197,7 @@ mod tests {
         let ratio = ink(&large) / ink(&small);
         assert!((3.8..4.2).contains(&ratio), "twice the size has {ratio} times the ink");
         let ring_px = covered(&large, &large.marker);
-        let stroke_px = f64::from(MARKER_STROKE_EMS) * 40.0;
+        let stroke_px = f64::from(RING_STROKE_EMS) * 40.0;
         let expected = std::f64::consts::TAU * 16.0 * stroke_px;
         assert!((ring_px / expected - 1.0).abs() < 0.02, "{ring_px} texels, {expected}");
         let end = |l: &GlyphAtlas| l.layout("Saturn").last().map_or(0.0, |(at, c)| at + c.advance);

@@ -20,7 +20,7 @@ fn damaged(why: impl std::fmt::Display) -> ImageError {
 /// The texts of an image that [`super::write_png`] or [`super::write_exr`] wrote lie within this many bytes from the start of the file.
 pub const HEAD_LEN: usize = 1 << 16;
 
-/// The text under `key` in the chunks before a PNG's pixels; the rest of the file may be damaged.
+/// The text under `key` in the chunks before a PNG's pixels; the rest of the file may be missing or damaged. `head`: the first bytes of the file.
 pub fn png_head_text(head: &[u8], key: &str) -> Option<String> {
     let reader = png_decoder(head).read_info().ok()?;
     reader.info().utf8_text.iter().find(|c| c.keyword == key)?.get_text().ok()
@@ -53,31 +53,32 @@ pub(super) fn unsealed_attribute(text: &str) -> (&'static str, String) {
 /// Offset of the digest in a sealed EXR, and the text after it.
 fn sealed_text(bytes: &[u8]) -> Option<(usize, &str)> {
     let name: Vec<u8> = [ATTRIBUTE.as_bytes(), b"\0string\0"].concat();
-    let at = bytes.windows(name.len()).take(HEAD_LEN).position(|w| w == name)? + name.len();
-    let length = u32::from_le_bytes(bytes.get(at..at + 4)?.try_into().ok()?) as usize;
-    let value = bytes.get(at + 4..at.checked_add(4)?.checked_add(length)?)?;
+    // An attribute is its name, its type (each ends with a zero byte), the length of its value (u32, little-endian), and the value.
+    let length_offset = bytes.windows(name.len()).take(HEAD_LEN).position(|w| w == name)? + name.len();
+    let length = u32::from_le_bytes(bytes.get(length_offset..length_offset + 4)?.try_into().ok()?) as usize;
+    let value = bytes.get(length_offset + 4..length_offset.checked_add(4)?.checked_add(length)?)?;
     let text = value.get(DIGEST_LEN..)?.strip_prefix(b" ")?;
-    Some((at + 4, std::str::from_utf8(text).ok()?))
+    Some((length_offset + 4, std::str::from_utf8(text).ok()?))
 }
 
-/// Digest of the file, computed with zero digits in place of the digest at this offset.
-fn digest_with_zeros(bytes: &[u8], at: usize) -> String {
+/// SHA-256 of the file, computed with zero digits in place of the digest at `digest_offset`.
+fn digest_with_zeros(bytes: &[u8], digest_offset: usize) -> String {
     let mut hash = Sha256::new();
-    hash.update(&bytes[..at]);
+    hash.update(&bytes[..digest_offset]);
     hash.update([b'0'; DIGEST_LEN]);
-    hash.update(&bytes[at + DIGEST_LEN..]);
+    hash.update(&bytes[digest_offset + DIGEST_LEN..]);
     hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
 }
 
 /// Fills in the digest of an EXR.
 pub(super) fn seal_exr(bytes: &mut [u8]) {
-    if let Some((at, _)) = sealed_text(bytes) {
-        let digest = digest_with_zeros(bytes, at);
-        bytes[at..at + DIGEST_LEN].copy_from_slice(digest.as_bytes());
+    if let Some((digest_offset, _)) = sealed_text(bytes) {
+        let digest = digest_with_zeros(bytes, digest_offset);
+        bytes[digest_offset..digest_offset + DIGEST_LEN].copy_from_slice(digest.as_bytes());
     }
 }
 
-/// The text of a sealed EXR; the rest of the file may be damaged.
+/// The text of a sealed EXR; the rest of the file may be missing or damaged. `head`: the first bytes of the file.
 pub fn exr_head_text(head: &[u8]) -> Option<String> {
     sealed_text(head).map(|(_, text)| text.to_owned())
 }
@@ -85,7 +86,7 @@ pub fn exr_head_text(head: &[u8]) -> Option<String> {
 /// Checks that these are the bytes of an intact sealed EXR.
 pub fn verify_exr(bytes: &[u8]) -> Result<(), ImageError> {
     match sealed_text(bytes) {
-        Some((at, _)) if digest_with_zeros(bytes, at).as_bytes() == &bytes[at..at + DIGEST_LEN] => Ok(()),
+        Some((offset, _)) if digest_with_zeros(bytes, offset).as_bytes() == &bytes[offset..offset + DIGEST_LEN] => Ok(()),
         _ => Err(damaged("its bytes are not those that were written")),
     }
 }

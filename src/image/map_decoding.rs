@@ -29,13 +29,14 @@ impl MapDecoding {
 /// its image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct OpacityTexels {
-    /// Both as the bits of f32 values, so that decodings can be compared and hashed.
+    /// The bits of the f32 value of a clear sky. Bits, unlike floats, can be compared for equality and hashed.
     clear_bits: u32,
+    /// The bits of the f32 value of a closed deck.
     closed_bits: u32,
 }
 
 impl OpacityTexels {
-    /// `closed` is greater than `clear`.
+    /// Texel values, 0 to 1; `closed` must be greater than `clear`.
     pub fn new(clear: f32, closed: f32) -> Self {
         Self { clear_bits: clear.to_bits(), closed_bits: closed.to_bits() }
     }
@@ -47,7 +48,7 @@ impl OpacityTexels {
         t * t * (3.0 - 2.0 * t)
     }
 
-    /// The texel values for clear sky and for a closed deck.
+    /// The texel values for a clear sky and for a closed deck.
     pub(super) fn range(self) -> [f32; 2] {
         [self.clear_bits, self.closed_bits].map(f32::from_bits)
     }

@@ -119,7 +119,7 @@ impl MapStore {
         self.get_decoded(name, MapDecoding::plain(format))
     }
 
-    /// The map with its mip chain, decoded as given.
+    /// The map with its mip chain, decoded as `decoding` says.
     pub(crate) fn get_decoded(&self, name: &str, decoding: MapDecoding) -> Result<SharedTexture, ImageError> {
         let key = (name.to_owned(), decoding);
         {
@@ -166,7 +166,7 @@ impl MapStore {
         missing.into_par_iter().for_each(|(name, decoding)| drop(self.get_decoded(name, *decoding)));
     }
 
-    /// The file of a map, from the user's folder or embedded.
+    /// The file of a map: that in the user's folder, or else the embedded one.
     pub(super) fn encoded(&self, name: &str, decoding: MapDecoding) -> Result<EncodedMap, ImageError> {
         match self.origin(name) {
             MapOrigin::Folder(path) => {
@@ -187,6 +187,7 @@ impl MapStore {
         }
     }
 
+    /// Decodes a map, or reads the decoded map from the disk cache.
     fn read(&self, name: &str, decoding: MapDecoding) -> Result<Texture, ImageError> {
         let map = self.encoded(name, decoding)?;
         match &self.disk_cache {

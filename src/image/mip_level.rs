@@ -55,7 +55,7 @@ impl Level {
             Texels::InMemory(bytes) => bytes,
             Texels::OnDemand(on_demand) => on_demand.bytes.get_or_init(|| {
                 let mut bytes = on_demand.source.read(on_demand.level);
-                // Samplers do not check the length again.
+                // A source may return too few or too many bytes, and samplers do not check the length again.
                 bytes.resize(on_demand.byte_count, 0);
                 bytes
             }),

@@ -22,7 +22,7 @@ pub(super) enum RowThreads {
 }
 
 impl RowThreads {
-    /// The fewest rows that a rayon task computes.
+    /// The fewest rows that a rayon task computes; a task of all rows stays on the calling thread.
     fn min_rows(self) -> usize {
         match self {
             Self::All => 1,
@@ -46,8 +46,8 @@ pub(super) fn decode_table(format: TexelFormat) -> &'static [f32; 256] {
 }
 
 /// The byte of a linear value.
-fn encode(v: f32, srgb: bool) -> u8 {
-    if srgb { SRGB_BYTES[(v.clamp(0.0, 1.0) * SRGB_STEPS as f32 + 0.5) as usize] } else { (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8 }
+fn encode(v: f32, is_srgb: bool) -> u8 {
+    if is_srgb { SRGB_BYTES[(v.clamp(0.0, 1.0) * SRGB_STEPS as f32 + 0.5) as usize] } else { (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8 }
 }
 
 /// Steps of the table that encodes opacities.
@@ -55,28 +55,28 @@ const OPACITY_STEPS: usize = 4096;
 
 /// Converts between the bytes of a map's colour channels and the quantity that is averaged: linear light, or opacity.
 enum Codec {
-    Light { srgb: bool },
+    Light { is_srgb: bool },
     Opacity { opacity_of_byte: Box<[f32; 256]>, byte_of_opacity: Vec<u8> },
 }
 
 impl Codec {
     fn new(format: TexelFormat, opacity: Option<OpacityTexels>) -> Self {
-        let Some(texels) = opacity else { return Self::Light { srgb: format == TexelFormat::Rgba8Srgb } };
+        let Some(texels) = opacity else { return Self::Light { is_srgb: format == TexelFormat::Rgba8Srgb } };
         let opacity_of_byte = Box::new(decode_table(format).map(|value| texels.opacity(value)));
         let byte_of_opacity = (0..=OPACITY_STEPS).map(|step| {
             let opacity = step as f32 / OPACITY_STEPS as f32;
             // The first byte that is at least as opaque, or the one before, whichever is closer.
-            let above = opacity_of_byte.partition_point(|o| *o < opacity).min(255);
-            let below = above.saturating_sub(1);
-            (if opacity - opacity_of_byte[below] < opacity_of_byte[above] - opacity { below } else { above }) as u8
+            let upper = opacity_of_byte.partition_point(|o| *o < opacity).min(255);
+            let lower = upper.saturating_sub(1);
+            (if opacity - opacity_of_byte[lower] < opacity_of_byte[upper] - opacity { lower } else { upper }) as u8
         });
         Self::Opacity { byte_of_opacity: byte_of_opacity.collect(), opacity_of_byte }
     }
 
     fn decode_table(&self) -> &[f32; 256] {
         match self {
-            Self::Light { srgb: true } => &SRGB,
-            Self::Light { srgb: false } => &UNORM,
+            Self::Light { is_srgb: true } => &SRGB,
+            Self::Light { is_srgb: false } => &UNORM,
             Self::Opacity { opacity_of_byte, .. } => opacity_of_byte,
         }
     }
@@ -84,7 +84,7 @@ impl Codec {
     #[inline]
     fn encode(&self, v: f32) -> u8 {
         match self {
-            Self::Light { srgb } => encode(v, *srgb),
+            Self::Light { is_srgb } => encode(v, *is_srgb),
             Self::Opacity { byte_of_opacity, .. } => byte_of_opacity[(v.clamp(0.0, 1.0) * OPACITY_STEPS as f32 + 0.5) as usize],
         }
     }
@@ -105,7 +105,7 @@ enum Rows<'a> {
     /// Bytes, and the table that decodes their colour channels; alpha is always linear.
     Encoded {
         rgba: &'a [u8],
-        colour: &'a [f32; 256],
+        colour_table: &'a [f32; 256],
     },
     Linear(&'a [[f32; 4]]),
 }
@@ -117,8 +117,8 @@ impl<'a> Rows<'a> {
         'a: 'b,
     {
         match self {
-            Self::Encoded { rgba, colour } => {
-                decode_row(&rgba[y * width * 4..][..width * 4], colour, buffer);
+            Self::Encoded { rgba, colour_table } => {
+                decode_row(&rgba[y * width * 4..][..width * 4], colour_table, buffer);
                 buffer.as_slice()
             }
             Self::Linear(texels) => &texels[y * width..][..width],
@@ -127,8 +127,8 @@ impl<'a> Rows<'a> {
 }
 
 /// Linear texels of a row of bytes.
-fn decode_row(rgba: &[u8], colour: &[f32; 256], out: &mut Vec<[f32; 4]>) {
-    let alpha = &*UNORM;
+fn decode_row(rgba: &[u8], colour_table: &[f32; 256], out: &mut Vec<[f32; 4]>) {
+    let (colour, alpha) = (colour_table, &*UNORM);
     out.clear();
     out.extend(
         rgba.as_chunks::<4>()
@@ -138,8 +138,8 @@ fn decode_row(rgba: &[u8], colour: &[f32; 256], out: &mut Vec<[f32; 4]>) {
     );
 }
 
-/// Adds a row of the finer level, with weight `wy`, to the sums of a row of the next level. The finer texels of each texel are added from left to right, so
-/// that both branches round alike. `columns`: [`area_weights`] of each texel of the row.
+/// Adds a row of the finer level, with weight `wy`, to the sums of a row of the next level. In both branches the finer texels of each texel are added from left
+/// to right, so that the branches round alike. `columns`: [`area_weights`] of each texel of the row.
 #[inline(always)]
 fn add_row(sums: &mut [[f32; 4]], row: &[[f32; 4]], columns: &[(usize, [f32; 3])], wy: f32) {
     if row.len() == 2 * sums.len() {
@@ -161,7 +161,7 @@ fn add_row(sums: &mut [[f32; 4]], row: &[[f32; 4]], columns: &[(usize, [f32; 3])
     }
 }
 
-/// The next mip level: the area mean of a level's texels.
+/// The next mip level: its width and height, and the area means of the finer level's texels. `rows`: the finer level, of `width` x `height` texels.
 fn halve(width: usize, height: usize, rows: Rows<'_>, threads: RowThreads) -> (usize, usize, Vec<[f32; 4]>) {
     let (w, h) = ((width / 2).max(1), (height / 2).max(1));
     let columns: Vec<_> = (0..w).map(|x| area_weights(x, w, width)).collect();
@@ -177,22 +177,22 @@ fn halve(width: usize, height: usize, rows: Rows<'_>, threads: RowThreads) -> (u
 
 /// Premultiplies colours by alpha in linear light. Opaque texels keep their bytes.
 pub(super) fn premultiply(rgba: &mut [u8], format: TexelFormat) {
-    let (colour, srgb) = (decode_table(format), format == TexelFormat::Rgba8Srgb);
+    let (colour_table, is_srgb) = (decode_table(format), format == TexelFormat::Rgba8Srgb);
     for texel in rgba.chunks_exact_mut(4) {
         let alpha = UNORM[usize::from(texel[3])];
         for c in &mut texel[..3] {
-            *c = encode(colour[usize::from(*c)] * alpha, srgb);
+            *c = encode(colour_table[usize::from(*c)] * alpha, is_srgb);
         }
     }
 }
 
 /// Applies the pole filter to the finest level.
 fn filter_finest_level(width: usize, height: usize, rgba: &mut [u8], codec: &Codec, poles: PoleFilter, threads: RowThreads) {
-    let colour = codec.decode_table();
+    let colour_table = codec.decode_table();
     let pole_filter = PoleRowFilter::of(poles, width, height, false);
     let rows = rgba.par_chunks_exact_mut(width * 4).enumerate().with_min_len(threads.min_rows()).filter(|(y, _)| pole_filter.changes(*y));
     rows.for_each_init(<(Vec<_>, PrefixSums)>::default, |(row, sums), (y, bytes)| {
-        decode_row(bytes, colour, row);
+        decode_row(bytes, colour_table, row);
         pole_filter.smooth(y, row, sums);
         for (out, t) in bytes.as_chunks_mut::<4>().0.iter_mut().zip(&*row) {
             *out = [codec.encode(t[0]), codec.encode(t[1]), codec.encode(t[2]), encode(t[3], false)];
@@ -211,7 +211,7 @@ fn filter_coarser_level(width: usize, height: usize, linear: &mut [[f32; 4]], po
 pub(super) fn chain(width: u32, height: u32, mut rgba: Vec<u8>, decoding: MapDecoding, threads: RowThreads) -> Vec<Level> {
     let MapDecoding { format, poles, opacity } = decoding;
     let codec = Codec::new(format, opacity);
-    let colour = codec.decode_table();
+    let colour_table = codec.decode_table();
     let pack = |w: usize, h: usize, linear: &[[f32; 4]]| {
         let mut bytes = vec![0; w * h * 4];
         bytes.par_chunks_mut(w * 4).zip(linear.par_chunks(w)).with_min_len(threads.min_rows()).for_each(|(row, texels)| {
@@ -225,13 +225,13 @@ pub(super) fn chain(width: u32, height: u32, mut rgba: Vec<u8>, decoding: MapDec
     filter_finest_level(w, h, &mut rgba, &codec, poles, threads);
     let mut levels = Vec::new();
     if w > 1 || h > 1 {
-        let (nw, nh, mut linear) = halve(w, h, Rows::Encoded { rgba: &rgba, colour }, threads);
-        (w, h) = (nw, nh);
+        let (next_w, next_h, mut linear) = halve(w, h, Rows::Encoded { rgba: &rgba, colour_table }, threads);
+        (w, h) = (next_w, next_h);
         filter_coarser_level(w, h, &mut linear, poles, threads);
         levels.push(pack(w, h, &linear));
         while w > 1 || h > 1 {
-            let (nw, nh, next) = halve(w, h, Rows::Linear(&linear), threads);
-            (w, h, linear) = (nw, nh, next);
+            let (next_w, next_h, next) = halve(w, h, Rows::Linear(&linear), threads);
+            (w, h, linear) = (next_w, next_h, next);
             filter_coarser_level(w, h, &mut linear, poles, threads);
             levels.push(pack(w, h, &linear));
         }

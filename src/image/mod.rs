@@ -85,6 +85,7 @@ pub type SharedTexture = Arc<Texture>;
 /// Why an image could not be read, compared or written: one line.
 #[derive(Debug, thiserror::Error)]
 pub enum ImageError {
+    /// `searched`: the end of the sentence, which names the folder that was searched, too.
     #[error("no map named {name}: it is not embedded{searched}; put it into a folder, and name the folder with --textures")]
     Missing { name: String, searched: String },
     #[error("{name}: {}", unreadable_text(reason))]
@@ -150,7 +151,8 @@ fn decode_rgba8(name: &str, encoded: &[u8], max_megapixels: u32, max_side: u32) 
 /// Width and height that the header of a PNG states. The memory limit needs them before the decoder reports them, because the decoder reads
 /// colour profiles first.
 fn stated_png_size(encoded: &[u8]) -> Option<(u32, u32)> {
-    let u32_at = |at: usize| Some(u32::from_be_bytes(encoded.get(at..at + 4)?.try_into().ok()?));
+    // After the signature (8 bytes) and the chunk's length and type (4 each), the IHDR chunk begins with width and height.
+    let u32_at = |offset: usize| Some(u32::from_be_bytes(encoded.get(offset..offset + 4)?.try_into().ok()?));
     Some((u32_at(16)?, u32_at(20)?))
 }
 
@@ -224,7 +226,7 @@ impl Texture {
         let decode = mips::decode_table(self.format);
         let (mut sum, mut weight_sum) = ([0.0; 3], 0.0);
         for (y, row) in level.bytes().chunks_exact(level.width as usize * 4).enumerate() {
-            let w = ((y as f64 + 0.5) / f64::from(level.height) * std::f64::consts::PI).sin();
+            let weight = ((y as f64 + 0.5) / f64::from(level.height) * std::f64::consts::PI).sin();
             let mut row_sum = [0.0_f64; 3];
             for texel in row.chunks_exact(4) {
                 for c in 0..3 {
@@ -232,9 +234,9 @@ impl Texture {
                 }
             }
             for c in 0..3 {
-                sum[c] += w * row_sum[c];
+                sum[c] += weight * row_sum[c];
             }
-            weight_sum += w * f64::from(level.width);
+            weight_sum += weight * f64::from(level.width);
         }
         sum.map(|s| s / weight_sum)
     }

@@ -21,6 +21,7 @@ use std::path::{Path, PathBuf};
 const FORMATS: [ImageFormat; 3] = [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::OpenExr];
 /// Usual file extensions of these formats.
 const EXTENSIONS: [&str; 4] = ["png", "jpg", "jpeg", "exr"];
+/// Names of the faces, in the order of the indices that [`cube_face`] returns.
 const FACES: [&str; 6] = ["px", "nx", "py", "ny", "pz", "nz"];
 /// Largest width of a panorama that is made from a cube, texels.
 const MAX_WIDTH_FROM_CUBE: usize = 8192;
@@ -71,11 +72,11 @@ pub fn read_panorama(path: &Path, max_megapixels: Option<u32>) -> Result<Panoram
             let reason = format!("{}x{} pixels: the six faces must be squares of one size", image.width(), image.height());
             return Err(unreadable(&face, reason));
         }
-        let (side, max) = (u64::from(image.width()), u64::from(max_megapixels.unwrap_or(DEFAULT_MAX_MEGAPIXELS)));
+        let (side, max_total) = (u64::from(image.width()), u64::from(max_megapixels.unwrap_or(DEFAULT_MAX_MEGAPIXELS)));
         let total_megapixels = (6 * side * side).div_ceil(1_000_000);
-        if total_megapixels > max {
+        if total_megapixels > max_total {
             let reason = format!(
-                "six faces of {side}x{side} pixels are {total_megapixels} megapixels, more than {max}; --max-megapixels {total_megapixels} allows them"
+                "six faces of {side}x{side} pixels are {total_megapixels} megapixels, more than {max_total}; --max-megapixels {total_megapixels} allows them"
             );
             return Err(unreadable(&face, reason));
         }
@@ -134,7 +135,7 @@ impl LinearImage {
         Vec3::from_slice(&self.values[3 * (y * self.width + x)..])
     }
 
-    /// Bilinear interpolation between texel centres, clamped at the edges. `position`: in texels.
+    /// Bilinear interpolation between texel centres, clamped at the edges. `position`: texels right of and below the top left corner.
     fn sample(&self, position: DVec2) -> Vec3 {
         let p = (position - 0.5).clamp(DVec2::ZERO, DVec2::new((self.width - 1) as f64, (self.height - 1) as f64));
         let (x, y) = (p.x as usize, p.y as usize);
@@ -165,24 +166,25 @@ impl LinearImage {
 fn cube_face(d: DVec3) -> (usize, DVec2) {
     let magnitude = d.abs();
     if magnitude.x >= magnitude.y && magnitude.x >= magnitude.z {
-        let s = d.x.signum();
-        (usize::from(s < 0.0), DVec2::new(-d.z * s, -d.y) / magnitude.x)
+        let sign = d.x.signum();
+        (usize::from(sign < 0.0), DVec2::new(-d.z * sign, -d.y) / magnitude.x)
     } else if magnitude.y >= magnitude.z {
-        let s = d.y.signum();
-        (2 + usize::from(s < 0.0), DVec2::new(d.x, d.z * s) / magnitude.y)
+        let sign = d.y.signum();
+        (2 + usize::from(sign < 0.0), DVec2::new(d.x, d.z * sign) / magnitude.y)
     } else {
-        let s = d.z.signum();
-        (4 + usize::from(s < 0.0), DVec2::new(d.x * s, -d.y) / magnitude.z)
+        let sign = d.z.signum();
+        (4 + usize::from(sign < 0.0), DVec2::new(d.x * sign, -d.y) / magnitude.z)
     }
 }
 
-/// The panorama of an image in linear light. The texture's value 1 is exceeded by [`CLIPPED_FRACTION`] of the pixels of an EXR.
+/// The panorama of an image in linear light. The texel value 1 is the image value 1 or, for an EXR, the value that [`CLIPPED_FRACTION`] of its pixels exceed.
 fn linear_panorama(path: &Path, image: LinearImage) -> Result<Panorama, ImageError> {
     // The value of the image that becomes the texel value 1.
     let unit = if image.was_linear {
-        let mut brightest: Vec<f32> = image.values.as_chunks::<3>().0.iter().map(|t| Vec3::from_array(*t).max_element()).collect();
-        let index = ((brightest.len() as f64 * (1.0 - CLIPPED_FRACTION)) as usize).min(brightest.len() - 1);
-        let (_, unit, _) = brightest.select_nth_unstable_by(index, f32::total_cmp);
+        // The brightest channel of each pixel.
+        let mut maxima: Vec<f32> = image.values.as_chunks::<3>().0.iter().map(|t| Vec3::from_array(*t).max_element()).collect();
+        let index = ((maxima.len() as f64 * (1.0 - CLIPPED_FRACTION)) as usize).min(maxima.len() - 1);
+        let (_, unit, _) = maxima.select_nth_unstable_by(index, f32::total_cmp);
         if *unit > 0.0 { *unit } else { 1.0 }
     } else {
         1.0

@@ -7,8 +7,8 @@
 //!
 //! In: linear texels of one level. Out: each row beyond 45 degrees, averaged along its circle by a Gaussian of sigma = 0.6 sqrt(tan² phi - 1) texels.
 //! The finest spot that the map can hold has, before the filter, a sigma of 0.6 texels in both directions, the scale at which the maps in textures/
-//! become isotropic. After it, the spot is at most sqrt 2 times as long as it is wide, as at 45 degrees. Always: each row keeps its mean, and rows within
-//! 45 degrees of the equator keep their texels. The rows next to the poles keep half of the first harmonic in longitude and little of the higher ones.
+//! become isotropic. After the filter, the spot is at most sqrt 2 times as long as it is wide, as at 45 degrees. Always: each row keeps its mean, and rows
+//! within 45 degrees of the equator keep their texels. The rows next to the poles keep half of the first harmonic in longitude and little of the higher ones.
 //! Detail finer than the Gaussian of its row is lost; streaks that are long on the sphere itself remain.
 //!
 //! The directions east and north rotate with the meridian, so slopes (the east and north components of normals) are averaged as vectors in one
@@ -34,10 +34,11 @@ const NO_SLOPE: f32 = 0.5;
 /// The finest detail of a map, as the sigma of a Gaussian in texels.
 const DETAIL_TEXELS: f64 = 0.6;
 
-/// Sigma in texels for a row at latitude `lat` (radians); `finer_is_filtered`: the level was computed from a filtered finer level.
+/// Sigma of the filter in texels for a row at latitude `lat` (radians), as the module's head states it. `finer_is_filtered`: the level was computed from a
+/// filtered finer level.
 fn sigma_texels(lat: f64, finer_is_filtered: bool) -> f64 {
     let excess = (lat.tan().powi(2) - 1.0).max(0.0);
-    // The finer level contributes a quarter of the variance in texels of this level; variances of Gaussians add.
+    // The filter of the finer level already contributes a quarter of the variance, because its texels are half as long; variances of Gaussians add.
     DETAIL_TEXELS * (excess * if finer_is_filtered { 0.75 } else { 1.0 }).sqrt()
 }
 
@@ -81,16 +82,16 @@ impl PoleRowFilter {
         if sigma <= 0.0 || texels.is_empty() {
             return;
         }
-        // In the frame at the pole, a slope to the north points towards the north pole, but away from the south pole.
-        let north_sign = if 2 * row < self.height { -1.0 } else { 1.0 };
+        // In the frame at the pole, x points along the meridian of the map's left edge. North points inward at the north pole, but outward at the south pole.
+        let outward_per_north = if 2 * row < self.height { -1.0 } else { 1.0 };
         for (t, [sine, cosine]) in texels.iter_mut().zip(&self.longitude_sin_cos) {
-            let (e, n) = (t[0] - NO_SLOPE, (t[1] - NO_SLOPE) * north_sign);
-            (t[0], t[1]) = (n * cosine - e * sine, e * cosine + n * sine);
+            let (east, outward) = (t[0] - NO_SLOPE, (t[1] - NO_SLOPE) * outward_per_north);
+            (t[0], t[1]) = (outward * cosine - east * sine, east * cosine + outward * sine);
         }
         gaussian(texels, sigma, sums);
         for (t, [sine, cosine]) in texels.iter_mut().zip(&self.longitude_sin_cos) {
             let (x, y) = (t[0], t[1]);
-            (t[0], t[1]) = (NO_SLOPE + y * cosine - x * sine, NO_SLOPE + (x * cosine + y * sine) * north_sign);
+            (t[0], t[1]) = (NO_SLOPE + y * cosine - x * sine, NO_SLOPE + (x * cosine + y * sine) * outward_per_north);
         }
     }
 }
@@ -118,7 +119,7 @@ fn gaussian(texels: &mut [[f32; 4]], sigma: f64, sums: &mut PrefixSums) {
         texels.fill(sum.map(|s| (s / count as f64) as f32));
         return;
     }
-    let filter = BoxFilter { whole: whole as usize, end_weight, weight: 1.0 / length };
+    let filter = BoxFilter { whole: whole as usize, end_weight, inverse_length: 1.0 / length };
     sums.resize(sums.len().max(count + 2 * filter.whole + 3), [0.0; 4]);
     #[cfg(target_arch = "x86_64")]
     if is_x86_feature_detected!("avx2") {
@@ -134,8 +135,8 @@ struct BoxFilter {
     whole: usize,
     /// Weight of the next texel on either side.
     end_weight: f64,
-    /// 1 / length of the box.
-    weight: f64,
+    /// 1 / length of the box, in texels.
+    inverse_length: f64,
 }
 
 impl BoxFilter {
@@ -149,11 +150,11 @@ impl BoxFilter {
             sums[0] = sum;
             let mut next = 1;
             for section in [&texels[count - whole - 1..], &*texels, &texels[..=whole]] {
-                for (to, t) in sums[next..].iter_mut().zip(section) {
+                for (prefix_sum, t) in sums[next..].iter_mut().zip(section) {
                     for c in 0..4 {
                         sum[c] += f64::from(t[c]);
                     }
-                    *to = sum;
+                    *prefix_sum = sum;
                 }
                 next += section.len();
             }
@@ -162,7 +163,7 @@ impl BoxFilter {
             for (t, ((outer_start, inner_start), (inner_end, outer_end))) in texels.iter_mut().zip(ends) {
                 for c in 0..4 {
                     let inner = inner_end[c] - inner_start[c];
-                    t[c] = ((inner + self.end_weight * (outer_end[c] - outer_start[c] - inner)) * self.weight) as f32;
+                    t[c] = ((inner + self.end_weight * (outer_end[c] - outer_start[c] - inner)) * self.inverse_length) as f32;
                 }
             }
         }
@@ -304,7 +305,7 @@ mod tests {
             let whole = (((1.0 + 12.0 * variance).sqrt() - 1.0) / 2.0).floor();
             let rest = variance * (2.0 * whole + 1.0) - whole * (whole + 1.0) * (2.0 * whole + 1.0) / 3.0;
             let end_weight = rest / (2.0 * ((whole + 1.0).powi(2) - variance));
-            let filter = BoxFilter { whole: whole as usize, end_weight, weight: 1.0 / (2.0 * (whole + end_weight) + 1.0) };
+            let filter = BoxFilter { whole: whole as usize, end_weight, inverse_length: 1.0 / (2.0 * (whole + end_weight) + 1.0) };
             filter.average(&mut other, &mut vec![[0.0; 4]; 3 * WIDTH]);
             assert!(one == other && one != row, "sigma {sigma}");
         }

@@ -84,7 +84,7 @@ fn key_of(map: &EncodedMap) -> Key {
     hash.finish_128().to_le_bytes()
 }
 
-/// Number and size of the entries.
+/// Number and size of the entries in the folder.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct StoredMapsStatus {
     /// Number of entries of this version of the program.
@@ -116,7 +116,7 @@ pub struct StoredMaps {
 }
 
 impl StoredMaps {
-    /// `cache`: the folder that contains `orrery/`. It need not exist.
+    /// `cache`: the folder that contains, or will contain, the folder `orrery/`.
     pub fn new(cache: &Path) -> Self {
         Self { folder: cache.join("orrery").join("maps"), budget_bytes: DISK_BUDGET_BYTES, write_failed: AtomicBool::new(false) }
     }

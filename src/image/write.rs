@@ -40,15 +40,15 @@ fn in_latin_1(text: &str) -> String {
     text.chars().map(|c| if u8::try_from(u32::from(c)).is_ok() { c } else { '?' }).collect()
 }
 
-/// Writes linear RGBA floats (premultiplied, as rendered) as an EXR. `comments` becomes the attribute of that name. `sealed`: a text in ASCII that
-/// [`super::exr_head_text`] returns; only with it can [`super::verify_exr`] check the file.
+/// Writes linear RGBA floats (premultiplied, as rendered) as an EXR. `comments` becomes the attribute of that name. `sealed_text`: a text in
+/// ASCII that [`super::exr_head_text`] returns; [`super::verify_exr`] can check only a file that has one.
 pub fn write_exr(
     mut out: impl Write,
     width: u32,
     height: u32,
     hdr: &[[f32; 4]],
     comments: &str,
-    sealed: Option<&str>,
+    sealed_text: Option<&str>,
 ) -> Result<(), ImageError> {
     use exr::prelude::{AttributeValue, Image, SpecificChannels, Text, Vec2, WritableImage};
     check_pixel_count(width, height, hdr)?;
@@ -59,7 +59,7 @@ pub fn write_exr(
     };
     let mut image = Image::from_channels((w, h), SpecificChannels::rgba(pixel));
     image.layer_data.attributes.comments = Text::new_or_none(in_latin_1(comments)).filter(|_| !comments.is_empty());
-    if let Some(text) = sealed {
+    if let Some(text) = sealed_text {
         let (name, value) = unsealed_attribute(text);
         let (Some(name), Some(value)) = (Text::new_or_none(name), Text::new_or_none(value).filter(|_| text.is_ascii())) else {
             return Err(write_error("the text to seal is not ASCII"));

@@ -24,7 +24,7 @@ const fn to_fixed_point(value: f64) -> i32 {
     (scaled + if scaled < 0.0 { -0.5 } else { 0.5 }) as i32
 }
 
-/// Luma: factors of red, green and blue, then the offset, which includes half a level for rounding.
+/// Luma: factors of red, green and blue (0 to 255), then the offset: the level 16 of black, and half a level for rounding.
 const LUMA: [i32; 4] = {
     let [r, g, b] = LUMINANCE_WEIGHTS;
     let scale = 219.0 / 255.0;
@@ -32,9 +32,10 @@ const LUMA: [i32; 4] = {
 };
 
 /// Factors and offset of a chroma component: channel `own` (0: red, 2: blue) minus luma, divided by `divisor`. The factors add up to exactly zero, so
-/// that grey has no chroma.
+/// that grey has no chroma. The offset is the level 128 of no chroma, and half a level for rounding.
 const fn chroma(own: usize, divisor: f64) -> [i32; 4] {
     let scale = 224.0 / 255.0 / divisor;
+    // Of red and blue, the one that is not `own`.
     let other = 2 - own;
     let mut factors = [0; 4];
     factors[own] = to_fixed_point(scale * (1.0 - LUMINANCE_WEIGHTS[own]));
@@ -73,8 +74,8 @@ impl Content {
             return Self::OneColour;
         }
         // Red differs from green in the low byte, green from blue in the next.
-        let coloured = pixels.iter().map(|p| u32::from_le_bytes(*p)).fold(0, |bits, word| bits | (word ^ (word >> 8)));
-        if coloured & 0xffff == 0 { Self::Grey } else { Self::Any }
+        let channel_differences = pixels.iter().map(|p| u32::from_le_bytes(*p)).fold(0, |bits, word| bits | (word ^ (word >> 8)));
+        if channel_differences & 0xffff == 0 { Self::Grey } else { Self::Any }
     }
 }
 
@@ -160,15 +161,15 @@ mod avx2 {
             }
             Content::Any => {}
         }
-        let byte = _mm256_set1_epi32(0xff);
+        let byte_mask = _mm256_set1_epi32(0xff);
         for (k, pixels) in pixels.as_chunks::<32>().0.iter().enumerate() {
             // SAFETY: 32 pixels are four vectors.
             let words = unsafe { transmute::<[[u8; 4]; 32], [__m256i; 4]>(*pixels) };
             let channels = |word| {
                 [
-                    _mm256_and_si256(word, byte),
-                    _mm256_and_si256(_mm256_srli_epi32::<8>(word), byte),
-                    _mm256_and_si256(_mm256_srli_epi32::<16>(word), byte),
+                    _mm256_and_si256(word, byte_mask),
+                    _mm256_and_si256(_mm256_srli_epi32::<8>(word), byte_mask),
+                    _mm256_and_si256(_mm256_srli_epi32::<16>(word), byte_mask),
                 ]
             };
             let channels = [channels(words[0]), channels(words[1]), channels(words[2]), channels(words[3])];

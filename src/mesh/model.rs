@@ -20,8 +20,8 @@ pub struct ShapeFrame {
     pub radii_km: DVec3,
     /// Kilometres per unit of the file.
     pub scale_km: f64,
-    /// Factors on y and z of a point in the unit-sphere frame. The direction of the product has the map's longitude and latitude: planetocentric or
-    /// planetographic, whichever is evenly spaced over the map's columns and rows.
+    /// Factors by which y and z of a point in the unit-sphere frame are multiplied (x is kept) to look it up in the map. The resulting direction has the map's
+    /// longitude and latitude: planetocentric or planetographic, whichever is evenly spaced over the map's columns and rows.
     pub map_stretch: DVec2,
     /// Whether both sides of each triangle are lit.
     pub two_sided: bool,
@@ -118,19 +118,21 @@ struct VertexKey {
 
 /// Welds the positions: for each one, the index of the first position with the same coordinates. Some files repeat positions for each face.
 fn weld(positions: &[DVec3]) -> Vec<u32> {
-    let mut first: FxHashMap<[u64; 3], u32> = FxHashMap::default();
+    let mut first_index: FxHashMap<[u64; 3], u32> = FxHashMap::default();
     // Adding zero turns -0.0 into 0.0, whose bits differ.
     let bits = |p: &DVec3| (*p + DVec3::ZERO).to_array().map(f64::to_bits);
-    (0..).zip(positions).map(|(k, p)| *first.entry(bits(p)).or_insert(k)).collect()
+    (0..).zip(positions).map(|(k, p)| *first_index.entry(bits(p)).or_insert(k)).collect()
 }
 
 impl ShapeFrame {
+    /// Texture coordinates of a position: (0, 0) at the upper left corner of the map, (1, 1) at the lower right.
     fn map_coordinates(&self, position_km: DVec3) -> DVec2 {
         let direction = position_km / self.radii_km * DVec3::new(1.0, self.map_stretch.x, self.map_stretch.y);
         DVec2::new(0.5 + direction.y.atan2(direction.x) / TAU, 0.5 - direction.z.atan2(direction.truncate().length()) / PI)
     }
 
-    fn on_axis(&self, position_km: DVec3) -> bool {
+    /// Whether a position is on the axis of rotation, which passes through the poles.
+    fn is_on_axis(&self, position_km: DVec3) -> bool {
         (position_km / self.radii_km).truncate().length() < AXIS_TOLERANCE
     }
 }
@@ -146,13 +148,13 @@ fn pole_weights(positions: [DVec3; 3]) -> Option<DVec3> {
 
 /// Makes the texture coordinates of a triangle's corners continuous across the seam and at a pole.
 fn unwrap_map_coordinates(frame: &ShapeFrame, corners: &mut [Vertex; 3]) {
-    let is_at_pole = corners.map(|c| frame.on_axis(c.position_km));
+    let is_at_pole = corners.map(|c| frame.is_on_axis(c.position_km));
     let Some(first) = is_at_pole.iter().position(|p| !p) else { return };
     let u0 = corners[first].uv.x;
     for k in (0..3).filter(|k| !is_at_pole[*k]) {
         corners[k].uv.x += (u0 - corners[k].uv.x).round();
     }
-    // All are shifted so that the smallest u is in 0..1, as in neighbouring triangles.
+    // All corners are shifted by a whole number, so that the smallest u is in 0..1, as in neighbouring triangles.
     let shift = (0..3).filter(|k| !is_at_pole[*k]).map(|k| corners[k].uv.x).fold(f64::INFINITY, f64::min).floor();
     (0..3).for_each(|k| corners[k].uv.x -= shift);
     let (sum, count) = (0..3).filter(|k| !is_at_pole[*k]).fold((0.0, 0.0), |(s, n), k| (s + corners[k].uv.x, n + 1.0));
@@ -170,7 +172,7 @@ struct MeshBuilder {
 }
 
 impl MeshBuilder {
-    /// The index of a vertex, which is added if there is none like it.
+    /// The index of a vertex, which is added unless an equal one exists.
     fn add_vertex(&mut self, position_id: u32, vertex: Vertex) -> u32 {
         let key = VertexKey {
             position_id,
@@ -221,10 +223,10 @@ impl Mesh {
         self.indices.len() / 3
     }
 
-    /// The angle of the Sun's centre above the horizon that the shape itself forms, at each vertex, in units of `radius_rad`, the Sun's angular radius.
+    /// The angle of the Sun's centre above the horizon that the shape itself forms, at each vertex, in units of `sun_radius_rad`, the Sun's angular radius.
     /// `towards_sun`: unit vector, body axes.
-    pub fn sun_heights(&self, towards_sun: DVec3, radius_rad: f64) -> Vec<f32> {
-        self.ray_cast_mesh.sun_heights(towards_sun, radius_rad)
+    pub fn sun_heights(&self, towards_sun: DVec3, sun_radius_rad: f64) -> Vec<f32> {
+        self.ray_cast_mesh.sun_heights(towards_sun, sun_radius_rad)
     }
 
     /// Builds the mesh of a body from a file.
@@ -241,10 +243,13 @@ impl Mesh {
         }
         let position_ids = weld(&positions_km);
         let mut normal_sums = vec![DVec3::ZERO; positions_km.len()];
-        let at = |c: &Corner| positions_km[c.position as usize];
+        let position_km_of = |c: &Corner| positions_km[c.position as usize];
         // Normal to the triangle; its length is twice the triangle's area.
-        let area_vector = |t: &[Corner; 3]| (at(&t[1]) - at(&t[0])).cross(at(&t[2]) - at(&t[0]));
-        // A cross product below this is too small for a reliable normal.
+        let area_vector = |t: &[Corner; 3]| {
+            let [a, b, c] = [&t[0], &t[1], &t[2]].map(position_km_of);
+            (b - a).cross(c - a)
+        };
+        // The direction of a shorter area vector would be mostly rounding error.
         let triangles_with_area: Vec<&[Corner; 3]> =
             obj.triangles.iter().filter(|t| area_vector(t).length() > 1e-18 * largest_radius_km * largest_radius_km).collect();
         for t in &triangles_with_area {
@@ -255,7 +260,7 @@ impl Mesh {
             let face_normal = area_vector(t).normalize();
             let has_file_uv = t.iter().all(|c| c.texture.is_some());
             let vertex = |c: &Corner| {
-                let position_km = at(c);
+                let position_km = position_km_of(c);
                 let file_normal = c.normal.map(|n| obj.normals[n as usize]);
                 let file_uv = c
                     .texture
@@ -303,11 +308,12 @@ impl Mesh {
     }
 
     /// Converts the builder's f64 vertices to arrays of f32.
-    fn from_builder(builder: MeshBuilder, frame: &ShapeFrame, coloured: bool) -> Self {
+    fn from_builder(builder: MeshBuilder, frame: &ShapeFrame, has_colours: bool) -> Self {
         let flat = |value: &dyn Fn(&Vertex) -> DVec3| -> Arc<Vec<f32>> {
             Arc::new(builder.vertices.iter().flat_map(|v| value(v).as_vec3().to_array()).collect())
         };
-        let colours = coloured.then(|| Arc::new(builder.vertices.iter().flat_map(|v| v.colour.as_vec3().extend(1.0).to_array()).collect()));
+        let colours =
+            has_colours.then(|| Arc::new(builder.vertices.iter().flat_map(|v| v.colour.as_vec3().extend(1.0).to_array()).collect()));
         let max_radius = builder.vertices.iter().map(|v| (v.position_km / frame.radii_km).length()).fold(0.0, f64::max);
         Self {
             positions: flat(&|v| v.position_km / frame.radii_km),

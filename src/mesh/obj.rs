@@ -44,6 +44,7 @@ pub struct Obj {
 pub struct ObjError {
     /// Line number, starting at 1.
     pub line: usize,
+    /// What is wrong, and what is allowed.
     pub message: String,
 }
 
@@ -85,7 +86,7 @@ fn parse_index(word: &str, length: usize) -> Option<u32> {
 }
 
 impl Obj {
-    /// Parses a corner of a face.
+    /// Parses a corner of a face, such as `1/2/3`: its position, texture coordinate and normal.
     fn parse_corner(&self, word: &str) -> Result<Corner, String> {
         let mut parts = word.split('/');
         let lists = [("v", self.positions.len()), ("vt", self.texture_coordinates.len()), ("vn", self.normals.len())];
@@ -106,7 +107,7 @@ impl Obj {
         }
     }
 
-    /// Parses one line: its keyword, the words after it, and the entire text for messages.
+    /// Parses one line and adds what it defines. `rest`: the words after the keyword. `line`: the entire text, for messages.
     fn parse_line(&mut self, keyword: &str, rest: &[&str], line: &str) -> Result<(), String> {
         let expected = |what: &str| format!("`{}`: expected {what}", shortened(line));
         let check_count = |length: usize, what: &str| match length < MAX_COUNT {
@@ -116,13 +117,13 @@ impl Obj {
         match keyword {
             "v" => {
                 check_count(self.positions.len(), "`v`")?;
-                let coloured = rest.len() == 6;
-                let position = parse_numbers::<3>(rest.get(..3).filter(|_| coloured || rest.len() == 3).unwrap_or_default())
+                let has_colour = rest.len() == 6;
+                let position = parse_numbers::<3>(rest.get(..3).filter(|_| has_colour || rest.len() == 3).unwrap_or_default())
                     .ok_or_else(|| expected(&format!("v x y z, or v x y z r g b, below {NUMBER_LIMIT:e}")))?;
-                if coloured == self.colours.is_empty() && !self.positions.is_empty() {
+                if has_colour == self.colours.is_empty() && !self.positions.is_empty() {
                     return Err(expected("a colour at each `v` or at none"));
                 }
-                if coloured {
+                if has_colour {
                     let colour = parse_numbers::<3>(&rest[3..]).filter(|c| c.iter().all(|x| (0.0..=1.0).contains(x)));
                     self.colours.push(DVec3::from_array(colour.ok_or_else(|| expected("colours from 0 to 1"))?));
                 }
@@ -161,17 +162,17 @@ impl Obj {
 /// The first wrong line, or the last line if the file has no face.
 pub fn parse(text: &str) -> Result<Obj, ObjError> {
     let mut obj = Obj::default();
-    let mut last = 1;
+    let mut last_line = 1;
     for (k, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
-        last = k + 1;
+        last_line = k + 1;
         let statement = line.split('#').next().unwrap_or_default().trim();
         let words: Vec<&str> = statement.split_whitespace().collect();
         if let Some((keyword, rest)) = words.split_first() {
-            obj.parse_line(keyword, rest, statement).map_err(|message| ObjError { line: last, message })?;
+            obj.parse_line(keyword, rest, statement).map_err(|message| ObjError { line: last_line, message })?;
         }
     }
     if obj.triangles.is_empty() {
-        return Err(ObjError { line: last, message: "the file ends without a face: expected at least one `f`".into() });
+        return Err(ObjError { line: last_line, message: "the file ends without a face: expected at least one `f`".into() });
     }
     Ok(obj)
 }

@@ -4,8 +4,9 @@
 //! disc is visible, below -1 it is hidden, in between a straight horizon cuts it. Rays are traced in f64 through a bounding volume hierarchy, in the plane of
 //! the vertex's normal and the Sun: upward from a hidden Sun or downward from a visible one, until visibility changes; bisection refines the height.
 //!
-//! Error: the height is relative to one edge of the mesh above or below the Sun, accurate to a quarter of the Sun's radius or a tenth of the height, whichever
-//! is more. It is the nearest edge, unless an obstacle or a gap lies between two of the tested directions, which are 1, 4, 16, ... solar radii from the Sun.
+//! Error: the height is measured from an edge of the mesh above or below the Sun, and accurate to a quarter of the Sun's radius or a tenth of the height,
+//! whichever is more. That edge is the nearest one, unless an obstacle or a gap lies between two of the tested directions, which are 1, 4, 16, ... solar radii
+//! from the Sun.
 //! Between vertices the height is interpolated. The shadow's edge of a smooth hill is accurate to less than a triangle; that of something smaller or more
 //! distant than a triangle, to the length of a triangle's side. Not here: shadows in the light of other bodies.
 
@@ -14,8 +15,8 @@ use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::OnceLock;
 
-/// Heights are clamped to plus or minus this, 5 degrees in radians: otherwise the interpolated height would be too steep between a vertex that sees past a peak
-/// and a neighbour that does not.
+/// Heights are clamped to plus or minus this (5 degrees). Otherwise the interpolated height would be too steep between a vertex that sees past a peak and a
+/// neighbour that does not.
 const MAX_HEIGHT_RAD: f64 = 0.0873;
 /// Maximum number of triangles in a leaf of the tree.
 const MAX_LEAF_TRIANGLES: usize = 4;
@@ -93,7 +94,7 @@ impl Bvh {
     }
 }
 
-/// Whether a ray from `origin` intersects a box in front of it.
+/// Whether a ray from `origin` intersects the box of a node in front of `origin`.
 fn intersects_box(node: &Node, origin: DVec3, inverse_direction: DVec3) -> bool {
     let (a, b) = ((node.low - origin) * inverse_direction, (node.high - origin) * inverse_direction);
     let (near, far) = (a.min(b), a.max(b));
@@ -158,26 +159,27 @@ impl RayCastMesh {
         false
     }
 
-    /// The height of the Sun's centre at a vertex, in radii of the Sun. `sun`: unit vector towards it.
-    fn height(&self, tree: &Bvh, vertex: usize, sun: DVec3, radius_rad: f64) -> f64 {
+    /// The height of the Sun's centre at a vertex, in radii of the Sun. `sun`: unit vector towards the Sun, body axes.
+    fn height(&self, tree: &Bvh, vertex: usize, sun: DVec3, sun_radius_rad: f64) -> f64 {
         let outward = self.vertices[vertex].1;
         let normal = if self.two_sided && outward.dot(sun) < 0.0 { -outward } else { outward };
         let cosine = normal.dot(sun).clamp(-1.0, 1.0);
         // Angle of the Sun above the tangent plane.
         let plane_height_rad = cosine.asin();
-        if plane_height_rad < -radius_rad {
-            return plane_height_rad / radius_rad;
+        if plane_height_rad < -sun_radius_rad {
+            return plane_height_rad / sun_radius_rad;
         }
+        // Perpendicular to the Sun's direction, in the plane of normal and Sun.
         let up = (normal - cosine * sun).try_normalize().unwrap_or_else(|| sun.any_orthonormal_vector());
-        let is_occluded = |angle: f64| self.is_occluded(tree, vertex, sun * angle.cos() + up * angle.sin());
+        let is_occluded = |angle_rad: f64| self.is_occluded(tree, vertex, sun * angle_rad.cos() + up * angle_rad.sin());
         let is_hidden = is_occluded(0.0);
         // Search upward from a hidden Sun, or downward from a visible one to the tangent plane.
         let (sign, end_rad) = if is_hidden { (1.0, FRAC_PI_2) } else { (-1.0, plane_height_rad.max(0.0)) };
-        // Steps away from the Sun until visibility changes: between these two angles from the Sun.
-        let (mut unchanged_rad, mut step_rad) = (0.0, radius_rad);
+        // Steps away from the Sun until visibility changes: it does so between the angles `unchanged_rad` and `changed_rad` from the Sun.
+        let (mut unchanged_rad, mut step_rad) = (0.0, sun_radius_rad);
         let mut changed_rad = loop {
             if step_rad >= end_rad {
-                return if is_hidden { -end_rad / radius_rad } else { plane_height_rad / radius_rad };
+                return if is_hidden { -end_rad / sun_radius_rad } else { plane_height_rad / sun_radius_rad };
             }
             if is_occluded(sign * step_rad) != is_hidden {
                 break step_rad;
@@ -185,24 +187,24 @@ impl RayCastMesh {
             unchanged_rad = step_rad;
             step_rad *= 4.0;
         };
-        while changed_rad - unchanged_rad > (0.25 * radius_rad).max(0.1 * unchanged_rad) {
-            let middle = 0.5 * (unchanged_rad + changed_rad);
-            if is_occluded(sign * middle) == is_hidden {
-                unchanged_rad = middle;
+        while changed_rad - unchanged_rad > (0.25 * sun_radius_rad).max(0.1 * unchanged_rad) {
+            let middle_rad = 0.5 * (unchanged_rad + changed_rad);
+            if is_occluded(sign * middle_rad) == is_hidden {
+                unchanged_rad = middle_rad;
             } else {
-                changed_rad = middle;
+                changed_rad = middle_rad;
             }
         }
-        -sign * 0.5 * (unchanged_rad + changed_rad) / radius_rad
+        -sign * 0.5 * (unchanged_rad + changed_rad) / sun_radius_rad
     }
 
-    /// The height of the Sun's centre at each vertex, in radii of the Sun. `towards_sun`: unit vector, body axes. `radius_rad`: the Sun's
+    /// The height of the Sun's centre at each vertex, in radii of the Sun. `towards_sun`: unit vector, body axes. `sun_radius_rad`: the Sun's
     /// angular radius.
-    pub(crate) fn sun_heights(&self, towards_sun: DVec3, radius_rad: f64) -> Vec<f32> {
+    pub(crate) fn sun_heights(&self, towards_sun: DVec3, sun_radius_rad: f64) -> Vec<f32> {
         let tree = self.tree.get_or_init(|| Bvh::new(self));
-        let radius_rad = radius_rad.clamp(SUN_RADIUS_RANGE_RAD[0], SUN_RADIUS_RANGE_RAD[1]);
-        let max_height = MAX_HEIGHT_RAD / radius_rad;
-        let height = |k| self.height(tree, k, towards_sun, radius_rad).clamp(-max_height, max_height) as f32;
+        let sun_radius_rad = sun_radius_rad.clamp(SUN_RADIUS_RANGE_RAD[0], SUN_RADIUS_RANGE_RAD[1]);
+        let max_height = MAX_HEIGHT_RAD / sun_radius_rad;
+        let height = |k| self.height(tree, k, towards_sun, sun_radius_rad).clamp(-max_height, max_height) as f32;
         (0..self.vertices.len()).into_par_iter().with_min_len(VERTICES_PER_TASK).map(height).collect()
     }
 }
@@ -211,7 +213,7 @@ impl RayCastMesh {
 mod tests {
     use super::*;
 
-    const RADIUS: f64 = 0.005;
+    const SUN_RADIUS_RAD: f64 = 0.005;
 
     /// A square floor at z = 0 of `n` by `n` cells from -1 to 1, and a wall parallel to its edge at x = `wall`, `wall_height` above the floor.
     fn floor_and_wall(n: u32, wall: f64, wall_height: f64) -> RayCastMesh {
@@ -242,15 +244,15 @@ mod tests {
         let mesh = floor_and_wall(n, wall, high);
         for altitude_deg in [2.0_f64, 10.0, 15.0, 25.0, 60.0] {
             let altitude = altitude_deg.to_radians();
-            let heights = mesh.sun_heights(DVec3::new(altitude.cos(), 0.0, altitude.sin()), RADIUS);
+            let heights = mesh.sun_heights(DVec3::new(altitude.cos(), 0.0, altitude.sin()), SUN_RADIUS_RAD);
             let mut shadowed_and_lit = [0, 0];
             for (k, height) in heights.iter().enumerate().take(((n + 1) * (n + 1)) as usize) {
                 let height_rad = (altitude - (high / (wall - mesh.vertices[k].0.x)).atan()).clamp(-MAX_HEIGHT_RAD, MAX_HEIGHT_RAD);
-                let allowed = 0.26 + 0.11 * (height_rad / RADIUS).abs();
+                let allowed = 0.26 + 0.11 * (height_rad / SUN_RADIUS_RAD).abs();
                 assert!(
-                    (f64::from(*height) - height_rad / RADIUS).abs() < allowed,
+                    (f64::from(*height) - height_rad / SUN_RADIUS_RAD).abs() < allowed,
                     "{altitude_deg}: {height} against {}",
-                    height_rad / RADIUS
+                    height_rad / SUN_RADIUS_RAD
                 );
                 shadowed_and_lit[usize::from(height_rad > 0.0)] += 1;
             }
@@ -265,7 +267,7 @@ mod tests {
         let wall = mesh.vertices.len() - 4;
         mesh.vertices[wall].0.z = 0.3;
         mesh.vertices[wall + 1].0.z = 0.3;
-        let at = |altitude: f64| f64::from(mesh.sun_heights(DVec3::new(altitude.cos(), 0.0, altitude.sin()), RADIUS)[12]);
+        let at = |altitude: f64| f64::from(mesh.sun_heights(DVec3::new(altitude.cos(), 0.0, altitude.sin()), SUN_RADIUS_RAD)[12]);
         let (foot, top) = ((0.3_f64 / 1.5).atan(), (0.5_f64 / 1.5).atan());
         assert!(at(0.5 * foot) > 1.0 && at(0.5 * (foot + top)) < -1.0 && at(top + 0.1) > 1.0);
     }
@@ -274,9 +276,9 @@ mod tests {
     fn two_sided_triangles_are_lit_from_both_sides() {
         let mut mesh = floor_and_wall(4, 1.5, 0.5);
         let below = DVec3::new(0.6, 0.0, -0.8);
-        assert!(mesh.sun_heights(below, RADIUS)[12] < -1.0);
+        assert!(mesh.sun_heights(below, SUN_RADIUS_RAD)[12] < -1.0);
         mesh.two_sided = true;
-        assert!(mesh.sun_heights(below, RADIUS)[12] > 1.0);
+        assert!(mesh.sun_heights(below, SUN_RADIUS_RAD)[12] > 1.0);
     }
 
     #[test]

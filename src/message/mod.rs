@@ -41,7 +41,7 @@ pub enum Argument {
     English(String),
     /// A text of a catalog: the prefix of the ids of its translations, and the English text, from which the rest of the id is made.
     CatalogText(&'static str, String),
-    /// Embedded messages, whether or not they are reasons.
+    /// Messages within this message, whether or not they are reasons.
     Reason(Reason),
 }
 
@@ -105,7 +105,7 @@ impl Serialize for Reason {
     }
 }
 
-/// For numbers only: to round one, pass `format_args!("{value:.2}")` to `message!`.
+/// Formatted arguments are taken for a number. To round a number, pass `format_args!("{value:.2}")` to `message!`.
 impl From<fmt::Arguments<'_>> for Argument {
     fn from(number: fmt::Arguments<'_>) -> Self {
         Self::Number(number.to_string())
@@ -142,7 +142,8 @@ impl From<Vec<String>> for Argument {
     }
 }
 
-macro_rules! numbers {
+/// Implements the conversion of number types to [`Argument::Number`].
+macro_rules! arguments_from_numbers {
     ($($number:ty),*) => {$(
         impl From<$number> for Argument {
             fn from(number: $number) -> Self {
@@ -151,7 +152,7 @@ macro_rules! numbers {
         }
     )*};
 }
-numbers!(f64, u32, usize, i32);
+arguments_from_numbers!(f64, u32, usize, i32);
 
 /// A [`Message`]: `message!("id")`, or `message!("id", name = value)`. To round a number, pass `format_args!("{value:.2}")`.
 macro_rules! message {

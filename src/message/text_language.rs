@@ -17,6 +17,7 @@ pub enum TextLanguage {
     German,
 }
 
+/// The text of each message, with its placeholders, by id.
 type Templates = HashMap<&'static str, &'static str>;
 
 static ENGLISH: LazyLock<Templates> = LazyLock::new(|| templates(ENGLISH_FILE));
@@ -49,6 +50,7 @@ impl TextLanguage {
         }
     }
 
+    /// The text of a message with its placeholders, in English if this language lacks it; `None` if English lacks it, too.
     fn template(self, id: &str) -> Option<&'static str> {
         let own = match self {
             Self::English => None,
@@ -57,7 +59,7 @@ impl TextLanguage {
         own.or_else(|| ENGLISH.get(id)).copied()
     }
 
-    /// A name in this language: the message `kind-name` if there is one, otherwise the English name.
+    /// A name in this language: the message `kind-name`, with the name in lower case, if there is one, otherwise the English name.
     pub(crate) fn name<'n>(self, kind: &str, name: &'n str) -> &'n str {
         match self {
             Self::English => name,
@@ -111,7 +113,7 @@ impl Message {
         let Some(template) = language.template(self.id) else { return self.id.to_owned() };
         let part_text = |part| match part {
             TextPart::Fixed(text) => text.to_owned(),
-            TextPart::Argument(name) => match self.arguments.iter().find(|(known, _)| *known == name) {
+            TextPart::Argument(name) => match self.arguments.iter().find(|(argument_name, _)| *argument_name == name) {
                 Some((_, argument)) => argument.text_in(language),
                 None => name.to_owned(),
             },

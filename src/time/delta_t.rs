@@ -35,8 +35,8 @@ pub fn delta_t_s(tt_s: f64) -> f64 {
     }
     let year = year_of(tt_s);
     if index < 1.0 {
-        let first = SPLINE[0][0];
-        if year >= first {
+        let spline_start_year = SPLINE[0][0];
+        if year >= spline_start_year {
             // The spline smooths the last years before the table. A linear correction that reaches 0.2 s makes it meet the table.
             let seam_year = year_of_entry(1);
             let gap_s = f64::from(MEASURED_MS[1]) * 1e-3 - spline_s(seam_year);
@@ -46,12 +46,12 @@ pub fn delta_t_s(tt_s: f64) -> f64 {
         if year <= PARABOLA_UNTIL_YEAR {
             return parabola_s(year);
         }
-        return cubic_between((PARABOLA_UNTIL_YEAR, parabola_s), (first, spline_s), year);
+        return cubic_between((PARABOLA_UNTIL_YEAR, parabola_s), (spline_start_year, spline_s), year);
     }
     if year >= PARABOLA_FROM_YEAR {
         return parabola_s(year);
     }
-    // The slope at the last used entry is taken over two years, to exclude seasonal variation.
+    // The slope at the last used entry, seconds per year, is taken over two years, to exclude seasonal variation.
     let end_year = year_of_entry(last_used);
     let end_s = f64::from(MEASURED_MS[last_used]) * 1e-3;
     let steps = (2.0 * DAYS_PER_JULIAN_YEAR / MEASURED_STEP_DAYS).round() as usize;
@@ -83,7 +83,7 @@ pub fn delta_t_error_s(tt_s: f64) -> f64 {
         y if y >= year_of_entry(1) => 0.02,
         y if y < ERRORS_BEFORE_TABLE_S[0].0 => early_error_s(y),
         y => {
-            let next = ERRORS_BEFORE_TABLE_S.iter().position(|(until, _)| y < *until);
+            let next = ERRORS_BEFORE_TABLE_S.iter().position(|(listed_year, _)| y < *listed_year);
             let Some(next) = next else { return ERRORS_BEFORE_TABLE_S[ERRORS_BEFORE_TABLE_S.len() - 1].1 };
             let ((y0, s0), (y1, s1)) = (ERRORS_BEFORE_TABLE_S[next - 1], ERRORS_BEFORE_TABLE_S[next]);
             s0 + (s1 - s0) * (y - y0) / (y1 - y0)
@@ -107,7 +107,7 @@ fn measured_index(tt_s: f64) -> f64 {
     (mjd - MEASURED_FIRST_MJD) / MEASURED_STEP_DAYS
 }
 
-/// The cubic through the two entries before and the two after this position in the table.
+/// Delta T at a position in the measured table: the cubic through the two entries before and the two after it.
 fn measured_s(index: f64) -> f64 {
     let i = index as usize;
     let u = index - i as f64;
@@ -116,13 +116,15 @@ fn measured_s(index: f64) -> f64 {
         + d * (u + 1.0) * u * (u - 1.0) / 6.0
 }
 
+/// Delta T by the spline; before or after its years, by the continuation of its first or last piece.
 fn spline_s(year: f64) -> f64 {
     let row = SPLINE.iter().find(|r| year < r[1]).unwrap_or(&SPLINE[SPLINE.len() - 1]);
-    let [from, to, a3, a2, a1, a0] = *row;
-    let u = (year - from) / (to - from);
+    let [first_year, last_year, a3, a2, a1, a0] = *row;
+    let u = (year - first_year) / (last_year - first_year);
     a0 + u * (a1 + u * (a2 + u * a3))
 }
 
+/// Delta T by the long-term parabola.
 fn parabola_s(year: f64) -> f64 {
     let u = (year - 1825.0) / 100.0;
     -320.0 + 32.5 * u * u

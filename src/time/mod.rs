@@ -140,21 +140,23 @@ impl Instant {
         }
     }
 
+    /// `tt_s`: TT seconds past 2000-01-01T12:00 TT.
     fn from_tt_seconds(tt_s: f64) -> Self {
         Self { tdb_s: tt_s + tdb_minus_tt_s(tt_s) }
     }
 
-    /// `utc_s` counts 86 400 s to every day since 2000-01-01T12:00, so a leap second has no number of its own.
+    /// `utc_s`: UTC seconds past 2000-01-01T12:00, at 86 400 s to every day, so that a leap second has no number of its own.
     fn from_utc_seconds(utc_s: f64) -> Self {
         if utc_s < UTC_START_S {
             return Self::from_ut1_seconds(utc_s);
         }
-        // The sum rounds to 0.5 µs: a time that rounding has put just before midnight is after the leap second.
+        // Seconds since 1900 are rounded to 0.5 µs, so that a time which rounding has put just before midnight counts as after the leap second.
         let last_leap = leap_seconds().rev().find(|l| utc_s + J2000_PAST_1900_S >= l.timestamp_tai_s);
         let tai_minus_utc_s = last_leap.map_or(FIRST_TAI_MINUS_UTC_S, |l| l.delta_at);
         Self::from_tt_seconds(utc_s + tai_minus_utc_s + TT_MINUS_TAI_S)
     }
 
+    /// `ut1_s`: UT1 seconds past 2000-01-01T12:00 UT1.
     fn from_ut1_seconds(ut1_s: f64) -> Self {
         // Delta T changes by less than 1e-5 s per second, so two iterations would already be exact to rounding.
         let mut tt_s = ut1_s;

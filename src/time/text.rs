@@ -29,7 +29,7 @@ pub(super) fn parse(text: &str) -> Result<Instant, TimeError> {
         // A date without a time of day; or a word with a T, such as `tomorrow`, which the error is to quote in full.
         _ => (trimmed, "00:00:00"),
     };
-    let (negative, date) = match date.strip_prefix('-') {
+    let (is_negative, date) = match date.strip_prefix('-') {
         Some(rest) => (true, rest),
         None => (false, date.strip_prefix('+').unwrap_or(date)),
     };
@@ -42,7 +42,7 @@ pub(super) fn parse(text: &str) -> Result<Instant, TimeError> {
     if date_parts.next().is_some() {
         return Err(time_error("more than year, month and day"));
     }
-    let year = if negative { -year } else { year };
+    let year = if is_negative { -year } else { year };
     if !(1..=12).contains(&month) {
         return Err(time_error("the month is not 01 to 12"));
     }
@@ -68,12 +68,12 @@ pub(super) fn parse(text: &str) -> Result<Instant, TimeError> {
     let start_of_minute_s = (days_past_j2000_noon(year, month, day) - 0.5) * SECONDS_PER_DAY + (hour * 3600 + minute * 60) as f64;
     if second >= 60.0 {
         // Second 60 exists only in a UTC minute of 61 s. The length of the minute is measured in TT.
-        let begin = Instant::from_utc_seconds(start_of_minute_s);
-        let length_s = Instant::from_utc_seconds(start_of_minute_s + 60.0).tt_seconds_past_j2000() - begin.tt_seconds_past_j2000();
+        let minute_start = Instant::from_utc_seconds(start_of_minute_s);
+        let length_s = Instant::from_utc_seconds(start_of_minute_s + 60.0).tt_seconds_past_j2000() - minute_start.tt_seconds_past_j2000();
         if start_of_minute_s < super::UTC_START_S || length_s < 60.5 {
             return Err(time_error("that minute has no leap second"));
         }
-        return Ok(begin.plus_seconds(second));
+        return Ok(minute_start.plus_seconds(second));
     }
     Ok(Instant::from_utc_seconds(start_of_minute_s + second))
 }
@@ -156,11 +156,12 @@ fn days_past_j2000_noon(year: i64, month: i64, day: i64) -> f64 {
     (days_before_year + (153 * month_from_march + 2) / 5 + day - 1 - DAYS_FROM_MARCH_0000_TO_2000) as f64
 }
 
-/// Year, month and day of a number of days past 2000-01-01: the inverse of [`days_past_j2000_noon`], in cycles of 400 years.
+/// Year, month and day of a number of days past 2000-01-01: the inverse of [`days_past_j2000_noon`], in cycles of 400 years (Hinnant's `civil_from_days`).
 fn calendar_date(days_past_2000: i64) -> (i64, i64, i64) {
     let days_past_march_0000 = days_past_2000 + DAYS_FROM_MARCH_0000_TO_2000;
     let cycle = days_past_march_0000.div_euclid(DAYS_PER_CYCLE);
     let day_of_cycle = days_past_march_0000.rem_euclid(DAYS_PER_CYCLE);
+    // 1460 days: four years without their leap day. 36,524 days: a century. 146,096: the last day of the cycle.
     let year_of_cycle = (day_of_cycle - day_of_cycle / 1460 + day_of_cycle / 36_524 - day_of_cycle / 146_096) / 365;
     let day_of_year = day_of_cycle - (365 * year_of_cycle + year_of_cycle / 4 - year_of_cycle / 100);
     let month_from_march = (5 * day_of_year + 2) / 153;

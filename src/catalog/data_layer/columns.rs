@@ -10,9 +10,9 @@ use crate::wording::echo_within;
 pub(super) struct Columns {
     /// Columns of latitude (or declination), longitude (or right ascension), time, size and colour.
     indices: [Option<usize>; 5],
-    /// Number of all columns of the table.
-    count: usize,
-    /// Names of the first two fields in messages.
+    /// Number of all columns of the table, including those that describe no point.
+    column_count: usize,
+    /// Names in messages of the two coordinates, in the order of `indices`.
     coordinate_names: [&'static str; 2],
 }
 
@@ -29,7 +29,7 @@ impl Columns {
         let known: [&[&str]; 5] =
             [coordinates[0], coordinates[1], &["datetime", "time", "date"], &["sizepx", "size"], &["colour", "color"]];
         // If several columns have names for the same field, the name that comes first in `known` decides: `ra_deg` before `ra`, which may be in hours.
-        let indices = known.map(|known| known.iter().find_map(|wanted| names.iter().position(|name| name == wanted)));
+        let indices = known.map(|names_of_field| names_of_field.iter().find_map(|wanted| names.iter().position(|name| name == wanted)));
         let coordinate_names = if on_body { ["lat_deg", "lon_deg"] } else { ["dec_deg", "ra_deg"] };
         // Messages use the customary order: latitude before longitude, but right ascension before declination.
         let message_order = if on_body { [0, 1] } else { [1, 0] };
@@ -39,7 +39,7 @@ impl Columns {
             [one] => return Err(format!("has no column {one}")),
             _ => return Err(format!("has no columns {}", missing.join(" and "))),
         }
-        Ok(Self { indices, count: names.len(), coordinate_names })
+        Ok(Self { indices, column_count: names.len(), coordinate_names })
     }
 
     /// The indices of the columns of latitude and longitude (or declination and right ascension).
@@ -49,8 +49,8 @@ impl Columns {
 
     /// Converts the values of a row to a point.
     pub fn point(&self, values: &[String]) -> Result<DataPoint, String> {
-        if values.len() != self.count {
-            return Err(format!("{} values; the table names {} columns", values.len(), self.count));
+        if values.len() != self.column_count {
+            return Err(format!("{} values; the table names {} columns", values.len(), self.column_count));
         }
         let invalid = |field: &str, value: &str, allowed: &str| format!("field {field}: `{}` is not {allowed}", echo_within(value, 40));
         let [lat, lon, time, size, colour] = self.indices;

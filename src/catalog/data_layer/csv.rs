@@ -8,21 +8,21 @@ use super::layer::Content;
 /// The values of a line, without their quotes and without spaces around them. Within quotes, a doubled quote means one quote. A quote inside an unquoted value
 /// is an ordinary character.
 fn values(line: &str) -> Result<Vec<String>, String> {
-    let (mut all, mut value, mut quoted) = (Vec::new(), String::new(), false);
+    let (mut all, mut value, mut in_quotes) = (Vec::new(), String::new(), false);
     let mut chars = line.chars().peekable();
     while let Some(c) = chars.next() {
         match c {
-            '"' if quoted && chars.peek() == Some(&'"') => {
+            '"' if in_quotes && chars.peek() == Some(&'"') => {
                 chars.next();
                 value.push('"');
             }
-            '"' if quoted => quoted = false,
-            '"' if value.trim().is_empty() => quoted = true,
-            ',' if !quoted => all.push(std::mem::take(&mut value).trim().to_owned()),
+            '"' if in_quotes => in_quotes = false,
+            '"' if value.trim().is_empty() => in_quotes = true,
+            ',' if !in_quotes => all.push(std::mem::take(&mut value).trim().to_owned()),
             _ => value.push(c),
         }
     }
-    if quoted {
+    if in_quotes {
         return Err("a quoted value does not end on this line".to_owned());
     }
     all.push(value.trim().to_owned());
@@ -32,14 +32,14 @@ fn values(line: &str) -> Result<Vec<String>, String> {
 /// The points of a table. The error is a line number and what is wrong there.
 pub(super) fn read(text: &str, on_body: bool) -> Result<Content, (usize, String)> {
     let mut lines = (1..).zip(text.trim_start_matches('\u{feff}').lines()).filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('#'));
-    let (first, head) = lines.next().ok_or_else(|| (1, "empty; the first line names the columns".to_owned()))?;
-    let names = values(head).map_err(|why| (first, why))?;
-    let columns = Columns::of(&names, on_body).map_err(|why| (first, format!("the line of column names {why}")))?;
+    let (head_number, head) = lines.next().ok_or_else(|| (1, "empty; the first line names the columns".to_owned()))?;
+    let names = values(head).map_err(|why| (head_number, why))?;
+    let columns = Columns::of(&names, on_body).map_err(|why| (head_number, format!("the line of column names {why}")))?;
     let mut content = Content::default();
-    for (number, line) in lines {
-        let values = values(line).map_err(|why| (number, why))?;
+    for (line_number, line) in lines {
+        let values = values(line).map_err(|why| (line_number, why))?;
         let point = columns.point(&values).and_then(|point| content.count_positions(1).map(|()| point));
-        content.points.push(point.map_err(|why| (number, why))?);
+        content.points.push(point.map_err(|why| (line_number, why))?);
     }
     Ok(content)
 }

@@ -22,7 +22,7 @@ const JD_END_OF_9999: f64 = 5_373_484.5;
 /// The value of a `coordinates` member: nested lists of numbers.
 enum Coordinates {
     Number(f64),
-    /// A list that begins with two numbers: a checked position, latitude and longitude.
+    /// A list that begins with two numbers: a position whose range was checked, as latitude and longitude, degrees.
     Position([f64; 2]),
     List(Vec<Coordinates>),
 }
@@ -117,12 +117,12 @@ struct Object {
 /// The properties of a Feature that are read.
 #[derive(Default, Deserialize)]
 struct Properties {
-    #[serde(default, deserialize_with = "time")]
+    #[serde(default, deserialize_with = "deserialize_time")]
     time: Option<Instant>,
 }
 
-/// Reads a time from text, or from a number of milliseconds.
-fn time<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Instant>, D::Error> {
+/// Reads a time from text, or from a number of milliseconds since 1970. Null and an empty text give `None`.
+fn deserialize_time<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Instant>, D::Error> {
     let value = serde_json::Value::deserialize(deserializer)?;
     let invalid = |shown: &str| {
         D::Error::custom(format!("field time: `{}` is not ISO 8601 UTC, jd_tdb:DAY or milliseconds since 1970", echo_within(shown, 40)))
@@ -145,9 +145,10 @@ struct Members {
     /// The member `type`.
     kind: Option<String>,
     coordinates: Option<Coordinates>,
+    /// Of the members `geometry` and `geometries`.
     geometries: Geometries,
     time: Option<Instant>,
-    /// The content of the members of `features`.
+    /// The content of the Features in the member `features`.
     content: Content,
     has_features: bool,
 }

@@ -1,14 +1,15 @@
 //! Conversion of an image's values to colours: percentiles select the values drawn black and white, a curve (stretch) maps the values between them to the
 //! range from 0 to 1, and a colour map gives the colours.
 //!
-//! In: values, some of which may be NaN or infinite. Out: sRGB with alpha, which is 0 where the value is not finite.
+//! In: values, some of which may be NaN or infinite. Out: sRGB with alpha, 255 where the value is finite and 0 elsewhere. Not here: [`ImageStyle::opacity`],
+//! which is applied when the image is drawn.
 
 /// How the values of an image are converted to colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImageStyle {
     /// The curve from black to white.
     pub stretch: Stretch,
-    /// Percentiles of the finite values: those of the values that are drawn black and white.
+    /// The percentiles of the finite values that are drawn black (first) and white (second), 0 to 100.
     pub percentiles: [f64; 2],
     /// The colours of the stretched values.
     pub colour_map: ColourMap,
@@ -31,7 +32,7 @@ pub enum Stretch {
     Sqrt,
     /// Inverse hyperbolic sine of ten times the value, scaled to 1 at 1: linear for values far below a tenth (Lupton et al. 2004).
     Asinh,
-    /// Logarithmic over three decades.
+    /// Logarithmic over three decades: ln(1 + 999 x) / ln 1000.
     Log,
 }
 
@@ -77,8 +78,9 @@ impl ColourMap {
         let byte = |v: f64| (255.0 * v.clamp(0.0, 1.0)).round() as u8;
         match self {
             Self::Grey => [byte(x); 3],
-            Self::Viridis => [0, 1, 2].map(|c| byte(VIRIDIS.iter().rev().fold(0.0, |sum, row| sum * x + row[c]))),
-            Self::Heat => [0.0, 1.0, 2.0].map(|c| byte(3.0 * x - c)),
+            Self::Viridis => [0, 1, 2].map(|channel| byte(VIRIDIS.iter().rev().fold(0.0, |sum, row| sum * x + row[channel]))),
+            // Red rises in the first third of the range, green in the second, blue in the last.
+            Self::Heat => [0.0, 1.0, 2.0].map(|start| byte(3.0 * x - start)),
         }
     }
 }
@@ -87,27 +89,27 @@ impl ColourMap {
 fn black_and_white(values: &[f32], percentiles: [f64; 2]) -> Option<[f64; 2]> {
     let mut finite: Vec<f32> = values.iter().copied().filter(|v| v.is_finite()).collect();
     let last = finite.len().checked_sub(1)?;
-    let [low, high] = percentiles.map(|p| {
-        let index = ((p / 100.0 * last as f64).round() as usize).min(last);
+    let [black, white] = percentiles.map(|percentile| {
+        let index = ((percentile / 100.0 * last as f64).round() as usize).min(last);
         f64::from(*finite.select_nth_unstable_by(index, f32::total_cmp).1)
     });
-    Some([low, high])
+    Some([black, white])
 }
 
-/// Steps of the table of colours: a quarter of a level of 8 bits.
+/// Number of steps of the table of colours. About four steps are one 8-bit level.
 const TABLE_STEPS: u32 = 1023;
 
 /// The colours of an image, four bytes (red, green, blue, alpha) per value; `None` if no value is finite.
 pub(super) fn colours(values: &[f32], style: &ImageStyle) -> Option<Vec<u8>> {
-    let [low, high] = black_and_white(values, style.percentiles)?;
+    let [black, white] = black_and_white(values, style.percentiles)?;
     // If all values are equal, all are black.
-    let scale = if high > low { 1.0 / (high - low) } else { 0.0 };
+    let scale = if white > black { 1.0 / (white - black) } else { 0.0 };
     let table: Vec<[u8; 3]> = (0..=TABLE_STEPS).map(|k| style.colour_map.colour_at(f64::from(k) / f64::from(TABLE_STEPS))).collect();
     let colour = |v: &f32| {
         if !v.is_finite() {
             return [0; 4];
         }
-        let [r, g, b] = table[(f64::from(TABLE_STEPS) * style.stretch.apply((f64::from(*v) - low) * scale)).round() as usize];
+        let [r, g, b] = table[(f64::from(TABLE_STEPS) * style.stretch.apply((f64::from(*v) - black) * scale)).round() as usize];
         [r, g, b, 255]
     };
     Some(values.iter().flat_map(colour).collect())

@@ -17,7 +17,7 @@ pub(super) const MAX_POSITIONS: usize = 1_000_000;
 const MAX_POSITIONS_OF_ALL_LAYERS: usize = 2 * MAX_POSITIONS;
 
 /// Maximum total length of the lines of a layer, and of all layers together, degrees of longitude and latitude: 4,000 times around a globe. Lines are drawn
-/// in short steps. A file of one megabyte can describe lines tens of thousands of times around, which would take 6 GB of memory.
+/// in short steps: without this limit, a file of one megabyte whose lines go tens of thousands of times around would take 6 GB of memory.
 const MAX_LENGTH_DEG: f64 = 4000.0 * 360.0;
 
 /// A layer of data.
@@ -27,7 +27,7 @@ pub struct DataLayer {
     pub name: String,
     /// Name of the file, which is in the folder of the catalog file.
     pub file: String,
-    /// The body that it is on; `None`: the sky.
+    /// The body on which the layer lies; `None`: the sky.
     pub body: Option<NaifId>,
     /// Default diameter of a point: pixels in an image 1024 pixels high.
     pub size_px: f64,
@@ -43,7 +43,7 @@ pub struct DataLayer {
     pub lines: Arc<Vec<DataLine>>,
     /// The image from the file.
     pub image: Option<Arc<PlacedImage>>,
-    /// SHA-256 of the file, hexadecimal; empty before the file is read.
+    /// SHA-256 of the file, hexadecimal; empty until the file is read.
     pub digest: String,
 }
 
@@ -71,7 +71,7 @@ pub struct DataLine {
     pub time: Option<Instant>,
 }
 
-/// The content of a file of points or lines.
+/// The content of a file of points and lines.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Content {
     pub points: Vec<DataPoint>,

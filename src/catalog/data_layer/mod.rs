@@ -157,7 +157,7 @@ impl DataLayer {
         Ok(self)
     }
 
-    /// The name under which the session stores the image as a texture. The file's digest keeps it apart from the names of map files.
+    /// The name under which the session stores the image as a texture. It contains the file's digest, so that it differs from every name of a map file.
     pub fn image_name(&self) -> String {
         format!("layer {} {}", self.name, self.digest)
     }
@@ -181,7 +181,7 @@ mod tests {
     use super::*;
     use crate::catalog::NaifId;
 
-    fn on(body: Option<NaifId>) -> DataLayer {
+    fn layer_on(body: Option<NaifId>) -> DataLayer {
         DataLayer { body, ..DataLayer::new("quakes".into(), "quakes.csv".into()) }
     }
 
@@ -189,22 +189,22 @@ mod tests {
     fn a_table_is_read_by_its_columns() {
         let text = "time,Latitude,longitude,place,size,colour\n\
             2011-03-11T05:46:24Z,38.297,142.373,\"Tohoku, \"\"Japan\"\"\",9.1,#ff0000\n\n,-90,-180,,,\n";
-        let layer = on(Some(NaifId::EARTH)).with_content("quakes.csv", text.as_bytes()).expect("read");
+        let layer = layer_on(Some(NaifId::EARTH)).with_content("quakes.csv", text.as_bytes()).expect("read");
         assert_eq!(layer.points.len(), 2);
         let first = layer.points[0];
         assert_eq!((first.lat_deg, first.lon_deg, first.size_px, first.colour), (38.297, 142.373, Some(9.1), Some([255, 0, 0])));
         assert_eq!(first.time.map(|t| t.to_utc_iso()[..19].to_owned()), Some("2011-03-11T05:46:24".into()));
         assert_eq!((layer.points[1].time, layer.points[1].size_px), (None, None));
-        assert_eq!(on(None).with_content("sky.csv", b"ra,dec\n10,20\n").expect("read").points[0].lon_deg, 10.0);
+        assert_eq!(layer_on(None).with_content("sky.csv", b"ra,dec\n10,20\n").expect("read").points[0].lon_deg, 10.0);
         // A byte order mark, before a comment or before the names of the columns.
         for text in ["\u{feff}# stars\r\nra,dec\r\n10,20\r\n", "\u{feff}ra,dec\n10,20\n"] {
-            assert_eq!(on(None).with_content("sky.csv", text.as_bytes()).expect("read").points.len(), 1);
+            assert_eq!(layer_on(None).with_content("sky.csv", text.as_bytes()).expect("read").points.len(), 1);
         }
     }
 
     #[test]
     fn each_mistake_names_file_line_and_field() {
-        let why = |text: &str| on(Some(NaifId::EARTH)).with_content("q.csv", text.as_bytes()).expect_err("a mistake").to_string();
+        let why = |text: &str| layer_on(Some(NaifId::EARTH)).with_content("q.csv", text.as_bytes()).expect_err("a mistake").to_string();
         assert!(why("").starts_with("q.csv:1: empty"));
         assert!(why("ra,dec\n1,2\n").starts_with("q.csv:1: the line of column names has no columns lat_deg"));
         assert!(why("lat,dec\n1,2\n").starts_with("q.csv:1: the line of column names has no column lon_deg"));

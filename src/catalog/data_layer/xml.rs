@@ -1,7 +1,7 @@
 //! A streaming XML reader that reports elements with line numbers.
 //!
-//! In: text. Out: calls of an [`ElementHandler`] where each element begins and ends; at its end its own text is known, too. Always: only XML's predefined
-//! entities and character references are resolved, so that no entity expands without bound; the nesting depth is limited.
+//! In: text. Out: calls of an [`ElementHandler`] where each element begins and ends; at the end the element's own text is known, too.
+//! Always: only XML's predefined entities and character references are resolved, so that no entity expands without bound; the nesting depth is limited.
 
 use crate::wording::{echo_within, one_line};
 use quick_xml::events::{BytesStart, Event};

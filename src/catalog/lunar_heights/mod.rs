@@ -17,7 +17,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 pub const DEFAULT_SPHERE_KM: f64 = 1737.4;
 /// Largest accepted height above or below the sphere. Those of the Moon lie between -9.2 and 10.8 km (LOLA).
 pub const MAX_HEIGHT_KM: f64 = 20.0;
-/// Maximum number of heights in a map: that of a map with 21 per degree.
+/// Maximum number of heights in a map: enough for 21 per degree.
 pub const MAX_HEIGHTS: usize = 30_000_000;
 /// Maximum size of a file: [`MAX_HEIGHTS`] heights of eight bytes, and a header.
 pub const MAX_FILE_BYTES: u64 = 8 * MAX_HEIGHTS as u64 + (1 << 20);
@@ -43,7 +43,7 @@ pub struct HeightRange {
     pub white_km: f64,
 }
 
-/// Heights above a sphere.
+/// Heights of the entire Moon above a sphere, on a grid of equal steps in longitude and latitude.
 #[derive(Clone, PartialEq)]
 pub struct HeightMap {
     name: String,
@@ -53,8 +53,11 @@ pub struct HeightMap {
     heights_km: Vec<f32>,
     /// East longitude of the western edge of the first column, radians.
     west_rad: f64,
+    /// Radius of the reference sphere.
     sphere_km: f64,
+    /// Lowest height of the map.
     min_km: f64,
+    /// Highest height of the map.
     max_km: f64,
 }
 
@@ -80,15 +83,15 @@ impl HeightMap {
         if !(1700.0..1800.0).contains(&sphere_km) {
             return Err(failed(format!("heights over a sphere of {sphere_km} km: the Moon's has about {DEFAULT_SPHERE_KM} km")));
         }
-        if let Some(at) = heights_km.iter().position(|h| h.is_nan() || f64::from(*h).abs() > MAX_HEIGHT_KM) {
-            let (row, column) = (at / columns + 1, at % columns + 1);
+        if let Some(index) = heights_km.iter().position(|h| h.is_nan() || f64::from(*h).abs() > MAX_HEIGHT_KM) {
+            let (row, column) = (index / columns + 1, index % columns + 1);
             let why = format!(
                 "row {row}, column {column}: a height of {} km; the Moon's lie between -{MAX_HEIGHT_KM} and {MAX_HEIGHT_KM} km",
-                heights_km[at]
+                heights_km[index]
             );
             return Err(failed(why));
         }
-        let (min, max) = heights_km.iter().fold((f32::MAX, f32::MIN), |(a, b), h| (a.min(*h), b.max(*h)));
+        let (min, max) = heights_km.iter().fold((f32::MAX, f32::MIN), |(min, max), h| (min.min(*h), max.max(*h)));
         let (min_km, max_km) = (f64::from(min), f64::from(max));
         Ok(Self { name: name.to_owned(), columns, rows, heights_km, west_rad: west_deg.to_radians(), sphere_km, min_km, max_km })
     }
@@ -122,6 +125,7 @@ impl HeightMap {
         Self::new(name, read.columns, read.heights_km, read.west_deg, read.sphere_km)
     }
 
+    /// Radius of the reference sphere.
     pub fn sphere_km(&self) -> f64 {
         self.sphere_km
     }
@@ -158,6 +162,7 @@ impl HeightMap {
     pub fn height_km(&self, direction: DVec3) -> f64 {
         let longitude = direction.y.atan2(direction.x);
         let latitude = direction.z.atan2(direction.truncate().length());
+        // In cells from the centre of the first column and row.
         let x = (longitude - self.west_rad).rem_euclid(TAU) / TAU * self.columns as f64 - 0.5;
         let y = ((FRAC_PI_2 - latitude) / PI * self.rows as f64 - 0.5).clamp(0.0, (self.rows - 1) as f64);
         let (x0, y0) = (x.floor(), y.floor());

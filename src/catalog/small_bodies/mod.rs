@@ -14,11 +14,12 @@ use glam::{DQuat, DVec3};
 use std::f64::consts::TAU;
 use std::sync::{Arc, LazyLock};
 
-/// Gauss' constant: square root of the Sun's GM in au^1.5 per day (IAU 1976). IAU 2012 Resolution B2 fixed the
-/// au in kilometres instead; the au that this constant defines differs from it by less than 1e-9 of its length.
+/// Gauss' constant: square root of the Sun's GM in au^1.5 per day (IAU 1976). It once defined the au. IAU 2012 Resolution B2 fixes the au in kilometres
+/// instead, with a relative difference of less than 1e-9.
 pub const GAUSS_CONSTANT: f64 = 0.017_202_098_95;
 
-/// A conic about the Sun, given by its perihelion and the time of the passage through it, which exist for ellipse, parabola and hyperbola.
+/// A conic about the Sun, given by its perihelion and the time of a perihelion passage. Unlike the semi-major axis and the mean anomaly, a parabola has these,
+/// too.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeliocentricOrbit {
     /// Perihelion distance, positive.
@@ -29,7 +30,7 @@ pub struct HeliocentricOrbit {
     pub to_perihelion: DVec3,
     /// Unit vector of the direction of motion at the perihelion, ICRF.
     pub motion_at_perihelion: DVec3,
-    /// Time of a perihelion passage, days since J2000 (TDB).
+    /// Time of a perihelion passage, days from J2000 (TDB), negative before.
     pub passage_days: f64,
 }
 
@@ -38,8 +39,8 @@ pub struct HeliocentricOrbit {
 pub enum BrightnessLaw {
     /// Absolute magnitude and slope of the H,G system (Bowell et al. 1989, Asteroids II, 524).
     Asteroid { h: f64, g: f64 },
-    /// M1 and K1 of JPL's Small-Body Database: the total magnitude at 1 au from Sun and observer, and the magnitudes by which it grows for ten times the
-    /// heliocentric distance.
+    /// M1 and K1 of JPL's Small-Body Database: the total magnitude at 1 au from Sun and observer, and the magnitudes by which the comet is fainter at ten times
+    /// the heliocentric distance.
     Comet { m1: f64, k1: f64 },
     /// The table gives no magnitude.
     Unknown,
@@ -167,7 +168,7 @@ impl SmallBodies {
     #[must_use]
     pub fn without_bodies_of(mut self, catalog: &Catalog) -> Self {
         // Only bodies about the Sun count: a moon and a minor planet may share a name, as Europa and 52 Europa do.
-        let names: Vec<&str> = catalog.bodies().iter().filter(|c| c.parent == Some(NaifId::SUN)).map(|c| c.name.as_str()).collect();
+        let names: Vec<&str> = catalog.bodies().iter().filter(|b| b.parent == Some(NaifId::SUN)).map(|b| b.name.as_str()).collect();
         self.minor_planets.retain(|b| !names.iter().any(|known| known.eq_ignore_ascii_case(bare_name(&b.name))));
         self
     }

@@ -29,7 +29,7 @@ const EPOCH_COLUMNS: Range<usize> = 20..25;
 /// Byte range of the number in brackets and the name; a line may end within or before it.
 const READABLE_DESIGNATION: Range<usize> = 166..194;
 
-/// Whether a text is in this format: a line of dashes ends its heading, or its first line can be read as a body.
+/// Whether a text is in this format: a line of dashes ends its heading (of at most 100 lines), or its first line can be read as a body.
 pub(super) fn is_mpcorb(text: &str) -> bool {
     let is_dashes = |line: &str| line.len() > 100 && line.bytes().all(|b| b == b'-');
     text.lines().take(100).any(is_dashes) || text.lines().next().is_some_and(|line| !line.contains(',') && body(line).is_ok())

@@ -23,8 +23,8 @@ struct Columns {
     name: Option<usize>,
     /// The database's full name, such as `1 Ceres (A801 AA)` or `1P/Halley`. It contains the designation.
     full_name: Option<usize>,
-    /// Number of all columns of the table.
-    count: usize,
+    /// Number of all columns of the table, including ignored ones.
+    column_count: usize,
 }
 
 /// A column's name in the form of `Field::columns`: only letters and digits, lower case.
@@ -60,20 +60,21 @@ impl Columns {
             return missing(&[EPOCH, EPOCH_MJD]);
         }
         let designation = column_of(&["number", "pdes", "designation", "desig"]);
-        Ok(Self { by_field, designation, name: column_of(&["name"]), full_name: column_of(&["fullname"]), count: names.len() })
+        Ok(Self { by_field, designation, name: column_of(&["name"]), full_name: column_of(&["fullname"]), column_count: names.len() })
     }
 
     /// The body of a row.
     fn body(&self, cells: &[Cow<'_, str>]) -> Result<SmallBody, String> {
-        if cells.len() != self.count {
-            return Err(format!("{} values, and the first line names {} columns", cells.len(), self.count));
+        if cells.len() != self.column_count {
+            return Err(format!("{} values, and the first line names {} columns", cells.len(), self.column_count));
         }
         let mut values = Values::default();
         for (k, column) in self.by_field.iter().enumerate() {
             values[k] = number(k, column.map_or("", |c| cells[c].as_ref()))?;
         }
         let text = |column: Option<usize>| column.map_or("", |c| cells[c].as_ref());
-        // A table may have all three columns; the name is empty for a body that has only a provisional designation.
+        // A table may have all three columns. The full name contains the designation, so it replaces both if the table has no column of names, or if this body
+        // has neither name nor designation. A body that has only a provisional designation keeps it, with an empty name.
         match [self.designation, self.name, self.full_name].map(text) {
             [designation, "", full_name] if !full_name.is_empty() && (designation.is_empty() || self.name.is_none()) => {
                 body("", full_name, &values)
@@ -88,16 +89,16 @@ fn cells(line: &str) -> Vec<Cow<'_, str>> {
     if !line.contains('"') {
         return line.split(',').map(|c| Cow::Borrowed(c.trim())).collect();
     }
-    let (mut all, mut cell, mut quoted) = (Vec::new(), String::new(), false);
+    let (mut all, mut cell, mut in_quotes) = (Vec::new(), String::new(), false);
     let mut chars = line.chars().peekable();
     while let Some(c) = chars.next() {
         match c {
-            '"' if quoted && chars.peek() == Some(&'"') => {
+            '"' if in_quotes && chars.peek() == Some(&'"') => {
                 chars.next();
                 cell.push('"');
             }
-            '"' => quoted = !quoted,
-            ',' if !quoted => all.push(Cow::Owned(std::mem::take(&mut cell).trim().to_owned())),
+            '"' => in_quotes = !in_quotes,
+            ',' if !in_quotes => all.push(Cow::Owned(std::mem::take(&mut cell).trim().to_owned())),
             c => cell.push(c),
         }
     }

@@ -28,7 +28,7 @@ pub struct Star {
     pub motion_per_year: DVec3,
     /// Parallax, 1 au divided by the distance; 0 if it was not measured.
     pub parallax_rad: f64,
-    /// Johnson V.
+    /// Johnson V magnitude.
     pub v_magnitude: f32,
     /// Colour index B-V; `None`: not measured.
     pub b_v: Option<f32>,
@@ -37,10 +37,11 @@ pub struct Star {
 /// The stars of one sky cell.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyCell {
-    /// Range of indices of the catalog's stars, the brightest first.
+    /// The cell's stars, the brightest first: indices in [`StarCatalog::stars`].
     pub stars: Range<usize>,
     /// Unit vector to the middle of the stars. At the epoch of the catalog every star lies within `radius_rad` of it.
     pub axis: DVec3,
+    /// Angle from `axis` to the farthest star.
     pub radius_rad: f64,
     pub brightest_magnitude: f32,
     /// Length of the largest [`Star::motion_per_year`].
@@ -49,11 +50,14 @@ pub struct SkyCell {
     pub max_parallax_rad: f64,
 }
 
+/// Stars, grouped by cells of the sky.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StarCatalog {
     /// Julian date (TT) of the directions.
     epoch_jd: f64,
+    /// Ordered by cell; within a cell, the brightest first.
     stars: Vec<Star>,
+    /// The cells that contain stars.
     cells: Vec<SkyCell>,
 }
 

@@ -71,8 +71,8 @@ const HIP2_BYTES: usize = 158;
 struct Columns {
     /// By index of the field in [`FIELDS`].
     by_field: [Option<usize>; FIELDS.len()],
-    /// Number of all columns of the table.
-    count: usize,
+    /// Number of all columns of the table, including ignored ones.
+    column_count: usize,
     /// Epoch of the positions, as a Julian year such as 2000.0.
     epoch: f64,
 }
@@ -110,7 +110,7 @@ impl Columns {
         let words = line.split(|c: char| !(c.is_ascii_alphanumeric() || c == '.'));
         let years = words.filter_map(|w| w.strip_prefix('J')?.parse::<f64>().ok());
         let epoch = years.into_iter().find(|y| (1000.0..3000.0).contains(y)).unwrap_or(2000.0);
-        Some(Ok(Self { by_field, count: names.len(), epoch }))
+        Some(Ok(Self { by_field, column_count: names.len(), epoch }))
     }
 }
 
@@ -127,8 +127,9 @@ fn star(values: &[Option<f64>; FIELDS.len()]) -> Star {
     let direction = DVec3::new(cos_dec * cos_ra, cos_dec * sin_ra, sin_dec);
     let (east, north) = (DVec3::new(-sin_ra, cos_ra, 0.0), DVec3::new(-sin_dec * cos_ra, -sin_dec * sin_ra, cos_dec));
     let rad_per_mas = RAD_PER_ARCSEC / 1000.0;
-    // The measured parallax of a distant star can be negative because of its error.
+    // The measured parallax of a distant star can be negative because of its error; it then counts as not measured.
     let parallax_rad = value(PARALLAX).max(0.0) * rad_per_mas;
+    // Radial velocity divided by distance.
     let radial_per_year = value(RADIAL_VELOCITY) / KM_S_PER_AU_YR * parallax_rad;
     Star {
         hip: value(HIP) as u32,
@@ -143,8 +144,8 @@ fn star(values: &[Option<f64>; FIELDS.len()]) -> Star {
 /// The star of a row of a table.
 fn star_from_row(line: &str, columns: &Columns) -> Result<Star, String> {
     let cells: Vec<&str> = line.split(',').collect();
-    if cells.len() != columns.count {
-        return Err(format!("{} values, and the first line names {} columns", cells.len(), columns.count));
+    if cells.len() != columns.column_count {
+        return Err(format!("{} values, and the first line names {} columns", cells.len(), columns.column_count));
     }
     let mut values = [None; FIELDS.len()];
     for (k, f) in FIELDS.iter().enumerate() {
@@ -192,21 +193,21 @@ fn star_from_hip2(line: &str) -> Result<Star, String> {
 pub(super) fn read(file: &str, text: &str) -> Result<(f64, Vec<Star>), StarFileError> {
     let file_error = |line: usize, message: String| StarFileError { file: echo(file), line, message };
     let mut lines = text.lines().enumerate().map(|(k, line)| (k + 1, line)).filter(|(_, line)| !line.trim().is_empty()).peekable();
-    let Some((first, line)) = lines.peek().copied() else { return Err(file_error(1, "no stars: the file is empty".into())) };
-    let columns = Columns::named(line.trim_start_matches(['#', '\u{feff}'])).transpose().map_err(|e| file_error(first, e))?;
+    let Some((first_number, line)) = lines.peek().copied() else { return Err(file_error(1, "no stars: the file is empty".into())) };
+    let columns = Columns::named(line.trim_start_matches(['#', '\u{feff}'])).transpose().map_err(|e| file_error(first_number, e))?;
     if columns.is_some() {
         lines.next();
     }
     let mut stars = Vec::new();
-    for (number, line) in lines.filter(|(_, line)| !line.starts_with('#')) {
+    for (line_number, line) in lines.filter(|(_, line)| !line.starts_with('#')) {
         if stars.len() == MAX_STARS {
-            return Err(file_error(number, format!("more than {MAX_STARS} stars")));
+            return Err(file_error(line_number, format!("more than {MAX_STARS} stars")));
         }
         let star = columns.as_ref().map_or_else(|| star_from_hip2(line), |columns| star_from_row(line, columns));
-        stars.push(star.map_err(|e| file_error(number, e))?);
+        stars.push(star.map_err(|e| file_error(line_number, e))?);
     }
     if stars.is_empty() {
-        return Err(file_error(first, "no stars below the line that names the columns".into()));
+        return Err(file_error(first_number, "no stars below the line that names the columns".into()));
     }
     Ok((julian_epoch(columns.map_or(HIPPARCOS_EPOCH, |c| c.epoch)), stars))
 }

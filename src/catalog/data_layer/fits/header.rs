@@ -20,18 +20,18 @@ pub(super) struct Header {
     pub data_offset: usize,
 }
 
-/// An error in a header: the number in the file of the card to which it refers, starting at 1, and the reason. If a card is missing, the number is 1 or that of
-/// the header's first card.
+/// An error in a header: the number of the wrong card, counted from 1 at the start of the file, and the reason. For a missing card, the number is 1 or that
+/// of the header's first card.
 pub(super) type CardError = (usize, String);
 
 impl Header {
-    /// Reads the header at the start of `bytes`. `first_card`: number in the file of the header's first card.
+    /// Reads the header at the start of `bytes`. `first_card`: number of the header's first card, counted from 1 at the start of the file.
     pub fn read(bytes: &[u8], first_card: usize) -> Result<Self, CardError> {
         let mut cards = Vec::new();
         for (k, card) in bytes.chunks_exact(CARD_BYTES).take(MAX_BLOCKS * BLOCK_BYTES / CARD_BYTES).enumerate() {
-            let number = first_card + k;
+            let card_number = first_card + k;
             if !card.iter().all(|b| (0x20..0x7f).contains(b)) {
-                return Err((number, "a header card with bytes that are not text: not FITS, or damaged".to_owned()));
+                return Err((card_number, "a header card with bytes that are not text: not FITS, or damaged".to_owned()));
             }
             let text = String::from_utf8_lossy(card);
             let (keyword, rest) = text.split_at(8);
@@ -40,7 +40,7 @@ impl Header {
                 return Ok(Self { cards, data_offset: ((k + 1) * CARD_BYTES).next_multiple_of(BLOCK_BYTES) });
             }
             if let Some(value) = rest.strip_prefix("= ") {
-                cards.push((keyword.to_owned(), value_of(value), number));
+                cards.push((keyword.to_owned(), value_of(value), card_number));
             }
         }
         Err((first_card, "a header without END: not FITS, or cut short".to_owned()))
@@ -48,7 +48,7 @@ impl Header {
 
     /// Value and card number of a keyword.
     fn find(&self, keyword: &str) -> Option<(&str, usize)> {
-        self.cards.iter().find(|(k, _, _)| k == keyword).map(|(_, value, number)| (value.as_str(), *number))
+        self.cards.iter().find(|(k, _, _)| k == keyword).map(|(_, value, card_number)| (value.as_str(), *card_number))
     }
 
     /// The text of a card, without quotes; empty if there is no such card.
@@ -58,23 +58,24 @@ impl Header {
 
     /// The card number of a keyword, for messages; 1 if there is no such card.
     pub fn card_number(&self, keyword: &str) -> usize {
-        self.find(keyword).map_or(1, |(_, number)| number)
+        self.find(keyword).map_or(1, |(_, card_number)| card_number)
     }
 
-    /// The numeric value of a card; `None` if there is no such card.
+    /// The numeric value of a card; `None` if there is no such card. A value that is not a finite number is an error.
     pub fn number(&self, keyword: &str) -> Result<Option<f64>, CardError> {
-        let Some((value, number)) = self.find(keyword) else { return Ok(None) };
+        let Some((value, card_number)) = self.find(keyword) else { return Ok(None) };
         // Fortran writes exponents with D.
         let parsed = value.replace(['D', 'd'], "E").parse::<f64>().ok().filter(|v| v.is_finite());
-        parsed.map(Some).ok_or_else(|| (number, format!("{keyword}: `{}` is not a number", echo_within(value, 40))))
+        parsed.map(Some).ok_or_else(|| (card_number, format!("{keyword}: `{}` is not a number", echo_within(value, 40))))
     }
 
-    /// The integer value of a required card.
+    /// The integer value of a card. A missing card or a value outside `range` is an error.
     pub fn integer(&self, keyword: &str, range: std::ops::RangeInclusive<i64>) -> Result<i64, CardError> {
-        let Some((value, number)) = self.find(keyword) else { return Err((1, format!("{keyword} is missing"))) };
+        let Some((value, card_number)) = self.find(keyword) else { return Err((1, format!("{keyword} is missing"))) };
         let parsed = value.parse::<i64>().ok().filter(|v| range.contains(v));
         parsed.ok_or_else(|| {
-            (number, format!("{keyword}: `{}` is not a whole number from {} to {}", echo_within(value, 40), range.start(), range.end()))
+            let (min, max) = (range.start(), range.end());
+            (card_number, format!("{keyword}: `{}` is not a whole number from {min} to {max}", echo_within(value, 40)))
         })
     }
 }

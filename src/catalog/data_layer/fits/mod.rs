@@ -42,6 +42,7 @@ struct Hdu<'a> {
 fn data_bytes(header: &Header) -> Result<usize, CardError> {
     let axes = header.integer("NAXIS", 0..=999)?;
     let bits = header.integer("BITPIX", -64..=64)?.unsigned_abs();
+    // Without axes there are no values.
     let mut value_count: u64 = u64::from(axes > 0);
     for k in 1..=axes {
         let side = header.integer(&format!("NAXIS{k}"), 0..=1 << 40)?.unsigned_abs();
@@ -65,7 +66,7 @@ fn has_random_groups(header: &Header) -> bool {
     header.text("GROUPS") == "T"
 }
 
-/// The first HDU with an image of two or more axes.
+/// The first HDU with an image of two or more axes, none of which has a side of 0.
 fn image_hdu(bytes: &[u8]) -> Result<Hdu<'_>, CardError> {
     if !bytes.starts_with(b"SIMPLE  =") {
         return Err((1, "does not begin with SIMPLE: not FITS".to_owned()));
@@ -81,14 +82,14 @@ fn image_hdu(bytes: &[u8]) -> Result<Hdu<'_>, CardError> {
         let data = rest.get(header.data_offset..).unwrap_or_default();
         is_compressed |= header.text("ZIMAGE") == "T";
         let is_image = matches!(header.text("XTENSION"), "" | "IMAGE") && header.integer("NAXIS", 0..=999)? >= 2;
-        let empty = if is_image { empty_axis_of(&header) } else { None };
-        if is_image && empty.is_none() && length > 0 {
+        let empty_error = if is_image { empty_axis_error(&header) } else { None };
+        if is_image && empty_error.is_none() && length > 0 {
             let data = data.get(..length).ok_or_else(|| {
                 (header.card_number("NAXIS1"), format!("{length} bytes of data announced, {} in the file: cut short", data.len()))
             })?;
             return Ok(Hdu { header, data });
         }
-        empty_image_error = empty_image_error.or(empty);
+        empty_image_error = empty_image_error.or(empty_error);
         offset = offset.saturating_add(header.data_offset).saturating_add(length.next_multiple_of(BLOCK_BYTES));
     }
     Err(match empty_image_error {
@@ -98,8 +99,8 @@ fn image_hdu(bytes: &[u8]) -> Result<Hdu<'_>, CardError> {
     })
 }
 
-/// The error of an image with a side of 0: random groups, which have NAXIS1 = 0, or an image without pixels.
-fn empty_axis_of(header: &Header) -> Option<CardError> {
+/// The error that describes an image with a side of 0: random groups, which have NAXIS1 = 0, or an image without pixels. `None` if no side is 0.
+fn empty_axis_error(header: &Header) -> Option<CardError> {
     let mut keywords = (1..=999).map(|k| format!("NAXIS{k}")).take_while(|k| !header.text(k).is_empty());
     let keyword = keywords.find(|k| header.integer(k, 0..=0).is_ok())?;
     let why = if has_random_groups(header) {

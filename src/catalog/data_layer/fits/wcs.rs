@@ -48,7 +48,7 @@ fn scale_card_number(header: &Header, axis: u8) -> usize {
     keywords.iter().find(|k| !header.text(k).is_empty()).map_or(1, |k| header.card_number(k))
 }
 
-/// The number of a card that the image must have, from -`limit` to `limit`.
+/// The numeric value of a card that the image must have. A value outside ±`limit` is an error.
 fn required(header: &Header, keyword: &str, limit: f64) -> Result<f64, CardError> {
     match header.number(keyword)? {
         Some(v) if v.abs() <= limit => Ok(v),
@@ -144,16 +144,16 @@ pub(super) fn on_sky(header: &Header) -> Result<ImageWcs, CardError> {
 
 /// Rotates a matrix from pixels to intermediate world coordinates, so that its rows give degrees east and degrees north. `lonpole_deg`: the native longitude
 /// of the celestial pole, 0 if north is towards the image's bottom, 90 if it is along x, 180 if it is at the top.
-fn with_north_up([x, y]: [[f64; 2]; 2], lonpole_deg: f64) -> [[f64; 2]; 2] {
+fn with_north_up([x_row, y_row]: [[f64; 2]; 2], lonpole_deg: f64) -> [[f64; 2]; 2] {
     // Sine and cosine of the usual values, without rounding errors.
     let (sin, cos) = match lonpole_deg {
         180.0 => (0.0, -1.0),
         0.0 => (0.0, 1.0),
         angle => angle.to_radians().sin_cos(),
     };
-    // Sums that start at 0.0 are never -0.0.
-    let east = [0, 1].map(|axis| 0.0 - cos * x[axis] - sin * y[axis]);
-    let north = [0, 1].map(|axis| 0.0 + sin * x[axis] - cos * y[axis]);
+    // Sums that start at 0.0 are never -0.0, so the matrix of an unrotated image has plain zeros.
+    let east = [0, 1].map(|axis| 0.0 - cos * x_row[axis] - sin * y_row[axis]);
+    let north = [0, 1].map(|axis| 0.0 + sin * x_row[axis] - cos * y_row[axis]);
     [east, north]
 }
 
@@ -185,8 +185,8 @@ pub(super) fn on_body(header: &Header, [width, height]: [u32; 2]) -> Result<Imag
     if !matches!(header.number("LONPOLE")?, None | Some(0.0 | 180.0)) {
         return Err(unsupported_card(header, "LONPOLE", "only 0 and 180 are supported: any other value means a rotated map"));
     }
-    // With CRVAL2 = 0, LONPOLE allows two orientations. The one whose pole has the latitude nearest to LATPOLE (90 by default) applies (section 2.4 of the
-    // second paper), so south is up if LATPOLE is negative.
+    // With CRVAL2 = 0, LONPOLE allows two orientations. The one whose pole has the latitude nearest to LATPOLE (90 by default) applies (Calabretta &
+    // Greisen, section 2.4), so south is up if LATPOLE is negative.
     if header.number("LATPOLE")?.is_some_and(|latitude| latitude < 0.0) {
         return Err(unsupported_card(header, "LATPOLE", "only a map with north up is supported: a negative value means that south is up"));
     }
@@ -199,10 +199,12 @@ pub(super) fn on_body(header: &Header, [width, height]: [u32; 2]) -> Result<Imag
         ));
     }
     // The limits keep the edges short in a message.
-    let [x, y, lon] = [required(header, "CRPIX1", 1e10)?, required(header, "CRPIX2", 1e10)?, required(header, "CRVAL1", 720.0)?];
-    let edges = [0.5, f64::from(width) + 0.5].map(|px| lon + (px - x) * dx);
-    let [west_deg, east_deg] = if dx < 0.0 { [edges[1], edges[0]] } else { edges };
-    let [south_deg, north_deg] = [0.5, f64::from(height) + 0.5].map(|px| (px - y) * dy);
+    let [reference_x, reference_y, reference_lon_deg] =
+        [required(header, "CRPIX1", 1e10)?, required(header, "CRPIX2", 1e10)?, required(header, "CRVAL1", 720.0)?];
+    // Pixel 1 is centred at the pixel coordinate 1, so that its outer edge is at 0.5.
+    let edges_deg = [0.5, f64::from(width) + 0.5].map(|px| reference_lon_deg + (px - reference_x) * dx);
+    let [west_deg, east_deg] = if dx < 0.0 { [edges_deg[1], edges_deg[0]] } else { edges_deg };
+    let [south_deg, north_deg] = [0.5, f64::from(height) + 0.5].map(|px| (px - reference_y) * dy);
     // Rounding may place an edge slightly beyond a pole, or the edges slightly more than 360 degrees apart.
     let tolerance_deg = 1e-6;
     if east_deg - west_deg > 360.0 + tolerance_deg

@@ -64,23 +64,23 @@ impl DataType {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Length {
     Fixed(usize),
-    /// Each cell begins with a count. The cell has that many items of this number of values each.
+    /// Each cell begins with a count of items; the number here is that of values per item.
     Counted(usize),
 }
 
 impl Length {
-    /// Parses an `arraysize`: numbers joined by `x`. The last one may be `*`, or a maximum followed by `*`.
+    /// Parses an `arraysize`: numbers joined by `x`. The last one may be `*`, or a maximum (ignored here) followed by `*`.
     fn of(arraysize: &str) -> Option<Self> {
         if arraysize.is_empty() {
             return Some(Self::Fixed(1));
         }
         let product = |numbers: &str| {
             let mut numbers = numbers.split('x').filter(|n| !n.is_empty());
-            numbers.try_fold(1_usize, |all, n| n.trim().parse::<usize>().ok().and_then(|n| all.checked_mul(n)))
+            numbers.try_fold(1_usize, |product, n| n.trim().parse::<usize>().ok().and_then(|n| product.checked_mul(n)))
         };
         match arraysize.strip_suffix('*') {
             None => product(arraysize).map(Self::Fixed),
-            Some(before) => product(before.rsplit_once('x').map_or("", |(inner, _)| inner)).map(Self::Counted),
+            Some(without_star) => product(without_star.rsplit_once('x').map_or("", |(fixed, _)| fixed)).map(Self::Counted),
         }
     }
 }
@@ -90,7 +90,7 @@ impl Length {
 pub(super) struct Column {
     data_type: DataType,
     length: Length,
-    /// The number that means null.
+    /// The number that means null, as text.
     null: Option<String>,
 }
 
@@ -105,7 +105,7 @@ impl Column {
 
     /// A cell's text in the form of TABLEDATA.
     fn text(&self, bytes: &[u8]) -> String {
-        // Of an array, the first number: no field of a point is an array.
+        // The first number of an array; that is enough, because no field of a point is an array.
         fn first<const N: usize>(bytes: &[u8]) -> Option<[u8; N]> {
             bytes.first_chunk::<N>().copied()
         }

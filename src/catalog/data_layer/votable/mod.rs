@@ -21,14 +21,14 @@ struct Field {
     data_type: String,
     /// The attribute `arraysize`: number of values in a cell, as text.
     arraysize: String,
-    /// The number that means null.
+    /// The number that means null, as text.
     null: Option<String>,
     /// The line of the element.
     line: usize,
 }
 
 impl Field {
-    /// Whether the text of a cell of TABLEDATA means null: the null number of this field, or NaN. An empty cell needs no such check.
+    /// Whether the text of a cell of TABLEDATA is the null number of this field, or NaN. An empty cell, also a null, needs no such check.
     fn is_null(&self, cell: &str) -> bool {
         let is_float = matches!(self.data_type.as_str(), "float" | "double");
         self.null.as_deref() == Some(cell) || is_float && cell.eq_ignore_ascii_case("nan")
@@ -41,6 +41,7 @@ struct Table {
     /// Whether points are given by latitude and longitude, not by declination and right ascension.
     on_body: bool,
     fields: Vec<Field>,
+    /// The columns of a point; `None` before the rows begin.
     columns: Option<Columns>,
     /// The cells of the current TR.
     row: Vec<String>,
@@ -52,8 +53,8 @@ struct Table {
 /// The column name by which [`Columns`] knows the quantity of a UCD.
 fn column_name_of_ucd(ucd: &str) -> Option<&'static str> {
     let ucd = ucd.to_lowercase();
-    let first = ucd.split(';').next().unwrap_or_default().trim();
-    match first {
+    let primary_word = ucd.split(';').next().unwrap_or_default().trim();
+    match primary_word {
         "pos.eq.ra" | "pos_eq_ra_main" => Some("ra_deg"),
         "pos.eq.dec" | "pos_eq_dec_main" => Some("dec_deg"),
         "pos.bodyrc.lon" | "pos.bodyrc.long" | "pos.earth.lon" => Some("lon_deg"),
