@@ -3,7 +3,7 @@
 
 use crate::support::folds::larger;
 use glam::DVec3;
-use orrery::catalog::{AlbedoHarmonics, Body, Catalog, NaifId};
+use orrery::catalog::{AlbedoHarmonics, Body, Catalog, Map, NaifId};
 use orrery::image::{MapStore, TexelFormat, Texture};
 use orrery::scene::photometry::{light_curve, magnitude, reflectance};
 use std::f64::consts::{PI, TAU};
@@ -52,24 +52,30 @@ fn harmonics(cells: &[(DVec3, f64, f64)]) -> AlbedoHarmonics {
     }
 }
 
-/// Bodies whose point may have sides: those with an albedo map that shows the disc (the Earth's shows the ground without its clouds).
-fn bodies_with_sides(catalog: &Catalog) -> impl Iterator<Item = (&Body, std::sync::Arc<Texture>)> {
+/// The bodies with harmonics, and their maps. Only bodies have them whose published light curve the map repeats: many maps have more contrast than the body.
+fn bodies_with_sides(catalog: &Catalog) -> Vec<(&Body, AlbedoHarmonics, std::sync::Arc<Texture>)> {
     let store = MapStore::new(None);
-    catalog.bodies().iter().filter(|b| b.id != NaifId::SUN && b.clear_sky_albedo.is_none()).filter_map(move |b| {
-        let map = store.get(&b.maps.albedo.as_ref()?.file, TexelFormat::Rgba8Srgb).expect("embedded");
-        Some((b, map))
-    })
+    let of_body = |body| {
+        let map: &Map = body_map(body)?;
+        Some((body, map.harmonics?, store.get(&map.file, TexelFormat::Rgba8Srgb).expect("embedded")))
+    };
+    let bodies: Vec<_> = catalog.bodies().iter().filter_map(of_body).collect();
+    assert!(!bodies.is_empty());
+    bodies
+}
+
+fn body_map(body: &Body) -> Option<&Map> {
+    body.maps.albedo.as_ref()
 }
 
 #[test]
 fn the_catalogs_harmonics_are_those_of_the_maps() {
     let catalog = Catalog::embedded();
     let mut wrong = Vec::new();
-    for (body, map) in bodies_with_sides(&catalog) {
+    for (body, written, map) in bodies_with_sides(&catalog) {
         let expected = harmonics(&cells(&map));
-        let written = body.maps.albedo.as_ref().and_then(|m| m.harmonics);
         let differs = |a: &[f64], b: &[f64]| a.iter().zip(b).any(|(a, b)| (a - b).abs() > 2e-3);
-        if written.is_none_or(|w| differs(&w.degree_1, &expected.degree_1) || differs(&w.degree_2, &expected.degree_2)) {
+        if differs(&written.degree_1, &expected.degree_1) || differs(&written.degree_2, &expected.degree_2) {
             let numbers: Vec<String> = expected.degree_1.iter().chain(&expected.degree_2).map(|c| format!("{c:.3}")).collect();
             wrong.push(format!("{}: harmonics = [{}]", body.name, numbers.join(", ")));
         }
@@ -93,8 +99,8 @@ fn summed(body: &Body, cells: &[(DVec3, f64, f64)], sun: DVec3, viewer: DVec3) -
 fn the_light_curve_is_that_of_the_disc() {
     let catalog = Catalog::embedded();
     let mut largest = [0.0f64; 4];
-    let (mut without, mut bodies) = (0.0f64, 0);
-    for (body, map) in bodies_with_sides(&catalog) {
+    let mut without = 0.0f64;
+    for (body, _, map) in bodies_with_sides(&catalog) {
         let cells = cells(&map);
         let mut of_body = [0.0f64; 4];
         for (error, phase_deg) in of_body.iter_mut().zip([0.0, 30.0, 60.0, 100.0]) {
@@ -116,13 +122,10 @@ fn the_light_curve_is_that_of_the_disc() {
             }
         }
         println!("{}: {:.3?}", body.name, of_body);
-        bodies += 1;
         for (largest, of_body) in largest.iter_mut().zip(of_body) {
             *largest = larger(*largest, of_body);
         }
     }
-    println!("{largest:?} of {bodies} bodies; without sides {without}");
-    assert!(bodies > 20, "{bodies}");
     let bounds = [0.1, 0.1, 0.1, 0.3];
     assert!(largest.iter().zip(bounds).all(|(error, bound)| *error < bound), "{largest:?}");
     assert!(without > 0.3, "without sides, the brightness would be wrong: {without}");

@@ -166,8 +166,8 @@ fn sampling_draw(
     let map_taps = 1;
     let module = ModuleId::Planet(ShaderKey::for_draw(features));
     let layout = provider.layout(&module)?;
-    let uniform_bytes = uniform_bytes(&layout, &uniforms, map_taps)
-        .map_err(|source| PlanError::Layout { module: module.to_string(), source })?;
+    let uniform_bytes =
+        uniform_bytes(&layout, &uniforms, map_taps).map_err(|source| PlanError::Layout { module: module.to_string(), source })?;
     Ok(PlanDraw {
         label,
         module,

@@ -56,7 +56,12 @@ enum VertexInputSource<'a> {
     VertexIndex,
     InstanceIndex,
     /// `stride`: number of floats per element (a vertex, or an instance if `per_instance`); `component`: position of the float in its element.
-    Attribute { values: &'a [f32], stride: usize, component: usize, per_instance: bool },
+    Attribute {
+        values: &'a [f32],
+        stride: usize,
+        component: usize,
+        per_instance: bool,
+    },
     Constant(f64),
 }
 

@@ -139,7 +139,8 @@ impl Margin {
         let second_line = message!("image-caption", from = viewpoint, view = image.field_of_view_text()).text_in(language);
         let size = image.size_px();
         let fits = |text: &str| metrics.width_px(text) <= size.x - 2.0 * CAPTION_EDGE * glyph_px;
-        let Some((mut lines, rest)) = wrapped(&first_line, &CAPTION_BREAKS, &fits).zip(wrapped(&second_line, &CAPTION_BREAKS, &fits)) else {
+        let Some((mut lines, rest)) = wrapped(&first_line, &CAPTION_BREAKS, &fits).zip(wrapped(&second_line, &CAPTION_BREAKS, &fits))
+        else {
             return;
         };
         lines.extend(rest);

@@ -157,7 +157,8 @@ pub(crate) fn segments(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad:
     let (geometry, shift_per_bending) = (LimbGeometry::of(placed, sun), refraction::shift_per_bending(placed.distance_km, sun.distance_km));
     let is_possible = 2.0 * geometry.limb_radius_rad >= DISC_ONLY_FROM_PX * pixel_rad
         && refraction::max_reduced_bending(placed.body, shift_per_bending).is_some_and(|b| geometry.may_show_sun(placed, b));
-    let Some(layers) = is_possible.then(|| refraction::layers(placed.body, placed.body.radii_km.x, 1.0, shift_per_bending)).flatten() else {
+    let Some(layers) = is_possible.then(|| refraction::layers(placed.body, placed.body.radii_km.x, 1.0, shift_per_bending)).flatten()
+    else {
         return Vec::new();
     };
     let to_body = placed.placement.centre_km / placed.distance_km;

@@ -15,11 +15,7 @@ pub enum Block {
     Root,
     /// A branch of a chain of `@if`, `@elif` and `@else`: emitted if `parent` is emitted, its own condition holds, and the condition of no earlier branch of
     /// the chain holds. `unless`: the branch directly before it.
-    When {
-        parent: u32,
-        condition: Condition,
-        unless: Option<u32>,
-    },
+    When { parent: u32, condition: Condition, unless: Option<u32> },
     /// Emitted if any of these blocks is: the comments above a chain, whose branches these are.
     AnyOf(Vec<u32>),
 }
