@@ -130,7 +130,7 @@ enum Theory<'a> {
         error_km: f64,
     },
     Series,
-    /// Mean elements of a planet; for the Moon, the largest terms of its series.
+    /// Mean elements; for the Moon, the largest terms of its series.
     Mean,
     /// A planet's centre relative to its system's barycentre, from the masses and states of its moons.
     CentreFromMoons,

@@ -242,9 +242,9 @@ impl<'a> Station<'a> {
     /// Second and third contact around the least separation; `None` if neither disc comes to lie within the other.
     pub(crate) fn inner_contacts(&self, near_s: f64) -> Option<(f64, f64)> {
         let maximum_s = self.instant_of_maximum(near_s);
-        let angle_rad = |s: f64| self.discs(s).angle_from_internal_tangency_rad();
-        (angle_rad(maximum_s) < 0.0)
-            .then(|| (zero_crossing(maximum_s, maximum_s - SEARCH_S, angle_rad), zero_crossing(maximum_s, maximum_s + SEARCH_S, angle_rad)))
+        let gap_rad = |s: f64| self.discs(s).angle_from_internal_tangency_rad();
+        (gap_rad(maximum_s) < 0.0)
+            .then(|| (zero_crossing(maximum_s, maximum_s - SEARCH_S, gap_rad), zero_crossing(maximum_s, maximum_s + SEARCH_S, gap_rad)))
     }
 
     /// The instant of the least separation, searched within [`NEAR_PATH_SEARCH_S`] of `near_s`; `None` if neither disc lies within the other then.

@@ -134,27 +134,27 @@ impl MoonAndPlanet<'_> {
         let (pos_km, vel_km_s) = self.moon_from_planet(from)?;
         let step_s = std::f64::consts::TAU * pos_km.length() / vel_km_s.length() / STEPS_PER_ORBIT;
         let mut found = Vec::new();
-        let mut sample = from.plus_seconds(-MAX_LIGHT_TIME_S - step_s);
-        let mut offset = offsets(sample)?.0;
-        while sample < to {
-            let next = sample.plus_seconds(step_s);
+        let mut sample_time = from.plus_seconds(-MAX_LIGHT_TIME_S - step_s);
+        let mut offset = offsets(sample_time)?.0;
+        while sample_time < to {
+            let next = sample_time.plus_seconds(step_s);
             let next_offset = offsets(next)?.0;
             if (offset < 0.0) != (next_offset < 0.0) {
                 // Secant method: the offset is nearly linear in time here.
                 let (mut a, mut fa, mut b, mut fb) = (0.0, offset, step_s, next_offset);
                 for _ in 0..4 {
                     let s = a - fa * (b - a) / (fb - fa);
-                    let f = offsets(sample.plus_seconds(s))?.0;
+                    let f = offsets(sample_time.plus_seconds(s))?.0;
                     if (s - b).abs() < 1.0 || f == fb {
                         b = s;
                         break;
                     }
                     (a, fa, b, fb) = (b, fb, s, f);
                 }
-                let middle = sample.plus_seconds(b);
+                let middle = sample_time.plus_seconds(b);
                 found.push((middle, offsets(middle)?.1 > 0.0));
             }
-            (sample, offset) = (next, next_offset);
+            (sample_time, offset) = (next, next_offset);
         }
         Ok(found)
     }

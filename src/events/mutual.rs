@@ -42,25 +42,25 @@ pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to
     // Light from Jupiter takes less than an hour.
     let start = from.plus_seconds(-3600.0 - 2.0 * STEP_S);
     for observer in [NaifId::EARTH, NaifId::SUN] {
-        let mut sample = start;
+        let mut sample_time = start;
         // Distances of the pairs perpendicular to the line of sight at the last two samples.
         let mut second_last: Option<Vec<f64>> = None;
         let mut last: Option<Vec<f64>> = None;
-        while sample < to.plus_seconds(2.0 * STEP_S) {
-            let towards = ephemeris.state(observer, JUPITER_BARYCENTRE, sample, None)?.state.pos_km.normalize_or_zero();
-            let pole = ephemeris.body_from_icrf(JUPITER, sample)?.row(2);
+        while sample_time < to.plus_seconds(2.0 * STEP_S) {
+            let towards = ephemeris.state(observer, JUPITER_BARYCENTRE, sample_time, None)?.state.pos_km.normalize_or_zero();
+            let pole = ephemeris.body_from_icrf(JUPITER, sample_time)?.row(2);
             if pole.dot(towards).abs() > MAX_SEASON_SINE {
                 (second_last, last) = (None, None);
-                sample = sample.plus_seconds(SECONDS_PER_DAY);
+                sample_time = sample_time.plus_seconds(SECONDS_PER_DAY);
                 continue;
             }
-            let positions = moons.iter().map(|m| Ok(ephemeris.state(m.id, JUPITER, sample, None)?.state.pos_km));
+            let positions = moons.iter().map(|m| Ok(ephemeris.state(m.id, JUPITER, sample_time, None)?.state.pos_km));
             let positions: Vec<DVec3> = positions.collect::<Result<_, EphemerisError>>()?;
             let current: Vec<f64> = pairs.iter().map(|&(a, b)| (positions[a] - positions[b]).cross(towards).length()).collect();
             if let (Some(second_last), Some(last)) = (&second_last, &last) {
                 for (k, &(a, b)) in pairs.iter().enumerate() {
                     if last[k] <= second_last[k] && last[k] < current[k] && last[k] < MAX_DISTANCE_KM {
-                        let middle = sample.plus_seconds(-STEP_S);
+                        let middle = sample_time.plus_seconds(-STEP_S);
                         let conjunction = MutualConjunction::around(ephemeris, [moons[a], moons[b]], observer, sun.radii_km.x, middle)?;
                         let event = conjunction.event(ephemeris)?.filter(|e| (from..to).contains(&e.greatest));
                         // Two conjunctions may belong to one event.
@@ -70,7 +70,7 @@ pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to
                 }
             }
             (second_last, last) = (last, Some(current));
-            sample = sample.plus_seconds(STEP_S);
+            sample_time = sample_time.plus_seconds(STEP_S);
         }
     }
     Ok(found)
