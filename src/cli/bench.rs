@@ -4,7 +4,7 @@
 //! are those of a single frame, the one with the median wall time, so that they belong together. No files are written.
 
 use super::output::{print_message, progress};
-use super::view_args::size;
+use super::view_args::parse_size;
 use super::{CliError, Common};
 use crate::measure::timing::{Quartiles, interleaved};
 use crate::render::plan::{FrameImages, SamplingQuality};
@@ -80,15 +80,18 @@ const FRAME_STAGES: [Stage; 5] = [Stage::Scene, Stage::Shaders, Stage::Maps, Sta
 
 /// The measurements of one frame.
 struct MeasuredFrame {
+    /// Elapsed time.
     wall: Duration,
+    /// CPU time of all threads; `None` if the system does not report it.
     cpu: Option<Duration>,
+    /// Time of each stage.
     stages: Stages,
-    /// `None` only in tests.
+    /// Renderer and adapter; `None` only in tests.
     drawn_by: Option<DrawnBy>,
 }
 
 pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
-    let (width, height) = size(&args.size)?;
+    let (width, height) = parse_size(&args.size)?;
     if args.meshes {
         return super::bench_meshes::run(common, (width, height), args.frames as usize);
     }
@@ -159,8 +162,8 @@ fn shader_counts(session: &Session, sampling: SamplingQuality, request: &ViewReq
         "operations": sum(red).round(), "texture_reads": (sum(green) / INSTRUCTIONS_PER_READ).round() }))
 }
 
-/// A row for each active effect: its cost, and how much it changes the image. Both come from frames with and without the effect; those that are timed are
-/// drawn alternately. The function adds the timed frames to the length of `bar`, and expects `measure` to advance it.
+/// A row for each active effect: its cost, and how much it changes the image. Cost and change come from frames with and without the effect; the timed frames
+/// are drawn alternately. The function adds them to the length of `bar`, and expects `measure` to advance it. `pair_count`: timed pairs for each effect.
 fn effect_rows(
     session: &Session,
     sampling: SamplingQuality,
@@ -169,20 +172,21 @@ fn effect_rows(
     measure: &dyn Fn(&ViewRequest) -> Result<MeasuredFrame, CliError>,
     bar: &ProgressBar,
 ) -> Result<Vec<Value>, CliError> {
-    let drawn_with = session.draw(request, sampling, FrameImages::DisplayAndHdr)?;
+    let drawn_with_effects = session.draw(request, sampling, FrameImages::DisplayAndHdr)?;
     // The exposure is fixed, so that automatic exposure does not brighten the image without the effect.
-    let request_with = ViewRequest { exposure: ExposureRequest::Stops(drawn_with.scene.exposure.stops), ..request.clone() };
+    let request_with_effects = ViewRequest { exposure: ExposureRequest::Stops(drawn_with_effects.scene.exposure.stops), ..request.clone() };
     let mut rows = Vec::new();
-    let is_active = |e: Effect| drawn_with.scene.bodies.iter().flat_map(|b| &b.decisions).any(|d| d.on && d.effect == e.name());
+    let is_active = |e: Effect| drawn_with_effects.scene.bodies.iter().flat_map(|b| &b.decisions).any(|d| d.on && d.effect == e.name());
     let active: Vec<Effect> = Effect::ALL.into_iter().filter(|e| is_active(*e)).collect();
     bar.inc_length(2 * u64::from(pair_count) * active.len() as u64);
     for effect in active {
-        let mut request_without = request_with.clone();
-        request_without.effects.set(effect, false);
+        let mut request_without_effect = request_with_effects.clone();
+        request_without_effect.effects.set(effect, false);
         // This frame also loads the modules and maps that the image without the effect needs, so that the timed frames do not.
-        let drawn_without = session.draw(&request_without, sampling, FrameImages::DisplayAndHdr)?;
-        let frames = interleaved(pair_count as usize, &[&|| measure(&request_with), &|| measure(&request_without)])?;
+        let drawn_without_effect = session.draw(&request_without_effect, sampling, FrameImages::DisplayAndHdr)?;
+        let frames = interleaved(pair_count as usize, &[&|| measure(&request_with_effects), &|| measure(&request_without_effect)])?;
         let difference_ms = |a: Duration, b: Duration| milliseconds(a) - milliseconds(b);
+        // The first frame of a pair is drawn with the effect, the second without it.
         let pairs = || frames[0].iter().zip(&frames[1]);
         let (wall_ms, wall_noise_ms) = cost_and_noise_ms(pairs().map(|(a, b)| difference_ms(a.wall, b.wall)).collect());
         let (cpu_ms, cpu_noise_ms) = cost_and_noise_ms(pairs().filter_map(|(a, b)| Some(difference_ms(a.cpu?, b.cpu?))).collect());
@@ -192,7 +196,7 @@ fn effect_rows(
             "cpu_noise_ms": cpu_noise_ms,
             "wall_ms": wall_ms,
             "wall_noise_ms": wall_noise_ms,
-            "light": LightChange::between(&drawn_without.frame.hdr, &drawn_with.frame.hdr).absolute,
+            "light": LightChange::between(&drawn_without_effect.frame.hdr, &drawn_with_effects.frame.hdr).absolute,
         }));
     }
     Ok(rows)
@@ -211,21 +215,21 @@ fn cost_and_noise_ms(differences_ms: Vec<f64>) -> (Option<f64>, Option<f64>) {
 /// The row of a scene; sorts `frames`, which must not be empty, by wall time.
 fn scene_row(name: &str, first: &MeasuredFrame, frames: &mut [MeasuredFrame]) -> Value {
     frames.sort_by_key(|f| f.wall);
-    let median = &frames[(frames.len() - 1) / 2];
+    let median_frame = &frames[(frames.len() - 1) / 2];
     let by_stage = |ms: &dyn Fn(Stage) -> Value| -> Map<String, Value> {
         FRAME_STAGES.into_iter().map(|s| (format!("{}_ms", s.name()), ms(s))).collect()
     };
     json!({
         "scene": name,
-        "renderer": median.drawn_by.as_ref().map(|by| by.renderer),
-        "adapter": median.drawn_by.as_ref().and_then(|by| by.adapter.clone()),
-        "device_passes_ms": median.drawn_by.as_ref().map(|by| by.passes_ms.iter().cloned().collect::<BTreeMap<_, _>>()),
+        "renderer": median_frame.drawn_by.as_ref().map(|by| by.renderer),
+        "adapter": median_frame.drawn_by.as_ref().and_then(|by| by.adapter.clone()),
+        "device_passes_ms": median_frame.drawn_by.as_ref().map(|by| by.passes_ms.iter().cloned().collect::<BTreeMap<_, _>>()),
         "first_ms": milliseconds(first.wall),
-        "median_ms": milliseconds(median.wall),
-        "median_cpu_ms": median.cpu.map(milliseconds),
+        "median_ms": milliseconds(median_frame.wall),
+        "median_cpu_ms": median_frame.cpu.map(milliseconds),
         "least_ms": milliseconds(frames[0].wall),
-        "stages": by_stage(&|s| json!(milliseconds(median.stages.spent(s)))),
-        "stages_cpu": by_stage(&|s| json!(median.stages.cpu(s).map(milliseconds))),
+        "stages": by_stage(&|s| json!(milliseconds(median_frame.stages.spent(s)))),
+        "stages_cpu": by_stage(&|s| json!(median_frame.stages.cpu(s).map(milliseconds))),
     })
 }
 

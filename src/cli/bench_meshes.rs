@@ -39,7 +39,7 @@ fn rounded(value: f64) -> f64 {
     (1e3 * value).round() / 1e3
 }
 
-/// The row of the model with this number of latitude bands.
+/// The row of the model with this number of latitude bands. `rounds`: how often each kind of frame is timed.
 fn model_row(common: &Common, (width, height): (u32, u32), rounds: usize, bands: u32) -> Result<Value, CliError> {
     let shape = InventedShape::of(&common.sources_for_drawing(), bands)?;
     let session = Session::open(&shape.sources, print_message)?.counting_cpu();

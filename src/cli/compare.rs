@@ -43,7 +43,8 @@ pub(crate) struct CompareArgs {
     json: bool,
 }
 
-fn read(path: &Path, max_megapixels: u32) -> Result<DisplayImage, CliError> {
+/// Decodes an image file.
+fn read_image(path: &Path, max_megapixels: u32) -> Result<DisplayImage, CliError> {
     let name = echo(&path.display().to_string());
     let bytes = read_bytes(path, MAX_FILE_BYTES).map_err(|e| CliError::Failed(format!("{name}: {e}")))?;
     DisplayImage::decode(&name, &bytes, max_megapixels).map_err(|e| CliError::Failed(e.to_string()))
@@ -56,23 +57,23 @@ pub(crate) fn run(common: &Common, args: &CompareArgs) -> Result<(), CliError> {
     if let Some(path) = args.output.as_ref().filter(|path| !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"))) {
         return Err(CliError::Failed(format!("-o {}: the name must end in .png", echo(&path.display().to_string()))));
     }
-    let (a, b) = (read(&args.a, common.max_megapixels)?, read(&args.b, common.max_megapixels)?);
-    let with_both_names = |e: image::ImageError| {
+    let (a, b) = (read_image(&args.a, common.max_megapixels)?, read_image(&args.b, common.max_megapixels)?);
+    let error_with_names = |e: image::ImageError| {
         CliError::Failed(format!(
             "{} and {}: {e}",
             echo_within(&args.a.display().to_string(), MAX_NAME_CHARS),
             echo_within(&args.b.display().to_string(), MAX_NAME_CHARS)
         ))
     };
-    let difference = a.difference(&b).map_err(with_both_names)?;
+    let difference = a.difference(&b).map_err(error_with_names)?;
     if let Some(path) = &args.output {
-        let scaled = a.difference_image(&b).map_err(with_both_names)?;
+        let scaled = a.difference_image(&b).map_err(error_with_names)?;
         let mut bytes = Vec::new();
         image::write_png(&mut bytes, scaled.width, scaled.height, &scaled.rgba, &[]).map_err(|e| CliError::Failed(e.to_string()))?;
         write_output_file("-o", path, &bytes, args.overwrite)?;
     }
     let fraction_within_bound = match &args.error {
-        Some(path) => Some(a.fraction_within(&b, &read(path, common.max_megapixels)?).map_err(with_both_names)?),
+        Some(path) => Some(a.fraction_within(&b, &read_image(path, common.max_megapixels)?).map_err(error_with_names)?),
         None => None,
     };
     let psnr_text = difference.psnr_db.map_or("infinite".to_owned(), |db| format!("{db:.2} dB"));

@@ -262,6 +262,7 @@ fn lunar_row(eclipse: &LunarEclipse, observer: Option<GeodeticPosition>, shadow_
     row
 }
 
+/// The body's name; empty if the catalog lacks the body.
 fn name_of(catalog: &Catalog, id: NaifId) -> &str {
     catalog.body(id).map_or("", |b| b.name.as_str())
 }
@@ -347,14 +348,16 @@ fn write_eclipse_paths(file: &Path, eclipses: &[SolarEclipse], radii: &str, over
     write_output_file("--path", file, format!("{collection}\n").as_bytes(), overwrite).map_err(|e| e.to_string())
 }
 
-/// The instant at a fractional index into the places of a line ([`events::CutVertex::position`]): interpolated linearly between the `instants` of the places.
+/// The instant at a fractional index into the places of a line ([`events::CutVertex::position`]): interpolated linearly between the `instants` of the places;
+/// `None` if the line has no times.
 fn instant_at(instants: &[Instant], fractional_index: f64) -> Option<Instant> {
-    let before = *instants.get(fractional_index as usize)?;
-    let after = instants.get(fractional_index as usize + 1).unwrap_or(&before);
-    Some(before.plus_seconds(fractional_index.fract() * (after.tdb_seconds_past_j2000() - before.tdb_seconds_past_j2000())))
+    let earlier = *instants.get(fractional_index as usize)?;
+    let later = instants.get(fractional_index as usize + 1).unwrap_or(&earlier);
+    Some(earlier.plus_seconds(fractional_index.fract() * (later.tdb_seconds_past_j2000() - earlier.tdb_seconds_past_j2000())))
 }
 
-/// Adds the circumstances at a place as the row's field `local`, and the times of the local contacts to the row's `contacts`.
+/// Adds the circumstances at a place as the row's field `local`, and the times of the local contacts to the row's `contacts`. `seen`: `None` if the discs do
+/// not meet at the place.
 fn add_local(row: &mut Value, seen: Option<&LocalCircumstances>) {
     let Some(seen) = seen else {
         row["local"] = json!({ "visible": false });

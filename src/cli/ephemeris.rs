@@ -126,11 +126,11 @@ pub(crate) fn run(common: &Common, args: &EphemerisArgs) -> Result<(), CliError>
 /// The output for `--from` or `--at`: a table of positions, apparent places, orientations, or azimuth and altitude, with one row per instant; with
 /// `--rise-set` rise, transit, set and twilights of one day.
 fn table_or_rise_and_set(catalog: &Catalog, ephemeris: &Ephemeris, args: &EphemerisArgs) -> Result<String, String> {
-    let at = args.at.as_deref().map(parse_place).transpose()?.map(|p| Observer {
+    let place = args.at.as_deref().map(parse_place).transpose()?.map(|geodetic| Observer {
         body: NaifId::EARTH,
-        lat_graphic_deg: p.latitude_deg,
-        lon_east_deg: p.longitude_deg,
-        height_km: p.height_km,
+        lat_graphic_deg: geodetic.latitude_deg,
+        lon_east_deg: geodetic.longitude_deg,
+        height_km: geodetic.height_km,
     });
     let required_time = |option: &str, text: &Option<String>| -> Result<Instant, String> {
         let text = text.as_deref().ok_or_else(|| format!("--{option} is missing"))?;
@@ -140,24 +140,24 @@ fn table_or_rise_and_set(catalog: &Catalog, ephemeris: &Ephemeris, args: &Epheme
         Some(name) => body_id(catalog, "body", name)?,
         None => NaifId::SUN,
     };
-    if let (Some(at), true) = (at, args.rise_set) {
+    if let (Some(place), true) = (place, args.rise_set) {
         let start = required_time("time", &args.time)?;
-        let events = ephemeris_table::rise_and_set(catalog, ephemeris, body, at, start).map_err(|e| e.to_string())?;
+        let events = ephemeris_table::rise_and_set(catalog, ephemeris, body, place, start).map_err(|e| e.to_string())?;
         return Ok(if args.json { format!("{events}\n") } else { ephemeris_table::rise_and_set_text(&events) });
     }
-    let center = |default_center: Option<NaifId>| match (&args.center, default_center) {
+    let center_or = |default_center: Option<NaifId>| match (&args.center, default_center) {
         (Some(name), _) => body_id(catalog, "center", name),
         (None, Some(default_center)) => Ok(default_center),
         (None, None) => Err("--center is missing: the body that positions are relative to".into()),
     };
-    let columns = match (at, args.quantity()) {
-        (Some(at), _) => Columns::Horizontal { at },
-        (_, Quantity::State) => Columns::State { center: center(None)?, source: args.source },
-        (_, Quantity::Apparent) if center(Some(NaifId::EARTH))? != NaifId::EARTH => {
+    let columns = match (place, args.quantity()) {
+        (Some(place), _) => Columns::Horizontal { place },
+        (_, Quantity::State) => Columns::State { center: center_or(None)?, source: args.source },
+        (_, Quantity::Apparent) if center_or(Some(NaifId::EARTH))? != NaifId::EARTH => {
             return Err("--center: an apparent place is always seen from the Earth's centre; omit this option".into());
         }
         (_, Quantity::Apparent) => Columns::Apparent,
-        (_, Quantity::Orientation) => Columns::Orientation { observer: center(Some(NaifId::EARTH))? },
+        (_, Quantity::Orientation) => Columns::Orientation { observer: center_or(Some(NaifId::EARTH))? },
     };
     let times = match &args.step {
         Some(step) => {
@@ -177,7 +177,7 @@ fn table_or_rise_and_set(catalog: &Catalog, ephemeris: &Ephemeris, args: &Epheme
 /// A query as the user wrote it; names and time are not yet resolved.
 struct Query {
     body: String,
-    /// Always present if the query asks for a position.
+    /// For a position its origin, always present; for an apparent place or an orientation the observer.
     center: Option<String>,
     time: String,
     source: Option<Source>,
@@ -238,10 +238,12 @@ impl Query {
     }
 }
 
+/// The body or barycentre with this name or NAIF code. `field`: what an error names.
 fn body_id(catalog: &Catalog, field: &str, name: &str) -> Result<NaifId, String> {
     catalog.body_or_barycenter(name).map_err(|e| format!("{field}: {e}"))
 }
 
+/// As [`parse_time_or_now`], with the error as text.
 fn parse_time(text: &str) -> Result<Instant, String> {
     parse_time_or_now(text).map_err(|e| e.to_string())
 }

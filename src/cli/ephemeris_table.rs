@@ -25,7 +25,7 @@ pub(crate) enum Columns {
     /// Sub-observer and sub-solar point, phase angle, distance and light time.
     Orientation { observer: NaifId },
     /// Azimuth, altitude and hour angle at a place, without refraction; distance and semidiameter.
-    Horizontal { at: Observer },
+    Horizontal { place: Observer },
 }
 
 /// One value of a row.
@@ -46,6 +46,7 @@ enum Cell {
     Empty,
 }
 
+/// The name of each column with its cell.
 type Row = Vec<(&'static str, Cell)>;
 
 /// How a table is printed.
@@ -96,8 +97,8 @@ pub(crate) fn table(
     Ok(format_rows(&rows, format))
 }
 
-/// The row of an instant. The last decimal is a metre, a micrometre per second or a millisecond; of apparent places 0.4 milliarcseconds, of their error 0.1
-/// milliarcseconds; of other angles 0.04 arcseconds, of semidiameters 0.004 arcseconds.
+/// The row of an instant. The last printed decimal is a metre, a micrometre per second or a millisecond. Of apparent places it is 0.4 milliarcseconds, of their
+/// error 0.1 milliarcseconds, of semidiameters 0.004 arcseconds, and of other angles 0.04 arcseconds.
 fn row(catalog: &Catalog, ephemeris: &Ephemeris, body: NaifId, columns: Columns, t: Instant) -> Result<Row, EphemerisError> {
     let mut row: Row = vec![("time_utc", Cell::Text(t.to_utc_iso()))];
     match columns {
@@ -141,8 +142,8 @@ fn row(catalog: &Catalog, ephemeris: &Ephemeris, body: NaifId, columns: Columns,
                 ("light_time_s", Cell::Number(points.light_time_s, 3)),
             ]);
         }
-        Columns::Horizontal { at } => {
-            let topocentric = ObserverSky { catalog, ephemeris, place: at }.topocentric(body, t)?;
+        Columns::Horizontal { place } => {
+            let topocentric = ObserverSky { catalog, ephemeris, place }.topocentric(body, t)?;
             row.extend([
                 ("azimuth_deg", Cell::Angle(topocentric.azimuth_deg, 5)),
                 ("altitude_deg", Cell::Number(topocentric.altitude_deg, 5)),
@@ -279,10 +280,10 @@ pub(crate) fn rise_and_set(
 /// The result of [`rise_and_set`] as text, one event per line.
 pub(crate) fn rise_and_set_text(events: &Value) -> String {
     let mut out = String::new();
-    let up = if events["up_at_start"].as_bool() == Some(true) { "above" } else { "below" };
+    let above_or_below = if events["up_at_start"].as_bool() == Some(true) { "above" } else { "below" };
     let _ = writeln!(
         out,
-        "{} at {}, {}, from {}: {up} the horizon at first",
+        "{} at {}, {}, from {}: {above_or_below} the horizon at first",
         events["body"].as_str().unwrap_or_default(),
         events["place"]["lat_deg"],
         events["place"]["lon_deg"],

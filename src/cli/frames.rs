@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 /// Where frames are written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum FrameOutput {
-    /// A single image.
+    /// A single image file.
     One(PathBuf),
     /// A file for each frame, whose name contains the frame number.
     Sequence(NumberedName),
@@ -27,7 +27,7 @@ pub(crate) enum FrameOutput {
 }
 
 impl FrameOutput {
-    /// The output that `-o` names. `frames`: their number; `None` if there are several, but it is not known yet how many.
+    /// The output that `-o` names. `frames`: number of frames; `None` stands for several whose number is not known yet.
     pub(crate) fn parse(text: Option<&str>, frames: Option<u32>) -> Result<Self, CliError> {
         let Some(text) = text else { return Err(CliError::Failed("no output: give -o out.png (or .exr, out-%05d.png, -)".into())) };
         let invalid = |why: &str| Err(CliError::Failed(format!("-o {}: {why}", echo(text))));
@@ -81,7 +81,7 @@ pub(crate) fn step_seconds(text: &str) -> Result<f64, CliError> {
 
 /// Parses `--shard i/n` as (i, n), with 0 <= i < n: of a sequence that n processes share, this one draws the frames i, i + n, i + 2 n ... Without the option
 /// (0, 1): all frames.
-pub(crate) fn shard(text: Option<&str>) -> Result<(u32, u32), CliError> {
+pub(crate) fn parse_shard(text: Option<&str>) -> Result<(u32, u32), CliError> {
     let Some(text) = text else { return Ok((0, 1)) };
     let parsed = text.split_once('/').and_then(|(i, n)| Some((i.trim().parse().ok()?, n.trim().parse().ok()?)));
     parsed
@@ -181,10 +181,10 @@ mod tests {
         assert_eq!(step_seconds("-1.5h").expect("h"), -5400.0);
         assert_eq!(step_seconds("2d").expect("d"), 172_800.0);
         assert!(step_seconds("soon").is_err());
-        assert_eq!(shard(Some("3/4")).expect("a shard"), (3, 4));
-        assert_eq!(shard(None).expect("no shard"), (0, 1));
+        assert_eq!(parse_shard(Some("3/4")).expect("a shard"), (3, 4));
+        assert_eq!(parse_shard(None).expect("no shard"), (0, 1));
         for bad in ["4/4", "0/0", "1", "a/b"] {
-            assert!(shard(Some(bad)).unwrap_err().to_string().contains(bad));
+            assert!(parse_shard(Some(bad)).unwrap_err().to_string().contains(bad));
         }
     }
 }

@@ -6,7 +6,7 @@
 
 use super::output::{print_message, print_result, progress};
 use super::output_file::{check_may_be_written, write_output_file};
-use super::view_args::{parse_time_option, size};
+use super::view_args::{parse_size, parse_time_option};
 use super::{CliError, Common};
 use crate::files::check_output_path;
 use crate::image::write_png;
@@ -92,7 +92,7 @@ pub(crate) fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
     let is_chosen = |name: &str| args.choice.is_empty() || is_named(name);
     // One step for each choice, and one for the comparison of renderers.
     let bar = progress(CHOICES.len() as u64 + 1);
-    // The renderers are compared first: if this fails, no minutes of other measurements are lost.
+    // The renderers are compared first: if the comparison fails, no minutes of other measurements are lost.
     let renderers = if is_chosen("renderer") { measure_renderers(&session, effort)? } else { None };
     bar.inc(1);
     if renderers.is_none() && is_named("renderer") {
@@ -110,22 +110,24 @@ pub(crate) fn run(common: &Common, args: &MeasureArgs) -> Result<(), CliError> {
     bar.finish_and_clear();
     let plots_written = args.output.iter().try_for_each(|path| write_plot(path, &choices, args.overwrite));
     let text = if args.json {
-        format!("{}\n", json!({ "choices": rows(&choices).map(|(c, o)| row(c, o)).collect::<Vec<_>>() }))
+        format!("{}\n", json!({ "choices": options_of(&choices).map(|(c, o)| option_json(c, o)).collect::<Vec<_>>() }))
     } else if args.csv {
         csv(&choices)
     } else {
         table(&choices)
     };
-    // Also if a plot could not be written: the measurement has taken minutes.
+    // Printed even if a plot could not be written, because the measurement has taken minutes.
     print_result(&text)?;
     plots_written
 }
 
+/// Measures the qualities in the view of `--body`, and names the lowest sufficient quality.
 fn measure_one_view(session: &Session, args: &MeasureArgs, body: &str, effort: Effort) -> Result<(), CliError> {
     let body = session.catalog().body_named(body).map_err(|e| CliError::Failed(format!("--body: {e}")))?;
     // clap demands the time if the body is given.
     let time = parse_time_option(args.time.as_deref().unwrap_or("now"))?;
-    let (width, height) = size(&args.size)?;
+    let (width, height) = parse_size(&args.size)?;
+    // `towards: None`: seen from the direction of the Earth, or of the Sun if the body is the Earth.
     let position = Position::Over { towards: None, distance_radii: args.distance_radii };
     let request = ViewRequest { width, height, position, ..ViewRequest::of(body.id, time) };
     request.check().map_err(|e| CliError::Failed(e.to_string()))?;
@@ -133,7 +135,7 @@ fn measure_one_view(session: &Session, args: &MeasureArgs, body: &str, effort: E
     let choices = std::slice::from_ref(&measured.qualities);
     let sufficient = measured.sufficient.name();
     let text = if args.json {
-        format!("{}\n", json!({ "choices": rows(choices).map(|(c, o)| row(c, o)).collect::<Vec<_>>(), "enough": sufficient }))
+        format!("{}\n", json!({ "choices": options_of(choices).map(|(c, o)| option_json(c, o)).collect::<Vec<_>>(), "enough": sufficient }))
     } else if args.csv {
         csv(choices)
     } else {
@@ -143,7 +145,8 @@ fn measure_one_view(session: &Session, args: &MeasureArgs, body: &str, effort: E
     print_result(&text)
 }
 
-fn rows(choices: &[ChoiceMeasure]) -> impl Iterator<Item = (&ChoiceMeasure, &OptionMeasure)> {
+/// Every option of the choices, with its choice.
+fn options_of(choices: &[ChoiceMeasure]) -> impl Iterator<Item = (&ChoiceMeasure, &OptionMeasure)> {
     choices.iter().flat_map(|c| c.options.iter().map(move |o| (c, o)))
 }
 
@@ -156,7 +159,8 @@ fn rounded(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }
 
-fn row(choice: &ChoiceMeasure, option: &OptionMeasure) -> Value {
+/// An option as a JSON object.
+fn option_json(choice: &ChoiceMeasure, option: &OptionMeasure) -> Value {
     let time = option.measurement.relative_time;
     json!({
         "choice": choice.name, "option": option.name, "error": rounded(option.measurement.error), "unit": choice.unit.name(),
@@ -165,6 +169,7 @@ fn row(choice: &ChoiceMeasure, option: &OptionMeasure) -> Value {
     })
 }
 
+/// The options as CSV, with a header.
 fn csv(choices: &[ChoiceMeasure]) -> String {
     let line = |(choice, option): (&ChoiceMeasure, &OptionMeasure)| {
         let time = option.measurement.relative_time;
@@ -182,9 +187,10 @@ fn csv(choices: &[ChoiceMeasure]) -> String {
         )
     };
     let header = "choice,option,error,unit,time_ratio,time_ratio_low,time_ratio_high,dominated,default_of\n";
-    header.to_owned() + &rows(choices).map(line).collect::<String>()
+    header.to_owned() + &options_of(choices).map(line).collect::<String>()
 }
 
+/// The options as text, grouped by choice.
 fn table(choices: &[ChoiceMeasure]) -> String {
     let mut text = String::new();
     for choice in choices {
@@ -206,8 +212,8 @@ fn table(choices: &[ChoiceMeasure]) -> String {
             );
             text += &format!("{}\n", line.trim_end());
         }
-        for (quality, option) in choice.inadmissible_defaults() {
-            text += &format!("  by rule, {} should use {option}\n", quality.name());
+        for (quality, admissible_option) in choice.inadmissible_defaults() {
+            text += &format!("  by rule, {} should use {admissible_option}\n", quality.name());
         }
     }
     text

@@ -4,11 +4,11 @@
 //! taken. In a sequence, files that an earlier run completed for the same request are kept.
 
 use super::composition_args::CompositionArgs;
-use super::frames::{FrameOutput, existing_frames, shard, step_seconds};
+use super::frames::{FrameOutput, existing_frames, parse_shard, step_seconds};
 use super::output::{print_message, print_result, print_to_stderr, progress};
 use super::render_views::Views;
 use super::video_output::VideoOutput;
-use super::view_args::{ViewArgs, is_now, size};
+use super::view_args::{ViewArgs, is_now, parse_size};
 use super::{CliError, Common};
 use crate::files::is_same_file;
 use crate::measure::{check_has_bounds, error_bounds};
@@ -100,12 +100,12 @@ pub(crate) struct RenderArgs {
 
 pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let run_start = WallInstant::now();
-    let mut first_frame = None;
+    let mut time_to_first_frame = None;
     let tour_file = args.tour_file();
     // The number of frames of a tour is not known before its file has been read.
     let output = FrameOutput::parse(args.output.as_deref(), tour_file.is_none().then_some(args.frames))?;
     let step_s = step_seconds(&args.step)?;
-    let (first_number, stride) = shard(args.shard.as_deref())?;
+    let (first_number, stride) = parse_shard(args.shard.as_deref())?;
     if matches!(output, FrameOutput::Stream | FrameOutput::Animation(..)) && stride > 1 {
         return Err(CliError::Failed(
             "--shard needs files of one frame: a stream or an animation is written in order by one process".into(),
@@ -119,7 +119,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let session = if args.time_report { session.counting_cpu() } else { session };
     let composition = args.composition.composition()?;
     let views = match tour_file {
-        Some(file) => Views::along_tour(file, size(&args.view.size)?, args.rate, &session, &composition)?,
+        Some(file) => Views::along_tour(file, parse_size(&args.view.size)?, args.rate, &session, &composition)?,
         None => Views::steps(args.view.request_with(session.catalog(), composition)?, step_s, args.frames),
     };
     let numbers = || (first_number..views.count()).step_by(stride as usize);
@@ -135,7 +135,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         ViewRequest { purpose, quality: common.quality, ..views.request(number) }
     };
     let requested_files = numbers().filter_map(|n| Some((n, output.path(n)?, session.provenance(&request_of(n)))));
-    let mut kept_frames = existing_frames(requested_files, size(&args.view.size)?, args.overwrite, starts_now)?;
+    let mut kept_frames = existing_frames(requested_files, parse_size(&args.view.size)?, args.overwrite, starts_now)?;
     if views.count() == 1 {
         // Only sequences resume; a single image is always drawn.
         kept_frames.clear();
@@ -147,7 +147,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     check_error_files(args, &output, &session, &error_bound_request, starts_now)?;
     let sampling = SamplingQuality::of(common.quality);
     let mut write_stages = Stages::default();
-    let mut video = VideoOutput::begin(&output, size(&args.view.size)?, views.count(), args.rate, args.overwrite)?;
+    let mut video = VideoOutput::begin(&output, parse_size(&args.view.size)?, views.count(), args.rate, args.overwrite)?;
     let bar = frame_progress(numbers().count() as u64);
     let mut drawn_frames = 0_u32;
     let mut drawn_by = None;
@@ -161,16 +161,16 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         let is_linear = path.as_ref().is_some_and(|p| is_exr(p));
         let images = if is_linear { FrameImages::DisplayAndHdr } else { FrameImages::Display };
         let drawn = session.draw(&request, sampling, images)?;
-        first_frame.get_or_insert_with(|| run_start.elapsed());
+        time_to_first_frame.get_or_insert_with(|| run_start.elapsed());
         drawn_frames += 1;
         drawn_by = Some(drawn.by.clone());
         let cpu_before = if args.time_report { process_cpu() } else { None };
         let start = WallInstant::now();
         match &path {
             Some(path) => {
-                let mut text = text_chunks(args, views.title(), &request, &drawn.scene);
-                text.push((PROVENANCE_CHUNK, session.provenance(&request).to_text()));
-                write_image(path, &drawn.frame, &text)?;
+                let mut metadata = text_chunks(args, views.title(), &request, &drawn.scene);
+                metadata.push((PROVENANCE_CHUNK, session.provenance(&request).to_text()));
+                write_image(path, &drawn.frame, &metadata)?;
             }
             None => video.add(&drawn.frame)?,
         }
@@ -186,15 +186,15 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         let bounds = error_bounds(&session, &error_bound_request)?;
         for path in &args.error {
             let provenance = session.provenance(&error_bound_request).of_error_bound();
-            let text = [("Title", "Error bound".to_owned()), (PROVENANCE_CHUNK, provenance.to_text())];
-            write_image(path, &bounds, &text)?;
+            let metadata = [("Title", "Error bound".to_owned()), (PROVENANCE_CHUNK, provenance.to_text())];
+            write_image(path, &bounds, &metadata)?;
         }
     }
     if common.verbose > 0 {
         print_message(&verbose_line(&session, &write_stages, drawn_frames, drawn_by.as_ref()));
     }
     if args.time_report {
-        let mut report = time_report(&session, &write_stages, drawn_frames, first_frame, drawn_by);
+        let mut report = time_report(&session, &write_stages, drawn_frames, time_to_first_frame, drawn_by);
         report["kept_frames"] = kept_frames.len().into();
         let report = format!("{report}\n");
         if output == FrameOutput::Stream {
@@ -277,12 +277,12 @@ fn verbose_line(session: &Session, write_stages: &Stages, frames: u32, drawn_by:
     format!("drew {}{renderer}: {}", counted(frames as usize, "frame"), times.join(", "))
 }
 
-/// The JSON object of `--time-report`. `first_frame`: the time from the start of the command to the first frame.
+/// The JSON object of `--time-report`. `time_to_first_frame`: the time from the start of the command to the first frame.
 fn time_report(
     session: &Session,
     write_stages: &Stages,
     frames: u32,
-    first_frame: Option<Duration>,
+    time_to_first_frame: Option<Duration>,
     drawn_by: Option<DrawnBy>,
 ) -> serde_json::Value {
     let (mut stages, library) = session.report();
@@ -298,7 +298,7 @@ fn time_report(
     let process_cpu_ms = process_cpu().map(milliseconds);
     let mut report = serde_json::json!({
         "renderer": drawn_by.as_ref().map_or("none", |by| by.renderer), "frames": frames, "stages": stages.to_json(), "cpu": cpu,
-        "process_cpu_ms": process_cpu_ms, "library": library, "first_frame_ms": first_frame.map(milliseconds),
+        "process_cpu_ms": process_cpu_ms, "library": library, "first_frame_ms": time_to_first_frame.map(milliseconds),
     });
     if let Some(timings) = drawn_by.as_ref().and_then(|by| by.software.as_ref()) {
         report["software_passes"] = serde_json::json!(timings.passes);

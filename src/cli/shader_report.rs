@@ -57,6 +57,7 @@ pub(crate) fn run(folders: &[PathBuf], as_json: bool) -> Result<(), CliError> {
     }
 }
 
+/// The report as text.
 fn report_text(report: &Report) -> String {
     let mut text =
         format!("A  {}\nB  {}\n{} equal, {} changed", report.first, report.second, counted(report.equal, "module"), report.changed.len());
@@ -72,7 +73,7 @@ fn report_text(report: &Report) -> String {
     }
     for (revision, names) in in_one_revision {
         if !names.is_empty() {
-            let _ = writeln!(text, "\nin {revision} alone: {}{}", names[..names.len().min(MAX_LISTED)].join(", "), more(names.len()));
+            let _ = writeln!(text, "\nin {revision} alone: {}{}", names[..names.len().min(MAX_LISTED)].join(", "), more_text(names.len()));
         }
     }
     for (module, why) in &report.failures {
@@ -82,7 +83,7 @@ fn report_text(report: &Report) -> String {
 }
 
 /// The end of a list of `total` entries of which at most [`MAX_LISTED`] are written.
-fn more(total: usize) -> String {
+fn more_text(total: usize) -> String {
     if total > MAX_LISTED { format!(" and {} more", total - MAX_LISTED) } else { String::new() }
 }
 
@@ -124,7 +125,7 @@ fn group_text(causes: &str, changes: &[&ModuleChange]) -> String {
     if let Some(range) = change_range(changes, |f| f.mean_luminance) {
         let _ = writeln!(text, "  mean luminance  {range}");
     }
-    let greatest = |levels: fn(&ModuleChange) -> Option<f64>| changes.iter().filter_map(|c| levels(c)).fold(0.0, f64::max);
+    let greatest = |levels_of: fn(&ModuleChange) -> Option<f64>| changes.iter().filter_map(|c| levels_of(c)).fold(0.0, f64::max);
     if changes.iter().any(|c| c.first.rounding_levels.is_some()) {
         let (before, after) = (greatest(|c| c.first.rounding_levels), greatest(|c| c.second.rounding_levels));
         let _ = writeln!(text, "  f32 against f64  at most {before:.3} of 255 levels apart in A, {after:.3} in B");
@@ -136,7 +137,7 @@ fn group_text(causes: &str, changes: &[&ModuleChange]) -> String {
         let _ = writeln!(text, "  texture reads  {range}");
     }
     let names: Vec<&str> = changes.iter().take(MAX_LISTED).map(|c| c.module.as_str()).collect();
-    let _ = writeln!(text, "  {}{}", names.join("\n  "), more(changes.len()));
+    let _ = writeln!(text, "  {}{}", names.join("\n  "), more_text(changes.len()));
     text
 }
 

@@ -107,7 +107,7 @@ fn invalid_option(option: &str, value: &str, allowed: &str) -> CliError {
 }
 
 /// Width and height, in pixels, from a text such as `1024x768`. The range is checked here, because the views of a tour clamp the size silently.
-pub(crate) fn size(text: &str) -> Result<(u32, u32), CliError> {
+pub(crate) fn parse_size(text: &str) -> Result<(u32, u32), CliError> {
     let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some((w.trim().parse().ok()?, h.trim().parse().ok()?)));
     let (width, height): (u32, u32) = sides.ok_or_else(|| invalid_option("--size", text, "write width x height in pixels, as 1024x768"))?;
     if [width, height].iter().any(|side| !(1..=MAX_IMAGE_PX).contains(side)) {
@@ -117,7 +117,7 @@ pub(crate) fn size(text: &str) -> Result<(u32, u32), CliError> {
 }
 
 /// Latitude and east longitude, in degrees, from a text such as `48.86,2.35`.
-fn place_on_ground(text: &str) -> Result<(f64, f64), CliError> {
+fn parse_place_on_ground(text: &str) -> Result<(f64, f64), CliError> {
     let numbers = text.split_once(',').and_then(|(a, b)| Some((a.trim().parse().ok()?, b.trim().parse().ok()?)));
     let (latitude, longitude): (f64, f64) =
         numbers.ok_or_else(|| invalid_option("--at", text, "write latitude,longitude in degrees, as 48.86,2.35"))?;
@@ -130,7 +130,7 @@ fn place_on_ground(text: &str) -> Result<(f64, f64), CliError> {
     Ok((latitude, longitude))
 }
 
-fn pixel_view(text: &str) -> Result<PixelView, CliError> {
+fn parse_pixel_view(text: &str) -> Result<PixelView, CliError> {
     PixelView::by_name(text)
         .ok_or_else(|| invalid_option("--pixels", text, &suggestion_or_list(text, &PixelView::ALL.map(PixelView::name))))
 }
@@ -171,7 +171,7 @@ impl ViewArgs {
         if let Some(up) = &self.up {
             request.up = up_by_name(up).map_err(|e| CliError::Failed(e.to_string()))?;
         }
-        (request.width, request.height) = size(&self.size)?;
+        (request.width, request.height) = parse_size(&self.size)?;
         if !self.exposure.eq_ignore_ascii_case("auto") {
             let stops = self.exposure.parse().map_err(|_| invalid_option("--exposure", &self.exposure, "a number of stops, or auto"))?;
             request.exposure = ExposureRequest::Stops(stops);
@@ -186,14 +186,14 @@ impl ViewArgs {
         let unknown_tone_map =
             || invalid_option("--tone-map", &self.tone_map, &suggestion_or_list(&self.tone_map, &ToneMap::ALL.map(ToneMap::name)));
         request.tone_map = ToneMap::by_name(&self.tone_map).ok_or_else(unknown_tone_map)?;
-        request.pixel_view = pixel_view(&self.pixels)?;
+        request.pixel_view = parse_pixel_view(&self.pixels)?;
         request.check().and_then(|()| request.check_bodies(catalog)).map_err(|e| CliError::Failed(e.to_string()))?;
         Ok(request)
     }
 
-    /// The camera's position. `from`: the body of `--from`.
+    /// The camera's position, from `--at`, `--height-km` and `--distance-radii`. `from`: the body of `--from`.
     fn position(&self, catalog: &Catalog, target: NaifId, from: Option<NaifId>) -> Result<Position, CliError> {
-        let ground = self.at.as_deref().map(place_on_ground).transpose()?;
+        let ground = self.at.as_deref().map(parse_place_on_ground).transpose()?;
         if ground.is_some() && self.distance_radii.is_some() {
             if from.is_some() {
                 let why = "--distance-radii: with --from and --at, the camera stands on that body; give --height-km instead, or neither";
@@ -215,7 +215,7 @@ impl ViewArgs {
                 let height_km = match (self.height_km, self.distance_radii) {
                     (Some(height_km), _) => height_km,
                     (None, distance_radii) => {
-                        let distance_radii = distance_radii.unwrap_or(DEFAULT_DISTANCE_OVER_PLACE_RADII);
+                        let distance_radii = distance_radii.unwrap_or(DEFAULT_DISTANCE_ABOVE_PLACE_RADII);
                         let distance_km = distance_radii * radius_km;
                         if distance_km <= ground_km.length() {
                             return Err(CliError::Failed(format!(
@@ -252,7 +252,7 @@ fn height_at_distance_km(ground_km: glam::DVec3, normal: glam::DVec3, distance_k
 }
 
 /// Default distance from the target's centre, in equatorial radii, of a camera above a place of the target.
-const DEFAULT_DISTANCE_OVER_PLACE_RADII: f64 = 3.0;
+const DEFAULT_DISTANCE_ABOVE_PLACE_RADII: f64 = 3.0;
 
 #[cfg(test)]
 mod tests {
@@ -325,7 +325,7 @@ mod tests {
             ("hyperion", "-50,100", 2.0),
             ("moon", "0,0", 3.0),
         ] {
-            let (latitude_deg, longitude_deg) = place_on_ground(at).expect(at);
+            let (latitude_deg, longitude_deg) = parse_place_on_ground(at).expect(at);
             let mut args = ViewArgs { at: Some(at.to_owned()), distance_radii: Some(distance_radii), ..ViewArgs::default() };
             let body = catalog.body_or_barycenter(target).expect(target);
             let radii_km = catalog.body(body).expect(target).radii_km;
@@ -341,7 +341,7 @@ mod tests {
             assert!(off_vertical_km < 1e-9 * offset.length(), "{target} {at}: {off_vertical_km} km from the place's vertical");
             args.distance_radii = None;
             let default = offset_km(&args).length() / radii_km.max_element();
-            assert!((default - DEFAULT_DISTANCE_OVER_PLACE_RADII).abs() < 1e-12, "{target} {at}: {default}");
+            assert!((default - DEFAULT_DISTANCE_ABOVE_PLACE_RADII).abs() < 1e-12, "{target} {at}: {default}");
             args.distance_radii = Some(ground_km.length() / radii_km.max_element() - 1e-6);
             assert!(args.position(&catalog, body, None).is_err_and(|e| e.to_string().contains("--distance-radii")), "{target} {at}");
         }
@@ -360,11 +360,11 @@ mod tests {
 
     #[test]
     fn sizes_places_and_pixel_views_are_read_or_refused_with_the_option_named() {
-        assert_eq!(size("640x480").expect("a size"), (640, 480));
-        assert_eq!(place_on_ground("-33.9, 151.2").expect("a place"), (-33.9, 151.2));
-        assert!(size("640").unwrap_err().to_string().contains("--size 640"));
-        assert!(place_on_ground("north").unwrap_err().to_string().contains("--at north"));
-        assert!(pixel_view("colour").unwrap_err().to_string().contains("optical-depth"));
-        assert_eq!(pixel_view("Optical-Depth").expect("a view"), PixelView::OpticalDepth);
+        assert_eq!(parse_size("640x480").expect("a size"), (640, 480));
+        assert_eq!(parse_place_on_ground("-33.9, 151.2").expect("a place"), (-33.9, 151.2));
+        assert!(parse_size("640").unwrap_err().to_string().contains("--size 640"));
+        assert!(parse_place_on_ground("north").unwrap_err().to_string().contains("--at north"));
+        assert!(parse_pixel_view("colour").unwrap_err().to_string().contains("optical-depth"));
+        assert_eq!(parse_pixel_view("Optical-Depth").expect("a view"), PixelView::OpticalDepth);
     }
 }

@@ -11,7 +11,8 @@ use crate::time::Instant;
 use crate::units::{KM_PER_AU, RAD_PER_ARCSEC, SPEED_OF_LIGHT_KM_S};
 use glam::{DMat3, DVec3};
 
-/// SOFA's `dlim`: the deflection is reduced where half the square of the angle from the Sun's centre (radians) is below this. At the Sun's limb it is 1.1e-5.
+/// SOFA's `dlim`: the deflection is reduced where half the square of the angle from the Sun's centre (radians) is below this. At the Sun's limb,
+/// half the square is 1.1e-5.
 const DEFLECTION_LIMIT: f64 = 1e-6;
 
 /// Right ascension 0 to 360 and declination, degrees.
@@ -54,7 +55,7 @@ fn tenths_of_seconds(hours_or_degrees: f64) -> u64 {
     (hours_or_degrees * TENTHS_PER_UNIT as f64).round() as u64
 }
 
-/// Hours or degrees, minutes and seconds.
+/// Splits tenths of a second, of time or of arc, into hours or degrees, minutes, and seconds.
 fn sexagesimal(tenths: u64) -> (u64, u64, f64) {
     (tenths / TENTHS_PER_UNIT, tenths / 600 % 60, (tenths % 600) as f64 / 10.0)
 }
@@ -70,9 +71,9 @@ pub struct ApparentPlace {
     pub distance_km: f64,
     /// Light time from the body to the observer.
     pub light_time_s: f64,
-    /// The least accurate theory that took part.
+    /// The least accurate source of the position of the body relative to the Earth.
     pub source: Source,
-    /// Upper limit of the ephemeris' position error, as an angle.
+    /// Upper limit of that position's error, as an angle seen from the Earth.
     pub error_arcsec: f64,
 }
 
@@ -83,21 +84,23 @@ pub fn apparent_place(ephemeris: &Ephemeris, body: NaifId, t: Instant) -> Result
     let (body_pos_km, _) = ephemeris.light_time_position(body, earth.pos_km, t)?;
     let to_body = body_pos_km - earth.pos_km;
     let distance_km = to_body.length();
-    let geometric = to_body.try_normalize().ok_or_else(|| EphemerisError::other("the Earth has no place as seen from its own centre"))?;
+    // The direction with light time, but without deflection and aberration.
+    let astrometric = to_body.try_normalize().ok_or_else(|| EphemerisError::other("the Earth has no place as seen from its own centre"))?;
 
-    let from_sun = earth.pos_km - sun_pos_km;
-    let sun_distance_au = from_sun.length() / KM_PER_AU;
-    // Arguments: the Sun's mass in solar masses; directions from the Earth to the body, from the Sun to the body, from the Sun to the Earth; the Earth's distance.
+    let sun_to_earth_km = earth.pos_km - sun_pos_km;
+    let sun_distance_au = sun_to_earth_km.length() / KM_PER_AU;
+    // Arguments of `ld`: the Sun's mass in solar masses; the directions from the Earth to the body, from the Sun to the body, from the Sun to the Earth; the
+    // Earth's distance from the Sun; the limit.
     let deflected = match (body_pos_km - sun_pos_km).try_normalize() {
         Some(sun_to_body) if body != NaifId::SUN => DVec3::from_array(sofars::astro::ld(
             1.0,
-            geometric.to_array(),
+            astrometric.to_array(),
             sun_to_body.to_array(),
-            from_sun.normalize().to_array(),
+            sun_to_earth_km.normalize().to_array(),
             sun_distance_au,
             DEFLECTION_LIMIT,
         )),
-        _ => geometric,
+        _ => astrometric,
     };
     let beta = earth.vel_km_s / SPEED_OF_LIGHT_KM_S;
     let inverse_gamma = (1.0 - beta.length_squared()).sqrt();
@@ -114,6 +117,7 @@ pub fn apparent_place(ephemeris: &Ephemeris, body: NaifId, t: Instant) -> Result
 }
 
 /// Direction in which a viewer who moves with `velocity_km_s` sees the light that a viewer at rest sees in the unit direction `u`.
+/// `velocity_km_s`: relative to the viewer at rest.
 ///
 /// The relativistic formula (Urban and Seidelmann 2013, Explanatory Supplement, eq. 7.40), exact for uniform motion.
 pub fn aberrated(u: DVec3, velocity_km_s: DVec3) -> DVec3 {
@@ -128,12 +132,12 @@ pub fn aberrated(u: DVec3, velocity_km_s: DVec3) -> DVec3 {
 pub struct SurfacePoint {
     /// Planetocentric longitude: east positive, 0 to 360.
     pub lon_east_deg: f64,
-    /// Planetocentric latitude, north.
+    /// Planetocentric latitude: north positive.
     pub lat_centric_deg: f64,
     /// Planetographic longitude, 0 to 360: counted so that the sub-observer longitude of a distant observer grows with time (west for direct
     /// rotation, east for retrograde); by custom east for the Sun, the Earth and the Moon.
     pub lon_graphic_deg: f64,
-    /// Planetographic latitude, that of the normal, north.
+    /// Planetographic latitude, that of the normal: north positive.
     pub lat_graphic_deg: f64,
 }
 
@@ -173,34 +177,37 @@ pub fn sub_points(ephemeris: &Ephemeris, body: &Body, observer: NaifId, t: Insta
         return Err(EphemerisError::other(format!("{} cannot be seen from its own centre", body.name)));
     }
     let to_sun = (body.id != NaifId::SUN).then_some(sun_pos_km - body_pos_km);
-    let orientation = PoleAndMeridian::of(&body_from_icrf);
+    let pole_and_meridian = PoleAndMeridian::of(&body_from_icrf);
     Ok(SubPoints {
         sub_observer: point(to_observer),
         sub_solar: to_sun.map(point),
-        phase_angle_deg: to_sun.map(|s| super::angle_rad(s, to_observer).to_degrees()),
-        pole: RaDec { ra_deg: orientation.pole_ra_deg, dec_deg: orientation.pole_dec_deg },
-        w_deg: orientation.w_deg,
+        phase_angle_deg: to_sun.map(|to_sun| super::angle_rad(to_sun, to_observer).to_degrees()),
+        pole: RaDec { ra_deg: pole_and_meridian.pole_ra_deg, dec_deg: pole_and_meridian.pole_dec_deg },
+        w_deg: pole_and_meridian.w_deg,
         distance_km: to_observer.length(),
         light_time_s: to_observer.length() / SPEED_OF_LIGHT_KM_S,
     })
 }
 
-/// Whether the rotation is retrograde, so that a fixed direction moves east in the body's axes.
+/// Whether the rotation is retrograde, so that a direction fixed in ICRF moves east in the body's axes. `now`, `later`: `body_from_icrf` at two
+/// instants less than half a rotation apart.
 fn is_retrograde(now: &DMat3, later: &DMat3) -> bool {
-    (*later * now.row(0)).y > 0.0
+    let x_axis_now_icrf = now.row(0);
+    (*later * x_axis_now_icrf).y > 0.0
 }
 
+/// The point of the surface in a direction from the body's centre (body axes, any length). `east_is_positive`: of planetographic longitude.
 fn surface_point(direction_in_body: DVec3, radii_km: DVec3, east_is_positive: bool) -> SurfacePoint {
     let (lon_east_deg, lat_centric_deg) = lon_lat_deg(direction_in_body);
     // The planetographic latitude is that on a spheroid with the mean of the two equatorial radii, which are equal for a planet.
     let equatorial_km = 0.5 * (radii_km.x + radii_km.y);
     let equator_over_pole = equatorial_km / radii_km.z;
-    let from_axis = direction_in_body.truncate().length();
+    let distance_from_axis = direction_in_body.truncate().length();
     SurfacePoint {
         lon_east_deg,
         lat_centric_deg,
         lon_graphic_deg: if east_is_positive { lon_east_deg } else { (-lon_east_deg).rem_euclid(360.0) },
-        lat_graphic_deg: (direction_in_body.z * equator_over_pole * equator_over_pole).atan2(from_axis).to_degrees(),
+        lat_graphic_deg: (direction_in_body.z * equator_over_pole * equator_over_pole).atan2(distance_from_axis).to_degrees(),
     }
 }
 
@@ -224,7 +231,8 @@ mod tests {
 
     #[test]
     fn graphic_coordinates_of_saturn() {
-        // At a planetocentric latitude of 45 degrees Saturn's normal leans 5.9 degrees poleward: its tangent is (60268/54364)^2.
+        // At a planetocentric latitude of 45 degrees Saturn's normal leans 5.9 degrees poleward: the tangent of the
+        // planetographic latitude is (60268/54364)^2.
         let radii_km = DVec3::new(60_268.0, 60_268.0, 54_364.0);
         let point = surface_point(DVec3::new(1.0, 0.0, 1.0), radii_km, false);
         assert!((point.lat_centric_deg - 45.0).abs() < 1e-12);

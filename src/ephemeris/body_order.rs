@@ -21,7 +21,7 @@ pub fn semi_major_axis_km(catalog: &Catalog, ephemeris: &Ephemeris, body: &Body)
     Some(axis_km.unwrap_or(distance_km))
 }
 
-/// Every body of the catalog once: stars, planets, then dwarf planets and asteroids, each followed by its moons.
+/// Every body of the catalog once, in the order of the module's comment.
 pub fn by_distance(catalog: &Catalog, ephemeris: &Ephemeris) -> Vec<NaifId> {
     let rank = |b: &Body| match b.kind {
         BodyKind::Star => 0,
@@ -29,6 +29,7 @@ pub fn by_distance(catalog: &Catalog, ephemeris: &Ephemeris) -> Vec<NaifId> {
         BodyKind::DwarfPlanet | BodyKind::Asteroid => 2,
         BodyKind::Moon => 3,
     };
+    // Rank, semi-major axis in km, body.
     let mut sorted: Vec<(i32, f64, &Body)> =
         catalog.bodies().iter().map(|b| (rank(b), semi_major_axis_km(catalog, ephemeris, b).unwrap_or(0.0), b)).collect();
     sorted.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.id.cmp(&b.2.id)));
@@ -66,7 +67,8 @@ mod tests {
         assert_eq!(order.iter().collect::<std::collections::BTreeSet<_>>().len(), order.len(), "once");
     }
 
-    /// The axis from a state differs from the mean axis by the size of the perturbations. Standish 1992: Mars 1.523 71 au, Jupiter 5.202 89 au.
+    /// The semi-major axis from one state differs from the mean axis by the size of the perturbations. Standish 1992: Mars 1.523 71 au, Jupiter
+    /// 5.202 89 au.
     #[test]
     fn an_orbit_known_by_its_state_has_its_published_axis() {
         let catalog = Catalog::embedded();

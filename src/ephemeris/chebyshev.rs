@@ -6,8 +6,10 @@
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// Value and derivative at `u` in -1..=1 of the sum of `c[k] T_k(u)`, by Clenshaw's recurrence and its derivative.
+/// Value and derivative at `u` in -1..=1 of the sum of `c[k] T_k(u)`, by Clenshaw's recurrence and its derivative. `c` must
+/// not be empty.
 pub fn value_and_slope(c: &[f64], u: f64) -> (f64, f64) {
+    // Clenshaw's last two partial results, and their derivatives with respect to `u`.
     let (mut b1, mut b2, mut d1, mut d2) = (0.0, 0.0, 0.0, 0.0);
     for &ck in c[1..].iter().rev() {
         let d0 = 2.0 * b1 + 2.0 * u * d1 - d2;
@@ -17,7 +19,7 @@ pub fn value_and_slope(c: &[f64], u: f64) -> (f64, f64) {
     (c[0] + u * b1 - b2, b1 + u * d1 - d2)
 }
 
-/// The coefficients, by axis, of the polynomial of `terms` terms that interpolates `position` at the `terms` Chebyshev nodes of -1..=1.
+/// The Chebyshev coefficients, by axis, of the polynomial of `terms` terms that interpolates `position` at the `terms` Chebyshev nodes of -1..=1.
 pub fn fit_nodes(terms: usize, position: impl Fn(f64) -> DVec3) -> [Vec<f64>; 3] {
     // T_k at node j is the cosine of this angle.
     let angle = |k: usize, j: usize| PI * k as f64 * (j as f64 + 0.5) / terms as f64;

@@ -31,14 +31,14 @@ impl Default for ChebyshevCache {
 }
 
 impl ChebyshevCache {
-    /// The state of `target` from polynomials over intervals of `interval_days`, always the same for a target. `theory` gives its position in km at TDB seconds
-    /// past J2000.
+    /// The state of `target` from polynomials over intervals of `interval_days`. All calls for one target must pass the same length, because the cache's key
+    /// does not contain it. `theory` gives the target's position in km at TDB seconds past J2000.
     pub fn state(&self, target: i32, interval_days: f64, tdb_s: f64, theory: impl Fn(f64) -> DVec3) -> State {
         let half_interval_s = 0.5 * interval_days * SECONDS_PER_DAY;
-        let interval = (tdb_s / (2.0 * half_interval_s)).floor();
-        let middle_s = (2.0 * interval + 1.0) * half_interval_s;
+        let interval_index = (tdb_s / (2.0 * half_interval_s)).floor();
+        let middle_s = (2.0 * interval_index + 1.0) * half_interval_s;
         let fit = || Arc::new(chebyshev::fit_nodes(TERMS, |u| theory(middle_s + u * half_interval_s)));
-        let coefficients = self.intervals.get(target, interval as i64, fit);
+        let coefficients = self.intervals.get(target, interval_index as i64, fit);
         let [x, y, z] = coefficients.each_ref().map(|c| chebyshev::value_and_slope(c, (tdb_s - middle_s) / half_interval_s));
         State { pos_km: DVec3::new(x.0, y.0, z.0), vel_km_s: DVec3::new(x.1, y.1, z.1) / half_interval_s }
     }
@@ -60,14 +60,14 @@ mod tests {
         let times = [-1.0, 0.0, 1e5, 2e5, 9e5, 1e7, -3e9];
         let forward = ChebyshevCache::default();
         let forward_states: Vec<State> = times.iter().map(|s| forward.state(3, 16.0, *s, circle)).collect();
-        let first = evaluations.load(Ordering::Relaxed);
-        assert_eq!(first as usize, 4 * TERMS, "four intervals");
+        let evaluations_forward = evaluations.load(Ordering::Relaxed);
+        assert_eq!(evaluations_forward as usize, 4 * TERMS, "four intervals");
         let backward = ChebyshevCache::default();
         let mut backward_states: Vec<State> = times.iter().rev().map(|s| backward.state(3, 16.0, *s, circle)).collect();
         backward_states.reverse();
         assert_eq!(forward_states, backward_states);
         times.iter().for_each(|s| assert_eq!(forward.state(3, 16.0, *s, circle), backward.state(3, 16.0, *s, circle)));
-        assert_eq!(evaluations.load(Ordering::Relaxed), 2 * first);
+        assert_eq!(evaluations.load(Ordering::Relaxed), 2 * evaluations_forward);
         for (s, state) in times.iter().zip(&forward_states) {
             let angle = s / (20.0 * SECONDS_PER_DAY);
             let rate = 1e6 / (20.0 * SECONDS_PER_DAY);

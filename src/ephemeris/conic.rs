@@ -1,6 +1,6 @@
 //! Motion on any conic about one centre: ellipse, parabola and hyperbola by one formula, Kepler's equation for the universal anomaly.
 //!
-//! In: a state and the centre's GM, and a time span; or the orbit of a small body and a time. Out: the state after that span or at that time. The first four of
+//! In: a state, the centre's GM and a time span; or the orbit of a small body and a time. Out: the state after that span or at that time. The first four of
 //! Stumpff's functions c_k(x) = sum (-x)^n / (2n + k)! describe all three kinds of conic, so no precision is lost near the parabola. Units: the length and time
 //! units of GM. Omitted: perturbations. After Danby 1988, Fundamentals of Celestial Mechanics, 6.9.
 
@@ -18,8 +18,9 @@ pub fn stumpff(x: f64) -> [f64; 4] {
         quarterings += 1;
     }
     // The first omitted term is at most 0.1^8 / 18!, below rounding.
-    let series = |first: f64| {
-        (0..7).rev().fold(1.0, |sum, n| 1.0 - x / ((2.0 * f64::from(n) + first + 1.0) * (2.0 * f64::from(n) + first + 2.0)) * sum)
+    // k! c_k of the reduced `x`, by Horner's scheme.
+    let series = |k: f64| {
+        (0..7).rev().fold(1.0, |sum, n| 1.0 - x / ((2.0 * f64::from(n) + k + 1.0) * (2.0 * f64::from(n) + k + 2.0)) * sum)
     };
     let (mut c2, mut c3) = (0.5 * series(2.0), series(3.0) / 6.0);
     let (mut c0, mut c1) = (1.0 - x * c2, 1.0 - x * c3);
@@ -34,8 +35,8 @@ pub fn stumpff(x: f64) -> [f64; 4] {
     [c0, c1, c2, c3]
 }
 
-/// Largest number of doublings of the bracket, and of steps of Newton's method or bisection. It ends both loops for numbers that are not finite, and the second
-/// one where rounding makes the steps alternate between neighbouring numbers.
+/// Largest number of doublings of the bracket, and of steps of Newton's method or bisection. The limit ends both loops for numbers that are not finite,
+/// and the second one where rounding makes the steps alternate between neighbouring numbers.
 const MAX_STEPS: u32 = 200;
 
 /// Position and velocity.
@@ -75,6 +76,7 @@ impl ConicState {
         // dt/ds is positive, so the residual is monotonic: Newton's method, safeguarded by a bracket. The bracket starts small, because
         // the functions of a hyperbola overflow far beyond the root.
         let first_width = (span.abs() / r0).min(alpha.abs().sqrt().recip()).max(f64::MIN_POSITIVE);
+        // The span is reached after `low` and not after `high`; for a negative span, `high` is the more negative one.
         let (mut low, mut high) = (0.0_f64, span.signum() * first_width);
         for _ in 0..MAX_STEPS {
             if time_residual(high).0 * span.signum() >= 0.0 {
@@ -91,16 +93,17 @@ impl ConicState {
                 low = s;
             }
             let newton = s - residual / rate;
-            let inside = (newton - low) * (newton - high) <= 0.0;
-            let next = if inside { newton } else { 0.5 * (low + high) };
-            let done = (next - s).abs() <= 1e-16 * s.abs();
+            let is_in_bracket = (newton - low) * (newton - high) <= 0.0;
+            let next = if is_in_bracket { newton } else { 0.5 * (low + high) };
+            let has_converged = (next - s).abs() <= 1e-16 * s.abs();
             s = next;
-            if done {
+            if has_converged {
                 break;
             }
         }
         let [_, g1, g2, g3] = universal_functions(s);
         let position = self.position * (1.0 - gm * g2 / r0) + self.velocity * (span - gm * g3);
+        // Distance from the centre after the span.
         let (_, r) = time_residual(s);
         let velocity = self.position * (-gm * g1 / (r * r0)) + self.velocity * (1.0 - gm * g2 / r);
         Self { position, velocity }

@@ -35,10 +35,10 @@ fn day(tdb_s: f64) -> String {
     text.split_once('T').map_or(text.clone(), |(day, _)| day.to_owned())
 }
 
-/// Number of links by which kernels or series lead from a body to the solar system's barycentre. These are the links of the series; a kernel may need fewer.
+/// Number of links by which kernels or series lead from a body to the solar system's barycentre. The links of the series are counted; a kernel may need fewer.
 fn links_to_barycentre(id: NaifId) -> usize {
-    let origin = |id: &i32| if is_centre_from_moons(NaifId(*id)) { Some(id / 100) } else { mean_elements::origin_of(*id) };
-    match std::iter::successors(Some(id.0), origin).count() - 1 {
+    let origin_of = |id: &i32| if is_centre_from_moons(NaifId(*id)) { Some(id / 100) } else { mean_elements::origin_of(*id) };
+    match std::iter::successors(Some(id.0), origin_of).count() - 1 {
         // Only a kernel has the body, usually relative to the Sun, which is relative to the barycentre.
         0 => 2,
         links => links,
@@ -60,8 +60,8 @@ impl Ephemeris {
         }
     }
 
-    /// The first and the last time for which `source` (`None`: any source) has the target, TDB seconds past J2000; there may be gaps between them. An orbit
-    /// relative to a parent counts for every source, because it is used for every source. `None` if there is no such time.
+    /// The first and the last time for which `source` (`None`: any source) has the target, TDB seconds past J2000; there may be gaps between them. A catalog's
+    /// orbit about a parent counts as covered by every source, because it is used whichever source is requested. `None` if no time is covered.
     fn coverage(&self, target: NaifId, source: Option<Source>) -> Option<(f64, f64)> {
         let mut spans = Vec::new();
         if source.is_none_or(|s| s == Source::Kernel) {
@@ -133,7 +133,7 @@ impl Ephemeris {
 
     /// The catalog field and the reason, if no theory supports the motion.
     fn unsupported_motion(&self, id: NaifId, motion: &Motion, parent: Option<NaifId>) -> Option<(&'static str, String)> {
-        // Kernels or series lead from such a body to the solar system's barycentre, without the catalog's orbits.
+        // Whether kernels or series lead from a body to the solar system's barycentre, without the catalog's orbits.
         let has_own_source = |id: NaifId| is_centre_from_moons(id) || self.in_kernels_or_series(id);
         if *motion == Motion::Planetary {
             return (!has_own_source(id)).then(|| {
@@ -162,7 +162,7 @@ impl Ephemeris {
                 Some(orbit) => current = orbit.parent,
             }
         }
-        // The chain is too long, but not a cycle: the catalog's reader refuses those.
+        // The chain is too long. It cannot be a cycle, because the catalog's reader refuses cycles.
         Some((
             "parent",
             format!(

@@ -69,7 +69,7 @@ struct Term {
     amplitude: f64,
     /// Radians.
     phase: f64,
-    /// Multiples of [`ARGUMENTS`].
+    /// Integer multiples of [`ARGUMENTS`], whose sum with the phase is the term's angle.
     multipliers: [i8; 13],
 }
 
@@ -80,6 +80,7 @@ pub struct LunarSeries {
 }
 
 impl LunarSeries {
+    /// The terms of the embedded table.
     pub fn embedded() -> Result<Self, EphemerisError> {
         let lines = orrery_catalogs::LUNAR_SERIES.lines().enumerate().filter(|(_, l)| !l.starts_with('#') && !l.trim().is_empty());
         let read = |(number, line): (usize, &str)| {
@@ -88,8 +89,8 @@ impl LunarSeries {
         Ok(Self { terms: lines.map(read).collect::<Result<_, _>>()? })
     }
 
-    /// Geocentric state, ICRF; `tdb_s` from J2000. Terms with an amplitude under `min_arcsec` are left out; an amplitude in km counts as the angle that it
-    /// spans at the Moon's mean distance.
+    /// Geocentric state, ICRF, at TDB seconds past J2000. Terms with an amplitude under `min_arcsec` are left out; an amplitude in km counts as the angle
+    /// that it spans at the Moon's mean distance.
     pub fn state(&self, tdb_s: f64, min_arcsec: f64) -> State {
         let t = tdb_s / CENTURY_S;
         let (correction, correction_rate) = polynomial(&FITTED_TO_DE440, t);
@@ -98,6 +99,7 @@ impl LunarSeries {
             arguments[k].0 += correction;
             arguments[k].1 += correction_rate;
         }
+        // Value and rate per century of the sum for each quantity.
         let mut sums = [(0.0, 0.0); 3];
         for term in &self.terms {
             let units_per_arcsec = if term.quantity == 2 { KM_PER_ARCSEC } else { 1.0 };
@@ -117,8 +119,9 @@ impl LunarSeries {
             sums[term.quantity].1 += scale * rate * cos + scale_rate * sin;
         }
         // ELP's V, U and r: longitude, latitude and distance, referred to the mean ecliptic of date.
-        let (mean, mean_rate) = polynomial(&MEAN_LONGITUDE, t);
-        let (v, v_rate) = (mean + correction + sums[0].0 * RAD_PER_ARCSEC, mean_rate + correction_rate + sums[0].1 * RAD_PER_ARCSEC);
+        let (mean_longitude, mean_longitude_rate) = polynomial(&MEAN_LONGITUDE, t);
+        let v = mean_longitude + correction + sums[0].0 * RAD_PER_ARCSEC;
+        let v_rate = mean_longitude_rate + correction_rate + sums[0].1 * RAD_PER_ARCSEC;
         let (u, u_rate) = (sums[1].0 * RAD_PER_ARCSEC, sums[1].1 * RAD_PER_ARCSEC);
         let (r, r_rate) = (sums[2].0 * DISTANCE_RATIO, sums[2].1 * DISTANCE_RATIO);
         let ((sin_v, cos_v), (sin_u, cos_u)) = (v.sin_cos(), u.sin_cos());
@@ -131,9 +134,10 @@ impl LunarSeries {
     }
 }
 
-/// Rotation from the mean ecliptic of date to that of J2000, by Laskar's P and Q.
+/// Rotation from the mean ecliptic of date to that of J2000, by Laskar's P and Q. `t`: Julian centuries from J2000.
 fn j2000_from_ecliptic_of_date(t: f64) -> glam::DMat3 {
     let (p, q) = (polynomial(&ECLIPTIC_P, t).0 * t, polynomial(&ECLIPTIC_Q, t).0 * t);
+    // 2 cos(π_A/2).
     let w = 2.0 * (1.0 - p * p - q * q).max(0.0).sqrt();
     glam::DMat3::from_cols(
         DVec3::new(1.0 - 2.0 * p * p, 2.0 * p * q, -p * w),

@@ -20,7 +20,7 @@ pub const LIMB_POINTS: usize = 8192;
 /// Heights of a silhouette.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LimbProfile {
-    /// Kilometres above the sphere, at equal steps of the position angle from the first vector of `position_angle_axes` towards the second.
+    /// Kilometres above the map's sphere, at equal steps of the position angle from the first vector of `position_angle_axes` towards the second.
     heights_km: Vec<f64>,
     /// Unit vectors perpendicular to the direction to the place, in the Moon's axes: towards the Moon's north as seen, and a quarter turn counterclockwise
     /// from it.
@@ -53,7 +53,7 @@ impl LimbProfile {
         self.sphere_km
     }
 
-    /// Heights at equal steps of the position angle.
+    /// Heights above the sphere at [`LIMB_POINTS`] equal steps of the position angle, from 0.
     pub fn heights_km(&self) -> &[f64] {
         &self.heights_km
     }
@@ -68,12 +68,12 @@ impl LimbProfile {
         self.to_place
     }
 
-    /// The minimum and maximum height.
+    /// The minimum and maximum height above the sphere.
     pub fn range_km(&self) -> [f64; 2] {
         self.heights_km.iter().fold([f64::MAX, f64::MIN], |[a, b], h| [a.min(*h), b.max(*h)])
     }
 
-    /// Height at a position angle, interpolated linearly.
+    /// Height above the sphere at a position angle, interpolated linearly.
     pub fn height_km(&self, position_angle_rad: f64) -> f64 {
         let index = position_angle_rad.rem_euclid(TAU) / TAU * LIMB_POINTS as f64;
         let at = |k: usize| self.heights_km[k % LIMB_POINTS];
@@ -96,22 +96,23 @@ const REFINEMENTS: usize = 13;
 /// Height of the silhouette above the sphere in the half plane towards `limb_direction`: the greatest distance from the Moon's centre of a view ray that meets
 /// ground in that half plane, less the sphere's radius.
 fn silhouette_height_km(map: &HeightMap, distance_km: f64, to_place: DVec3, limb_direction: DVec3) -> f64 {
-    let [_, greatest_km] = map.range_km();
+    let [_, highest_ground_km] = map.range_km();
     let sphere_km = map.sphere_km();
     // Distance of the view ray from the Moon's centre; the ray passes through the point at `radius_km` and at `angle` from the direction to the place.
     let ray_km = |radius_km: f64, angle: f64| {
         let (sideways, ahead) = (radius_km * angle.sin(), distance_km - radius_km * angle.cos());
         distance_km * sideways / sideways.hypot(ahead)
     };
+    // Angle at the Moon's centre between the direction to the place and the limb of the map's sphere.
     let limb_angle = (sphere_km / distance_km).min(1.0).acos();
     let ground_ray_km = |angle: f64| ray_km(sphere_km + map.height_km(to_place * angle.cos() + limb_direction * angle.sin()), angle);
-    let step = 0.5 * map.step_rad();
+    let step_rad = 0.5 * map.step_rad();
     let (mut best_km, mut best_angle) = (ground_ray_km(limb_angle), limb_angle);
-    // Away from the sphere's limb on both sides, until even the map's maximum could not exceed the highest sample.
+    // Samples go away from the sphere's limb on both sides, until even the map's maximum could not exceed the highest sample.
     for sign in [-1.0, 1.0] {
         for k in 1.. {
-            let angle = limb_angle + sign * step * f64::from(k);
-            if angle <= 0.0 || angle >= limb_angle + FRAC_PI_2 || ray_km(sphere_km + greatest_km, angle) <= best_km {
+            let angle = limb_angle + sign * step_rad * f64::from(k);
+            if angle <= 0.0 || angle >= limb_angle + FRAC_PI_2 || ray_km(sphere_km + highest_ground_km, angle) <= best_km {
                 break;
             }
             let grazing_km = ground_ray_km(angle);
@@ -121,7 +122,7 @@ fn silhouette_height_km(map: &HeightMap, distance_km: f64, to_place: DVec3, limb
         }
     }
     // The summit lies between the neighbours of the highest sample.
-    let (mut low_angle, mut high_angle) = (best_angle - step, best_angle + step);
+    let (mut low_angle, mut high_angle) = (best_angle - step_rad, best_angle + step_rad);
     for _ in 0..REFINEMENTS {
         let third = (high_angle - low_angle) / 3.0;
         let [low, high] = [ground_ray_km(low_angle + third), ground_ray_km(high_angle - third)];

@@ -1,7 +1,7 @@
 //! The planets on mean ellipses for 3000 BC to AD 3000: the elements and rates of E. M. Standish, "Keplerian elements for approximate
 //! positions of the major planets" (JPL), tables 2a and 2b.
 //!
-//! In: a planet's barycentre and an instant. Out: a heliocentric state, ICRF. [`error_km`] bounds its error.
+//! In: a planet's barycentre and an instant. Out: a heliocentric state, ICRF. [`error_km`] bounds the position's error.
 
 use super::{State, frames, two_body};
 use crate::units::{DAYS_PER_JULIAN_CENTURY, DAYS_PER_JULIAN_YEAR, KM_PER_AU, SECONDS_PER_DAY};
@@ -9,7 +9,7 @@ use crate::units::{DAYS_PER_JULIAN_CENTURY, DAYS_PER_JULIAN_YEAR, KM_PER_AU, SEC
 const CENTURY_S: f64 = DAYS_PER_JULIAN_CENTURY * SECONDS_PER_DAY;
 
 /// Elements at J2000 and their rates per Julian century: a (au), e, then degrees: I, mean longitude, longitude of perihelion, node.
-/// The last four are b, c, s, f of b T² + c cos(f T) + s sin(f T), degrees, which is added to the mean anomaly.
+/// The last four are b, c, s and f of b T² + c cos(f T) + s sin(f T), in degrees with T in centuries, which is added to the mean anomaly.
 #[rustfmt::skip]
 const PLANETS: [([f64; 6], [f64; 6], [f64; 4]); 9] = [
     // Mercury.
@@ -69,17 +69,17 @@ pub fn origin_of(target: i32) -> Option<i32> {
 pub fn planet(barycenter: i32, tdb_s: f64) -> Option<State> {
     let (at_j2000, rates, anomaly_terms) = PLANETS.get(usize::try_from(barycenter).ok()?.checked_sub(1)?)?;
     let t = tdb_s / CENTURY_S;
-    let [a, e, inclination, longitude, perihelion, node] = std::array::from_fn(|i| at_j2000[i] + rates[i] * t);
+    let [a_au, e, inclination_deg, longitude_deg, perihelion_deg, node_deg] = std::array::from_fn(|i| at_j2000[i] + rates[i] * t);
     let [b, c, s, f] = *anomaly_terms;
-    let angle = (f * t).to_radians();
-    let anomaly = longitude - perihelion + b * t * t + c * angle.cos() + s * angle.sin();
+    let angle_rad = (f * t).to_radians();
+    let mean_anomaly_deg = longitude_deg - perihelion_deg + b * t * t + c * angle_rad.cos() + s * angle_rad.sin();
     let state = two_body::state_in_frame(
-        a * KM_PER_AU,
+        a_au * KM_PER_AU,
         e,
-        inclination.to_radians(),
-        node.to_radians(),
-        (perihelion - node).to_radians(),
-        (anomaly % 360.0).to_radians(),
+        inclination_deg.to_radians(),
+        node_deg.to_radians(),
+        (perihelion_deg - node_deg).to_radians(),
+        (mean_anomaly_deg % 360.0).to_radians(),
         // The secular motion of the ellipse itself is under 1e-4 of the velocity and left out.
         ((rates[3] - rates[4] + 2.0 * b * t) / CENTURY_S).to_radians(),
     );
@@ -90,10 +90,11 @@ pub fn planet(barycenter: i32, tdb_s: f64) -> Option<State> {
 /// The Sun's barycentric state, from the four giant planets. Left out: the inner planets, which move the Sun by up to 800 km.
 pub fn sun(tdb_s: f64) -> State {
     let mut barycentric = State::REST;
-    let total: f64 = 1.0 + SUN_MASS_OVER_GIANTS.iter().map(|(_, m)| 1.0 / m).sum::<f64>();
+    // Masses in units of the Sun's.
+    let total_mass: f64 = 1.0 + SUN_MASS_OVER_GIANTS.iter().map(|(_, ratio)| 1.0 / ratio).sum::<f64>();
     for (giant, ratio) in SUN_MASS_OVER_GIANTS {
         let Some(state) = planet(giant, tdb_s) else { continue };
-        let fraction = -1.0 / (ratio * total);
+        let fraction = -1.0 / (ratio * total_mass);
         barycentric = barycentric.plus(State { pos_km: state.pos_km * fraction, vel_km_s: state.vel_km_s * fraction });
     }
     barycentric
@@ -103,9 +104,10 @@ pub fn sun(tdb_s: f64) -> State {
 pub const CONSTANT_ERROR_YEARS: f64 = 640.0;
 
 /// Upper limit of the position's error in km: the largest difference from DE440 at 4000 dates over 1552-2646, as `examples/measure_ephemeris.rs` prints it,
-/// rounded up. More than [`CONSTANT_ERROR_YEARS`] from J2000 it grows linearly with time; a test verifies this for the planets against VSOP87 from 3000 BC to
-/// AD 3000.
+/// rounded up. More than [`CONSTANT_ERROR_YEARS`] from J2000 the limit grows linearly with time; a test verifies this growth for the planets against VSOP87
+/// from 3000 BC to AD 3000.
 pub fn error_km(target: i32, tdb_s: f64) -> f64 {
+    // Keyed by NAIF code: barycentres 1 to 9, the Sun 10, the Moon 301, the Earth 399.
     let worst_km = match target {
         1 => 8_000.0,
         2 => 34_000.0,

@@ -80,13 +80,13 @@ impl State {
     }
 }
 
-/// A geometric state with the source that gave it and that source's error bound: infinite if a user's kernel took part, because an
-/// SPK does not state its accuracy.
+/// A geometric state with the source that gave it and that source's error bound: infinite if any link comes from a user's kernel, because
+/// an SPK does not state its accuracy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SourcedState {
     /// Position and velocity.
     pub state: State,
-    /// The least accurate source that took part.
+    /// The least accurate source of all links of the chains.
     pub source: Source,
     /// Bound of the position's error.
     pub error_km: f64,
@@ -130,9 +130,11 @@ enum Theory<'a> {
         error_km: f64,
     },
     Series,
+    /// Mean elements; for the Moon, the largest terms of its series.
     Mean,
     /// A planet's centre relative to its system's barycentre, from the masses and states of its moons.
     CentreFromMoons,
+    /// A catalog's orbit about the body's parent.
     Orbit(&'a Motion),
 }
 
@@ -177,6 +179,7 @@ pub struct Ephemeris {
     pck: orientation::Pck,
     /// The most recent centres of planets: a frame needs one at the same instant for each of the planet's moons.
     recent_centres: Mutex<VecDeque<(NaifId, Instant, LinkState)>>,
+    /// The Earth's rotation, with cached precession and nutation.
     earth_rotation: orientation::EarthRotation,
 }
 
@@ -217,18 +220,19 @@ impl Ephemeris {
         if !t.tdb_seconds_past_j2000().is_finite() {
             return Err(EphemerisError::other("the time is not a number"));
         }
-        let (from_body, from_center) = (self.chain(body, t, source), self.chain(center, t, source));
-        // The common part of both chains cancels: the Sun's barycentric state is not needed if the Sun is the centre.
-        let common = from_body.targets().find_map(|(body_len, target)| {
-            from_center.targets().find_map(|(center_len, other)| (target == other).then_some((body_len, center_len)))
+        let (body_chain, center_chain) = (self.chain(body, t, source), self.chain(center, t, source));
+        // Each chain is followed up to their first common target, because beyond it they cancel: the Sun's barycentric state is not needed if the Sun is the
+        // centre.
+        let common = body_chain.targets().find_map(|(body_len, target)| {
+            center_chain.targets().find_map(|(center_len, center_target)| (target == center_target).then_some((body_len, center_len)))
         });
         let Some((body_len, center_len)) = common else {
-            let incomplete = if from_body.end() == NaifId::SOLAR_SYSTEM_BARYCENTER { &from_center } else { &from_body };
+            let incomplete = if body_chain.end() == NaifId::SOLAR_SYSTEM_BARYCENTER { &center_chain } else { &body_chain };
             return Err(self.error_without_theory(incomplete.end(), t, source));
         };
         let mut result = SourcedState { state: State::REST, source: source.unwrap_or(Source::Kernel), error_km: 0.0 };
         for (link, is_subtracted) in
-            from_body.links(body_len).map(|link| (link, false)).chain(from_center.links(center_len).map(|link| (link, true)))
+            body_chain.links(body_len).map(|link| (link, false)).chain(center_chain.links(center_len).map(|link| (link, true)))
         {
             let evaluated = self.evaluate(link, t).ok_or_else(|| self.error_without_theory(link.target, t, source))?;
             result.state = if is_subtracted { result.state.minus(evaluated.state) } else { result.state.plus(evaluated.state) };
@@ -238,7 +242,7 @@ impl Ephemeris {
         Ok(result)
     }
 
-    /// Rotation `body_from_icrf` (rows are the body's axes) at `t`.
+    /// Rotation from ICRF to the body's axes at `t`: its rows are these axes in ICRF.
     pub fn body_from_icrf(&self, body: NaifId, t: Instant) -> Result<DMat3, EphemerisError> {
         let unknown = |why: &str| EphemerisError::other(format!("the orientation of {} is unknown: {why}", self.name_of(body)));
         if !in_years(t, ORBIT_YEARS) {
@@ -302,32 +306,32 @@ impl Ephemeris {
     /// The best source for `target` at `t`, and its origin.
     fn link(&self, target: NaifId, t: Instant, source: Option<Source>) -> Option<ChainLink<'_>> {
         let tdb_s = t.tdb_seconds_past_j2000();
-        let link = |origin: i32, theory| Some(ChainLink { target, origin: NaifId(origin), theory });
+        let link_to = |origin: i32, theory| Some(ChainLink { target, origin: NaifId(origin), theory });
         if source.is_none_or(|s| s == Source::Kernel)
             && let Some((index, segment)) = self.kernels.iter().enumerate().find_map(|(i, k)| Some((i, k.segment(target.0, tdb_s)?)))
         {
             let is_shipped = index + 1 == self.kernels.len();
             let error_km = if is_shipped { kernel_error_km(target) } else { f64::INFINITY };
-            return link(segment.center, Theory::Kernel { segment, error_km });
+            return link_to(segment.center, Theory::Kernel { segment, error_km });
         }
         if source.is_none_or(|s| s == Source::Series)
             && in_years(t, SERIES_YEARS)
             && let Some(origin) = self.series.origin_of(target.0, tdb_s)
         {
-            return link(origin, Theory::Series);
+            return link_to(origin, Theory::Series);
         }
         if source.is_none_or(|s| s == Source::Mean)
             && in_years(t, MEAN_ELEMENTS_YEARS)
             && let Some(origin) = mean_elements::origin_of(target.0)
         {
-            return link(origin, Theory::Mean);
+            return link_to(origin, Theory::Mean);
         }
         if is_centre_from_moons(target) {
-            return link(target.0 / 100, Theory::CentreFromMoons);
+            return link_to(target.0 / 100, Theory::CentreFromMoons);
         }
         match self.orbits.get(&target)? {
             Orbit { motion: Motion::Planetary, .. } => None,
-            Orbit { parent, motion } => link(parent.0, Theory::Orbit(motion)),
+            Orbit { parent, motion } => link_to(parent.0, Theory::Orbit(motion)),
         }
     }
 
@@ -343,12 +347,14 @@ impl Ephemeris {
         Some(LinkState { state, source, error_km })
     }
 
+    /// The state of [`Theory::Mean`], relative to the target's origin ([`mean_elements::origin_of`]).
     fn mean_state(&self, target: i32, tdb_s: f64) -> Option<State> {
         match target {
             1..=9 => mean_elements::planet(target, tdb_s),
             10 => Some(mean_elements::sun(tdb_s)),
             301 => Some(self.series.moon_by_largest_terms(tdb_s)),
             399 => Some(series::earth_from_moon(self.series.moon_by_largest_terms(tdb_s))),
+            // Mercury and Venus coincide with their barycentres.
             _ => Some(State::REST),
         }
     }
@@ -371,8 +377,8 @@ impl Ephemeris {
     /// -Σ m r / M, with M the mass of the system.
     fn centre_from_barycentre(&self, planet: NaifId, t: Instant) -> Option<LinkState> {
         let mut recent_centres = self.recent_centres.lock();
-        if let Some((.., known)) = recent_centres.iter().find(|(cached_planet, instant, _)| *cached_planet == planet && *instant == t) {
-            return Some(*known);
+        if let Some((.., cached)) = recent_centres.iter().find(|(cached_planet, instant, _)| *cached_planet == planet && *instant == t) {
+            return Some(*cached);
         }
         let mut centre = LinkState { state: State::REST, source: Source::Kernel, error_km: OMITTED_MOONS_KM };
         for share in self.mass_shares.get(&planet).map_or(&[][..], Vec::as_slice) {
@@ -403,6 +409,7 @@ fn is_centre_from_moons(target: NaifId) -> bool {
     matches!(target.0, 499 | 599 | 699 | 799 | 899 | 999)
 }
 
+/// Whether an instant lies between two Julian years, such as [`SERIES_YEARS`].
 fn in_years(t: Instant, (first, last): (f64, f64)) -> bool {
     (first..=last).contains(&(2000.0 + t.tdb_seconds_past_j2000() / (DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY)))
 }
@@ -420,15 +427,16 @@ const MIN_MASS_SHARE: f64 = 1e-7;
 /// Upper limit of the effect of the omitted moons, km.
 const OMITTED_MOONS_KM: f64 = 0.05;
 
+/// The heavy moons of each planet with a known GM, for [`Ephemeris::mass_shares`].
 fn mass_shares(catalog: &Catalog) -> HashMap<NaifId, Vec<MassShare>> {
     let mut mass_shares = HashMap::new();
     for planet in catalog.bodies() {
         let Some(planet_gm) = planet.gm_km3_s2 else { continue };
         let moons = || catalog.bodies().iter().filter(|b| b.parent == Some(planet.id)).filter_map(|b| Some((b.id, b.gm_km3_s2?)));
         let system_gm = planet_gm + moons().map(|(_, gm)| gm).sum::<f64>();
-        let counted =
+        let heavy_moons =
             moons().map(|(moon, gm)| MassShare { moon, mass_share: gm / system_gm }).filter(|share| share.mass_share > MIN_MASS_SHARE);
-        mass_shares.insert(planet.id, counted.collect());
+        mass_shares.insert(planet.id, heavy_moons.collect());
     }
     mass_shares
 }
@@ -456,7 +464,8 @@ impl<'a> StateChain<'a> {
     }
 }
 
-/// Worst error of a shipped segment against DE440, km; printed by `examples/bake_kernel.rs` and rounded up.
+/// Worst error of a shipped segment against DE440, km; printed by `examples/bake_kernel.rs` and rounded up. NAIF codes: barycentres 1 to 9, the Sun 10, the
+/// Moon 301, the Earth 399.
 fn kernel_error_km(target: NaifId) -> f64 {
     match target.0 {
         10 => 0.1,

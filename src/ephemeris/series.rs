@@ -24,6 +24,7 @@ const ALL_TERMS_ARCSEC: f64 = 0.0;
 /// Smallest amplitude of the terms that are summed for a position near the mean orbit: equation of the centre, evection, variation and the like.
 const LARGEST_TERMS_ARCSEC: f64 = 500.0;
 
+/// The series and the polynomials that were fitted to them.
 #[derive(Debug)]
 pub struct Series {
     moon: LunarSeries,
@@ -32,6 +33,7 @@ pub struct Series {
 }
 
 impl Series {
+    /// The series from the embedded tables.
     pub fn embedded() -> Result<Self, EphemerisError> {
         Ok(Self {
             moon: LunarSeries::embedded()?,
@@ -56,12 +58,13 @@ impl Series {
         }
     }
 
-    /// State of `target` relative to its origin; `None` without a series.
+    /// State of `target` relative to its origin ([`Self::origin_of`]), ICRF; `None` without a series.
     pub fn state(&self, target: i32, tdb_s: f64) -> Option<State> {
         match target {
             9 => self.pluto.state_and_center(9, tdb_s).map(|(_, state)| state),
             301 => Some(self.moon.state(tdb_s, ALL_TERMS_ARCSEC)),
             399 => Some(earth_from_moon(self.moon.state(tdb_s, ALL_TERMS_ARCSEC))),
+            // Mercury and Venus coincide with their barycentres.
             199 | 299 => Some(State::REST),
             _ => {
                 let series = vsop_series_of(target)?;
@@ -113,8 +116,10 @@ fn vsop_position_km(series: VsopSeries, tdb_s: f64) -> DVec3 {
 }
 
 /// Upper limit of the position's error in km: the largest difference from DE440 at 4000 dates over 1552-2646, as `examples/measure_ephemeris.rs` prints it,
-/// rounded up. More than [`CONSTANT_ERROR_YEARS`] from J2000 it grows with the square of time; that growth is an assumption and was not measured.
+/// rounded up. More than [`CONSTANT_ERROR_YEARS`] from J2000 the limit grows with the square of time. That growth is an
+/// assumption and was not measured.
 pub fn error_km(target: i32, tdb_s: f64) -> f64 {
+    // Keyed by NAIF code: barycentres 1 to 9, the Sun 10, the Moon 301, the Earth 399.
     let worst_km = match target {
         1 => 125.0,
         2 => 70.0,

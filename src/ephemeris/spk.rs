@@ -16,7 +16,7 @@ use std::collections::{HashMap, HashSet};
 
 /// Bytes of a record of a DAF file, the container of SPK. A *summary record* is one of these; other records here are those of Chebyshev coefficients.
 const DAF_RECORD_BYTES: usize = 1024;
-/// Largest number of centres above a body.
+/// Largest number of centres above a body that [`Spk::state`] follows.
 const MAX_CENTRES: usize = 16;
 /// Maximum number of summaries in a record of an SPK: (128 - 3) doubles, 5 per summary.
 const MAX_SUMMARIES: f64 = 25.0;
@@ -29,9 +29,9 @@ const MAX_SUMMARIES: f64 = 25.0;
 fn check_summary_records(bytes: &[u8]) -> Result<(), String> {
     let record_count = bytes.len() / DAF_RECORD_BYTES;
     // The number of the first summary record: FWARD in the file record.
-    let first = bytes.get(76..80).and_then(|b| b.try_into().ok()).map_or(0, i32::from_le_bytes);
+    let first_record = bytes.get(76..80).and_then(|b| b.try_into().ok()).map_or(0, i32::from_le_bytes);
     let mut seen = HashSet::new();
-    let mut number = f64::from(first);
+    let mut number = f64::from(first_record);
     loop {
         if number.fract() != 0.0 || !(1.0..=record_count as f64).contains(&number) {
             return Err(format!("summary record {number} is not in the file, which has {record_count} records; fetch the file again"));
@@ -40,11 +40,12 @@ fn check_summary_records(bytes: &[u8]) -> Result<(), String> {
             return Err(format!("summary record {number} follows itself; fetch the file again"));
         }
         let start = (number as usize - 1) * DAF_RECORD_BYTES;
+        // The double with index `k` of the record.
         let double =
             |k: usize| bytes.get(start + 8 * k..start + 8 * k + 8).and_then(|b| b.try_into().ok()).map_or(f64::NAN, f64::from_le_bytes);
-        let (next, summaries) = (double(0), double(2));
-        if summaries.fract() != 0.0 || !(0.0..=MAX_SUMMARIES).contains(&summaries) {
-            return Err(format!("summary record {number} has {summaries} summaries, the most are {MAX_SUMMARIES}; fetch the file again"));
+        let (next, count) = (double(0), double(2));
+        if count.fract() != 0.0 || !(0.0..=MAX_SUMMARIES).contains(&count) {
+            return Err(format!("summary record {number} has {count} summaries, the most are {MAX_SUMMARIES}; fetch the file again"));
         }
         if next == 0.0 {
             return Ok(());
@@ -77,6 +78,7 @@ pub struct Segment {
 }
 
 impl Segment {
+    /// Whether the segment covers an instant, its ends included.
     fn covers(&self, tdb_s: f64) -> bool {
         tdb_s >= self.start_s && tdb_s <= self.end_s
     }
@@ -101,7 +103,9 @@ impl Segment {
 /// A kernel file in memory, indexed by target.
 #[derive(Debug)]
 pub struct Spk {
+    /// The name given to [`Self::parse`].
     pub name: String,
+    /// Segments by the target's NAIF code, in order of precedence.
     by_target: HashMap<i32, Vec<Segment>>,
 }
 
@@ -112,6 +116,7 @@ impl Spk {
             .unwrap_or_else(|| Err(EphemerisError::other(format!("kernel {name}: damaged; fetch the file again"))))
     }
 
+    /// As [`Self::parse`], but damaged bytes may make anise panic.
     fn read(name: &str, bytes: &[u8]) -> Result<Self, EphemerisError> {
         let kernel_error = |what: String| EphemerisError::other(format!("kernel {name}: {}", what.replace('\n', " ")));
         if !bytes.starts_with(b"DAF/SPK") {
@@ -125,9 +130,10 @@ impl Spk {
         let mut by_target: HashMap<i32, Vec<Segment>> = HashMap::new();
         let spk = SPK::parse(bytes).map_err(|e| kernel_error(e.to_string()))?;
         let mut doubles_left = bytes.len() / size_of::<f64>();
-        let mut block = None;
+        // Number of the summary record, from 1; `None` for the first one of the file.
+        let mut summary_record = None;
         loop {
-            for (index, summary) in spk.data_summaries(block).map_err(|e| kernel_error(e.to_string()))?.iter().enumerate() {
+            for (index, summary) in spk.data_summaries(summary_record).map_err(|e| kernel_error(e.to_string()))?.iter().enumerate() {
                 if summary.is_empty() {
                     continue;
                 }
@@ -138,11 +144,11 @@ impl Spk {
                 let segment_error = |e: &dyn std::fmt::Display| kernel_error(format!("segment of {target}: {e}"));
                 let (record_len, components, data) = match summary.data_type().map_err(|e| segment_error(&e))? {
                     DafDataType::Type2ChebyshevTriplet => {
-                        let set: Type2ChebyshevSet = spk.nth_data(block, index).map_err(|e| segment_error(&e))?;
+                        let set: Type2ChebyshevSet = spk.nth_data(summary_record, index).map_err(|e| segment_error(&e))?;
                         (set.rsize, 3, set.record_data.get(..set.rsize * set.num_records).unwrap_or(&[]))
                     }
                     DafDataType::Type3ChebyshevSextuplet => {
-                        let set: Type3ChebyshevSet = spk.nth_data(block, index).map_err(|e| segment_error(&e))?;
+                        let set: Type3ChebyshevSet = spk.nth_data(summary_record, index).map_err(|e| segment_error(&e))?;
                         (set.rsize, 6, set.record_data.get(..set.rsize * set.num_records).unwrap_or(&[]))
                     }
                     other => return Err(kernel_error(format!("segment of {target}: data of kind {other:?}; types 2 and 3 are read"))),
@@ -174,11 +180,11 @@ impl Spk {
                 // A later segment of a file has precedence over an earlier one (SPK Required Reading).
                 by_target.entry(target).or_default().insert(0, segment);
             }
-            let summary = spk.daf_summary(block).map_err(|e| kernel_error(e.to_string()))?;
+            let summary = spk.daf_summary(summary_record).map_err(|e| kernel_error(e.to_string()))?;
             if summary.is_final_record() || summary.is_corrupt() {
                 break;
             }
-            block = Some(summary.next_record());
+            summary_record = Some(summary.next_record());
         }
         if by_target.is_empty() {
             return Err(kernel_error("no segments".into()));
@@ -204,13 +210,13 @@ impl Spk {
 
     /// State of `target` relative to `center` from this file only, by following both chains of centres.
     pub fn state(&self, target: i32, center: i32, tdb_s: f64) -> Option<State> {
-        // The body and the centres above it, each with the body's state relative to it.
+        // The body and the centres above it, each with the body's state relative to this centre.
         let chain_of_centres = |mut id: i32| {
             let mut path = vec![(id, State::REST)];
-            while let Some((next, step)) = self.state_and_center(id, tdb_s) {
+            while let Some((center, link_state)) = self.state_and_center(id, tdb_s) {
                 let so_far = path[path.len() - 1].1;
-                path.push((next, so_far.plus(step)));
-                id = next;
+                path.push((center, so_far.plus(link_state)));
+                id = center;
                 // A damaged file may name a cycle of centres.
                 if path.len() > MAX_CENTRES {
                     break;
@@ -218,13 +224,14 @@ impl Spk {
             }
             path
         };
-        let (from_target, from_center) = (chain_of_centres(target), chain_of_centres(center));
-        from_target.iter().find_map(|(id, a)| {
-            let (_, b) = from_center.iter().find(|(other, _)| other == id)?;
-            Some(a.minus(*b))
+        let (target_chain, center_chain) = (chain_of_centres(target), chain_of_centres(center));
+        target_chain.iter().find_map(|(id, target_state)| {
+            let (_, center_state) = center_chain.iter().find(|(other, _)| other == id)?;
+            Some(target_state.minus(*center_state))
         })
     }
 
+    /// NAIF codes of the bodies that have segments, in no particular order.
     pub fn targets(&self) -> impl Iterator<Item = i32> + '_ {
         self.by_target.keys().copied()
     }
@@ -292,8 +299,8 @@ mod tests {
         // Midpoint, radius, then two coefficients of x, y, z and of their velocities, which differ from the slopes of the positions.
         let record = [0.0, 100.0, 1.0, 10.0, 2.0, 20.0, 3.0, 30.0, 7.0, 0.5, 8.0, 0.25, 9.0, -1.0];
         let spk = Spk::parse("x.bsp", &file_of(3, &record)).expect("a kernel");
-        let (from, state) = spk.state_and_center(399, 50.0).expect("the Earth");
-        assert_eq!(from, 3);
+        let (center, state) = spk.state_and_center(399, 50.0).expect("the Earth");
+        assert_eq!(center, 3);
         assert!((state.pos_km - DVec3::new(6.0, 12.0, 18.0)).length() < 1e-12, "{}", state.pos_km);
         assert!((state.vel_km_s - DVec3::new(7.25, 8.125, 8.5)).length() < 1e-12, "{}", state.vel_km_s);
         assert!(spk.state_and_center(399, 100.5).is_none() && spk.state_and_center(301, 50.0).is_none());
@@ -386,8 +393,9 @@ mod tests {
     #[test]
     fn no_number_in_the_headers_makes_the_reader_panic() {
         let whole = file_of(3, &[0.0, 100.0, 1.0, 10.0, 2.0, 20.0, 3.0, 30.0, 7.0, 0.5, 8.0, 0.25, 9.0, -1.0]);
-        let heads = (0..1024 + 64).chain(3072..3072 + 18 * 8);
-        for at in heads.step_by(4) {
+        // The file record and the start of the summary record; the data.
+        let offsets = (0..1024 + 64).chain(3072..3072 + 18 * 8);
+        for at in offsets.step_by(4) {
             for whole_number in [-1_i32, 0, 1, 127, 384, 386, i32::MAX, i32::MIN] {
                 let mut bytes = whole.clone();
                 bytes[at..at + 4].copy_from_slice(&whole_number.to_le_bytes());

@@ -8,7 +8,8 @@
 use crate::catalog::stars::Star;
 use glam::DVec3;
 
-/// Vector from the viewer to the star, in units of the star's distance at the epoch. `viewer_au`: barycentric, ICRF.
+/// Vector from the viewer to the star, ICRF, in units of the star's distance at the epoch. `years`: since the epoch of the catalog. `viewer_au`: barycentric,
+/// ICRF.
 pub fn star_from_viewer(star: &Star, years: f64, viewer_au: DVec3) -> DVec3 {
     star.direction + star.motion_per_year * years - viewer_au * star.parallax_rad
 }
@@ -36,12 +37,13 @@ mod tests {
     }
 
     /// In 3000 BC Arcturus (2.28 arcsec a year) was 3.16 degrees from its present place. The shipped catalog has no radial
-    /// velocities, so its straight path is perpendicular to the present direction, from which it never departs by a right angle.
+    /// velocities, so its straight path is perpendicular to the present direction, and its direction turns by less than 90 degrees however long it moves.
     #[test]
     fn proper_motion_is_straight() {
         let catalog = StarCatalog::embedded();
         let star = catalog.hip(69_673).expect("Arcturus");
         let moved_deg = |years: f64| angle_rad(star.direction, star_from_viewer(star, years, DVec3::ZERO)).to_degrees();
+        // From the catalog's epoch of 1991.25 to 3000 BC, the year -2999.
         assert!((moved_deg(-4990.0) - 3.16).abs() < 0.02, "{}", moved_deg(-4990.0));
         assert!(moved_deg(1e7) < 90.0 && moved_deg(1e7) > 89.0);
         assert_eq!(moved_deg(0.0), 0.0);

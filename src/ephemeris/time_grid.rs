@@ -5,8 +5,9 @@
 //!
 //! In: a key, an instant, the function. Out ([`TimeGrid`]): the values at the two nodes around the instant and the weight of the later one, or the value at
 //! the nearest node and the seconds from there. Always: the nodes are multiples of one step from J2000, so that a result does not depend on earlier calls. A
-//! frame asks for a planet's moons at dozens of instants that differ by the light time between them: these share a few nodes, and later frames of the same
-//! instant reuse them. Not here: the check of instants. Callers exclude those that are not finite, or so far away that the index of a node would overflow.
+//! frame asks for a planet's moons at dozens of instants that differ by the light time between them. These instants share a few nodes, and later frames of the
+//! same instant reuse them. Not here: the check of instants. Callers exclude instants that are not finite, or so far away that the index of a node would
+//! overflow.
 
 use parking_lot::Mutex;
 use rustc_hash::FxHashMap;
@@ -30,8 +31,8 @@ impl<K: Copy + Eq + Hash, V: Clone> GridCache<K, V> {
 
     /// The stored value, or that of `compute`, which is then stored.
     pub(crate) fn get(&self, key: K, index: i64, compute: impl FnOnce() -> V) -> V {
-        let known = self.values.lock().get(&(key, index)).cloned();
-        known.unwrap_or_else(|| {
+        let stored = self.values.lock().get(&(key, index)).cloned();
+        stored.unwrap_or_else(|| {
             // Computed without the lock, so that other threads are not blocked. Two threads may compute the same value; both get the same result.
             let value = compute();
             let mut values = self.values.lock();
@@ -72,16 +73,16 @@ impl<K: Copy + Eq + Hash, V: Clone> TimeGrid<K, V> {
 
     /// The value at the nearest node, and the seconds from there to the instant. `compute` gets TDB seconds past J2000.
     pub(crate) fn nearest(&self, key: K, tdb_s: f64, compute: impl FnOnce(f64) -> V) -> (V, f64) {
-        let node = (tdb_s / self.step_s).round();
-        let node_s = node * self.step_s;
-        (self.nodes.get(key, node as i64, || compute(node_s)), tdb_s - node_s)
+        let node_index = (tdb_s / self.step_s).round();
+        let node_s = node_index * self.step_s;
+        (self.nodes.get(key, node_index as i64, || compute(node_s)), tdb_s - node_s)
     }
 
     /// The values at the nodes before and after an instant, and the weight of the second. `compute` gets TDB seconds past J2000.
-    pub(crate) fn around(&self, key: K, tdb_s: f64, compute: impl Fn(f64) -> V) -> ([V; 2], f64) {
+    pub(crate) fn values_around(&self, key: K, tdb_s: f64, compute: impl Fn(f64) -> V) -> ([V; 2], f64) {
         let steps = tdb_s / self.step_s;
         let first = steps.floor();
-        ([first, first + 1.0].map(|node| self.nodes.get(key, node as i64, || compute(node * self.step_s))), steps - first)
+        ([first, first + 1.0].map(|index| self.nodes.get(key, index as i64, || compute(index * self.step_s))), steps - first)
     }
 }
 
@@ -98,7 +99,7 @@ mod tests {
             s * s
         };
         let interpolated = |grid: &TimeGrid<u8, f64>, s: f64| {
-            let ([a, b], weight) = grid.around(0, s, square);
+            let ([a, b], weight) = grid.values_around(0, s, square);
             a + (b - a) * weight
         };
         let times = [0.0, 1.0, 7.9, 8.0, 9.5, -3.0, -8.0, 1e9 + 3.0];
@@ -112,10 +113,10 @@ mod tests {
             assert!((-1e-3..=16.0 + 1e-3).contains(&(value - s * s)) || s.abs() > 1e6, "{s}: {value}");
         }
         // Another key has its own values: two more evaluations, after six by each grid.
-        forward.around(1, 0.0, square);
+        forward.values_around(1, 0.0, square);
         assert_eq!(evaluations.load(Ordering::Relaxed), 14);
         for k in 0..=MAX_VALUES {
-            forward.around(2, k as f64 * 80.0, square);
+            forward.values_around(2, k as f64 * 80.0, square);
         }
         assert!(forward.nodes.len() <= MAX_VALUES);
     }

@@ -55,13 +55,13 @@ pub struct Horizontal {
 /// The first rising, transit and setting of a target in a span, usually a day.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RiseSetTimes {
-    /// `None`: it does not rise within the span.
+    /// Rising; `None`: the target does not rise within the span.
     pub rise: Option<Instant>,
-    /// `None`: it does not set within the span.
+    /// Setting; `None`: the target does not set within the span.
     pub set: Option<Instant>,
-    /// Upper transit and its altitude, degrees; `None` if there is none within the span, as for the Moon on one day of a month.
+    /// Upper transit and the target's altitude then, degrees; `None` if there is no transit within the span, as for the Moon on one day of a month.
     pub transit: Option<(Instant, f64)>,
-    /// Whether it is above the horizon at the start.
+    /// Whether the target is above the horizon at the start of the span.
     pub up_at_start: bool,
 }
 
@@ -108,11 +108,11 @@ impl ObserverSky<'_> {
     /// # Errors
     /// The body that the place is on, a body that is not in the catalog, or one that the ephemeris cannot place at `t`.
     pub fn topocentric(&self, target: NaifId, t: Instant) -> Result<Horizontal, EphemerisError> {
-        let known = |id: NaifId| {
+        let catalog_body = |id: NaifId| {
             let unknown = || EphemerisError::other(format!("{} has no disc and no ground: name a body", self.ephemeris.name_of(id)));
             self.catalog.body(id).ok_or_else(unknown)
         };
-        let (ground, body) = (known(self.place.body)?, known(target)?);
+        let (ground, body) = (catalog_body(self.place.body)?, catalog_body(target)?);
         if ground.id == body.id {
             return Err(EphemerisError::other(format!("{} has no altitude and azimuth from a place on it", body.name)));
         }
@@ -123,16 +123,16 @@ impl ObserverSky<'_> {
         let to_target = self.ephemeris.light_time_position(target, viewer_km, t)?.0 - viewer_km;
         let distance_km = to_target.length();
         let direction = to_target / distance_km;
-        // The direction in the body's axes, like `normal`.
+        // The direction in the axes of the body that the place is on, like `normal`.
         let in_body = icrf_from_body.transpose() * direction;
         let east = DVec3::Z.cross(normal).try_normalize().unwrap_or(DVec3::Y);
         let north = normal.cross(east);
         let azimuth_deg = in_body.dot(east).atan2(in_body.dot(north)).to_degrees().rem_euclid(360.0);
-        // For atan2, because an arc sine is imprecise near the zenith.
-        let in_horizon_plane = in_body.dot(east).hypot(in_body.dot(north));
+        // Length of the direction's horizontal part. The altitude is an atan2 with it, because an arc sine is imprecise near the zenith.
+        let horizontal_length = in_body.dot(east).hypot(in_body.dot(north));
         Ok(Horizontal {
             azimuth_deg,
-            altitude_deg: in_body.dot(normal).atan2(in_horizon_plane).to_degrees(),
+            altitude_deg: in_body.dot(normal).atan2(horizontal_length).to_degrees(),
             hour_angle_deg: (normal.y * in_body.x - normal.x * in_body.y).atan2(normal.x * in_body.x + normal.y * in_body.y).to_degrees(),
             distance_km,
             semidiameter_deg: (body.radii_km.element_sum() / 3.0 / distance_km).min(1.0).asin().to_degrees(),
@@ -140,15 +140,15 @@ impl ObserverSky<'_> {
         })
     }
 
-    /// Altitude that is 0 when the target rises or sets, degrees, with refraction on the Earth: that of the upper limb of a large disc, or of the centre of
-    /// a small one.
+    /// Altitude in degrees that is 0 when the target rises or sets: that of the upper limb of a large disc, or of the centre of a small one. On the Earth it
+    /// includes the refraction at the horizon.
     fn rise_set_altitude_deg(&self, target: NaifId, t: Instant) -> Result<f64, EphemerisError> {
         let horizontal = self.topocentric(target, t)?;
-        let refraction = if self.place.body == NaifId::EARTH { HORIZON_REFRACTION_DEG } else { 0.0 };
+        let refraction_deg = if self.place.body == NaifId::EARTH { HORIZON_REFRACTION_DEG } else { 0.0 };
         // Almanacs use the upper limb of the Sun and the Moon, and the centre of planets and stars. Here the upper limb counts for every disc of more than
         // 0.05 degrees in semidiameter.
-        let limb = if horizontal.semidiameter_deg > 0.05 { horizontal.semidiameter_deg } else { 0.0 };
-        Ok(horizontal.altitude_deg + refraction + limb)
+        let limb_deg = if horizontal.semidiameter_deg > 0.05 { horizontal.semidiameter_deg } else { 0.0 };
+        Ok(horizontal.altitude_deg + refraction_deg + limb_deg)
     }
 
     /// Rising, transit and setting in the `length_s` seconds after `start`.
@@ -157,21 +157,22 @@ impl ObserverSky<'_> {
     /// As [`Self::topocentric`].
     pub fn rise_set_times(&self, target: NaifId, start: Instant, length_s: f64) -> Result<RiseSetTimes, EphemerisError> {
         let altitude = |s: f64| self.rise_set_altitude_deg(target, start.plus_seconds(s));
-        let (rises, sets) = first_crossings(length_s, altitude)?;
+        let (rise_s, set_s) = first_crossings(length_s, altitude)?;
         let horizontal = |s: f64| self.topocentric(target, start.plus_seconds(s));
         // The target passes the meridian twice. Only the upper passage, at an hour angle of 0, is its transit.
-        let westward = |s: f64| Ok(horizontal(s)?.hour_angle_deg.to_radians().sin());
-        let (to_west, to_east) = first_crossings(length_s, westward)?;
+        // Positive while the target is west of the meridian.
+        let west_of_meridian = |s: f64| Ok(horizontal(s)?.hour_angle_deg.to_radians().sin());
+        let (to_west_s, to_east_s) = first_crossings(length_s, west_of_meridian)?;
         let mut transit = None;
-        for s in [to_west, to_east].into_iter().flatten() {
+        for s in [to_west_s, to_east_s].into_iter().flatten() {
             let at_meridian = horizontal(s)?;
             if at_meridian.hour_angle_deg.abs() < 90.0 {
                 transit = Some((start.plus_seconds(s), at_meridian.altitude_deg));
             }
         }
         Ok(RiseSetTimes {
-            rise: rises.map(|s| start.plus_seconds(s)),
-            set: sets.map(|s| start.plus_seconds(s)),
+            rise: rise_s.map(|s| start.plus_seconds(s)),
+            set: set_s.map(|s| start.plus_seconds(s)),
             transit,
             up_at_start: altitude(0.0)? > 0.0,
         })
@@ -189,9 +190,9 @@ impl ObserverSky<'_> {
         start: Instant,
         length_s: f64,
     ) -> Result<[Option<Instant>; 2], EphemerisError> {
-        let above = |s: f64| Ok(self.topocentric(target, start.plus_seconds(s))?.altitude_deg - altitude_deg);
-        let (rises, sets) = first_crossings(length_s, above)?;
-        Ok([rises, sets].map(|s| s.map(|s| start.plus_seconds(s))))
+        let altitude_above = |s: f64| Ok(self.topocentric(target, start.plus_seconds(s))?.altitude_deg - altitude_deg);
+        let (rise_s, set_s) = first_crossings(length_s, altitude_above)?;
+        Ok([rise_s, set_s].map(|s| s.map(|s| start.plus_seconds(s))))
     }
 
     /// The first passage of `occulting` in front of `target` of which a part is within the `length_s` seconds after `start`, above the horizon or not.
@@ -208,7 +209,7 @@ impl ObserverSky<'_> {
             }
             Ok(far.semidiameter_deg + near.semidiameter_deg - angle_rad(far.direction, near.direction).to_degrees())
         };
-        // With the almanacs' radii, the Moon is larger for first and last contact than for totality.
+        // The almanacs' radius of the Moon is larger for first and last contact than for totality; `outer_overlap` uses the larger one.
         let penumbral_ratio = if occulting == NaifId::MOON { self.catalog.eclipse_radii().penumbral_moon_ratio() } else { 1.0 };
         let outer_overlap = |s: f64| -> Result<f64, EphemerisError> {
             let near = self.topocentric(occulting, start.plus_seconds(s))?;
@@ -240,22 +241,24 @@ impl ObserverSky<'_> {
             }
         }
         // If no sample overlaps, a passage shorter than a step is searched only within the span.
-        let within = |s: f64| if largest > 0.0 { s } else { s.max(0.0).min(length_s) };
-        let greatest_s = time_of_maximum(within(sampled_s - CONTACT_STEP_S), within(sampled_s + CONTACT_STEP_S), overlap)?;
+        let limited_to_span = |s: f64| if largest > 0.0 { s } else { s.max(0.0).min(length_s) };
+        let (earliest_s, latest_s) = (limited_to_span(sampled_s - CONTACT_STEP_S), limited_to_span(sampled_s + CONTACT_STEP_S));
+        let greatest_s = time_of_maximum(earliest_s, latest_s, overlap)?;
         let largest = overlap(greatest_s)?;
         if largest <= 0.0 {
             return Ok(None);
         }
-        // The contact before (-1) or after (1) the greatest obscuration.
-        let contact = |sign: f64, overlap: &dyn Fn(f64) -> Result<f64, EphemerisError>| -> Result<f64, EphemerisError> {
+        // Time of the contact before (-1) or after (1) the greatest obscuration: the root of `overlap_at`.
+        let contact = |sign: f64, overlap_at: &dyn Fn(f64) -> Result<f64, EphemerisError>| -> Result<f64, EphemerisError> {
             let mut step = CONTACT_STEP_S;
-            let mut inside = greatest_s;
+            // The last time at which the discs were found to overlap.
+            let mut inside_s = greatest_s;
             loop {
                 let s = greatest_s + sign * step;
-                if overlap(s)? <= 0.0 {
-                    return root(s, inside, overlap);
+                if overlap_at(s)? <= 0.0 {
+                    return root(s, inside_s, overlap_at);
                 }
-                inside = s;
+                inside_s = s;
                 step += CONTACT_STEP_S;
                 if step > LONGEST_PASSAGE_S {
                     return Ok(s);
@@ -285,23 +288,23 @@ impl ObserverSky<'_> {
     }
 }
 
-/// The first times from 0 to `length_s` at which `f` becomes positive and stops being positive.
+/// The first times from 0 to `length_s`, in seconds, at which `f` becomes positive and stops being positive.
 fn first_crossings(length_s: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>) -> Result<(Option<f64>, Option<f64>), EphemerisError> {
     let steps = (length_s / RISE_STEP_S).ceil().max(1.0) as usize;
-    let (mut rises, mut sets) = (None, None);
-    let mut before = f(0.0)?;
+    let (mut upward_s, mut downward_s) = (None, None);
+    let mut previous = f(0.0)?;
     for i in 1..=steps {
-        let (from, to) = ((i - 1) as f64 * RISE_STEP_S, (i as f64 * RISE_STEP_S).min(length_s));
-        let now = f(to)?;
-        if before <= 0.0 && now > 0.0 && rises.is_none() {
-            rises = Some(root(from, to, &f)?);
+        let (start_s, end_s) = ((i - 1) as f64 * RISE_STEP_S, (i as f64 * RISE_STEP_S).min(length_s));
+        let current = f(end_s)?;
+        if previous <= 0.0 && current > 0.0 && upward_s.is_none() {
+            upward_s = Some(root(start_s, end_s, &f)?);
         }
-        if before > 0.0 && now <= 0.0 && sets.is_none() {
-            sets = Some(root(from, to, |s| Ok(-f(s)?))?);
+        if previous > 0.0 && current <= 0.0 && downward_s.is_none() {
+            downward_s = Some(root(start_s, end_s, |s| Ok(-f(s)?))?);
         }
-        before = now;
+        previous = current;
     }
-    Ok((rises, sets))
+    Ok((upward_s, downward_s))
 }
 
 /// The root of `f` between `a`, where `f` is not positive, and `b`, where it is positive; `a` may be later than `b`.

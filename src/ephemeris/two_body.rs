@@ -17,7 +17,7 @@ pub fn eccentric_anomaly(mean_anomaly_rad: f64, e: f64) -> f64 {
     let m = mean_anomaly_rad - turns * TAU;
     let (m_abs, sign) = (m.abs(), m.signum());
     let (mut low, mut high) = (m_abs, (m_abs + e).min(PI));
-    // Danby's starting value. Bisection alone reaches rounding in 60 steps.
+    // `x`: |E|, by Danby's starting value. Bisection alone reaches rounding in 60 steps.
     let mut x = (m_abs + 0.85 * e).min(high);
     for _ in 0..60 {
         let f = x - e * x.sin() - m_abs;
@@ -37,7 +37,8 @@ pub fn eccentric_anomaly(mean_anomaly_rad: f64, e: f64) -> f64 {
     sign * x + turns * TAU
 }
 
-/// State on an ellipse in the frame of its elements. The mean motion is in radians per second.
+/// State on an ellipse in the frame of its elements. `node_rad`: longitude of the ascending node. `mean_motion_per_s`: radians per second, the rate of the mean
+/// anomaly.
 pub fn state_in_frame(
     semi_major_axis_km: f64,
     e: f64,
@@ -47,12 +48,12 @@ pub fn state_in_frame(
     mean_anomaly_rad: f64,
     mean_motion_per_s: f64,
 ) -> State {
-    let anomaly = eccentric_anomaly(mean_anomaly_rad, e);
-    let (sin_e, cos_e) = anomaly.sin_cos();
+    let eccentric_rad = eccentric_anomaly(mean_anomaly_rad, e);
+    let (sin_e, cos_e) = eccentric_rad.sin_cos();
     let axis_ratio = (1.0 - e * e).sqrt();
-    let anomaly_rate_per_s = mean_motion_per_s / (1.0 - e * cos_e);
+    let eccentric_rate_per_s = mean_motion_per_s / (1.0 - e * cos_e);
     let in_plane = DVec3::new(cos_e - e, axis_ratio * sin_e, 0.0) * semi_major_axis_km;
-    let in_plane_velocity = DVec3::new(-sin_e, axis_ratio * cos_e, 0.0) * (semi_major_axis_km * anomaly_rate_per_s);
+    let in_plane_velocity = DVec3::new(-sin_e, axis_ratio * cos_e, 0.0) * (semi_major_axis_km * eccentric_rate_per_s);
     let frame_from_plane =
         DMat3::from_rotation_z(node_rad) * DMat3::from_rotation_x(inclination_rad) * DMat3::from_rotation_z(argument_of_periapsis_rad);
     State { pos_km: frame_from_plane * in_plane, vel_km_s: frame_from_plane * in_plane_velocity }
@@ -70,18 +71,19 @@ pub fn icrf_from_pole_frame(pole_ra_deg: f64, pole_dec_deg: f64) -> DMat3 {
 /// tidal term in T² is added to the anomaly, and so to the longitude.
 pub fn state(elements: &MeanElements, t: Instant) -> State {
     let days = t.tdb_seconds_past_j2000() / SECONDS_PER_DAY - (elements.epoch_jd_tt - JD_J2000);
+    // A period of 0 stands for no precession.
     let rate_deg_day = |period_yr: f64| if period_yr == 0.0 { 0.0 } else { 360.0 / (period_yr * DAYS_PER_JULIAN_YEAR) };
-    let retrograde = elements.inclination_deg > 90.0;
-    let node_rate_deg_day = if retrograde { rate_deg_day(elements.node_period_yr) } else { -rate_deg_day(elements.node_period_yr) };
+    let is_retrograde = elements.inclination_deg > 90.0;
+    let node_rate_deg_day = if is_retrograde { rate_deg_day(elements.node_period_yr) } else { -rate_deg_day(elements.node_period_yr) };
     let argument_rate_deg_day = rate_deg_day(elements.argument_period_yr);
     // The mean longitude is node + argument + anomaly; in a retrograde orbit the node is subtracted.
-    let linear_rate_deg_day =
-        elements.mean_motion_deg_day - argument_rate_deg_day + if retrograde { node_rate_deg_day } else { -node_rate_deg_day };
+    let anomaly_rate_at_epoch_deg_day =
+        elements.mean_motion_deg_day - argument_rate_deg_day + if is_retrograde { node_rate_deg_day } else { -node_rate_deg_day };
     let (quadratic_deg_cy2, centuries) = (elements.longitude_quadratic_deg_cy2, days / DAYS_PER_JULIAN_CENTURY);
-    let anomaly_rate_deg_day = linear_rate_deg_day + 2.0 * quadratic_deg_cy2 * centuries / DAYS_PER_JULIAN_CENTURY;
+    let anomaly_rate_deg_day = anomaly_rate_at_epoch_deg_day + 2.0 * quadratic_deg_cy2 * centuries / DAYS_PER_JULIAN_CENTURY;
     let node_rad = (elements.node_deg + node_rate_deg_day * days).to_radians();
     let argument_rad = (elements.argument_of_periapsis_deg + argument_rate_deg_day * days).to_radians();
-    let anomaly_change_deg = linear_rate_deg_day * days + quadratic_deg_cy2 * centuries * centuries;
+    let anomaly_change_deg = anomaly_rate_at_epoch_deg_day * days + quadratic_deg_cy2 * centuries * centuries;
     let anomaly_rad = ((elements.mean_anomaly_deg + anomaly_change_deg) % 360.0).to_radians();
     let mut state = state_in_frame(
         elements.semi_major_axis_km,

@@ -21,9 +21,9 @@ pub(super) struct Spheroid {
 }
 
 impl Spheroid {
-    /// The vector with its components across and along the pole multiplied by these factors.
-    fn scaled(&self, v: DVec3, across: f64, along: f64) -> DVec3 {
-        v * across + self.pole * (v.dot(self.pole) * (along - across))
+    /// The vector with its components perpendicular to the pole and along the pole multiplied by these factors.
+    fn scaled(&self, v: DVec3, perpendicular_factor: f64, pole_factor: f64) -> DVec3 {
+        v * perpendicular_factor + self.pole * (v.dot(self.pole) * (pole_factor - perpendicular_factor))
     }
 
     /// The support function: distance from the centre to the tangent plane whose normal is this unit vector.
@@ -43,21 +43,22 @@ impl Spheroid {
         nearest_point_and_half_chord_sq(p, d).1
     }
 
-    /// Where the line through `point_km` along `direction`, the unit vector to the Sun, meets the surface: of the two points the one nearer to the Sun.
+    /// Where the line through `point_km` along `direction`, the unit vector to the Sun, meets the surface: of the two points the one nearer to the Sun;
+    /// `None` if the line misses.
     pub(crate) fn sunlit_intersection_km(&self, point_km: DVec3, direction: DVec3) -> Option<DVec3> {
         let (p, d) = self.in_unit_sphere_frame(point_km, direction);
         let (foot, half_chord_sq) = nearest_point_and_half_chord_sq(p, d);
         (half_chord_sq >= 0.0).then(|| self.scaled(foot + d * half_chord_sq.sqrt(), self.equatorial_km, self.polar_km))
     }
 
-    /// The line in the frame in which the spheroid is the unit sphere.
+    /// A line, given by a point and a direction, in the frame in which the spheroid is the unit sphere. The returned direction is a unit vector.
     fn in_unit_sphere_frame(&self, point_km: DVec3, direction: DVec3) -> (DVec3, DVec3) {
         let scaled = |v| self.scaled(v, 1.0 / self.equatorial_km, 1.0 / self.polar_km);
         (scaled(point_km), scaled(direction).normalize())
     }
 }
 
-/// A single cone (one nappe).
+/// One nappe of a cone: the part on one side of its apex.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cone {
     apex_km: DVec3,
@@ -93,11 +94,14 @@ impl Cone {
     /// Gap between cone and spheroid, km, negative if they overlap; and the unit normal of the tangent plane at the nearest generatrix, towards the spheroid.
     pub(crate) fn gap_km(&self, earth: &Spheroid) -> (f64, DVec3) {
         let to_centre = -self.apex_km;
-        let centre_from_axis = to_centre - self.axis_direction * to_centre.dot(self.axis_direction);
-        let across = centre_from_axis.try_normalize().unwrap_or_else(|| self.axis_direction.any_orthonormal_vector());
-        let third = self.axis_direction.cross(across);
+        let axis_to_centre = to_centre - self.axis_direction * to_centre.dot(self.axis_direction);
+        let towards_centre = axis_to_centre.try_normalize().unwrap_or_else(|| self.axis_direction.any_orthonormal_vector());
+        let sideways = self.axis_direction.cross(towards_centre);
         let cos_half_angle = (1.0 - self.sin_half_angle * self.sin_half_angle).sqrt();
-        let normal = |angle: f64| (across * angle.cos() + third * angle.sin()) * cos_half_angle - self.axis_direction * self.sin_half_angle;
+        // Outward normal of the plane tangent to the cone; `angle` is counted around the axis from the side that faces the Earth's centre.
+        let normal = |angle: f64| {
+            (towards_centre * angle.cos() + sideways * angle.sin()) * cos_half_angle - self.axis_direction * self.sin_half_angle
+        };
         let gap = |n: DVec3| to_centre.dot(n) - earth.support_km(n);
         // The Earth's flattening rotates the nearest generatrix by at most 0.2 degrees where the cone grazes the Earth; the search allows 2.9.
         let nearest_normal = normal(minimum(-0.05, 0.05, 1e-7, |angle| -gap(normal(angle))));
@@ -124,10 +128,10 @@ mod tests {
         for (perpendicular, support_km) in [(DVec3::Y, 6378.0), (DVec3::Z, 6357.0), (DVec3::NEG_Z, 6357.0)] {
             let moon = DVec3::X * 4e5 + perpendicular * 7000.0;
             let (to_sun, _) = moon_to_sun(sun, moon);
-            // The centre's distance from the nearest side, by the triangle of apex, centre and side.
+            // The distance of the Earth's centre from the nearest side of the cone, by the triangle of apex, centre and side.
             let cone = Cone::penumbra(sun, moon, 696_000.0, 1737.0);
-            let at_apex = crate::ephemeris::angle_rad(-cone.apex_km, cone.axis_direction);
-            let expected = cone.apex_km.length() * (at_apex - cone.sin_half_angle.asin()).sin() - support_km;
+            let angle_at_apex = crate::ephemeris::angle_rad(-cone.apex_km, cone.axis_direction);
+            let expected = cone.apex_km.length() * (angle_at_apex - cone.sin_half_angle.asin()).sin() - support_km;
             let (gap, normal) = cone.gap_km(&EARTH);
             assert!((gap - expected).abs() < 0.05, "{perpendicular}: {gap} for {expected}");
             assert!(normal.dot(-perpendicular) > 0.999);

@@ -23,17 +23,18 @@ impl FittedPosition {
     ///
     /// # Errors
     /// The first error of `position`.
-    pub(crate) fn over(half_span_s: f64, position: impl Fn(f64) -> Result<DVec3, EphemerisError>) -> Result<Self, EphemerisError> {
-        let failed = RefCell::new(None);
+    pub(crate) fn fit(half_span_s: f64, position: impl Fn(f64) -> Result<DVec3, EphemerisError>) -> Result<Self, EphemerisError> {
+        let first_error = RefCell::new(None);
         let axes = chebyshev::fit_nodes(TERMS, |u| {
             position(u * half_span_s).unwrap_or_else(|e| {
-                failed.borrow_mut().get_or_insert(e);
+                first_error.borrow_mut().get_or_insert(e);
                 DVec3::ZERO
             })
         });
-        failed.into_inner().map_or(Ok(Self { half_span_s, axes }), Err)
+        first_error.into_inner().map_or(Ok(Self { half_span_s, axes }), Err)
     }
 
+    /// The position `s` seconds after the middle of the span, km.
     pub(crate) fn at(&self, s: f64) -> DVec3 {
         DVec3::from_array(self.axes.each_ref().map(|c| chebyshev::value_and_slope(c, s / self.half_span_s).0))
     }
@@ -46,11 +47,11 @@ mod tests {
     #[test]
     fn an_orbit_is_fitted_and_an_error_is_returned() {
         let circle = |s: f64| DVec3::new((s / 2e4).cos(), (s / 2e4).sin(), 0.0) * 4e5;
-        let fitted = FittedPosition::over(3e4, |s| Ok(circle(s))).expect("a fit");
+        let fitted = FittedPosition::fit(3e4, |s| Ok(circle(s))).expect("a fit");
         for i in -30..=30 {
             let s = f64::from(i) * 1e3;
             assert!((fitted.at(s) - circle(s)).length() < 1e-3, "{s}");
         }
-        assert!(FittedPosition::over(1.0, |_| Err(EphemerisError::other("none"))).is_err());
+        assert!(FittedPosition::fit(1.0, |_| Err(EphemerisError::other("none"))).is_err());
     }
 }

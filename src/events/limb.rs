@@ -1,9 +1,9 @@
 //! Contacts of a solar eclipse at the Moon's true limb, with its mountains and valleys.
 //!
 //! In: an eclipse, a place, the ephemeris for the Moon's libration and a map of its heights. Out: the contacts of the Sun's disc and the Moon's true
-//! silhouette, from the first (C1) to the fourth (C4). Of each: the instant, the position on the limb, and the delay after the contact of the mean limb (the
-//! Moon as a sphere). In a total eclipse, the last of Baily's beads goes out at C2 and the first one shines at C3. In an annular eclipse, the last mountain
-//! leaves the Sun's limb at C2 and the first one reaches it at C3. Always: the silhouette is a [`LimbProfile`], computed for the instant of each contact; if
+//! silhouette, from the first (C1) to the fourth (C4). Each has an instant, a position on the limb, and a delay after the contact of the mean limb (the Moon as
+//! a sphere). In a total eclipse, the last of Baily's beads goes out at C2 and the first one shines at C3. In an annular eclipse, the last mountain
+//! leaves the Sun's limb at C2 and the first one reaches it at C3. Always: the silhouette is a [`LimbProfile`], computed for the instant of each contact. If
 //! the Sun shines through a valley even at maximum, there is no C2 and no C3. Not included: refraction and the Sun's irregular limb. Magnitude and obscuration
 //! remain those of the mean limb.
 
@@ -49,7 +49,7 @@ enum ContactCondition {
     AllPointsOnSun,
 }
 
-/// The silhouette as seen from a place for some minutes.
+/// The Moon's silhouette as seen from a place. The profile of one instant is used for some minutes around it.
 struct Silhouette<'a> {
     station: &'a Station<'a>,
     profile: LimbProfile,
@@ -57,6 +57,7 @@ struct Silhouette<'a> {
 }
 
 impl<'a> Silhouette<'a> {
+    /// The silhouette at `s`, in the seconds of the station.
     fn at(station: &'a Station<'a>, ephemeris: &Ephemeris, map: &HeightMap, s: f64) -> Result<Self, EphemerisError> {
         let (_, moon_km) = station.sun_and_moon_km(s);
         let emitted = station.instant(s).plus_seconds(-moon_km.length() / SPEED_OF_LIGHT_KM_S);
@@ -65,14 +66,15 @@ impl<'a> Silhouette<'a> {
         Ok(Self { station, profile, icrf_from_moon: moon_from_icrf.transpose() })
     }
 
-    /// Unit vector to point `k` of the silhouette when the Moon is at `moon_km`; the point keeps its position angle and its height while the Moon moves.
+    /// Unit vector from the place to point `k` of the silhouette. `moon_km`: vector from the place to the Moon. The point keeps its position angle and its
+    /// height while the Moon moves.
     fn direction(&self, k: usize, moon_km: DVec3) -> DVec3 {
-        let (distance_km, towards) = (moon_km.length(), moon_km.normalize());
+        let (distance_km, to_moon) = (moon_km.length(), moon_km.normalize());
         let position_angle_axes =
-            self.profile.position_angle_axes().map(|a| self.icrf_from_moon * a).map(|a| (a - towards * a.dot(towards)).normalize());
+            self.profile.position_angle_axes().map(|a| self.icrf_from_moon * a).map(|a| (a - to_moon * a.dot(to_moon)).normalize());
         let (sin, cos) = (TAU * k as f64 / LIMB_POINTS as f64).sin_cos();
         let sin_angle = (self.profile.sphere_km() + self.profile.heights_km()[k]) / distance_km;
-        (position_angle_axes[0] * cos + position_angle_axes[1] * sin) * sin_angle + towards * (1.0 - sin_angle * sin_angle).sqrt()
+        (position_angle_axes[0] * cos + position_angle_axes[1] * sin) * sin_angle + to_moon * (1.0 - sin_angle * sin_angle).sqrt()
     }
 
     /// Angle by which the silhouette's nearest (or, for [`ContactCondition::AllPointsOnSun`], farthest) point lies outside the Sun's disc, and the index of
@@ -80,24 +82,25 @@ impl<'a> Silhouette<'a> {
     fn angle_outside_sun_rad(&self, condition: ContactCondition, s: f64) -> (f64, usize) {
         let (sun_km, moon_km) = self.station.sun_and_moon_km(s);
         let sun_radius_rad = (self.station.radii().sun_radius_km / sun_km.length()).min(1.0).asin();
-        let from_sun = (0..LIMB_POINTS).map(|k| (angle_rad(self.direction(k, moon_km), sun_km) - sun_radius_rad, k));
-        let by_distance = |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0);
+        let angles_outside = (0..LIMB_POINTS).map(|k| (angle_rad(self.direction(k, moon_km), sun_km) - sun_radius_rad, k));
+        let by_angle = |a: &(f64, usize), b: &(f64, usize)| a.0.total_cmp(&b.0);
         let nearest_or_farthest =
-            if condition == ContactCondition::AnyPointOnSun { from_sun.min_by(by_distance) } else { from_sun.max_by(by_distance) };
+            if condition == ContactCondition::AnyPointOnSun { angles_outside.min_by(by_angle) } else { angles_outside.max_by(by_angle) };
         nearest_or_farthest.unwrap_or((f64::INFINITY, 0))
     }
 
-    fn contact(&self, name: &'static str, s: f64, condition: ContactCondition, mean_s: f64) -> LimbContact {
+    /// The contact at `s`. `mean_limb_s`: that of the mean limb.
+    fn contact(&self, name: &'static str, s: f64, condition: ContactCondition, mean_limb_s: f64) -> LimbContact {
         let (_, k) = self.angle_outside_sun_rad(condition, s);
         let (_, moon_km) = self.station.sun_and_moon_km(s);
-        let (towards, edge) = (moon_km.normalize(), self.direction(k, moon_km));
-        let east = DVec3::Z.cross(towards).normalize();
-        let north = towards.cross(east);
+        let (to_moon, to_contact) = (moon_km.normalize(), self.direction(k, moon_km));
+        let east = DVec3::Z.cross(to_moon).normalize();
+        let north = to_moon.cross(east);
         LimbContact {
             name,
             time: self.station.instant(s),
-            delay_s: s - mean_s,
-            position_angle_deg: edge.dot(east).atan2(edge.dot(north)).to_degrees().rem_euclid(360.0),
+            delay_s: s - mean_limb_s,
+            position_angle_deg: to_contact.dot(east).atan2(to_contact.dot(north)).to_degrees().rem_euclid(360.0),
             height_km: self.profile.heights_km()[k],
         }
     }
@@ -118,11 +121,11 @@ impl SolarEclipse {
         let Some(mean_limb) = station.mean_contacts(self.geometry.greatest_s) else { return Ok(Vec::new()) };
         let mut found = Vec::new();
         // The first instant, searched from `from_s` to `to_s`, at which `sign` times the angle outside the Sun is no longer negative. The first round uses the
-        // silhouette at the contact of the mean limb, the second that at the instant found by the first.
+        // silhouette at the contact of the mean limb, the second round the silhouette at the instant that the first one found.
         let find_contact =
-            |name, condition, mean_s: f64, [from_s, to_s]: [f64; 2], sign: f64| -> Result<Option<LimbContact>, EphemerisError> {
-                let mut silhouette = Silhouette::at(&station, ephemeris, map, mean_s)?;
-                let mut at_s = None;
+            |name, condition, mean_limb_s: f64, [from_s, to_s]: [f64; 2], sign: f64| -> Result<Option<LimbContact>, EphemerisError> {
+                let mut silhouette = Silhouette::at(&station, ephemeris, map, mean_limb_s)?;
+                let mut contact_s = None;
                 for _ in 0..2 {
                     let signed_angle_rad = |s: f64| sign * silhouette.angle_outside_sun_rad(condition, s).0;
                     let step_s = if to_s > from_s { STEP_S } else { -STEP_S };
@@ -133,9 +136,9 @@ impl SolarEclipse {
                     let Some(k) = (1..=steps).find(|k| signed_angle_rad(from_s + step_s * f64::from(*k)) >= 0.0) else { return Ok(None) };
                     let s = zero_crossing(from_s + step_s * f64::from(k - 1), from_s + step_s * f64::from(k), signed_angle_rad);
                     silhouette = Silhouette::at(&station, ephemeris, map, s)?;
-                    at_s = Some(s);
+                    contact_s = Some(s);
                 }
-                Ok(at_s.map(|s| silhouette.contact(name, s, condition, mean_s)))
+                Ok(contact_s.map(|s| silhouette.contact(name, s, condition, mean_limb_s)))
             };
         let (c1, c4) = mean_limb.outer;
         // The angle outside the Sun is positive before C1 and after C4.
@@ -145,10 +148,11 @@ impl SolarEclipse {
             let (condition, sign) =
                 if mean_limb.is_annular { (ContactCondition::AllPointsOnSun, 1.0) } else { (ContactCondition::AnyPointOnSun, -1.0) };
             let middle = 0.5 * (c2 + c3);
-            let (start, end) = ((c2 + SEARCH_S).min(middle), (c3 - SEARCH_S).max(middle));
+            // Where the searches for C2 and C3 start: inside totality or annularity, but not beyond its middle.
+            let (c2_start, c3_start) = ((c2 + SEARCH_S).min(middle), (c3 - SEARCH_S).max(middle));
             let inner = [
-                find_contact("C2", condition, c2, [start, c2 - SEARCH_S], sign)?,
-                find_contact("C3", condition, c3, [end, c3 + SEARCH_S], sign)?,
+                find_contact("C2", condition, c2, [c2_start, c2 - SEARCH_S], sign)?,
+                find_contact("C3", condition, c3, [c3_start, c3 + SEARCH_S], sign)?,
             ];
             found.extend(inner.into_iter().flatten());
         }

@@ -82,18 +82,19 @@ pub struct LocalCircumstances {
     /// The maximum above the horizon; if the eclipse is not visible, the geometric maximum.
     pub maximum: LocalContact,
     /// Part of the Sun's diameter that is covered at maximum; if one disc lies within the other, the Moon's diameter over the Sun's. In a lunar
-    /// eclipse the part of the Moon's diameter inside the umbra, or inside the penumbra if the eclipse is penumbral; negative outside. In a lunar eclipse it
-    /// differs between places only because the Moon may be above the horizon only before or after the greatest eclipse.
+    /// eclipse the part of the Moon's diameter inside the umbra, or inside the penumbra if the eclipse is penumbral; negative outside. The magnitude of a lunar
+    /// eclipse differs between places only because the Moon may be above the horizon only before or after the greatest eclipse.
     pub magnitude: f64,
     /// Part of the Moon's diameter inside the penumbra at maximum; `None` for a solar eclipse.
     pub penumbral_magnitude: Option<f64>,
     /// Part of the Sun's disc that is covered at maximum; `None` for a lunar eclipse.
     pub obscuration: Option<f64>,
-    /// Rising between first and last contact.
+    /// First rising of the eclipsed body between first and last contact.
     pub rise: Option<Instant>,
-    /// Setting between first and last contact.
+    /// First setting of the eclipsed body between first and last contact.
     pub set: Option<Instant>,
-    /// Seconds from second to third contact: the duration of totality or annularity, or that for which the planet is entirely on the Sun's disc.
+    /// Seconds from second to third contact: the duration of totality or annularity, or of the time in which the planet is entirely on the
+    /// Sun's disc; `None` if neither disc lies within the other, and for a lunar eclipse.
     pub central_duration_s: Option<f64>,
 }
 
@@ -137,7 +138,9 @@ impl Discs {
         if self.angle_from_internal_tangency_rad() < 0.0 { self.radius_ratio() } else { self.covered_diameter() }
     }
 
+    /// The part of the area of the Sun's disc that is covered.
     fn obscuration(&self) -> f64 {
+        // Separation and the Moon's radius in units of the Sun's radius.
         let (d, r) = (self.separation_rad / self.sun_radius_rad, self.moon_radius_rad / self.sun_radius_rad);
         if d >= 1.0 + r {
             return 0.0;
@@ -145,7 +148,7 @@ impl Discs {
         if d <= (1.0 - r).abs() {
             return (r * r).min(1.0);
         }
-        // The covered area is two circular segments, whose half angles at the centres of the discs are these.
+        // The covered area consists of two circular segments; their half angles at the centres of the discs:
         let at_sun = ((d * d + 1.0 - r * r) / (2.0 * d)).clamp(-1.0, 1.0).acos();
         let at_moon = ((d * d + r * r - 1.0) / (2.0 * d * r)).clamp(-1.0, 1.0).acos();
         (at_sun - at_sun.sin() * at_sun.cos() + r * r * (at_moon - at_moon.sin() * at_moon.cos())) / PI
@@ -181,6 +184,7 @@ impl<'a> Station<'a> {
         Self { sky, radii, point_km, normal }
     }
 
+    /// The discs as seen from the place.
     pub(crate) fn discs(&self, s: f64) -> Discs {
         let (sun, moon) = self.sun_and_moon_km(s);
         let radius = |radius_km: f64, offset: DVec3| (radius_km / offset.length()).min(1.0).asin();
@@ -215,6 +219,7 @@ impl<'a> Station<'a> {
         (from_station_km.dot(self.normal).atan2(east_km.hypot(north_km)), east_km.atan2(north_km).rem_euclid(TAU))
     }
 
+    /// The contact at `s`, with the altitude and azimuth of a body. `body`: its position by time from the Earth's centre, km, GCRS.
     fn contact(&self, name: &'static str, s: f64, body: impl Fn(f64) -> DVec3) -> LocalContact {
         let (altitude, azimuth) = self.altitude_azimuth_rad(body(s), s);
         LocalContact { name, time: self.sky.instant(s), altitude_deg: altitude.to_degrees(), azimuth_deg: azimuth.to_degrees() }
@@ -237,9 +242,9 @@ impl<'a> Station<'a> {
     /// Second and third contact around the least separation; `None` if neither disc comes to lie within the other.
     pub(crate) fn inner_contacts(&self, near_s: f64) -> Option<(f64, f64)> {
         let maximum_s = self.instant_of_maximum(near_s);
-        let outside = |s: f64| self.discs(s).angle_from_internal_tangency_rad();
-        (outside(maximum_s) < 0.0)
-            .then(|| (zero_crossing(maximum_s, maximum_s - SEARCH_S, outside), zero_crossing(maximum_s, maximum_s + SEARCH_S, outside)))
+        let gap_rad = |s: f64| self.discs(s).angle_from_internal_tangency_rad();
+        (gap_rad(maximum_s) < 0.0)
+            .then(|| (zero_crossing(maximum_s, maximum_s - SEARCH_S, gap_rad), zero_crossing(maximum_s, maximum_s + SEARCH_S, gap_rad)))
     }
 
     /// The instant of the least separation, searched within [`NEAR_PATH_SEARCH_S`] of `near_s`; `None` if neither disc lies within the other then.
@@ -282,8 +287,8 @@ impl<'a> Station<'a> {
             magnitude: magnitude(visible_maximum_s.unwrap_or(maximum_s)),
             penumbral_magnitude: None,
             obscuration: Some(self.discs(visible_maximum_s.unwrap_or(maximum_s)).obscuration()),
-            rise: above_horizon.rise.map(|s| self.sky.instant(s)),
-            set: above_horizon.set.map(|s| self.sky.instant(s)),
+            rise: above_horizon.rise_s.map(|s| self.sky.instant(s)),
+            set: above_horizon.set_s.map(|s| self.sky.instant(s)),
             central_duration_s: inner.map(|(a, b)| b - a),
         })
     }
@@ -308,16 +313,16 @@ impl<'a> Station<'a> {
             magnitude: magnitude(visible_maximum_s.unwrap_or(greatest_s)),
             penumbral_magnitude: Some(penumbral_magnitude(visible_maximum_s.unwrap_or(greatest_s))),
             obscuration: None,
-            rise: above_horizon.rise.map(|s| self.sky.instant(s)),
-            set: above_horizon.set.map(|s| self.sky.instant(s)),
+            rise: above_horizon.rise_s.map(|s| self.sky.instant(s)),
+            set: above_horizon.set_s.map(|s| self.sky.instant(s)),
             central_duration_s: None,
         }
     }
 
-    /// When the upper limb of a body is above the horizon from `first` to `last`, seconds. `body`: its position by time, km, GCRS.
+    /// When the upper limb of a body is above the horizon between `first` and `last`, seconds. `body`: its position by time from the Earth's centre, km, GCRS.
     fn spans_above_horizon(&self, first: f64, last: f64, body: impl Fn(f64) -> DVec3) -> AboveHorizon {
         let upper_limb_altitude_rad = |s: f64| self.altitude_azimuth_rad(body(s), s).0 + HORIZON_REFRACTION_RAD + SEMIDIAMETER_RAD;
-        let mut above_horizon = AboveHorizon { spans: Vec::new(), rise: None, set: None };
+        let mut above_horizon = AboveHorizon { spans: Vec::new(), rise_s: None, set_s: None };
         let mut up_since = (upper_limb_altitude_rad(first) > 0.0).then_some(first);
         let mut current = first;
         while current < last {
@@ -325,12 +330,12 @@ impl<'a> Station<'a> {
             match (upper_limb_altitude_rad(current) > 0.0, upper_limb_altitude_rad(next) > 0.0) {
                 (false, true) => {
                     let s = zero_crossing(current, next, upper_limb_altitude_rad);
-                    above_horizon.rise = above_horizon.rise.or(Some(s));
+                    above_horizon.rise_s = above_horizon.rise_s.or(Some(s));
                     up_since = Some(s);
                 }
                 (true, false) => {
                     let s = zero_crossing(current, next, |s| -upper_limb_altitude_rad(s));
-                    above_horizon.set = above_horizon.set.or(Some(s));
+                    above_horizon.set_s = above_horizon.set_s.or(Some(s));
                     above_horizon.spans.extend(up_since.take().map(|from| (from, s)));
                 }
                 _ => {}
@@ -346,8 +351,8 @@ impl<'a> Station<'a> {
 struct AboveHorizon {
     /// From rising (or the start) to setting (or the end).
     spans: Vec<(f64, f64)>,
-    rise: Option<f64>,
-    set: Option<f64>,
+    rise_s: Option<f64>,
+    set_s: Option<f64>,
 }
 
 impl AboveHorizon {

@@ -73,6 +73,7 @@ pub struct LunarEclipse {
     pub saros: i64,
     /// Number of the eclipse within the series, starting at 1; `None` if the series may have begun before the span of the ephemeris.
     pub saros_member: Option<i64>,
+    /// For circumstances at a place.
     geometry: LunarEclipseGeometry,
 }
 
@@ -81,6 +82,7 @@ pub struct LunarEclipse {
 struct LunarEclipseGeometry {
     sky: EarthSky,
     radii: BodyRadii,
+    /// Instant of greatest eclipse.
     greatest_s: f64,
 }
 
@@ -100,21 +102,24 @@ impl LunarEclipseGeometry {
         self.radii.penumbral_moon_radius_km
     }
 
+    /// The Moon and the shadow at `s`.
     fn relative_to_shadow(&self, s: f64) -> ShadowAtMoon {
         let moon_km = self.sky.near_body_km(s);
+        // The Sun's apparent position 2.6 s earlier: see the module's comment.
         let sun_km = self.sky.sun_km(s - 2.0 * moon_km.length() / SPEED_OF_LIGHT_KM_S);
         let distance_km = sun_km.length();
+        // Unit vector along the axis of the shadow, away from the Sun.
         let antisolar = -sun_km / distance_km;
-        let behind_km = moon_km.dot(antisolar);
+        let distance_behind_km = moon_km.dot(antisolar);
         let (earth_radius_km, sun_radius_km) = (self.radii.earth_radii_km.x, self.radii.sun_radius_km);
         // Radius, at the Moon's distance, of a cone with this half angle. `sign`: 1 if the cone widens away from the Sun, -1 if it narrows.
         let radius_km = |sin_half: f64, sign: f64| {
             let cos_half = (1.0 - sin_half * sin_half).sqrt();
-            (earth_radius_km + sign * behind_km * sin_half) / cos_half
+            (earth_radius_km + sign * distance_behind_km * sin_half) / cos_half
         };
         let enlargement_km = if self.radii.convention == EclipseRadii::Almanac { DANJON_ENLARGEMENT * earth_radius_km } else { 0.0 };
         ShadowAtMoon {
-            offset_from_axis_km: moon_km - antisolar * behind_km,
+            offset_from_axis_km: moon_km - antisolar * distance_behind_km,
             umbra_radius_km: radius_km((sun_radius_km - earth_radius_km) / distance_km, -1.0) + enlargement_km,
             penumbra_radius_km: radius_km((sun_radius_km + earth_radius_km) / distance_km, 1.0) + enlargement_km,
         }
@@ -148,10 +153,10 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, full_moon: Syz
     // Adds the first and the last instant at which `magnitude` equals `fraction`; none if it does not exceed `fraction` at greatest eclipse.
     let mut contacts = Vec::new();
     let mut add_contacts = |first, last, magnitude: &dyn Fn(f64) -> f64, fraction: f64| {
-        let outside = |s: f64| fraction - magnitude(s);
-        if outside(greatest_s) < 0.0 {
-            contacts.push((first, zero_crossing(greatest_s, greatest_s - SHADOW_SEARCH_S, outside)));
-            contacts.push((last, zero_crossing(greatest_s, greatest_s + SHADOW_SEARCH_S, outside)));
+        let missing_fraction = |s: f64| fraction - magnitude(s);
+        if missing_fraction(greatest_s) < 0.0 {
+            contacts.push((first, zero_crossing(greatest_s, greatest_s - SHADOW_SEARCH_S, missing_fraction)));
+            contacts.push((last, zero_crossing(greatest_s, greatest_s + SHADOW_SEARCH_S, missing_fraction)));
         }
     };
     add_contacts("P1", "P4", &|s| geometry.magnitudes(s).1, 0.0);
@@ -159,7 +164,7 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, full_moon: Syz
     add_contacts("U2", "U3", &|s| geometry.magnitudes(s).0, 1.0);
     contacts.sort_by(|a, b| a.1.total_cmp(&b.1));
     let offset = geometry.relative_to_shadow(greatest_s).offset_from_axis_km;
-    let overhead = geometry.sky.itrs_from_gcrs(greatest_s) * geometry.sky.near_body_km(greatest_s);
+    let moon_itrs_km = geometry.sky.itrs_from_gcrs(greatest_s) * geometry.sky.near_body_km(greatest_s);
     Ok(Some(LunarEclipse {
         class: match umbral_magnitude {
             m if m >= 1.0 => LunarType::Total,
@@ -172,8 +177,8 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, full_moon: Syz
         penumbral_magnitude,
         // The geodetic latitude of this place is the Moon's declination, within 0.004 degrees: the vertical does not pass exactly through the Earth's centre.
         place: GeodeticPosition {
-            latitude_deg: overhead.z.atan2(overhead.truncate().length()).to_degrees(),
-            longitude_deg: overhead.y.atan2(overhead.x).to_degrees(),
+            latitude_deg: moon_itrs_km.z.atan2(moon_itrs_km.truncate().length()).to_degrees(),
+            longitude_deg: moon_itrs_km.y.atan2(moon_itrs_km.x).to_degrees(),
             height_km: 0.0,
         },
         contacts: contacts.into_iter().map(|(name, s)| (name, geometry.sky.instant(s))).collect(),
@@ -184,7 +189,7 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, full_moon: Syz
 }
 
 impl LunarEclipse {
-    /// Seconds from one contact to another, such as U1 to U4 for the partial and U2 to U3 for the total phase.
+    /// Seconds from one contact to another, such as U1 to U4 for the partial and U2 to U3 for the total phase; `None` if either is missing.
     pub fn duration_s(&self, first: &str, last: &str) -> Option<f64> {
         seconds_between(&self.contacts, first, last)
     }

@@ -21,6 +21,7 @@ pub(super) enum Phase {
 /// A mean new or full moon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Syzygy {
+    /// New or full.
     pub phase: Phase,
     /// Number of the lunation: that of the new moon, or of the last new moon before the full moon.
     pub lunation: i64,
@@ -34,6 +35,7 @@ impl Syzygy {
         Self { phase, lunation }
     }
 
+    /// The syzygy of the same phase in the next lunation.
     pub(crate) fn next(self) -> Self {
         Self { lunation: self.lunation + 1, ..self }
     }
@@ -43,6 +45,7 @@ impl Syzygy {
         self.lunation as f64 + if self.phase == Phase::New { 0.0 } else { 0.5 }
     }
 
+    /// The instant of the mean phase (Meeus 1998, eq. 49.1, up to the cube of the time).
     pub(crate) fn mean_instant(self) -> Instant {
         let centuries = self.k() / LUNATIONS_PER_CENTURY;
         let jd_tt = LUNATION_0_JD_TT + SYNODIC_MONTH_DAYS * self.k() + 0.000_154_37 * centuries * centuries - 1.5e-7 * centuries.powi(3);
@@ -60,8 +63,8 @@ impl Syzygy {
     ///
     /// Eclipses of one series are 223 lunations apart, and 358 lunations (an inex) lead to the next series. So one lunation adds 38 modulo 223,
     /// because 38 times 358 is 1 modulo 223. References: the solar eclipse of 2024-04-08 is of series 139, the lunar eclipse of 2022-11-08 of 136
-    /// (Espenak and Meeus 2006). This determines the number only modulo 223. Of the numbers that this leaves, the result is the one nearest to the middle of
-    /// the range of series that produce eclipses at this date. That middle was 137 (Sun) and 130 (Moon) at the references, and grows by 1 in an inex.
+    /// (Espenak and Meeus 2006). These rules determine the number only modulo 223. Of the possible numbers, the result is the one nearest to the middle of the
+    /// range of series that produce eclipses at the date of the syzygy. That middle was 137 (Sun) and 130 (Moon) at the references, and grows by 1 in an inex.
     pub(crate) fn saros_series(self) -> i64 {
         let (reference_lunation, reference_series, middle_series_at_reference) = match self.phase {
             Phase::New => (300, 139, 137),
@@ -109,9 +112,9 @@ mod tests {
         for phase in [Phase::New, Phase::Full] {
             for lunation in (-20_000..14_000).step_by(97) {
                 let syzygy = Syzygy { phase, lunation };
-                let later = |by: i64| Syzygy { phase, lunation: lunation + by }.saros_series();
+                let series_after = |by: i64| Syzygy { phase, lunation: lunation + by }.saros_series();
                 let series_difference = |n: i64| (n - syzygy.saros_series()).rem_euclid(223);
-                assert_eq!((series_difference(later(223)), series_difference(later(358))), (0, 1), "{lunation}");
+                assert_eq!((series_difference(series_after(223)), series_difference(series_after(358))), (0, 1), "{lunation}");
             }
         }
     }

@@ -1,10 +1,10 @@
 //! Phenomena of the Galilean moons and Titan: transits, occultations, shadow transits, eclipses.
 //!
 //! In: catalog, ephemeris, a span of time. Out: events as the Earth's centre sees them. The region that a moon enters is bounded by planes tangent to the
-//! planet's spheroid. For transits and occultations they pass through the observer, the Earth's centre. For shadow transits and eclipses the observer is the
-//! Sun, and the planes are tangent to its sphere or pass through its centre. Light time between Sun, moon, planet and Earth is included. An event is listed
-//! even if another hides it, such as the end of an eclipse behind the planet. The theories of the moons limit the accuracy of instants: 30 s for the Galilean
-//! moons. Not here: the planets' atmospheres, which delay eclipses by a minute or so.
+//! planet's spheroid. For transits and occultations these planes pass through the observer, the Earth's centre. For shadow transits and eclipses the observer
+//! is the Sun, and the planes are tangent to its sphere or pass through its centre. Light time between Sun, moon, planet and Earth is included. An event is
+//! listed even if another hides it, such as the end of an eclipse behind the planet. The theories of the moons limit the accuracy of instants: 30 s for the
+//! Galilean moons. Not here: the planets' atmospheres, which delay eclipses by a minute or so.
 
 use super::contacts::{Contact, seconds_between, sort_by_time};
 use super::fitted::FittedPosition;
@@ -19,7 +19,7 @@ use glam::DVec3;
 pub(super) const GALILEAN: [NaifId; 4] = [NaifId(501), NaifId(502), NaifId(503), NaifId(504)];
 /// The Galilean moons and Titan.
 const MOONS: [NaifId; 5] = [NaifId(501), NaifId(502), NaifId(503), NaifId(504), NaifId(606)];
-/// Conjunctions are searched between samples; a moon's orbit has this many.
+/// Number of samples in one orbit of a moon; conjunctions are searched between neighbouring samples.
 const STEPS_PER_ORBIT: f64 = 16.0;
 
 /// The kind of phenomenon.
@@ -102,6 +102,7 @@ pub fn moon_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: 
     Ok(found)
 }
 
+/// A moon and its planet, with what the computation of their events needs.
 struct MoonAndPlanet<'a> {
     ephemeris: &'a Ephemeris,
     sun_radius_km: f64,
@@ -124,36 +125,36 @@ impl MoonAndPlanet<'_> {
         // Signed distance of the moon from the line, in the plane of the orbit, km; and a number that is positive if the moon is in front of the planet.
         let offsets = |t: Instant| -> Result<(f64, f64), EphemerisError> {
             let (pos_km, vel_km_s) = self.moon_from_planet(t)?;
-            let towards = self.ephemeris.state(observer, barycentre, t, None)?.state.pos_km;
-            let perpendicular = pos_km.cross(vel_km_s).cross(towards);
-            Ok((pos_km.dot(perpendicular) / perpendicular.length(), pos_km.dot(towards)))
+            let to_observer_km = self.ephemeris.state(observer, barycentre, t, None)?.state.pos_km;
+            let perpendicular = pos_km.cross(vel_km_s).cross(to_observer_km);
+            Ok((pos_km.dot(perpendicular) / perpendicular.length(), pos_km.dot(to_observer_km)))
         };
         // Light from the planet takes less than two hours.
-        const LIGHT_TIME_S: f64 = 7200.0;
+        const MAX_LIGHT_TIME_S: f64 = 7200.0;
         let (pos_km, vel_km_s) = self.moon_from_planet(from)?;
         let step_s = std::f64::consts::TAU * pos_km.length() / vel_km_s.length() / STEPS_PER_ORBIT;
         let mut found = Vec::new();
-        let mut at = from.plus_seconds(-LIGHT_TIME_S - step_s);
-        let mut offset = offsets(at)?.0;
-        while at < to {
-            let next = at.plus_seconds(step_s);
+        let mut sample_time = from.plus_seconds(-MAX_LIGHT_TIME_S - step_s);
+        let mut offset = offsets(sample_time)?.0;
+        while sample_time < to {
+            let next = sample_time.plus_seconds(step_s);
             let next_offset = offsets(next)?.0;
             if (offset < 0.0) != (next_offset < 0.0) {
                 // Secant method: the offset is nearly linear in time here.
                 let (mut a, mut fa, mut b, mut fb) = (0.0, offset, step_s, next_offset);
                 for _ in 0..4 {
                     let s = a - fa * (b - a) / (fb - fa);
-                    let f = offsets(at.plus_seconds(s))?.0;
+                    let f = offsets(sample_time.plus_seconds(s))?.0;
                     if (s - b).abs() < 1.0 || f == fb {
                         b = s;
                         break;
                     }
                     (a, fa, b, fb) = (b, fb, s, f);
                 }
-                let middle = at.plus_seconds(b);
+                let middle = sample_time.plus_seconds(b);
                 found.push((middle, offsets(middle)?.1 > 0.0));
             }
-            (at, offset) = (next, next_offset);
+            (sample_time, offset) = (next, next_offset);
         }
         Ok(found)
     }
@@ -166,6 +167,7 @@ struct MoonConjunction {
     middle: Instant,
     /// Half of the fitted span.
     half_span_s: f64,
+    /// Position of the moon.
     moon: FittedPosition,
     /// Vector to the Earth when it receives the light, or to the Sun when it sent the light.
     to_observer: FittedPosition,
@@ -193,8 +195,8 @@ impl MoonConjunction {
         // Twice the time in which the moon moves by the sum of both radii, and ten minutes.
         let half_span_s = 2.0 * (pair.planet.radii_km.x + pair.moon.radii_km.x) / vel_km_s.length() + 600.0;
         let instant = |s: f64| middle.plus_seconds(s);
-        let moon = FittedPosition::over(half_span_s, |s| Ok(pair.moon_from_planet(instant(s))?.0))?;
-        let to_observer = FittedPosition::over(half_span_s, |s| vector_to_observer(ephemeris, planet, observer, instant(s)))?;
+        let moon = FittedPosition::fit(half_span_s, |s| Ok(pair.moon_from_planet(instant(s))?.0))?;
+        let to_observer = FittedPosition::fit(half_span_s, |s| vector_to_observer(ephemeris, planet, observer, instant(s)))?;
         let planet_velocity_km_s = ephemeris.state(planet, NaifId::SOLAR_SYSTEM_BARYCENTER, middle, None)?.state.vel_km_s;
         let pole = ephemeris.body_from_icrf(planet, middle)?.row(2);
         Ok(Self { observer, middle, half_span_s, moon, to_observer, planet_velocity_km_s, pole })
@@ -204,9 +206,10 @@ impl MoonConjunction {
     /// and the vector to the observer.
     fn geometry_of_light(&self, s: f64) -> (DVec3, f64, DVec3) {
         let to_observer = self.to_observer.at(s);
-        let along_km = self.moon.at(s).dot(to_observer.normalize_or_zero());
+        // Distance by which the moon is nearer to the observer than the planet.
+        let depth_km = self.moon.at(s).dot(to_observer.normalize_or_zero());
         // Light goes from the planet to the Earth, and from the Sun to the planet.
-        let delay_s = if self.observer == NaifId::SUN { -along_km } else { along_km } / SPEED_OF_LIGHT_KM_S;
+        let delay_s = if self.observer == NaifId::SUN { -depth_km } else { depth_km } / SPEED_OF_LIGHT_KM_S;
         (self.moon.at(s + delay_s) + self.planet_velocity_km_s * delay_s, delay_s, to_observer)
     }
 
@@ -225,19 +228,19 @@ impl MoonConjunction {
         // Support function: distance from the planet's centre to the tangent plane with this unit normal.
         let support_km = |n: DVec3| (n * radii_km.x + self.pole * (n.dot(self.pole) * (radii_km.z - radii_km.x))).length();
         let perpendicular = (moon_km - towards * moon_km.dot(towards)).try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
-        let other = towards.cross(perpendicular);
+        let sideways = towards.cross(perpendicular);
         let beyond_plane_km = |angle: f64| {
-            let across = perpendicular * angle.cos() + other * angle.sin();
+            let across = perpendicular * angle.cos() + sideways * angle.sin();
             // The normal is tilted so that the plane touches both planet and observer.
             let tilt = (support_km(across) + signed_observer_radius_km) / distance_km;
             let normal = across * (1.0 - tilt * tilt).max(0.0).sqrt() + towards * tilt;
             moon_km.dot(normal) - support_km(normal)
         };
-        // The plane that the moon is farthest beyond. The flattening rotates its normal away from `perpendicular`, near the boundary by less than 0.3 radians.
+        // The plane beyond which the moon is farthest. The flattening rotates its normal away from `perpendicular`, near the boundary by less than 0.3 radians.
         beyond_plane_km(minimum(-0.3, 0.3, 1e-5, |angle| -beyond_plane_km(angle)))
     }
 
-    /// When the Earth's centre sees what happens at `s`: for an eclipse at the moon, else at the planet.
+    /// When the Earth's centre sees what happens at `s`: in an eclipse the event at the moon, else that at the planet.
     fn reception_of(&self, pair: &MoonAndPlanet<'_>, class: MoonEventType, s: f64) -> Result<Instant, EphemerisError> {
         let (moon_km, delay_s, _) = self.geometry_of_light(s);
         let at = self.middle.plus_seconds(s);
@@ -248,6 +251,7 @@ impl MoonConjunction {
         reception_time(pair.ephemeris, planet_km, at)
     }
 
+    /// The event at this conjunction; `None` if the moon misses the region.
     fn event(&self, pair: &MoonAndPlanet<'_>, is_in_front: bool) -> Result<Option<MoonEvent>, EphemerisError> {
         let class = match (self.observer == NaifId::SUN, is_in_front) {
             (false, true) => MoonEventType::Transit,
@@ -305,7 +309,7 @@ pub(super) fn vector_to_observer(ephemeris: &Ephemeris, planet: NaifId, observer
     Ok(barycentric_km(observer, reception_time(ephemeris, planet_km, t)?)? - planet_km)
 }
 
-/// When the Earth's centre receives light that leaves a barycentric place at `t`.
+/// When the Earth's centre receives light that leaves a place at `t`. `place_km`: barycentric, ICRF.
 pub(super) fn reception_time(ephemeris: &Ephemeris, place_km: DVec3, t: Instant) -> Result<Instant, EphemerisError> {
     let mut at = t;
     // The Earth's speed is 1e-4 of light's: three rounds leave less than a microsecond.

@@ -42,26 +42,26 @@ pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to
     // Light from Jupiter takes less than an hour.
     let start = from.plus_seconds(-3600.0 - 2.0 * STEP_S);
     for observer in [NaifId::EARTH, NaifId::SUN] {
-        let mut at = start;
+        let mut sample_time = start;
         // Distances of the pairs perpendicular to the line of sight at the last two samples.
         let mut second_last: Option<Vec<f64>> = None;
         let mut last: Option<Vec<f64>> = None;
-        while at < to.plus_seconds(2.0 * STEP_S) {
-            let towards = ephemeris.state(observer, JUPITER_BARYCENTRE, at, None)?.state.pos_km.normalize_or_zero();
-            let pole = ephemeris.body_from_icrf(JUPITER, at)?.row(2);
+        while sample_time < to.plus_seconds(2.0 * STEP_S) {
+            let towards = ephemeris.state(observer, JUPITER_BARYCENTRE, sample_time, None)?.state.pos_km.normalize_or_zero();
+            let pole = ephemeris.body_from_icrf(JUPITER, sample_time)?.row(2);
             if pole.dot(towards).abs() > MAX_SEASON_SINE {
                 (second_last, last) = (None, None);
-                at = at.plus_seconds(SECONDS_PER_DAY);
+                sample_time = sample_time.plus_seconds(SECONDS_PER_DAY);
                 continue;
             }
-            let positions = moons.iter().map(|m| Ok(ephemeris.state(m.id, JUPITER, at, None)?.state.pos_km));
+            let positions = moons.iter().map(|m| Ok(ephemeris.state(m.id, JUPITER, sample_time, None)?.state.pos_km));
             let positions: Vec<DVec3> = positions.collect::<Result<_, EphemerisError>>()?;
-            let now: Vec<f64> = pairs.iter().map(|&(a, b)| (positions[a] - positions[b]).cross(towards).length()).collect();
+            let current: Vec<f64> = pairs.iter().map(|&(a, b)| (positions[a] - positions[b]).cross(towards).length()).collect();
             if let (Some(second_last), Some(last)) = (&second_last, &last) {
                 for (k, &(a, b)) in pairs.iter().enumerate() {
-                    if last[k] <= second_last[k] && last[k] < now[k] && last[k] < MAX_DISTANCE_KM {
-                        let conjunction =
-                            MutualConjunction::around(ephemeris, [moons[a], moons[b]], observer, sun.radii_km.x, at.plus_seconds(-STEP_S))?;
+                    if last[k] <= second_last[k] && last[k] < current[k] && last[k] < MAX_DISTANCE_KM {
+                        let middle = sample_time.plus_seconds(-STEP_S);
+                        let conjunction = MutualConjunction::around(ephemeris, [moons[a], moons[b]], observer, sun.radii_km.x, middle)?;
                         let event = conjunction.event(ephemeris)?.filter(|e| (from..to).contains(&e.greatest));
                         // Two conjunctions may belong to one event.
                         let new_event = event.filter(|e| !found.iter().any(|earlier| is_same_event(earlier, e)));
@@ -69,8 +69,8 @@ pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to
                     }
                 }
             }
-            (second_last, last) = (last, Some(now));
-            at = at.plus_seconds(STEP_S);
+            (second_last, last) = (last, Some(current));
+            sample_time = sample_time.plus_seconds(STEP_S);
         }
     }
     Ok(found)
@@ -100,7 +100,7 @@ struct MutualConjunction<'a> {
 struct Offset {
     /// Distance of the nearer moon's centre from the line.
     offset_km: f64,
-    /// Distance of the nearer moon from the farther moon along the line.
+    /// Distance along the line by which the nearer moon is nearer to the observer than the farther moon.
     depth_km: f64,
     /// Distance of the observer from the farther moon.
     observer_distance_km: f64,
@@ -109,7 +109,7 @@ struct Offset {
 /// A region behind the nearer moon, which the farther moon may enter.
 #[derive(Clone, Copy)]
 enum Region {
-    /// Hidden from the Earth.
+    /// Hidden from the Earth by the nearer moon.
     Hidden,
     Penumbra,
     /// The umbra, or the antumbra beyond its tip.
@@ -125,9 +125,8 @@ impl<'a> MutualConjunction<'a> {
         middle: Instant,
     ) -> Result<Self, EphemerisError> {
         let instant = |s: f64| middle.plus_seconds(s);
-        let fit =
-            |moon: &Body| FittedPosition::over(HALF_SPAN_S, |s| Ok(ephemeris.state(moon.id, JUPITER, instant(s), None)?.state.pos_km));
-        let to_observer = FittedPosition::over(HALF_SPAN_S, |s| vector_to_observer(ephemeris, JUPITER, observer, instant(s)))?;
+        let fit = |moon: &Body| FittedPosition::fit(HALF_SPAN_S, |s| Ok(ephemeris.state(moon.id, JUPITER, instant(s), None)?.state.pos_km));
+        let to_observer = FittedPosition::fit(HALF_SPAN_S, |s| vector_to_observer(ephemeris, JUPITER, observer, instant(s)))?;
         let [a, b] = moons;
         let (a_km, b_km) = (fit(a)?, fit(b)?);
         let a_is_near = (a_km.at(0.0) - b_km.at(0.0)).dot(to_observer.at(0.0)) > 0.0;
@@ -136,6 +135,7 @@ impl<'a> MutualConjunction<'a> {
         Ok(Self { near, far, near_km, far_km, to_observer, observer, sun_radius_km, planet_velocity_km_s, middle })
     }
 
+    /// The offset for light that leaves or reaches the farther moon at `s`.
     fn offset(&self, s: f64) -> Offset {
         let far_km = self.far_km.at(s);
         let to_observer = self.to_observer.at(s) - far_km;
@@ -166,22 +166,24 @@ impl<'a> MutualConjunction<'a> {
     /// The last instant before `inside_s` (`direction` -1), or the first one after it (1), at which the farther moon touches the region from outside. At
     /// `inside_s` a part of the moon is inside the region.
     fn exit_s(&self, inside_s: f64, direction: f64, region: Region) -> f64 {
-        let outside = |s: f64| self.distance_outside_km(s, region);
-        let mut inside = inside_s;
+        let distance_km = |s: f64| self.distance_outside_km(s, region);
+        let mut last_inside_s = inside_s;
         // Not up to the end of the fitted span, because the nearer moon is evaluated at another instant: earlier or later by the light time between the moons.
-        while inside.abs() < 0.95 * HALF_SPAN_S {
-            let next = inside + direction * CONTACT_STEP_S;
-            if outside(next) >= 0.0 {
-                return zero_crossing(inside, next, outside);
+        while last_inside_s.abs() < 0.95 * HALF_SPAN_S {
+            let next = last_inside_s + direction * CONTACT_STEP_S;
+            if distance_km(next) >= 0.0 {
+                return zero_crossing(last_inside_s, next, distance_km);
             }
-            inside = next;
+            last_inside_s = next;
         }
-        inside
+        last_inside_s
     }
 
+    /// The event at this conjunction; `None` if the farther moon misses the outermost region.
     fn event(&self, ephemeris: &Ephemeris) -> Result<Option<MoonEvent>, EphemerisError> {
         let offset_km = |s: f64| self.offset(s).offset_km;
         let conjunction_s = time_of_minimum(-2.0 * STEP_S, 2.0 * STEP_S, offset_km);
+        // Names of the first and the last contact with each region.
         let (class, limits): (_, &[(&str, &str, Region)]) = if self.observer == NaifId::SUN {
             (MoonEventType::MutualEclipse, &[("P1", "P4", Region::Penumbra), ("U1", "U4", Region::Umbra)])
         } else {

@@ -13,7 +13,7 @@ use std::f64::consts::FRAC_PI_2;
 const STEPS: i32 = 120;
 /// The first distance from the centre line at which a limit is searched, degrees of arc; it is doubled until the eclipse is neither total nor annular.
 const FIRST_OFFSET_DEG: f64 = 0.02;
-/// The search for a limit gives up above this distance; since the distance is doubled, the last one tried is 20.48 degrees. Where the antumbra grazes the
+/// The search for a limit gives up above this distance. Because the distance is doubled, the last one tried is 20.48 degrees. Where the antumbra grazes the
 /// ground, a sunlit limit can be more than 11 degrees (1200 km) from the centre line.
 const MAX_OFFSET_DEG: f64 = 25.0;
 
@@ -27,7 +27,7 @@ pub struct EclipsePath {
     pub centre_line: Vec<(Instant, GeodeticPosition)>,
     /// North of the centre line; a point is missing where the umbra or antumbra extends beyond the sunlit ground.
     pub northern_limit: Vec<GeodeticPosition>,
-    /// South of the centre line, likewise.
+    /// South of the centre line; points are missing for the same reason.
     pub southern_limit: Vec<GeodeticPosition>,
 }
 
@@ -35,7 +35,7 @@ impl SolarEclipse {
     /// The path of the eclipse; `None` if the axis of the shadow misses the ground.
     pub fn path(&self) -> Option<EclipsePath> {
         let geometry = &self.geometry;
-        let (from, to) = geometry.central_span()?;
+        let (start_s, end_s) = geometry.central_span()?;
         let mut path = EclipsePath::default();
         // Degrees of latitude by which the left limit is north of the right one, summed over the steps; where a limit has no point, the centre line replaces
         // it.
@@ -43,10 +43,10 @@ impl SolarEclipse {
         for i in 0..=STEPS {
             // Slightly inside the span, where the axis certainly meets the ground.
             let fraction = (f64::from(i) / f64::from(STEPS)).clamp(1e-5, 1.0 - 1e-5);
-            let s = from + (to - from) * fraction;
+            let s = start_s + (end_s - start_s) * fraction;
             let Some(centre) = geometry.centre(s) else { continue };
             path.centre_line.push((geometry.sky.instant(s), centre));
-            let step_s = 1e-3 * (to - from);
+            let step_s = 1e-3 * (end_s - start_s);
             let heading_rad = match (fraction < 0.5, geometry.centre(s + step_s), geometry.centre(s - step_s)) {
                 (true, Some(ahead), _) => bearing_rad(centre, ahead),
                 (false, _, Some(behind)) => bearing_rad(behind, centre),
@@ -65,25 +65,26 @@ impl SolarEclipse {
         Some(path)
     }
 
-    /// The farthest place from `centre` on the great circle in this direction where the eclipse is still total or annular. `None` if the Sun is then more than
-    /// a degree below the place's horizon, or if the place is beyond [`MAX_OFFSET_DEG`]. Times are seconds, as in the eclipse's geometry.
+    /// The farthest place from `centre` on the great circle at `bearing_rad` where the eclipse is still total or annular. `None` if the Sun is then more than a
+    /// degree below the place's horizon, or if the place is beyond [`MAX_OFFSET_DEG`]. `s`: when the shadow's axis is at `centre`, in the seconds of the
+    /// eclipse's geometry.
     fn limit(&self, s: f64, centre: GeodeticPosition, bearing_rad: f64) -> Option<GeodeticPosition> {
         let geometry = &self.geometry;
         let is_total_or_annular =
             |distance_deg: f64| geometry.station(destination(centre, bearing_rad, distance_deg)).total_or_annular_instant_near(s).is_some();
-        let (mut inside, mut outside) = (0.0, FIRST_OFFSET_DEG);
-        while is_total_or_annular(outside) {
-            inside = outside;
-            outside *= 2.0;
-            if outside > MAX_OFFSET_DEG {
+        let (mut inside_deg, mut outside_deg) = (0.0, FIRST_OFFSET_DEG);
+        while is_total_or_annular(outside_deg) {
+            inside_deg = outside_deg;
+            outside_deg *= 2.0;
+            if outside_deg > MAX_OFFSET_DEG {
                 return None;
             }
         }
-        while outside - inside > LIMIT_TOLERANCE_DEG {
-            let middle = 0.5 * (inside + outside);
-            if is_total_or_annular(middle) { inside = middle } else { outside = middle }
+        while outside_deg - inside_deg > LIMIT_TOLERANCE_DEG {
+            let middle_deg = 0.5 * (inside_deg + outside_deg);
+            if is_total_or_annular(middle_deg) { inside_deg = middle_deg } else { outside_deg = middle_deg }
         }
-        let place = destination(centre, bearing_rad, inside);
+        let place = destination(centre, bearing_rad, inside_deg);
         let station = geometry.station(place);
         // Far from the centre line the phase is greatest up to an hour before or after `s`, at another altitude of the Sun.
         let greatest_s = station.total_or_annular_instant_near(s).unwrap_or(s);
@@ -91,19 +92,19 @@ impl SolarEclipse {
     }
 }
 
-/// Direction from one place to another on the sphere, from north through east.
+/// Direction from one place to another along a great circle of the sphere, from north through east.
 fn bearing_rad(from: GeodeticPosition, to: GeodeticPosition) -> f64 {
-    let (a, b) = (from.latitude_deg.to_radians(), to.latitude_deg.to_radians());
-    let east = (to.longitude_deg - from.longitude_deg).to_radians();
-    (east.sin() * b.cos()).atan2(a.cos() * b.sin() - a.sin() * b.cos() * east.cos())
+    let (from_lat, to_lat) = (from.latitude_deg.to_radians(), to.latitude_deg.to_radians());
+    let delta_lon = (to.longitude_deg - from.longitude_deg).to_radians();
+    (delta_lon.sin() * to_lat.cos()).atan2(from_lat.cos() * to_lat.sin() - from_lat.sin() * to_lat.cos() * delta_lon.cos())
 }
 
 /// The place at a bearing and a distance (degrees of arc) from another on the sphere.
 fn destination(from: GeodeticPosition, bearing_rad: f64, distance_deg: f64) -> GeodeticPosition {
-    let (lat, d) = (from.latitude_deg.to_radians(), distance_deg.to_radians());
-    let sin_lat = (lat.sin() * d.cos() + lat.cos() * d.sin() * bearing_rad.cos()).clamp(-1.0, 1.0);
-    let east = (bearing_rad.sin() * d.sin() * lat.cos()).atan2(d.cos() - lat.sin() * sin_lat);
-    let longitude_deg = (from.longitude_deg + east.to_degrees() + 540.0).rem_euclid(360.0) - 180.0;
+    let (lat, distance) = (from.latitude_deg.to_radians(), distance_deg.to_radians());
+    let sin_lat = (lat.sin() * distance.cos() + lat.cos() * distance.sin() * bearing_rad.cos()).clamp(-1.0, 1.0);
+    let delta_lon = (bearing_rad.sin() * distance.sin() * lat.cos()).atan2(distance.cos() - lat.sin() * sin_lat);
+    let longitude_deg = (from.longitude_deg + delta_lon.to_degrees() + 540.0).rem_euclid(360.0) - 180.0;
     GeodeticPosition { latitude_deg: sin_lat.asin().to_degrees(), longitude_deg, height_km: 0.0 }
 }
 
@@ -122,20 +123,20 @@ pub struct CutVertex {
 /// the places; with their `position`, a caller interpolates other properties of the places, such as times.
 pub fn cut_at_antimeridian(places: &[GeodeticPosition]) -> Vec<Vec<CutVertex>> {
     let mut lines: Vec<Vec<CutVertex>> = vec![Vec::new()];
-    let mut before: Option<CutVertex> = None;
+    let mut previous: Option<CutVertex> = None;
     for (k, place) in places.iter().enumerate() {
         let vertex = CutVertex { longitude_deg: place.longitude_deg, latitude_deg: place.latitude_deg, position: k as f64 };
-        if let Some(before) = before.replace(vertex).filter(|b| (b.longitude_deg - vertex.longitude_deg).abs() > 180.0) {
-            let edge_deg = 180.0_f64.copysign(before.longitude_deg);
+        if let Some(previous) = previous.replace(vertex).filter(|b| (b.longitude_deg - vertex.longitude_deg).abs() > 180.0) {
+            let edge_deg = 180.0_f64.copysign(previous.longitude_deg);
             // Degrees of longitude from the earlier place to the antimeridian, and to the later place.
-            let to_antimeridian_deg = (edge_deg - before.longitude_deg).abs();
-            let to_later_place_deg = 360.0 - (before.longitude_deg - vertex.longitude_deg).abs();
+            let to_antimeridian_deg = (edge_deg - previous.longitude_deg).abs();
+            let to_later_place_deg = 360.0 - (previous.longitude_deg - vertex.longitude_deg).abs();
             let fraction = if to_later_place_deg > 0.0 { to_antimeridian_deg / to_later_place_deg } else { 0.0 };
-            let between = |from: f64, to: f64| from + (to - from) * fraction;
+            let interpolated = |from: f64, to: f64| from + (to - from) * fraction;
             let at_edge = CutVertex {
                 longitude_deg: edge_deg,
-                latitude_deg: between(before.latitude_deg, vertex.latitude_deg),
-                position: between(before.position, vertex.position),
+                latitude_deg: interpolated(previous.latitude_deg, vertex.latitude_deg),
+                position: interpolated(previous.position, vertex.position),
             };
             lines.last_mut().into_iter().for_each(|line| line.push(at_edge));
             lines.push(vec![CutVertex { longitude_deg: -edge_deg, ..at_edge }]);
@@ -158,8 +159,8 @@ mod tests {
     fn the_bearing_to_a_destination_is_the_bearing_it_was_computed_from() {
         for (lat, lon) in [(0.0, 0.0), (60.0, 179.0), (-45.0, -100.0)] {
             for bearing_deg in [10.0_f64, 100.0, 200.0, 300.0] {
-                let to = destination(place(lat, lon), bearing_deg.to_radians(), 3.0);
-                let back = bearing_rad(place(lat, lon), to).to_degrees().rem_euclid(360.0);
+                let reached = destination(place(lat, lon), bearing_deg.to_radians(), 3.0);
+                let back = bearing_rad(place(lat, lon), reached).to_degrees().rem_euclid(360.0);
                 assert!((back - bearing_deg).abs() < 1e-9, "{lat} {lon} {bearing_deg}: {back}");
             }
         }

@@ -34,6 +34,7 @@ pub(super) struct BodyRadii {
     pub moon_radius_km: f64,
     /// The Moon's radius for the penumbra, for which almanacs use a larger one.
     pub penumbral_moon_radius_km: f64,
+    /// The Earth's semi-axes.
     pub earth_radii_km: DVec3,
     /// The convention that these radii follow; it also sets the enlargement of the Earth's shadow.
     pub convention: EclipseRadii,
@@ -77,7 +78,7 @@ impl EarthSky {
     /// # Errors
     /// The ephemeris does not cover the span.
     pub(crate) fn around(ephemeris: &Ephemeris, near_body: NaifId, middle: Instant, half_span_s: f64) -> Result<Self, EphemerisError> {
-        let fit = |body| FittedPosition::over(half_span_s, |s| apparent_position_km(ephemeris, body, middle.plus_seconds(s)));
+        let fit = |body| FittedPosition::fit(half_span_s, |s| apparent_position_km(ephemeris, body, middle.plus_seconds(s)));
         Ok(Self {
             middle,
             sun: fit(NaifId::SUN)?,
@@ -86,23 +87,27 @@ impl EarthSky {
         })
     }
 
+    /// The instant `s` seconds after the middle.
     pub(crate) fn instant(&self, s: f64) -> Instant {
         self.middle.plus_seconds(s)
     }
 
+    /// Apparent position of the Sun from the Earth's centre, GCRS.
     pub(crate) fn sun_km(&self, s: f64) -> DVec3 {
         self.sun.at(s)
     }
 
+    /// Apparent position of the Moon or the planet from the Earth's centre, GCRS.
     pub(crate) fn near_body_km(&self, s: f64) -> DVec3 {
         self.near_body.at(s)
     }
 
+    /// The Earth's rotation at `s`. Over the span, the Earth rotates uniformly about its pole at the middle.
     pub(crate) fn itrs_from_gcrs(&self, s: f64) -> DMat3 {
         DMat3::from_rotation_z(-EARTH_ROTATION_RAD_PER_S * s) * self.itrs_from_gcrs_at_middle
     }
 
-    /// The Earth's pole of date.
+    /// Unit vector to the Earth's north pole at the middle, GCRS.
     pub(crate) fn pole(&self) -> DVec3 {
         self.itrs_from_gcrs_at_middle.row(2)
     }

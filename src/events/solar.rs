@@ -56,11 +56,11 @@ pub struct SolarEclipse {
     /// Magnitude at the place of greatest eclipse, as in eclipse canons. If the axis meets the ground: the Moon's apparent diameter over the Sun's. Otherwise
     /// the covered part of the Sun's diameter by the Besselian formula, which exceeds 1 where the Sun is covered entirely.
     pub magnitude: f64,
-    /// Where the axis meets the ground at greatest eclipse, or the place nearest to the axis if it misses.
+    /// Where the axis meets the ground at greatest eclipse, or the place nearest to the axis if the axis misses the ground.
     pub place: GeodeticPosition,
     /// Altitude of the Sun at `place` at greatest eclipse.
     pub sun_altitude_deg: f64,
-    /// Duration of totality or annularity at `place`.
+    /// Duration of totality or annularity at `place`; `None` if the eclipse is partial there.
     pub duration_s: Option<f64>,
     /// P1 and P4: the penumbra meets and leaves the Earth; U1 and U4: the umbra or antumbra does.
     pub contacts: Vec<Contact>,
@@ -76,6 +76,7 @@ pub struct SolarEclipse {
 pub(super) struct SolarEclipseGeometry {
     pub sky: EarthSky,
     pub radii: BodyRadii,
+    /// Instant of greatest eclipse.
     pub greatest_s: f64,
 }
 
@@ -85,12 +86,14 @@ impl SolarEclipseGeometry {
         Spheroid { equatorial_km: radii_km.x, polar_km: radii_km.z, pole: self.sky.pole() }
     }
 
+    /// Gap between the penumbra and the Earth; negative if they overlap.
     fn penumbra_gap_km(&self, s: f64) -> f64 {
         let cone =
             Cone::penumbra(self.sky.sun_km(s), self.sky.near_body_km(s), self.radii.sun_radius_km, self.radii.penumbral_moon_radius_km);
         cone.gap_km(&self.earth()).0
     }
 
+    /// Gap between the umbra or antumbra and the Earth; negative if they overlap.
     fn umbra_gap_km(&self, s: f64) -> f64 {
         Cone::umbra_or_antumbra(self.sky.sun_km(s), self.sky.near_body_km(s), self.radii.sun_radius_km, self.radii.moon_radius_km)
             .gap_km(&self.earth())
@@ -113,11 +116,12 @@ impl SolarEclipseGeometry {
         )
     }
 
+    /// An observer at a place during this eclipse.
     pub(crate) fn station(&self, place: GeodeticPosition) -> Station<'_> {
         Station::new(&self.sky, self.radii, place)
     }
 
-    /// When the axis first meets and last leaves the ground, seconds; `None` if it misses the ground.
+    /// When the axis first meets and last leaves the ground, seconds; `None` if the axis misses the ground.
     pub(crate) fn central_span(&self) -> Option<(f64, f64)> {
         let earth = self.earth();
         let minus_half_chord_sq =
@@ -138,13 +142,13 @@ impl SolarEclipseGeometry {
         discs.moon_radius_rad > discs.sun_radius_rad
     }
 
-    /// The type of a central eclipse whose axis meets the ground between these two instants, from samples of the centre line.
-    fn type_along_line(&self, (from, to): (f64, f64)) -> SolarType {
+    /// The type of a central eclipse whose axis meets the ground between these two instants, in seconds, from samples of the centre line.
+    fn type_along_line(&self, (start_s, end_s): (f64, f64)) -> SolarType {
         // Slightly inside the span, where the axis certainly meets the ground.
-        let margin = 1e-4 * (to - from);
-        let at = |i: i32| from + margin + (to - from - 2.0 * margin) * f64::from(i) / f64::from(LINE_STEPS);
-        let total: Vec<bool> = (0..=LINE_STEPS).filter_map(|i| self.centre(at(i)).map(|place| self.is_total(at(i), place))).collect();
-        match (total.contains(&true), total.contains(&false)) {
+        let margin_s = 1e-4 * (end_s - start_s);
+        let at = |i: i32| start_s + margin_s + (end_s - start_s - 2.0 * margin_s) * f64::from(i) / f64::from(LINE_STEPS);
+        let totality: Vec<bool> = (0..=LINE_STEPS).filter_map(|i| self.centre(at(i)).map(|place| self.is_total(at(i), place))).collect();
+        match (totality.contains(&true), totality.contains(&false)) {
             (true, true) => SolarType::Hybrid,
             (true, false) => SolarType::Total,
             _ => SolarType::Annular,
@@ -171,10 +175,10 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, new_moon: Syzy
     if geometry.penumbra_gap_km(greatest_s) >= 0.0 {
         return Ok(None);
     }
-    // First and last contact with the Earth of the cone for which `gap` is the distance to the spheroid.
+    // First and last contact of the Earth with a cone. `gap`: distance between the cone and the spheroid by time.
     let contacts_of = |gap: &dyn Fn(f64) -> f64| {
-        let end = |sign: f64| zero_crossing(greatest_s, greatest_s + sign * SHADOW_SEARCH_S, gap);
-        (end(-1.0), end(1.0))
+        let contact_s = |sign: f64| zero_crossing(greatest_s, greatest_s + sign * SHADOW_SEARCH_S, gap);
+        (contact_s(-1.0), contact_s(1.0))
     };
     let penumbra = contacts_of(&|s| geometry.penumbra_gap_km(s));
     let umbra = (geometry.umbra_gap_km(greatest_s) < 0.0).then(|| contacts_of(&|s| geometry.umbra_gap_km(s)));

@@ -64,7 +64,7 @@ pub fn transits(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Ins
         let body =
             catalog.body(planet).ok_or_else(|| EphemerisError::other(format!("the catalog has no body {}: transits need it", planet.0)))?;
         let planet_radius_km = body.radii_km.x;
-        // The planet takes the Moon's place.
+        // The planet takes the Moon's place in the computation of an eclipse.
         let radii = BodyRadii { moon_radius_km: planet_radius_km, penumbral_moon_radius_km: planet_radius_km, ..eclipse_radii };
         // Angle between the centres, radians; pi if the planet is behind the Sun.
         let elongation = |t: Instant| -> Result<f64, EphemerisError> {
@@ -89,12 +89,14 @@ pub fn transits(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to: Ins
 /// The apparent positions of the Sun and a planet for some hours around an inferior conjunction.
 #[derive(Clone, Debug)]
 struct PlanetConjunction {
+    /// Apparent positions, seen from the Earth's centre.
     sky: EarthSky,
     /// With the planet's radius for the Moon's.
     radii: BodyRadii,
 }
 
 impl PlanetConjunction {
+    /// `near`: an instant within two days of the conjunction.
     fn around(ephemeris: &Ephemeris, planet: NaifId, near: Instant, radii: BodyRadii) -> Result<Self, EphemerisError> {
         // Fitted over some days to find the middle, then over the hours of a transit.
         let over_days = Self { sky: EarthSky::around(ephemeris, planet, near, 2.0 * STEP_S)?, radii };
@@ -115,6 +117,7 @@ impl PlanetConjunction {
         )
     }
 
+    /// The transit; `None` if the planet misses the Sun, as seen from the Earth's centre.
     fn transit(self, planet: NaifId) -> Option<Transit> {
         // Angles from external and from internal tangency of the discs: the first is negative if they overlap, the second if the planet is entirely on the Sun.
         let outer_gap_rad = |s: f64| self.separation_rad(s) - self.angular_radii_rad(s).0 - self.angular_radii_rad(s).1;
@@ -123,18 +126,19 @@ impl PlanetConjunction {
         if outer_gap_rad(greatest_s) >= 0.0 {
             return None;
         }
-        let contact = |sign: f64, f: &dyn Fn(f64) -> f64| self.sky.instant(zero_crossing(greatest_s, sign * HALF_SPAN_S, f));
+        let contact = |sign: f64, gap_rad: &dyn Fn(f64) -> f64| self.sky.instant(zero_crossing(greatest_s, sign * HALF_SPAN_S, gap_rad));
         let mut contacts = vec![("I", contact(-1.0, &outer_gap_rad)), ("IV", contact(1.0, &outer_gap_rad))];
         if inner_gap_rad(greatest_s) < 0.0 {
             contacts.splice(1..1, [("II", contact(-1.0, &inner_gap_rad)), ("III", contact(1.0, &inner_gap_rad))]);
         }
         let (sun_radius, planet_radius) = self.angular_radii_rad(greatest_s);
-        let north = self.sky.near_body_km(greatest_s).normalize_or_zero().z - self.sky.sun_km(greatest_s).normalize_or_zero().z;
+        // Positive if the planet is north of the Sun's centre.
+        let northward = self.sky.near_body_km(greatest_s).normalize_or_zero().z - self.sky.sun_km(greatest_s).normalize_or_zero().z;
         Some(Transit {
             planet,
             greatest: self.sky.instant(greatest_s),
             separation_arcsec: self.separation_rad(greatest_s) / RAD_PER_ARCSEC,
-            gamma: (self.separation_rad(greatest_s) / sun_radius).copysign(north),
+            gamma: (self.separation_rad(greatest_s) / sun_radius).copysign(northward),
             magnitude: (-outer_gap_rad(greatest_s) / 2.0).min(planet_radius) / sun_radius,
             contacts,
             conjunction: self,

@@ -22,7 +22,7 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Side of the image of each case, pixels.
+/// Width and height of the image of each case, pixels.
 const SIDE_PX: u32 = 48;
 /// Number of cases in memory at a time.
 const CASES_PER_CHUNK: usize = 64;
@@ -49,11 +49,13 @@ pub enum CorpusError {
 
 /// A file of binary data, to which cases refer by its name.
 struct Blob {
+    /// Path below the corpus folder, from the digest of the bytes.
     name: String,
     bytes: Vec<u8>,
 }
 
 impl Blob {
+    /// The blob of these bytes. Equal bytes have the same name.
     fn of(bytes: Vec<u8>) -> Self {
         Self { name: format!("data/{}.bin", hex(&Sha256::digest(&bytes)[..16])), bytes }
     }
@@ -66,9 +68,11 @@ struct Case {
     wgsl: String,
     /// Content of `case.json`.
     json: Value,
+    /// The binary data to which `json` refers.
     blobs: Vec<Blob>,
 }
 
+/// The bytes of f32 values, little-endian.
 fn little_endian(values: impl IntoIterator<Item = f32>) -> Vec<u8> {
     values.into_iter().flat_map(f32::to_le_bytes).collect()
 }
@@ -121,7 +125,7 @@ fn vertices_json(input: &Vertices, blobs: &mut Vec<Blob>) -> Value {
     }
 }
 
-/// The case of a module, of the draw that runs it, and of its images by the software renderer.
+/// The case of a module, made from the draw that runs the module and from its images by the software renderer.
 fn assemble_case(module: &ShaderModule, draw: &PlanDraw, sample: &SampleImage) -> Result<Case, String> {
     let mut blobs = Vec::new();
     let mut add_blob = |bytes: Vec<u8>| {
@@ -131,7 +135,7 @@ fn assemble_case(module: &ShaderModule, draw: &PlanDraw, sample: &SampleImage) -
         name
     };
     let uniforms = add_blob(draw.uniform_bytes.clone());
-    let expected = add_blob(little_endian(sample.double.iter().flatten().copied()));
+    let expected = add_blob(little_endian(sample.f64_pixels.iter().flatten().copied()));
     let fields: Vec<Value> = module
         .layout
         .fields
@@ -172,7 +176,7 @@ fn assemble_case(module: &ShaderModule, draw: &PlanDraw, sample: &SampleImage) -
             "vertices": vertices,
             "expected": expected,
             "tolerance": TOLERANCE,
-            // After sRGB encoding, unlike the tolerance.
+            // A difference of encoded sRGB values, whereas the tolerance is of linear light.
             "own_f32_max_error": sample.rounding_levels() / 255.0,
         }),
         blobs,

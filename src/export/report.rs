@@ -13,7 +13,7 @@ use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// Side of the sample image, pixels.
+/// Width and height of the sample image, pixels.
 const SIDE_PX: u32 = 40;
 
 /// Cost of one module in one revision, and statistics of its sample image.
@@ -49,7 +49,7 @@ pub struct Cause {
 pub struct ImageChange {
     /// The greatest difference of a pixel.
     pub max_levels: f64,
-    /// The mean over all pixels.
+    /// The mean difference over all pixels.
     pub mean_levels: f64,
     /// Number of pixels that differ by half a level or more.
     pub pixels: usize,
@@ -60,26 +60,36 @@ pub struct ImageChange {
 pub struct ModuleChange {
     /// Key or name.
     pub module: String,
+    /// What changed the module.
     pub causes: Vec<Cause>,
+    /// Difference of the sample images; `None` for modules that draw no body.
     pub image: Option<ImageChange>,
+    /// Figures in the first revision.
     pub first: Figures,
+    /// Figures in the second revision.
     pub second: Figures,
 }
 
 /// The comparison.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Report {
+    /// Name of the first revision.
     pub first: String,
+    /// Name of the second revision.
     pub second: String,
     /// Number of modules with equal text and tape.
     pub equal: usize,
+    /// Names of modules that only the first revision has.
     pub only_first: Vec<String>,
+    /// Names of modules that only the second revision has.
     pub only_second: Vec<String>,
+    /// Modules that both revisions have and that differ.
     pub changed: Vec<ModuleChange>,
     /// Modules that a revision cannot compile or run, each with the reason.
     pub failures: Vec<(String, String)>,
 }
 
+/// The result of the comparison of one module.
 enum ModuleComparison {
     Equal,
     Changed(Box<ModuleChange>),
@@ -88,7 +98,7 @@ enum ModuleComparison {
 }
 
 /// The modules to compare: those that at least one library lists, or `default_ids` if both revisions are folders of fragments.
-fn ids(revisions: [&Revision; 2], default_ids: &[ModuleId]) -> Vec<ModuleId> {
+fn ids_to_compare(revisions: [&Revision; 2], default_ids: &[ModuleId]) -> Vec<ModuleId> {
     let libraries: Vec<Vec<ModuleId>> = revisions.iter().filter_map(|r| r.ids()).collect();
     // A library may list no module that this program knows, so an empty list does not mean fragments.
     let all: BTreeSet<ModuleId> =
@@ -112,8 +122,8 @@ pub(crate) fn figures(module: &ShaderModule, sample: Option<&SampleImage>) -> Re
     })
 }
 
-/// Why two modules with the same id differ.
-fn causes(first: &ShaderModule, second: &ShaderModule) -> Vec<Cause> {
+/// The causes of the difference of two modules with the same id.
+fn find_causes(first: &ShaderModule, second: &ShaderModule) -> Vec<Cause> {
     if first.wgsl == second.wgsl {
         return vec![Cause { what: "lowering".into(), ..Cause::default() }];
     }
@@ -129,6 +139,10 @@ fn causes(first: &ShaderModule, second: &ShaderModule) -> Vec<Cause> {
     if causes.is_empty() { vec![Cause { what: "generator".into(), ..Cause::default() }] } else { causes }
 }
 
+/// Compares the two revisions of a module: text and tape, then, if these differ, the sample images and figures.
+///
+/// # Errors
+/// Why a module cannot be drawn, or its figures not be computed.
 fn compare(renderer: &SampleBodyRenderer, modules: [ShaderModule; 2], id: &ModuleId) -> Result<ModuleComparison, String> {
     if modules[0].wgsl == modules[1].wgsl && modules[0].tape == modules[1].tape {
         return Ok(ModuleComparison::Equal);
@@ -141,7 +155,7 @@ fn compare(renderer: &SampleBodyRenderer, modules: [ShaderModule; 2], id: &Modul
     let samples = [sample(&first)?, sample(&second)?];
     let image = match &samples {
         [Some(a), Some(b)] => {
-            let differences = level_differences(&a.single, &b.single);
+            let differences = level_differences(&a.f32_pixels, &b.f32_pixels);
             Some(ImageChange {
                 max_levels: differences.iter().copied().fold(0.0, f64::max),
                 mean_levels: differences.iter().sum::<f64>() / differences.len().max(1) as f64,
@@ -153,7 +167,7 @@ fn compare(renderer: &SampleBodyRenderer, modules: [ShaderModule; 2], id: &Modul
     let [a, b] = &samples;
     Ok(ModuleComparison::Changed(Box::new(ModuleChange {
         module: id.to_string(),
-        causes: causes(&first, &second),
+        causes: find_causes(&first, &second),
         image,
         first: figures(&first, a.as_ref())?,
         second: figures(&second, b.as_ref())?,
@@ -173,9 +187,9 @@ impl Report {
         on_start: impl FnOnce(usize),
         on_module_done: impl Fn() + Sync,
     ) -> Result<Self, SessionError> {
-        // A trial: if no renderer can be created, that is one error, not a failure of every module.
+        // A trial: if no renderer can be created, the comparison gives one error instead of a failure of every module.
         drop(SampleBodyRenderer::new(SIDE_PX)?);
-        let ids = ids(revisions, default_ids);
+        let ids = ids_to_compare(revisions, default_ids);
         on_start(ids.len());
         let compare_module = |renderer: &SampleBodyRenderer, id: &ModuleId| -> Result<ModuleComparison, String> {
             let modules = revisions.map(|r| r.module(id, lowering).map_err(|e| format!("{}: {e}", r.name)));

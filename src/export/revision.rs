@@ -18,10 +18,10 @@ pub enum RevisionError {
     /// The folder cannot be read.
     #[error("{}: {source}", folder.display())]
     Folder { folder: PathBuf, source: std::io::Error },
-    /// It contains neither entries nor fragments.
+    /// The folder contains neither entries nor fragments.
     #[error("{}: no shader library and no shader sources in it; `orrery library warm --cache DIR` writes a library, `orrery shader export DIR` the sources", .0.display())]
     Nothing(PathBuf),
-    /// It contains libraries that several generators wrote.
+    /// The folder contains libraries that several generators wrote.
     #[error("{} holds {} revisions; name the folder of one: {}", folder.display(), names.len(), names.join(", "))]
     Several { folder: PathBuf, names: Vec<String> },
     /// The content of an entry is invalid.
@@ -40,6 +40,7 @@ pub enum RevisionError {
 enum Modules {
     /// Entry files by module.
     Entries(BTreeMap<ModuleId, PathBuf>),
+    /// Fragments, from which any module can be emitted.
     Fragments(Box<Fragments>),
 }
 
@@ -49,10 +50,10 @@ pub struct Revision {
     pub name: String,
     modules: Modules,
     /// Names of modules that this program cannot parse, because the keys of another revision have other words.
-    unknown: BTreeSet<String>,
+    unknown_names: BTreeSet<String>,
 }
 
-/// Everything in a folder. An error names this folder, which may be one below the folder that the user gave.
+/// Everything in a folder. An error names this folder, which may lie below the folder that the user gave.
 fn paths_in(folder: &Path) -> Result<Vec<PathBuf>, RevisionError> {
     let failed = |source| RevisionError::Folder { folder: folder.to_owned(), source };
     std::fs::read_dir(folder).map_err(failed)?.map(|entry| entry.map(|e| e.path()).map_err(failed)).collect()
@@ -90,7 +91,7 @@ impl Revision {
 
     /// The modules of these fragments.
     pub fn of_fragments(name: &str, fragments: Fragments) -> Self {
-        Self { name: name.to_owned(), modules: Modules::Fragments(Box::new(fragments)), unknown: BTreeSet::new() }
+        Self { name: name.to_owned(), modules: Modules::Fragments(Box::new(fragments)), unknown_names: BTreeSet::new() }
     }
 
     /// The revision in a folder: one generator's folder of a library, a library with one generator, a cache folder with such a library, or fragments written by
@@ -124,17 +125,18 @@ impl Revision {
         }
     }
 
+    /// The revision of the entry files of one generator. `folder`: the folder that holds them.
     fn of_entries(folder: &Path, files: Vec<PathBuf>) -> Result<Self, RevisionError> {
-        let (mut entries, mut unknown) = (BTreeMap::new(), BTreeSet::new());
+        let (mut entries, mut unknown_names) = (BTreeMap::new(), BTreeSet::new());
         for file in files {
             let id_of_name = file.file_stem().and_then(|s| s.to_str()).and_then(|name| name.parse().ok());
             let id = match id_of_name {
                 Some(id) => id,
                 // The name of a long key is shortened, so the id is read from the entry itself.
                 None => {
-                    let name = module_name(&read(&file)?).map_err(|why| RevisionError::Entry { file: file.clone(), why })?;
+                    let name = module_name(&read_entry(&file)?).map_err(|why| RevisionError::Entry { file: file.clone(), why })?;
                     let Ok(id) = name.parse() else {
-                        unknown.insert(name);
+                        unknown_names.insert(name);
                         continue;
                     };
                     id
@@ -142,7 +144,7 @@ impl Revision {
             };
             entries.insert(id, file);
         }
-        Ok(Self { name: folder.display().to_string(), modules: Modules::Entries(entries), unknown })
+        Ok(Self { name: folder.display().to_string(), modules: Modules::Entries(entries), unknown_names })
     }
 
     /// The modules of a library; `None` for fragments, which can emit any module.
@@ -153,9 +155,9 @@ impl Revision {
         }
     }
 
-    /// Names of its modules that this program does not know and therefore cannot compare.
+    /// Names of the revision's modules that this program cannot parse and therefore cannot compare.
     pub(crate) fn unknown_modules(&self) -> &BTreeSet<String> {
-        &self.unknown
+        &self.unknown_names
     }
 
     /// A module; `None` if the library has no entry for it.
@@ -167,13 +169,14 @@ impl Revision {
             Modules::Fragments(fragments) => Ok(Some(ShaderModule::build_with(fragments, id, lowering)?)),
             Modules::Entries(entries) => {
                 let Some(file) = entries.get(id) else { return Ok(None) };
-                let module = decode_of_any_generator(id, &read(file)?, lowering);
+                let module = decode_of_any_generator(id, &read_entry(file)?, lowering);
                 module.map(Some).map_err(|why| RevisionError::Entry { file: file.clone(), why })
             }
         }
     }
 }
 
-fn read(file: &Path) -> Result<Vec<u8>, RevisionError> {
+/// Reads an entry file.
+fn read_entry(file: &Path) -> Result<Vec<u8>, RevisionError> {
     read_bytes(file, MAX_ENTRY_BYTES).map_err(|source| RevisionError::File { file: file.to_owned(), source })
 }

@@ -20,9 +20,9 @@ pub(crate) struct SampleImage {
     /// Width and height in pixels.
     pub side_px: u32,
     /// Linear RGBA, premultiplied, in f32.
-    pub single: Vec<[f32; 4]>,
+    pub f32_pixels: Vec<[f32; 4]>,
     /// The result of the same tape in f64, rounded to f32 at the end.
-    pub double: Vec<[f32; 4]>,
+    pub f64_pixels: Vec<[f32; 4]>,
 }
 
 /// For each pixel, the greatest difference of a channel, in display levels of 255. A white Lambert surface in full sunlight has level 255.
@@ -34,29 +34,30 @@ pub(crate) fn level_differences(first: &[[f32; 4]], second: &[[f32; 4]]) -> Vec<
 impl SampleImage {
     /// Mean luminance of the f64 image, relative to a white Lambert surface in full sunlight.
     pub(crate) fn mean_luminance(&self) -> f64 {
-        let sum: f64 = self.double.iter().map(|p| luminance([p[0], p[1], p[2]].map(f64::from))).sum();
-        sum / self.double.len().max(1) as f64
+        let sum: f64 = self.f64_pixels.iter().map(|p| luminance([p[0], p[1], p[2]].map(f64::from))).sum();
+        sum / self.f64_pixels.len().max(1) as f64
     }
 
     /// The greatest difference between the f32 and the f64 image, display levels.
     pub(crate) fn rounding_levels(&self) -> f64 {
-        level_differences(&self.single, &self.double).into_iter().fold(0.0, f64::max)
+        level_differences(&self.f32_pixels, &self.f64_pixels).into_iter().fold(0.0, f64::max)
     }
 
     /// Display bytes of the f32 image, on black. `fit_to_white`: scales the image so that its brightest channel is white, for images that show counts.
     pub(crate) fn display(&self, fit_to_white: bool) -> Vec<[u8; 4]> {
-        let brightest = self.single.iter().flat_map(|p| p[..3].iter().copied()).fold(0.0, f32::max);
+        let brightest = self.f32_pixels.iter().flat_map(|p| p[..3].iter().copied()).fold(0.0, f32::max);
         let factor = if fit_to_white && brightest > 0.0 { 1.0 / brightest } else { 1.0 };
         let byte = |light: f32| levels::display_level(light, f64::from(factor)).round() as u8;
-        self.single.iter().map(|[r, g, b, _]| [byte(*r), byte(*g), byte(*b), 255]).collect()
+        self.f32_pixels.iter().map(|[r, g, b, _]| [byte(*r), byte(*g), byte(*b), 255]).collect()
     }
 }
 
 /// Draws the sample body with modules, in f32 and in f64.
 pub(crate) struct SampleBodyRenderer {
+    /// Width and height of the images, pixels.
     side_px: u32,
-    single: SoftwareRenderer,
-    double: SoftwareRenderer,
+    f32_renderer: SoftwareRenderer,
+    f64_renderer: SoftwareRenderer,
 }
 
 /// Maps items in parallel on all cores: `make` gets each item with a renderer for images of `side_px` x `side_px` pixels. If that renderer cannot be created,
@@ -96,7 +97,7 @@ impl SampleBodyRenderer {
     pub(crate) fn new(side_px: u32) -> Result<Self, SessionError> {
         let renderer =
             |precision| SoftwareRenderer::new(Options { threads: 1, precision, kernels: KernelClass::Portable, ..Options::default() });
-        Ok(Self { side_px, single: renderer(Precision::F32)?, double: renderer(Precision::F64)? })
+        Ok(Self { side_px, f32_renderer: renderer(Precision::F32)?, f64_renderer: renderer(Precision::F64)? })
     }
 
     /// The plan that draws the sample body with the module of a key.
@@ -113,12 +114,13 @@ impl SampleBodyRenderer {
     /// The module needs something that the sample body lacks, or cannot be run.
     pub(crate) fn draw(&self, module: &Arc<ShaderModule>, key: &ShaderKey) -> Result<SampleImage, SessionError> {
         let plan = self.plan(module, key)?;
-        let light = |renderer: &SoftwareRenderer| -> Result<Vec<[f32; 4]>, SessionError> {
+        let hdr_pixels = |renderer: &SoftwareRenderer| -> Result<Vec<[f32; 4]>, SessionError> {
             let drawn = renderer.render(&plan, &FixedModule(module), FrameImages::DisplayAndHdr);
             // The next module may have the same id, and thousands of modules may follow.
             renderer.forget_modules();
             Ok(drawn?.0.hdr)
         };
-        Ok(SampleImage { side_px: self.side_px, single: light(&self.single)?, double: light(&self.double)? })
+        let (f32_pixels, f64_pixels) = (hdr_pixels(&self.f32_renderer)?, hdr_pixels(&self.f64_renderer)?);
+        Ok(SampleImage { side_px: self.side_px, f32_pixels, f64_pixels })
     }
 }

@@ -35,12 +35,13 @@ impl PoleAndMeridian {
     /// The three angles of a rotation, for display. At a pole along ICRF z, right ascension is 0.
     pub fn of(body_from_icrf: &DMat3) -> Self {
         let pole = body_from_icrf.row(2);
+        // Ascending node of the body's equator on the ICRF equator.
         let node = DVec3::Z.cross(pole).try_normalize().unwrap_or(DVec3::Y);
-        let in_body = *body_from_icrf * node;
+        let node_in_body = *body_from_icrf * node;
         Self {
             pole_ra_deg: (-node.x).atan2(node.y).to_degrees().rem_euclid(360.0),
             pole_dec_deg: pole.z.atan2(pole.truncate().length()).to_degrees(),
-            w_deg: (-in_body.y).atan2(in_body.x).to_degrees().rem_euclid(360.0),
+            w_deg: (-node_in_body.y).atan2(node_in_body.x).to_degrees().rem_euclid(360.0),
         }
     }
 }
@@ -60,7 +61,8 @@ fn intermediate_from_gcrs(t: Instant) -> [[f64; 3]; 3] {
 fn itrs_from_gcrs_via(intermediate_from_gcrs: &[[f64; 3]; 3], t: Instant) -> DMat3 {
     let days_tt = t.jd_tt() - JD_J2000;
     let angle_rad = sofars::erst::era00(JD_J2000, t.jd_ut1() - JD_J2000);
-    // Only the TIO locator s': the pole's coordinates are taken as 0.
+    // `sofars` keeps SOFA's names: `pom00` makes the matrix of polar motion, `sp00` the TIO locator s', `c2tcio` the product of all three rotations. Only s' is
+    // used of polar motion: the pole's coordinates are taken as 0.
     let polar_motion = sofars::pnp::pom00(0.0, 0.0, sofars::pnp::sp00(JD_J2000, days_tt));
     DMat3::from_cols_array_2d(&sofars::pnp::c2tcio(intermediate_from_gcrs, angle_rad, &polar_motion)).transpose()
 }
@@ -80,9 +82,10 @@ impl Default for EarthRotation {
 }
 
 impl EarthRotation {
+    /// As [`earth_itrs_from_gcrs`], with an interpolated pole; `POLE_STEP_S` states the error.
     pub(crate) fn itrs_from_gcrs(&self, t: Instant) -> DMat3 {
         let at_node = |tdb_s| intermediate_from_gcrs(Instant::from_tdb_seconds_past_j2000(tdb_s));
-        let ([a, b], weight) = self.0.around((), t.tdb_seconds_past_j2000(), at_node);
+        let ([a, b], weight) = self.0.values_around((), t.tdb_seconds_past_j2000(), at_node);
         let interpolated = std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] + (b[i][j] - a[i][j]) * weight));
         itrs_from_gcrs_via(&interpolated, t)
     }

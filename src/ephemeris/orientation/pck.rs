@@ -31,17 +31,17 @@ pub struct PoleAndMeridian {
 /// One body's model: polynomials in degrees, plus sines and cosines of angles that all bodies of a planet's system share.
 #[derive(Clone, Debug, Default)]
 struct Model {
-    /// Polynomial in Julian centuries.
+    /// Polynomial in Julian centuries from J2000.
     pole_ra: Vec<f64>,
-    /// Polynomial in Julian centuries.
+    /// Polynomial in Julian centuries from J2000.
     pole_dec: Vec<f64>,
-    /// Polynomial in days.
+    /// Polynomial in days from J2000.
     w: Vec<f64>,
     /// Amplitudes of the sines of the system's angles, degrees, in the order of the angles.
     ra_terms: Vec<f64>,
-    /// Amplitudes of the cosines, likewise.
+    /// Amplitudes of the cosines of the same angles, degrees.
     dec_terms: Vec<f64>,
-    /// Amplitudes of the sines, likewise.
+    /// Amplitudes of the sines of the same angles, degrees.
     w_terms: Vec<f64>,
 }
 
@@ -57,7 +57,7 @@ pub struct Pck {
 /// Name and numbers of each assignment in the data blocks.
 fn assignments(text: &str) -> Result<HashMap<&str, Vec<f64>>, PckError> {
     let mut values: HashMap<&str, Vec<f64>> = HashMap::new();
-    let (mut in_data, mut name, mut quoted) = (false, "", false);
+    let (mut in_data, mut name, mut in_quotes) = (false, "", false);
     for (index, line) in text.lines().enumerate() {
         match line.trim() {
             "\\begindata" => in_data = true,
@@ -67,6 +67,7 @@ fn assignments(text: &str) -> Result<HashMap<&str, Vec<f64>>, PckError> {
         if !in_data || line.trim().starts_with('\\') {
             continue;
         }
+        // The part of the line that holds values: all of it, or what follows an assignment.
         let mut rest = line;
         if let Some((left, right)) = line.split_once('=') {
             let appends = left.trim_end().ends_with('+');
@@ -79,8 +80,8 @@ fn assignments(text: &str) -> Result<HashMap<&str, Vec<f64>>, PckError> {
         for word in rest.split(|c: char| c.is_whitespace() || matches!(c, '(' | ')' | ',')).filter(|w| !w.is_empty()) {
             // Strings and dates (`@2000-JAN-1`) are not orientation data.
             let quotes = word.matches('\'').count();
-            if quoted || quotes > 0 || word.starts_with('@') {
-                quoted ^= quotes % 2 == 1;
+            if in_quotes || quotes > 0 || word.starts_with('@') {
+                in_quotes ^= quotes % 2 == 1;
                 continue;
             }
             let number = word.replace(['D', 'd'], "e").parse().map_err(|_| PckError::Number { line: index + 1, text: word.into() })?;
@@ -90,12 +91,12 @@ fn assignments(text: &str) -> Result<HashMap<&str, Vec<f64>>, PckError> {
     Ok(values)
 }
 
-/// The value at `x` of a polynomial, its constant first.
+/// The value at `x` of a polynomial whose coefficients are given from the constant upwards.
 fn polynomial(coefficients: &[f64], x: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
 }
 
-/// The system whose angles a body's terms use: 4 for 499 and 401, 3 for the Moon.
+/// Code of the system whose angles a body's terms use: 4 for Mars (499) and Phobos (401), 3 for the Moon (301).
 fn system_of(body: i32) -> i32 {
     body / 100
 }

@@ -1,8 +1,8 @@
 //! Error of bodies on mean or osculating ellipses. In: elements and an instant. Out: an upper limit in km.
 //!
-//! The error is an angle along the orbit: a constant for omitted periodic terms, and for the uncertainty of the mean motion a part that grows with the time
-//! from the elements' epoch. Always: it never decreases with the time from the epoch and never exceeds twice the largest distance from the parent. Omitted:
-//! errors of the orbital plane, which are smaller than those along the orbit.
+//! The error is an angle along the orbit. A constant part stands for omitted periodic terms. The other part, for the uncertainty of the mean motion, grows with
+//! the time from the elements' epoch. Always: the limit never decreases with the time from the epoch and never exceeds twice the largest distance from the
+//! parent. Omitted: errors of the orbital plane, which are smaller than those along the orbit.
 
 use crate::catalog::{MeanElements, NaifId};
 use crate::time::Instant;
@@ -14,6 +14,8 @@ struct Drift {
     deg_per_yr: f64,
 }
 
+/// The drift of a body.
+///
 /// Except where a comment states otherwise, a rate is the difference of two published values, rounded up. One is JPL's mean motion (the catalog), the other
 /// the IAU's rotation rate (pck00011), which equals the mean motion of a synchronous moon. 1.1 degrees at the epoch are an estimate: 0.02 of the semi-major
 /// axis.

@@ -13,6 +13,7 @@ use serde::Deserialize;
 
 const EPOCH_JD_TT: f64 = 2_433_282.5;
 
+/// The table; the names of all fields are those of its JSON file.
 #[derive(Debug, Deserialize)]
 struct Table {
     /// The axes of Jupiter's frame, one per row, as vectors in the equatorial frame of J2000.
@@ -43,7 +44,7 @@ struct Moon {
 pub struct GalileanL12 {
     moons: [Moon; 4],
     icrf_from_frame: DMat3,
-    /// Caches the sums at the nodes of a time grid, from which they are extrapolated.
+    /// Caches the sums at evenly spaced instants, from which [`Self::state`] extrapolates.
     grid: SumsGrid,
 }
 
@@ -54,13 +55,14 @@ impl GalileanL12 {
         Ok(Self { moons: table.moons, icrf_from_frame: DMat3::from_cols(axes[0], axes[1], axes[2]), grid: SumsGrid::default() })
     }
 
-    /// State relative to Jupiter's centre; index 0 Io, 1 Europa, 2 Ganymede, 3 Callisto; `None` for another.
+    /// State relative to Jupiter's centre, ICRF; index 0 Io, 1 Europa, 2 Ganymede, 3 Callisto; `None` for another.
     pub fn state(&self, index: usize, t: Instant) -> Option<State> {
         let moon = self.moons.get(index)?;
         let (sums, days_from_node) = self.grid.nearest(index, t, |node| Self::sums(moon, tt_days_past(node, EPOCH_JD_TT)));
         Some(Self::elements(moon, t, &sums, days_from_node).state(&self.icrf_from_frame))
     }
 
+    /// The sums of a moon's series, `days` (TT) past the theory's epoch.
     fn sums(moon: &Moon, days: f64) -> Sums {
         let no_shift = [0.0; 4];
         let sum = |terms: &[Term]| Derivatives::sum(terms.iter().map(|term| term.at(days, no_shift)));

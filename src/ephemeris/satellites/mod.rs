@@ -123,7 +123,7 @@ impl SumsGrid {
 }
 
 impl SumsGrid {
-    /// The sums of moon `index` at the nearest node, and the days from there. `sum` sums the series at an instant.
+    /// The sums of moon `index` at the node nearest to `t`, and the days from the node to `t`. `sum` sums the series at an instant.
     fn nearest(&self, index: usize, t: Instant, sum: impl Fn(Instant) -> Sums) -> (Sums, f64) {
         let (sums, seconds) = self.0.nearest(index, t.tdb_seconds_past_j2000(), |tdb_s| sum(Instant::from_tdb_seconds_past_j2000(tdb_s)));
         (sums, seconds / SECONDS_PER_DAY)
@@ -131,6 +131,7 @@ impl SumsGrid {
 }
 
 impl Elements {
+    /// The state relative to the planet's centre, ICRF. `icrf_from_frame`: rotation from the frame of the elements.
     fn state(&self, icrf_from_frame: &DMat3) -> State {
         let angle = |v: DVec2| v.y.atan2(v.x);
         let (periapsis, node) = (angle(self.eccentricity), angle(self.inclination));

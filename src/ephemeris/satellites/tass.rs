@@ -22,6 +22,7 @@ const OBLIQUITY_DEG: f64 = 23.0 + 26.0 / 60.0 + 21.4091 / 3600.0;
 /// Number of driving moons: those whose slow longitude variation is part of the arguments of others. Hyperion, the eighth moon, is not one of them.
 const DRIVING_MOON_COUNT: usize = 7;
 
+/// The table; the names of all fields are those of its JSON file.
 #[derive(Debug, Deserialize)]
 struct Table {
     /// Matrix elements, row by row.
@@ -52,7 +53,7 @@ pub struct Tass17 {
     icrf_from_frame: DMat3,
     /// For each moon, the driving moons on whose variations its arguments depend. Only these variations are summed for the moon.
     driven_by: [[bool; DRIVING_MOON_COUNT]; 8],
-    /// The sums at evenly spaced instants, from which [`Self::state`] extrapolates.
+    /// Caches the sums at evenly spaced instants, from which [`Self::state`] extrapolates.
     grid: SumsGrid,
 }
 
@@ -69,33 +70,35 @@ impl Tass17 {
         Ok(Self { moons: table.bodies, icrf_from_frame: icrf_from_ecliptic * ecliptic_from_frame, driven_by, grid: SumsGrid::default() })
     }
 
-    /// State relative to Saturn's centre; index 0 Mimas to 5 Titan, 6 Iapetus, 7 Hyperion; `None` for another.
+    /// State relative to Saturn's centre, ICRF; index 0 Mimas to 5 Titan, 6 Iapetus, 7 Hyperion; `None` for another.
     pub fn state(&self, index: usize, t: Instant) -> Option<State> {
         let moon = self.moons.get(index)?;
         let (sums, days_from_node) = self.grid.nearest(index, t, |node| self.sums(index, moon, tt_days_past(node, EPOCH_JD_TT)));
         Some(Self::elements(moon, t, &sums, days_from_node).state(&self.icrf_from_frame))
     }
 
+    /// The sums of a moon's series, `days` (TT) past the theory's epoch.
     fn sums(&self, index: usize, moon: &Moon, days: f64) -> Sums {
-        let slow = self.slow_variations(index, days);
+        let variations = self.slow_variations(index, days);
         let sum = |groups: &[Group]| {
             let group_sum = |Group(multiples, terms): &Group| {
-                let shift =
-                    Derivatives::sum(multiples.iter().zip(slow).map(|(&multiple, variation)| variation.map(|v| f64::from(multiple) * v)));
+                let shift = Derivatives::sum(
+                    multiples.iter().zip(variations).map(|(&multiple, variation)| variation.map(|v| f64::from(multiple) * v)),
+                );
                 Derivatives::sum(terms.iter().map(|term| term.at(days, shift.0)))
             };
             Derivatives::sum(groups.iter().map(group_sum))
         };
-        let [motion, longitude, eccentricity, inclination] = &moon.series;
+        let [mean_motion, longitude, eccentricity, inclination] = &moon.series;
         // The first group of a driving moon's longitude is its slow variation: already summed.
-        let (own_slow, longitude) = if index < DRIVING_MOON_COUNT {
-            (slow[index], longitude.get(1..).unwrap_or_default())
+        let (own_variation, longitude) = if index < DRIVING_MOON_COUNT {
+            (variations[index], longitude.get(1..).unwrap_or_default())
         } else {
             (Derivatives::default(), &longitude[..])
         };
         Sums {
-            semi_major_axis_or_mean_motion: sum(motion).map(|v| v.x),
-            longitude: own_slow.plus(sum(longitude).map(|v| v.y)),
+            semi_major_axis_or_mean_motion: sum(mean_motion).map(|v| v.x),
+            longitude: own_variation.plus(sum(longitude).map(|v| v.y)),
             eccentricity: sum(eccentricity),
             inclination: sum(inclination),
         }
@@ -116,13 +119,13 @@ impl Tass17 {
 
     /// Slow longitude variations, radians, of the driving moons on which this moon's arguments depend; 0 for the others.
     fn slow_variations(&self, index: usize, days: f64) -> [Derivatives<f64>; 8] {
-        let mut slow = [Derivatives::default(); 8];
+        let mut variations = [Derivatives::default(); 8];
         for (j, is_needed) in self.driven_by[index].iter().enumerate() {
             if *is_needed && let Some(Group(_, terms)) = self.moons[j].series[1].first() {
-                slow[j] = Derivatives::sum(terms.iter().map(|term| term.at(days, [0.0; 4]).map(|v| v.y)));
+                variations[j] = Derivatives::sum(terms.iter().map(|term| term.at(days, [0.0; 4]).map(|v| v.y)));
             }
         }
-        slow
+        variations
     }
 }
 

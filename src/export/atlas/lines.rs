@@ -8,15 +8,18 @@ use std::fmt::Write;
 #[derive(Clone, PartialEq, Eq, Hash)]
 struct SourceLine {
     text: String,
+    /// Path of the fragment below shaders/; empty if the line comes from no fragment.
     fragment: String,
     /// Number of the line in the fragment, from 1; 0 if the line comes from no fragment.
     fragment_line: u32,
+    /// Feature that includes the line; empty if none does.
     feature: String,
 }
 
 /// Numbers lines in the order of their first use, so that consecutive lines of a module mostly have consecutive numbers.
 #[derive(Default)]
 pub(crate) struct LineTable {
+    /// Index of each line in `lines`.
     numbers: HashMap<SourceLine, usize>,
     lines: Vec<SourceLine>,
 }

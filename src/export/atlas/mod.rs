@@ -49,13 +49,15 @@ pub struct ListedModule {
     /// Key, or name of a simple module.
     #[serde(rename = "module")]
     pub name: String,
-    /// Path of its page below the atlas folder, `pages/STEM.html`; its image, if any, is `pictures/STEM.png`.
+    /// Path of the module's page below the atlas folder, `pages/STEM.html`; its image, if any, is `pictures/STEM.png`.
     pub page: String,
+    /// Whether the module draws a body.
     pub has_image: bool,
     /// Features to which the module's lines belong.
     pub features: Vec<String>,
     /// Number of lines of the module.
     pub lines: usize,
+    /// Cost, and statistics of the image.
     pub figures: Figures,
 }
 
@@ -63,6 +65,7 @@ pub struct ListedModule {
 struct RenderedModule {
     module: Arc<ShaderModule>,
     figures: Figures,
+    /// The sample body drawn by the module; `None` if the module draws no body.
     image: Option<SampleImage>,
 }
 
@@ -83,11 +86,13 @@ fn render_module(
     Ok(RenderedModule { module, figures, image })
 }
 
+/// Writes a file, and replaces an existing one.
 fn write_file(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     write_atomic(path, FileAccess::All, |out| out.write_all(bytes))
 }
 
-/// Writes the atlas of these modules into a folder; `on_module_done` is called after each module is drawn, from any thread.
+/// Writes the atlas of these modules into a folder, and returns the modules as the manifest lists them. `on_module_done` is called after each module is drawn,
+/// from any thread.
 ///
 /// # Errors
 /// A module that cannot be compiled, or a file that cannot be written.
@@ -103,7 +108,7 @@ pub fn write(
         std::fs::create_dir_all(&subfolder).map_err(|e| crate::files::write_error(&subfolder, &e))?;
     }
     let stems_by_name: BTreeMap<String, String> = ids.iter().map(|id| (id.to_string(), file_stem(id))).collect();
-    let neighbours_of = neighbours::of(stems_by_name.keys().map(String::as_str));
+    let neighbours_of = neighbours::find(stems_by_name.keys().map(String::as_str));
     let mut table = LineTable::default();
     let mut listed_modules = Vec::new();
     for chunk in ids.chunks(MODULES_PER_CHUNK) {
@@ -122,7 +127,7 @@ pub fn write(
                 write_file(&folder.join("pictures").join(format!("{stem}.png")), &png)?;
             }
             let runs = table.add(&module.wgsl, &module.source_map);
-            let listed = ListedModule {
+            let listed_module = ListedModule {
                 page: format!("pages/{stem}.html"),
                 has_image: image.is_some(),
                 features: module.source_map.features.clone(),
@@ -133,14 +138,14 @@ pub fn write(
             let neighbours = neighbours_of.get(name.as_str()).map(Vec::as_slice).unwrap_or_default();
             let neighbour_links: Vec<(String, &str)> =
                 neighbours.iter().map(|n| (n.change.clone(), stems_by_name[n.key].as_str())).collect();
-            write_file(&folder.join(&listed.page), page::of_module(&listed, stem, &runs, &neighbour_links).as_bytes())?;
-            listed_modules.push(listed);
+            write_file(&folder.join(&listed_module.page), page::module_page(&listed_module, stem, &runs, &neighbour_links).as_bytes())?;
+            listed_modules.push(listed_module);
         }
     }
     write_file(&folder.join("lines.js"), table.script().as_bytes())?;
     write_file(&folder.join("atlas.js"), include_bytes!("atlas.js"))?;
     write_file(&folder.join("atlas.css"), include_bytes!("atlas.css"))?;
-    write_file(&folder.join("index.html"), page::index(&revision.name, &listed_modules).as_bytes())?;
+    write_file(&folder.join("index.html"), page::index_page(&revision.name, &listed_modules).as_bytes())?;
     // The manifest is written last, so that a folder whose manifest lists modules is complete.
     let manifest = serde_json::json!({ "revision": revision.name, "modules": listed_modules });
     write_file(&folder.join(MANIFEST), manifest.to_string().as_bytes())?;

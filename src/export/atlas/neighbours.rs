@@ -2,15 +2,16 @@
 //! module, is not replaced.
 //!
 //! In: key texts, whose parts are separated by dots. Out: for each key its neighbours, sorted. Always: if one key is a neighbour of another,
-//! the other is a neighbour of it.
+//! the other is a neighbour of the first.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 /// A neighbouring key, and how to reach it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Neighbour<'a> {
-    /// The change that leads to it: `+clouds`, `-clouds` or `sun1 -> sun2`.
+    /// The change that leads to the neighbouring key: `+clouds`, `-clouds` or `sun1 -> sun2`.
     pub change: String,
+    /// The neighbouring key.
     pub key: &'a str,
 }
 
@@ -21,9 +22,9 @@ fn joined_without(parts: &[&str], k: usize) -> String {
 }
 
 /// The neighbours of each key within the set.
-pub(crate) fn of<'a>(keys: impl IntoIterator<Item = &'a str>) -> BTreeMap<&'a str, Vec<Neighbour<'a>>> {
+pub(crate) fn find<'a>(keys: impl IntoIterator<Item = &'a str>) -> BTreeMap<&'a str, Vec<Neighbour<'a>>> {
     let keys: BTreeSet<&str> = keys.into_iter().collect();
-    // For each key text without one of its parts: the keys of which it is the rest, each with the removed part.
+    // For each key text without one of its parts: the keys that become this text, each with the part that is removed from it.
     let mut by_rest: HashMap<String, Vec<(&str, &str)>> = HashMap::new();
     for key in &keys {
         let parts: Vec<&str> = key.split('.').collect();
@@ -44,7 +45,7 @@ pub(crate) fn of<'a>(keys: impl IntoIterator<Item = &'a str>) -> BTreeMap<&'a st
             }
         }
     }
-    neighbours.into_iter().map(|(key, of_key)| (key, of_key.into_iter().collect())).collect()
+    neighbours.into_iter().map(|(key, neighbours_of_key)| (key, neighbours_of_key.into_iter().collect())).collect()
 }
 
 #[cfg(test)]
@@ -53,13 +54,13 @@ mod tests {
 
     #[test]
     fn a_neighbour_adds_removes_or_replaces_one_part() {
-        let neighbours = of(["a.sun1", "a.clouds.sun1", "a.sun2", "b.sun2"]);
+        let neighbours = find(["a.sun1", "a.clouds.sun1", "a.sun2", "b.sun2"]);
         let changes = |key: &str| neighbours[key].iter().map(|n| format!("{} {}", n.change, n.key)).collect::<Vec<_>>();
         assert_eq!(changes("a.sun1"), ["+clouds a.clouds.sun1", "sun1 -> sun2 a.sun2"]);
         assert_eq!(changes("a.clouds.sun1"), ["-clouds a.sun1"]);
         assert_eq!(changes("b.sun2"), ["b -> a a.sun2"]);
-        for (key, of_key) in &neighbours {
-            assert!(of_key.iter().all(|n| neighbours[n.key].iter().any(|back| back.key == *key)), "{key}");
+        for (key, neighbours_of_key) in &neighbours {
+            assert!(neighbours_of_key.iter().all(|n| neighbours[n.key].iter().any(|back| back.key == *key)), "{key}");
         }
     }
 }

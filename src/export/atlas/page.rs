@@ -17,14 +17,14 @@ fn head(title: &str, root: &str) -> String {
     )
 }
 
-/// A figure of a module; empty text if it has none.
+/// A figure of a module as text; empty if the module lacks the figure.
 fn number_or_empty(value: Option<f64>) -> String {
     value.map_or(String::new(), |v| format!("{v:.4}"))
 }
 
-/// The page of one module. `stem`: name of its files without the extension. `runs`: its lines, as `LineTable::add` returns them. `neighbours`: for each
-/// neighbouring module, the change that leads to it and the stem of its files.
-pub(crate) fn of_module(module: &ListedModule, stem: &str, runs: &str, neighbours: &[(String, &str)]) -> String {
+/// The page of one module. `stem`: name of its files without the extension. `runs`: the module's lines, as `LineTable::add` returns them. `neighbours`: for
+/// each neighbouring module, the change that leads to it and the stem of its files.
+pub(crate) fn module_page(module: &ListedModule, stem: &str, runs: &str, neighbours: &[(String, &str)]) -> String {
     let name = escaped(&module.name);
     let mut html = head(&module.name, "../");
     let _ = write!(html, "<p><a href=\"../index.html\">All modules</a></p>\n<h1>{name}</h1>\n<div class=\"about\">\n");
@@ -65,7 +65,7 @@ pub(crate) fn of_module(module: &ListedModule, stem: &str, runs: &str, neighbour
 }
 
 /// The index page: the list of all modules, with a filter.
-pub(crate) fn index(revision: &str, modules: &[ListedModule]) -> String {
+pub(crate) fn index_page(revision: &str, modules: &[ListedModule]) -> String {
     let mut html = head("Orrery: atlas of shader modules", "");
     let _ = write!(
         html,
