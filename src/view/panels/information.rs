@@ -266,7 +266,7 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
             (&mut home.longitude_deg, MAX_TYPED_LONGITUDE_DEG, text!("place-longitude"), text!("place-longitude-hint")),
         ] {
             ui.label(label);
-            accessible::number(ui, drag(value, -limit..=limit), accessible_name);
+            accessible::number_field(ui, drag(value, -limit..=limit), accessible_name);
         }
     });
     home.longitude_deg = wrapped_longitude_deg(home.longitude_deg);

@@ -196,7 +196,7 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
         ui.strong(month_name(month));
         let mut year = month.year();
         let field = DragValue::new(&mut year).range(-9999..=9999).speed(0.2).custom_formatter(|year, _| format!("{year:.0}"));
-        accessible::number(ui, field, text!("calendar-year"));
+        accessible::number_field(ui, field, text!("calendar-year"));
         let later = month_button(ui, Icon::Next, text!("calendar-next"), month.checked_add_months(Months::new(1)));
         bar.month = earlier.or(later).or(month.with_year(year)).or(bar.month);
     });
@@ -244,7 +244,7 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
             if let Some(mark) = mark {
                 ui.label(mark);
             }
-            accessible::number(ui, DragValue::new(value).range(0..=max).custom_formatter(|v, _| format!("{v:02.0}")), name);
+            accessible::number_field(ui, DragValue::new(value).range(0..=max).custom_formatter(|v, _| format!("{v:02.0}")), name);
         }
         let time =
             NaiveTime::from_hms_opt(hour, minute, second).filter(|time| *time != civil.time().with_nanosecond(0).unwrap_or_default());

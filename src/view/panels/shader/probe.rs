@@ -65,8 +65,8 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     ui.horizontal(|ui| {
         ui.strong(text!("probe-pixel"));
         let [mut x, mut y] = pixel;
-        let x_field = accessible::number(ui, egui::DragValue::new(&mut x).prefix("x ").range(0..=width - 1), text!("probe-x"));
-        let y_field = accessible::number(ui, egui::DragValue::new(&mut y).prefix("y ").range(0..=height - 1), text!("probe-y"));
+        let x_field = accessible::number_field(ui, egui::DragValue::new(&mut x).prefix("x ").range(0..=width - 1), text!("probe-x"));
+        let y_field = accessible::number_field(ui, egui::DragValue::new(&mut y).prefix("y ").range(0..=height - 1), text!("probe-y"));
         if x_field.changed() || y_field.changed() {
             page.chosen_px = Some([x, y]);
         }

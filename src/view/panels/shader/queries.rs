@@ -284,7 +284,7 @@ fn draw_swapped(session: &Session, request: &ViewRequest, swap: Option<&KeySwap>
     let (frame, _) = session.background_renderer().render(&plan, session.library(), FrameImages::Display).map_err(|e| error_text(&e))?;
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
     let image = DisplayImage { width: frame.width, height: frame.height, rgba: frame.display };
-    Ok(ComparedImage { image, by: "software".into(), took_ms })
+    Ok(ComparedImage { image, renderer: "software".into(), took_ms })
 }
 
 #[cfg(test)]

@@ -21,9 +21,9 @@ fn side_field(value: &mut u32) -> DragValue<'_> {
 
 /// Shows the fields for width, height and labels. The array contains their accessible names.
 fn option_fields(ui: &mut Ui, options: &mut ImageOptions, [width, height, labels]: [&str; 3]) {
-    accessible::number(ui, side_field(&mut options.size[0]), width);
+    accessible::number_field(ui, side_field(&mut options.size[0]), width);
     ui.label("×");
-    accessible::number(ui, side_field(&mut options.size[1]), height);
+    accessible::number_field(ui, side_field(&mut options.size[1]), height);
     let checkbox = ui.checkbox(&mut options.labels, text!("image-labels")).accessible_name(labels);
     checkbox.on_hover_text(text!("image-labels-hint"));
 }
@@ -56,11 +56,11 @@ pub(crate) fn frames(interface: &mut Interface, ui: &mut Ui) {
     ui.strong(text!("frames"));
     let panel = &mut interface.share;
     ui.horizontal_wrapped(|ui| {
-        accessible::number(ui, DragValue::new(&mut panel.frames).range(1..=100_000), text!("frames-count"));
+        accessible::number_field(ui, DragValue::new(&mut panel.frames).range(1..=100_000), text!("frames-count"));
         ui.label(text!("frames-unit"));
         // At most about a century between frames.
         let step = DragValue::new(&mut panel.step_s).range(-3.2e9..=3.2e9).suffix(" s");
-        accessible::number(ui, step, text!("frames-step"));
+        accessible::number_field(ui, step, text!("frames-step"));
         ui.label(text!("frames-apart"));
     });
     // The frames begin at the displayed time, or have it in their middle, so they show an event only if that time is near the event.
@@ -92,7 +92,7 @@ pub(crate) fn animation(interface: &mut Interface, ui: &mut Ui) {
         option_fields(ui, &mut animation.options, [text!("animation-width"), text!("animation-height"), text!("animation-labels")]);
     });
     ui.horizontal_wrapped(|ui| {
-        accessible::number(ui, DragValue::new(&mut animation.rate).range(1..=100), text!("animation-rate"));
+        accessible::number_field(ui, DragValue::new(&mut animation.rate).range(1..=100), text!("animation-rate"));
         ui.label(text!("animation-rate-unit"));
         ui.checkbox(&mut animation.is_centred, text!("animation-centred")).on_hover_text(text!("animation-centred-hint"));
     });
