@@ -12,6 +12,7 @@ use egui::{Context, Event, Key, Plugin, RawInput, Ui};
 /// Delays events whose effect depends on where an earlier event moves the keyboard focus.
 #[derive(Default)]
 pub(crate) struct InputOrder {
+    /// The events that later passes will handle, in order.
     waiting: Vec<Event>,
 }
 
@@ -55,8 +56,8 @@ impl Plugin for InputOrder {
 
     fn input_hook(&mut self, _: &Context, input: &mut RawInput) {
         self.waiting.append(&mut input.events);
-        let rest = self.waiting.split_off(events_in_pass(&self.waiting));
-        input.events = std::mem::replace(&mut self.waiting, rest);
+        let later_events = self.waiting.split_off(events_in_pass(&self.waiting));
+        input.events = std::mem::replace(&mut self.waiting, later_events);
     }
 
     fn on_end_pass(&mut self, ui: &mut Ui) {

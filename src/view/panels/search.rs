@@ -248,7 +248,7 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
             match stars.hip(hip).and_then(|star| star_view(star, years_since_epoch, &positions, view)) {
                 Some(view) => {
                     actions.push(Action::Show(Box::new(view)));
-                    interface.viewport.star = stars.index_of_hip(hip);
+                    interface.viewport.star_index = stars.index_of_hip(hip);
                 }
                 None => interface.reply(text!("search-star-outside", hip = hip, body = interface.viewer.name(NaifId::EARTH))),
             }

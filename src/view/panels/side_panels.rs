@@ -167,7 +167,7 @@ fn heading(interface: &mut Interface, ui: &mut Ui, tab: Tab) {
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let is_kept = interface.kept_tab == Some(tab);
-            let close = icons::without_text(ui, Icon::Close, &text!("panel-close", panel = tab.title()));
+            let close = icons::icon_button(ui, Icon::Close, &text!("panel-close", panel = tab.title()));
             if close.on_hover_text(text!("panel-close-hint")).clicked() {
                 interface.toggle(ui.ctx(), tab);
             }

@@ -190,7 +190,7 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
     let mut chosen = None;
     ui.horizontal(|ui| {
         let month_button = |ui: &mut egui::Ui, icon: Icon, name: &str, month: Option<NaiveDate>| {
-            if icons::without_text(ui, icon, name).on_hover_text(name).clicked() { month } else { None }
+            if icons::icon_button(ui, icon, name).on_hover_text(name).clicked() { month } else { None }
         };
         let earlier = month_button(ui, Icon::Previous, text!("calendar-previous"), month.checked_sub_months(Months::new(1)));
         ui.strong(month_name(month));
@@ -293,7 +293,7 @@ fn event_buttons(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rend
     let kind = interface.time_bar.kind;
     let mut requested_backward = None;
     let event_button = |ui: &mut egui::Ui, icon: Icon, name: &str, key: &str| {
-        icons::without_text(ui, icon, name).on_hover_text(text!("event-look-hint", name = name, kind = kind.name(), key = key)).clicked()
+        icons::icon_button(ui, icon, name).on_hover_text(text!("event-look-hint", name = name, kind = kind.name(), key = key)).clicked()
     };
     let previous_by_key = std::mem::take(&mut interface.time_bar.wants_previous_event);
     let next_by_key = std::mem::take(&mut interface.time_bar.wants_next_event);

@@ -115,10 +115,10 @@ impl EventTrack {
 pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     let span_s = usable_span_s(interface.settings.panels.timeline_span_s);
     let mut notches = 0.0;
-    if icons::without_text(ui, Icon::Minus, text!("timeline-longer")).on_hover_text(text!("timeline-longer-hint")).clicked() {
+    if icons::icon_button(ui, Icon::Minus, text!("timeline-longer")).on_hover_text(text!("timeline-longer-hint")).clicked() {
         notches = -BUTTON_NOTCHES;
     }
-    if icons::without_text(ui, Icon::Plus, text!("timeline-shorter")).on_hover_text(text!("timeline-shorter-hint")).clicked() {
+    if icons::icon_button(ui, Icon::Plus, text!("timeline-shorter")).on_hover_text(text!("timeline-shorter-hint")).clicked() {
         notches = BUTTON_NOTCHES;
     }
     let size = [64.0, ui.spacing().interact_size.y];

@@ -24,7 +24,7 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWor
             (can_go_back, Icon::Back, text!("bar-back"), text!("bar-back-hint"), Action::PreviousView),
             (can_go_forward, Icon::Forward, text!("bar-forward"), text!("bar-forward-hint"), Action::NextView),
         ] {
-            let button = ui.add_enabled_ui(is_enabled, |ui| icons::without_text(ui, icon, name)).inner;
+            let button = ui.add_enabled_ui(is_enabled, |ui| icons::icon_button(ui, icon, name)).inner;
             if button.on_hover_text(hover).clicked() {
                 actions.push(action);
             }

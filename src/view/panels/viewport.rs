@@ -277,7 +277,7 @@ fn paint_labels(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &Im
 
 /// Paints a ring around the chosen star, if the image shows the star.
 fn paint_star(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &ImagePlacement) {
-    let at_px = interface.viewport.star.zip(interface.shown()).and_then(|(star, rendered)| star_px(&rendered.scene, star));
+    let at_px = interface.viewport.star_index.zip(interface.shown()).and_then(|(index, rendered)| star_px(&rendered.scene, index));
     if let Some(at_px) = at_px {
         let at = placement.image.min + vec2(at_px * placement.points_per_px);
         ui.painter().with_clip_rect(rect).circle_stroke(at, MARKER_RADIUS as f32 * NAME_POINTS, Stroke::new(1.0, HIGHLIGHT_COLOUR));
@@ -296,11 +296,11 @@ fn handle_click(interface: &mut Interface, worker: &dyn RenderWorker, click: Cli
                 measure(interface, direction, body);
             }
         }
-        Click::Pick { viewport_px, star } => {
+        Click::Pick { viewport_px, star_index } => {
             interface.viewport.picked_px = Some(viewport_px);
-            interface.viewport.star = star;
-            if let Some(star) = star {
-                interface.reply(worker.session().catalog().stars().stars().get(star).map(super::star::title).unwrap_or_default());
+            interface.viewport.star_index = star_index;
+            if let Some(star_index) = star_index {
+                interface.reply(worker.session().catalog().stars().stars().get(star_index).map(super::star::title).unwrap_or_default());
             }
         }
     }
@@ -338,7 +338,7 @@ enum Click {
         /// The clicked pixel of the viewport.
         viewport_px: [u32; 2],
         /// Index in the star catalog of the star at the click, if there is no body.
-        star: Option<usize>,
+        star_index: Option<usize>,
     },
 }
 
@@ -388,8 +388,8 @@ fn mouse(
         let body = body_at_pointer();
         actions.extend(body.map(Action::Select));
         let pixel = |points: f32| (f64::from(points) * scale) as u32;
-        let star = if body.is_none() { star_at(&rendered.scene, at_px) } else { None };
-        return Some(Click::Pick { viewport_px: [pixel(at.x - rect.min.x), pixel(at.y - rect.min.y)], star });
+        let star_index = if body.is_none() { star_at(&rendered.scene, at_px) } else { None };
+        return Some(Click::Pick { viewport_px: [pixel(at.x - rect.min.x), pixel(at.y - rect.min.y)], star_index });
     }
     None
 }

@@ -139,7 +139,7 @@ pub(crate) fn over_viewport(interface: &mut Interface, ui: &Ui, worker: &dyn Ren
                 ui.weak(text!("now-also"));
                 ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                     let hover = text!("now-close-hint");
-                    must_hide = icons::without_text(ui, Icon::Close, text!("now-close")).on_hover_text(hover).clicked();
+                    must_hide = icons::icon_button(ui, Icon::Close, text!("now-close")).on_hover_text(hover).clicked();
                 });
             });
             ui.horizontal(|ui| must_hide |= row(interface, ui, worker, actions));

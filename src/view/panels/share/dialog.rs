@@ -83,7 +83,7 @@ pub(crate) fn button(interface: &mut Interface, ui: &mut Ui, field: FileField) {
     let request = field.request(field_text(interface, field));
     let name = field.button_name();
     let is_enabled = interface.share.dialog.is_none();
-    let button = ui.add_enabled_ui(is_enabled, |ui| icons::without_text(ui, Icon::Open, name)).inner;
+    let button = ui.add_enabled_ui(is_enabled, |ui| icons::icon_button(ui, Icon::Open, name)).inner;
     if button.on_hover_text(text!("dialog-hint")).clicked() {
         interface.share.dialog = Some(OpenDialog { field, answer: open(request) });
     }

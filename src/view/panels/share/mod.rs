@@ -260,7 +260,7 @@ fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
                 actions.push(Action::Show(Box::new(bookmark.view.clone())));
             }
             let name = text!("bookmarks-remove", name = bookmark.name);
-            if icons::without_text(ui, Icon::Close, &name).on_hover_text(&name).clicked() {
+            if icons::icon_button(ui, Icon::Close, &name).on_hover_text(&name).clicked() {
                 removed = Some(i);
             }
         });
