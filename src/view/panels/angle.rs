@@ -106,7 +106,7 @@ impl MeasuredAngle {
             painter.add(Shape::line(visible.iter().flatten().copied().collect(), Stroke::new(1.5, COLOUR)));
         }
         if let Some(middle) = on_arc(0.5) {
-            let font = FontId::proportional(BODY);
+            let font = FontId::proportional(BODY_TEXT_POINTS);
             painter.text(middle + egui::vec2(1.0, 1.0), Align2::CENTER_BOTTOM, &text, font.clone(), Color32::BLACK);
             painter.text(middle, Align2::CENTER_BOTTOM, &text, font, COLOUR);
         }

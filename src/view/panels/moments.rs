@@ -35,7 +35,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         if filter.is_empty() {
             ui.strong(text!("now"));
-            ui.horizontal_wrapped(|ui| what_to_see_now::row(interface, ui, worker, actions));
+            ui.horizontal_wrapped(|ui| what_to_see_now::thumbnail_row(interface, ui, worker, actions));
             presets(interface, ui, worker, actions);
             tours(interface, ui, worker, actions);
         }

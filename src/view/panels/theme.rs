@@ -11,17 +11,18 @@ use egui::style::NumberFormatter;
 use egui::{Color32, Context, FontFamily, FontId, Style, TextStyle, Theme, Visuals, vec2};
 
 /// Text size of captions, points.
-pub(crate) const SMALL: f32 = 11.0;
+pub(crate) const SMALL_TEXT_POINTS: f32 = 11.0;
 /// Text size of source code, points.
-pub(crate) const CODE: f32 = 12.0;
+pub(crate) const CODE_TEXT_POINTS: f32 = 12.0;
 /// Text size of labels, buttons and values, points.
-pub(crate) const BODY: f32 = 13.0;
+pub(crate) const BODY_TEXT_POINTS: f32 = 13.0;
 /// Text size of headings, points.
-pub(crate) const HEADING: f32 = 18.0;
+pub(crate) const HEADING_TEXT_POINTS: f32 = 18.0;
 
 /// Colour of marks over images and drawings: that of the selected body's name and outline in images.
 pub(crate) const HIGHLIGHT_COLOUR: Color32 = opaque(SELECTED_COLOUR);
 
+/// An opaque colour of these sRGB bytes.
 pub(crate) const fn opaque([r, g, b]: [u8; 3]) -> Color32 {
     Color32::from_rgb(r, g, b)
 }
@@ -38,11 +39,11 @@ fn style(theme: Theme) -> Style {
     let mut style = Style { visuals: visuals(theme), ..Style::default() };
     let proportional = |size| FontId::new(size, FontFamily::Proportional);
     style.text_styles = [
-        (TextStyle::Small, proportional(SMALL)),
-        (TextStyle::Body, proportional(BODY)),
-        (TextStyle::Button, proportional(BODY)),
-        (TextStyle::Heading, proportional(HEADING)),
-        (TextStyle::Monospace, FontId::new(BODY, FontFamily::Monospace)),
+        (TextStyle::Small, proportional(SMALL_TEXT_POINTS)),
+        (TextStyle::Body, proportional(BODY_TEXT_POINTS)),
+        (TextStyle::Button, proportional(BODY_TEXT_POINTS)),
+        (TextStyle::Heading, proportional(HEADING_TEXT_POINTS)),
+        (TextStyle::Monospace, FontId::new(BODY_TEXT_POINTS, FontFamily::Monospace)),
     ]
     .into();
     style.number_formatter = NumberFormatter::new(field_text);

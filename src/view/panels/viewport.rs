@@ -13,14 +13,14 @@ use crate::scene::request::view_request::MAX_IMAGE_PX;
 use crate::view::app::orbit_camera::LOG_HEIGHT_PER_NOTCH;
 use crate::view::app::viewer::Action;
 use crate::view::language::text;
-use crate::view::panels::theme::{BODY, HEADING, HIGHLIGHT_COLOUR, opaque};
+use crate::view::panels::theme::{BODY_TEXT_POINTS, HEADING_TEXT_POINTS, HIGHLIGHT_COLOUR, opaque};
 use crate::view::window::primitives::SCENE_IMAGE;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{Align2, Color32, FontId, PointerButton, Pos2, Rect, Sense, Stroke, Vec2};
 use glam::{DVec2, DVec3};
 
 /// Text size of the names of bodies, points.
-const NAME_POINTS: f32 = BODY;
+const NAME_POINTS: f32 = BODY_TEXT_POINTS;
 /// Texts of the image that begin below this fraction of its height belong to the caption or the scale bar.
 const CAPTION_TOP_FRACTION: f64 = 0.85;
 /// Minimum width of the viewport for hints, points.
@@ -37,32 +37,40 @@ const PROBE_ARM_ENDS: [f32; 2] = [3.0, 9.0];
 pub(super) const POINTS_PER_NOTCH: f64 = 50.0;
 /// Roll of the camera per pixel of a drag with the middle button, degrees.
 const ROLL_DEG_PER_PX: f64 = 0.25;
+/// Colour of names and hints.
 const NAME_COLOUR: Color32 = opaque(labels::NAME_COLOUR);
 
+/// Shows the viewport in the room that the panels leave.
 pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
-    let rect = ui.available_rect_before_wrap();
+    let viewport = ui.available_rect_before_wrap();
     let scale = ui.ctx().pixels_per_point();
     let to_px = |points: f32| ((points * scale).round() as u32).clamp(1, MAX_IMAGE_PX);
-    interface.viewport.size_px = [to_px(rect.width()), to_px(rect.height())];
+    interface.viewport.size_px = [to_px(viewport.width()), to_px(viewport.height())];
     interface.settings.panels.viewport_px = interface.viewport.size_px;
-    let response = ui.interact(rect, ui.scope_id().with("sky"), Sense::click_and_drag());
+    let response = ui.interact(viewport, ui.scope_id().with("sky"), Sense::click_and_drag());
     let accessible_name = text!("sky-of", body = interface.viewer.name(interface.viewer.view.target));
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &accessible_name));
-    ui.painter().rect_filled(rect, 0.0, Color32::BLACK);
+    ui.painter().rect_filled(viewport, 0.0, Color32::BLACK);
     let overlays = std::mem::take(&mut interface.viewport.overlays);
-    tour::show(interface, ui, rect);
+    tour::show(interface, ui, viewport);
     let Some(size_px) = interface.shown().map(|rendered| [rendered.width, rendered.height]) else {
         if interface.message_line().is_empty() {
-            ui.painter().text(rect.center(), Align2::CENTER_CENTER, text!("drawing"), FontId::proportional(HEADING), NAME_COLOUR);
+            ui.painter().text(
+                viewport.center(),
+                Align2::CENTER_CENTER,
+                text!("drawing"),
+                FontId::proportional(HEADING_TEXT_POINTS),
+                NAME_COLOUR,
+            );
         } else {
-            show_message(interface, ui, rect);
+            show_message(interface, ui, viewport);
         }
         return;
     };
-    let placement = ImagePlacement::of(size_px, rect, interface.viewport.size_px);
+    let placement = ImagePlacement::of(size_px, viewport, interface.viewport.size_px);
     let image = interface.gpu_image().map(|_| SCENE_IMAGE).or(interface.viewport.texture.as_ref().map(egui::TextureHandle::id));
     if let Some(image) = image {
-        let visible = placement.image.intersect(rect);
+        let visible = placement.image.intersect(viewport);
         ui.painter().image(image, visible, placement.uv_within(visible), Color32::WHITE);
     }
     let metrics = LabelMetrics::of_size(f64::from(NAME_POINTS) / placement.points_per_px);
@@ -72,33 +80,35 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     };
     interface.refresh_labels(&metrics, overlays.iter().map(in_image));
     interface.viewport.caption_height = caption_height(interface, &placement);
-    paint_labels(interface, ui, rect, &placement);
-    paint_star(interface, ui, rect, &placement);
+    paint_labels(interface, ui, viewport, &placement);
+    paint_star(interface, ui, viewport, &placement);
     if let Some(rendered) = interface.shown() {
         let scene = &rendered.scene;
         let at = |px: DVec2| placement.image.min + vec2(px * placement.points_per_px);
-        interface.angle.paint(&ui.painter().with_clip_rect(rect), |direction| scene.geometry.pixel_of(&scene.camera, direction).map(at));
+        interface
+            .angle
+            .paint(&ui.painter().with_clip_rect(viewport), |direction| scene.geometry.pixel_of(&scene.camera, direction).map(at));
     }
-    if let Some(click) = mouse(interface, ui, &response, rect, &placement, actions) {
+    if let Some(click) = handle_mouse(interface, ui, &response, viewport, &placement, actions) {
         handle_click(interface, worker, click);
     }
-    menu(interface, &response, &placement, actions);
-    what_to_see_now::over_viewport(interface, ui, worker, rect, actions);
-    show_message(interface, ui, rect);
+    context_menu(interface, &response, &placement, actions);
+    what_to_see_now::show_over_viewport(interface, ui, worker, viewport, actions);
+    show_message(interface, ui, viewport);
     if !interface.tour.is_open() && interface.warning.is_none() {
-        hints(interface, ui, rect);
+        hints(interface, ui, viewport);
     }
     if interface.viewport.overlays != overlays {
         // In the next frame the names of bodies avoid the new overlays.
         ui.ctx().request_repaint();
     }
     if interface.is_open(ui.ctx(), super::Tab::Shader) && interface.shader.shows_probe() {
-        paint_probe(interface, ui, rect);
+        paint_probe(interface, ui, viewport);
     }
 }
 
 /// Position of the image in the window. An image whose aspect ratio differs from the viewport's is scaled to the viewport's height. Since
-/// the field of view spans the height, its bodies are then where the next image will show them. Such an image is cropped at its sides or
+/// the field of view spans the height, the image then shows bodies where the next image will show them. Such an image is cropped at its sides or
 /// leaves black margins; it is never stretched.
 struct ImagePlacement {
     /// The rectangle of the entire image, points.
@@ -129,14 +139,14 @@ impl ImagePlacement {
         scene.geometry.left_eye_px(DVec2::new(f64::from(in_image.x), f64::from(in_image.y)) / self.points_per_px)
     }
 
-    /// The part of the image inside a rectangle, as texture coordinates.
-    fn uv_within(&self, within: Rect) -> Rect {
+    /// Texture coordinates of a rectangle of the interface inside the image.
+    fn uv_within(&self, part: Rect) -> Rect {
         let uv = |p: Pos2| ((p - self.image.min) / self.image.size()).to_pos2();
-        Rect::from_min_max(uv(within.min), uv(within.max))
+        Rect::from_min_max(uv(part.min), uv(part.max))
     }
 }
 
-/// Height of the image's caption and scale bar above the viewport's lower edge, points; messages are shown above them.
+/// Height of the image's caption and scale bar above the viewport's lower edge, points; messages are shown above caption and scale bar.
 fn caption_height(interface: &Interface, placement: &ImagePlacement) -> f32 {
     let Some(rendered) = interface.shown() else { return 0.0 };
     let (height, layers) = (f64::from(rendered.height), rendered.job.request.layers);
@@ -148,9 +158,9 @@ fn caption_height(interface: &Interface, placement: &ImagePlacement) -> f32 {
 }
 
 /// Shows the message line over the lower edge of the image, so that the image keeps its size. The line is above the overlays that would cover it: the
-/// bar of a tour, the row *What to see now*. While there is no image of the view, the message is the reason for that, and the reply to the last action is added
-/// below it: otherwise an action would seem to have no effect.
-fn show_message(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
+/// bar of a tour, the row *What to see now*. While there is no image of the view, the message is the reason why there is none. The reply to the last action is
+/// then added below: otherwise an action would seem to have no effect.
+fn show_message(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
     let mut message = interface.message_line().to_owned();
     if message.is_empty() {
         return;
@@ -159,12 +169,12 @@ fn show_message(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
         message = format!("{message}\n{}", interface.reply_text());
     }
     let area = egui::Area::new(ui.scope_id().with("message")).order(egui::Order::Middle).pivot(Align2::LEFT_BOTTOM);
-    let lower_overlays = interface.viewport.overlays.iter().filter(|overlay| overlay.center().y > rect.center().y);
-    let bottom = lower_overlays.map(|overlay| overlay.top()).fold(rect.bottom() - interface.viewport.caption_height, f32::min);
-    let corner = Pos2::new(rect.left() + MESSAGE_GAP, bottom - MESSAGE_GAP);
+    let lower_overlays = interface.viewport.overlays.iter().filter(|overlay| overlay.center().y > viewport.center().y);
+    let bottom = lower_overlays.map(|overlay| overlay.top()).fold(viewport.bottom() - interface.viewport.caption_height, f32::min);
+    let corner = Pos2::new(viewport.left() + MESSAGE_GAP, bottom - MESSAGE_GAP);
     let shown = area.fixed_pos(corner).interactable(false).show(ui.ctx(), |ui| {
         egui::Frame::popup(ui.style()).show(ui, |ui| {
-            ui.set_max_width((rect.width() - MESSAGE_FREE_WIDTH).max(MIN_MESSAGE_WIDTH));
+            ui.set_max_width((viewport.width() - MESSAGE_FREE_WIDTH).max(MIN_MESSAGE_WIDTH));
             let line = ui.colored_label(ui.visuals().warn_fg_color, message);
             // Screen readers announce the message although it has no focus.
             ui.ctx().accesskit_node_builder(line.id, |node| node.set_live(egui::accesskit::Live::Polite));
@@ -174,14 +184,14 @@ fn show_message(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
 }
 
 /// Shows hints for three gestures to a new user, each until the user has made the gesture.
-fn hints(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
+fn hints(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
     let followed = interface.settings.hints_followed;
     let hints = [(followed.drag, text!("hint-drag")), (followed.scroll, text!("hint-scroll")), (followed.search, text!("hint-search"))];
-    if hints.iter().all(|(is_followed, _)| *is_followed) || !interface.message_line().is_empty() || rect.width() < MIN_WIDTH_FOR_HINTS {
+    if hints.iter().all(|(is_followed, _)| *is_followed) || !interface.message_line().is_empty() || viewport.width() < MIN_WIDTH_FOR_HINTS {
         return;
     }
     let area = egui::Area::new(ui.scope_id().with("hints")).order(egui::Order::Middle).pivot(Align2::CENTER_TOP);
-    let shown = area.fixed_pos(rect.center_top() + Vec2::new(0.0, 16.0)).interactable(false).show(ui.ctx(), |ui| {
+    let shown = area.fixed_pos(viewport.center_top() + Vec2::new(0.0, 16.0)).interactable(false).show(ui.ctx(), |ui| {
         egui::Frame::new().fill(Color32::from_black_alpha(190)).corner_radius(12.0).inner_margin(egui::Margin::symmetric(14, 6)).show(
             ui,
             |ui| {
@@ -198,14 +208,14 @@ fn hints(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
 }
 
 /// Shows the context menu of the view, with the commands for the body under the pointer if there is one.
-fn menu(interface: &mut Interface, response: &egui::Response, placement: &ImagePlacement, actions: &mut Vec<Action>) {
+fn context_menu(interface: &mut Interface, response: &egui::Response, placement: &ImagePlacement, actions: &mut Vec<Action>) {
     if response.secondary_clicked() {
         let clicked_px = response.interact_pointer_pos().zip(interface.shown()).map(|(at, rendered)| placement.px_of(at, &rendered.scene));
-        let found =
+        let body =
             clicked_px.zip(interface.shown()).and_then(|(at_px, rendered)| body_at(&interface.viewport.labels, &rendered.scene, at_px));
         interface.viewport.menu_direction = clicked_px.and_then(|at_px| snapped_direction(interface, at_px));
-        interface.viewport.menu_body = found;
-        actions.extend(found.map(Action::Select));
+        interface.viewport.menu_body = body;
+        actions.extend(body.map(Action::Select));
     }
     response.context_menu(|ui| {
         if let Some(body) = interface.viewport.menu_body {
@@ -246,9 +256,9 @@ fn menu(interface: &mut Interface, response: &egui::Response, placement: &ImageP
     });
 }
 
-/// Paints the names and markers of bodies.
-fn paint_labels(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &ImagePlacement) {
-    let painter = ui.painter().with_clip_rect(rect);
+/// Paints the names and markers of bodies, as the settings demand.
+fn paint_labels(interface: &Interface, ui: &egui::Ui, viewport: Rect, placement: &ImagePlacement) {
+    let painter = ui.painter().with_clip_rect(viewport);
     for label in &interface.viewport.labels {
         let at = placement.image.min + vec2(label.centre_px * placement.points_per_px);
         let radius = (label.radius_px * placement.points_per_px) as f32;
@@ -276,14 +286,15 @@ fn paint_labels(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &Im
 }
 
 /// Paints a ring around the chosen star, if the image shows the star.
-fn paint_star(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &ImagePlacement) {
+fn paint_star(interface: &Interface, ui: &egui::Ui, viewport: Rect, placement: &ImagePlacement) {
     let at_px = interface.viewport.star_index.zip(interface.shown()).and_then(|(index, rendered)| star_px(&rendered.scene, index));
     if let Some(at_px) = at_px {
         let at = placement.image.min + vec2(at_px * placement.points_per_px);
-        ui.painter().with_clip_rect(rect).circle_stroke(at, MARKER_RADIUS as f32 * NAME_POINTS, Stroke::new(1.0, HIGHLIGHT_COLOUR));
+        ui.painter().with_clip_rect(viewport).circle_stroke(at, MARKER_RADIUS as f32 * NAME_POINTS, Stroke::new(1.0, HIGHLIGHT_COLOUR));
     }
 }
 
+/// A vector in points, in f32 as egui has it.
 fn vec2(v: DVec2) -> Vec2 {
     Vec2::new(v.x as f32, v.y as f32)
 }
@@ -312,16 +323,16 @@ fn snapped_direction(interface: &Interface, at_px: DVec2) -> Option<DVec3> {
     scene.geometry.direction(&scene.camera, snapped_px(&interface.viewport.labels, scene, at_px))
 }
 
-/// Adds a direction to the measured angle.
+/// Adds a direction (ICRF unit vector) and the body there to the measured angle.
 fn measure(interface: &mut Interface, direction: DVec3, body: Option<NaifId>) {
     let Some(rendered) = &interface.viewport.shown else { return };
     let bodies = &rendered.scene.bodies;
     // A body that was clicked in an earlier image may have moved relative to the camera since.
     interface.angle.move_bodies(|name| bodies.iter().find(|b| b.name == name).map(|b| b.placement.centre_km));
-    let found = body.and_then(|id| rendered.scene.body(id));
-    let seen_body = found.map(|body| SeenBody { name: body.name.clone(), centre_km: body.placement.centre_km });
-    let angle = interface.angle.add(direction, seen_body);
-    interface.reply(angle);
+    let body_in_view = body.and_then(|id| rendered.scene.body(id));
+    let seen_body = body_in_view.map(|body| SeenBody { name: body.name.clone(), centre_km: body.placement.centre_km });
+    let message = interface.angle.add(direction, seen_body);
+    interface.reply(message);
 }
 
 /// A click on the image.
@@ -330,7 +341,7 @@ enum Click {
     Measure {
         /// The position in the image, pixels.
         at_px: DVec2,
-        /// The body there, if any.
+        /// The body at this position, if any.
         body: Option<NaifId>,
     },
     /// Without Ctrl: picks a pixel for the probe, and a star.
@@ -343,11 +354,11 @@ enum Click {
 }
 
 /// Turns drags, the wheel and clicks into actions; returns a click that measures an angle or picks a pixel.
-fn mouse(
+fn handle_mouse(
     interface: &Interface,
     ui: &egui::Ui,
     response: &egui::Response,
-    rect: Rect,
+    viewport: Rect,
     placement: &ImagePlacement,
     actions: &mut Vec<Action>,
 ) -> Option<Click> {
@@ -389,16 +400,16 @@ fn mouse(
         actions.extend(body.map(Action::Select));
         let pixel = |points: f32| (f64::from(points) * scale) as u32;
         let star_index = if body.is_none() { star_at(&rendered.scene, at_px) } else { None };
-        return Some(Click::Pick { viewport_px: [pixel(at.x - rect.min.x), pixel(at.y - rect.min.y)], star_index });
+        return Some(Click::Pick { viewport_px: [pixel(at.x - viewport.min.x), pixel(at.y - viewport.min.y)], star_index });
     }
     None
 }
 
 /// Paints a cross at the pixel that the probe inspects.
-fn paint_probe(interface: &Interface, ui: &egui::Ui, rect: Rect) {
+fn paint_probe(interface: &Interface, ui: &egui::Ui, viewport: Rect) {
     let Some([x, y]) = interface.viewport.picked_px else { return };
-    let at = rect.min + Vec2::new(x as f32 + 0.5, y as f32 + 0.5) / ui.ctx().pixels_per_point();
-    let painter = ui.painter().with_clip_rect(rect);
+    let at = viewport.min + Vec2::new(x as f32 + 0.5, y as f32 + 0.5) / ui.ctx().pixels_per_point();
+    let painter = ui.painter().with_clip_rect(viewport);
     for direction in [Vec2::X, Vec2::Y, -Vec2::X, -Vec2::Y] {
         let arm = PROBE_ARM_ENDS.map(|distance| at + direction * distance);
         painter.line_segment(arm, Stroke::new(3.0, Color32::from_black_alpha(160)));

@@ -7,7 +7,7 @@ use crate::image::{self, DisplayImage};
 use crate::view::error_texts::error_text;
 use crate::view::language::{decimal, named, plain, text};
 use crate::view::panels::render_loop::colour_image;
-use crate::view::panels::theme::{BODY, HIGHLIGHT_COLOUR};
+use crate::view::panels::theme::{BODY_TEXT_POINTS, HIGHLIGHT_COLOUR};
 use egui::{Color32, Pos2, Rect, Sense, Slider, Stroke, TextureHandle, TextureOptions, Vec2, pos2};
 use std::sync::Arc;
 
@@ -163,7 +163,7 @@ impl PairView {
         }
         ui.painter().line_segment([pos2(divider_x, rect.top()), pos2(divider_x, rect.bottom())], Stroke::new(1.5, HIGHLIGHT_COLOUR));
         let painter = ui.painter().with_clip_rect(rect);
-        let font = egui::FontId::proportional(BODY);
+        let font = egui::FontId::proportional(BODY_TEXT_POINTS);
         for (offset_points, align, name) in [(-6.0, egui::Align2::RIGHT_TOP, left), (6.0, egui::Align2::LEFT_TOP, right)] {
             // The name has a dark background, since the image below may be white.
             let galley = painter.layout_no_wrap(name.to_owned(), font.clone(), Color32::from_gray(230));

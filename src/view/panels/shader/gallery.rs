@@ -10,7 +10,7 @@ use super::{Inspected, ShaderPanel};
 use crate::scene::draw::DrawFeatures;
 use crate::shader::key::{DIMENSIONS, ShaderKey};
 use crate::view::language::text;
-use crate::view::panels::theme::{HIGHLIGHT_COLOUR, SMALL};
+use crate::view::panels::theme::{HIGHLIGHT_COLOUR, SMALL_TEXT_POINTS};
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{Color32, ComboBox, Rect, RichText, ScrollArea, Sense, Stroke, Vec2, pos2};
 
@@ -75,7 +75,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
                         if response.on_hover_text(entry.key.to_string()).clicked() {
                             clicked = Some(entry.features);
                         }
-                        ui.add(egui::Label::new(RichText::new(&entry.caption).size(SMALL)).wrap());
+                        ui.add(egui::Label::new(RichText::new(&entry.caption).size(SMALL_TEXT_POINTS)).wrap());
                     });
                 });
                 if (index + 1) % columns == 0 {

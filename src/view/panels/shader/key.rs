@@ -89,7 +89,7 @@ fn dimensions(ui: &mut egui::Ui, edited: &mut DrawFeatures, drawn: &DrawFeatures
                 Some(why) => (text!("key-no-effect", why = why), true),
                 None => (meaning(dimension, effective_value).to_owned(), effective_value == 0 && is_switch(dimension)),
             };
-            let text = RichText::new(description).size(SMALL);
+            let text = RichText::new(description).size(SMALL_TEXT_POINTS);
             let label = egui::Label::new(if is_weak { text.weak() } else { text }).wrap();
             ui.scope(|ui| {
                 ui.set_max_width((available_width - CONTROLS_WIDTH).max(120.0));

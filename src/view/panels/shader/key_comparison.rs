@@ -62,7 +62,7 @@ pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
         let Some(key) = *pin else { continue };
         ui.horizontal_wrapped(|ui| {
             ui.label(text!("change-pinned", name = name));
-            ui.add(egui::Label::new(RichText::new(key.to_string()).monospace().size(SMALL)).wrap());
+            ui.add(egui::Label::new(RichText::new(key.to_string()).monospace().size(SMALL_TEXT_POINTS)).wrap());
             if ui.small_button(text!("change-unpin", name = name)).on_hover_text(text!("change-unpin-hint")).clicked() {
                 *pin = None;
             }

@@ -102,7 +102,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     });
     page.draw_index = chosen_index;
     let draw_f32 = &report_f32.draws[chosen_index];
-    ui.add(egui::Label::new(RichText::new(draw_f32.module.to_string()).monospace().size(SMALL)).wrap());
+    ui.add(egui::Label::new(RichText::new(draw_f32.module.to_string()).monospace().size(SMALL_TEXT_POINTS)).wrap());
     if let Some([latitude, longitude]) = draw_f32.ground_deg {
         ui.label(text!("probe-ground", latitude = signed(latitude, 4), longitude = signed(longitude, 4)));
     }
@@ -188,12 +188,12 @@ fn rows(draw_f32: &PixelDraw, draw_f64: Option<&PixelDraw>) -> Vec<Row> {
 }
 
 fn row_text(text: String) -> RichText {
-    RichText::new(text).monospace().size(SMALL)
+    RichText::new(text).monospace().size(SMALL_TEXT_POINTS)
 }
 
 /// Height of a row, points.
 fn row_height(ui: &egui::Ui) -> f32 {
-    ui.ctx().fonts_mut(|fonts| fonts.row_height(&FontId::monospace(SMALL)))
+    ui.ctx().fonts_mut(|fonts| fonts.row_height(&FontId::monospace(SMALL_TEXT_POINTS)))
 }
 
 /// Shows the rows whose name contains the filter text.

@@ -8,7 +8,7 @@ use super::{Inspected, ShaderPanel};
 use crate::shader::translate::Language;
 use crate::view::language::text;
 use crate::view::panels::accessible;
-use crate::view::panels::theme::{CODE, SMALL};
+use crate::view::panels::theme::{CODE_TEXT_POINTS, SMALL_TEXT_POINTS};
 use egui::{Key, RichText, ScrollArea, Sense, TextEdit, Ui, Vec2, vec2};
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ const MARGIN_POINTS: f32 = 112.0;
 /// Width of the stripe at the right edge of the margin, points.
 const STRIPE_POINTS: f32 = 4.0;
 /// Size of the font of the source, points.
-const FONT_POINTS: f32 = CODE;
+const FONT_POINTS: f32 = CODE_TEXT_POINTS;
 /// When the list is scrolled to a line, this number of rows stays visible above it.
 const ROWS_ABOVE: f32 = 3.0;
 
@@ -188,7 +188,7 @@ impl SourcePage {
                         continue;
                     }
                     let is_chosen = self.feature.as_ref() == Some(name);
-                    let label = RichText::new(format!("{name} {lines}")).size(SMALL).color(feature_colour(name, is_dark));
+                    let label = RichText::new(format!("{name} {lines}")).size(SMALL_TEXT_POINTS).color(feature_colour(name, is_dark));
                     let hover = text!("source-feature-hint", lines = lines, name = name);
                     if ui.selectable_label(is_chosen, label).on_hover_text(hover).clicked() {
                         self.requested = None;
@@ -197,7 +197,7 @@ impl SourcePage {
                     }
                 }
                 if negated_count > 0 {
-                    let label = RichText::new(text!("source-negated", count = negated_count)).size(SMALL);
+                    let label = RichText::new(text!("source-negated", count = negated_count)).size(SMALL_TEXT_POINTS);
                     ui.toggle_value(&mut self.shows_negated, label).on_hover_text(text!("source-negated-hint"));
                 }
             });
@@ -320,7 +320,7 @@ impl SourcePage {
         if is_first {
             if !self.hides_names {
                 let name_rect = egui::Rect::from_min_max(rect.min, stripe.left_bottom());
-                let font = egui::FontId::proportional(SMALL);
+                let font = egui::FontId::proportional(SMALL_TEXT_POINTS);
                 let painter = ui.painter().with_clip_rect(name_rect.intersect(ui.clip_rect()));
                 painter.text(name_rect.left_center(), egui::Align2::LEFT_CENTER, name, font, colour);
             }

@@ -109,7 +109,7 @@ fn uniform_table(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, filte
         for field in layout.fields.iter().filter(|f| f.name.contains(&filter)) {
             ui.monospace(field.offset.to_string());
             ui.monospace(field.size.to_string());
-            ui.label(RichText::new(field.ty.to_string()).monospace().size(SMALL));
+            ui.label(RichText::new(field.ty.to_string()).monospace().size(SMALL_TEXT_POINTS));
             ui.label(&field.name);
             let components = bytes.map(|b| components_of(field, b)).unwrap_or_default();
             let rows: Vec<String> =
@@ -120,7 +120,7 @@ fn uniform_table(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, filte
                 text.push('\n');
                 text.push_str(&text!("values-more", more = hidden_rows));
             }
-            let response = ui.add(egui::Label::new(RichText::new(text).monospace().size(SMALL)).wrap());
+            let response = ui.add(egui::Label::new(RichText::new(text).monospace().size(SMALL_TEXT_POINTS)).wrap());
             if hidden_rows > 0 {
                 response.on_hover_text(RichText::new(rows[..rows.len().min(MAX_TOOLTIP_ROWS)].join("\n")).monospace());
             }

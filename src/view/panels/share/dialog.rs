@@ -19,7 +19,7 @@ pub struct FileRequest {
     pub extensions: &'static [&'static str],
     /// The file name or path that the field contains when the dialog opens.
     pub name: String,
-    /// Whether to choose an existing file to open; otherwise the user names a file to save.
+    /// Whether the user chooses an existing file to open; otherwise the user names a file to save.
     pub opens: bool,
 }
 

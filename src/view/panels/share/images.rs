@@ -15,16 +15,16 @@ use egui::{DragValue, Label, ProgressBar, RichText, TextEdit, Ui};
 use std::path::Path;
 
 /// A field for a width or height, pixels.
-fn side_field(value: &mut u32) -> DragValue<'_> {
-    DragValue::new(value).range(1..=MAX_IMAGE_PX)
+fn side_field(side_px: &mut u32) -> DragValue<'_> {
+    DragValue::new(side_px).range(1..=MAX_IMAGE_PX)
 }
 
-/// Shows the fields for width, height and labels. The array contains their accessible names.
+/// Shows the fields for width, height and labels. The array contains their accessible names, in this order.
 fn option_fields(ui: &mut Ui, options: &mut ImageOptions, [width, height, labels]: [&str; 3]) {
-    accessible::number_field(ui, side_field(&mut options.size[0]), width);
+    accessible::number_field(ui, side_field(&mut options.size_px[0]), width);
     ui.label("×");
-    accessible::number_field(ui, side_field(&mut options.size[1]), height);
-    let checkbox = ui.checkbox(&mut options.labels, text!("image-labels")).accessible_name(labels);
+    accessible::number_field(ui, side_field(&mut options.size_px[1]), height);
+    let checkbox = ui.checkbox(&mut options.has_labels, text!("image-labels")).accessible_name(labels);
     checkbox.on_hover_text(text!("image-labels-hint"));
 }
 
@@ -56,7 +56,7 @@ pub(crate) fn frames(interface: &mut Interface, ui: &mut Ui) {
     ui.strong(text!("frames"));
     let panel = &mut interface.share;
     ui.horizontal_wrapped(|ui| {
-        accessible::number_field(ui, DragValue::new(&mut panel.frames).range(1..=100_000), text!("frames-count"));
+        accessible::number_field(ui, DragValue::new(&mut panel.frame_count).range(1..=100_000), text!("frames-count"));
         ui.label(text!("frames-unit"));
         // At most about a century between frames.
         let step = DragValue::new(&mut panel.step_s).range(-3.2e9..=3.2e9).suffix(" s");
@@ -64,11 +64,11 @@ pub(crate) fn frames(interface: &mut Interface, ui: &mut Ui) {
         ui.label(text!("frames-apart"));
     });
     // The frames begin at the displayed time, or have it in their middle, so they show an event only if that time is near the event.
-    let displayed_s = interface.viewer.view.tdb_s;
-    if let Some(playback) = interface.events.playback_of_chosen().filter(|playback| playback.is_near(displayed_s)) {
+    let displayed_tdb_s = interface.viewer.view.tdb_s;
+    if let Some(playback) = interface.events.playback_of_chosen().filter(|playback| playback.is_near(displayed_tdb_s)) {
         let whole_event = ui.button(text!("frames-whole-event")).on_hover_text(text!("frames-whole-event-hint"));
         if whole_event.clicked() {
-            panel.step_s = ((playback.to_tdb_s - playback.from_tdb_s) / f64::from(panel.frames.max(2) - 1)).round().max(1.0);
+            panel.step_s = ((playback.to_tdb_s - playback.from_tdb_s) / f64::from(panel.frame_count.max(2) - 1)).round().max(1.0);
         }
     }
     let sequence = icons::button(ui, Icon::Save, text!("frames-export"));
