@@ -8,7 +8,7 @@ use super::information::scaled_angle_text;
 use crate::ephemeris::angle_rad;
 use crate::view::language::numbers::grouped;
 use crate::view::language::{body_name, text};
-use crate::view::panels::theme::BODY;
+use crate::view::panels::theme::BODY_TEXT_POINTS;
 use egui::{Align2, Color32, FontId, Pos2, Shape, Stroke};
 use glam::DVec3;
 

@@ -9,7 +9,7 @@ use super::{Inspected, ShaderPanel};
 use crate::scene::draw::DrawFeatures;
 use crate::shader::key::{DIMENSIONS, Dimension, ShaderKey, reductions};
 use crate::view::language::text;
-use crate::view::panels::theme::SMALL;
+use crate::view::panels::theme::SMALL_TEXT_POINTS;
 use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
 
 /// Width that the column of descriptions leaves for the columns of names and controls, points.

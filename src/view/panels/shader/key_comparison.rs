@@ -14,7 +14,7 @@ use crate::shader::key::ShaderKey;
 use crate::view::language::{decimal, text};
 use crate::view::panels::accessible;
 use crate::view::panels::compare::pair::{Pair, PairView};
-use crate::view::panels::theme::SMALL;
+use crate::view::panels::theme::SMALL_TEXT_POINTS;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{CollapsingHeader, Grid, RichText, TextStyle};
 use std::sync::Arc;

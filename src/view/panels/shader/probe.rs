@@ -13,7 +13,7 @@ use crate::session::Session;
 use crate::view::error_texts::error_text;
 use crate::view::language::dates::instant_text;
 use crate::view::language::{body_name, named, signed, text};
-use crate::view::panels::theme::SMALL;
+use crate::view::panels::theme::SMALL_TEXT_POINTS;
 use crate::view::panels::{Interface, accessible};
 use crate::view::worker::drawn_with::DrawnWith;
 use crate::view::worker::render_worker::{Pending, ask};

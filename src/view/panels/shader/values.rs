@@ -10,7 +10,7 @@ use crate::shader::{Layout, ModuleId};
 use crate::view::error_texts::error_text;
 use crate::view::language::{decimal, text};
 use crate::view::panels::accessible;
-use crate::view::panels::theme::SMALL;
+use crate::view::panels::theme::SMALL_TEXT_POINTS;
 use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
 
 /// State of the Values page.
