@@ -84,6 +84,7 @@ struct Fields<'d> {
     day: &'d str,
 }
 
+/// The fields of an ISO 8601 date; `None` if it does not have three.
 fn fields(date: &str) -> Option<Fields<'_>> {
     // Split from the end, because a negative year begins with a hyphen.
     let mut from_end = date.rsplitn(3, '-');
@@ -91,6 +92,7 @@ fn fields(date: &str) -> Option<Fields<'_>> {
     Some(Fields { year, month, day })
 }
 
+/// The number that digits write, such as 8 for `08`; 0 if they are not a number.
 fn without_leading_zeros(digits: &str) -> u32 {
     digits.parse().unwrap_or_default()
 }
@@ -113,6 +115,7 @@ pub(crate) fn short_month_name(date: NaiveDate) -> &'static str {
     named("month-short", month_number(date))
 }
 
+/// The number of a date's month, `1` to `12`, as in the ids of the messages `month-…`.
 fn month_number(date: NaiveDate) -> &'static str {
     const NUMBERS: [&str; 12] = ["1", "2", "3", "4", "5", "6", "7", "8", "9", "10", "11", "12"];
     NUMBERS[date.month0() as usize % NUMBERS.len()]

@@ -5,6 +5,7 @@
 
 use super::Language;
 
+/// Embeds the files of each language with these names, and those of [`crate::message`].
 macro_rules! files {
     ($($name:literal),* $(,)?) => {
         const ENGLISH: &[&str] = &[crate::message::ENGLISH_FILE, $(include_str!(concat!("en/", $name, ".ftl"))),*];

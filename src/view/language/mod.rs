@@ -43,41 +43,45 @@ macro_rules! text {
         $crate::view::language::plain($id)
     };
     ($id:literal, $($name:ident = $value:expr),+ $(,)?) => {
-        $crate::view::language::text_with_arguments($id, &[$((stringify!($name), $crate::view::language::IntoArgument::value(&$value))),+])
+        $crate::view::language::text_with_arguments(
+            $id,
+            &[$((stringify!($name), $crate::view::language::FluentArgument::value(&$value))),+],
+        )
     };
 }
 pub(crate) use text;
 
 /// An argument of a message: text, or a count that chooses a plural form. Numbers with decimals are passed as text from [`decimal`] or [`signed`].
-pub(crate) trait IntoArgument {
+pub(crate) trait FluentArgument {
+    /// The argument as Fluent takes it.
     fn value(&self) -> FluentValue<'_>;
 }
 
-impl IntoArgument for str {
+impl FluentArgument for str {
     fn value(&self) -> FluentValue<'_> {
         self.into()
     }
 }
 
-impl IntoArgument for String {
+impl FluentArgument for String {
     fn value(&self) -> FluentValue<'_> {
         self.as_str().into()
     }
 }
 
-impl IntoArgument for std::borrow::Cow<'_, str> {
+impl FluentArgument for std::borrow::Cow<'_, str> {
     fn value(&self) -> FluentValue<'_> {
         self.as_ref().into()
     }
 }
 
-impl IntoArgument for std::path::Display<'_> {
+impl FluentArgument for std::path::Display<'_> {
     fn value(&self) -> FluentValue<'_> {
         self.to_string().into()
     }
 }
 
-impl<T: IntoArgument + ?Sized> IntoArgument for &T {
+impl<T: FluentArgument + ?Sized> FluentArgument for &T {
     fn value(&self) -> FluentValue<'_> {
         (**self).value()
     }
@@ -85,7 +89,7 @@ impl<T: IntoArgument + ?Sized> IntoArgument for &T {
 
 macro_rules! integer_arguments {
     ($($integer:ty),*) => {$(
-        impl IntoArgument for $integer {
+        impl FluentArgument for $integer {
             fn value(&self) -> FluentValue<'_> {
                 (*self).into()
             }
@@ -105,6 +109,7 @@ struct Messages {
 }
 
 impl Messages {
+    /// Reads the messages of a language from its built-in files.
     fn of(language: Language) -> Self {
         let mut bundle = FluentBundle::new_concurrent(vec![language.identifier()]);
         // The Unicode isolation marks that Fluent puts around arguments would show as boxes.

@@ -286,11 +286,11 @@ fn numbers_and_dates_are_written_as_in_the_language() {
 #[test]
 fn times_are_rounded_and_carry_over() {
     use crate::time::Instant;
-    let at = |text: &str| Instant::parse(text).expect(text);
-    assert_eq!(dates::minute_text(at("1999-12-31T23:59:40Z")), "2000-01-01 00:00 UTC");
-    assert_eq!(dates::month_day_second_text(at("1999-12-31T23:59:40.6Z")), "12-31 23:59:41");
-    assert_eq!(dates::month_day_second_text(at("-0584-05-28T14:00:00Z")), "05-28 14:00:00");
-    assert_eq!(dates::minute_text(at("-0584-05-28T14:00:00Z")), "-0584-05-28 14:00 UTC");
+    let instant = |text: &str| Instant::parse(text).expect(text);
+    assert_eq!(dates::minute_text(instant("1999-12-31T23:59:40Z")), "2000-01-01 00:00 UTC");
+    assert_eq!(dates::month_day_second_text(instant("1999-12-31T23:59:40.6Z")), "12-31 23:59:41");
+    assert_eq!(dates::month_day_second_text(instant("-0584-05-28T14:00:00Z")), "05-28 14:00:00");
+    assert_eq!(dates::minute_text(instant("-0584-05-28T14:00:00Z")), "-0584-05-28 14:00 UTC");
     let far = Instant::from_tdb_seconds_past_j2000(1e15);
     assert_eq!(dates::minute_text(far), far.plus_seconds(30.0).to_utc_iso());
 }

@@ -26,6 +26,7 @@ pub fn reason_text(reason: &Reason) -> String {
     reason.messages().iter().map(message_text).collect::<Vec<_>>().join("; ")
 }
 
+/// The text of an argument in the window's language.
 fn argument_text(argument: &Argument) -> String {
     // A name may be that of a body or of an effect's model; a name of any other kind has no translation and stays.
     let name_text = |name: &str| named("model", body_name(name)).to_owned();

@@ -220,12 +220,12 @@ fn begin_at(interface: &mut Interface, worker: &dyn RenderWorker, start: Instant
     panel.running = next_step(search, worker);
 }
 
-/// Searches for some kinds of events: in the year after `from`, or without `from` in the chosen range after the displayed date.
-pub(crate) fn search_for(interface: &mut Interface, worker: &dyn RenderWorker, kinds: &[EventKind], from: Option<Instant>) {
+/// Searches for some kinds of events: in the year after `start`, or without `start` in the chosen range after the displayed date.
+pub(crate) fn search_for(interface: &mut Interface, worker: &dyn RenderWorker, kinds: &[EventKind], start: Option<Instant>) {
     let panel = &mut interface.events;
     panel.kinds = EventKind::ALL.map(|kind| kinds.contains(&kind));
     panel.is_backward = false;
-    match from {
+    match start {
         Some(start) => {
             panel.range_index = YEAR_RANGE_INDEX;
             begin_at(interface, worker, start);
@@ -333,10 +333,10 @@ fn row(ui: &mut egui::Ui, row: &Row, height: f32, is_chosen: bool) -> Response {
     };
     let painter = ui.painter().with_clip_rect(response.rect.intersect(ui.clip_rect()));
     let corner = response.rect.left_top() + ui.spacing().button_padding;
-    let below = corner + vec2(0.0, ui.text_style_height(&TextStyle::Body));
+    let second_line_corner = corner + vec2(0.0, ui.text_style_height(&TextStyle::Body));
     let width = response.rect.width() - 2.0 * ui.spacing().button_padding.x;
     // If a line is too long, its last parts are left out. If even its first part is too long, that part ends in an ellipsis. The tooltip has all parts.
-    let line = |at: Pos2, text: String, style: TextStyle, colour: Color32| {
+    let line = |left_top: Pos2, text: String, style: TextStyle, colour: Color32| {
         let font = style.resolve(ui.style());
         let fits = |text: &str| painter.layout_no_wrap(text.to_owned(), font.clone(), colour).size().x <= width;
         let mut shown = text.as_str();
@@ -345,10 +345,10 @@ fn row(ui: &mut egui::Ui, row: &Row, height: f32, is_chosen: bool) -> Response {
         }
         let wrap = TextWrapping::truncate_at_width(width);
         let job = LayoutJob { wrap, ..LayoutJob::simple_singleline(shown.to_owned(), font.clone(), colour) };
-        painter.galley(at, painter.layout_job(job), colour);
+        painter.galley(left_top, painter.layout_job(job), colour);
     };
     line(corner, row.title.clone(), TextStyle::Body, title_colour);
-    line(below, row.summary.replacen(" UTC", "", 1), TextStyle::Small, summary_colour);
+    line(second_line_corner, row.summary.replacen(" UTC", "", 1), TextStyle::Small, summary_colour);
     response.on_hover_text(text!("events-row-hint", summary = row.summary)).accessible_name(format!("{}, {}", row.title, row.summary))
 }
 

@@ -93,6 +93,7 @@ pub(crate) struct InformationPanel {
 }
 
 impl InformationPanel {
+    /// The panel's first state, with the unit and the observer's place of the settings.
     pub(crate) fn from_settings(settings: &Settings) -> Self {
         Self { unit: settings.unit, home: settings.home, ..Self::default() }
     }

@@ -100,7 +100,7 @@ fn tours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker
         ui.weak(about);
     }
     ui.horizontal(|ui| {
-        let field = egui::TextEdit::singleline(&mut interface.tour.file).hint_text("tour.json").desired_width(140.0);
+        let field = egui::TextEdit::singleline(&mut interface.tour.file_name).hint_text("tour.json").desired_width(140.0);
         ui.add(field).on_hover_text(text!("tours-file-hint")).accessible_name(text!("tours-file"));
         dialog::button(interface, ui, FileField::Tour);
         if ui.button(text!("tours-open")).on_hover_text(text!("tours-open-hint")).clicked() {

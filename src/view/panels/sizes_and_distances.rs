@@ -169,6 +169,7 @@ fn draw_sizes(ui: &mut Ui, catalog: &Catalog, selected: &Subject, other: &Subjec
     }
 }
 
+/// A filled ellipse with horizontal and vertical axes, points.
 fn ellipse(centre: Pos2, half_width: f32, half_height: f32, fill: Color32) -> Shape {
     let vertex = |k: usize| {
         let (sin, cos) = (k as f32 / ELLIPSE_VERTICES as f32 * std::f32::consts::TAU).sin_cos();

@@ -25,7 +25,7 @@ pub(crate) struct TourPlayer {
     /// `None` if no tour is open.
     playback: Option<TourPlayback>,
     /// The file name in the field of *Open tour*.
-    pub file: String,
+    pub file_name: String,
     /// Whether a tour was started in this frame; its first view is then among the frame's actions.
     pub has_started: bool,
 }
@@ -104,9 +104,9 @@ pub(crate) fn start(interface: &mut Interface, session: &Session, json: &str, ac
 
 /// Starts the tour in the file that the user named.
 pub(crate) fn open(interface: &mut Interface, session: &Session, actions: &mut Vec<Action>) {
-    match read_text(Path::new(&interface.tour.file), MAX_BYTES) {
+    match read_text(Path::new(&interface.tour.file_name), MAX_BYTES) {
         Ok(json) => start(interface, session, &json, actions),
-        Err(e) => interface.reply(format!("{}: {}", echo(&interface.tour.file), error_text(&e))),
+        Err(e) => interface.reply(format!("{}: {}", echo(&interface.tour.file_name), error_text(&e))),
     }
 }
 

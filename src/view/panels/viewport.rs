@@ -75,7 +75,9 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     }
     let metrics = LabelMetrics::of_size(f64::from(NAME_POINTS) / placement.points_per_px);
     let in_image = |overlay: &Rect| {
-        let [min, max] = [overlay.min, overlay.max].map(|at| at - placement.image.min).map(|at| DVec2::new(at.x.into(), at.y.into()));
+        let [min, max] = [overlay.min, overlay.max]
+            .map(|corner| corner - placement.image.min)
+            .map(|offset| DVec2::new(offset.x.into(), offset.y.into()));
         labels::Rect { min: min / placement.points_per_px, max: max / placement.points_per_px }
     };
     interface.refresh_labels(&metrics, overlays.iter().map(in_image));
@@ -84,10 +86,10 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     paint_star(interface, ui, viewport, &placement);
     if let Some(rendered) = interface.shown() {
         let scene = &rendered.scene;
-        let at = |px: DVec2| placement.image.min + vec2(px * placement.points_per_px);
+        let point_of = |px: DVec2| placement.image.min + vec2(px * placement.points_per_px);
         interface
             .angle
-            .paint(&ui.painter().with_clip_rect(viewport), |direction| scene.geometry.pixel_of(&scene.camera, direction).map(at));
+            .paint(&ui.painter().with_clip_rect(viewport), |direction| scene.geometry.pixel_of(&scene.camera, direction).map(point_of));
     }
     if let Some(click) = handle_mouse(interface, ui, &response, viewport, &placement, actions) {
         handle_click(interface, worker, click);
@@ -134,9 +136,9 @@ impl ImagePlacement {
 
     /// The pixel of the image under a point of the interface; in the right half of a side-by-side pair, the corresponding pixel of the left
     /// half.
-    fn px_of(&self, at: Pos2, scene: &Scene) -> DVec2 {
-        let in_image = at - self.image.min;
-        scene.geometry.left_eye_px(DVec2::new(f64::from(in_image.x), f64::from(in_image.y)) / self.points_per_px)
+    fn image_px_of(&self, point: Pos2, scene: &Scene) -> DVec2 {
+        let offset = point - self.image.min;
+        scene.geometry.left_eye_px(DVec2::new(f64::from(offset.x), f64::from(offset.y)) / self.points_per_px)
     }
 
     /// Texture coordinates of a rectangle of the interface inside the image.
@@ -210,10 +212,14 @@ fn hints(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
 /// Shows the context menu of the view, with the commands for the body under the pointer if there is one.
 fn context_menu(interface: &mut Interface, response: &egui::Response, placement: &ImagePlacement, actions: &mut Vec<Action>) {
     if response.secondary_clicked() {
-        let clicked_px = response.interact_pointer_pos().zip(interface.shown()).map(|(at, rendered)| placement.px_of(at, &rendered.scene));
-        let body =
-            clicked_px.zip(interface.shown()).and_then(|(at_px, rendered)| body_at(&interface.viewport.labels, &rendered.scene, at_px));
-        interface.viewport.menu_direction = clicked_px.and_then(|at_px| snapped_direction(interface, at_px));
+        let clicked_px = response
+            .interact_pointer_pos()
+            .zip(interface.shown())
+            .map(|(pointer, rendered)| placement.image_px_of(pointer, &rendered.scene));
+        let body = clicked_px
+            .zip(interface.shown())
+            .and_then(|(image_px, rendered)| body_at(&interface.viewport.labels, &rendered.scene, image_px));
+        interface.viewport.menu_direction = clicked_px.and_then(|image_px| snapped_direction(interface, image_px));
         interface.viewport.menu_body = body;
         actions.extend(body.map(Action::Select));
     }
@@ -260,14 +266,14 @@ fn context_menu(interface: &mut Interface, response: &egui::Response, placement:
 fn paint_labels(interface: &Interface, ui: &egui::Ui, viewport: Rect, placement: &ImagePlacement) {
     let painter = ui.painter().with_clip_rect(viewport);
     for label in &interface.viewport.labels {
-        let at = placement.image.min + vec2(label.centre_px * placement.points_per_px);
+        let centre = placement.image.min + vec2(label.centre_px * placement.points_per_px);
         let radius = (label.radius_px * placement.points_per_px) as f32;
         let is_selected = label.body == interface.viewer.selected;
         let colour = if is_selected { HIGHLIGHT_COLOUR } else { NAME_COLOUR };
         let marker_radius = MARKER_RADIUS as f32 * NAME_POINTS;
         if interface.settings.markers && radius < marker_radius {
             painter.circle_stroke(
-                at,
+                centre,
                 marker_radius,
                 Stroke::new(1.0, colour.gamma_multiply(if is_selected { 1.0 } else { MARKER_OPACITY })),
             );
@@ -276,21 +282,21 @@ fn paint_labels(interface: &Interface, ui: &egui::Ui, viewport: Rect, placement:
         if let Some(side) = label.name_side
             && interface.settings.names
         {
-            let text_at = at + vec2(side.offset_px(&LabelMetrics::of_size(f64::from(NAME_POINTS)), f64::from(radius)));
+            let text_anchor = centre + vec2(side.offset_px(&LabelMetrics::of_size(f64::from(NAME_POINTS)), f64::from(radius)));
             let align = if side.left { Align2::RIGHT_CENTER } else { Align2::LEFT_CENTER };
             let font = FontId::proportional(NAME_POINTS);
-            painter.text(text_at + Vec2::splat(1.0), align, &label.name, font.clone(), Color32::from_black_alpha(180));
-            painter.text(text_at, align, &label.name, font, colour);
+            painter.text(text_anchor + Vec2::splat(1.0), align, &label.name, font.clone(), Color32::from_black_alpha(180));
+            painter.text(text_anchor, align, &label.name, font, colour);
         }
     }
 }
 
 /// Paints a ring around the chosen star, if the image shows the star.
 fn paint_star(interface: &Interface, ui: &egui::Ui, viewport: Rect, placement: &ImagePlacement) {
-    let at_px = interface.viewport.star_index.zip(interface.shown()).and_then(|(index, rendered)| star_px(&rendered.scene, index));
-    if let Some(at_px) = at_px {
-        let at = placement.image.min + vec2(at_px * placement.points_per_px);
-        ui.painter().with_clip_rect(viewport).circle_stroke(at, MARKER_RADIUS as f32 * NAME_POINTS, Stroke::new(1.0, HIGHLIGHT_COLOUR));
+    let image_px = interface.viewport.star_index.zip(interface.shown()).and_then(|(index, rendered)| star_px(&rendered.scene, index));
+    if let Some(image_px) = image_px {
+        let centre = placement.image.min + vec2(image_px * placement.points_per_px);
+        ui.painter().with_clip_rect(viewport).circle_stroke(centre, MARKER_RADIUS as f32 * NAME_POINTS, Stroke::new(1.0, HIGHLIGHT_COLOUR));
     }
 }
 
@@ -302,8 +308,8 @@ fn vec2(v: DVec2) -> Vec2 {
 /// Handles a click that is not an action of the viewer: measures an angle, or picks a pixel and a star.
 fn handle_click(interface: &mut Interface, worker: &dyn RenderWorker, click: Click) {
     match click {
-        Click::Measure { at_px, body } => {
-            if let Some(direction) = snapped_direction(interface, at_px) {
+        Click::Measure { image_px, body } => {
+            if let Some(direction) = snapped_direction(interface, image_px) {
                 measure(interface, direction, body);
             }
         }
@@ -318,9 +324,9 @@ fn handle_click(interface: &mut Interface, worker: &dyn RenderWorker, click: Cli
 }
 
 /// The direction of a pixel of the image, or of the body or star near it; `None` outside the circle of a fisheye image.
-fn snapped_direction(interface: &Interface, at_px: DVec2) -> Option<DVec3> {
+fn snapped_direction(interface: &Interface, image_px: DVec2) -> Option<DVec3> {
     let scene = &interface.shown()?.scene;
-    scene.geometry.direction(&scene.camera, snapped_px(&interface.viewport.labels, scene, at_px))
+    scene.geometry.direction(&scene.camera, snapped_px(&interface.viewport.labels, scene, image_px))
 }
 
 /// Adds a direction (ICRF unit vector) and the body there to the measured angle.
@@ -340,7 +346,7 @@ enum Click {
     /// With Ctrl: adds a point to the measured angle.
     Measure {
         /// The position in the image, pixels.
-        at_px: DVec2,
+        image_px: DVec2,
         /// The body at this position, if any.
         body: Option<NaifId>,
     },
@@ -386,12 +392,12 @@ fn handle_mouse(
             actions.push(if changes_fov { Action::ChangeFov(notches) } else { Action::Zoom(notches) });
         }
     }
-    let (Some(at), Some(rendered)) = (response.interact_pointer_pos(), interface.shown()) else { return None };
-    let at_px = placement.px_of(at, &rendered.scene);
-    let body_at_pointer = || body_at(&interface.viewport.labels, &rendered.scene, at_px);
+    let (Some(pointer), Some(rendered)) = (response.interact_pointer_pos(), interface.shown()) else { return None };
+    let image_px = placement.image_px_of(pointer, &rendered.scene);
+    let body_at_pointer = || body_at(&interface.viewport.labels, &rendered.scene, image_px);
     // Clicks with Ctrl come before double-clicks, so that two quick clicks with Ctrl measure an angle, too.
     if response.clicked() && ui.input(|i| i.modifiers.command) {
-        return Some(Click::Measure { at_px, body: body_at_pointer() });
+        return Some(Click::Measure { image_px, body: body_at_pointer() });
     }
     if response.double_clicked() {
         actions.extend(body_at_pointer().map(Action::FlyTo));
@@ -399,8 +405,8 @@ fn handle_mouse(
         let body = body_at_pointer();
         actions.extend(body.map(Action::Select));
         let pixel = |points: f32| (f64::from(points) * scale) as u32;
-        let star_index = if body.is_none() { star_at(&rendered.scene, at_px) } else { None };
-        return Some(Click::Pick { viewport_px: [pixel(at.x - viewport.min.x), pixel(at.y - viewport.min.y)], star_index });
+        let star_index = if body.is_none() { star_at(&rendered.scene, image_px) } else { None };
+        return Some(Click::Pick { viewport_px: [pixel(pointer.x - viewport.min.x), pixel(pointer.y - viewport.min.y)], star_index });
     }
     None
 }
@@ -408,10 +414,10 @@ fn handle_mouse(
 /// Paints a cross at the pixel that the probe inspects.
 fn paint_probe(interface: &Interface, ui: &egui::Ui, viewport: Rect) {
     let Some([x, y]) = interface.viewport.picked_px else { return };
-    let at = viewport.min + Vec2::new(x as f32 + 0.5, y as f32 + 0.5) / ui.ctx().pixels_per_point();
+    let centre = viewport.min + Vec2::new(x as f32 + 0.5, y as f32 + 0.5) / ui.ctx().pixels_per_point();
     let painter = ui.painter().with_clip_rect(viewport);
     for direction in [Vec2::X, Vec2::Y, -Vec2::X, -Vec2::Y] {
-        let arm = PROBE_ARM_ENDS.map(|distance| at + direction * distance);
+        let arm = PROBE_ARM_ENDS.map(|distance| centre + direction * distance);
         painter.line_segment(arm, Stroke::new(3.0, Color32::from_black_alpha(160)));
         painter.line_segment(arm, Stroke::new(1.0, HIGHLIGHT_COLOUR));
     }

@@ -108,6 +108,7 @@ fn initial_variants(view: &ViewState) -> [Variant; 2] {
     [as_seen.clone(), Variant { quality, ..as_seen }]
 }
 
+/// Shows the panel.
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
     let mut panel = std::mem::take(&mut interface.compare);
     panel.show(interface, ui, worker);
@@ -124,6 +125,7 @@ impl ComparePanel {
         self.bound_view.forget_failures();
     }
 
+    /// Takes a finished pair, shows the controls of the variants and the last pair, and starts to draw a new pair if needed.
     fn show(&mut self, interface: &Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
         if let Some(drawn) = self.pending.as_ref().and_then(Pending::take) {
             self.pending = None;

@@ -151,12 +151,12 @@ impl PairView {
         let split = self.split.unwrap_or(0.5);
         let divider_x = rect.left() + split * rect.width();
         // The part of the image between two fractions of its width: its rectangle on the screen and its texture coordinates.
-        let part = |from: f32, to: f32| {
+        let part = |start: f32, end: f32| {
             let place = Rect::from_min_max(
-                pos2(rect.left() + from * rect.width(), rect.top()),
-                pos2(rect.left() + to * rect.width(), rect.bottom()),
+                pos2(rect.left() + start * rect.width(), rect.top()),
+                pos2(rect.left() + end * rect.width(), rect.bottom()),
             );
-            (place, Rect::from_min_max(pos2(from, 0.0), pos2(to, 1.0)))
+            (place, Rect::from_min_max(pos2(start, 0.0), pos2(end, 1.0)))
         };
         for (texture, (place, uv)) in textures.into_iter().zip([part(0.0, split), part(split, 1.0)]) {
             ui.painter().image(texture, place, uv, Color32::WHITE);
@@ -211,6 +211,7 @@ pub(crate) fn statistics_text(pair: &Pair) -> [String; 2] {
     ]
 }
 
+/// Shows the lines of [`statistics_text`].
 fn statistics(ui: &mut egui::Ui, pair: &Pair) {
     for line in statistics_text(pair) {
         ui.label(line);

@@ -121,11 +121,11 @@ fn lines_text(feature_diffs: &[FeatureDiff]) -> String {
 }
 
 /// Formats two counts with the signed difference between them.
-fn change_text(from: usize, to: usize) -> String {
-    if from == to {
-        text!("change-unchanged", to = to)
+fn change_text(first: usize, second: usize) -> String {
+    if first == second {
+        text!("change-unchanged", to = second)
     } else {
-        text!("change-from-to", from = from, to = to, by = format!("{:+}", to as i64 - from as i64))
+        text!("change-from-to", from = first, to = second, by = format!("{:+}", second as i64 - first as i64))
     }
 }
 
@@ -267,8 +267,8 @@ pub(crate) fn cost_table(ui: &mut egui::Ui, grid_id: &str, modules: &[(&str, &Ar
             ui.label(label);
             let counts: Vec<usize> = modules.iter().map(|(_, m)| count(m)).collect();
             counts.iter().for_each(|n| drop(ui.monospace(n.to_string())));
-            if let [from, to] = counts[..] {
-                ui.monospace(if from == to { String::new() } else { format!("{:+}", to as i64 - from as i64) });
+            if let [first, second] = counts[..] {
+                ui.monospace(if first == second { String::new() } else { format!("{:+}", second as i64 - first as i64) });
             }
             ui.end_row();
         }

@@ -152,6 +152,7 @@ impl ShaderPanel {
         self.page == Page::Probe
     }
 
+    /// Determines the module to show, and shows the chosen page about it.
     fn show(&mut self, interface: &Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
         self.queries.reset_on_new_fragments(worker);
         let Some(rendered) = interface.shown() else {

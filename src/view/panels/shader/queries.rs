@@ -54,6 +54,7 @@ pub(crate) struct ModuleFailure {
 /// A module, or why there is none.
 pub(crate) type ModuleResult = Result<Arc<LoadedModule>, Arc<ModuleFailure>>;
 
+/// Gets a module from the library, and computes its costs.
 fn load_module(session: &Session, id: &ModuleId) -> ModuleResult {
     let library = session.library();
     let failure = |why: String, diagnosis: String| Arc::new(ModuleFailure { why, diagnosis });

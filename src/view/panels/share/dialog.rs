@@ -70,10 +70,10 @@ impl FileField {
 /// The text of a field.
 fn field_text(interface: &mut Interface, field: FileField) -> &mut String {
     match field {
-        FileField::View => &mut interface.share.file,
-        FileField::Image => &mut interface.share.image,
-        FileField::Animation => &mut interface.share.animation.file,
-        FileField::Tour => &mut interface.tour.file,
+        FileField::View => &mut interface.share.view_file_name,
+        FileField::Image => &mut interface.share.image_file_name,
+        FileField::Animation => &mut interface.share.animation.file_name,
+        FileField::Tour => &mut interface.tour.file_name,
     }
 }
 

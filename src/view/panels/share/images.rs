@@ -39,12 +39,12 @@ fn folder(ui: &mut Ui, file: &str) {
 pub(crate) fn single_image(interface: &mut Interface, ui: &mut Ui) {
     ui.strong(text!("images"));
     ui.horizontal(|ui| {
-        ui.add(TextEdit::singleline(&mut interface.share.image).desired_width(150.0)).on_hover_text(text!("images-file-hint"));
+        ui.add(TextEdit::singleline(&mut interface.share.image_file_name).desired_width(150.0)).on_hover_text(text!("images-file-hint"));
         dialog::button(interface, ui, FileField::Image);
     });
     let panel = &mut interface.share;
     ui.horizontal(|ui| option_fields(ui, &mut panel.image_options, [text!("image-width"), text!("image-height"), text!("image-labels")]));
-    folder(ui, &panel.image);
+    folder(ui, &panel.image_file_name);
     let save = icons::button(ui, Icon::Image, text!("images-save"));
     if ui.add_enabled(!panel.is_busy(), save).on_hover_text(text!("images-save-hint")).clicked() {
         panel.wants_image = true;
@@ -83,7 +83,8 @@ pub(crate) fn animation(interface: &mut Interface, ui: &mut Ui) {
     ui.add_space(6.0);
     ui.strong(text!("animation"));
     ui.horizontal(|ui| {
-        ui.add(TextEdit::singleline(&mut interface.share.animation.file).desired_width(150.0)).on_hover_text(text!("animation-file-hint"));
+        ui.add(TextEdit::singleline(&mut interface.share.animation.file_name).desired_width(150.0))
+            .on_hover_text(text!("animation-file-hint"));
         dialog::button(interface, ui, FileField::Animation);
     });
     let panel = &mut interface.share;
@@ -96,7 +97,7 @@ pub(crate) fn animation(interface: &mut Interface, ui: &mut Ui) {
         ui.label(text!("animation-rate-unit"));
         ui.checkbox(&mut animation.is_centred, text!("animation-centred")).on_hover_text(text!("animation-centred-hint"));
     });
-    folder(ui, &animation.file);
+    folder(ui, &animation.file_name);
     let record = icons::button(ui, Icon::Film, text!("animation-record"));
     if ui.add_enabled(!panel.is_busy(), record).on_hover_text(text!("animation-record-hint")).clicked() {
         panel.requested_export = Some(ExportKind::Animation);
