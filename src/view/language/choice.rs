@@ -64,7 +64,7 @@ impl Language {
         }
     }
 
-    /// The language of texts in images.
+    /// The language of the texts that scenes draw into images.
     pub(crate) fn in_images(self) -> TextLanguage {
         match self {
             Self::English | Self::Marked => TextLanguage::English,

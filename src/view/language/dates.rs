@@ -28,7 +28,7 @@ pub(crate) fn second_text(t: Instant) -> String {
     day_and_clock(t.plus_seconds(0.5), "hh:mm:ss".len())
 }
 
-/// The day, and the first `clock_length` characters of the time of day.
+/// The day in UTC, and the first `clock_length` characters of the time of day; the rest is cut off, not rounded.
 fn day_and_clock(t: Instant, clock_length: usize) -> String {
     let iso = t.to_utc_iso();
     match iso.split_once('T').and_then(|(date, clock)| Some((date, clock.get(..clock_length)?))) {
@@ -68,7 +68,7 @@ pub(crate) fn day_text(t: Instant) -> String {
 pub(super) fn iso_date_text(date: &str) -> String {
     let Some(Fields { year, month, day }) = fields(date) else { return date.to_owned() };
     let month_name = named("month", month.trim_start_matches('0'));
-    text!("date-day", year = year_text(year), month = month, month_name = month_name, day = day, day_number = number(day))
+    text!("date-day", year = year_text(year), month = month, month_name = month_name, day = day, day_number = without_leading_zeros(day))
 }
 
 /// An ISO 8601 date in digits, for fields that can be edited.
@@ -84,13 +84,16 @@ struct Fields<'d> {
     day: &'d str,
 }
 
+/// The fields of an ISO 8601 date; `None` if it does not have three.
 fn fields(date: &str) -> Option<Fields<'_>> {
+    // Split from the end, because a negative year begins with a hyphen.
     let mut from_end = date.rsplitn(3, '-');
     let (day, month, year) = (from_end.next()?, from_end.next()?, from_end.next()?);
     Some(Fields { year, month, day })
 }
 
-fn number(digits: &str) -> u32 {
+/// The number that digits write, such as 8 for `08`; 0 if they are not a number.
+fn without_leading_zeros(digits: &str) -> u32 {
     digits.parse().unwrap_or_default()
 }
 
@@ -112,6 +115,7 @@ pub(crate) fn short_month_name(date: NaiveDate) -> &'static str {
     named("month-short", month_number(date))
 }
 
+/// The number of a date's month, `1` to `12`, as in the ids of the messages `month-…`.
 fn month_number(date: NaiveDate) -> &'static str {
     const NUMBERS: [&str; 12] = ["1", "2", "3", "4", "5", "6", "7", "8", "9", "10", "11", "12"];
     NUMBERS[date.month0() as usize % NUMBERS.len()]

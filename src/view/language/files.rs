@@ -5,6 +5,7 @@
 
 use super::Language;
 
+/// Embeds the files of each language with these names, and those of [`crate::message`].
 macro_rules! files {
     ($($name:literal),* $(,)?) => {
         const ENGLISH: &[&str] = &[crate::message::ENGLISH_FILE, $(include_str!(concat!("en/", $name, ".ftl"))),*];
@@ -35,15 +36,15 @@ files!(
 const GERMAN_CATALOGS: &str = include_str!("de/catalog.ftl");
 
 /// The contents of the files that translate the shipped catalogs.
-pub(super) fn of_catalogs(language: Language) -> &'static [&'static str] {
+pub(super) fn catalog_files(language: Language) -> &'static [&'static str] {
     match language {
         Language::English | Language::Marked => &[],
         Language::German => &[GERMAN_CATALOGS],
     }
 }
 
-/// The contents of a language's other files.
-pub(super) fn of(language: Language) -> &'static [&'static str] {
+/// The contents of a language's files, except those of [`catalog_files`].
+pub(super) fn message_files(language: Language) -> &'static [&'static str] {
     match language {
         Language::English | Language::Marked => ENGLISH,
         Language::German => GERMAN,

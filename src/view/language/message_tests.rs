@@ -48,7 +48,7 @@ fn calls<'c>(code: &'c str, opening: &str) -> Vec<(&'c str, BTreeSet<&'c str>)> 
 }
 
 /// The names of the arguments of each English message, by its id.
-fn known() -> BTreeMap<&'static str, BTreeSet<&'static str>> {
+fn known_messages() -> BTreeMap<&'static str, BTreeSet<&'static str>> {
     let names = |template: &'static str| template.split("{ $").skip(1).filter_map(|part| Some(part.split_once(" }")?.0)).collect();
     let lines = ENGLISH_FILE.lines().filter(|line| !line.starts_with('#')).filter_map(|line| line.split_once(" = "));
     lines.map(|(id, template)| (id, names(template))).collect()
@@ -56,7 +56,7 @@ fn known() -> BTreeMap<&'static str, BTreeSet<&'static str>> {
 
 #[test]
 fn each_message_is_used_and_each_used_message_exists_with_its_arguments() {
-    let known = known();
+    let known = known_messages();
     let mut all = Vec::new();
     sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), &mut all);
     let mut used = BTreeSet::new();
@@ -71,7 +71,7 @@ fn each_message_is_used_and_each_used_message_exists_with_its_arguments() {
             }
         }
     }
-    // The ids of names of bodies, compass points and months are put together at run time.
+    // Ids of the names of bodies, compass points and months are composed at run time.
     let is_named = |id: &str| ["body-", "compass-", "month-"].iter().any(|kind| id.starts_with(kind));
     // Some ids are string literals outside the macros, such as those of the quantities that have stated errors.
     let is_quoted = |id: &str| all.iter().any(|(_, code)| code.contains(&format!("\"{id}\"")));

@@ -43,41 +43,45 @@ macro_rules! text {
         $crate::view::language::plain($id)
     };
     ($id:literal, $($name:ident = $value:expr),+ $(,)?) => {
-        $crate::view::language::filled($id, &[$((stringify!($name), $crate::view::language::IntoArgument::value(&$value))),+])
+        $crate::view::language::text_with_arguments(
+            $id,
+            &[$((stringify!($name), $crate::view::language::FluentArgument::value(&$value))),+],
+        )
     };
 }
 pub(crate) use text;
 
 /// An argument of a message: text, or a count that chooses a plural form. Numbers with decimals are passed as text from [`decimal`] or [`signed`].
-pub(crate) trait IntoArgument {
+pub(crate) trait FluentArgument {
+    /// The argument as Fluent takes it.
     fn value(&self) -> FluentValue<'_>;
 }
 
-impl IntoArgument for str {
+impl FluentArgument for str {
     fn value(&self) -> FluentValue<'_> {
         self.into()
     }
 }
 
-impl IntoArgument for String {
+impl FluentArgument for String {
     fn value(&self) -> FluentValue<'_> {
         self.as_str().into()
     }
 }
 
-impl IntoArgument for std::borrow::Cow<'_, str> {
+impl FluentArgument for std::borrow::Cow<'_, str> {
     fn value(&self) -> FluentValue<'_> {
         self.as_ref().into()
     }
 }
 
-impl IntoArgument for std::path::Display<'_> {
+impl FluentArgument for std::path::Display<'_> {
     fn value(&self) -> FluentValue<'_> {
         self.to_string().into()
     }
 }
 
-impl<T: IntoArgument + ?Sized> IntoArgument for &T {
+impl<T: FluentArgument + ?Sized> FluentArgument for &T {
     fn value(&self) -> FluentValue<'_> {
         (**self).value()
     }
@@ -85,7 +89,7 @@ impl<T: IntoArgument + ?Sized> IntoArgument for &T {
 
 macro_rules! integer_arguments {
     ($($integer:ty),*) => {$(
-        impl IntoArgument for $integer {
+        impl FluentArgument for $integer {
             fn value(&self) -> FluentValue<'_> {
                 (*self).into()
             }
@@ -99,36 +103,39 @@ struct Messages {
     /// Whether messages and text arguments get marks, as in [`Language::Marked`].
     marked: bool,
     /// The formatted messages without arguments, by id.
-    plain: HashMap<String, String>,
+    without_arguments: HashMap<String, String>,
+    /// All messages of the language; for [`Language::Marked`] the English ones, without marks.
     bundle: FluentBundle<FluentResource>,
 }
 
 impl Messages {
+    /// Reads the messages of a language from its built-in files.
     fn of(language: Language) -> Self {
         let mut bundle = FluentBundle::new_concurrent(vec![language.identifier()]);
         // The Unicode isolation marks that Fluent puts around arguments would show as boxes.
         bundle.set_use_isolating(false);
         let marked = language == Language::Marked;
-        let mut plain = HashMap::new();
-        // `of_catalogs`: the files that translate the texts of the shipped catalogs.
-        let all = || files::of(language).iter().chain(files::of_catalogs(language));
-        for file in all() {
+        let mut without_arguments = HashMap::new();
+        let all_files = || files::message_files(language).iter().chain(files::catalog_files(language));
+        for file in all_files() {
             // Invalid entries of a file are skipped; a test finds them.
             let resource = FluentResource::try_new((*file).to_owned()).unwrap_or_else(|(resource, _)| resource);
             let _ = bundle.add_resource(resource);
         }
-        for id in all().flat_map(|file| files::ids(file)) {
+        for id in all_files().flat_map(|file| files::ids(file)) {
             let mut errors = Vec::new();
             let pattern = bundle.get_message(id).and_then(|message| message.value());
             let text = pattern.map(|pattern| bundle.format_pattern(pattern, None, &mut errors).into_owned());
+            // Without arguments, only the messages that need none are formatted without errors.
             if errors.is_empty() {
-                plain.extend(text.map(|text| (id.to_owned(), if marked { marked_message(&text) } else { text })));
+                without_arguments.extend(text.map(|text| (id.to_owned(), if marked { marked_message(&text) } else { text })));
             }
         }
-        Self { marked, plain, bundle }
+        Self { marked, without_arguments, bundle }
     }
 
-    fn filled(&self, id: &str, arguments: &FluentArgs<'_>) -> Option<String> {
+    /// A message with its arguments; `None` if the message or one of its arguments is missing.
+    fn with_arguments(&self, id: &str, arguments: &FluentArgs<'_>) -> Option<String> {
         let pattern = self.bundle.get_message(id)?.value()?;
         let mut errors = Vec::new();
         if !self.marked {
@@ -171,21 +178,22 @@ fn with_fallback<T>(find: impl Fn(&'static Messages) -> Option<T>) -> Option<T> 
     find(messages(current())).or_else(|| find(messages(Language::English)))
 }
 
-/// A message without arguments.
+/// The text of a message without arguments. Unlike `text!`, it takes an id that is not a literal.
 pub(crate) fn plain(id: &'static str) -> &'static str {
-    with_fallback(|messages| messages.plain.get(id)).map_or(id, String::as_str)
+    with_fallback(|messages| messages.without_arguments.get(id)).map_or(id, String::as_str)
 }
 
-/// A message with its arguments.
-pub(crate) fn filled(id: &'static str, arguments: &[(&'static str, FluentValue<'_>)]) -> String {
+/// The text of a message with its arguments.
+pub(crate) fn text_with_arguments(id: &'static str, arguments: &[(&'static str, FluentValue<'_>)]) -> String {
     let arguments: FluentArgs<'_> = arguments.iter().map(|(name, value)| (*name, value.clone())).collect();
-    with_fallback(|messages| messages.filled(id, &arguments)).unwrap_or_else(|| id.to_owned())
+    with_fallback(|messages| messages.with_arguments(id, &arguments)).unwrap_or_else(|| id.to_owned())
 }
 
-/// The translation of a name that another module gave to a thing (an effect, a body): the message `kind-name`, or else the given name.
+/// The translation of a name that another module gave to a thing (an effect, a body). It is the message `kind-name`, its id in lower case with hyphens for
+/// spaces and underscores. Without such a message the name stays as given.
 pub(crate) fn named<'n>(kind: &str, name: &'n str) -> &'n str {
     let id = format!("{kind}-{}", name.to_lowercase().replace([' ', '_'], "-"));
-    with_fallback(|messages| messages.plain.get(&id)).map_or(name, String::as_str)
+    with_fallback(|messages| messages.without_arguments.get(&id)).map_or(name, String::as_str)
 }
 
 /// The translated name of a body of the catalog.

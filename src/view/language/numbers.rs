@@ -14,7 +14,7 @@ pub(crate) fn decimal(value: impl Display, decimals: usize) -> String {
     localised(format!("{value:.decimals$}"))
 }
 
-/// A number with its sign and a fixed number of decimals.
+/// A number with its sign, `+` or `-`, and a fixed number of decimals.
 pub(crate) fn signed(value: impl Display, decimals: usize) -> String {
     localised(format!("{value:+.decimals$}"))
 }
@@ -35,11 +35,11 @@ pub(crate) fn group_mark() -> &'static str {
 /// A number with `decimals` decimals and thousands separators. A negative number that is rounded to 0 has no sign.
 pub(crate) fn grouped(value: f64, decimals: usize) -> String {
     let text = format!("{:.decimals$}", value.abs());
-    let (whole, rest) =
+    let (whole, mark_and_decimals) =
         text.split_once('.').map_or((text.as_str(), String::new()), |(whole, fraction)| (whole, localised(format!(".{fraction}"))));
     let groups: Vec<&str> = whole.as_bytes().rchunks(3).rev().filter_map(|group| std::str::from_utf8(group).ok()).collect();
     let sign = if value < 0.0 && text.contains(|c| !matches!(c, '0' | '.')) { "-" } else { "" };
-    format!("{sign}{}{rest}", groups.join(group_mark()))
+    format!("{sign}{}{mark_and_decimals}", groups.join(group_mark()))
 }
 
 /// A number that another module has written: `1.19e3` becomes `1 190`. The number of significant digits is unchanged.
@@ -47,7 +47,7 @@ pub(crate) fn number_text(number: &str) -> String {
     without_exponent(number).unwrap_or_else(|| localised(number.to_owned()))
 }
 
-/// `None` if the number has no exponent, or one that would require too many digits.
+/// The digits of a number such as `1.19e3`, with thousands separators. `None` if the number has no exponent, or one that would require too many digits.
 fn without_exponent(number: &str) -> Option<String> {
     let (mantissa, exponent) = number.split_once('e')?;
     let exponent: i32 = exponent.parse().ok().filter(|e: &i32| (-MAX_REPLACED_EXPONENT..=MAX_REPLACED_EXPONENT).contains(e))?;
@@ -62,14 +62,14 @@ pub(crate) fn field_text(value: f64, decimals: std::ops::RangeInclusive<usize>) 
     localised(egui::emath::format_with_decimals_in_range(value, decimals))
 }
 
-/// A typed number, with a decimal point, or with the decimal mark of the language. `None` also for the words `inf` and `nan`, from which a field would take
-/// its largest value, and for numbers beyond the range of f64.
+/// A typed number, with a decimal point, or with the decimal mark of the language. `None` also for the words `inf` and `nan`, for which a field
+/// would show its largest value, and for numbers beyond the range of f64.
 pub(crate) fn typed_number(text: &str) -> Option<f64> {
-    let plain: String = text.chars().filter(|c| !c.is_whitespace()).map(|c| if c == '−' { '-' } else { c }).collect();
+    let compact: String = text.chars().filter(|c| !c.is_whitespace()).map(|c| if c == '−' { '-' } else { c }).collect();
     let number: Option<f64> = match text!("number-decimal-mark") {
         // A text with the language's decimal mark may also contain its thousands separators.
-        mark if mark != "." && plain.contains(mark) => plain.replace(group_mark(), "").replace(mark, ".").parse().ok(),
-        _ => plain.parse().ok(),
+        mark if mark != "." && compact.contains(mark) => compact.replace(group_mark(), "").replace(mark, ".").parse().ok(),
+        _ => compact.parse().ok(),
     };
     number.filter(|number| number.is_finite())
 }

@@ -1,11 +1,12 @@
-//! Tests that the files of all languages have the same messages with the same arguments, that each message is used, and that no text bypasses them.
+//! Tests that the files of all languages have the same messages with the same arguments, that each message is used, and that no panel shows a text
+//! that is not in those files.
 
 use super::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// The arguments of each message of some files, by its id; an id that occurs twice is added to `errors`.
-fn messages<'f>(files: &[&'f str], errors: &mut Vec<String>) -> BTreeMap<&'f str, BTreeSet<&'f str>> {
+fn arguments_by_id<'f>(files: &[&'f str], errors: &mut Vec<String>) -> BTreeMap<&'f str, BTreeSet<&'f str>> {
     let mut found: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
     for file in files {
         let mut id = "";
@@ -27,7 +28,7 @@ fn messages<'f>(files: &[&'f str], errors: &mut Vec<String>) -> BTreeMap<&'f str
 /// One line for each message or argument that only one of two languages has.
 fn differences(first: &[&str], second: &[&str]) -> Vec<String> {
     let mut errors = Vec::new();
-    let [first, second] = [first, second].map(|files| messages(files, &mut errors));
+    let [first, second] = [first, second].map(|files| arguments_by_id(files, &mut errors));
     for (id, arguments) in &first {
         match second.get(id) {
             None => errors.push(format!("{id} is missing in the second")),
@@ -44,7 +45,11 @@ fn differences(first: &[&str], second: &[&str]) -> Vec<String> {
 #[test]
 fn all_languages_have_the_same_messages() {
     for language in Language::ALL {
-        assert_eq!(differences(files::of(Language::English), files::of(language)), Vec::<String>::new(), "{language:?}");
+        assert_eq!(
+            differences(files::message_files(Language::English), files::message_files(language)),
+            Vec::<String>::new(),
+            "{language:?}"
+        );
     }
 }
 
@@ -62,12 +67,12 @@ fn differences_finds_missing_messages_missing_arguments_and_duplicates() {
 #[test]
 fn every_file_is_valid_fluent() {
     for language in Language::ALL {
-        for file in files::of(language).iter().chain(files::of_catalogs(language)) {
+        for file in files::message_files(language).iter().chain(files::catalog_files(language)) {
             let error = FluentResource::try_new((*file).to_owned()).err().map(|(_, errors)| format!("{errors:?}"));
             assert_eq!(error, None, "{language:?}: {}", file.lines().next().unwrap_or_default());
         }
-        let all = messages(files::of(language), &mut Vec::new());
-        let formatted = &super::messages(language).plain;
+        let all = arguments_by_id(files::message_files(language), &mut Vec::new());
+        let formatted = &super::messages(language).without_arguments;
         for (id, arguments) in all {
             assert_eq!(formatted.contains_key(id), arguments.is_empty(), "{language:?}: {id}");
         }
@@ -125,7 +130,7 @@ fn ids_in_calls(code: &str) -> impl Iterator<Item = &str> {
 
 #[test]
 fn each_message_is_used_and_each_used_message_exists() {
-    let known = messages(files::of(Language::English), &mut Vec::new());
+    let known = arguments_by_id(files::message_files(Language::English), &mut Vec::new());
     let sources = window_sources();
     for (path, code) in &sources {
         for id in ids_in_calls(code) {
@@ -208,8 +213,8 @@ fn missing_messages_fall_back() {
     set(Language::German);
     assert_eq!(plain("tab-effects"), "Effekte");
     assert_eq!(plain("no-such-message"), "no-such-message");
-    assert_eq!(filled("no-such-message", &[]), "no-such-message");
-    assert_eq!(filled("perf-bodies-value", &[]), "perf-bodies-value", "its arguments are missing");
+    assert_eq!(text_with_arguments("no-such-message", &[]), "no-such-message");
+    assert_eq!(text_with_arguments("perf-bodies-value", &[]), "perf-bodies-value", "its arguments are missing");
     assert_eq!((body_name("Earth"), body_name("Himalia")), ("Erde", "Himalia"));
     set(Language::English);
     assert_eq!((plain("tab-effects"), body_name("Earth")), ("Effects", "Earth"));
@@ -281,11 +286,11 @@ fn numbers_and_dates_are_written_as_in_the_language() {
 #[test]
 fn times_are_rounded_and_carry_over() {
     use crate::time::Instant;
-    let at = |text: &str| Instant::parse(text).expect(text);
-    assert_eq!(dates::minute_text(at("1999-12-31T23:59:40Z")), "2000-01-01 00:00 UTC");
-    assert_eq!(dates::month_day_second_text(at("1999-12-31T23:59:40.6Z")), "12-31 23:59:41");
-    assert_eq!(dates::month_day_second_text(at("-0584-05-28T14:00:00Z")), "05-28 14:00:00");
-    assert_eq!(dates::minute_text(at("-0584-05-28T14:00:00Z")), "-0584-05-28 14:00 UTC");
+    let instant = |text: &str| Instant::parse(text).expect(text);
+    assert_eq!(dates::minute_text(instant("1999-12-31T23:59:40Z")), "2000-01-01 00:00 UTC");
+    assert_eq!(dates::month_day_second_text(instant("1999-12-31T23:59:40.6Z")), "12-31 23:59:41");
+    assert_eq!(dates::month_day_second_text(instant("-0584-05-28T14:00:00Z")), "05-28 14:00:00");
+    assert_eq!(dates::minute_text(instant("-0584-05-28T14:00:00Z")), "-0584-05-28 14:00 UTC");
     let far = Instant::from_tdb_seconds_past_j2000(1e15);
     assert_eq!(dates::minute_text(far), far.plus_seconds(30.0).to_utc_iso());
 }

@@ -6,7 +6,7 @@
 
 use super::dates::{instant_text, iso_date_text};
 use super::numbers::number_text;
-use super::{Language, body_name, current, filled, marked_message, messages, named, plain, text};
+use super::{Language, body_name, current, marked_message, messages, named, plain, text, text_with_arguments};
 use crate::message::{Argument, Message, Reason};
 use crate::time::Instant;
 use std::borrow::Cow;
@@ -18,7 +18,7 @@ pub fn message_text(message: &Message) -> String {
     }
     let texts: Vec<(&'static str, String)> = message.arguments.iter().map(|(name, argument)| (*name, argument_text(argument))).collect();
     let arguments: Vec<_> = texts.iter().map(|(name, text)| (*name, text.as_str().into())).collect();
-    filled(message.id, &arguments)
+    text_with_arguments(message.id, &arguments)
 }
 
 /// The text of a reason.
@@ -26,6 +26,7 @@ pub fn reason_text(reason: &Reason) -> String {
     reason.messages().iter().map(message_text).collect::<Vec<_>>().join("; ")
 }
 
+/// The text of an argument in the window's language.
 fn argument_text(argument: &Argument) -> String {
     // A name may be that of a body or of an effect's model; a name of any other kind has no translation and stays.
     let name_text = |name: &str| named("model", body_name(name)).to_owned();
@@ -34,7 +35,7 @@ fn argument_text(argument: &Argument) -> String {
         Argument::Name(name) => name_text(name),
         Argument::Names(names) => names.iter().map(|name| name_text(name)).collect::<Vec<_>>().join(", "),
         Argument::English(text) => detail_text(text),
-        Argument::Time(day) if !day.contains('T') => iso_date_text(day),
+        Argument::Time(iso_date) if !iso_date.contains('T') => iso_date_text(iso_date),
         Argument::Time(iso) => Instant::parse(iso).map_or_else(|_| iso.clone(), instant_text),
         Argument::CatalogText(kind, text) => text.split("; ").map(|part| catalog_text(kind, part)).collect::<Vec<_>>().join("; "),
         Argument::Reason(reason) => reason_text(reason),
@@ -43,8 +44,8 @@ fn argument_text(argument: &Argument) -> String {
 
 /// An English detail. If it ends in an error of the operating system whose number and text are known, that error is translated.
 fn detail_text(english: &str) -> String {
-    let Some((before, after)) = english.split_once(" (os error ") else { return english.to_owned() };
-    let number = after.split_once(')').map_or(after, |(number, _)| number);
+    let Some((text_before, number_and_rest)) = english.split_once(" (os error ") else { return english.to_owned() };
+    let number = number_and_rest.split_once(')').map_or(number_and_rest, |(number, _)| number);
     let (phrase, translated) = match number {
         "2" => ("No such file or directory", text!("system-not-found")),
         "13" => ("Permission denied", text!("system-denied")),
@@ -54,7 +55,7 @@ fn detail_text(english: &str) -> String {
         "30" => ("Read-only file system", text!("system-read-only")),
         _ => return english.to_owned(),
     };
-    match before.strip_suffix(phrase) {
+    match text_before.strip_suffix(phrase) {
         Some(start) if translated != phrase => format!("{start}{translated}"),
         _ => english.to_owned(),
     }
@@ -68,8 +69,8 @@ pub fn catalog_text<'t>(kind: &str, english: &'t str) -> Cow<'t, str> {
     catalog_translation(&format!("{kind}-{}", slug(english)), english)
 }
 
-/// Another text of an entry of a catalog, for instance the description of a moment. `name`: the entry's English name. `part`: the last part of the
-/// id, such as `about`.
+/// A further text of a catalog's entry, for instance the description of a moment. `kind`: as for [`catalog_text`]. `name`: the entry's English name.
+/// `part`: the last part of the id, such as `about`.
 pub fn catalog_detail<'t>(kind: &str, name: &str, part: &str, english: &'t str) -> Cow<'t, str> {
     if current() == Language::English {
         return Cow::Borrowed(english);
@@ -81,10 +82,10 @@ pub fn catalog_detail<'t>(kind: &str, name: &str, part: &str, english: &'t str) 
 fn catalog_translation<'t>(id: &str, english: &'t str) -> Cow<'t, str> {
     // The English files lack these texts, so a text is marked if it has a German translation.
     if current() == Language::Marked {
-        let is_translated = messages(Language::German).plain.contains_key(id);
+        let is_translated = messages(Language::German).without_arguments.contains_key(id);
         return if is_translated { Cow::Owned(marked_message(english)) } else { Cow::Borrowed(english) };
     }
-    messages(current()).plain.get(id).map_or(Cow::Borrowed(english), |text| Cow::Borrowed(text))
+    messages(current()).without_arguments.get(id).map_or(Cow::Borrowed(english), |text| Cow::Borrowed(text))
 }
 
 /// An English text as a part of an id: its ASCII letters and digits in lower case, with one hyphen for each run of other characters between them.

@@ -9,7 +9,7 @@ use crate::view::language::numbers::typed_number;
 use egui::{ComboBox, DragValue, Response, Ui};
 
 /// Shows a number field. Without its accessible name a screen reader would read only the unit.
-pub(crate) fn number(ui: &mut Ui, field: DragValue<'_>, name: &str) -> Response {
+pub(crate) fn number_field(ui: &mut Ui, field: DragValue<'_>, name: &str) -> Response {
     ui.add(field.custom_parser(typed_number)).on_hover_text(name).accessible_name(name)
 }
 

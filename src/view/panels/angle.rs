@@ -8,7 +8,7 @@ use super::information::scaled_angle_text;
 use crate::ephemeris::angle_rad;
 use crate::view::language::numbers::grouped;
 use crate::view::language::{body_name, text};
-use crate::view::panels::theme::BODY;
+use crate::view::panels::theme::BODY_TEXT_POINTS;
 use egui::{Align2, Color32, FontId, Pos2, Shape, Stroke};
 use glam::DVec3;
 
@@ -31,15 +31,17 @@ struct MeasuredPoint {
     body: Option<SeenBody>,
 }
 
-/// A body under a click: its name, and its apparent centre relative to the camera, ICRF, kilometres.
+/// A body under a click.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct SeenBody {
+    /// The body's name in the catalog.
     pub name: String,
+    /// The body's apparent centre relative to the camera, ICRF.
     pub centre_km: DVec3,
 }
 
 impl MeasuredAngle {
-    /// Adds the point in an ICRF direction (a unit vector); returns the message for the user.
+    /// Adds the point in an ICRF direction (a unit vector) from the camera; returns the message for the user.
     pub(super) fn add(&mut self, direction: DVec3, body: Option<SeenBody>) -> String {
         if self.points.len() >= 2 {
             self.points.clear();
@@ -50,9 +52,9 @@ impl MeasuredAngle {
             .map_or_else(|| text!("angle", angle = angle), |distance| text!("angle-and-distance", angle = angle, distance = distance))
     }
 
-    /// Moves the clicked bodies to where another image shows them: camera or time may have changed since the click, and a distance needs both
-    /// positions at one time, relative to one camera. A body that this image does not show is dropped; its point stays. `centre_km`: a body's apparent centre
-    /// relative to the camera, by its name.
+    /// Moves the clicked bodies to where a newer image shows them: camera or time may have changed since the click, and a distance needs the positions of
+    /// both bodies at one time, relative to one camera. A body that the newer image lacks is dropped, but its point stays. `centre_km`: returns the apparent
+    /// centre of the body with a given name, relative to the camera (ICRF), if the newer image has that body.
     pub(super) fn move_bodies(&mut self, centre_km: impl Fn(&str) -> Option<DVec3>) {
         for point in &mut self.points {
             let body = point.body.take();
@@ -87,14 +89,15 @@ impl MeasuredAngle {
     /// Draws the points, the great-circle arc between them, and the angle. `project`: the position of an ICRF direction in the window, if it is in the
     /// image.
     pub(super) fn paint(&self, painter: &egui::Painter, project: impl Fn(DVec3) -> Option<Pos2>) {
-        for at in self.points.iter().filter_map(|point| project(point.direction)) {
-            painter.circle_stroke(at, 4.0, Stroke::new(1.5, COLOUR));
+        for position in self.points.iter().filter_map(|point| project(point.direction)) {
+            painter.circle_stroke(position, 4.0, Stroke::new(1.5, COLOUR));
         }
         let ([MeasuredPoint { direction: a, .. }, MeasuredPoint { direction: b, .. }], Some(text)) = (&self.points[..], self.angle_text())
         else {
             return;
         };
         let angle_between_rad = angle_rad(*a, *b);
+        // The direction of the arc at `a`.
         let Some(tangent) = (b - a * a.dot(*b)).try_normalize() else { return };
         let on_arc = |fraction: f64| project(*a * (angle_between_rad * fraction).cos() + tangent * (angle_between_rad * fraction).sin());
         let arc: Vec<Option<Pos2>> = (0..=SEGMENTS).map(|k| on_arc(f64::from(k) / f64::from(SEGMENTS))).collect();
@@ -103,7 +106,7 @@ impl MeasuredAngle {
             painter.add(Shape::line(visible.iter().flatten().copied().collect(), Stroke::new(1.5, COLOUR)));
         }
         if let Some(middle) = on_arc(0.5) {
-            let font = FontId::proportional(BODY);
+            let font = FontId::proportional(BODY_TEXT_POINTS);
             painter.text(middle + egui::vec2(1.0, 1.0), Align2::CENTER_BOTTOM, &text, font.clone(), Color32::BLACK);
             painter.text(middle, Align2::CENTER_BOTTOM, &text, font, COLOUR);
         }
@@ -164,10 +167,10 @@ mod tests {
     #[test]
     fn a_distance_is_that_in_the_image_of_the_second_click() {
         let body = |name: &str, centre_km| Some(SeenBody { name: name.into(), centre_km });
-        let message = |first_km: Option<DVec3>, second: Option<SeenBody>| {
+        let message = |moved_io_km: Option<DVec3>, second: Option<SeenBody>| {
             let mut angle = MeasuredAngle::default();
             angle.add(direction(&camera(1.0), 500.0, 500.0), body("Io", DVec3::new(300.0, 0.0, 0.0)));
-            angle.move_bodies(|name| first_km.filter(|_| name == "Io"));
+            angle.move_bodies(|name| moved_io_km.filter(|_| name == "Io"));
             angle.add(direction(&camera(1.0), 600.0, 500.0), second)
         };
         let moved_km = DVec3::new(300.0, 0.0, 250_000.0);

@@ -15,7 +15,7 @@ use egui::{Id, ScrollArea, UiBuilder};
 pub(crate) struct BodyBrowser {
     /// The selected body for which the tree was last expanded.
     expanded_for: Option<NaifId>,
-    /// The last body that was clicked in the tree, which need not scroll to it.
+    /// The last body that was clicked in the tree; as its row is visible already, the tree does not scroll to it.
     clicked: Option<NaifId>,
     /// The body to which the tree scrolls in each frame until all branches have finished expanding.
     scroll_target: Option<NaifId>,
@@ -32,7 +32,7 @@ pub(crate) fn tree(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut V
         for body in subjects.iter().filter(is_top_level) {
             let moons: Vec<&Subject> = subjects.iter().filter(|s| s.kind == BodyKind::Moon && s.parent == Some(body.id)).collect();
             if moons.is_empty() {
-                entry(interface, ui, body, actions);
+                body_row(interface, ui, body, actions);
                 continue;
             }
             let id = ui.make_persistent_id(("moons of", body.id.0));
@@ -42,9 +42,9 @@ pub(crate) fn tree(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut V
             }
             is_expanding |= branch.is_open() && branch.openness(ui.ctx()) < 1.0;
             let is_open = branch.is_open();
-            let (arrow, ..) = branch.show_header(ui, |ui| entry(interface, ui, body, actions)).body(|ui| {
+            let (arrow, ..) = branch.show_header(ui, |ui| body_row(interface, ui, body, actions)).body(|ui| {
                 for moon in moons {
-                    entry(interface, ui, moon, actions);
+                    body_row(interface, ui, moon, actions);
                 }
             });
             // An arrow alone has no accessible name.
@@ -60,8 +60,8 @@ pub(crate) fn tree(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut V
     }
 }
 
-/// The newly selected body, whose branch must be expanded. Returned only once for a selection, so that the user can collapse the branch again.
-/// While a button is held no branch expands; a selection made meanwhile is handled after the release.
+/// The newly selected body, whose branch must be expanded. A selection is returned only once, so that the user can collapse the branch again.
+/// While a button is held no branch expands; a selection made meanwhile is returned after the release.
 fn body_to_reveal(interface: &mut Interface, ui: &egui::Ui) -> Option<NaifId> {
     let selected = interface.viewer.selected;
     let browser = &mut interface.body_browser;
@@ -77,7 +77,8 @@ fn body_to_reveal(interface: &mut Interface, ui: &egui::Ui) -> Option<NaifId> {
     Some(selected)
 }
 
-fn entry(interface: &Interface, ui: &mut egui::Ui, body: &Subject, actions: &mut Vec<Action>) {
+/// Shows the row of a body: a click selects the body, a double click flies to it.
+fn body_row(interface: &Interface, ui: &mut egui::Ui, body: &Subject, actions: &mut Vec<Action>) {
     // A row's id depends on its body, not on its position: otherwise a press would count for another body once a branch above the row expands.
     let row = UiBuilder::new().scope_id(Id::unique(("body in the list", body.id.0)));
     let is_selected = interface.viewer.selected == body.id;

@@ -12,14 +12,15 @@ use crate::view::language::numbers::typed_number;
 use crate::view::language::{body_name, text};
 use egui::{Checkbox, ComboBox, DragValue, Grid, Slider};
 
-/// The place typed into the fields for *Stand on surface*. On the Earth the fields show the observer's place instead, for which events
-/// and the times of rise and set are also computed.
+/// The place typed into the fields for *Stand on surface*: planetographic latitude, east longitude. If the Earth is selected, the fields edit the
+/// observer's place instead (`InformationPanel::home`), for which events and the times of rise and set are also computed.
 #[derive(Default)]
 pub(crate) struct TypedPlace {
     latitude_deg: f64,
     longitude_deg: f64,
 }
 
+/// Shows all controls; those for a body apply to the selected body.
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     let selected = interface.viewer.selected;
     let name = interface.viewer.name(selected).to_owned();
@@ -52,7 +53,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
         ] {
             ui.label(label);
             let field = DragValue::new(value_deg).range(-limit_deg..=limit_deg).speed(0.2).max_decimals(4).suffix("°");
-            accessible::number(ui, field, &text!("camera-degrees", label = label));
+            accessible::number_field(ui, field, &text!("camera-degrees", label = label));
             ui.end_row();
         }
     });
@@ -61,17 +62,17 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
     if ui.add(stand).on_hover_text(text!("camera-stand-hint", name = name)).clicked() {
         actions.push(Action::StandOn(*latitude_deg, *longitude_deg));
     }
-    let (is_orbit, mut rotates) = match interface.viewer.view.eye {
+    let (is_orbit, mut rotates_with_body) = match interface.viewer.view.eye {
         CameraPose::Orbit { fixed, .. } => (true, fixed),
         _ => (false, false),
     };
-    let rotate = ui.add_enabled(is_orbit, Checkbox::new(&mut rotates, text!("camera-rotate")));
-    if rotate.on_hover_text(text!("camera-rotate-hint")).clicked() {
-        actions.push(Action::RotateWithBody(rotates));
+    let checkbox = ui.add_enabled(is_orbit, Checkbox::new(&mut rotates_with_body, text!("camera-rotate")));
+    if checkbox.on_hover_text(text!("camera-rotate-hint")).clicked() {
+        actions.push(Action::RotateWithBody(rotates_with_body));
     }
-    let mut tracks = interface.viewer.view.tracks;
-    if ui.checkbox(&mut tracks, text!("camera-follow")).on_hover_text(text!("camera-follow-hint")).clicked() {
-        actions.push(Action::Track(tracks));
+    let mut tracks_target = interface.viewer.view.tracks;
+    if ui.checkbox(&mut tracks_target, text!("camera-follow")).on_hover_text(text!("camera-follow-hint")).clicked() {
+        actions.push(Action::Track(tracks_target));
     }
     let view = &mut interface.viewer.view;
     // The angle of a fisheye is set in the Effects panel; an equirectangular image has no field of view.

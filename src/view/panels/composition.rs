@@ -68,13 +68,13 @@ pub(super) fn controls(interface: &mut Interface, ui: &mut Ui) {
     });
 }
 
-/// Shows a drop-down list with a label; returns the chosen value. `all`: the values, each with the message ids of its name and tooltip.
-fn choice<T: Copy + PartialEq>(ui: &mut Ui, label: &str, mut chosen: T, all: &[(T, &'static str, &'static str)]) -> T {
+/// Shows a drop-down list with a label; returns the chosen value. `options`: the values, each with the message ids of its name and tooltip.
+fn choice<T: Copy + PartialEq>(ui: &mut Ui, label: &str, mut chosen: T, options: &[(T, &'static str, &'static str)]) -> T {
     ui.horizontal(|ui| {
         ui.label(label);
-        let chosen_name = all.iter().find(|(value, ..)| *value == chosen).map_or("", |(_, name, _)| plain(name));
+        let chosen_name = options.iter().find(|(value, ..)| *value == chosen).map_or("", |(_, name, _)| plain(name));
         let list = ComboBox::from_id_salt(label).selected_text(chosen_name).width(130.0).show_ui(ui, |ui| {
-            for (value, name, tooltip) in all {
+            for (value, name, tooltip) in options {
                 ui.selectable_value(&mut chosen, *value, plain(name)).on_hover_text(plain(tooltip));
             }
         });

@@ -11,7 +11,7 @@ use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 #[derive(Default)]
 pub(crate) struct DroppedFiles {
     pending: Vec<Pending<Result<String, String>>>,
-    /// Messages about all files of one batch, errors first. The reply shows them together, because each reply replaces the last one. A batch ends when no
+    /// Messages about all files of one batch, errors first. The reply shows all of them, because each reply replaces the last one. A batch ends when no
     /// file is being read any more.
     messages: Vec<String>,
 }
@@ -20,13 +20,13 @@ pub(crate) struct DroppedFiles {
 pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dyn RenderWorker) {
     let paths: Vec<_> = ctx.input(|i| i.raw.dropped_files.iter().map(|f| f.path().to_owned()).collect());
     // Files with places on a body become layers of the target.
-    let body = Some(interface.viewer.view.target);
+    let target = Some(interface.viewer.view.target);
     if interface.dropped.pending.is_empty() {
         interface.dropped.messages.clear();
     }
     for path in paths {
-        let read = ask(worker, move |session| session.add_data_file(&path, body).map_err(|e| error_text(&e)));
-        interface.dropped.pending.push(read);
+        let pending = ask(worker, move |session| session.add_data_file(&path, target).map_err(|e| error_text(&e)));
+        interface.dropped.pending.push(pending);
     }
     let mut answers = Vec::new();
     interface.dropped.pending.retain(|pending| match pending.take() {

@@ -15,6 +15,7 @@ use crate::view::worker::query_cache::QueryCache;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{ComboBox, ScrollArea, SliderClamping};
 
+/// Shows the panel.
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
     let view = &mut interface.viewer.view;
     ui.horizontal_wrapped(|ui| {
@@ -25,12 +26,13 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     });
     renderers(ui, worker, &mut interface.settings.display_preference);
     let view = &mut interface.viewer.view;
-    let mut automatic = view.exposure_stops.is_none();
+    let mut is_automatic = view.exposure_stops.is_none();
+    // The exposure of the displayed image.
     let drawn_stops = interface.viewport.shown.as_ref().map_or(0.0, |d| d.scene.exposure.stops);
     ui.horizontal_wrapped(|ui| {
-        let checkbox = ui.checkbox(&mut automatic, text!("effects-exposure-automatic"));
+        let checkbox = ui.checkbox(&mut is_automatic, text!("effects-exposure-automatic"));
         if checkbox.on_hover_text(text!("effects-exposure-automatic-hint")).changed() {
-            view.exposure_stops = if automatic { None } else { Some(drawn_stops) };
+            view.exposure_stops = if is_automatic { None } else { Some(drawn_stops) };
         }
         if let Some(stops) = &mut view.exposure_stops {
             // A view from a link or a file may have another valid value, which must not change because the panel opens.
@@ -81,9 +83,9 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     let only_body = interface.edits_selected_body_only.then(|| name.clone());
     // Costs are measured for effects that are drawn or were switched by hand.
     let has_cost = |effect: Effect, decision: &Decision| decision.on || overrides.override_of(effect).is_some();
-    let with_cost = |e: Effect| decisions.iter().find(|d| d.effect == e.name() && has_cost(e, d)).map(|d| (e, d.on));
-    let costed: Vec<(Effect, bool)> = Effect::ALL.into_iter().filter_map(with_cost).collect();
-    measure_costs(interface, ui.ctx(), worker, only_body, &costed);
+    let if_it_has_cost = |e: Effect| decisions.iter().find(|d| d.effect == e.name() && has_cost(e, d)).map(|d| (e, d.on));
+    let effects_with_cost: Vec<(Effect, bool)> = Effect::ALL.into_iter().filter_map(if_it_has_cost).collect();
+    measure_costs(interface, ui.ctx(), worker, only_body, &effects_with_cost);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         let edited = if interface.edits_selected_body_only { overrides.of_body(&name) } else { &mut overrides };
         // Effects that are drawn or were switched by hand come first; the others follow, one line each.
@@ -116,16 +118,16 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
 /// Measured costs of the effects, while the view does not change.
 #[derive(Default)]
 pub(crate) struct EffectCosts {
-    /// The measured view, the body's name if the switches apply to one body, and what the view is drawn with.
+    /// What was measured: the view, the body's name if the switches apply to one body, and what the view is drawn with.
     measured: Option<(ViewRequest, Option<String>, DrawnWith)>,
     cache: QueryCache<Effect, Result<EffectCost, String>>,
 }
 
-/// Time without motion of the view after which measuring starts.
+/// Time without motion of the view after which measuring starts, seconds.
 const MEASURE_DELAY_S: f64 = 1.0;
 
 /// Measures one effect at a time while the view does not change, so that any other query waits for one measurement at most. `only_body`: the name of the
-/// body to which the switches apply, if not to all. `effects`: those to measure, and whether each is drawn.
+/// body to which the switches apply; `None` if they apply to all bodies. `effects`: the effects to measure, and whether each is drawn.
 fn measure_costs(
     interface: &mut Interface,
     ctx: &egui::Context,
@@ -202,28 +204,28 @@ fn effect_name(effect: Effect) -> &'static str {
     named("effect", effect.name())
 }
 
-/// Shows the row of one effect: its switch, model, cost and reason; in one line if `is_one_line`. `decided`: whether the scene draws the effect, and
+/// Shows the row of one effect: its switch, model, cost and reason; in one line if `is_one_line`. `decision`: whether the scene draws the effect, and
 /// why; `None` if the scene did not consider it for this body.
 fn row(
     ui: &mut egui::Ui,
     effect: Effect,
-    decided: Option<(bool, String)>,
+    decision: Option<(bool, String)>,
     cost: Option<&Result<EffectCost, String>>,
     is_one_line: bool,
     overrides: &mut EffectOverrides,
 ) {
-    let reason = decided.as_ref().map_or(text!("effects-not-available"), |d| d.1.as_str());
+    let reason = decision.as_ref().map_or(text!("effects-not-available"), |(_, reason)| reason.as_str());
     let reason_label = || egui::Label::new(egui::RichText::new(reason).weak().small()).truncate();
-    let chosen = overrides.override_of(effect);
-    let mut on = chosen.unwrap_or(decided.as_ref().is_some_and(|d| d.0));
+    let chosen_by_hand = overrides.override_of(effect);
+    let mut is_on = chosen_by_hand.unwrap_or(decision.as_ref().is_some_and(|(is_drawn, _)| *is_drawn));
     ui.horizontal(|ui| {
         let hover = text!("effects-switch-hint", effect = effect_name(effect));
-        if ui.checkbox(&mut on, effect_name(effect)).on_hover_text(hover).clicked() {
-            overrides.set(effect, on);
+        if ui.checkbox(&mut is_on, effect_name(effect)).on_hover_text(hover).clicked() {
+            overrides.set(effect, is_on);
         }
         if !effect.models().is_empty() {
             let chosen_model = overrides.model_name(effect).map_or(text!("effects-automatic"), |model| named("model", model));
-            let choice = ComboBox::from_id_salt(effect.name()).selected_text(chosen_model).width(90.0).show_ui(ui, |ui| {
+            let list = ComboBox::from_id_salt(effect.name()).selected_text(chosen_model).width(90.0).show_ui(ui, |ui| {
                 for model in effect.models() {
                     let is_chosen = overrides.model_name(effect) == Some(*model);
                     if ui.selectable_label(is_chosen, named("model", model)).clicked() {
@@ -236,10 +238,12 @@ fn row(
                 current_text_value: Some(chosen_model.to_owned()),
                 ..egui::WidgetInfo::labeled(egui::Role::ComboBox, true, text!("effects-method", effect = effect_name(effect)))
             };
-            choice.response.widget_info(info);
-            choice.response.on_hover_text(text!("effects-method-hint", effect = effect_name(effect)));
+            list.response.widget_info(info);
+            list.response.on_hover_text(text!("effects-method-hint", effect = effect_name(effect)));
         }
-        if chosen.is_some() && ui.small_button("×").on_hover_text(text!("effects-reset-one", effect = effect_name(effect))).clicked() {
+        if chosen_by_hand.is_some()
+            && ui.small_button("×").on_hover_text(text!("effects-reset-one", effect = effect_name(effect))).clicked()
+        {
             overrides.clear_override(effect);
         }
         if let Some(Ok(cost)) = cost {

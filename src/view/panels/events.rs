@@ -25,7 +25,7 @@ use egui::text::{LayoutJob, TextWrapping};
 use egui::{Button, Color32, ComboBox, Label, Panel, Pos2, ProgressBar, Response, RichText, ScrollArea, TextStyle, vec2};
 use std::sync::Arc;
 
-/// Ranges of the search from the displayed date, days, and the message ids of their names.
+/// Lengths of the searched span of time, days, and the message ids of their names.
 const RANGES_DAYS: [(f64, &str); 4] =
     [(30.0, "range-month"), (DAYS_PER_JULIAN_YEAR, "range-year"), (3652.5, "range-10-years"), (36_525.0, "range-100-years")];
 /// Index of the year in [`RANGES_DAYS`].
@@ -71,29 +71,31 @@ struct EventAtPlace {
     contacts: Option<LocalContacts>,
 }
 
+/// State of the Events panel.
 pub(crate) struct EventsPanel {
     /// Whether each kind of [`EventKind::ALL`] is searched.
     kinds: [bool; EventKind::ALL.len()],
     /// Index into [`RANGES_DAYS`].
-    range: usize,
+    range_index: usize,
     /// Whether the search runs from the displayed date into the past.
-    backward: bool,
+    is_backward: bool,
     /// The running search step, and the fraction of the search that was done before it.
     running: Option<(Pending<StepAnswer>, f32)>,
     rows: Vec<Row>,
-    /// Whether the search that found the rows runs backward, and where it starts.
+    /// Whether the search that found the rows runs backward, and the instant at which it starts.
     searched: Option<(bool, Instant)>,
     /// Why the search has ended before the end of its range.
     failure: Option<EphemerisError>,
     /// The event whose details are shown.
     chosen: Option<Arc<SkyEvent>>,
+    /// The chosen event as seen from the observer's place, once it was asked for; may still belong to an earlier event or place.
     at_place: Option<EventAtPlace>,
-    /// The event's playback that is running: its span and rate.
+    /// The running playback of an event: its span and rate.
     playback: Option<EventPlayback>,
 }
 
 impl EventsPanel {
-    /// The span and rate at which the chosen event is played.
+    /// The span and rate at which the chosen event is played or would be played; `None` if no event is chosen.
     pub(crate) fn playback_of_chosen(&self) -> Option<EventPlayback> {
         let chosen = self.chosen.as_ref()?;
         Some(self.playback.unwrap_or_else(|| chosen.playback()))
@@ -101,7 +103,7 @@ impl EventsPanel {
 
     /// The contacts of an event at a place, if they were asked for and have arrived. `self.at_place` may still hold those of another event or place.
     fn contacts_at(&self, event: &Arc<SkyEvent>, home: Home) -> Option<&LocalContacts> {
-        self.at_place.as_ref().filter(|l| Arc::ptr_eq(&l.event, event) && l.home == home)?.contacts.as_ref()
+        self.at_place.as_ref().filter(|seen| Arc::ptr_eq(&seen.event, event) && seen.home == home)?.contacts.as_ref()
     }
 
     /// Whether the search includes the kind of an event.
@@ -111,16 +113,16 @@ impl EventsPanel {
 
     /// Whether the time of an event is within the span of the last search.
     fn covers(&self, event: &SkyEvent) -> bool {
-        let Some((backward, start)) = self.searched else { return false };
+        let Some((is_backward, start)) = self.searched else { return false };
         let later_s = event.greatest().tdb_seconds_past_j2000() - start.tdb_seconds_past_j2000();
-        let distance_s = if backward { -later_s } else { later_s };
-        (0.0..=RANGES_DAYS[self.range].0 * SECONDS_PER_DAY).contains(&distance_s)
+        let distance_s = if is_backward { -later_s } else { later_s };
+        (0.0..=RANGES_DAYS[self.range_index].0 * SECONDS_PER_DAY).contains(&distance_s)
     }
 
     /// The start of a search that finds this event first: just outside the event's span.
     fn start_beside(&self, event: &SkyEvent) -> Instant {
         let (first, last) = event.span();
-        if self.backward { last.plus_seconds(SEARCH_MARGIN_S) } else { first.plus_seconds(-SEARCH_MARGIN_S) }
+        if self.is_backward { last.plus_seconds(SEARCH_MARGIN_S) } else { first.plus_seconds(-SEARCH_MARGIN_S) }
     }
 
     /// Formats the texts of the rows again, in the current language, and drops the contacts, which may hold an error in the previous language.
@@ -137,8 +139,8 @@ impl Default for EventsPanel {
         Self {
             // Eclipses of the Sun and the Moon, in ten years.
             kinds: [true, true, false, false],
-            range: 2,
-            backward: false,
+            range_index: 2,
+            is_backward: false,
             running: None,
             rows: Vec::new(),
             searched: None,
@@ -150,6 +152,7 @@ impl Default for EventsPanel {
     }
 }
 
+/// Shows the panel. When it is first shown, a search starts.
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     if search_options(interface, ui) || interface.events.searched.is_none() {
         begin(interface, worker);
@@ -171,17 +174,19 @@ fn search_options(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
         }
     });
     ui.horizontal(|ui| {
-        for (backward, name, tooltip) in
+        for (is_backward, name, tooltip) in
             [(false, text!("events-after"), text!("events-after-hint")), (true, text!("events-before"), text!("events-before-hint"))]
         {
-            changed |= ui.selectable_value(&mut panel.backward, backward, name).on_hover_text(tooltip).changed();
+            changed |= ui.selectable_value(&mut panel.is_backward, is_backward, name).on_hover_text(tooltip).changed();
         }
-        let list =
-            ComboBox::from_id_salt("range of events").selected_text(plain(RANGES_DAYS[panel.range].1)).width(80.0).show_ui(ui, |ui| {
+        let list = ComboBox::from_id_salt("range of events").selected_text(plain(RANGES_DAYS[panel.range_index].1)).width(80.0).show_ui(
+            ui,
+            |ui| {
                 for (i, (_, name)) in RANGES_DAYS.iter().enumerate() {
-                    changed |= ui.selectable_value(&mut panel.range, i, plain(name)).changed();
+                    changed |= ui.selectable_value(&mut panel.range_index, i, plain(name)).changed();
                 }
-            });
+            },
+        );
         list.response.on_hover_text(text!("events-range-hint")).accessible_name(text!("events-range"));
         let search = icons::button(ui, Icon::Search, text!("events-search"));
         changed |= ui.add(search).on_hover_text(text!("events-search-hint")).clicked();
@@ -207,39 +212,39 @@ fn begin_at(interface: &mut Interface, worker: &dyn RenderWorker, start: Instant
     let kinds: Vec<EventKind> = EventKind::ALL.into_iter().zip(panel.kinds).filter_map(|(kind, on)| on.then_some(kind)).collect();
     panel.rows.clear();
     panel.failure = None;
-    panel.searched = Some((panel.backward, start));
+    panel.searched = Some((panel.is_backward, start));
     if panel.chosen.as_ref().is_some_and(|event| !panel.covers(event) || !panel.includes_kind_of(event)) {
         (panel.chosen, panel.at_place) = (None, None);
     }
-    let search = EventSearch::new(kinds, start, RANGES_DAYS[panel.range].0 * SECONDS_PER_DAY, panel.backward);
+    let search = EventSearch::new(kinds, start, RANGES_DAYS[panel.range_index].0 * SECONDS_PER_DAY, panel.is_backward);
     panel.running = next_step(search, worker);
 }
 
-/// Searches for some kinds of events: in the year after `from`, or without `from` in the chosen range after the displayed date.
-pub(crate) fn search_for(interface: &mut Interface, worker: &dyn RenderWorker, kinds: &[EventKind], from: Option<Instant>) {
+/// Searches for some kinds of events: in the year after `start`, or without `start` in the chosen range after the displayed date.
+pub(crate) fn search_for(interface: &mut Interface, worker: &dyn RenderWorker, kinds: &[EventKind], start: Option<Instant>) {
     let panel = &mut interface.events;
     panel.kinds = EventKind::ALL.map(|kind| kinds.contains(&kind));
-    panel.backward = false;
-    match from {
+    panel.is_backward = false;
+    match start {
         Some(start) => {
-            panel.range = YEAR_RANGE_INDEX;
+            panel.range_index = YEAR_RANGE_INDEX;
             begin_at(interface, worker, start);
         }
         None => begin(interface, worker),
     }
 }
 
-/// Starts the next step, unless the search is over.
+/// Starts the next step, unless the search is over. Returns the pending step, and the fraction of the search that was done before it.
 fn next_step(mut search: EventSearch, worker: &dyn RenderWorker) -> Option<(Pending<StepAnswer>, f32)> {
     if search.is_over() {
         return None;
     }
-    let done = search.progress();
+    let fraction_done = search.progress();
     let step = move |session: &crate::session::Session| {
         let found = search.step(session.catalog(), session.ephemeris());
         (search, found)
     };
-    Some((ask(worker, step), done))
+    Some((ask(worker, step), fraction_done))
 }
 
 /// Takes the results of a step and starts the next; stops playback at the end of its event. Runs in every frame, also while the panel is
@@ -274,12 +279,12 @@ fn end_playback(interface: &mut Interface) {
     let Some(playback) = interface.events.playback else { return };
     let view = &mut interface.viewer.view;
     let rate = interface.viewer.time_rate.rate();
-    let past_s = view.tdb_s - playback.to_tdb_s;
-    if past_s >= 0.0 && past_s <= PLAYBACK_TOLERANCE_S * playback.rate && rate > 0.0 {
+    let after_end_s = view.tdb_s - playback.to_tdb_s;
+    if after_end_s >= 0.0 && after_end_s <= PLAYBACK_TOLERANCE_S * playback.rate && rate > 0.0 {
         view.tdb_s = playback.to_tdb_s;
         interface.viewer.time_rate.set_paused(true);
         interface.events.playback = None;
-    } else if past_s > 0.0 || view.tdb_s < playback.from_tdb_s - PLAYBACK_TOLERANCE_S * playback.rate {
+    } else if after_end_s > 0.0 || view.tdb_s < playback.from_tdb_s - PLAYBACK_TOLERANCE_S * playback.rate {
         interface.events.playback = None;
     }
 }
@@ -288,8 +293,8 @@ fn end_playback(interface: &mut Interface) {
 fn progress(panel: &mut EventsPanel, ui: &mut egui::Ui) {
     let stopped = ui.horizontal(|ui| {
         ui.set_min_height(STATUS_HEIGHT);
-        if let Some((_, done)) = panel.running {
-            ui.add(ProgressBar::new(done).desired_width(180.0).show_percentage()).accessible_name(text!("events-progress"));
+        if let Some((_, fraction_done)) = panel.running {
+            ui.add(ProgressBar::new(fraction_done).desired_width(180.0).show_percentage()).accessible_name(text!("events-progress"));
             return ui.button(text!("events-stop")).on_hover_text(text!("events-stop-hint")).clicked();
         }
         let (status, hint) = status_text(panel);
@@ -301,10 +306,10 @@ fn progress(panel: &mut EventsPanel, ui: &mut egui::Ui) {
     }
 }
 
-/// The result of a search, and a hint.
+/// A text about the result of the last search, and its tooltip.
 fn status_text(panel: &EventsPanel) -> (String, &'static str) {
-    let searched = panel.searched.map_or(String::new(), |(backward, start)| {
-        let side = if backward { text!("events-before-date") } else { text!("events-after-date") };
+    let searched = panel.searched.map_or(String::new(), |(is_backward, start)| {
+        let side = if is_backward { text!("events-before-date") } else { text!("events-after-date") };
         format!("{side} {}", minute_text(start))
     });
     match (&panel.failure, panel.rows.len()) {
@@ -317,20 +322,21 @@ fn status_text(panel: &EventsPanel) -> (String, &'static str) {
     }
 }
 
-/// Shows a row of two lines: the event; its time, size and place. The row omits ` UTC`, which its tooltip and accessible name contain.
+/// Shows a row of two lines: the event's title, and below it its time, size and place. The row omits ` UTC`, which its tooltip and accessible name
+/// contain. `height`: of the row, points.
 fn row(ui: &mut egui::Ui, row: &Row, height: f32, is_chosen: bool) -> Response {
     let response = ui.add_sized([ui.available_width(), height], Button::selectable(is_chosen, ""));
     let visuals = ui.visuals();
-    let (title, summary) = match is_chosen {
+    let (title_colour, summary_colour) = match is_chosen {
         true => (visuals.selection.stroke.color, visuals.selection.stroke.color),
         false => (visuals.strong_text_color(), visuals.text_color()),
     };
     let painter = ui.painter().with_clip_rect(response.rect.intersect(ui.clip_rect()));
     let corner = response.rect.left_top() + ui.spacing().button_padding;
-    let below = corner + vec2(0.0, ui.text_style_height(&TextStyle::Body));
+    let second_line_corner = corner + vec2(0.0, ui.text_style_height(&TextStyle::Body));
     let width = response.rect.width() - 2.0 * ui.spacing().button_padding.x;
-    // If a line is too long, its last parts are left out; if one part remains and is too long, it ends in an ellipsis. The tooltip has all parts.
-    let line = |at: Pos2, text: String, style: TextStyle, colour: Color32| {
+    // If a line is too long, its last parts are left out. If even its first part is too long, that part ends in an ellipsis. The tooltip has all parts.
+    let line = |left_top: Pos2, text: String, style: TextStyle, colour: Color32| {
         let font = style.resolve(ui.style());
         let fits = |text: &str| painter.layout_no_wrap(text.to_owned(), font.clone(), colour).size().x <= width;
         let mut shown = text.as_str();
@@ -339,20 +345,21 @@ fn row(ui: &mut egui::Ui, row: &Row, height: f32, is_chosen: bool) -> Response {
         }
         let wrap = TextWrapping::truncate_at_width(width);
         let job = LayoutJob { wrap, ..LayoutJob::simple_singleline(shown.to_owned(), font.clone(), colour) };
-        painter.galley(at, painter.layout_job(job), colour);
+        painter.galley(left_top, painter.layout_job(job), colour);
     };
-    line(corner, row.title.clone(), TextStyle::Body, title);
-    line(below, row.summary.replacen(" UTC", "", 1), TextStyle::Small, summary);
+    line(corner, row.title.clone(), TextStyle::Body, title_colour);
+    line(second_line_corner, row.summary.replacen(" UTC", "", 1), TextStyle::Small, summary_colour);
     response.on_hover_text(text!("events-row-hint", summary = row.summary)).accessible_name(format!("{}, {}", row.title, row.summary))
 }
 
+/// Shows the list of events. A click on a row chooses its event and shows the best view of it.
 fn list(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
-    let lines = ui.text_style_height(&TextStyle::Body) + ui.text_style_height(&TextStyle::Small);
-    let row_height = lines + 2.0 * ui.spacing().button_padding.y + 2.0;
+    let lines_height = ui.text_style_height(&TextStyle::Body) + ui.text_style_height(&TextStyle::Small);
+    let row_height = lines_height + 2.0 * ui.spacing().button_padding.y + 2.0;
     let mut clicked = None;
     let panel = &interface.events;
-    ScrollArea::vertical().auto_shrink(false).show_rows(ui, row_height, panel.rows.len(), |ui, shown| {
-        for event_row in &panel.rows[shown] {
+    ScrollArea::vertical().auto_shrink(false).show_rows(ui, row_height, panel.rows.len(), |ui, visible| {
+        for event_row in &panel.rows[visible] {
             let is_chosen = panel.chosen.as_ref().is_some_and(|chosen| chosen.is_same(&event_row.event));
             if row(ui, event_row, row_height, is_chosen).clicked() {
                 clicked = Some(Arc::clone(&event_row.event));
@@ -372,8 +379,8 @@ fn best_view(interface: &Interface, worker: &dyn RenderWorker, event: &SkyEvent)
     event.view(session.catalog(), &SessionPositions(session), &interface.viewer.base_view())
 }
 
-/// Selects an event that was found outside this panel, and shows the best view of it. If the current list cannot contain the event, because the
-/// list has another span or other kinds, a new search starts.
+/// Chooses an event that was found outside this panel, and shows the best view of it. If the current list cannot contain the event, because the
+/// search had another span or other kinds, a new search starts.
 pub(crate) fn show(interface: &mut Interface, worker: &dyn RenderWorker, event: Arc<SkyEvent>, actions: &mut Vec<Action>) {
     actions.push(Action::Show(Box::new(best_view(interface, worker, &event))));
     let panel = &mut interface.events;

@@ -38,11 +38,12 @@ impl LengthUnit {
         }
     }
 
+    /// A length in this unit, with the unit's name. `radius_km`: the body's equatorial radius, of which [`Self::BodyRadii`] gives multiples.
     fn format_length(self, km: f64, radius_km: f64) -> String {
         let (value, decimals) = match self {
             Self::Kilometres => (km, 0),
             Self::AstronomicalUnits => (km / KM_PER_AU, 6),
-            // The international mile.
+            // 1.609344 km are an international mile.
             Self::Miles => (km / 1.609_344, 0),
             Self::BodyRadii => (km / radius_km, 3),
         };
@@ -53,33 +54,35 @@ impl LengthUnit {
 /// Largest number of cities suggested for a typed name.
 const MAX_CITIES: usize = 4;
 
-/// One body in the sky of one place on the Earth: its position at one time, its rise, transit and set on that day, and the day's solar
+/// One body in the sky of one place on the Earth: its position at one time, its rise, transit and set on the day of that time, and the day's solar
 /// eclipse. Days start at 0h TDB.
 struct SkyReport {
-    /// `None` for the Earth itself, and outside the ephemeris.
+    /// The body's apparent place as seen from the Earth's centre. `None` for the Earth itself, and outside the ephemeris.
     apparent: Option<ApparentPlace>,
     /// Altitude and azimuth, degrees. `None` for the Earth itself, on which the observer stands.
     altitude_azimuth_deg: Option<Result<[f64; 2], String>>,
-    /// Rise, transit and set on the day; `None` for the Earth itself.
+    /// Rise, transit and set on the day at the place; `None` for the Earth itself.
     rise_set: Option<Result<RiseSetTimes, String>>,
     /// The solar eclipse of the day at the place (the Moon's passage over the Sun's disc), if any.
-    passage: Result<Option<DiscPassage>, String>,
+    solar_eclipse: Result<Option<DiscPassage>, String>,
     /// A sentence that states the radii of the Sun and the Moon used for the eclipse.
-    radii: Message,
+    eclipse_radii: Message,
 }
 
 /// The inputs of a report, which is computed again when they change.
 #[derive(Clone, Copy, PartialEq)]
 struct ReportInputs {
     body: NaifId,
-    /// Latitude and longitude, degrees.
+    /// Geodetic latitude and east longitude of the place, degrees.
     place_deg: [f64; 2],
     /// The time in whole minutes since J2000, TDB.
     tdb_minutes: i64,
 }
 
+/// State of the Information panel.
 #[derive(Default)]
 pub(crate) struct InformationPanel {
+    /// The unit of the lengths in the panel.
     pub unit: LengthUnit,
     /// The observer's place on the Earth, which all panels use.
     pub home: Home,
@@ -90,7 +93,8 @@ pub(crate) struct InformationPanel {
 }
 
 impl InformationPanel {
-    pub(crate) fn with(settings: &Settings) -> Self {
+    /// The panel's first state, with the unit and the observer's place of the settings.
+    pub(crate) fn from_settings(settings: &Settings) -> Self {
         Self { unit: settings.unit, home: settings.home, ..Self::default() }
     }
 
@@ -100,6 +104,7 @@ impl InformationPanel {
     }
 }
 
+/// Shows the panel: the clicked star, if any, and the selected body.
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
     ui.horizontal(|ui| {
         ui.label(text!("units"));
@@ -107,9 +112,9 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
             ui.selectable_value(&mut interface.information.unit, unit, unit.name()).on_hover_text(text!("units-hint"));
         }
     });
-    if let Some(star) = interface.viewport.star {
+    if let Some(star_index) = interface.viewport.star_index {
         let (stars, time) = (worker.session().catalog().stars(), interface.viewer.view.time());
-        if let Some(star) = stars.stars().get(star) {
+        if let Some(star) = stars.stars().get(star_index) {
             super::star::facts(ui, star, stars.years_since_epoch(time.jd_tt()));
             ui.separator();
         }
@@ -119,9 +124,9 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     let Some(body) = interface.shown().and_then(|rendered| rendered.scene.body(selected)).cloned() else { return };
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         ui.strong(body_name(&body.name));
-        as_seen_from_camera(ui, &body, interface.information.unit, worker.session().catalog());
+        facts_from_camera(ui, &body, interface.information.unit, worker.session().catalog());
         ui.separator();
-        sky_of_a_place(interface, ui, worker, &body, time);
+        position_in_sky(interface, ui, worker, &body, time);
         ui.separator();
         sizes_and_distances::panel(interface, ui, worker);
     });
@@ -137,7 +142,7 @@ pub(super) fn scaled_angle_text(angle_deg: f64) -> String {
 }
 
 /// Shows facts about a body as seen from the camera, and its constant properties.
-fn as_seen_from_camera(ui: &mut egui::Ui, body: &BodyInView, unit: LengthUnit, catalog: &Catalog) {
+fn facts_from_camera(ui: &mut egui::Ui, body: &BodyInView, unit: LengthUnit, catalog: &Catalog) {
     let radius_km = body.placement.radii_km.x;
     Grid::new("from here").num_columns(2).striped(true).show(ui, |ui| {
         line(ui, text!("fact-distance"), unit.format_length(body.distance_km, radius_km));
@@ -150,13 +155,13 @@ fn as_seen_from_camera(ui: &mut egui::Ui, body: &BodyInView, unit: LengthUnit, c
             let illuminated_fraction = (1.0 + body.phase_angle_deg.to_radians().cos()) / 2.0;
             line(ui, text!("fact-illuminated"), format!("{} %", decimal(illuminated_fraction * 100.0, 1)));
         }
-        let point = |p: SubPoint| latitude_longitude(p.lat_centric_deg, p.lon_east_deg);
-        line(ui, text!("fact-sub-observer"), point(body.sub_observer));
+        let place_text = |p: SubPoint| latitude_longitude(p.lat_centric_deg, p.lon_east_deg);
+        line(ui, text!("fact-sub-observer"), place_text(body.sub_observer));
         if let Some(altitude_deg) = body.sun_altitude_deg {
             line(ui, text!("fact-sun-altitude"), text!("fact-altitude-value", altitude = signed(altitude_deg, 2)));
         }
         if let Some(sun) = body.sub_solar {
-            line(ui, text!("fact-sub-solar"), point(sun));
+            line(ui, text!("fact-sub-solar"), place_text(sun));
         }
         line(ui, text!("fact-latitudes"), text!("fact-latitudes-centric"));
         line(ui, text!("fact-equatorial-radius"), unit.format_length(radius_km, radius_km));
@@ -165,8 +170,8 @@ fn as_seen_from_camera(ui: &mut egui::Ui, body: &BodyInView, unit: LengthUnit, c
             for estimate in known.estimate_notes() {
                 line(ui, text!("fact-estimate"), message_text(&estimate));
             }
-            for (file, how) in &body.invented {
-                line(ui, text!("fact-invented-map"), format!("{file}: {}", reason_text(how)));
+            for (file, how_made) in &body.invented {
+                line(ui, text!("fact-invented-map"), format!("{file}: {}", reason_text(how_made)));
             }
             if let Some(air) = &known.atmosphere {
                 line(
@@ -189,8 +194,8 @@ fn duration_text(duration_s: f64) -> String {
     }
 }
 
-/// Shows the body's position in the sky of the observer's place, which the query worker computes.
-fn sky_of_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, body: &BodyInView, time: Instant) {
+/// Shows the body's position in the sky of the observer's place and the day's solar eclipse, which the query worker computes.
+fn position_in_sky(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, body: &BodyInView, time: Instant) {
     let panel = &mut interface.information;
     ui.strong(text!("place-heading"));
     place_fields(ui, panel);
@@ -211,15 +216,15 @@ fn sky_of_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
             line(ui, text!("fact-source"), source_text(apparent.source, apparent.error_arcsec));
         }
         match &report.altitude_azimuth_deg {
-            Some(Ok([altitude, azimuth])) => {
-                line(ui, text!("fact-altitude"), text!("fact-altitude-value", altitude = signed(altitude, 2)));
-                line(ui, text!("fact-azimuth"), format!("{}°", decimal(azimuth, 2)));
+            Some(Ok([altitude_deg, azimuth_deg])) => {
+                line(ui, text!("fact-altitude"), text!("fact-altitude-value", altitude = signed(altitude_deg, 2)));
+                line(ui, text!("fact-azimuth"), format!("{}°", decimal(azimuth_deg, 2)));
             }
             Some(Err(why)) => line(ui, text!("fact-altitude"), why.clone()),
             None => {}
         }
         if let Some(Ok(times)) = &report.rise_set {
-            // A day may have a rise and no set, or the reverse: the Moon rises some 50 minutes later each day. "-" stands for the missing one.
+            // A day may have a rise and no set, or the reverse: the Moon rises some 50 minutes later each day. "-" stands for the one that is missing.
             let absent: &str = match (times.rise.or(times.set), times.up_at_start) {
                 (Some(_), _) => "-",
                 (None, true) => text!("fact-up-all-day"),
@@ -235,7 +240,7 @@ fn sky_of_a_place(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
             line(ui, text!("fact-set"), time_or_absent(times.set));
         }
     });
-    eclipse(ui, report);
+    solar_eclipse(ui, report);
 }
 
 /// Shows the fields for the observer's place: a city, or latitude and longitude.
@@ -261,37 +266,37 @@ pub(super) fn place_fields(ui: &mut egui::Ui, panel: &mut InformationPanel) {
     let home = &mut panel.home;
     ui.horizontal_wrapped(|ui| {
         let drag = |value, range| egui::DragValue::new(value).range(range).speed(0.1).fixed_decimals(4).suffix("°");
-        for (value, limit, label, accessible_name) in [
+        for (value_deg, limit_deg, label, accessible_name) in [
             (&mut home.latitude_deg, 90.0, text!("place-latitude"), text!("place-latitude-hint")),
             (&mut home.longitude_deg, MAX_TYPED_LONGITUDE_DEG, text!("place-longitude"), text!("place-longitude-hint")),
         ] {
             ui.label(label);
-            accessible::number(ui, drag(value, -limit..=limit), accessible_name);
+            accessible::number_field(ui, drag(value_deg, -limit_deg..=limit_deg), accessible_name);
         }
     });
     home.longitude_deg = wrapped_longitude_deg(home.longitude_deg);
 }
 
-/// Shows the solar eclipse of that day at the place, if any.
-fn eclipse(ui: &mut egui::Ui, report: &SkyReport) {
+/// Shows the solar eclipse of the report's day at its place, if any.
+fn solar_eclipse(ui: &mut egui::Ui, report: &SkyReport) {
     ui.add_space(6.0);
     ui.strong(text!("eclipse-today"));
-    match &report.passage {
+    match &report.solar_eclipse {
         Ok(None) => {
             ui.weak(text!("eclipse-none"));
         }
-        Ok(Some(passage)) => {
+        Ok(Some(eclipse)) => {
             Grid::new("eclipse").num_columns(2).striped(true).show(ui, |ui| {
-                line(ui, text!("eclipse-first-contact"), second_text(passage.begins));
-                if let Some((second, third)) = passage.inner {
+                line(ui, text!("eclipse-first-contact"), second_text(eclipse.begins));
+                if let Some((second, third)) = eclipse.inner {
                     line(ui, text!("eclipse-second-contact"), second_text(second));
                     line(ui, text!("eclipse-third-contact"), second_text(third));
                 }
-                line(ui, text!("eclipse-greatest"), second_text(passage.greatest));
-                line(ui, text!("eclipse-last-contact"), second_text(passage.ends));
-                line(ui, text!("event-magnitude"), decimal(passage.magnitude, 4));
-                line(ui, text!("eclipse-sun-altitude"), format!("{}°", signed(passage.altitude_deg, 1)));
-                line(ui, text!("eclipse-radii"), message_text(&report.radii));
+                line(ui, text!("eclipse-greatest"), second_text(eclipse.greatest));
+                line(ui, text!("eclipse-last-contact"), second_text(eclipse.ends));
+                line(ui, text!("event-magnitude"), decimal(eclipse.magnitude, 4));
+                line(ui, text!("eclipse-sun-altitude"), format!("{}°", signed(eclipse.altitude_deg, 1)));
+                line(ui, text!("eclipse-radii"), message_text(&report.eclipse_radii));
             });
         }
         Err(why) => {
@@ -308,22 +313,23 @@ fn report(session: &Session, inputs: ReportInputs, time: Instant) -> SkyReport {
     // J2000 is at 12h TDB, so days start half a day before and after it.
     let midnight_s = (time.tdb_seconds_past_j2000() / SECONDS_PER_DAY - 0.5).floor() * SECONDS_PER_DAY + 0.5 * SECONDS_PER_DAY;
     let midnight = Instant::from_tdb_seconds_past_j2000(midnight_s);
+    // The Earth itself is not in the sky of a place on it.
     let observed = (inputs.body != NaifId::EARTH).then_some(inputs.body);
     SkyReport {
         apparent: observed.and_then(|body| apparent_place(session.ephemeris(), body, time).ok()),
         altitude_azimuth_deg: observed.map(|body| sky.topocentric(body, time).map(|h| [h.altitude_deg, h.azimuth_deg]).map_err(error_line)),
         rise_set: observed.map(|body| sky.rise_set_times(body, midnight, SECONDS_PER_DAY).map_err(error_line)),
-        passage: sky.passage(NaifId::SUN, NaifId::MOON, midnight, SECONDS_PER_DAY).map_err(error_line),
-        radii: session.catalog().eclipse_radii_text(),
+        solar_eclipse: sky.passage(NaifId::SUN, NaifId::MOON, midnight, SECONDS_PER_DAY).map_err(error_line),
+        eclipse_radii: session.catalog().eclipse_radii_text(),
     }
 }
 
-/// `12.34° N, 56.78° E`.
+/// A place, such as `12.34° N, 56.78° E`.
 fn latitude_longitude(latitude_deg: f64, longitude_deg: f64) -> String {
     latitude_longitude_text(latitude_deg, longitude_deg, 2)
 }
 
-/// `kernel (±0.018″)`. The error is rounded up, because it is a bound.
+/// The source of a position and the bound of its error, such as `kernel (±0.018″)`. The bound is rounded up.
 fn source_text(source: Source, error_arcsec: f64) -> String {
     let name = match source {
         Source::Kernel => text!("source-kernel"),

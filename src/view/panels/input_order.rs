@@ -12,6 +12,7 @@ use egui::{Context, Event, Key, Plugin, RawInput, Ui};
 /// Delays events whose effect depends on where an earlier event moves the keyboard focus.
 #[derive(Default)]
 pub(crate) struct InputOrder {
+    /// The events that later passes will handle, in order.
     waiting: Vec<Event>,
 }
 
@@ -53,12 +54,14 @@ impl Plugin for InputOrder {
         "order of input"
     }
 
+    /// Passes on as many of the waiting and the new events as one pass can handle.
     fn input_hook(&mut self, _: &Context, input: &mut RawInput) {
         self.waiting.append(&mut input.events);
-        let rest = self.waiting.split_off(events_in_pass(&self.waiting));
-        input.events = std::mem::replace(&mut self.waiting, rest);
+        let later_events = self.waiting.split_off(events_in_pass(&self.waiting));
+        input.events = std::mem::replace(&mut self.waiting, later_events);
     }
 
+    /// Requests another pass if events are waiting.
     fn on_end_pass(&mut self, ui: &mut Ui) {
         if !self.waiting.is_empty() {
             ui.ctx().request_repaint();
@@ -100,9 +103,10 @@ mod tests {
 
     #[test]
     fn a_drag_and_a_zoom_share_one_pass() {
-        let at = egui::pos2(1.0, 2.0);
-        let button = |pressed| Event::PointerButton { pos: at, button: egui::PointerButton::Primary, pressed, modifiers: Modifiers::NONE };
-        let events = [Event::PointerMoved(at), button(true), Event::PointerMoved(at), button(false), Event::Zoom(1.0)];
+        let position = egui::pos2(1.0, 2.0);
+        let button =
+            |pressed| Event::PointerButton { pos: position, button: egui::PointerButton::Primary, pressed, modifiers: Modifiers::NONE };
+        let events = [Event::PointerMoved(position), button(true), Event::PointerMoved(position), button(false), Event::Zoom(1.0)];
         assert_eq!(passes(&events), [events.to_vec()]);
     }
 }

@@ -30,20 +30,20 @@ const SWITCHES: [(&str, &str, &str); 17] = [
     ("data", "sky-data", "sky-data-hint"),
 ];
 
-/// Shows the switches, the slider that brightens stars and diffuse light, and the button that resets them.
+/// Shows the switches, the slider that brightens stars and diffuse light, and the button that resets all of these.
 pub(crate) fn switches(interface: &mut Interface, ui: &mut egui::Ui) {
     let decisions = interface.viewport.shown.as_ref().map(|rendered| rendered.scene.sky_decisions.clone()).unwrap_or_default();
     let view = &mut interface.viewer.view;
     egui::CollapsingHeader::new(text!("sky-heading")).show(ui, |ui| {
         for (name, label, tooltip) in SWITCHES {
-            let Some(on) = view.layers.by_name(name) else { continue };
+            let Some(is_on) = view.layers.by_name(name) else { continue };
             let why =
                 decisions.iter().find(|d| d.effect == name).map_or_else(String::new, |d| format!("\n{}", reason_text(&d.description())));
-            ui.checkbox(on, plain(label)).on_hover_text(format!("{}{why}", plain(tooltip)));
+            ui.checkbox(is_on, plain(label)).on_hover_text(format!("{}{why}", plain(tooltip)));
         }
         // A view from a link or a file may have another valid value, which must not change because the panel opens.
-        let boost = Slider::new(&mut view.stars_boost, 0.0..=20.0).clamping(SliderClamping::Edits);
-        ui.add(boost.custom_parser(typed_number).text(text!("sky-faint-light"))).on_hover_text(text!("sky-faint-light-hint"));
+        let slider = Slider::new(&mut view.stars_boost, 0.0..=20.0).clamping(SliderClamping::Edits);
+        ui.add(slider.custom_parser(typed_number).text(text!("sky-faint-light"))).on_hover_text(text!("sky-faint-light-hint"));
         if ui.button(text!("sky-reset")).on_hover_text(text!("sky-reset-hint")).clicked() {
             (view.layers, view.stars_boost) = (Layers::default(), 0.0);
         }

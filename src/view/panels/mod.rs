@@ -1,8 +1,8 @@
 //! The complete user interface, drawn with egui: the viewport with its labels, and the panels around it.
 //!
 //! In: finished images, answers to queries, egui's input. Out: egui shapes, jobs for the next image, and queries. Always: the panels change only
-//! the [`Viewer`], the settings and their own state, and the session only by queries; after a failure the last valid image stays visible, together
-//! with the reason. The interface runs without a window, so that tests can press its buttons by name.
+//! the [`Viewer`], the settings and their own state; they change the session only by queries; after a failure the last valid image stays visible,
+//! together with the reason of the failure. The interface runs without a window, so that tests can press its buttons by name.
 
 mod accessible;
 mod angle;
@@ -53,11 +53,11 @@ use parking_lot::Mutex;
 use std::sync::Arc;
 
 /// How long the notice (the last messages of the session) is shown, seconds.
-const NOTICE_S: f64 = 8.0;
+const NOTICE_DURATION_S: f64 = 8.0;
 /// Largest number of lines of the notice, and of the reply about dropped files. Standard error has all messages of the session.
 const MAX_MESSAGE_LINES: usize = 5;
 /// How long the reply to a user's action is shown, seconds: long enough to read a path.
-const REPLY_S: f64 = 20.0;
+const REPLY_DURATION_S: f64 = 20.0;
 
 /// Declares [`Tab`] with the list of its variants and their names.
 macro_rules! tabs {
@@ -86,24 +86,25 @@ tabs!(Moments, Events, Effects, Shader, Compare, Information, Performance, Share
 
 /// State of the interface: the viewer and the panels.
 pub struct Interface {
+    /// The view, the rate of time, flights and the history of views.
     pub viewer: Viewer,
     pub settings: Settings,
     /// The language of all texts from the next frame on.
     pub language: Language,
     /// The open panel, if any.
     pub tab: Option<Tab>,
-    /// A second panel, which stays open on the other side of the viewport.
+    /// A second panel, which the user keeps open on the other side of the viewport.
     pub kept_tab: Option<Tab>,
     /// Whether the panel with the list of bodies is open.
     pub body_browser_shown: bool,
     pub help_shown: bool,
     /// Whether the switches of the Effects panel apply to the selected body only.
     pub edits_selected_body_only: bool,
-    /// The user asked to quit.
+    /// Whether the user asked to quit.
     pub quit_requested: bool,
-    /// The window should be fullscreen.
+    /// Whether the window should be fullscreen.
     pub fullscreen: bool,
-    /// The GPU that renders the images also presents the window, so images need not be copied to the CPU.
+    /// Whether the GPU that renders the images also presents the window, so that images need not be copied to the CPU.
     pub presents_on_gpu: bool,
     /// An error from before the window opened, which is why the window shows the default view; `None` once the user has closed the message.
     pub warning: Option<String>,
@@ -125,7 +126,7 @@ pub struct Interface {
     failure_reason: Option<String>,
     /// New messages of the session, for example that the renderer has changed, or that a map cannot be read.
     pub session_messages: Arc<Mutex<Vec<String>>>,
-    /// The last session messages that are not about drivers, one a line; and when they disappear, in egui's time.
+    /// The last session messages that are not about drivers, one a line; and when they disappear, in egui's time (`InputState::time`).
     notice: Option<(String, f64)>,
     body_browser: body_browser::BodyBrowser,
     search: search::SearchField,
@@ -145,6 +146,7 @@ pub struct Interface {
     angle: angle::MeasuredAngle,
     viewport: Viewport,
     dropped: dropped::DroppedFiles,
+    /// The automatic exposure, which changes smoothly from image to image.
     adaptation: ExposureAdaptation,
 }
 
@@ -154,7 +156,7 @@ impl Interface {
         let tab = panel_named(settings.panels.open.as_deref());
         Self {
             viewer,
-            information: information::InformationPanel::with(&settings),
+            information: information::InformationPanel::from_settings(&settings),
             tab,
             // No panel is on both sides, whatever the settings file says.
             kept_tab: panel_named(settings.panels.kept.as_deref()).filter(|kept| tab != Some(*kept)),
@@ -208,16 +210,16 @@ impl Interface {
         tour::advance(self, ui.ctx(), elapsed_s);
         let view_of_tour = self.tour.is_playing().then(|| self.viewer.view.clone());
         // Messages about drivers appear in the Performance panel, not over the image.
-        let (about_drivers, others): (Vec<_>, Vec<_>) =
+        let (about_drivers, other_messages): (Vec<_>, Vec<_>) =
             self.session_messages.lock().drain(..).partition(|line| performance::is_about_drivers(line));
         self.performance.messages.extend(about_drivers);
-        if !others.is_empty() {
-            let first = others.len().saturating_sub(MAX_MESSAGE_LINES);
-            let lines: Vec<String> = others.into_iter().skip(first).map(|line| text!("notice", detail = line)).collect();
-            self.notice = Some((lines.join("\n"), now_s + NOTICE_S));
+        if !other_messages.is_empty() {
+            let omitted_count = other_messages.len().saturating_sub(MAX_MESSAGE_LINES);
+            let lines: Vec<String> = other_messages.into_iter().skip(omitted_count).map(|line| text!("notice", detail = line)).collect();
+            self.notice = Some((lines.join("\n"), now_s + NOTICE_DURATION_S));
         }
         self.notice.take_if(|(_, until_s)| *until_s <= now_s);
-        if *self.reply_until_s.get_or_insert(now_s + REPLY_S) <= now_s {
+        if *self.reply_until_s.get_or_insert(now_s + REPLY_DURATION_S) <= now_s {
             self.reply.clear();
         }
         self.receive(ui.ctx(), worker);
@@ -228,9 +230,9 @@ impl Interface {
             None => egui::ThemePreference::System,
         };
         ui.ctx().set_theme(theme_preference);
-        let window_size = ui.ctx().content_rect().size() * ui.ctx().zoom_factor();
-        let ui_scale = scale_within(self.settings.ui_scale, window_size.into());
-        // The scale changes only once the pointer is released; otherwise the slider would move away from the pointer during a drag.
+        let window_size_at_scale_1 = ui.ctx().content_rect().size() * ui.ctx().zoom_factor();
+        let ui_scale = scale_within(self.settings.ui_scale, window_size_at_scale_1.into());
+        // The scale changes only while no button is pressed; otherwise its slider would move away from the pointer during a drag.
         if !ui.input(|i| i.pointer.any_down()) && (ui.ctx().zoom_factor() - ui_scale).abs() > 1e-3 {
             ui.ctx().set_zoom_factor(ui_scale);
         }
@@ -278,8 +280,8 @@ impl Interface {
         ui.ctx().accesskit_node_builder(egui::accesskit_root_id(), |window| window.set_label(self.spoken_title()));
     }
 
-    /// On the first call sets fonts and styles, and registers the plugin [`input_order::InputOrder`]. If the call precedes the context's first
-    /// frame, egui does not rasterise the glyphs of its default fonts.
+    /// On the first call, sets fonts and styles and registers the plugin [`input_order::InputOrder`]. If this happens before the context's first
+    /// frame, egui does not rasterise the glyphs of its default fonts in vain.
     pub(crate) fn style(&mut self, ctx: &egui::Context) {
         if !std::mem::replace(&mut self.is_styled, true) {
             theme::apply(ctx);
@@ -287,18 +289,18 @@ impl Interface {
         }
     }
 
-    /// Shows the reply to an action of the user, for its full time even if it repeats the last one.
+    /// Shows the reply to an action of the user, for its full time even if it repeats the last reply.
     pub fn reply(&mut self, text: impl Into<String>) {
         self.reply = text.into();
         self.reply_until_s = None;
     }
 
-    /// The reply to the user's last action; empty if there is none, or if its time is over.
+    /// The reply to the user's last action; empty if there is none, or once it has disappeared.
     pub fn reply_text(&self) -> &str {
         &self.reply
     }
 
-    /// Sets the language for this frame. If it has changed, discards or rewrites the stored texts.
+    /// Sets the language for this frame. If the language has changed, discards or rewrites the stored texts.
     fn apply_language(&mut self, worker: &dyn RenderWorker) {
         language::set(self.language);
         if std::mem::replace(&mut self.last_language, self.language) != self.language {
@@ -314,8 +316,8 @@ impl Interface {
     }
 
     /// Records the time that a frame of the interface itself took, including painting.
-    pub(crate) fn record_interface_time(&mut self, took: std::time::Duration) {
-        self.performance.interface_ms = took.as_secs_f64() * 1e3;
+    pub(crate) fn record_interface_time(&mut self, duration: std::time::Duration) {
+        self.performance.interface_ms = duration.as_secs_f64() * 1e3;
     }
 
     /// The message over the viewport's lower edge: the reason why there is no image, else the reply to the last action, else the last

@@ -15,12 +15,14 @@ use crate::view::language::{catalog_detail, catalog_text, named, text};
 use crate::view::worker::render_worker::RenderWorker;
 use egui::ScrollArea;
 
+/// State of the Moments panel.
 #[derive(Default)]
 pub(crate) struct MomentsPanel {
     /// Only moments whose name contains this text are shown.
     filter: String,
 }
 
+/// Shows the panel. With a filter text, it shows only moments.
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     ui.add(egui::TextEdit::singleline(&mut interface.moments.filter).hint_text(text!("moments-filter")))
         .on_hover_text(text!("moments-filter-hint"));
@@ -33,18 +35,18 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         if filter.is_empty() {
             ui.strong(text!("now"));
-            ui.horizontal_wrapped(|ui| what_to_see_now::row(interface, ui, worker, actions));
+            ui.horizontal_wrapped(|ui| what_to_see_now::thumbnail_row(interface, ui, worker, actions));
             presets(interface, ui, worker, actions);
             tours(interface, ui, worker, actions);
         }
         for kind in KINDS {
-            let of_kind: Vec<_> = catalog.moments().iter().filter(|m| m.kind == kind && matches_filter(m)).collect();
-            if of_kind.is_empty() {
+            let moments_of_kind: Vec<_> = catalog.moments().iter().filter(|m| m.kind == kind && matches_filter(m)).collect();
+            if moments_of_kind.is_empty() {
                 continue;
             }
             ui.add_space(6.0);
             ui.strong(named("moment-kind", kind));
-            for moment in of_kind {
+            for moment in moments_of_kind {
                 let about = catalog_detail("moment", &moment.name, "about", &moment.about);
                 let hover = text!("moments-hint", about = about, time = instant_text(moment.time), source = moment.source);
                 if ui.button(catalog_text("moment", &moment.name)).on_hover_text(hover).clicked() {
@@ -71,8 +73,8 @@ fn presets(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
     }
 }
 
-/// Shows a preset's view at the current time, or for tonight's sky when the sky is next dark. Time then runs at the preset's rate, if it has one.
-/// The viewer records the preset's changes to the base view, so that later views do not inherit them.
+/// Shows a preset's view. The view is at the current time; only that of tonight's sky is at the next time when the sky is dark. Time then runs at the
+/// preset's rate, if it has one. The viewer records the preset's changes to the base view, so that later views do not inherit these changes.
 pub(crate) fn open_preset(interface: &mut Interface, worker: &dyn RenderWorker, preset: Preset, actions: &mut Vec<Action>) {
     let (now, home) = (interface.viewer.now(), interface.information.home);
     let base_view = interface.viewer.base_view();
@@ -98,7 +100,7 @@ fn tours(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker
         ui.weak(about);
     }
     ui.horizontal(|ui| {
-        let field = egui::TextEdit::singleline(&mut interface.tour.file).hint_text("tour.json").desired_width(140.0);
+        let field = egui::TextEdit::singleline(&mut interface.tour.file_name).hint_text("tour.json").desired_width(140.0);
         ui.add(field).on_hover_text(text!("tours-file-hint")).accessible_name(text!("tours-file"));
         dialog::button(interface, ui, FileField::Tour);
         if ui.button(text!("tours-open")).on_hover_text(text!("tours-open-hint")).clicked() {

@@ -1,7 +1,7 @@
 //! The Performance panel: a plot of recent frame times, its description for screen readers, and a table of the last frame's timings.
 //!
-//! In: finished images with their timings, the session's messages about drivers. Out: the panel. A frame is here one image of the view, except for the
-//! time of the interface.
+//! In: finished images with their timings, the session's messages about drivers. Out: the panel. Here a frame is one image of the view; only the time of
+//! the interface is that of a frame of the window.
 
 use super::Interface;
 use crate::session::Stage;
@@ -20,12 +20,14 @@ const FRAME_STAGES: [Stage; 5] = [Stage::Scene, Stage::Shaders, Stage::Maps, Sta
 
 /// Timings of one image.
 struct Frame {
+    /// The time of each stage, in the order of [`Stage::ALL`].
     stage_ms: [f64; Stage::ALL.len()],
     /// Name of each pass, and its milliseconds.
     passes_ms: Vec<(String, f64)>,
     total_ms: f64,
 }
 
+/// State of the Performance panel.
 #[derive(Default)]
 pub(crate) struct PerformancePanel {
     frames: VecDeque<Frame>,
@@ -36,7 +38,7 @@ pub(crate) struct PerformancePanel {
     /// The session's messages about drivers and devices.
     pub messages: Vec<String>,
     /// Description of the plot, and when it was formatted, in egui's time (`InputState::time`).
-    described: Option<(String, f64)>,
+    plot_description: Option<(String, f64)>,
 }
 
 /// Whether a session message is only about drivers and devices. These messages are always in English.
@@ -61,34 +63,42 @@ impl PerformancePanel {
     /// Description of the plot, updated at most every [`RATE_INTERVAL_S`], because a screen reader announces each change.
     fn description(&mut self, now_s: f64) -> String {
         let is_old = |(_, created_s): &(String, f64)| now_s - created_s > RATE_INTERVAL_S;
-        if self.described.as_ref().is_none_or(is_old) {
-            self.described = Some((describe(&self.frames), now_s));
+        if self.plot_description.as_ref().is_none_or(is_old) {
+            self.plot_description = Some((describe(&self.frames), now_s));
         }
-        self.described.as_ref().map_or(String::new(), |(description, _)| description.clone())
+        self.plot_description.as_ref().map_or(String::new(), |(description, _)| description.clone())
     }
 }
 
+/// A text with the number of frames, the mean and maximum of their total times, and the mean time of each stage.
 fn describe(frames: &VecDeque<Frame>) -> String {
     if frames.is_empty() {
         return text!("frames-none").into();
     }
     let mean = |value: &dyn Fn(&Frame) -> f64| frames.iter().map(value).sum::<f64>() / frames.len() as f64;
-    let maximum = frames.iter().map(|f| f.total_ms).fold(0.0, f64::max);
+    let max_total_ms = frames.iter().map(|f| f.total_ms).fold(0.0, f64::max);
     let stages: Vec<String> = FRAME_STAGES
         .iter()
         .map(|stage| format!("{} {} ms", named("stage", stage.name()), decimal(mean(&|f| f.stage_ms[*stage as usize]), 1)))
         .collect();
-    let total = mean(&|f| f.total_ms);
-    text!("frames-description", frames = frames.len(), whole = decimal(total, 1), max = decimal(maximum, 1), stages = stages.join(", "))
+    let mean_total_ms = mean(&|f| f.total_ms);
+    text!(
+        "frames-description",
+        frames = frames.len(),
+        whole = decimal(mean_total_ms, 1),
+        max = decimal(max_total_ms, 1),
+        stages = stages.join(", ")
+    )
 }
 
-/// Name and milliseconds of each pass: GPU time if the GPU has timestamp queries, or wall time of the software renderer.
+/// Name and milliseconds of each pass: GPU time if the GPU drew the image and has timestamp queries, or wall time of the software renderer.
 /// A pass has the name of its target in `render::plan`, which the messages `pass-…` translate.
 fn passes_ms(rendered: &RenderedView) -> Vec<(String, f64)> {
     let software = rendered.by.software.iter().flat_map(|t| &t.passes).map(|p| (p.name.clone(), p.wall_ms));
     rendered.by.passes_ms.iter().cloned().chain(software).collect()
 }
 
+/// Shows the panel.
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
     let description = interface.performance.description(interface.viewport.frame_start_s);
     let performance = &interface.performance;
@@ -123,8 +133,8 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
     }
     let Some(rendered) = interface.shown() else { return };
     let table_rows = |ui: &mut egui::Ui| {
-        let mut line = |what: &str, value: String| {
-            ui.label(what);
+        let mut line = |label: &str, value: String| {
+            ui.label(label);
             ui.monospace(value);
             ui.end_row();
         };
@@ -167,7 +177,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
     });
 }
 
-/// Resident memory of the process, if the system has /proc, as Linux does.
+/// Resident memory of the process, MiB; `None` if the system has no /proc, which Linux has.
 fn resident_mib() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/self/status").ok()?;
     let kib: f64 = text.lines().find_map(|l| l.strip_prefix("VmRSS:"))?.trim().strip_suffix("kB")?.trim().parse().ok()?;

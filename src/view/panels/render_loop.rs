@@ -24,11 +24,11 @@ use glam::DVec3;
 
 /// Time after the last motion of the view until an image at full resolution is requested, seconds.
 const STILL_AFTER_S: f64 = 0.18;
-/// Time by which the frame that requests this image is late, seconds, so that it does not come a moment too early.
+/// Additional delay of the frame that requests this image, seconds: a frame that came a moment too early would still take the view as moving.
 const STILL_MARGIN_S: f64 = 0.005;
 /// Interval between checks whether the GPU is ready to replace the software renderer, seconds.
 const READY_CHECK_S: f64 = 0.1;
-/// Largest fraction of the time that drawing takes while time runs no faster than real time.
+/// Largest fraction of real time that is spent on drawing while the view is at rest and the displayed time runs no faster than real time.
 const MAX_REAL_TIME_LOAD: f64 = 0.1;
 
 /// Change of the displayed time, seconds, above which a new image is drawn at once: the user must have set the time, because images at real
@@ -76,7 +76,7 @@ pub(super) struct Viewport {
     /// other resolutions may follow while the menu is open.
     pub(super) menu_direction: Option<DVec3>,
     /// Index in the star catalog of the last star that was clicked or found.
-    pub(super) star: Option<usize>,
+    pub(super) star_index: Option<usize>,
 }
 
 impl Default for Viewport {
@@ -98,7 +98,7 @@ impl Default for Viewport {
             caption_height: 0.0,
             menu_body: None,
             menu_direction: None,
-            star: None,
+            star_index: None,
         }
     }
 }
@@ -182,11 +182,18 @@ impl Interface {
     pub(super) fn refresh_labels(&mut self, metrics: &LabelMetrics, overlays: impl IntoIterator<Item = Rect>) {
         let Some(rendered) = &self.viewport.shown else { return };
         let scene = &rendered.scene;
-        let parent = |id: NaifId| self.viewer.subject(id).and_then(|s| s.parent);
-        let names = |name: &str| body_name(name).to_owned();
+        let parent_of = |id: NaifId| self.viewer.subject(id).and_then(|s| s.parent);
+        let translated_name = |name: &str| body_name(name).to_owned();
         let occupied: Vec<Rect> = overlays.into_iter().chain(scene.text_rects()).collect();
-        self.viewport.labels =
-            body_labels(&*scene.geometry.projection(&scene.camera), &scene.bodies, self.viewer.selected, parent, metrics, names, &occupied);
+        self.viewport.labels = body_labels(
+            &*scene.geometry.projection(&scene.camera),
+            &scene.bodies,
+            self.viewer.selected,
+            parent_of,
+            metrics,
+            translated_name,
+            &occupied,
+        );
     }
 
     /// The job for an image of the current view, at the view's quality unless another one is given.
@@ -247,8 +254,7 @@ impl Interface {
         let session = worker.session();
         let drawn_with = DrawnWith::now(session);
         let readiness = session.readiness();
-        if self.viewport.drawn_with.replace(drawn_with.clone()).is_some_and(|before| before != drawn_with)
-            || readiness == Readiness::JustReady
+        if self.viewport.drawn_with.replace(drawn_with.clone()).is_some_and(|last| last != drawn_with) || readiness == Readiness::JustReady
         {
             // The same view now gives another image, so the image is requested again.
             self.viewport.requested = None;
@@ -280,7 +286,7 @@ impl Interface {
 
     /// Submits the job if the last requested image does not show its view, or the adaptation of the exposure needs another image.
     fn submit_if_needed(&mut self, job: RenderJob, is_moving: bool, worker: &dyn RenderWorker, now_s: f64) {
-        // At real time little changes between images, so images are rare enough to keep the load low.
+        // While time runs at most at real time, little changes between images. So they are drawn rarely enough to keep the load low.
         let drawing_s = 1e-3 * self.viewport.shown.as_ref().map_or(0.0, |rendered| rendered.took_ms);
         let interval_s = REAL_TIME_INTERVAL_S.max(drawing_s / MAX_REAL_TIME_LOAD);
         let ignores_time = !is_moving && now_s - self.viewport.requested_s < interval_s;
@@ -297,18 +303,18 @@ impl Interface {
     }
 }
 
-/// Whether a new image is needed. `ignores_time`: time that passes without a jump does not require one.
+/// Whether the new request needs another image than the last one. `ignores_time`: time that passes without a jump does not need another image.
 pub(super) fn differs(last: &ViewRequest, new: &ViewRequest, ignores_time: bool) -> bool {
     if !ignores_time {
         return last != new;
     }
     let jump_s = new.time.tdb_seconds_past_j2000() - last.time.tdb_seconds_past_j2000();
-    *last != with_time_of(last, new) || jump_s.abs() > TIME_JUMP_S
+    *last != with_last_time_and_pose(last, new) || jump_s.abs() > TIME_JUMP_S
 }
 
 /// The new request with the time of the last request, and with its position and directions where these differ by no more than
 /// [`MAX_POLE_MOTION_RAD`].
-fn with_time_of(last: &ViewRequest, new: &ViewRequest) -> ViewRequest {
+fn with_last_time_and_pose(last: &ViewRequest, new: &ViewRequest) -> ViewRequest {
     let is_close = |a: DVec3, b: DVec3| a.distance(b) <= MAX_POLE_MOTION_RAD * a.length();
     let position = match (last.position, new.position) {
         (Position::Offset { body, offset_km, axes }, Position::Offset { body: new_body, offset_km: new_offset_km, axes: new_axes })

@@ -26,18 +26,19 @@ use egui::{Id, Key, Label, RichText, TextEdit};
 pub(super) const MAX_ECHO_CHARS: usize = 60;
 /// Largest number of suggestions.
 const MAX_SUGGESTIONS: usize = 8;
-/// Limits of the width of an error below the field, points.
-const ERROR_WIDTHS: [f32; 2] = [120.0, 460.0];
+/// Smallest and largest width of an error below the field, points.
+const ERROR_WIDTH_RANGE: [f32; 2] = [120.0, 460.0];
 /// Width of the margins of the list below the field, points.
 const LIST_MARGINS: f32 = 24.0;
 
+/// State of the search field.
 #[derive(Default)]
 pub(crate) struct SearchField {
     /// The text in the field.
     typed: String,
     /// Index of the highlighted suggestion.
     highlighted: usize,
-    /// The field takes the keyboard focus when it is shown next.
+    /// Whether the field takes the keyboard focus when it is shown next.
     pub wants_focus: bool,
     /// The error for the last text entered, until the text changes.
     failure: Option<String>,
@@ -86,9 +87,10 @@ pub(crate) fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     let mut chosen = None;
     let enter_pressed = response.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
     if response.has_focus() || enter_pressed {
-        let (down, up) = ui.input(|i| (i.key_pressed(Key::ArrowDown), i.key_pressed(Key::ArrowUp)));
-        let last = found.len().saturating_sub(1);
-        interface.search.highlighted = (interface.search.highlighted + usize::from(down)).saturating_sub(usize::from(up)).min(last);
+        let (moves_down, moves_up) = ui.input(|i| (i.key_pressed(Key::ArrowDown), i.key_pressed(Key::ArrowUp)));
+        let last_index = found.len().saturating_sub(1);
+        interface.search.highlighted =
+            (interface.search.highlighted + usize::from(moves_down)).saturating_sub(usize::from(moves_up)).min(last_index);
     }
     if enter_pressed && !interface.search.typed.trim().is_empty() {
         match (found.get(interface.search.highlighted), apply_typed_effects(interface)) {
@@ -96,7 +98,7 @@ pub(crate) fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
             (Some(suggestion), _) => chosen = Some(suggestion.target.clone()),
             (None, Some(Ok(()))) => {
                 interface.search.clear();
-                // The reply confirms the switches, which apply to all later views, because a switched effect may be invisible in this one.
+                // The reply confirms the switches, because a switched effect may be invisible in this view; the switches apply to all later views.
                 interface.reply(text!("search-effects-switched", effects = interface.viewer.view.effects.to_text()));
             }
             (None, Some(Err(why))) => interface.search.failure = Some(why),
@@ -140,12 +142,13 @@ fn not_found(interface: &Interface) -> String {
     }
 }
 
-/// Shows the list below the search field: suggestions, or the error and similar texts.
+/// Shows the list below the search field: suggestions, or the error and similar texts. `field_rect`: the field's rectangle. `chosen`: set to the target of
+/// a clicked suggestion.
 fn suggestion_list(
     interface: &Interface,
     ui: &egui::Ui,
     catalog: &Catalog,
-    field: egui::Rect,
+    field_rect: egui::Rect,
     found: &[Suggestion],
     chosen: &mut Option<SearchTarget>,
 ) {
@@ -154,17 +157,17 @@ fn suggestion_list(
     if found.is_empty() && failure.is_none() && similar.is_empty() {
         return;
     }
-    let area = egui::Area::new(ui.scope_id().with("suggestions")).fixed_pos(field.left_bottom()).order(egui::Order::Foreground);
+    let area = egui::Area::new(ui.scope_id().with("suggestions")).fixed_pos(field_rect.left_bottom()).order(egui::Order::Foreground);
     area.show(ui.ctx(), |ui| {
         egui::Frame::popup(ui.style()).show(ui, |ui| {
             ui.style_mut().wrap_mode = Some(egui::TextWrapMode::Extend);
             if let Some(why) = failure {
                 // The error wraps, because it may list names.
-                let room = ui.ctx().content_rect().right() - field.left() - LIST_MARGINS;
-                ui.set_max_width(room.clamp(ERROR_WIDTHS[0], ERROR_WIDTHS[1]));
-                let line = ui.add(Label::new(RichText::new(why).color(ui.visuals().warn_fg_color)).wrap());
+                let available_width = ui.ctx().content_rect().right() - field_rect.left() - LIST_MARGINS;
+                ui.set_max_width(available_width.clamp(ERROR_WIDTH_RANGE[0], ERROR_WIDTH_RANGE[1]));
+                let error_label = ui.add(Label::new(RichText::new(why).color(ui.visuals().warn_fg_color)).wrap());
                 // Screen readers announce the error although the focus stays in the field.
-                ui.ctx().accesskit_node_builder(line.id, |node| node.set_live(egui::accesskit::Live::Polite));
+                ui.ctx().accesskit_node_builder(error_label.id, |node| node.set_live(egui::accesskit::Live::Polite));
             }
             for (index, suggestion) in found.iter().enumerate() {
                 if ui
@@ -186,7 +189,7 @@ fn suggestion_list(
     });
 }
 
-/// Applies the typed text if it has the syntax of `--effects`, such as `+eclipse` or `-rings`; otherwise returns `None`.
+/// Applies the typed text if it has the syntax of `--effects`, such as `+eclipse` or `-rings`; otherwise returns `None`. An error is returned as a text.
 fn apply_typed_effects(interface: &mut Interface) -> Option<Result<(), String>> {
     let typed = interface.search.typed.trim();
     if !typed.starts_with(['+', '-']) || !typed.contains(char::is_alphabetic) {
@@ -243,12 +246,12 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
             }
         }
         SearchTarget::Star(hip) => {
-            let (stars, view) = (catalog.stars(), &interface.viewer.base_view());
-            let years_since_epoch = stars.years_since_epoch(view.time().jd_tt());
-            match stars.hip(hip).and_then(|star| star_view(star, years_since_epoch, &positions, view)) {
+            let (stars, base_view) = (catalog.stars(), &interface.viewer.base_view());
+            let years_since_epoch = stars.years_since_epoch(base_view.time().jd_tt());
+            match stars.hip(hip).and_then(|star| star_view(star, years_since_epoch, &positions, base_view)) {
                 Some(view) => {
                     actions.push(Action::Show(Box::new(view)));
-                    interface.viewport.star = stars.index_of_hip(hip);
+                    interface.viewport.star_index = stars.index_of_hip(hip);
                 }
                 None => interface.reply(text!("search-star-outside", hip = hip, body = interface.viewer.name(NaifId::EARTH))),
             }

@@ -9,7 +9,7 @@ use crate::view::app::viewer::Action;
 use crate::view::language::{plain, text};
 use egui::{Grid, Key, Label, Modifiers, Popup, ScrollArea, TextStyle, Vec2, vec2};
 
-/// Message ids of the keys and of what they do, for the help window. The messages of `key-panels` have arguments.
+/// Message ids of the keys and of what they do, for the help window. Only the messages of `key-panels` have arguments.
 const SHORTCUTS: &[(&str, &str)] = &[
     ("key-drag", "key-drag-does"),
     ("key-look", "key-look-does"),
@@ -62,19 +62,19 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
     if ctx.input_mut(|i| i.consume_key(Modifiers::NONE, Key::F11)) {
         interface.fullscreen = !interface.fullscreen;
     }
-    let scale_key = |key: Key| ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, key));
+    let take_ctrl_key = |key: Key| ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, key));
     let ui_scale = &mut interface.settings.ui_scale;
-    if scale_key(Key::Plus) || scale_key(Key::Equals) {
+    if take_ctrl_key(Key::Plus) || take_ctrl_key(Key::Equals) {
         *ui_scale = (*ui_scale + UI_SCALE_STEP).min(*UI_SCALE_RANGE.end());
-    } else if scale_key(Key::Minus) {
+    } else if take_ctrl_key(Key::Minus) {
         *ui_scale = (*ui_scale - UI_SCALE_STEP).max(*UI_SCALE_RANGE.start());
-    } else if scale_key(Key::Num0) {
+    } else if take_ctrl_key(Key::Num0) {
         *ui_scale = 1.0;
     }
-    if ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, Key::Q)) {
+    if take_ctrl_key(Key::Q) {
         interface.quit_requested = true;
     }
-    if ctx.input_mut(|i| i.consume_key(Modifiers::COMMAND, Key::S)) {
+    if take_ctrl_key(Key::S) {
         interface.share.wants_image = true;
     }
     // Letters typed into a text field are not shortcuts.
@@ -100,8 +100,9 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
             "o" => interface.viewer.view.orbits = !interface.viewer.view.orbits,
             "g" => actions.push(Action::FlyTo(interface.viewer.selected)),
             "f" => {
-                let fixed = matches!(interface.viewer.view.eye, crate::view::app::view_state::CameraPose::Orbit { fixed: true, .. });
-                actions.push(Action::RotateWithBody(!fixed));
+                let rotates_with_body =
+                    matches!(interface.viewer.view.eye, crate::view::app::view_state::CameraPose::Orbit { fixed: true, .. });
+                actions.push(Action::RotateWithBody(!rotates_with_body));
             }
             "[" => actions.push(Action::Roll(-ROLL_STEP_DEG)),
             "]" => actions.push(Action::Roll(ROLL_STEP_DEG)),
@@ -130,8 +131,8 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
         interface.reply(text!("link-copied"));
     }
     let take_key = |key: Key| ctx.input_mut(|i| i.consume_key(Modifiers::NONE, key));
-    // On Escape egui itself closes an open menu. It has also removed the keyboard focus already, so `close_topmost` uses
-    // that of the last frame.
+    // On Escape egui itself closes an open menu. egui has also removed the keyboard focus already, so `close_topmost` asks whether a control had the
+    // focus in the last frame.
     if !Popup::is_any_open(ctx) && take_key(Key::Escape) {
         close_topmost(interface);
     }
@@ -154,7 +155,7 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
     }
 }
 
-/// Handles Escape: closes or ends the first of these that is present: warning, search, keyboard focus, measured angle, tour, help, open
+/// Handles Escape: closes or ends whichever of these comes first among those present: warning, search, keyboard focus, measured angle, tour, help, open
 /// panel, kept panel, full screen. Escape never ends the program; closing its window or Ctrl+Q does.
 fn close_topmost(interface: &mut Interface) {
     let had_focus = std::mem::take(&mut interface.had_keyboard_focus);
@@ -176,15 +177,15 @@ pub(crate) fn help(interface: &mut Interface, ctx: &egui::Context) {
         ScrollArea::vertical().max_height(available.y).min_scrolled_height(available.y).show(ui, |ui| {
             ui.set_max_width(width);
             Grid::new("sheet").num_columns(2).min_row_height(0.0).striped(true).show(ui, |ui| {
-                for (keys, does) in SHORTCUTS {
-                    let (keys, does) = match *keys {
+                for (keys_id, description_id) in SHORTCUTS {
+                    let (keys, description) = match *keys_id {
                         "key-panels" => {
                             (text!("key-panels", last = Tab::ALL.len().min(MAX_DIGIT)), text!("key-panels-does", panels = panels))
                         }
-                        _ => (plain(keys).to_owned(), plain(does).to_owned()),
+                        _ => (plain(keys_id).to_owned(), plain(description_id).to_owned()),
                     };
                     ui.strong(keys);
-                    ui.add(Label::new(does).wrap());
+                    ui.add(Label::new(description).wrap());
                     ui.end_row();
                 }
             });

@@ -17,14 +17,14 @@ use egui::{Align, CursorIcon, Label, Layout, Panel, RichText, ScrollArea, Sense,
 const MIN_BODIES_WIDTH: f32 = 190.0;
 /// Minimum width of a panel, points.
 const MIN_PANEL_WIDTH: f32 = 280.0;
-/// Width of a panel, and of a wide panel, until the user changes it, points.
+/// Width of a panel that is not wide, until the user changes it, points.
 const PANEL_WIDTH: f32 = 330.0;
-/// See [`PANEL_WIDTH`].
+/// Width of a wide panel, until the user changes it, points.
 const WIDE_PANEL_WIDTH: f32 = 560.0;
 /// Minimum width of the viewport between two panels, points.
 const MIN_VIEWPORT_WIDTH: f32 = 320.0;
 /// Minimum width of a window for two panels, points.
-const MIN_WIDTH_FOR_TWO: f32 = 1000.0;
+const MIN_WIDTH_FOR_TWO_PANELS: f32 = 1000.0;
 /// Minimum width of a window for the list of bodies beside a panel, points.
 const MIN_WIDTH_FOR_BODIES: f32 = 800.0;
 /// Minimum width of a window for the list of bodies beside a wide panel, points.
@@ -45,15 +45,15 @@ impl Tab {
 impl Interface {
     /// The kept panel, if the window is wide enough for it.
     fn visible_kept(&self, ctx: &egui::Context) -> Option<Tab> {
-        self.kept_tab.filter(|_| ctx.content_rect().width() >= MIN_WIDTH_FOR_TWO)
+        self.kept_tab.filter(|_| ctx.content_rect().width() >= MIN_WIDTH_FOR_TWO_PANELS)
     }
 
-    /// Whether the panel is on either side of the viewport.
+    /// Whether the panel is visible on either side of the viewport.
     pub(crate) fn is_open(&self, ctx: &egui::Context, tab: Tab) -> bool {
         self.tab == Some(tab) || self.visible_kept(ctx) == Some(tab)
     }
 
-    /// Opens a panel, unless it is open.
+    /// Opens a panel, unless it is visible as the kept panel.
     pub(crate) fn open(&mut self, ctx: &egui::Context, tab: Tab) {
         if self.visible_kept(ctx) == Some(tab) {
             return;
@@ -62,7 +62,7 @@ impl Interface {
         self.tab = Some(tab);
     }
 
-    /// Opens a panel, or closes it if it is open.
+    /// Opens a panel, or closes it if it is visible.
     pub(crate) fn toggle(&mut self, ctx: &egui::Context, tab: Tab) {
         if self.visible_kept(ctx) == Some(tab) {
             self.kept_tab = None;
@@ -142,7 +142,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
             heading(interface, ui, tab);
             tab.show(interface, ui, worker, actions);
         });
-        // A width that this limit enforced is not stored.
+        // A width that `max_panel_width` enforced is not stored.
         if shown.response.rect.width() < max_panel_width {
             remember_width(shown.response.rect.width(), stored_width(&mut interface.settings.panels, tab, false));
         }
@@ -160,18 +160,18 @@ fn heading(interface: &mut Interface, ui: &mut Ui, tab: Tab) {
         if title.dragged() {
             ui.ctx().set_cursor_icon(CursorIcon::Grabbing);
         }
-        if let Some(at) = title.interact_pointer_pos().filter(|_| title.drag_stopped()) {
-            let to_left = at.x < ui.ctx().content_rect().center().x;
+        if let Some(pointer) = title.interact_pointer_pos().filter(|_| title.drag_stopped()) {
+            let to_left = pointer.x < ui.ctx().content_rect().center().x;
             // `on_left` is the side of the open panel; the kept panel is on the other side.
             interface.settings.panels.on_left = to_left == (interface.tab == Some(tab));
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let is_kept = interface.kept_tab == Some(tab);
-            let close = icons::without_text(ui, Icon::Close, &text!("panel-close", panel = tab.title()));
+            let close = icons::icon_button(ui, Icon::Close, &text!("panel-close", panel = tab.title()));
             if close.on_hover_text(text!("panel-close-hint")).clicked() {
                 interface.toggle(ui.ctx(), tab);
             }
-            if ui.ctx().content_rect().width() >= MIN_WIDTH_FOR_TWO {
+            if ui.ctx().content_rect().width() >= MIN_WIDTH_FOR_TWO_PANELS {
                 let keep = ui.selectable_label(is_kept, text!("panel-keep"));
                 if keep.on_hover_text(text!("panel-keep-hint")).clicked() {
                     // Either way, this panel changes sides. The previously kept panel takes its place; a panel on the new side is closed.

@@ -1,7 +1,7 @@
 //! Sizes and distances to scale, in the Information panel: the selected body next to another, and the planets along a line from the Sun.
 //!
-//! In: radii, and distances at the displayed time. Out: two drawings, each with a sentence that says the same. Always: each drawing has one scale,
-//! but no disc is drawn narrower or lower than `MIN_DIAMETER`.
+//! In: radii, and distances at the displayed time. Out: two drawings, each with a sentence that says the same. Always: all parts of a drawing have the
+//! same scale, except that no disc is drawn narrower or lower than `MIN_DIAMETER`.
 
 use super::Interface;
 use crate::catalog::{BodyKind, Catalog, NaifId};
@@ -42,15 +42,17 @@ pub(crate) struct SizeComparison {
 }
 
 impl SizeComparison {
-    fn other(&self, selected: NaifId) -> NaifId {
+    /// The body with which the selected body is compared.
+    fn other_body(&self, selected: NaifId) -> NaifId {
         let default_body = if selected == NaifId::EARTH { NaifId::MOON } else { NaifId::EARTH };
         self.chosen.filter(|chosen| *chosen != selected).unwrap_or(default_body)
     }
 }
 
+/// Shows this part of the Information panel.
 pub(crate) fn panel(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker) {
     let selected = interface.viewer.selected;
-    let other = interface.information.comparison.other(selected);
+    let other = interface.information.comparison.other_body(selected);
     ui.strong(text!("sizes"));
     let viewer = &interface.viewer;
     let comparison = &mut interface.information.comparison;
@@ -80,26 +82,26 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderW
     ui.label(distance_text(viewer.name(marked), distance_km(marked) / KM_PER_AU));
 }
 
-/// `Saturn is 9.449 times as wide as Earth and has 764 times its volume.`
+/// A sentence about the wider body, such as `Saturn is 9.449 times as wide as Earth and has 764 times its volume.`
 fn size_text(first: &Subject, second: &Subject) -> String {
-    let ratio = |value: f64| if value >= 10.0 { grouped(value, 0) } else { decimal(value, 3) };
-    let width = first.radii_km.x / second.radii_km.x;
-    let volume = first.radii_km.element_product() / second.radii_km.element_product();
-    if width >= 1.0 {
+    let ratio_text = |value: f64| if value >= 10.0 { grouped(value, 0) } else { decimal(value, 3) };
+    let width_ratio = first.radii_km.x / second.radii_km.x;
+    let volume_ratio = first.radii_km.element_product() / second.radii_km.element_product();
+    if width_ratio >= 1.0 {
         text!(
             "size-sentence",
             larger = body_name(&first.name),
-            width = ratio(width),
+            width = ratio_text(width_ratio),
             smaller = body_name(&second.name),
-            volume = ratio(volume)
+            volume = ratio_text(volume_ratio)
         )
     } else {
         text!(
             "size-sentence",
             larger = body_name(&second.name),
-            width = ratio(1.0 / width),
+            width = ratio_text(1.0 / width_ratio),
             smaller = body_name(&first.name),
-            volume = ratio(1.0 / volume)
+            volume = ratio_text(1.0 / volume_ratio)
         )
     }
 }
@@ -112,7 +114,7 @@ fn distance_text(name: &str, distance_au: f64) -> String {
     }
 }
 
-/// Draws the background of a drawing and returns its area. `description`: accessible description of the drawing.
+/// Draws the background of a drawing and returns its area. `height`: points. `description`: accessible description of the drawing.
 fn draw_background(ui: &mut Ui, height: f32, description: &str) -> Rect {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), height), Sense::hover());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, description));
@@ -120,14 +122,16 @@ fn draw_background(ui: &mut Ui, height: f32, description: &str) -> Rect {
     rect
 }
 
-/// Points per kilometre at which the discs of two bodies with semi-axes `a_km` and `b_km` fit side by side into an area of `size` points.
-fn scale(size: [f64; 2], a_km: DVec3, b_km: DVec3) -> f64 {
+/// The largest number of points per kilometre at which the discs of two bodies with semi-axes `a_km` and `b_km` fit side by side into an area of `size`
+/// points (width, height).
+fn fitting_scale(size: [f64; 2], a_km: DVec3, b_km: DVec3) -> f64 {
     let width_km = 2.0 * (a_km.x + b_km.x);
     let height_km = 2.0 * a_km.z.max(b_km.z);
     (size[0] / width_km).min(size[1] / height_km)
 }
 
-/// The middle of a text: as close to `x` as possible, but with the text between `left` and `right`. A text that is too wide starts at `left`.
+/// The x coordinate of the middle of a text of this width, points: as close to `x` as possible, but with the text between `left` and `right`. A text that
+/// is too wide starts at `left`.
 fn middle_within([left, right]: [f32; 2], x: f32, width: f32) -> f32 {
     x.min(right - 0.5 * width).max(left + 0.5 * width)
 }
@@ -135,10 +139,10 @@ fn middle_within([left, right]: [f32; 2], x: f32, width: f32) -> f32 {
 /// The middles of two names below their bodies. Each is given by the body's x coordinate and the name's width. Neither name crosses the edges of `area`
 /// (left, right), and the second starts after the first, if both fit.
 fn middles_of_two(area: [f32; 2], [first, second]: [(f32, f32); 2]) -> [f32; 2] {
-    let distance = 0.5 * (first.1 + second.1) + NAME_GAP;
-    let second_x = second.0.max(middle_within(area, first.0, first.1) + distance);
+    let min_distance = 0.5 * (first.1 + second.1) + NAME_GAP;
+    let second_x = second.0.max(middle_within(area, first.0, first.1) + min_distance);
     let second_middle = middle_within(area, second_x, second.1);
-    [middle_within(area, first.0.min(second_middle - distance), first.1), second_middle]
+    [middle_within(area, first.0.min(second_middle - min_distance), first.1), second_middle]
 }
 
 /// Draws two bodies next to each other.
@@ -146,7 +150,7 @@ fn draw_sizes(ui: &mut Ui, catalog: &Catalog, selected: &Subject, other: &Subjec
     let rect = draw_background(ui, SIZES_HEIGHT, &text!("sizes-image", first = body_name(&selected.name), second = body_name(&other.name)));
     let inner = rect.shrink2(vec2(12.0, 16.0));
     let points_per_km =
-        scale([f64::from(inner.width()) - f64::from(DISC_GAP), f64::from(inner.height()) - 8.0], selected.radii_km, other.radii_km);
+        fitting_scale([f64::from(inner.width()) - f64::from(DISC_GAP), f64::from(inner.height()) - 8.0], selected.radii_km, other.radii_km);
     let font = TextStyle::Small.resolve(ui.style());
     let mut left = inner.left();
     let bodies = [(selected, HIGHLIGHT_COLOUR), (other, OTHER_COLOUR)];
@@ -160,11 +164,12 @@ fn draw_sizes(ui: &mut Ui, catalog: &Catalog, selected: &Subject, other: &Subjec
     });
     let middles = middles_of_two([rect.left() + NAME_MARGIN, rect.right() - NAME_MARGIN], names);
     for ((body, colour), middle) in bodies.into_iter().zip(middles) {
-        let at = pos2(middle, rect.bottom() - 2.0);
-        ui.painter().text(at, Align2::CENTER_BOTTOM, body_name(&body.name), font.clone(), colour);
+        let position = pos2(middle, rect.bottom() - 2.0);
+        ui.painter().text(position, Align2::CENTER_BOTTOM, body_name(&body.name), font.clone(), colour);
     }
 }
 
+/// A filled ellipse with horizontal and vertical axes, points.
 fn ellipse(centre: Pos2, half_width: f32, half_height: f32, fill: Color32) -> Shape {
     let vertex = |k: usize| {
         let (sin, cos) = (k as f32 / ELLIPSE_VERTICES as f32 * std::f32::consts::TAU).sin_cos();
@@ -189,17 +194,20 @@ struct PlottedBody<'n> {
 }
 
 /// The x coordinates of the middles of the labels along the line. `None`: a label is left out because it would be too close to another, or begin left of
-/// `start`, the right edge of the Sun's disc with a gap. `labels`: for each label the x coordinate of its body, the label's width, and whether the body is
+/// `min_left`, the right edge of the Sun's disc with a gap. `labels`: for each label the x coordinate of its body, the label's width, and whether the body is
 /// marked. The marked label must come first and is always shown; the others follow from left to right.
-fn label_middles(area: [f32; 2], start: f32, labels: &[(f32, f32, bool)]) -> Vec<Option<f32>> {
-    let mut last_end = start;
+fn label_middles(area: [f32; 2], min_left: f32, labels: &[(f32, f32, bool)]) -> Vec<Option<f32>> {
+    let mut last_end = min_left;
+    // The left and right ends of the marked label.
     let mut marked: Option<(f32, f32)> = None;
     let middle_of = |&(x, width, is_marked): &(f32, f32, bool)| {
         let middle = middle_within(area, x, width);
         let (left, right) = (middle - 0.5 * width, middle + 0.5 * width);
         if is_marked {
             marked = Some((left, right));
-        } else if left < last_end || marked.is_some_and(|(a, b)| left < b + NAME_GAP && right > a - NAME_GAP) {
+        } else if left < last_end
+            || marked.is_some_and(|(marked_left, marked_right)| left < marked_right + NAME_GAP && right > marked_left - NAME_GAP)
+        {
             return None;
         } else {
             last_end = right + NAME_GAP;
@@ -215,18 +223,18 @@ fn draw_distances(ui: &mut Ui, bodies: &[PlottedBody<'_>]) {
     let description: Vec<String> = bodies.iter().map(|b| format!("{} {}", b.name, decimal(b.distance_au, 2))).collect();
     let rect = draw_background(ui, DISTANCES_HEIGHT, &text!("distances-image", list = description.join(", ")));
     let line_y = rect.top() + 14.0;
-    let [from, to] = [rect.left() + 10.0, rect.right() - 24.0];
-    let x_of = |au: f64| from + (to - from) * (au / farthest_au) as f32;
+    let [sun_x, farthest_x] = [rect.left() + 10.0, rect.right() - 24.0];
+    let x_of = |au: f64| sun_x + (farthest_x - sun_x) * (au / farthest_au) as f32;
     let painter = ui.painter().with_clip_rect(rect);
-    painter.hline(from..=to, line_y, Stroke::new(1.0, Color32::from_gray(90)));
-    painter.circle_filled(pos2(from, line_y), 4.0, Color32::from_rgb(255, 235, 170));
+    painter.hline(sun_x..=farthest_x, line_y, Stroke::new(1.0, Color32::from_gray(90)));
+    painter.circle_filled(pos2(sun_x, line_y), 4.0, Color32::from_rgb(255, 235, 170));
     let font: FontId = TextStyle::Small.resolve(ui.style());
     // The marked body is labelled first, so that its label is always shown.
     let mut order: Vec<&PlottedBody<'_>> = bodies.iter().collect();
     order.sort_by(|a, b| b.is_marked.cmp(&a.is_marked).then(a.distance_au.total_cmp(&b.distance_au)));
     let width_of = |name: &str| painter.layout_no_wrap(name.to_owned(), font.clone(), OTHER_COLOUR).size().x;
     let labels: Vec<(f32, f32, bool)> = order.iter().map(|body| (x_of(body.distance_au), width_of(body.name), body.is_marked)).collect();
-    let middles = label_middles([rect.left() + NAME_MARGIN, rect.right() - NAME_MARGIN], from + 6.0, &labels);
+    let middles = label_middles([rect.left() + NAME_MARGIN, rect.right() - NAME_MARGIN], sun_x + 6.0, &labels);
     for ((body, (x, _, is_marked)), middle) in order.iter().zip(labels).zip(middles) {
         let colour = if is_marked { HIGHLIGHT_COLOUR } else { OTHER_COLOUR };
         painter.circle_filled(pos2(x, line_y), 2.5, colour);
@@ -304,7 +312,7 @@ mod tests {
     #[test]
     fn both_discs_fit_into_the_area() {
         for (a, b) in [(1.0, 1.0), (700_000.0, 1.0), (1.0, 9.4)] {
-            let points_per_km = scale([300.0, 80.0], DVec3::splat(a), DVec3::splat(b));
+            let points_per_km = fitting_scale([300.0, 80.0], DVec3::splat(a), DVec3::splat(b));
             assert!(2.0 * (a + b) * points_per_km <= 300.0 + 1e-9 && 2.0 * a.max(b) * points_per_km <= 80.0 + 1e-9);
         }
     }

@@ -40,8 +40,11 @@ fn label_value_pairs(star: &Star, years_since_epoch: f64) -> Vec<(&'static str, 
         facts.push((text!("star-colour-index"), signed(b_v, 3)));
         let kelvin = temperature_k(f64::from(b_v));
         // The temperature that follows from a colour index is accurate to a few per cent at best, and to ten for hot stars.
-        let step_k = if kelvin < 10_000.0 { 50.0 } else { 500.0 };
-        facts.push((text!("star-temperature"), text!("star-temperature-value", kelvin = decimal((kelvin / step_k).round() * step_k, 0))));
+        let rounding_k = if kelvin < 10_000.0 { 50.0 } else { 500.0 };
+        facts.push((
+            text!("star-temperature"),
+            text!("star-temperature-value", kelvin = decimal((kelvin / rounding_k).round() * rounding_k, 0)),
+        ));
     }
     let parallax_mas = star.parallax_rad / RAD_PER_ARCSEC * 1e3;
     if parallax_mas >= MIN_PARALLAX_MAS {
@@ -69,7 +72,7 @@ fn label_value_pairs(star: &Star, years_since_epoch: f64) -> Vec<(&'static str, 
             angle_deg = decimal(position_angle_deg, 0)
         ),
     ));
-    // As seen from the solar system's barycentre, without annual parallax.
+    // The place at the displayed time, as seen from the solar system's barycentre, that is, without annual parallax.
     let place = RaDec::of(star_from_viewer(star, years_since_epoch, DVec3::ZERO));
     facts.push((text!("fact-right-ascension"), text!("star-right-ascension-value", angle = localised(place.ra_text()))));
     facts.push((text!("fact-declination"), localised(place.dec_text())));

@@ -1,7 +1,8 @@
 //! Colours, text sizes and spacing of the panels, for each theme.
 //!
 //! In: a theme (dark or light). Out: egui styles and fonts. Always: the contrast ratio of text to its background is at least 4.5 (WCAG 2.2, level AA);
-//! `tests/view/contrast` measures it on the painted output. Not here: the colours of names in images (`scene::labels`) and of source code (`shader::text`).
+//! `tests/view/contrast` measures the ratio on the painted output. Not here: the colours of names in images (`scene::labels`) and of source code
+//! (`shader::module_text`).
 
 use super::icons;
 use crate::scene::labels::SELECTED_COLOUR;
@@ -10,17 +11,18 @@ use egui::style::NumberFormatter;
 use egui::{Color32, Context, FontFamily, FontId, Style, TextStyle, Theme, Visuals, vec2};
 
 /// Text size of captions, points.
-pub(crate) const SMALL: f32 = 11.0;
+pub(crate) const SMALL_TEXT_POINTS: f32 = 11.0;
 /// Text size of source code, points.
-pub(crate) const CODE: f32 = 12.0;
+pub(crate) const CODE_TEXT_POINTS: f32 = 12.0;
 /// Text size of labels, buttons and values, points.
-pub(crate) const BODY: f32 = 13.0;
+pub(crate) const BODY_TEXT_POINTS: f32 = 13.0;
 /// Text size of headings, points.
-pub(crate) const HEADING: f32 = 18.0;
+pub(crate) const HEADING_TEXT_POINTS: f32 = 18.0;
 
 /// Colour of marks over images and drawings: that of the selected body's name and outline in images.
 pub(crate) const HIGHLIGHT_COLOUR: Color32 = opaque(SELECTED_COLOUR);
 
+/// An opaque colour of these sRGB bytes.
 pub(crate) const fn opaque([r, g, b]: [u8; 3]) -> Color32 {
     Color32::from_rgb(r, g, b)
 }
@@ -37,11 +39,11 @@ fn style(theme: Theme) -> Style {
     let mut style = Style { visuals: visuals(theme), ..Style::default() };
     let proportional = |size| FontId::new(size, FontFamily::Proportional);
     style.text_styles = [
-        (TextStyle::Small, proportional(SMALL)),
-        (TextStyle::Body, proportional(BODY)),
-        (TextStyle::Button, proportional(BODY)),
-        (TextStyle::Heading, proportional(HEADING)),
-        (TextStyle::Monospace, FontId::new(BODY, FontFamily::Monospace)),
+        (TextStyle::Small, proportional(SMALL_TEXT_POINTS)),
+        (TextStyle::Body, proportional(BODY_TEXT_POINTS)),
+        (TextStyle::Button, proportional(BODY_TEXT_POINTS)),
+        (TextStyle::Heading, proportional(HEADING_TEXT_POINTS)),
+        (TextStyle::Monospace, FontId::new(BODY_TEXT_POINTS, FontFamily::Monospace)),
     ]
     .into();
     style.number_formatter = NumberFormatter::new(field_text);

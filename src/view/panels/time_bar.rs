@@ -27,6 +27,7 @@ use std::sync::Arc;
 /// The first event that a search finds, pending. An error is formatted later, because the language may change before it arrives.
 type PendingEvent = Pending<Result<Option<SkyEvent>, EphemerisError>>;
 
+/// State of the bar.
 pub(crate) struct TimeBar {
     /// The text typed into the date field; `None` while the field shows the view's time.
     typed: Option<String>,
@@ -36,9 +37,9 @@ pub(crate) struct TimeBar {
     kind: EventKind,
     /// The kind of event that the running search looks for, and the pending result. The user may choose another kind for the buttons meanwhile.
     pending: Option<(EventKind, PendingEvent)>,
-    /// A key requested the previous event.
+    /// Whether a key requested the previous event.
     pub wants_previous_event: bool,
-    /// A key requested the next event.
+    /// Whether a key requested the next event.
     pub wants_next_event: bool,
 }
 
@@ -59,13 +60,13 @@ impl TimeBar {
     }
 }
 
-/// Time steps of the buttons: seconds, and the message id of the step's name.
+/// Time steps of the buttons: length in seconds, and the message id of the step's name. Each has a button for a step forward and one for a step back.
 const STEPS: [(f64, &str); 4] =
     [(60.0, "step-minute"), (3600.0, "step-hour"), (SECONDS_PER_DAY, "step-day"), (DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY, "step-year")];
 /// Length of time that is searched for the next or previous event, Julian years. The longest gap between events of one kind is that of transits, 13 years
 /// (Mercury's of 2019 and 2032). Ten times as long is a choice: it also exceeds the 121.5 years between the transits of Venus of 1882 and 2004.
 const EVENT_SEARCH_YEARS: u32 = 130;
-/// Time between the displayed time and the start of the search, seconds, so that the search does not find the displayed event.
+/// Time between the displayed time and the start of the search for another event, seconds, so that the search does not find the displayed event.
 const EVENT_GAP_S: f64 = 60.0;
 
 /// Width that the date field needs in addition to its text, points: its margins and the cursor.
@@ -76,6 +77,7 @@ const WIDEST_DIGIT: &str = "0";
 /// The rates with the longest texts: -59.9 minutes and -11.9 months per second, in seconds of displayed time per real second.
 const RATES_WITH_LONGEST_TEXTS: [f64; 2] = [-59.9 * 60.0, -11.9 * DAYS_PER_JULIAN_YEAR / 12.0 * SECONDS_PER_DAY];
 
+/// Shows the bar.
 pub(crate) fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     ui.horizontal_wrapped(|ui| {
         date_field(interface, ui, actions);
@@ -85,7 +87,7 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
             actions.push(Action::Now);
         }
         ui.separator();
-        rate(interface, ui, actions);
+        rate_controls(interface, ui, actions);
         ui.separator();
         caption(ui, text!("time-step"));
         let back = STEPS.iter().rev().map(|(seconds, name)| (-seconds, format!("-{}", plain(name))));
@@ -95,8 +97,8 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
                 actions.push(Action::Step(seconds));
             }
         }
-        let shown = &mut interface.settings.panels.timeline_shown;
-        ui.toggle_value(shown, text!("timeline")).on_hover_text(text!("timeline-hint"));
+        let is_shown = &mut interface.settings.panels.timeline_shown;
+        ui.toggle_value(is_shown, text!("timeline")).on_hover_text(text!("timeline-hint"));
     });
     ui.horizontal(|ui| {
         event_buttons(interface, ui, worker, actions);
@@ -110,12 +112,12 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
 fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     let time = interface.viewer.view.time();
     let time_zone = interface.settings.time_zone;
-    let shown = time_zone.civil_time(time).map_or_else(|| instant_text(time), civil_text);
-    let mut text = interface.time_bar.typed.clone().unwrap_or_else(|| shown.clone());
-    let width = date_field_width(ui, &shown);
+    let displayed = time_zone.civil_time(time).map_or_else(|| instant_text(time), civil_text);
+    let mut text = interface.time_bar.typed.clone().unwrap_or_else(|| displayed.clone());
+    let width = date_field_width(ui, &displayed);
     let response = ui.add(TextEdit::singleline(&mut text).desired_width(width));
     let response = response.on_hover_text(text!("time-field-hint")).accessible_name(text!("time-field"));
-    if response.has_focus() && (interface.time_bar.typed.is_some() || text != shown) {
+    if response.has_focus() && (interface.time_bar.typed.is_some() || text != displayed) {
         interface.time_bar.typed = Some(text.clone());
     }
     if response.lost_focus() {
@@ -139,10 +141,10 @@ fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
     }
 }
 
-/// Width of the date field for a shown date, points. It is that of the same date with the widest digits, so that the field keeps its width
+/// Width of the date field for a displayed date, points. The width is that of the same date with the widest digits, so that it stays constant
 /// while time runs.
-fn date_field_width(ui: &egui::Ui, shown: &str) -> f32 {
-    text_width(ui, shown.replace(|c: char| c.is_ascii_digit(), WIDEST_DIGIT)).ceil() + DATE_FIELD_MARGIN
+fn date_field_width(ui: &egui::Ui, displayed: &str) -> f32 {
+    text_width(ui, displayed.replace(|c: char| c.is_ascii_digit(), WIDEST_DIGIT)).ceil() + DATE_FIELD_MARGIN
 }
 
 /// Width of a text in the font of labels and fields, points.
@@ -150,8 +152,8 @@ fn text_width(ui: &egui::Ui, text: String) -> f32 {
     ui.painter().layout_no_wrap(text, TextStyle::Body.resolve(ui.style()), Color32::PLACEHOLDER).size().x
 }
 
-/// The instant of a typed date. The date is read in the displayed time zone, unless the text gives the same instant in every zone. In local time it is rounded
-/// to whole seconds.
+/// The instant of a typed date; `None` if the text is no date. The date is read in `time_zone`, unless the text gives the same instant in every zone. In
+/// local time the instant is rounded to whole seconds.
 fn typed_time(typed: &str, time_zone: ShownTimeZone, now: Instant) -> Option<Instant> {
     let utc = parse_date(typed, now)?;
     if time_zone == ShownTimeZone::Utc || is_same_in_every_zone(typed) {
@@ -160,7 +162,7 @@ fn typed_time(typed: &str, time_zone: ShownTimeZone, now: Instant) -> Option<Ins
     time_zone.instant(ShownTimeZone::Utc.civil_time(utc)?)
 }
 
-/// Date and time of day in digits.
+/// Date and time of day in digits, in the form that the date field shows.
 fn civil_text(civil: NaiveDateTime) -> String {
     let date = date_in_digits(&civil.format("%Y-%m-%d").to_string());
     text!("date-field", date = date, clock = civil.format("%H:%M:%S").to_string())
@@ -183,20 +185,20 @@ fn calendar_button(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut V
     }
 }
 
-/// Shows the days of a month and the time of day; returns a newly chosen time.
+/// Shows the days of a month and the time of day; returns a newly chosen time. `civil`: the displayed time in the displayed time zone.
 fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Option<NaiveDateTime> {
     let month_of_view = civil.date().with_day(1)?;
     let month = bar.month.unwrap_or(month_of_view);
     let mut chosen = None;
     ui.horizontal(|ui| {
         let month_button = |ui: &mut egui::Ui, icon: Icon, name: &str, month: Option<NaiveDate>| {
-            if icons::without_text(ui, icon, name).on_hover_text(name).clicked() { month } else { None }
+            if icons::icon_button(ui, icon, name).on_hover_text(name).clicked() { month } else { None }
         };
         let earlier = month_button(ui, Icon::Previous, text!("calendar-previous"), month.checked_sub_months(Months::new(1)));
         ui.strong(month_name(month));
         let mut year = month.year();
         let field = DragValue::new(&mut year).range(-9999..=9999).speed(0.2).custom_formatter(|year, _| format!("{year:.0}"));
-        accessible::number(ui, field, text!("calendar-year"));
+        accessible::number_field(ui, field, text!("calendar-year"));
         let later = month_button(ui, Icon::Next, text!("calendar-next"), month.checked_add_months(Months::new(1)));
         bar.month = earlier.or(later).or(month.with_year(year)).or(bar.month);
     });
@@ -216,11 +218,11 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
         ui.end_row();
         // The days of a month fall in at most six weeks.
         for day in first_monday.iter_days().take(42) {
-            let is_shown = day == civil.date();
+            let is_displayed = day == civil.date();
             let text = egui::RichText::new(format!("{:>2}", day.day()));
             let text = if day.month() == month.month() { text } else { text.weak() };
             if ui
-                .add(Button::selectable(is_shown, text))
+                .add(Button::selectable(is_displayed, text))
                 .on_hover_text(text!("calendar-day-hint"))
                 .accessible_name(long_date(day))
                 .clicked()
@@ -244,7 +246,7 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
             if let Some(mark) = mark {
                 ui.label(mark);
             }
-            accessible::number(ui, DragValue::new(value).range(0..=max).custom_formatter(|v, _| format!("{v:02.0}")), name);
+            accessible::number_field(ui, DragValue::new(value).range(0..=max).custom_formatter(|v, _| format!("{v:02.0}")), name);
         }
         let time =
             NaiveTime::from_hms_opt(hour, minute, second).filter(|time| *time != civil.time().with_nanosecond(0).unwrap_or_default());
@@ -254,7 +256,7 @@ fn calendar(bar: &mut TimeBar, ui: &mut egui::Ui, civil: NaiveDateTime) -> Optio
 }
 
 /// Shows the controls for direction and rate of time.
-fn rate(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
+fn rate_controls(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     let time_rate = &interface.viewer.time_rate;
     let is_paused = time_rate.is_paused();
     let is_backward = time_rate.rate() < 0.0;
@@ -291,9 +293,10 @@ fn event_buttons(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rend
         None => {}
     }
     let kind = interface.time_bar.kind;
+    // The direction of a requested search: whether it runs backward.
     let mut requested_backward = None;
     let event_button = |ui: &mut egui::Ui, icon: Icon, name: &str, key: &str| {
-        icons::without_text(ui, icon, name).on_hover_text(text!("event-look-hint", name = name, kind = kind.name(), key = key)).clicked()
+        icons::icon_button(ui, icon, name).on_hover_text(text!("event-look-hint", name = name, kind = kind.name(), key = key)).clicked()
     };
     let previous_by_key = std::mem::take(&mut interface.time_bar.wants_previous_event);
     let next_by_key = std::mem::take(&mut interface.time_bar.wants_next_event);
@@ -314,8 +317,8 @@ fn event_buttons(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rend
         let start = interface.viewer.destination().time().plus_seconds(gap_s);
         let span_s = f64::from(EVENT_SEARCH_YEARS) * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
         let search = EventSearch::new(vec![kind], start, span_s, backward);
-        let found = ask(worker, move |session| search.first(session.catalog(), session.ephemeris()));
-        interface.time_bar.pending = Some((kind, found));
+        let pending = ask(worker, move |session| search.first(session.catalog(), session.ephemeris()));
+        interface.time_bar.pending = Some((kind, pending));
     }
     if interface.time_bar.pending.is_some() {
         accessible::spinner(ui, text!("event-looking"));

@@ -27,7 +27,7 @@ const HEIGHT: f32 = 34.0;
 const DATES_HEIGHT: f32 = 15.0;
 /// Largest horizontal distance from an event's mark at which a click selects it, points.
 const CLICK_DISTANCE: f64 = 5.0;
-/// Radius of the mark of a notable event and of another event, points.
+/// Radius of the mark of a notable event, and of any other event, points.
 const MARK_RADII: [f32; 2] = [4.0, 2.5];
 /// Longest span on which events that are not notable are shown, seconds.
 const MAX_SPAN_ALL_EVENTS_S: f64 = 40.0 * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
@@ -35,7 +35,7 @@ const MAX_SPAN_ALL_EVENTS_S: f64 = 40.0 * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY
 const MAX_SPAN_MOONS_S: f64 = 10.0 * SECONDS_PER_DAY;
 /// Fraction of the span by which an arrow key changes the time.
 const KEY_STEP_FRACTION: f64 = 0.02;
-/// Wheel notches to which a pinch by a factor of e is equivalent: they change the span by about the same factor.
+/// Number of wheel notches to which a pinch by a factor of e is equivalent: so many notches change the span by about a factor of e.
 const NOTCHES_PER_E_FOLD: f64 = 4.0;
 
 /// Opacity of the lighter fill over the parts of the timeline that are still to be searched.
@@ -45,26 +45,30 @@ const UNSEARCHED_OPACITY: f32 = 0.6;
 const BUTTON_NOTCHES: f64 = 2.0;
 
 /// Kinds of events that are searched for on any span.
-const RARE: &[EventKind] = &[EventKind::Solar, EventKind::Lunar, EventKind::Transit];
+const RARE_KINDS: &[EventKind] = &[EventKind::Solar, EventKind::Lunar, EventKind::Transit];
 /// Kinds of events that are searched for only on short spans.
-const FREQUENT: &[EventKind] = &[EventKind::Moons];
+const FREQUENT_KINDS: &[EventKind] = &[EventKind::Moons];
 
 /// The known events of some kinds, and the running search for more of them.
 struct EventTrack {
     known: KnownEvents,
+    /// The running search, and its pending result, which is `None` if a part of the search is outside the ephemeris.
     running: Option<(NextSearch, Pending<Option<Vec<KnownEvent>>>)>,
 }
 
+/// State of the timeline.
 pub(crate) struct Timeline {
+    /// The events of [`RARE_KINDS`].
     rare: EventTrack,
+    /// The events of [`FREQUENT_KINDS`].
     frequent: EventTrack,
 }
 
 impl Default for Timeline {
     fn default() -> Self {
         let track = |kinds, step_days| EventTrack { known: KnownEvents::new(kinds, step_days), running: None };
-        // One search finds about ten events.
-        Self { rare: track(RARE, 500.0), frequent: track(FREQUENT, 3.0) }
+        // A search covers 500 or 3 days, in which it finds about ten events.
+        Self { rare: track(RARE_KINDS, 500.0), frequent: track(FREQUENT_KINDS, 3.0) }
     }
 }
 
@@ -77,7 +81,7 @@ impl Timeline {
         }
     }
 
-    /// Whether a time is in a part of the axis whose eclipses and transits are still to be searched.
+    /// Whether a time (TDB seconds past J2000) is in a part of the axis whose eclipses and transits are still to be searched.
     fn is_unsearched(&self, axis: &TimeAxis, tdb_s: f64) -> bool {
         let parts = self.rare.known.unsearched(axis.start_tdb_s(), axis.end_tdb_s());
         parts.into_iter().flatten().any(|(from_s, to_s)| (from_s..to_s).contains(&tdb_s))
@@ -85,7 +89,7 @@ impl Timeline {
 }
 
 impl EventTrack {
-    /// Takes the results of the running search and starts the next search.
+    /// Takes the result of the running search, if it has arrived, and starts the next search.
     fn update(&mut self, axis: &TimeAxis, worker: &dyn RenderWorker) {
         if let Some((search, pending)) = self.running.take() {
             match pending.take() {
@@ -114,11 +118,12 @@ impl EventTrack {
 /// Shows the timeline, with the buttons that shorten and lengthen its span.
 pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     let span_s = usable_span_s(interface.settings.panels.timeline_span_s);
+    // The zoom in wheel notches; positive notches shorten the span.
     let mut notches = 0.0;
-    if icons::without_text(ui, Icon::Minus, text!("timeline-longer")).on_hover_text(text!("timeline-longer-hint")).clicked() {
+    if icons::icon_button(ui, Icon::Minus, text!("timeline-longer")).on_hover_text(text!("timeline-longer-hint")).clicked() {
         notches = -BUTTON_NOTCHES;
     }
-    if icons::without_text(ui, Icon::Plus, text!("timeline-shorter")).on_hover_text(text!("timeline-shorter-hint")).clicked() {
+    if icons::icon_button(ui, Icon::Plus, text!("timeline-shorter")).on_hover_text(text!("timeline-shorter-hint")).clicked() {
         notches = BUTTON_NOTCHES;
     }
     let size = [64.0, ui.spacing().interact_size.y];
@@ -132,10 +137,10 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
             interface.timeline.frequent.update(&axis, worker);
         }
     }
-    notches += wheel(ui, &response) + keys(ui, &response, &axis, actions);
+    notches += wheel_notches(ui, &response) + handle_keys(ui, &response, &axis, actions);
     paint(interface, ui, rect, &axis, response.has_focus());
     announce(interface, &response);
-    let response = hover(interface, response, rect, &axis);
+    let response = with_tooltip(interface, response, rect, &axis);
     drag_and_click(interface, ui, &response, rect, &axis, worker, actions);
     interface.settings.panels.timeline_span_s = zoomed_span_s(span_s, notches);
 }
@@ -158,9 +163,9 @@ fn event_at<'t>(interface: &'t Interface, axis: &TimeAxis, x_points: f64) -> Opt
 }
 
 /// The colour of the marks of a kind of event.
-fn colour(ui: &Ui, kind: EventKind) -> Color32 {
-    let dark = ui.visuals().dark_mode;
-    let [r, g, b] = match (kind, dark) {
+fn mark_colour(ui: &Ui, kind: EventKind) -> Color32 {
+    let is_dark = ui.visuals().dark_mode;
+    let [r, g, b] = match (kind, is_dark) {
         (EventKind::Solar, true) => [255, 190, 60],
         (EventKind::Solar, false) => [170, 95, 0],
         (EventKind::Lunar, true) => [240, 120, 100],
@@ -173,6 +178,7 @@ fn colour(ui: &Ui, kind: EventKind) -> Color32 {
     Color32::from_rgb(r, g, b)
 }
 
+/// Paints the ticks with their dates, the parts still to be searched, the marks of events, and the line at the displayed time.
 fn paint(interface: &Interface, ui: &Ui, rect: Rect, axis: &TimeAxis, is_focused: bool) {
     if !ui.is_rect_visible(rect) {
         return;
@@ -198,7 +204,7 @@ fn paint(interface: &Interface, ui: &Ui, rect: Rect, axis: &TimeAxis, is_focused
     let middle_y = 0.5 * (rect.top() + dates_top);
     for (position, event) in marks(interface, axis) {
         let radius = MARK_RADII[usize::from(!event.event.is_notable())];
-        painter.circle_filled(pos2(screen_x(position), middle_y), radius, colour(ui, event.event.kind()));
+        painter.circle_filled(pos2(screen_x(position), middle_y), radius, mark_colour(ui, event.event.kind()));
     }
     // The line at the displayed time.
     let stroke = Stroke::new(1.5, visuals.strong_text_color());
@@ -216,24 +222,24 @@ fn announce(interface: &Interface, response: &Response) {
     });
 }
 
-/// Shows a tooltip with the event or date under the pointer.
-fn hover(interface: &Interface, response: Response, rect: Rect, axis: &TimeAxis) -> Response {
-    let Some(at) = response.hover_pos() else {
+/// Shows a tooltip with the event or date under the pointer; returns the response.
+fn with_tooltip(interface: &Interface, response: Response, rect: Rect, axis: &TimeAxis) -> Response {
+    let Some(pointer) = response.hover_pos() else {
         return response.on_hover_text(text!("timeline-drag-hint"));
     };
-    let x_points = f64::from(at.x - rect.left());
+    let x_points = f64::from(pointer.x - rect.left());
     let tooltip = match event_at(interface, axis, x_points) {
         Some(event) => format!("{}\n{}", event.title, event.event.summary()),
         None => {
-            let time_s = axis.tdb_s_at(x_points);
-            let date = minute_text(Instant::from_tdb_seconds_past_j2000(time_s));
-            if interface.timeline.is_unsearched(axis, time_s) { format!("{date}\n{}", text!("timeline-searching")) } else { date }
+            let tdb_s = axis.tdb_s_at(x_points);
+            let date = minute_text(Instant::from_tdb_seconds_past_j2000(tdb_s));
+            if interface.timeline.is_unsearched(axis, tdb_s) { format!("{date}\n{}", text!("timeline-searching")) } else { date }
         }
     };
     response.on_hover_text_at_pointer(tooltip)
 }
 
-/// Handles drags and clicks.
+/// Handles drags, which move the displayed time, and clicks, which show an event or set the time.
 fn drag_and_click(
     interface: &mut Interface,
     ui: &Ui,
@@ -248,16 +254,16 @@ fn drag_and_click(
         ui.ctx().set_cursor_icon(egui::CursorIcon::Grabbing);
         actions.push(Action::Step(-axis.duration_s(dragged_points)));
     }
-    let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked()) else { return };
-    let x_points = f64::from(at.x - rect.left());
+    let Some(pointer) = response.interact_pointer_pos().filter(|_| response.clicked()) else { return };
+    let x_points = f64::from(pointer.x - rect.left());
     match event_at(interface, axis, x_points).map(|known| Arc::clone(&known.event)) {
         Some(event) => events::show(interface, worker, event, actions),
         None => actions.push(Action::SetTime(Instant::from_tdb_seconds_past_j2000(axis.tdb_s_at(x_points)))),
     }
 }
 
-/// The zoom by the wheel or a pinch over the timeline, wheel notches.
-fn wheel(ui: &Ui, response: &Response) -> f64 {
+/// The zoom by the wheel or a pinch over the timeline, in wheel notches; 0 if the pointer is elsewhere.
+fn wheel_notches(ui: &Ui, response: &Response) -> f64 {
     if !response.hovered() {
         return 0.0;
     }
@@ -268,9 +274,9 @@ fn wheel(ui: &Ui, response: &Response) -> f64 {
     if pinch == 0.0 { wheel } else { pinch }
 }
 
-/// Handles arrow keys, and increments from assistive technology, while the timeline has the focus. Left, right and increments step the time; the zoom
-/// by up and down is returned, in wheel notches.
-fn keys(ui: &Ui, response: &Response, axis: &TimeAxis, actions: &mut Vec<Action>) -> f64 {
+/// Handles arrow keys, and increments and decrements from assistive technology, while the timeline has the focus. Left, right, increments and decrements step
+/// the time. Returns the zoom by up and down, in wheel notches.
+fn handle_keys(ui: &Ui, response: &Response, axis: &TimeAxis, actions: &mut Vec<Action>) -> f64 {
     if !response.has_focus() {
         return 0.0;
     }

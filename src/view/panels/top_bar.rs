@@ -14,6 +14,7 @@ use egui::{PopupCloseBehavior, Ui};
 /// Minimum width of a window for captions of groups of controls, points.
 const MIN_WIDTH_FOR_CAPTIONS: f32 = 1500.0;
 
+/// Shows the bar.
 pub(crate) fn bar(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     ui.horizontal_wrapped(|ui| {
         caption(ui, text!("bar-explore"));
@@ -24,7 +25,7 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWor
             (can_go_back, Icon::Back, text!("bar-back"), text!("bar-back-hint"), Action::PreviousView),
             (can_go_forward, Icon::Forward, text!("bar-forward"), text!("bar-forward-hint"), Action::NextView),
         ] {
-            let button = ui.add_enabled_ui(is_enabled, |ui| icons::without_text(ui, icon, name)).inner;
+            let button = ui.add_enabled_ui(is_enabled, |ui| icons::icon_button(ui, icon, name)).inner;
             if button.on_hover_text(hover).clicked() {
                 actions.push(action);
             }
@@ -44,7 +45,7 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWor
     });
 }
 
-/// Shows the buttons of a group's panels; each tooltip names the key that opens the panel.
+/// Shows the buttons of a group's panels; each button's tooltip names the key that opens the panel.
 fn tab_buttons(interface: &mut Interface, ui: &mut Ui, group: Group) {
     for tab in Tab::ALL.into_iter().filter(|tab| tab.group() == group) {
         let is_open = interface.is_open(ui.ctx(), tab);

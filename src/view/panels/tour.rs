@@ -19,17 +19,18 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// The tour being played or paused, and the field for tour files.
+/// The open tour, which is playing or paused, and the field for tour files.
 #[derive(Default)]
 pub(crate) struct TourPlayer {
     /// `None` if no tour is open.
     playback: Option<TourPlayback>,
     /// The file name in the field of *Open tour*.
-    pub file: String,
-    /// A tour was started in this frame, whose first view is among the frame's actions.
+    pub file_name: String,
+    /// Whether a tour was started in this frame; its first view is then among the frame's actions.
     pub has_started: bool,
 }
 
+/// An open tour and its state.
 struct TourPlayback {
     tour: Arc<Tour>,
     /// Position in the tour, real seconds from its start.
@@ -43,16 +44,16 @@ struct TourPlayback {
 const IDLE_INTERVAL: Duration = Duration::from_millis(200);
 /// Largest width of the stop's text, points.
 const MAX_TEXT_WIDTH: f32 = 560.0;
-/// Smallest width of the stop's text, points; with less, the bar would be higher than a small viewport.
+/// Smallest width of the stop's text, points; if it were less, the bar would be higher than a small viewport.
 const MIN_TEXT_WIDTH: f32 = 260.0;
 
 impl TourPlayer {
-    /// Whether a tour is being played or paused.
+    /// Whether a tour is open, be it playing or paused.
     pub(crate) fn is_open(&self) -> bool {
         self.playback.is_some()
     }
 
-    /// Whether a tour sets the view in each frame.
+    /// Whether a tour is playing, that is, sets the view in each frame.
     pub(crate) fn is_playing(&self) -> bool {
         self.playback.as_ref().is_some_and(|playback| !playback.is_paused)
     }
@@ -77,7 +78,7 @@ impl TourPlayer {
         true
     }
 
-    /// The current tour.
+    /// The open tour.
     pub(crate) fn current_tour(&self) -> Option<Arc<Tour>> {
         self.playback.as_ref().map(|playback| Arc::clone(&playback.tour))
     }
@@ -103,22 +104,22 @@ pub(crate) fn start(interface: &mut Interface, session: &Session, json: &str, ac
 
 /// Starts the tour in the file that the user named.
 pub(crate) fn open(interface: &mut Interface, session: &Session, actions: &mut Vec<Action>) {
-    match read_text(Path::new(&interface.tour.file), MAX_BYTES) {
+    match read_text(Path::new(&interface.tour.file_name), MAX_BYTES) {
         Ok(json) => start(interface, session, &json, actions),
-        Err(e) => interface.reply(format!("{}: {}", echo(&interface.tour.file), error_text(&e))),
+        Err(e) => interface.reply(format!("{}: {}", echo(&interface.tour.file_name), error_text(&e))),
     }
 }
 
-/// A tour's view with the quality of the current view; whether time is paused is left open.
+/// A tour's view with the quality of the current view, and without a setting of whether time is paused.
 fn with_quality_of(current: &ViewState, view: ViewState) -> ViewState {
     ViewState { quality: current.quality, paused: None, ..view }
 }
 
-/// Advances the tour by elapsed real time, unless it is paused.
-pub(crate) fn advance(interface: &mut Interface, ctx: &egui::Context, real_s: f64) {
+/// Advances the tour by elapsed real time, unless the tour is paused, and sets the view.
+pub(crate) fn advance(interface: &mut Interface, ctx: &egui::Context, elapsed_real_s: f64) {
     interface.viewer.is_in_tour = false;
     let Some(playback) = interface.tour.playback.as_mut().filter(|p| !p.is_paused) else { return };
-    playback.elapsed_s += real_s.max(0.0);
+    playback.elapsed_s += elapsed_real_s.max(0.0);
     let current = playback.tour.at(playback.elapsed_s);
     playback.is_paused = playback.elapsed_s >= playback.tour.length_s();
     interface.viewer.view = with_quality_of(&interface.viewer.view, current.view);
@@ -135,11 +136,11 @@ pub(crate) fn pause_after_change(interface: &mut Interface, view_of_tour: Option
     }
 }
 
-/// Draws the text and the controls over the viewport.
+/// Shows the text and the controls over the viewport's lower edge.
 pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
     let Some(playback) = &mut interface.tour.playback else { return };
     let stop = playback.tour.at(playback.elapsed_s).stop;
-    let mut go_to = None;
+    let mut chosen_stop = None;
     let (mut end_clicked, mut record_clicked) = (false, false);
     let is_busy = interface.share.is_busy();
     let area = egui::Area::new(ui.scope_id().with("tour")).order(egui::Order::Middle).pivot(Align2::CENTER_BOTTOM);
@@ -157,16 +158,16 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
                 .small(),
             ));
             let stop_text = catalog_detail("tour", &playback.tour.title, &(stop + 1).to_string(), playback.tour.text(stop));
-            let text = ui.label(stop_text);
+            let text_label = ui.label(stop_text);
             // Screen readers announce the text although it has no focus.
-            ui.ctx().accesskit_node_builder(text.id, |node| node.set_live(egui::accesskit::Live::Polite));
+            ui.ctx().accesskit_node_builder(text_label.id, |node| node.set_live(egui::accesskit::Live::Polite));
             let progress = playback.elapsed_s / playback.tour.length_s().max(1e-9);
             ui.horizontal_wrapped(|ui| {
                 let button = |ui: &mut egui::Ui, is_enabled: bool, name: &str, hover: &str| {
                     ui.add_enabled(is_enabled, Button::new(name)).on_hover_text(hover).clicked()
                 };
                 if button(ui, stop > 0, text!("tour-previous"), text!("tour-previous-hint")) {
-                    go_to = Some(stop - 1);
+                    chosen_stop = Some(stop - 1);
                 }
                 let (name, hover) = if playback.is_paused {
                     (text!("tour-play"), text!("tour-play-hint"))
@@ -181,7 +182,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
                     }
                 }
                 if button(ui, stop + 1 < playback.tour.stop_count(), text!("tour-next"), text!("tour-next-hint")) {
-                    go_to = Some(stop + 1);
+                    chosen_stop = Some(stop + 1);
                 }
                 let record = icons::button(ui, Icon::Record, text!("tour-record"));
                 let hover = text!("tour-record-hint");
@@ -194,7 +195,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
         });
     });
     interface.viewport.overlays.push(shown.response.rect);
-    if let Some(stop) = go_to {
+    if let Some(stop) = chosen_stop {
         playback.elapsed_s = playback.tour.arrival_s(stop);
         playback.is_paused = false;
     }

@@ -13,14 +13,14 @@ use crate::scene::request::view_request::MAX_IMAGE_PX;
 use crate::view::app::orbit_camera::LOG_HEIGHT_PER_NOTCH;
 use crate::view::app::viewer::Action;
 use crate::view::language::text;
-use crate::view::panels::theme::{BODY, HEADING, HIGHLIGHT_COLOUR, opaque};
+use crate::view::panels::theme::{BODY_TEXT_POINTS, HEADING_TEXT_POINTS, HIGHLIGHT_COLOUR, opaque};
 use crate::view::window::primitives::SCENE_IMAGE;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{Align2, Color32, FontId, PointerButton, Pos2, Rect, Sense, Stroke, Vec2};
 use glam::{DVec2, DVec3};
 
 /// Text size of the names of bodies, points.
-const NAME_POINTS: f32 = BODY;
+const NAME_POINTS: f32 = BODY_TEXT_POINTS;
 /// Texts of the image that begin below this fraction of its height belong to the caption or the scale bar.
 const CAPTION_TOP_FRACTION: f64 = 0.85;
 /// Minimum width of the viewport for hints, points.
@@ -37,68 +37,80 @@ const PROBE_ARM_ENDS: [f32; 2] = [3.0, 9.0];
 pub(super) const POINTS_PER_NOTCH: f64 = 50.0;
 /// Roll of the camera per pixel of a drag with the middle button, degrees.
 const ROLL_DEG_PER_PX: f64 = 0.25;
+/// Colour of names and hints.
 const NAME_COLOUR: Color32 = opaque(labels::NAME_COLOUR);
 
+/// Shows the viewport in the room that the panels leave.
 pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
-    let rect = ui.available_rect_before_wrap();
+    let viewport = ui.available_rect_before_wrap();
     let scale = ui.ctx().pixels_per_point();
     let to_px = |points: f32| ((points * scale).round() as u32).clamp(1, MAX_IMAGE_PX);
-    interface.viewport.size_px = [to_px(rect.width()), to_px(rect.height())];
+    interface.viewport.size_px = [to_px(viewport.width()), to_px(viewport.height())];
     interface.settings.panels.viewport_px = interface.viewport.size_px;
-    let response = ui.interact(rect, ui.scope_id().with("sky"), Sense::click_and_drag());
+    let response = ui.interact(viewport, ui.scope_id().with("sky"), Sense::click_and_drag());
     let accessible_name = text!("sky-of", body = interface.viewer.name(interface.viewer.view.target));
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &accessible_name));
-    ui.painter().rect_filled(rect, 0.0, Color32::BLACK);
+    ui.painter().rect_filled(viewport, 0.0, Color32::BLACK);
     let overlays = std::mem::take(&mut interface.viewport.overlays);
-    tour::show(interface, ui, rect);
+    tour::show(interface, ui, viewport);
     let Some(size_px) = interface.shown().map(|rendered| [rendered.width, rendered.height]) else {
         if interface.message_line().is_empty() {
-            ui.painter().text(rect.center(), Align2::CENTER_CENTER, text!("drawing"), FontId::proportional(HEADING), NAME_COLOUR);
+            ui.painter().text(
+                viewport.center(),
+                Align2::CENTER_CENTER,
+                text!("drawing"),
+                FontId::proportional(HEADING_TEXT_POINTS),
+                NAME_COLOUR,
+            );
         } else {
-            show_message(interface, ui, rect);
+            show_message(interface, ui, viewport);
         }
         return;
     };
-    let placement = ImagePlacement::of(size_px, rect, interface.viewport.size_px);
+    let placement = ImagePlacement::of(size_px, viewport, interface.viewport.size_px);
     let image = interface.gpu_image().map(|_| SCENE_IMAGE).or(interface.viewport.texture.as_ref().map(egui::TextureHandle::id));
     if let Some(image) = image {
-        let visible = placement.image.intersect(rect);
+        let visible = placement.image.intersect(viewport);
         ui.painter().image(image, visible, placement.uv_within(visible), Color32::WHITE);
     }
     let metrics = LabelMetrics::of_size(f64::from(NAME_POINTS) / placement.points_per_px);
     let in_image = |overlay: &Rect| {
-        let [min, max] = [overlay.min, overlay.max].map(|at| at - placement.image.min).map(|at| DVec2::new(at.x.into(), at.y.into()));
+        let [min, max] = [overlay.min, overlay.max]
+            .map(|corner| corner - placement.image.min)
+            .map(|offset| DVec2::new(offset.x.into(), offset.y.into()));
         labels::Rect { min: min / placement.points_per_px, max: max / placement.points_per_px }
     };
     interface.refresh_labels(&metrics, overlays.iter().map(in_image));
     interface.viewport.caption_height = caption_height(interface, &placement);
-    paint_labels(interface, ui, rect, &placement);
-    paint_star(interface, ui, rect, &placement);
+    paint_labels(interface, ui, viewport, &placement);
+    paint_star(interface, ui, viewport, &placement);
     if let Some(rendered) = interface.shown() {
         let scene = &rendered.scene;
-        let at = |px: DVec2| placement.image.min + vec2(px * placement.points_per_px);
-        interface.angle.paint(&ui.painter().with_clip_rect(rect), |direction| scene.geometry.pixel_of(&scene.camera, direction).map(at));
+        let point_of = |px: DVec2| placement.image.min + vec2(px * placement.points_per_px);
+        interface
+            .angle
+            .paint(&ui.painter().with_clip_rect(viewport), |direction| scene.geometry.pixel_of(&scene.camera, direction).map(point_of));
     }
-    if let Some(click) = mouse(interface, ui, &response, rect, &placement, actions) {
+    if let Some(click) = handle_mouse(interface, ui, &response, viewport, &placement, actions) {
         handle_click(interface, worker, click);
     }
-    menu(interface, &response, &placement, actions);
-    what_to_see_now::over_viewport(interface, ui, worker, rect, actions);
-    show_message(interface, ui, rect);
+    context_menu(interface, &response, &placement, actions);
+    what_to_see_now::show_over_viewport(interface, ui, worker, viewport, actions);
+    show_message(interface, ui, viewport);
     if !interface.tour.is_open() && interface.warning.is_none() {
-        hints(interface, ui, rect);
+        hints(interface, ui, viewport);
     }
     if interface.viewport.overlays != overlays {
         // In the next frame the names of bodies avoid the new overlays.
         ui.ctx().request_repaint();
     }
     if interface.is_open(ui.ctx(), super::Tab::Shader) && interface.shader.shows_probe() {
-        paint_probe(interface, ui, rect);
+        paint_probe(interface, ui, viewport);
     }
 }
 
 /// Position of the image in the window. An image whose aspect ratio differs from the viewport's is scaled to the viewport's height. Since
-/// the field of view spans the height, its bodies are then where the next image will show them. Such an image is cropped at its sides or
+/// the field of view spans the height, the image then shows bodies where the next image will show them. Such an image is cropped at its sides or
 /// leaves black margins; it is never stretched.
 struct ImagePlacement {
     /// The rectangle of the entire image, points.
@@ -124,19 +136,19 @@ impl ImagePlacement {
 
     /// The pixel of the image under a point of the interface; in the right half of a side-by-side pair, the corresponding pixel of the left
     /// half.
-    fn px_of(&self, at: Pos2, scene: &Scene) -> DVec2 {
-        let in_image = at - self.image.min;
-        scene.geometry.left_eye_px(DVec2::new(f64::from(in_image.x), f64::from(in_image.y)) / self.points_per_px)
+    fn image_px_of(&self, point: Pos2, scene: &Scene) -> DVec2 {
+        let offset = point - self.image.min;
+        scene.geometry.left_eye_px(DVec2::new(f64::from(offset.x), f64::from(offset.y)) / self.points_per_px)
     }
 
-    /// The part of the image inside a rectangle, as texture coordinates.
-    fn uv_within(&self, within: Rect) -> Rect {
+    /// Texture coordinates of a rectangle of the interface inside the image.
+    fn uv_within(&self, part: Rect) -> Rect {
         let uv = |p: Pos2| ((p - self.image.min) / self.image.size()).to_pos2();
-        Rect::from_min_max(uv(within.min), uv(within.max))
+        Rect::from_min_max(uv(part.min), uv(part.max))
     }
 }
 
-/// Height of the image's caption and scale bar above the viewport's lower edge, points; messages are shown above them.
+/// Height of the image's caption and scale bar above the viewport's lower edge, points; messages are shown above caption and scale bar.
 fn caption_height(interface: &Interface, placement: &ImagePlacement) -> f32 {
     let Some(rendered) = interface.shown() else { return 0.0 };
     let (height, layers) = (f64::from(rendered.height), rendered.job.request.layers);
@@ -148,9 +160,9 @@ fn caption_height(interface: &Interface, placement: &ImagePlacement) -> f32 {
 }
 
 /// Shows the message line over the lower edge of the image, so that the image keeps its size. The line is above the overlays that would cover it: the
-/// bar of a tour, the row *What to see now*. While there is no image of the view, the message is the reason for that, and the reply to the last action is added
-/// below it: otherwise an action would seem to have no effect.
-fn show_message(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
+/// bar of a tour, the row *What to see now*. While there is no image of the view, the message is the reason why there is none. The reply to the last action is
+/// then added below: otherwise an action would seem to have no effect.
+fn show_message(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
     let mut message = interface.message_line().to_owned();
     if message.is_empty() {
         return;
@@ -159,12 +171,12 @@ fn show_message(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
         message = format!("{message}\n{}", interface.reply_text());
     }
     let area = egui::Area::new(ui.scope_id().with("message")).order(egui::Order::Middle).pivot(Align2::LEFT_BOTTOM);
-    let lower_overlays = interface.viewport.overlays.iter().filter(|overlay| overlay.center().y > rect.center().y);
-    let bottom = lower_overlays.map(|overlay| overlay.top()).fold(rect.bottom() - interface.viewport.caption_height, f32::min);
-    let corner = Pos2::new(rect.left() + MESSAGE_GAP, bottom - MESSAGE_GAP);
+    let lower_overlays = interface.viewport.overlays.iter().filter(|overlay| overlay.center().y > viewport.center().y);
+    let bottom = lower_overlays.map(|overlay| overlay.top()).fold(viewport.bottom() - interface.viewport.caption_height, f32::min);
+    let corner = Pos2::new(viewport.left() + MESSAGE_GAP, bottom - MESSAGE_GAP);
     let shown = area.fixed_pos(corner).interactable(false).show(ui.ctx(), |ui| {
         egui::Frame::popup(ui.style()).show(ui, |ui| {
-            ui.set_max_width((rect.width() - MESSAGE_FREE_WIDTH).max(MIN_MESSAGE_WIDTH));
+            ui.set_max_width((viewport.width() - MESSAGE_FREE_WIDTH).max(MIN_MESSAGE_WIDTH));
             let line = ui.colored_label(ui.visuals().warn_fg_color, message);
             // Screen readers announce the message although it has no focus.
             ui.ctx().accesskit_node_builder(line.id, |node| node.set_live(egui::accesskit::Live::Polite));
@@ -174,14 +186,14 @@ fn show_message(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
 }
 
 /// Shows hints for three gestures to a new user, each until the user has made the gesture.
-fn hints(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
+fn hints(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
     let followed = interface.settings.hints_followed;
     let hints = [(followed.drag, text!("hint-drag")), (followed.scroll, text!("hint-scroll")), (followed.search, text!("hint-search"))];
-    if hints.iter().all(|(is_followed, _)| *is_followed) || !interface.message_line().is_empty() || rect.width() < MIN_WIDTH_FOR_HINTS {
+    if hints.iter().all(|(is_followed, _)| *is_followed) || !interface.message_line().is_empty() || viewport.width() < MIN_WIDTH_FOR_HINTS {
         return;
     }
     let area = egui::Area::new(ui.scope_id().with("hints")).order(egui::Order::Middle).pivot(Align2::CENTER_TOP);
-    let shown = area.fixed_pos(rect.center_top() + Vec2::new(0.0, 16.0)).interactable(false).show(ui.ctx(), |ui| {
+    let shown = area.fixed_pos(viewport.center_top() + Vec2::new(0.0, 16.0)).interactable(false).show(ui.ctx(), |ui| {
         egui::Frame::new().fill(Color32::from_black_alpha(190)).corner_radius(12.0).inner_margin(egui::Margin::symmetric(14, 6)).show(
             ui,
             |ui| {
@@ -198,14 +210,18 @@ fn hints(interface: &mut Interface, ui: &egui::Ui, rect: Rect) {
 }
 
 /// Shows the context menu of the view, with the commands for the body under the pointer if there is one.
-fn menu(interface: &mut Interface, response: &egui::Response, placement: &ImagePlacement, actions: &mut Vec<Action>) {
+fn context_menu(interface: &mut Interface, response: &egui::Response, placement: &ImagePlacement, actions: &mut Vec<Action>) {
     if response.secondary_clicked() {
-        let clicked_px = response.interact_pointer_pos().zip(interface.shown()).map(|(at, rendered)| placement.px_of(at, &rendered.scene));
-        let found =
-            clicked_px.zip(interface.shown()).and_then(|(at_px, rendered)| body_at(&interface.viewport.labels, &rendered.scene, at_px));
-        interface.viewport.menu_direction = clicked_px.and_then(|at_px| snapped_direction(interface, at_px));
-        interface.viewport.menu_body = found;
-        actions.extend(found.map(Action::Select));
+        let clicked_px = response
+            .interact_pointer_pos()
+            .zip(interface.shown())
+            .map(|(pointer, rendered)| placement.image_px_of(pointer, &rendered.scene));
+        let body = clicked_px
+            .zip(interface.shown())
+            .and_then(|(image_px, rendered)| body_at(&interface.viewport.labels, &rendered.scene, image_px));
+        interface.viewport.menu_direction = clicked_px.and_then(|image_px| snapped_direction(interface, image_px));
+        interface.viewport.menu_body = body;
+        actions.extend(body.map(Action::Select));
     }
     response.context_menu(|ui| {
         if let Some(body) = interface.viewport.menu_body {
@@ -246,18 +262,18 @@ fn menu(interface: &mut Interface, response: &egui::Response, placement: &ImageP
     });
 }
 
-/// Paints the names and markers of bodies.
-fn paint_labels(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &ImagePlacement) {
-    let painter = ui.painter().with_clip_rect(rect);
+/// Paints the names and markers of bodies, as the settings demand.
+fn paint_labels(interface: &Interface, ui: &egui::Ui, viewport: Rect, placement: &ImagePlacement) {
+    let painter = ui.painter().with_clip_rect(viewport);
     for label in &interface.viewport.labels {
-        let at = placement.image.min + vec2(label.centre_px * placement.points_per_px);
+        let centre = placement.image.min + vec2(label.centre_px * placement.points_per_px);
         let radius = (label.radius_px * placement.points_per_px) as f32;
         let is_selected = label.body == interface.viewer.selected;
         let colour = if is_selected { HIGHLIGHT_COLOUR } else { NAME_COLOUR };
         let marker_radius = MARKER_RADIUS as f32 * NAME_POINTS;
         if interface.settings.markers && radius < marker_radius {
             painter.circle_stroke(
-                at,
+                centre,
                 marker_radius,
                 Stroke::new(1.0, colour.gamma_multiply(if is_selected { 1.0 } else { MARKER_OPACITY })),
             );
@@ -266,24 +282,25 @@ fn paint_labels(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &Im
         if let Some(side) = label.name_side
             && interface.settings.names
         {
-            let text_at = at + vec2(side.offset_px(&LabelMetrics::of_size(f64::from(NAME_POINTS)), f64::from(radius)));
+            let text_anchor = centre + vec2(side.offset_px(&LabelMetrics::of_size(f64::from(NAME_POINTS)), f64::from(radius)));
             let align = if side.left { Align2::RIGHT_CENTER } else { Align2::LEFT_CENTER };
             let font = FontId::proportional(NAME_POINTS);
-            painter.text(text_at + Vec2::splat(1.0), align, &label.name, font.clone(), Color32::from_black_alpha(180));
-            painter.text(text_at, align, &label.name, font, colour);
+            painter.text(text_anchor + Vec2::splat(1.0), align, &label.name, font.clone(), Color32::from_black_alpha(180));
+            painter.text(text_anchor, align, &label.name, font, colour);
         }
     }
 }
 
 /// Paints a ring around the chosen star, if the image shows the star.
-fn paint_star(interface: &Interface, ui: &egui::Ui, rect: Rect, placement: &ImagePlacement) {
-    let at_px = interface.viewport.star.zip(interface.shown()).and_then(|(star, rendered)| star_px(&rendered.scene, star));
-    if let Some(at_px) = at_px {
-        let at = placement.image.min + vec2(at_px * placement.points_per_px);
-        ui.painter().with_clip_rect(rect).circle_stroke(at, MARKER_RADIUS as f32 * NAME_POINTS, Stroke::new(1.0, HIGHLIGHT_COLOUR));
+fn paint_star(interface: &Interface, ui: &egui::Ui, viewport: Rect, placement: &ImagePlacement) {
+    let image_px = interface.viewport.star_index.zip(interface.shown()).and_then(|(index, rendered)| star_px(&rendered.scene, index));
+    if let Some(image_px) = image_px {
+        let centre = placement.image.min + vec2(image_px * placement.points_per_px);
+        ui.painter().with_clip_rect(viewport).circle_stroke(centre, MARKER_RADIUS as f32 * NAME_POINTS, Stroke::new(1.0, HIGHLIGHT_COLOUR));
     }
 }
 
+/// A vector in points, in f32 as egui has it.
 fn vec2(v: DVec2) -> Vec2 {
     Vec2::new(v.x as f32, v.y as f32)
 }
@@ -291,37 +308,37 @@ fn vec2(v: DVec2) -> Vec2 {
 /// Handles a click that is not an action of the viewer: measures an angle, or picks a pixel and a star.
 fn handle_click(interface: &mut Interface, worker: &dyn RenderWorker, click: Click) {
     match click {
-        Click::Measure { at_px, body } => {
-            if let Some(direction) = snapped_direction(interface, at_px) {
+        Click::Measure { image_px, body } => {
+            if let Some(direction) = snapped_direction(interface, image_px) {
                 measure(interface, direction, body);
             }
         }
-        Click::Pick { viewport_px, star } => {
+        Click::Pick { viewport_px, star_index } => {
             interface.viewport.picked_px = Some(viewport_px);
-            interface.viewport.star = star;
-            if let Some(star) = star {
-                interface.reply(worker.session().catalog().stars().stars().get(star).map(super::star::title).unwrap_or_default());
+            interface.viewport.star_index = star_index;
+            if let Some(star_index) = star_index {
+                interface.reply(worker.session().catalog().stars().stars().get(star_index).map(super::star::title).unwrap_or_default());
             }
         }
     }
 }
 
 /// The direction of a pixel of the image, or of the body or star near it; `None` outside the circle of a fisheye image.
-fn snapped_direction(interface: &Interface, at_px: DVec2) -> Option<DVec3> {
+fn snapped_direction(interface: &Interface, image_px: DVec2) -> Option<DVec3> {
     let scene = &interface.shown()?.scene;
-    scene.geometry.direction(&scene.camera, snapped_px(&interface.viewport.labels, scene, at_px))
+    scene.geometry.direction(&scene.camera, snapped_px(&interface.viewport.labels, scene, image_px))
 }
 
-/// Adds a direction to the measured angle.
+/// Adds a direction (ICRF unit vector) and the body there to the measured angle.
 fn measure(interface: &mut Interface, direction: DVec3, body: Option<NaifId>) {
     let Some(rendered) = &interface.viewport.shown else { return };
     let bodies = &rendered.scene.bodies;
     // A body that was clicked in an earlier image may have moved relative to the camera since.
     interface.angle.move_bodies(|name| bodies.iter().find(|b| b.name == name).map(|b| b.placement.centre_km));
-    let found = body.and_then(|id| rendered.scene.body(id));
-    let seen_body = found.map(|body| SeenBody { name: body.name.clone(), centre_km: body.placement.centre_km });
-    let angle = interface.angle.add(direction, seen_body);
-    interface.reply(angle);
+    let body_in_view = body.and_then(|id| rendered.scene.body(id));
+    let seen_body = body_in_view.map(|body| SeenBody { name: body.name.clone(), centre_km: body.placement.centre_km });
+    let message = interface.angle.add(direction, seen_body);
+    interface.reply(message);
 }
 
 /// A click on the image.
@@ -329,8 +346,8 @@ enum Click {
     /// With Ctrl: adds a point to the measured angle.
     Measure {
         /// The position in the image, pixels.
-        at_px: DVec2,
-        /// The body there, if any.
+        image_px: DVec2,
+        /// The body at this position, if any.
         body: Option<NaifId>,
     },
     /// Without Ctrl: picks a pixel for the probe, and a star.
@@ -338,16 +355,16 @@ enum Click {
         /// The clicked pixel of the viewport.
         viewport_px: [u32; 2],
         /// Index in the star catalog of the star at the click, if there is no body.
-        star: Option<usize>,
+        star_index: Option<usize>,
     },
 }
 
 /// Turns drags, the wheel and clicks into actions; returns a click that measures an angle or picks a pixel.
-fn mouse(
+fn handle_mouse(
     interface: &Interface,
     ui: &egui::Ui,
     response: &egui::Response,
-    rect: Rect,
+    viewport: Rect,
     placement: &ImagePlacement,
     actions: &mut Vec<Action>,
 ) -> Option<Click> {
@@ -375,12 +392,12 @@ fn mouse(
             actions.push(if changes_fov { Action::ChangeFov(notches) } else { Action::Zoom(notches) });
         }
     }
-    let (Some(at), Some(rendered)) = (response.interact_pointer_pos(), interface.shown()) else { return None };
-    let at_px = placement.px_of(at, &rendered.scene);
-    let body_at_pointer = || body_at(&interface.viewport.labels, &rendered.scene, at_px);
+    let (Some(pointer), Some(rendered)) = (response.interact_pointer_pos(), interface.shown()) else { return None };
+    let image_px = placement.image_px_of(pointer, &rendered.scene);
+    let body_at_pointer = || body_at(&interface.viewport.labels, &rendered.scene, image_px);
     // Clicks with Ctrl come before double-clicks, so that two quick clicks with Ctrl measure an angle, too.
     if response.clicked() && ui.input(|i| i.modifiers.command) {
-        return Some(Click::Measure { at_px, body: body_at_pointer() });
+        return Some(Click::Measure { image_px, body: body_at_pointer() });
     }
     if response.double_clicked() {
         actions.extend(body_at_pointer().map(Action::FlyTo));
@@ -388,19 +405,19 @@ fn mouse(
         let body = body_at_pointer();
         actions.extend(body.map(Action::Select));
         let pixel = |points: f32| (f64::from(points) * scale) as u32;
-        let star = if body.is_none() { star_at(&rendered.scene, at_px) } else { None };
-        return Some(Click::Pick { viewport_px: [pixel(at.x - rect.min.x), pixel(at.y - rect.min.y)], star });
+        let star_index = if body.is_none() { star_at(&rendered.scene, image_px) } else { None };
+        return Some(Click::Pick { viewport_px: [pixel(pointer.x - viewport.min.x), pixel(pointer.y - viewport.min.y)], star_index });
     }
     None
 }
 
 /// Paints a cross at the pixel that the probe inspects.
-fn paint_probe(interface: &Interface, ui: &egui::Ui, rect: Rect) {
+fn paint_probe(interface: &Interface, ui: &egui::Ui, viewport: Rect) {
     let Some([x, y]) = interface.viewport.picked_px else { return };
-    let at = rect.min + Vec2::new(x as f32 + 0.5, y as f32 + 0.5) / ui.ctx().pixels_per_point();
-    let painter = ui.painter().with_clip_rect(rect);
+    let centre = viewport.min + Vec2::new(x as f32 + 0.5, y as f32 + 0.5) / ui.ctx().pixels_per_point();
+    let painter = ui.painter().with_clip_rect(viewport);
     for direction in [Vec2::X, Vec2::Y, -Vec2::X, -Vec2::Y] {
-        let arm = PROBE_ARM_ENDS.map(|distance| at + direction * distance);
+        let arm = PROBE_ARM_ENDS.map(|distance| centre + direction * distance);
         painter.line_segment(arm, Stroke::new(3.0, Color32::from_black_alpha(160)));
         painter.line_segment(arm, Stroke::new(1.0, HIGHLIGHT_COLOUR));
     }

@@ -43,6 +43,7 @@ struct Thumbnail {
     texture: Option<TextureHandle>,
 }
 
+/// What is known about the thumbnail of an item.
 #[derive(Default)]
 enum ThumbnailState {
     #[default]
@@ -109,6 +110,7 @@ fn with_texture(ctx: &egui::Context, drawn: DrawnThumbnail) -> Thumbnail {
 /// Which panels are open: those at the sides, and the list of bodies.
 type OpenPanels = ([Option<Tab>; 2], bool);
 
+/// The panels that are open now.
 pub(crate) fn open_panels(interface: &Interface) -> OpenPanels {
     ([interface.tab, interface.kept_tab], interface.body_browser_shown)
 }
@@ -124,7 +126,7 @@ pub(crate) fn hide_after_input(interface: &mut Interface, panels_before: OpenPan
 }
 
 /// Shows the row over the viewport, unless it has been hidden, a panel or tour is open, or the viewport is too small.
-pub(crate) fn over_viewport(interface: &mut Interface, ui: &Ui, worker: &dyn RenderWorker, viewport: Rect, actions: &mut Vec<Action>) {
+pub(crate) fn show_over_viewport(interface: &mut Interface, ui: &Ui, worker: &dyn RenderWorker, viewport: Rect, actions: &mut Vec<Action>) {
     let may_show = interface.settings.panels.now_shown && interface.tab.is_none() && !interface.tour.is_open();
     if !may_show || viewport.width() < MIN_VIEWPORT_SIZE[0] || viewport.height() < MIN_VIEWPORT_SIZE[1] {
         return;
@@ -139,10 +141,10 @@ pub(crate) fn over_viewport(interface: &mut Interface, ui: &Ui, worker: &dyn Ren
                 ui.weak(text!("now-also"));
                 ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                     let hover = text!("now-close-hint");
-                    must_hide = icons::without_text(ui, Icon::Close, text!("now-close")).on_hover_text(hover).clicked();
+                    must_hide = icons::icon_button(ui, Icon::Close, text!("now-close")).on_hover_text(hover).clicked();
                 });
             });
-            ui.horizontal(|ui| must_hide |= row(interface, ui, worker, actions));
+            ui.horizontal(|ui| must_hide |= thumbnail_row(interface, ui, worker, actions));
         });
     });
     interface.viewport.overlays.push(shown.response.rect);
@@ -151,8 +153,8 @@ pub(crate) fn over_viewport(interface: &mut Interface, ui: &Ui, worker: &dyn Ren
     }
 }
 
-/// Shows the images as buttons; returns whether an image was clicked.
-pub(crate) fn row(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) -> bool {
+/// Shows the thumbnails as buttons; returns whether one was clicked.
+pub(crate) fn thumbnail_row(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) -> bool {
     update(interface, ui.ctx(), worker);
     let mut clicked = None;
     for (item, state) in NowItem::ALL.into_iter().zip(&interface.now_thumbnails.0) {
@@ -160,12 +162,12 @@ pub(crate) fn row(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWor
             continue;
         }
         let thumbnail = if let ThumbnailState::Ready(thumbnail) = state { Some(thumbnail) } else { None };
-        if button(ui, item, thumbnail.map(|t| &**t)) {
+        if thumbnail_button(ui, item, thumbnail.map(|t| &**t)) {
             clicked = thumbnail.map(|t| (item, t.now_view.clone()));
         }
     }
-    let Some((item, chosen)) = clicked else { return false };
-    open(interface, ui.ctx(), worker, item, chosen, actions);
+    let Some((item, now_view)) = clicked else { return false };
+    open(interface, ui.ctx(), worker, item, now_view, actions);
     true
 }
 
@@ -175,10 +177,10 @@ pub(crate) fn open(
     ctx: &egui::Context,
     worker: &dyn RenderWorker,
     item: NowItem,
-    chosen: NowView,
+    now_view: NowView,
     actions: &mut Vec<Action>,
 ) {
-    match chosen.event {
+    match now_view.event {
         Some(event) => {
             interface.open(ctx, Tab::Events);
             events::show(interface, worker, event, actions);
@@ -187,10 +189,10 @@ pub(crate) fn open(
             // The view is computed again, because time, quality, effects and layers may have changed since the thumbnail was drawn. The
             // thumbnail also has a quality of its own.
             let now = interface.viewer.now();
-            let view = item.view(worker.session(), now, &interface.viewer.base_view()).map_or(chosen.view, |current| current.view);
-            let tdb_s = if chosen.is_now { now.tdb_seconds_past_j2000() } else { view.tdb_s };
+            let view = item.view(worker.session(), now, &interface.viewer.base_view()).map_or(now_view.view, |current| current.view);
+            let tdb_s = if now_view.is_now { now.tdb_seconds_past_j2000() } else { view.tdb_s };
             actions.push(Action::Show(Box::new(ViewState { tdb_s, ..view })));
-            if chosen.is_now {
+            if now_view.is_now {
                 // A view of the present runs in real time, whatever the rate was. `RunAt` ends a pause, so a pause is restored.
                 actions.push(Action::RunAt(1.0));
                 if interface.viewer.time_rate.is_paused() {
@@ -205,7 +207,9 @@ pub(crate) fn open(
     }
 }
 
-fn button(ui: &mut Ui, item: NowItem, thumbnail: Option<&Thumbnail>) -> bool {
+/// Shows the button of an item: its image, or a spinner until `thumbnail` has arrived, above its title and description. Returns whether the button was
+/// clicked.
+fn thumbnail_button(ui: &mut Ui, item: NowItem, thumbnail: Option<&Thumbnail>) -> bool {
     let line_height = ui.text_style_height(&TextStyle::Small);
     let size = Vec2::from(THUMBNAIL_SIZE) + vec2(0.0, (1.0 + MAX_DESCRIPTION_LINES as f32) * line_height + 6.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());

@@ -1,5 +1,5 @@
-//! Shows how far each pixel of the left image can be from the same image at reference quality: an error bound per pixel, as a colour. Each colour
-//! covers bounds up to twice those of the previous colour; the last colour stands for more than 32 of 255 levels.
+//! Shows how far each pixel of the left image can be from the same image at reference quality: an error bound per pixel, as a colour. The largest bound
+//! of each colour is twice that of the previous colour; the last colour stands for more than 32 of 255 levels.
 //!
 //! In: a request. Out: an image of the bounds and the fraction of pixels of each colour. Always: the bounds are those of `render --error`,
 //! computed on the query worker (a background thread) and only while they are shown; while the view moves, the last computed bounds stay visible.
@@ -28,12 +28,12 @@ const COLOUR_STEPS: [(u8, Color32); 7] = [
     (255, Color32::from_rgb(252, 250, 190)),
 ];
 
-/// Index of the colour of a bound.
-fn colour_index(levels: u8) -> usize {
-    COLOUR_STEPS.iter().position(|(max, _)| levels <= *max).unwrap_or(COLOUR_STEPS.len() - 1)
+/// Index of the colour of a bound, given in 8-bit levels.
+fn colour_index(bound: u8) -> usize {
+    COLOUR_STEPS.iter().position(|(max, _)| bound <= *max).unwrap_or(COLOUR_STEPS.len() - 1)
 }
 
-/// The range of bounds of a colour, such as `3 to 4`.
+/// The range of bounds of a colour in 8-bit levels, such as `3 to 4`.
 fn range_text(colour_index: usize) -> String {
     match (colour_index, COLOUR_STEPS[colour_index].0) {
         (0, max) => text!("bound-up-to", max = max),
@@ -44,44 +44,46 @@ fn range_text(colour_index: usize) -> String {
 
 /// Error bounds of an image, in 8-bit levels.
 pub(crate) struct ErrorBounds {
+    /// Width and height of the image, pixels.
     width: u32,
     height: u32,
     /// Each pixel's bound as a colour.
     rgba: Vec<[u8; 4]>,
     /// Fraction of the pixels that have each colour.
     fractions: [f64; COLOUR_STEPS.len()],
+    /// Mean and largest bound of all pixels.
     mean: f64,
     max: u8,
 }
 
 impl ErrorBounds {
-    /// `bounds`: the bounds of the channels of each pixel, with alpha unused. The bound of a pixel is the largest of its red, green and blue.
+    /// `bounds`: for each pixel the bounds of red, green and blue, and an unused alpha. The bound of a pixel is the largest of the three.
     fn of(width: u32, height: u32, bounds: &[[u8; 4]]) -> Self {
         let (mut counts, mut sum, mut max) = ([0_usize; COLOUR_STEPS.len()], 0.0, 0);
         let rgba = bounds.iter().map(|pixel| {
-            let worst = pixel[..3].iter().copied().max().unwrap_or(0);
-            counts[colour_index(worst)] += 1;
-            sum += f64::from(worst);
-            max = max.max(worst);
-            COLOUR_STEPS[colour_index(worst)].1.to_array()
+            let pixel_bound = pixel[..3].iter().copied().max().unwrap_or(0);
+            counts[colour_index(pixel_bound)] += 1;
+            sum += f64::from(pixel_bound);
+            max = max.max(pixel_bound);
+            COLOUR_STEPS[colour_index(pixel_bound)].1.to_array()
         });
         let rgba = rgba.collect();
-        let pixels = bounds.len().max(1) as f64;
-        Self { width, height, rgba, fractions: counts.map(|n| n as f64 / pixels), mean: sum / pixels, max }
+        let pixel_count = bounds.len().max(1) as f64;
+        Self { width, height, rgba, fractions: counts.map(|n| n as f64 / pixel_count), mean: sum / pixel_count, max }
     }
 }
 
 /// The displayed bounds, and those that are being computed for a newer request.
 #[derive(Default)]
 pub(crate) struct BoundView {
-    /// What the newest bounds, displayed or pending, are computed from.
+    /// The inputs of the newest bounds, displayed or pending.
     requested: Option<(ViewRequest, DrawnWith)>,
     pending: Option<Pending<Result<ErrorBounds, String>>>,
     displayed: Option<Result<(ErrorBounds, TextureHandle), String>>,
 }
 
 impl BoundView {
-    /// Drops an error and pending bounds, so that they are computed again; see `ComparePanel::forget_failures`.
+    /// Drops an error and pending bounds, so that the bounds are computed again; see `ComparePanel::forget_failures`.
     pub(crate) fn forget_failures(&mut self) {
         let was_pending = self.pending.take().is_some();
         if self.displayed.take_if(|displayed| displayed.is_err()).is_some() || was_pending {
@@ -101,7 +103,7 @@ impl BoundView {
         self.displayed.is_none() && self.pending.is_none()
     }
 
-    /// Starts to compute the bounds, unless a computation is running or nothing has changed on which they depend.
+    /// Starts to compute the bounds, unless a computation is running or the inputs are those of the last one.
     pub(crate) fn ask(&mut self, worker: &dyn RenderWorker, request: &ViewRequest) {
         let requested = Some((request.clone(), DrawnWith::now(worker.session())));
         if self.pending.is_some() || self.requested == requested {

@@ -1,7 +1,7 @@
 //! The Compare panel: the current view drawn in two variants, which may differ in quality, effects, pixel view and renderer.
 //!
 //! In: the view, two variants. Out: their images, the difference and statistics. Always: the two images differ only in what the variants set; they are
-//! drawn on the query worker (a background thread) once the view is at rest; while it moves, the last pair stays visible.
+//! drawn on the query worker (a background thread) once the view is at rest; while the view moves, the last pair stays visible.
 
 mod bound;
 pub mod pair;
@@ -55,12 +55,16 @@ struct Variant {
     renderer: Renderer,
 }
 
-/// Everything on which a pair of images depends: the view, the two variants, and the state of the session.
+/// Everything on which a pair of images depends.
 #[derive(Clone, PartialEq)]
 struct ComparisonInput {
+    /// The request for the view, before the variants change it.
     request: ViewRequest,
+    /// The left and the right variant.
     variants: [Variant; 2],
+    /// The view's own effect overrides.
     view_effects: EffectOverrides,
+    /// The state of the session.
     drawn_with: DrawnWith,
 }
 
@@ -73,7 +77,7 @@ impl ComparisonInput {
         Ok(ViewRequest { effects, quality: variant.quality, pixel_view: variant.pixel_view, ..self.request.clone() })
     }
 
-    /// Whether two inputs differ at most slightly in the size of the image. A new line of text in the panel changes the size that little.
+    /// Whether two inputs are equal, except that the image sizes may differ slightly, as after a new line of text in the panel.
     fn is_close_to(&self, other: &Self) -> bool {
         const TOLERANCE_PX: u32 = 32;
         let (a, b) = (&self.request, &other.request);
@@ -83,26 +87,28 @@ impl ComparisonInput {
     }
 }
 
+/// State of the Compare panel.
 #[derive(Default)]
 pub(crate) struct ComparePanel {
     /// The variants as set by the user; `None` until the panel is first shown.
     variants: Option<[Variant; 2]>,
-    /// What the newest pair, displayed or pending, is drawn from.
+    /// The input of the newest pair, displayed or pending.
     input: Option<ComparisonInput>,
     pending: Option<Pending<Result<Pair, String>>>,
     /// The displayed pair, or why it could not be drawn.
     pair: Option<Result<Arc<Pair>, String>>,
-    view: PairView,
-    bound: BoundView,
+    pair_view: PairView,
+    bound_view: BoundView,
 }
 
-/// The initial variants: the view itself, and the view in draft quality, or in reference quality if the view itself is a draft.
+/// The initial variants. Left: the view itself. Right: the view in draft quality, or in reference quality if the view itself is a draft.
 fn initial_variants(view: &ViewState) -> [Variant; 2] {
     let as_seen = Variant { quality: view.quality, pixel_view: view.pixels, ..Variant::default() };
     let quality = if view.quality == Quality::Draft { Quality::Reference } else { Quality::Draft };
     [as_seen.clone(), Variant { quality, ..as_seen }]
 }
 
+/// Shows the panel.
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
     let mut panel = std::mem::take(&mut interface.compare);
     panel.show(interface, ui, worker);
@@ -116,9 +122,10 @@ impl ComparePanel {
         if self.pair.take_if(|pair| pair.is_err()).is_some() || was_pending {
             self.input = None;
         }
-        self.bound.forget_failures();
+        self.bound_view.forget_failures();
     }
 
+    /// Takes a finished pair, shows the controls of the variants and the last pair, and starts to draw a new pair if needed.
     fn show(&mut self, interface: &Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
         if let Some(drawn) = self.pending.as_ref().and_then(Pending::take) {
             self.pending = None;
@@ -159,10 +166,12 @@ impl ComparePanel {
         self.variants = Some(variants);
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match &self.pair {
             Some(Ok(pair)) => {
-                if let Some(request) = self.input.as_ref().filter(|_| self.view.shows_bound()).and_then(|input| input.request_of(0).ok()) {
-                    self.bound.ask(worker, &request);
+                if let Some(request) =
+                    self.input.as_ref().filter(|_| self.pair_view.shows_bound()).and_then(|input| input.request_of(0).ok())
+                {
+                    self.bound_view.ask(worker, &request);
                 }
-                self.view.show(ui, pair, [&names[0], &names[1]], Some(&mut |ui, name| self.bound.show(ui, name)));
+                self.pair_view.show(ui, pair, [&names[0], &names[1]], Some(&mut |ui, name| self.bound_view.show(ui, name)));
             }
             Some(Err(why)) => drop(ui.colored_label(ui.visuals().error_fg_color, why)),
             None => drop(ui.weak(text!("compare-waits"))),
@@ -178,7 +187,7 @@ impl ComparePanel {
             return;
         }
         let input = ComparisonInput {
-            request: sized(&rendered.job.request, ui),
+            request: fitted_request(&rendered.job.request, ui),
             variants: variants.clone(),
             view_effects: interface.viewer.view.effects.clone(),
             drawn_with: DrawnWith::now(worker.session()),
@@ -200,7 +209,7 @@ impl ComparePanel {
 const MAX_SIDE_PX: f32 = 1024.0;
 
 /// The request for an image that fits the panel and has the aspect ratio of the viewport.
-fn sized(request: &ViewRequest, ui: &egui::Ui) -> ViewRequest {
+fn fitted_request(request: &ViewRequest, ui: &egui::Ui) -> ViewRequest {
     let [width, height] = [request.width, request.height].map(|length| length.max(1) as f32);
     let size_px = pair::fitted(ui, egui::Vec2::new(width, height)) * ui.ctx().pixels_per_point();
     // One factor for both sides keeps the aspect ratio.
@@ -223,7 +232,7 @@ fn variant_controls(ui: &mut egui::Ui, variant: &mut Variant, side: &str) {
         accessible::pixel_view_list(ui, &mut variant.pixel_view, &text!("compare-show", side = side));
     });
     ui.horizontal(|ui| {
-        let shown = ComboBox::new((side, "renderer"), text!("compare-renderer"))
+        let list = ComboBox::new((side, "renderer"), text!("compare-renderer"))
             .width(150.0)
             .selected_text(variant.renderer.name())
             .show_ui(ui, |ui| {
@@ -231,7 +240,7 @@ fn variant_controls(ui: &mut egui::Ui, variant: &mut Variant, side: &str) {
                     ui.selectable_value(&mut variant.renderer, renderer, plain(name));
                 }
             });
-        shown.response.on_hover_text(text!("compare-renderer-of", side = side));
+        list.response.on_hover_text(text!("compare-renderer-of", side = side));
     });
     let field = TextEdit::singleline(&mut variant.effects).hint_text("+eclipse=linear,-normal").desired_width(f32::INFINITY);
     let name = text!("compare-effects-hint", side = side);
@@ -248,25 +257,32 @@ fn variant_text(variant: &Variant) -> String {
 }
 
 /// Draws a variant and measures the time that drawing takes.
+///
+/// # Errors
+/// The text of the session's or renderer's error, in the window's language.
 fn draw(session: &Session, request: &ViewRequest, variant: &Variant) -> Result<ComparedImage, String> {
     let sampling = SamplingQuality::of(request.quality);
-    let failed = |e: crate::session::SessionError| error_text(&e);
+    let to_text = |e: crate::session::SessionError| error_text(&e);
     // This first plan loads modules and maps, so that the measured time does not include loading.
-    session.plan(request, sampling).map_err(failed)?;
+    session.plan(request, sampling).map_err(to_text)?;
     let in_f64 = true;
     let f64_renderer =
         if variant.renderer == Renderer::SoftwareF64 { Some(session.renderer_in(in_f64).map_err(|e| error_text(&e))?) } else { None };
     let start = WallInstant::now();
-    let (frame, by) = if variant.renderer == Renderer::Window {
-        let drawn = session.draw_in_background(request, sampling, FrameImages::Display).map_err(failed)?;
+    let (frame, renderer_name) = if variant.renderer == Renderer::Window {
+        let drawn = session.draw_in_background(request, sampling, FrameImages::Display).map_err(to_text)?;
         (drawn.frame, drawn.by.renderer)
     } else {
-        let (_, plan) = session.plan(request, sampling).map_err(failed)?;
+        let (_, plan) = session.plan(request, sampling).map_err(to_text)?;
         let renderer = f64_renderer.as_ref().unwrap_or(session.background_renderer());
         (renderer.render(&plan, session.library(), FrameImages::Display).map_err(|e| error_text(&e))?.0, "software")
     };
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
-    Ok(ComparedImage { image: DisplayImage { width: frame.width, height: frame.height, rgba: frame.display }, by: by.to_owned(), took_ms })
+    Ok(ComparedImage {
+        image: DisplayImage { width: frame.width, height: frame.height, rgba: frame.display },
+        renderer: renderer_name.to_owned(),
+        took_ms,
+    })
 }
 
 #[cfg(test)]
@@ -276,8 +292,8 @@ mod tests {
     #[test]
     fn an_error_in_the_previous_language_is_dropped() {
         let mut panel = ComparePanel { pair: Some(Err("why".into())), pending: Some(Pending::default()), ..ComparePanel::default() };
-        panel.bound.fail("why");
+        panel.bound_view.fail("why");
         panel.forget_failures();
-        assert!(panel.pair.is_none() && panel.pending.is_none() && panel.bound.is_empty());
+        assert!(panel.pair.is_none() && panel.pending.is_none() && panel.bound_view.is_empty());
     }
 }

@@ -7,23 +7,25 @@ use crate::image::{self, DisplayImage};
 use crate::view::error_texts::error_text;
 use crate::view::language::{decimal, named, plain, text};
 use crate::view::panels::render_loop::colour_image;
-use crate::view::panels::theme::{BODY, HIGHLIGHT_COLOUR};
+use crate::view::panels::theme::{BODY_TEXT_POINTS, HIGHLIGHT_COLOUR};
 use egui::{Color32, Pos2, Rect, Sense, Slider, Stroke, TextureHandle, TextureOptions, Vec2, pos2};
 use std::sync::Arc;
 
 /// One drawn image.
 pub(crate) struct ComparedImage {
     pub image: DisplayImage,
-    /// Name of the renderer that drew the image.
-    pub by: String,
-    /// Time for drawing the image.
+    /// Name of the renderer that drew the image, as in the messages `renderer-…`.
+    pub renderer: String,
+    /// Time that drawing the image took.
     pub took_ms: f64,
 }
 
 /// Two images and their difference.
 pub(crate) struct Pair {
+    /// The left and the right image.
     pub images: [ComparedImage; 2],
     pub statistics: image::Difference,
+    /// The difference as an image.
     pub difference: DisplayImage,
 }
 
@@ -90,8 +92,8 @@ impl PairView {
         self.mode == DisplayMode::Bound
     }
 
-    /// Shows a pair. `names`: the names of the left and the right image. `show_bound`: shows the error bounds of the left image; without it, they
-    /// cannot be chosen.
+    /// Shows a pair. `names`: the names of the left and the right image. `show_bound`: shows the error bounds of the left image; with `None`, the user
+    /// cannot choose the bounds.
     pub(crate) fn show(&mut self, ui: &mut egui::Ui, pair: &Arc<Pair>, names: [&str; 2], show_bound: Option<ShowBound<'_>>) {
         self.load_textures(ui.ctx(), pair);
         let is_available = |mode: DisplayMode| show_bound.is_some() || mode != DisplayMode::Bound;
@@ -125,6 +127,7 @@ impl PairView {
         statistics(ui, pair);
     }
 
+    /// Loads the images of a pair as textures, unless they are those of the last call.
     fn load_textures(&mut self, ctx: &egui::Context, pair: &Arc<Pair>) {
         if self.loaded.as_ref().is_some_and(|loaded| Arc::ptr_eq(loaded, pair)) {
             return;
@@ -137,41 +140,42 @@ impl PairView {
         self.loaded = Some(Arc::clone(pair));
     }
 
+    /// Shows the left image to the left of the divider, and the right image to its right. A click or drag moves the divider.
     fn show_split(&mut self, ui: &mut egui::Ui, size: Vec2, textures: [egui::TextureId; 2], [left, right]: [&str; 2]) {
         let (rect, response) = ui.allocate_exact_size(fitted(ui, size), Sense::click_and_drag());
         let label = text!("pair-split-of", left = left, right = right);
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &label));
-        if let Some(at) = response.interact_pointer_pos() {
-            self.split = Some(((at.x - rect.left()) / rect.width()).clamp(0.0, 1.0));
+        if let Some(pointer) = response.interact_pointer_pos() {
+            self.split = Some(((pointer.x - rect.left()) / rect.width()).clamp(0.0, 1.0));
         }
         let split = self.split.unwrap_or(0.5);
-        let x = rect.left() + split * rect.width();
+        let divider_x = rect.left() + split * rect.width();
         // The part of the image between two fractions of its width: its rectangle on the screen and its texture coordinates.
-        let part = |from: f32, to: f32| {
+        let part = |start: f32, end: f32| {
             let place = Rect::from_min_max(
-                pos2(rect.left() + from * rect.width(), rect.top()),
-                pos2(rect.left() + to * rect.width(), rect.bottom()),
+                pos2(rect.left() + start * rect.width(), rect.top()),
+                pos2(rect.left() + end * rect.width(), rect.bottom()),
             );
-            (place, Rect::from_min_max(pos2(from, 0.0), pos2(to, 1.0)))
+            (place, Rect::from_min_max(pos2(start, 0.0), pos2(end, 1.0)))
         };
         for (texture, (place, uv)) in textures.into_iter().zip([part(0.0, split), part(split, 1.0)]) {
             ui.painter().image(texture, place, uv, Color32::WHITE);
         }
-        ui.painter().line_segment([pos2(x, rect.top()), pos2(x, rect.bottom())], Stroke::new(1.5, HIGHLIGHT_COLOUR));
+        ui.painter().line_segment([pos2(divider_x, rect.top()), pos2(divider_x, rect.bottom())], Stroke::new(1.5, HIGHLIGHT_COLOUR));
         let painter = ui.painter().with_clip_rect(rect);
-        let font = egui::FontId::proportional(BODY);
+        let font = egui::FontId::proportional(BODY_TEXT_POINTS);
         for (offset_points, align, name) in [(-6.0, egui::Align2::RIGHT_TOP, left), (6.0, egui::Align2::LEFT_TOP, right)] {
             // The name has a dark background, since the image below may be white.
             let galley = painter.layout_no_wrap(name.to_owned(), font.clone(), Color32::from_gray(230));
-            let place = align.anchor_size(pos2(x + offset_points, rect.top() + 4.0), galley.size());
+            let place = align.anchor_size(pos2(divider_x + offset_points, rect.top() + 4.0), galley.size());
             painter.rect_filled(place.expand(2.0), 2.0, Color32::from_black_alpha(190));
             painter.galley(place.min, galley, Color32::PLACEHOLDER);
         }
     }
 }
 
-/// The size of an image scaled to the panel's width, or to its height if the image would be higher than the panel and than
-/// [`ALWAYS_ALLOWED_HEIGHT`]. The aspect ratio stays.
+/// The size in points at which an image of `size` pixels is shown: scaled to the panel's width, or to the panel's height if the image would otherwise
+/// be higher than the panel and than [`ALWAYS_ALLOWED_HEIGHT`]. The aspect ratio stays.
 pub(crate) fn fitted(ui: &egui::Ui, size: Vec2) -> Vec2 {
     let width = ui.available_width();
     let max_height = (ui.available_height() - CONTROLS_HEIGHT).max(ALWAYS_ALLOWED_HEIGHT);
@@ -179,7 +183,7 @@ pub(crate) fn fitted(ui: &egui::Ui, size: Vec2) -> Vec2 {
     size * scale
 }
 
-/// Shows an image with an accessible name.
+/// Shows an image of `size` pixels, scaled as by [`fitted`], with an accessible name.
 pub(crate) fn image(ui: &mut egui::Ui, texture: egui::TextureId, size: Vec2, name: &str) {
     let size = fitted(ui, size);
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
@@ -188,7 +192,7 @@ pub(crate) fn image(ui: &mut egui::Ui, texture: egui::TextureId, size: Vec2, nam
     ui.painter().image(texture, Rect::from_center_size(rect.center(), size), FULL_UV, Color32::WHITE);
 }
 
-/// The statistics as two lines.
+/// The statistics of the difference in one line, and the size and drawing times of the images in another.
 pub(crate) fn statistics_text(pair: &Pair) -> [String; 2] {
     let statistics = &pair.statistics;
     let psnr = statistics.psnr_db.map_or(text!("pair-infinite").to_owned(), |db| format!("{} dB", decimal(db, 2)));
@@ -200,13 +204,14 @@ pub(crate) fn statistics_text(pair: &Pair) -> [String; 2] {
             width = pair.difference.width,
             height = pair.difference.height,
             left = decimal(left.took_ms, 1),
-            left_by = named("renderer", &left.by),
+            left_by = named("renderer", &left.renderer),
             right = decimal(right.took_ms, 1),
-            right_by = named("renderer", &right.by)
+            right_by = named("renderer", &right.renderer)
         ),
     ]
 }
 
+/// Shows the lines of [`statistics_text`].
 fn statistics(ui: &mut egui::Ui, pair: &Pair) {
     for line in statistics_text(pair) {
         ui.label(line);

@@ -22,7 +22,7 @@ use std::sync::Arc;
 
 /// Height of a row of the table of an event's contacts, and of the line above the table, points.
 const CONTACT_ROW_HEIGHT: f32 = 24.5;
-/// Smallest number of rows for which that table has room: at a place, a total solar eclipse has four contacts and a maximum.
+/// Smallest number of rows for which the table of contacts has room: at a place, a total solar eclipse has four contacts and a maximum.
 const MIN_CONTACT_ROWS: usize = 5;
 /// Two places count as the same if latitude and longitude differ by less than this: about a kilometre on the Earth.
 const SAME_PLACE_DEG: f64 = 0.01;
@@ -46,14 +46,14 @@ pub(super) fn show(
     let home = interface.information.home;
     let local_contacts = interface.events.contacts_at(event, home).and_then(|c| c.as_ref().ok()).cloned();
     let is_visible_at_place = local_contacts.as_ref().is_some_and(|(_, is_visible)| *is_visible);
-    let is_at_place = stands_at(&interface.viewer.destination().eye, home);
+    let camera_is_at_place = stands_at(&interface.viewer.destination().eye, home);
     ui.horizontal_wrapped(|ui| {
         let watch = icons::button(ui, Icon::Watch, text!("events-watch"));
-        // A camera at the place stays there only if the event is visible there, which only the contacts tell.
-        let is_ready = !is_at_place || interface.events.contacts_at(event, home).is_some();
+        // A camera at the place stays there only if the event is visible there, which is known once the contacts have arrived.
+        let is_ready = !camera_is_at_place || interface.events.contacts_at(event, home).is_some();
         if ui.add_enabled(is_ready, watch).on_hover_text(text!("events-watch-hint")).clicked() {
-            watch_event(interface, worker, event, local_contacts.as_ref().filter(|_| is_at_place), actions);
-            if is_at_place && !is_visible_at_place {
+            watch_event(interface, worker, event, local_contacts.as_ref().filter(|_| camera_is_at_place), actions);
+            if camera_is_at_place && !is_visible_at_place {
                 interface.reply(text!("events-watch-elsewhere"));
             }
         }
@@ -62,14 +62,14 @@ pub(super) fn show(
         }
         let from_place = icons::button(ui, Icon::Stand, text!("events-from-place"));
         if ui.add_enabled(is_visible_at_place, from_place).on_hover_text(text!("events-from-place-hint")).clicked() {
-            let lines = local_contacts.as_ref().map(|(lines, _)| lines.as_slice()).unwrap_or_default();
-            let view = view_from_place(interface, event, lines);
+            let contacts = local_contacts.as_ref().map(|(contacts, _)| contacts.as_slice()).unwrap_or_default();
+            let view = view_from_place(interface, event, contacts);
             actions.push(Action::Show(Box::new(view)));
         }
     });
     information::place_fields(ui, &mut interface.information);
-    // The height is reserved before the contacts arrive, so that no button moves when they do. The local rows are not known yet; an event with more
-    // than the minimum, such as a lunar eclipse, has the same contacts everywhere, and a maximum.
+    // The height is reserved before the contacts at the place arrive, so that no button moves when they do. Their number is not known yet, but an event with
+    // more rows than the minimum, such as a lunar eclipse, has the same contacts everywhere, and a maximum.
     let rows = (event.contacts().len() + 1).max(MIN_CONTACT_ROWS);
     let height = (rows + 1) as f32 * CONTACT_ROW_HEIGHT;
     ui.allocate_ui(vec2(ui.available_width(), height), |ui| {
@@ -86,20 +86,20 @@ fn stands_at(eye: &CameraPose, home: Home) -> bool {
     differences_deg.into_iter().all(|degrees| degrees.abs() < SAME_PLACE_DEG)
 }
 
-/// The view of an event from the observer's place, at the moment of its maximum there. `lines`: its contacts at the place.
-fn view_from_place(interface: &Interface, event: &SkyEvent, lines: &[ContactLine]) -> ViewState {
+/// The view of an event from the observer's place, at the time of its maximum there. `contacts`: the event's contacts at the place.
+fn view_from_place(interface: &Interface, event: &SkyEvent, contacts: &[ContactLine]) -> ViewState {
     let Home { latitude_deg, longitude_deg } = interface.information.home;
-    let maximum = lines.iter().find(|line| line.name == "maximum");
+    let maximum = contacts.iter().find(|contact| contact.name == "maximum");
     // Events of moons have no maximum. Any altitude well above the horizon will do for them.
-    let altitude_deg = maximum.map_or(45.0, |line| line.altitude_deg);
+    let altitude_deg = maximum.map_or(45.0, |maximum| maximum.altitude_deg);
     let place = GeodeticPosition { latitude_deg, longitude_deg, height_km: 0.0 };
     let mut view = event.view_from(place, altitude_deg, &interface.viewer.base_view());
-    view.tdb_s = maximum.map_or(view.tdb_s, |line| line.time.tdb_seconds_past_j2000());
+    view.tdb_s = maximum.map_or(view.tdb_s, |maximum| maximum.time.tdb_seconds_past_j2000());
     view
 }
 
 /// Runs time through an event. The view is from the observer's place if the camera stands there and the event is visible there, otherwise the best one.
-/// `at_place`: if the camera stands there, the contacts there and whether the event is visible there.
+/// `at_place`: the contacts at that place, and whether the event is visible there; `None` if the camera stands elsewhere or the contacts are not known.
 fn watch_event(
     interface: &mut Interface,
     worker: &dyn RenderWorker,
@@ -108,7 +108,7 @@ fn watch_event(
     actions: &mut Vec<Action>,
 ) {
     let (view, playback) = match at_place {
-        Some((lines, true)) => (view_from_place(interface, event, lines), event.playback_at(lines)),
+        Some((contacts, true)) => (view_from_place(interface, event, contacts), event.playback_at(contacts)),
         _ => (best_view(interface, worker, event), event.playback()),
     };
     actions.push(Action::Show(Box::new(ViewState { tdb_s: playback.from_tdb_s, paused: Some(false), ..view })));
@@ -125,18 +125,18 @@ fn contact_name(ui: &mut egui::Ui, name: &str) {
     }
 }
 
-/// Shows the contacts at the observer's place, or those for the entire Earth if the event does not occur at that place.
+/// Shows the contacts at the observer's place, which the query worker computes; if the event does not occur at that place, those for the entire Earth.
 fn contact_table(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, event: &Arc<SkyEvent>) {
     let home = interface.information.home;
     let panel = &mut interface.events;
-    if !panel.at_place.as_ref().is_some_and(|l| Arc::ptr_eq(&l.event, event) && l.home == home) {
+    if !panel.at_place.as_ref().is_some_and(|seen| Arc::ptr_eq(&seen.event, event) && seen.home == home) {
         let asked_event = Arc::clone(event);
         let question = move |session: &crate::session::Session| {
             asked_event.seen_from(session.catalog(), session.ephemeris(), home).map_err(|e| error_text(&e))
         };
         panel.at_place = Some(EventAtPlace { event: Arc::clone(event), home, pending: ask(worker, question), contacts: None });
     }
-    let (lines, is_visible) = match panel.contacts_at(event, home) {
+    let (contacts, is_visible) = match panel.contacts_at(event, home) {
         None => {
             accessible::spinner(ui, text!("events-contacts-coming"));
             return;
@@ -145,28 +145,28 @@ fn contact_table(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rend
             ui.weak(why);
             return;
         }
-        Some(Ok((lines, is_visible))) => (lines, *is_visible),
+        Some(Ok((contacts, is_visible))) => (contacts, *is_visible),
     };
     if !is_visible {
         ui.colored_label(ui.visuals().warn_fg_color, text!("events-not-visible"));
     }
     Grid::new("contacts").num_columns(3).striped(true).show(ui, |ui| {
-        if lines.is_empty() {
+        if contacts.is_empty() {
             for (name, time) in event.contacts() {
                 contact_name(ui, name);
                 ui.monospace(month_day_second_text(*time));
                 ui.end_row();
             }
         }
-        for line in lines {
-            contact_name(ui, line.name);
-            ui.monospace(month_day_second_text(line.time));
+        for contact in contacts {
+            contact_name(ui, contact.name);
+            ui.monospace(month_day_second_text(contact.time));
             // Refraction raises the upper limb above the horizon while the centre's altitude is negative. Beside a visible contact, a negative
             // altitude would look wrong.
-            if line.is_up && line.altitude_deg < 0.0 {
+            if contact.is_up && contact.altitude_deg < 0.0 {
                 ui.label(text!("events-at-horizon"));
-            } else if line.is_up {
-                ui.label(text!("events-altitude", degrees = decimal(line.altitude_deg, 0)));
+            } else if contact.is_up {
+                ui.label(text!("events-altitude", degrees = decimal(contact.altitude_deg, 0)));
             } else {
                 ui.weak(text!("events-below-horizon"));
             }

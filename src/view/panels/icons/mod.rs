@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 /// Name of the icon font and of its family.
 const FAMILY: &str = "icons";
-/// Size of a glyph, relative to the size of the text beside it.
+/// Side of a glyph's square, relative to the font size of a button's text.
 const RELATIVE_SIZE: f32 = 1.2;
 
 /// An icon, named after its use.
@@ -129,34 +129,34 @@ fn glyph_atom(ui: &Ui, icon: Icon) -> Atom<'static> {
     })
 }
 
-/// A button with an icon and text.
+/// A button with an icon and text, which the caller adds to the interface.
 pub(crate) fn button<'a>(ui: &Ui, icon: Icon, text: &'a str) -> Button<'a> {
     Button::new((glyph_atom(ui, icon), text))
 }
 
-/// A button with only an icon; `name` is its accessible name.
-pub(crate) fn without_text(ui: &mut Ui, icon: Icon, name: &str) -> Response {
+/// Shows a button with only an icon; `name` is its accessible name.
+pub(crate) fn icon_button(ui: &mut Ui, icon: Icon, name: &str) -> Response {
     let button = Button::new(glyph_atom(ui, icon));
     ui.add(button).accessible_name(name)
 }
 
-/// A button that looks pressed if `on`.
-pub(crate) fn selectable(ui: &mut Ui, icon: Icon, on: bool, text: &str) -> Response {
-    let button = Button::selectable(on, (glyph_atom(ui, icon), text));
+/// Shows a button that looks pressed if `is_on`.
+pub(crate) fn selectable(ui: &mut Ui, icon: Icon, is_on: bool, text: &str) -> Response {
+    let button = Button::selectable(is_on, (glyph_atom(ui, icon), text));
     ui.add(button)
 }
 
-/// A button with only an icon that looks pressed if `on`; `name` is its accessible name.
-pub(crate) fn selectable_without_text(ui: &mut Ui, icon: Icon, on: bool, name: &str) -> Response {
-    let button = Button::selectable(on, glyph_atom(ui, icon));
+/// Shows a button with only an icon that looks pressed if `is_on`; `name` is its accessible name.
+pub(crate) fn selectable_without_text(ui: &mut Ui, icon: Icon, is_on: bool, name: &str) -> Response {
+    let button = Button::selectable(is_on, glyph_atom(ui, icon));
     ui.add(button).accessible_name(name)
 }
 
-/// A button that switches `on` when it is clicked, and looks pressed while it is on.
-pub(crate) fn toggle(ui: &mut Ui, icon: Icon, on: &mut bool, text: &str) -> Response {
-    let response = selectable(ui, icon, *on, text);
+/// Shows a button that inverts `is_on` when it is clicked, and looks pressed while `is_on` is true.
+pub(crate) fn toggle(ui: &mut Ui, icon: Icon, is_on: &mut bool, text: &str) -> Response {
+    let response = selectable(ui, icon, *is_on, text);
     if response.clicked() {
-        *on = !*on;
+        *is_on = !*is_on;
     }
     response
 }

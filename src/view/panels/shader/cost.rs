@@ -3,7 +3,7 @@
 //!
 //! In: the displayed module, and the library's statistics as of the last image. Out: egui shapes. Always: a module is timed only when the user asks.
 
-use super::change::cost_table;
+use super::key_comparison::cost_table;
 use super::{Inspected, ShaderPanel};
 use crate::shader::library::{CacheOutcome, Statistics};
 use crate::view::language::{decimal, text};
@@ -12,6 +12,7 @@ use egui::{CollapsingHeader, Grid, ScrollArea};
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
+/// Shows the page.
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let Some(module) = panel.queries.valid_module(inspected.worker, &inspected.id) else {
         accessible::spinner(ui, text!("module-loading"));
@@ -89,14 +90,14 @@ fn library_statistics(ui: &mut egui::Ui, library: &Statistics) {
     });
 }
 
-/// Shows a list of counts that can be folded, largest first, three in a row. Its title includes their sum.
+/// Shows a foldable list of counts by kind of operation, largest first, three in a row. Its title includes their sum.
 fn counts_by_kind(ui: &mut egui::Ui, title: &str, counts: &BTreeMap<&str, usize>) {
-    let mut all: Vec<_> = counts.iter().collect();
-    all.sort_by_key(|(kind, count)| (Reverse(**count), **kind));
+    let mut sorted: Vec<_> = counts.iter().collect();
+    sorted.sort_by_key(|(kind, count)| (Reverse(**count), **kind));
     let total: usize = counts.values().sum();
     CollapsingHeader::new(format!("{title}: {total}")).id_salt(title).default_open(false).show(ui, |ui| {
         Grid::new(title).num_columns(6).striped(true).spacing([12.0, 2.0]).show(ui, |ui| {
-            for row in all.chunks(3) {
+            for row in sorted.chunks(3) {
                 for (kind, count) in row {
                     ui.monospace(format!("{count:>5}"));
                     ui.label(**kind);

@@ -20,7 +20,7 @@ pub(crate) fn is_switch(dimension: &Dimension) -> bool {
     dimension.texts.len() == 2 && dimension.texts[0].is_empty()
 }
 
-/// What a value means for the image; empty if there is no such value.
+/// What the value at an index means for the image; empty if there is no such value.
 pub(crate) fn meaning(dimension: &Dimension, value: usize) -> &'static str {
     let meanings: &[&str] = match dimension.name {
         "surface" => &[

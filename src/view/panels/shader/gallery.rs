@@ -10,10 +10,11 @@ use super::{Inspected, ShaderPanel};
 use crate::scene::draw::DrawFeatures;
 use crate::shader::key::{DIMENSIONS, ShaderKey};
 use crate::view::language::text;
-use crate::view::panels::theme::{HIGHLIGHT_COLOUR, SMALL};
+use crate::view::panels::theme::{HIGHLIGHT_COLOUR, SMALL_TEXT_POINTS};
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{Color32, ComboBox, Rect, RichText, ScrollArea, Sense, Stroke, Vec2, pos2};
 
+/// State of the Gallery page.
 #[derive(Default)]
 pub(crate) struct GalleryPage {
     /// Name of the dimension that varies; `None`: each dimension in turn.
@@ -24,7 +25,7 @@ pub(crate) struct GalleryPage {
 struct Entry {
     /// How the key differs from the displayed one, such as `with mie`.
     caption: String,
-    /// Features that have this key, not reduced to its canonical form.
+    /// Features with this key, not reduced to the key's canonical form: they may include values without effect.
     features: DrawFeatures,
     key: ShaderKey,
 }
@@ -33,9 +34,10 @@ struct Entry {
 const ENTRY_MARGIN: Vec2 = Vec2::new(24.0, 34.0);
 /// Gap between two rows or columns, points.
 const GAP: f32 = 8.0;
-/// Width that a column must have besides its image, margin and gap before the grid has that column, points.
+/// Width that is added to that of a column (image, margin and gap) when the columns that fit are counted, points.
 const COLUMN_RESERVE: f32 = 4.0;
 
+/// Shows the page.
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let (Some(drawn_key), Some(key)) = (inspected.drawn_key, inspected.key()) else {
         ui.label(text!("gallery-none"));
@@ -43,8 +45,8 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     };
     ui.horizontal(|ui| {
         let label = ui.label(text!("gallery-vary"));
-        let chosen = panel.gallery.dimension.unwrap_or(text!("gallery-every"));
-        let list = ComboBox::from_id_salt("gallery dimension").selected_text(chosen).width(160.0).show_ui(ui, |ui| {
+        let chosen_name = panel.gallery.dimension.unwrap_or(text!("gallery-every"));
+        let list = ComboBox::from_id_salt("gallery dimension").selected_text(chosen_name).width(160.0).show_ui(ui, |ui| {
             ui.selectable_value(&mut panel.gallery.dimension, None, text!("gallery-every"));
             for dimension in DIMENSIONS {
                 ui.selectable_value(&mut panel.gallery.dimension, Some(dimension.name), dimension.name);
@@ -52,8 +54,8 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         });
         list.response.labelled_by(label.id).on_hover_text(text!("gallery-hint"));
     });
-    let base = panel.edited.unwrap_or(inspected.draw.map_or(*drawn_key.features(), |d| d.features));
-    let entries = neighbours(&base, panel.gallery.dimension);
+    let displayed_features = panel.edited.unwrap_or(inspected.draw.map_or(*drawn_key.features(), |d| d.features));
+    let entries = neighbours(&displayed_features, panel.gallery.dimension);
     ui.weak(text!("gallery-count", count = entries.len().saturating_sub(1)));
     let mut clicked = None;
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
@@ -73,7 +75,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
                         if response.on_hover_text(entry.key.to_string()).clicked() {
                             clicked = Some(entry.features);
                         }
-                        ui.add(egui::Label::new(RichText::new(&entry.caption).size(SMALL)).wrap());
+                        ui.add(egui::Label::new(RichText::new(&entry.caption).size(SMALL_TEXT_POINTS)).wrap());
                     });
                 });
                 if (index + 1) % columns == 0 {

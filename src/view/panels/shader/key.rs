@@ -9,40 +9,42 @@ use super::{Inspected, ShaderPanel};
 use crate::scene::draw::DrawFeatures;
 use crate::shader::key::{DIMENSIONS, Dimension, ShaderKey, reductions};
 use crate::view::language::text;
-use crate::view::panels::theme::SMALL;
+use crate::view::panels::theme::SMALL_TEXT_POINTS;
 use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
 
 /// Width that the column of descriptions leaves for the columns of names and controls, points.
 const CONTROLS_WIDTH: f32 = 285.0;
 
+/// State of the Key page.
 #[derive(Default)]
 pub(crate) struct KeyPage {
     /// The text in the key field.
     typed: String,
-    /// The error in the typed key; empty if there is none.
+    /// The error in the last key that was entered; empty if there is none.
     error: String,
 }
 
+/// Shows the page, and stores the features that the user changes.
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let (Some(drawn_key), Some(key)) = (inspected.drawn_key, inspected.key()) else {
         ui.label(text!("key-none"));
         return;
     };
-    let base = inspected.draw.map_or(*drawn_key.features(), |draw| draw.features);
-    let mut edited = panel.edited.unwrap_or(base);
+    let drawn_features = inspected.draw.map_or(*drawn_key.features(), |draw| draw.features);
+    let mut edited = panel.edited.unwrap_or(drawn_features);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        super::change::summary(panel, ui, inspected);
+        super::key_comparison::summary(panel, ui, inspected);
         key_field(panel, ui, &mut edited);
         dimensions(ui, &mut edited, drawn_key.features(), key.features());
         ui.separator();
-        super::change::details(panel, ui, inspected);
+        super::key_comparison::details(panel, ui, inspected);
     });
-    // Features equal to those of the draw do not count as edited, nor does the drawn key if it was typed: its features lack the values without effect.
-    let is_unchanged = edited == base || (panel.edited.is_none() && edited == *drawn_key.features());
+    // Features equal to those of the draw do not count as edited. Nor do those of the drawn key if it was typed: they lack the values without effect.
+    let is_unchanged = edited == drawn_features || (panel.edited.is_none() && edited == *drawn_key.features());
     panel.edited = if is_unchanged { None } else { Some(edited) };
 }
 
-/// Shows a field for the text of a key.
+/// Shows a field for the text of a key, and the error in an entered key. A valid key replaces `edited`.
 fn key_field(panel: &mut ShaderPanel, ui: &mut egui::Ui, edited: &mut DrawFeatures) {
     let page = &mut panel.key;
     ui.horizontal(|ui| {
@@ -70,7 +72,7 @@ fn dimensions(ui: &mut egui::Ui, edited: &mut DrawFeatures, drawn: &DrawFeatures
     // The rules that leave values without effect out of the key. If several concern one dimension, the first is shown as the reason.
     let rules = reductions(edited);
     let reason_without_effect = |dimension: &Dimension| rules.iter().find(|r| r.dimension == dimension.name).map(|r| r.because);
-    let width = ui.available_width();
+    let available_width = ui.available_width();
     Grid::new("dimensions").num_columns(3).striped(true).spacing([8.0, 3.0]).show(ui, |ui| {
         let mut last_part = None;
         for dimension in DIMENSIONS {
@@ -87,10 +89,10 @@ fn dimensions(ui: &mut egui::Ui, edited: &mut DrawFeatures, drawn: &DrawFeatures
                 Some(why) => (text!("key-no-effect", why = why), true),
                 None => (meaning(dimension, effective_value).to_owned(), effective_value == 0 && is_switch(dimension)),
             };
-            let text = RichText::new(description).size(SMALL);
+            let text = RichText::new(description).size(SMALL_TEXT_POINTS);
             let label = egui::Label::new(if is_weak { text.weak() } else { text }).wrap();
             ui.scope(|ui| {
-                ui.set_max_width((width - CONTROLS_WIDTH).max(120.0));
+                ui.set_max_width((available_width - CONTROLS_WIDTH).max(120.0));
                 ui.add(label);
             });
             ui.end_row();
@@ -98,12 +100,12 @@ fn dimensions(ui: &mut egui::Ui, edited: &mut DrawFeatures, drawn: &DrawFeatures
     });
 }
 
-/// Shows a checkbox or a list for a dimension, with an accessible name.
-fn control(ui: &mut egui::Ui, dimension: &Dimension, value: usize, edited: &mut DrawFeatures, label: egui::Id) {
+/// Shows a checkbox or a list for a dimension. `value`: index of its value in `edited`. `label_id`: the label that is the control's accessible name.
+fn control(ui: &mut egui::Ui, dimension: &Dimension, value: usize, edited: &mut DrawFeatures, label_id: egui::Id) {
     if is_switch(dimension) {
         let mut is_on = value == 1;
         let word = if is_on { text!("key-on") } else { text!("key-off") };
-        if ui.checkbox(&mut is_on, word).labelled_by(label).on_hover_text(text!("key-switch", dimension = dimension.name)).changed() {
+        if ui.checkbox(&mut is_on, word).labelled_by(label_id).on_hover_text(text!("key-switch", dimension = dimension.name)).changed() {
             (dimension.set)(edited, usize::from(is_on));
         }
         return;
@@ -116,5 +118,5 @@ fn control(ui: &mut egui::Ui, dimension: &Dimension, value: usize, edited: &mut 
             }
         }
     });
-    list.response.labelled_by(label).on_hover_text(text!("key-choose", dimension = dimension.name));
+    list.response.labelled_by(label_id).on_hover_text(text!("key-choose", dimension = dimension.name));
 }

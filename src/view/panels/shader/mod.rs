@@ -4,15 +4,15 @@
 //! In: the last image, the selected body. Out: egui shapes. Always: a key changed by hand affects only this panel, not the image on screen;
 //! slow queries run on the query worker (a background thread); everything shown belongs to the module named at the top.
 
-mod change;
 mod cost;
 mod descriptions;
 mod gallery;
 mod key;
+mod key_comparison;
+mod module_text;
 mod probe;
 mod queries;
 mod source;
-mod text;
 mod values;
 
 use super::Interface;
@@ -30,12 +30,16 @@ use queries::ShaderQueries;
 /// A page of the panel; each is a file of this folder.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Page {
+    /// The value of each dimension of the key, and what a change of the key makes different.
     Key,
     #[default]
     Source,
+    /// The uniforms and textures of the draw.
     Values,
     Cost,
+    /// The named values that the draws compute at one pixel.
     Probe,
+    /// Sample images of other keys.
     Gallery,
 }
 
@@ -51,23 +55,24 @@ impl Page {
     ];
 }
 
-/// A module that can be chosen for inspection.
+/// What a user can choose for inspection; it determines the module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum ModuleChoice {
-    /// The module that draws a part of the selected body; the name of that part.
+    /// A part of the selected body, given by the part's name: the module that draws it.
     Part(&'static str),
-    /// A simple shader: a module without a key, which all bodies share. Its name in [`SIMPLE_MODULES`].
+    /// A simple shader, given by its name in [`SIMPLE_MODULES`]: a module without a key, which all bodies share.
     Simple(&'static str),
 }
 
+/// State of the Shader panel.
 #[derive(Default)]
 pub(crate) struct ShaderPanel {
     page: Page,
-    /// The module that the user chose; `None`: that of the globe, else of the first draw, else of points.
+    /// The module that the user chose. `None`: that of the body's globe, or of its first draw if it has no globe, or of points if it has no draws.
     chosen: Option<ModuleChoice>,
     /// The body and the module that the last frame showed. When one of them changes, features changed by hand are dropped.
     last_inspected: Option<(NaifId, ModuleChoice)>,
-    /// Features changed by hand, including values without effect, which the key omits; `None`: unchanged.
+    /// Features changed by hand, including values without effect, which the key omits; `None`: the features are those of the draw.
     edited: Option<DrawFeatures>,
     /// The features of a key from the search field, which replace `edited` in the next frame.
     requested: Option<DrawFeatures>,
@@ -75,7 +80,7 @@ pub(crate) struct ShaderPanel {
     pins: [Option<ShaderKey>; 2],
     queries: ShaderQueries,
     key: key::KeyPage,
-    change: change::ChangeView,
+    key_comparison: key_comparison::KeyComparison,
     source: source::SourcePage,
     values: values::ValuesPage,
     probe: probe::ProbePage,
@@ -84,11 +89,13 @@ pub(crate) struct ShaderPanel {
 
 /// What the panel shows in this frame.
 struct Inspected<'a> {
+    /// Runs the queries.
     worker: &'a dyn RenderWorker,
+    /// The displayed image, with its scene.
     rendered: &'a RenderedView,
-    /// The selected body's draw that uses the module; `None` for a simple shader.
+    /// The selected body's draw whose module is inspected; `None` for a simple shader.
     draw: Option<&'a Draw>,
-    /// The key of that draw.
+    /// The key of `draw`.
     drawn_key: Option<ShaderKey>,
     /// The displayed module: that of the draw, that of the key changed by hand, or a simple shader.
     id: ModuleId,
@@ -97,7 +104,7 @@ struct Inspected<'a> {
 }
 
 impl Inspected<'_> {
-    /// The displayed key.
+    /// The displayed key; `None` for a simple shader.
     fn key(&self) -> Option<ShaderKey> {
         match &self.id {
             ModuleId::Planet(key) => Some(*key),
@@ -111,10 +118,11 @@ impl Inspected<'_> {
     }
 }
 
+/// Shows the panel, and takes over a pixel that the user picked on the Probe page.
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
     let mut panel = std::mem::take(&mut interface.shader);
     panel.show(interface, ui, worker);
-    interface.viewport.picked_px = panel.probe.chosen_px.take().or(interface.viewport.picked_px);
+    interface.viewport.picked_px = panel.probe.newly_picked_px.take().or(interface.viewport.picked_px);
     interface.shader = panel;
 }
 
@@ -136,7 +144,7 @@ impl ShaderPanel {
     /// Drops stored errors: their texts are in the language in which the queries were made.
     pub(crate) fn forget_failures(&mut self) {
         self.queries.forget_failures();
-        self.change.forget_failure();
+        self.key_comparison.forget_failure();
     }
 
     /// Whether the Probe page is shown, so that the viewport marks its pixel.
@@ -144,9 +152,11 @@ impl ShaderPanel {
         self.page == Page::Probe
     }
 
+    /// Determines the module to show, and shows the chosen page about it.
     fn show(&mut self, interface: &Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
         self.queries.reset_on_new_fragments(worker);
         let Some(rendered) = interface.shown() else {
+            // The first image is still being drawn.
             ui.label(text!("shader-first"));
             return;
         };
@@ -155,14 +165,14 @@ impl ShaderPanel {
         let name = interface.viewer.name(body).to_owned();
         // The faces of a dome or whole-sphere image have scenes of their own, which are not kept.
         let is_perspective = rendered.job.request.composition.projection == Projection::Perspective;
-        let without_draws = if is_perspective { text!("shader-point") } else { text!("shader-faces") };
-        self.module_choices(ui, &name, &draws, without_draws);
+        let no_draws_text = if is_perspective { text!("shader-point") } else { text!("shader-faces") };
+        self.module_choices(ui, &name, &draws, no_draws_text);
         let chosen = self.chosen.filter(|module| match module {
             ModuleChoice::Part(part) => draws.iter().any(|d| d.part.name() == *part),
             ModuleChoice::Simple(_) => true,
         });
-        let globe = draws.iter().find(|d| d.part.name() == "globe").or(draws.first());
-        let module = chosen.unwrap_or(globe.map_or(ModuleChoice::Simple("point"), |d| ModuleChoice::Part(d.part.name())));
+        let default_draw = draws.iter().find(|d| d.part.name() == "globe").or(draws.first());
+        let module = chosen.unwrap_or(default_draw.map_or(ModuleChoice::Simple("point"), |d| ModuleChoice::Part(d.part.name())));
         if self.last_inspected.replace((body, module)) != Some((body, module)) {
             self.edited = None;
         }
@@ -200,18 +210,18 @@ impl ShaderPanel {
         }
     }
 
-    /// Shows buttons for the draws of the body and a list of the simple shaders, to choose the module. `name`: the body's name. `without_draws`: the
-    /// text about a body without draws.
-    fn module_choices(&mut self, ui: &mut egui::Ui, name: &str, draws: &[&Draw], without_draws: &str) {
+    /// Shows buttons for the draws of the body and a list of the simple shaders, to choose the module. `body_name`: the body's name. `no_draws_text`: says
+    /// why the body has no draws, if it has none.
+    fn module_choices(&mut self, ui: &mut egui::Ui, body_name: &str, draws: &[&Draw], no_draws_text: &str) {
         let current = self.last_inspected.map(|(_, module)| module);
         ui.horizontal_wrapped(|ui| {
-            ui.strong(name);
+            ui.strong(body_name);
             if draws.is_empty() {
-                ui.weak(without_draws);
+                ui.weak(no_draws_text);
             }
             for draw in draws {
                 let part = ModuleChoice::Part(draw.part.name());
-                let hover = text!("shader-part-hint", name = name, part = named("part", draw.part.name()));
+                let hover = text!("shader-part-hint", name = body_name, part = named("part", draw.part.name()));
                 if ui.selectable_label(current == Some(part), named("part", draw.part.name())).on_hover_text(hover).clicked() {
                     self.chosen = Some(part);
                 }
@@ -243,10 +253,10 @@ impl ShaderPanel {
             }
             if let Some(key) = inspected.key() {
                 for (pin, name) in self.pins.iter_mut().zip(["A", "B"]) {
-                    let pinned = *pin == Some(key);
+                    let is_pinned = *pin == Some(key);
                     let hover = text!("shader-pin-hint", name = name);
-                    if ui.selectable_label(pinned, text!("shader-pin", name = name)).on_hover_text(hover).clicked() {
-                        *pin = if pinned { None } else { Some(key) };
+                    if ui.selectable_label(is_pinned, text!("shader-pin", name = name)).on_hover_text(hover).clicked() {
+                        *pin = if is_pinned { None } else { Some(key) };
                     }
                 }
             }
@@ -260,7 +270,7 @@ impl ShaderPanel {
     }
 }
 
-/// Shows why there is no module.
+/// Shows why there is no module, with the place of the error in its source.
 fn show_failure(ui: &mut egui::Ui, failure: &queries::ModuleFailure) {
     ui.colored_label(ui.visuals().error_fg_color, &failure.why);
     ui.weak(text!("shader-broken"));
@@ -276,6 +286,7 @@ mod tests {
     /// While a simple shader is chosen, no key is shown.
     #[test]
     fn a_key_from_the_search_field_replaces_a_chosen_simple_shader() {
+        // `sun1`: the Sun is the only light.
         let Ok(key) = "lambert.albedo.sun1.ellipsoid".parse::<ShaderKey>() else { panic!("not a key") };
         let rings = ModuleChoice::Part("rings");
         for (chosen, expected) in [(ModuleChoice::Simple("point"), None), (rings, Some(rings))] {

@@ -1,6 +1,6 @@
 //! The Probe page: the named values (values bound to a name in the module's source) that each draw computes at one pixel, in f32 and in f64.
 //!
-//! In: the displayed view, the picked pixel. Out: egui shapes; a pixel chosen on this page. Always: both precisions are
+//! In: the displayed view, the picked pixel. Out: egui shapes; a pixel picked on this page. Always: both precisions are
 //! computed for the same view and pixel; nothing is computed before the user picks a pixel.
 
 use super::values::brief_number;
@@ -13,7 +13,7 @@ use crate::session::Session;
 use crate::view::error_texts::error_text;
 use crate::view::language::dates::instant_text;
 use crate::view::language::{body_name, named, signed, text};
-use crate::view::panels::theme::SMALL;
+use crate::view::panels::theme::SMALL_TEXT_POINTS;
 use crate::view::panels::{Interface, accessible};
 use crate::view::worker::drawn_with::DrawnWith;
 use crate::view::worker::render_worker::{Pending, ask};
@@ -22,15 +22,17 @@ use egui::{FontId, RichText, ScrollArea, TextEdit};
 /// The reports of one pixel computed in f32 and in f64.
 type BothPrecisions = [PixelReport; 2];
 
+/// State of the Probe page.
 #[derive(Default)]
 pub(crate) struct ProbePage {
     /// Only values whose name contains this text are shown.
     filter: String,
-    /// A pixel chosen on this page, by its coordinates or by the button for the centre. The panel passes it on to the viewport.
-    pub chosen_px: Option<[u32; 2]>,
+    /// A pixel that the user has just picked on this page, by its coordinates or by the button for the centre. The panel passes it on to
+    /// `Viewport::picked_px`.
+    pub newly_picked_px: Option<[u32; 2]>,
     /// Index of the chosen draw among those at the pixel.
     draw_index: usize,
-    /// The pixel and the view of the last query, and what else its answer depends on.
+    /// What the answer to the last query depends on: the pixel, the view, and the state of the session.
     requested: Option<([u32; 2], ViewRequest, DrawnWith)>,
     pending: Option<Pending<Result<BothPrecisions, ProbeError>>>,
     /// The last answer.
@@ -38,7 +40,7 @@ pub(crate) struct ProbePage {
 }
 
 /// Inspects a pixel in f32, then in f64.
-fn in_both_precisions(session: &Session, request: &ViewRequest, pixel: [u32; 2]) -> Result<BothPrecisions, ProbeError> {
+fn inspect_in_both_precisions(session: &Session, request: &ViewRequest, pixel: [u32; 2]) -> Result<BothPrecisions, ProbeError> {
     let inspect = |in_f64: bool| {
         let renderer = session.renderer_in(in_f64)?;
         inspect_pixel(&Prober { session, renderer: &renderer }, request, SamplingQuality::of(request.quality), pixel)
@@ -46,6 +48,7 @@ fn in_both_precisions(session: &Session, request: &ViewRequest, pixel: [u32; 2])
     Ok([inspect(false)?, inspect(true)?])
 }
 
+/// Shows the page.
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, interface: &Interface) {
     let page = &mut panel.probe;
     if let Some(answer) = page.pending.as_ref().and_then(Pending::take) {
@@ -57,7 +60,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     let Some(pixel) = interface.viewport.picked_px.filter(|[x, y]| *x < width && *y < height) else {
         ui.label(text!("probe-begin"));
         if ui.button(text!("probe-centre")).on_hover_text(text!("probe-centre-hint")).clicked() {
-            page.chosen_px = Some([width / 2, height / 2]);
+            page.newly_picked_px = Some([width / 2, height / 2]);
         }
         return;
     };
@@ -65,10 +68,10 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     ui.horizontal(|ui| {
         ui.strong(text!("probe-pixel"));
         let [mut x, mut y] = pixel;
-        let x_field = accessible::number(ui, egui::DragValue::new(&mut x).prefix("x ").range(0..=width - 1), text!("probe-x"));
-        let y_field = accessible::number(ui, egui::DragValue::new(&mut y).prefix("y ").range(0..=height - 1), text!("probe-y"));
+        let x_field = accessible::number_field(ui, egui::DragValue::new(&mut x).prefix("x ").range(0..=width - 1), text!("probe-x"));
+        let y_field = accessible::number_field(ui, egui::DragValue::new(&mut y).prefix("y ").range(0..=height - 1), text!("probe-y"));
         if x_field.changed() || y_field.changed() {
-            page.chosen_px = Some([x, y]);
+            page.newly_picked_px = Some([x, y]);
         }
         if page.pending.is_some() && page.answer.is_some() {
             accessible::spinner(ui, text!("probe-another"));
@@ -88,18 +91,18 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
         ui.label(text!("probe-empty"));
         return;
     }
-    let mut chosen = page.draw_index.min(report_f32.draws.len() - 1);
+    let mut chosen_index = page.draw_index.min(report_f32.draws.len() - 1);
     ui.horizontal_wrapped(|ui| {
         for (index, draw) in report_f32.draws.iter().enumerate() {
             let name = format!("{} {}", body_name(&draw.name), named("part", draw.part.name()));
-            if ui.selectable_label(index == chosen, name).on_hover_text(text!("probe-draw-hint")).clicked() {
-                chosen = index;
+            if ui.selectable_label(index == chosen_index, name).on_hover_text(text!("probe-draw-hint")).clicked() {
+                chosen_index = index;
             }
         }
     });
-    page.draw_index = chosen;
-    let draw_f32 = &report_f32.draws[chosen];
-    ui.add(egui::Label::new(RichText::new(draw_f32.module.to_string()).monospace().size(SMALL)).wrap());
+    page.draw_index = chosen_index;
+    let draw_f32 = &report_f32.draws[chosen_index];
+    ui.add(egui::Label::new(RichText::new(draw_f32.module.to_string()).monospace().size(SMALL_TEXT_POINTS)).wrap());
     if let Some([latitude, longitude]) = draw_f32.ground_deg {
         ui.label(text!("probe-ground", latitude = signed(latitude, 4), longitude = signed(longitude, 4)));
     }
@@ -116,7 +119,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
 }
 
 impl ProbePage {
-    /// Starts a query about a pixel of the image, unless nothing has changed on which its answer depends, the view is moving, or another query is running.
+    /// Starts a query about a pixel of the image, unless the last query was the same, the view is moving, or another query is running.
     fn start_query(&mut self, inspected: &Inspected<'_>, interface: &Interface, pixel: [u32; 2]) {
         let [width, height] = interface.viewport.size_px;
         let request = ViewRequest { width, height, quality: interface.viewer.view.quality, ..inspected.rendered.job.request.clone() };
@@ -126,7 +129,7 @@ impl ProbePage {
         }
         let request = query.1.clone();
         self.requested = Some(query);
-        let pending = ask(inspected.worker, move |session| in_both_precisions(session, &request, pixel));
+        let pending = ask(inspected.worker, move |session| inspect_in_both_precisions(session, &request, pixel));
         // The worker of the tests has answered already.
         match pending.take() {
             Some(answer) => self.answer = Some(answer),
@@ -146,7 +149,8 @@ struct Row {
 impl Row {
     /// The name, both values and their absolute difference, in columns.
     fn text(&self) -> String {
-        let number = |v: f64, digits: usize| if v.is_nan() { text!("probe-not-evaluated").to_owned() } else { format!("{v:.digits$e}") };
+        let number =
+            |v: f64, decimals: usize| if v.is_nan() { text!("probe-not-evaluated").to_owned() } else { format!("{v:.decimals$e}") };
         let in_f64 = self.in_f64.map_or(text!("probe-no-value").to_owned(), |v| number(v, 9));
         let difference = self.in_f64.map(|in_f64| (self.in_f32 - in_f64).abs()).filter(|d| d.is_finite());
         let difference = difference.map_or(String::new(), |d| if d == 0.0 { "0".to_owned() } else { format!("{d:.1e}") });
@@ -159,15 +163,15 @@ fn columns(name: &str, in_f32: &str, in_f64: &str, difference: &str) -> String {
     format!("{name:<34} {in_f32:>14} {in_f64:>17} {difference:>10}")
 }
 
-/// Every value of a draw at the pixel, with one row for each component of a vector.
+/// Every value of a draw at the pixel, with one row for each component of a vector. The draw's colour and coverage come first.
 fn rows(draw_f32: &PixelDraw, draw_f64: Option<&PixelDraw>) -> Vec<Row> {
-    let mut all = Vec::new();
+    let mut rows = Vec::new();
     let number_f64 = |name: &str, index: usize| {
         draw_f64.and_then(|draw| draw.values.values.iter().find(|v| v.name == name)?.numbers.get(index).copied())
     };
     let channels = [text!("colour-red"), text!("colour-green"), text!("colour-blue"), text!("colour-coverage")];
     for (index, channel) in channels.iter().enumerate() {
-        all.push(Row {
+        rows.push(Row {
             name: text!("probe-colour", c = channel),
             in_f32: draw_f32.values.colour[index],
             in_f64: draw_f64.map(|draw| draw.values.colour[index]),
@@ -177,30 +181,30 @@ fn rows(draw_f32: &PixelDraw, draw_f64: Option<&PixelDraw>) -> Vec<Row> {
         for (index, in_f32) in value.numbers.iter().enumerate() {
             let component = ["x", "y", "z", "w"].get(index).filter(|_| value.numbers.len() > 1);
             let name = component.map_or(value.name.clone(), |component| format!("{}.{component}", value.name));
-            all.push(Row { name, in_f32: *in_f32, in_f64: number_f64(&value.name, index) });
+            rows.push(Row { name, in_f32: *in_f32, in_f64: number_f64(&value.name, index) });
         }
     }
-    all
+    rows
 }
 
 fn row_text(text: String) -> RichText {
-    RichText::new(text).monospace().size(SMALL)
+    RichText::new(text).monospace().size(SMALL_TEXT_POINTS)
 }
 
 /// Height of a row, points.
 fn row_height(ui: &egui::Ui) -> f32 {
-    ui.ctx().fonts_mut(|fonts| fonts.row_height(&FontId::monospace(SMALL)))
+    ui.ctx().fonts_mut(|fonts| fonts.row_height(&FontId::monospace(SMALL_TEXT_POINTS)))
 }
 
 /// Shows the rows whose name contains the filter text.
 fn table(ui: &mut egui::Ui, rows: &[Row], filter: &str) {
-    let shown: Vec<&Row> = rows.iter().filter(|r| r.name.contains(filter.trim())).collect();
-    let headings = columns(&text!("probe-count", count = shown.len()), "f32", "f64", text!("probe-difference"));
+    let matching: Vec<&Row> = rows.iter().filter(|r| r.name.contains(filter.trim())).collect();
+    let headings = columns(&text!("probe-count", count = matching.len()), "f32", "f64", text!("probe-difference"));
     ui.label(row_text(headings).strong());
     ui.spacing_mut().item_spacing.y = 1.0;
     let height = row_height(ui);
-    ScrollArea::both().auto_shrink(false).show_rows(ui, height, shown.len(), |ui, range| {
-        for row in shown.get(range).unwrap_or_default() {
+    ScrollArea::both().auto_shrink(false).show_rows(ui, height, matching.len(), |ui, range| {
+        for row in matching.get(range).unwrap_or_default() {
             ui.add(egui::Label::new(row_text(row.text())).extend());
         }
     });

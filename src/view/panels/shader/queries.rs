@@ -4,7 +4,7 @@
 //! thread), and again only after its result was dropped; when the fragments (the shader sources from which modules are generated) change, all results
 //! are dropped.
 
-use super::text::{ModuleText, text_of};
+use super::module_text::{ModuleText, translated_text};
 use crate::catalog::NaifId;
 use crate::image::{DisplayImage, Level, MapDecoding};
 use crate::render::plan::{self, FrameImages, ResourceProvider, SamplingQuality};
@@ -37,9 +37,9 @@ pub(crate) struct LoadedModule {
     pub ir: IrCost,
     /// Costs of the software renderer's tapes (lists of operations), vertex stage first.
     pub tapes: Vec<TapeCost>,
-    /// How the library obtained the module.
+    /// How the library obtained the module, and how long that took; `None` if unknown.
     pub origin: Option<Origin>,
-    /// Path and size in bytes of the module's entry in the library on disk.
+    /// Path and size in bytes of the module's entry in the library on disk; `None` if it has no entry.
     pub entry: Option<(PathBuf, u64)>,
 }
 
@@ -51,8 +51,10 @@ pub(crate) struct ModuleFailure {
     pub diagnosis: String,
 }
 
+/// A module, or why there is none.
 pub(crate) type ModuleResult = Result<Arc<LoadedModule>, Arc<ModuleFailure>>;
 
+/// Gets a module from the library, and computes its costs.
 fn load_module(session: &Session, id: &ModuleId) -> ModuleResult {
     let library = session.library();
     let failure = |why: String, diagnosis: String| Arc::new(ModuleFailure { why, diagnosis });
@@ -153,12 +155,12 @@ impl ShaderQueries {
         self.texts
             .get(worker, &(id.clone(), language), move |session| {
                 let module = session.library().get(&asked_id).map_err(|e| error_text(&e))?;
-                text_of(&module, language).map(Arc::new)
+                translated_text(&module, language).map(Arc::new)
             })
             .cloned()
     }
 
-    /// The difference of two modules' sources, by feature.
+    /// The difference of two modules' sources, by feature, once it has arrived.
     pub(crate) fn difference(&mut self, worker: &dyn RenderWorker, ids: &[ModuleId; 2]) -> Option<Result<Arc<Vec<FeatureDiff>>, String>> {
         let asked_ids = ids.clone();
         self.differences
@@ -173,8 +175,8 @@ impl ShaderQueries {
             .cloned()
     }
 
-    /// Every key that any view of the catalog's bodies can need.
-    pub(crate) fn reachable(&mut self, worker: &dyn RenderWorker) -> Option<Arc<BTreeSet<ShaderKey>>> {
+    /// Every key that any view of the catalog's bodies can need, once the result has arrived.
+    pub(crate) fn reachable_keys(&mut self, worker: &dyn RenderWorker) -> Option<Arc<BTreeSet<ShaderKey>>> {
         self.reachable_keys.get(worker, &(), |session| Arc::new(keys_of(possible_features(session.catalog())))).cloned()
     }
 
@@ -192,7 +194,7 @@ impl ShaderQueries {
         self.timings.known(id).cloned()
     }
 
-    /// The size of a map file as it is decoded for a draw.
+    /// The size of a map file as it is decoded for a draw, once it has arrived.
     pub(crate) fn map(&mut self, worker: &dyn RenderWorker, file: &str, decoding: MapDecoding) -> Option<Result<MapFacts, String>> {
         let asked_file = file.to_owned();
         self.maps
@@ -205,7 +207,7 @@ impl ShaderQueries {
             .cloned()
     }
 
-    /// The image of the sample body drawn with a key. The body is the same for all keys: see `session::sample_body`.
+    /// The image of the sample body drawn with a key, once it has arrived. The body is the same for all keys: see `session::sample_body`.
     pub(crate) fn sample_texture(
         &mut self,
         ctx: &egui::Context,
@@ -225,6 +227,7 @@ impl ShaderQueries {
         Some(texture)
     }
 
+    /// Stores a texture. If there are [`MAX_SAMPLE_TEXTURES`] already, drops these first.
     fn store_sample_texture(&mut self, key: ShaderKey, texture: TextureHandle) {
         if self.sample_textures.len() >= MAX_SAMPLE_TEXTURES {
             self.sample_textures.clear();
@@ -232,7 +235,7 @@ impl ShaderQueries {
         self.sample_textures.insert(key, texture);
     }
 
-    /// Two images of the view: the first unchanged, the second with the key of one draw replaced.
+    /// Two images of the view, once they have arrived: the first unchanged, the second with the key of one draw replaced.
     pub(crate) fn swap(
         &mut self,
         worker: &dyn RenderWorker,
@@ -254,7 +257,7 @@ impl ShaderQueries {
     }
 }
 
-/// Draws the sample body for display, encoded with a gamma of 2.2. Radiance has a fixed scale; a key of another pixel view is scaled so that the
+/// Draws the sample body for display, encoded with a gamma of 2.2. Radiance 1 is white. With a key of another pixel view than the final image, the
 /// greatest value is white.
 fn draw_sample_body(session: &Session, key: &ShaderKey) -> SampleImageResult {
     let plan = sample_body_plan(session.library(), key, SAMPLE_PX, SAMPLE_HALF_SIDE_WITH_LIMB).map_err(|e| error_text(&e))?;
@@ -262,11 +265,11 @@ fn draw_sample_body(session: &Session, key: &ShaderKey) -> SampleImageResult {
         session.background_renderer().render(&plan, session.library(), FrameImages::DisplayAndHdr).map_err(|e| error_text(&e))?;
     let is_radiance = key.features().view == PixelView::Final;
     // At least 1e-12, so that the scale of a black image is finite.
-    let greatest = frame.hdr.iter().flat_map(|p| &p[..3]).copied().filter(|v| v.is_finite()).fold(1e-12, f32::max);
-    let scale = if is_radiance { 1.0 } else { 1.0 / greatest };
+    let greatest_value = frame.hdr.iter().flat_map(|p| &p[..3]).copied().filter(|v| v.is_finite()).fold(1e-12, f32::max);
+    let scale = if is_radiance { 1.0 } else { 1.0 / greatest_value };
     // 0.4545 = 1 / 2.2.
-    let encoded = |v: f32| (255.0 * (v * scale).clamp(0.0, 1.0).powf(0.4545)).round() as u8;
-    let rgba = frame.hdr.iter().map(|p| [encoded(p[0]), encoded(p[1]), encoded(p[2]), 255]).collect();
+    let to_byte = |v: f32| (255.0 * (v * scale).clamp(0.0, 1.0).powf(0.4545)).round() as u8;
+    let rgba = frame.hdr.iter().map(|p| [to_byte(p[0]), to_byte(p[1]), to_byte(p[2]), 255]).collect();
     Ok(colour_image(SAMPLE_PX, SAMPLE_PX, rgba))
 }
 
@@ -284,7 +287,7 @@ fn draw_swapped(session: &Session, request: &ViewRequest, swap: Option<&KeySwap>
     let (frame, _) = session.background_renderer().render(&plan, session.library(), FrameImages::Display).map_err(|e| error_text(&e))?;
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
     let image = DisplayImage { width: frame.width, height: frame.height, rgba: frame.display };
-    Ok(ComparedImage { image, by: "software".into(), took_ms })
+    Ok(ComparedImage { image, renderer: "software".into(), took_ms })
 }
 
 #[cfg(test)]

@@ -3,35 +3,36 @@
 //! In: the text of the displayed module in the chosen language. Out: egui shapes. Always: only visible lines are laid out, so that a text of a hundred
 //! thousand lines scrolls as fast as a short text; the list of lines is a single Tab stop, and arrow keys move between its lines.
 
-use super::text::{ModuleText, feature_colour, find_all, layout_job};
+use super::module_text::{ModuleText, feature_colour, find_all, layout_job};
 use super::{Inspected, ShaderPanel};
 use crate::shader::translate::Language;
 use crate::view::language::text;
 use crate::view::panels::accessible;
-use crate::view::panels::theme::{CODE, SMALL};
+use crate::view::panels::theme::{CODE_TEXT_POINTS, SMALL_TEXT_POINTS};
 use egui::{Key, RichText, ScrollArea, Sense, TextEdit, Ui, Vec2, vec2};
 use std::sync::Arc;
 
-/// Width of the margin left of the source, which shows the feature of each line: its name and a coloured stripe.
+/// Width of the margin left of the source, points. The margin shows the feature of each line: its name and a coloured stripe.
 const MARGIN_POINTS: f32 = 112.0;
-/// Width of the stripe at the right edge of the margin.
+/// Width of the stripe at the right edge of the margin, points.
 const STRIPE_POINTS: f32 = 4.0;
-/// Size of the font of the source.
-const FONT_POINTS: f32 = CODE;
+/// Size of the font of the source, points.
+const FONT_POINTS: f32 = CODE_TEXT_POINTS;
 /// When the list is scrolled to a line, this number of rows stays visible above it.
 const ROWS_ABOVE: f32 = 3.0;
 
+/// State of the Source page.
 #[derive(Default)]
 pub(crate) struct SourcePage {
     /// The chosen language; `None`: WGSL.
     language: Option<Language>,
     /// The feature to highlight.
     feature: Option<String>,
-    /// Show only the lines of the highlighted feature.
-    only_feature: bool,
-    /// The margin shows only stripes, without names.
+    /// Whether only the lines of the highlighted feature are shown.
+    shows_only_feature: bool,
+    /// Whether the margin shows only stripes, without names.
     hides_names: bool,
-    /// The legend also lists negated features. The lines of `not eclipse`, for example, are in the module because the draw has no eclipse.
+    /// Whether the legend also lists negated features. The lines of `not eclipse`, for example, are in the module because the draw has no eclipse.
     shows_negated: bool,
     /// The text in the search field.
     needle: String,
@@ -42,7 +43,7 @@ pub(crate) struct SourcePage {
     /// A feature requested by another panel, until the user chooses a feature.
     requested: Option<String>,
     /// The source in which the page has already jumped to the requested feature.
-    requested_in: Option<Arc<ModuleText>>,
+    jumped_in: Option<Arc<ModuleText>>,
     /// The first line (from 0) of the last run jumped to. A run is a group of consecutive lines of one feature.
     run_start: Option<usize>,
     /// A line (from 0) to scroll to.
@@ -64,6 +65,7 @@ fn language_name(language: Language) -> (&'static str, &'static str) {
     }
 }
 
+/// Shows the page.
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut Ui, inspected: &Inspected<'_>) {
     let page = &mut panel.source;
     let language = page.language.unwrap_or(Language::Wgsl);
@@ -95,16 +97,16 @@ fn belongs_to(name: &str, requested: &str) -> bool {
 }
 
 impl SourcePage {
-    /// Requests a jump to the lines of a feature as soon as a module with this feature is shown. The jump is repeated if a finer image uses
-    /// another module.
+    /// Requests a jump to the lines of a feature as soon as a module with this feature is shown. If a later image uses another module, for example
+    /// because it is finer, the page jumps again.
     pub(crate) fn request_feature(&mut self, feature: &str) {
-        (self.language, self.feature, self.only_feature) = (None, None, false);
-        (self.requested, self.requested_in) = (Some(feature.to_owned()), None);
+        (self.language, self.feature, self.shows_only_feature) = (None, None, false);
+        (self.requested, self.jumped_in) = (Some(feature.to_owned()), None);
     }
 
     /// Jumps to the requested feature, if this module has it.
     fn show_requested(&mut self, text: &Arc<ModuleText>) {
-        if self.requested_in.as_ref().is_some_and(|shown| Arc::ptr_eq(shown, text)) {
+        if self.jumped_in.as_ref().is_some_and(|jumped_in| Arc::ptr_eq(jumped_in, text)) {
             return;
         }
         let found = self
@@ -112,13 +114,14 @@ impl SourcePage {
             .as_ref()
             .and_then(|requested| text.features.iter().position(|(name, lines)| belongs_to(name, requested) && *lines > 0));
         if let Some(feature) = found {
-            self.requested_in = Some(Arc::clone(text));
+            self.jumped_in = Some(Arc::clone(text));
             self.go_to(text, feature, None);
         }
     }
 
-    /// Shows the search field and the number of the current match. Scrolls to the current match when it changes.
+    /// Shows the search field and the number of the current match. Scrolls to the current match when another match becomes current.
     fn search(&mut self, ui: &mut Ui, text: &Arc<ModuleText>) {
+        // 1 to go to the next match, -1 to go to the previous one.
         let mut step = 0;
         ui.horizontal(|ui| {
             let label = ui.label(text!("source-find"));
@@ -168,24 +171,24 @@ impl SourcePage {
     /// Shows every feature that has lines, with its colour and its number of lines, and a switch that hides all lines except those of the chosen
     /// feature.
     fn legend(&mut self, ui: &mut Ui, text: &ModuleText) {
-        let dark = ui.visuals().dark_mode;
+        let is_dark = ui.visuals().dark_mode;
         ui.scope(|ui| {
             ui.spacing_mut().item_spacing = vec2(2.0, 0.0);
             ui.spacing_mut().button_padding = vec2(5.0, 1.0);
             ui.spacing_mut().interact_size.y = 16.0;
             ui.horizontal_wrapped(|ui| {
-                let mut all: Vec<_> = text.features.iter().enumerate().filter(|(_, (_, lines))| *lines > 0).collect();
+                let mut features_with_lines: Vec<_> = text.features.iter().enumerate().filter(|(_, (_, lines))| *lines > 0).collect();
                 // Negated features come last, and only on request.
                 let is_negated = |name: &str| name.starts_with("not ");
-                all.sort_by_key(|(_, (name, _))| is_negated(name));
-                let negated_count = all.iter().filter(|(_, (name, _))| is_negated(name)).count();
+                features_with_lines.sort_by_key(|(_, (name, _))| is_negated(name));
+                let negated_count = features_with_lines.iter().filter(|(_, (name, _))| is_negated(name)).count();
                 self.shows_negated |= self.feature.as_deref().is_some_and(is_negated);
-                for (feature, (name, lines)) in all {
+                for (feature, (name, lines)) in features_with_lines {
                     if is_negated(name) && !self.shows_negated {
                         continue;
                     }
                     let is_chosen = self.feature.as_ref() == Some(name);
-                    let label = RichText::new(format!("{name} {lines}")).size(SMALL).color(feature_colour(name, dark));
+                    let label = RichText::new(format!("{name} {lines}")).size(SMALL_TEXT_POINTS).color(feature_colour(name, is_dark));
                     let hover = text!("source-feature-hint", lines = lines, name = name);
                     if ui.selectable_label(is_chosen, label).on_hover_text(hover).clicked() {
                         self.requested = None;
@@ -194,7 +197,7 @@ impl SourcePage {
                     }
                 }
                 if negated_count > 0 {
-                    let label = RichText::new(text!("source-negated", count = negated_count)).size(SMALL);
+                    let label = RichText::new(text!("source-negated", count = negated_count)).size(SMALL_TEXT_POINTS);
                     ui.toggle_value(&mut self.shows_negated, label).on_hover_text(text!("source-negated-hint"));
                 }
             });
@@ -202,16 +205,16 @@ impl SourcePage {
         ui.horizontal(|ui| {
             // This module may lack the highlighted feature, if the user chose it in another module.
             if let Some(feature) = self.feature.clone().filter(|f| text.features.iter().any(|(name, _)| name == f)) {
-                ui.checkbox(&mut self.only_feature, text!("source-only", feature = feature)).on_hover_text(text!("source-only-hint"));
+                ui.checkbox(&mut self.shows_only_feature, text!("source-only", feature = feature)).on_hover_text(text!("source-only-hint"));
                 if ui.small_button(text!("source-all")).on_hover_text(text!("source-all-hint")).clicked() {
-                    (self.feature, self.only_feature, self.requested) = (None, false, None);
+                    (self.feature, self.shows_only_feature, self.requested) = (None, false, None);
                 }
             }
         });
     }
 
-    /// Highlights a feature (given by its index) and jumps to its longest run of consecutive lines, or, with `last_start`, to the run after the one that
-    /// starts there.
+    /// Highlights a feature (given by its index) and jumps to its longest run of consecutive lines. With `last_start`, the first line of a run, jumps to the
+    /// feature's next run instead.
     fn go_to(&mut self, text: &ModuleText, feature: usize, last_start: Option<usize>) {
         let has_feature = |line: usize| text.lines.get(line).is_some_and(|l| usize::from(l.feature) == feature);
         let starts: Vec<usize> = (0..text.lines.len()).filter(|i| has_feature(*i) && (*i == 0 || !has_feature(i - 1))).collect();
@@ -231,38 +234,39 @@ impl SourcePage {
         let highlighted = self.feature.as_ref().and_then(|name| text.features.iter().position(|f| f.0 == *name));
         // The lines that are rows of the list; `None`: all lines.
         let rows: Option<Vec<usize>> = highlighted
-            .filter(|_| self.only_feature)
+            .filter(|_| self.shows_only_feature)
             .map(|feature| (0..text.lines.len()).filter(|line| usize::from(text.lines[*line].feature) == feature).collect());
-        let count = rows.as_ref().map_or(text.lines.len(), Vec::len);
+        let row_count = rows.as_ref().map_or(text.lines.len(), Vec::len);
         let font = egui::FontId::monospace(FONT_POINTS);
         ui.spacing_mut().item_spacing.y = 0.0;
         // A row is as high as a line of text.
-        let height = ui.ctx().fonts_mut(|f| f.row_height(&font)).ceil();
-        ui.spacing_mut().interact_size.y = height;
+        let row_height = ui.ctx().fonts_mut(|f| f.row_height(&font)).ceil();
+        ui.spacing_mut().interact_size.y = row_height;
         let mut area = ScrollArea::both().auto_shrink(false).id_salt(("source", text.language.to_string()));
         let row_of = |line: usize| rows.as_ref().map_or(line, |r| r.partition_point(|l| *l < line));
         if let Some(line) = self.scroll_line.take() {
             self.cursor_line = line as usize;
-            area = area.vertical_scroll_offset((row_of(line as usize) as f32 * height - ROWS_ABOVE * height).max(0.0));
+            area = area.vertical_scroll_offset((row_of(line as usize) as f32 * row_height - ROWS_ABOVE * row_height).max(0.0));
         }
         let has_margin = !text.features.is_empty();
         let mut chosen_feature = None;
         let tab_stop = ui.interact(ui.available_rect_before_wrap(), ui.scope_id().with("lines"), Sense::focusable_noninteractive());
         let accessible_name = text!("source-lines");
         tab_stop.widget_info(|| egui::WidgetInfo::labeled(egui::Role::ListBox, true, accessible_name));
-        let (cursor_row, cursor_moved) = navigation_keys(ui, &tab_stop, row_of(self.cursor_line).min(count.saturating_sub(1)), count);
+        let (cursor_row, cursor_moved) =
+            navigation_keys(ui, &tab_stop, row_of(self.cursor_line).min(row_count.saturating_sub(1)), row_count);
         if cursor_moved {
             self.cursor_line = rows.as_ref().map_or(cursor_row, |r| r[cursor_row]);
         }
         if tab_stop.has_focus() && ui.input(|i| i.key_pressed(Key::Enter)) {
             chosen_feature = text.lines.get(self.cursor_line).filter(|_| has_margin).map(|line| usize::from(line.feature));
         }
-        area.show_rows(ui, height, count, |ui, range| {
-            let dark = ui.visuals().dark_mode;
+        area.show_rows(ui, row_height, row_count, |ui, range| {
+            let is_dark = ui.visuals().dark_mode;
             if cursor_moved {
                 // Scroll vertically as far as needed, never horizontally.
-                let top = ui.max_rect().top() + (cursor_row as f32 - range.start as f32) * height;
-                let row = egui::Rect::from_x_y_ranges(ui.clip_rect().x_range(), top..=top + height);
+                let top = ui.max_rect().top() + (cursor_row as f32 - range.start as f32) * row_height;
+                let row = egui::Rect::from_x_y_ranges(ui.clip_rect().x_range(), top..=top + row_height);
                 ui.scroll_to_rect_animation(row, None, egui::style::ScrollAnimation::none());
                 ui.ctx().request_repaint();
             }
@@ -275,11 +279,11 @@ impl SourcePage {
                         let index_above = (row > range.start).then(|| rows.as_ref().map_or(row - 1, |r| r[row - 1]));
                         let is_first =
                             index_above.and_then(|above| text.lines.get(above)).is_none_or(|above| above.feature != line.feature);
-                        if self.margin(ui, text, line_index, height, is_first, highlighted) {
+                        if self.margin(ui, text, line_index, row_height, is_first, highlighted) {
                             chosen_feature = Some(usize::from(line.feature));
                         }
                     }
-                    let label = ui.add(egui::Label::new(layout_job(line_index + 1, &line.text, &self.needle, &font, dark)).extend());
+                    let label = ui.add(egui::Label::new(layout_job(line_index + 1, &line.text, &self.needle, &font, is_dark)).extend());
                     if tab_stop.has_focus() && row == cursor_row {
                         ui.painter().rect_stroke(label.rect, 2.0, ui.visuals().selection.stroke, egui::StrokeKind::Outside);
                         ui.ctx().accesskit_node_builder(tab_stop.id, |list| list.set_active_descendant(label.id.accesskit_id()));
@@ -298,8 +302,9 @@ impl SourcePage {
         }
     }
 
-    /// Shows the feature of a line in the margin. `is_first`: the line is the first visible line of its run, so the margin also shows the feature's
-    /// name, unless names are hidden. `highlighted`: index of the highlighted feature. Returns whether the margin was clicked.
+    /// Shows the feature of a line in the margin. `height`: of the line, points. `is_first`: whether the line is the first visible line of its run, so that
+    /// the margin also shows the feature's name, unless names are hidden. `highlighted`: index of the highlighted feature. Returns whether the margin was
+    /// clicked.
     fn margin(&self, ui: &mut Ui, text: &ModuleText, line_index: usize, height: f32, is_first: bool, highlighted: Option<usize>) -> bool {
         let Some(line) = text.lines.get(line_index) else { return false };
         let Some((name, _)) = text.features.get(usize::from(line.feature)) else { return false };
@@ -315,7 +320,7 @@ impl SourcePage {
         if is_first {
             if !self.hides_names {
                 let name_rect = egui::Rect::from_min_max(rect.min, stripe.left_bottom());
-                let font = egui::FontId::proportional(SMALL);
+                let font = egui::FontId::proportional(SMALL_TEXT_POINTS);
                 let painter = ui.painter().with_clip_rect(name_rect.intersect(ui.clip_rect()));
                 painter.text(name_rect.left_center(), egui::Align2::LEFT_CENTER, name, font, colour);
             }
@@ -326,18 +331,18 @@ impl SourcePage {
     }
 }
 
-/// Handles arrow keys, Page Up, Page Down, Home and End while the list has the focus. `row`: the row of the cursor; `count`: number of rows. Returns
-/// the new row of the cursor, and whether it moved.
-fn navigation_keys(ui: &Ui, tab_stop: &egui::Response, row: usize, count: usize) -> (usize, bool) {
+/// Handles arrow keys, Page Up, Page Down, Home and End while the list has the focus. `row`: the row of the cursor. Returns the
+/// new row of the cursor, and whether a key was pressed.
+fn navigation_keys(ui: &Ui, tab_stop: &egui::Response, row: usize, row_count: usize) -> (usize, bool) {
     /// Rows by which Page Up and Page Down move.
     const PAGE_ROWS: usize = 20;
-    if !tab_stop.has_focus() || count == 0 {
+    if !tab_stop.has_focus() || row_count == 0 {
         return (row, false);
     }
     let arrows = egui::EventFilter { vertical_arrows: true, ..egui::EventFilter::default() };
     ui.memory_mut(|memory| memory.set_focus_lock_filter(tab_stop.id, arrows));
-    let last = count - 1;
-    let steps = [
+    let last = row_count - 1;
+    let targets = [
         (Key::ArrowDown, (row + 1).min(last)),
         (Key::ArrowUp, row.saturating_sub(1)),
         (Key::PageDown, (row + PAGE_ROWS).min(last)),
@@ -345,6 +350,6 @@ fn navigation_keys(ui: &Ui, tab_stop: &egui::Response, row: usize, count: usize)
         (Key::Home, 0),
         (Key::End, last),
     ];
-    let pressed = steps.into_iter().find(|(key, _)| ui.input(|i| i.key_pressed(*key)));
-    pressed.map_or((row, false), |(_, to)| (to, true))
+    let pressed = targets.into_iter().find(|(key, _)| ui.input(|i| i.key_pressed(*key)));
+    pressed.map_or((row, false), |(_, target)| (target, true))
 }

@@ -10,17 +10,19 @@ use crate::shader::{Layout, ModuleId};
 use crate::view::error_texts::error_text;
 use crate::view::language::{decimal, text};
 use crate::view::panels::accessible;
-use crate::view::panels::theme::SMALL;
+use crate::view::panels::theme::SMALL_TEXT_POINTS;
 use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
 
+/// State of the Values page.
 #[derive(Default)]
 pub(crate) struct ValuesPage {
     /// Only uniforms whose name contains this text are shown.
     filter: String,
     /// Index of the chosen draw among those that use the displayed simple shader.
-    draw: usize,
+    draw_index: usize,
 }
 
+/// Shows the page.
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let Some(module) = panel.queries.valid_module(inspected.worker, &inspected.id) else {
         accessible::spinner(ui, text!("module-loading"));
@@ -56,23 +58,23 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
 /// The uniform bytes of a draw that uses a simple shader; `None` if no draw uses it. If several do, shows a list to choose one.
 fn simple_module_bytes(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, module: &str) -> Option<Vec<u8>> {
     let draws: Vec<_> = inspected.rendered.simple_draws.iter().filter(|d| d.module == module).collect();
-    let chosen = &mut panel.values.draw;
-    *chosen = (*chosen).min(draws.len().checked_sub(1)?);
+    let chosen_index = &mut panel.values.draw_index;
+    *chosen_index = (*chosen_index).min(draws.len().checked_sub(1)?);
     if draws.len() > 1 {
-        let list = ComboBox::from_label(text!("values-draw")).selected_text(draws[*chosen].label.as_str()).show_ui(ui, |ui| {
+        let list = ComboBox::from_label(text!("values-draw")).selected_text(draws[*chosen_index].label.as_str()).show_ui(ui, |ui| {
             for (index, draw) in draws.iter().enumerate() {
-                ui.selectable_value(chosen, index, draw.label.as_str());
+                ui.selectable_value(chosen_index, index, draw.label.as_str());
             }
         });
         list.response.on_hover_text(text!("values-draw-hint"));
     } else {
-        ui.weak(draws[*chosen].label.as_str());
+        ui.weak(draws[*chosen_index].label.as_str());
     }
-    Some(draws[*chosen].uniform_bytes.clone())
+    Some(draws[*chosen_index].uniform_bytes.clone())
 }
 
-/// The f32 components of a field; none if the field extends past the end of the bytes.
-fn numbers(field: &UniformField, bytes: &[u8]) -> Vec<f32> {
+/// The f32 components of a field; empty if the field extends past the end of the bytes.
+fn components_of(field: &UniformField, bytes: &[u8]) -> Vec<f32> {
     let end = field.offset as usize + 4 * field.ty.components();
     let field_bytes = bytes.get(field.offset as usize..end).unwrap_or_default();
     field_bytes.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect()
@@ -88,11 +90,11 @@ pub(crate) fn brief_number(v: f32) -> String {
     if !(1e-4..1e6).contains(&magnitude) {
         return format!("{v:.5e}");
     }
-    // The point goes, too, if rounding leaves no decimals, as for 1 + f32::EPSILON.
+    // The decimal point is removed, too, if rounding leaves no decimals, as for 1 + f32::EPSILON.
     format!("{v:.6}").trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// Shows the table of uniforms.
+/// Shows the table of uniforms whose name contains `filter`; their values are empty without `bytes`.
 fn uniform_table(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, filter: &str) {
     /// Largest number of rows of a matrix or array that the table shows.
     const MAX_ROWS: usize = 3;
@@ -107,9 +109,9 @@ fn uniform_table(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, filte
         for field in layout.fields.iter().filter(|f| f.name.contains(&filter)) {
             ui.monospace(field.offset.to_string());
             ui.monospace(field.size.to_string());
-            ui.label(RichText::new(field.ty.to_string()).monospace().size(SMALL));
+            ui.label(RichText::new(field.ty.to_string()).monospace().size(SMALL_TEXT_POINTS));
             ui.label(&field.name);
-            let components = bytes.map(|b| numbers(field, b)).unwrap_or_default();
+            let components = bytes.map(|b| components_of(field, b)).unwrap_or_default();
             let rows: Vec<String> =
                 components.chunks(4).map(|row| row.iter().map(|v| brief_number(*v)).collect::<Vec<_>>().join(", ")).collect();
             let hidden_rows = rows.len().saturating_sub(MAX_ROWS);
@@ -118,7 +120,7 @@ fn uniform_table(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, filte
                 text.push('\n');
                 text.push_str(&text!("values-more", more = hidden_rows));
             }
-            let response = ui.add(egui::Label::new(RichText::new(text).monospace().size(SMALL)).wrap());
+            let response = ui.add(egui::Label::new(RichText::new(text).monospace().size(SMALL_TEXT_POINTS)).wrap());
             if hidden_rows > 0 {
                 response.on_hover_text(RichText::new(rows[..rows.len().min(MAX_TOOLTIP_ROWS)].join("\n")).monospace());
             }
@@ -188,8 +190,8 @@ mod tests {
     fn numbers_are_read_at_their_offsets_and_formatted_briefly() {
         let field = |offset: u32, ty| UniformField { name: "x".into(), ty, offset, size: 12 };
         let bytes: Vec<u8> = [1.0f32, 2.5, -3.0, 4e-9].iter().flat_map(|v| v.to_le_bytes()).collect();
-        assert_eq!(numbers(&field(4, crate::shader::reflect::FieldType::Vec3), &bytes), [2.5, -3.0, 4e-9]);
-        assert!(numbers(&field(8, crate::shader::reflect::FieldType::Vec3), &bytes).is_empty(), "past the end");
+        assert_eq!(components_of(&field(4, crate::shader::reflect::FieldType::Vec3), &bytes), [2.5, -3.0, 4e-9]);
+        assert!(components_of(&field(8, crate::shader::reflect::FieldType::Vec3), &bytes).is_empty(), "past the end");
         assert_eq!([2.5, -3.0, 4e-9].map(brief_number), ["2.5", "-3", "4.00000e-9"]);
         assert_eq!([1e7, 0.25].map(brief_number), ["1.00000e7", "0.25"]);
         assert_eq!([1.0 + f32::EPSILON, f32::EPSILON - 1.0].map(brief_number), ["1", "-1"]);

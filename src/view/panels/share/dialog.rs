@@ -19,7 +19,7 @@ pub struct FileRequest {
     pub extensions: &'static [&'static str],
     /// The file name or path that the field contains when the dialog opens.
     pub name: String,
-    /// Whether to choose an existing file to open; otherwise the user names a file to save.
+    /// Whether the user chooses an existing file to open; otherwise the user names a file to save.
     pub opens: bool,
 }
 
@@ -70,10 +70,10 @@ impl FileField {
 /// The text of a field.
 fn field_text(interface: &mut Interface, field: FileField) -> &mut String {
     match field {
-        FileField::View => &mut interface.share.file,
-        FileField::Image => &mut interface.share.image,
-        FileField::Animation => &mut interface.share.animation.file,
-        FileField::Tour => &mut interface.tour.file,
+        FileField::View => &mut interface.share.view_file_name,
+        FileField::Image => &mut interface.share.image_file_name,
+        FileField::Animation => &mut interface.share.animation.file_name,
+        FileField::Tour => &mut interface.tour.file_name,
     }
 }
 
@@ -83,7 +83,7 @@ pub(crate) fn button(interface: &mut Interface, ui: &mut Ui, field: FileField) {
     let request = field.request(field_text(interface, field));
     let name = field.button_name();
     let is_enabled = interface.share.dialog.is_none();
-    let button = ui.add_enabled_ui(is_enabled, |ui| icons::without_text(ui, Icon::Open, name)).inner;
+    let button = ui.add_enabled_ui(is_enabled, |ui| icons::icon_button(ui, Icon::Open, name)).inner;
     if button.on_hover_text(text!("dialog-hint")).clicked() {
         interface.share.dialog = Some(OpenDialog { field, answer: open(request) });
     }

@@ -25,16 +25,16 @@ use std::sync::Arc;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ImageOptions {
     /// Width and height, pixels.
-    pub size: [u32; 2],
-    /// Draw names and markers of bodies.
-    pub labels: bool,
+    pub size_px: [u32; 2],
+    /// Whether names and markers of bodies are drawn.
+    pub has_labels: bool,
 }
 
 /// The views of an export's frames.
 pub enum FrameViews {
-    /// One view, with its time increased by `step_s` seconds from frame to frame.
+    /// One view, whose displayed time advances by `step_s` seconds from frame to frame; a negative step goes back in time.
     Steps { view: Box<ViewState>, step_s: f64 },
-    /// A tour at `rate` frames per second, drawn at this quality instead of its own.
+    /// A tour at `rate` frames per second, drawn at this quality instead of the tour's own.
     Tour { tour: Arc<Tour>, rate: u32, quality: Quality },
 }
 
@@ -70,48 +70,50 @@ type FrameResult = Result<(Option<PathBuf>, Option<Box<AnimationInProgress>>), S
 
 /// A running export.
 pub(crate) struct Export {
-    frames: Arc<FrameViews>,
+    views: Arc<FrameViews>,
     output: ExportOutput,
     options: ImageOptions,
     /// Number of finished frames.
-    done: u32,
+    finished_count: u32,
     /// Number of all frames.
-    count: u32,
-    /// Start of the export, in egui's time (`InputState::time`); NaN before it.
+    frame_count: u32,
+    /// Start of the export, in egui's time (`InputState::time`); NaN before the start.
     started_s: f64,
     /// The frame that is being drawn and written.
-    frame: Pending<FrameResult>,
+    pending_frame: Pending<FrameResult>,
 }
 
 impl Export {
-    /// An export of frames to one file each.
+    /// An export that writes each frame to a file of its own. `name`: a file name, which may contain a placeholder for the frame number. `count`: number of
+    /// frames.
     ///
     /// # Errors
     /// If the name's placeholder for the frame number is invalid; the message explains how to write it.
-    pub(crate) fn sequence(frames: FrameViews, name: &str, count: u32, options: ImageOptions) -> Result<Self, String> {
+    pub(crate) fn sequence(views: FrameViews, name: &str, count: u32, options: ImageOptions) -> Result<Self, String> {
         let files = free_sequence(name, count).map_err(|e| error_text(&e))?;
-        Ok(Self::new(frames, ExportOutput::Files(files), count, options))
+        Ok(Self::new(views, ExportOutput::Files(files), count, options))
     }
 
-    /// An export of frames as one animation at `rate` frames per second.
+    /// An export of `count` frames as one animation at `rate` frames per second.
     ///
     /// # Errors
     /// If the extension is not that of an animation format, the format does not support the size or the rate, or all frames together have more
     /// than [`MAX_ANIMATION_PIXELS`].
-    pub(crate) fn animation(frames: FrameViews, name: &str, count: u32, rate: u32, options: ImageOptions) -> Result<Self, String> {
+    pub(crate) fn animation(views: FrameViews, name: &str, count: u32, rate: u32, options: ImageOptions) -> Result<Self, String> {
         let file_format = animation_format(Path::new(name)).ok_or_else(|| text!("export-ending", name = name))?;
-        let [width, height] = options.size;
+        let [width, height] = options.size_px;
         if f64::from(width) * f64::from(height) * f64::from(count) > MAX_ANIMATION_PIXELS {
             return Err(text!("export-too-large", millions = decimal(MAX_ANIMATION_PIXELS / 1e6, 0)));
         }
         let bytes = SharedBytes::default();
         let writer = AnimationWriter::new(bytes.clone(), file_format, (width, height), count, rate).map_err(|e| error_text(&e))?;
         let animation = AnimationInProgress { writer, bytes, name: name.to_owned() };
-        Ok(Self::new(frames, ExportOutput::Animation(Some(Box::new(animation))), count, options))
+        Ok(Self::new(views, ExportOutput::Animation(Some(Box::new(animation))), count, options))
     }
 
-    fn new(frames: FrameViews, output: ExportOutput, count: u32, options: ImageOptions) -> Self {
-        Self { frames: Arc::new(frames), output, options, done: 0, count, started_s: f64::NAN, frame: Pending::default() }
+    fn new(views: FrameViews, output: ExportOutput, frame_count: u32, options: ImageOptions) -> Self {
+        let pending_frame = Pending::default();
+        Self { views: Arc::new(views), output, options, finished_count: 0, frame_count, started_s: f64::NAN, pending_frame }
     }
 
     /// Starts the first frame. `now_s`: egui's time.
@@ -123,27 +125,29 @@ impl Export {
 
     /// Finished fraction of the frames, 0 to 1.
     pub(crate) fn fraction(&self) -> f32 {
-        self.done as f32 / self.count.max(1) as f32
+        self.finished_count as f32 / self.frame_count.max(1) as f32
     }
 
-    /// The progress, as in `12 of 60, about 20 s left`.
+    /// The progress, such as `12 of 60, about 20 s left`. `now_s`: egui's time.
     pub(crate) fn progress_text(&self, now_s: f64) -> String {
-        let left = match (self.done, now_s - self.started_s) {
+        let remaining = match (self.finished_count, now_s - self.started_s) {
             (0, _) => String::new(),
-            (done, elapsed_s) => format!(", {}", remaining_text(elapsed_s / f64::from(done) * f64::from(self.count - done))),
+            (finished, elapsed_s) => {
+                format!(", {}", remaining_text(elapsed_s / f64::from(finished) * f64::from(self.frame_count - finished)))
+            }
         };
-        text!("export-progress", done = self.done, count = self.count, left = left)
+        text!("export-progress", done = self.finished_count, count = self.frame_count, left = remaining)
     }
 
     /// Takes a finished frame and starts the next one. Returns a message and whether the export has ended; `None` while the frame is being drawn.
     /// `saved_message`: formats the message about a written file.
     pub(crate) fn poll(&mut self, worker: &dyn RenderWorker, saved_message: impl Fn(&Path) -> String) -> Option<(String, bool)> {
-        let (path, animation) = match self.frame.take()? {
+        let (path, animation) = match self.pending_frame.take()? {
             Ok(result) => result,
             Err(why) => return Some((why, true)),
         };
-        self.done += 1;
-        let is_over = self.done >= self.count;
+        self.finished_count += 1;
+        let is_over = self.finished_count >= self.frame_count;
         if let ExportOutput::Animation(in_progress) = &mut self.output {
             *in_progress = animation;
         }
@@ -152,32 +156,32 @@ impl Export {
         }
         let message = match (&self.output, path) {
             (ExportOutput::Files(_), Some(path)) => {
-                text!("export-saved-frame", done = self.done, count = self.count, saved = saved_message(&path))
+                text!("export-saved-frame", done = self.finished_count, count = self.frame_count, saved = saved_message(&path))
             }
             (_, Some(path)) => saved_message(&path),
-            (_, None) => text!("export-recording", done = self.done, count = self.count),
+            (_, None) => text!("export-recording", done = self.finished_count, count = self.frame_count),
         };
         Some((message, is_over))
     }
 
     /// Asks the query worker to draw and write the next frame.
     fn start_next_frame(&mut self, worker: &dyn RenderWorker) {
-        let (frames, number, options) = (Arc::clone(&self.frames), self.done, self.options);
-        let is_last = number + 1 == self.count;
-        self.frame = match &mut self.output {
+        let (views, number, options) = (Arc::clone(&self.views), self.finished_count, self.options);
+        let is_last = number + 1 == self.frame_count;
+        self.pending_frame = match &mut self.output {
             ExportOutput::Files(files) => {
                 let file = files.path(number);
-                ask(worker, move |session| Ok((Some(save(session, &frames.view(number), options, std::iter::once(file))?), None)))
+                ask(worker, move |session| Ok((Some(save(session, &views.view(number), options, std::iter::once(file))?), None)))
             }
             ExportOutput::Animation(animation) => {
                 let Some(animation) = animation.take() else { return };
-                ask(worker, move |session| add_frame(session, animation, &frames.view(number), options, is_last))
+                ask(worker, move |session| add_frame(session, animation, &views.view(number), options, is_last))
             }
         };
     }
 }
 
-/// The remaining time, as in `about 2 min left`.
+/// The remaining time, such as `about 2 min left`.
 fn remaining_text(seconds: f64) -> String {
     match seconds {
         s if s < 1.0 => text!("export-moment-left").into(),
@@ -187,7 +191,7 @@ fn remaining_text(seconds: f64) -> String {
     }
 }
 
-/// Adds a frame to an animation, and writes the file after the last frame.
+/// Draws a view, adds it to an animation as the next frame, and writes the file after the last frame.
 fn add_frame(
     session: &Session,
     mut animation: Box<AnimationInProgress>,
@@ -209,11 +213,11 @@ fn add_frame(
     Ok((Some(path), None))
 }
 
-/// Draws one image by [`Session::draw_in_background`], with its linear light if `for_exr`.
+/// Draws one image by [`Session::draw_in_background`]; `for_exr`: also returns its linear light, for an EXR file.
 fn draw(session: &Session, view: &ViewState, options: ImageOptions, for_exr: bool) -> Result<(ViewRequest, DrawnFrame), String> {
-    let [width, height] = options.size;
+    let [width, height] = options.size_px;
     let mut request: ViewRequest = view.request(session.catalog(), session.ephemeris(), width, height).map_err(|e| error_text(&e))?;
-    request.layers.labels = options.labels;
+    request.layers.labels = options.has_labels;
     request.purpose = Purpose::of_file(for_exr);
     let images = if for_exr { FrameImages::DisplayAndHdr } else { FrameImages::Display };
     let drawn = session.draw_in_background(&request, SamplingQuality::of(request.quality), images).map_err(|e| error_text(&e))?;
@@ -221,6 +225,9 @@ fn draw(session: &Session, view: &ViewState, options: ImageOptions, for_exr: boo
 }
 
 /// Draws a view and writes it to the first path of `files` at which there is no file; returns that path. All paths must have the same extension.
+///
+/// # Errors
+/// The extension is neither PNG nor EXR, or the image cannot be drawn or written; the error is a text in the window's language.
 pub(crate) fn save(
     session: &Session,
     view: &ViewState,

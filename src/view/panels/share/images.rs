@@ -15,16 +15,16 @@ use egui::{DragValue, Label, ProgressBar, RichText, TextEdit, Ui};
 use std::path::Path;
 
 /// A field for a width or height, pixels.
-fn side_field(value: &mut u32) -> DragValue<'_> {
-    DragValue::new(value).range(1..=MAX_IMAGE_PX)
+fn side_field(side_px: &mut u32) -> DragValue<'_> {
+    DragValue::new(side_px).range(1..=MAX_IMAGE_PX)
 }
 
-/// Shows the fields for width, height and labels. The array contains their accessible names.
+/// Shows the fields for width, height and labels. The array contains their accessible names, in this order.
 fn option_fields(ui: &mut Ui, options: &mut ImageOptions, [width, height, labels]: [&str; 3]) {
-    accessible::number(ui, side_field(&mut options.size[0]), width);
+    accessible::number_field(ui, side_field(&mut options.size_px[0]), width);
     ui.label("×");
-    accessible::number(ui, side_field(&mut options.size[1]), height);
-    let checkbox = ui.checkbox(&mut options.labels, text!("image-labels")).accessible_name(labels);
+    accessible::number_field(ui, side_field(&mut options.size_px[1]), height);
+    let checkbox = ui.checkbox(&mut options.has_labels, text!("image-labels")).accessible_name(labels);
     checkbox.on_hover_text(text!("image-labels-hint"));
 }
 
@@ -39,12 +39,12 @@ fn folder(ui: &mut Ui, file: &str) {
 pub(crate) fn single_image(interface: &mut Interface, ui: &mut Ui) {
     ui.strong(text!("images"));
     ui.horizontal(|ui| {
-        ui.add(TextEdit::singleline(&mut interface.share.image).desired_width(150.0)).on_hover_text(text!("images-file-hint"));
+        ui.add(TextEdit::singleline(&mut interface.share.image_file_name).desired_width(150.0)).on_hover_text(text!("images-file-hint"));
         dialog::button(interface, ui, FileField::Image);
     });
     let panel = &mut interface.share;
     ui.horizontal(|ui| option_fields(ui, &mut panel.image_options, [text!("image-width"), text!("image-height"), text!("image-labels")]));
-    folder(ui, &panel.image);
+    folder(ui, &panel.image_file_name);
     let save = icons::button(ui, Icon::Image, text!("images-save"));
     if ui.add_enabled(!panel.is_busy(), save).on_hover_text(text!("images-save-hint")).clicked() {
         panel.wants_image = true;
@@ -56,19 +56,19 @@ pub(crate) fn frames(interface: &mut Interface, ui: &mut Ui) {
     ui.strong(text!("frames"));
     let panel = &mut interface.share;
     ui.horizontal_wrapped(|ui| {
-        accessible::number(ui, DragValue::new(&mut panel.frames).range(1..=100_000), text!("frames-count"));
+        accessible::number_field(ui, DragValue::new(&mut panel.frame_count).range(1..=100_000), text!("frames-count"));
         ui.label(text!("frames-unit"));
         // At most about a century between frames.
         let step = DragValue::new(&mut panel.step_s).range(-3.2e9..=3.2e9).suffix(" s");
-        accessible::number(ui, step, text!("frames-step"));
+        accessible::number_field(ui, step, text!("frames-step"));
         ui.label(text!("frames-apart"));
     });
     // The frames begin at the displayed time, or have it in their middle, so they show an event only if that time is near the event.
-    let displayed_s = interface.viewer.view.tdb_s;
-    if let Some(playback) = interface.events.playback_of_chosen().filter(|playback| playback.is_near(displayed_s)) {
+    let displayed_tdb_s = interface.viewer.view.tdb_s;
+    if let Some(playback) = interface.events.playback_of_chosen().filter(|playback| playback.is_near(displayed_tdb_s)) {
         let whole_event = ui.button(text!("frames-whole-event")).on_hover_text(text!("frames-whole-event-hint"));
         if whole_event.clicked() {
-            panel.step_s = ((playback.to_tdb_s - playback.from_tdb_s) / f64::from(panel.frames.max(2) - 1)).round().max(1.0);
+            panel.step_s = ((playback.to_tdb_s - playback.from_tdb_s) / f64::from(panel.frame_count.max(2) - 1)).round().max(1.0);
         }
     }
     let sequence = icons::button(ui, Icon::Save, text!("frames-export"));
@@ -83,7 +83,8 @@ pub(crate) fn animation(interface: &mut Interface, ui: &mut Ui) {
     ui.add_space(6.0);
     ui.strong(text!("animation"));
     ui.horizontal(|ui| {
-        ui.add(TextEdit::singleline(&mut interface.share.animation.file).desired_width(150.0)).on_hover_text(text!("animation-file-hint"));
+        ui.add(TextEdit::singleline(&mut interface.share.animation.file_name).desired_width(150.0))
+            .on_hover_text(text!("animation-file-hint"));
         dialog::button(interface, ui, FileField::Animation);
     });
     let panel = &mut interface.share;
@@ -92,11 +93,11 @@ pub(crate) fn animation(interface: &mut Interface, ui: &mut Ui) {
         option_fields(ui, &mut animation.options, [text!("animation-width"), text!("animation-height"), text!("animation-labels")]);
     });
     ui.horizontal_wrapped(|ui| {
-        accessible::number(ui, DragValue::new(&mut animation.rate).range(1..=100), text!("animation-rate"));
+        accessible::number_field(ui, DragValue::new(&mut animation.rate).range(1..=100), text!("animation-rate"));
         ui.label(text!("animation-rate-unit"));
         ui.checkbox(&mut animation.is_centred, text!("animation-centred")).on_hover_text(text!("animation-centred-hint"));
     });
-    folder(ui, &animation.file);
+    folder(ui, &animation.file_name);
     let record = icons::button(ui, Icon::Film, text!("animation-record"));
     if ui.add_enabled(!panel.is_busy(), record).on_hover_text(text!("animation-record-hint")).clicked() {
         panel.requested_export = Some(ExportKind::Animation);

@@ -26,27 +26,29 @@ use egui::{ScrollArea, TextEdit};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+/// State of the Share panel.
 pub(crate) struct SharePanel {
     /// The text in the field for a link.
-    link: String,
+    typed_link: String,
     /// The name of the view file.
-    file: String,
+    view_file_name: String,
     /// The name for a new bookmark.
-    bookmark: String,
+    bookmark_name: String,
     /// The name of the image file. For the files of a sequence, it may contain a placeholder for the frame number.
-    image: String,
+    image_file_name: String,
     image_options: ImageOptions,
     /// Number of frames of a sequence or animation.
-    frames: u32,
-    /// Interval between frames in the time of the scene, seconds.
+    frame_count: u32,
+    /// Displayed time between two frames, seconds; negative to go back in time.
     step_s: f64,
     animation: Animation,
     /// The image that is being drawn and written.
     saving: Option<Pending<Result<PathBuf, String>>>,
     /// The sequence or animation that is being drawn and written.
     export: Option<Export>,
+    /// The open file dialog.
     dialog: Option<dialog::OpenDialog>,
-    /// The user has asked to save an image, which [`update`] starts.
+    /// Whether the user has asked to save an image, which [`update`] starts.
     pub wants_image: bool,
     /// The export for which the user has asked, which [`update`] starts.
     requested_export: Option<ExportKind>,
@@ -54,11 +56,11 @@ pub(crate) struct SharePanel {
 
 /// Settings of an animation.
 struct Animation {
-    file: String,
+    file_name: String,
     options: ImageOptions,
     /// Frames per second.
     rate: u32,
-    /// Whether the animation has the displayed time in its middle; otherwise at its start.
+    /// Whether the displayed time is in the middle of the animation; otherwise it is at the start.
     is_centred: bool,
 }
 
@@ -73,16 +75,16 @@ enum ExportKind {
 impl Default for SharePanel {
     fn default() -> Self {
         Self {
-            link: String::new(),
-            file: "view.json".into(),
-            bookmark: String::new(),
-            image: "orrery.png".into(),
-            image_options: ImageOptions { size: [1920, 1080], labels: false },
-            frames: 60,
+            typed_link: String::new(),
+            view_file_name: "view.json".into(),
+            bookmark_name: String::new(),
+            image_file_name: "orrery.png".into(),
+            image_options: ImageOptions { size_px: [1920, 1080], has_labels: false },
+            frame_count: 60,
             step_s: 60.0,
             animation: Animation {
-                file: "orrery.gif".into(),
-                options: ImageOptions { size: [640, 360], labels: false },
+                file_name: "orrery.gif".into(),
+                options: ImageOptions { size_px: [640, 360], has_labels: false },
                 rate: 25,
                 is_centred: true,
             },
@@ -107,6 +109,7 @@ impl SharePanel {
     }
 }
 
+/// Shows the panel.
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         links(interface, ui, worker.session(), actions);
@@ -123,6 +126,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     });
 }
 
+/// Shows the controls for links and view files.
 fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, actions: &mut Vec<Action>) {
     ui.strong(text!("share-view"));
     let link = interface.viewer.shareable().to_link();
@@ -135,24 +139,24 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
         ui.add(egui::Label::new(egui::RichText::new(&link).small().weak()).truncate());
     });
     ui.horizontal(|ui| {
-        let field = ui.add(TextEdit::singleline(&mut interface.share.link).hint_text(SCHEME).desired_width(200.0));
-        let entered = is_entered(&field.on_hover_text(text!("share-link-field")), &interface.share.link);
-        if ui.button(text!("share-open-link")).on_hover_text(text!("share-open-link-hint")).clicked() || entered {
-            let read = view_from_text(&interface.share.link, session, interface.viewer.now()).map_err(|e| error_text(&e));
+        let field = ui.add(TextEdit::singleline(&mut interface.share.typed_link).hint_text(SCHEME).desired_width(200.0));
+        let enter_pressed = is_entered(&field.on_hover_text(text!("share-link-field")), &interface.share.typed_link);
+        if ui.button(text!("share-open-link")).on_hover_text(text!("share-open-link-hint")).clicked() || enter_pressed {
+            let read = view_from_text(&interface.share.typed_link, session, interface.viewer.now()).map_err(|e| error_text(&e));
             show_or_report(interface, read, actions);
         }
     });
     ui.horizontal(|ui| {
-        ui.add(TextEdit::singleline(&mut interface.share.file).desired_width(140.0)).on_hover_text(text!("share-view-file"));
+        ui.add(TextEdit::singleline(&mut interface.share.view_file_name).desired_width(140.0)).on_hover_text(text!("share-view-file"));
         dialog::button(interface, ui, FileField::View);
-        let path = PathBuf::from(&interface.share.file);
+        let path = PathBuf::from(&interface.share.view_file_name);
         if ui.button(text!("share-save-view")).on_hover_text(text!("share-save-view-hint")).clicked() {
-            let text = interface.viewer.shareable().to_json();
-            let write = |names| write_new(names, FileAccess::All, |out| out.write_all(text.as_bytes())).map_err(|e| error_text(&e));
-            let written = candidate_names(&interface.share.file).map_err(|e| error_text(&e)).and_then(write);
+            let json = interface.viewer.shareable().to_json();
+            let write = |names| write_new(names, FileAccess::All, |out| out.write_all(json.as_bytes())).map_err(|e| error_text(&e));
+            let written = candidate_names(&interface.share.view_file_name).map_err(|e| error_text(&e)).and_then(write);
             if let Ok(path) = &written {
                 // The saved file may have another name than the typed one. From now on *Open view* opens the saved file.
-                interface.share.file = path.display().to_string();
+                interface.share.view_file_name = path.display().to_string();
             }
             interface.reply(written.map_or_else(|why| why, |path| saved_message(&path)));
         }
@@ -164,12 +168,12 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
     });
 }
 
-/// Whether the user has pressed Enter in a field with this text; false if the text is blank.
+/// Whether the user has just pressed Enter in a field with this text; false if the text is blank.
 fn is_entered(field: &egui::Response, text: &str) -> bool {
     field.lost_focus() && field.ctx.input(|i| i.key_pressed(egui::Key::Enter)) && !text.trim().is_empty()
 }
 
-/// Shows the view that was read, or the error. A view also removes the error message of an earlier attempt.
+/// Shows the view that was read, or replies with the error. A view also removes the error message of an earlier attempt.
 fn show_or_report(interface: &mut Interface, read: Result<ViewState, String>, actions: &mut Vec<Action>) {
     match read {
         Ok(view) => {
@@ -193,11 +197,11 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
     if (wants_image || kind.is_some()) && panel.is_busy() {
         interface.reply(text!("share-busy"));
     } else if wants_image {
-        match candidate_names(&panel.image) {
+        match candidate_names(&panel.image_file_name) {
             Ok(files) => {
                 let (view, options) = (interface.viewer.shareable(), panel.image_options);
                 panel.saving = Some(ask(worker, move |session| export::save(session, &view, options, files)));
-                interface.reply(text!("share-saving", width = options.size[0], height = options.size[1]));
+                interface.reply(text!("share-saving", width = options.size_px[0], height = options.size_px[1]));
             }
             Err(e) => interface.reply(error_text(&e)),
         }
@@ -222,50 +226,51 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
 /// An export with the panel's settings, not started yet.
 fn new_export(interface: &Interface, kind: ExportKind) -> Result<Export, String> {
     let panel = &interface.share;
-    let Animation { file, options, rate, is_centred } = &panel.animation;
+    let Animation { file_name, options, rate, is_centred } = &panel.animation;
     let view = interface.viewer.shareable();
     let steps = |view: ViewState| FrameViews::Steps { view: Box::new(view), step_s: panel.step_s };
     match kind {
-        ExportKind::Sequence => Export::sequence(steps(view), &panel.image, panel.frames, panel.image_options),
+        ExportKind::Sequence => Export::sequence(steps(view), &panel.image_file_name, panel.frame_count, panel.image_options),
         ExportKind::Animation => {
-            let before_s = if *is_centred { 0.5 * f64::from(panel.frames - 1) * panel.step_s } else { 0.0 };
-            let first = ViewState { tdb_s: view.tdb_s - before_s, ..view };
-            Export::animation(steps(first), file, panel.frames, *rate, *options)
+            let start_to_displayed_s = if *is_centred { 0.5 * f64::from(panel.frame_count - 1) * panel.step_s } else { 0.0 };
+            let first_view = ViewState { tdb_s: view.tdb_s - start_to_displayed_s, ..view };
+            Export::animation(steps(first_view), file_name, panel.frame_count, *rate, *options)
         }
         ExportKind::Tour => {
             let tour = interface.tour.current_tour().ok_or(text!("share-no-tour"))?;
-            let count = ((tour.length_s() * f64::from(*rate)).ceil() as u32).max(1);
-            Export::animation(FrameViews::Tour { tour, rate: *rate, quality: view.quality }, file, count, *rate, *options)
+            let frame_count = ((tour.length_s() * f64::from(*rate)).ceil() as u32).max(1);
+            Export::animation(FrameViews::Tour { tour, rate: *rate, quality: view.quality }, file_name, frame_count, *rate, *options)
         }
     }
 }
 
+/// Shows the bookmarks, a field that adds one, and the recent views.
 fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     ui.strong(text!("bookmarks"));
     let default_name = interface.name_of_view(&interface.viewer.destination());
     ui.horizontal(|ui| {
-        let field = ui.add(TextEdit::singleline(&mut interface.share.bookmark).hint_text(&default_name).desired_width(180.0));
-        let entered = is_entered(&field.on_hover_text(text!("bookmarks-name")), &interface.share.bookmark);
+        let field = ui.add(TextEdit::singleline(&mut interface.share.bookmark_name).hint_text(&default_name).desired_width(180.0));
+        let enter_pressed = is_entered(&field.on_hover_text(text!("bookmarks-name")), &interface.share.bookmark_name);
         let add = icons::button(ui, Icon::Bookmark, text!("bookmarks-add"));
-        if ui.add(add).on_hover_text(text!("bookmarks-add-hint")).clicked() || entered {
-            let typed = std::mem::take(&mut interface.share.bookmark);
+        if ui.add(add).on_hover_text(text!("bookmarks-add-hint")).clicked() || enter_pressed {
+            let typed = std::mem::take(&mut interface.share.bookmark_name);
             let name = if typed.trim().is_empty() { default_name.clone() } else { typed.trim().to_owned() };
             interface.settings.bookmarks.push(Bookmark { name, view: interface.viewer.shareable() });
         }
     });
-    let mut removed = None;
+    let mut removed_index = None;
     for (i, bookmark) in interface.settings.bookmarks.iter().enumerate() {
         ui.horizontal(|ui| {
             if ui.button(&bookmark.name).on_hover_text(text!("bookmarks-show-hint")).clicked() {
                 actions.push(Action::Show(Box::new(bookmark.view.clone())));
             }
             let name = text!("bookmarks-remove", name = bookmark.name);
-            if icons::without_text(ui, Icon::Close, &name).on_hover_text(&name).clicked() {
-                removed = Some(i);
+            if icons::icon_button(ui, Icon::Close, &name).on_hover_text(&name).clicked() {
+                removed_index = Some(i);
             }
         });
     }
-    if let Some(i) = removed {
+    if let Some(i) = removed_index {
         interface.settings.bookmarks.remove(i);
     }
     ui.collapsing(text!("recent-views"), |ui| {
@@ -277,6 +282,7 @@ fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
     });
 }
 
+/// Shows the settings of the window's appearance.
 fn appearance(interface: &mut Interface, ui: &mut egui::Ui) {
     ui.strong(text!("appearance"));
     ui.horizontal(|ui| {

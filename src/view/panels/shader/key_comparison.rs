@@ -4,8 +4,8 @@
 //! In: the drawn key, the displayed key, the pinned keys. Out: egui shapes. Always: a difference is the change from the first key
 //! to the second; between equal keys none is shown.
 
+use super::module_text::{feature_colour, layout_job};
 use super::queries::{KeySwap, LoadedModule, ModuleFailure, ShaderQueries};
-use super::text::{feature_colour, layout_job};
 use super::{Inspected, ShaderPanel};
 use crate::scene::request::ViewRequest;
 use crate::shader::ModuleId;
@@ -14,21 +14,22 @@ use crate::shader::key::ShaderKey;
 use crate::view::language::{decimal, text};
 use crate::view::panels::accessible;
 use crate::view::panels::compare::pair::{Pair, PairView};
-use crate::view::panels::theme::SMALL;
+use crate::view::panels::theme::SMALL_TEXT_POINTS;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{CollapsingHeader, Grid, RichText, TextStyle};
 use std::sync::Arc;
 
+/// State of the comparison of two keys.
 #[derive(Default)]
-pub(crate) struct ChangeView {
-    /// Whether to show the current view drawn with both keys.
+pub(crate) struct KeyComparison {
+    /// Whether to show the current view drawn with the drawn key and with the displayed key.
     shows_view: bool,
     pair_view: PairView,
-    /// The last pair of images of the view, with the key with which the second one was drawn.
+    /// The last pair of images of the view, and the key with which its second image was drawn.
     last_pair: Option<(ShaderKey, Result<Arc<Pair>, String>)>,
 }
 
-impl ChangeView {
+impl KeyComparison {
     /// Drops an error, whose text is in the language in which the pair was asked for.
     pub(super) fn forget_failure(&mut self) {
         self.last_pair.take_if(|(_, pair)| pair.is_err());
@@ -50,7 +51,7 @@ fn compared_keys(panel: &ShaderPanel, inspected: &Inspected<'_>) -> Option<([Sha
 /// Shows whether any view can need the displayed key, the pinned keys, and a summary of the difference in one line.
 pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let Some((keys, names)) = compared_keys(panel, inspected) else { return };
-    if let (Some(key), Some(reachable)) = (inspected.key(), panel.queries.reachable(inspected.worker)) {
+    if let (Some(key), Some(reachable)) = (inspected.key(), panel.queries.reachable_keys(inspected.worker)) {
         let reachable_count = reachable.len();
         match reachable.contains(&key) {
             true => ui.label(text!("change-reachable", of = reachable_count)),
@@ -61,7 +62,7 @@ pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
         let Some(key) = *pin else { continue };
         ui.horizontal_wrapped(|ui| {
             ui.label(text!("change-pinned", name = name));
-            ui.add(egui::Label::new(RichText::new(key.to_string()).monospace().size(SMALL)).wrap());
+            ui.add(egui::Label::new(RichText::new(key.to_string()).monospace().size(SMALL_TEXT_POINTS)).wrap());
             if ui.small_button(text!("change-unpin", name = name)).on_hover_text(text!("change-unpin-hint")).clicked() {
                 *pin = None;
             }
@@ -81,7 +82,7 @@ pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
         }
     };
     let lines = match panel.queries.difference(inspected.worker, &ids) {
-        Some(Ok(by_feature)) => lines_text(&by_feature),
+        Some(Ok(feature_diffs)) => lines_text(&feature_diffs),
         Some(Err(why)) => why,
         None => {
             accessible::spinner(ui, text!("change-loading"));
@@ -89,7 +90,7 @@ pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
         }
     };
     let [a, b] = names;
-    let change = |what: &str, count: fn(&LoadedModule) -> usize| format!("{what} {}", change_text(count(&first), count(&second)));
+    let change = |label: &str, count: fn(&LoadedModule) -> usize| format!("{label} {}", change_text(count(&first), count(&second)));
     let costs = [
         change(text!("change-operations"), lane_operations),
         change(text!("cost-texture-reads"), |m| m.ir.texture_reads as usize),
@@ -112,19 +113,19 @@ fn both_modules(
     }
 }
 
-/// The numbers of changed features and of lines that only one of the modules has.
-fn lines_text(by_feature: &[FeatureDiff]) -> String {
-    let sum = |lines: fn(&FeatureDiff) -> usize| by_feature.iter().map(lines).sum::<usize>();
+/// The number of changed features, and the numbers of lines that only the first module and only the second module has.
+fn lines_text(feature_diffs: &[FeatureDiff]) -> String {
+    let sum = |lines: fn(&FeatureDiff) -> usize| feature_diffs.iter().map(lines).sum::<usize>();
     let (gone, new) = (sum(|d| d.only_first.len()), sum(|d| d.only_second.len()));
-    text!("change-lines", features = by_feature.len(), gone = gone, new = new)
+    text!("change-lines", features = feature_diffs.len(), gone = gone, new = new)
 }
 
 /// Formats two counts with the signed difference between them.
-fn change_text(from: usize, to: usize) -> String {
-    if from == to {
-        text!("change-unchanged", to = to)
+fn change_text(first: usize, second: usize) -> String {
+    if first == second {
+        text!("change-unchanged", to = second)
     } else {
-        text!("change-from-to", from = from, to = to, by = format!("{:+}", to as i64 - from as i64))
+        text!("change-from-to", from = first, to = second, by = format!("{:+}", second as i64 - first as i64))
     }
 }
 
@@ -152,9 +153,9 @@ pub(crate) fn details(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
         cost_table(ui, "cost of both", &[(names[0], &first), (names[1], &second)]);
         timings(&mut panel.queries, ui, inspected.worker, &ids, names);
     });
-    if let Some(Ok(by_feature)) = panel.queries.difference(inspected.worker, &ids) {
+    if let Some(Ok(feature_diffs)) = panel.queries.difference(inspected.worker, &ids) {
         CollapsingHeader::new(text!("change-source")).default_open(true).show(ui, |ui| {
-            by_feature.iter().for_each(|diff| changed_lines(ui, diff));
+            feature_diffs.iter().for_each(|diff| changed_lines(ui, diff));
         });
     }
 }
@@ -175,19 +176,19 @@ fn sample_images(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspect
 /// If the displayed key was changed by hand, shows the current view twice: with the drawn key, and with the displayed key in its place.
 fn pair_in_view(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let (Some(draw), Some(key), true) = (inspected.draw, inspected.key(), inspected.is_changed()) else { return };
-    ui.checkbox(&mut panel.change.shows_view, text!("change-in-view")).on_hover_text(text!("change-in-view-hint"));
-    if !panel.change.shows_view {
+    ui.checkbox(&mut panel.key_comparison.shows_view, text!("change-in-view")).on_hover_text(text!("change-in-view-hint"));
+    if !panel.key_comparison.shows_view {
         return;
     }
     let swap = KeySwap { body: draw.body, part: draw.part.name(), key, image_number: inspected.image_number };
     let request = reduced_request(&inspected.rendered.job.request);
-    let change = &mut panel.change;
+    let comparison = &mut panel.key_comparison;
     if let Some(pair) = panel.queries.swap(inspected.worker, &swap, &request) {
-        change.last_pair = Some((key, pair));
+        comparison.last_pair = Some((key, pair));
     }
     // The last pair of this key stays until the next one arrives.
-    match change.last_pair.as_ref().filter(|(last_key, _)| *last_key == key) {
-        Some((_, Ok(pair))) => change.pair_view.show(ui, pair, [text!("change-drawn-key"), text!("change-this-key")], None),
+    match comparison.last_pair.as_ref().filter(|(last_key, _)| *last_key == key) {
+        Some((_, Ok(pair))) => comparison.pair_view.show(ui, pair, [text!("change-drawn-key"), text!("change-this-key")], None),
         Some((_, Err(why))) => drop(ui.colored_label(ui.visuals().warn_fg_color, why)),
         None => drop(accessible::spinner(ui, text!("compare-coming"))),
     }
@@ -220,14 +221,14 @@ fn timings(queries: &mut ShaderQueries, ui: &mut egui::Ui, worker: &dyn RenderWo
 
 /// Shows the lines of one feature that only one of the two modules has.
 fn changed_lines(ui: &mut egui::Ui, diff: &FeatureDiff) {
-    let dark = ui.visuals().dark_mode;
+    let is_dark = ui.visuals().dark_mode;
     let title = text!("change-feature", feature = diff.feature, gone = diff.only_first.len(), new = diff.only_second.len());
-    let title = RichText::new(title).color(feature_colour(&diff.feature, dark));
+    let title = RichText::new(title).color(feature_colour(&diff.feature, is_dark));
     CollapsingHeader::new(title).id_salt(&diff.feature).default_open(false).show(ui, |ui| {
         let font = TextStyle::Monospace.resolve(ui.style());
         for (sign, lines) in [("-", &diff.only_first), ("+", &diff.only_second)] {
             for line in lines {
-                let job = layout_job(0, &format!("{sign} {}", line.text), "", &font, dark);
+                let job = layout_job(0, &format!("{sign} {}", line.text), "", &font, is_dark);
                 ui.add(egui::Label::new(job).truncate()).on_hover_text(format!("shaders/{}:{}", line.fragment, line.line));
             }
         }
@@ -255,9 +256,10 @@ fn cost_rows() -> [CostRow; 10] {
     ]
 }
 
-/// Shows the costs of one module, or of two modules with their difference.
-pub(crate) fn cost_table(ui: &mut egui::Ui, id: &str, modules: &[(&str, &Arc<LoadedModule>)]) {
-    Grid::new(id).num_columns(modules.len() + 2).striped(true).spacing([16.0, 3.0]).show(ui, |ui| {
+/// Shows the costs of one module, or of two modules with their difference. `grid_id`: egui's id of the table. `modules`: each with the heading of its
+/// column.
+pub(crate) fn cost_table(ui: &mut egui::Ui, grid_id: &str, modules: &[(&str, &Arc<LoadedModule>)]) {
+    Grid::new(grid_id).num_columns(modules.len() + 2).striped(true).spacing([16.0, 3.0]).show(ui, |ui| {
         ui.label("");
         modules.iter().for_each(|(name, _)| drop(ui.strong(*name)));
         ui.end_row();
@@ -265,8 +267,8 @@ pub(crate) fn cost_table(ui: &mut egui::Ui, id: &str, modules: &[(&str, &Arc<Loa
             ui.label(label);
             let counts: Vec<usize> = modules.iter().map(|(_, m)| count(m)).collect();
             counts.iter().for_each(|n| drop(ui.monospace(n.to_string())));
-            if let [from, to] = counts[..] {
-                ui.monospace(if from == to { String::new() } else { format!("{:+}", to as i64 - from as i64) });
+            if let [first, second] = counts[..] {
+                ui.monospace(if first == second { String::new() } else { format!("{:+}", second as i64 - first as i64) });
             }
             ui.end_row();
         }

@@ -14,7 +14,7 @@ use std::ops::Range;
 /// One line of the text, its feature and its origin.
 pub(crate) struct ModuleLine {
     pub text: String,
-    /// Index into [`ModuleText::features`], if the language has features.
+    /// Index into [`ModuleText::features`]; 0 if the language has no features.
     pub feature: u16,
     /// Path of the fragment (a shader source) and number of the line in it, such as `shaders/lib/a.wesl:7`; empty if unknown.
     pub origin: String,
@@ -30,19 +30,23 @@ pub(crate) struct ModuleText {
 }
 
 /// Translates a module to a language.
-pub(crate) fn text_of(module: &ShaderModule, language: Language) -> Result<ModuleText, String> {
+///
+/// # Errors
+/// The module cannot be translated; the error is a text in the window's language.
+pub(crate) fn translated_text(module: &ShaderModule, language: Language) -> Result<ModuleText, String> {
     let text = translate(module, language).map_err(|e| error_text(&e))?;
-    let map = &module.source_map;
+    let source_map = &module.source_map;
     let has_source_map = language == Language::Wgsl;
     let line = |(index, text): (usize, &str)| {
-        let source = map.lines.get(index).filter(|_| has_source_map);
-        let origin = source.and_then(|_| map.origin_of(index + 1)).map_or(String::new(), |(path, line)| format!("shaders/{path}:{line}"));
-        ModuleLine { text: text.replace('\t', "    "), feature: source.map_or(0, |origin| origin.feature), origin }
+        let mapped = source_map.lines.get(index).filter(|_| has_source_map);
+        let origin =
+            mapped.and_then(|_| source_map.origin_of(index + 1)).map_or(String::new(), |(path, line)| format!("shaders/{path}:{line}"));
+        ModuleLine { text: text.replace('\t', "    "), feature: mapped.map_or(0, |mapped| mapped.feature), origin }
     };
     let lines: Vec<ModuleLine> = text.lines().enumerate().map(line).collect();
     let line_count = |feature: usize| lines.iter().filter(|line| usize::from(line.feature) == feature).count();
     let features =
-        map.features.iter().filter(|_| has_source_map).enumerate().map(|(index, name)| (name.clone(), line_count(index))).collect();
+        source_map.features.iter().filter(|_| has_source_map).enumerate().map(|(index, name)| (name.clone(), line_count(index))).collect();
     Ok(ModuleText { language, lines, features })
 }
 
@@ -163,43 +167,44 @@ pub(crate) fn tokens(line: &str) -> Vec<(Range<usize>, TokenKind)> {
         _ => found.push((range, kind)),
     };
     let is_word = |c: char| c.is_alphanumeric() || c == '_';
-    let mut at = 0;
-    while let Some(c) = line[at..].chars().next() {
-        let rest = &line[at..];
-        if rest.starts_with("//") || (rest.starts_with('#') && line[..at].trim().is_empty()) {
+    // The byte offset of the next token.
+    let mut start = 0;
+    while let Some(c) = line[start..].chars().next() {
+        let rest = &line[start..];
+        if rest.starts_with("//") || (rest.starts_with('#') && line[..start].trim().is_empty()) {
             let kind = if c == '#' { TokenKind::Attribute } else { TokenKind::Comment };
-            push(at..line.len(), kind);
+            push(start..line.len(), kind);
             break;
         }
         if is_word(c) {
             let is_number = c.is_ascii_digit();
             // A number includes its decimal point and a signed exponent.
-            let mut end = 0;
-            let mut before = ' ';
+            let mut length = 0;
+            let mut previous = ' ';
             for (i, c) in rest.char_indices() {
-                let is_exponent_sign = (c == '-' || c == '+') && matches!(before, 'e' | 'E') && !rest.starts_with("0x");
+                let is_exponent_sign = (c == '-' || c == '+') && matches!(previous, 'e' | 'E') && !rest.starts_with("0x");
                 if !(is_word(c) || is_number && (c == '.' || is_exponent_sign)) {
                     break;
                 }
-                end = i + c.len_utf8();
-                before = c;
+                length = i + c.len_utf8();
+                previous = c;
             }
-            push(at..at + end, token_kind(&rest[..end], &rest[end..]));
-            at += end;
+            push(start..start + length, token_kind(&rest[..length], &rest[length..]));
+            start += length;
         } else if c == '@' || (c == '[' && rest.starts_with("[[")) {
-            let end = rest.char_indices().skip(1).find(|(_, c)| !is_word(*c) && *c != '[').map_or(rest.len(), |(i, _)| i);
-            push(at..at + end, TokenKind::Attribute);
-            at += end;
+            let length = rest.char_indices().skip(1).find(|(_, c)| !is_word(*c) && *c != '[').map_or(rest.len(), |(i, _)| i);
+            push(start..start + length, TokenKind::Attribute);
+            start += length;
         } else {
-            push(at..at + c.len_utf8(), TokenKind::Plain);
-            at += c.len_utf8();
+            push(start..start + c.len_utf8(), TokenKind::Plain);
+            start += c.len_utf8();
         }
     }
     found
 }
 
-/// The colour of a token on a dark or a light background.
-fn syntax_colour(kind: TokenKind, dark: bool) -> Color32 {
+/// The colour of a token, on a dark background if `is_dark`, otherwise on a light one.
+fn syntax_colour(kind: TokenKind, is_dark: bool) -> Color32 {
     let [on_dark, on_light] = match kind {
         TokenKind::Plain => [[212, 212, 212], [40, 40, 40]],
         TokenKind::Comment => [[128, 146, 118], [84, 112, 70]],
@@ -209,50 +214,51 @@ fn syntax_colour(kind: TokenKind, dark: bool) -> Color32 {
         TokenKind::Call => [[122, 178, 236], [20, 84, 170]],
         TokenKind::Attribute => [[160, 160, 176], [100, 100, 116]],
     };
-    let [r, g, b] = if dark { on_dark } else { on_light };
+    let [r, g, b] = if is_dark { on_dark } else { on_light };
     Color32::from_rgb(r, g, b)
 }
 
-/// The colour of a feature, the same in every module. Almost every feature of a dimension has its own colour, and its negation the same hue; other names are
-/// grey.
-pub(crate) fn feature_colour(name: &str, dark: bool) -> Color32 {
+/// The colour of a feature, the same in every module; `is_dark`: on a dark background. Almost every feature of a dimension has its own colour, and its
+/// negation has the same hue. Any other name, such as the module's own, is grey.
+pub(crate) fn feature_colour(name: &str, is_dark: bool) -> Color32 {
     // Of several negated features (`not a, b`), the first gives the hue.
     let (is_negated, name) = name.strip_prefix("not ").map_or((false, name), |names| (true, names.split(", ").next().unwrap_or(names)));
-    let all = DIMENSIONS.iter().flat_map(|d| d.feature_names).filter(|f| !f.is_empty());
-    let Some(index) = all.into_iter().position(|f| *f == name) else { return Color32::from_gray(if dark { 155 } else { 95 }) };
+    let all_features = DIMENSIONS.iter().flat_map(|d| d.feature_names).filter(|f| !f.is_empty());
+    let Some(index) = all_features.into_iter().position(|f| *f == name) else { return Color32::from_gray(if is_dark { 155 } else { 95 }) };
     // Consecutive features differ by the golden angle (0.382 of a turn), so that their hues are clearly different.
     let hue = (index as f32 * 0.381_966).fract();
-    let (saturation, value) = if dark { (0.45, 0.95) } else { (0.9, 0.44) };
+    let (saturation, value) = if is_dark { (0.45, 0.95) } else { (0.9, 0.44) };
     // A negated feature is paler.
     HsvaGamma { h: hue, s: if is_negated { saturation * 0.5 } else { saturation }, v: value, a: 1.0 }.into()
 }
 
-/// The layout of a line, with syntax colours and highlighted occurrences of `needle`, after its number unless that is 0.
-pub(crate) fn layout_job(number: usize, line: &str, needle: &str, font: &FontId, dark: bool) -> LayoutJob {
+/// The layout of a line, with syntax colours and highlighted occurrences of `needle`. The line's number precedes it, unless `number` is 0. `is_dark`: for
+/// a dark background.
+pub(crate) fn layout_job(number: usize, line: &str, needle: &str, font: &FontId, is_dark: bool) -> LayoutJob {
     let format = |color: Color32| TextFormat { font_id: font.clone(), color, ..TextFormat::default() };
     let mut layout_job = LayoutJob::default();
     layout_job.wrap.max_width = f32::INFINITY;
     if number > 0 {
-        layout_job.append(&format!("{number:>5}  "), 0.0, format(Color32::from_gray(if dark { 155 } else { 95 })));
+        layout_job.append(&format!("{number:>5}  "), 0.0, format(Color32::from_gray(if is_dark { 155 } else { 95 })));
     }
     let matches = find_all(line, needle);
-    let highlight = if dark { Color32::from_rgb(96, 80, 20) } else { Color32::from_rgb(255, 232, 130) };
+    let highlight = if is_dark { Color32::from_rgb(96, 80, 20) } else { Color32::from_rgb(255, 232, 130) };
     for (range, kind) in tokens(line) {
-        let mut at = range.start;
-        while at < range.end {
-            let match_here = matches.iter().find(|m| m.contains(&at));
+        let mut start = range.start;
+        while start < range.end {
+            let match_here = matches.iter().find(|m| m.contains(&start));
             let end = match match_here {
                 Some(m) => m.end.min(range.end),
-                None => matches.iter().map(|m| m.start).filter(|s| *s > at).min().unwrap_or(range.end).min(range.end),
+                None => matches.iter().map(|m| m.start).filter(|s| *s > start).min().unwrap_or(range.end).min(range.end),
             };
-            let mut text_format = format(syntax_colour(kind, dark));
+            let mut text_format = format(syntax_colour(kind, is_dark));
             if match_here.is_some() {
                 // Some syntax colours are illegible on the highlight, so highlighted text has the plain colour.
-                text_format.color = syntax_colour(TokenKind::Plain, dark);
+                text_format.color = syntax_colour(TokenKind::Plain, is_dark);
                 text_format.background = highlight;
             }
-            layout_job.append(&line[at..end], 0.0, text_format);
-            at = end;
+            layout_job.append(&line[start..end], 0.0, text_format);
+            start = end;
         }
     }
     layout_job
@@ -265,7 +271,7 @@ pub(crate) fn find_all(line: &str, needle: &str) -> Vec<Range<usize>> {
     }
     // ASCII case conversion keeps byte offsets.
     let (line, needle) = (line.to_ascii_lowercase(), needle.to_ascii_lowercase());
-    line.match_indices(&needle).map(|(at, _)| at..at + needle.len()).collect()
+    line.match_indices(&needle).map(|(start, _)| start..start + needle.len()).collect()
 }
 
 #[cfg(test)]
