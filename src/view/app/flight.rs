@@ -12,8 +12,8 @@ pub(crate) const FLIGHT_S: f64 = 2.0;
 /// Fraction of the flight after which the camera faces the target.
 const FACING_FROM_FRACTION: f64 = 0.5;
 
-/// Distance from a body's centre, in its radii, at which a flight or a camera path starts or ends if its first or last view is from the centre. Such a view
-/// omits the body, but on the way the body is drawn, and a camera inside it would show nothing.
+/// Distance from a body's centre, in its radii, at which a flight or a camera path starts or ends if its first or last view is from the centre. A view from
+/// the centre omits the body, but on the way the body is drawn, and a camera inside it would show nothing.
 pub(super) const OUTSIDE_BODY_RADII: f64 = 1.5;
 
 /// Position of the camera relative to the target's centre, and orientation (unit vectors); all ICRF.
@@ -27,7 +27,9 @@ pub(crate) struct Pose {
 /// A flight in progress.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Flight {
+    /// The pose at the start.
     pub from: Pose,
+    /// The pose at the end.
     pub to: Pose,
     /// Real seconds since the start.
     pub elapsed_s: f64,
@@ -35,11 +37,11 @@ pub(crate) struct Flight {
 
 /// Eases a fraction in and out, so that a motion starts and ends at rest and without a jump in acceleration (Perlin's *smootherstep*, 2002).
 pub(super) fn ease_in_out(fraction: f64) -> f64 {
-    let p = fraction.clamp(0.0, 1.0);
-    p * p * p * (p * (6.0 * p - 15.0) + 10.0)
+    let x = fraction.clamp(0.0, 1.0);
+    x * x * x * (x * (6.0 * x - 15.0) + 10.0)
 }
 
-/// Spherical interpolation of unit vectors; between opposite vectors the great circle is arbitrary.
+/// Spherical interpolation of unit vectors by a fraction of the angle between them; between opposite vectors the great circle is arbitrary.
 fn slerp(from: DVec3, to: DVec3, fraction: f64) -> DVec3 {
     DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(from, to), fraction) * from
 }
@@ -62,13 +64,14 @@ impl Flight {
             return self.to;
         }
         let eased = ease_in_out(fraction);
-        let (start, end) = (self.from.offset_km, self.to.offset_km);
-        let (start_distance_km, end_distance_km) = (start.length().max(1e-6), end.length().max(1e-6));
+        let (start_km, end_km) = (self.from.offset_km, self.to.offset_km);
+        // A distance of 0 would have no logarithm.
+        let (start_distance_km, end_distance_km) = (start_km.length().max(1e-6), end_km.length().max(1e-6));
         let log_distance = start_distance_km.ln() + (end_distance_km.ln() - start_distance_km.ln()) * eased;
-        let direction = slerp(start.try_normalize().unwrap_or(DVec3::X), end.try_normalize().unwrap_or(DVec3::X), eased);
+        let direction = slerp(start_km.try_normalize().unwrap_or(DVec3::X), end_km.try_normalize().unwrap_or(DVec3::X), eased);
         let turned_fraction = ease_in_out(fraction / FACING_FROM_FRACTION);
-        // If the final pose does not face the target, `final_turn` is the part reached so far of the rotation from facing the target to the final direction.
-        let facing_at_end = (-end).try_normalize().unwrap_or(self.to.forward);
+        // The rotation from facing the target to the final direction of the camera; `final_turn` is the part of it that has been reached.
+        let facing_at_end = (-end_km).try_normalize().unwrap_or(self.to.forward);
         let final_turn = DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(facing_at_end, self.to.forward), eased);
         let towards_target = (final_turn * -direction).normalize();
         let forward = slerp(self.from.forward, towards_target, turned_fraction);
