@@ -71,7 +71,7 @@ impl Preset {
     }
 
     /// English and German words by which the search field finds this preset, besides its name.
-    pub(crate) fn words(self) -> &'static str {
+    pub(crate) fn search_words(self) -> &'static str {
         match self {
             Self::WholeSystem => "whole solar system all planets orbits sonnensystem planeten bahnen",
             Self::InnerSystem => "inner solar system planets orbits inneres sonnensystem planeten bahnen",

@@ -129,7 +129,7 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, max_count: us
 /// its words for events and views spelled correctly, if that matches something.
 pub fn similar_texts(text: &str, viewer: &Viewer, catalog: &Catalog) -> Vec<String> {
     let text = text.trim();
-    let preset_words = Preset::ALL.into_iter().flat_map(|preset| preset.words().split_whitespace());
+    let preset_words = Preset::ALL.into_iter().flat_map(|preset| preset.search_words().split_whitespace());
     let known_words: Vec<&str> = EVENT_WORDS.into_iter().chain(GERMAN_WORDS.map(|(german, _)| german)).chain(preset_words).collect();
     let corrected = |word: &str| {
         if word.parse::<f64>().is_ok() || known_words.contains(&word) {
@@ -172,8 +172,8 @@ fn stars(text: &str, catalog: &Catalog) -> Vec<Suggestion> {
     let by_name = STAR_NAMES.iter().filter(|(name, _)| name.to_lowercase().starts_with(&lower));
     let mut found: Vec<Suggestion> =
         by_name.filter_map(|(name, hip)| Some(suggestion(*name, about(*hip)?, SearchTarget::Star(*hip)))).collect();
-    let number = lower.strip_prefix("hip").and_then(|rest| rest.trim().parse().ok());
-    found.extend(number.and_then(|hip| Some(suggestion(format!("HIP {hip}"), about(hip)?, SearchTarget::Star(hip)))));
+    let hip_number = lower.strip_prefix("hip").and_then(|rest| rest.trim().parse().ok());
+    found.extend(hip_number.and_then(|hip| Some(suggestion(format!("HIP {hip}"), about(hip)?, SearchTarget::Star(hip)))));
     found
 }
 
@@ -186,7 +186,7 @@ fn presets_and_now_items(text: &str) -> impl Iterator<Item = Suggestion> {
             && lower.split_whitespace().all(|typed| known_words.split_whitespace().any(|word| word.starts_with(typed)))
     };
     let presets = Preset::ALL.map(|preset| {
-        (format!("{} {}", preset.name(), preset.words()), suggestion(preset.name(), preset.about(), SearchTarget::Preset(preset)))
+        (format!("{} {}", preset.name(), preset.search_words()), suggestion(preset.name(), preset.about(), SearchTarget::Preset(preset)))
     });
     // The other items of *What to see now* are found as events and moments. Each of these two has its search words.
     let now_items = [(NowItem::Moon, "moon tonight now"), (NowItem::Saturn, "saturn now rings")]

@@ -236,7 +236,7 @@ impl Viewer {
             Action::StandOn(latitude_deg, longitude_deg) => self.stand_on(latitude_deg, longitude_deg),
             Action::LookAt(id) => self.look_at(id, positions),
             Action::LookFrom(id) => self.look_from(id, positions),
-            Action::RotateWithBody(fixed) => self.rotate_with_body(fixed, positions),
+            Action::RotateWithBody(make_fixed) => self.rotate_with_body(make_fixed, positions),
             Action::Track(tracks) => self.track(tracks, positions),
             Action::FaceBody => self.face_body(positions),
             Action::SetTime(t) => self.view.tdb_s = t.tdb_seconds_past_j2000(),
