@@ -40,7 +40,7 @@ impl<I: Copy + PartialEq, T: Send + 'static> LatestAnswer<I, T> {
         self.answer.as_ref()
     }
 
-    /// Drops the answer, so that the query runs again. For a change of language: an answer may contain texts in the language of the time when it was requested.
+    /// Drops the answer, so that the query runs again. For a change of language: an answer may contain texts in the former language.
     pub(crate) fn clear(&mut self) {
         *self = Self::default();
     }
