@@ -23,7 +23,7 @@ use std::borrow::Cow;
 /// The beginning of every link.
 pub(crate) const SCHEME: &str = "orrery://view?";
 
-/// Fields that a text may contain although the serialised default view omits them; they are needed for suggestions.
+/// Fields that a text may contain although the serialised default view omits them; listed so that a misspelt field name can suggest them.
 const FIELDS_WITHOUT_DEFAULT: [&str; 2] = ["time", "paused"];
 /// Largest accepted text, bytes. A text written here has about 600.
 pub(crate) const MAX_BYTES: u64 = 65_536;
@@ -75,12 +75,12 @@ fn query_of(link: &str) -> Option<&str> {
 /// A single line that lists the unreadable fields and impossible values: their number, and at most the first 20 of them.
 pub fn view_from_text(text: &str, session: &Session, now: Instant) -> Result<ViewState, ViewTextError> {
     let catalog = session.catalog();
-    let mut given = PartialView::of(text);
-    given.resolve_body_names(catalog);
-    let target = given.target();
-    let time = given.take_time().unwrap_or(now);
+    let mut partial_view = PartialView::of(text);
+    partial_view.resolve_body_names(catalog);
+    let target = partial_view.target();
+    let time = partial_view.take_time().unwrap_or(now);
     let defaults = initial_view(catalog, &SessionPositions(session), target, time)?;
-    let view = given.with_defaults(&defaults, catalog)?;
+    let view = partial_view.with_defaults(&defaults, catalog)?;
     // Building a scene checks combinations of fields, and that the ephemeris covers the view. The size of the image does not matter.
     let request = view.request(catalog, session.ephemeris(), 64, 64)?;
     session.scene(&request)?;
@@ -120,9 +120,9 @@ impl PartialView {
 
     /// A text without any readable field.
     fn from_error(why: String) -> Self {
-        let mut given = Self { fields: Map::new(), errors: Vec::new() };
-        given.record_error(why);
-        given
+        let mut partial_view = Self { fields: Map::new(), errors: Vec::new() };
+        partial_view.record_error(why);
+        partial_view
     }
 
     /// Records an error as one line of limited length, since the text is untrusted.
@@ -132,13 +132,13 @@ impl PartialView {
 
     fn of_link(link: &str) -> Self {
         let Some(query) = query_of(link) else { return Self::from_error(format!("a link starts with {SCHEME}")) };
-        let mut given = Self { fields: Map::new(), errors: Vec::new() };
+        let mut partial_view = Self { fields: Map::new(), errors: Vec::new() };
         for pair in query.split('&').filter(|p| !p.is_empty()) {
-            if let Err(why) = given.add_pair(pair) {
-                given.record_error(why);
+            if let Err(why) = partial_view.add_pair(pair) {
+                partial_view.record_error(why);
             }
         }
-        given
+        partial_view
     }
 
     /// Adds the field of a pair `field=value` or `group.field=value`.
@@ -157,8 +157,8 @@ impl PartialView {
         if name.contains('.') {
             return Err(format!("`{}`: fields are nested one level deep", shortened(path)));
         }
-        let child = self.fields.entry(parent).or_insert_with(|| Value::Object(Map::new()));
-        let map = child.as_object_mut().ok_or_else(|| format!("`{}`: the field above it is a value, not a group", shortened(path)))?;
+        let group = self.fields.entry(parent).or_insert_with(|| Value::Object(Map::new()));
+        let map = group.as_object_mut().ok_or_else(|| format!("`{}`: the field above it is a value, not a group", shortened(path)))?;
         map.insert(name.to_owned(), value);
         Ok(())
     }
@@ -174,18 +174,19 @@ impl PartialView {
     /// Replaces names of bodies with their codes. An unknown name is recorded as an error, and its field is removed.
     fn resolve_body_names(&mut self, catalog: &Catalog) {
         let mut errors = Vec::new();
-        // The code of the body that a field's value names.
-        let code = |field: &str, value: &Value| match value {
-            Value::String(name) => catalog.body_named(name).map(|body| body.id).map_err(|e| format!("{field}: {e}")),
+        // The body that a field's value gives by name or by code. `path`: the field's path, for the error.
+        let body_id = |path: &str, value: &Value| match value {
+            Value::String(name) => catalog.body_named(name).map(|body| body.id).map_err(|e| format!("{path}: {e}")),
             other => match serde_json::from_value(other.clone()).map(NaifId) {
                 Ok(id) if catalog.body(id).is_some() => Ok(id),
-                Ok(id) => Err(format!("{field}: no body has the code {}", id.0)),
-                Err(_) => Err(format!("{field} {other}: write a body's name or its NAIF code")),
+                Ok(id) => Err(format!("{path}: no body has the code {}", id.0)),
+                Err(_) => Err(format!("{path} {other}: write a body's name or its NAIF code")),
             },
         };
-        let mut resolve = |field: &str, map: &mut Map<String, Value>, name: &str| {
+        // Resolves the field `name` of `map`.
+        let mut resolve = |path: &str, map: &mut Map<String, Value>, name: &str| {
             let Some(value) = map.get(name) else { return };
-            match code(field, value) {
+            match body_id(path, value) {
                 Ok(id) => {
                     map.insert(name.to_owned(), Value::from(id.0));
                 }
@@ -202,13 +203,14 @@ impl PartialView {
         errors.into_iter().for_each(|why| self.record_error(why));
     }
 
-    /// The target; requires that [`Self::resolve_body_names`] was called.
+    /// The target, or else the camera's body, or else the Earth; requires that [`Self::resolve_body_names`] was called.
     fn target(&self) -> NaifId {
-        let code = |value: Option<&Value>| value.and_then(|v| serde_json::from_value(v.clone()).ok()).map(NaifId);
-        code(self.fields.get("target")).or(code(self.fields.get("eye").and_then(|eye| eye.get("body")))).unwrap_or(NaifId::EARTH)
+        let body_id = |value: Option<&Value>| value.and_then(|v| serde_json::from_value(v.clone()).ok()).map(NaifId);
+        body_id(self.fields.get("target")).or(body_id(self.fields.get("eye").and_then(|eye| eye.get("body")))).unwrap_or(NaifId::EARTH)
     }
 
-    /// The time of the field `time` (a date), which is removed, or of `tdb_s`, which stays.
+    /// The time of the field `time` (a date), which is removed, or of `tdb_s`, which stays; `None` if neither gives a time. Records an error if the date is
+    /// invalid.
     fn take_time(&mut self) -> Option<Instant> {
         let (tdb_s, date) = (self.fields.get("tdb_s").cloned(), self.fields.remove("time"));
         if tdb_s.is_some() && date.is_some() {
@@ -232,13 +234,13 @@ impl PartialView {
         let mut merged = object_of(defaults);
         for (name, value) in fields {
             match value {
-                Value::Object(given) if name == "eye" => {
-                    let eye = self.camera_with_defaults(given, defaults);
+                Value::Object(given_fields) if name == "eye" => {
+                    let eye = self.camera_with_defaults(given_fields, defaults);
                     merged.extend(eye.map(|eye| (name, Value::Object(eye))));
                 }
-                Value::Object(given) if name == "composition" => {
+                Value::Object(given_fields) if name == "composition" => {
                     let mut composition = object_of(&defaults.composition);
-                    for (name, value) in given {
+                    for (name, value) in given_fields {
                         self.set_field::<CompositionState>("composition.", &mut composition, &name, value);
                     }
                     merged.insert(name, Value::Object(composition));
@@ -260,36 +262,37 @@ impl PartialView {
         }
     }
 
-    /// Sets a field of a serialised `T`, unless the result could not be deserialised, which it records as an error. `parent`: the path of the
-    /// fields of `T`, with a point at its end, for the error.
+    /// Sets the field `name` in `merged`, a serialised `T`. If the result could not be deserialised, leaves the field as it was and records an error.
+    /// `parent`: the path of the fields of `T`, with a point at its end, for the error.
     fn set_field<T: DeserializeOwned>(&mut self, parent: &str, merged: &mut Map<String, Value>, name: &str, value: Value) {
-        let before = merged.insert(name.to_owned(), value);
+        let previous = merged.insert(name.to_owned(), value);
         if let Err(e) = serde_json::from_value::<T>(Value::Object(merged.clone())) {
-            match before {
-                Some(before) => merged.insert(name.to_owned(), before),
+            match previous {
+                Some(previous) => merged.insert(name.to_owned(), previous),
                 None => merged.remove(name),
             };
             let why = Some(json_error_text(&e)).filter(|why| !why.starts_with("unknown field")).unwrap_or_else(|| {
-                let known = merged.keys().map(String::as_str).chain(FIELDS_WITHOUT_DEFAULT.into_iter().filter(|_| parent.is_empty()));
-                let hint = did_you_mean(name, known).map_or(String::new(), |hint| format!("; {hint}"));
+                let known_names = merged.keys().map(String::as_str).chain(FIELDS_WITHOUT_DEFAULT.into_iter().filter(|_| parent.is_empty()));
+                let hint = did_you_mean(name, known_names).map_or(String::new(), |hint| format!("; {hint}"));
                 format!("no such field{hint}")
             });
             self.record_error(format!("{parent}{name}: {why}"));
         }
     }
 
-    /// The camera of a text, completed with defaults; an orbit if the text does not specify a kind. `None` if the kind is unknown.
-    fn camera_with_defaults(&mut self, mut given: Map<String, Value>, defaults: &ViewState) -> Option<Map<String, Value>> {
+    /// The fields of a text's camera, completed with defaults; an orbit if the text does not specify a kind. `None` if the kind is unknown.
+    fn camera_with_defaults(&mut self, mut given_fields: Map<String, Value>, defaults: &ViewState) -> Option<Map<String, Value>> {
         let body = defaults.target;
-        let kind = given.remove("kind").unwrap_or_else(|| "orbit".into());
+        let kind = given_fields.remove("kind").unwrap_or_else(|| "orbit".into());
         let mut merged = match kind.as_str() {
             Some("orbit") => object_of(&defaults.eye),
             Some("ground") => object_of(&pose_on_ground(body, 0.0, 0.0)),
             Some("centre") => object_of(&CameraPose::Centre { body }),
             Some("free") => {
-                for name in ["offset_km", "forward", "up"].into_iter().filter(|name| !given.contains_key(*name)) {
+                for name in ["offset_km", "forward", "up"].into_iter().filter(|name| !given_fields.contains_key(*name)) {
                     self.record_error(format!("eye.{name} is missing: a free camera has no default"));
                 }
+                // The vectors are placeholders: each is either given or missing, which is an error.
                 object_of(&CameraPose::Free { body, offset_km: DVec3::X, forward: DVec3::X, up: DVec3::Z })
             }
             _ => {
@@ -297,7 +300,7 @@ impl PartialView {
                 return None;
             }
         };
-        for (name, value) in given {
+        for (name, value) in given_fields {
             self.set_field::<CameraPose>("eye.", &mut merged, &name, value);
         }
         Some(merged)
@@ -318,17 +321,17 @@ fn object_of(value: &impl Serialize) -> Map<String, Value> {
     }
 }
 
-/// Appends the path and the text of each field of a serialised value; `null` is omitted.
-fn flatten(path: &str, value: &Value, out: &mut Vec<(String, String)>) {
+/// Appends the path and the text of each field of a serialised value to `pairs`; `null` is omitted. `path`: the path of `value`; empty for the root.
+fn flatten(path: &str, value: &Value, pairs: &mut Vec<(String, String)>) {
     match value {
         Value::Object(map) => map.iter().for_each(|(k, v)| {
-            let child = if path.is_empty() { k.clone() } else { format!("{path}.{k}") };
-            flatten(&child, v, out);
+            let child_path = if path.is_empty() { k.clone() } else { format!("{path}.{k}") };
+            flatten(&child_path, v, pairs);
         }),
         Value::Null => {}
         // A string that would be read as another JSON value keeps its quotes.
-        Value::String(s) if serde_json::from_str::<Value>(s).is_err() => out.push((path.to_owned(), s.clone())),
-        other => out.push((path.to_owned(), other.to_string())),
+        Value::String(s) if serde_json::from_str::<Value>(s).is_err() => pairs.push((path.to_owned(), s.clone())),
+        other => pairs.push((path.to_owned(), other.to_string())),
     }
 }
 

@@ -15,9 +15,9 @@ pub trait BodyPositions {
     fn geometric_between_km(&self, from: NaifId, to: NaifId, time: Instant) -> Option<DVec3>;
     /// The offset of a free camera from `body`, given its offset `offset_km` from `camera_body`; both in ICRF kilometres. Each offset is measured from
     /// the body's light-time position (without aberration): its centre when it emitted the light that reaches the camera at `time`. The offset of a
-    /// camera on the ground is measured from the geometric position instead. When such a camera becomes free, it keeps its offset, not its barycentric
-    /// position: the Earth moves 0.6 km in the light time from its centre, so a camera that kept its position could be below the ground.
-    fn camera_offset_from_km(&self, body: NaifId, camera_body: NaifId, offset_km: DVec3, time: Instant) -> Option<DVec3>;
+    /// camera on the ground is measured from the geometric position instead. When a camera on the ground becomes free, it keeps its offset, not its
+    /// barycentric position: the Earth moves 0.6 km in the light time from its centre, so a camera that kept its position could be below the ground.
+    fn free_camera_offset_km(&self, body: NaifId, camera_body: NaifId, offset_km: DVec3, time: Instant) -> Option<DVec3>;
     /// The rotation from ICRF to body-fixed axes. Its rows are the body's axes in ICRF.
     fn body_from_icrf(&self, body: NaifId, time: Instant) -> Option<DMat3>;
 }
@@ -29,7 +29,7 @@ impl BodyPositions for SessionPositions<'_> {
     fn geometric_between_km(&self, from: NaifId, to: NaifId, time: Instant) -> Option<DVec3> {
         self.0.ephemeris().state(to, from, time, None).ok().map(|relative| relative.state.pos_km)
     }
-    fn camera_offset_from_km(&self, body: NaifId, camera_body: NaifId, offset_km: DVec3, time: Instant) -> Option<DVec3> {
+    fn free_camera_offset_km(&self, body: NaifId, camera_body: NaifId, offset_km: DVec3, time: Instant) -> Option<DVec3> {
         if body == camera_body {
             return Some(offset_km);
         }

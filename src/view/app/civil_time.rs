@@ -45,17 +45,19 @@ impl ShownTimeZone {
     }
 }
 
-fn offset_text(seconds: i32) -> String {
-    let minutes = seconds.abs() / 60;
-    format!("UTC{}{:02}:{:02}", if seconds < 0 { '-' } else { '+' }, minutes / 60, minutes % 60)
+/// The label of a zone by its offset from UTC in seconds, such as `UTC+05:30`.
+fn offset_text(offset_s: i32) -> String {
+    let minutes = offset_s.abs() / 60;
+    format!("UTC{}{:02}:{:02}", if offset_s < 0 { '-' } else { '+' }, minutes / 60, minutes % 60)
 }
 
 fn civil_time<Z: TimeZone>(t: Instant, zone: &Z) -> Option<NaiveDateTime> {
+    // Half a second is added so that the cut below rounds to whole seconds.
     let iso = t.plus_seconds(0.5).to_utc_iso();
-    let (whole, _) = iso.trim_end_matches('Z').split_once('.').unwrap_or((iso.trim_end_matches('Z'), ""));
+    let (whole_seconds, _) = iso.trim_end_matches('Z').split_once('.').unwrap_or((iso.trim_end_matches('Z'), ""));
     // A leap second (`:60`) is shown as `:59`.
-    let whole = whole.strip_suffix(":60").map_or(whole.to_owned(), |minute| format!("{minute}:59"));
-    let utc = NaiveDateTime::parse_from_str(&whole, "%Y-%m-%dT%H:%M:%S").ok()?;
+    let whole_seconds = whole_seconds.strip_suffix(":60").map_or(whole_seconds.to_owned(), |minute| format!("{minute}:59"));
+    let utc = NaiveDateTime::parse_from_str(&whole_seconds, "%Y-%m-%dT%H:%M:%S").ok()?;
     utc.checked_add_signed(Duration::seconds(zone.offset_from_utc_datetime(&utc).fix().local_minus_utc().into()))
 }
 

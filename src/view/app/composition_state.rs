@@ -18,7 +18,7 @@ pub struct CompositionState {
     pub fisheye_deg: f64,
     /// Whether the zenith is in the middle of a fisheye image.
     pub dome_zenith: bool,
-    /// Tilt of a dome, as in [`Composition::tilt_deg`].
+    /// Tilt of a dome, see [`Composition::tilt_deg`]: the angle by which the direction in the image's middle is lowered.
     pub dome_tilt_deg: f64,
     #[serde(with = "option_serde::by_optional_name")]
     pub stereo: Option<StereoLayout>,
@@ -41,17 +41,18 @@ impl Default for CompositionState {
 
 impl CompositionState {
     /// The composition of the command line (`options`), or this one if the command line specifies none. The command line does not specify the full angle
-    /// of a fisheye, so a fisheye keeps its own.
+    /// of a fisheye, so if this composition is a fisheye, its angle stays.
     pub(crate) fn with_options(&self, options: &Composition) -> Self {
-        let chosen = Self::of(options);
-        if chosen.is_plain() {
+        let from_options = Self::of(options);
+        if from_options.is_plain() {
             return self.clone();
         }
-        let fisheye_deg = if self.projection == Projection::Fisheye { self.fisheye_deg } else { chosen.fisheye_deg };
-        Self { fisheye_deg, ..chosen }
+        let fisheye_deg = if self.projection == Projection::Fisheye { self.fisheye_deg } else { from_options.fisheye_deg };
+        Self { fisheye_deg, ..from_options }
     }
 
-    /// The stored fields of a composition, without its warp mesh. A composition has no fisheye angle: the caller sets `fisheye_deg`.
+    /// The stored fields of a composition, without its warp mesh. A [`Composition`] has no fisheye angle, so `fisheye_deg` is the default; the caller may
+    /// replace it.
     fn of(composition: &Composition) -> Self {
         Self {
             projection: composition.projection,
@@ -70,6 +71,7 @@ impl CompositionState {
 
     /// The composition for a request; fields that the projection does not use are left at their defaults.
     pub(crate) fn composition(&self) -> Composition {
+        // A dome image or a whole-sphere image.
         let is_spherical = self.projection != Projection::Perspective;
         Composition {
             projection: self.projection,
@@ -80,7 +82,7 @@ impl CompositionState {
         }
     }
 
-    /// Calls `check` for each number, with whether it is in range and a function that gives the error message.
+    /// Calls `check` for each number. Its arguments: whether the number is in range, and a function that gives the error message.
     pub(super) fn check_fields(&self, check: &mut dyn FnMut(bool, &dyn Fn() -> String)) {
         for (field, degrees, range) in
             [("fisheye_deg", self.fisheye_deg, FISHEYE_RANGE_DEG), ("dome_tilt_deg", self.dome_tilt_deg, DOME_TILT_RANGE_DEG)]

@@ -33,12 +33,12 @@ pub(crate) fn is_same_in_every_zone(text: &str) -> bool {
 /// The instant of a date text, read as UTC.
 pub(crate) fn parse_date(text: &str, now: Instant) -> Option<Instant> {
     let text = text.trim().to_lowercase();
-    // A comma usually separates parts of a date, so that this reading comes first.
-    date_with_point(&text, now).or_else(|| date_with_point(&with_decimal_point(&text), now))
+    // A comma usually separates parts of a date, so it is read as a decimal comma only if the text is no date otherwise.
+    date_with_decimal_point(&text, now).or_else(|| date_with_decimal_point(&with_decimal_point(&text), now))
 }
 
 /// As [`parse_date`], for a text in lower case whose seconds have no decimal comma.
-fn date_with_point(text: &str, now: Instant) -> Option<Instant> {
+fn date_with_decimal_point(text: &str, now: Instant) -> Option<Instant> {
     match text {
         "now" | "today" | "jetzt" | "heute" => return Some(now),
         "tomorrow" | "morgen" => return Some(now.plus_seconds(SECONDS_PER_DAY)),
@@ -57,20 +57,22 @@ fn date_with_point(text: &str, now: Instant) -> Option<Instant> {
 
 /// The text with a decimal comma of the seconds replaced by a point, as in `18:17:16,5`. Elsewhere a comma separates parts of a date: `18:17:16,8 april 2024`.
 fn with_decimal_point(text: &str) -> String {
-    let is_decimal = |before: &str, after: &str| {
-        let clock = before.rsplit([' ', ',', 't']).next().unwrap_or(before);
-        let rest = after.trim_start_matches(|c: char| c.is_ascii_digit());
-        let digits = after.len() - rest.len();
-        let ends = rest.trim().is_empty() || rest.trim() == "uhr" || UTC_WORDS.contains(&rest.trim());
-        clock.matches(':').count() == 2 && clock.ends_with(|c: char| c.is_ascii_digit()) && (1..=3).contains(&digits) && ends
+    let is_decimal = |before_comma: &str, after_comma: &str| {
+        let time_of_day = before_comma.rsplit([' ', ',', 't']).next().unwrap_or(before_comma);
+        let rest = after_comma.trim_start_matches(|c: char| c.is_ascii_digit());
+        let digit_count = after_comma.len() - rest.len();
+        let ends_text = rest.trim().is_empty() || rest.trim() == "uhr" || UTC_WORDS.contains(&rest.trim());
+        let has_seconds = time_of_day.matches(':').count() == 2 && time_of_day.ends_with(|c: char| c.is_ascii_digit());
+        has_seconds && (1..=3).contains(&digit_count) && ends_text
     };
     match text.rsplit_once(',') {
-        Some((before, after)) if is_decimal(before, after) => format!("{before}.{after}"),
+        Some((before_comma, after_comma)) if is_decimal(before_comma, after_comma) => format!("{before_comma}.{after_comma}"),
         _ => text.to_owned(),
     }
 }
 
-/// Whether a text is meant as a date, valid or not: it contains a month's name and a number, or a date in digits, and every other word is part of a date.
+/// Whether a text is meant as a date, valid or not: it contains a month's name and a number, or a date in digits such as `32.13.2024`, and every other word
+/// is part of a date.
 pub(crate) fn resembles_date(text: &str) -> bool {
     let text = text.trim().to_lowercase();
     let words = || text.split([' ', ',']).filter(|w| !w.is_empty());
@@ -79,9 +81,10 @@ pub(crate) fn resembles_date(text: &str) -> bool {
         let fields: Vec<&str> = word.split(['.', '/', '-']).collect();
         fields.len() == 3 && fields.iter().all(|f| !f.is_empty() && f.chars().all(|c| c.is_ascii_digit()))
     };
+    // `t` separates date and time of day in ISO 8601.
     let is_date = |word: &str| is_in_digits(word.split('t').next().unwrap_or(word));
-    words().all(|word| starts_with_digit(word) || month(word).is_some() || DATE_WORDS.contains(&word))
-        && (words().any(is_date) || words().any(|word| month(word).is_some()) && words().any(starts_with_digit))
+    words().all(|word| starts_with_digit(word) || month_number(word).is_some() || DATE_WORDS.contains(&word))
+        && (words().any(is_date) || words().any(|word| month_number(word).is_some()) && words().any(starts_with_digit))
 }
 
 /// The parts of a date that have been read so far.
@@ -100,8 +103,8 @@ fn set_once<T>(part: &mut Option<T>, value: T) -> Option<()> {
 }
 
 impl<'t> Parts<'t> {
-    /// `None` if a word is not part of a date, or a part occurs twice. Also `None` if an era has no positive year, no time of day follows a word such as
-    /// `at`, or a day has no month.
+    /// The parts of a text in lower case. `None` if a word is not part of a date, or a part occurs twice. Also `None` if the year of an era is missing or
+    /// not positive, a word such as `at` stands in a text without a time of day, or a day has no month.
     fn of(text: &'t str) -> Option<Self> {
         let mut parts = Self::default();
         let mut is_before_christ = None;
@@ -119,13 +122,13 @@ impl<'t> Parts<'t> {
                     set_once(&mut is_before_christ, word == "v.")?;
                 }
                 _ if word.contains(':') => set_once(&mut parts.time_of_day, word.strip_suffix('z').unwrap_or(word))?,
-                _ if word.starts_with(|c: char| c.is_alphabetic()) => set_once(&mut parts.month, month(word)?)?,
+                _ if word.starts_with(|c: char| c.is_alphabetic()) => set_once(&mut parts.month, month_number(word)?)?,
                 _ if word.trim_end_matches('.').contains(['.', '/']) => parts.numeric_date(word)?,
                 _ => parts.day_or_year(word)?,
             }
         }
         if is_before_christ.is_some() && parts.year.is_none() && parts.month.is_none() {
-            // With an era, a number without a month is a year, although a small one was read as a day.
+            // With an era, a number without a month is a year, although a number up to 31 was read as a day.
             parts.year = parts.day.take().map(i64::from);
         }
         if let Some(is_before_christ) = is_before_christ {
@@ -167,6 +170,7 @@ impl<'t> Parts<'t> {
         let number = |field: &str| field.parse::<i64>().ok().filter(|_| field.len() <= 4 && !field.starts_with('+'));
         let fields: Vec<i64> = word.split(['.', '/']).map(number).collect::<Option<_>>()?;
         let [first, middle, last] = fields[..] else { return None };
+        // A number above 31 is no day, so it is the year.
         let (year, day) = if first > 31 {
             (first, last)
         } else if word.contains('.') {
@@ -181,10 +185,10 @@ impl<'t> Parts<'t> {
 }
 
 /// The number of a month from its name, or from at least the first three letters of its name.
-fn month(word: &str) -> Option<u32> {
+fn month_number(word: &str) -> Option<u32> {
     let word = word.trim_end_matches('.');
-    let begins = |m: &&str| word.chars().count() >= 3 && m.starts_with(word);
-    let index = MONTHS.iter().position(begins).or_else(|| GERMAN_MONTHS.iter().position(begins))?;
+    let is_match = |name: &&str| word.chars().count() >= 3 && name.starts_with(word);
+    let index = MONTHS.iter().position(is_match).or_else(|| GERMAN_MONTHS.iter().position(is_match))?;
     Some(index as u32 + 1)
 }
 

@@ -8,10 +8,10 @@
 //! A cut is a change of the pixel view, or of the target, the camera's body or the kind of camera pose. If the pose is free before or after the change,
 //! only a change of the pixel view is a cut, because flights and tours use free poses.
 //!
-//! A changed metered value becomes known only when the first image with it is finished. The decay towards it is then counted from the request of the
-//! last image with the old value. During continuous drawing, this is too early by at most the interval between two requests. The first image with the
-//! new value is ahead by one more interval, because it was requested before the last image with the old value was finished. If no image was requested
-//! for several time constants before the change, the first images after it have the metered exposure at once.
+//! A changed metered value becomes known only when the first image with it is finished. The decay towards the new value is then counted from the request
+//! of the last image with the old value. During continuous drawing, this start is too early by at most the interval between two requests. The first image
+//! with the new value is ahead by one more interval, because it was requested before the last image with the old value was finished. If no image was
+//! requested for several time constants before the change, the first images after the change have the metered exposure at once.
 
 use crate::catalog::NaifId;
 use crate::scene::Exposure;
@@ -73,9 +73,9 @@ struct LastExposure {
 }
 
 impl LastExposure {
-    /// The exposure to request at a later time.
+    /// The exposure to request at a later time, real seconds.
     fn request_at(&self, now_s: f64) -> ExposureRequest {
-        // 1 - exp(-t / T)
+        // 1 - exp(-t / T), where t is the time since that request and T the time constant.
         let progress = -(-(now_s - self.requested_s).max(0.0) / TIME_CONSTANT_S).exp_m1();
         ExposureRequest::Transition { from_stops: self.stops, progress }
     }
@@ -84,7 +84,7 @@ impl LastExposure {
 /// The state of the adaptation.
 #[derive(Default)]
 pub(crate) struct ExposureAdaptation {
-    /// Identity of the view of the newest request.
+    /// Identity of the view of the newest request; `None` before the first.
     identity: Option<ViewIdentity>,
     /// `None`: the next request is for the metered exposure.
     last: Option<LastExposure>,
@@ -100,8 +100,8 @@ pub(crate) struct ExposureAdaptation {
 }
 
 impl ExposureAdaptation {
-    /// Resets the adaptation if the newest request is the first after a cut, or if the exposure is manual. Images that were requested before
-    /// may still arrive: they are ignored, as are images with manual exposure.
+    /// Resets the adaptation if the newest request is the first after a cut, or if the exposure is manual. Images that were requested before the cut or
+    /// before manual exposure may still arrive: they are ignored, as are images with manual exposure.
     fn reset_if_cut_or_manual(&mut self, view: &ViewState) {
         let identity = ViewIdentity::of(view);
         let is_cut = self.identity.replace(identity).is_none_or(|last| identity.is_cut_from(&last));
@@ -112,7 +112,7 @@ impl ExposureAdaptation {
         }
     }
 
-    /// The exposure to request for the next image of a view, and the ticket to hand back with the image.
+    /// The exposure to request for the next image of a view, and the ticket to hand back with the image. `now_s`: real time, seconds.
     pub(crate) fn next_exposure(&mut self, view: &ViewState, now_s: f64) -> (ExposureRequest, ExposureTicket) {
         self.newest_request += 1;
         self.reset_if_cut_or_manual(view);
@@ -168,7 +168,7 @@ mod tests {
     /// Frames of the interface per second.
     const FRAME_RATE_HZ: f64 = 60.0;
     /// The fraction of a step of the metered value that is covered after one time constant.
-    const COVERED: f64 = 1.0 - 1.0 / std::f64::consts::E;
+    const COVERED_FRACTION: f64 = 1.0 - 1.0 / std::f64::consts::E;
 
     fn view(target: NaifId) -> ViewState {
         ViewState::around(target, DVec3::X * 1e5, 6378.0, DVec3::Z, Instant::from_tdb_seconds_past_j2000(0.0))
@@ -210,30 +210,30 @@ mod tests {
                 (stops, adaptation.needs_another_image())
             };
             assert_eq!(step(0.0, 0.0), (0.0, false), "the first image has the metered exposure");
-            let (mut last, mut at_constant) = (0.0, f64::NAN);
+            let (mut last_stops, mut stops_at_time_constant) = (0.0, f64::NAN);
             for k in 1..=(4.0 * rate_hz) as u32 {
                 let now_s = f64::from(k) / rate_hz;
                 let (stops, needs_another_image) = step(now_s, 10.0);
-                assert!((stops > last || last == 10.0) && stops <= 10.0, "{stops} after {last}");
+                assert!((stops > last_stops || last_stops == 10.0) && stops <= 10.0, "{stops} after {last_stops}");
                 assert_eq!(needs_another_image, stops != 10.0);
                 if (now_s - TIME_CONSTANT_S).abs() < 1e-9 {
-                    at_constant = stops;
+                    stops_at_time_constant = stops;
                 }
-                last = stops;
+                last_stops = stops;
             }
-            assert!((at_constant - 10.0 * COVERED).abs() < 1e-6, "{at_constant} at {rate_hz} Hz");
-            assert_eq!(last, 10.0, "the exposure ends at the metered value");
+            assert!((stops_at_time_constant - 10.0 * COVERED_FRACTION).abs() < 1e-6, "{stops_at_time_constant} at {rate_hz} Hz");
+            assert_eq!(last_stops, 10.0, "the exposure ends at the metered value");
         }
     }
 
     /// Simulates six seconds in which the view moves, so that each frame of the interface requests an image. Returns each image's time of
-    /// request and its stops. As in the window, the worker draws one image, for `image_s`, while the newest other request waits. The metered value
+    /// request and its stops. As in the window, the worker draws one image, which takes `image_s`, while the newest other request waits. The metered value
     /// is 0 stops before `step_s`, then 10. `has_own_time`: each image is recorded with the time of its own request, not with that of the newest one.
     fn images_of_a_step(image_s: f64, step_s: f64, has_own_time: bool) -> Vec<(f64, f64)> {
         type Job = (ExposureRequest, ExposureTicket);
         let (mut adaptation, view) = (ExposureAdaptation::default(), view(NaifId::EARTH));
         let (mut drawing, mut waiting): (Option<(Job, f64)>, Option<Job>) = (None, None);
-        let mut newest_s = 0.0;
+        let mut newest_request_s = 0.0;
         let mut images = Vec::new();
         for frame in 0..360 {
             let now_s = f64::from(frame) / FRAME_RATE_HZ;
@@ -241,9 +241,10 @@ mod tests {
                 drawing = waiting.take().map(|job| (job, end_s + image_s));
                 let exposure = exposure_of(requested, if ticket.requested_s < step_s { 0.0 } else { 10.0 });
                 images.push((ticket.requested_s, exposure.stops));
-                adaptation.record(&exposure, if has_own_time { ticket } else { ExposureTicket { requested_s: newest_s, ..ticket } });
+                let recorded = if has_own_time { ticket } else { ExposureTicket { requested_s: newest_request_s, ..ticket } };
+                adaptation.record(&exposure, recorded);
             }
-            newest_s = now_s;
+            newest_request_s = now_s;
             let job = adaptation.next_exposure(&view, now_s);
             if drawing.is_none() {
                 drawing = Some((job, now_s + image_s));
@@ -264,23 +265,24 @@ mod tests {
                 let images = images_of_a_step(image_s, step_s, true);
                 let interval_s = image_s + 1.0 / FRAME_RATE_HZ + 1e-9;
                 assert!(images.windows(2).all(|pair| pair[1].0 - pair[0].0 <= interval_s));
-                let first_after = images.iter().position(|(requested_s, _)| *requested_s >= step_s).expect("images after the step");
+                let first_after_step = images.iter().position(|(requested_s, _)| *requested_s >= step_s).expect("images after the step");
                 let largest_error = |images: &[(f64, f64)]| {
-                    let start_s = images[first_after - 1].0;
+                    let start_s = images[first_after_step - 1].0;
                     let error = |(requested_s, stops): &(f64, f64)| {
                         let expected = 10.0 * (1.0 - (-(requested_s - start_s) / TIME_CONSTANT_S).exp());
                         // The last difference is invisible and left out.
                         if *stops == 10.0 && expected > 9.97 { 0.0 } else { (stops - expected).abs() }
                     };
-                    images[first_after + 1..].iter().map(error).fold(0.0, f64::max)
+                    images[first_after_step + 1..].iter().map(error).fold(0.0, f64::max)
                 };
                 assert!(largest_error(&images) < 1e-9, "{} stops", largest_error(&images));
-                let is_monotonic = images[first_after - 1..].windows(2).all(|pair| pair[1].1 >= pair[0].1 - 1e-9);
+                let is_monotonic = images[first_after_step - 1..].windows(2).all(|pair| pair[1].1 >= pair[0].1 - 1e-9);
                 assert!(is_monotonic, "the brightness alternates: {images:?}");
-                let covered = images.iter().find(|(_, stops)| *stops >= 10.0 * COVERED).expect("an image near the metered exposure");
-                let time_s = covered.0 - step_s;
+                let is_covered = |(_, stops): &&(f64, f64)| *stops >= 10.0 * COVERED_FRACTION;
+                let (covered_s, _) = images.iter().find(is_covered).expect("an image near the metered exposure");
+                let time_s = covered_s - step_s;
                 assert!((time_s - TIME_CONSTANT_S).abs() <= interval_s, "{time_s} s with images of {image_s} s");
-                // Negative control.
+                // Negative control: each image is recorded with the time of the newest request.
                 let error = largest_error(&images_of_a_step(image_s, step_s, false));
                 assert!(error > 0.5, "{error} stops with the time of the newest request");
             }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// Minimum number of digits of the frame number if the name has no placeholder such as `%05d`.
 const DEFAULT_DIGITS: usize = 5;
 
-/// Splits a name before the dot of its extension: folder and stem, then the extension with the dot.
+/// Splits a name into folder and stem, and the extension with its dot; the second part is empty if there is no extension.
 fn split_extension(name: &str) -> (&str, &str) {
     // `Path::extension` ignores separators at the end, as in `a.png//`; here such a name has no extension.
     let extension = Path::new(name).extension().and_then(|e| e.to_str()).filter(|e| name.ends_with(e));
@@ -23,8 +23,8 @@ fn split_extension(name: &str) -> (&str, &str) {
 /// # Errors
 /// If the placeholder is invalid; the message explains how to write it.
 pub(crate) fn free_sequence(name: &str, frame_count: u32) -> Result<NumberedName, FrameNumberError> {
-    let (before, after) = split_extension(name);
-    let default_numbering = || NumberedName { before: format!("{before}-"), min_digits: DEFAULT_DIGITS, after: after.to_owned() };
+    let (stem, extension) = split_extension(name);
+    let default_numbering = || NumberedName { before: format!("{stem}-"), min_digits: DEFAULT_DIGITS, after: extension.to_owned() };
     let first = NumberedName::of(name)?.unwrap_or_else(default_numbering);
     let nth_name = |n: u32| if n == 1 { first.clone() } else { NumberedName { before: format!("{}{n}-", first.before), ..first.clone() } };
     let is_free = |name: &NumberedName| (0..frame_count).all(|k| !name.path(k).exists());
@@ -39,9 +39,9 @@ pub(crate) fn candidate_names(name: &str) -> Result<Box<dyn Iterator<Item = Path
     if let Some(numbered) = NumberedName::of(name)? {
         return Ok(Box::new((0..=u32::MAX).map(move |n| numbered.path(n))));
     }
-    let (before, after) = split_extension(name);
-    let (first, before, after) = (PathBuf::from(name), before.to_owned(), after.to_owned());
-    Ok(Box::new(std::iter::once(first).chain((2..=u32::MAX).map(move |n| format!("{before}-{n}{after}").into()))))
+    let (stem, extension) = split_extension(name);
+    let (first, stem, extension) = (PathBuf::from(name), stem.to_owned(), extension.to_owned());
+    Ok(Box::new(std::iter::once(first).chain((2..=u32::MAX).map(move |n| format!("{stem}-{n}{extension}").into()))))
 }
 
 /// The absolute path, for messages.
@@ -53,21 +53,21 @@ pub(crate) fn absolute_path(path: &Path) -> String {
 mod tests {
     use super::*;
 
-    fn first(name: &str, count: usize) -> Vec<String> {
+    fn first_candidates(name: &str, count: usize) -> Vec<String> {
         candidate_names(name).expect(name).take(count).map(|p| p.display().to_string()).collect()
     }
 
     #[test]
     fn an_existing_name_is_followed_by_numbered_names() {
-        assert_eq!(first("orrery.png", 3), ["orrery.png", "orrery-2.png", "orrery-3.png"]);
-        assert_eq!(first("a.b/view", 2), ["a.b/view", "a.b/view-2"]);
-        assert_eq!(first("a/.hidden", 2), ["a/.hidden", "a/.hidden-2"]);
+        assert_eq!(first_candidates("orrery.png", 3), ["orrery.png", "orrery-2.png", "orrery-3.png"]);
+        assert_eq!(first_candidates("a.b/view", 2), ["a.b/view", "a.b/view-2"]);
+        assert_eq!(first_candidates("a/.hidden", 2), ["a/.hidden", "a/.hidden-2"]);
         // Separators at the end of a name are not part of its extension.
-        assert_eq!(first("a.é//", 2), ["a.é//", "a.é//-2"]);
-        assert_eq!(first("x-%03d.exr", 2), ["x-000.exr", "x-001.exr"]);
+        assert_eq!(first_candidates("a.é//", 2), ["a.é//", "a.é//-2"]);
+        assert_eq!(first_candidates("x-%03d.exr", 2), ["x-000.exr", "x-001.exr"]);
         // A percent sign in the name of a folder is not a placeholder.
-        assert_eq!(first("50%/a%d/x.png", 2), ["50%/a%d/x.png", "50%/a%d/x-2.png"]);
-        assert_eq!(first("50%/x-%d.png", 2), ["50%/x-0.png", "50%/x-1.png"]);
+        assert_eq!(first_candidates("50%/a%d/x.png", 2), ["50%/a%d/x.png", "50%/a%d/x-2.png"]);
+        assert_eq!(first_candidates("50%/x-%d.png", 2), ["50%/x-0.png", "50%/x-1.png"]);
         for bad in ["%x.png", "a-%d-%d.png", "100%.png", "%099d.png"] {
             assert!(candidate_names(bad).is_err_and(|why| why.to_string().contains(bad) && why.to_string().contains("%05d")), "{bad}");
         }

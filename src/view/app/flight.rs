@@ -12,8 +12,8 @@ pub(crate) const FLIGHT_S: f64 = 2.0;
 /// Fraction of the flight after which the camera faces the target.
 const FACING_FROM_FRACTION: f64 = 0.5;
 
-/// Distance from a body's centre, in its radii, at which a flight or a camera path starts or ends if its first or last view is from the centre. Such a view
-/// omits the body, but on the way the body is drawn, and a camera inside it would show nothing.
+/// Distance from a body's centre, in its radii, at which a flight or a camera path starts or ends if its first or last view is from the centre. A view from
+/// the centre omits the body, but on the way the body is drawn, and a camera inside it would show nothing.
 pub(super) const OUTSIDE_BODY_RADII: f64 = 1.5;
 
 /// Position of the camera relative to the target's centre, and orientation (unit vectors); all ICRF.
@@ -27,26 +27,26 @@ pub(crate) struct Pose {
 /// A flight in progress.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Flight {
-    pub from: Pose,
-    pub to: Pose,
+    pub start: Pose,
+    pub end: Pose,
     /// Real seconds since the start.
     pub elapsed_s: f64,
 }
 
 /// Eases a fraction in and out, so that a motion starts and ends at rest and without a jump in acceleration (Perlin's *smootherstep*, 2002).
 pub(super) fn ease_in_out(fraction: f64) -> f64 {
-    let p = fraction.clamp(0.0, 1.0);
-    p * p * p * (p * (6.0 * p - 15.0) + 10.0)
+    let x = fraction.clamp(0.0, 1.0);
+    x * x * x * (x * (6.0 * x - 15.0) + 10.0)
 }
 
-/// Spherical interpolation of unit vectors; between opposite vectors the great circle is arbitrary.
+/// Spherical interpolation of unit vectors by a fraction of the angle between them; between opposite vectors the great circle is arbitrary.
 fn slerp(from: DVec3, to: DVec3, fraction: f64) -> DVec3 {
     DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(from, to), fraction) * from
 }
 
 impl Flight {
-    pub(crate) fn new(from: Pose, to: Pose) -> Self {
-        Self { from, to, elapsed_s: 0.0 }
+    pub(crate) fn new(start: Pose, end: Pose) -> Self {
+        Self { start, end, elapsed_s: 0.0 }
     }
 
     /// Advances the flight by real seconds. Returns whether it still lasts.
@@ -59,20 +59,21 @@ impl Flight {
     pub(crate) fn pose(&self) -> Pose {
         let fraction = (self.elapsed_s / FLIGHT_S).clamp(0.0, 1.0);
         if fraction >= 1.0 {
-            return self.to;
+            return self.end;
         }
         let eased = ease_in_out(fraction);
-        let (start, end) = (self.from.offset_km, self.to.offset_km);
-        let (start_distance_km, end_distance_km) = (start.length().max(1e-6), end.length().max(1e-6));
+        let (start_km, end_km) = (self.start.offset_km, self.end.offset_km);
+        // A distance of 0 would have no logarithm.
+        let (start_distance_km, end_distance_km) = (start_km.length().max(1e-6), end_km.length().max(1e-6));
         let log_distance = start_distance_km.ln() + (end_distance_km.ln() - start_distance_km.ln()) * eased;
-        let direction = slerp(start.try_normalize().unwrap_or(DVec3::X), end.try_normalize().unwrap_or(DVec3::X), eased);
+        let direction = slerp(start_km.try_normalize().unwrap_or(DVec3::X), end_km.try_normalize().unwrap_or(DVec3::X), eased);
         let turned_fraction = ease_in_out(fraction / FACING_FROM_FRACTION);
-        // If the final pose does not face the target, `final_turn` is the part reached so far of the rotation from facing the target to the final direction.
-        let facing_at_end = (-end).try_normalize().unwrap_or(self.to.forward);
-        let final_turn = DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(facing_at_end, self.to.forward), eased);
+        // The rotation from facing the target to the final direction of the camera; `final_turn` is the part of it that has been reached.
+        let facing_at_end = (-end_km).try_normalize().unwrap_or(self.end.forward);
+        let final_turn = DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(facing_at_end, self.end.forward), eased);
         let towards_target = (final_turn * -direction).normalize();
-        let forward = slerp(self.from.forward, towards_target, turned_fraction);
-        let up = self.from.up.lerp(self.to.up, eased);
+        let forward = slerp(self.start.forward, towards_target, turned_fraction);
+        let up = self.start.up.lerp(self.end.up, eased);
         let up = (up - forward * up.dot(forward)).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
         Pose { offset_km: direction * log_distance.exp(), forward, up }
     }
@@ -84,20 +85,20 @@ mod tests {
     use crate::ephemeris::angle_rad;
 
     fn flight() -> Flight {
-        let from = Pose { offset_km: DVec3::new(1.3e9, -4e8, 2e7), forward: DVec3::Y, up: DVec3::Z };
+        let start = Pose { offset_km: DVec3::new(1.3e9, -4e8, 2e7), forward: DVec3::Y, up: DVec3::Z };
         let offset_km = DVec3::new(-2e5, 1e5, 4e4);
         let forward = -offset_km.normalize();
-        Flight::new(from, Pose { offset_km, forward, up: forward.any_orthonormal_vector() })
+        Flight::new(start, Pose { offset_km, forward, up: forward.any_orthonormal_vector() })
     }
 
     #[test]
     fn the_flight_starts_and_ends_at_the_given_poses() {
         let mut flight = flight();
-        let start = flight.pose();
-        assert!((start.offset_km - flight.from.offset_km).length() < 1e-12 * 1.3e9);
-        assert!((start.forward - flight.from.forward).length() < 1e-12);
+        let first = flight.pose();
+        assert!((first.offset_km - flight.start.offset_km).length() < 1e-12 * 1.3e9);
+        assert!((first.forward - flight.start.forward).length() < 1e-12);
         assert!(!flight.advance(FLIGHT_S));
-        assert_eq!(flight.pose(), flight.to);
+        assert_eq!(flight.pose(), flight.end);
     }
 
     #[test]
@@ -115,7 +116,7 @@ mod tests {
             assert!((now.forward.length() - 1.0).abs() < 1e-9 && now.up.dot(now.forward).abs() < 1e-9);
             last = now;
         }
-        assert!(last.offset_km.length() / flight.to.offset_km.length() < 1.001);
+        assert!(last.offset_km.length() / flight.end.offset_km.length() < 1.001);
     }
 
     /// In the second half of the flight the target is in front of the camera.
@@ -131,9 +132,9 @@ mod tests {
 
     #[test]
     fn a_flight_to_the_current_pose_stays_finite() {
-        let pose = flight().to;
-        for to in [pose, Pose { offset_km: -pose.offset_km, forward: -pose.forward, up: pose.up }] {
-            let mut flight = Flight::new(pose, to);
+        let pose = flight().end;
+        for end in [pose, Pose { offset_km: -pose.offset_km, forward: -pose.forward, up: pose.up }] {
+            let mut flight = Flight::new(pose, end);
             flight.elapsed_s = 0.31;
             let now = flight.pose();
             assert!(now.offset_km.is_finite() && now.forward.is_finite() && now.up.is_finite());

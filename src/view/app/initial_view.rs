@@ -12,14 +12,16 @@ use glam::{DQuat, DVec3};
 
 /// Distance of the first view, equatorial radii.
 const START_DISTANCE_RADII: f64 = 3.5;
-/// Angle at the body's centre between the Sun and the camera (the phase angle), before the camera is moved by [`POLE_OFFSET`]. The terminator is visible.
+/// Angle at the body's centre between the Sun and the camera (the phase angle), before the camera is moved by [`POLE_OFFSET`]. At this angle the
+/// terminator is visible.
 const SUN_ANGLE_DEG: f64 = 62.0;
-/// Range and step of the Sun angles that are tried for a view with the Moon.
+/// Range of the Sun angles that are tried for a view with the Moon.
 const SUN_ANGLE_RANGE_DEG: [f64; 2] = [30.0, 94.0];
+/// Step from one tried Sun angle to the next.
 const SUN_ANGLE_STEP_DEG: f64 = 4.0;
 /// Offset of the camera towards the pole, as a fraction of its distance from the body's centre.
 const POLE_OFFSET: f64 = 0.25;
-/// The offsets that are tried for a view with the Moon.
+/// The offsets towards the pole that are tried for a view with the Moon.
 const POLE_OFFSETS: [f64; 5] = [POLE_OFFSET, 0.1, 0.0, -0.1, -POLE_OFFSET];
 /// Greatest horizontal distance of the Moon from the image's centre. This distance and the next two are tangents of angles at the camera.
 const MOON_MAX_HORIZONTAL_TAN: f64 = 0.5;
@@ -67,12 +69,14 @@ fn camera_direction_with_moon(sunward: DVec3, moon_radii: DVec3, pole: DVec3) ->
     directions.into_iter().find(|&direction| shows_moon(direction, moon_radii, pole))
 }
 
-/// Whether a camera in this direction, with the pole up, shows the Moon beside the disc.
+/// Whether a camera in this direction from the Earth, with the pole up, shows the Moon beside the Earth's disc.
 fn shows_moon(direction: DVec3, moon_radii: DVec3, pole: DVec3) -> bool {
-    let from_camera = moon_radii - direction * START_DISTANCE_RADII;
-    let depth = -from_camera.dot(direction);
-    let Some(right) = pole.cross(direction).try_normalize().filter(|_| depth > 0.0) else { return false };
-    let [x, y] = [right, direction.cross(right)].map(|axis| from_camera.dot(axis) / depth);
+    let moon_from_camera = moon_radii - direction * START_DISTANCE_RADII;
+    // Distance of the Moon along the line of sight, which is opposite to `direction`.
+    let depth_radii = -moon_from_camera.dot(direction);
+    let Some(right) = pole.cross(direction).try_normalize().filter(|_| depth_radii > 0.0) else { return false };
+    // The Moon's position in the image, right and up from the centre: tangents of angles at the camera.
+    let [x, y] = [right, direction.cross(right)].map(|axis| moon_from_camera.dot(axis) / depth_radii);
     let [lowest, highest] = MOON_HEIGHTS_TAN;
     x.abs() <= MOON_MAX_HORIZONTAL_TAN && (lowest..=highest).contains(&y) && x.hypot(y) >= MOON_MIN_DISTANCE_TAN
 }
@@ -81,23 +85,23 @@ fn shows_moon(direction: DVec3, moon_radii: DVec3, pole: DVec3) -> bool {
 mod tests {
     use super::*;
 
-    fn angle(a: DVec3, b: DVec3) -> f64 {
+    fn angle_rad(a: DVec3, b: DVec3) -> f64 {
         a.cross(b).length().atan2(a.dot(b))
     }
 
     /// The camera's direction for a Moon in the ecliptic at an elongation. The Sun is along x; the Earth's pole is 23 degrees from the ecliptic's.
-    fn direction_for_elongation(deg: f64) -> Option<DVec3> {
+    fn direction_for_elongation(elongation_deg: f64) -> Option<DVec3> {
         let pole = DVec3::new(0.0, -0.39, 0.92).normalize();
-        let moon = DQuat::from_axis_angle(DVec3::Z, deg.to_radians()) * DVec3::X * 60.3;
+        let moon = DQuat::from_axis_angle(DVec3::Z, elongation_deg.to_radians()) * DVec3::X * 60.3;
         let direction = camera_direction_with_moon(DVec3::X, moon, pole);
         if let Some(direction) = direction {
             assert!(shows_moon(direction, moon, pole));
             // At least two fifths of the disc are lit, and the terminator is visible.
-            let sun_angle = angle(direction, DVec3::X).to_degrees();
-            assert!((25.0..100.0).contains(&sun_angle), "{deg}: {sun_angle}");
+            let sun_angle_deg = angle_rad(direction, DVec3::X).to_degrees();
+            assert!((25.0..100.0).contains(&sun_angle_deg), "{elongation_deg}: {sun_angle_deg}");
             // The Moon is beside the disc, whose angular radius is asin(1 / 3.5).
-            let from_camera = moon - START_DISTANCE_RADII * direction;
-            assert!(angle(from_camera, -direction) > (1.0 / START_DISTANCE_RADII).asin() + 0.01, "{deg}");
+            let moon_from_camera = moon - START_DISTANCE_RADII * direction;
+            assert!(angle_rad(moon_from_camera, -direction) > (1.0 / START_DISTANCE_RADII).asin() + 0.01, "{elongation_deg}");
         }
         direction
     }
@@ -105,10 +109,10 @@ mod tests {
     #[test]
     fn the_moon_is_shown_beside_the_earth_unless_it_is_near_the_sun() {
         for elongation in (0..360).step_by(5) {
-            let from_sun = f64::from(180 - (elongation - 180_i32).abs());
+            let from_sun_deg = f64::from(180 - (elongation - 180_i32).abs());
             let found = direction_for_elongation(f64::from(elongation));
-            assert!(found.is_some() || from_sun < 75.0, "{elongation}");
-            assert!(found.is_none() || from_sun > 50.0, "{elongation}");
+            assert!(found.is_some() || from_sun_deg < 75.0, "{elongation}");
+            assert!(found.is_none() || from_sun_deg > 50.0, "{elongation}");
         }
     }
 }

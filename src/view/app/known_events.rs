@@ -1,9 +1,9 @@
 //! The events of the timeline that have been found so far, and the next search for more.
 //!
 //! In: the displayed span of time, found events. Out: the next short search; the known events ordered by time. Always: the searched span has no
-//! gaps; the end of it that is closer to the middle of the displayed span is extended first. If that middle is farther from the searched span
-//! than the length of one search, all events are dropped and the search starts again there. If a search reaches beyond the ephemeris, shorter ones
-//! approach the end of the ephemeris. Not here: the thread that searches, and the painting.
+//! gaps; its end that is closer to the middle of the displayed span is extended first. If the middle of the displayed span is farther from the searched
+//! span than the length of one search, all events are dropped and the search starts again at that middle. If a search reaches beyond the ephemeris,
+//! shorter ones approach the end of the ephemeris. Not here: the thread that searches, and the painting.
 
 use super::event_search::{EventKind, EventSearch, SkyEvent};
 use crate::time::Instant;
@@ -19,24 +19,29 @@ pub(crate) struct KnownEvent {
     pub event: Arc<SkyEvent>,
 }
 
-/// Shortest search, seconds. So the part of the ephemeris at its end that is never searched is shorter than two days, besides the margin that the search itself
-/// needs.
+/// Shortest search, seconds. At the end of the ephemeris, a part shorter than two days therefore remains unsearched, besides the margin that the search
+/// itself needs.
 const MIN_SEARCH_S: f64 = SECONDS_PER_DAY;
 /// Number of events above which all events are dropped and the search starts again.
 const MAX_EVENTS: usize = 5000;
+
+/// Index of the side before the searched span in the arrays of [`KnownEvents`].
+const BEFORE: usize = 0;
+/// Index of the side after the searched span.
+const AFTER: usize = 1;
 
 /// The events of some kinds found so far.
 #[derive(Debug)]
 pub(crate) struct KnownEvents {
     kinds: &'static [EventKind],
-    /// Length of one search.
+    /// Length of one search, until a search has reached beyond the ephemeris.
     step_s: f64,
-    /// Lengths of the next search before the searched span and of the next one after it. Once a search on a side has reached beyond the ephemeris, the
-    /// length for this side is halved after each search.
+    /// Length of the next search on each side ([`BEFORE`], [`AFTER`]). Once a search on a side has reached beyond the ephemeris, the length for this side
+    /// is halved after each search.
     lengths_s: [f64; 2],
-    /// Start and end of the searched span, TDB seconds past J2000.
-    searched: Option<(f64, f64)>,
-    /// Whether nothing is left to search before the searched span, and after it, because the ephemeris ends there.
+    /// Start and end of the searched span, TDB seconds past J2000; `None` before the first search.
+    searched_span: Option<(f64, f64)>,
+    /// Whether nothing is left to search on each side ([`BEFORE`], [`AFTER`]), because the ephemeris ends there.
     is_exhausted: [bool; 2],
     events: Vec<KnownEvent>,
 }
@@ -45,9 +50,10 @@ pub(crate) struct KnownEvents {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct NextSearch {
     pub search: EventSearch,
+    /// Whether the search extends the searched span at its start, back in time.
     backward: bool,
     /// The end of the searched span at which the search starts, TDB seconds past J2000.
-    from_s: f64,
+    start_tdb_s: f64,
     length_s: f64,
 }
 
@@ -55,56 +61,59 @@ impl KnownEvents {
     /// No events yet. `step_days`: length of one search.
     pub(crate) fn new(kinds: &'static [EventKind], step_days: f64) -> Self {
         let step_s = step_days * SECONDS_PER_DAY;
-        Self { kinds, step_s, lengths_s: [step_s; 2], searched: None, is_exhausted: [false; 2], events: Vec::new() }
+        Self { kinds, step_s, lengths_s: [step_s; 2], searched_span: None, is_exhausted: [false; 2], events: Vec::new() }
     }
 
-    /// The next search for the displayed span `from_s..to_s`, TDB seconds past J2000; `None` if the span has been searched.
-    pub(crate) fn next_search(&mut self, from_s: f64, to_s: f64) -> Option<NextSearch> {
-        let middle_s = 0.5 * (from_s + to_s);
-        let is_elsewhere = |&(a, b): &(f64, f64)| middle_s < a - self.step_s || middle_s > b + self.step_s;
-        if self.searched.is_none_or(|s| is_elsewhere(&s)) || self.events.len() > MAX_EVENTS {
-            (self.searched, self.is_exhausted, self.lengths_s) = (Some((middle_s, middle_s)), [false; 2], [self.step_s; 2]);
+    /// The next search for the displayed span `from_tdb_s..to_tdb_s`, TDB seconds past J2000; `None` if the span has been searched.
+    pub(crate) fn next_search(&mut self, from_tdb_s: f64, to_tdb_s: f64) -> Option<NextSearch> {
+        let middle_tdb_s = 0.5 * (from_tdb_s + to_tdb_s);
+        let is_far_from_middle =
+            |(first_tdb_s, last_tdb_s): (f64, f64)| middle_tdb_s < first_tdb_s - self.step_s || middle_tdb_s > last_tdb_s + self.step_s;
+        if self.searched_span.is_none_or(is_far_from_middle) || self.events.len() > MAX_EVENTS {
+            (self.searched_span, self.is_exhausted) = (Some((middle_tdb_s, middle_tdb_s)), [false; 2]);
+            self.lengths_s = [self.step_s; 2];
             self.events.clear();
         }
-        let (first_s, last_s) = self.searched?;
-        let incomplete = [first_s > from_s && !self.is_exhausted[0], last_s < to_s && !self.is_exhausted[1]];
-        let backward = match incomplete {
+        let (first_tdb_s, last_tdb_s) = self.searched_span?;
+        let is_incomplete = [first_tdb_s > from_tdb_s && !self.is_exhausted[BEFORE], last_tdb_s < to_tdb_s && !self.is_exhausted[AFTER]];
+        let backward = match is_incomplete {
             [false, false] => return None,
-            [true, true] => middle_s - first_s < last_s - middle_s,
-            [before, _] => before,
+            [true, true] => middle_tdb_s - first_tdb_s < last_tdb_s - middle_tdb_s,
+            [is_incomplete_before, _] => is_incomplete_before,
         };
-        let start_s = if backward { first_s } else { last_s };
-        let start = Instant::from_tdb_seconds_past_j2000(start_s);
-        let length_s = self.lengths_s[usize::from(!backward)];
-        Some(NextSearch { search: EventSearch::new(self.kinds.to_vec(), start, length_s, backward), backward, from_s: start_s, length_s })
+        let start_tdb_s = if backward { first_tdb_s } else { last_tdb_s };
+        let start = Instant::from_tdb_seconds_past_j2000(start_tdb_s);
+        let length_s = self.lengths_s[if backward { BEFORE } else { AFTER }];
+        Some(NextSearch { search: EventSearch::new(self.kinds.to_vec(), start, length_s, backward), backward, start_tdb_s, length_s })
     }
 
     /// Stores the result of a search; `None` if a part of the search is outside the ephemeris. The result is dropped if it does not adjoin the searched span.
     pub(crate) fn add_result(&mut self, search: &NextSearch, found: Option<Vec<KnownEvent>>) {
-        let Some((first_s, last_s)) = &mut self.searched else { return };
-        let end_s = if search.backward { first_s } else { last_s };
-        if *end_s != search.from_s {
+        let Some((first_tdb_s, last_tdb_s)) = &mut self.searched_span else { return };
+        let end_tdb_s = if search.backward { first_tdb_s } else { last_tdb_s };
+        if *end_tdb_s != search.start_tdb_s {
             return;
         }
-        let side = usize::from(!search.backward);
-        // Bisection: the ephemeris ends within the length of a search that failed. After each further search, whether it failed or not, the end is within
-        // the length of that search from the searched span.
+        let side = if search.backward { BEFORE } else { AFTER };
+        // Bisection: the ephemeris ends within the length of a search that failed. After each further search, whether it failed or not, the end of the
+        // ephemeris is no farther from the searched span than the length of that search.
         if found.is_none() || search.length_s < self.step_s {
             self.lengths_s[side] = 0.5 * search.length_s;
             self.is_exhausted[side] = self.lengths_s[side] < MIN_SEARCH_S;
         }
         let Some(found) = found else { return };
-        *end_s += if search.backward { -search.length_s } else { search.length_s };
+        *end_tdb_s += if search.backward { -search.length_s } else { search.length_s };
         self.events.extend(found);
         self.events.sort_by(|a, b| a.tdb_s.total_cmp(&b.tdb_s));
     }
 
-    /// The parts of a displayed span that are still to be searched, before and after the searched span.
-    pub(crate) fn unsearched(&self, from_s: f64, to_s: f64) -> [Option<(f64, f64)>; 2] {
-        let Some((first_s, last_s)) = self.searched else { return [Some((from_s, to_s)), None] };
-        let before = (first_s > from_s && !self.is_exhausted[0]).then(|| (from_s, first_s.min(to_s)));
-        let after = (last_s < to_s && !self.is_exhausted[1]).then(|| (last_s.max(from_s), to_s));
-        [before, after]
+    /// The parts of the displayed span `from_tdb_s..to_tdb_s` that are still to be searched: start and end of the part before the searched span, and of the
+    /// part after it.
+    pub(crate) fn unsearched(&self, from_tdb_s: f64, to_tdb_s: f64) -> [Option<(f64, f64)>; 2] {
+        let Some((first_tdb_s, last_tdb_s)) = self.searched_span else { return [Some((from_tdb_s, to_tdb_s)), None] };
+        let part_before = (first_tdb_s > from_tdb_s && !self.is_exhausted[BEFORE]).then(|| (from_tdb_s, first_tdb_s.min(to_tdb_s)));
+        let part_after = (last_tdb_s < to_tdb_s && !self.is_exhausted[AFTER]).then(|| (last_tdb_s.max(from_tdb_s), to_tdb_s));
+        [part_before, part_after]
     }
 
     /// Formats the titles again, in the current language.
@@ -114,10 +123,10 @@ impl KnownEvents {
         }
     }
 
-    /// The known events in the span `from_s..to_s`, TDB seconds past J2000, ordered by time.
-    pub(crate) fn between(&self, from_s: f64, to_s: f64) -> &[KnownEvent] {
+    /// The known events in the span `from_tdb_s..to_tdb_s`, TDB seconds past J2000, ordered by time.
+    pub(crate) fn between(&self, from_tdb_s: f64, to_tdb_s: f64) -> &[KnownEvent] {
         let first_index_at = |tdb_s: f64| self.events.partition_point(|e| e.tdb_s < tdb_s);
-        self.events.get(first_index_at(from_s)..first_index_at(to_s)).unwrap_or_default()
+        self.events.get(first_index_at(from_tdb_s)..first_index_at(to_tdb_s)).unwrap_or_default()
     }
 }
 
@@ -149,7 +158,7 @@ mod tests {
         assert_eq!(searches_needed(&mut known, 30.0 * DAY_S, 120.0 * DAY_S), 2, "only the new part after the searched span");
         assert_eq!(searches_needed(&mut known, -10.0 * DAY_S, 50.0 * DAY_S), 1, "only the new part before the searched span");
         assert_eq!(searches_needed(&mut known, 9000.0 * DAY_S, 9100.0 * DAY_S), 10, "the search starts again elsewhere");
-        assert_eq!(known.searched, Some((9000.0 * DAY_S, 9100.0 * DAY_S)));
+        assert_eq!(known.searched_span, Some((9000.0 * DAY_S, 9100.0 * DAY_S)));
     }
 
     #[test]
@@ -204,8 +213,9 @@ mod tests {
         for end_days in [-499.0, -3.0, 3.0, 499.0, 500.0, 501.0, 730.0, 1234.5] {
             // Whether the ephemeris covers a search. The ephemeris begins at `end_days` if that is negative, otherwise it ends there.
             let is_covered = |search: &NextSearch| {
-                let [from_s, to_s] = [search.from_s, search.from_s + search.length_s * if search.backward { -1.0 } else { 1.0 }];
-                if end_days < 0.0 { from_s.min(to_s) >= end_days * DAY_S } else { from_s.max(to_s) <= end_days * DAY_S }
+                let start_s = search.start_tdb_s;
+                let end_s = start_s + search.length_s * if search.backward { -1.0 } else { 1.0 };
+                if end_days < 0.0 { start_s.min(end_s) >= end_days * DAY_S } else { start_s.max(end_s) <= end_days * DAY_S }
             };
             let mut known = KnownEvents::new(&[EventKind::Solar], 500.0);
             let mut searches = 0;
@@ -214,7 +224,7 @@ mod tests {
                 searches += 1;
                 assert!(searches < 30, "{end_days}: no end");
             }
-            let (first_s, last_s) = known.searched.expect("a span");
+            let (first_s, last_s) = known.searched_span.expect("a span");
             let unsearched_days = if end_days < 0.0 { first_s / DAY_S - end_days } else { end_days - last_s / DAY_S };
             assert!((0.0..2.0).contains(&unsearched_days), "{end_days}: {unsearched_days} days are left");
         }
@@ -235,8 +245,8 @@ mod tests {
         assert_eq!(lengths_s, [1.25, 1.25, 2.5, 2.5, 5.0, 5.0, 10.0, 10.0].map(|days| days * DAY_S));
         let elsewhere = known.next_search(900.0 * DAY_S, 920.0 * DAY_S).expect("a search");
         known.add_result(&first, Some(Vec::new()));
-        assert_eq!(known.searched, Some((910.0 * DAY_S, 910.0 * DAY_S)));
+        assert_eq!(known.searched_span, Some((910.0 * DAY_S, 910.0 * DAY_S)));
         known.add_result(&elsewhere, Some(Vec::new()));
-        assert_ne!(known.searched, Some((910.0 * DAY_S, 910.0 * DAY_S)));
+        assert_ne!(known.searched_span, Some((910.0 * DAY_S, 910.0 * DAY_S)));
     }
 }

@@ -8,6 +8,7 @@ pub mod civil_time;
 pub mod composition_state;
 pub mod date_text;
 pub mod event_search;
+pub mod event_view;
 pub mod exposure_adaptation;
 pub mod file_names;
 pub mod flight;

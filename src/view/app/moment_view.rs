@@ -20,6 +20,7 @@ pub(crate) fn view_of_moment(
     let (eye, fov_deg) = match moment.vantage {
         Vantage::Centre { body, fov_deg } => (CameraPose::Centre { body }, fov_deg),
         Vantage::Side { faced_body, away, radii } => {
+            // Unit vector from the target to the camera.
             let side = positions.geometric_between_km(target.id, faced_body, moment.time)?.try_normalize()? * if away { -1.0 } else { 1.0 };
             let pole = positions.body_from_icrf(target.id, moment.time)?.row(2);
             let radius_km = target.radii_km.x;

@@ -48,21 +48,27 @@ impl OrbitCamera {
         Self { azimuth_rad: azimuth_deg.to_radians(), elevation_rad: elevation_deg.to_radians(), distance_radii }
     }
 
-    /// The orbit of a camera at `offset_km` from the centre of a body of `radius_km`.
+    /// The orbit of a camera at `offset_km` from the centre of a body of `radius_km`. `pole`: in the axes of `offset_km`.
     pub(crate) fn from_offset(offset_km: DVec3, radius_km: f64, pole: DVec3) -> Self {
+        // The offset along the axes of the body's equator.
         let v = icrf_from_equator(pole).transpose() * offset_km;
-        // Distance from the pole's axis.
-        let equatorial_km = v.truncate().length();
+        let from_pole_axis_km = v.truncate().length();
         let mut orbit =
-            Self { azimuth_rad: v.y.atan2(v.x), elevation_rad: v.z.atan2(equatorial_km), distance_radii: v.length() / radius_km };
+            Self { azimuth_rad: v.y.atan2(v.x), elevation_rad: v.z.atan2(from_pole_axis_km), distance_radii: v.length() / radius_km };
         orbit.keep_in_bounds();
         orbit
     }
 
+    /// As [`Self::from_offset`], for an offset in radii of the body.
+    pub(crate) fn from_offset_radii(offset_radii: DVec3, pole: DVec3) -> Self {
+        Self::from_offset(offset_radii, 1.0, pole)
+    }
+
     /// The orbit of a camera that sees the lit side of a body and of its rings. `sunward`: the unit vector from the body to the Sun, ICRF.
     pub(crate) fn on_lit_side(sunward: DVec3, distance_radii: f64, pole: DVec3) -> Self {
-        let mut orbit = Self::from_offset(sunward * distance_radii, 1.0, pole);
+        let mut orbit = Self::from_offset_radii(sunward * distance_radii, pole);
         orbit.azimuth_rad += LIT_SIDE_SUN_AZIMUTH_DEG.to_radians();
+        // Farther from the equator than the Sun, on the same side.
         let elevation_rad = orbit.elevation_rad + LIT_SIDE_ELEVATION_DEG.to_radians().copysign(orbit.elevation_rad);
         orbit.elevation_rad = elevation_rad.clamp(-LIT_SIDE_MAX_ELEVATION_RAD, LIT_SIDE_MAX_ELEVATION_RAD);
         orbit
@@ -70,13 +76,14 @@ impl OrbitCamera {
 
     /// The camera's offset from the body's centre, kilometres.
     pub(crate) fn offset_km(&self, radius_km: f64, pole: DVec3) -> DVec3 {
-        let (sin_a, cos_a) = self.azimuth_rad.sin_cos();
-        let (sin_e, cos_e) = self.elevation_rad.sin_cos();
-        icrf_from_equator(pole) * DVec3::new(cos_e * cos_a, cos_e * sin_a, sin_e) * (self.distance_radii * radius_km)
+        let (sin_azimuth, cos_azimuth) = self.azimuth_rad.sin_cos();
+        let (sin_elevation, cos_elevation) = self.elevation_rad.sin_cos();
+        let direction = DVec3::new(cos_elevation * cos_azimuth, cos_elevation * sin_azimuth, sin_elevation);
+        icrf_from_equator(pole) * direction * (self.distance_radii * radius_km)
     }
 
-    /// Applies a drag. The angle per pixel is proportional to the height above the ground, up to [`MAX_DRAG_HEIGHT_RADII`]. Near the ground a
-    /// drag of a pixel therefore moves the ground by about a pixel.
+    /// Applies a drag by `dx_px` to the right and `dy_px` down. The angle per pixel is proportional to the height above the ground, up to
+    /// [`MAX_DRAG_HEIGHT_RADII`]. Near the ground a drag of a pixel therefore moves the ground by about a pixel.
     pub(crate) fn drag(&mut self, dx_px: f64, dy_px: f64, image_height_px: f64, fov_rad: f64) {
         let height_radii = self.distance_radii - 1.0;
         let rad_per_px = (fov_rad / image_height_px.max(1.0)) * height_radii.min(MAX_DRAG_HEIGHT_RADII);
@@ -87,7 +94,7 @@ impl OrbitCamera {
 
     /// Zooms by notches: positive moves closer. The height above the ground is scaled, so the camera never reaches the ground.
     pub(crate) fn zoom(&mut self, notches: f64) {
-        // A view from a link may be below the ground.
+        // In a view from a link the distance may be less than a radius.
         let height_radii = self.distance_radii.max(MIN_DISTANCE_RADII) - 1.0;
         let height_radii = height_radii * (-notches * LOG_HEIGHT_PER_NOTCH).exp();
         self.distance_radii = 1.0 + height_radii;
@@ -110,9 +117,9 @@ mod tests {
     #[test]
     fn offset_and_orbit_round_trip() {
         let orbit = OrbitCamera { azimuth_rad: 1.2, elevation_rad: -0.4, distance_radii: 3.5 };
-        let back = OrbitCamera::from_offset(orbit.offset_km(6378.0, POLE), 6378.0, POLE);
-        assert!((back.azimuth_rad - 1.2).abs() < 1e-12 && (back.elevation_rad + 0.4).abs() < 1e-12);
-        assert!((back.distance_radii - 3.5).abs() < 1e-12);
+        let restored = OrbitCamera::from_offset(orbit.offset_km(6378.0, POLE), 6378.0, POLE);
+        assert!((restored.azimuth_rad - 1.2).abs() < 1e-12 && (restored.elevation_rad + 0.4).abs() < 1e-12);
+        assert!((restored.distance_radii - 3.5).abs() < 1e-12);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use crate::events::GeodeticPosition;
 use crate::view::language::numbers::typed_number;
 use crate::view::language::{decimal, named};
 
-/// `25.5° N, 33.2° E`.
+/// A place with one decimal, such as `25.5° N, 33.2° E`.
 pub(crate) fn place_text(place: GeodeticPosition) -> String {
     latitude_longitude_text(place.latitude_deg, place.longitude_deg, 1)
 }
@@ -29,12 +29,13 @@ pub(crate) fn parse_place(text: &str) -> Option<(f64, f64)> {
 
 /// Reads latitude and east longitude as [`parse_place`] does, but without limits.
 pub(crate) fn typed_place(text: &str) -> Option<(f64, f64)> {
-    // A comma without a space may be a decimal mark.
+    // The separators are tried in this order, because a comma without a space may be a decimal mark.
     let (latitude, longitude) = text.split_once(';').or_else(|| text.split_once(", ")).or_else(|| text.split_once(','))?;
     Some((typed_degrees(latitude, "north", "south")?, typed_degrees(longitude, "east", "west")?))
 }
 
-/// Reads an angle in degrees: with a sign, or with the first letter of a direction in English or in the language of the window.
+/// Reads an angle in degrees: with a sign, or with the first letter of a direction in English or in the language of the window. `positive`, `negative`:
+/// the English names of the directions of positive and of negative angles.
 fn typed_degrees(text: &str, positive: &str, negative: &str) -> Option<f64> {
     let text = text.trim().to_lowercase();
     let without_direction = |direction: &str| {

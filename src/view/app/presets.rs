@@ -20,9 +20,9 @@ use glam::DVec3;
 const SYSTEM_ELEVATION_DEG: f64 = 40.0;
 /// Exposure of a view of the system: low enough that the Sun's glare hides no orbit, high enough that the layer of brightened stars shows stars.
 const SYSTEM_EXPOSURE_STOPS: f64 = 2.0;
-/// Distance from the Sun at which the orbit of Neptune fills the image; [`INNER_DISTANCE_AU`]: that of Mars.
+/// Distance of the camera from the Sun at which the orbit of Neptune fills the image.
 const OUTER_DISTANCE_AU: f64 = 75.0;
-/// See [`OUTER_DISTANCE_AU`].
+/// Distance of the camera from the Sun at which the orbit of Mars fills the image.
 const INNER_DISTANCE_AU: f64 = 3.9;
 /// Height of the camera of [`Preset::SkyTonight`] above the ground.
 const SKY_CAMERA_HEIGHT_KM: f64 = 0.002;
@@ -30,7 +30,7 @@ const SKY_CAMERA_HEIGHT_KM: f64 = 0.002;
 const SKY_ALTITUDE_DEG: f64 = 38.0;
 /// Vertical field of view of [`Preset::SkyTonight`].
 const SKY_FOV_DEG: f64 = 75.0;
-/// Stops by which stars, Milky Way and zodiacal light are brightened.
+/// Stops by which stars, Milky Way and zodiacal light are brightened in [`Preset::SkyTonight`].
 const SKY_STARS_BOOST: f64 = 2.0;
 /// Altitude of the Sun below which the sky counts as dark: the middle of astronomical twilight (-12 to -18 degrees).
 const DARK_SUN_ALTITUDE_DEG: f64 = -15.0;
@@ -71,7 +71,7 @@ impl Preset {
     }
 
     /// English and German words by which the search field finds this preset, besides its name.
-    pub(crate) fn words(self) -> &'static str {
+    pub(crate) fn search_words(self) -> &'static str {
         match self {
             Self::WholeSystem => "whole solar system all planets orbits sonnensystem planeten bahnen",
             Self::InnerSystem => "inner solar system planets orbits inneres sonnensystem planeten bahnen",
@@ -80,7 +80,7 @@ impl Preset {
         }
     }
 
-    /// Scene seconds per real second; `None` keeps the user's rate.
+    /// Rate at which time runs in this view, scene seconds per real second; `None` keeps the user's rate.
     pub fn rate(self) -> Option<f64> {
         match self {
             Self::WholeSystem | Self::InnerSystem => None,
@@ -91,12 +91,12 @@ impl Preset {
 
     /// The view of this preset; settings that it does not change come from `base_view`.
     pub fn view(self, positions: &dyn BodyPositions, now: Instant, home: Home, base_view: &ViewState) -> Option<ViewState> {
-        let running = |view: ViewState| ViewState { paused: Some(false), ..view };
+        let with_time_running = |view: ViewState| ViewState { paused: Some(false), ..view };
         match self {
             Self::WholeSystem => system_view(OUTER_DISTANCE_AU, positions, now, base_view),
             Self::InnerSystem => system_view(INNER_DISTANCE_AU, positions, now, base_view),
             Self::MoonPhases => {
-                Some(running(base_view.paused_view(now, NaifId::MOON, CameraPose::Centre { body: NaifId::EARTH }, MOON_FOV_DEG)))
+                Some(with_time_running(base_view.paused_view(now, NaifId::MOON, CameraPose::Centre { body: NaifId::EARTH }, MOON_FOV_DEG)))
             }
             Self::SkyTonight => {
                 let time = dark_time(positions, now, home)?;
@@ -110,7 +110,7 @@ impl Preset {
                     azimuth_deg,
                     altitude_deg: SKY_ALTITUDE_DEG,
                 };
-                let mut view = running(base_view.paused_view(time, NaifId::EARTH, eye, SKY_FOV_DEG));
+                let mut view = with_time_running(base_view.paused_view(time, NaifId::EARTH, eye, SKY_FOV_DEG));
                 (view.tracks, view.stars_boost, view.layers.constellations) = (false, SKY_STARS_BOOST, true);
                 Some(view)
             }
@@ -122,7 +122,8 @@ impl Preset {
 fn system_view(distance_au: f64, positions: &dyn BodyPositions, now: Instant, base_view: &ViewState) -> Option<ViewState> {
     let pole = positions.body_from_icrf(NaifId::SUN, now)?.row(2);
     let earth_km = positions.geometric_between_km(NaifId::SUN, NaifId::EARTH, now)?;
-    let mut orbit = OrbitCamera::from_offset(earth_km.try_normalize()?, 1.0, pole);
+    // Only the azimuth of this orbit is kept.
+    let mut orbit = OrbitCamera::from_offset_radii(earth_km.try_normalize()?, pole);
     orbit.elevation_rad = SYSTEM_ELEVATION_DEG.to_radians();
     orbit.distance_radii = distance_au * KM_PER_AU / SUN_RADIUS_KM;
     let view = base_view.paused_view(now, NaifId::SUN, inertial_orbit_pose(NaifId::SUN, orbit), DEFAULT_FOV_DEG);

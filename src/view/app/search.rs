@@ -109,7 +109,7 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, max_count: us
             .map(|body| suggestion(body_name(&body.name), about_body(body, viewer), SearchTarget::Body(body.id))),
     );
     found.extend(stars(text, catalog));
-    found.extend(views(text));
+    found.extend(presets_and_now_items(text));
     found.extend(moments(text, catalog.moments()));
     found.extend(cities::with_prefix(text, max_count).into_iter().map(|city| {
         suggestion(city.name, text!("search-city", country = catalog_text("country", city.country)), SearchTarget::City(city))
@@ -129,8 +129,8 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, max_count: us
 /// its words for events and views spelled correctly, if that matches something.
 pub fn similar_texts(text: &str, viewer: &Viewer, catalog: &Catalog) -> Vec<String> {
     let text = text.trim();
-    let words = Preset::ALL.into_iter().flat_map(|preset| preset.words().split_whitespace());
-    let known_words: Vec<&str> = EVENT_WORDS.into_iter().chain(GERMAN_WORDS.map(|(german, _)| german)).chain(words).collect();
+    let preset_words = Preset::ALL.into_iter().flat_map(|preset| preset.search_words().split_whitespace());
+    let known_words: Vec<&str> = EVENT_WORDS.into_iter().chain(GERMAN_WORDS.map(|(german, _)| german)).chain(preset_words).collect();
     let corrected = |word: &str| {
         if word.parse::<f64>().is_ok() || known_words.contains(&word) {
             return word.to_owned();
@@ -139,12 +139,12 @@ pub fn similar_texts(text: &str, viewer: &Viewer, catalog: &Catalog) -> Vec<Stri
     };
     let corrected_text = text.to_lowercase().split_whitespace().map(corrected).collect::<Vec<_>>().join(" ");
     let is_useful = corrected_text != text.to_lowercase() && !suggestions(&corrected_text, viewer, catalog, 1).is_empty();
-    let similar_names = nearest(text, names(viewer)).into_iter().map(str::to_owned);
+    let similar_names = nearest(text, searchable_names(viewer)).into_iter().map(str::to_owned);
     similar_names.chain(is_useful.then_some(corrected_text)).collect()
 }
 
-/// All names of bodies, stars and cities.
-fn names(viewer: &Viewer) -> impl Iterator<Item = &str> {
+/// All names of bodies, stars and cities, for [`similar_texts`].
+fn searchable_names(viewer: &Viewer) -> impl Iterator<Item = &str> {
     // Both the name in the catalog and, where it differs, the name in the window's language.
     let bodies = viewer.subjects().iter().flat_map(|b| {
         Some(body_name(&b.name))
@@ -156,6 +156,7 @@ fn names(viewer: &Viewer) -> impl Iterator<Item = &str> {
     bodies.chain(STAR_NAMES.iter().map(|(name, _)| *name)).chain(cities::all().iter().map(|city| city.name))
 }
 
+/// The description of a body, with the body that it orbits unless that is the Sun.
 fn about_body(body: &Subject, viewer: &Viewer) -> String {
     match body.parent {
         Some(parent) if parent != NaifId::SUN && parent != body.id => text!("search-near", body = viewer.name(parent)),
@@ -171,13 +172,13 @@ fn stars(text: &str, catalog: &Catalog) -> Vec<Suggestion> {
     let by_name = STAR_NAMES.iter().filter(|(name, _)| name.to_lowercase().starts_with(&lower));
     let mut found: Vec<Suggestion> =
         by_name.filter_map(|(name, hip)| Some(suggestion(*name, about(*hip)?, SearchTarget::Star(*hip)))).collect();
-    let number = lower.strip_prefix("hip").and_then(|rest| rest.trim().parse().ok());
-    found.extend(number.and_then(|hip| Some(suggestion(format!("HIP {hip}"), about(hip)?, SearchTarget::Star(hip)))));
+    let hip_number = lower.strip_prefix("hip").and_then(|rest| rest.trim().parse().ok());
+    found.extend(hip_number.and_then(|hip| Some(suggestion(format!("HIP {hip}"), about(hip)?, SearchTarget::Star(hip)))));
     found
 }
 
 /// Presets and items of *What to see now*, if each typed word begins a word of the view's name or search words.
-fn views(text: &str) -> impl Iterator<Item = Suggestion> {
+fn presets_and_now_items(text: &str) -> impl Iterator<Item = Suggestion> {
     let lower = text.to_lowercase();
     let matches = move |words: &str| {
         let known_words = words.to_lowercase();
@@ -185,19 +186,20 @@ fn views(text: &str) -> impl Iterator<Item = Suggestion> {
             && lower.split_whitespace().all(|typed| known_words.split_whitespace().any(|word| word.starts_with(typed)))
     };
     let presets = Preset::ALL.map(|preset| {
-        (format!("{} {}", preset.name(), preset.words()), suggestion(preset.name(), preset.about(), SearchTarget::Preset(preset)))
+        (format!("{} {}", preset.name(), preset.search_words()), suggestion(preset.name(), preset.about(), SearchTarget::Preset(preset)))
     });
-    // The other items of *What to see now* are found as events and moments.
+    // The other items of *What to see now* are found as events and moments. Each of these two has its search words.
     let now_items = [(NowItem::Moon, "moon tonight now"), (NowItem::Saturn, "saturn now rings")]
         .map(|(item, words)| (format!("{} {words}", item.name()), suggestion(item.name(), text!("now"), SearchTarget::Now(item))));
     presets.into_iter().chain(now_items).filter(move |(words, _)| matches(words)).map(|(_, suggestion)| suggestion)
 }
 
+/// Moments whose name, in the catalog or translated, contains the text.
 fn moments<'a>(text: &'a str, moments: &'a [Moment]) -> impl Iterator<Item = Suggestion> + 'a {
     let lower = text.to_lowercase();
     let matches = move |name: &str| lower.chars().count() >= MIN_LETTERS && name.to_lowercase().contains(&lower);
-    let named = moments.iter().filter(move |m| matches(&m.name) || matches(&catalog_text("moment", &m.name)));
-    named.map(|m| {
+    let found = moments.iter().filter(move |m| matches(&m.name) || matches(&catalog_text("moment", &m.name)));
+    found.map(|m| {
         suggestion(catalog_text("moment", &m.name), text!("search-moment", day = day_text(m.time)), SearchTarget::Moment(m.name.clone()))
     })
 }
@@ -205,7 +207,7 @@ fn moments<'a>(text: &'a str, moments: &'a [Moment]) -> impl Iterator<Item = Sug
 /// Surface features whose name begins with the text, body by body, the most prominent features of a body first.
 fn surface_features<'a>(text: &str, viewer: &'a Viewer) -> impl Iterator<Item = Suggestion> + 'a {
     let lower = text.to_lowercase();
-    let of_body = move |body: &'a Subject| {
+    let features_of = move |body: &'a Subject| {
         let lower = lower.clone();
         let is_match = move |f: &&'static SurfaceFeature| lower.chars().count() >= MIN_LETTERS && f.name.to_lowercase().starts_with(&lower);
         let features = nomenclature::features(&body.name).iter().filter(is_match);
@@ -213,7 +215,7 @@ fn surface_features<'a>(text: &str, viewer: &'a Viewer) -> impl Iterator<Item = 
             suggestion(feature.name, text!("search-on", body = body_name(&body.name)), SearchTarget::Feature { body: body.id, feature })
         })
     };
-    viewer.subjects().iter().flat_map(of_body)
+    viewer.subjects().iter().flat_map(features_of)
 }
 
 /// The view of a feature from above, in a frame that rotates with the body. The feature fills a third of the image's height, unless the camera's
@@ -221,10 +223,11 @@ fn surface_features<'a>(text: &str, viewer: &'a Viewer) -> impl Iterator<Item = 
 pub(crate) fn surface_feature_view(feature: &SurfaceFeature, body: &Subject, base_view: &ViewState) -> ViewState {
     let height_radii = (SURFACE_FEATURE_HEIGHT_DIAMETERS * feature.diameter_km / body.radii_km.x)
         .clamp(SURFACE_FEATURE_HEIGHT_LIMITS_RADII[0], SURFACE_FEATURE_HEIGHT_LIMITS_RADII[1]);
-    let orbit = OrbitCamera::from_offset(feature.direction * (1.0 + height_radii), 1.0, DVec3::Z);
+    let orbit = OrbitCamera::from_offset_radii(feature.direction * (1.0 + height_radii), DVec3::Z);
     base_view.tracking_view(body.id, body_fixed_orbit_pose(body.id, orbit), DEFAULT_FOV_DEG)
 }
 
+/// Effects whose name, in English or translated, contains the text.
 fn effects(text: &str) -> impl Iterator<Item = Suggestion> {
     let lower = text.to_lowercase();
     let matches =
@@ -234,9 +237,9 @@ fn effects(text: &str) -> impl Iterator<Item = Suggestion> {
     found.map(|e| suggestion(named("effect", e.name()), text!("search-effect"), SearchTarget::Effect(e)))
 }
 
-/// Whether a word of at least `min_bytes` bytes is the beginning of a known word.
-fn is_abbreviation(known: &str, min_bytes: usize, word: &str) -> bool {
-    word.len() >= min_bytes && known.starts_with(word)
+/// Whether a word has at least `min_bytes` bytes and is a known word or the beginning of one.
+fn is_abbreviation(known_word: &str, min_bytes: usize, word: &str) -> bool {
+    word.len() >= min_bytes && known_word.starts_with(word)
 }
 
 /// Words that a search for events may contain, in full or abbreviated.
@@ -283,25 +286,26 @@ fn parse_event_search(text: &str) -> Option<(String, Vec<EventKind>, Option<Inst
     if year.is_some() {
         words.pop();
     }
-    let has_word = |known: &str, min_bytes: usize| words.iter().any(|w| is_abbreviation(known, min_bytes, w));
-    if !words.iter().all(|w| EVENT_WORDS.iter().any(|k| is_abbreviation(k, 3, w))) {
+    // Whether the text contains the known word, or an abbreviation of at least `min_bytes` bytes.
+    let has_word = |known_word: &str, min_bytes: usize| words.iter().any(|w| is_abbreviation(known_word, min_bytes, w));
+    if !words.iter().all(|w| EVENT_WORDS.iter().any(|known| is_abbreviation(known, 3, w))) {
         return None;
     }
-    let [names_eclipses, names_transits] = ["eclipses", "transits"].map(|known| has_word(known, 4));
-    let names_moons = words.contains(&"moons") || has_word("jupiter", 3) && (names_eclipses || names_transits);
+    let [mentions_eclipses, mentions_transits] = ["eclipses", "transits"].map(|known_word| has_word(known_word, 4));
+    let mentions_moons = words.contains(&"moons") || has_word("jupiter", 3) && (mentions_eclipses || mentions_transits);
     let kinds = match () {
-        // This case comes before eclipses of the Sun and the Moon, because the moons of a planet have eclipses and transits, too.
-        () if names_moons || has_word("shadows", 4) => vec![EventKind::Moons],
-        () if names_eclipses && (has_word("solar", 3) || has_word("sun", 3)) => vec![EventKind::Solar],
-        () if names_eclipses && (has_word("lunar", 3) || words.contains(&"moon")) => vec![EventKind::Lunar],
-        () if names_eclipses => vec![EventKind::Solar, EventKind::Lunar],
-        () if names_transits => vec![EventKind::Transit],
+        // The moons of a planet have eclipses and transits, too, so this case comes before eclipses of the Sun and the Moon and transits of planets.
+        () if mentions_moons || has_word("shadows", 4) => vec![EventKind::Moons],
+        () if mentions_eclipses && (has_word("solar", 3) || has_word("sun", 3)) => vec![EventKind::Solar],
+        () if mentions_eclipses && (has_word("lunar", 3) || words.contains(&"moon")) => vec![EventKind::Lunar],
+        () if mentions_eclipses => vec![EventKind::Solar, EventKind::Lunar],
+        () if mentions_transits => vec![EventKind::Transit],
         () => return None,
     };
-    let from = year.and_then(|y| Instant::parse(&format!("{y:04}-01-01")).ok());
-    let names: Vec<&str> = kinds.iter().map(|k| k.name()).collect();
-    let when = year.map_or(String::new(), |y| text!("search-of-year", y = y));
-    Some((format!("{}{when}", names.join(text!("search-and"))), kinds, from))
+    let start = year.and_then(|y| Instant::parse(&format!("{y:04}-01-01")).ok());
+    let kind_names: Vec<&str> = kinds.iter().map(|k| k.name()).collect();
+    let of_year = year.map_or(String::new(), |y| text!("search-of-year", y = y));
+    Some((format!("{}{of_year}", kind_names.join(text!("search-and"))), kinds, start))
 }
 
 /// The view of a star in the middle of the image, with the Earth behind the camera; `None` if the ephemeris does not cover the time.
@@ -310,9 +314,10 @@ pub fn star_view(star: &Star, years_since_epoch: f64, positions: &dyn BodyPositi
     let pole = positions.body_from_icrf(NaifId::EARTH, base_view.time())?.row(2);
     // As seen from the solar system's barycentre: the annual parallax is too small to see in this field of view.
     let direction = star_from_viewer(star, years_since_epoch, DVec3::ZERO).try_normalize()?;
-    let orbit = OrbitCamera::from_offset(direction * STAR_CAMERA_RADII, 1.0, pole);
+    let orbit = OrbitCamera::from_offset_radii(direction * STAR_CAMERA_RADII, pole);
     let eye = CameraPose::Orbit {
         body: NaifId::EARTH,
+        // In ICRF, so that the camera does not rotate with the Earth.
         fixed: false,
         azimuth_deg: orbit.azimuth_rad.to_degrees(),
         elevation_deg: orbit.elevation_rad.to_degrees(),

@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 
 /// Range of the scale factor of text and controls.
 pub(crate) const UI_SCALE_RANGE: RangeInclusive<f32> = 0.6..=3.0;
-/// Smallest width and height of a window, in points at its scale, at which the user can still scroll to each control of a panel.
+/// Smallest width and height of a window, in points of the scaled interface, at which the user can still scroll to each control of a panel.
 const MIN_SIZE_FOR_PANELS: [f32; 2] = [600.0, 340.0];
 /// Largest settings file, bytes; enough for thousands of bookmarks.
 const MAX_BYTES: u64 = 1 << 24;
@@ -89,17 +89,19 @@ pub struct PanelLayout {
     pub on_left: bool,
     /// Width of the list of bodies, points. Any of the widths is `None` until the user changes it.
     pub bodies_width: Option<f32>,
+    /// Width of the open panel.
     pub panel_width: Option<f32>,
-    /// Width of panels with source text or two images.
+    /// Width of the open panel, if it has source text or two images.
     pub wide_width: Option<f32>,
     /// Width of the panel that is kept open.
     pub kept_width: Option<f32>,
     /// Width of the panel that is kept open, if it has source text or two images.
     pub kept_wide_width: Option<f32>,
+    /// Whether the timeline is shown.
     pub timeline_shown: bool,
-    /// Span of the timeline.
+    /// Span of time that the timeline shows.
     pub timeline_span_s: f64,
-    /// *What to see now* is shown over the image. False once the user has closed it, caused an action other than a pause, or opened or closed a panel.
+    /// Whether *What to see now* is shown over the image. False once the user has closed it, caused an action other than a pause, or opened or closed a panel.
     pub now_shown: bool,
     /// Size of the viewport in the last run, pixels: the first image is requested before the window has a size.
     pub viewport_px: [u32; 2],
@@ -152,7 +154,7 @@ pub(crate) fn scale_within(ui_scale: f32, [width, height]: [f32; 2]) -> f32 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Settings {
-    /// Dark panels; `None` follows the system.
+    /// Whether the interface is dark; `None` follows the system.
     pub dark: Option<bool>,
     /// Scale of text and controls.
     #[serde(rename = "zoom")]
@@ -160,11 +162,11 @@ pub struct Settings {
     /// `None`: the language of the system.
     #[serde(deserialize_with = "deserialize_language")]
     pub language: Option<Language>,
-    /// Label bodies with their names.
+    /// Whether bodies are labelled with their names.
     pub names: bool,
-    /// Mark bodies that are too small to see.
+    /// Whether bodies that are too small to see are marked.
     pub markers: bool,
-    /// Outline the selected body, unless it is the target.
+    /// Whether the selected body is outlined, unless it is the target.
     pub outline: bool,
     /// The device that presents the window if a GPU draws the image.
     #[serde(rename = "shown_by")]
@@ -180,10 +182,10 @@ pub struct Settings {
     /// `None`: the window was never closed.
     #[serde(rename = "place")]
     pub window_placement: Option<WindowPlacement>,
-    /// Written by `other_version::Saved`.
+    /// The user's bookmarks. `other_version::Saved` writes them, with those of other versions of the program.
     #[serde(skip_serializing)]
     pub bookmarks: Vec<Bookmark>,
-    /// The last views that the user left, newest first. Written by `other_version::Saved`.
+    /// The last views that the user left, newest first. `other_version::Saved` writes them, too.
     #[serde(skip_serializing)]
     pub recent: Vec<Bookmark>,
     /// The parts of the file that only another version of the program can read.
@@ -215,7 +217,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Adds a view to the recent views, as the newest.
+    /// Adds a view to the recent views as the newest; an entry with the same view is replaced.
     pub(crate) fn add_recent(&mut self, name: String, view: ViewState) {
         self.recent.retain(|r| r.view != view);
         self.recent.insert(0, Bookmark { name, view });
@@ -232,30 +234,30 @@ impl Settings {
             Err(e) if path.is_file() => return (Self::default(), Some(format!("{}: {e}; {}", path.display(), set_aside_message(path)))),
             Err(e) => return (Self::default(), Some(format!("{}: {e}; starting with the default settings", path.display()))),
         };
-        let (read, unread) = match other_version::read(&text) {
+        let (read, invalid_fields) = match other_version::read(&text) {
             Ok(read) => read,
             Err(e) => return (Self::default(), Some(format!("{}: {e}; {}", path.display(), set_aside_message(path)))),
         };
         // egui would panic at a scale of 0.
         let ui_scale = read.ui_scale.clamp(*UI_SCALE_RANGE.start(), *UI_SCALE_RANGE.end());
         let settings = Self { ui_scale, home: read.home.or_default(), ..read };
-        if let Some(unread) = unread {
-            let line = match set_aside(path) {
+        if let Some(invalid_fields) = invalid_fields {
+            let outcome = match set_aside(path) {
                 // The valid part is written at once: the settings writer waits for a change.
-                Ok(aside) => match settings.save_over(path, None, Some(&text)) {
-                    Ok(()) => aside,
-                    Err(e) => format!("{aside}; {e}"),
+                Ok(kept_as) => match settings.save_over(path, None, Some(&text)) {
+                    Ok(()) => kept_as,
+                    Err(e) => format!("{kept_as}; {e}"),
                 },
                 Err(reason) => reason,
             };
-            return (settings, Some(format!("{}: {unread}; {line}", path.display())));
+            return (settings, Some(format!("{}: {invalid_fields}; {outcome}", path.display())));
         }
         let notice = settings.other_version.notice().map(|notice| format!("{}: {notice}", path.display()));
         (settings, notice)
     }
 
-    /// Writes the file atomically. `base`: the settings that this program read or wrote last; what has not changed since is taken from the file. Without
-    /// `base` only unknown fields are.
+    /// Writes the file atomically. `base`: the settings that this program read or wrote last; what has not changed since then is taken from the file. Without
+    /// `base`, only unknown fields are taken from the file.
     ///
     /// # Errors
     /// If the folder or the file cannot be written; the error names the path and the reason.
@@ -263,7 +265,7 @@ impl Settings {
         self.save_over(path, base, read_text(path, MAX_BYTES).ok().as_deref())
     }
 
-    /// As [`Settings::save`], but merges with the text `stored` instead of that of the file.
+    /// As [`Settings::save`], but merges with the text `stored` instead of the text of the file.
     fn save_over(&self, path: &Path, base: Option<&Self>, stored: Option<&str>) -> Result<(), WriteError> {
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         std::fs::create_dir_all(folder).map_err(|e| write_error(path, &e))?;
@@ -287,17 +289,18 @@ fn set_aside_message(path: &Path) -> String {
 /// Sets a file that cannot be used as settings aside: appends `.broken` to its name, or `.broken-2` and so on. Returns a text for the user: where the file is
 /// now, or, as the error, why it could not be renamed.
 fn set_aside(path: &Path) -> Result<String, String> {
-    let mut earlier = set_aside_numbers(path);
+    let mut earlier_numbers = set_aside_numbers(path);
     // Above all existing numbers, even if a lower one is free, so that the highest number is the newest file.
-    let mut number = earlier.last().map_or(1, |last| last + 1);
+    let mut number = earlier_numbers.last().map_or(1, |last| last + 1);
     // The name may be taken all the same, for example if the folder cannot be listed.
     while set_aside_path(path, number).symlink_metadata().is_ok() {
         number += 1;
     }
     let aside = set_aside_path(path, number);
     std::fs::rename(path, &aside).map_err(|e| format!("it could not be set aside: {e}"))?;
-    earlier.truncate((earlier.len() + 1).saturating_sub(MAX_SET_ASIDE));
-    for number in earlier {
+    // Keeps only the numbers of the files to remove, the oldest ones: with the new file, there are then at most `MAX_SET_ASIDE`.
+    earlier_numbers.truncate((earlier_numbers.len() + 1).saturating_sub(MAX_SET_ASIDE));
+    for number in earlier_numbers {
         // A file that cannot be removed is tried again when the next one is set aside.
         let _ = std::fs::remove_file(set_aside_path(path, number));
     }
@@ -340,9 +343,9 @@ mod tests {
     #[test]
     fn text_leaves_room_for_the_panels() {
         let (usual, large, tiny) = ([1264.0, 736.0], [3840.0, 2160.0], [400.0, 300.0]);
-        for (chosen, size, shown) in [(3.0, usual, 2.1067), (2.0, usual, 2.0), (3.0, large, 3.0), (2.0, tiny, 1.0), (0.6, tiny, 0.6)] {
-            let scale = scale_within(chosen, size);
-            assert!((scale - shown).abs() < 1e-3, "{chosen} in {size:?}: {scale}");
+        for (ui_scale, size, expected) in [(3.0, usual, 2.1067), (2.0, usual, 2.0), (3.0, large, 3.0), (2.0, tiny, 1.0), (0.6, tiny, 0.6)] {
+            let scale = scale_within(ui_scale, size);
+            assert!((scale - expected).abs() < 1e-3, "{ui_scale} in {size:?}: {scale}");
         }
     }
 

@@ -17,8 +17,9 @@ const PRESET_SPEEDS: [f64; 10] = [1.0, 10.0, 60.0, 600.0, 3600.0, 6.0 * 3600.0, 
 /// does not jump. At a rate of exactly 1 there is no limit, so that a view of the current sky stays current.
 const MAX_REAL_STEP_S: f64 = 2.0;
 
-/// Limits of the speed, scene seconds per real second.
+/// Least speed, scene seconds per real second.
 pub(crate) const MIN_SPEED: f64 = PRESET_SPEEDS[0];
+/// Greatest speed, scene seconds per real second.
 pub(crate) const MAX_SPEED: f64 = PRESET_SPEEDS[PRESET_SPEEDS.len() - 1];
 
 /// Rate and direction of scene time.
@@ -37,18 +38,19 @@ impl Default for TimeRate {
 }
 
 impl TimeRate {
-    /// Selects the next faster preset, and resumes paused time.
+    /// Selects the next faster preset speed, and resumes paused time.
     pub fn faster(&mut self) {
         self.speed = PRESET_SPEEDS.into_iter().find(|preset| *preset > self.speed * (1.0 + 1e-9)).unwrap_or(MAX_SPEED);
         self.paused = false;
     }
 
-    /// Selects the next slower preset, and resumes paused time.
+    /// Selects the next slower preset speed, and resumes paused time.
     pub(crate) fn slower(&mut self) {
         self.speed = PRESET_SPEEDS.into_iter().rev().find(|preset| *preset < self.speed * (1.0 - 1e-9)).unwrap_or(MIN_SPEED);
         self.paused = false;
     }
 
+    /// Runs time forward at the same speed, and resumes paused time.
     pub fn forward(&mut self) {
         (self.backward, self.paused) = (false, false);
     }
@@ -57,7 +59,7 @@ impl TimeRate {
         (self.backward, self.paused) = (true, false);
     }
 
-    /// Runs time at a rate, backward if the rate is negative.
+    /// Runs time at a rate, backward if the rate is negative, and resumes paused time. The speed is limited to its range.
     pub(crate) fn run_at(&mut self, rate: f64) {
         self.set_speed(rate.abs());
         (self.backward, self.paused) = (rate < 0.0, false);
@@ -115,8 +117,9 @@ impl TimeRate {
     }
 }
 
-/// Scene time per real second, in the largest unit that gives a value of at least 1: `6 h/s`, `2.5 min/s`.
+/// The text of a rate: scene time per real second with one decimal at most, in the largest unit that gives a value of at least 1: `6 h/s`, `2.5 min/s`.
 pub(crate) fn rate_text(rate: f64) -> String {
+    // Each unit's length in seconds and the id of its text.
     const UNITS: [(f64, &str); 6] = [
         (YEAR_S, "unit-year"),
         (MONTH_S, "unit-month"),
@@ -125,8 +128,8 @@ pub(crate) fn rate_text(rate: f64) -> String {
         (60.0, "unit-minute"),
         (1.0, "unit-second"),
     ];
-    let (size, unit) = UNITS.into_iter().find(|(size, _)| rate.abs() >= *size).unwrap_or((1.0, "unit-second"));
-    format!("{} {}/s", localised(((rate / size * 10.0).round() / 10.0).to_string()), plain(unit))
+    let (unit_s, unit) = UNITS.into_iter().find(|(unit_s, _)| rate.abs() >= *unit_s).unwrap_or((1.0, "unit-second"));
+    format!("{} {}/s", localised(((rate / unit_s * 10.0).round() / 10.0).to_string()), plain(unit))
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ use std::ops::RangeInclusive;
 
 const HOUR_S: f64 = 3600.0;
 const YEAR_S: f64 = DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
-/// Range of the span of a timeline: a quarter of a day to four centuries.
+/// Range of the span of time that a timeline shows: a quarter of a day to four centuries.
 pub(crate) const SPAN_RANGE_S: RangeInclusive<f64> = 6.0 * HOUR_S..=400.0 * YEAR_S;
 /// Span of a timeline until the user changes it.
 pub(crate) const DEFAULT_SPAN_S: f64 = 2.0 * YEAR_S;
@@ -30,7 +30,7 @@ const ZOOM_PER_NOTCH: f64 = 1.3;
 pub(crate) struct TimeAxis {
     /// Time at the middle of the axis, TDB seconds past J2000.
     pub middle_tdb_s: f64,
-    /// Time between the ends of the axis.
+    /// Time between the ends of the axis, seconds.
     pub span_s: f64,
     /// Width of the axis, points.
     pub width: f64,
@@ -84,7 +84,7 @@ pub(crate) fn zoomed_span_s(span_s: f64, notches: f64) -> f64 {
     usable_span_s(span_s * ZOOM_PER_NOTCH.powf(-notches))
 }
 
-/// `36 hours`, `20 days`, `8 months`, `120 years`.
+/// A span as text: `36 hours`, `20 days`, `8 months`, `120 years`.
 pub(crate) fn span_text(span_s: f64) -> String {
     let days = span_s / SECONDS_PER_DAY;
     match days {
@@ -125,7 +125,7 @@ impl TimeAxis {
         let interval = TICK_INTERVALS.iter().find(is_wide_enough).copied().unwrap_or(TickInterval::Years(200));
         let start = Instant::from_tdb_seconds_past_j2000(self.start_tdb_s());
         let Some(first) = zone.civil_time(start).and_then(|civil| interval.floor(civil)) else { return Vec::new() };
-        std::iter::successors(Some(first), |civil| interval.after(*civil))
+        std::iter::successors(Some(first), |civil| interval.next_tick(*civil))
             .take(MAX_TICKS)
             .filter_map(|civil| Some(Tick { tdb_s: zone.instant(civil)?.tdb_seconds_past_j2000(), label: interval.label(civil) }))
             .skip_while(|tick| tick.tdb_s < self.start_tdb_s())
@@ -145,7 +145,7 @@ impl TickInterval {
         }
     }
 
-    /// The last tick at or before a date.
+    /// The last tick at or before a civil time.
     fn floor(self, civil: NaiveDateTime) -> Option<NaiveDateTime> {
         let date = civil.date();
         match self {
@@ -159,11 +159,12 @@ impl TickInterval {
     }
 
     /// The tick after a tick.
-    fn after(self, civil: NaiveDateTime) -> Option<NaiveDateTime> {
+    fn next_tick(self, civil: NaiveDateTime) -> Option<NaiveDateTime> {
         let date = civil.date();
         match self {
             Self::Hours(n) => civil.checked_add_signed(TimeDelta::hours(n.into())),
             Self::Days(1) => civil.checked_add_days(Days::new(1)),
+            // As in `floor`, there is no tick on the 31st.
             Self::Days(n) if date.day() + n > 30 => date.with_day(1)?.checked_add_months(Months::new(1)).map(midnight),
             Self::Days(n) => civil.checked_add_days(Days::new(n.into())),
             Self::Months(n) => civil.checked_add_months(Months::new(n)),
@@ -171,6 +172,8 @@ impl TickInterval {
         }
     }
 
+    /// The label of a tick: time of day, day, month or year, according to the interval. At midnight, a tick at whole hours has the day; at the beginning of a
+    /// year, every tick has the year.
     fn label(self, civil: NaiveDateTime) -> String {
         let year = match civil.year() {
             year if year > 0 => year.to_string(),

@@ -85,9 +85,9 @@ struct Stop {
     hold_s: f64,
     /// Scene seconds per real second while the camera stays.
     time_rate: f64,
-    /// Real seconds of the camera path to this stop.
+    /// Real seconds that the camera path to this stop takes; 0 without a camera path.
     travel_s: f64,
-    /// `None` for the first stop, and for a cut (`travel_s` is 0).
+    /// The camera path to this stop; `None` for the first stop, and for a cut (`travel_s` is 0).
     camera_path: Option<CameraPath>,
 }
 
@@ -97,8 +97,9 @@ struct CameraPath {
     flight: Flight,
     /// Time of the path's first view, TDB seconds past J2000.
     from_tdb_s: f64,
+    /// Vertical field of view of the first view.
     from_fov_deg: f64,
-    /// `None` unless both stops are fisheyes.
+    /// Full angle of the first view's fisheye; `None` unless both stops are fisheyes.
     from_fisheye_deg: Option<f64>,
     /// Fraction by which the distance from the body's centre is increased in the middle of the path, to keep the path above the ground.
     lift: f64,
@@ -113,7 +114,7 @@ const LIFT_PER_RAD: f64 = 0.3;
 #[derive(Clone, Debug, PartialEq)]
 pub struct TourFrame {
     pub view: ViewState,
-    /// Number of the stop, from 0; on a camera path, the stop at its end.
+    /// Index of the stop, from 0; on a camera path, of the stop at its end.
     pub stop: usize,
     /// Whether the view is changing: the camera moves between stops, or scene time runs.
     pub is_changing: bool,
@@ -137,7 +138,7 @@ impl Tour {
         }
         let mut stops: Vec<Stop> = Vec::new();
         // Real seconds of all stays and of all camera paths so far.
-        let (mut held_s, mut travelled_s) = (0.0, 0.0);
+        let (mut total_hold_s, mut total_travel_s) = (0.0, 0.0);
         for (index, stop_file) in file.stops.into_iter().enumerate() {
             let error = |field: &'static str, why: String| TourError::Stop { stop: index + 1, field, why };
             let view_text = match stop_file.view {
@@ -163,12 +164,13 @@ impl Tour {
                 camera_path: None,
             };
             match stops.last() {
-                Some(before) if stop.travel_s > 0.0 => {
-                    let from = before.final_view();
-                    // An error at the end of the stop before is an error of that stop: of `time_rate`, if its first view is possible.
+                Some(previous) if stop.travel_s > 0.0 => {
+                    let from = previous.final_view();
+                    // If the previous stop has no camera at its end, the error is that stop's: of `time_rate`, if it has a camera at its start. Stops are
+                    // counted from 1, so its number is `index`.
                     let from_viewer = viewer_of(&from, session).map_err(|why| TourError::Stop {
                         stop: index,
-                        field: if viewer_of(&before.view, session).is_ok() { "time_rate" } else { "view" },
+                        field: if viewer_of(&previous.view, session).is_ok() { "time_rate" } else { "view" },
                         why,
                     })?;
                     let to_viewer = viewer_of(&stop.view, session).map_err(|why| error("view", why))?;
@@ -177,12 +179,12 @@ impl Tour {
                 }
                 _ => stop.travel_s = 0.0,
             }
-            held_s += stop.hold_s;
-            travelled_s += stop.travel_s;
-            if held_s + travelled_s > MAX_LENGTH_S {
-                // The field to which most of the length is due; both sums and the number of stops are given, because each may be the one to change.
-                let field = if travelled_s > held_s { "travel_s" } else { "hold_s" };
-                let sums = format!("{held_s:.1} s of hold_s and {travelled_s:.1} s of travel_s in {} stops", index + 1);
+            total_hold_s += stop.hold_s;
+            total_travel_s += stop.travel_s;
+            if total_hold_s + total_travel_s > MAX_LENGTH_S {
+                // The field to which most of the length is due. The message gives both sums and the number of stops, because the user may change any of them.
+                let field = if total_travel_s > total_hold_s { "travel_s" } else { "hold_s" };
+                let sums = format!("{total_hold_s:.1} s of hold_s and {total_travel_s:.1} s of travel_s in {} stops", index + 1);
                 return Err(error(field, format!("up to here the tour is longer than {MAX_LENGTH_S} s: {sums}")));
             }
             stops.push(stop);
@@ -200,19 +202,20 @@ impl Tour {
         self.stops.len()
     }
 
-    /// The text of a stop.
+    /// The text of a stop, counted from 0.
     pub fn text(&self, stop: usize) -> &str {
         self.stops.get(stop).map_or("", |s| s.text.as_str())
     }
 
-    /// Time at which the camera arrives at a stop, real seconds from the start of the tour.
+    /// Time at which the camera arrives at a stop, counted from 0; real seconds from the start of the tour.
     pub fn arrival_s(&self, stop: usize) -> f64 {
-        let before: f64 = self.stops.iter().take(stop).map(|s| s.travel_s + s.hold_s).sum();
-        before + self.stops.get(stop).map_or(0.0, |s| s.travel_s)
+        let departure_s: f64 = self.stops.iter().take(stop).map(|s| s.travel_s + s.hold_s).sum();
+        departure_s + self.stops.get(stop).map_or(0.0, |s| s.travel_s)
     }
 
     /// What the tour shows `elapsed_s` seconds after its start, clamped to the tour.
     pub fn at(&self, elapsed_s: f64) -> TourFrame {
+        // Real seconds from the start of the camera path to the stop `index`, then from the arrival at this stop.
         let mut remaining_s = elapsed_s.max(0.0);
         // A tour has at least one stop.
         let last = self.stops.len() - 1;
@@ -257,21 +260,22 @@ fn viewer_of(view: &ViewState, session: &Session) -> Result<Viewer, String> {
     viewer(catalog, ephemeris, &request).map_err(|e| e.to_string())
 }
 
-/// The pose of a view's camera about a body.
+/// The pose of a view's camera relative to the centre of `body`; for a view from a body's centre, a pose outside that body on the side that the camera
+/// faces.
 fn pose_about(body: NaifId, view: &ViewState, viewer: &Viewer, session: &Session) -> Result<Pose, String> {
     let name = |id| session.catalog().body(id).map_or("?", |b| b.name.as_str());
     let camera = &viewer.camera;
     let camera_body = view.eye.body();
-    let from_camera_body_km = match (view.eye, viewer.stands_on) {
+    let offset_from_camera_body_km = match (view.eye, viewer.stands_on) {
         (CameraPose::Centre { .. }, _) => camera.forward * OUTSIDE_BODY_RADII * radius_km(camera_body, session),
         (_, Some(ground)) => camera.position_km - ground.centre_km,
         (_, None) => {
-            let found = session.ephemeris().light_time_position(camera_body, camera.position_km, view.time());
-            camera.position_km - found.map_err(|e| e.to_string())?.0
+            let body_position = session.ephemeris().light_time_position(camera_body, camera.position_km, view.time());
+            camera.position_km - body_position.map_err(|e| e.to_string())?.0
         }
     };
     let offset_km = SessionPositions(session)
-        .camera_offset_from_km(body, camera_body, from_camera_body_km, view.time())
+        .free_camera_offset_km(body, camera_body, offset_from_camera_body_km, view.time())
         .ok_or_else(|| format!("no source gives the positions of {} and {}", name(camera_body), name(body)))?;
     Ok(Pose { offset_km, forward: camera.forward, up: camera.up })
 }
@@ -297,13 +301,13 @@ impl CameraPath {
         Ok(Self { flight: Flight::new(start, end), from_tdb_s: from.tdb_s, from_fov_deg: from.fov_deg, from_fisheye_deg, lift })
     }
 
-    /// The view at a fraction of the path that leads to `to`.
+    /// The view at a fraction of the path's duration, 0 to 1. `to`: the view at the end of the path.
     fn at(&self, fraction: f64, to: &ViewState) -> ViewState {
         let Pose { offset_km, forward, up } = Flight { elapsed_s: fraction * FLIGHT_S, ..self.flight }.pose();
         let eased = ease_in_out(fraction);
         // 4 x (1 - x) is 1 in the middle of the path and 0 at its ends.
         let offset_km = offset_km * (1.0 + self.lift * 4.0 * eased * (1.0 - eased));
-        // Interpolates the logarithm, so that the zoom is even. Clamped, because rounding could exceed the greatest field of view.
+        // Interpolates the logarithm, so that the zoom is even. The result is clamped, because rounding could exceed the greatest field of view.
         let interpolated_deg = |from_deg: f64, to_deg: f64| {
             (from_deg.ln() + (to_deg / from_deg).ln() * eased).exp().clamp(from_deg.min(to_deg), from_deg.max(to_deg))
         };

@@ -41,7 +41,7 @@ pub enum ViewStateError {
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum CameraPose {
     /// In an orbit around a body: facing the body, then turned by yaw to the right and by pitch upwards. Azimuth, elevation and
-    /// distance are those of an `OrbitCamera`.
+    /// distance (from the centre, in equatorial radii) are those of an `OrbitCamera`.
     Orbit {
         body: NaifId,
         /// Whether azimuth and elevation are in body-fixed axes, so that the camera rotates with the body; otherwise they are in ICRF.
@@ -56,22 +56,22 @@ pub enum CameraPose {
     Ground { body: NaifId, latitude_deg: f64, longitude_deg: f64, height_km: f64, azimuth_deg: f64, altitude_deg: f64 },
     /// At a body's centre, facing the target; this body is not drawn.
     Centre { body: NaifId },
-    /// At an offset from the body's centre, facing any direction, in ICRF; used during flights and tours.
+    /// At an offset from the body's centre, facing the direction `forward`; the vectors are in ICRF. Used during flights and tours.
     Free { body: NaifId, offset_km: DVec3, forward: DVec3, up: DVec3 },
 }
 
 impl CameraPose {
-    /// The body that the position is relative to.
+    /// The body to which the position is relative.
     pub fn body(&self) -> NaifId {
         match *self {
             Self::Orbit { body, .. } | Self::Ground { body, .. } | Self::Centre { body } | Self::Free { body, .. } => body,
         }
     }
 
-    /// Calls `check` for each number, with whether it is possible and a function that gives the error message.
+    /// Calls `check` for each number. Its arguments: whether the number is possible, and a function that gives the error message.
     fn check_fields(&self, check: &mut dyn FnMut(bool, &dyn Fn() -> String)) {
-        let mut number = |field: &str, value: f64, ok: bool, requirement: &str| {
-            check(value.is_finite() && ok, &|| format!("eye.{field} {value}: must be {requirement}"));
+        let mut check_number = |field: &str, value: f64, is_in_range: bool, requirement: &str| {
+            check(value.is_finite() && is_in_range, &|| format!("eye.{field} {value}: must be {requirement}"));
         };
         match *self {
             Self::Orbit { azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
@@ -79,16 +79,16 @@ impl CameraPose {
                 for (field, value) in
                     [("azimuth_deg", azimuth_deg), ("elevation_deg", elevation_deg), ("yaw_deg", yaw_deg), ("pitch_deg", pitch_deg)]
                 {
-                    number(field, value, true, "an angle");
+                    check_number(field, value, true, "an angle");
                 }
-                number("distance_radii", distance_radii, distance_radii > 0.0, "a positive number");
+                check_number("distance_radii", distance_radii, distance_radii > 0.0, "a positive number");
             }
             Self::Ground { latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg, .. } => {
-                number("latitude_deg", latitude_deg, (-90.0..=90.0).contains(&latitude_deg), "-90 to 90 degrees");
-                number("longitude_deg", longitude_deg, (-360.0..=360.0).contains(&longitude_deg), "-360 to 360 degrees east");
-                number("height_km", height_km, height_km > 0.0, "above the ground");
-                number("azimuth_deg", azimuth_deg, true, "an angle");
-                number("altitude_deg", altitude_deg, true, "an angle");
+                check_number("latitude_deg", latitude_deg, (-90.0..=90.0).contains(&latitude_deg), "-90 to 90 degrees");
+                check_number("longitude_deg", longitude_deg, (-360.0..=360.0).contains(&longitude_deg), "-360 to 360 degrees east");
+                check_number("height_km", height_km, height_km > 0.0, "above the ground");
+                check_number("azimuth_deg", azimuth_deg, true, "an angle");
+                check_number("altitude_deg", altitude_deg, true, "an angle");
             }
             Self::Centre { .. } => {}
             Self::Free { offset_km, forward, up, .. } => {
@@ -119,6 +119,7 @@ pub struct ViewState {
     pub tracks: bool,
     /// Vertical field of view.
     pub fov_deg: f64,
+    /// Roll about the line of sight of a camera in an orbit or on the ground; positive turns the image clockwise. Not used while it tracks another body.
     #[serde(default)]
     pub roll_deg: f64,
     /// Exposure in stops; `None`: automatic exposure.
@@ -158,13 +159,14 @@ fn default_true() -> bool {
 
 /// Default vertical field of view.
 pub(crate) const DEFAULT_FOV_DEG: f64 = 45.0;
-/// Limits of the vertical field of view.
+/// Least vertical field of view.
 pub(crate) const MIN_FOV_DEG: f64 = 1e-4;
-/// See [`MIN_FOV_DEG`].
+/// Greatest vertical field of view.
 pub(crate) const MAX_FOV_DEG: f64 = 120.0;
 
 impl ViewState {
-    /// The view of a body from `offset_km` relative to its centre, ICRF. All other fields have their defaults.
+    /// The view of a body from `offset_km` relative to its centre. `pole`: direction of its pole; both vectors are in ICRF. All other fields have their
+    /// defaults.
     pub fn around(body: NaifId, offset_km: DVec3, radius_km: f64, pole: DVec3, time: Instant) -> Self {
         let orbit = OrbitCamera::from_offset(offset_km, radius_km, pole);
         Self {
@@ -243,8 +245,8 @@ impl ViewState {
     /// One line for each field with an impossible value. Combinations of fields (such as a camera inside a body) are not checked.
     pub(crate) fn field_errors(&self, catalog: &Catalog) -> Vec<String> {
         let mut errors = Vec::new();
-        let mut check = |ok: bool, error: &dyn Fn() -> String| {
-            if !ok {
+        let mut check = |is_possible: bool, error: &dyn Fn() -> String| {
+            if !is_possible {
                 errors.push(error());
             }
         };
@@ -270,12 +272,14 @@ impl ViewState {
         errors
     }
 
-    /// The camera's pose as the fields of a request. A pose without yaw, pitch and roll that faces the orbited body becomes `Look::Target`, too.
+    /// The camera's pose as the fields of a request. The result is `Look::Target` for a camera that tracks another body, for one at a
+    /// body's centre, and for one in an orbit without yaw, pitch and roll about the target.
     fn request_pose(&self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<RequestPose, ViewStateError> {
         let body_of = |id: NaifId| catalog.body(id).ok_or(ViewStateError::NoSuchBody(id));
         body_of(self.target)?;
         let body = body_of(self.eye.body())?;
         let body_from_icrf = |id: NaifId| ephemeris.body_from_icrf(id, self.time());
+        // `up` turned about `forward` by the roll.
         let rolled = |forward: DVec3, up: DVec3| DQuat::from_axis_angle(forward, -self.roll_deg.to_radians()) * up;
         let tracks_other_body = self.target != body.id && self.tracks;
         Ok(match self.eye {
@@ -376,19 +380,19 @@ pub(crate) fn pose_on_ground(body: NaifId, latitude_deg: f64, longitude_deg: f64
     }
 }
 
-/// Forward and up vectors of a camera turned from `forward` by `yaw_deg` to the right and `pitch_deg` upwards. `up_hint`: any vector whose part
-/// perpendicular to `forward` points up.
+/// Forward and up vectors (unit vectors) of a camera turned from the unit vector `forward` by `yaw_deg` to the right and `pitch_deg` upwards. `up_hint`: any
+/// vector whose part perpendicular to `forward` points up.
 pub(crate) fn rotated_view(forward: DVec3, up_hint: DVec3, yaw_deg: f64, pitch_deg: f64) -> (DVec3, DVec3) {
     let right = forward.cross(up_hint).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
     let up = right.cross(forward);
     let (sin_yaw, cos_yaw) = yaw_deg.to_radians().sin_cos();
     let (sin_pitch, cos_pitch) = pitch_deg.to_radians().sin_cos();
-    let level = forward * cos_yaw + right * sin_yaw;
-    (level * cos_pitch + up * sin_pitch, up * cos_pitch - level * sin_pitch)
+    let yawed_forward = forward * cos_yaw + right * sin_yaw;
+    (yawed_forward * cos_pitch + up * sin_pitch, up * cos_pitch - yawed_forward * sin_pitch)
 }
 
-/// Forward and up vectors of a camera that looks at an azimuth and an altitude, at a place with the zenith `normal`. Up is as close to the zenith
-/// as possible.
+/// Forward and up vectors of a camera that looks at an azimuth (from north through east) and an altitude, at a place with the zenith `normal`; all in
+/// body-fixed axes. Up is as close to the zenith as possible.
 pub(crate) fn horizontal_view(normal: DVec3, azimuth_deg: f64, altitude_deg: f64) -> (DVec3, DVec3) {
     let axes = horizon_axes(normal);
     let (sin_az, cos_az) = azimuth_deg.to_radians().sin_cos();
@@ -404,7 +408,7 @@ pub(crate) fn horizontal_angles_deg(normal: DVec3, direction: DVec3) -> (f64, f6
     (local.x.atan2(local.y).to_degrees().rem_euclid(360.0), local.z.clamp(-1.0, 1.0).asin().to_degrees())
 }
 
-/// Columns: east, north, zenith.
+/// The axes at a place with the zenith `normal`. Columns: east, north, zenith.
 fn horizon_axes(normal: DVec3) -> DMat3 {
     let east = DVec3::Z.cross(normal).try_normalize().unwrap_or(DVec3::Y);
     DMat3::from_cols(east, normal.cross(east), normal)
@@ -434,9 +438,10 @@ mod tests {
         let normal = DVec3::new(0.3, -0.5, 0.7).normalize();
         for (azimuth_deg, altitude_deg) in [(0.0, 0.0), (90.0, 30.0), (200.0, -45.0), (359.0, 89.0)] {
             let (forward, _) = horizontal_view(normal, azimuth_deg, altitude_deg);
-            let (azimuth, altitude) = horizontal_angles_deg(normal, forward);
-            let off_deg = (azimuth - azimuth_deg + 180.0).rem_euclid(360.0) - 180.0;
-            assert!(off_deg.abs() < 1e-9 && (altitude - altitude_deg).abs() < 1e-9, "{azimuth} {altitude}");
+            let (found_azimuth_deg, found_altitude_deg) = horizontal_angles_deg(normal, forward);
+            let azimuth_error_deg = (found_azimuth_deg - azimuth_deg + 180.0).rem_euclid(360.0) - 180.0;
+            let altitude_error_deg = found_altitude_deg - altitude_deg;
+            assert!(azimuth_error_deg.abs() < 1e-9 && altitude_error_deg.abs() < 1e-9, "{found_azimuth_deg} {found_altitude_deg}");
         }
     }
 

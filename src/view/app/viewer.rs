@@ -45,9 +45,10 @@ impl Subject {
     }
 }
 
-/// A user's input. Pixels are pixels of the window.
+/// What a user's input does. Pixels are pixels of the window.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
+    /// Select a body, and leave the view as it is.
     Select(NaifId),
     /// Fly to the body this many entries after the selected one in the list: 1 for the next, -1 for the previous body.
     SelectNext(i32),
@@ -81,11 +82,14 @@ pub enum Action {
     RunAt(f64),
     /// Set the speed in scene seconds per real second, and keep the direction.
     SetSpeed(f64),
+    /// Set the next faster speed.
     Faster,
     Slower,
+    /// Run time forward.
     Forward,
     Backward,
     TogglePause,
+    /// Set the current time, and run it in real time.
     Now,
     PreviousView,
     NextView,
@@ -99,7 +103,7 @@ pub enum Action {
 const ARRIVAL_RADII: f64 = 3.5;
 /// Distance at arrival for the Sun, in its radii.
 const ARRIVAL_RADII_SUN: f64 = 6.0;
-/// Least field of view of a body seen from another one: it shows a small disc with its surroundings.
+/// Least field of view of a body seen from another one: the image then shows a small disc with its surroundings.
 const MIN_LOOK_FROM_FOV_DEG: f64 = 1.0;
 /// Field of view of a body seen from another one, if its disc is larger, such as Jupiter's from its moons; in apparent diameters.
 const LOOK_FROM_FOV_DIAMETERS: f64 = 1.8;
@@ -112,6 +116,13 @@ pub(crate) const REAL_TIME_INTERVAL_S: f64 = 1.0;
 /// Maximum number of views in the history.
 const MAX_HISTORY: usize = 64;
 
+/// A direction in the history of views.
+#[derive(Clone, Copy)]
+enum HistoryStep {
+    Back,
+    Forward,
+}
+
 /// A view in the history.
 struct PastView {
     view: ViewState,
@@ -119,7 +130,7 @@ struct PastView {
     preset_changes: Option<PresetChanges>,
 }
 
-/// The state of the window.
+/// The state of the window. (`scene::viewpoint::Viewer` is another type: the camera of a frame with its motion.)
 pub struct Viewer {
     pub view: ViewState,
     pub time_rate: TimeRate,
@@ -128,13 +139,17 @@ pub struct Viewer {
     /// Whether a tour is changing the view, so that every frame needs a new image.
     pub is_in_tour: bool,
     subjects: Vec<Subject>,
-    /// A flight and the camera pose at its end. Everything else of `view` is already that of the destination, so that changes during the flight last.
+    /// A flight and the camera pose at its end. During the flight, all fields of `view` except the camera pose are already those of the destination, so that
+    /// the user's changes during the flight last.
     flight: Option<(Flight, CameraPose)>,
     /// What a preset has changed in the view, until the user leaves the preset. The history stores it with each view, so that the next view does not
     /// inherit these changes after *Back*, either.
     preset_changes: Option<PresetChanges>,
+    /// The views before the current one, oldest first.
     back_history: Vec<PastView>,
+    /// The views to which *Forward* leads, the nearest one last.
     forward_history: Vec<PastView>,
+    /// Gives the current time.
     clock: fn() -> Instant,
 }
 
@@ -201,28 +216,28 @@ impl Viewer {
         let names = |s: &Subject| {
             [body_name(&s.name), &s.name].into_iter().chain(s.aliases.iter().map(String::as_str)).map(str::to_lowercase).collect::<Vec<_>>()
         };
-        let begins = self.subjects.iter().filter(|s| names(s).iter().any(|n| n.starts_with(&query)));
-        let contains =
+        let with_prefix = self.subjects.iter().filter(|s| names(s).iter().any(|n| n.starts_with(&query)));
+        let containing =
             self.subjects.iter().filter(|s| names(s).iter().all(|n| !n.starts_with(&query)) && names(s).iter().any(|n| n.contains(&query)));
-        begins.chain(contains).take(max_count).collect()
+        with_prefix.chain(containing).take(max_count).collect()
     }
 
-    /// Applies an action. `height_px`: the image's height; `positions`: of the bodies.
-    pub fn apply(&mut self, action: Action, height_px: f64, positions: &dyn BodyPositions) {
+    /// Applies an action. `image_height_px`: height of the image in which the mouse moves; `positions`: of the bodies.
+    pub fn apply(&mut self, action: Action, image_height_px: f64, positions: &dyn BodyPositions) {
         match action {
             Action::Select(id) => self.selected = id,
-            Action::SelectNext(by) => self.select_next(by, positions),
+            Action::SelectNext(entries) => self.select_next(entries, positions),
             Action::FlyTo(id) => self.fly_to(id, positions),
-            Action::Turn(dx_px, dy_px) => self.turn(dx_px, dy_px, height_px, positions),
-            Action::LookAround(dx_px, dy_px) => self.look_around(dx_px, dy_px, height_px, positions),
+            Action::Turn(dx_px, dy_px) => self.turn(dx_px, dy_px, image_height_px, positions),
+            Action::LookAround(dx_px, dy_px) => self.look_around(dx_px, dy_px, image_height_px, positions),
             Action::Roll(deg) => self.roll(deg, positions),
             Action::Zoom(notches) => self.zoom(notches, positions),
             Action::ChangeFov(notches) => self.change_fov(notches),
             Action::StandOn(latitude_deg, longitude_deg) => self.stand_on(latitude_deg, longitude_deg),
             Action::LookAt(id) => self.look_at(id, positions),
             Action::LookFrom(id) => self.look_from(id, positions),
-            Action::RotateWithBody(fixed) => self.rotate_with_body(fixed, positions),
-            Action::Track(on) => self.track(on, positions),
+            Action::RotateWithBody(make_fixed) => self.rotate_with_body(make_fixed, positions),
+            Action::Track(tracks) => self.track(tracks, positions),
             Action::FaceBody => self.face_body(positions),
             Action::SetTime(t) => self.view.tdb_s = t.tdb_seconds_past_j2000(),
             Action::Step(seconds) => self.view.tdb_s += seconds,
@@ -237,8 +252,8 @@ impl Viewer {
                 self.view.tdb_s = self.now().tdb_seconds_past_j2000();
                 self.time_rate.reset();
             }
-            Action::PreviousView => self.step_history(true),
-            Action::NextView => self.step_history(false),
+            Action::PreviousView => self.step_history(HistoryStep::Back),
+            Action::NextView => self.step_history(HistoryStep::Forward),
             Action::Show(view) => self.show(*view, None),
             Action::ShowPreset(view, changes) => self.show(*view, Some(changes)),
         }
@@ -269,6 +284,7 @@ impl Viewer {
         self.time_rate.rate().abs() > 1.0 || self.flight.is_some() || self.is_in_tour
     }
 
+    /// Stores the current view in the history, and shows another.
     fn show(&mut self, mut view: ViewState, preset_changes: Option<PresetChanges>) {
         if let Some(paused) = view.paused.take() {
             self.time_rate.set_paused(paused);
@@ -279,7 +295,8 @@ impl Viewer {
         self.preset_changes = preset_changes;
     }
 
-    /// Stores the view, or a flight's destination, in the history, and ends the flight.
+    /// Stores the view, or a flight's destination, in the history unless it is the last entry there. Ends the flight, and drops the views to which *Forward*
+    /// led.
     fn push_history(&mut self) {
         let current = self.current_view();
         self.end_flight();
@@ -326,31 +343,35 @@ impl Viewer {
         ViewState { paused: Some(self.time_rate.is_paused()), ..self.destination() }
     }
 
-    /// Restores the previous view (`back`) or the next view of the history.
-    fn step_history(&mut self, back: bool) {
+    /// Restores the previous or the next view of the history, if there is one.
+    fn step_history(&mut self, step: HistoryStep) {
         let current = self.current_view();
-        let (from, to) =
-            if back { (&mut self.back_history, &mut self.forward_history) } else { (&mut self.forward_history, &mut self.back_history) };
-        let Some(restored) = from.pop() else { return };
-        to.push(current);
+        let (from_history, to_history) = match step {
+            HistoryStep::Back => (&mut self.back_history, &mut self.forward_history),
+            HistoryStep::Forward => (&mut self.forward_history, &mut self.back_history),
+        };
+        let Some(restored) = from_history.pop() else { return };
+        to_history.push(current);
         self.flight = None;
         self.selected = restored.view.target;
         (self.view, self.preset_changes) = (restored.view, restored.preset_changes);
     }
 
-    fn select_next(&mut self, by: i32, positions: &dyn BodyPositions) {
+    /// Flies to the body this many entries after the selected one in the list, which wraps around at its ends.
+    fn select_next(&mut self, entries: i32, positions: &dyn BodyPositions) {
         let count = self.subjects.len() as i32;
         let Some(index) = self.subjects.iter().position(|s| s.id == self.selected) else { return };
-        if let Some(next) = self.subjects.get((index as i32 + by).rem_euclid(count.max(1)) as usize).map(|s| s.id) {
+        if let Some(next) = self.subjects.get((index as i32 + entries).rem_euclid(count.max(1)) as usize).map(|s| s.id) {
             self.fly_to(next, positions);
         }
     }
 
+    /// The equatorial radius of a body.
     fn radius_km(&self, id: NaifId) -> f64 {
         self.subject(id).map_or(1.0, |s| s.radii_km.x)
     }
 
-    /// Position of the camera relative to the centre of a body, and its orientation.
+    /// Position of the camera relative to the centre of a body, and orientation of the camera; ICRF.
     fn pose_relative_to(&self, body: NaifId, positions: &dyn BodyPositions) -> Option<Pose> {
         let time = self.view.time();
         let camera_body = self.view.eye.body();
@@ -377,25 +398,28 @@ impl Viewer {
                 (towards_target * self.radius_km(camera_body) * OUTSIDE_BODY_RADII, towards_target, DVec3::Z, None)
             }
         };
+        // Forward and up vectors, if the camera tracks another body.
         let tracked = tracking_up
             .filter(|_| self.view.tracks && self.view.target != camera_body)
             .and_then(|up| Some(((positions.geometric_between_km(camera_body, self.view.target, time)? - offset_km).try_normalize()?, up)));
         let roll_rad = if tracking_up.is_some() { self.view.roll_deg.to_radians() } else { 0.0 };
+        // A positive roll turns the up vector about `forward` by a negative angle.
         let (forward, up) = tracked.unwrap_or_else(|| (forward, DQuat::from_axis_angle(forward, -roll_rad) * up));
         let up = (up - forward * up.dot(forward)).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
-        Some(Pose { offset_km: positions.camera_offset_from_km(body, camera_body, offset_km, time)?, forward, up })
+        Some(Pose { offset_km: positions.free_camera_offset_km(body, camera_body, offset_km, time)?, forward, up })
     }
 
+    /// Starts a flight to a body, or shows it at once if the current pose of the camera is unknown. Does nothing for an unknown body.
     fn fly_to(&mut self, id: NaifId, positions: &dyn BodyPositions) {
         let time = self.view.time();
         let Some(radius_km) = self.subject(id).map(|s| s.radii_km.x) else { return };
         let Some(pole) = positions.body_from_icrf(id, time).map(|m| m.row(2)) else { return };
         let sunward = positions.geometric_between_km(id, NaifId::SUN, time).and_then(DVec3::try_normalize);
         let from = self.pose_relative_to(id, positions);
-        // The camera arrives on the lit side; at the Sun, on the side where it is now.
+        // Unit vector from the body to the side of arrival: its lit side, or for the Sun the side where the camera is now.
         let side = sunward.or(from.and_then(|p| p.offset_km.try_normalize())).unwrap_or(DVec3::X);
         let orbit = if id == NaifId::SUN {
-            OrbitCamera::from_offset(side * ARRIVAL_RADII_SUN, 1.0, pole)
+            OrbitCamera::from_offset_radii(side * ARRIVAL_RADII_SUN, pole)
         } else {
             OrbitCamera::on_lit_side(side, ARRIVAL_RADII, pole)
         };
@@ -422,6 +446,7 @@ impl Viewer {
         }
     }
 
+    /// Places the camera on the ground of the selected body.
     fn stand_on(&mut self, latitude_deg: f64, longitude_deg: f64) {
         let body = self.selected;
         self.leave_view();
@@ -444,12 +469,14 @@ impl Viewer {
         }
     }
 
+    /// Shows the selected body from the centre of the body `from`; its disc and its surroundings are in the image.
     fn look_from(&mut self, from: NaifId, positions: &dyn BodyPositions) {
         let target = self.selected;
         if from == target {
             return;
         }
         let distance_km = positions.geometric_between_km(from, target, self.view.time()).map_or(f64::INFINITY, DVec3::length);
+        // Half the angle that the target's disc spans.
         let half_disc_deg = (self.radius_km(target) / distance_km).min(1.0).asin().to_degrees();
         let fov_deg = (2.0 * half_disc_deg * LOOK_FROM_FOV_DIAMETERS).clamp(MIN_LOOK_FROM_FOV_DEG, MAX_FOV_DEG);
         let eye = CameraPose::Centre { body: from };

@@ -22,10 +22,10 @@ const SATURN: NaifId = NaifId(699);
 pub(crate) const MOON_FOV_DEG: f64 = 0.7;
 /// Distance from Saturn, in equatorial radii, at which its rings fit into a wide image.
 const SATURN_DISTANCE_RADII: f64 = 6.0;
-/// Length of the search for the next eclipse, seconds. It is long enough, because a year has four to seven eclipses.
+/// Length of the search for the next eclipse, seconds: long enough, because a year has four to seven eclipses.
 const ECLIPSE_SEARCH_S: f64 = 400.0 * SECONDS_PER_DAY;
 
-/// Name in the catalog of the moment of [`NowItem::Shader`].
+/// Name, in the catalog, of the moment that [`NowItem::Shader`] shows.
 const SHADER_MOMENT: &str = "Total eclipse over North America";
 
 /// The five views, in the order of the row of thumbnails (`view::panels::what_to_see_now`).
@@ -74,7 +74,7 @@ impl NowItem {
         let (catalog, positions) = (session.catalog(), SessionPositions(session));
         let title = self.name().to_owned();
         let at_fixed_time = |about: String, view| Some(NowView { title: title.clone(), about, view, is_now: false, event: None });
-        // These views show the time at which they are opened; the caller decides whether time is paused.
+        // Such a view shows the time at which it is opened; the caller decides whether time is paused.
         let at_current_time = |about: String, view: ViewState| {
             Some(NowView { title: title.clone(), about, view: ViewState { paused: None, ..view }, is_now: true, event: None })
         };
@@ -82,9 +82,9 @@ impl NowItem {
         match self {
             Self::Moon => {
                 let camera = CameraPose::Centre { body: NaifId::EARTH };
-                let lit = illuminated_fraction(&positions, NaifId::MOON, now)?;
+                let lit_fraction = illuminated_fraction(&positions, NaifId::MOON, now)?;
                 let view = base_view.paused_view(now, NaifId::MOON, camera, MOON_FOV_DEG);
-                at_current_time(text!("now-moon-about", percent = decimal(100.0 * lit, 0)), view)
+                at_current_time(text!("now-moon-about", percent = decimal(100.0 * lit_fraction, 0)), view)
             }
             Self::Eclipse => {
                 let backward = false;

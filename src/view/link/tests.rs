@@ -23,9 +23,9 @@ fn catalog() -> &'static Catalog {
     CATALOG.get_or_init(Catalog::embedded)
 }
 
-fn with_test_defaults(mut given: PartialView) -> Result<ViewState, String> {
-    given.resolve_body_names(catalog());
-    given.with_defaults(&defaults(), catalog()).map_err(|e| e.to_string())
+fn with_test_defaults(mut partial_view: PartialView) -> Result<ViewState, String> {
+    partial_view.resolve_body_names(catalog());
+    partial_view.with_defaults(&defaults(), catalog()).map_err(|e| e.to_string())
 }
 
 fn of_link(link: &str) -> Result<ViewState, String> {
@@ -73,7 +73,7 @@ fn omitted_fields_have_the_defaults_of_a_new_window() {
     else {
         panic!("an orbit at 9 radii")
     };
-    assert!(matches!(defaults().eye, CameraPose::Orbit { azimuth_deg: defaults, .. } if defaults == azimuth_deg));
+    assert!(matches!(defaults().eye, CameraPose::Orbit { azimuth_deg: default_deg, .. } if default_deg == azimuth_deg));
     let ground = of_link("orrery://view?eye.kind=ground&eye.latitude_deg=51.5").map(|view| view.eye);
     assert_eq!(ground, Ok(pose_on_ground(NaifId::MOON, 51.5, 0.0)));
     let centre = of_link("orrery://view?eye.kind=centre&eye.body=399").map(|view| view.eye);
@@ -82,21 +82,22 @@ fn omitted_fields_have_the_defaults_of_a_new_window() {
 
 #[test]
 fn target_and_time_of_a_link_are_known_before_the_other_fields_are_read() {
-    let given = |query: &str| {
-        let mut given = PartialView::of_link(&format!("orrery://view?{query}"));
-        given.resolve_body_names(catalog());
-        given
+    let partial_view = |query: &str| {
+        let mut partial_view = PartialView::of_link(&format!("orrery://view?{query}"));
+        partial_view.resolve_body_names(catalog());
+        partial_view
     };
-    assert_eq!(given("").target(), NaifId::EARTH);
-    assert_eq!(given("eye.body=301").target(), NaifId::MOON);
-    assert_eq!(given("target=599&eye.body=301").target(), NaifId(599));
-    assert_eq!(given("").take_time(), None);
-    assert_eq!(given("tdb_s=7.5").take_time(), Some(Instant::from_tdb_seconds_past_j2000(7.5)));
+    assert_eq!(partial_view("").target(), NaifId::EARTH);
+    assert_eq!(partial_view("eye.body=301").target(), NaifId::MOON);
+    assert_eq!(partial_view("target=599&eye.body=301").target(), NaifId(599));
+    assert_eq!(partial_view("").take_time(), None);
+    assert_eq!(partial_view("tdb_s=7.5").take_time(), Some(Instant::from_tdb_seconds_past_j2000(7.5)));
     let eclipse = Instant::parse("2024-04-08T18:17:16Z").expect("a time");
-    assert_eq!(given("time=2024-04-08T18:17:16Z").take_time(), Some(eclipse));
+    assert_eq!(partial_view("time=2024-04-08T18:17:16Z").take_time(), Some(eclipse));
     for (bad, expected) in [("time=noon", "time"), ("time=noon&tdb_s=1", "leave one out"), ("time=3", "time")] {
-        let mut given = given(bad);
-        assert!(given.take_time().is_none() && given.errors.iter().any(|why| why.contains(expected)), "{bad}: {:?}", given.errors);
+        let mut partial_view = partial_view(bad);
+        let is_rejected = partial_view.take_time().is_none() && partial_view.errors.iter().any(|why| why.contains(expected));
+        assert!(is_rejected, "{bad}: {:?}", partial_view.errors);
     }
 }
 
@@ -161,9 +162,9 @@ fn wrong_kinds_of_values_are_reported_in_plain_words() {
         ("tracks=1", "tracks: expected a boolean, found the number 1"),
         ("quality=3", "quality: expected a string, found the number 3"),
     ] {
-        let mut given = PartialView::of_link(&format!("orrery://view?{link}"));
-        let _ = given.take_time();
-        let why = with_test_defaults(given).expect_err(link);
+        let mut partial_view = PartialView::of_link(&format!("orrery://view?{link}"));
+        let _ = partial_view.take_time();
+        let why = with_test_defaults(partial_view).expect_err(link);
         assert!(why.starts_with(part), "{link}: {why}");
     }
 }
@@ -171,7 +172,7 @@ fn wrong_kinds_of_values_are_reported_in_plain_words() {
 #[test]
 fn invalid_links_are_rejected_in_one_line() {
     let good = view().to_link();
-    for (bad, expected) in [
+    for (bad, expected_part) in [
         (good.replace("view?", "look?"), "orrery://"),
         (good.replace("target", "aim"), "aim"),
         (good.replace("fov_deg=45.0", "fov_deg=0"), "fov_deg"),
@@ -188,8 +189,8 @@ fn invalid_links_are_rejected_in_one_line() {
         (format!("orrery://view?{}", "a=1&".repeat(30_000)), "bytes"),
         ("orrery://view?quality=be%0Ast".into(), "quality"),
     ] {
-        let why = with_test_defaults(PartialView::of(&bad)).expect_err(expected);
-        assert!(why.contains(expected) && !why.contains('\n') && why.len() < 1000, "{}: {why}", shortened(&bad));
+        let why = with_test_defaults(PartialView::of(&bad)).expect_err(expected_part);
+        assert!(why.contains(expected_part) && !why.contains('\n') && why.len() < 1000, "{}: {why}", shortened(&bad));
     }
     assert!(of_link("https://x").is_err_and(|why| why.contains("orrery://")));
     // Characters that control a terminal or the direction of text are escaped.
@@ -222,8 +223,8 @@ fn all_errors_of_a_link_are_listed() {
         ("bloom", "bloom"),
         ("orbits=%zz", "orbits"),
     ];
-    for chosen in (1_u32..1 << errors.len()).filter(|bits| bits.count_ones() == 2 || bits.count_ones() > 13) {
-        let is_chosen = |k: &usize| chosen & (1 << k) != 0;
+    for chosen_bits in (1_u32..1 << errors.len()).filter(|bits| bits.count_ones() == 2 || bits.count_ones() > 13) {
+        let is_chosen = |k: &usize| chosen_bits & (1 << k) != 0;
         let pairs: Vec<&str> = (0..errors.len()).filter(is_chosen).map(|k| errors[k].0).collect();
         let link = format!("orrery://view?{}", pairs.join("&"));
         let why = of_link(&link).expect_err(&link);

@@ -13,7 +13,7 @@ use std::collections::HashMap;
 
 /// Number of pixel rows in a band, which one task paints.
 const BAND_ROWS: usize = 64;
-/// Vertex positions are in fixed point: this number of subpixels per pixel.
+/// Vertex positions are in fixed point, with this number of subpixels per pixel.
 const SUBPIXELS: i64 = 256;
 /// Distance of a pixel's centre from its left or upper edge, subpixels.
 const HALF_PX: i64 = SUBPIXELS / 2;
@@ -79,7 +79,7 @@ impl Painter {
         self.textures.remove(&id);
     }
 
-    /// Paints the primitives over a black background. Primitives without a known texture are skipped.
+    /// Paints the primitives over a black background. Primitives whose texture is unknown are skipped.
     pub fn paint(&self, canvas: &mut Canvas<'_>, pixels_per_point: f32, primitives: &[egui::ClippedPrimitive]) {
         let (width, height) = (canvas.width, canvas.height);
         if width == 0 || height == 0 {
@@ -153,9 +153,9 @@ impl Band<'_> {
     /// Paints a rectangle whose four vertices have the same colour and whose texture is axis-aligned. `min`, `max`: the upper left and the lower right
     /// vertex.
     fn paint_rectangle(&mut self, bounds: PixelBounds, min: Vertex, max: Vertex, texture: &PainterTexture) {
-        // The first pixel whose centre is not before a position.
+        // The first pixel whose centre is at or after a position, which is rounded to subpixels.
         let subpixels = SUBPIXELS as f32;
-        let first_pixel = |v: f32| ((v * subpixels).round() / subpixels - 0.5).ceil().max(0.0) as usize;
+        let first_pixel = |px: f32| ((px * subpixels).round() / subpixels - 0.5).ceil().max(0.0) as usize;
         let (left, top) = (first_pixel(min.pos.x).max(bounds.left), first_pixel(min.pos.y).max(bounds.top));
         let (right, bottom) = (first_pixel(max.pos.x).min(bounds.right), first_pixel(max.pos.y).min(bounds.bottom));
         if left >= right || top >= bottom || texture.texels.is_empty() {
@@ -198,15 +198,16 @@ impl Band<'_> {
             }
             for (pixel, column) in self.row(y, left, right).iter_mut().zip(&columns) {
                 let texel = column.interpolate_wide(row_texels[column.first - first_column], row_texels[column.second - first_column]);
-                *pixel = over(if is_white { texel } else { modulate(min.color, texel) }, *pixel);
+                *pixel = composite_over(if is_white { texel } else { modulate(min.color, texel) }, *pixel);
             }
         }
         (self.columns, self.row_texels) = (columns, row_texels);
     }
 
+    /// Paints a triangle; positions of the vertices are in pixels.
     fn paint_triangle(&mut self, bounds: PixelBounds, [a, mut b, mut c]: [Vertex; 3], texture: &PainterTexture) {
-        let subpixel = |px: f32| (px.clamp(-MAX_COORDINATE_PX, MAX_COORDINATE_PX) * SUBPIXELS as f32).round() as i64;
-        let fixed_point = |v: &Vertex| [v.pos.x, v.pos.y].map(subpixel);
+        let to_subpixels = |px: f32| (px.clamp(-MAX_COORDINATE_PX, MAX_COORDINATE_PX) * SUBPIXELS as f32).round() as i64;
+        let fixed_point = |v: &Vertex| [v.pos.x, v.pos.y].map(to_subpixels);
         let (pa, mut pb, mut pc) = (fixed_point(&a), fixed_point(&b), fixed_point(&c));
         let mut area = cross(pa, pb, pc);
         if area == 0 {
@@ -215,15 +216,18 @@ impl Band<'_> {
         if area < 0 {
             (b, c, pb, pc, area) = (c, b, pc, pb, -area);
         }
-        // The last pixel whose centre is at or before a coordinate.
-        let last_pixel = |v: i64| (v - HALF_PX).div_euclid(SUBPIXELS);
+        // The last pixel whose centre is at or before a coordinate in subpixels.
+        let last_pixel = |subpixel: i64| (subpixel - HALF_PX).div_euclid(SUBPIXELS);
         // The first pixel and the end of a range that contains every pixel whose centre is between the least and the greatest of three coordinates.
-        let pixel_range = |v: [i64; 3]| (last_pixel(v.into_iter().min().unwrap_or(0)), last_pixel(v.into_iter().max().unwrap_or(0)) + 2);
+        let pixel_range = |coordinates: [i64; 3]| {
+            let [least, greatest] = [coordinates.into_iter().min(), coordinates.into_iter().max()].map(|c| c.unwrap_or(0));
+            (last_pixel(least), last_pixel(greatest) + 2)
+        };
         let (x_start, x_end) = pixel_range([pa[0], pb[0], pc[0]]);
         let (y_start, y_end) = pixel_range([pa[1], pb[1], pc[1]]);
         let (left, right) = (x_start.max(bounds.left as i64), x_end.min(bounds.right as i64));
-        let one_colour = a.color == b.color && b.color == c.color;
-        let single_colour = (one_colour && a.uv == b.uv && b.uv == c.uv).then(|| modulate(a.color, texture.sample(a.uv.x, a.uv.y)));
+        let has_one_colour = a.color == b.color && b.color == c.color;
+        let single_colour = (has_one_colour && a.uv == b.uv && b.uv == c.uv).then(|| modulate(a.color, texture.sample(a.uv.x, a.uv.y)));
         let single_texel = (a.uv == b.uv && b.uv == c.uv).then(|| texture.sample(a.uv.x, a.uv.y));
         // Top-left rule: a pixel centre on an edge (edge function 0) belongs to the triangle of which the edge is a top or left edge.
         // `min_edge_value`: the smallest value of an edge's function at pixel centres that belong to the triangle.
@@ -233,21 +237,24 @@ impl Band<'_> {
         let increments = [(pb, pc), (pc, pa), (pa, pb)].map(|(p, q)| (p[1] - q[1]) * SUBPIXELS);
         for y in y_start.max(bounds.top as i64)..y_end.min(bounds.bottom as i64) {
             let first_centre = [left * SUBPIXELS + HALF_PX, y * SUBPIXELS + HALF_PX];
+            // The three edge functions at the centre of the first pixel, later at that of the current one.
             let mut edges = [cross(pb, pc, first_centre), cross(pc, pa, first_centre), cross(pa, pb, first_centre)];
-            let Some((from, to)) = span_within(edges, increments, min_values, right - left) else { continue };
-            let pixels = self.row(y as usize, (left + from) as usize, (left + to) as usize);
+            // The covered pixels of the row, counted from `left`.
+            let Some((first, end)) = span_within(edges, increments, min_values, right - left) else { continue };
+            let pixels = self.row(y as usize, (left + first) as usize, (left + end) as usize);
             if let Some(colour) = single_colour {
                 blend_span(colour, pixels);
                 continue;
             }
+            // The edge functions this number of pixels farther right.
             let advanced = |edges: [i64; 3], pixels: i64| [0, 1, 2].map(|i| edges[i] + increments[i] * pixels);
-            edges = advanced(edges, from);
+            edges = advanced(edges, first);
             for pixel in pixels {
                 let weights = edges.map(|e| e as f32 / area as f32);
                 let colour = interpolated_colour([a.color, b.color, c.color], weights);
                 let mix = |p: f32, q: f32, r: f32| p * weights[0] + q * weights[1] + r * weights[2];
                 let texel = single_texel.unwrap_or_else(|| texture.sample(mix(a.uv.x, b.uv.x, c.uv.x), mix(a.uv.y, b.uv.y, c.uv.y)));
-                *pixel = over(modulate(colour, texel), *pixel);
+                *pixel = composite_over(modulate(colour, texel), *pixel);
                 edges = advanced(edges, 1);
             }
         }
@@ -262,17 +269,19 @@ fn cross(a: [i64; 2], b: [i64; 2], c: [i64; 2]) -> i64 {
 
 /// The half-open range of k in `0..count` for which `starts[i] + k * increments[i]` is at least `minima[i]` for every i; `None` if it is empty.
 fn span_within(starts: [i64; 3], increments: [i64; 3], minima: [i64; 3], count: i64) -> Option<(i64, i64)> {
-    let (mut from, mut to) = (0, count);
+    let (mut first, mut end) = (0, count);
     for i in 0..3 {
         let deficit = minima[i] - starts[i];
         match increments[i] {
             0 if deficit > 0 => return None,
             0 => {}
-            increment if increment > 0 => from = from.max(-(-deficit).div_euclid(increment)),
-            increment => to = to.min((-deficit).div_euclid(-increment) + 1),
+            // k is at least deficit / increment, rounded up.
+            increment if increment > 0 => first = first.max(-(-deficit).div_euclid(increment)),
+            // k is at most deficit / increment, rounded down.
+            increment => end = end.min((-deficit).div_euclid(-increment) + 1),
         }
     }
-    (from < to).then_some((from, to))
+    (first < end).then_some((first, end))
 }
 
 /// If two triangles form an axis-aligned rectangle of one colour with an axis-aligned texture, its upper left and its lower right vertex.
@@ -311,28 +320,28 @@ fn modulate(colour: Color32, texel: Color32) -> Color32 {
     Color32::from_rgba_premultiplied(multiplied(c[0], t[0]), multiplied(c[1], t[1]), multiplied(c[2], t[2]), multiplied(c[3], t[3]))
 }
 
-/// A premultiplied colour composited over an opaque pixel.
-fn over(source: Color32, below: u32) -> u32 {
+/// A premultiplied colour composited over an opaque pixel; `background` and result are 0x00RRGGBB.
+fn composite_over(source: Color32, background: u32) -> u32 {
     let [r, g, b, a] = source.to_array();
     if a == 255 {
         return u32::from_be_bytes([0, r, g, b]);
     }
-    let [_, br, bg, bb] = below.to_be_bytes();
+    let [_, background_r, background_g, background_b] = background.to_be_bytes();
     let inverse_alpha = 255 - a;
     u32::from_be_bytes([
         0,
-        r.saturating_add(multiplied(br, inverse_alpha)),
-        g.saturating_add(multiplied(bg, inverse_alpha)),
-        b.saturating_add(multiplied(bb, inverse_alpha)),
+        r.saturating_add(multiplied(background_r, inverse_alpha)),
+        g.saturating_add(multiplied(background_g, inverse_alpha)),
+        b.saturating_add(multiplied(background_b, inverse_alpha)),
     ])
 }
 
 /// Blends a single colour over a row of pixels.
 fn blend_span(colour: Color32, pixels: &mut [u32]) {
     if colour.a() == 255 {
-        pixels.fill(over(colour, 0));
+        pixels.fill(composite_over(colour, 0));
     } else {
-        pixels.iter_mut().for_each(|pixel| *pixel = over(colour, *pixel));
+        pixels.iter_mut().for_each(|pixel| *pixel = composite_over(colour, *pixel));
     }
 }
 
@@ -349,6 +358,7 @@ mod tests {
         painter
     }
 
+    /// The pixels of a square canvas with a mesh.
     fn drawn(painter: &Painter, mesh: Mesh, side: usize) -> Vec<u32> {
         let mut pixels = vec![0; side * side];
         let clip_rect = Rect::from_min_max(Pos2::ZERO, pos2(side as f32, side as f32));
@@ -357,6 +367,7 @@ mod tests {
         pixels
     }
 
+    /// A convex polygon as triangles that share the first corner.
     fn fan(corners: &[(f32, f32)], colour: Color32) -> Mesh {
         let vertices = corners.iter().map(|&(x, y)| Vertex { pos: pos2(x, y), uv: Pos2::ZERO, color: colour }).collect();
         let indices = (1..corners.len() as u32 - 1).flat_map(|i| [0, i, i + 1]).collect();

@@ -26,7 +26,9 @@ struct Counts {
     frames: u32,
     /// Number of new images.
     images: u64,
-    total_image_ms: f64,
+    /// Render times of all new images.
+    total_render_ms: f64,
+    /// Times that the window's thread needed for all frames.
     total_frame_ms: f64,
     /// Number of pixels of all new images.
     total_pixels: u64,
@@ -69,10 +71,10 @@ impl FrameLog {
         counts.frames += 1;
         counts.total_frame_ms += frame.took.as_secs_f64() * 1e3;
         if frame.images_shown > self.images_shown
-            && let Some(([width, height], ms)) = frame.image
+            && let Some(([width, height], render_ms)) = frame.image
         {
             counts.images += 1;
-            counts.total_image_ms += ms;
+            counts.total_render_ms += render_ms;
             counts.total_pixels += u64::from(width) * u64::from(height);
         }
         self.images_shown = frame.images_shown;
@@ -81,13 +83,13 @@ impl FrameLog {
             return;
         }
         if counts.images > 0 {
-            let images = counts.images as f64;
+            let image_count = counts.images as f64;
             write_line(format_args!(
                 "frames: {:.1} images/s, {:.1} frames/s, mean image {:.0} px, {:.1} ms, mean frame {:.1} ms",
-                images / elapsed.as_secs_f64(),
+                image_count / elapsed.as_secs_f64(),
                 f64::from(counts.frames) / elapsed.as_secs_f64(),
-                counts.total_pixels as f64 / images,
-                counts.total_image_ms / images,
+                counts.total_pixels as f64 / image_count,
+                counts.total_render_ms / image_count,
                 counts.total_frame_ms / f64::from(counts.frames),
             ));
         }

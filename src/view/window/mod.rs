@@ -57,8 +57,10 @@ const RETRY_DELAY: Duration = Duration::from_millis(250);
 /// Time for which a redraw waits for an image that is being rendered: two frames at 60 Hz. The image will cause a redraw anyway, so that one redraw can
 /// serve both.
 const IMAGE_WAIT: Duration = Duration::from_millis(33);
-/// Time for which the program waits for work that is still running when the window is closed.
+/// Longest time for which the program waits for work that is still running when the window is closed.
 const SHUTDOWN_GRACE: Duration = Duration::from_millis(250);
+/// Interval between checks whether that work has finished.
+const SHUTDOWN_CHECK_INTERVAL: Duration = Duration::from_millis(5);
 
 /// Events that wake the loop, other than winit's window events.
 enum Wake {
@@ -137,7 +139,7 @@ pub(crate) fn run(
         let is_work_running = || workers.iter().any(|w| !w.is_finished()) || session.readiness() == Readiness::Preparing;
         let closed = WallInstant::now();
         while is_work_running() && closed.elapsed() < SHUTDOWN_GRACE {
-            std::thread::sleep(Duration::from_millis(5));
+            std::thread::sleep(SHUTDOWN_CHECK_INTERVAL);
         }
         if is_work_running() && !interface.is_saving() {
             exit_now();
@@ -195,8 +197,8 @@ fn with_app_name(attributes: WindowAttributes) -> WindowAttributes {
     attributes
 }
 
-/// An event as egui should see it, if at all: a scroll neither starts nor ends. Otherwise egui would lose movements of a two-finger scroll on Wayland: the
-/// first one, and those still pending when the fingers are lifted.
+/// An event as egui should see it, or `None` if egui should not see it. On Linux, the start of a scroll becomes a movement, and its end is left out.
+/// Otherwise egui would lose movements of a two-finger scroll on Wayland: the first one, and those still pending when the fingers are lifted.
 fn without_scroll_start_and_end(event: WindowEvent) -> Option<WindowEvent> {
     match event {
         WindowEvent::MouseWheel { device_id, delta, phase: TouchPhase::Started } if cfg!(target_os = "linux") => {
@@ -219,7 +221,7 @@ struct OpenWindow {
 }
 
 impl OpenWindow {
-    /// Records the window's placement. While the window is maximised, fullscreen or minimised, the recorded position and size stay those to which it
+    /// Records the window's placement. While the window is maximised, fullscreen or minimised, the recorded position and size stay those to which the window
     /// returns.
     fn record_placement(&mut self) {
         let size = self.window.inner_size().to_logical::<f64>(self.window.scale_factor());
@@ -233,6 +235,7 @@ impl OpenWindow {
     }
 }
 
+/// The handler of the event loop.
 struct App<'a> {
     interface: &'a mut Interface,
     worker: &'a ThreadedWorker<'a>,
@@ -253,6 +256,7 @@ struct App<'a> {
 }
 
 impl App<'_> {
+    /// Opens the window at its recorded placement, presented by the CPU at first. The error is the reason as text.
     fn open(&self, event_loop: &ActiveEventLoop) -> Result<OpenWindow, String> {
         let placement = self.interface.settings.window_placement.unwrap_or_default().fitted_to(&monitors(event_loop));
         let [width, height] = placement.size;
@@ -347,8 +351,8 @@ impl App<'_> {
         Ok(())
     }
 
-    /// Opens a new window in place of one into which a GPU has presented. The CPU presents the new one at first. `why`: the failure of the GPU, if it was
-    /// not reported yet.
+    /// Opens a new window in place of one into which a GPU has presented. The CPU presents the new one at first. `why`: the failure of the GPU; `None` if the
+    /// GPU has not failed, or if its failure was reported already.
     fn reopen(&mut self, event_loop: &ActiveEventLoop, why: Option<String>) -> Result<(), String> {
         if let Some(why) = why {
             self.gpu_failed = true;

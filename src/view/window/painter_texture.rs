@@ -14,7 +14,7 @@ pub(crate) struct PainterTexture {
     pub height: usize,
     pub texels: Vec<Color32>,
     is_opaque: bool,
-    /// Whether texels are interpolated; otherwise the nearest one is taken.
+    /// Whether texels are interpolated linearly; otherwise the nearest one is taken.
     pub is_linear: bool,
     /// Whether the texture repeats at coordinates outside 0 to 1; otherwise they are clamped to its edge.
     pub repeats: bool,
@@ -46,11 +46,11 @@ impl TexelPair {
     /// Interpolates two texels: the first step of bilinear filtering.
     pub fn interpolate(self, first: Color32, second: Color32) -> WideTexel {
         let (first_weight, second_weight) = self.weights();
-        let pair = |low: u8, high: u8| u64::from(low) | u64::from(high) << 32;
+        let in_halves = |low: u8, high: u8| u64::from(low) | u64::from(high) << 32;
         let (first, second) = (first.to_array(), second.to_array());
         WideTexel {
-            red_blue: pair(first[0], first[2]) * first_weight + pair(second[0], second[2]) * second_weight,
-            green_alpha: pair(first[1], first[3]) * first_weight + pair(second[1], second[3]) * second_weight,
+            red_blue: in_halves(first[0], first[2]) * first_weight + in_halves(second[0], second[2]) * second_weight,
+            green_alpha: in_halves(first[1], first[3]) * first_weight + in_halves(second[1], second[3]) * second_weight,
         }
     }
 
@@ -104,12 +104,12 @@ impl PainterTexture {
 
     /// A copy of the texels for a GPU renderer, the same one until the texels change.
     pub(crate) fn shared(&self) -> SharedTexture {
-        let make = || {
+        let copied = || {
             let bytes = bytemuck::cast_slice(&self.texels).to_vec();
             let level = Level::new(self.width as u32, self.height as u32, bytes);
             Arc::new(image::Texture { format: TexelFormat::Rgba8Unorm, levels: vec![level] })
         };
-        self.shared.get_or_init(make).clone()
+        self.shared.get_or_init(copied).clone()
     }
 
     /// The two texels between which a coordinate from 0 to 1 lies in a row or column of `size` texels.
@@ -125,11 +125,12 @@ impl PainterTexture {
         }
         // Multiples of 1/256 are fine enough for bytes. Rounding makes a coordinate at a texel's centre give that texel, despite the coordinate's own
         // rounding error.
-        let in_256ths = ((position - 0.5) * 256.0).round() as i64;
-        let first = in_256ths.div_euclid(256);
-        TexelPair { first: wrapped(first), second: wrapped(first + 1), weight: in_256ths.rem_euclid(256) as u32 }
+        let position_256ths = ((position - 0.5) * 256.0).round() as i64;
+        let first = position_256ths.div_euclid(256);
+        TexelPair { first: wrapped(first), second: wrapped(first + 1), weight: position_256ths.rem_euclid(256) as u32 }
     }
 
+    /// The texel interpolated between two columns and two rows.
     fn bilinear(&self, x: TexelPair, y: TexelPair) -> Color32 {
         let (upper, lower) = (&self.texels[y.first * self.width..], &self.texels[y.second * self.width..]);
         if x.weight == 0 && y.weight == 0 {
@@ -190,10 +191,11 @@ impl OpaqueRows {
             }
             return;
         }
-        let first_index = self.interpolated(texture, columns, row_pair.first, None);
-        let second_index = self.interpolated(texture, columns, row_pair.second, Some(first_index));
+        let first_index = self.interpolated_row_index(texture, columns, row_pair.first, None);
+        let second_index = self.interpolated_row_index(texture, columns, row_pair.second, Some(first_index));
         let lanes = |index: usize| bytemuck::cast_slice::<u64, u16>(&self.rows[index].1);
         let bytes = bytemuck::cast_slice_mut::<u32, u8>(pixels);
+        // A lane is a level times 128, so 64 is half a level.
         let rounded = |lane: u16| ((lane + 64) >> 7) as u8;
         if row_pair.weight == 0 {
             for (byte, first) in bytes.iter_mut().zip(lanes(first_index)) {
@@ -210,9 +212,9 @@ impl OpaqueRows {
     }
 
     /// The index in `rows` of a texel row, which is interpolated horizontally if it is not there. The row at index `kept` is not replaced.
-    fn interpolated(&mut self, texture: &PainterTexture, columns: &[TexelPair], row: usize, kept: Option<usize>) -> usize {
-        if let Some(known) = self.rows.iter().position(|(texel_row, _)| *texel_row == Some(row)) {
-            return known;
+    fn interpolated_row_index(&mut self, texture: &PainterTexture, columns: &[TexelPair], row: usize, kept: Option<usize>) -> usize {
+        if let Some(known_index) = self.rows.iter().position(|(texel_row, _)| *texel_row == Some(row)) {
+            return known_index;
         }
         // Rows are needed from top to bottom, so the upper one of the two is replaced.
         let index = match kept {
@@ -279,8 +281,8 @@ mod tests {
         assert!(texture.is_opaque());
         assert_eq!(largest_error(&texture, [WIDTH, HEIGHT]), 0.0, "an image drawn with its own size is copied");
         for size in [[WIDTH, 2 * HEIGHT], [2 * WIDTH, HEIGHT], [3 * WIDTH, 3 * HEIGHT], [131, 87], [20, 11], [1, 1]] {
-            let error = largest_error(&texture, size);
-            assert!(error < 0.6, "{size:?}: {error} levels");
+            let error_levels = largest_error(&texture, size);
+            assert!(error_levels < 0.6, "{size:?}: {error_levels} levels");
         }
         // Different texel rows give different pixels; otherwise the comparison above could not notice a row that is wrongly reused.
         let columns: Vec<TexelPair> = (0..WIDTH).map(|x| texture.texel_pair((x as f32 + 0.5) / WIDTH as f32, WIDTH)).collect();

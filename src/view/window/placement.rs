@@ -42,19 +42,20 @@ const MIN_MONITOR_SIDE_POINTS: f64 = 64.0;
 const TITLE_BAR_MIDDLE_POINTS: f64 = 8.0;
 
 impl Monitor {
+    /// Whether a point of the desktop is on this monitor.
     fn contains(&self, point_px: [f64; 2]) -> bool {
         (0..2).all(|axis| {
-            let from = f64::from(self.corner_px[axis]);
-            (from..from + f64::from(self.size_px[axis])).contains(&point_px[axis])
+            let start_px = f64::from(self.corner_px[axis]);
+            (start_px..start_px + f64::from(self.size_px[axis])).contains(&point_px[axis])
         })
     }
 
     /// The number of a window's pixels on this monitor.
     pub(crate) fn visible_px(&self, corner_px: [i32; 2], size_px: [u32; 2]) -> i64 {
         let overlap_px = |axis: usize| {
-            let [window_start, start] = [corner_px[axis], self.corner_px[axis]].map(i64::from);
-            let end = (window_start + i64::from(size_px[axis])).min(start + i64::from(self.size_px[axis]));
-            (end - window_start.max(start)).max(0)
+            let [window_start, monitor_start] = [corner_px[axis], self.corner_px[axis]].map(i64::from);
+            let overlap_end = (window_start + i64::from(size_px[axis])).min(monitor_start + i64::from(self.size_px[axis]));
+            (overlap_end - window_start.max(monitor_start)).max(0)
         };
         overlap_px(0) * overlap_px(1)
     }
@@ -76,9 +77,9 @@ impl WindowPlacement {
         };
         let containing_monitor = self.corner_px.and_then(|corner| monitors.iter().find(|monitor| shows_title_bar(monitor, corner)));
         let available_size = containing_monitor.or(monitors.first()).and_then(Monitor::available_size).unwrap_or([f64::INFINITY; 2]);
-        let default = Self::default().size;
+        let default_size = Self::default().size;
         let size = [0, 1].map(|axis| {
-            let wanted = if self.size[axis].is_finite() { self.size[axis].max(MIN_SIZE_POINTS[axis]) } else { default[axis] };
+            let wanted = if self.size[axis].is_finite() { self.size[axis].max(MIN_SIZE_POINTS[axis]) } else { default_size[axis] };
             wanted.min(available_size[axis])
         });
         Self { corner_px: self.corner_px.filter(|_| containing_monitor.is_some()), size, maximised: self.maximised }

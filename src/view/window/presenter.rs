@@ -40,6 +40,7 @@ pub(crate) enum PresentError {
     Cpu(String),
 }
 
+/// A backend that presents from CPU memory. The error is the reason as text.
 fn cpu_backend(window: &Arc<Window>) -> Result<PresentBackend, String> {
     let context = Context::new(window.clone()).map_err(|e| e.to_string())?;
     Ok(PresentBackend::Cpu(Surface::new(&context, window.clone()).map_err(|e| e.to_string())?))

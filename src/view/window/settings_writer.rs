@@ -14,8 +14,8 @@ const QUIET_TIME: Duration = Duration::from_millis(500);
 /// Sends changed settings to the settings writer, which ends when the sender is dropped.
 pub(crate) struct SettingsSender {
     changes: Sender<Settings>,
-    /// The settings that were sent last.
-    last: Settings,
+    /// The settings that were sent last, or the initial ones.
+    last_sent: Settings,
 }
 
 impl SettingsSender {
@@ -23,13 +23,13 @@ impl SettingsSender {
     /// no usable file. The receiver is for [`write_changes`].
     pub(crate) fn new(settings: &Settings) -> (Self, Receiver<Settings>) {
         let (sender, receiver) = channel();
-        (Self { changes: sender, last: settings.clone() }, receiver)
+        (Self { changes: sender, last_sent: settings.clone() }, receiver)
     }
 
     /// Sends the settings to the settings writer if they differ from those that were sent last.
     pub(crate) fn send_if_changed(&mut self, settings: &Settings) {
-        if self.last != *settings {
-            self.last.clone_from(settings);
+        if self.last_sent != *settings {
+            self.last_sent.clone_from(settings);
             // Fails only if the settings writer has panicked. The final settings are saved nevertheless when the window is closed.
             let _ = self.changes.send(settings.clone());
         }

@@ -49,7 +49,7 @@ impl ShaderWatcher {
         let mut last = self.last_check.lock();
         let times = match fragment_times(&self.folder) {
             Ok(times) => times,
-            Err(why) => return last.fail(why.to_string(), worker),
+            Err(why) => return last.record_error(why.to_string(), worker),
         };
         (last.error, last.is_reported) = (None, false);
         if last.times_read == times {
@@ -79,7 +79,7 @@ impl ShaderWatcher {
 
 impl LastCheck {
     /// Records an error, and reports it once when two checks in succession find it: while an editor saves a file, the folder has an error for an instant.
-    fn fail(&mut self, why: String, worker: &dyn RenderWorker) {
+    fn record_error(&mut self, why: String, worker: &dyn RenderWorker) {
         if self.error.as_ref() != Some(&why) {
             (self.error, self.is_reported) = (Some(why), false);
         } else if !std::mem::replace(&mut self.is_reported, true) {

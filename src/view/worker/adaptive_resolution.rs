@@ -4,9 +4,10 @@
 //! image. Always: to reach 60 images per second, this divisor is raised to at most 2; if that does not suffice, the rate may fall to 30 per second; only
 //! to keep 30 per second is the divisor raised further. This module reads no clock.
 
-/// Target intervals between images, milliseconds. The goals are 60 and 30 images per second; targets of 62 and 32 leave a margin for slow images.
-const FAST_MS: f64 = 1000.0 / 62.0;
-const SLOW_MS: f64 = 1000.0 / 32.0;
+/// Target interval between images for the goal of 60 images per second; a target of 62 leaves a margin for slow images.
+const FAST_INTERVAL_MS: f64 = 1000.0 / 62.0;
+/// Target interval for the goal of 30 images per second, with the same kind of margin.
+const SLOW_INTERVAL_MS: f64 = 1000.0 / 32.0;
 /// Largest divisor that is used to reach the fast interval.
 const MAX_FAST_DIVISOR: f64 = 2.0;
 /// Largest divisor; coarser images would be unrecognisable.
@@ -17,7 +18,7 @@ const FIRST_DIVISOR: f64 = 3.0;
 const DIVISOR_STEP: f64 = 0.125;
 /// Weight of the newest image in the running means.
 const NEWEST_WEIGHT: f64 = 0.3;
-/// Longest wait that is recorded, as a fraction of [`FAST_MS`]. In a longer pause nothing moved, so no image was needed.
+/// Longest wait that is recorded, as a fraction of [`FAST_INTERVAL_MS`]. In a longer pause nothing moved, so no image was needed.
 const MAX_WAITING_FRACTION: f64 = 0.5;
 
 /// Recent cost of images.
@@ -33,32 +34,33 @@ pub(crate) struct AdaptiveResolution {
 }
 
 impl AdaptiveResolution {
-    /// Records the render time of an image of `pixels` pixels, and the time for which the renderer waited before it.
-    pub(crate) fn record(&mut self, pixels: u64, render_ms: f64, waiting_ms: f64) {
-        if pixels == 0 || !render_ms.is_finite() {
+    /// Records the render time of an image with this number of pixels, and the time for which the renderer waited before the image.
+    pub(crate) fn record(&mut self, pixel_count: u64, render_ms: f64, waiting_ms: f64) {
+        if pixel_count == 0 || !render_ms.is_finite() {
             return;
         }
-        let updated_mean = |old: f64, new: f64| old + NEWEST_WEIGHT * (new - old);
-        let new = render_ms / (pixels as f64 / 1e6);
-        self.ms_per_megapixel = Some(self.ms_per_megapixel.map_or(new, |old| updated_mean(old, new)));
-        if waiting_ms < MAX_WAITING_FRACTION * FAST_MS {
+        let updated_mean = |mean: f64, newest: f64| mean + NEWEST_WEIGHT * (newest - mean);
+        let newest = render_ms / (pixel_count as f64 / 1e6);
+        self.ms_per_megapixel = Some(self.ms_per_megapixel.map_or(newest, |mean| updated_mean(mean, newest)));
+        if waiting_ms < MAX_WAITING_FRACTION * FAST_INTERVAL_MS {
             self.waiting_ms = updated_mean(self.waiting_ms, waiting_ms);
         }
     }
 
-    /// The divisor of width and height for a moving image in a window of `pixels` pixels.
-    pub(crate) fn divisor(&mut self, pixels: u64) -> f64 {
+    /// The divisor of width and height for a moving image in a window with this number of pixels.
+    pub(crate) fn divisor(&mut self, window_pixel_count: u64) -> f64 {
         let Some(ms_per_megapixel) = self.ms_per_megapixel else { return FIRST_DIVISOR };
-        let full_size_ms = ms_per_megapixel * pixels as f64 / 1e6;
-        // The render time is taken as proportional to the number of pixels, that is, to 1 / (divisor * divisor).
+        let full_size_ms = ms_per_megapixel * window_pixel_count as f64 / 1e6;
+        // The divisor at which an image takes this interval. The render time is taken as proportional to the number of pixels, that is, to
+        // 1 / (divisor * divisor).
         let divisor_for_interval = |interval_ms: f64| (full_size_ms / (interval_ms - self.waiting_ms)).sqrt();
-        let fast_divisor = divisor_for_interval(FAST_MS);
+        let fast_divisor = divisor_for_interval(FAST_INTERVAL_MS);
         let target = if fast_divisor <= MAX_FAST_DIVISOR {
             fast_divisor
         } else {
-            divisor_for_interval(SLOW_MS).clamp(MAX_FAST_DIVISOR, MAX_DIVISOR)
+            divisor_for_interval(SLOW_INTERVAL_MS).clamp(MAX_FAST_DIVISOR, MAX_DIVISOR)
         };
-        // Hysteresis: the divisor is lowered only if the target is more than one and a half steps below it. Without this it would change all the time.
+        // Hysteresis: the divisor is lowered only if the target is more than one and a half steps below it. Otherwise the divisor would change all the time.
         if target > self.divisor || target < self.divisor - 1.5 * DIVISOR_STEP {
             self.divisor = ((target / DIVISOR_STEP).ceil() * DIVISOR_STEP).max(1.0);
         }

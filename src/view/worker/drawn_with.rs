@@ -1,7 +1,7 @@
 //! What an image or the answer to a query depends on besides its request: shader fragments, the choice of renderer, data files dropped on the window.
 //!
-//! In: a session. Out: a value to be compared with an earlier one; they differ if one of these has changed. Always: whoever stores an answer with its
-//! request also stores this value, and asks again when it differs.
+//! In: a session. Out: a [`DrawnWith`], to be compared with an earlier one; the two differ if one of these things has changed. Always: whoever stores an
+//! answer with its request also stores the `DrawnWith` of the answer, and asks again when the current one differs.
 
 use crate::catalog::DataLayer;
 use crate::session::{RendererPreference, Session};
@@ -12,7 +12,7 @@ use std::sync::Arc;
 pub(crate) struct DrawnWith {
     /// Digest of the shader fragments (sources) and of the emitter, which generates modules from them.
     generator_digest: Arc<str>,
-    preference: RendererPreference,
+    renderer_preference: RendererPreference,
     /// The data files dropped on the window.
     data_layers: Vec<Arc<DataLayer>>,
 }
@@ -22,7 +22,7 @@ impl DrawnWith {
     pub(crate) fn now(session: &Session) -> Self {
         Self {
             generator_digest: session.library().generator_digest(),
-            preference: session.renderers().1,
+            renderer_preference: session.renderers().1,
             data_layers: session.catalog().data_layers(),
         }
     }
@@ -32,7 +32,7 @@ impl PartialEq for DrawnWith {
     fn eq(&self, other: &Self) -> bool {
         // A layer never changes, and a file that is dropped again becomes a new layer. So the address of a layer identifies it.
         let is_same_layer = |(a, b): (&Arc<DataLayer>, &Arc<DataLayer>)| Arc::ptr_eq(a, b);
-        (&self.generator_digest, self.preference) == (&other.generator_digest, other.preference)
+        (&self.generator_digest, self.renderer_preference) == (&other.generator_digest, other.renderer_preference)
             && self.data_layers.len() == other.data_layers.len()
             && self.data_layers.iter().zip(&other.data_layers).all(is_same_layer)
     }

@@ -6,7 +6,7 @@
 use crate::session::Session;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 
-/// `I`: the inputs. Round a time in them, so that a running clock does not ask in each frame.
+/// The newest answer (`T`) to a query with the inputs `I`. Round a time among the inputs, so that a running clock does not start a query in each frame.
 pub(crate) struct LatestAnswer<I, T> {
     /// The inputs of the newest query, pending or answered.
     requested: Option<I>,
@@ -40,7 +40,7 @@ impl<I: Copy + PartialEq, T: Send + 'static> LatestAnswer<I, T> {
         self.answer.as_ref()
     }
 
-    /// Drops the answer, so that the query runs again. For a change of language: an answer may contain texts in the language in which it was asked for.
+    /// Drops the answer, so that the query runs again. For a change of language: an answer may contain texts in the former language.
     pub(crate) fn clear(&mut self) {
         *self = Self::default();
     }

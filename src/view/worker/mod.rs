@@ -3,7 +3,8 @@
 //! In: render jobs and queries. Out: images and answers, some frames later. Always: the window's thread waits for neither.
 //!
 //! - `render_worker`: the two threads, one for images and one for queries.
-//! - `query_cache`, `latest_answer`: answers kept by their key, and for inputs that change.
+//! - `query_cache`: answers, each kept by its key.
+//! - `latest_answer`: the answer to a query whose inputs change; shown until the answer for newer inputs arrives.
 //! - `drawn_with`: what an image or answer depends on besides its request.
 //! - `adaptive_resolution`: the resolution of images while the view moves.
 //! - `freed_memory`: returns freed memory to the system.

@@ -8,39 +8,41 @@ use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use std::collections::HashMap;
 use std::hash::Hash;
 
-/// The state of a query.
+/// The answer to a query, pending or arrived.
 enum Answer<T> {
     Waiting(Pending<T>),
     Ready(T),
 }
 
 /// The queries by key, answered or pending.
-pub(crate) struct QueryCache<K, T>(HashMap<K, Answer<T>>);
+pub(crate) struct QueryCache<K, T> {
+    answers: HashMap<K, Answer<T>>,
+}
 
 impl<K, T> Default for QueryCache<K, T> {
     fn default() -> Self {
-        Self(HashMap::new())
+        Self { answers: HashMap::new() }
     }
 }
 
-/// Largest number of entries. A full cache is emptied, also of pending queries, before the next query.
+/// Largest number of entries. A full cache drops all entries, also those of pending queries, before the next query.
 const CAPACITY: usize = 600;
 
 impl<K: Eq + Hash + Clone, T: Send + 'static> QueryCache<K, T> {
     /// The answer, if it has arrived. If the cache has no query for this key, starts `query`.
     pub(crate) fn get(&mut self, worker: &dyn RenderWorker, key: &K, query: impl FnOnce(&Session) -> T + Send + 'static) -> Option<&T> {
-        if !self.0.contains_key(key) {
-            if self.0.len() >= CAPACITY {
-                self.0.clear();
+        if !self.answers.contains_key(key) {
+            if self.answers.len() >= CAPACITY {
+                self.answers.clear();
             }
-            self.0.insert(key.clone(), Answer::Waiting(ask(worker, query)));
+            self.answers.insert(key.clone(), Answer::Waiting(ask(worker, query)));
         }
         self.known(key)
     }
 
     /// The answer, if it was requested and has arrived. Starts no query.
     pub(crate) fn known(&mut self, key: &K) -> Option<&T> {
-        let answer = self.0.get_mut(key)?;
+        let answer = self.answers.get_mut(key)?;
         if let Answer::Waiting(pending) = answer
             && let Some(ready) = pending.take()
         {
@@ -54,7 +56,7 @@ impl<K: Eq + Hash + Clone, T: Send + 'static> QueryCache<K, T> {
 
     /// Drops all entries.
     pub(crate) fn clear(&mut self) {
-        self.0.clear();
+        self.answers.clear();
     }
 }
 
@@ -62,7 +64,7 @@ impl<K, T, E> QueryCache<K, Result<T, E>> {
     /// Drops the entries whose answers are errors or have not arrived, so that their queries run again. For a change of language: an error may be a text in
     /// the language in which the query was made.
     pub(crate) fn forget_failures(&mut self) {
-        self.0.retain(|_, answer| matches!(answer, Answer::Ready(Ok(_))));
+        self.answers.retain(|_, answer| matches!(answer, Answer::Ready(Ok(_))));
     }
 }
 
@@ -73,9 +75,9 @@ mod tests {
     #[test]
     fn forgetting_failures_keeps_only_successful_answers() {
         let answers = [(1, Answer::Ready(Ok("text"))), (2, Answer::Ready(Err("why"))), (3, Answer::Waiting(Pending::default()))];
-        let mut cache: QueryCache<i32, Result<&str, &str>> = QueryCache(HashMap::from(answers));
+        let mut cache: QueryCache<i32, Result<&str, &str>> = QueryCache { answers: HashMap::from(answers) };
         cache.forget_failures();
-        assert_eq!(cache.0.keys().collect::<Vec<_>>(), [&1]);
+        assert_eq!(cache.answers.keys().collect::<Vec<_>>(), [&1]);
         assert_eq!(cache.known(&1), Some(&Ok("text")));
     }
 }

@@ -24,7 +24,7 @@ pub struct RenderJob {
     pub sampling: SamplingQuality,
     /// Whether the image may stay on the GPU, because the same GPU presents the window.
     pub output: RequestedOutput,
-    /// Tells the adaptation of the exposure to which request the image belongs. It returns with the image, or with the reason why there is none.
+    /// Tells the adaptation of the exposure to which request the image belongs. The ticket returns with the image, or with the reason why there is none.
     pub exposure_ticket: ExposureTicket,
 }
 
@@ -60,7 +60,7 @@ pub struct FailedJob {
     pub exposure_ticket: ExposureTicket,
 }
 
-/// Work for the query worker, such as a query.
+/// Work for the query worker: a query with the delivery of its answer, or other work that needs the session.
 pub type Task = Box<dyn FnOnce(&Session) + Send>;
 
 /// The session, and the work that the window leaves to other threads: the render worker draws images, the query worker runs tasks.
@@ -115,7 +115,7 @@ pub(crate) fn ask<T: Send + 'static>(worker: &dyn RenderWorker, query: impl FnOn
 /// # Errors
 /// The reason why there is no image.
 pub(crate) fn draw(session: &Session, job: RenderJob) -> Result<RenderedView, SessionError> {
-    let before = session.report_of_this_thread().0;
+    let stages_before = session.report_of_this_thread().0;
     let start = WallInstant::now();
     let drawn = session.draw_without_waiting(&job.request, job.sampling, job.output)?;
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
@@ -131,7 +131,7 @@ pub(crate) fn draw(session: &Session, job: RenderJob) -> Result<RenderedView, Se
         by: drawn.by,
         took_ms,
         waited_ms: 0.0,
-        stages: stages.since(&before),
+        stages: stages.since(&stages_before),
         library,
     })
 }
@@ -139,12 +139,13 @@ pub(crate) fn draw(session: &Session, job: RenderJob) -> Result<RenderedView, Se
 /// Runs each job and task immediately on the caller's thread, for tests.
 pub struct InlineWorker<'a> {
     session: &'a Session,
-    done: Mutex<Option<Result<RenderedView, FailedJob>>>,
+    /// The result of the last job, if it has not been taken.
+    newest_result: Mutex<Option<Result<RenderedView, FailedJob>>>,
 }
 
 impl<'a> InlineWorker<'a> {
     pub fn new(session: &'a Session) -> Self {
-        Self { session, done: Mutex::default() }
+        Self { session, newest_result: Mutex::default() }
     }
 }
 
@@ -154,10 +155,10 @@ impl RenderWorker for InlineWorker<'_> {
     }
     fn submit(&self, job: RenderJob) {
         let exposure_ticket = job.exposure_ticket;
-        *self.done.lock() = Some(draw(self.session, job).map_err(|why| FailedJob { why, exposure_ticket }));
+        *self.newest_result.lock() = Some(draw(self.session, job).map_err(|why| FailedJob { why, exposure_ticket }));
     }
     fn take(&self) -> Option<Result<RenderedView, FailedJob>> {
-        self.done.lock().take()
+        self.newest_result.lock().take()
     }
     fn run(&self, task: Task) {
         task(self.session);
@@ -167,18 +168,18 @@ impl RenderWorker for InlineWorker<'_> {
 /// Smallest interval between returns of freed pages to the system. Each of them delays the next image.
 const PAGE_RETURN_INTERVAL: Duration = Duration::from_secs(20);
 
-/// The waiting work of the two threads, and the last result.
+/// The waiting work of the two threads, and the newest result.
 #[derive(Default)]
 struct Work {
     /// The newest job, if it has not been started.
     job: Option<RenderJob>,
     tasks: VecDeque<Task>,
-    /// The newest finished image, if it has not been taken.
-    done: Option<Result<RenderedView, FailedJob>>,
-    /// An image is being rendered.
+    /// The newest finished image, or the reason why there is none, if it has not been taken.
+    newest_result: Option<Result<RenderedView, FailedJob>>,
+    /// Whether an image is being rendered.
     is_drawing: bool,
-    /// The threads are to stop.
-    closed: bool,
+    /// Whether the threads are to stop.
+    is_closed: bool,
 }
 
 impl Work {
@@ -211,7 +212,7 @@ impl<'a> ThreadedWorker<'a> {
     pub fn render_until_closed(&self) {
         let mut last_page_return = WallInstant::now();
         let mut idle_since = WallInstant::now();
-        while let Some(job) = self.next(Work::start_image) {
+        while let Some(job) = self.wait_for_work(Work::start_image) {
             let waited_ms = idle_since.elapsed().as_secs_f64() * 1e3;
             let exposure_ticket = job.exposure_ticket;
             let rendered = draw(self.session, job)
@@ -220,7 +221,7 @@ impl<'a> ThreadedWorker<'a> {
             idle_since = WallInstant::now();
             {
                 let mut work = self.work.lock();
-                (work.done, work.is_drawing) = (Some(rendered), false);
+                (work.newest_result, work.is_drawing) = (Some(rendered), false);
             }
             (self.wake)();
             if last_page_return.elapsed() > PAGE_RETURN_INTERVAL {
@@ -232,20 +233,20 @@ impl<'a> ThreadedWorker<'a> {
 
     /// The query worker: runs tasks until [`Self::close`] is called. Blocks, so it needs its own thread.
     pub fn run_tasks_until_closed(&self) {
-        while let Some(task) = self.next(|work| work.tasks.pop_front()) {
+        while let Some(task) = self.wait_for_work(|work| work.tasks.pop_front()) {
             task(self.session);
             (self.wake)();
         }
     }
 
-    /// Waits until `take` finds work, and returns it; `None` once the worker is closed.
-    fn next<T>(&self, take: impl Fn(&mut Work) -> Option<T>) -> Option<T> {
+    /// Waits until `take_work` finds work, and returns that work; `None` once the worker is closed.
+    fn wait_for_work<T>(&self, take_work: impl Fn(&mut Work) -> Option<T>) -> Option<T> {
         let mut work = self.work.lock();
         loop {
-            if work.closed {
+            if work.is_closed {
                 return None;
             }
-            match take(&mut work) {
+            match take_work(&mut work) {
                 Some(found) => return Some(found),
                 None => self.changed.wait(&mut work),
             }
@@ -259,12 +260,12 @@ impl<'a> ThreadedWorker<'a> {
     }
 
     pub(crate) fn is_closed(&self) -> bool {
-        self.work.lock().closed
+        self.work.lock().is_closed
     }
 
     /// Makes both threads stop once they have finished the current image and the current task.
     pub fn close(&self) {
-        self.work.lock().closed = true;
+        self.work.lock().is_closed = true;
         self.changed.notify_all();
     }
 }
@@ -278,7 +279,7 @@ impl RenderWorker for ThreadedWorker<'_> {
         self.changed.notify_all();
     }
     fn take(&self) -> Option<Result<RenderedView, FailedJob>> {
-        self.work.lock().done.take()
+        self.work.lock().newest_result.take()
     }
     fn run(&self, task: Task) {
         self.work.lock().tasks.push_back(task);

@@ -3,7 +3,9 @@
 //! In: the settings, those that this program read or wrote last, and the text of the file. Out: the content to write. Always: what this program has
 //! changed is written; what it has not changed is taken from the file, where another running program may have changed it. Fields that this version does
 //! not know, at any depth, are taken from the file, too. If both programs have changed the list of bookmarks, those that the other program has added are
-//! kept; the other program's other changes of the list are lost. Not here: a lock. Of two programs that write in the same instant the last one wins.
+//! kept; the other program's other changes of the list are lost. Not here: a lock. Of two programs that write in the same instant, the last one wins.
+//!
+//! Names as in a three-way merge: `ours` is what this program has, `theirs` what is in the file, `base` what this program read or wrote last.
 
 use super::other_version::{BOOKMARKS, LISTS};
 use super::{Bookmark, Settings};
@@ -11,13 +13,13 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-/// The JSON of a value as it is in a file. By way of text, so that an f32 has the same digits as one that was read.
+/// The JSON of a value as it is in a file. The value is converted by way of text, so that an f32 has the same digits as one that was read from a file.
 fn as_written<T: DeserializeOwned>(value: &impl Serialize) -> serde_json::Result<T> {
     serde_json::from_str(&serde_json::to_string(value)?)
 }
 
 impl Settings {
-    /// The content to write over a file with the text `stored`. `base`: the settings that this program read or wrote last; without them all settings count
+    /// The content to write over a file with the text `stored`. `base`: the settings that this program read or wrote last; without `base`, all settings count
     /// as changed. A text that is no JSON object is ignored.
     pub(super) fn merged_with(&self, base: Option<&Self>, stored: Option<&str>) -> serde_json::Result<Map<String, Value>> {
         let mut ours: Map<String, Value> = as_written(&self.saved())?;
@@ -33,10 +35,11 @@ impl Settings {
     }
 }
 
-/// Settings whose fields are one value: if one of them has changed, all that this version knows are ours.
-const WHOLE: [&str; 2] = ["home", "place"];
+/// Settings that are merged as one value: if one of the fields of such a setting has changed, all its fields that this version knows are ours.
+const INDIVISIBLE: [&str; 2] = ["home", "place"];
 
-/// Takes each field of `theirs` that has not changed from `base` to `ours`, at any depth of objects. A field that only `ours` has stays.
+/// Copies a field of `theirs` to `ours` if `ours` lacks it, or if it has not changed from `base` to `ours`; at any depth of objects. A field that only `ours`
+/// has stays.
 fn merge(base: Option<&Map<String, Value>>, ours: &mut Map<String, Value>, theirs: Map<String, Value>) {
     for (name, their_value) in theirs {
         let base = base.and_then(|base| base.get(&name));
@@ -45,7 +48,7 @@ fn merge(base: Option<&Map<String, Value>>, ours: &mut Map<String, Value>, their
             Some(our_value) => match (our_value, their_value) {
                 (Value::Object(ours), Value::Object(theirs)) => {
                     let base = base.and_then(Value::as_object);
-                    let is_changed = WHOLE.contains(&name.as_str()) && base != Some(&*ours);
+                    let is_changed = INDIVISIBLE.contains(&name.as_str()) && base != Some(&*ours);
                     merge(base.filter(|_| !is_changed), ours, theirs);
                 }
                 (our_value, their_value) if Some(&*our_value) == base => *our_value = their_value,
@@ -55,20 +58,24 @@ fn merge(base: Option<&Map<String, Value>>, ours: &mut Map<String, Value>, their
     }
 }
 
-/// A list of views: ours if it has changed, with the bookmarks that only they have added; else theirs.
+/// A merged list of views. If ours is the same as the base, the result is theirs; otherwise it is ours, followed by the bookmarks that the other program has
+/// added. `name`: the list's field.
 fn merged_list(name: &str, base: Option<&Value>, ours: Value, theirs: Value) -> Value {
     if Some(&ours) == base {
         return theirs;
     }
     match (ours, theirs) {
         (Value::Array(ours), Value::Array(theirs)) => {
-            // Their entries as this version would write them, to compare, and as they are in the file, with fields that only another version knows.
+            // Each of their entries twice: as this version would write it, to compare, and as it is in the file, with fields that only another version knows.
             let theirs: Vec<(Value, Value)> = theirs.into_iter().map(|entry| (normalised(&entry), entry)).collect();
-            let as_in_file = |entry: &Value| theirs.iter().find(|(known, _)| known == entry).map_or(entry, |(_, stored)| stored).clone();
+            let as_in_file = |entry: &Value| {
+                let stored = theirs.iter().find(|(comparable, _)| comparable == entry).map(|(_, stored)| stored);
+                stored.unwrap_or(entry).clone()
+            };
             let mut all: Vec<Value> = ours.iter().map(as_in_file).collect();
             if let (BOOKMARKS, Some(Value::Array(base))) = (name, base) {
                 let is_added = |entry: &Value| !base.contains(entry) && !ours.contains(entry);
-                all.extend(theirs.iter().filter(|(known, _)| is_added(known)).map(|(_, stored)| stored.clone()));
+                all.extend(theirs.iter().filter(|(comparable, _)| is_added(comparable)).map(|(_, stored)| stored.clone()));
             }
             Value::Array(all)
         }

@@ -18,6 +18,7 @@ pub(super) const LISTS: [&str; 2] = [BOOKMARKS, "recent"];
 pub struct OtherVersion {
     /// Fields with unknown names.
     fields: Map<String, Value>,
+    /// Entries of the two lists that this version cannot read.
     bookmarks: Vec<Value>,
     recent: Vec<Value>,
 }
@@ -42,8 +43,9 @@ enum SavedBookmark<'s> {
 }
 
 impl<'s> SavedBookmark<'s> {
-    fn all(these: &'s [Bookmark], others: &'s [Value]) -> Vec<Self> {
-        these.iter().map(Self::This).chain(others.iter().map(Self::Other)).collect()
+    /// The bookmarks of this version, then those of other versions.
+    fn all(of_this: &'s [Bookmark], of_others: &'s [Value]) -> Vec<Self> {
+        of_this.iter().map(Self::This).chain(of_others.iter().map(Self::Other)).collect()
     }
 }
 
@@ -88,18 +90,19 @@ pub(super) fn read(text: &str) -> Result<(Settings, Option<String>), serde_json:
         }
         let value = match value {
             Value::Array(entries) if LISTS.contains(&name.as_str()) => {
-                let (read, unread): (Vec<Value>, Vec<Value>) = entries.into_iter().partition(|entry| Bookmark::deserialize(entry).is_ok());
+                let is_readable = |entry: &Value| Bookmark::deserialize(entry).is_ok();
+                let (readable, unreadable): (Vec<Value>, Vec<Value>) = entries.into_iter().partition(is_readable);
                 if name == BOOKMARKS {
-                    other_version.bookmarks = unread
+                    other_version.bookmarks = unreadable
                 } else {
-                    other_version.recent = unread
+                    other_version.recent = unreadable
                 }
-                Value::Array(read)
+                Value::Array(readable)
             }
             value => value,
         };
-        let alone = Value::Object(Map::from_iter([(name.clone(), value.clone())]));
-        match serde_json::from_value::<Settings>(alone) {
+        let single_field = Value::Object(Map::from_iter([(name.clone(), value.clone())]));
+        match serde_json::from_value::<Settings>(single_field) {
             Ok(_) => drop(valid.insert(name, value)),
             Err(e) => invalid.push(format!("{name}: {e}")),
         }

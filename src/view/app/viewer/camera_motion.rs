@@ -17,37 +17,44 @@ use glam::{DMat3, DVec3};
 
 /// Change of the natural logarithm of the field of view per wheel notch: about 15 %, close to the change of an orbit's height.
 const LOG_FOV_PER_NOTCH: f64 = 0.15;
+/// Largest pitch, up or down, of a camera in an orbit.
+const MAX_PITCH_DEG: f64 = 89.0;
+/// Largest altitude, above or below the horizon, to which a motion turns a camera on the ground.
+const MAX_ALTITUDE_DEG: f64 = 89.9;
+/// Number of steps of the iteration in [`GroundPlace::of`].
+const GROUND_PLACE_STEPS: u32 = 30;
 
 impl Viewer {
-    /// Turns the camera about its body by a drag, right and down. A camera that does not orbit looks around instead.
-    pub(super) fn turn(&mut self, dx_px: f64, dy_px: f64, height_px: f64, positions: &dyn BodyPositions) {
+    /// Turns the camera about its body by a drag of `dx_px` to the right and `dy_px` down. A camera that does not orbit looks around instead.
+    pub(super) fn turn(&mut self, dx_px: f64, dy_px: f64, image_height_px: f64, positions: &dyn BodyPositions) {
         self.end_flight();
         self.leave_free_pose(positions);
         let fov_rad = self.view.image_fov_deg().to_radians();
         match &mut self.view.eye {
             CameraPose::Orbit { azimuth_deg, elevation_deg, distance_radii, .. } => {
                 let mut orbit = OrbitCamera::from_degrees(*azimuth_deg, *elevation_deg, *distance_radii);
-                orbit.drag(dx_px, dy_px, height_px, fov_rad);
+                orbit.drag(dx_px, dy_px, image_height_px, fov_rad);
                 (*azimuth_deg, *elevation_deg) = (orbit.azimuth_rad.to_degrees(), orbit.elevation_rad.to_degrees());
             }
-            _ => self.look_around(-dx_px, -dy_px, height_px, positions),
+            _ => self.look_around(-dx_px, -dy_px, image_height_px, positions),
         }
     }
 
-    /// Turns the camera by a motion, right and down. A drag passes the negative motion, so that the image follows the mouse.
-    pub(super) fn look_around(&mut self, dx_px: f64, dy_px: f64, height_px: f64, positions: &dyn BodyPositions) {
+    /// Turns the camera on the spot by a motion of `dx_px` to the right and `dy_px` down. A drag passes the negative motion, so that the image follows the
+    /// mouse.
+    pub(super) fn look_around(&mut self, dx_px: f64, dy_px: f64, image_height_px: f64, positions: &dyn BodyPositions) {
         self.end_flight();
         self.leave_free_pose(positions);
         self.keep_tracked_direction(positions);
-        let deg_per_px = self.view.image_fov_deg() / height_px.max(1.0);
+        let deg_per_px = self.view.image_fov_deg() / image_height_px.max(1.0);
         match &mut self.view.eye {
             CameraPose::Orbit { yaw_deg, pitch_deg, .. } => {
                 *yaw_deg = (*yaw_deg + dx_px * deg_per_px + 180.0).rem_euclid(360.0) - 180.0;
-                *pitch_deg = (*pitch_deg - dy_px * deg_per_px).clamp(-89.0, 89.0);
+                *pitch_deg = (*pitch_deg - dy_px * deg_per_px).clamp(-MAX_PITCH_DEG, MAX_PITCH_DEG);
             }
             CameraPose::Ground { azimuth_deg, altitude_deg, .. } => {
                 *azimuth_deg = (*azimuth_deg + dx_px * deg_per_px).rem_euclid(360.0);
-                *altitude_deg = (*altitude_deg - dy_px * deg_per_px).clamp(-89.9, 89.9);
+                *altitude_deg = (*altitude_deg - dy_px * deg_per_px).clamp(-MAX_ALTITUDE_DEG, MAX_ALTITUDE_DEG);
             }
             CameraPose::Centre { .. } | CameraPose::Free { .. } => return,
         }
@@ -55,12 +62,14 @@ impl Viewer {
         self.view.tracks &= self.view.target == self.view.eye.body();
     }
 
+    /// Rolls the camera; positive turns the image clockwise.
     pub(super) fn roll(&mut self, deg: f64, positions: &dyn BodyPositions) {
         self.end_flight();
         self.leave_free_pose(positions);
         self.view.roll_deg = (self.view.roll_deg + deg).rem_euclid(360.0);
     }
 
+    /// Zooms by wheel notches, positive inwards: changes the height of an orbit, or the field of view of any other camera.
     pub(super) fn zoom(&mut self, notches: f64, positions: &dyn BodyPositions) {
         self.end_flight();
         self.leave_free_pose(positions);
@@ -74,6 +83,7 @@ impl Viewer {
         }
     }
 
+    /// Changes the angle that the image spans by wheel notches; positive narrows it.
     pub(super) fn change_fov(&mut self, notches: f64) {
         let (angle_deg, range_deg) = match self.view.composition.projection {
             Projection::Perspective => (&mut self.view.fov_deg, MIN_FOV_DEG..=MAX_FOV_DEG),
@@ -85,16 +95,16 @@ impl Viewer {
     }
 
     /// Starts or stops tracking the target. When tracking stops, the camera keeps its direction.
-    pub(super) fn track(&mut self, on: bool, positions: &dyn BodyPositions) {
+    pub(super) fn track(&mut self, tracks: bool, positions: &dyn BodyPositions) {
         self.leave_free_pose(positions);
-        if !on {
+        if !tracks {
             self.keep_tracked_direction(positions);
         }
-        self.view.tracks = on;
+        self.view.tracks = tracks;
     }
 
     /// If the camera tracks a body other than the one that it stands on or orbits, stores the direction to that body in the angles of its pose. Without
-    /// this, the camera would jump to the stored angles, which no image has shown, when the tracking ends. The stored direction is geometric: it lacks the
+    /// this, the camera would jump to its former angles, which no image has shown, when the tracking ends. The stored direction is geometric: it lacks the
     /// planetary aberration that an image includes, which from the Earth is some 20 arcsec for the Sun and at most an arcminute for a planet.
     fn keep_tracked_direction(&mut self, positions: &dyn BodyPositions) {
         let body = self.view.eye.body();
@@ -122,9 +132,9 @@ impl Viewer {
         }
     }
 
-    /// Replaces a free pose, in which a tour was paused, by one that drags can change and that gives the same image. This is an orbit, or a place above the
-    /// ground if the camera is closer to the centre than the equatorial radius: near the ground of a flattened body there is no orbit. During a flight the
-    /// pose stays free.
+    /// Replaces a free pose, in which a tour was paused, by one that drags can change and that gives the same image. The new pose is an orbit, or a place
+    /// above the ground if the camera is closer to the centre than the equatorial radius: near the ground of a flattened body there is no orbit. During a
+    /// flight the pose stays free.
     pub(super) fn leave_free_pose(&mut self, positions: &dyn BodyPositions) {
         let CameraPose::Free { body, offset_km, forward, up } = self.view.eye else { return };
         let Some(body_from_icrf) = positions.body_from_icrf(body, self.view.time()).filter(|_| !self.is_flying()) else { return };
@@ -194,7 +204,7 @@ impl GroundPlace {
         let mut height_km = 0.0;
         // Each step multiplies the error of the normal by about the height in radii, which is below the flattening: at most 0.1 for a planet. Up to a
         // factor of 0.3, as for a very flat moon, this number of steps reaches the precision of f64.
-        for _ in 0..30 {
+        for _ in 0..GROUND_PLACE_STEPS {
             let surface_km = squared_radii * normal / (squared_radii * normal).dot(normal).sqrt();
             height_km = (point_km - surface_km).dot(normal);
             normal = ((point_km - normal * height_km) / squared_radii).try_normalize()?;

@@ -1,0 +1,164 @@
+//! How the window shows an event: the view from the Earth's centre or from a place on the Earth, and the span and rate of its playback.
+//!
+//! In: an event, positions of bodies or a place, the base view. Out: a [`ViewState`], or an [`EventPlayback`]. Always: a view is paused at the greatest phase
+//! of the event and tracks the observed body. Not here: the search for events, and their contacts at a place (`event_search`).
+
+use super::body_positions::BodyPositions;
+use super::event_search::{ContactLine, EventPlayback, SkyEvent};
+use super::view_state::{CameraPose, GROUND_CAMERA_HEIGHT_KM, ViewState};
+use crate::catalog::{Catalog, NaifId};
+use crate::ephemeris::angle_rad;
+use crate::events::{GeodeticPosition, MoonEventType};
+use crate::time::Instant;
+
+/// Vertical field of view around an eclipsed Sun: it includes the corona.
+const ECLIPSED_SUN_FOV_DEG: f64 = 3.0;
+/// Vertical field of view around the Sun, which is half a degree wide, during a transit.
+const TRANSIT_FOV_DEG: f64 = 0.8;
+/// Vertical field of view from the Earth's centre around an eclipsed Moon, which is half a degree wide.
+const LUNAR_ECLIPSE_FOV_DEG: f64 = 0.8;
+/// Field of view from a place on the Earth around an eclipsed Moon: about three times the Moon's diameter.
+const LUNAR_ECLIPSE_FROM_PLACE_FOV_DEG: f64 = 2.0 * LUNAR_ECLIPSE_FOV_DEG;
+/// Field of view from a place on the Earth for moons' events: about twice Jupiter's largest apparent diameter.
+const PLANET_FROM_PLACE_FOV_DEG: f64 = 0.03;
+/// Field of view from a place on the Earth for an eclipse of a moon: Callisto enters the shadow up to 0.03 degrees from the middle of Jupiter.
+const ECLIPSED_MOON_FROM_PLACE_FOV_DEG: f64 = 0.08;
+/// Field of view from a place on the Earth for mutual events of moons: about twelve times Io's apparent diameter.
+const MUTUAL_FROM_PLACE_FOV_DEG: f64 = 0.004;
+/// Field of view for an eclipse of a moon, as a multiple of the moon's angular distance from the planet, which is in the middle of the image.
+const ECLIPSED_MOON_FOV_SEPARATIONS: f64 = 2.4;
+/// Field of view from the Earth's centre for moons' events, in apparent diameters of the planet.
+const PLANET_FOV_DIAMETERS: f64 = 2.2;
+/// Field of view from the Earth's centre for mutual events of moons, in apparent diameters of the moon.
+const MUTUAL_FOV_DIAMETERS: f64 = 12.0;
+/// Height of the camera if the observed body is near the horizon, km: the dip of the horizon is then 1.8 degrees.
+const LOW_BODY_CAMERA_HEIGHT_KM: f64 = 3.0;
+/// Altitude below which the observed body is near the horizon, degrees.
+const LOW_BODY_ALTITUDE_DEG: f64 = 2.0;
+/// Real seconds that the playback of an event takes if the event, with the lead before and after it, is longer than this.
+const PLAYBACK_S: f64 = 30.0;
+/// Fraction of an event's length that is shown before its first contact and after its last contact.
+const LEAD_FRACTION: f64 = 0.05;
+
+impl SkyEvent {
+    /// The view that shows the event best, paused at its greatest phase: of a solar eclipse, from the place of greatest eclipse; of other events, from the
+    /// Earth's centre. Other settings come from `base_view`.
+    pub fn view(&self, catalog: &Catalog, positions: &dyn BodyPositions, base_view: &ViewState) -> ViewState {
+        let from_earth_km = |id: NaifId| positions.geometric_between_km(NaifId::EARTH, id, self.greatest());
+        // The defaults in these two closures are not reached: the event was found with this catalog and these positions.
+        let apparent_diameter_deg = |id: NaifId| {
+            let radius_km = catalog.body(id).map_or(1.0, |b| b.radii_km.x);
+            let distance_km = from_earth_km(id).map_or(1e9, |d| d.length());
+            (2.0 * radius_km / distance_km).to_degrees()
+        };
+        let separation_deg = |a, b| from_earth_km(a).zip(from_earth_km(b)).map_or(0.0, |(a, b)| angle_rad(a, b).to_degrees());
+        let (target, fov_deg) = match self {
+            Self::Solar(e) => return self.view_from(e.place, e.sun_altitude_deg, base_view),
+            Self::Lunar(_) => (NaifId::MOON, LUNAR_ECLIPSE_FOV_DEG),
+            Self::Transit(_) => (NaifId::SUN, TRANSIT_FOV_DEG),
+            // A mutual event, in which one moon occults or eclipses another.
+            Self::Moons(e) if e.by_moon.is_some() => (e.moon, MUTUAL_FOV_DIAMETERS * apparent_diameter_deg(e.moon)),
+            Self::Moons(e) => {
+                // An eclipsed moon is in the shadow behind the planet, which at quadrature is far from the planet's disc.
+                let moon_deg = if e.class == MoonEventType::Eclipse { separation_deg(e.planet, e.moon) } else { 0.0 };
+                let fov_deg = (PLANET_FOV_DIAMETERS * apparent_diameter_deg(e.planet)).max(ECLIPSED_MOON_FOV_SEPARATIONS * moon_deg);
+                (e.planet, fov_deg)
+            }
+        };
+        base_view.paused_view(self.greatest(), target, CameraPose::Centre { body: NaifId::EARTH }, fov_deg)
+    }
+
+    /// The view of the event from a place on the Earth, paused at its greatest phase. `altitude_deg`: altitude of the observed body there.
+    pub(crate) fn view_from(&self, place: GeodeticPosition, altitude_deg: f64, base_view: &ViewState) -> ViewState {
+        let (target, fov_deg) = match self {
+            Self::Solar(_) => (NaifId::SUN, ECLIPSED_SUN_FOV_DEG),
+            Self::Lunar(_) => (NaifId::MOON, LUNAR_ECLIPSE_FROM_PLACE_FOV_DEG),
+            Self::Transit(_) => (NaifId::SUN, TRANSIT_FOV_DEG),
+            // A mutual event.
+            Self::Moons(e) if e.by_moon.is_some() => (e.moon, MUTUAL_FROM_PLACE_FOV_DEG),
+            Self::Moons(e) if e.class == MoonEventType::Eclipse => (e.planet, ECLIPSED_MOON_FROM_PLACE_FOV_DEG),
+            Self::Moons(e) => (e.planet, PLANET_FROM_PLACE_FOV_DEG),
+        };
+        let camera_height_km = if altitude_deg < LOW_BODY_ALTITUDE_DEG { LOW_BODY_CAMERA_HEIGHT_KM } else { GROUND_CAMERA_HEIGHT_KM };
+        let eye = CameraPose::Ground {
+            body: NaifId::EARTH,
+            latitude_deg: place.latitude_deg,
+            longitude_deg: place.longitude_deg,
+            height_km: place.height_km.max(0.0) + camera_height_km,
+            // The camera tracks the target, so these two angles are not used.
+            azimuth_deg: 0.0,
+            altitude_deg: 0.0,
+        };
+        base_view.paused_view(self.greatest(), target, eye, fov_deg)
+    }
+
+    /// Playback from shortly before the first contact to shortly after the last contact, in half a minute, or in real time if the event is shorter
+    /// than that.
+    pub(crate) fn playback(&self) -> EventPlayback {
+        let (first, last) = self.local_span();
+        EventPlayback::of_span(first, last)
+    }
+
+    /// Playback at a place with these contacts, ordered by time. If the observed body rises or sets during the event, playback begins with the last
+    /// contact before the rise, or ends with the first contact after the set.
+    pub(crate) fn playback_at(&self, lines: &[ContactLine]) -> EventPlayback {
+        let first_up = lines.iter().position(|line| line.is_up).unwrap_or(0);
+        let last_up = lines.iter().rposition(|line| line.is_up).unwrap_or(lines.len());
+        match (lines.get(first_up.saturating_sub(1)), lines.get(last_up + 1).or(lines.last())) {
+            (Some(first), Some(last)) => EventPlayback::of_span(first.time, last.time),
+            _ => self.playback(),
+        }
+    }
+
+    /// First and last contact as seen in [`SkyEvent::view`]. For a solar eclipse these are the contacts at the place of greatest eclipse: an eclipse is
+    /// shorter at one place than for the entire Earth.
+    fn local_span(&self) -> (Instant, Instant) {
+        let seen = if let Self::Solar(e) = self { e.seen_from(e.place) } else { None };
+        match seen.as_ref().and_then(|s| Some((s.contacts.first()?.time, s.contacts.last()?.time))) {
+            Some(span) => span,
+            None => self.span(),
+        }
+    }
+}
+
+impl EventPlayback {
+    /// Playback of an event with these times of the first and the last contact.
+    fn of_span(first: Instant, last: Instant) -> Self {
+        let [first_tdb_s, last_tdb_s] = [first, last].map(Instant::tdb_seconds_past_j2000);
+        let length_s = (last_tdb_s - first_tdb_s).max(1.0);
+        Self {
+            from_tdb_s: first_tdb_s - LEAD_FRACTION * length_s,
+            to_tdb_s: last_tdb_s + LEAD_FRACTION * length_s,
+            rate: ((1.0 + 2.0 * LEAD_FRACTION) * length_s / PLAYBACK_S).max(1.0),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::events::MoonEvent;
+    use glam::DVec3;
+
+    /// From a place, a mutual event is seen at the moon, and the field around Jupiter contains a moon in Jupiter's shadow.
+    #[test]
+    fn a_moons_event_is_in_the_view_from_a_place() {
+        let (jupiter, io, callisto) = (NaifId(599), NaifId(501), NaifId(504));
+        let greatest = Instant::from_tdb_seconds_past_j2000(0.0);
+        let base_view = ViewState::around(NaifId::EARTH, DVec3::X * 1e5, 6378.0, DVec3::Z, greatest);
+        let view = |class, moon, by_moon| {
+            let event = SkyEvent::Moons(MoonEvent { class, moon, planet: jupiter, by_moon, greatest, contacts: Vec::new() });
+            event.view_from(GeodeticPosition { latitude_deg: 50.0, longitude_deg: 10.0, height_km: 0.0 }, 45.0, &base_view)
+        };
+        let mutual = view(MoonEventType::MutualOccultation, io, Some(NaifId(502)));
+        assert!(mutual.target == io && mutual.fov_deg < 0.01, "{mutual:?}");
+        let transit = view(MoonEventType::Transit, io, None);
+        // Jupiter's largest apparent diameter is 50 arcsec.
+        assert!(transit.target == jupiter && transit.fov_deg > 1.2 * 50.0 / 3600.0, "{transit:?}");
+        // At quadrature the Sun, Jupiter and the Earth form an angle of 11.5 degrees, and Jupiter is 5.1 au away: Callisto, 1.88 million km behind Jupiter,
+        // appears at this angle from Jupiter.
+        let separation_deg = (1.883e6 * 11.5_f64.to_radians().sin() / (5.1 * 1.496e8)).to_degrees();
+        let eclipse = view(MoonEventType::Eclipse, callisto, None);
+        assert!(eclipse.target == jupiter && eclipse.fov_deg > 2.0 * separation_deg, "{eclipse:?}, {separation_deg}");
+    }
+}
