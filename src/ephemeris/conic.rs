@@ -19,9 +19,8 @@ pub fn stumpff(x: f64) -> [f64; 4] {
     }
     // The first omitted term is at most 0.1^8 / 18!, below rounding.
     // k! c_k of the reduced `x`, by Horner's scheme.
-    let series = |k: f64| {
-        (0..7).rev().fold(1.0, |sum, n| 1.0 - x / ((2.0 * f64::from(n) + k + 1.0) * (2.0 * f64::from(n) + k + 2.0)) * sum)
-    };
+    let series =
+        |k: f64| (0..7).rev().fold(1.0, |sum, n| 1.0 - x / ((2.0 * f64::from(n) + k + 1.0) * (2.0 * f64::from(n) + k + 2.0)) * sum);
     let (mut c2, mut c3) = (0.5 * series(2.0), series(3.0) / 6.0);
     let (mut c0, mut c1) = (1.0 - x * c2, 1.0 - x * c3);
     for _ in 0..quarterings {
