@@ -72,7 +72,7 @@ fn every_file_is_valid_fluent() {
             assert_eq!(error, None, "{language:?}: {}", file.lines().next().unwrap_or_default());
         }
         let all = arguments_by_id(files::message_files(language), &mut Vec::new());
-        let formatted = &super::messages(language).without_arguments;
+        let formatted = &messages(language).without_arguments;
         for (id, arguments) in all {
             assert_eq!(formatted.contains_key(id), arguments.is_empty(), "{language:?}: {id}");
         }
