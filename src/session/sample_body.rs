@@ -21,7 +21,7 @@ use crate::scene::draw::{
 use crate::scene::eclipse::REFRACTING_LAYERS;
 use crate::scene::ground_depth;
 use crate::scene::multi_scatter_in_shadow::{COLUMN_RANGES_START, COLUMNS as IN_SHADOW_COLUMNS, VECTORS as IN_SHADOW_VECTORS};
-use crate::scene::multi_scatter_table::{NODES, SUNS};
+use crate::scene::multi_scatter_table::{COLUMNS as MULTI_SCATTER_COLUMNS, NODES};
 use crate::scene::ring_shine::{COLUMNS, ROWS, RingShine, sun_disc_parts};
 use crate::scene::rings::RingConditions;
 use crate::shader::key::ShaderKey;
@@ -182,7 +182,7 @@ fn air_uniforms() -> AtmosphereUniforms {
         night_radiance: 1e-3,
         rim_is_thin: 0.0,
         multi_scatter_heights: Vec2::new(0.0, 5.0),
-        multi_scatter: Arc::new((0..NODES).map(|k| Vec4::splat(0.02 * (k % SUNS) as f32)).collect()),
+        multi_scatter: Arc::new((0..NODES).map(|k| Vec4::splat(0.02 * (k % MULTI_SCATTER_COLUMNS) as f32)).collect()),
     };
     AtmosphereUniforms { ground_depth: ground_depth::terms(&air), ..air }
 }

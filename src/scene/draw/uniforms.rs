@@ -5,7 +5,7 @@
 
 use crate::mesh::Mesh;
 use crate::scene::camera::{self, ViewRays};
-use crate::scene::constants::{DETAIL_ROWS, GROUND_DEPTH_TERMS};
+use crate::scene::constants::{GROUND_DEPTH_TERMS, MAX_DETAIL_LATTICES};
 use crate::scene::draw::tables::{LimbTable, RingShine, RingTable};
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use std::borrow::Cow;
@@ -274,9 +274,9 @@ uniforms! {
     pub struct DetailUniforms {
         /// Per lattice: the position of the reference point within its cell (xyz), and the side of a cell in radii (w). The shader's positions are relative
         /// to the reference point.
-        pub lattice: [Vec4; DETAIL_ROWS] = "detail_lattice",
+        pub lattice: [Vec4; MAX_DETAIL_LATTICES] = "detail_lattice",
         /// Per lattice: the cell that contains the reference point (xyz), modulo the lattices' period.
-        pub cells: [Vec4; DETAIL_ROWS] = "detail_cells",
+        pub cells: [Vec4; MAX_DETAIL_LATTICES] = "detail_cells",
         /// Side of a cell in radii at which lattices have faded out; they begin to fade at half this side. Larger lattices are left out, because the rows hold
         /// only the finest ones.
         pub largest: f32 = "detail_largest",
@@ -310,13 +310,13 @@ uniforms! {
     }
 }
 
-pub use crate::scene::constants::OVERLAY_ROWS;
+pub use crate::scene::constants::VECTORS_PER_OVERLAY;
 
 /// The uniforms of one overlay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OverlayUniforms {
     /// As shaders/lib/overlay.wesl describes them.
-    pub rows: [Vec4; OVERLAY_ROWS],
+    pub rows: [Vec4; VECTORS_PER_OVERLAY],
     /// Whether the image spans all longitudes, so that its left edge joins its right edge.
     pub wraps_around: bool,
 }
