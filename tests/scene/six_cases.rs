@@ -18,13 +18,13 @@ const SIZE_PX: u32 = 96;
 const FOV_DEG: f64 = 45.0;
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 4 };
 
-/// Functions of optional effects: absent from the code of a body that has only its map and sunlight, or shines itself. `air_before`
-/// evaluates the air in front of a surface.
+/// Functions of optional effects: absent from the code of a body that has only its map and sunlight, or shines itself. `interpolated_air` evaluates or
+/// interpolates the air in front of a surface.
 const EFFECT_FUNCTIONS: [&str; 7] = [
     "eclipse_light(",
     "ring_shadow_transmittance(",
     "planet_shadow_transmittance(",
-    "air_before(",
+    "interpolated_air(",
     "sunlight_through_clouds(",
     "night_lights_on(",
     "ring_shine(",
@@ -118,10 +118,10 @@ fn mercury_has_only_its_map_and_sunlight() {
 fn the_earth_without_clouds_has_air() {
     let [with, without] = ["-clouds", "-clouds,-atmosphere"].map(|effects| case(399, "2024-06-08T18:17:16Z", Some(10), 1.3, effects));
     let code = with.globe(399);
-    assert_contains(&code, &["air_before("]);
+    assert_contains(&code, &["interpolated_air("]);
     // Seen from the Sun there is no night side.
     assert_lacks(&code, &["sunlight_through_clouds(", "eclipse_light(", "night_lights_on("]);
-    assert_lacks(&without.globe(399), &["air_before("]);
+    assert_lacks(&without.globe(399), &["interpolated_air("]);
     assert!(
         with.hlsl(399, BodyPart::Clouds).is_none() && with.hlsl(399, BodyPart::Sky).is_some() && without.hlsl(399, BodyPart::Sky).is_none()
     );
