@@ -97,7 +97,7 @@ fn uniforms(lights: u8) -> DrawUniforms {
 
 fn layout(features: &DrawFeatures) -> Layout {
     let id = ModuleId::Planet(ShaderKey::for_draw(features));
-    ShaderModule::build(&id, &Lowering::none()).expect("the module builds").layout
+    ShaderModule::build(&id, &Lowering::without_tape()).expect("the module builds").layout
 }
 
 fn number(bytes: &[u8], offset: u32) -> f32 {
