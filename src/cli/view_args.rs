@@ -235,7 +235,7 @@ impl ViewArgs {
                 Position::Offset { body: target, offset_km, axes: crate::scene::request::Axes::BodyFixed }
             }
             (None, Some(from)) if self.distance_radii.is_none() => Position::Centre(from),
-            (None, towards) => Position::Over { towards, distance_radii: self.distance_radii },
+            (None, towards) => Position::AboveTarget { towards, distance_radii: self.distance_radii },
         })
     }
 }

@@ -139,7 +139,7 @@ impl Provenance {
             Axes::BodyFixed => "body-fixed",
         };
         let from = match position {
-            Position::Over { towards, distance_radii } => {
+            Position::AboveTarget { towards, distance_radii } => {
                 let side = towards.map_or_else(default_text, name);
                 distance_radii.map_or_else(|| format!("side {side}, fitted"), |d| format!("side {side}, {d} radii"))
             }

@@ -189,7 +189,7 @@ fn a_wrong_number_of_lights_is_refused() {
 #[test]
 fn the_hdr_pass_is_found_by_its_name() {
     let with_coarse_air = ViewRequest {
-        position: Position::Over { towards: None, distance_radii: Some(3.0) },
+        position: Position::AboveTarget { towards: None, distance_radii: Some(3.0) },
         quality: Quality::Draft,
         width: 512,
         height: 512,
@@ -209,7 +209,7 @@ fn the_hdr_pass_is_found_by_its_name() {
 #[test]
 fn the_linear_image_of_a_frame_is_that_of_its_hdr_pass() {
     let near_earth = |effects: &str| ViewRequest {
-        position: Position::Over { towards: None, distance_radii: Some(3.0) },
+        position: Position::AboveTarget { towards: None, distance_radii: Some(3.0) },
         quality: Quality::Draft,
         fov_deg: Some(0.5),
         effects: EffectOverrides::parse(effects).expect("effects"),

@@ -239,7 +239,7 @@ fn the_penumbra_of_the_globe_is_drawn() {
         purpose: Purpose::LINEAR,
         width: SIDE,
         height: SIDE,
-        position: Position::Over { towards: None, distance_radii: Some(20.0) },
+        position: Position::AboveTarget { towards: None, distance_radii: Some(20.0) },
         fov_deg: Some(14.0),
         layers: Layers { stars: false, ..Layers::default() },
         ..ViewRequest::of(URANUS, Instant::from_jd_tdb(jd))

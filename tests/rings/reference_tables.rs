@@ -281,7 +281,7 @@ fn invalid_queries_get_an_error_of_one_line() {
 
 fn request(target: NaifId, time: &str, distance_radii: f64, size: u32, effects: &str) -> ViewRequest {
     ViewRequest {
-        position: Position::Over { towards: None, distance_radii: Some(distance_radii) },
+        position: Position::AboveTarget { towards: None, distance_radii: Some(distance_radii) },
         width: size,
         height: size,
         exposure: ExposureRequest::Stops(5.0),
@@ -394,7 +394,7 @@ fn ansa_radiance(phase_angle_deg: f64, radii_km: &[f64]) -> Vec<f64> {
     const FOV_DEG: f64 = 6.0;
     let time = "2013-07-19T21:27:00Z";
     let from_sun = ViewRequest {
-        position: Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(100.0) },
+        position: Position::AboveTarget { towards: Some(NaifId::SUN), distance_radii: Some(100.0) },
         ..request(SATURN, time, 100.0, 8, "-points")
     };
     let placement = SESSION.scene(&from_sun).expect("a scene").body(SATURN).expect("Saturn").placement;

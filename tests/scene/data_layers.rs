@@ -23,7 +23,7 @@ const LAYER: &str =
 
 fn view(time: &str) -> ViewRequest {
     // Over the sub-solar point. At 03:00 UTC it is noon in Tohoku, where the points of the layers are.
-    let position = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(4.0) };
+    let position = Position::AboveTarget { towards: Some(NaifId::SUN), distance_radii: Some(4.0) };
     ViewRequest { position, ..ViewRequest::of(NaifId::EARTH, Instant::parse(time).expect("a time")) }
 }
 

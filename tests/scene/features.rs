@@ -14,7 +14,7 @@ const MOON: NaifId = NaifId::MOON;
 fn view(target: i32, layers: &str, distance_radii: Option<f64>) -> ViewRequest {
     ViewRequest {
         layers: Layers::parse(layers).expect("layers"),
-        position: Position::Over { towards: None, distance_radii },
+        position: Position::AboveTarget { towards: None, distance_radii },
         fov_deg: Some(20.0),
         ..ViewRequest::of(NaifId(target), Instant::parse("2024-04-16T01:00:00Z").expect("a time"))
     }

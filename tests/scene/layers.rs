@@ -16,7 +16,7 @@ const JUPITER: NaifId = NaifId(599);
 /// Jupiter and its surroundings.
 fn jupiter() -> ViewRequest {
     let time = Instant::parse("2024-12-07T20:00:00Z").expect("a time");
-    let position = Position::Over { towards: None, distance_radii: Some(12.0) };
+    let position = Position::AboveTarget { towards: None, distance_radii: Some(12.0) };
     ViewRequest { position, width: 256, height: 256, ..ViewRequest::of(JUPITER, time) }
 }
 
@@ -123,7 +123,7 @@ fn names_appear_next_to_their_bodies_and_do_not_change_the_light() {
 #[test]
 fn an_outline_runs_around_the_selected_body_and_nowhere_on_it() {
     let time = Instant::parse("2024-12-07T20:00:00Z").expect("a time");
-    let position = Position::Over { towards: None, distance_radii: Some(4.0) };
+    let position = Position::AboveTarget { towards: None, distance_radii: Some(4.0) };
     let request = ViewRequest { position, width: 200, height: 160, ..ViewRequest::of(JUPITER, time) };
     let without_outline = draw_with(Layers::default(), &request);
     let outlined = draw_with(Layers { outline: true, ..Layers::default() }, &request);
@@ -148,7 +148,7 @@ fn an_outline_runs_around_the_selected_body_and_nowhere_on_it() {
 /// The Sun from so close that its disc exceeds white in the middle of the image.
 fn overexposed_sun() -> ViewRequest {
     let time = Instant::parse("2024-12-07T20:00:00Z").expect("a time");
-    let position = Position::Over { towards: None, distance_radii: Some(60.0) };
+    let position = Position::AboveTarget { towards: None, distance_radii: Some(60.0) };
     let effects = EffectOverrides::parse("-glow,-points").expect("effects");
     ViewRequest {
         position,

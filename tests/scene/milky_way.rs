@@ -148,7 +148,7 @@ fn zodiacal_light_follows_its_law() {
 fn the_exposure_decides_what_is_visible() {
     let saturn = |stars_boost: f64, layers: Layers| {
         let base = ViewRequest::of(NaifId(699), Instant::parse(TIME).expect("a time"));
-        let position = Position::Over { towards: None, distance_radii: Some(6.0) };
+        let position = Position::AboveTarget { towards: None, distance_radii: Some(6.0) };
         SESSION
             .draw(&ViewRequest { position, width: 64, height: 64, stars_boost, layers, ..base }, SAMPLING, FrameImages::DisplayAndHdr)
             .expect("drawn")

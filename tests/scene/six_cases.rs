@@ -39,7 +39,7 @@ struct Case {
 /// Bodies are NAIF codes: 10 is the Sun, 199 Mercury, 301 the Moon, 399 the Earth, 699 Saturn, 799 Uranus. `towards`: the body on whose
 /// side the camera is. `distance_radii`: from the target's centre. `overrides`: effects switched on (+) and off (-).
 fn case(target: i32, time: &str, towards: Option<i32>, distance_radii: f64, overrides: &str) -> Case {
-    let position = Position::Over { towards: towards.map(NaifId), distance_radii: Some(distance_radii) };
+    let position = Position::AboveTarget { towards: towards.map(NaifId), distance_radii: Some(distance_radii) };
     let effects = EffectOverrides::parse(overrides).expect("effects");
     let base = ViewRequest::of(NaifId(target), Instant::parse(time).expect("a time"));
     let scene = SESSION

@@ -203,7 +203,7 @@ fn the_horizon_is_that_of_the_viewers_location() {
 #[test]
 fn each_body_in_sight_has_its_own_lines() {
     let from_earth_side = ViewRequest {
-        position: Position::Over { towards: Some(NaifId::EARTH), distance_radii: Some(6.0) },
+        position: Position::AboveTarget { towards: Some(NaifId::EARTH), distance_radii: Some(6.0) },
         width: 400,
         height: 400,
         layers: only("grid-body"),
@@ -240,7 +240,7 @@ fn each_body_in_sight_has_its_own_lines() {
 fn a_body_hides_the_coordinates_on_the_body_behind_it() {
     let texts = |distance_radii: f64, fov_deg: f64| {
         let request = ViewRequest {
-            position: Position::Over { towards: Some(NaifId::MOON), distance_radii: Some(distance_radii) },
+            position: Position::AboveTarget { towards: Some(NaifId::MOON), distance_radii: Some(distance_radii) },
             fov_deg: Some(fov_deg),
             width: 500,
             height: 500,
@@ -263,8 +263,9 @@ fn a_body_hides_the_coordinates_on_the_body_behind_it() {
 #[test]
 fn ground_lines_lie_at_their_coordinates() {
     for (target, distance_radii) in [(599, 5.0), (399, 3.0), (301, 1.3), (699, 4.0)] {
+        let towards = Some(NaifId(if target == 399 { 301 } else { 399 }));
         let base = ViewRequest {
-            position: Position::Over { towards: Some(NaifId(if target == 399 { 301 } else { 399 })), distance_radii: Some(distance_radii) },
+            position: Position::AboveTarget { towards, distance_radii: Some(distance_radii) },
             width: 400,
             height: 400,
             layers: only("terminator"),
@@ -316,7 +317,7 @@ fn ground_lines_lie_at_their_coordinates() {
 fn lines_that_are_not_drawn_have_a_reason_and_no_text() {
     let of_body = |target: NaifId, distance_radii: f64, layer: &str| {
         scene(&ViewRequest {
-            position: Position::Over { towards: None, distance_radii: Some(distance_radii) },
+            position: Position::AboveTarget { towards: None, distance_radii: Some(distance_radii) },
             width: 400,
             height: 400,
             layers: only(layer),
@@ -334,7 +335,7 @@ fn lines_that_are_not_drawn_have_a_reason_and_no_text() {
 #[test]
 fn bodies_hide_the_lines_behind_them() {
     let base = ViewRequest {
-        position: Position::Over { towards: None, distance_radii: Some(6.0) },
+        position: Position::AboveTarget { towards: None, distance_radii: Some(6.0) },
         width: 200,
         height: 200,
         layers: Layers::NONE,
