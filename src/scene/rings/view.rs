@@ -386,12 +386,12 @@ impl<'a> RingView<'a> {
         let ground_radiance = self.irradiance * self.body.geometric_albedo.max(0.01);
         let upper_limit = geometry.upper_limit() * ground_radiance;
         if user_choice == Some(false) || user_choice.is_none() && !self.threshold.is_exceeded_by_radiance(upper_limit) {
-            let reason = reason!("ring-shine-below", light = self.threshold.description(upper_limit));
+            let reason = reason!("ring-shine-below", light = self.threshold.radiance_description(upper_limit));
             return (ThresholdCheck { on: false, reason }, None);
         }
         let shine = geometry.shine(&self.caches.ring_shines);
         let max_radiance = shine.as_ref().map_or(0.0, |s| s.brightest) * ground_radiance;
-        let reason = reason!("ring-shine-up-to", light = self.threshold.description(max_radiance));
+        let reason = reason!("ring-shine-up-to", light = self.threshold.radiance_description(max_radiance));
         (ThresholdCheck { on: self.threshold.is_exceeded_by_radiance(max_radiance), reason }, shine)
     }
 

@@ -81,7 +81,7 @@ pub(crate) fn background(
     let boost = request.stars_boost.exp2();
     let decided = |effect, on: bool, reason: Reason| Decision { effect, on, reason, stated_error: None };
     let comparison = |radiance: f64| match threshold.is_linear() {
-        true => threshold.description(radiance),
+        true => threshold.radiance_description(radiance),
         false => {
             let light = threshold.relative_to_white(radiance);
             reason!("of-white", light = format_args!("{light:.1e}"), threshold = format_args!("{VISIBLE_LIGHT:.1e}"))
