@@ -7,7 +7,7 @@
 //! follow from this alone; their lengths and their shares of the light are chosen to resemble drawings by observers, not measured. All values are
 //! f64; only clip coordinates are narrowed. Left out: jets, outbursts, disconnections, anti-tails of large grains, variations of the solar wind.
 
-use super::minor_planets::{MARK_LEVEL, NEAR_AU};
+use super::minor_planets::{MARKER_LEVEL, NEAR_AU};
 use super::star_colour::star_colour;
 use crate::catalog::small_bodies::{BrightnessLaw, GAUSS_CONSTANT, HeliocentricOrbit, SmallBody};
 use crate::ephemeris::State;
@@ -358,7 +358,7 @@ pub(crate) fn comets(
             projection.ions(&state, ION_FRACTION * tail_growth * head_irradiance, length_au, &mut in_frame.tails);
         }
         let Some(head) = head else { continue };
-        let flux = (head_irradiance * head.flux_per_irradiance).max(MARK_LEVEL * white / point_peak());
+        let flux = (head_irradiance * head.flux_per_irradiance).max(MARKER_LEVEL * white / point_peak());
         let radius_px = point_radius_px(flux * point_peak() / white);
         if head.px.abs().cmpgt(camera.half_size() + radius_px).any() {
             continue;
