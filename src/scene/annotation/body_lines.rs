@@ -214,7 +214,7 @@ impl GroundLineBuilder<'_, '_> {
             if clip.abs().max_element() < 1.0 && line.opacity(0.0, pixel_deg) > MIN_LABELLED_OPACITY {
                 self.output.texts.push(UnplacedText {
                     text,
-                    at_px: self.camera.pixel_from_clip(clip),
+                    centre_px: self.camera.pixel_from_clip(clip),
                     colour: GRID_COLOUR,
                     is_grid_coordinate: true,
                 });

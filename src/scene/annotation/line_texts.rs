@@ -15,7 +15,7 @@ use glam::{DVec2, DVec3};
 pub(crate) struct UnplacedText {
     pub text: String,
     /// The text's centre, pixels from the image's top left corner. For a coordinate, a point of its grid line.
-    pub at_px: DVec2,
+    pub centre_px: DVec2,
     /// Linear RGB.
     pub colour: DVec3,
     /// Whether this is the coordinate of a grid line; if so, it is moved into the image.
@@ -62,7 +62,7 @@ pub(crate) fn place_texts(mut candidates: Vec<UnplacedText>, labels: Option<&Lab
     for text in candidates {
         let size = DVec2::new(metrics.width_px(&text.text), metrics.line_height_px);
         let edge_distance_px = EDGE_DISTANCE * glyph_px;
-        let mut corner = text.at_px - 0.5 * size;
+        let mut corner = text.centre_px - 0.5 * size;
         if text.is_grid_coordinate {
             corner = corner.clamp(DVec2::splat(edge_distance_px), (image_px - size - edge_distance_px).max(DVec2::splat(edge_distance_px)));
         }
@@ -86,7 +86,7 @@ mod tests {
         let image = DVec2::new(400.0, 300.0);
         let name = |text: &str, x: f64, y: f64| UnplacedText {
             text: text.into(),
-            at_px: DVec2::new(x, y),
+            centre_px: DVec2::new(x, y),
             colour: DVec3::ONE,
             is_grid_coordinate: false,
         };

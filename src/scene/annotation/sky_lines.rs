@@ -176,7 +176,7 @@ impl SkyLineBuilder<'_> {
         };
         let best = ends.map(|(p, t)| (pixel(*p), *t)).min_by(|a, b| distance_to_edge_px(a.0).total_cmp(&distance_to_edge_px(b.0)));
         if let Some((px, _)) = best.filter(|(_, t)| opacity_at(*t) > MIN_LABELLED_OPACITY) {
-            self.output.texts.push(UnplacedText { text, at_px: px, colour: style.colour, is_grid_coordinate: true });
+            self.output.texts.push(UnplacedText { text, centre_px: px, colour: style.colour, is_grid_coordinate: true });
         }
     }
 }
@@ -264,10 +264,10 @@ fn constellations(builder: &mut SkyLineBuilder<'_>, request: &ViewRequest, viewe
         }
         let middle = camera.clip(constellation.label_direction).filter(|clip| shows_names && clip.abs().max_element() < 1.0);
         if let Some(clip) = middle {
-            let at_px = camera.pixel_from_clip(clip);
+            let centre_px = camera.pixel_from_clip(clip);
             builder.output.texts.push(UnplacedText {
                 text: constellation.name.clone(),
-                at_px,
+                centre_px,
                 colour: FIGURE.colour,
                 is_grid_coordinate: false,
             });
