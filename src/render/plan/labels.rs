@@ -63,7 +63,7 @@ fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
         if let Some(side) = label.name_side {
             let [x, y] = side.offset_px(&metrics, label.radius_px).to_array();
             let width = glyphs.layout(&label.name).last().map_or(0.0, |(x, glyph)| f64::from(x + glyph.advance));
-            let left_px = [centre[0] + x - if side.left { width } else { 0.0 }, centre[1] + y];
+            let left_px = [centre[0] + x - if side.is_left { width } else { 0.0 }, centre[1] + y];
             quads.extend(text_quads(&label.name, left_px, text_colour, 1.0, glyphs, shadow_px));
         }
     }
