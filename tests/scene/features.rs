@@ -29,12 +29,12 @@ fn layer(scene: &Scene) -> &LabelLayer {
 }
 
 fn rects(layer: &LabelLayer) -> Vec<Rect> {
-    layer.margin.occupied(&LabelMetrics::of_size(layer.size_px)).collect()
+    layer.margin.occupied(&LabelMetrics::of_size(layer.glyph_px)).collect()
 }
 
 /// The centre of a name's rectangle.
 fn middle(layer: &LabelLayer, name: &str) -> Option<DVec2> {
-    let metrics = LabelMetrics::of_size(layer.size_px);
+    let metrics = LabelMetrics::of_size(layer.glyph_px);
     let text = layer.margin.texts.iter().find(|t| t.text == name)?;
     Some(text.left_px + DVec2::new(0.5 * metrics.width_px(name), 0.0))
 }

@@ -99,7 +99,7 @@ fn names_appear_next_to_their_bodies_and_do_not_change_the_light() {
     let named = draw_with(Layers { labels: true, ..Layers::default() }, &request);
     assert_eq!(without_labels.frame.hdr, named.frame.hdr, "names are not light");
     let labels = named.scene.labels.as_ref().expect("labels were requested");
-    let metrics = LabelMetrics::of_size(labels.size_px);
+    let metrics = LabelMetrics::of_size(labels.glyph_px);
     assert!(labels.labels.iter().filter(|label| label.name_side.is_some()).count() > 1, "{:?}", labels.labels);
     let changed_places = changed_pixels(&without_labels, &named);
     // Twice the mean width of a letter is wider than any name needs.
@@ -235,7 +235,7 @@ fn a_name_keeps_clear_of_the_caption() {
     let (mut named, mut usually_covered) = (0, 0);
     for place in (0..15).flat_map(|i| (0..7).map(move |k| [0.045 * f64::from(i - 7), 0.18 + 0.01 * f64::from(k)])) {
         let with_caption = layer_of(true, place);
-        let metrics = LabelMetrics::of_size(with_caption.size_px);
+        let metrics = LabelMetrics::of_size(with_caption.glyph_px);
         let caption: Vec<_> = with_caption.margin.occupied(&metrics).collect();
         assert!(!caption.is_empty(), "a caption");
         // Whether the caption covers Jupiter's name, if there is a name.

@@ -376,7 +376,7 @@ fn visible_stars_have_names() {
         let star = SESSION.catalog().stars().index_of_hip(hip).expect("in the catalog");
         let at = orrery::scene::labels::star_px(&built, star).expect("drawn");
         let offset = text.left_px - at;
-        assert!((0.0..2.0 * texts.size_px).contains(&offset.x) && offset.y.abs() < texts.size_px, "{name}: {offset}");
+        assert!((0.0..2.0 * texts.glyph_px).contains(&offset.x) && offset.y.abs() < texts.glyph_px, "{name}: {offset}");
         // A click near the star selects it; a click far from it does not.
         assert_eq!(orrery::scene::labels::star_at(&built, at + DVec2::splat(2.0)), Some(star), "{name}");
         assert_ne!(orrery::scene::labels::star_at(&built, at + DVec2::splat(40.0)), Some(star), "{name}");

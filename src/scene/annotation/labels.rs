@@ -88,7 +88,7 @@ const FILLS_IMAGE: f64 = 0.45;
 #[derive(Clone, Debug, PartialEq)]
 pub struct LabelLayer {
     /// Size of the glyphs.
-    pub size_px: f64,
+    pub glyph_px: f64,
     pub selected: NaifId,
     pub labels: Vec<Label>,
     /// Caption, scale bar and compass; also the names of surface features and the rings of landing sites.
@@ -117,7 +117,7 @@ impl LabelLayer {
         if shows_data {
             layer.dots = data::dots(image, catalog, bodies, velocity_km_s, request.time);
         }
-        let metrics = LabelMetrics::of_size(layer.size_px);
+        let metrics = LabelMetrics::of_size(layer.glyph_px);
         if shows_margin {
             layer.add(Margin::of(image, request, catalog, bodies, &metrics));
         }
@@ -140,7 +140,7 @@ impl LabelLayer {
     /// A layer without labels.
     pub(crate) fn empty(request: &ViewRequest) -> Self {
         let selected = request.selected.or(request.target).unwrap_or(NaifId::SUN);
-        Self { size_px: glyph_size_px(request.height), selected, labels: Vec::new(), margin: Margin::default(), dots: Vec::new() }
+        Self { glyph_px: glyph_size_px(request.height), selected, labels: Vec::new(), margin: Margin::default(), dots: Vec::new() }
     }
 
     /// Adds texts, bars and rings.

@@ -36,7 +36,7 @@ pub struct PlacedText {
 #[derive(Clone, Debug, PartialEq)]
 pub struct TextLayer {
     /// Size of the glyphs.
-    pub size_px: f64,
+    pub glyph_px: f64,
     pub texts: Vec<PlacedText>,
 }
 
@@ -52,7 +52,7 @@ const MAX_TEXTS: usize = 400;
 pub(crate) fn place_texts(mut candidates: Vec<UnplacedText>, labels: Option<&LabelLayer>, glyph_px: f64, image_px: DVec2) -> TextLayer {
     let metrics = LabelMetrics::of_size(glyph_px);
     let body_rects = labels.into_iter().flat_map(|layer| {
-        let label_metrics = LabelMetrics::of_size(layer.size_px);
+        let label_metrics = LabelMetrics::of_size(layer.glyph_px);
         layer.labels.iter().filter_map(move |l| Some(label_rect(l.centre_px, l.radius_px, &l.name, &label_metrics, l.name_side?)))
     });
     let mut occupied: Vec<Rect> = body_rects.collect();
@@ -74,7 +74,7 @@ pub(crate) fn place_texts(mut candidates: Vec<UnplacedText>, labels: Option<&Lab
             texts.push(PlacedText { text: text.text, left_px, colour });
         }
     }
-    TextLayer { size_px: glyph_px, texts }
+    TextLayer { glyph_px, texts }
 }
 
 #[cfg(test)]

@@ -109,7 +109,7 @@ impl Composite {
             let is_side_by_side = *layout == StereoLayout::SideBySide;
             whole.geometry = ImageGeometry::Stereo(StereoGeometry { left_column: columns[0], width: meter.camera.width, is_side_by_side });
             // Texts in the margin have the same position in both images, hence zero parallax.
-            let metrics = LabelMetrics::of_size(LabelLayer::empty(request).size_px);
+            let metrics = LabelMetrics::of_size(LabelLayer::empty(request).glyph_px);
             for (scene, column) in scenes.iter_mut().zip(columns) {
                 let margin = Margin::of(&meter.camera, request, catalog, &scene.bodies, &metrics);
                 if margin != Margin::default() {
