@@ -66,11 +66,11 @@ pub struct Scene {
     /// The solar corona, drawn after the Sun and the draws behind it.
     pub corona: Option<corona::Corona>,
     /// The refracted limbs of bodies in front of the Sun.
-    pub limbs: Vec<refracted_limb::RefractedLimb>,
+    pub refracted_limbs: Vec<refracted_limb::RefractedLimb>,
     /// The Sun's glare, drawn over everything.
     pub glare: Option<glare::Glare>,
     /// The selected body as a black silhouette, if its outline is drawn.
-    pub outlined: Option<Draw>,
+    pub selected_silhouette: Option<Draw>,
     /// Whether bloom spreads light brighter than white.
     pub bloom: bool,
     /// Over the finished image: names and markers of bodies, caption, scale bar, compass, names of surface features, points of data; `None` if all are off.

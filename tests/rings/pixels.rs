@@ -287,7 +287,7 @@ fn a_refracted_limb_that_shows_no_sun_changes_nothing() {
         let drawn =
             |effects: &str| SESSION.draw(&with_effects(&request, effects), SINGLE_SAMPLE, FrameImages::DisplayAndHdr).expect("drawn");
         let (automatic, requested) = (drawn(""), drawn("+refracted-limb"));
-        assert!(automatic.frame.hdr == requested.frame.hdr && requested.scene.limbs.is_empty(), "{time}");
+        assert!(automatic.frame.hdr == requested.frame.hdr && requested.scene.refracted_limbs.is_empty(), "{time}");
     }
     // The Moon in the Earth's umbra, 2022-11-08: here the refracted limb shows the Sun.
     let eclipsed = ViewRequest {
@@ -297,7 +297,7 @@ fn a_refracted_limb_that_shows_no_sun_changes_nothing() {
         height: SIDE,
         ..ViewRequest::of(EARTH, Instant::from_jd_tdb(2_459_891.959))
     };
-    assert_eq!(SESSION.scene(&eclipsed).expect("a scene").limbs.len(), 1);
+    assert_eq!(SESSION.scene(&eclipsed).expect("a scene").refracted_limbs.len(), 1);
 }
 
 /// The arguments of [`view`].

@@ -87,7 +87,7 @@ pub(crate) fn background(
             reason!("of-white", light = format_args!("{light:.1e}"), threshold = format_args!("{VISIBLE_LIGHT:.1e}"))
         }
     };
-    let max_map_radiance = map.brightest * map.unit_radiance * boost;
+    let max_map_radiance = map.brightest_value * map.unit_radiance * boost;
     let milky_way = if !request.layers.milky_way {
         decided("milky-way", false, reason!("set-by-you"))
     } else if is_map_unreadable {
