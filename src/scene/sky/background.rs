@@ -60,7 +60,7 @@ fn brightest_zodiacal(camera: &Camera, to_sun: DVec3, unit_radiance: f64) -> f64
     let clip = |k: u32| 2.0 * f64::from(k) / f64::from(GRID_RAYS - 1) - 1.0;
     let brightness_at = |k: u32| {
         let ray = camera.ray(DVec2::new(clip(k % GRID_RAYS), clip(k / GRID_RAYS))).normalize();
-        zodiacal::law(ray.dot(to_sun).min(max_cosine), ray.dot(ecliptic_pole()))
+        zodiacal::brightness(ray.dot(to_sun).min(max_cosine), ray.dot(ecliptic_pole()))
     };
     (0..GRID_RAYS * GRID_RAYS).map(brightness_at).fold(0.0, f64::max) * unit_radiance
 }
