@@ -182,7 +182,7 @@ impl ViewArgs {
         if let Some(layers) = &self.layers {
             request.layers = Layers::parse(layers).map_err(|e| CliError::Failed(e.to_string()))?;
         }
-        request.stars_boost = self.stars_boost;
+        request.stars_boost_stops = self.stars_boost;
         let unknown_tone_map =
             || invalid_option("--tone-map", &self.tone_map, &suggestion_or_list(&self.tone_map, &ToneMap::ALL.map(ToneMap::name)));
         request.tone_map = ToneMap::by_name(&self.tone_map).ok_or_else(unknown_tone_map)?;

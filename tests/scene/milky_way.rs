@@ -146,11 +146,11 @@ fn zodiacal_light_follows_its_law() {
 /// decision states its reason.
 #[test]
 fn the_exposure_decides_what_is_visible() {
-    let saturn = |stars_boost: f64, layers: Layers| {
+    let saturn = |stars_boost_stops: f64, layers: Layers| {
         let base = ViewRequest::of(NaifId(699), Instant::parse(TIME).expect("a time"));
         let position = Position::AboveTarget { towards: None, distance_radii: Some(6.0) };
         SESSION
-            .draw(&ViewRequest { position, width: 64, height: 64, stars_boost, layers, ..base }, SAMPLING, FrameImages::DisplayAndHdr)
+            .draw(&ViewRequest { position, width: 64, height: 64, stars_boost_stops, layers, ..base }, SAMPLING, FrameImages::DisplayAndHdr)
             .expect("drawn")
     };
     let decision_of = |drawn: &DrawnFrame, effect: &str| {
@@ -185,7 +185,7 @@ fn the_exposure_decides_what_is_visible() {
     );
     // The light increases by the factor that the stops imply.
     let base = towards(unit_vector(266.0, -29.0), 20.0, Layers { milky_way: true, zodiacal_light: true, ..Layers::NONE });
-    let ratio = mean(&draw(&SESSION, &ViewRequest { stars_boost: 3.0, ..base.clone() })) / mean(&draw(&SESSION, &base));
+    let ratio = mean(&draw(&SESSION, &ViewRequest { stars_boost_stops: 3.0, ..base.clone() })) / mean(&draw(&SESSION, &base));
     assert!((ratio - 8.0).abs() < 1e-3, "{ratio}");
 }
 

@@ -69,7 +69,7 @@ pub fn views() -> Vec<(&'static str, ViewRequest)> {
         fov_deg: Some(70.0),
         width: SIDE,
         height: SIDE,
-        stars_boost: 3.0,
+        stars_boost_stops: 3.0,
         ..ViewRequest::of(NaifId::EARTH, Instant::parse("2024-06-07T00:00:00Z").expect("a time"))
     };
     // A view from so close to the ground that rays start at the camera (`anchor_is_camera`), the night sky, and the belt of minor planets.

@@ -241,7 +241,7 @@ pub struct ViewRequest {
     /// Layers drawn behind and over the bodies.
     pub layers: Layers,
     /// Stops by which stars, Milky Way and zodiacal light are brightened, -30 to 30.
-    pub stars_boost: f64,
+    pub stars_boost_stops: f64,
     /// The selected body; `None`: the target.
     pub selected: Option<NaifId>,
     /// The trade-off between speed and accuracy.
@@ -282,7 +282,7 @@ impl ViewRequest {
             tone_map: ToneMap::Filmic,
             effects: EffectOverrides::default(),
             layers: Layers::default(),
-            stars_boost: 0.0,
+            stars_boost_stops: 0.0,
             selected: None,
             quality: Quality::default(),
             pixel_view: PixelView::Final,
@@ -348,8 +348,8 @@ impl ViewRequest {
             ));
         }
         self.composition.check()?;
-        if !STARS_BOOST_RANGE_STOPS.contains(&self.stars_boost) {
-            let (boost, range) = (self.stars_boost, STARS_BOOST_RANGE_STOPS);
+        if !STARS_BOOST_RANGE_STOPS.contains(&self.stars_boost_stops) {
+            let (boost, range) = (self.stars_boost_stops, STARS_BOOST_RANGE_STOPS);
             return invalid(format!("stars boost {boost:?}: must be {} to {} stops", range.start(), range.end()));
         }
         if !self.time.tdb_seconds_past_j2000().is_finite() {

@@ -78,7 +78,7 @@ pub(crate) fn background(
     if request.pixel_view != PixelView::Final {
         return (None, Vec::new());
     }
-    let boost = request.stars_boost.exp2();
+    let boost = request.stars_boost_stops.exp2();
     let decided = |effect, on: bool, reason: Reason| Decision { effect, on, reason, stated_error: None };
     let comparison = |radiance: f64| match threshold.is_linear() {
         true => threshold.radiance_description(radiance),
@@ -132,7 +132,7 @@ pub(crate) fn background(
         inner_cosine: narrow_scalar(zodiacal::CORONA_BLEND_DEG.0.to_radians().cos()),
         outer_cosine: narrow_scalar(zodiacal::CORONA_BLEND_DEG.1.to_radians().cos()),
         // The corona is not boosted, so a blend from boosted zodiacal light into it would be visible: the zodiacal light then continues up to the Sun.
-        corona: if has_corona && request.stars_boost == 0.0 { 1.0 } else { 0.0 },
+        corona: if has_corona && request.stars_boost_stops == 0.0 { 1.0 } else { 0.0 },
     };
     ((draws_map || draws_zodiacal).then_some(background), vec![milky_way, zodiacal_light])
 }
