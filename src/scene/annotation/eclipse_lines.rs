@@ -132,7 +132,7 @@ pub(crate) fn in_space(context: Context<'_>, camera: &Camera, placed: &PlacedBod
         }
         body_names.push(occluder.body.name.clone());
         for (kind, colour) in [(ConeKind::Penumbra, PENUMBRA_COLOUR), (ConeKind::Umbra, UMBRA_COLOUR)] {
-            let to_target_centre = occluder.along;
+            let to_target_centre = occluder.distance_along;
             let length = |angle: f64| {
                 let line = cone.generator_at(kind, angle);
                 // The ground point is converted from the unit sphere to equatorial radii.
