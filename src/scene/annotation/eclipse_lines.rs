@@ -99,7 +99,7 @@ impl ConeBuilder<'_, '_> {
         let point_at = |turns: f64, fraction: f64| {
             let angle = TAU * turns;
             let line = cone.generator_at(kind, angle);
-            line.from + line.direction * (fraction * length(angle))
+            line.origin + line.direction * (fraction * length(angle))
         };
         for k in 0..CONE_GENERATORS {
             let turns = f64::from(k) / f64::from(CONE_GENERATORS);
@@ -137,7 +137,7 @@ pub(crate) fn in_space(context: Context<'_>, camera: &Camera, placed: &PlacedBod
                 let line = cone.generator_at(kind, angle);
                 // The ground point is converted from the unit sphere to equatorial radii.
                 cone.ground_point(line)
-                    .map_or(to_target_centre, |ground| (ground * placed.body.radii_km / receiver.radius_km()).distance(line.from))
+                    .map_or(to_target_centre, |ground| (ground * placed.body.radii_km / receiver.radius_km()).distance(line.origin))
             };
             cones.draw_cone(&cone, kind, &length, colour);
         }

@@ -44,7 +44,7 @@ pub(crate) struct ShadowCone {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ConeLine {
     /// The point on the occluder's outline, or its centre.
-    pub from: DVec3,
+    pub origin: DVec3,
     /// Unit vector, away from the Sun.
     pub direction: DVec3,
 }
@@ -93,14 +93,14 @@ impl ShadowCone {
             ConeKind::Umbra => outwards * sun_radius,
             ConeKind::Penumbra => outwards * -sun_radius,
         };
-        let from = self.in_body_axes(outline_point, self.distance_along);
-        ConeLine { from, direction: (from - self.in_body_axes(on_sun, self.axis.sun_distance)).normalize() }
+        let origin = self.in_body_axes(outline_point, self.distance_along);
+        ConeLine { origin, direction: (origin - self.in_body_axes(on_sun, self.axis.sun_distance)).normalize() }
     }
 
     /// The line through the centres of the Sun and the occluder.
     pub(crate) fn axis_line(&self) -> ConeLine {
-        let from = self.in_body_axes(self.offset_across, self.distance_along);
-        ConeLine { from, direction: (from - self.axis.sunward * self.axis.sun_distance).normalize() }
+        let origin = self.in_body_axes(self.offset_across, self.distance_along);
+        ConeLine { origin, direction: (origin - self.axis.sunward * self.axis.sun_distance).normalize() }
     }
 
     /// Distance from the occluder to the umbra's apex, for a round occluder of the outline's mean radius; infinite if it has no apex.
@@ -139,7 +139,7 @@ impl ShadowCone {
 
     /// Point and unit direction of a line in the frame in which the receiver is the unit sphere.
     fn in_unit_sphere(&self, line: ConeLine) -> (DVec3, DVec3) {
-        (line.from / self.axis_ratios, (line.direction / self.axis_ratios).normalize())
+        (line.origin / self.axis_ratios, (line.direction / self.axis_ratios).normalize())
     }
 
     /// The shadow's edge on the ground, where a cone meets it: one closed line, or arcs that end where generators graze the ground.
@@ -217,7 +217,7 @@ mod tests {
         {
             with_cone(receiver, occluder, time, |cone, sun_radius| {
                 let sun = cone.axis.sunward * cone.axis.sun_distance;
-                let distance = |line: ConeLine, point: DVec3| (point - line.from).cross(line.direction).length();
+                let distance = |line: ConeLine, point: DVec3| (point - line.origin).cross(line.direction).length();
                 for kind in [ConeKind::Umbra, ConeKind::Penumbra] {
                     for k in 0..24 {
                         let line = cone.generator_at(kind, TAU * f64::from(k) / 24.0);
@@ -226,7 +226,7 @@ mod tests {
                         let semi_axes = cone.semi_axes.y * 0.9999..=cone.semi_axes.x * 1.0001;
                         assert!(semi_axes.contains(&from_occluder), "{receiver} {kind:?} {k}: {from_occluder}");
                         // The sign tells which limb of the Sun the line touches.
-                        let outwards = line.from - cone.in_body_axes(cone.offset_across, cone.distance_along);
+                        let outwards = line.origin - cone.in_body_axes(cone.offset_across, cone.distance_along);
                         assert_eq!(line.direction.dot(outwards) > 0.0, kind == ConeKind::Penumbra, "{receiver} {kind:?} {k}");
                     }
                 }
