@@ -165,7 +165,7 @@ fn saturn_and_its_ring_cast_shadows_on_each_other() {
     let time = "2017-05-17T00:00:00Z";
     let [both_shadows, no_ring_shadow, no_body_shadow] =
         ["-ring-shine", "-ring-shine,-ring-shadow", "-ring-shine,-body-shadow"].map(|effects| case(699, time, Some(799), 5.0, effects));
-    let ring = |c: &Case| c.hlsl(699, BodyPart::Ring).expect("the ring is drawn");
+    let ring = |c: &Case| c.hlsl(699, BodyPart::RingInFront).expect("the ring is drawn");
     assert_contains(&both_shadows.globe(699), &["ring_shadow_transmittance("]);
     assert_contains(&ring(&both_shadows), &["planet_shadow_transmittance("]);
     assert_lacks(&no_ring_shadow.globe(699), &["ring_shadow_transmittance("]);

@@ -95,5 +95,5 @@ fn draws_of_halves(inputs: &DecisionInputs<'_, '_>, view: &RingView<'_>, seen: &
             map_files: MapFiles::default(),
         })
     };
-    [half(BodyPart::RingBehind, -1.0), half(BodyPart::Ring, 1.0)].into_iter().flatten().collect()
+    [half(BodyPart::RingBehind, -1.0), half(BodyPart::RingInFront, 1.0)].into_iter().flatten().collect()
 }
