@@ -118,7 +118,7 @@ fn ring_uniforms(surface: Surface) -> RingUniforms {
     RingUniforms {
         radius_range: Vec2::new(1.1, 2.2),
         outermost_radius: 2.2,
-        segments: 16.0,
+        max_segments: 16.0,
         table: table.map(Arc::new),
         half_pixel: 0.002,
         // Factor and exponent of the phase function.
@@ -163,7 +163,7 @@ fn air_uniforms() -> AtmosphereUniforms {
         // No error of interpolation is accepted.
         coarse_bound: Vec2::ZERO,
         coarse_row: 0.0,
-        top: radius_sq_minus_1(0.2),
+        top_radius_sq_minus_1: radius_sq_minus_1(0.2),
         // As of a ray from the top of the air to the ground.
         end_heights: Vec2::new(0.2, 0.0),
         rayleigh_scale_height: 0.025,
@@ -232,8 +232,8 @@ fn draw_uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
         wave_slope_sq: 0.03,
         normal_strength: 1.0,
         clouds: CloudUniforms {
-            clear: 0.1,
-            full: 0.9,
+            clear_texel: 0.1,
+            closed_texel: 0.9,
             radius: 1.01,
             albedo: 0.7,
             reflectance: 0.7,

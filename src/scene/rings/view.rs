@@ -450,7 +450,7 @@ impl<'a> RingView<'a> {
             radius_range: Vec2::new(narrow(table.radius_range[0]), narrow(table.radius_range[1])),
             table: Some(table),
             outermost_radius: narrow(self.outermost_km() / self.body.radii_km.x),
-            segments: narrow(self.max_segments()),
+            max_segments: narrow(self.max_segments()),
             half_pixel: narrow(0.5 / self.pixels_per_radius()),
             phase: Vec2::new(narrow(power_law_factor()), narrow(PHASE_EXPONENT)),
             dust_asymmetry: of_each_lobe(0),
