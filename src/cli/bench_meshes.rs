@@ -44,7 +44,7 @@ fn model_row(common: &Common, (width, height): (u32, u32), rounds: usize, bands:
     let shape = InventedShape::of(&common.sources_for_drawing(), bands)?;
     let session = Session::open(&shape.sources, print_message)?.counting_cpu();
     // Over the sub-solar point, so that the whole disc is lit.
-    let position = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(4.0) };
+    let position = Position::AboveTarget { towards: Some(NaifId::SUN), distance_radii: Some(4.0) };
     let with_shadow =
         ViewRequest { width, height, position, quality: common.quality, ..ViewRequest::of(PHOBOS, Instant::from_jd_tdb(VIEW_TIME_JD_TDB)) };
     let without = |effect| {

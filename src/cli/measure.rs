@@ -128,7 +128,7 @@ fn measure_one_view(session: &Session, args: &MeasureArgs, body: &str, effort: E
     let time = parse_time_option(args.time.as_deref().unwrap_or("now"))?;
     let (width, height) = parse_size(&args.size)?;
     // `towards: None`: seen from the direction of the Earth, or of the Sun if the body is the Earth.
-    let position = Position::Over { towards: None, distance_radii: args.distance_radii };
+    let position = Position::AboveTarget { towards: None, distance_radii: args.distance_radii };
     let request = ViewRequest { width, height, position, ..ViewRequest::of(body.id, time) };
     request.check().map_err(|e| CliError::Failed(e.to_string()))?;
     let measured = measure_view(session, &request, effort)?;

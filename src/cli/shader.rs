@@ -14,7 +14,7 @@ use crate::shader::emit::emit_module_with;
 use crate::shader::fragments::FRAGMENTS;
 use crate::shader::id::SIMPLE_MODULES;
 use crate::shader::key::{self, ShaderKey, covering_keys};
-use crate::shader::record::{DigestRecord, Verified, changes_text, recorded_modules};
+use crate::shader::record::{BuiltRecord, DigestRecord, changes_text, recorded_modules};
 use crate::shader::translate::{Language, translate};
 use crate::shader::{ModuleId, ShaderModule};
 use crate::wording::{counted, echo};
@@ -352,9 +352,9 @@ fn verify(common: &Common, update: bool, path: &Path) -> Result<(), CliError> {
     }
     let ids = recorded_modules(&reachable_keys(common)?);
     let bar = progress(ids.len() as u64);
-    let verified = Verified::of_fragments(&fragments(common)?, &ids, &lowering(), || bar.inc(1));
+    let built = BuiltRecord::of_fragments(&fragments(common)?, &ids, &lowering(), || bar.inc(1));
     bar.finish_and_clear();
-    let current = verified.map_err(|failures| match print_result(&failures.iter().map(|f| format!("{f}\n")).collect::<String>()) {
+    let current = built.map_err(|failures| match print_result(&failures.iter().map(|f| format!("{f}\n")).collect::<String>()) {
         Ok(()) => {
             let verb = if failures.len() == 1 { "is" } else { "are" };
             CliError::Failed(format!("{} of {} modules {verb} not valid", failures.len(), ids.len()))

@@ -182,7 +182,7 @@ impl ViewArgs {
         if let Some(layers) = &self.layers {
             request.layers = Layers::parse(layers).map_err(|e| CliError::Failed(e.to_string()))?;
         }
-        request.stars_boost = self.stars_boost;
+        request.stars_boost_stops = self.stars_boost;
         let unknown_tone_map =
             || invalid_option("--tone-map", &self.tone_map, &suggestion_or_list(&self.tone_map, &ToneMap::ALL.map(ToneMap::name)));
         request.tone_map = ToneMap::by_name(&self.tone_map).ok_or_else(unknown_tone_map)?;
@@ -235,7 +235,7 @@ impl ViewArgs {
                 Position::Offset { body: target, offset_km, axes: crate::scene::request::Axes::BodyFixed }
             }
             (None, Some(from)) if self.distance_radii.is_none() => Position::Centre(from),
-            (None, towards) => Position::Over { towards, distance_radii: self.distance_radii },
+            (None, towards) => Position::AboveTarget { towards, distance_radii: self.distance_radii },
         })
     }
 }

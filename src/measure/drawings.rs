@@ -34,7 +34,7 @@ const LONGITUDE_OF_LOW_SUN_DEG: f64 = 165.0;
 
 /// A square view of a body from `distance_radii` in the direction of another body. The field of view is a quarter wider than the disc.
 fn view_from_direction(body: NaifId, jd_tdb: f64, towards: NaifId, distance_radii: f64, effort: Effort) -> ViewRequest {
-    let position = Position::Over { towards: Some(towards), distance_radii: Some(distance_radii) };
+    let position = Position::AboveTarget { towards: Some(towards), distance_radii: Some(distance_radii) };
     let side = effort.side_px();
     ViewRequest {
         position,

@@ -138,7 +138,7 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     }
     check_atmosphere(&query.atmosphere)?;
     let atmosphere = catalog_atmosphere(&query.atmosphere);
-    let features = species::features_of(&atmosphere, model);
+    let features = species::features_of_air(&atmosphere, model);
     let key = ShaderKey::for_draw(&DrawFeatures { surface: Surface::Sky, lights: 1, air: features, ..DrawFeatures::MINIMAL });
     let module = ModuleId::Probe("probe_scatter", key);
     // Terms that would cancel in f32 are computed here in f64, as for the shader of a draw. `nearest` is the point of the ray's line nearest to the planet's

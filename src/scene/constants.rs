@@ -33,12 +33,12 @@ pub const GROUND_DEPTH_TERMS: usize = 8;
 /// Rows of the multiple-scattering table: heights spaced quadratically from the ground to the top. One more row contains the irradiance of level ground.
 pub const MULTI_SCATTER_HEIGHTS: usize = 8;
 /// Columns of the multiple-scattering table: cosines of the Sun's zenith angle.
-pub const MULTI_SCATTER_SUNS: usize = 16;
+pub const MULTI_SCATTER_COLUMNS: usize = 16;
 /// The constant in x = mu / (|mu| + bend), in which the columns are evenly spaced; mu is the cosine of the Sun's zenith angle. The smaller it is, the denser
 /// are the columns near the horizon.
 pub(crate) const MULTI_SCATTER_BEND: f64 = 0.3;
 /// x of the first column: mu = -0.3, a Sun 17.5 degrees below the horizon. The last column is for a Sun in the zenith.
-pub(crate) const MULTI_SCATTER_FIRST: f64 = -0.5;
+pub(crate) const MULTI_SCATTER_FIRST_X: f64 = -0.5;
 /// Coefficients of the polynomial in x that approximates the table at one height for a Sun above the horizon.
 pub(crate) const MULTI_SCATTER_COEFFICIENTS: usize = 5;
 
@@ -56,10 +56,10 @@ pub const COARSE_AIR_BORDER: u32 = 1;
 pub const REFRACTION_LAYERS: usize = 32;
 
 /// Number of vec4 uniforms that describe one overlay image.
-pub const OVERLAY_ROWS: usize = 6;
+pub const VECTORS_PER_OVERLAY: usize = 6;
 
-/// Maximum number of size classes of procedural detail (craters, hills or billows) in one frame.
-pub(crate) const DETAIL_ROWS: usize = 16;
+/// Maximum number of lattices, one for each size class of procedural detail (craters, hills or billows) in one frame.
+pub(crate) const MAX_DETAIL_LATTICES: usize = 16;
 
 /// Columns and rows of the table of the lunar limb profile; their product is the number of position angles.
 pub(crate) const LIMB_COLUMNS: usize = 1024;

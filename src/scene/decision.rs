@@ -61,7 +61,7 @@ impl<'a> DecisionLog<'a> {
     }
 
     /// Records the decision on an effect and returns whether it is drawn: `by_threshold`, unless the user has switched the effect on or off.
-    pub(crate) fn effect(&mut self, effect: Effect, by_threshold: bool, reason: Reason) -> bool {
+    pub(crate) fn record_effect(&mut self, effect: Effect, by_threshold: bool, reason: Reason) -> bool {
         match self.overrides.override_of(effect) {
             Some(on) => self.record(effect.name(), on, reason!("set-by-you")),
             None => self.record(effect.name(), by_threshold, reason),
@@ -73,15 +73,20 @@ impl<'a> DecisionLog<'a> {
         self.overrides.override_of(effect) == Some(false)
     }
 
-    /// Like [`Self::effect`] for an effect that needs a map: off if the body has no such map, or if the map's file cannot be read. `by_threshold` is called
-    /// only if the map is usable.
-    pub(crate) fn effect_with_map(&mut self, effect: Effect, map: Option<&Map>, by_threshold: impl FnOnce() -> (bool, Reason)) -> bool {
+    /// Like [`Self::record_effect`] for an effect that needs a map: off if the body has no such map, or if the map's file cannot be read. `by_threshold` is
+    /// called only if the map is usable.
+    pub(crate) fn record_effect_with_map(
+        &mut self,
+        effect: Effect,
+        map: Option<&Map>,
+        by_threshold: impl FnOnce() -> (bool, Reason),
+    ) -> bool {
         match map {
             None => self.record(effect.name(), false, reason!("not-available")),
             Some(m) if self.resources.is_unreadable(&m.file) => self.record(effect.name(), false, reason!("unreadable", file = &m.file)),
             Some(m) => {
                 let (on, reason) = by_threshold();
-                self.effect(effect, on, with_invented(reason, m.invented.as_deref(), |how| reason!("map-invented", how = how)))
+                self.record_effect(effect, on, with_invented(reason, m.invented.as_deref(), |how| reason!("map-invented", how = how)))
             }
         }
     }

@@ -66,11 +66,11 @@ pub struct Scene {
     /// The solar corona, drawn after the Sun and the draws behind it.
     pub corona: Option<corona::Corona>,
     /// The refracted limbs of bodies in front of the Sun.
-    pub limbs: Vec<refracted_limb::RefractedLimb>,
+    pub refracted_limbs: Vec<refracted_limb::RefractedLimb>,
     /// The Sun's glare, drawn over everything.
     pub glare: Option<glare::Glare>,
     /// The selected body as a black silhouette, if its outline is drawn.
-    pub outlined: Option<Draw>,
+    pub selected_silhouette: Option<Draw>,
     /// Whether bloom spreads light brighter than white.
     pub bloom: bool,
     /// Over the finished image: names and markers of bodies, caption, scale bar, compass, names of surface features, points of data; `None` if all are off.
@@ -90,9 +90,9 @@ impl Scene {
     /// Rectangles of all texts and bars in the image except the names of bodies.
     #[cfg_attr(not(feature = "view"), expect(dead_code, reason = "only the window asks for them"))]
     pub(crate) fn text_rects(&self) -> Vec<Rect> {
-        let label_rects = |layer: &labels::LabelLayer| layer.occupied(&LabelMetrics::of_size(layer.size_px)).collect::<Vec<_>>();
+        let label_rects = |layer: &labels::LabelLayer| layer.occupied(&LabelMetrics::of_size(layer.glyph_px)).collect::<Vec<_>>();
         let line_text_rects = |layer: &line_texts::TextLayer| {
-            let metrics = LabelMetrics::of_size(layer.size_px);
+            let metrics = LabelMetrics::of_size(layer.glyph_px);
             layer.texts.iter().map(|text| metrics.rect(&text.text, text.left_px)).collect::<Vec<_>>()
         };
         self.labels.iter().flat_map(label_rects).chain(self.line_texts.iter().flat_map(line_text_rects)).collect()

@@ -100,14 +100,14 @@ fn radius_for_part_of_glare_px(radius_px: f64, part: f64) -> f64 {
 }
 
 /// Radius of the sprite of a point of this flux: wide enough for the glare of a point that is brighter than white, else the smallest.
-/// `glare_part`: fraction of the glare's light that is drawn.
-pub(crate) fn sprite_radius_px(flux: f64, white: f64, glare_part: f64) -> f64 {
-    radius_for_part_of_glare_px(point_radius_px(flux * point_peak() / white), glare_part)
+/// `glare_fraction`: fraction of the glare's light that is drawn.
+pub(crate) fn sprite_radius_px(flux: f64, white: f64, glare_fraction: f64) -> f64 {
+    radius_for_part_of_glare_px(point_radius_px(flux * point_peak() / white), glare_fraction)
 }
 
 /// Sets the radius of a point's sprite (see [`sprite_radius_px`]).
-pub(crate) fn set_sprite_radius(point: &mut Point, white: f64, glare_part: f64) {
-    point.radius_px = camera::narrow_scalar(sprite_radius_px(point.flux.max_element().into(), white, glare_part));
+pub(crate) fn set_sprite_radius(point: &mut Point, white: f64, glare_fraction: f64) {
+    point.radius_px = camera::narrow_scalar(sprite_radius_px(point.flux.max_element().into(), white, glare_fraction));
 }
 
 /// The glare's profile at a distance from the centre of a sprite of this radius, relative to its amplitude in [`point_spread`]; as in

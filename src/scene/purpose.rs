@@ -94,7 +94,7 @@ impl Threshold {
     }
 
     /// A radiance and its threshold, in words.
-    pub(crate) fn description(self, radiance: f64) -> Reason {
+    pub(crate) fn radiance_description(self, radiance: f64) -> Reason {
         match self.purpose {
             Purpose::Display => {
                 let light = self.relative_to_white(radiance);
@@ -140,8 +140,8 @@ mod tests {
             );
             assert_eq!(linear.cutoff_radiance(0.01), 0.0);
             assert!(
-                linear.description(faint).to_string().contains("no threshold")
-                    && !display(white).description(faint).to_string().contains("no threshold")
+                linear.radiance_description(faint).to_string().contains("no threshold")
+                    && !display(white).radiance_description(faint).to_string().contains("no threshold")
             );
         }
     }

@@ -29,7 +29,7 @@ impl Session {
             let modules = plan::composite_modules(&composite, warp_mesh_and_screen.is_some());
             self.timed(Stage::Shaders, || self.library.warm(&modules, || {}));
             match self.timed(Stage::Plan, || plan::composite(&composite, self, sampling, warp_mesh_and_screen)) {
-                Ok(plan) => return Ok((with_warped_geometry(composite.whole, request), plan)),
+                Ok(plan) => return Ok((with_warped_geometry(composite.whole_image, request), plan)),
                 // The scenes are built again without the map.
                 Err(PlanError::Map { file, why }) if self.record_unreadable_map(&file, &why) => {}
                 Err(_) if self.replace_tampered(&modules) => {}

@@ -127,7 +127,7 @@ pub fn surface_fragments(surfaces: &[SurfaceFile], base: &Fragments) -> Result<V
     for (number, surface) in numbered(surfaces)? {
         let sample_features = DrawFeatures { custom_surface: number, lights: 1, ..DrawFeatures::MINIMAL };
         let id = ModuleId::Planet(ShaderKey::for_draw(&sample_features));
-        if let Err(e) = ShaderModule::build_with(&fragments, &id, &Lowering::none()) {
+        if let Err(e) = ShaderModule::build_with(&fragments, &id, &Lowering::without_tape()) {
             let path = echo(&surface.file.display().to_string());
             // `echo` shortens the error before the path is inserted, so that a long path does not displace the error.
             let why = echo(&e.to_string()).replace(&format!("shaders/{}", fragment_path(number)), &path);

@@ -124,7 +124,7 @@ impl Provenance {
             tone_map,
             effects,
             layers,
-            stars_boost,
+            stars_boost_stops,
             selected,
             quality,
             pixel_view,
@@ -139,7 +139,7 @@ impl Provenance {
             Axes::BodyFixed => "body-fixed",
         };
         let from = match position {
-            Position::Over { towards, distance_radii } => {
+            Position::AboveTarget { towards, distance_radii } => {
                 let side = towards.map_or_else(default_text, name);
                 distance_radii.map_or_else(|| format!("side {side}, fitted"), |d| format!("side {side}, {d} radii"))
             }
@@ -177,7 +177,7 @@ impl Provenance {
             entry("tone-map", tone_map.name().into()),
             entry("effects", effects.to_text()),
             entry("layers", layers.to_text()),
-            entry("stars-boost", format!("{stars_boost} stops")),
+            entry("stars-boost", format!("{stars_boost_stops} stops")),
             entry("selected", selected.map_or("the target".into(), name)),
             entry("quality", format!("{quality:?}").to_lowercase()),
             entry("pixels", pixel_view.name().into()),

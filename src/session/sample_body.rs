@@ -21,7 +21,7 @@ use crate::scene::draw::{
 use crate::scene::eclipse::REFRACTING_LAYERS;
 use crate::scene::ground_depth;
 use crate::scene::multi_scatter_in_shadow::{COLUMN_RANGES_START, COLUMNS as IN_SHADOW_COLUMNS, VECTORS as IN_SHADOW_VECTORS};
-use crate::scene::multi_scatter_table::{NODES, SUNS};
+use crate::scene::multi_scatter_table::{COLUMNS as MULTI_SCATTER_COLUMNS, NODES};
 use crate::scene::ring_shine::{COLUMNS, ROWS, RingShine, sun_disc_parts};
 use crate::scene::rings::RingConditions;
 use crate::shader::key::ShaderKey;
@@ -118,7 +118,7 @@ fn ring_uniforms(surface: Surface) -> RingUniforms {
     RingUniforms {
         radius_range: Vec2::new(1.1, 2.2),
         outermost_radius: 2.2,
-        segments: 16.0,
+        max_segments: 16.0,
         table: table.map(Arc::new),
         half_pixel: 0.002,
         // Factor and exponent of the phase function.
@@ -163,7 +163,7 @@ fn air_uniforms() -> AtmosphereUniforms {
         // No error of interpolation is accepted.
         coarse_bound: Vec2::ZERO,
         coarse_row: 0.0,
-        top: radius_sq_minus_1(0.2),
+        top_radius_sq_minus_1: radius_sq_minus_1(0.2),
         // As of a ray from the top of the air to the ground.
         end_heights: Vec2::new(0.2, 0.0),
         rayleigh_scale_height: 0.025,
@@ -182,7 +182,7 @@ fn air_uniforms() -> AtmosphereUniforms {
         night_radiance: 1e-3,
         rim_is_thin: 0.0,
         multi_scatter_heights: Vec2::new(0.0, 5.0),
-        multi_scatter: Arc::new((0..NODES).map(|k| Vec4::splat(0.02 * (k % SUNS) as f32)).collect()),
+        multi_scatter: Arc::new((0..NODES).map(|k| Vec4::splat(0.02 * (k % MULTI_SCATTER_COLUMNS) as f32)).collect()),
     };
     AtmosphereUniforms { ground_depth: ground_depth::terms(&air), ..air }
 }
@@ -232,8 +232,8 @@ fn draw_uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
         wave_slope_sq: 0.03,
         normal_strength: 1.0,
         clouds: CloudUniforms {
-            clear: 0.1,
-            full: 0.9,
+            clear_texel: 0.1,
+            closed_texel: 0.9,
             radius: 1.01,
             albedo: 0.7,
             reflectance: 0.7,

@@ -47,7 +47,7 @@ pub(super) fn read_sky(
     let file = format!("--sky {name}");
     let width = panorama.texture.levels[0].width;
     maps.insert(&file, SKY_DECODING, panorama.texture);
-    Ok(Some(SkyMap { file, frame, width, unit_radiance, brightest: 1.0, is_milky_way: false }))
+    Ok(Some(SkyMap { file, frame, width, unit_radiance, brightest_value: 1.0, is_milky_way: false }))
 }
 
 #[cfg(test)]

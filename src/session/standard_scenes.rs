@@ -44,7 +44,7 @@ const SATURN: NaifId = NaifId(699);
 
 /// The view of a body from a distance, on the side that faces the Earth; of the Earth, on the side that faces the Sun.
 fn view_of(target: NaifId, distance_radii: f64, time: Instant) -> ViewRequest {
-    let position = Position::Over { towards: None, distance_radii: Some(distance_radii) };
+    let position = Position::AboveTarget { towards: None, distance_radii: Some(distance_radii) };
     ViewRequest { position, ..ViewRequest::of(target, time) }
 }
 

@@ -182,7 +182,7 @@ mod tests {
         }
         wgsl.push_str(&format!("@fragment fn fragment_main() -> @location(0) vec4f {{ return vec4f(level{n}()); }}\n"));
         let emitted = Emitted { wgsl, source_map: SourceMap::default() };
-        let module = ShaderModule::from_emitted(&ModuleId::Simple("tone_map"), emitted, &Lowering::none()).expect("a module");
+        let module = ShaderModule::from_emitted(&ModuleId::Simple("tone_map"), emitted, &Lowering::without_tape()).expect("a module");
         ir_cost(&module).texture_reads
     }
 

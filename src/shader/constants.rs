@@ -59,7 +59,7 @@ fn fragment_text(about: &str, constants: &[SharedConstant]) -> String {
 
 fn air_fragment() -> String {
     // Range of the columns' coordinate x = mu / (|mu| + MULTI_SCATTER_BEND) from the first column to the last, which is at mu = 1.
-    let x_span = 1.0 / (1.0 + shared::MULTI_SCATTER_BEND) - shared::MULTI_SCATTER_FIRST;
+    let x_span = 1.0 / (1.0 + shared::MULTI_SCATTER_BEND) - shared::MULTI_SCATTER_FIRST_X;
     let vectors_per_occluder = (shared::IN_SHADOW_HEIGHTS + 1) * shared::IN_SHADOW_COLUMNS;
     let occluders = usize::from(MAX_OCCLUDERS);
     fragment_text(
@@ -86,8 +86,8 @@ fn air_fragment() -> String {
             constant(
                 "Columns of this table, evenly spaced in x = mu / (|mu| + MULTI_SCATTER_BEND); mu is the cosine of the Sun's zenith angle.",
                 "air_table",
-                "MULTI_SCATTER_SUNS",
-                Value::U32(shared::MULTI_SCATTER_SUNS),
+                "MULTI_SCATTER_COLUMNS",
+                Value::U32(shared::MULTI_SCATTER_COLUMNS),
             ),
             constant(
                 "Constant in x: the smaller it is, the denser are the columns near the horizon.",
@@ -99,13 +99,13 @@ fn air_fragment() -> String {
                 "Minus the x of the first column, in which the Sun is below the horizon.",
                 "air_table",
                 "MULTI_SCATTER_X_OFFSET",
-                Value::F32(-shared::MULTI_SCATTER_FIRST),
+                Value::F32(-shared::MULTI_SCATTER_FIRST_X),
             ),
             constant(
                 "Columns per unit of x; the last column has the Sun at the zenith.",
                 "air_table",
                 "MULTI_SCATTER_COLUMNS_PER_UNIT",
-                Value::F32((shared::MULTI_SCATTER_SUNS - 1) as f64 / x_span),
+                Value::F32((shared::MULTI_SCATTER_COLUMNS - 1) as f64 / x_span),
             ),
             constant(
                 "By day a polynomial in x approximates the table's square roots at one height: number of its coefficients.",
@@ -255,13 +255,14 @@ fn draw_fragment() -> String {
     }
     let _ = writeln!(
         text,
-        "// Rows (vec4f) that describe one overlaid image: lib/overlay.wesl.\n@if(overlays_1) const OVERLAY_ROWS: u32 = {}u;",
-        shared::OVERLAY_ROWS
+        "// Elements (vec4f) that describe one overlaid image: lib/overlay.wesl.\n@if(overlays_1) const VECTORS_PER_OVERLAY: u32 = {}u;",
+        shared::VECTORS_PER_OVERLAY
     );
     let _ = writeln!(
         text,
-        "// Lattices of procedural detail (lib/detail.wesl), one for each size of cells.\n@if(has_detail) const DETAIL_ROWS: i32 = {};",
-        shared::DETAIL_ROWS
+        "// Maximum number of lattices of procedural detail (lib/detail.wesl), one for each size of cells.\n\
+         @if(has_detail) const MAX_DETAIL_LATTICES: i32 = {};",
+        shared::MAX_DETAIL_LATTICES
     );
     let limb_table = [
         ("LIMB_COLUMNS", shared::LIMB_COLUMNS, "Table of the Moon's limb profile, row after row: its points per row."),

@@ -28,7 +28,7 @@ pub struct Lowering {
 
 impl Lowering {
     /// A lowering whose tapes are empty, for tools that need only the text and the IR.
-    pub fn none() -> Self {
+    pub fn without_tape() -> Self {
         Self { digest: "none".into(), lower: |_, _| Ok(Vec::new()), check: |_, _| Ok(()) }
     }
 }
@@ -48,7 +48,7 @@ pub struct ShaderModule {
     pub layout: Layout,
     /// Where each line of the text comes from.
     pub source_map: SourceMap,
-    /// The software renderer's tape; empty with [`Lowering::none`].
+    /// The software renderer's tape; empty with [`Lowering::without_tape`].
     pub tape: Vec<u8>,
 }
 

@@ -130,7 +130,7 @@ impl DigestRecord {
     }
 
     /// What changed from this record to `now`, with reasons.
-    pub fn changes(&self, now: &Verified) -> Vec<Change> {
+    pub fn changes(&self, now: &BuiltRecord) -> Vec<Change> {
         let (fragments_of, now) = (&now.fragments_of, &now.record);
         let mut changes = Vec::new();
         let mut push = |module: &str, what: String| changes.push(Change { module: module.to_owned(), what });
@@ -178,19 +178,19 @@ pub fn recorded_modules(reachable: &BTreeSet<ShaderKey>) -> Vec<(ModuleId, bool)
 
 /// The record of modules that this program has just built without a failure, and the paths of the fragments of each.
 #[derive(Clone, Debug)]
-pub struct Verified {
+pub struct BuiltRecord {
     pub record: DigestRecord,
     fragments_of: BTreeMap<String, Vec<String>>,
 }
 
-impl Verified {
+impl BuiltRecord {
     /// Builds the modules on all cores and translates those whose flag is true (see [`recorded_modules`]); `done` is called after each module. The error lists
     /// all failures.
     pub fn of(ids: &[(ModuleId, bool)], lowering: &Lowering, done: impl Fn() + Sync) -> Result<Self, Vec<String>> {
         Self::of_fragments(&Fragments::default(), ids, lowering, done)
     }
 
-    /// As [`Verified::of`], with the given fragments.
+    /// As [`BuiltRecord::of`], with the given fragments.
     pub fn of_fragments(
         fragments: &Fragments,
         ids: &[(ModuleId, bool)],
@@ -209,18 +209,18 @@ impl Verified {
             result
         };
         let results: Vec<_> = ids.par_iter().map(build).collect();
-        let mut verified = Self { record: DigestRecord::new(), fragments_of: BTreeMap::new() };
+        let mut built = Self { record: DigestRecord::new(), fragments_of: BTreeMap::new() };
         let mut failures = Vec::new();
         for result in results {
             match result {
                 Ok((name, digests, fragments)) => {
-                    verified.record.modules.insert(name.clone(), digests);
-                    verified.fragments_of.insert(name, fragments);
+                    built.record.modules.insert(name.clone(), digests);
+                    built.fragments_of.insert(name, fragments);
                 }
                 Err(e) => failures.push(e),
             }
         }
-        if failures.is_empty() { Ok(verified) } else { Err(failures) }
+        if failures.is_empty() { Ok(built) } else { Err(failures) }
     }
 }
 
@@ -278,7 +278,7 @@ mod tests {
     fn each_kind_of_change_gets_its_reason() {
         let why = |old: &DigestRecord, new: &DigestRecord| {
             let fragments_of = [("k".to_owned(), vec!["a.wesl".to_owned()])].into();
-            let new = Verified { record: new.clone(), fragments_of };
+            let new = BuiltRecord { record: new.clone(), fragments_of };
             old.changes(&new).iter().map(|c| format!("{} {}", c.module, c.what)).collect::<Vec<_>>()
         };
         let old = record("1", 'f', 'a', 'b');

@@ -153,7 +153,7 @@ pub(super) fn exposure(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErr
     // A short sweep takes steps four times as long; changes are divided by this factor, so that both efforts have the same bound.
     let step_factor = setup.by_effort(4.0, 1.0);
     let from_earth = Position::Centre(NaifId::EARTH);
-    let from_sunward_side = Position::Over { towards: Some(NaifId::SUN), distance_radii: None };
+    let from_sunward_side = Position::AboveTarget { towards: Some(NaifId::SUN), distance_radii: None };
     // Name, target, camera position, start (UTC), duration and step in seconds, field of view in degrees.
     let sequences = [
         // The edge of the Moon that leaves the umbra brightens by 1.3 stops in a minute.

@@ -353,7 +353,7 @@ pub(super) fn simple(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
             "labels and orbits",
             ViewRequest {
                 fov_deg: Some(40.0),
-                position: Position::Over { towards: None, distance_radii: Some(60.0) },
+                position: Position::AboveTarget { towards: None, distance_radii: Some(60.0) },
                 ..request_of(JUPITER, eclipse_instant())
             },
         ),
@@ -361,7 +361,7 @@ pub(super) fn simple(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
             "whole system",
             ViewRequest {
                 fov_deg: Some(60.0),
-                position: Position::Over { towards: None, distance_radii: Some(12_000.0) },
+                position: Position::AboveTarget { towards: None, distance_radii: Some(12_000.0) },
                 ..request_of(NaifId::SUN, eclipse_instant())
             },
         ),

@@ -43,7 +43,7 @@ pub(super) fn view_of_earth(time: &str, position: Position, quality: Quality) ->
 
 /// Named views of the Earth: at full phase, in a total eclipse, at half phase, as a crescent, and from low above the evening terminator.
 fn views() -> Vec<(&'static str, ViewRequest)> {
-    let from_sunward = |distance_radii| Position::Over { towards: None, distance_radii: Some(distance_radii) };
+    let from_sunward = |distance_radii| Position::AboveTarget { towards: None, distance_radii: Some(distance_radii) };
     let view = |name, time: &str, position, quality| (name, view_of_earth(time, position, quality));
     vec![
         view("day", "2024-06-08T18:17:16Z", from_sunward(3.0), Quality::Draft),

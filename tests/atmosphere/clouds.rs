@@ -79,7 +79,7 @@ fn full_disc(effects: &str) -> (f64, f64) {
     let request = ViewRequest {
         width: 100,
         height: 100,
-        position: Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(200.0) },
+        position: Position::AboveTarget { towards: Some(NaifId::SUN), distance_radii: Some(200.0) },
         fov_deg: Some(0.6),
         ..earth(effects)
     };

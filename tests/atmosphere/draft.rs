@@ -11,7 +11,7 @@ use orrery::time::Instant;
 /// Light of the image in red, green and blue.
 fn light(body: NaifId, time: &str, quality: Quality, effects: &str) -> [f64; 3] {
     let request = ViewRequest {
-        position: Position::Over { towards: Some(NaifId(599)), distance_radii: Some(2.5) },
+        position: Position::AboveTarget { towards: Some(NaifId(599)), distance_radii: Some(2.5) },
         exposure: ExposureRequest::Stops(0.0),
         purpose: Purpose::LINEAR,
         layers: Layers::NONE,

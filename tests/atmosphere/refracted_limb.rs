@@ -332,7 +332,7 @@ fn single_precision_suffices_at_every_distance() {
             request.look = at_limb(&request);
         }
         let scene = SESSION.scene(&request).expect("a scene");
-        assert_eq!(scene.limbs.len(), 1, "{behind}");
+        assert_eq!(scene.refracted_limbs.len(), 1, "{behind}");
         let [in_single, in_double] = [&single, &double].map(|renderer| light(&scene, renderer));
         let brightest = in_double.iter().map(|p| p[0]).fold(0.0, larger);
         let worst = in_single.iter().zip(&in_double).map(|(s, d)| (s[0] - d[0]).abs()).fold(0.0, larger) / brightest;
@@ -350,7 +350,7 @@ fn the_decision_on_the_refracted_limb_states_its_reason() {
         let scene = SESSION.scene(request).expect("a scene");
         let body = scene.body(request.target.expect("a target")).expect("there").clone();
         let found = body.decisions.iter().find(|d| d.effect == "refracted-limb").cloned();
-        assert_eq!(found.as_ref().is_some_and(|d| d.on), !scene.limbs.is_empty());
+        assert_eq!(found.as_ref().is_some_and(|d| d.on), !scene.refracted_limbs.is_empty());
         found.map(|d| (d.on, d.reason.to_string()))
     };
     let assert_decision = |request: &ViewRequest, should_be_on: bool, part_of_reason: &str| {

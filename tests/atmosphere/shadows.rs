@@ -39,7 +39,7 @@ fn pixels(scene: &Scene) -> Vec<[f32; 4]> {
 fn rings_darken_only_the_air_behind_their_plane() {
     let time = "2017-05-17T00:00:00Z";
     let scene_for_sun =
-        SESSION.scene(&request(SATURN, time, Position::Over { towards: None, distance_radii: Some(3.0) }, "")).expect("a scene");
+        SESSION.scene(&request(SATURN, time, Position::AboveTarget { towards: None, distance_radii: Some(3.0) }, "")).expect("a scene");
     let sun =
         scene_for_sun.draws.iter().find(|d| d.part == BodyPart::Globe).expect("a globe").uniforms.lights[0].direction_in_body.as_dvec3();
     let offset_km = DVec3::new(-sun.y, sun.x, 0.0).normalize() * 2.0 * SATURN_RADIUS_KM;
@@ -106,7 +106,7 @@ fn one_evaluation_per_ray_suffices_for_the_ring_shadow_on_a_thin_rim() {
     for time in ["2017-05-17T00:00:00Z", "2021-08-01T00:00:00Z", "2024-06-08T12:00:00Z"] {
         for (model_name, radii) in [("pixel-8", 3.3), ("pixel-16", 2.6)] {
             let effects = format!("+atmosphere,+atmosphere={model_name},+ring-shadow,-eclipse,-planet-shine");
-            let position = Position::Over { towards: None, distance_radii: Some(radii) };
+            let position = Position::AboveTarget { towards: None, distance_radii: Some(radii) };
             let view_request = ViewRequest { width: SIDE, height: SIDE, fov_deg: Some(45.0), ..request(SATURN, time, position, &effects) };
             let once = SESSION.scene(&view_request).expect("a scene");
             let sky = once.draws.iter().find(|d| d.part == BodyPart::Sky).expect("a rim");
@@ -143,7 +143,7 @@ fn eight_samples_suffice_for_an_eclipse() {
     const EARTH_SIDE: u32 = 300;
     let scene_of_model = |model_name: &str| {
         let effects = format!("+atmosphere,+atmosphere={model_name},-planet-shine");
-        let position = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(3.0) };
+        let position = Position::AboveTarget { towards: Some(NaifId::SUN), distance_radii: Some(3.0) };
         let view_request =
             ViewRequest { width: EARTH_SIDE, height: EARTH_SIDE, ..request(NaifId::EARTH, "2024-04-08T18:17:16Z", position, &effects) };
         SESSION.scene(&view_request).expect("a scene")
@@ -181,7 +181,7 @@ fn no_line_appears_at_the_limb_of_a_hazy_moon() {
     const TITAN: NaifId = NaifId(606);
     const LIMB_SIDE: u32 = 301;
     let greatest_second_difference = |towards: NaifId, effects: &str| {
-        let position = Position::Over { towards: Some(towards), distance_radii: Some(3.0) };
+        let position = Position::AboveTarget { towards: Some(towards), distance_radii: Some(3.0) };
         let view_request = ViewRequest {
             width: LIMB_SIDE,
             height: LIMB_SIDE,
@@ -244,7 +244,7 @@ fn assert_differ_only_in_the_eclipse(eclipsed: &Scene, plain: &Scene) {
 #[test]
 fn an_eclipse_blocks_only_the_suns_light() {
     let time = "2024-04-08T18:17:16Z";
-    let sunward = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(3.0) };
+    let sunward = Position::AboveTarget { towards: Some(NaifId::SUN), distance_radii: Some(3.0) };
     let day_side = SESSION.scene(&request(NaifId::EARTH, time, sunward, "")).expect("a scene");
     let sun = day_side.draws.iter().find(|d| d.part == BodyPart::Globe).expect("a globe").uniforms.lights[0].direction_in_body;
     let across_sun = DVec3::new(-f64::from(sun.y), f64::from(sun.x), 0.0).normalize();

@@ -215,7 +215,7 @@ fn multiple_scattering_is_negligible_in_thin_air_and_brightens_the_earth() {
         (body.geometric_albedo, body.clear_sky_albedo) = (0.0, None);
         let table = multi_scatter_table::table(&body).expect("a table");
         assert_eq!(table.len(), multi_scatter_table::NODES);
-        let brightest = table[..multi_scatter_table::HEIGHTS * multi_scatter_table::SUNS]
+        let brightest = table[..multi_scatter_table::HEIGHTS * multi_scatter_table::COLUMNS]
             .iter()
             .map(|root| root.truncate().max_element().powi(2))
             .fold(0.0, larger);

@@ -3,7 +3,7 @@
 
 use crate::support::photons::Air;
 use orrery::catalog::{Body, Catalog, Species};
-use orrery::scene::multi_scatter_table::{HEIGHTS, SUNS, sun_cosine, table};
+use orrery::scene::multi_scatter_table::{COLUMNS, HEIGHTS, sun_cosine, table};
 
 /// The columns of the table with the Sun 90, 27, 13 and 9 degrees high.
 const BY_DAY: [usize; 4] = [15, 13, 11, 10];
@@ -26,7 +26,7 @@ fn largest_errors(body: &Body, columns: &[usize], paths: u32) -> (f64, f64) {
         for channel in [0, 2] {
             let sky = Air::of(body, channel).skylight(cosine, paths);
             // The table's last row: the square root of the irradiance.
-            let tabulated = f64::from(table[HEIGHTS * SUNS + column][channel]).powi(2);
+            let tabulated = f64::from(table[HEIGHTS * COLUMNS + column][channel]).powi(2);
             let (error, error_once) = ((tabulated / sky.all - 1.0).abs(), (sky.once / sky.all - 1.0).abs());
             println!(
                 "{}, Sun at {:.1} degrees, channel {channel}: {:.3} of {:.3e} +- {:.1} %, once {:.3}",

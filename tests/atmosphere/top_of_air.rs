@@ -43,7 +43,7 @@ fn view(body: NaifId, time: &str, longitude_deg: f64, height_km: f64) -> ViewReq
 
 /// Longitude of the place under the Sun.
 fn noon_deg(body: NaifId) -> f64 {
-    let position = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(3.0) };
+    let position = Position::AboveTarget { towards: Some(NaifId::SUN), distance_radii: Some(3.0) };
     let over_noon = scene(&ViewRequest { position, width: SIDE, height: SIDE, ..view(body, TIME, 0.0, 1.0) });
     let camera = over_noon.body(body).expect("there").placement.camera_in_unit_sphere();
     camera.y.atan2(camera.x).to_degrees()

@@ -20,7 +20,7 @@ fn both_renderers_interpolate_the_same_air() {
     let views = [("2024-06-08T18:17:16Z", Quality::Draft), ("2024-04-08T18:17:16Z", Quality::Standard)];
     for (_, (time, quality)) in views.into_iter().enumerate().filter(|(k, _)| sweep::runs(*k, 2)) {
         let request = ViewRequest {
-            position: Position::Over { towards: None, distance_radii: Some(3.0) },
+            position: Position::AboveTarget { towards: None, distance_radii: Some(3.0) },
             quality,
             width: 200,
             height: 174,

@@ -287,7 +287,7 @@ fn disparity_follows_from_the_geometry() {
     let at = time("2024-12-07T20:00:00Z");
     let stereo = Stereo { layout: StereoLayout::SideBySide, eye_separation_km: None };
     let request = ViewRequest {
-        position: Position::Over { towards: None, distance_radii: Some(60.0) },
+        position: Position::AboveTarget { towards: None, distance_radii: Some(60.0) },
         composition: Composition { stereo: Some(stereo), ..Composition::default() },
         width: 1600,
         height: 800,

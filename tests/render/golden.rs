@@ -109,7 +109,7 @@ fn draw_user_data(renderer: &GoldenRenderer) -> DisplayImage {
     ];
     write("image.fits", &fits(&plate_carree));
     let request = ViewRequest {
-        position: Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(3.6) },
+        position: Position::AboveTarget { towards: Some(NaifId::SUN), distance_radii: Some(3.6) },
         width: 128,
         height: 128,
         ..ViewRequest::of(NaifId::EARTH, Instant::parse("2024-03-20T12:07:00Z").expect("a time"))

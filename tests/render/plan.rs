@@ -59,8 +59,8 @@ fn uniforms(lights: u8) -> DrawUniforms {
         limb: Default::default(),
         overlays: Vec::new(),
         clouds: CloudUniforms {
-            clear: 27.0,
-            full: 28.0,
+            clear_texel: 27.0,
+            closed_texel: 28.0,
             radius: 29.0,
             albedo: 30.0,
             reflectance: 50.0,
@@ -73,7 +73,7 @@ fn uniforms(lights: u8) -> DrawUniforms {
             coarse_bound: Vec2::ZERO,
             coarse_row: 3.0,
             end_heights: Vec2::new(0.1, 0.0),
-            top: 32.0,
+            top_radius_sq_minus_1: 32.0,
             rayleigh_scale_height: 33.0,
             rayleigh_scattering: Vec3::splat(34.0),
             rayleigh_extinction: Vec3::splat(35.0),
@@ -97,7 +97,7 @@ fn uniforms(lights: u8) -> DrawUniforms {
 
 fn layout(features: &DrawFeatures) -> Layout {
     let id = ModuleId::Planet(ShaderKey::for_draw(features));
-    ShaderModule::build(&id, &Lowering::none()).expect("the module builds").layout
+    ShaderModule::build(&id, &Lowering::without_tape()).expect("the module builds").layout
 }
 
 fn number(bytes: &[u8], offset: u32) -> f32 {
@@ -189,7 +189,7 @@ fn a_wrong_number_of_lights_is_refused() {
 #[test]
 fn the_hdr_pass_is_found_by_its_name() {
     let with_coarse_air = ViewRequest {
-        position: Position::Over { towards: None, distance_radii: Some(3.0) },
+        position: Position::AboveTarget { towards: None, distance_radii: Some(3.0) },
         quality: Quality::Draft,
         width: 512,
         height: 512,
@@ -209,7 +209,7 @@ fn the_hdr_pass_is_found_by_its_name() {
 #[test]
 fn the_linear_image_of_a_frame_is_that_of_its_hdr_pass() {
     let near_earth = |effects: &str| ViewRequest {
-        position: Position::Over { towards: None, distance_radii: Some(3.0) },
+        position: Position::AboveTarget { towards: None, distance_radii: Some(3.0) },
         quality: Quality::Draft,
         fov_deg: Some(0.5),
         effects: EffectOverrides::parse(effects).expect("effects"),

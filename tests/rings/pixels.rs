@@ -71,7 +71,8 @@ fn a_pixel_looks_the_same_whichever_faint_rings_are_drawn() {
         let difference_levels = greatest_difference(&chosen_unshadowed.frame.display, &all_unshadowed.frame.display);
         assert!(difference_levels <= 1, "view {k} without the globe's shadow: {difference_levels} levels");
         // An outer ring may select the better model of the globe's shadow; the models differ by the stated error of the simpler one.
-        let shadow = |drawn: &DrawnFrame| drawn.scene.draws.iter().find(|d| d.part == BodyPart::Ring).map(|d| d.features.body_shadow);
+        let shadow =
+            |drawn: &DrawnFrame| drawn.scene.draws.iter().find(|d| d.part == BodyPart::RingInFront).map(|d| d.features.body_shadow);
         if shadow(&chosen) == shadow(&all) {
             let difference_levels = greatest_difference(&chosen.frame.display, &all.frame.display);
             assert!(difference_levels <= 1, "view {k}: {difference_levels} levels");
@@ -239,7 +240,7 @@ fn the_penumbra_of_the_globe_is_drawn() {
         purpose: Purpose::LINEAR,
         width: SIDE,
         height: SIDE,
-        position: Position::Over { towards: None, distance_radii: Some(20.0) },
+        position: Position::AboveTarget { towards: None, distance_radii: Some(20.0) },
         fov_deg: Some(14.0),
         layers: Layers { stars: false, ..Layers::default() },
         ..ViewRequest::of(URANUS, Instant::from_jd_tdb(jd))
@@ -287,7 +288,7 @@ fn a_refracted_limb_that_shows_no_sun_changes_nothing() {
         let drawn =
             |effects: &str| SESSION.draw(&with_effects(&request, effects), SINGLE_SAMPLE, FrameImages::DisplayAndHdr).expect("drawn");
         let (automatic, requested) = (drawn(""), drawn("+refracted-limb"));
-        assert!(automatic.frame.hdr == requested.frame.hdr && requested.scene.limbs.is_empty(), "{time}");
+        assert!(automatic.frame.hdr == requested.frame.hdr && requested.scene.refracted_limbs.is_empty(), "{time}");
     }
     // The Moon in the Earth's umbra, 2022-11-08: here the refracted limb shows the Sun.
     let eclipsed = ViewRequest {
@@ -297,7 +298,7 @@ fn a_refracted_limb_that_shows_no_sun_changes_nothing() {
         height: SIDE,
         ..ViewRequest::of(EARTH, Instant::from_jd_tdb(2_459_891.959))
     };
-    assert_eq!(SESSION.scene(&eclipsed).expect("a scene").limbs.len(), 1);
+    assert_eq!(SESSION.scene(&eclipsed).expect("a scene").refracted_limbs.len(), 1);
 }
 
 /// The arguments of [`view`].
@@ -327,7 +328,7 @@ fn each_half_of_the_rings_lies_in_its_own_rectangle() {
             let draw = scene.draws.iter().find(|d| d.body == SATURN && d.part == part).expect("a half of the rings");
             draw.uniforms.rect_in_clip
         };
-        let [behind, front] = [BodyPart::RingBehind, BodyPart::Ring].map(rect);
+        let [behind, front] = [BodyPart::RingBehind, BodyPart::RingInFront].map(rect);
         for k in 0..4000 {
             // Points in a spiral, at steps of the golden angle, from the C ring to beyond the A ring.
             let (angle, radius_km) = (f64::from(k) * GOLDEN_ANGLE_RAD, 75_000.0 + 16.0 * f64::from(k));

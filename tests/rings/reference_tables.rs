@@ -281,7 +281,7 @@ fn invalid_queries_get_an_error_of_one_line() {
 
 fn request(target: NaifId, time: &str, distance_radii: f64, size: u32, effects: &str) -> ViewRequest {
     ViewRequest {
-        position: Position::Over { towards: None, distance_radii: Some(distance_radii) },
+        position: Position::AboveTarget { towards: None, distance_radii: Some(distance_radii) },
         width: size,
         height: size,
         exposure: ExposureRequest::Stops(5.0),
@@ -327,7 +327,7 @@ fn edge_on_and_at_the_crossings_every_pixel_is_finite_and_no_brighter_than_sunli
     for time in times {
         for (size, distance_radii) in [(300, 70.0), (64, 90.0)] {
             let (scene, hdr) = pixels(&request(SATURN, time, distance_radii, size, "+rings"));
-            assert!(scene.draws.iter().any(|d| d.part == BodyPart::Ring), "{time}");
+            assert!(scene.draws.iter().any(|d| d.part == BodyPart::RingInFront), "{time}");
             // At 9 au and beyond, sunlight is at most 0.0125 of that at 1 au; Enceladus, the brightest body, reflects 1.4 times as much as
             // a white plane.
             let worst = hdr.iter().flat_map(|p| p[..3].iter().copied()).fold(0.0, f32::max);
@@ -357,7 +357,7 @@ fn rings_switched_off_are_not_drawn_and_rings_below_the_horizon_change_no_bit() 
     let with_rings = request(SATURN, "2017-05-17T00:00:00Z", 70.0, 120, "-ring-shadow,-atmosphere");
     let (scene, hdr_with) = pixels(&with_rings);
     let parts: Vec<_> = scene.draws.iter().filter(|d| d.body == SATURN).map(|d| d.part).collect();
-    assert_eq!(parts, [BodyPart::RingBehind, BodyPart::Globe, BodyPart::Ring]);
+    assert_eq!(parts, [BodyPart::RingBehind, BodyPart::Globe, BodyPart::RingInFront]);
     assert_ne!(hdr, hdr_with);
     // From the ground near the pole the rings are below the horizon.
     let ground = |effects: &str| {
@@ -377,7 +377,7 @@ fn ring_shadows_are_decided_by_the_light_they_block() {
     let features = |target, time: &str, size| {
         let scene = SESSION.scene(&request(target, time, 70.0, size, "")).expect("a scene");
         let features_of = |part| scene.draws.iter().find(|d| d.body == target && d.part == part).map(|d| d.features);
-        (features_of(BodyPart::Globe).expect("a globe"), features_of(BodyPart::Ring))
+        (features_of(BodyPart::Globe).expect("a globe"), features_of(BodyPart::RingInFront))
     };
     let (globe, ring) = features(SATURN, "2017-05-17T00:00:00Z", 400);
     assert_eq!((globe.ring_shadow, ring.map(|f| f.body_shadow)), (RingShadow::PointSun, Some(BodyShadow::EllipsoidPenumbra)));
@@ -394,7 +394,7 @@ fn ansa_radiance(phase_angle_deg: f64, radii_km: &[f64]) -> Vec<f64> {
     const FOV_DEG: f64 = 6.0;
     let time = "2013-07-19T21:27:00Z";
     let from_sun = ViewRequest {
-        position: Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(100.0) },
+        position: Position::AboveTarget { towards: Some(NaifId::SUN), distance_radii: Some(100.0) },
         ..request(SATURN, time, 100.0, 8, "-points")
     };
     let placement = SESSION.scene(&from_sun).expect("a scene").body(SATURN).expect("Saturn").placement;

@@ -23,7 +23,7 @@ const NEARLY_CLOSED: &str = "2024-09-08T00:00:00Z";
 
 /// Saturn's night side with ring-shine, seen from 3 radii on the side away from the Sun.
 fn night_view(time: &str, effects: &str, pixel_view: PixelView) -> (Scene, Vec<[f32; 4]>) {
-    let towards_sun = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(3.0) };
+    let towards_sun = Position::AboveTarget { towards: Some(NaifId::SUN), distance_radii: Some(3.0) };
     let mut request = ViewRequest {
         position: towards_sun,
         width: SIDE,

@@ -11,7 +11,7 @@ use orrery::ephemeris::Ephemeris;
 use orrery::ephemeris::conic::heliocentric_state;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Up, ViewRequest};
-use orrery::scene::sky::comets::{SOLAR_WIND_KM_S, grain, ion_direction, total_magnitude};
+use orrery::scene::sky::comets::{SOLAR_WIND_KM_S, grain_position_au, ion_direction, total_magnitude};
 use orrery::time::Instant;
 use orrery::units::{KM_PER_AU, SECONDS_PER_DAY};
 
@@ -103,7 +103,7 @@ fn tails_point_away_from_the_sun_and_lag() {
             );
             // `beta`: radiation pressure relative to the Sun's gravity.
             let dust_lag_rad = |age_days: f64, beta: f64| {
-                let from_comet = grain(&orbit, day, age_days, beta) - comet_state.position;
+                let from_comet = grain_position_au(&orbit, day, age_days, beta) - comet_state.position;
                 assert!(from_comet.normalize().dot(normal).abs() < 1e-6, "{name}: out of the plane");
                 (-from_comet.dot(forward)).atan2(from_comet.dot(outward))
             };
@@ -115,15 +115,15 @@ fn tails_point_away_from_the_sun_and_lag() {
                 dust_lag_rad(20.0, 0.5),
                 dust_lag_rad(5.0, 0.5)
             );
-            let drift = |beta: f64| grain(&orbit, day, 10.0, beta).distance(comet_state.position);
+            let drift = |beta: f64| grain_position_au(&orbit, day, 10.0, beta).distance(comet_state.position);
             assert!(
                 drift(0.1) < drift(0.4) && drift(0.4) < drift(0.9),
                 "{name} {days_past_perihelion}: radiation pressure moves light grains farther"
             );
             // Grains without radiation pressure stay with the comet; the others do not.
             assert!(
-                grain(&orbit, day, 30.0, 0.0).distance(comet_state.position) < 1e-9
-                    && grain(&orbit, day, 30.0, 0.3).distance(comet_state.position) > 1e-3
+                grain_position_au(&orbit, day, 30.0, 0.0).distance(comet_state.position) < 1e-9
+                    && grain_position_au(&orbit, day, 30.0, 0.3).distance(comet_state.position) > 1e-3
             );
         }
     }

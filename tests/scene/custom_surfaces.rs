@@ -31,7 +31,7 @@ fn open(folder: &Path, surfaces: &[(&str, &str, &str)]) -> Result<Session, Strin
 }
 
 fn view(body: NaifId) -> ViewRequest {
-    let position = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(4.0) };
+    let position = Position::AboveTarget { towards: Some(NaifId::SUN), distance_radii: Some(4.0) };
     let time = Instant::parse("2024-04-16T01:00:00Z").expect("a time");
     ViewRequest { position, width: 96, height: 96, ..ViewRequest::of(body, time) }
 }
@@ -74,7 +74,7 @@ fn a_surface_may_emit_light() {
     let standard = open(folder.path(), &[]).expect("a session");
     // At new moon the Moon's night side faces the Earth.
     let request = ViewRequest {
-        position: Position::Over { towards: Some(NaifId::EARTH), distance_radii: Some(4.0) },
+        position: Position::AboveTarget { towards: Some(NaifId::EARTH), distance_radii: Some(4.0) },
         time: Instant::parse("2024-06-06T12:38:00Z").expect("a time"),
         ..view(NaifId::MOON)
     };

@@ -23,7 +23,7 @@ const LAYER: &str =
 
 fn view(time: &str) -> ViewRequest {
     // Over the sub-solar point. At 03:00 UTC it is noon in Tohoku, where the points of the layers are.
-    let position = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(4.0) };
+    let position = Position::AboveTarget { towards: Some(NaifId::SUN), distance_radii: Some(4.0) };
     ViewRequest { position, ..ViewRequest::of(NaifId::EARTH, Instant::parse(time).expect("a time")) }
 }
 
@@ -287,7 +287,7 @@ fn a_sky_image_is_aligned_with_the_stars() {
 fn a_point_in_the_sky_has_the_aberration_of_a_star() {
     let layer = "[[layer]]\nname = \"star\"\nfile = \"star.csv\"\n";
     let (session, _folder) = session_with(layer, &[("star.csv", &b"ra_deg,dec_deg\n152.093,11.967\n"[..])]);
-    let direction = orrery::scene::sky::frames::direction(152.093, 11.967);
+    let direction = orrery::scene::sky::frames::unit_vector(152.093, 11.967);
     let request = ViewRequest {
         target: None,
         position: Position::Centre(NaifId::EARTH),

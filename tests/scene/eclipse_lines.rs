@@ -19,7 +19,7 @@ const GREATEST_ECLIPSE: &str = "2024-04-08T18:17:16Z";
 
 fn view(target: i32, time: &str, layers: Layers) -> ViewRequest {
     ViewRequest {
-        position: Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(20.0) },
+        position: Position::AboveTarget { towards: Some(NaifId::SUN), distance_radii: Some(20.0) },
         // A disc of 800 pixels, on which the Moon's umbra is a dozen pixels wide.
         fov_deg: Some(6.5),
         width: 900,

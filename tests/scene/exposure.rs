@@ -85,7 +85,7 @@ fn ground_in_the_shadow_of_rings_is_exposed_for_the_shadow() {
 #[test]
 fn the_exposure_shows_the_red_moon_unless_the_earths_day_side_is_in_view() {
     let time = "2022-11-08T11:00:00Z";
-    let eclipsed_moon = request(NaifId::MOON, time, Position::Over { towards: None, distance_radii: None }, None);
+    let eclipsed_moon = request(NaifId::MOON, time, Position::AboveTarget { towards: None, distance_radii: None }, None);
     let (white, [r, b]) = white_and_mean_levels(&eclipsed_moon);
     assert!(white < 0.01 && r > 100.0 && r > 2.0 * b, "{white} of the frame is white, {r} red and {b} blue");
     let stops_gained = |request: &ViewRequest| scene(request).exposure.stops - scene(&without_eclipse(request)).exposure.stops;
@@ -125,7 +125,7 @@ fn visible_fraction_by_rays(body: &Placement, sun: &Placement) -> f64 {
 fn a_partly_hidden_sun_has_glare_in_proportion_to_its_visible_part() {
     // Seen from Phobos, Mars comes near the Sun only an hour later.
     let time = "2024-04-24T06:00:00Z";
-    let lit = scene(&request(PHOBOS, time, Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(6.0) }, None));
+    let lit = scene(&request(PHOBOS, time, Position::AboveTarget { towards: Some(NaifId::SUN), distance_radii: Some(6.0) }, None));
     let body = lit.body(PHOBOS).expect("Phobos").placement;
     let sun = (body.body_from_icrf * lit.body(NaifId::SUN).expect("the Sun").placement.centre_km).normalize();
     for sideways in [sun.cross(DVec3::Z).normalize(), sun.cross(DVec3::Z).cross(sun).normalize()] {
@@ -177,7 +177,7 @@ fn the_glare_of_a_crescent_sun_surrounds_the_crescent() {
 /// at most 16 of 255. At 2.7 stops more, as for a subject that the glare does not hide, it is grey.
 #[test]
 fn the_dark_sky_behind_the_glare_is_nearly_black() {
-    let position = Position::Over { towards: None, distance_radii: Some(12_000.0) };
+    let position = Position::AboveTarget { towards: None, distance_radii: Some(12_000.0) };
     let whole_system = request(NaifId::SUN, "2024-06-08T00:00:00Z", position, Some(60.0));
     let median = |request: &ViewRequest| {
         let frame = SESSION.draw(request, SamplingQuality { samples: 1, anisotropy: 4 }, FrameImages::Display).expect("drawn").frame;
@@ -287,7 +287,7 @@ fn the_glare_of_a_setting_sun_is_metered_through_the_air() {
 /// whiten the image; a large image, of which the sprite covers little, does not change.
 #[test]
 fn the_sprite_of_a_point_like_sun_is_metered() {
-    let position = Position::Over { towards: Some(NaifId(599)), distance_radii: Some(4.0) };
+    let position = Position::AboveTarget { towards: Some(NaifId(599)), distance_radii: Some(4.0) };
     let crescent_moon = request(NaifId::MOON, "2024-12-28T00:00:00Z", position, Some(60.0));
     let at = |side: u32| ViewRequest { width: side, height: side, ..crescent_moon.clone() };
     let stops_of_large_image = scene(&at(400)).exposure.stops;
@@ -302,7 +302,7 @@ fn the_sprite_of_a_point_like_sun_is_metered() {
 /// that is not drawn does.
 #[test]
 fn only_the_glare_that_is_drawn_is_metered() {
-    let position = Position::Over { towards: Some(NaifId(599)), distance_radii: Some(4.0) };
+    let position = Position::AboveTarget { towards: Some(NaifId(599)), distance_radii: Some(4.0) };
     let crescent_moon = request(NaifId::MOON, "2024-12-28T00:00:00Z", position, Some(60.0));
     let stops = |effects: &str| {
         let effects = EffectOverrides::parse(effects).expect("effects");

@@ -14,7 +14,7 @@ const MOON: NaifId = NaifId::MOON;
 fn view(target: i32, layers: &str, distance_radii: Option<f64>) -> ViewRequest {
     ViewRequest {
         layers: Layers::parse(layers).expect("layers"),
-        position: Position::Over { towards: None, distance_radii },
+        position: Position::AboveTarget { towards: None, distance_radii },
         fov_deg: Some(20.0),
         ..ViewRequest::of(NaifId(target), Instant::parse("2024-04-16T01:00:00Z").expect("a time"))
     }
@@ -29,12 +29,12 @@ fn layer(scene: &Scene) -> &LabelLayer {
 }
 
 fn rects(layer: &LabelLayer) -> Vec<Rect> {
-    layer.margin.occupied(&LabelMetrics::of_size(layer.size_px)).collect()
+    layer.margin.occupied(&LabelMetrics::of_size(layer.glyph_px)).collect()
 }
 
 /// The centre of a name's rectangle.
 fn middle(layer: &LabelLayer, name: &str) -> Option<DVec2> {
-    let metrics = LabelMetrics::of_size(layer.size_px);
+    let metrics = LabelMetrics::of_size(layer.glyph_px);
     let text = layer.margin.texts.iter().find(|t| t.text == name)?;
     Some(text.left_px + DVec2::new(0.5 * metrics.width_px(name), 0.0))
 }

@@ -16,7 +16,7 @@ const JUPITER: NaifId = NaifId(599);
 /// Jupiter and its surroundings.
 fn jupiter() -> ViewRequest {
     let time = Instant::parse("2024-12-07T20:00:00Z").expect("a time");
-    let position = Position::Over { towards: None, distance_radii: Some(12.0) };
+    let position = Position::AboveTarget { towards: None, distance_radii: Some(12.0) };
     ViewRequest { position, width: 256, height: 256, ..ViewRequest::of(JUPITER, time) }
 }
 
@@ -99,7 +99,7 @@ fn names_appear_next_to_their_bodies_and_do_not_change_the_light() {
     let named = draw_with(Layers { labels: true, ..Layers::default() }, &request);
     assert_eq!(without_labels.frame.hdr, named.frame.hdr, "names are not light");
     let labels = named.scene.labels.as_ref().expect("labels were requested");
-    let metrics = LabelMetrics::of_size(labels.size_px);
+    let metrics = LabelMetrics::of_size(labels.glyph_px);
     assert!(labels.labels.iter().filter(|label| label.name_side.is_some()).count() > 1, "{:?}", labels.labels);
     let changed_places = changed_pixels(&without_labels, &named);
     // Twice the mean width of a letter is wider than any name needs.
@@ -123,7 +123,7 @@ fn names_appear_next_to_their_bodies_and_do_not_change_the_light() {
 #[test]
 fn an_outline_runs_around_the_selected_body_and_nowhere_on_it() {
     let time = Instant::parse("2024-12-07T20:00:00Z").expect("a time");
-    let position = Position::Over { towards: None, distance_radii: Some(4.0) };
+    let position = Position::AboveTarget { towards: None, distance_radii: Some(4.0) };
     let request = ViewRequest { position, width: 200, height: 160, ..ViewRequest::of(JUPITER, time) };
     let without_outline = draw_with(Layers::default(), &request);
     let outlined = draw_with(Layers { outline: true, ..Layers::default() }, &request);
@@ -142,13 +142,13 @@ fn an_outline_runs_around_the_selected_body_and_nowhere_on_it() {
     // A selected body outside the frame has no outline.
     let with_selected = |body: i32| ViewRequest { selected: Some(NaifId(body)), ..request.clone() };
     let neptune = draw_with(Layers { outline: true, ..Layers::default() }, &with_selected(899));
-    assert!(neptune.scene.outlined.is_none() && changed_pixels(&without_outline, &neptune).is_empty());
+    assert!(neptune.scene.selected_silhouette.is_none() && changed_pixels(&without_outline, &neptune).is_empty());
 }
 
 /// The Sun from so close that its disc exceeds white in the middle of the image.
 fn overexposed_sun() -> ViewRequest {
     let time = Instant::parse("2024-12-07T20:00:00Z").expect("a time");
-    let position = Position::Over { towards: None, distance_radii: Some(60.0) };
+    let position = Position::AboveTarget { towards: None, distance_radii: Some(60.0) };
     let effects = EffectOverrides::parse("-glow,-points").expect("effects");
     ViewRequest {
         position,
@@ -235,7 +235,7 @@ fn a_name_keeps_clear_of_the_caption() {
     let (mut named, mut usually_covered) = (0, 0);
     for place in (0..15).flat_map(|i| (0..7).map(move |k| [0.045 * f64::from(i - 7), 0.18 + 0.01 * f64::from(k)])) {
         let with_caption = layer_of(true, place);
-        let metrics = LabelMetrics::of_size(with_caption.size_px);
+        let metrics = LabelMetrics::of_size(with_caption.glyph_px);
         let caption: Vec<_> = with_caption.margin.occupied(&metrics).collect();
         assert!(!caption.is_empty(), "a caption");
         // Whether the caption covers Jupiter's name, if there is a name.

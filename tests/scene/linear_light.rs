@@ -33,7 +33,7 @@ fn views() -> Vec<(&'static str, ViewRequest)> {
         ViewRequest { position, fov_deg, width: 48, height: 48, ..ViewRequest::of(NaifId(target), time) }
     };
     let earth = Position::Centre(NaifId::EARTH);
-    let over = |towards, radii| Position::Over { towards: Some(NaifId(towards)), distance_radii: Some(radii) };
+    let over = |towards, radii| Position::AboveTarget { towards: Some(NaifId(towards)), distance_radii: Some(radii) };
     vec![
         ("earthshine", view(301, "2024-04-10T18:21:00Z", earth, None)),
         ("half Moon", view(301, "2024-04-15T19:00:00Z", earth, None)),
@@ -98,7 +98,7 @@ fn earthshine_is_in_the_file() {
 #[test]
 fn the_suns_disc_fits_into_half_floats() {
     let time = Instant::parse("2025-01-01T00:00:00Z").expect("a time");
-    let position = Position::Over { towards: None, distance_radii: Some(3.0) };
+    let position = Position::AboveTarget { towards: None, distance_radii: Some(3.0) };
     let request = ViewRequest { position, fov_deg: Some(45.0), width: 256, height: 256, ..ViewRequest::of(NaifId::SUN, time) };
     let brightest = pixels(&request, Purpose::LINEAR, "", 0.0).iter().flat_map(|p| &p[..3]).copied().fold(0.0, larger);
     assert!((62_000.0..=65_504.0).contains(&brightest), "{brightest}");

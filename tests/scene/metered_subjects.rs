@@ -25,7 +25,7 @@ fn stops(request: &ViewRequest) -> f64 {
 #[test]
 fn rings_of_a_point_leave_the_reading_gradually() {
     let lit = |k: f64| {
-        let position = Position::Over { towards: None, distance_radii: Some(300.0 * 1.02_f64.powf(k)) };
+        let position = Position::AboveTarget { towards: None, distance_radii: Some(300.0 * 1.02_f64.powf(k)) };
         view(SATURN, "2024-04-08T12:00:00Z", position)
     };
     assert_changes_smoothly("lit Saturn", 0.3, 100, lit);
@@ -86,7 +86,7 @@ fn bodies_beside_the_target_become_points_gradually() {
 #[test]
 fn a_crescent_behind_the_limb_is_not_metered() {
     let mercury = |distance_radii: f64| {
-        let position = Position::Over { towards: None, distance_radii: Some(distance_radii) };
+        let position = Position::AboveTarget { towards: None, distance_radii: Some(distance_radii) };
         view(NaifId(199), "2024-04-08T12:00:00Z", position)
     };
     for distance_radii in [2.9, 3.05, 3.1] {

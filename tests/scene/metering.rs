@@ -26,9 +26,9 @@ fn view(target: NaifId, time: &str, position: Position, fov_deg: Option<f64>) ->
     ViewRequest { position, fov_deg, width: SIDE, height: SIDE, ..ViewRequest::of(target, parse_time(time)) }
 }
 
-/// Over the side of the target that faces the Earth; for the Earth itself, the side that faces the Sun.
-fn over(distance_radii: f64) -> Position {
-    Position::Over { towards: None, distance_radii: Some(distance_radii) }
+/// `None`: towards the Earth or, if the target is the Earth, the Sun.
+fn above_target(towards: Option<NaifId>, distance_radii: f64) -> Position {
+    Position::AboveTarget { towards, distance_radii: Some(distance_radii) }
 }
 
 fn ground(body: NaifId, latitude_deg: f64, longitude_deg: f64) -> Position {
@@ -82,8 +82,7 @@ fn cases() -> Vec<Case> {
         target_only_stops,
     };
     let from_earth = Position::Centre(NaifId::EARTH);
-    let towards_sun = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(20.0) };
-    let sunlit_saturn = view(SATURN, "2013-07-19T21:27:00Z", towards_sun, Some(45.0));
+    let sunlit_saturn = view(SATURN, "2013-07-19T21:27:00Z", above_target(Some(NaifId::SUN), 20.0), Some(45.0));
     // Move the camera from the sunlit side to the opposite side.
     let offset_km = scene(&sunlit_saturn).body(SATURN).expect("Saturn").placement.centre_km;
     let backlit_saturn =
@@ -141,7 +140,7 @@ fn cases() -> Vec<Case> {
             0.5,
             None,
         ),
-        case("the lit Earth", view(NaifId::EARTH, "2024-04-08T18:17:16Z", over(3.0), None), 0.2, 0.3, Some(12.0)),
+        case("the lit Earth", view(NaifId::EARTH, "2024-04-08T18:17:16Z", above_target(None, 3.0), None), 0.2, 0.3, Some(12.0)),
     ]
 }
 
@@ -173,13 +172,13 @@ fn no_view_is_all_white_or_all_black() {
 fn a_far_planet_is_a_point_in_a_dark_sky() {
     for (target, distance_radii) in [(NaifId::EARTH, 30_000.0), (NaifId::EARTH, 60_000.0), (JUPITER, 20_000.0), (PHOBOS, 1e6)] {
         let towards = Some(if target == JUPITER { NaifId::EARTH } else { JUPITER });
-        let request = view(target, "2024-10-08T18:17:16Z", Position::Over { towards, distance_radii: Some(distance_radii) }, Some(20.0));
+        let request = view(target, "2024-10-08T18:17:16Z", above_target(towards, distance_radii), Some(20.0));
         let (found, exposure) = (displayed_levels(&request), scene(&request).exposure);
         assert!(found.visible < 0.1, "{target:?} from {distance_radii} radii: {found:?}, {}", exposure.reason);
         assert!(found.brightest > 60 || target == PHOBOS, "{target:?} from {distance_radii} radii: {found:?}, {}", exposure.reason);
     }
     // With the Sun in the image, its glare whitens at most a tenth.
-    let beside_sun = view(NaifId::EARTH, "2024-04-08T18:17:16Z", over(60_000.0), None);
+    let beside_sun = view(NaifId::EARTH, "2024-04-08T18:17:16Z", above_target(None, 60_000.0), None);
     let (found, exposure) = (displayed_levels(&beside_sun), scene(&beside_sun).exposure);
     assert!(found.white < 0.1 && exposure.reason.to_string().contains("glare"), "{found:?}, {}", exposure.reason);
 }
@@ -278,7 +277,7 @@ fn distance_moves_the_exposure_smoothly() {
     for (_, target) in targets.into_iter().enumerate().filter(|(k, _)| sweep::runs(*k, 2)) {
         // Do not pass the Sun, where the scene behind changes completely.
         let towards = Some(if target == JUPITER { SATURN } else { JUPITER });
-        let place = |k: f64| Position::Over { towards, distance_radii: Some(1.5 * 1.05_f64.powf(k)) };
+        let place = |k: f64| above_target(towards, 1.5 * 1.05_f64.powf(k));
         // Stay within 2 au: from farther away the Sun enters the frame of an inner planet.
         let radius_km = SESSION.catalog().body(target).expect("a body").radii_km.x;
         let steps = ((2.0 * orrery::units::KM_PER_AU / (1.5 * radius_km)).ln() / 1.05_f64.ln()) as i32;
@@ -289,7 +288,7 @@ fn distance_moves_the_exposure_smoothly() {
 /// The view of a body at a phase angle in degrees. The scene that gives the Sun's direction is built only once.
 fn views_by_phase(target: NaifId, time: &str, distance_radii: f64, fov_deg: f64) -> impl Fn(f64) -> ViewRequest {
     let body = SESSION.catalog().body(target).expect("a body");
-    let request = view(target, time, Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(distance_radii) }, Some(fov_deg));
+    let request = view(target, time, above_target(Some(NaifId::SUN), distance_radii), Some(fov_deg));
     let lit_side = scene(&request);
     let sunward = -lit_side.body(target).expect("there").placement.centre_km.normalize();
     let distance_km = distance_radii * body.radii_km.x;
@@ -363,7 +362,7 @@ fn turning_the_camera_moves_the_exposure_smoothly() {
     // Stops that are set explicitly can jump: the check must be able to fail.
     let jumps = |k: f64| {
         let exposure = ExposureRequest::Stops(if k < 1.7 { 0.0 } else { 5.0 });
-        ViewRequest { exposure, ..view(MARS, "2024-03-01T00:00:00Z", over(3.0), None) }
+        ViewRequest { exposure, ..view(MARS, "2024-03-01T00:00:00Z", above_target(None, 3.0), None) }
     };
     assert!(std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| assert_changes_smoothly("jumps", 4.0, 4, jumps))).is_err());
 }
@@ -373,7 +372,8 @@ fn turning_the_camera_moves_the_exposure_smoothly() {
 fn lit_discs_are_shown_at_half_of_white() {
     // About the geometric albedo divided by the square of the distance from the Sun in au.
     for (target, disc_radiance) in [(NaifId::EARTH, 0.434), (MARS, 0.0793), (JUPITER, 0.0214), (NaifId(899), 4.9e-4)] {
-        let request = view(target, "2024-04-08T18:17:16Z", Position::Over { towards: Some(NaifId::SUN), distance_radii: None }, None);
+        let sunward = Position::AboveTarget { towards: Some(NaifId::SUN), distance_radii: None };
+        let request = view(target, "2024-04-08T18:17:16Z", sunward, None);
         let colour = f64::from(SESSION.catalog().body(target).expect("a body").colour.max_element());
         let expected = (0.5_f64 / (disc_radiance * colour)).log2();
         let found = stops(&request);
@@ -385,7 +385,7 @@ fn lit_discs_are_shown_at_half_of_white() {
 #[test]
 fn explicit_stops_give_finite_pixels() {
     for target in [NaifId::EARTH, SATURN, NaifId::SUN] {
-        let base = ViewRequest { width: 48, height: 48, ..view(target, "2024-04-08T18:17:16Z", over(4.0), None) };
+        let base = ViewRequest { width: 48, height: 48, ..view(target, "2024-04-08T18:17:16Z", above_target(None, 4.0), None) };
         let mut previous = 0.0;
         for k in -4..=5 {
             let found = displayed_levels(&ViewRequest { exposure: ExposureRequest::Stops(5.0 * f64::from(k)), ..base.clone() });
@@ -428,8 +428,7 @@ fn a_direction_without_bodies_is_exposed_as_a_night_sky() {
 fn effects_of_one_body_are_metered_as_they_are_drawn() {
     let crescent = view(NaifId::MOON, "2024-04-08T10:00:00Z", Position::Centre(NaifId::EARTH), None);
     let eclipsed = view(NaifId::MOON, "2022-11-08T11:00:00Z", Position::Centre(NaifId::EARTH), None);
-    let towards_sun = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(4.0) };
-    let ringed = view(SATURN, "2017-05-17T00:00:00Z", towards_sun, None);
+    let ringed = view(SATURN, "2017-05-17T00:00:00Z", above_target(Some(NaifId::SUN), 4.0), None);
     let corona = ViewRequest { fov_deg: Some(3.0), ..view(NaifId::SUN, "2024-04-08T18:42:00Z", ground(NaifId::EARTH, 32.78, -96.8), None) };
     for (request, effect, names) in [
         (crescent, "-planet-shine", ["moon", "luna"]),
@@ -467,7 +466,7 @@ fn a_sky_without_eclipses_is_exposed_for_its_daylight() {
 #[test]
 fn a_point_like_sun_beside_the_frame_has_no_glare() {
     const PLUTO: NaifId = NaifId(999);
-    let position = Position::Over { towards: Some(PLUTO), distance_radii: Some(20.0) };
+    let position = above_target(Some(PLUTO), 20.0);
     for fov_deg in [44.0, 45.0, 46.0, 47.0] {
         let request = view(NaifId::MOON, "1981-05-06T02:00:00Z", position, Some(fov_deg));
         let levels = displayed_levels(&ViewRequest { width: 40, height: 40, ..request });

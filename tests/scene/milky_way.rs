@@ -9,7 +9,7 @@ use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::photometry::{irradiance_of_magnitude, magnitude};
 use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Purpose, Up, ViewRequest};
-use orrery::scene::sky::frames::{SkyFrame, direction, ecliptic_pole};
+use orrery::scene::sky::frames::{SkyFrame, ecliptic_pole, unit_vector};
 use orrery::scene::sky::zodiacal;
 use orrery::session::{DrawnFrame, Session, Sources};
 use orrery::time::Instant;
@@ -58,7 +58,7 @@ fn surface_magnitude(radiance: f64) -> f64 {
 
 /// Mean luminance of a field around a position in Galactic coordinates.
 fn mean_around(longitude_deg: f64, latitude_deg: f64, fov_deg: f64) -> f64 {
-    mean(&draw(&SESSION, &towards(SkyFrame::Galactic.icrf_from_frame() * direction(longitude_deg, latitude_deg), fov_deg, MILKY_WAY)))
+    mean(&draw(&SESSION, &towards(SkyFrame::Galactic.icrf_from_frame() * unit_vector(longitude_deg, latitude_deg), fov_deg, MILKY_WAY)))
 }
 
 /// Neighbouring galaxies and dark clouds of our own are where charts show them; a mirrored or rotated map would fail.
@@ -95,7 +95,7 @@ fn the_milky_way_is_as_bright_as_published() {
 /// At a field of view of one arc second all pixels agree to a thousandth, also after panning by up to an arc second.
 #[test]
 fn the_milky_way_is_steady_at_one_arc_second() {
-    let direction = SkyFrame::Galactic.icrf_from_frame() * direction(1.0, -3.0);
+    let direction = SkyFrame::Galactic.icrf_from_frame() * unit_vector(1.0, -3.0);
     let sideways = direction.any_orthonormal_vector();
     let draw_at = |arcsec: f64| draw(&SESSION, &towards(direction + sideways * (arcsec / 206_264.8), 1.0 / 3600.0, MILKY_WAY));
     let first = draw_at(0.0);
@@ -107,7 +107,7 @@ fn the_milky_way_is_steady_at_one_arc_second() {
     }
 }
 
-/// The zodiacal light in the image is that of `zodiacal::law`, computed in f64 for the ray through a pixel, from the ecliptic to its pole
+/// The zodiacal light in the image is that of `zodiacal::brightness`, computed in f64 for the ray through a pixel, from the ecliptic to its pole
 /// and round to the gegenschein.
 #[test]
 fn zodiacal_light_follows_its_law() {
@@ -127,7 +127,7 @@ fn zodiacal_light_follows_its_law() {
                 if elongation_deg < 27.0 {
                     continue;
                 }
-                let expected = zodiacal::law(ray.dot(to_sun), ray.dot(ecliptic_pole())) * zodiacal::unit_radiance(sun_distance_au);
+                let expected = zodiacal::brightness(ray.dot(to_sun), ray.dot(ecliptic_pole())) * zodiacal::unit_radiance(sun_distance_au);
                 let drawn_radiance = f64::from(drawn.frame.hdr[(y * 64 + x) as usize][1]);
                 compared += 1;
                 assert!(
@@ -146,11 +146,11 @@ fn zodiacal_light_follows_its_law() {
 /// decision states its reason.
 #[test]
 fn the_exposure_decides_what_is_visible() {
-    let saturn = |stars_boost: f64, layers: Layers| {
+    let saturn = |stars_boost_stops: f64, layers: Layers| {
         let base = ViewRequest::of(NaifId(699), Instant::parse(TIME).expect("a time"));
-        let position = Position::Over { towards: None, distance_radii: Some(6.0) };
+        let position = Position::AboveTarget { towards: None, distance_radii: Some(6.0) };
         SESSION
-            .draw(&ViewRequest { position, width: 64, height: 64, stars_boost, layers, ..base }, SAMPLING, FrameImages::DisplayAndHdr)
+            .draw(&ViewRequest { position, width: 64, height: 64, stars_boost_stops, layers, ..base }, SAMPLING, FrameImages::DisplayAndHdr)
             .expect("drawn")
     };
     let decision_of = |drawn: &DrawnFrame, effect: &str| {
@@ -184,8 +184,8 @@ fn the_exposure_decides_what_is_visible() {
             && without_layers.frame.hdr[0][1] == 0.0
     );
     // The light increases by the factor that the stops imply.
-    let base = towards(direction(266.0, -29.0), 20.0, Layers { milky_way: true, zodiacal_light: true, ..Layers::NONE });
-    let ratio = mean(&draw(&SESSION, &ViewRequest { stars_boost: 3.0, ..base.clone() })) / mean(&draw(&SESSION, &base));
+    let base = towards(unit_vector(266.0, -29.0), 20.0, Layers { milky_way: true, zodiacal_light: true, ..Layers::NONE });
+    let ratio = mean(&draw(&SESSION, &ViewRequest { stars_boost_stops: 3.0, ..base.clone() })) / mean(&draw(&SESSION, &base));
     assert!((ratio - 8.0).abs() < 1e-3, "{ratio}");
 }
 
@@ -217,7 +217,7 @@ fn a_users_panorama_is_placed_in_its_frame() {
         let sources = Sources { sky: Some(sky.clone()), sky_frame: frame, cache: Some(folder.path().join("cache")), ..Sources::default() };
         let session = Session::open(&sources, |line| panic!("{line}")).expect("opens");
         let redness = |longitude: f64, latitude: f64| {
-            let drawn = draw(&session, &towards(frame.icrf_from_frame() * direction(longitude, latitude), 1.0, MILKY_WAY));
+            let drawn = draw(&session, &towards(frame.icrf_from_frame() * unit_vector(longitude, latitude), 1.0, MILKY_WAY));
             let p = drawn.frame.hdr[32 * 64 + 32];
             f64::from(p[0]) / f64::from(p[1])
         };

@@ -19,7 +19,7 @@ use orrery::scene::draw::DrawUniforms;
 use orrery::scene::photometry::irradiance_of_magnitude;
 use orrery::scene::request::effects::EffectOverrides;
 use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, Up, ViewRequest};
-use orrery::scene::sky::minor_planets::MARK_LEVEL;
+use orrery::scene::sky::minor_planets::MARKER_LEVEL;
 use orrery::scene::viewpoint::viewer;
 use orrery::scene::{
     CORE_SIGMA_PX, GLARE_FRACTION, GLARE_RADIUS_EXPONENT, GLARE_SCALE_RADIUS_PX, MAX_RADIUS_PX, POINT_RADIUS_PX, point_peak, point_spread,
@@ -199,7 +199,7 @@ fn images_show_minor_planets_at_their_position_and_brightness() {
             let phase_law = (1.0 - g) * (-3.33 * tan_half_phase.powf(0.63)).exp() + g * (-1.87 * tan_half_phase.powf(1.22)).exp();
             let magnitude = h + 5.0 * (sun_distance_au * distance_au).log10() - 2.5 * phase_law.log10();
             let flux = irradiance_of_magnitude(magnitude) * PI / camera.pixel_tangent().powi(2);
-            let marker_flux = MARK_LEVEL * drawn.scene.exposure.white() / point_peak();
+            let marker_flux = MARKER_LEVEL * drawn.scene.exposure.white() / point_peak();
             let colour = f64::from(drawn.scene.minor_planets.as_ref().expect("asked for").colour.y);
             worst_light = larger(worst_light, (sum / (flux.max(marker_flux) * colour) - 1.0).abs());
             brighter_than_markers += usize::from(flux > marker_flux);

@@ -30,7 +30,7 @@ impl Image {
 fn drawn(target: i32, distance_radii: f64, time: &str, pixel_view: PixelView) -> Image {
     let time = Instant::parse(time).expect("a time");
     let request = ViewRequest {
-        position: Position::Over { towards: None, distance_radii: Some(distance_radii) },
+        position: Position::AboveTarget { towards: None, distance_radii: Some(distance_radii) },
         effects: EffectOverrides::parse("-normal").expect("an effect"),
         pixel_view,
         width: SIDE,
@@ -161,7 +161,7 @@ fn views_of_eclipse_ring_and_air_show_transmittance_and_optical_depth() {
 fn cost_counts_what_ran() {
     let draw_with = |effects: &str, view| {
         let request = ViewRequest {
-            position: Position::Over { towards: None, distance_radii: Some(3.0) },
+            position: Position::AboveTarget { towards: None, distance_radii: Some(3.0) },
             effects: EffectOverrides::parse(effects).expect("effects"),
             pixel_view: view,
             width: SIDE,

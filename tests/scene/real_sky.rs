@@ -236,7 +236,7 @@ fn impossible_camera_values_are_refused_by_name() {
     assert!(refused(&|r| r.width = 0).contains("size 0x1024"));
     assert!(refused(&|r| r.fov_deg = Some(180.0)).contains("field of view 180"));
     assert!(refused(&|r| r.fov_deg = Some(f64::NAN)).contains("field of view"));
-    assert!(refused(&|r| r.position = Position::Over { towards: None, distance_radii: Some(0.5) }).contains("inside Earth"));
+    assert!(refused(&|r| r.position = Position::AboveTarget { towards: None, distance_radii: Some(0.5) }).contains("inside Earth"));
     assert!(refused(&|r| r.position = Position::Centre(NaifId::EARTH)).contains("centre"));
     let file = |text: &str| {
         let mut request = ViewRequest::of(NaifId::EARTH, parse_time("2024-04-08T18:17:16Z"));
@@ -260,8 +260,8 @@ fn a_refused_time_is_reported_as_it_was_given() {
     let refused = |request: &ViewRequest| Scene::build(&catalog, &ephemeris, request).expect_err("refused").to_string();
     let offset = |body| Position::Offset { body, offset_km: glam::DVec3::new(1e6, 2e6, 3e6), axes: Axes::Icrf };
     let positions = [
-        Position::Over { towards: None, distance_radii: None },
-        Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(1e5) },
+        Position::AboveTarget { towards: None, distance_radii: None },
+        Position::AboveTarget { towards: Some(NaifId::SUN), distance_radii: Some(1e5) },
         Position::Centre(NaifId::EARTH),
         Position::Ground { body: NaifId::MOON, latitude_deg: 10.0, longitude_deg: 20.0, height_km: 1.0 },
         offset(NaifId(499)),

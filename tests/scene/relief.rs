@@ -13,7 +13,7 @@ use orrery::time::Instant;
 fn min_light_ratio(session: &Session, from: NaifId, time: &str) -> f64 {
     let image = |effects: &str| {
         let request = ViewRequest {
-            position: Position::Over { towards: Some(from), distance_radii: Some(60.0) },
+            position: Position::AboveTarget { towards: Some(from), distance_radii: Some(60.0) },
             fov_deg: Some(2.1),
             exposure: ExposureRequest::Stops(2.0),
             effects: EffectOverrides::parse(effects).expect("effects"),

@@ -27,7 +27,7 @@ fn light(session: &Session, subject: &Subject, side: u32, diameter_px: f64, effe
     let px_per_rad = f64::from(side) / (2.0 * (0.5 * FOV_DEG.to_radians()).tan());
     let distance_radii = 2.0 * px_per_rad / diameter_px;
     let request = ViewRequest {
-        position: Position::Over { towards: Some(subject.from), distance_radii: Some(distance_radii) },
+        position: Position::AboveTarget { towards: Some(subject.from), distance_radii: Some(distance_radii) },
         fov_deg: Some(FOV_DEG),
         exposure: ExposureRequest::Stops(0.0),
         effects: EffectOverrides::parse(effects).expect("effects"),

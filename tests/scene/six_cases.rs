@@ -18,13 +18,13 @@ const SIZE_PX: u32 = 96;
 const FOV_DEG: f64 = 45.0;
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 1, anisotropy: 4 };
 
-/// Functions of optional effects: absent from the code of a body that has only its map and sunlight, or shines itself. `air_before`
-/// evaluates the air in front of a surface.
+/// Functions of optional effects: absent from the code of a body that has only its map and sunlight, or shines itself. `interpolated_air` evaluates or
+/// interpolates the air in front of a surface.
 const EFFECT_FUNCTIONS: [&str; 7] = [
     "eclipse_light(",
     "ring_shadow_transmittance(",
     "planet_shadow_transmittance(",
-    "air_before(",
+    "interpolated_air(",
     "sunlight_through_clouds(",
     "night_lights_on(",
     "ring_shine(",
@@ -39,7 +39,7 @@ struct Case {
 /// Bodies are NAIF codes: 10 is the Sun, 199 Mercury, 301 the Moon, 399 the Earth, 699 Saturn, 799 Uranus. `towards`: the body on whose
 /// side the camera is. `distance_radii`: from the target's centre. `overrides`: effects switched on (+) and off (-).
 fn case(target: i32, time: &str, towards: Option<i32>, distance_radii: f64, overrides: &str) -> Case {
-    let position = Position::Over { towards: towards.map(NaifId), distance_radii: Some(distance_radii) };
+    let position = Position::AboveTarget { towards: towards.map(NaifId), distance_radii: Some(distance_radii) };
     let effects = EffectOverrides::parse(overrides).expect("effects");
     let base = ViewRequest::of(NaifId(target), Instant::parse(time).expect("a time"));
     let scene = SESSION
@@ -118,10 +118,10 @@ fn mercury_has_only_its_map_and_sunlight() {
 fn the_earth_without_clouds_has_air() {
     let [with, without] = ["-clouds", "-clouds,-atmosphere"].map(|effects| case(399, "2024-06-08T18:17:16Z", Some(10), 1.3, effects));
     let code = with.globe(399);
-    assert_contains(&code, &["air_before("]);
+    assert_contains(&code, &["interpolated_air("]);
     // Seen from the Sun there is no night side.
     assert_lacks(&code, &["sunlight_through_clouds(", "eclipse_light(", "night_lights_on("]);
-    assert_lacks(&without.globe(399), &["air_before("]);
+    assert_lacks(&without.globe(399), &["interpolated_air("]);
     assert!(
         with.hlsl(399, BodyPart::Clouds).is_none() && with.hlsl(399, BodyPart::Sky).is_some() && without.hlsl(399, BodyPart::Sky).is_none()
     );
@@ -165,7 +165,7 @@ fn saturn_and_its_ring_cast_shadows_on_each_other() {
     let time = "2017-05-17T00:00:00Z";
     let [both_shadows, no_ring_shadow, no_body_shadow] =
         ["-ring-shine", "-ring-shine,-ring-shadow", "-ring-shine,-body-shadow"].map(|effects| case(699, time, Some(799), 5.0, effects));
-    let ring = |c: &Case| c.hlsl(699, BodyPart::Ring).expect("the ring is drawn");
+    let ring = |c: &Case| c.hlsl(699, BodyPart::RingInFront).expect("the ring is drawn");
     assert_contains(&both_shadows.globe(699), &["ring_shadow_transmittance("]);
     assert_contains(&ring(&both_shadows), &["planet_shadow_transmittance("]);
     assert_lacks(&no_ring_shadow.globe(699), &["ring_shadow_transmittance("]);

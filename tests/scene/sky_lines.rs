@@ -13,7 +13,7 @@ use orrery::scene::Scene;
 use orrery::scene::annotation::strokes::LineSegment;
 use orrery::scene::camera::Camera;
 use orrery::scene::request::{Axes, Layers, Look, Position, Up, ViewRequest};
-use orrery::scene::sky::frames::{SkyFrame, direction};
+use orrery::scene::sky::frames::{SkyFrame, unit_vector};
 use orrery::scene::sky::stars::StarPlacer;
 use orrery::scene::viewpoint::viewer;
 use orrery::time::Instant;
@@ -86,7 +86,7 @@ fn figures_join_their_stars() {
             built.sky_decisions
         );
     }
-    let named = scene(&towards(direction(83.0, 0.0), 50.0, only("constellations")));
+    let named = scene(&towards(unit_vector(83.0, 0.0), 50.0, only("constellations")));
     assert!(named.line_texts.expect("names").texts.iter().any(|t| t.text == "Orion"));
 }
 
@@ -97,14 +97,14 @@ fn grids_run_through_their_coordinates() {
         [("grid-equatorial", SkyFrame::Equatorial), ("grid-ecliptic", SkyFrame::Ecliptic), ("grid-galactic", SkyFrame::Galactic)]
     {
         for (longitude, latitude) in [(90.0, 30.0), (0.0, 0.0), (210.0, -60.0), (270.0, 90.0)] {
-            let request_at = |fov_deg: f64| towards(frame.icrf_from_frame() * direction(longitude, latitude), fov_deg, only(layer));
+            let request_at = |fov_deg: f64| towards(frame.icrf_from_frame() * unit_vector(longitude, latitude), fov_deg, only(layer));
             for fov_deg in FIELDS_DEG {
                 let request = request_at(fov_deg);
                 let built = scene(&request);
                 let velocity = viewer(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a viewer").body_velocity_km_s;
                 assert!(!built.sky_lines.is_empty() && built.sky_lines.len() < 40_000, "{layer} {fov_deg}: {}", built.sky_lines.len());
                 let apparent_px = |lon: f64, lat: f64| {
-                    let clip = built.camera.clip(aberrated(frame.icrf_from_frame() * direction(lon, lat), velocity));
+                    let clip = built.camera.clip(aberrated(frame.icrf_from_frame() * unit_vector(lon, lat), velocity));
                     clip.filter(|c| c.abs().max_element() < 0.999).map(|c| built.camera.pixel_from_clip(c))
                 };
                 // Multiples of 90 degrees are lines in every view; test points along them, also between the segments' ends.
@@ -131,8 +131,8 @@ fn grids_run_through_their_coordinates() {
         }
     }
     // The comparison must be able to fail.
-    let built = scene(&towards(direction(90.0, 33.0), 20.0, only("grid-ecliptic")));
-    let beside = built.camera.pixel_from_clip(built.camera.clip(direction(91.7, 31.7)).expect("in front"));
+    let built = scene(&towards(unit_vector(90.0, 33.0), 20.0, only("grid-ecliptic")));
+    let beside = built.camera.pixel_from_clip(built.camera.clip(unit_vector(91.7, 31.7)).expect("in front"));
     assert!(distance_px(&built.camera, &built.sky_lines, beside) > 5.0);
 }
 
@@ -140,7 +140,7 @@ fn grids_run_through_their_coordinates() {
 /// 20 pixels some line is far from those of the first frame, so the comparison can fail.
 #[test]
 fn lines_do_not_jump_when_panning() {
-    let middle = direction(100.0, 75.0);
+    let middle = unit_vector(100.0, 75.0);
     let sideways = middle.any_orthonormal_vector();
     let first = scene(&towards(middle, 30.0, only("grid-equatorial")));
     let pixel_rad = first.camera.pixel_tangent();
@@ -203,7 +203,7 @@ fn the_horizon_is_that_of_the_viewers_location() {
 #[test]
 fn each_body_in_sight_has_its_own_lines() {
     let from_earth_side = ViewRequest {
-        position: Position::Over { towards: Some(NaifId::EARTH), distance_radii: Some(6.0) },
+        position: Position::AboveTarget { towards: Some(NaifId::EARTH), distance_radii: Some(6.0) },
         width: 400,
         height: 400,
         layers: only("grid-body"),
@@ -240,7 +240,7 @@ fn each_body_in_sight_has_its_own_lines() {
 fn a_body_hides_the_coordinates_on_the_body_behind_it() {
     let texts = |distance_radii: f64, fov_deg: f64| {
         let request = ViewRequest {
-            position: Position::Over { towards: Some(NaifId::MOON), distance_radii: Some(distance_radii) },
+            position: Position::AboveTarget { towards: Some(NaifId::MOON), distance_radii: Some(distance_radii) },
             fov_deg: Some(fov_deg),
             width: 500,
             height: 500,
@@ -263,8 +263,9 @@ fn a_body_hides_the_coordinates_on_the_body_behind_it() {
 #[test]
 fn ground_lines_lie_at_their_coordinates() {
     for (target, distance_radii) in [(599, 5.0), (399, 3.0), (301, 1.3), (699, 4.0)] {
+        let towards = Some(NaifId(if target == 399 { 301 } else { 399 }));
         let base = ViewRequest {
-            position: Position::Over { towards: Some(NaifId(if target == 399 { 301 } else { 399 })), distance_radii: Some(distance_radii) },
+            position: Position::AboveTarget { towards, distance_radii: Some(distance_radii) },
             width: 400,
             height: 400,
             layers: only("terminator"),
@@ -295,7 +296,7 @@ fn ground_lines_lie_at_their_coordinates() {
         // The half of the equator that faces the camera is drawn.
         let mut on_equator = 0;
         for longitude in 0..360 {
-            let unit = direction(f64::from(longitude), 0.0);
+            let unit = unit_vector(f64::from(longitude), 0.0);
             let Some(at) = built.camera.pixel_of_surface(&placement, unit) else { continue };
             if (0.0..400.0).contains(&at.x) && (0.0..400.0).contains(&at.y) {
                 on_equator += 1;
@@ -316,7 +317,7 @@ fn ground_lines_lie_at_their_coordinates() {
 fn lines_that_are_not_drawn_have_a_reason_and_no_text() {
     let of_body = |target: NaifId, distance_radii: f64, layer: &str| {
         scene(&ViewRequest {
-            position: Position::Over { towards: None, distance_radii: Some(distance_radii) },
+            position: Position::AboveTarget { towards: None, distance_radii: Some(distance_radii) },
             width: 400,
             height: 400,
             layers: only(layer),
@@ -334,7 +335,7 @@ fn lines_that_are_not_drawn_have_a_reason_and_no_text() {
 #[test]
 fn bodies_hide_the_lines_behind_them() {
     let base = ViewRequest {
-        position: Position::Over { towards: None, distance_radii: Some(6.0) },
+        position: Position::AboveTarget { towards: None, distance_radii: Some(6.0) },
         width: 200,
         height: 200,
         layers: Layers::NONE,
@@ -365,7 +366,7 @@ fn bodies_hide_the_lines_behind_them() {
 fn visible_stars_have_names() {
     let at_stops = |stops: f64, layers: Layers| ViewRequest {
         exposure: orrery::scene::request::ExposureRequest::Stops(stops),
-        ..towards(direction(83.0, 0.0), 40.0, layers)
+        ..towards(unit_vector(83.0, 0.0), 40.0, layers)
     };
     let named = Layers { stars: true, star_names: true, ..Layers::NONE };
     let built = scene(&at_stops(19.0, named));
@@ -375,7 +376,7 @@ fn visible_stars_have_names() {
         let star = SESSION.catalog().stars().index_of_hip(hip).expect("in the catalog");
         let at = orrery::scene::labels::star_px(&built, star).expect("drawn");
         let offset = text.left_px - at;
-        assert!((0.0..2.0 * texts.size_px).contains(&offset.x) && offset.y.abs() < texts.size_px, "{name}: {offset}");
+        assert!((0.0..2.0 * texts.glyph_px).contains(&offset.x) && offset.y.abs() < texts.glyph_px, "{name}: {offset}");
         // A click near the star selects it; a click far from it does not.
         assert_eq!(orrery::scene::labels::star_at(&built, at + DVec2::splat(2.0)), Some(star), "{name}");
         assert_ne!(orrery::scene::labels::star_at(&built, at + DVec2::splat(40.0)), Some(star), "{name}");

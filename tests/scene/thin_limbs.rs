@@ -31,7 +31,7 @@ const MARS: View = View { target: NaifId(499), from: Some(NaifId(401)), time: "2
 impl View {
     fn scene(&self, side: u32) -> Scene {
         let request = ViewRequest {
-            position: self.from.map_or(Position::Over { towards: None, distance_radii: None }, Position::Centre),
+            position: self.from.map_or(Position::AboveTarget { towards: None, distance_radii: None }, Position::Centre),
             effects: EffectOverrides::parse(self.effects).expect("effects"),
             exposure: ExposureRequest::Stops(0.0),
             purpose: Purpose::LINEAR,

@@ -23,7 +23,7 @@ fn request(target: i32, time: &str, position: Position) -> ViewRequest {
 }
 
 fn over(target: i32, time: &str, distance_radii: f64, towards: Option<i32>) -> ViewRequest {
-    request(target, time, Position::Over { towards: towards.map(NaifId), distance_radii: Some(distance_radii) })
+    request(target, time, Position::AboveTarget { towards: towards.map(NaifId), distance_radii: Some(distance_radii) })
 }
 
 fn pixels(scene: &Scene) -> Pixels {

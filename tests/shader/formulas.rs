@@ -342,12 +342,12 @@ fn the_opacity_of_clouds_agrees_with_the_shader() {
     let texels: Vec<f32> = (0..=255_u8).map(|byte| f32::from(byte) / 255.0).collect();
     let inputs: Vec<EvalInput> = texels.iter().map(|texel| eval_input([f64::from(*texel)])).collect();
     let shader = Emitted::new("cloud.sun1.ellipsoid", "vec4f(cloud_opacity(p.x))");
-    let errors = [(0.03, 0.75), (0.2, 0.9)].map(|(clear, full)| {
-        let clouds = CloudUniforms { clear, full, ..CloudUniforms::default() };
+    let errors = [(0.03, 0.75), (0.2, 0.9)].map(|(clear_texel, closed_texel)| {
+        let clouds = CloudUniforms { clear_texel, closed_texel, ..CloudUniforms::default() };
         let results = shader.evaluate(&DrawUniforms { clouds, ..one_light_uniforms() }, None, &inputs);
         let opacity_with = |bounds: OpacityTexels| texels.iter().map(move |texel| f64::from(bounds.opacity(*texel)));
-        let other = OpacityTexels::new(clear, 0.5);
-        [OpacityTexels::new(clear, full), other].map(|bounds| greatest_error(&results, opacity_with(bounds)))
+        let other = OpacityTexels::new(clear_texel, 0.5);
+        [OpacityTexels::new(clear_texel, closed_texel), other].map(|bounds| greatest_error(&results, opacity_with(bounds)))
     });
     for [same_bounds, other_bounds] in errors {
         assert!(same_bounds < 1e-6, "{same_bounds}");

@@ -10,7 +10,7 @@ use orrery::shader::emit::{emit_fragment, emit_module};
 use orrery::shader::fragments::FRAGMENTS;
 use orrery::shader::id::{SIMPLE_MODULES, probe_samples};
 use orrery::shader::key::{ShaderKey, covering_keys, feature_names, keys_of, random_keys};
-use orrery::shader::record::{DigestRecord, Verified, changes_text, recorded_modules};
+use orrery::shader::record::{BuiltRecord, DigestRecord, changes_text, recorded_modules};
 use orrery::shader::translate::{Language, translate};
 use orrery::shader::{Lowering, ModuleId, ShaderModule, emit, generator};
 use std::collections::BTreeSet;
@@ -25,8 +25,8 @@ fn reachable() -> BTreeSet<ShaderKey> {
 }
 
 /// Builds the modules and translates those whose flag is true; panics with the first failures.
-fn build_all(ids: &[(ModuleId, bool)]) -> Verified {
-    Verified::of(ids, &lowering(), || {})
+fn build_all(ids: &[(ModuleId, bool)]) -> BuiltRecord {
+    BuiltRecord::of(ids, &lowering(), || {})
         .unwrap_or_else(|e| panic!("{} of {} modules failed; the first of them:\n{}", e.len(), ids.len(), e[..e.len().min(20)].join("\n")))
 }
 

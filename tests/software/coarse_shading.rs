@@ -12,7 +12,7 @@ use orrery::{Frame, FrameImages};
 /// The Sun from a distance in solar radii, with its glare and, in front of it, the orbits of the planets. From 12,000 radii the glare covers every pixel.
 fn request(size: [u32; 2], distance_radii: f64) -> ViewRequest {
     ViewRequest {
-        position: Position::Over { towards: None, distance_radii: Some(distance_radii) },
+        position: Position::AboveTarget { towards: None, distance_radii: Some(distance_radii) },
         fov_deg: Some(60.0),
         width: size[0],
         height: size[1],

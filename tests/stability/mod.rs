@@ -46,12 +46,12 @@ fn shadows_are_stable_and_a_missing_clamp_in_an_umbra_is_detected() {
     let obscuration = "lib/eclipse/obscuration.wesl";
     let unclamped = session_with_edits(&[
         ("lib/eclipse/disc_overlap.wesl", "    if overhang <= 0.0 {\n        return WHOLE_SUN;\n    }\n", ""),
-        (obscuration, "let over_centre = round && circle.x >= 1.0 && circle.y < circle.x;", "let over_centre = false;"),
-        (obscuration, "overlap.left = max(WHOLE_SUN - overlap.hidden, vec3f(0.0));", "overlap.left = WHOLE_SUN - overlap.hidden;"),
+        (obscuration, "let covers_centre = is_round && circle.x >= 1.0 && circle.y < circle.x;", "let covers_centre = false;"),
+        (obscuration, "overlap.visible = max(WHOLE_SUN - overlap.hidden, vec3f(0.0));", "overlap.visible = WHOLE_SUN - overlap.hidden;"),
         (
             obscuration,
-            "return clamp(select(1.0 - hidden / whole, left / whole, overlap.left.x < overlap.hidden.x), vec3f(0.0), vec3f(1.0));",
-            "return select(1.0 - hidden / whole, left / whole, overlap.left.x < overlap.hidden.x);",
+            "return clamp(select(1.0 - hidden / whole, visible / whole, overlap.visible.x < overlap.hidden.x), vec3f(0.0), vec3f(1.0));",
+            "return select(1.0 - hidden / whole, visible / whole, overlap.visible.x < overlap.hidden.x);",
         ),
     ]);
     assert!(swept(&unclamped, "shadows", InjectedFaults::default()).has_failed());

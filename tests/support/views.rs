@@ -22,7 +22,7 @@ struct View {
 
 /// Position of the camera.
 enum CameraPlace {
-    /// Over the default side of the body ([`Position::Over`]), at the distance at which the disc fills 3/4 of the image's height.
+    /// Over the default side of the body ([`Position::AboveTarget`]), at the distance at which the disc fills 3/4 of the image's height.
     Fitted,
     /// Over the same side, at this distance from the centre in equatorial radii.
     Radii(f64),
@@ -53,8 +53,8 @@ const VIEWS: [View; 11] = [
 pub fn views() -> Vec<(&'static str, ViewRequest)> {
     let request = |v: View| {
         let (position, fov_deg) = match v.camera {
-            CameraPlace::Fitted => (Position::Over { towards: None, distance_radii: None }, None),
-            CameraPlace::Radii(radii) => (Position::Over { towards: None, distance_radii: Some(radii) }, None),
+            CameraPlace::Fitted => (Position::AboveTarget { towards: None, distance_radii: None }, None),
+            CameraPlace::Radii(radii) => (Position::AboveTarget { towards: None, distance_radii: Some(radii) }, None),
             CameraPlace::EarthDeg(fov_deg) => (Position::Centre(NaifId::EARTH), Some(fov_deg)),
         };
         let base = ViewRequest::of(NaifId(v.target), Instant::parse(v.time).expect("a time"));
@@ -69,7 +69,7 @@ pub fn views() -> Vec<(&'static str, ViewRequest)> {
         fov_deg: Some(70.0),
         width: SIDE,
         height: SIDE,
-        stars_boost: 3.0,
+        stars_boost_stops: 3.0,
         ..ViewRequest::of(NaifId::EARTH, Instant::parse("2024-06-07T00:00:00Z").expect("a time"))
     };
     // A view from so close to the ground that rays start at the camera (`anchor_is_camera`), the night sky, and the belt of minor planets.
@@ -100,7 +100,7 @@ fn composed_views() -> Vec<(&'static str, ViewRequest)> {
     let mesh = WarpMesh::parse("screen", &format!("2\n4 3\n{nodes}")).expect("a mesh");
     let ground = Position::Ground { body: NaifId::EARTH, latitude_deg: 32.8, longitude_deg: -96.8, height_km: 0.002 };
     let dome = Composition { zenith_centred: true, ..sphere(Projection::Fisheye) };
-    let near_mars = Position::Over { towards: None, distance_radii: Some(1.6) };
+    let near_mars = Position::AboveTarget { towards: None, distance_radii: Some(1.6) };
     vec![
         ("saturn-anaglyph", saturn(StereoLayout::Anaglyph)),
         ("saturn-side-by-side", saturn(StereoLayout::SideBySide)),
@@ -128,12 +128,12 @@ fn views_with_layers() -> [(&'static str, ViewRequest); 4] {
         ..ViewRequest::of(NaifId::EARTH, Instant::parse("1986-03-16T00:00:00Z").expect("a time"))
     };
     let orbits = ViewRequest {
-        position: Position::Over { towards: None, distance_radii: Some(30.0) },
+        position: Position::AboveTarget { towards: None, distance_radii: Some(30.0) },
         layers: Layers { orbits: true, traces: true, ..Layers::default() },
         ..ViewRequest::of(NaifId(699), Instant::parse("2017-05-17T00:00:00Z").expect("a time"))
     };
     let eclipse_path = ViewRequest {
-        position: Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(3.2) },
+        position: Position::AboveTarget { towards: Some(NaifId::SUN), distance_radii: Some(3.2) },
         layers: Layers { eclipse_path: true, ..Layers::NONE },
         ..ViewRequest::of(NaifId::EARTH, Instant::parse(ECLIPSE_DAY).expect("a time"))
     };

@@ -282,7 +282,7 @@ fn texts_in_images_are_in_the_requested_language() {
         let names = labels.labels.into_iter().map(|mark| mark.name);
         labels.margin.texts.into_iter().map(|text| text.text).chain(names).chain(lines).collect::<Vec<_>>().join("|")
     };
-    let away = Position::Over { towards: None, distance_radii: Some(40.0) };
+    let away = Position::AboveTarget { towards: None, distance_radii: Some(40.0) };
     for (position, language, parts) in [
         (away, TextLanguage::German, ["Mond   8. April 2024, 18:30:00 UTC", "aus 69.496 km Entfernung, Bildfeld 90,0°", "Mond"]),
         (away, TextLanguage::English, ["Moon   2024-04-08 18:30:00 UTC", "from 69 496 km away, field of view 90.0°", "Moon"]),

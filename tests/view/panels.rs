@@ -91,7 +91,7 @@ fn measurements_are_left_out_of_the_record_and_nothing_else() {
 
 fn saturn_view() -> ViewRequest {
     let time = Instant::parse(EQUINOX).expect("a time");
-    let position = Position::Over { towards: Some(NaifId::SUN), distance_radii: Some(5.0) };
+    let position = Position::AboveTarget { towards: Some(NaifId::SUN), distance_radii: Some(5.0) };
     ViewRequest { position, width: 240, height: 160, quality: Quality::Draft, ..ViewRequest::of(SATURN, time) }
 }
 

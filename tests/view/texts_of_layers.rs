@@ -31,7 +31,7 @@ fn reasons_of_scenes_are_messages() {
                 ["", "+eclipse=linear,+atmosphere=vertex", "-clouds,-eclipse,-atmosphere", "+atmosphere=table,+planet-shine,+ring-shine"]
                     [(k + n) % 4];
             let request = ViewRequest {
-                position: Position::Over { towards: (target != NaifId::SUN && k % 2 == 0).then_some(NaifId::SUN), distance_radii },
+                position: Position::AboveTarget { towards: (target != NaifId::SUN && k % 2 == 0).then_some(NaifId::SUN), distance_radii },
                 width: 96,
                 height: 64,
                 quality: [Quality::Draft, Quality::Standard][k % 2],

@@ -72,7 +72,7 @@ mod tests {
     fn modules_can_be_reconstructed_from_their_runs() {
         let modules: Vec<ShaderModule> = ["lambert.sun1.sphere", "lambert.albedo.sun1.ellipsoid", "tone_map"]
             .iter()
-            .map(|name| ShaderModule::build(&name.parse::<ModuleId>().expect(name), &Lowering::none()).expect(name))
+            .map(|name| ShaderModule::build(&name.parse::<ModuleId>().expect(name), &Lowering::without_tape()).expect(name))
             .collect();
         let mut table = LineTable::default();
         let runs: Vec<String> = modules.iter().map(|m| table.add(&m.wgsl, &m.source_map)).collect();

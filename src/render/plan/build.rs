@@ -46,7 +46,7 @@ impl SamplingQuality {
 /// The modules that a scene's plan runs, each once, so that they can be compiled before the plan is made.
 pub fn modules(scene: &Scene) -> Vec<ModuleId> {
     let module_of = |d: &Draw| ModuleId::Planet(ShaderKey::for_draw(&d.features));
-    let mut all: Vec<_> = scene.draws.iter().chain(&scene.outlined).map(module_of).collect();
+    let mut all: Vec<_> = scene.draws.iter().chain(&scene.selected_silhouette).map(module_of).collect();
     all.extend(coarse_air::modules(&scene.draws));
     all.extend(simple_draws::modules(scene).into_iter().map(ModuleId::Simple));
     all.sort();
@@ -150,7 +150,7 @@ pub(super) fn hdr_steps(
             let is_first_run = !scene.draws[..index].iter().any(belongs_to(body));
             let is_last_run = !scene.draws[end..].iter().any(belongs_to(body));
             start = end;
-            let limb = scene.limbs.iter().find(|l| l.body == body);
+            let limb = scene.refracted_limbs.iter().find(|l| l.body == body);
             let (occlusion, refraction) = limb.map(|l| simple_draws::refracted_limb(scene, l, provider)).transpose()?.unzip();
             steps.extend(occlusion.flatten().filter(|_| is_first_run).map(|draw| over_hdr("unrefracted Sun", vec![draw])));
             for layers in run.chunk_by(|a, b| step_name(a) == step_name(b)) {
@@ -192,7 +192,7 @@ fn display_steps(scene: &Scene, provider: &impl ResourceProvider, sampling: Samp
         steps.extend(simple_draws::bloom_steps(scene, provider, HDR_TARGET)?);
     }
     steps.push(simple_draws::tone_map_step(scene, provider, HDR_TARGET, DISPLAY_TARGET)?);
-    if let Some(draw) = &scene.outlined {
+    if let Some(draw) = &scene.selected_silhouette {
         let shape = body_draw(draw, width, height, provider, sampling)?;
         steps.extend(simple_draws::outline_steps(scene, shape, provider, DISPLAY_TARGET)?);
     }

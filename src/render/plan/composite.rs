@@ -42,7 +42,7 @@ fn sphere_module(projection: Projection) -> &'static str {
 
 /// The modules that a composite's plan runs, each once. `warped`: the plan ends with a warp.
 pub fn composite_modules(composite: &Composite, warped: bool) -> Vec<ModuleId> {
-    let mut all: Vec<ModuleId> = composite.scenes.iter().chain([&composite.whole]).flat_map(modules).collect();
+    let mut all: Vec<ModuleId> = composite.scenes.iter().chain([&composite.whole_image]).flat_map(modules).collect();
     match &composite.arrangement {
         Arrangement::Eyes(eyes) => all.push(ModuleId::Simple(stereo_module(eyes.layout))),
         Arrangement::Faces(faces) => all.push(ModuleId::Simple(sphere_module(faces.image.projection))),
@@ -80,7 +80,7 @@ pub fn composite(
     warp: Option<(&WarpMesh, [u32; 2])>,
 ) -> Result<Plan, PlanError> {
     let mut combined = match &composite.arrangement {
-        Arrangement::Single => plan(&composite.whole, provider, sampling)?,
+        Arrangement::Single => plan(&composite.whole_image, provider, sampling)?,
         Arrangement::Eyes(eyes) => plan_eyes(composite, eyes, provider, sampling)?,
         Arrangement::Faces(faces) => plan_faces(composite, faces, provider, sampling)?,
     };
@@ -152,14 +152,14 @@ fn plan_faces(
     let resampling_module = draw.module.clone();
     // The faces are antialiased already; stars and points are smooth sprites.
     let single_sample = SamplingQuality { samples: 1, ..sampling };
-    let whole_plan = graph::compile(&steps_with_faces(&composite.whole, provider, single_sample, Some(draw))?, DISPLAY_TARGET)?;
+    let whole_plan = graph::compile(&steps_with_faces(&composite.whole_image, provider, single_sample, Some(draw))?, DISPLAY_TARGET)?;
     // A face without a frame is not visible in the image, so any pass may be bound for it.
     let pass_of = |frame: Option<usize>| hdr_passes.get(frame.unwrap_or(0)).copied().unwrap_or(0);
     let passes_before = combined.passes.len();
     append(&mut combined, whole_plan.passes);
     for draw in combined.passes[passes_before..].iter_mut().flat_map(|p| &mut p.draws).filter(|d| d.module == resampling_module) {
         let textures = (FIRST_READ_BINDING..)
-            .zip(&faces.frame_of)
+            .zip(&faces.frame_of_face)
             .map(|(binding, f)| TextureBinding { binding, source: TextureSource::PassOutput(pass_of(*f)) });
         draw.textures = textures.collect();
     }

@@ -22,8 +22,8 @@ const LINE_LABEL_OPACITY: f32 = 0.85;
 const SHADOW_OPACITY: f32 = 0.7;
 
 /// Offset of a shadow: one pixel for texts of 13 pixels, the smallest size.
-fn shadow_offset_px(size_px: f64) -> f64 {
-    (size_px / 13.0).round().max(1.0)
+fn shadow_offset_px(glyph_px: f64) -> f64 {
+    (glyph_px / 13.0).round().max(1.0)
 }
 
 /// A rectangle of the glyph atlas drawn into the image: a glyph or a marker.
@@ -50,20 +50,20 @@ fn marker_quad(glyphs: &GlyphAtlas, [x, y]: [f64; 2], colour: [f32; 3], opacity:
 
 /// Markers and names, the least important first, each name over its own shadow.
 fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
-    let metrics = LabelMetrics::of_size(layer.size_px);
-    let shadow_px = shadow_offset_px(layer.size_px);
+    let metrics = LabelMetrics::of_size(layer.glyph_px);
+    let shadow_px = shadow_offset_px(layer.glyph_px);
     let mut quads = Vec::new();
     for label in layer.labels.iter().rev() {
         let is_selected = label.body == layer.selected;
         let text_colour = colour(if is_selected { SELECTED_COLOUR } else { NAME_COLOUR }).to_array();
         let centre = label.centre_px.to_array();
-        if label.radius_px < MARKER_RADIUS * layer.size_px {
+        if label.radius_px < MARKER_RADIUS * layer.glyph_px {
             quads.push(marker_quad(glyphs, centre, text_colour, if is_selected { 1.0 } else { MARKER_OPACITY }));
         }
         if let Some(side) = label.name_side {
             let [x, y] = side.offset_px(&metrics, label.radius_px).to_array();
             let width = glyphs.layout(&label.name).last().map_or(0.0, |(x, glyph)| f64::from(x + glyph.advance));
-            let left_px = [centre[0] + x - if side.left { width } else { 0.0 }, centre[1] + y];
+            let left_px = [centre[0] + x - if side.is_left { width } else { 0.0 }, centre[1] + y];
             quads.extend(text_quads(&label.name, left_px, text_colour, 1.0, glyphs, shadow_px));
         }
     }
@@ -84,7 +84,7 @@ fn text_quads(text: &str, left_px: [f64; 2], text_colour: [f32; 3], opacity: f32
 
 /// Labels of lines.
 fn line_labels(layer: &TextLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
-    let shadow_px = shadow_offset_px(layer.size_px);
+    let shadow_px = shadow_offset_px(layer.glyph_px);
     let quads = |t: &PlacedText| text_quads(&t.text, t.left_px.to_array(), t.colour, LINE_LABEL_OPACITY, glyphs, shadow_px);
     layer.texts.iter().flat_map(quads).collect()
 }
@@ -108,7 +108,7 @@ fn filled_bar(bar: &Bar, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
 
 /// Caption, scale bar and compass; also the names of surface features with their ring-shaped markers, which the scene puts into the same lists.
 fn margin_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
-    let shadow_px = shadow_offset_px(layer.size_px);
+    let shadow_px = shadow_offset_px(layer.glyph_px);
     let margin = &layer.margin;
     let ring_marker = |centre: &glam::DVec2| marker_quad(glyphs, centre.to_array(), colour(NAME_COLOUR).to_array(), MARKER_OPACITY);
     let text = |t: &TextLine| text_quads(&t.text, t.left_px.to_array(), colour(t.colour).to_array(), t.opacity as f32, glyphs, shadow_px);
@@ -140,10 +140,10 @@ fn dots(scene: &Scene, all: &[Dot], provider: &impl ResourceProvider) -> Result<
 /// The draws of all annotations: data points first, then all others in one draw.
 pub(super) fn labels(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     let labels = scene.labels.as_ref();
-    let Some(size_px) = labels.map(|l| l.size_px).or(scene.line_texts.as_ref().map(|t| t.size_px)) else {
+    let Some(glyph_px) = labels.map(|l| l.glyph_px).or(scene.line_texts.as_ref().map(|t| t.glyph_px)) else {
         return Ok(Vec::new());
     };
-    let glyphs = provider.glyphs(size_px);
+    let glyphs = provider.glyphs(glyph_px);
     let mut quads = scene.line_texts.as_ref().map_or(Vec::new(), |texts| line_labels(texts, &glyphs));
     let mut draws = Vec::new();
     if let Some(labels) = labels {

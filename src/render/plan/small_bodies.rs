@@ -23,7 +23,7 @@ pub(super) fn minor_planets(scene: &Scene, provider: &impl ResourceProvider) -> 
     let (elements, count) = (&minor_planets.columns, u32::try_from(minor_planets.times.len()).unwrap_or(u32::MAX));
     let attributes = vec![
         attribute(4, &elements.perihelion),
-        attribute(4, &elements.along),
+        attribute(4, &elements.motion),
         attribute(1, &elements.slope),
         attribute(1, &minor_planets.times),
     ];
@@ -42,7 +42,7 @@ pub(super) fn minor_planets(scene: &Scene, provider: &impl ResourceProvider) -> 
         w.f32("glare_scale_radius_px", GLARE_SCALE_RADIUS_PX as f32)?;
         w.f32("flux_per_irradiance", minor_planets.flux_per_irradiance)?;
         w.f32("peak_over_white", minor_planets.peak_over_white)?;
-        w.f32("mark_flux", minor_planets.mark_flux)?;
+        w.f32("mark_flux", minor_planets.marker_flux)?;
         w.f32("light_time", LIGHT_TIME_PER_AU as f32)?;
         w.f32("near_au", NEAR_AU as f32)
     })?;

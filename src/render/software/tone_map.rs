@@ -400,7 +400,7 @@ mod tests {
     #[test]
     fn an_edited_tone_map_is_not_replaced() {
         let build = |fragments: &crate::shader::fragments::Fragments| {
-            ShaderModule::build_with(fragments, &ModuleId::Simple(MODULE), &crate::shader::Lowering::none()).expect("builds")
+            ShaderModule::build_with(fragments, &ModuleId::Simple(MODULE), &crate::shader::Lowering::without_tape()).expect("builds")
         };
         let shipped = build(&crate::shader::fragments::Fragments::default());
         let digest = sha256(&shipped.wgsl);

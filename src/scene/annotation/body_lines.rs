@@ -14,7 +14,7 @@ use crate::scene::camera::Camera;
 use crate::scene::decision::Decision;
 use crate::scene::eclipse::shadow_cone::GroundLine;
 use crate::scene::placed::PlacedBody;
-use crate::scene::sky::frames::direction;
+use crate::scene::sky::frames::unit_vector;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 
@@ -55,7 +55,7 @@ impl Circle {
 
     /// The circle through the poles that contains a meridian; its parameter is the latitude on the unit sphere, radians.
     fn of_longitude(longitude_deg: f64) -> Self {
-        Self { centre: DVec3::ZERO, a: direction(longitude_deg, 0.0), b: DVec3::Z }
+        Self { centre: DVec3::ZERO, a: unit_vector(longitude_deg, 0.0), b: DVec3::Z }
     }
 
     /// The point at a parameter.
@@ -214,7 +214,7 @@ impl GroundLineBuilder<'_, '_> {
             if clip.abs().max_element() < 1.0 && line.opacity(0.0, pixel_deg) > MIN_LABELLED_OPACITY {
                 self.output.texts.push(UnplacedText {
                     text,
-                    at_px: self.camera.pixel_from_clip(clip),
+                    centre_px: self.camera.pixel_from_clip(clip),
                     colour: GRID_COLOUR,
                     is_grid_coordinate: true,
                 });

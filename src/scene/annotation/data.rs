@@ -9,7 +9,7 @@ use crate::ephemeris::apparent::aberrated;
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::scene::camera::sphere::ImageProjection;
 use crate::scene::in_view::BodyInView;
-use crate::scene::sky::frames::direction;
+use crate::scene::sky::frames::unit_vector;
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
 use glam::{DVec2, DVec3};
@@ -74,7 +74,7 @@ pub(crate) fn dots(image: &impl ImageProjection, catalog: &Catalog, bodies: &[Bo
                     (line_of_sight, body.distance_km)
                 }
                 // In the sky, the fields hold right ascension and declination.
-                None => (aberrated(direction(point.lon_deg, point.lat_deg), velocity_km_s), f64::INFINITY),
+                None => (aberrated(unit_vector(point.lon_deg, point.lat_deg), velocity_km_s), f64::INFINITY),
             };
             let Some(centre_px) = image.pixel_of(line_of_sight) else { continue };
             let radius_px = 0.5 * point.size_px.unwrap_or(layer.size_px) * scale;

@@ -99,7 +99,7 @@ impl ConeBuilder<'_, '_> {
         let point_at = |turns: f64, fraction: f64| {
             let angle = TAU * turns;
             let line = cone.generator_at(kind, angle);
-            line.from + line.direction * (fraction * length(angle))
+            line.origin + line.direction * (fraction * length(angle))
         };
         for k in 0..CONE_GENERATORS {
             let turns = f64::from(k) / f64::from(CONE_GENERATORS);
@@ -132,12 +132,12 @@ pub(crate) fn in_space(context: Context<'_>, camera: &Camera, placed: &PlacedBod
         }
         body_names.push(occluder.body.name.clone());
         for (kind, colour) in [(ConeKind::Penumbra, PENUMBRA_COLOUR), (ConeKind::Umbra, UMBRA_COLOUR)] {
-            let to_target_centre = occluder.along;
+            let to_target_centre = occluder.distance_along;
             let length = |angle: f64| {
                 let line = cone.generator_at(kind, angle);
                 // The ground point is converted from the unit sphere to equatorial radii.
                 cone.ground_point(line)
-                    .map_or(to_target_centre, |ground| (ground * placed.body.radii_km / receiver.radius_km()).distance(line.from))
+                    .map_or(to_target_centre, |ground| (ground * placed.body.radii_km / receiver.radius_km()).distance(line.origin))
             };
             cones.draw_cone(&cone, kind, &length, colour);
         }

@@ -107,8 +107,8 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
         }
         drawn.push(instrument.name.clone());
         if let Some(clip) = camera.clip(axes.at_tangents(0.0, tan.y)) {
-            let at_px = camera.pixel_from_clip(clip) - DVec2::new(0.0, NAME_OFFSET * glyph_px);
-            output.texts.push(UnplacedText { text: instrument.name.clone(), at_px, colour: COLOUR, is_grid_coordinate: false });
+            let centre_px = camera.pixel_from_clip(clip) - DVec2::new(0.0, NAME_OFFSET * glyph_px);
+            output.texts.push(UnplacedText { text: instrument.name.clone(), centre_px, colour: COLOUR, is_grid_coordinate: false });
         }
     }
     let on = !drawn.is_empty();
@@ -154,7 +154,7 @@ mod tests {
         }
         // At 30 degrees the upper side leans to the east, which is left of north.
         let tilted = frames(&[instrument(field, 30.0)], &camera, Some(DVec3::X), 13.0);
-        let text = tilted.texts[0].at_px;
+        let text = tilted.texts[0].centre_px;
         assert!(text.x < 400.0 && text.y < 300.0, "{text}");
     }
 

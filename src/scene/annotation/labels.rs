@@ -36,19 +36,20 @@ pub struct Label {
 /// The side of its body on which a name is placed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LabelSide {
-    pub left: bool,
-    pub below: bool,
+    pub is_left: bool,
+    pub is_below: bool,
     /// Lines of text between its usual place on this side and the name.
     pub lines: u8,
 }
 
 impl LabelSide {
     /// The place that is tried first: right of the body and above its centre.
-    pub const DEFAULT: Self = Self { left: false, below: false, lines: 0 };
+    pub const DEFAULT: Self = Self { is_left: false, is_below: false, lines: 0 };
 
     /// The places of a name, in the order in which they are tried: for each number of lines the four sides. `max_lines`: the largest value of [`Self::lines`].
     fn places(max_lines: u8) -> impl Iterator<Item = Self> {
-        let at = |lines| [(false, false), (true, false), (false, true), (true, true)].map(|(left, below)| Self { left, below, lines });
+        const SIDES: [(bool, bool); 4] = [(false, false), (true, false), (false, true), (true, true)];
+        let at = |lines| SIDES.map(|(is_left, is_below)| Self { is_left, is_below, lines });
         (0..=max_lines).flat_map(at)
     }
 
@@ -56,7 +57,7 @@ impl LabelSide {
     pub(crate) fn offset_px(self, metrics: &LabelMetrics, radius_px: f64) -> DVec2 {
         let gap_px = metrics.gap_px(radius_px);
         let vertical_px = gap_px + f64::from(self.lines) * metrics.line_height_px;
-        DVec2::new(if self.left { -gap_px } else { gap_px }, if self.below { vertical_px } else { -vertical_px })
+        DVec2::new(if self.is_left { -gap_px } else { gap_px }, if self.is_below { vertical_px } else { -vertical_px })
     }
 }
 
@@ -87,7 +88,7 @@ const FILLS_IMAGE: f64 = 0.45;
 #[derive(Clone, Debug, PartialEq)]
 pub struct LabelLayer {
     /// Size of the glyphs.
-    pub size_px: f64,
+    pub glyph_px: f64,
     pub selected: NaifId,
     pub labels: Vec<Label>,
     /// Caption, scale bar and compass; also the names of surface features and the rings of landing sites.
@@ -116,7 +117,7 @@ impl LabelLayer {
         if shows_data {
             layer.dots = data::dots(image, catalog, bodies, velocity_km_s, request.time);
         }
-        let metrics = LabelMetrics::of_size(layer.size_px);
+        let metrics = LabelMetrics::of_size(layer.glyph_px);
         if shows_margin {
             layer.add(Margin::of(image, request, catalog, bodies, &metrics));
         }
@@ -139,7 +140,7 @@ impl LabelLayer {
     /// A layer without labels.
     pub(crate) fn empty(request: &ViewRequest) -> Self {
         let selected = request.selected.or(request.target).unwrap_or(NaifId::SUN);
-        Self { size_px: glyph_size_px(request.height), selected, labels: Vec::new(), margin: Margin::default(), dots: Vec::new() }
+        Self { glyph_px: glyph_size_px(request.height), selected, labels: Vec::new(), margin: Margin::default(), dots: Vec::new() }
     }
 
     /// Adds texts, bars and rings.
@@ -237,6 +238,6 @@ pub(crate) fn body_labels(
 /// The rectangle of a body's name at its disc or marker.
 pub fn label_rect(centre_px: DVec2, radius_px: f64, name: &str, metrics: &LabelMetrics, side: LabelSide) -> Rect {
     let near_end = centre_px + side.offset_px(metrics, radius_px);
-    let left_px = if side.left { near_end - DVec2::new(metrics.width_px(name), 0.0) } else { near_end };
+    let left_px = if side.is_left { near_end - DVec2::new(metrics.width_px(name), 0.0) } else { near_end };
     metrics.rect(name, left_px)
 }

@@ -15,7 +15,7 @@ use glam::{DVec2, DVec3};
 pub(crate) struct UnplacedText {
     pub text: String,
     /// The text's centre, pixels from the image's top left corner. For a coordinate, a point of its grid line.
-    pub at_px: DVec2,
+    pub centre_px: DVec2,
     /// Linear RGB.
     pub colour: DVec3,
     /// Whether this is the coordinate of a grid line; if so, it is moved into the image.
@@ -36,7 +36,7 @@ pub struct PlacedText {
 #[derive(Clone, Debug, PartialEq)]
 pub struct TextLayer {
     /// Size of the glyphs.
-    pub size_px: f64,
+    pub glyph_px: f64,
     pub texts: Vec<PlacedText>,
 }
 
@@ -52,7 +52,7 @@ const MAX_TEXTS: usize = 400;
 pub(crate) fn place_texts(mut candidates: Vec<UnplacedText>, labels: Option<&LabelLayer>, glyph_px: f64, image_px: DVec2) -> TextLayer {
     let metrics = LabelMetrics::of_size(glyph_px);
     let body_rects = labels.into_iter().flat_map(|layer| {
-        let label_metrics = LabelMetrics::of_size(layer.size_px);
+        let label_metrics = LabelMetrics::of_size(layer.glyph_px);
         layer.labels.iter().filter_map(move |l| Some(label_rect(l.centre_px, l.radius_px, &l.name, &label_metrics, l.name_side?)))
     });
     let mut occupied: Vec<Rect> = body_rects.collect();
@@ -62,7 +62,7 @@ pub(crate) fn place_texts(mut candidates: Vec<UnplacedText>, labels: Option<&Lab
     for text in candidates {
         let size = DVec2::new(metrics.width_px(&text.text), metrics.line_height_px);
         let edge_distance_px = EDGE_DISTANCE * glyph_px;
-        let mut corner = text.at_px - 0.5 * size;
+        let mut corner = text.centre_px - 0.5 * size;
         if text.is_grid_coordinate {
             corner = corner.clamp(DVec2::splat(edge_distance_px), (image_px - size - edge_distance_px).max(DVec2::splat(edge_distance_px)));
         }
@@ -74,7 +74,7 @@ pub(crate) fn place_texts(mut candidates: Vec<UnplacedText>, labels: Option<&Lab
             texts.push(PlacedText { text: text.text, left_px, colour });
         }
     }
-    TextLayer { size_px: glyph_px, texts }
+    TextLayer { glyph_px, texts }
 }
 
 #[cfg(test)]
@@ -86,7 +86,7 @@ mod tests {
         let image = DVec2::new(400.0, 300.0);
         let name = |text: &str, x: f64, y: f64| UnplacedText {
             text: text.into(),
-            at_px: DVec2::new(x, y),
+            centre_px: DVec2::new(x, y),
             colour: DVec3::ONE,
             is_grid_coordinate: false,
         };

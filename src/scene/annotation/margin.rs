@@ -131,7 +131,7 @@ impl Margin {
                     east = language.name("compass", if signed_longitude_deg < 0.0 { "W" } else { "E" }),
                 )
             }
-            Position::Over { .. } | Position::Offset { .. } => match target {
+            Position::AboveTarget { .. } | Position::Offset { .. } => match target {
                 Some(target) => message!("image-from-away", distance = length(target.distance_km)),
                 None => message!("image-from-space"),
             },

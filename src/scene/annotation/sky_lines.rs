@@ -17,7 +17,7 @@ use crate::scene::camera::Camera;
 use crate::scene::camera::viewpoint::Viewer;
 use crate::scene::decision::Decision;
 use crate::scene::request::view_request::ViewRequest;
-use crate::scene::sky::frames::{SkyFrame, direction};
+use crate::scene::sky::frames::{SkyFrame, unit_vector};
 use crate::scene::sky::stars::StarPlacer;
 use crate::units::SPEED_OF_LIGHT_KM_S;
 use glam::{DMat3, DVec2, DVec3};
@@ -117,7 +117,7 @@ impl SkyLineBuilder<'_> {
         let longitude_deg = forward_in_frame.y.atan2(forward_in_frame.x).to_degrees();
         let cap = Cap { longitude_deg, latitude_deg: forward_in_frame.z.clamp(-1.0, 1.0).asin().to_degrees(), radius_deg };
         let apparent =
-            |longitude_deg: f64, latitude_deg: f64| aberrated(icrf_from_frame * direction(longitude_deg, latitude_deg), velocity_km_s);
+            |longitude_deg: f64, latitude_deg: f64| aberrated(icrf_from_frame * unit_vector(longitude_deg, latitude_deg), velocity_km_s);
         let mut count = 0;
         for line in grid_lines(cap, pixel_deg) {
             let runs = self.grid_line(&line, cap, pixel_deg, &apparent, style);
@@ -176,7 +176,7 @@ impl SkyLineBuilder<'_> {
         };
         let best = ends.map(|(p, t)| (pixel(*p), *t)).min_by(|a, b| distance_to_edge_px(a.0).total_cmp(&distance_to_edge_px(b.0)));
         if let Some((px, _)) = best.filter(|(_, t)| opacity_at(*t) > MIN_LABELLED_OPACITY) {
-            self.output.texts.push(UnplacedText { text, at_px: px, colour: style.colour, is_grid_coordinate: true });
+            self.output.texts.push(UnplacedText { text, centre_px: px, colour: style.colour, is_grid_coordinate: true });
         }
     }
 }
@@ -231,7 +231,7 @@ fn boundaries(builder: &mut SkyLineBuilder<'_>) {
         let length = ((to.x - from.x) * max_cosine).hypot(to.y - from.y).max(1e-9);
         let point = |t: f64| {
             let ra_dec = from.lerp(to, t / length);
-            aberrated(icrf_from_b1875 * direction(ra_dec.x.to_degrees(), ra_dec.y.to_degrees()), velocity)
+            aberrated(icrf_from_b1875 * unit_vector(ra_dec.x.to_degrees(), ra_dec.y.to_degrees()), velocity)
         };
         // Along a parallel, right ascension changes by 1 / cosine per radian of arc, and the derivatives are at most this large.
         builder.arc(&point, [0.0, length], DERIVATIVE_BOUND / max_cosine.max(1e-3), |_| 1.0, BOUNDARY);
@@ -264,10 +264,10 @@ fn constellations(builder: &mut SkyLineBuilder<'_>, request: &ViewRequest, viewe
         }
         let middle = camera.clip(constellation.label_direction).filter(|clip| shows_names && clip.abs().max_element() < 1.0);
         if let Some(clip) = middle {
-            let at_px = camera.pixel_from_clip(clip);
+            let centre_px = camera.pixel_from_clip(clip);
             builder.output.texts.push(UnplacedText {
                 text: constellation.name.clone(),
-                at_px,
+                centre_px,
                 colour: FIGURE.colour,
                 is_grid_coordinate: false,
             });

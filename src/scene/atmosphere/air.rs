@@ -216,7 +216,7 @@ pub(crate) fn uniforms_of(air: &Atmosphere, ground_radius_km: f64, floor_scale: 
     let layer_edges =
         triangular.map_or(DVec3::new(1.0, 2.0, 3.0), |(centre, half)| DVec3::new(centre - half, centre, centre + half) / radius_km);
     AtmosphereUniforms {
-        top: camera::narrow_scalar(radius_sq_minus_1(top_height)),
+        top_radius_sq_minus_1: camera::narrow_scalar(radius_sq_minus_1(top_height)),
         end_heights: Vec2::new(camera::narrow_scalar(top_height), 0.0),
         rayleigh_scale_height: scale_height(rayleigh(air).or(mie(air))),
         rayleigh_scattering: coefficient(rayleigh(air), scattering),
@@ -251,7 +251,7 @@ pub(crate) enum FarEnd {
 pub(crate) fn set_ends(uniforms: &mut DrawUniforms, far_end: FarEnd) {
     // `height_above_unit_sphere` in f32.
     let height = |radius_sq_minus_1: f32| radius_sq_minus_1 / (1.0 + (1.0 + radius_sq_minus_1).sqrt());
-    let top = height(uniforms.air.top);
+    let top = height(uniforms.air.top_radius_sq_minus_1);
     let camera = if uniforms.anchor_is_camera > 0.5 { height(uniforms.anchor_radius_sq_minus_1.max(0.0)).min(top) } else { top };
     let far = match far_end {
         FarEnd::Ground => 0.0,
@@ -422,8 +422,13 @@ mod tests {
             let a = uniforms(body, 1.0);
             // Above a raised floor there is less air, and its top is nearer.
             let above = uniforms(body, 1.002);
-            assert!(above.top < a.top && above.rayleigh_scattering.max_element() <= a.rayleigh_scattering.max_element(), "{}", body.name);
-            assert!(a.top > 0.0 && a.rayleigh_scale_height > 0.0 && a.mie_scale_height > 0.0, "{}", body.name);
+            assert!(
+                above.top_radius_sq_minus_1 < a.top_radius_sq_minus_1
+                    && above.rayleigh_scattering.max_element() <= a.rayleigh_scattering.max_element(),
+                "{}",
+                body.name
+            );
+            assert!(a.top_radius_sq_minus_1 > 0.0 && a.rayleigh_scale_height > 0.0 && a.mie_scale_height > 0.0, "{}", body.name);
             assert!(a.absorption_layer.x < a.absorption_layer.y && a.absorption_layer.y < a.absorption_layer.z, "{}", body.name);
             for c in 0..3 {
                 assert!(

@@ -63,10 +63,10 @@ fn draw(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Optio
     let by_threshold = || {
         (
             threshold.is_exceeded_by_radiance(closed_deck_radiance),
-            reason!("clouds-closed-deck", light = threshold.description(closed_deck_radiance)),
+            reason!("clouds-closed-deck", light = threshold.radiance_description(closed_deck_radiance)),
         )
     };
-    if !decisions.log.effect_with_map(Effect::Clouds, Some(&clouds.map), by_threshold) {
+    if !decisions.log.record_effect_with_map(Effect::Clouds, Some(&clouds.map), by_threshold) {
         return None;
     }
     let (deg_per_px, max_deg_per_px) = detail::ground_deg_per_px(inputs.frame.camera, &shell, Some(&clouds.map));

@@ -32,8 +32,8 @@ pub(crate) fn texel_bits(clouds: &Clouds) -> [u32; 2] {
 /// The cloud uniforms of all draws of a body; the remaining ones are set by [`set_cloud_uniforms_of_ground`] and `render::plan`.
 pub(crate) fn uniforms(body: &Body) -> CloudUniforms {
     body.clouds.as_ref().map_or_else(CloudUniforms::default, |clouds| CloudUniforms {
-        clear: camera::narrow_scalar(clouds.clear_texel),
-        full: camera::narrow_scalar(clouds.closed_texel),
+        clear_texel: camera::narrow_scalar(clouds.clear_texel),
+        closed_texel: camera::narrow_scalar(clouds.closed_texel),
         radius: camera::narrow_scalar(shell_scale(body, clouds)),
         albedo: camera::narrow_scalar(clouds.albedo),
         ..CloudUniforms::default()

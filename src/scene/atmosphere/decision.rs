@@ -52,7 +52,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let camera_is_inside = shell.camera_is_inside();
     let (on, reason) = is_significant(inputs, body, air, camera_is_inside);
     let log = &mut decisions.log;
-    if !log.effect(Effect::Atmosphere, on, reason) {
+    if !log.record_effect(Effect::Atmosphere, on, reason) {
         return decisions;
     }
     let (mut model, mut reason) = chosen_model(inputs, air, &shell);

@@ -11,16 +11,16 @@ use crate::scene::atmosphere::air_sphere::AirSphere;
 pub(crate) use crate::scene::atmosphere::air_sphere::GROUND_CLEARANCE_KM;
 use crate::scene::atmosphere::diffuse_light::{DiffuseLight, SampleCounts};
 use crate::scene::camera;
-use crate::scene::constants::{MULTI_SCATTER_BEND as BEND, MULTI_SCATTER_FIRST as FIRST_COORDINATE};
+use crate::scene::constants::{MULTI_SCATTER_BEND as BEND, MULTI_SCATTER_FIRST_X as FIRST_COORDINATE};
 use glam::{DVec3, Vec4};
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
 /// Numbers of rows and of columns. Rows: heights spaced quadratically from the ground to the top. Columns: cosines of the Sun's zenith angle, densest at the
 /// horizon.
-pub use crate::scene::constants::{MULTI_SCATTER_HEIGHTS as HEIGHTS, MULTI_SCATTER_SUNS as SUNS};
+pub use crate::scene::constants::{MULTI_SCATTER_COLUMNS as COLUMNS, MULTI_SCATTER_HEIGHTS as HEIGHTS};
 /// One row per height, then one for the irradiance of level ground.
-pub const NODES: usize = (HEIGHTS + 1) * SUNS;
+pub const NODES: usize = (HEIGHTS + 1) * COLUMNS;
 /// The source files that determine the table: an edit of one of them invalidates tables cached on disk. From the rest of the program they use only the
 /// body's numbers, which are part of the cache key too, and the narrowing to f32.
 pub(crate) const SOURCES: [&str; 6] = [
@@ -45,7 +45,7 @@ pub(crate) const MAX_RESCATTERED: f64 = 0.98;
 const LAST_COORDINATE: f64 = 1.0 / (1.0 + BEND);
 /// Cosine of the Sun's zenith angle in a column. Columns are evenly spaced in their coordinate x = mu / (|mu| + BEND), with mu this cosine.
 pub fn sun_cosine(column: usize) -> f64 {
-    let x = FIRST_COORDINATE + (LAST_COORDINATE - FIRST_COORDINATE) * column as f64 / (SUNS - 1) as f64;
+    let x = FIRST_COORDINATE + (LAST_COORDINATE - FIRST_COORDINATE) * column as f64 / (COLUMNS - 1) as f64;
     BEND * x / (1.0 - x.abs())
 }
 
@@ -89,13 +89,13 @@ pub(crate) fn root_between(table: &[Vec4], height_fraction: f64, column_coordina
 }
 
 /// Bilinear interpolation between the nodes of the table at a fraction of the height to the top and a column coordinate. `node`: the value of node
-/// row * SUNS + column.
+/// row * COLUMNS + column.
 fn between_nodes(height_fraction: f64, column_coordinate: f64, node: impl Fn(usize) -> DVec3) -> DVec3 {
     let row = height_fraction.clamp(0.0, 1.0).sqrt() * (HEIGHTS - 1) as f64;
-    let column =
-        ((column_coordinate - FIRST_COORDINATE) / (LAST_COORDINATE - FIRST_COORDINATE) * (SUNS - 1) as f64).clamp(0.0, (SUNS - 1) as f64);
-    let (r, c) = ((row as usize).min(HEIGHTS - 2), (column as usize).min(SUNS - 2));
-    let along = |r: usize| node(r * SUNS + c).lerp(node(r * SUNS + c + 1), column - c as f64);
+    let last_column = (COLUMNS - 1) as f64;
+    let column = ((column_coordinate - FIRST_COORDINATE) / (LAST_COORDINATE - FIRST_COORDINATE) * last_column).clamp(0.0, last_column);
+    let (r, c) = ((row as usize).min(HEIGHTS - 2), (column as usize).min(COLUMNS - 2));
+    let along = |r: usize| node(r * COLUMNS + c).lerp(node(r * COLUMNS + c + 1), column - c as f64);
     along(r).lerp(along(r + 1), row - r as f64)
 }
 
@@ -118,7 +118,7 @@ pub fn table(body: &Body) -> Option<Vec<Vec4>> {
     let sphere =
         AirSphere { radius_km: body.radii_km.x, air: body.atmosphere.as_ref()?, ground_albedo: DVec3::from_array(body.mean_reflectance()) };
     let diffuse = DiffuseLight::of(&sphere);
-    let columns: Vec<(Vec<DVec3>, DVec3)> = (0..SUNS).into_par_iter().map(|column| table_column(&sphere, &diffuse, column)).collect();
+    let columns: Vec<(Vec<DVec3>, DVec3)> = (0..COLUMNS).into_par_iter().map(|column| table_column(&sphere, &diffuse, column)).collect();
     let rows = (0..HEIGHTS).flat_map(|row| columns.iter().map(move |(means, _)| means[row] * PI));
     let ground = columns.iter().map(|(_, ground)| *ground);
     Some(rows.chain(ground).map(|v| camera::narrow(root(v)).extend(0.0)).collect())

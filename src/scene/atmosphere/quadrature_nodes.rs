@@ -205,7 +205,7 @@ mod tests {
     /// Air similar to the Earth's, and the heights of the camera and of the far end; lengths in radii.
     fn air(camera: f32, far: f32) -> AtmosphereUniforms {
         AtmosphereUniforms {
-            top: 0.032,
+            top_radius_sq_minus_1: 0.032,
             end_heights: Vec2::new(camera, far),
             rayleigh_scale_height: 0.00125,
             rayleigh_extinction: Vec3::ONE,

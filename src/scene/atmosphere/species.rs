@@ -41,10 +41,10 @@ fn vertical_integral(air: &Atmosphere, of_species: fn(&Species) -> DVec3) -> DVe
 
 /// The atmospheric features of a body's draws with this model; the default, without air, for a body without an atmosphere.
 pub(crate) fn air_features(body: &Body, model: AtmosphereModel) -> Air {
-    body.atmosphere.as_ref().map_or_else(Air::default, |air| features_of(air, model))
+    body.atmosphere.as_ref().map_or_else(Air::default, |air| features_of_air(air, model))
 }
 
 /// The atmospheric features of draws of this air with this model.
-pub(crate) fn features_of(air: &Atmosphere, model: AtmosphereModel) -> Air {
+pub(crate) fn features_of_air(air: &Atmosphere, model: AtmosphereModel) -> Air {
     Air { model, mie: mie(air).is_some(), absorption: absorption_layer(air).is_some() }
 }

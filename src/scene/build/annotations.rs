@@ -87,7 +87,7 @@ impl<'a> SceneBuilder<'a> {
 
     /// Whether no other body hides a text of the ground lines of `body`: at the text's position `body` is the nearest body.
     fn is_seen_on(&self, body: &PlacedBody<'_>, text: &UnplacedText) -> bool {
-        let covers = |p: &&PlacedBody<'_>| self.viewer.camera.surface_under_pixel(&p.placement, text.at_px).is_some();
+        let covers = |p: &&PlacedBody<'_>| self.viewer.camera.surface_under_pixel(&p.placement, text.centre_px).is_some();
         let nearest = self
             .placed
             .iter()
@@ -110,7 +110,7 @@ impl<'a> SceneBuilder<'a> {
         let hides = |p: &PlacedBody<'_>| {
             let is_ground = self.viewer.stands_on.is_some_and(|ground| ground.id == p.body.id);
             let lift_px = if is_ground { DVec2::new(0.0, glyph_px) } else { DVec2::ZERO };
-            !self.camera_is_at_centre_of(p.body) && self.viewer.camera.surface_under_pixel(&p.placement, text.at_px - lift_px).is_some()
+            !self.camera_is_at_centre_of(p.body) && self.viewer.camera.surface_under_pixel(&p.placement, text.centre_px - lift_px).is_some()
         };
         !text.is_grid_coordinate && self.placed.iter().any(hides)
     }

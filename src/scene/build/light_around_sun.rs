@@ -19,7 +19,7 @@ use glam::DVec3;
 
 /// The effects drawn around the Sun.
 pub(super) struct LightAroundSun {
-    pub limbs: Vec<RefractedLimb>,
+    pub refracted_limbs: Vec<RefractedLimb>,
     /// The corona; its position in the order of draws is not set yet.
     pub corona: Option<Corona>,
     pub glare: Option<Glare>,
@@ -38,7 +38,7 @@ impl LightAroundSun {
         let sun_request = own_request.as_ref().unwrap_or(request);
         let veil = VeilingGlare::unless_switched_off(request, camera, placed);
         Self {
-            limbs: refracted_limb::refracted_limbs(request, camera, placed, threshold, tint, reports),
+            refracted_limbs: refracted_limb::refracted_limbs(request, camera, placed, threshold, tint, reports),
             glare: decide(sun_request, Effect::Glare, glare::glare(request, camera, placed, threshold, transmittance), reports),
             corona: decide(sun_request, Effect::Corona, corona::corona(request, camera, placed, threshold, veil.as_ref(), tint), reports),
         }

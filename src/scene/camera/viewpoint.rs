@@ -126,7 +126,7 @@ pub fn viewer(catalog: &Catalog, ephemeris: &Ephemeris, request: &ViewRequest) -
     // The body relative to which the camera is placed.
     let reference_body;
     let position_km = match request.position {
-        Position::Over { towards, distance_radii } => {
+        Position::AboveTarget { towards, distance_radii } => {
             let target = states.body(needs_target()?)?;
             reference_body = target.id;
             let fov = *fov_deg.get_or_insert(if distance_radii.is_some() { FOV_AT_DISTANCE_DEG } else { FOV_DEFAULT_DEG });

@@ -46,7 +46,7 @@ pub struct Eyes {
 pub struct Faces {
     pub image: SphereImage,
     /// Index of each face's frame; `None` for a face that the image does not show. Order: front, right, back, left, up, down.
-    pub frame_of: [Option<usize>; 6],
+    pub frame_of_face: [Option<usize>; 6],
     /// Width of a face, which spans 90 degrees, in pixels; its frame has an additional border on each side.
     pub face_px: u32,
     /// For each frame, the rectangle that the image shows: x0, y0, x1, y1 in pixels of the frame, the last two exclusive.

@@ -154,7 +154,7 @@ pub(super) fn frames(
         has_small_sprites: true,
         ..viewer.camera.clone()
     };
-    let (mut frames, mut visible_rects, mut frame_of) = (Vec::new(), Vec::new(), [None; 6]);
+    let (mut frames, mut visible_rects, mut frame_of_face) = (Vec::new(), Vec::new(), [None; 6]);
     let border = f64::from(BORDER_PX);
     for (face, axes) in FACE_AXES.into_iter().enumerate() {
         let bounds = match composition.projection {
@@ -167,7 +167,7 @@ pub(super) fn frames(
         let first_px = |fraction: f64| (fraction * side_px).floor().max(0.0) as u32;
         let end_px = |fraction: f64| ((fraction * side_px + 2.0 * border).ceil() as u32).min(frame_px);
         visible_rects.push([first_px(x0), first_px(y0), end_px(x1), end_px(y1)]);
-        frame_of[face] = Some(frames.len());
+        frame_of_face[face] = Some(frames.len());
         let tan_half_fov = f64::from(frame_px) / side_px;
         let viewer = Viewer { camera: camera(axes, tan_half_fov, frame_px), ..viewer.clone() };
         frames.push(FrameRequest { request: face_request.clone(), viewer });
@@ -176,7 +176,7 @@ pub(super) fn frames(
     let meter_half_fov_rad = if composition.projection == Projection::Fisheye { half_fov_rad.min(FRAC_PI_4) } else { FRAC_PI_4 };
     let meter_camera = Camera { is_cube_face: false, ..camera(FACE_AXES[0], meter_half_fov_rad.tan(), frame_px) };
     let meter = FrameRequest { request: face_request, viewer: Viewer { camera: meter_camera, ..viewer } };
-    Ok(CompositeFrames { meter, frames, arrangement: Arrangement::Faces(Faces { image, frame_of, face_px, visible_rects }) })
+    Ok(CompositeFrames { meter, frames, arrangement: Arrangement::Faces(Faces { image, frame_of_face, face_px, visible_rects }) })
 }
 
 /// Right, up and forward axes of the image, ICRF. The middle of a fisheye is the line of sight or, if it is centred on the zenith, the view's up direction. An

@@ -59,7 +59,7 @@ pub struct Composite {
     pub arrangement: Arrangement,
     /// The scene of the entire image. For faces it holds what is drawn after they have been combined: stars, points and labels. Otherwise it is the scene of
     /// the first frame; for a stereo pair, with the geometry of the pair.
-    pub whole: Scene,
+    pub whole_image: Scene,
 }
 
 impl Composite {
@@ -73,20 +73,20 @@ impl Composite {
         mut scenes: Vec<Scene>,
     ) -> Option<Self> {
         let mut whole = scenes.first()?.clone();
-        if let Arrangement::Faces(Faces { image, frame_of, .. }) = &arrangement {
+        if let Arrangement::Faces(Faces { image, frame_of_face, .. }) = &arrangement {
             whole.geometry = ImageGeometry::Sphere(image.clone());
             let camera = &mut whole.camera;
             (camera.right, camera.up, camera.forward) = (image.right, image.up, image.forward);
             (camera.width, camera.height) = (image.width, image.height);
             // The faces draw the following themselves. Images made of faces have no texts of lines, which are placed for a single face, and no outline.
-            (whole.draws, whole.ground_lines, whole.lines_in_space, whole.limbs) = Default::default();
-            (whole.corona, whole.glare, whole.outlined) = (None, None, None);
+            (whole.draws, whole.ground_lines, whole.lines_in_space, whole.refracted_limbs) = Default::default();
+            (whole.corona, whole.glare, whole.selected_silhouette) = (None, None, None);
             (whole.sky_images, whole.sky_lines, whole.orbits) = Default::default();
             (whole.minor_planets, whole.comets, whole.line_texts) = (None, Comets::default(), None);
             whole.background = None;
             // Stars and points are moved from the faces to the entire image. Near the poles of an equirectangular image they stay in the faces.
             (whole.stars, whole.points) = Default::default();
-            for (face, frame) in frame_of.iter().enumerate() {
+            for (face, frame) in frame_of_face.iter().enumerate() {
                 let Some(scene) = frame.and_then(|k| scenes.get_mut(k)) else { continue };
                 let white = scene.exposure.white();
                 let stars = sprites::stars(image, face, &scene.camera, &scene.stars, &whole.stars, white);
@@ -98,7 +98,7 @@ impl Composite {
             // Each body's entry comes from the face that contains the body's centre.
             for (k, body) in whole.bodies.iter_mut().enumerate() {
                 let face = faces::face_of(image.in_axes(body.placement.centre_km));
-                if let Some(seen) = frame_of[face].and_then(|f| scenes.get(f)?.bodies.get(k)) {
+                if let Some(seen) = frame_of_face[face].and_then(|f| scenes.get(f)?.bodies.get(k)) {
                     *body = seen.clone();
                 }
             }
@@ -109,7 +109,7 @@ impl Composite {
             let is_side_by_side = *layout == StereoLayout::SideBySide;
             whole.geometry = ImageGeometry::Stereo(StereoGeometry { left_column: columns[0], width: meter.camera.width, is_side_by_side });
             // Texts in the margin have the same position in both images, hence zero parallax.
-            let metrics = LabelMetrics::of_size(LabelLayer::empty(request).size_px);
+            let metrics = LabelMetrics::of_size(LabelLayer::empty(request).glyph_px);
             for (scene, column) in scenes.iter_mut().zip(columns) {
                 let margin = Margin::of(&meter.camera, request, catalog, &scene.bodies, &metrics);
                 if margin != Margin::default() {
@@ -118,6 +118,6 @@ impl Composite {
                 }
             }
         }
-        Some(Self { scenes, arrangement, whole })
+        Some(Self { scenes, arrangement, whole_image: whole })
     }
 }

@@ -30,7 +30,7 @@ pub enum BodyPart {
     Globe,
     Clouds,
     /// The half of the ring in front of the globe's centre.
-    Ring,
+    RingInFront,
 }
 
 impl BodyPart {
@@ -40,7 +40,7 @@ impl BodyPart {
             Self::Sky => "sky",
             Self::Globe => "globe",
             Self::Clouds => "clouds",
-            Self::Ring => "ring",
+            Self::RingInFront => "ring",
         }
     }
 }

@@ -5,7 +5,7 @@
 
 use crate::mesh::Mesh;
 use crate::scene::camera::{self, ViewRays};
-use crate::scene::constants::{DETAIL_ROWS, GROUND_DEPTH_TERMS};
+use crate::scene::constants::{GROUND_DEPTH_TERMS, MAX_DETAIL_LATTICES};
 use crate::scene::draw::tables::{LimbTable, RingShine, RingTable};
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use std::borrow::Cow;
@@ -52,7 +52,7 @@ impl<'a> From<&'a Arc<Vec<Vec4>>> for UniformValue<'a> {
     }
 }
 
-/// Declares a struct. A field with a quoted name fills the uniform of that name: `pub top: f32 = "air_top"`.
+/// Declares a struct. A field with a quoted name fills the uniform of that name: `pub top_radius_sq_minus_1: f32 = "air_top"`.
 macro_rules! uniforms {
     (
         $(#[$meta:meta])*
@@ -176,8 +176,8 @@ uniforms! {
     #[derive(Clone, Copy, Debug, Default, PartialEq)]
     pub struct CloudUniforms {
         /// Texel values of a clear sky and of a closed cloud deck.
-        pub clear: f32 = "cloud_clear",
-        pub full: f32 = "cloud_full",
+        pub clear_texel: f32 = "cloud_clear",
+        pub closed_texel: f32 = "cloud_full",
         /// Radius of the shell in the body's unit-sphere frame.
         pub radius: f32 = "cloud_radius",
         /// Lambert albedo of a closed deck.
@@ -197,7 +197,7 @@ uniforms! {
     #[derive(Clone, Debug, Default, PartialEq)]
     pub struct AtmosphereUniforms {
         /// `radius_sq_minus_1` of the air's top.
-        pub top: f32 = "air_top",
+        pub top_radius_sq_minus_1: f32 = "air_top",
         /// Heights of the two ends of a view ray along which the height only increases or only decreases: x at the camera, y at the far end. An end outside
         /// the air has the height of the air's top. `scene::atmosphere::uniform_rows` computes the uniform `air_quadrature_nodes` from them.
         pub end_heights: Vec2,
@@ -274,9 +274,9 @@ uniforms! {
     pub struct DetailUniforms {
         /// Per lattice: the position of the reference point within its cell (xyz), and the side of a cell in radii (w). The shader's positions are relative
         /// to the reference point.
-        pub lattice: [Vec4; DETAIL_ROWS] = "detail_lattice",
+        pub lattice: [Vec4; MAX_DETAIL_LATTICES] = "detail_lattice",
         /// Per lattice: the cell that contains the reference point (xyz), modulo the lattices' period.
-        pub cells: [Vec4; DETAIL_ROWS] = "detail_cells",
+        pub cells: [Vec4; MAX_DETAIL_LATTICES] = "detail_cells",
         /// Side of a cell in radii at which lattices have faded out; they begin to fade at half this side. Larger lattices are left out, because the rows hold
         /// only the finest ones.
         pub largest: f32 = "detail_largest",
@@ -310,13 +310,13 @@ uniforms! {
     }
 }
 
-pub use crate::scene::constants::OVERLAY_ROWS;
+pub use crate::scene::constants::VECTORS_PER_OVERLAY;
 
 /// The uniforms of one overlay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OverlayUniforms {
     /// As shaders/lib/overlay.wesl describes them.
-    pub rows: [Vec4; OVERLAY_ROWS],
+    pub rows: [Vec4; VECTORS_PER_OVERLAY],
     /// Whether the image spans all longitudes, so that its left edge joins its right edge.
     pub wraps_around: bool,
 }
@@ -331,7 +331,7 @@ uniforms! {
         /// Outermost radius of all rings of the body, drawn or not, equatorial radii.
         pub outermost_radius: f32 = "ring_extent",
         /// Maximum number of segments into which a pixel's footprint on the ring's plane is divided, at least 1.
-        pub segments: f32 = "ring_segments",
+        pub max_segments: f32 = "ring_segments",
         /// Size of half a pixel at the body's distance, equatorial radii.
         pub half_pixel: f32 = "ring_half_pixel",
         /// Factor (x) and exponent (y) of the large particles' phase function.

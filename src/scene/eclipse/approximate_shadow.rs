@@ -53,7 +53,7 @@ impl<'a> ApproximateShadow<'a> {
     pub(crate) fn of(occluders: &'a [Occluder<'a>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body) -> Option<Self> {
         let axis = Axis::of(receiver, sun).filter(|_| !occluders.is_empty())?;
         let first = occluders.first().filter(|_| model == EclipseModel::Refracted);
-        let shift_per_bending = |o: &Occluder<'_>| refraction::shift_per_bending(o.along, axis.sun_distance);
+        let shift_per_bending = |o: &Occluder<'_>| refraction::shift_per_bending(o.distance_along, axis.sun_distance);
         let layers = first.and_then(|o| refraction::layers(o.body, receiver.radius_km(), o.semi_axes.x, shift_per_bending(o)));
         Some(Self { occluders, axis, layers })
     }
@@ -63,7 +63,7 @@ impl<'a> ApproximateShadow<'a> {
         let (offset_across, along) = (self.axis.offset_across(point), point.dot(self.axis.sunward));
         let mut fraction = 1.0_f64;
         for (index, occluder) in self.occluders.iter().enumerate() {
-            let depth = occluder.along - along;
+            let depth = occluder.distance_along - along;
             if depth <= 0.0 {
                 continue;
             }
@@ -94,7 +94,7 @@ impl<'a> ApproximateShadow<'a> {
 
     /// Number of points that the mean needs.
     fn mean_points(&self) -> u32 {
-        let penumbra_width = |o: &Occluder<'_>| 2.0 * o.along / self.axis.cot_sun_angular_radius;
+        let penumbra_width = |o: &Occluder<'_>| 2.0 * o.distance_along / self.axis.cot_sun_angular_radius;
         let needs_fine_mean = |o: &Occluder<'_>| o.semi_axes.y < 1.0 || penumbra_width(o) < SHARP_EDGE_WIDTH;
         if self.occluders.iter().any(needs_fine_mean) { FINE_MEAN_POINTS } else { MEAN_POINTS }
     }
@@ -147,7 +147,7 @@ mod tests {
         occluder: &'a Body,
         /// Semi-axes and distance of the occluder, in the receiver's equatorial radii.
         radii: DVec3,
-        along: f64,
+        distance_along: f64,
         receiver_from_occluder: DMat3,
     }
 
@@ -159,19 +159,27 @@ mod tests {
             let [body, occluder, sun] = [ids[0], ids[1], 10].map(|id| catalog.body(NaifId(id)).expect("in the catalog"));
             let receiver = Receiver::at(ephemeris, body, time).expect("placed");
             let axis = Axis::of(&receiver, sun).expect("lit");
-            let along = ephemeris.state(occluder.id, body.id, time, None).expect("placed").state.pos_km.length() / receiver.radius_km();
+            let offset_km = ephemeris.state(occluder.id, body.id, time, None).expect("placed").state.pos_km;
+            let distance_along = offset_km.length() / receiver.radius_km();
             let receiver_from_occluder =
                 receiver.body_from_icrf * ephemeris.body_from_icrf(occluder.id, time).expect("an orientation").transpose();
-            let solar_radius = along / axis.cot_sun_angular_radius;
+            let solar_radius = distance_along / axis.cot_sun_angular_radius;
             let radii = semi_axes_in_solar_radii.map_or(occluder.radii_km / receiver.radius_km(), |s| s * solar_radius);
-            Self { receiver, axis, sun, occluder, radii, along, receiver_from_occluder }
+            Self { receiver, axis, sun, occluder, radii, distance_along, receiver_from_occluder }
         }
 
         /// The occluder with its centre at an offset across the axis.
         fn occluder_at(&self, offset_across: DVec2) -> Occluder<'a> {
             let (long_axis, semi_axes) = outline(&self.axis, self.receiver_from_occluder, self.radii);
-            let along = self.along;
-            Occluder { body: self.occluder, offset_across, along, long_axis, semi_axes, max_blocked_fraction: 0.0, has_umbra: false }
+            Occluder {
+                body: self.occluder,
+                offset_across,
+                distance_along: self.distance_along,
+                long_axis,
+                semi_axes,
+                max_blocked_fraction: 0.0,
+                has_umbra: false,
+            }
         }
 
         /// The fraction of sunlight by [`ApproximateShadow`].
@@ -185,7 +193,7 @@ mod tests {
         fn misses(&self, offset_across: DVec2, point: DVec3, direction: DVec3) -> bool {
             let centre = self.axis.perpendicular_axes[0] * offset_across.x
                 + self.axis.perpendicular_axes[1] * offset_across.y
-                + self.axis.sunward * self.along;
+                + self.axis.sunward * self.distance_along;
             let in_unit_sphere = |v: DVec3| (self.receiver_from_occluder.transpose() * v) / self.radii;
             let (origin, ray) = (in_unit_sphere(point - centre), in_unit_sphere(direction).normalize());
             origin.dot(ray) > 0.0 || origin.cross(ray).length() > 1.0
@@ -231,7 +239,7 @@ mod tests {
         fn largest_errors(&self) -> ([f64; 2], [u32; 3]) {
             let (mut errors, mut counts) = ([0.0_f64; 2], [0; 3]);
             for point in [DVec3::ZERO, self.axis.sunward * 0.8 + self.axis.perpendicular_axes[0] * 0.6] {
-                let solar_radius = (self.along - point.dot(self.axis.sunward)) / self.axis.cot_sun_angular_radius;
+                let solar_radius = (self.distance_along - point.dot(self.axis.sunward)) / self.axis.cot_sun_angular_radius;
                 for direction in (0..12).map(|k| DVec2::from_angle(TAU * f64::from(k) / 12.0)) {
                     let offset_across = |distance: f64| self.axis.offset_across(point) + direction * distance;
                     // The distance at which the limb hides the Sun's centre, by bisection.
@@ -297,7 +305,7 @@ mod tests {
         for ids in [[606, 699], [501, 599], [504, 599], [401, 499]] {
             let geometry = EclipseGeometry::of(&catalog, &ephemeris, ids, None);
             let outline = geometry.occluder_at(DVec2::ZERO);
-            let receiver_and_penumbra = 1.0 + geometry.along / geometry.axis.cot_sun_angular_radius;
+            let receiver_and_penumbra = 1.0 + geometry.distance_along / geometry.axis.cot_sun_angular_radius;
             let mut seen = 0;
             for (direction, radius) in [(outline.long_axis, outline.semi_axes.x), (outline.long_axis.perp(), outline.semi_axes.y)] {
                 for k in -9..=9 {
@@ -330,7 +338,7 @@ mod tests {
         for ids in [[501, 599], [606, 699]] {
             let geometry = EclipseGeometry::of(&catalog, &ephemeris, ids, None);
             let outline = geometry.occluder_at(DVec2::ZERO);
-            let receiver_and_penumbra = 1.0 + geometry.along / geometry.axis.cot_sun_angular_radius;
+            let receiver_and_penumbra = 1.0 + geometry.distance_along / geometry.axis.cot_sun_angular_radius;
             let outside = outline.long_axis * (outline.semi_axes.x + 2.0 * receiver_and_penumbra);
             for (offset_across, expected) in [(DVec2::ZERO, 0.0), (outside, 1.0)] {
                 let occluders = [geometry.occluder_at(offset_across)];
@@ -356,7 +364,7 @@ mod tests {
         for (ids, bound) in [([501, 599], 0.005), ([606, 699], 0.005), ([599, 501], 0.005), ([999, 901], 0.02)] {
             let geometry = EclipseGeometry::of(&catalog, &ephemeris, ids, None);
             let outline = geometry.occluder_at(DVec2::ZERO);
-            let receiver_and_penumbra = 1.0 + geometry.along / geometry.axis.cot_sun_angular_radius;
+            let receiver_and_penumbra = 1.0 + geometry.distance_along / geometry.axis.cot_sun_angular_radius;
             let mut largest_error = 0.0_f64;
             for phase_deg in [0.0, 1.0, 60.0, 120.0, 165.0] {
                 for (azimuth, k) in (0..3).flat_map(|k| (-20..=20).map(move |j| (TAU * f64::from(k) / 3.0, j))) {

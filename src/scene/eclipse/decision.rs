@@ -20,7 +20,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let context = inputs.frame.context;
     let camera = Some(inputs.frame.camera);
     let Some(mut found) = sun_occluders(context, inputs.placed, inputs.diameter_px, ReceivingPart::Body, camera) else { return decisions };
-    if !decisions.log.effect(Effect::Eclipse, !found.occluders.is_empty(), std::mem::take(&mut found.reason)) {
+    if !decisions.log.record_effect(Effect::Eclipse, !found.occluders.is_empty(), std::mem::take(&mut found.reason)) {
         found.occluders.clear();
     }
     decisions.chosen.eclipse = model::choose_eclipse_model(&mut found.occluders, model::requested_model(context.request));

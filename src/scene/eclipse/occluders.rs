@@ -107,7 +107,7 @@ pub struct Occluder<'a> {
     pub body: &'a Body,
     /// Position of its centre relative to the receiver's: components perpendicular to the axis, and the component along the axis, towards the Sun.
     pub(crate) offset_across: DVec2,
-    pub(crate) along: f64,
+    pub(crate) distance_along: f64,
     /// Unit vector along the outline's major axis.
     pub(crate) long_axis: DVec2,
     /// Semi-axes of the outline, major and minor.
@@ -141,10 +141,10 @@ pub struct ReceiverExtent {
     pub shape: ReceiverShape,
     /// Camera position from the centre, body axes, equatorial radii; `None`: every side is visible.
     pub camera: Option<DVec3>,
-    /// The image; `None`: every direction is visible, and every pixel has the size `pixel`.
+    /// The image; `None`: every direction is visible, and every pixel has the size `pixel_radii`.
     pub frustum: Option<Frustum>,
     /// Size of a pixel at the receiver's centre in equatorial radii; 0 if single points are evaluated instead of pixels.
-    pub pixel: f64,
+    pub pixel_radii: f64,
 }
 
 /// How much an occluder matters to an image, in increasing order.
@@ -283,27 +283,27 @@ impl<'a> Occluder<'a> {
             ephemeris.light_time_position(body.id, receiver.position_km, receiver.time).ok()?
         };
         let centre = receiver.apparent_offset(position_km - receiver.position_km);
-        let (along, offset_across) = (centre.dot(axis.sunward), axis.offset_across(centre));
-        if along <= 0.0 || along >= axis.sun_distance {
+        let (distance_along, offset_across) = (centre.dot(axis.sunward), axis.offset_across(centre));
+        if distance_along <= 0.0 || distance_along >= axis.sun_distance {
             return None;
         }
         let occluder_from_icrf = ephemeris.body_from_icrf(body.id, passage_time).ok()?;
         let (long_axis, semi_axes) =
             outline(axis, receiver.body_from_icrf * occluder_from_icrf.transpose(), body.radii_km / receiver_radius_km);
-        Some(Self { body, offset_across, along, long_axis, semi_axes, max_blocked_fraction: 0.0, has_umbra: false })
+        Some(Self { body, offset_across, distance_along, long_axis, semi_axes, max_blocked_fraction: 0.0, has_umbra: false })
     }
 
     /// A copy with `max_blocked_fraction` and `has_umbra` set, for a receiver whose points are within `max_radius` of its centre.
     fn for_points_within(&self, axis: &Axis, sun: &Body, max_radius: f64, receiver_radius_km: f64) -> Self {
         let radius = self.body.radii_km.max_element() / receiver_radius_km;
-        let max_blocked_fraction = max_blocked_fraction(radius, axis, sun, (self.along - max_radius).max(radius));
-        let has_umbra = self.offset_across.length() < max_radius + self.semi_axes.x - self.along / axis.cot_sun_angular_radius;
+        let max_blocked_fraction = max_blocked_fraction(radius, axis, sun, (self.distance_along - max_radius).max(radius));
+        let has_umbra = self.offset_across.length() < max_radius + self.semi_axes.x - self.distance_along / axis.cot_sun_angular_radius;
         Self { max_blocked_fraction, has_umbra, ..self.clone() }
     }
 
     /// Radius of the penumbra at the end of the receiver that is farthest from the occluder, where it is largest.
     fn penumbra_radius(&self, axis: &Axis, max_radius: f64) -> f64 {
-        self.semi_axes.x + (self.along + max_radius) / axis.cot_sun_angular_radius
+        self.semi_axes.x + (self.distance_along + max_radius) / axis.cot_sun_angular_radius
     }
 
     /// Area of the occluder's outline. The occluder blocks at most the sunlight that would fall on an area of this size.
@@ -319,15 +319,15 @@ impl<'a> Occluder<'a> {
     /// How much the shadow matters to the image. `axis_ratios`: the receiver's semi-axes divided by its equatorial radius; `min_change`: the relative change
     /// above which a change of a pixel is visible.
     fn importance(&self, axis: &Axis, extent: ReceiverExtent, axis_ratios: DVec3, min_change: f64) -> Importance {
-        let mut pixel = extent.pixel;
+        let mut pixel_radii = extent.pixel_radii;
         if let Some(frustum) = extent.frustum {
             let centre = axis.perpendicular_axes[0] * self.offset_across.x
                 + axis.perpendicular_axes[1] * self.offset_across.y
-                + axis.sunward * self.along;
+                + axis.sunward * self.distance_along;
             let widening = 1.0 / axis.cot_sun_angular_radius;
             let region = ShadowRegion::of(centre, self.semi_axes.x, axis.sunward, widening, extent.max_radius, extent.shape);
             match region.filter(|r| r.meets(&frustum)) {
-                Some(region) => pixel = region.min_pixel(&frustum),
+                Some(region) => pixel_radii = region.min_pixel(&frustum),
                 None => return Importance::OutOfView,
             }
         }
@@ -335,7 +335,7 @@ impl<'a> Occluder<'a> {
             return Importance::OutOfView;
         }
         // A shadow smaller than a pixel darkens it in proportion to its area.
-        let pixel_fraction = if pixel > 0.0 { self.outline_area() / (pixel * pixel) } else { 1.0 };
+        let pixel_fraction = if pixel_radii > 0.0 { self.outline_area() / (pixel_radii * pixel_radii) } else { 1.0 };
         if self.max_blocked_fraction * pixel_fraction.min(1.0) > min_change { Importance::Visible } else { Importance::Negligible }
     }
 
@@ -424,15 +424,15 @@ mod tests {
             velocity_km_s: DVec3::ZERO,
             sun_from_body_km: DVec3::X * 1.08e8,
         };
-        let extent = ReceiverExtent { max_radius: 1.0, shape: ReceiverShape::Ball, camera: None, frustum: None, pixel: 0.0 };
+        let extent = ReceiverExtent { max_radius: 1.0, shape: ReceiverShape::Ball, camera: None, frustum: None, pixel_radii: 0.0 };
         let count = |radii_of_mercury: f64| {
             let semi_axes = DVec2::splat(mercury.radii_km.x * radii_of_mercury / venus.radii_km.x);
             let body = Body { radii_km: mercury.radii_km * radii_of_mercury, ..mercury.clone() };
-            let (long_axis, along) = (DVec2::X, 5e7 / venus.radii_km.x);
+            let (long_axis, distance_along) = (DVec2::X, 5e7 / venus.radii_km.x);
             let occluder = Occluder {
                 body: &body,
                 offset_across: DVec2::ZERO,
-                along,
+                distance_along,
                 long_axis,
                 semi_axes,
                 max_blocked_fraction: 0.0,
@@ -461,7 +461,7 @@ mod tests {
                 let axis = Axis { sunward, perpendicular_axes: [x, y], sun_distance: 2e4, cot_sun_angular_radius: 2e3 };
                 let camera = random.direction() * 10.0_f64.powf(random.between(0.2, 4.0));
                 let extent =
-                    ReceiverExtent { max_radius: 1.0, shape: ReceiverShape::Ball, camera: Some(camera), frustum: None, pixel: 0.0 };
+                    ReceiverExtent { max_radius: 1.0, shape: ReceiverShape::Ball, camera: Some(camera), frustum: None, pixel_radii: 0.0 };
                 let on_sphere = random.direction();
                 let (point, normal) = (on_sphere * axis_ratios, (on_sphere / axis_ratios).normalize());
                 if normal.dot(sunward) < 0.02 {
@@ -473,7 +473,7 @@ mod tests {
                 let occluder = Occluder {
                     body,
                     offset_across,
-                    along: 8.7,
+                    distance_along: 8.7,
                     long_axis: DVec2::X,
                     semi_axes,
                     max_blocked_fraction: 1.0,

@@ -301,7 +301,7 @@ pub(crate) fn refracted_limbs(
             Some(on) => record(on, reason!("set-by-you")),
             None => record(
                 threshold.is_exceeded_by_radiance(max_radiance),
-                reason!("eclipse-at-most", light = threshold.description(max_radiance)),
+                reason!("eclipse-at-most", light = threshold.radiance_description(max_radiance)),
             ),
         };
         if on {

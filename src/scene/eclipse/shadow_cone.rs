@@ -32,7 +32,7 @@ pub(crate) struct ShadowCone {
     axis: Axis,
     /// The occluder's centre: components perpendicular to the axis and along it.
     offset_across: DVec2,
-    along: f64,
+    distance_along: f64,
     /// Unit vector along the major axis of the occluder's outline, and the outline's semi-axes.
     long_axis: DVec2,
     semi_axes: DVec2,
@@ -44,7 +44,7 @@ pub(crate) struct ShadowCone {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ConeLine {
     /// The point on the occluder's outline, or its centre.
-    pub from: DVec3,
+    pub origin: DVec3,
     /// Unit vector, away from the Sun.
     pub direction: DVec3,
 }
@@ -63,20 +63,22 @@ pub(crate) fn nearest_point_and_half_chord_sq(point: DVec3, direction: DVec3) ->
 
 impl ShadowCone {
     pub(crate) fn of(axis: Axis, occluder: &Occluder<'_>, receiver: &Receiver<'_>) -> Self {
-        let Occluder { offset_across, along, long_axis, semi_axes, .. } = *occluder;
-        Self { axis, offset_across, along, long_axis, semi_axes, axis_ratios: receiver.body.radii_km / receiver.radius_km() }
+        let Occluder { offset_across, distance_along, long_axis, semi_axes, .. } = *occluder;
+        Self { axis, offset_across, distance_along, long_axis, semi_axes, axis_ratios: receiver.body.radii_km / receiver.radius_km() }
     }
 
     /// The shadow that the receiver itself casts behind it.
     pub(crate) fn own_shadow(axis: Axis, receiver: &Receiver<'_>) -> Self {
         let axis_ratios = receiver.body.radii_km / receiver.radius_km();
         let (long_axis, semi_axes) = outline(&axis, DMat3::IDENTITY, axis_ratios);
-        Self { axis, offset_across: DVec2::ZERO, along: 0.0, long_axis, semi_axes, axis_ratios }
+        Self { axis, offset_across: DVec2::ZERO, distance_along: 0.0, long_axis, semi_axes, axis_ratios }
     }
 
     /// The vector with these components perpendicular to the axis and along it.
-    fn in_body_axes(&self, offset_across: DVec2, along: f64) -> DVec3 {
-        self.axis.perpendicular_axes[0] * offset_across.x + self.axis.perpendicular_axes[1] * offset_across.y + self.axis.sunward * along
+    fn in_body_axes(&self, offset_across: DVec2, distance_along: f64) -> DVec3 {
+        self.axis.perpendicular_axes[0] * offset_across.x
+            + self.axis.perpendicular_axes[1] * offset_across.y
+            + self.axis.sunward * distance_along
     }
 
     /// The generator that touches the occluder's outline at `angle`: the ellipse's eccentric angle, radians, from the direction of the receiver's north.
@@ -91,25 +93,25 @@ impl ShadowCone {
             ConeKind::Umbra => outwards * sun_radius,
             ConeKind::Penumbra => outwards * -sun_radius,
         };
-        let from = self.in_body_axes(outline_point, self.along);
-        ConeLine { from, direction: (from - self.in_body_axes(on_sun, self.axis.sun_distance)).normalize() }
+        let origin = self.in_body_axes(outline_point, self.distance_along);
+        ConeLine { origin, direction: (origin - self.in_body_axes(on_sun, self.axis.sun_distance)).normalize() }
     }
 
     /// The line through the centres of the Sun and the occluder.
     pub(crate) fn axis_line(&self) -> ConeLine {
-        let from = self.in_body_axes(self.offset_across, self.along);
-        ConeLine { from, direction: (from - self.axis.sunward * self.axis.sun_distance).normalize() }
+        let origin = self.in_body_axes(self.offset_across, self.distance_along);
+        ConeLine { origin, direction: (origin - self.axis.sunward * self.axis.sun_distance).normalize() }
     }
 
     /// Distance from the occluder to the umbra's apex, for a round occluder of the outline's mean radius; infinite if it has no apex.
     pub(crate) fn umbra_length(&self) -> f64 {
         let (radius, sun_radius) = (0.5 * (self.semi_axes.x + self.semi_axes.y), self.axis.sun_distance / self.axis.cot_sun_angular_radius);
-        if sun_radius > radius { radius * (self.axis.sun_distance - self.along) / (sun_radius - radius) } else { f64::INFINITY }
+        if sun_radius > radius { radius * (self.axis.sun_distance - self.distance_along) / (sun_radius - radius) } else { f64::INFINITY }
     }
 
     /// Radius of a cone where it passes the receiver's centre, along the major axis of the occluder's outline.
     pub(crate) fn radius(&self, kind: ConeKind) -> f64 {
-        let half_penumbra_width = self.along / self.axis.cot_sun_angular_radius;
+        let half_penumbra_width = self.distance_along / self.axis.cot_sun_angular_radius;
         match kind {
             ConeKind::Penumbra => self.semi_axes.x + half_penumbra_width,
             ConeKind::Umbra => (self.semi_axes.x - half_penumbra_width).abs(),
@@ -118,7 +120,7 @@ impl ShadowCone {
 
     /// Whether the receiver's centre is farther from the occluder than the umbra's apex.
     pub(crate) fn is_antumbra(&self) -> bool {
-        self.umbra_length() < self.along
+        self.umbra_length() < self.distance_along
     }
 
     /// Square of half the line's chord in the unit sphere: positive where the line meets the ground, negative where it misses.
@@ -137,7 +139,7 @@ impl ShadowCone {
 
     /// Point and unit direction of a line in the frame in which the receiver is the unit sphere.
     fn in_unit_sphere(&self, line: ConeLine) -> (DVec3, DVec3) {
-        (line.from / self.axis_ratios, (line.direction / self.axis_ratios).normalize())
+        (line.origin / self.axis_ratios, (line.direction / self.axis_ratios).normalize())
     }
 
     /// The shadow's edge on the ground, where a cone meets it: one closed line, or arcs that end where generators graze the ground.
@@ -215,16 +217,16 @@ mod tests {
         {
             with_cone(receiver, occluder, time, |cone, sun_radius| {
                 let sun = cone.axis.sunward * cone.axis.sun_distance;
-                let distance = |line: ConeLine, point: DVec3| (point - line.from).cross(line.direction).length();
+                let distance = |line: ConeLine, point: DVec3| (point - line.origin).cross(line.direction).length();
                 for kind in [ConeKind::Umbra, ConeKind::Penumbra] {
                     for k in 0..24 {
                         let line = cone.generator_at(kind, TAU * f64::from(k) / 24.0);
                         assert!((distance(line, sun) / sun_radius - 1.0).abs() < 1e-4, "{receiver} {kind:?} {k}");
-                        let from_occluder = distance(line, cone.in_body_axes(cone.offset_across, cone.along));
+                        let from_occluder = distance(line, cone.in_body_axes(cone.offset_across, cone.distance_along));
                         let semi_axes = cone.semi_axes.y * 0.9999..=cone.semi_axes.x * 1.0001;
                         assert!(semi_axes.contains(&from_occluder), "{receiver} {kind:?} {k}: {from_occluder}");
                         // The sign tells which limb of the Sun the line touches.
-                        let outwards = line.from - cone.in_body_axes(cone.offset_across, cone.along);
+                        let outwards = line.origin - cone.in_body_axes(cone.offset_across, cone.distance_along);
                         assert_eq!(line.direction.dot(outwards) > 0.0, kind == ConeKind::Penumbra, "{receiver} {kind:?} {k}");
                     }
                 }

@@ -112,8 +112,8 @@ impl PassageGeometry<'_, '_> {
     /// Vector from the receiver's centre to the nearest point of the shadow's axis: ICRF axes, equatorial radii.
     fn nearest_axis_point(&self, time_s: f64) -> Option<DVec3> {
         let (receiver, cone) = self.at(time_s)?;
-        let ConeLine { from, direction } = cone.axis_line();
-        Some(receiver.body_from_icrf.transpose() * (from - direction * from.dot(direction)))
+        let ConeLine { origin, direction } = cone.axis_line();
+        Some(receiver.body_from_icrf.transpose() * (origin - direction * origin.dot(direction)))
     }
 
     /// Middle of the passage and an upper limit of half its duration. The middle is when the shadow's axis is nearest to the receiver's centre; repeated linear

@@ -85,7 +85,7 @@ pub(crate) fn sun_occluders<'a>(
     let camera_position = placed.placement.camera_in_unit_sphere() * body.radii_km / body.radii_km.x;
     let frustum = camera.map(|c| Frustum::of(c, &placed.placement));
     // The body's disc is two radii wide.
-    let extent = ReceiverExtent { max_radius, shape, camera: Some(camera_position), frustum, pixel: 2.0 / diameter_px.max(1e-9) };
+    let extent = ReceiverExtent { max_radius, shape, camera: Some(camera_position), frustum, pixel_radii: 2.0 / diameter_px.max(1e-9) };
     // With the effect forced on, every shadow counts.
     let is_forced = context.request.effects.override_of(Effect::Eclipse) == Some(true);
     let min_change = (!is_forced).then(|| context.request.purpose.min_change());

@@ -42,7 +42,7 @@ fn uniforms_for_axis(axis: &Axis, occluders: &[Occluder<'_>], model: EclipseMode
     // In the model `Refracted`, the first occluder is the one whose air refracts light (`model::choose_eclipse_model`). Only its air is modelled.
     let layers = match occluders.first() {
         Some(first) if model == EclipseModel::Refracted => {
-            let shift_per_bending = refraction::shift_per_bending(first.along, axis.sun_distance);
+            let shift_per_bending = refraction::shift_per_bending(first.distance_along, axis.sun_distance);
             let mean_radius = (first.semi_axes.x * first.semi_axes.y).sqrt();
             refraction::layers(first.body, receiver.radius_km(), mean_radius, shift_per_bending)
         }
@@ -65,7 +65,7 @@ fn uniforms_for_axis(axis: &Axis, occluders: &[Occluder<'_>], model: EclipseMode
         coarse_bound: Vec2::ZERO,
         coarse_row: 0.0,
         limb_darkening: normalised_limb_darkening(u1, u2).map(|c| narrow4(c, 0.0)),
-        occluder_positions: occluders.iter().map(|o| narrow4(o.offset_across.extend(o.along), 0.0)).collect(),
+        occluder_positions: occluders.iter().map(|o| narrow4(o.offset_across.extend(o.distance_along), 0.0)).collect(),
         occluder_outlines: occluders.iter().enumerate().map(|(index, occluder)| outline(index, occluder)).collect(),
         air_edges: edges.iter().map(|e| narrow4(e.truncate(), e.w)).collect(),
         air_transmittance: transmittances.iter().map(|t| narrow4(*t, 0.0)).collect(),

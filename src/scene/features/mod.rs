@@ -164,13 +164,13 @@ fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Optio
     let reason =
         reason!("point-size", size = format_args!("{:.3}", inputs.diameter_px), from = POINT_ONLY_BELOW_PX, to = DISC_ONLY_FROM_PX);
     let flux = if inputs.pixel_view() == PixelView::Final { flux } else { DVec3::ZERO };
-    if !log.effect(Effect::Points, disc_fraction < 1.0, reason) || disc_fraction >= 1.0 {
+    if !log.record_effect(Effect::Points, disc_fraction < 1.0, reason) || disc_fraction >= 1.0 {
         return None;
     }
     let brightest = flux.max_element();
     let is_visible = frame.threshold.is_exceeded_by_radiance(brightest);
     if !is_visible {
-        log.record("point-visible", false, frame.threshold.description(brightest));
+        log.record("point-visible", false, frame.threshold.radiance_description(brightest));
     }
     let covered_px = covered_px(inputs);
     // A point without light is dropped later if it hides nothing (`visibility::points`).

@@ -197,7 +197,7 @@ pub(crate) fn corona(
         reason!("corona-sun-small", size = format_args!("{sun_px:.2}"), threshold = MIN_SUN_PX)
     } else {
         let index = flattening(request.time);
-        let light = threshold.description(limb_radiance);
+        let light = threshold.radiance_description(limb_radiance);
         let glare_radiance = glare.map_or(0.0, VeilingGlare::limb_radiance);
         let limb_reason = if glare_radiance > 0.0 {
             reason!("corona-under-glare", light = light, times = format_args!("{:.1e}", glare_radiance / limb_radiance))

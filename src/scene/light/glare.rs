@@ -179,8 +179,11 @@ pub(crate) fn glare(
     let strength = transmittance(sun.placement.centre_km / sun.distance_km) * strength;
     let core_radiance = strength.max_element() / core_angle_sq;
     let on = threshold.is_exceeded_by_radiance(core_radiance);
-    let reason =
-        if light_fraction > 0.0 { reason!("glare-at-limb", light = threshold.description(core_radiance)) } else { reason!("glare-hidden") };
+    let reason = if light_fraction > 0.0 {
+        reason!("glare-at-limb", light = threshold.radiance_description(core_radiance))
+    } else {
+        reason!("glare-hidden")
+    };
     let in_camera = camera.in_axes(towards);
     let cutoff = threshold.cutoff_radiance(VISIBLE_LIGHT);
     let rect = rect_around(camera, in_camera, (strength.max_element() / cutoff.max(f64::MIN_POSITIVE)).sqrt());

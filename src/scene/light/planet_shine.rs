@@ -23,10 +23,10 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         lights::planet_shine(body, placed.position_km, reflectors, |radiance| is_forced || threshold.is_exceeded_by_radiance(radiance));
     let name_of = |id: NaifId| reflectors.iter().find(|r| r.body.id == id).map_or("?", |r| r.body.name.as_str());
     let reason = match strongest {
-        Some((from, radiance)) => reason!("shine-strongest", body = name_of(from), light = threshold.description(radiance)),
+        Some((from, radiance)) => reason!("shine-strongest", body = name_of(from), light = threshold.radiance_description(radiance)),
         None => reason!("shine-none"),
     };
-    if log.effect(Effect::PlanetShine, !secondary_lights.is_empty(), reason) {
+    if log.record_effect(Effect::PlanetShine, !secondary_lights.is_empty(), reason) {
         decisions.secondary_lights = secondary_lights;
     }
     decisions.chosen.secondary_light_count = decisions.secondary_lights.len() as u8;

@@ -29,8 +29,8 @@ pub enum Axes {
 /// The position of the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Position {
-    /// Over the side of the target that faces another body.
-    Over {
+    /// Above the side of the target that faces another body.
+    AboveTarget {
         /// The body towards which the camera is displaced from the target's centre; `None`: the Earth or, if the target is the Earth, the Sun.
         towards: Option<NaifId>,
         /// Distance from the target's centre in its equatorial radii; `None`: the distance at which the disc fills [`FITTED_DISC_FRACTION`] of the frame's
@@ -66,7 +66,7 @@ impl Position {
     pub fn default_up(&self) -> Up {
         match self {
             Self::Ground { .. } => Up::Zenith,
-            Self::Over { .. } | Self::Centre(_) | Self::Offset { .. } => Up::North,
+            Self::AboveTarget { .. } | Self::Centre(_) | Self::Offset { .. } => Up::North,
         }
     }
 }
@@ -241,7 +241,7 @@ pub struct ViewRequest {
     /// Layers drawn behind and over the bodies.
     pub layers: Layers,
     /// Stops by which stars, Milky Way and zodiacal light are brightened, -30 to 30.
-    pub stars_boost: f64,
+    pub stars_boost_stops: f64,
     /// The selected body; `None`: the target.
     pub selected: Option<NaifId>,
     /// The trade-off between speed and accuracy.
@@ -259,19 +259,19 @@ pub struct ViewRequest {
 /// Default field of view, if the request gives neither field of view nor distance. It is that of a long lens, so that nearly a hemisphere of the target is
 /// visible.
 pub const FOV_DEFAULT_DEG: f64 = 20.0;
-/// Default field of view, if the request gives the distance, or a position other than [`Position::Over`]. (From a body's centre the field of view is instead
-/// fitted to the target, if the camera looks at it.) At a distance of 3 radii a disc then fills 85 % of the frame's height.
+/// Default field of view, if the request gives the distance, or a position other than [`Position::AboveTarget`]. (From a body's centre the field of view is
+/// instead fitted to the target, if the camera looks at it.) At a distance of 3 radii a disc then fills 85 % of the frame's height.
 pub const FOV_AT_DISTANCE_DEG: f64 = 45.0;
 /// Diameter of a fitted disc relative to the frame's height.
 pub const FITTED_DISC_FRACTION: f64 = 0.75;
 
 impl ViewRequest {
-    /// The default view of a body: see [`Position::Over`].
+    /// The default view of a body: see [`Position::AboveTarget`].
     pub fn of(target: NaifId, time: Instant) -> Self {
         Self {
             time,
             target: Some(target),
-            position: Position::Over { towards: None, distance_radii: None },
+            position: Position::AboveTarget { towards: None, distance_radii: None },
             look: Look::Target,
             up: Up::North,
             composition: Composition::default(),
@@ -282,7 +282,7 @@ impl ViewRequest {
             tone_map: ToneMap::Filmic,
             effects: EffectOverrides::default(),
             layers: Layers::default(),
-            stars_boost: 0.0,
+            stars_boost_stops: 0.0,
             selected: None,
             quality: Quality::default(),
             pixel_view: PixelView::Final,
@@ -317,7 +317,7 @@ impl ViewRequest {
         {
             return invalid(format!("field of view {fov:?}: must be {} to {} degrees", FOV_RANGE_DEG.start(), FOV_RANGE_DEG.end()));
         }
-        if let Position::Over { distance_radii: Some(d), .. } = self.position
+        if let Position::AboveTarget { distance_radii: Some(d), .. } = self.position
             && !(d > 0.0 && d.is_finite())
         {
             return invalid(format!("distance {d:?} radii: must be a number above 0"));
@@ -348,8 +348,8 @@ impl ViewRequest {
             ));
         }
         self.composition.check()?;
-        if !STARS_BOOST_RANGE_STOPS.contains(&self.stars_boost) {
-            let (boost, range) = (self.stars_boost, STARS_BOOST_RANGE_STOPS);
+        if !STARS_BOOST_RANGE_STOPS.contains(&self.stars_boost_stops) {
+            let (boost, range) = (self.stars_boost_stops, STARS_BOOST_RANGE_STOPS);
             return invalid(format!("stars boost {boost:?}: must be {} to {} stops", range.start(), range.end()));
         }
         if !self.time.tdb_seconds_past_j2000().is_finite() {

@@ -21,7 +21,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let Some(view) = &inputs.ring_view else { return decisions };
     let is_forced = inputs.effects().override_of(Effect::Rings) == Some(true);
     let seen = view.visible_rings(is_forced);
-    let are_drawn = decisions.log.effect(Effect::Rings, seen.check.on, seen.check.reason);
+    let are_drawn = decisions.log.record_effect(Effect::Rings, seen.check.on, seen.check.reason);
     // Rings may cast a shadow on the globe even if they are not visible themselves.
     let all_rings = view.visible_rings(true).rings;
     decisions.ring = decide_for_globe(inputs, view, &all_rings, &mut decisions);
@@ -42,7 +42,7 @@ fn decide_for_globe(
 ) -> RingUniforms {
     let sun_radius_km = inputs.sun().map_or(0.0, |s| s.radii_km.x);
     let (check, model) = view.ring_shadow(all_rings, sun_radius_km);
-    if decisions.log.effect(Effect::RingShadow, check.on, check.reason) {
+    if decisions.log.record_effect(Effect::RingShadow, check.on, check.reason) {
         decisions.chosen.ring_shadow = model;
         decisions.log.set_stated_error(Effect::RingShadow.name(), stated_errors::of_ring_shadow(model));
     }
@@ -50,7 +50,7 @@ fn decide_for_globe(
     let (check, shine) = view.ring_shine(all_rings, sun_radius_km, user_choice);
     let no_shadow = decisions.chosen.ring_shadow == RingShadow::None;
     let mut ring_uniforms = if no_shadow { RingUniforms::default() } else { view.shadow_uniforms(all_rings, inputs.sun(), model) };
-    if decisions.log.effect(Effect::RingShine, check.on, check.reason)
+    if decisions.log.record_effect(Effect::RingShine, check.on, check.reason)
         && let Some(shine) = shine
     {
         ring_uniforms.shine_parameters = view.shine_parameters(&shine, inputs.placed.phase_brightness());
@@ -64,7 +64,7 @@ fn decide_for_globe(
 fn draws_of_halves(inputs: &DecisionInputs<'_, '_>, view: &RingView<'_>, seen: &[&Ring], decisions: &mut Decisions<'_>) -> Vec<Draw> {
     let sun_radius_km = inputs.sun().map_or(0.0, |s| s.radii_km.x);
     let (check, model) = view.body_shadow(seen, sun_radius_km);
-    if decisions.log.effect(Effect::BodyShadow, check.on, check.reason) {
+    if decisions.log.record_effect(Effect::BodyShadow, check.on, check.reason) {
         decisions.chosen.body_shadow = model;
         decisions.log.set_stated_error(Effect::BodyShadow.name(), stated_errors::of_body_shadow(model));
     }
@@ -95,5 +95,5 @@ fn draws_of_halves(inputs: &DecisionInputs<'_, '_>, view: &RingView<'_>, seen: &
             map_files: MapFiles::default(),
         })
     };
-    [half(BodyPart::RingBehind, -1.0), half(BodyPart::Ring, 1.0)].into_iter().flatten().collect()
+    [half(BodyPart::RingBehind, -1.0), half(BodyPart::RingInFront, 1.0)].into_iter().flatten().collect()
 }

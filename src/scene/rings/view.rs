@@ -386,12 +386,12 @@ impl<'a> RingView<'a> {
         let ground_radiance = self.irradiance * self.body.geometric_albedo.max(0.01);
         let upper_limit = geometry.upper_limit() * ground_radiance;
         if user_choice == Some(false) || user_choice.is_none() && !self.threshold.is_exceeded_by_radiance(upper_limit) {
-            let reason = reason!("ring-shine-below", light = self.threshold.description(upper_limit));
+            let reason = reason!("ring-shine-below", light = self.threshold.radiance_description(upper_limit));
             return (ThresholdCheck { on: false, reason }, None);
         }
         let shine = geometry.shine(&self.caches.ring_shines);
         let max_radiance = shine.as_ref().map_or(0.0, |s| s.brightest) * ground_radiance;
-        let reason = reason!("ring-shine-up-to", light = self.threshold.description(max_radiance));
+        let reason = reason!("ring-shine-up-to", light = self.threshold.radiance_description(max_radiance));
         (ThresholdCheck { on: self.threshold.is_exceeded_by_radiance(max_radiance), reason }, shine)
     }
 
@@ -450,7 +450,7 @@ impl<'a> RingView<'a> {
             radius_range: Vec2::new(narrow(table.radius_range[0]), narrow(table.radius_range[1])),
             table: Some(table),
             outermost_radius: narrow(self.outermost_km() / self.body.radii_km.x),
-            segments: narrow(self.max_segments()),
+            max_segments: narrow(self.max_segments()),
             half_pixel: narrow(0.5 / self.pixels_per_radius()),
             phase: Vec2::new(narrow(power_law_factor()), narrow(PHASE_EXPONENT)),
             dust_asymmetry: of_each_lobe(0),

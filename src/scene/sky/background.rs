@@ -60,7 +60,7 @@ fn brightest_zodiacal(camera: &Camera, to_sun: DVec3, unit_radiance: f64) -> f64
     let clip = |k: u32| 2.0 * f64::from(k) / f64::from(GRID_RAYS - 1) - 1.0;
     let brightness_at = |k: u32| {
         let ray = camera.ray(DVec2::new(clip(k % GRID_RAYS), clip(k / GRID_RAYS))).normalize();
-        zodiacal::law(ray.dot(to_sun).min(max_cosine), ray.dot(ecliptic_pole()))
+        zodiacal::brightness(ray.dot(to_sun).min(max_cosine), ray.dot(ecliptic_pole()))
     };
     (0..GRID_RAYS * GRID_RAYS).map(brightness_at).fold(0.0, f64::max) * unit_radiance
 }
@@ -78,16 +78,16 @@ pub(crate) fn background(
     if request.pixel_view != PixelView::Final {
         return (None, Vec::new());
     }
-    let boost = request.stars_boost.exp2();
+    let boost = request.stars_boost_stops.exp2();
     let decided = |effect, on: bool, reason: Reason| Decision { effect, on, reason, stated_error: None };
     let comparison = |radiance: f64| match threshold.is_linear() {
-        true => threshold.description(radiance),
+        true => threshold.radiance_description(radiance),
         false => {
             let light = threshold.relative_to_white(radiance);
             reason!("of-white", light = format_args!("{light:.1e}"), threshold = format_args!("{VISIBLE_LIGHT:.1e}"))
         }
     };
-    let max_map_radiance = map.brightest * map.unit_radiance * boost;
+    let max_map_radiance = map.brightest_value * map.unit_radiance * boost;
     let milky_way = if !request.layers.milky_way {
         decided("milky-way", false, reason!("set-by-you"))
     } else if is_map_unreadable {
@@ -132,7 +132,7 @@ pub(crate) fn background(
         inner_cosine: narrow_scalar(zodiacal::CORONA_BLEND_DEG.0.to_radians().cos()),
         outer_cosine: narrow_scalar(zodiacal::CORONA_BLEND_DEG.1.to_radians().cos()),
         // The corona is not boosted, so a blend from boosted zodiacal light into it would be visible: the zodiacal light then continues up to the Sun.
-        corona: if has_corona && request.stars_boost == 0.0 { 1.0 } else { 0.0 },
+        corona: if has_corona && request.stars_boost_stops == 0.0 { 1.0 } else { 0.0 },
     };
     ((draws_map || draws_zodiacal).then_some(background), vec![milky_way, zodiacal_light])
 }

@@ -7,7 +7,7 @@
 //! follow from this alone; their lengths and their shares of the light are chosen to resemble drawings by observers, not measured. All values are
 //! f64; only clip coordinates are narrowed. Left out: jets, outbursts, disconnections, anti-tails of large grains, variations of the solar wind.
 
-use super::minor_planets::{MARK_LEVEL, NEAR_AU};
+use super::minor_planets::{MARKER_LEVEL, NEAR_AU};
 use super::star_colour::star_colour;
 use crate::catalog::small_bodies::{BrightnessLaw, GAUSS_CONSTANT, HeliocentricOrbit, SmallBody};
 use crate::ephemeris::State;
@@ -98,7 +98,7 @@ pub fn ion_direction(state: &ConicState) -> DVec3 {
 
 /// Heliocentric position, au, at the time `days` past J2000, of a grain that the comet released `age_days` before. `beta`: ratio of radiation pressure to
 /// gravity.
-pub fn grain(orbit: &HeliocentricOrbit, days: f64, age_days: f64, beta: f64) -> DVec3 {
+pub fn grain_position_au(orbit: &HeliocentricOrbit, days: f64, age_days: f64, beta: f64) -> DVec3 {
     let released = heliocentric_state(orbit, days - age_days);
     // Without net gravity the grain moves in a straight line.
     let gm = GAUSS_CONSTANT * GAUSS_CONSTANT * (1.0 - beta);
@@ -225,7 +225,7 @@ impl CometProjection<'_> {
         let log_beta_fraction = |line: usize| line as f64 / (SYNDYNES - 1) as f64;
         let beta = |line: usize| MIN_BETA * (MAX_BETA / MIN_BETA).powf(log_beta_fraction(line));
         let syndynes: Vec<Vec<DVec3>> =
-            (0..SYNDYNES).map(|line| (0..STATIONS).map(|k| grain(orbit, days, age(k), beta(line))).collect()).collect();
+            (0..SYNDYNES).map(|line| (0..STATIONS).map(|k| grain_position_au(orbit, days, age(k), beta(line))).collect()).collect();
         let projected: Vec<Vec<Option<ProjectedPoint>>> =
             syndynes.iter().map(|line| line.iter().map(|p| self.project(*p)).collect()).collect();
         // Grains are produced and lit in inverse proportion to the squared distance from the Sun. The exponential thins out old grains, so that the tail has
@@ -358,7 +358,7 @@ pub(crate) fn comets(
             projection.ions(&state, ION_FRACTION * tail_growth * head_irradiance, length_au, &mut in_frame.tails);
         }
         let Some(head) = head else { continue };
-        let flux = (head_irradiance * head.flux_per_irradiance).max(MARK_LEVEL * white / point_peak());
+        let flux = (head_irradiance * head.flux_per_irradiance).max(MARKER_LEVEL * white / point_peak());
         let radius_px = point_radius_px(flux * point_peak() / white);
         if head.px.abs().cmpgt(camera.half_size() + radius_px).any() {
             continue;

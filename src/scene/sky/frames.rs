@@ -27,7 +27,7 @@ pub enum SkyFrame {
 pub(crate) struct UnknownSkyFrame(String);
 
 /// Unit vector of a longitude and a latitude, such as right ascension and declination, degrees.
-pub fn direction(longitude_deg: f64, latitude_deg: f64) -> DVec3 {
+pub fn unit_vector(longitude_deg: f64, latitude_deg: f64) -> DVec3 {
     let ((sin_lon, cos_lon), (sin_lat, cos_lat)) = (longitude_deg.to_radians().sin_cos(), latitude_deg.to_radians().sin_cos());
     DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat)
 }
@@ -64,7 +64,7 @@ impl SkyFrame {
             // Right ascension and declination of the pole, and galactic longitude of the ascending node, degrees: ESA 1997, The Hipparcos and Tycho
             // Catalogues, vol. 1, eq. 1.5.11.
             Self::Galactic => {
-                let pole = direction(192.859_48, 27.128_25);
+                let pole = unit_vector(192.859_48, 27.128_25);
                 let node = DVec3::Z.cross(pole).normalize();
                 let (sin, cos) = 32.931_92_f64.to_radians().sin_cos();
                 let centre = node * cos - pole.cross(node) * sin;
@@ -88,7 +88,7 @@ mod tests {
     #[test]
     fn frames_have_their_published_axes() {
         let off_arcsec = |frame: SkyFrame, (lon, lat): (f64, f64), (ra, dec): (f64, f64)| {
-            crate::ephemeris::angle_rad(frame.icrf_from_frame() * direction(lon, lat), direction(ra, dec)).to_degrees() * 3600.0
+            crate::ephemeris::angle_rad(frame.icrf_from_frame() * unit_vector(lon, lat), unit_vector(ra, dec)).to_degrees() * 3600.0
         };
         for (frame, place, icrf) in [
             (SkyFrame::Galactic, (0.0, 0.0), (266.404_994_8, -28.936_174_0)),

@@ -16,7 +16,7 @@ pub struct SkyMap {
     /// Radiance that the linear value 1 stands for.
     pub unit_radiance: f64,
     /// Mean linear value of the brightest region; 1 for a panorama of the user.
-    pub brightest: f64,
+    pub brightest_value: f64,
     /// Whether this is the built-in Milky Way, for the text of the decision.
     pub is_milky_way: bool,
 }
@@ -42,7 +42,7 @@ impl SkyMap {
             frame: SkyFrame::Galactic,
             width: 2048,
             unit_radiance,
-            brightest: CLOUD_LINEAR_VALUE,
+            brightest_value: CLOUD_LINEAR_VALUE,
             is_milky_way: true,
         }
     }

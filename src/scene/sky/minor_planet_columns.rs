@@ -15,7 +15,7 @@ pub struct MinorPlanetColumns {
     pub perihelion: Arc<Vec<f32>>,
     /// Vector in the direction of motion at the perihelion, sqrt(1 + e) times the perihelion distance long, au, ICRF; and the irradiance at full phase, 1 au
     /// from Sun and viewer: four numbers per body.
-    pub along: Arc<Vec<f32>>,
+    pub motion: Arc<Vec<f32>>,
     /// Slope parameter G of the H,G law.
     pub slope: Arc<Vec<f32>>,
     /// Timing of each orbit, in f64.
@@ -47,7 +47,7 @@ impl OrbitTiming {
 
 impl MinorPlanetColumns {
     pub(crate) fn of(bodies: &[SmallBody]) -> Self {
-        let (mut perihelion, mut along) = (Vec::with_capacity(4 * bodies.len()), Vec::with_capacity(4 * bodies.len()));
+        let (mut perihelion, mut motion) = (Vec::with_capacity(4 * bodies.len()), Vec::with_capacity(4 * bodies.len()));
         let mut slope = Vec::with_capacity(bodies.len());
         for body in bodies {
             let orbit = &body.orbit;
@@ -57,13 +57,13 @@ impl MinorPlanetColumns {
             };
             perihelion.extend(narrow(orbit.to_perihelion * orbit.perihelion_au).to_array());
             perihelion.push(narrow_scalar(1.0 - orbit.eccentricity));
-            let motion = orbit.motion_at_perihelion * (orbit.perihelion_au * (1.0 + orbit.eccentricity).sqrt());
-            along.extend(narrow(motion).to_array());
-            along.push(narrow_scalar(irradiance));
+            let velocity = orbit.motion_at_perihelion * (orbit.perihelion_au * (1.0 + orbit.eccentricity).sqrt());
+            motion.extend(narrow(velocity).to_array());
+            motion.push(narrow_scalar(irradiance));
             slope.push(narrow_scalar(g));
         }
         let timings = bodies.iter().map(|b| OrbitTiming::of(&b.orbit)).collect();
-        Self { perihelion: Arc::new(perihelion), along: Arc::new(along), slope: Arc::new(slope), timings: Arc::new(timings) }
+        Self { perihelion: Arc::new(perihelion), motion: Arc::new(motion), slope: Arc::new(slope), timings: Arc::new(timings) }
     }
 
     /// Time of each body since its nearest perihelion passage, in the shader's unit. `days`: past J2000.

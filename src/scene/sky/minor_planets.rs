@@ -3,7 +3,7 @@
 //! In: the orbits of the catalog's small bodies, the camera, the white level. Out: [`MinorPlanets`]: columns that do not change from frame to frame,
 //! each body's time since its perihelion, and uniforms. Always: a body's position is accurate to 1e-6 of its semi-major axis up to e = 0.97 (for larger
 //! e see tests/scene/minor_planets.rs). For this, times are reduced to at most half a period in f64 before they are narrowed, and the heliocentric camera
-//! position is split into two f32 vectors. Brightness follows the H,G law. A body too faint for the exposure is drawn at [`MARK_LEVEL`], so the layer is
+//! position is split into two f32 vectors. Brightness follows the H,G law. A body too faint for the exposure is drawn at [`MARKER_LEVEL`], so the layer is
 //! off by default. Left out: perturbations since the elements' epoch.
 
 use super::minor_planet_columns::MinorPlanetColumns;
@@ -22,8 +22,8 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// Radiance of the central pixel of a marker as a fraction of white, if the markers are few.
-pub const MARK_LEVEL: f64 = 0.25;
-/// Largest number of bodies whose markers reach [`MARK_LEVEL`]. Markers of more bodies are fainter, in inverse proportion to the fourth root of the number;
+pub const MARKER_LEVEL: f64 = 0.25;
+/// Largest number of bodies whose markers reach [`MARKER_LEVEL`]. Markers of more bodies are fainter, in inverse proportion to the fourth root of the number;
 /// otherwise the markers of a hundred thousand bodies would merge into a white ring.
 const FULL_LEVEL_COUNT: f64 = 1000.0;
 /// Colour index B-V of a typical minor planet, between those of the C and the S type (0.70 and 0.86; Tedesco, Tholen and Zellner 1982, Astron. J. 87,
@@ -49,7 +49,7 @@ pub struct MinorPlanets {
     /// Radiance of the central pixel of a point of flux 1, divided by that of white.
     pub peak_over_white: f32,
     /// Flux of a marker: the smallest flux with which a body is drawn.
-    pub mark_flux: f32,
+    pub marker_flux: f32,
 }
 
 /// Light time per au. The unit is the shader's unit of time for an orbit with a perihelion distance of 1 au: 1 / Gauss' constant in days, 58 days.
@@ -80,7 +80,7 @@ pub(crate) fn minor_planets(
     }
     let Some(sun_position_km) = sun_position_km else { return (None, decided(false, reason!("no-sun-known"))) };
     let (camera, columns) = (&viewer.camera, columns());
-    let mark_level = MARK_LEVEL * (FULL_LEVEL_COUNT / columns.slope.len() as f64).powf(0.25).min(1.0);
+    let marker_level = MARKER_LEVEL * (FULL_LEVEL_COUNT / columns.slope.len() as f64).powf(0.25).min(1.0);
     let days = request.time.tdb_seconds_past_j2000() / SECONDS_PER_DAY;
     let colour = star_colour(Some(B_V));
     let drawn = MinorPlanets {
@@ -91,10 +91,10 @@ pub(crate) fn minor_planets(
         colour: narrow(colour),
         flux_per_irradiance: narrow_scalar(PI / camera.pixel_tangent().powi(2)),
         peak_over_white: narrow_scalar(point_peak() / white),
-        mark_flux: narrow_scalar(mark_level * white / point_peak()),
+        marker_flux: narrow_scalar(marker_level * white / point_peak()),
         columns,
     };
     let count = drawn.times.len();
-    let reason = reason!("minor-orbits", count = count).and(reason!("minor-brightness", level = format_args!("{mark_level:.2}")));
+    let reason = reason!("minor-orbits", count = count).and(reason!("minor-brightness", level = format_args!("{marker_level:.2}")));
     (Some(drawn), decided(count > 0, reason))
 }

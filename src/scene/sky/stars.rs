@@ -148,7 +148,7 @@ pub(crate) fn stars(
     }
     let camera = &viewer.camera;
     // A boost of one stop shows stars that are 2.5 log10(2) magnitudes fainter.
-    let boost = request.stars_boost.exp2();
+    let boost = request.stars_boost_stops.exp2();
     let limit_without_layer = limiting_magnitude(camera, threshold) + 2.5 * boost.log10();
     // In air the layer of bright stars has no effect: by day, brightened stars would be visible against the bright sky.
     let brightening_mag =
@@ -163,7 +163,7 @@ pub(crate) fn stars(
         }
         true if factor == 1.0 => reason!("stars-to-magnitude", limit = format_args!("{limit:.1}")),
         true => {
-            reason!("stars-lifted", limit = format_args!("{limit:.1}"), stops = format_args!("{:+.1}", request.stars_boost))
+            reason!("stars-lifted", limit = format_args!("{limit:.1}"), stops = format_args!("{:+.1}", request.stars_boost_stops))
         }
     };
     // Near the Sun no star is noticeably brighter than in the star catalog, so the brightest star decides; farther away cells are tested with their parallax.

@@ -1,7 +1,7 @@
 //! Zodiacal light: the radiance of sunlit interplanetary dust, in any direction and at any distance of the observer from the Sun.
 //!
 //! In: elongation from the Sun and ecliptic latitude. Out: radiance. The source is Leinert et al. 1998 (A&AS 127, 1), table 17, at 500 nm, which is accurate
-//! to 10 %. [`law`] is a fit within 13 % of each of its entries from 15 degrees of elongation. Closer to the Sun the corona replaces the zodiacal
+//! to 10 %. [`brightness`] is a fit within 13 % of each of its entries from 15 degrees of elongation. Closer to the Sun the corona replaces the zodiacal
 //! light. The F corona is light of the same dust, and the exponents of the distance are nearly equal (-2.5 and -2.3). Both laws therefore agree
 //! within a factor of 2 between 0.3 and 5 au (0.54 at 0.3 au). At r au from the Sun the light scales with r^-2.3 (Helios 1 and 2 between 0.3 and 1 au,
 //! Leinert et al. 1981, A&A 103, 177); outside that range this is an extrapolation. Left out: the cloud's tilt of 1.5 degrees with its seasonal effects,
@@ -27,7 +27,7 @@ pub(crate) const NEAREST_AU: f64 = 0.1;
 /// Elongations, degrees, between which the corona blends into the zodiacal light.
 pub(crate) const CORONA_BLEND_DEG: (f64, f64) = (15.0, 25.0);
 
-/// Offset in [`law`] that keeps the logarithm's argument positive in the direction of the Sun.
+/// Offset in [`brightness`] that keeps the logarithm's argument positive in the direction of the Sun.
 pub(crate) const LOG_OFFSET: f64 = 1.02;
 /// Coefficients of the binary logarithm of the table's values: rows are powers of log2(`LOG_OFFSET` - cosine of the elongation), columns are powers
 /// of the sine of the latitude.
@@ -41,7 +41,7 @@ pub(crate) const LAW: [[f64; 4]; 5] = [
 
 /// Brightness at 1 au in the table's unit, without the blend into the corona. The table is valid for an observer in the ecliptic; for an observer far from
 /// the ecliptic the result is an estimate.
-pub fn law(cos_elongation: f64, sin_latitude: f64) -> f64 {
+pub fn brightness(cos_elongation: f64, sin_latitude: f64) -> f64 {
     let log_term = (LOG_OFFSET - cos_elongation).log2();
     // For an observer in the ecliptic the latitude never exceeds the elongation. For other observers the value at this limit is used.
     let sine = sin_latitude.abs().min((1.0 - cos_elongation * cos_elongation).max(0.0).sqrt());
@@ -49,7 +49,7 @@ pub fn law(cos_elongation: f64, sin_latitude: f64) -> f64 {
     latitude_polynomial.dot(DVec4::new(1.0, sine, sine * sine, sine * sine * sine)).exp2()
 }
 
-/// Radiance that a value of 1 of [`law`] stands for, for an observer at this distance from the Sun.
+/// Radiance that a value of 1 of [`brightness`] stands for, for an observer at this distance from the Sun.
 pub fn unit_radiance(sun_distance_au: f64) -> f64 {
     *S10 / TABLE_PER_S10 * sun_distance_au.powf(DISTANCE_EXPONENT)
 }
@@ -92,27 +92,27 @@ mod tests {
                 if cos_elongation > 14.9_f64.to_radians().cos() {
                     continue;
                 }
-                let error = law(cos_elongation, lat.sin()) / published - 1.0;
+                let error = brightness(cos_elongation, lat.sin()) / published - 1.0;
                 worst = worst.max(error.abs());
                 compared += 1;
                 assert!(error.abs() < 0.13, "{longitude}, {latitude}: {error:.3}");
-                assert_eq!(law(cos_elongation, lat.sin()), law(cos_elongation, -lat.sin()));
+                assert_eq!(brightness(cos_elongation, lat.sin()), brightness(cos_elongation, -lat.sin()));
             }
         }
         println!("{compared} entries, worst {worst:.3}");
         assert!(compared > 190, "{compared}");
         // Checks that the comparison can fail: at 60 degrees of elongation the ecliptic is much brighter than high latitudes.
-        assert!(law(0.5, 0.0) / law(0.5, 0.866) > 2.0);
+        assert!(brightness(0.5, 0.0) / brightness(0.5, 0.866) > 2.0);
     }
 
     /// From outside the ecliptic, any combination of elongation and latitude occurs: the law stays between 60 and its value in the ecliptic at the smallest
     /// elongation.
     #[test]
     fn the_law_stays_finite_for_every_direction() {
-        let (brightest, faintest) = (law(CORONA_BLEND_DEG.0.to_radians().cos(), 0.0), 60.0);
+        let (brightest, faintest) = (brightness(CORONA_BLEND_DEG.0.to_radians().cos(), 0.0), 60.0);
         for elongation in 15..=180 {
             for latitude in 0..=90 {
-                let value = law(f64::from(elongation).to_radians().cos(), f64::from(latitude).to_radians().sin());
+                let value = brightness(f64::from(elongation).to_radians().cos(), f64::from(latitude).to_radians().sin());
                 assert!((faintest..=1.01 * brightest).contains(&value), "{elongation}, {latitude}: {value}");
             }
         }
@@ -127,7 +127,7 @@ mod tests {
         for au in [0.3, 1.0, 5.2] {
             for degrees in [CORONA_BLEND_DEG.0, 20.0, CORONA_BLEND_DEG.1] {
                 let (sin, cos) = f64::to_radians(degrees).sin_cos();
-                let around = (0..360).map(|a| law(cos, sin * f64::from(a).to_radians().sin())).sum::<f64>() / 360.0;
+                let around = (0..360).map(|a| brightness(cos, sin * f64::from(a).to_radians().sin())).sum::<f64>() / 360.0;
                 let ratio = around * unit_radiance(au) / corona::radiance(sin * au * KM_PER_AU / SUN_RADIUS_KM);
                 println!("{au} au, {degrees} degrees: {ratio:.2}");
                 assert!((0.5..2.0).contains(&ratio), "{au} au, {degrees} degrees: {ratio}");

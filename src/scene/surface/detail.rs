@@ -8,7 +8,7 @@
 use crate::catalog::Map;
 use crate::message::{Reason, reason};
 use crate::scene::camera::{Camera, Placement, ViewRays, narrow, narrow_scalar};
-use crate::scene::constants::DETAIL_ROWS;
+use crate::scene::constants::MAX_DETAIL_LATTICES;
 use crate::scene::draw::Detail;
 use crate::scene::draw::uniforms::DetailUniforms;
 use glam::{DVec2, DVec3, Vec4};
@@ -97,7 +97,7 @@ pub(crate) fn uniforms(detail: Detail, camera: &Camera, placement: &Placement, r
     let finest = ((MIN_CELL_PX * pixel_radii / COARSEST_CELL).ln() / ratio.ln()).max(0.0);
     let last = finest.ceil() as i32;
     let row = |k: usize| {
-        let lattice = last - (DETAIL_ROWS as i32 - 1) + k as i32;
+        let lattice = last - (MAX_DETAIL_LATTICES as i32 - 1) + k as i32;
         if lattice < 0 {
             return (DVec3::ZERO, INVISIBLE_CELL);
         }
@@ -107,7 +107,7 @@ pub(crate) fn uniforms(detail: Detail, camera: &Camera, placement: &Placement, r
         let position = origin / cell + offset;
         (position - (position / PERIOD).floor() * PERIOD, cell)
     };
-    let largest = COARSEST_CELL * ratio.powf(finest - (DETAIL_ROWS as f64 - 1.0));
+    let largest = COARSEST_CELL * ratio.powf(finest - (MAX_DETAIL_LATTICES as f64 - 1.0));
     let camera = narrow(camera_position - origin).extend(narrow_scalar(camera.pixel_tangent()));
     let reference_rows = reference.map_or([Vec4::ZERO; 3], |r| {
         let [depth, u, v] = [r.depth, r.rect_position.x, r.rect_position.y].map(narrow_scalar);

@@ -20,18 +20,18 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let normal_tilt_rad = ellipsoid_flattening(body);
     // A normal tilted by an angle changes the cosine of incidence by at most this angle; the change is visible first on white ground at the terminator.
     let max_change = normal_tilt_rad * lights::sunlight(inputs.placed.sun_from_body_km).irradiance.max_element();
-    let light = threshold.description(max_change);
+    let light = threshold.radiance_description(max_change);
     let reason = reason!("ellipsoid-lean", lean = format_args!("{normal_tilt_rad:.2e}"), light = light);
     decisions.chosen.ellipsoid =
-        available.is_flattened && log.effect(Effect::Ellipsoid, threshold.is_exceeded_by_radiance(max_change), reason);
+        available.is_flattened && log.record_effect(Effect::Ellipsoid, threshold.is_exceeded_by_radiance(max_change), reason);
     if !available.is_flattened {
         log.record(Effect::Ellipsoid.name(), false, reason!("axes-equal"));
     }
     let disc = || (true, reason!("albedo-disc", size = format_args!("{:.1}", inputs.diameter_px)));
-    let albedo = log.effect_with_map(Effect::Albedo, body.maps.albedo.as_ref(), disc);
+    let albedo = log.record_effect_with_map(Effect::Albedo, body.maps.albedo.as_ref(), disc);
     let mut maps = MapSet { albedo, ..MapSet::default() };
     if available.custom_surface > 0 {
-        decisions.chosen.custom_surface = log.effect(Effect::CustomSurface, true, reason!("by-surface"));
+        decisions.chosen.custom_surface = log.record_effect(Effect::CustomSurface, true, reason!("by-surface"));
     }
     if available.is_emissive {
         log.record("lights", false, reason!("emits-light"));
@@ -39,18 +39,18 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         return decisions;
     }
     // Relief is drawn without sunlight too, because it is visible in planet-shine.
-    maps.normal = log.effect_with_map(Effect::Normal, body.maps.normal.as_ref(), || (true, reason!("slopes-show")));
+    maps.normal = log.record_effect_with_map(Effect::Normal, body.maps.normal.as_ref(), || (true, reason!("slopes-show")));
     let sunlit_ground = sunlit_ground_in_view(inputs);
     let glint = || if sunlit_ground.0 { sunlit_ground.clone() } else { reflected_glint(inputs) };
-    maps.specular = log.effect_with_map(Effect::Specular, body.maps.specular.as_ref(), glint);
-    maps.night = log.effect_with_map(Effect::Night, body.maps.night.as_ref(), || {
+    maps.specular = log.record_effect_with_map(Effect::Specular, body.maps.specular.as_ref(), glint);
+    maps.night = log.record_effect_with_map(Effect::Night, body.maps.night.as_ref(), || {
         let white = night_lights::white_radiance(body);
-        (threshold.is_exceeded_by_radiance(white), reason!("city-lights", light = threshold.description(white)))
+        (threshold.is_exceeded_by_radiance(white), reason!("city-lights", light = threshold.radiance_description(white)))
     });
     if let Some(c) = &body.clouds {
         let no_clouds = log.is_switched_off(Effect::Clouds);
         let visibility = || if no_clouds { (false, reason!("clouds-off")) } else { sunlit_ground.clone() };
-        maps.cloud_shadow = log.effect_with_map(Effect::CloudShadow, Some(&c.map), visibility);
+        maps.cloud_shadow = log.record_effect_with_map(Effect::CloudShadow, Some(&c.map), visibility);
     }
     if available.detail != Detail::None {
         // The shader uses the texel size of the albedo map, or without one that of the normal map.
@@ -58,7 +58,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         let (span_deg, max_span_deg) = detail::ground_deg_per_px(inputs.frame.camera, &inputs.placed.placement, map);
         let sizes = reason!("detail-span", span = format_args!("{span_deg:.4}"), threshold = format_args!("{max_span_deg:.4}"));
         let reason = detail::description(available.detail).and(sizes);
-        decisions.chosen.detail = decisions.log.effect(Effect::Detail, span_deg < max_span_deg, reason);
+        decisions.chosen.detail = decisions.log.record_effect(Effect::Detail, span_deg < max_span_deg, reason);
     }
     decisions.chosen.maps = maps;
     decisions
@@ -79,7 +79,7 @@ fn reflected_glint(inputs: &DecisionInputs<'_, '_>) -> (bool, Reason) {
     let glint = strongest.map_or(0.0, |(_, radiance)| radiance * GLINT_TO_GROUND_RATIO);
     (
         threshold.is_exceeded_by_radiance(glint),
-        reason!("no-lit-ground").and(reason!("glint-of-others", light = threshold.description(glint))),
+        reason!("no-lit-ground").and(reason!("glint-of-others", light = threshold.radiance_description(glint))),
     )
 }
 

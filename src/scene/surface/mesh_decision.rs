@@ -49,13 +49,14 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         file = &shape_model.file,
         radii = format_args!("{:.3}", model.max_radius)
     );
-    log.effect(Effect::Mesh, true, with_invented(reason, shape_model.invented.as_deref(), |how| reason!("shape-invented", how = how)));
+    let reason = with_invented(reason, shape_model.invented.as_deref(), |how| reason!("shape-invented", how = how));
+    log.record_effect(Effect::Mesh, true, reason);
     decisions.chosen.mesh = Some(meshes::flags(body, model));
     let Some((to_sun, sun_radius_rad)) = sun_direction_and_radius(inputs.frame, inputs.placed) else { return decisions };
     let reason =
         reason!("mesh-shadow", degrees = format_args!("{:.3}", 2.0 * sun_radius_rad.to_degrees())).and(reason!("mesh-shadow-sharp"));
     let is_lit = !Capabilities::of(body).is_emissive;
-    if log.effect(Effect::SelfShadow, is_lit, reason) {
+    if log.record_effect(Effect::SelfShadow, is_lit, reason) {
         decisions.self_shadow = Some((to_sun, sun_radius_rad));
     }
     decisions

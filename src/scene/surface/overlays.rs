@@ -42,7 +42,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
             continue;
         }
         let (on, reason) = is_visible(body, overlay, inputs.ground_deg_per_px(), inputs.threshold());
-        if decisions.log.effect(Effect::Overlays, on, reason) {
+        if decisions.log.record_effect(Effect::Overlays, on, reason) {
             decisions.overlays.push(overlay);
         }
     }

@@ -88,7 +88,7 @@ fn step_among_rings(moon: &BoundingSphere, planet: &BoundingSphere, pole: DVec3)
 
 /// Sorts the draws of placed bodies.
 pub(crate) fn far_to_near(placed: &[PlacedBody<'_>], mut draws: Vec<Draw>) -> Vec<Draw> {
-    let ringed: Vec<NaifId> = draws.iter().filter(|d| d.part == BodyPart::Ring).map(|d| d.body).collect();
+    let ringed: Vec<NaifId> = draws.iter().filter(|d| d.part == BodyPart::RingInFront).map(|d| d.body).collect();
     let placed_body = |id: NaifId| placed.iter().find(|p| p.body.id == id);
     let order_of = |id: NaifId, part: BodyPart| {
         // Every draw is made from a placed body, so this value is never used.
@@ -99,7 +99,7 @@ pub(crate) fn far_to_near(placed: &[PlacedBody<'_>], mut draws: Vec<Draw>) -> Ve
         let body_tangent_sq_km2 = sphere.tangent_sq_km2();
         let step = match part {
             BodyPart::RingBehind => DrawingStep::FarHalf,
-            BodyPart::Ring => DrawingStep::NearHalf,
+            BodyPart::RingInFront => DrawingStep::NearHalf,
             BodyPart::Sky | BodyPart::Globe | BodyPart::Clouds => DrawingStep::Globe,
         };
         let planet = p.body.parent.filter(|parent| ringed.contains(parent)).and_then(placed_body);

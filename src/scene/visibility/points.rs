@@ -93,7 +93,7 @@ pub(crate) fn apply(
     let drawn_discs: Vec<_> = placed.iter().filter(|p| has_draw(p.body.id, BodyPart::Globe)).collect();
     let ring_tables = &frame.context.caches.ring_tables;
     let intervals = |p: &PlacedBody<'_>| ring_tables.intervals(p.body.rings.iter(), p.body.radii_km.x);
-    let ringed = placed.iter().filter(|p| has_draw(p.body.id, BodyPart::Ring));
+    let ringed = placed.iter().filter(|p| has_draw(p.body.id, BodyPart::RingInFront));
     let ringed: Vec<_> = ringed.map(|p| RingedPlanet { placed: p, intervals: intervals(p) }).collect();
     let night_weight = 1.0 - sky_by_day(frame, placed);
     for point in points.iter_mut() {

@@ -224,7 +224,7 @@ impl ViewState {
         request.exposure = self.exposure_stops.map_or(ExposureRequest::Auto, ExposureRequest::Stops);
         request.effects = self.effects.clone();
         request.layers = Layers { orbits: self.orbits, bloom: self.bloom, ..self.layers };
-        request.stars_boost = self.stars_boost;
+        request.stars_boost_stops = self.stars_boost;
         request.pixel_view = self.pixels;
         request.tone_map = self.tone_map;
         request.quality = self.quality;

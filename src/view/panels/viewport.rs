@@ -283,7 +283,7 @@ fn paint_labels(interface: &Interface, ui: &egui::Ui, viewport: Rect, placement:
             && interface.settings.names
         {
             let text_anchor = centre + vec2(side.offset_px(&LabelMetrics::of_size(f64::from(NAME_POINTS)), f64::from(radius)));
-            let align = if side.left { Align2::RIGHT_CENTER } else { Align2::LEFT_CENTER };
+            let align = if side.is_left { Align2::RIGHT_CENTER } else { Align2::LEFT_CENTER };
             let font = FontId::proportional(NAME_POINTS);
             painter.text(text_anchor + Vec2::splat(1.0), align, &label.name, font.clone(), Color32::from_black_alpha(180));
             painter.text(text_anchor, align, &label.name, font, colour);
