@@ -148,35 +148,35 @@ pub(crate) fn albedo_normalisation(body: &Body) -> DVec3 {
     1.0 / DVec3::from_array(model_geometric_albedo(&body.photometry))
 }
 
-/// Brightness of the disc relative to its mean over all sides, by the bright and dark sides of the albedo map: the rotational light curve. `sun` and `viewer`:
-/// unit vectors from the body, body axes.
-///
-/// A disc at full phase averages the map with a weight that depends on the photometric model; of its harmonics only degrees 1 and 2 matter (degree 3 and all
-/// higher odd ones average to 0 with the weight of Lommel-Seeliger). At other phases the same average is taken around the direction midway between Sun and
-/// viewer, the middle of the part that is lit and visible. Errors: tests/scene/light_curves.rs.
+/// Numbers of photometric longitudes and latitudes of [`light_curve`].
+const LIGHT_CURVE_GRID: [u32; 2] = [24, 12];
+
+/// Brightness of the disc relative to a disc of the same mean albedo without bright and dark sides: the rotational light curve. It sums the reflectance times
+/// the harmonics of the albedo map over the part of a sphere that is lit and visible. `sun` and `viewer`: unit vectors from the body, body axes. Errors: those
+/// of the harmonics, which leave out all finer detail of the map (tests/image/light_curves.rs).
 pub fn light_curve(body: &Body, sun: DVec3, viewer: DVec3) -> f64 {
     let Some(harmonics) = body.maps.albedo.as_ref().and_then(|map| map.harmonics) else { return 1.0 };
-    let middle = (sun + viewer).try_normalize().unwrap_or(viewer);
-    let ([degree_1, degree_2], [weight_1, weight_2]) = (harmonics.degrees(middle), mean_legendre(&body.photometry));
-    (1.0 + weight_1 * degree_1 + weight_2 * degree_2).max(0.0)
-}
-
-/// Mean of the Legendre polynomials P1 and P2 of mu over the disc at full phase, weighted with the model's reflectance. By the Funk-Hecke theorem this is the
-/// factor by which the average over the disc reduces a harmonic of degree 1 or 2.
-fn mean_legendre(model: &Photometry) -> [f64; 2] {
-    // The reflectance at zero phase is c0 + c1 mu + c2 mu²; a ring of the disc has the area 2 mu dmu.
-    let [c0, c1, c2] = match *model {
-        Photometry::Emissive { .. } => return [0.0; 2],
-        Photometry::Lambert => [0.0, 1.0, 0.0],
-        Photometry::LommelSeeliger => [1.0, 0.0, 0.0],
-        Photometry::LunarLambert { lunar_weight } => [lunar_weight, 1.0 - lunar_weight, 0.0],
-        Photometry::OrenNayar { roughness_deg } => {
-            let (a, b) = oren_nayar_a_b(roughness_deg);
-            [b, a, -b]
+    let alpha = crate::ephemeris::angle_rad(sun, viewer);
+    // Photometric longitude 0 is the viewer's, alpha the Sun's; the pole is perpendicular to both.
+    let towards_sun = sun.reject_from(viewer).try_normalize().unwrap_or_else(|| viewer.any_orthonormal_vector());
+    let pole = viewer.cross(towards_sun);
+    let [columns, rows] = LIGHT_CURVE_GRID;
+    let lit_width = PI - alpha;
+    let (mut light, mut even) = (0.0, 0.0);
+    for row in 0..rows {
+        let (sin_latitude, cos_latitude) = (PI * ((f64::from(row) + 0.5) / f64::from(rows) - 0.5)).sin_cos();
+        for column in 0..columns {
+            let longitude = PI / 2.0 - lit_width * (f64::from(column) + 0.5) / f64::from(columns);
+            let (mu0, mu) = (cos_latitude * (longitude - alpha).cos(), cos_latitude * longitude.cos());
+            let weight = reflectance(&body.photometry, mu0, mu, alpha.cos()) * mu * cos_latitude;
+            let normal = (viewer * longitude.cos() + towards_sun * longitude.sin()) * cos_latitude + pole * sin_latitude;
+            let [degree_1, degree_2] = harmonics.degrees(normal);
+            light += weight * (1.0 + degree_1 + degree_2).max(0.0);
+            even += weight;
         }
-    };
-    let moment = |n: f64| c0 / (n + 2.0) + c1 / (n + 3.0) + c2 / (n + 4.0);
-    [moment(1.0) / moment(0.0), (3.0 * moment(2.0) / moment(0.0) - 1.0) / 2.0]
+    }
+    // At a phase angle of 180 degrees nothing is lit.
+    if even > 0.0 { light / even } else { 1.0 }
 }
 
 /// Mean radiance of the Sun's disc, which causes irradiance 1 at 1 au.
