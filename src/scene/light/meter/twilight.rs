@@ -16,14 +16,14 @@ use glam::DVec3;
 
 /// The Sun's altitude in degrees, and the radiance per irradiance of the Earth's air seen from straight above (brightest channel), measured in drawn images.
 const RADIANCE_BY_ALTITUDE: [(f64, f64); 8] =
-    [(-18.0, 3e-9), (-14.0, 6.3e-8), (-10.0, 1.3e-6), (-8.0, 6e-6), (-6.0, 5.7e-5), (-4.0, 5.2e-4), (-2.0, 2.55e-3), (0.0, 7.3e-3)];
+    [(-18.0, 2.9e-10), (-14.0, 5.8e-8), (-10.0, 1.4e-6), (-8.0, 6.7e-6), (-6.0, 5.2e-5), (-4.0, 5.05e-4), (-2.0, 2.6e-3), (0.0, 7.5e-3)];
 /// Altitude of the Sun from which the body's mean albedo includes all light of the air.
 const DAY_ALTITUDE_DEG: f64 = 5.0;
 /// Cosine of the angle of emission below which the radiance no longer grows with the path's length through the air.
 const MIN_COS_EMISSION: f64 = 0.2;
 /// [`reflectance_and_radius`] of the Earth, to which [`RADIANCE_BY_ALTITUDE`] applies.
-const EARTH_REFLECTANCE: f64 = 0.114;
-const EARTH_RADIUS_SCALE_HEIGHTS: f64 = 797.0;
+const EARTH_REFLECTANCE: f64 = 0.105;
+const EARTH_RADIUS_SCALE_HEIGHTS: f64 = 873.7;
 
 /// Reflectance of an atmosphere by light scattered once, and the body's radius in scale heights of its highest scattering species.
 fn reflectance_and_radius(body: &Body, air: &Atmosphere) -> [f64; 2] {
@@ -88,16 +88,16 @@ mod tests {
     use super::*;
     use crate::catalog::{Catalog, NaifId};
 
-    /// The meter should find the radiances of drawn images from straight above: for the Earth within a third, for other air within a factor of three. By day it
+    /// The meter should find the radiances of drawn images from straight above: for the Earth within a third, for Titan within a factor of 1.6, for Mars within one of 2.5. By day it
     /// adds nothing.
     #[test]
     fn twilight_is_metered_as_it_is_drawn() {
         let catalog = Catalog::embedded();
         let air_of = |id| TwilightAir::of(catalog.body(NaifId(id)).expect("a body")).expect("air over the ground");
         let drawn = [
-            (399, 1.3, [(-2.1, 2.55e-3), (-4.1, 5.2e-4), (-6.1, 5.7e-5), (-10.1, 1.3e-6)]),
-            (499, 3.2, [(0.0, 5.9e-3), (-3.0, 5.5e-4), (-6.0, 1.4e-4), (-9.0, 2.4e-5)]),
-            (606, 1.6, [(0.0, 4.1e-2), (-5.0, 2.4e-2), (-10.0, 1.2e-2), (-20.0, 1.8e-3)]),
+            (399, 1.3, [(-2.1, 2.45e-3), (-4.1, 4.6e-4), (-6.1, 4.7e-5), (-10.1, 1.31e-6)]),
+            (499, 2.5, [(-3.0, 8.8e-4), (-4.5, 5e-4), (-6.0, 2.8e-4), (-9.0, 6.8e-5)]),
+            (606, 1.6, [(0.0, 4.8e-2), (-5.0, 2.95e-2), (-10.0, 1.6e-2), (-20.0, 2.6e-3)]),
         ];
         for (id, factor, radiances) in drawn {
             let air = air_of(id);
