@@ -53,7 +53,7 @@ fn shader(c: &mut Criterion) {
     let cache = tempfile::tempdir().expect("a folder");
     let session = session(&cache);
     let (scene, _) = session.plan(&standard_scenes(SIZE, SIZE)[0].request, SAMPLING).expect("a standard scene");
-    let id = plan::modules(&scene).into_iter().find(|m| matches!(m, ModuleId::Planet(_))).expect("the Earth is drawn");
+    let id = plan::modules(&scene).into_iter().find(|m| matches!(m, ModuleId::Keyed(_))).expect("the Earth is drawn");
     c.bench_function("shader/emit", |b| b.iter(|| emit::emit_module(black_box(&id)).expect("emits")));
     let lowering = lowering();
     c.bench_function("shader/build", |b| b.iter(|| ShaderModule::build(black_box(&id), &lowering).expect("builds")));

@@ -416,7 +416,7 @@ pub static TARGETS: &[Target] = &[
         run: |bytes| {
             let fragments = Fragments::with_files(vec![("lib/custom/surface_1.wesl".into(), text(bytes).into_owned())]);
             let key = ShaderKey::for_draw(&DrawFeatures { custom_surface: 1, lights: 1, ..DrawFeatures::MINIMAL });
-            drop(ShaderModule::build_with(&fragments, &ModuleId::Planet(key), &lowering()));
+            drop(ShaderModule::build_with(&fragments, &ModuleId::Keyed(key), &lowering()));
         },
         seeds: || seeds::fragment("lib/custom/surface_1.wesl"),
         words: &[

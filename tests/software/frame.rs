@@ -78,7 +78,7 @@ pub(super) fn sphere(towards_sun: Vec3, maps: MapSet) -> PlanDraw {
         pixel_size: Vec2::ONE,
         ..DrawUniforms::default()
     };
-    let id = ModuleId::Planet(ShaderKey::for_draw(&features));
+    let id = ModuleId::Keyed(ShaderKey::for_draw(&features));
     let map_taps = 8;
     let uniform_bytes = uniform_bytes(&LIBRARY.module(&id).expect("emitted").layout, &uniforms, map_taps).expect("every field is there");
     draw("sphere", id, uniform_bytes, Vertices::Count(6))

@@ -45,7 +45,7 @@ impl SamplingQuality {
 
 /// The modules that a scene's plan runs, each once, so that they can be compiled before the plan is made.
 pub fn modules(scene: &Scene) -> Vec<ModuleId> {
-    let module_of = |d: &Draw| ModuleId::Planet(ShaderKey::for_draw(&d.features));
+    let module_of = |d: &Draw| ModuleId::Keyed(ShaderKey::for_draw(&d.features));
     let mut all: Vec<_> = scene.draws.iter().chain(&scene.outlined).map(module_of).collect();
     all.extend(coarse_air::modules(&scene.draws));
     all.extend(simple_draws::modules(scene).into_iter().map(ModuleId::Simple));
@@ -247,13 +247,13 @@ fn body_draw(
     provider: &impl ResourceProvider,
     sampling: SamplingQuality,
 ) -> Result<PlanDraw, PlanError> {
-    let module = ModuleId::Planet(ShaderKey::for_draw(&draw.features));
+    let module = ModuleId::Keyed(ShaderKey::for_draw(&draw.features));
     let layout = provider.layout(&module)?;
     let uniform_bytes = uniform_bytes(&layout, &draw.uniforms, sampling.anisotropy)
         .map_err(|source| PlanError::Layout { module: module.to_string(), source })?;
     let (textures, samplers) = (maps::textures(draw, &layout, provider)?, maps::samplers(draw, &layout));
     let (vertices, cull) = match &module {
-        ModuleId::Planet(key) if key.features().shape == Shape::Mesh => (mesh_vertices(draw, key)?, cull_of(&draw.features)),
+        ModuleId::Keyed(key) if key.features().shape == Shape::Mesh => (mesh_vertices(draw, key)?, cull_of(&draw.features)),
         // The two triangles of the draw's rectangle.
         _ => (Vertices::Count(6), Cull::None),
     };

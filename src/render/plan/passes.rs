@@ -202,7 +202,7 @@ impl Plan {
     /// The features with which bodies are drawn, each once.
     pub(crate) fn features_of_bodies(&self) -> Vec<DrawFeatures> {
         let features = |module: ModuleId| match module {
-            ModuleId::Planet(key) => Some(*key.features()),
+            ModuleId::Keyed(key) => Some(*key.features()),
             _ => None,
         };
         self.modules().into_iter().filter_map(features).collect()

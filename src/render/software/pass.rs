@@ -207,7 +207,7 @@ fn check_size_and_samples(pass: &Pass) -> Result<(), RenderError> {
 
 /// The number of instructions that one texture read counts as, in a module whose key selects the pixel view of shading cost; `None` for all others.
 fn instructions_per_read(module: &ModuleId) -> Option<f64> {
-    if let ModuleId::Planet(key) = module { key.instructions_per_read() } else { None }
+    if let ModuleId::Keyed(key) = module { key.instructions_per_read() } else { None }
 }
 
 fn prepare_draw<'a, R: Real>(

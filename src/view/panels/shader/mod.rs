@@ -107,7 +107,7 @@ impl Inspected<'_> {
     /// The displayed key; `None` for a simple shader.
     fn key(&self) -> Option<ShaderKey> {
         match &self.id {
-            ModuleId::Planet(key) => Some(*key),
+            ModuleId::Keyed(key) => Some(*key),
             _ => None,
         }
     }
@@ -183,8 +183,8 @@ impl ShaderPanel {
         };
         let drawn_key = draw.map(|d| ShaderKey::for_draw(&d.features));
         let id = match (module, drawn_key, self.edited) {
-            (_, Some(_), Some(edited)) => ModuleId::Planet(ShaderKey::for_draw(&edited)),
-            (_, Some(drawn_key), None) => ModuleId::Planet(drawn_key),
+            (_, Some(_), Some(edited)) => ModuleId::Keyed(ShaderKey::for_draw(&edited)),
+            (_, Some(drawn_key), None) => ModuleId::Keyed(drawn_key),
             (ModuleChoice::Simple(name), _, _) => ModuleId::Simple(name),
             (ModuleChoice::Part(_), None, _) => ModuleId::Simple("point"),
         };
