@@ -140,7 +140,7 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     bar.finish_and_clear();
     let options = session.renderer().options();
     let report = json!({
-        "kernels": options.kernels.name(),
+        "kernels": options.kernel_class.name(),
         "threads": session.renderer().threads(),
         "width": width,
         "height": height,

@@ -94,7 +94,7 @@ struct Sheet {
 }
 
 fn drawn_sheet() -> Sheet {
-    let options = Options { threads: 1, kernels: KernelClass::Portable, ..Options::default() };
+    let options = Options { threads: 1, kernel_class: KernelClass::Portable, ..Options::default() };
     let renderer = SoftwareRenderer::new(options).expect("a renderer");
     // Without the views of the cost, which count instructions.
     let keys: Vec<ShaderKey> = covering_keys(2).into_iter().filter(|k| k.instructions_per_read().is_none()).collect();

@@ -133,8 +133,8 @@ pub(super) fn batch<R: Real>(
             });
         }
     }
-    executor.run(&program.prepare_for::<R>(&max_taps.to_le_bytes(), class), LaneMask::MAX, textures);
-    (0..LANES).map(|lane| std::array::from_fn(|k| executor.output(k)[lane].f64())).collect()
+    executor.run(&program.run_draw_tape::<R>(&max_taps.to_le_bytes(), class), LaneMask::MAX, textures);
+    (0..LANES).map(|lane| std::array::from_fn(|k| executor.output(k)[lane].to_f64())).collect()
 }
 
 /// The texture, bound at every place where the program reads a texture.

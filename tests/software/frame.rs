@@ -219,12 +219,12 @@ fn threads_and_kernel_classes_that_round_alike_change_no_bit() {
     }
     // The first frame without fused multiply-add, and the first with it.
     let mut by_rounding: [Option<Frame>; 2] = [None, None];
-    for kernels in KernelClass::available() {
-        let frame = render(&plan, Options { kernels, ..Options::default() });
-        assert!(greatest_difference(&frame, &single_threaded) < 2e-3, "{}", kernels.name());
-        let first = &mut by_rounding[usize::from(kernels.has_fma())];
+    for kernel_class in KernelClass::available() {
+        let frame = render(&plan, Options { kernel_class, ..Options::default() });
+        assert!(greatest_difference(&frame, &single_threaded) < 2e-3, "{}", kernel_class.name());
+        let first = &mut by_rounding[usize::from(kernel_class.has_fma())];
         match first {
-            Some(other) => assert!(*other == frame, "{}", kernels.name()),
+            Some(other) => assert!(*other == frame, "{}", kernel_class.name()),
             None => *first = Some(frame),
         }
     }
@@ -292,7 +292,7 @@ mod heavy;
 fn the_benches_draw_their_images() {
     // A new renderer for each, because a renderer caches its modules by name.
     let renderer = || {
-        SoftwareRenderer::new(Options { threads: 1, kernels: KernelClass::detect(), precision: Precision::F32, ..Options::default() })
+        SoftwareRenderer::new(Options { threads: 1, kernel_class: KernelClass::detect(), precision: Precision::F32, ..Options::default() })
             .expect("a renderer")
     };
     let (frame, _) =

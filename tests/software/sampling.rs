@@ -70,7 +70,7 @@ fn sample_filtered<R: Real>(textures: &Textures<'_>, uv: &[[f64; 2]], dx: [f64; 
         Some(max_taps) => textures.sample_filtered(0, [&u, &v], gradients, &lanes(&|_| max_taps), u128::MAX, [r, g, b, a]),
         None => textures.sample_gradients(0, &u, &v, gradients, u128::MAX, [r, g, b, a]),
     }
-    (0..uv.len()).map(|k| std::array::from_fn(|c| out[c][k].f64())).collect()
+    (0..uv.len()).map(|k| std::array::from_fn(|c| out[c][k].to_f64())).collect()
 }
 
 /// Bilinear filtering by its definition: the four texels around the position with tent weights; u is periodic, v is clamped.
@@ -124,7 +124,7 @@ fn error_by_level<R: Real>(class: KernelClass, level_of: fn(usize) -> f64, expec
     let mut out = [u.clone(), u.clone(), u.clone(), u.clone()];
     let [r, g, b, a] = &mut out;
     bind_in(&texture, REPEAT, class).sample_level(0, &u, &v, &level, u128::MAX, [r, g, b, a]);
-    let sampled: Vec<[f64; 4]> = (0..uv.len()).map(|k| std::array::from_fn(|c| out[c][k].f64())).collect();
+    let sampled: Vec<[f64; 4]> = (0..uv.len()).map(|k| std::array::from_fn(|c| out[c][k].to_f64())).collect();
     greatest_error(&texture, &uv, &sampled, expected_of)
 }
 
@@ -244,7 +244,7 @@ fn sample_varied_lanes<R: Real>(textures: &Textures<'_>, max_taps: f64, first: u
 }
 
 fn bits<R: Real>(v: R) -> u64 {
-    v.f64().to_bits()
+    v.to_f64().to_bits()
 }
 
 fn assert_lanes_are_independent<R: Real>(texture: &Texture, state: SamplerState, max_taps: f64) {

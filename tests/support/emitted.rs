@@ -72,7 +72,7 @@ impl Emitted {
             .iter()
             .map(|t| BoundTexture { texels: Arc::clone(texels.as_ref().expect("a texture")), sampler: t.sampler_binding.map(|_| state) });
         let textures = Textures::new(bound.collect(), class);
-        let prepared = self.program.prepare_for::<R>(&uniform_bytes, class);
+        let prepared = self.program.run_draw_tape::<R>(&uniform_bytes, class);
         let mut executor = Executor::<R>::with_class(&self.program, class).expect("binds");
         let mut results = Vec::with_capacity(inputs.len());
         for chunk in inputs.chunks(LANES) {
@@ -84,7 +84,7 @@ impl Emitted {
                 }
             }
             executor.run(&prepared, LaneMask::MAX, &textures);
-            results.extend((0..chunk.len()).map(|lane| std::array::from_fn(|k| executor.output(k)[lane].f64())));
+            results.extend((0..chunk.len()).map(|lane| std::array::from_fn(|k| executor.output(k)[lane].to_f64())));
         }
         results
     }
