@@ -414,7 +414,7 @@ fn what_is_not_supported_is_refused_with_the_reason() {
 fn a_program_with_an_index_out_of_range_is_refused() {
     let mut program = compile("@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f { return vec4f(p, p) * 2.0; }");
     assert!(program.check().is_ok());
-    program.slots = 2;
+    program.slot_count = 2;
     assert!(Executor::<f32>::new(&program).is_err());
     assert!(programs_from_bytes(&[1, 2, 3, 255]).is_err());
 }

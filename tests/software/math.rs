@@ -412,8 +412,8 @@ fn program_of(ops: &[FusedOp], kinds: &str, constants: Vec<Constant>) -> Program
         constants,
         draw_tape: Vec::new(),
         lane_tape: vec![Instr::FusedKernel { ops: ops.to_vec(), dst, args }],
-        registers: u32::from(registers),
-        slots: u32::from(dst) + 1,
+        register_count: u32::from(registers),
+        slot_count: u32::from(dst) + 1,
     }
 }
 

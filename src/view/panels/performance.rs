@@ -153,9 +153,9 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
             line(&text!("frames-pass", pass = named("pass", &pass)), format!("{} ms", decimal(ms, 2)));
         }
         if let Some(timings) = &rendered.by.software {
-            line(text!("perf-triangles-submitted"), timings.passes.iter().map(|p| p.submitted).sum::<usize>().to_string());
-            line(text!("perf-triangles-culled"), timings.passes.iter().map(|p| p.culled).sum::<usize>().to_string());
-            line(text!("perf-triangles-clipped"), timings.passes.iter().map(|p| p.clipped).sum::<usize>().to_string());
+            line(text!("perf-triangles-submitted"), timings.passes.iter().map(|p| p.submitted_triangles).sum::<usize>().to_string());
+            line(text!("perf-triangles-culled"), timings.passes.iter().map(|p| p.culled_triangles).sum::<usize>().to_string());
+            line(text!("perf-triangles-clipped"), timings.passes.iter().map(|p| p.clipped_triangles).sum::<usize>().to_string());
             line(text!("perf-triangles-shaded"), timings.passes.iter().map(|p| p.triangles).sum::<usize>().to_string());
         }
         line(text!("perf-interface"), format!("{} ms", decimal(performance.interface_ms, 2)));

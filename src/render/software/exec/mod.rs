@@ -88,7 +88,7 @@ impl Program {
     /// rounds once or twice.
     pub fn run_draw_tape<R: Real>(&self, uniform_bytes: &[u8], class: KernelClass) -> DrawTapeValues<R> {
         let words: Vec<u32> = uniform_bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
-        let mut registers = vec![R::ZERO; self.registers as usize];
+        let mut registers = vec![R::ZERO; self.register_count as usize];
         for (r, c) in registers.iter_mut().zip(&self.constants) {
             *r = constant_value(*c);
         }
