@@ -118,7 +118,7 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
             let (stages_before, _) = session.report();
             let cpu_before = process_cpu();
             let start = WallInstant::now();
-            let drawn_by = Some(session.draw(request, SamplingQuality::of(common.quality), FrameImages::Display)?.by);
+            let drawn_by = Some(session.draw(request, SamplingQuality::of(common.quality), FrameImages::Display)?.drawn_by);
             let wall = start.elapsed();
             let cpu = cpu_before.and_then(|before| process_cpu()?.checked_sub(before));
             bar.inc(1);

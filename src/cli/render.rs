@@ -163,7 +163,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         let drawn = session.draw(&request, sampling, images)?;
         time_to_first_frame.get_or_insert_with(|| run_start.elapsed());
         drawn_frames += 1;
-        drawn_by = Some(drawn.by.clone());
+        drawn_by = Some(drawn.drawn_by.clone());
         let cpu_before = if args.time_report { process_cpu() } else { None };
         let start = WallInstant::now();
         match &path {

@@ -97,7 +97,7 @@ pub struct DrawnFrame {
     /// The image, if it stays on the GPU that drew it; `frame` has no pixels then.
     pub gpu_image: Option<GpuImage>,
     /// The renderer that drew the frame.
-    pub by: DrawnBy,
+    pub drawn_by: DrawnBy,
 }
 
 /// Largest catalog file, bytes; the longest embedded one has 130 kB.

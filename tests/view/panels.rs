@@ -204,7 +204,7 @@ fn the_renderer_is_chosen_in_the_window() {
             std::thread::sleep(std::time::Duration::from_millis(10));
         }
     }
-    assert_eq!(harness.state().shown().expect("an image").by.renderer, "software");
+    assert_eq!(harness.state().shown().expect("an image").drawn_by.renderer, "software");
 }
 
 #[test]

@@ -94,8 +94,8 @@ fn describe(frames: &VecDeque<Frame>) -> String {
 /// Name and milliseconds of each pass: GPU time if the GPU drew the image and has timestamp queries, or wall time of the software renderer.
 /// A pass has the name of its target in `render::plan`, which the messages `pass-…` translate.
 fn passes_ms(rendered: &RenderedView) -> Vec<(String, f64)> {
-    let software = rendered.by.software.iter().flat_map(|t| &t.passes).map(|p| (p.name.clone(), p.wall_ms));
-    rendered.by.passes_ms.iter().cloned().chain(software).collect()
+    let software = rendered.drawn_by.software.iter().flat_map(|t| &t.passes).map(|p| (p.name.clone(), p.wall_ms));
+    rendered.drawn_by.passes_ms.iter().cloned().chain(software).collect()
 }
 
 /// Shows the panel.
@@ -138,7 +138,8 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
             ui.monospace(value);
             ui.end_row();
         };
-        line(text!("perf-renderer"), rendered.by.adapter.clone().unwrap_or_else(|| named("renderer", rendered.by.renderer).into()));
+        let drawn_by = &rendered.drawn_by;
+        line(text!("perf-renderer"), drawn_by.adapter.clone().unwrap_or_else(|| named("renderer", drawn_by.renderer).into()));
         line(text!("perf-display"), if interface.presents_on_gpu { "GPU" } else { "CPU" }.into());
         line(text!("perf-image"), format!("{}x{} px", rendered.width, rendered.height));
         line(text!("perf-frame"), format!("{} ms", decimal(rendered.took_ms, 1)));
@@ -152,7 +153,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
         for (pass, ms) in passes_ms(rendered) {
             line(&text!("frames-pass", pass = named("pass", &pass)), format!("{} ms", decimal(ms, 2)));
         }
-        if let Some(timings) = &rendered.by.software {
+        if let Some(timings) = &drawn_by.software {
             line(text!("perf-triangles-submitted"), timings.passes.iter().map(|p| p.submitted_triangles).sum::<usize>().to_string());
             line(text!("perf-triangles-culled"), timings.passes.iter().map(|p| p.culled_triangles).sum::<usize>().to_string());
             line(text!("perf-triangles-clipped"), timings.passes.iter().map(|p| p.clipped_triangles).sum::<usize>().to_string());

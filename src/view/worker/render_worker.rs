@@ -42,7 +42,7 @@ pub struct RenderedView {
     /// The image, if it stayed on the GPU.
     pub gpu_image: Option<GpuImage>,
     /// The renderer that drew the image, with its timings.
-    pub by: DrawnBy,
+    pub drawn_by: DrawnBy,
     /// Time from the start of the job to the finished image, milliseconds.
     pub took_ms: f64,
     /// Time for which the render worker had no job before this one, milliseconds.
@@ -128,7 +128,7 @@ pub(crate) fn draw(session: &Session, job: RenderJob) -> Result<RenderedView, Se
         height: drawn.frame.height,
         rgba: drawn.frame.display,
         gpu_image: drawn.gpu_image,
-        by: drawn.by,
+        drawn_by: drawn.drawn_by,
         took_ms,
         waited_ms: 0.0,
         stages: stages.since(&stages_before),

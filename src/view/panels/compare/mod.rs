@@ -271,7 +271,7 @@ fn draw(session: &Session, request: &ViewRequest, variant: &Variant) -> Result<C
     let start = WallInstant::now();
     let (frame, renderer_name) = if variant.renderer == Renderer::Window {
         let drawn = session.draw_in_background(request, sampling, FrameImages::Display).map_err(to_text)?;
-        (drawn.frame, drawn.by.renderer)
+        (drawn.frame, drawn.drawn_by.renderer)
     } else {
         let (_, plan) = session.plan(request, sampling).map_err(to_text)?;
         let renderer = f64_renderer.as_ref().unwrap_or(session.background_renderer());
