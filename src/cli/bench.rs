@@ -228,7 +228,7 @@ fn scene_row(name: &str, first: &MeasuredFrame, frames: &mut [MeasuredFrame]) ->
         "median_ms": milliseconds(median_frame.wall),
         "median_cpu_ms": median_frame.cpu.map(milliseconds),
         "least_ms": milliseconds(frames[0].wall),
-        "stages": by_stage(&|s| json!(milliseconds(median_frame.stages.spent(s)))),
+        "stages": by_stage(&|s| json!(milliseconds(median_frame.stages.elapsed(s)))),
         "stages_cpu": by_stage(&|s| json!(median_frame.stages.cpu(s).map(milliseconds))),
     })
 }

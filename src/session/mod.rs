@@ -208,7 +208,7 @@ impl Session {
         }
         let renderer = software_renderers::renderer(sources.threads, sources.double_precision)?;
         let devices = Devices::new(renderer, sources.renderer, sources.double_precision, notify.clone());
-        if sources.draws {
+        if sources.will_draw {
             devices.start_opening_gpu();
         }
         let mut stages = Stages::default();

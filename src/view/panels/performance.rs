@@ -53,7 +53,7 @@ impl PerformancePanel {
         while self.arrivals_s.front().is_some_and(|first| now_s - first > RATE_INTERVAL_S) {
             self.arrivals_s.pop_front();
         }
-        let stage_ms = Stage::ALL.map(|s| rendered.stages.spent(s).as_secs_f64() * 1e3);
+        let stage_ms = Stage::ALL.map(|s| rendered.stages.elapsed(s).as_secs_f64() * 1e3);
         self.frames.push_back(Frame { stage_ms, passes_ms: passes_ms(rendered), total_ms: rendered.took_ms });
         if self.frames.len() > MAX_FRAMES {
             self.frames.pop_front();
@@ -148,7 +148,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
             text!("perf-frame-rate-value", rate = decimal(performance.arrivals_s.len() as f64 / RATE_INTERVAL_S, 1)),
         );
         for stage in FRAME_STAGES {
-            line(named("stage", stage.name()), format!("{} ms", decimal(rendered.stages.spent(stage).as_secs_f64() * 1e3, 2)));
+            line(named("stage", stage.name()), format!("{} ms", decimal(rendered.stages.elapsed(stage).as_secs_f64() * 1e3, 2)));
         }
         for (pass, ms) in passes_ms(rendered) {
             line(&text!("frames-pass", pass = named("pass", &pass)), format!("{} ms", decimal(ms, 2)));
