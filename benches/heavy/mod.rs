@@ -92,7 +92,7 @@ pub fn plan(size: u32) -> Plan {
         format: ColourFormat::Hdr,
         samples: 1,
         clear: [0.0; 4],
-        depth: false,
+        has_depth: false,
         draws: vec![draw],
     };
     Plan { passes: vec![pass] }

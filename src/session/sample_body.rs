@@ -396,7 +396,7 @@ pub fn sample_body_plan_of(module: &ShaderModule, key: &ShaderKey, side_px: u32,
         format: ColourFormat::Hdr,
         samples: 1,
         clear: [0.0; 4],
-        depth: true,
+        has_depth: true,
         draws: vec![draw],
     };
     Ok(Plan { passes: vec![pass] })

@@ -100,7 +100,7 @@ pub(super) fn tone_map(pass: usize) -> PlanDraw {
 }
 
 pub(super) fn pass(name: &'static str, size: [u32; 2], format: ColourFormat, samples: u8, clear: [f32; 4], draws: Vec<PlanDraw>) -> Pass {
-    Pass { name, width: size[0], height: size[1], format, samples, clear, depth: format == ColourFormat::Hdr, draws }
+    Pass { name, width: size[0], height: size[1], format, samples, clear, has_depth: format == ColourFormat::Hdr, draws }
 }
 
 /// An HDR pass with these draws, of the name by which a renderer finds it, and its tone map.

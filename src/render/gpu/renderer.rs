@@ -353,7 +353,7 @@ impl GpuRenderer {
                 return Err(GpuError::TargetSize { adapter: self.facts.to_string(), width: pass.width, height: pass.height, max_side });
             }
             let fits = |t: &PassTarget| {
-                (t.width, t.height, t.format, t.samples, t.depth.is_some()) == (pass.width, pass.height, format, samples, pass.depth)
+                (t.width, t.height, t.format, t.samples, t.depth.is_some()) == (pass.width, pass.height, format, samples, pass.has_depth)
             };
             if external.is_none() && resources.targets.get(k).is_some_and(fits) {
                 continue;

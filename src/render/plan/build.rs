@@ -127,7 +127,7 @@ pub(super) fn hdr_steps(
         format: if scene.exposure.white() < DIM_WHITE { ColourFormat::HdrF32 } else { ColourFormat::Hdr },
         samples: sampling.samples,
         clear,
-        depth: true,
+        has_depth: true,
     };
     let format = hdr.format;
     let over_hdr = |name, draws| PassStep { name, reads: vec![], writes: Write::Over(HDR_TARGET), draws };

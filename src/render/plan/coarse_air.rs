@@ -144,7 +144,7 @@ pub(super) fn steps(
             marking_draws.push(PlanDraw { label: format!("{} coarse {quantity}", draw.name), scissor, ..marking });
         }
     }
-    let target = |resource| TargetDescriptor { resource, width, height, format, samples: 1, clear: [0.0; 4], depth: false };
+    let target = |resource| TargetDescriptor { resource, width, height, format, samples: 1, clear: [0.0; 4], has_depth: false };
     let reads_samples = vec![Read { resource: SAMPLES_TARGET, binding: FIRST_READ_BINDING }];
     Ok(vec![
         PassStep { name: SAMPLES_TARGET, reads: vec![], writes: Write::New(target(SAMPLES_TARGET)), draws: sampling_draws },

@@ -74,7 +74,7 @@ pub fn interface_step(
         format: ColourFormat::Rgba8Unorm,
         samples: 1,
         clear: black,
-        depth: false,
+        has_depth: false,
     };
     Ok(PassStep { name: "interface", reads: vec![], writes: Write::New(window), draws: draws.collect() })
 }

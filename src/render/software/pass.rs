@@ -226,7 +226,7 @@ fn prepare_draw<'a, R: Real>(
     timings.culled_triangles += submitted_triangles - geometry.source_triangles.len();
     timings.clipped_triangles += geometry.clipped_count;
     timings.triangles += geometry.triangles.len();
-    let fragment_setup = FragmentSetup::new(fragment, draw.depth, pass.depth);
+    let fragment_setup = FragmentSetup::new(fragment, draw.depth, pass.has_depth);
     Ok(PreparedDraw {
         geometry,
         fragment,
