@@ -81,7 +81,7 @@ fn sampling(c: &mut Criterion) {
     let mut group = c.benchmark_group("sample");
     group.throughput(Throughput::Elements(LANES as u64));
     for taps in [1, 8] {
-        let sampler = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
+        let sampler = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, is_trilinear: true };
         let max_taps = [taps as f32];
         let bound = BoundTexture { texels: Arc::new(Texels::of_texture(&map).expect("a complete texture")), sampler: Some(sampler) };
         let textures = Textures::new(vec![bound], KernelClass::detect());

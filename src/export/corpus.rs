@@ -155,7 +155,7 @@ fn assemble_case(module: &ShaderModule, draw: &PlanDraw, sample: &SampleImage) -
                 "binding": s.binding,
                 "address_u": address_name(s.state.address_u),
                 "address_v": address_name(s.state.address_v),
-                "filter": if s.state.linear { "linear" } else { "nearest" },
+                "filter": if s.state.is_trilinear { "linear" } else { "nearest" },
             })
         })
         .collect();

@@ -356,7 +356,7 @@ pub fn sample_body_plan_of(module: &ShaderModule, key: &ShaderKey, side_px: u32,
     let id = ModuleId::Keyed(*key);
     let uniforms = draw_uniforms(key, half_side);
     let uniform_bytes = uniform_bytes(&module.layout, &uniforms, MAP_TAPS).map_err(|e| plan_error(format!("{id}: {e}")))?;
-    let sampler_state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
+    let sampler_state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, is_trilinear: true };
     let mut textures = Vec::new();
     for t in &module.layout.textures {
         let image = match (t.name.as_str(), &uniforms.ring.table) {

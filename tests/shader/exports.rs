@@ -249,7 +249,11 @@ fn read_case(folder: &Path, case: &str, edit: impl Fn(String) -> String) -> Case
     };
     let sampler = |s: &Value| {
         let mode = |name: &Value| if name == "repeat" { AddressMode::Repeat } else { AddressMode::ClampToEdge };
-        let state = SamplerState { address_u: mode(&s["address_u"]), address_v: mode(&s["address_v"]), linear: s["filter"] == "linear" };
+        let state = SamplerState {
+            address_u: mode(&s["address_u"]),
+            address_v: mode(&s["address_v"]),
+            is_trilinear: s["filter"] == "linear",
+        };
         SamplerBinding { binding: number(&s["binding"]), state }
     };
     let vertices = match json["vertices"].get("indices") {

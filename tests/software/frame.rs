@@ -209,7 +209,7 @@ fn threads_and_kernel_classes_that_round_alike_change_no_bit() {
     let map = Arc::new(Texture::from_rgba8(64, 32, noise(64 * 32), TexelFormat::Rgba8Srgb).expect("complete levels"));
     let mut body = sphere(Vec3::new(1.0, 0.3, 0.2), MapSet { albedo: true, ..MapSet::default() });
     body.textures = vec![TextureBinding { binding: 1, source: TextureSource::Image(map) }];
-    let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
+    let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, is_trilinear: true };
     body.samplers = vec![SamplerBinding { binding: 8, state }];
     let plan = scene([150, 130], vec![body]);
     let single_threaded = render(&plan, with_threads(1));
@@ -267,7 +267,7 @@ fn times_of_the_passes() {
     for (label, maps, threads) in [("no map", MapSet::default(), 1), ("albedo map", maps, 1), ("albedo map", maps, 2)] {
         let mut body = sphere(Vec3::new(0.6, 0.2, 0.7), maps);
         if maps.albedo {
-            let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
+            let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, is_trilinear: true };
             body.textures = vec![TextureBinding { binding: 1, source: TextureSource::Image(Arc::clone(&map)) }];
             body.samplers = vec![SamplerBinding { binding: 8, state }];
         }

@@ -64,7 +64,7 @@ impl Emitted {
             false => vec![0; self.layout.uniform_size as usize],
         };
         let class = KernelClass::detect();
-        let state = SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, linear: true };
+        let state = SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, is_trilinear: true };
         let texels = texture.as_ref().map(|t| Arc::new(Texels::of_texture(t).expect("complete levels")));
         let bound = self
             .program

@@ -160,7 +160,7 @@ impl Pipelines {
                 AddressMode::Repeat => wgpu::AddressMode::Repeat,
                 AddressMode::ClampToEdge => wgpu::AddressMode::ClampToEdge,
             };
-            let (filter, mipmap_filter) = if state.linear {
+            let (filter, mipmap_filter) = if state.is_trilinear {
                 (FilterMode::Linear, MipmapFilterMode::Linear)
             } else {
                 (FilterMode::Nearest, MipmapFilterMode::Nearest)

@@ -18,7 +18,7 @@ pub struct SamplerState {
     pub address_u: AddressMode,
     pub address_v: AddressMode,
     /// Trilinear when true, nearest when false.
-    pub linear: bool,
+    pub is_trilinear: bool,
 }
 
 /// The image that a texture binding reads.

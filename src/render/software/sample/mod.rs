@@ -50,7 +50,7 @@ pub struct Textures<'a> {
 }
 
 const DEFAULT_SAMPLER: SamplerState =
-    SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, linear: true };
+    SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, is_trilinear: true };
 
 /// What a batch asks of a sampler: texture coordinates, and what determines the mip levels.
 #[derive(Clone, Copy)]
