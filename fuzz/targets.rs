@@ -10,7 +10,7 @@ use orrery::catalog::small_bodies::SmallBodies;
 use orrery::catalog::stars::StarCatalog;
 use orrery::ephemeris::orientation::Pck;
 use orrery::image::{MapStore, StoredMaps, TexelFormat, Texture, exr_head_text, png_head_text, read_panorama, verify_exr, verify_png};
-use orrery::mesh::{Mesh, ShapeFrame, obj};
+use orrery::mesh::{Mesh, ShapeParameters, obj};
 use orrery::probe::Prober;
 use orrery::render::software::lower::{check_bytes, programs_from_bytes};
 use orrery::render::software::{Options, SoftwareRenderer};
@@ -258,7 +258,7 @@ pub static TARGETS: &[Target] = &[
     Target {
         name: "shape-model",
         run: |bytes| {
-            let figure = ShapeFrame { radii_km: DVec3::ONE, scale_km: 1.0, map_stretch: glam::DVec2::ONE, two_sided: false };
+            let figure = ShapeParameters { radii_km: DVec3::ONE, scale_km: 1.0, map_stretch: glam::DVec2::ONE, two_sided: false };
             if let Ok(model) = obj::parse(&text(bytes)).map(|obj| Mesh::of(&obj, &figure)) {
                 const SUN_RADIUS_RAD: f64 = 0.005;
                 drop(model.map(|m| m.sun_heights(DVec3::X, SUN_RADIUS_RAD)));

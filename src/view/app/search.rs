@@ -210,7 +210,7 @@ fn surface_features<'a>(text: &str, viewer: &'a Viewer) -> impl Iterator<Item = 
     let features_of = move |body: &'a Subject| {
         let lower = lower.clone();
         let is_match = move |f: &&'static SurfaceFeature| lower.chars().count() >= MIN_LETTERS && f.name.to_lowercase().starts_with(&lower);
-        let features = nomenclature::features(&body.name).iter().filter(is_match);
+        let features = nomenclature::surface_features(&body.name).iter().filter(is_match);
         features.map(|feature| {
             suggestion(feature.name, text!("search-on", body = body_name(&body.name)), SearchTarget::Feature { body: body.id, feature })
         })

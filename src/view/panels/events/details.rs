@@ -6,7 +6,7 @@
 use super::{EventAtPlace, best_view};
 use crate::catalog::NaifId;
 use crate::events::GeodeticPosition;
-use crate::time::SHOWN_DELTA_T_ERROR_S;
+use crate::time::MIN_SHOWN_DELTA_T_ERROR_S;
 use crate::view::app::event_search::{ContactLine, SkyEvent};
 use crate::view::app::settings::Home;
 use crate::view::app::view_state::{CameraPose, ViewState, wrapped_longitude_deg};
@@ -39,7 +39,7 @@ pub(super) fn show(
     ui.strong(event.title(worker.session().catalog()));
     ui.label(event.summary());
     let (_, delta_t_error_s) = event.greatest().delta_t_and_error_s();
-    if delta_t_error_s >= SHOWN_DELTA_T_ERROR_S {
+    if delta_t_error_s >= MIN_SHOWN_DELTA_T_ERROR_S {
         let seconds = decimal(delta_t_error_s, if delta_t_error_s < 10.0 { 1 } else { 0 });
         ui.weak(text!("events-delta-t", seconds = seconds)).on_hover_text(text!("events-delta-t-hint"));
     }
