@@ -104,7 +104,7 @@ fn ring_uniforms(surface: Surface) -> RingUniforms {
         outer_km,
         tau_normal,
         albedo: [0.8, 0.7, 0.5],
-        dust: 0.0,
+        dust_fraction: 0.0,
     };
     let rings = [sample_ring(1.1, 1.5, 0.1), sample_ring(1.6, 2.2, 1.5)];
     let sine = f64::from(SUNWARD.normalize_or_zero().z);
