@@ -124,7 +124,7 @@ fn a_star_is_in_the_middle_of_its_image() {
     for (year, utc) in [(1950.0, "1950-01-01"), (2050.0, "2050-01-01")] {
         view.tdb_s = Instant::parse(utc).expect(utc).tdb_seconds_past_j2000();
         for (name, hip) in STAR_NAMES {
-            let star = stars.hip(hip).expect(name);
+            let star = stars.star_of_hip(hip).expect(name);
             let years = stars.years_since_epoch(view.time().jd_tt());
             assert!((years - (year - 1991.25)).abs() < 0.1);
             let request =

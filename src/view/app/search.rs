@@ -168,7 +168,7 @@ fn about_body(body: &Subject, viewer: &Viewer) -> String {
 fn stars(text: &str, catalog: &Catalog) -> Vec<Suggestion> {
     let lower = text.to_lowercase();
     let stars = catalog.stars();
-    let about = |hip: u32| stars.hip(hip).map(|star| text!("search-star", magnitude = decimal(star.v_magnitude, 1)));
+    let about = |hip: u32| stars.star_of_hip(hip).map(|star| text!("search-star", magnitude = decimal(star.v_magnitude, 1)));
     let by_name = STAR_NAMES.iter().filter(|(name, _)| name.to_lowercase().starts_with(&lower));
     let mut found: Vec<Suggestion> =
         by_name.filter_map(|(name, hip)| Some(suggestion(*name, about(*hip)?, SearchTarget::Star(*hip)))).collect();

@@ -248,7 +248,7 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
         SearchTarget::Star(hip) => {
             let (stars, base_view) = (catalog.stars(), &interface.viewer.base_view());
             let years_since_epoch = stars.years_since_epoch(base_view.time().jd_tt());
-            match stars.hip(hip).and_then(|star| star_view(star, years_since_epoch, &positions, base_view)) {
+            match stars.star_of_hip(hip).and_then(|star| star_view(star, years_since_epoch, &positions, base_view)) {
                 Some(view) => {
                     actions.push(Action::Show(Box::new(view)));
                     interface.viewport.star_index = stars.index_of_hip(hip);
