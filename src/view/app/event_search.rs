@@ -193,7 +193,7 @@ impl SkyEvent {
 
     /// Whether two results, possibly of different searches, are the same event.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
-        let bodies = |event: &Self| if let Self::Moons(e) = event { Some((e.class, e.moon, e.planet, e.by_moon)) } else { None };
+        let bodies = |event: &Self| if let Self::Moons(e) = event { Some((e.class, e.moon, e.planet, e.nearer_moon)) } else { None };
         let difference_s = (tdb_s(self.greatest()) - tdb_s(other.greatest())).abs();
         self.kind() == other.kind() && bodies(self) == bodies(other) && difference_s < SAME_EVENT_S
     }
@@ -228,7 +228,7 @@ impl SkyEvent {
             Self::Transit(e) => text!("event-transit", planet = name(e.planet)),
             Self::Moons(e) => {
                 let (moon, planet) = (name(e.moon), name(e.planet));
-                let by_name = e.by_moon.map_or("?", name);
+                let by_name = e.nearer_moon.map_or("?", name);
                 match e.class {
                     MoonEventType::Transit => text!("event-moon-before", moon = moon, planet = planet),
                     MoonEventType::Occultation => text!("event-moon-behind", moon = moon, planet = planet),
@@ -311,7 +311,7 @@ impl SkyEvent {
         let mut lines: Vec<ContactLine> = seen.contacts.iter().map(line).collect();
         lines.push(line(&seen.maximum));
         lines.sort_by(|a, b| tdb_s(a.time).total_cmp(&tdb_s(b.time)));
-        Ok((lines, seen.visible))
+        Ok((lines, seen.is_visible))
     }
 }
 

@@ -57,7 +57,7 @@ impl SkyEvent {
             Self::Lunar(_) => (NaifId::MOON, LUNAR_ECLIPSE_FOV_DEG),
             Self::Transit(_) => (NaifId::SUN, TRANSIT_FOV_DEG),
             // A mutual event, in which one moon occults or eclipses another.
-            Self::Moons(e) if e.by_moon.is_some() => (e.moon, MUTUAL_FOV_DIAMETERS * apparent_diameter_deg(e.moon)),
+            Self::Moons(e) if e.nearer_moon.is_some() => (e.moon, MUTUAL_FOV_DIAMETERS * apparent_diameter_deg(e.moon)),
             Self::Moons(e) => {
                 // An eclipsed moon is in the shadow behind the planet, which at quadrature is far from the planet's disc.
                 let moon_deg = if e.class == MoonEventType::Eclipse { separation_deg(e.planet, e.moon) } else { 0.0 };
@@ -75,7 +75,7 @@ impl SkyEvent {
             Self::Lunar(_) => (NaifId::MOON, LUNAR_ECLIPSE_FROM_PLACE_FOV_DEG),
             Self::Transit(_) => (NaifId::SUN, TRANSIT_FOV_DEG),
             // A mutual event.
-            Self::Moons(e) if e.by_moon.is_some() => (e.moon, MUTUAL_FROM_PLACE_FOV_DEG),
+            Self::Moons(e) if e.nearer_moon.is_some() => (e.moon, MUTUAL_FROM_PLACE_FOV_DEG),
             Self::Moons(e) if e.class == MoonEventType::Eclipse => (e.planet, ECLIPSED_MOON_FROM_PLACE_FOV_DEG),
             Self::Moons(e) => (e.planet, PLANET_FROM_PLACE_FOV_DEG),
         };
@@ -146,8 +146,8 @@ mod tests {
         let (jupiter, io, callisto) = (NaifId(599), NaifId(501), NaifId(504));
         let greatest = Instant::from_tdb_seconds_past_j2000(0.0);
         let base_view = ViewState::around(NaifId::EARTH, DVec3::X * 1e5, 6378.0, DVec3::Z, greatest);
-        let view = |class, moon, by_moon| {
-            let event = SkyEvent::Moons(MoonEvent { class, moon, planet: jupiter, by_moon, greatest, contacts: Vec::new() });
+        let view = |class, moon, nearer_moon| {
+            let event = SkyEvent::Moons(MoonEvent { class, moon, planet: jupiter, nearer_moon, greatest, contacts: Vec::new() });
             event.view_from(GeodeticPosition { latitude_deg: 50.0, longitude_deg: 10.0, height_km: 0.0 }, 45.0, &base_view)
         };
         let mutual = view(MoonEventType::MutualOccultation, io, Some(NaifId(502)));
