@@ -74,7 +74,7 @@ pub(crate) fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
 mod windowed {
     use super::{CliError, Common, ViewArgs, parse_time_option};
     use crate::cli::output::print_message;
-    use crate::ephemeris::body_order::by_distance;
+    use crate::ephemeris::body_order::bodies_in_usual_order;
     use crate::files::read_text;
     use crate::session::{RendererPreference, Session};
     use crate::time::Instant;
@@ -208,7 +208,7 @@ mod windowed {
 
     /// The bodies that the window lists, which are all of the catalog: planets from the Sun outwards, each followed by its moons.
     fn subjects(session: &Session) -> Vec<Subject> {
-        by_distance(session.catalog(), session.ephemeris())
+        bodies_in_usual_order(session.catalog(), session.ephemeris())
             .into_iter()
             .filter_map(|id| session.catalog().body(id))
             .map(Subject::of)

@@ -38,7 +38,7 @@ pub fn interface(target: NaifId, utc: &str) -> Interface {
     let session = session();
     let time = Instant::parse(utc).expect(utc);
     let catalog = session.catalog();
-    let subjects = orrery::ephemeris::body_order::by_distance(catalog, session.ephemeris());
+    let subjects = orrery::ephemeris::body_order::bodies_in_usual_order(catalog, session.ephemeris());
     let subjects = subjects.into_iter().filter_map(|id| catalog.body(id)).map(Subject::of);
     let positions = SessionPositions(session);
     let radius_km = catalog.body(target).expect("a body").radii_km.x;
