@@ -5,7 +5,7 @@
 
 use crate::events::GeodeticPosition;
 use crate::view::language::numbers::typed_number;
-use crate::view::language::{decimal, named};
+use crate::view::language::{decimal, translated_name};
 
 /// A place with one decimal, such as `25.5° N, 33.2° E`.
 pub(crate) fn place_text(place: GeodeticPosition) -> String {
@@ -15,7 +15,7 @@ pub(crate) fn place_text(place: GeodeticPosition) -> String {
 /// Latitude and longitude with compass directions instead of signs.
 pub(crate) fn latitude_longitude_text(latitude_deg: f64, longitude_deg: f64, decimals: usize) -> String {
     let with_direction = |deg: f64, positive, negative| {
-        let direction = named("direction", if deg < 0.0 { negative } else { positive });
+        let direction = translated_name("direction", if deg < 0.0 { negative } else { positive });
         format!("{}° {direction}", decimal(deg.abs(), decimals))
     };
     format!("{}, {}", with_direction(latitude_deg, "north", "south"), with_direction(longitude_deg, "east", "west"))
@@ -39,7 +39,7 @@ pub(crate) fn typed_place(text: &str) -> Option<(f64, f64)> {
 fn typed_degrees(text: &str, positive: &str, negative: &str) -> Option<f64> {
     let text = text.trim().to_lowercase();
     let without_direction = |direction: &str| {
-        let translated = named("direction", direction).to_lowercase();
+        let translated = translated_name("direction", direction).to_lowercase();
         text.strip_suffix(translated.as_str()).or_else(|| text.strip_suffix(direction.get(..1)?))
     };
     let number = |text: &str| typed_number(text.trim().trim_end_matches('°'));

@@ -13,7 +13,7 @@ use crate::catalog::NaifId;
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::time::Instant;
 use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SUN_RADIUS_KM};
-use crate::view::language::{plain, text};
+use crate::view::language::{text, text_by_id};
 use glam::DVec3;
 
 /// Elevation of the camera above the Sun's equator.
@@ -62,7 +62,7 @@ impl Preset {
 
     /// A sentence that describes the view.
     pub(crate) fn about(self) -> &'static str {
-        plain(match self {
+        text_by_id(match self {
             Self::WholeSystem => "preset-system-about",
             Self::InnerSystem => "preset-inner-system-about",
             Self::MoonPhases => "preset-phases-about",

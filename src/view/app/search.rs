@@ -23,7 +23,7 @@ use crate::view::app::view_state::{CameraPose, DEFAULT_FOV_DEG, ViewState, body_
 use crate::view::app::viewer::{Subject, Viewer};
 use crate::view::app::what_to_see_now::NowItem;
 use crate::view::language::dates::{day_text, minute_text, second_text};
-use crate::view::language::{body_name, catalog_text, decimal, named, text};
+use crate::view::language::{body_name, catalog_text, decimal, text, translated_name};
 use crate::wording::nearest;
 use glam::DVec3;
 
@@ -230,11 +230,12 @@ pub(crate) fn surface_feature_view(feature: &SurfaceFeature, body: &Subject, bas
 /// Effects whose name, in English or translated, contains the text.
 fn effects(text: &str) -> impl Iterator<Item = Suggestion> {
     let lower = text.to_lowercase();
-    let matches =
-        move |e: &Effect| e.name().contains(&lower.replace(' ', "-")) || named("effect", e.name()).to_lowercase().contains(&lower);
+    let matches = move |e: &Effect| {
+        e.name().contains(&lower.replace(' ', "-")) || translated_name("effect", e.name()).to_lowercase().contains(&lower)
+    };
     let is_long_enough = text.chars().count() >= MIN_LETTERS;
     let found = Effect::ALL.into_iter().filter(move |e| is_long_enough && matches(e));
-    found.map(|e| suggestion(named("effect", e.name()), text!("search-effect"), SearchTarget::Effect(e)))
+    found.map(|e| suggestion(translated_name("effect", e.name()), text!("search-effect"), SearchTarget::Effect(e)))
 }
 
 /// Whether a word has at least `min_bytes` bytes and is a known word or the beginning of one.

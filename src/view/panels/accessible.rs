@@ -4,7 +4,7 @@
 //! or list is its accessible name.
 
 use crate::scene::draw::PixelView;
-use crate::view::language::named;
+use crate::view::language::translated_name;
 use crate::view::language::numbers::typed_number;
 use egui::{ComboBox, DragValue, Response, Ui};
 
@@ -15,7 +15,7 @@ pub(crate) fn number_field(ui: &mut Ui, field: DragValue<'_>, name: &str) -> Res
 
 /// The translated name of a pixel view.
 pub(crate) fn pixel_view_name(view: PixelView) -> &'static str {
-    named("pixels", view.name())
+    translated_name("pixels", view.name())
 }
 
 /// Shows a drop-down list of pixel views.

@@ -19,7 +19,7 @@ use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
 use crate::view::error_texts::error_text;
 use crate::view::language::dates::minute_text;
-use crate::view::language::{plain, text};
+use crate::view::language::{text, text_by_id};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::text::{LayoutJob, TextWrapping};
 use egui::{Button, Color32, ComboBox, Label, Panel, Pos2, ProgressBar, Response, RichText, ScrollArea, TextStyle, vec2};
@@ -179,14 +179,12 @@ fn search_options(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
         {
             changed |= ui.selectable_value(&mut panel.is_backward, is_backward, name).on_hover_text(tooltip).changed();
         }
-        let list = ComboBox::from_id_salt("range of events").selected_text(plain(RANGES_DAYS[panel.range_index].1)).width(80.0).show_ui(
-            ui,
-            |ui| {
-                for (i, (_, name)) in RANGES_DAYS.iter().enumerate() {
-                    changed |= ui.selectable_value(&mut panel.range_index, i, plain(name)).changed();
-                }
-            },
-        );
+        let range_name = text_by_id(RANGES_DAYS[panel.range_index].1);
+        let list = ComboBox::from_id_salt("range of events").selected_text(range_name).width(80.0).show_ui(ui, |ui| {
+            for (i, (_, name)) in RANGES_DAYS.iter().enumerate() {
+                changed |= ui.selectable_value(&mut panel.range_index, i, text_by_id(name)).changed();
+            }
+        });
         list.response.on_hover_text(text!("events-range-hint")).accessible_name(text!("events-range"));
         let search = icons::button(ui, Icon::Search, text!("events-search"));
         changed |= ui.add(search).on_hover_text(text!("events-search-hint")).clicked();

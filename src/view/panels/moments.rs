@@ -11,7 +11,7 @@ use crate::view::app::preset_changes::PresetChanges;
 use crate::view::app::presets::Preset;
 use crate::view::app::viewer::Action;
 use crate::view::language::dates::{day_text, instant_text};
-use crate::view::language::{catalog_detail, catalog_text, named, text};
+use crate::view::language::{catalog_detail, catalog_text, text, translated_name};
 use crate::view::worker::render_worker::RenderWorker;
 use egui::ScrollArea;
 
@@ -45,7 +45,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
                 continue;
             }
             ui.add_space(6.0);
-            ui.strong(named("moment-kind", kind));
+            ui.strong(translated_name("moment-kind", kind));
             for moment in moments_of_kind {
                 let about = catalog_detail("moment", &moment.name, "about", &moment.about);
                 let hover = text!("moments-hint", about = about, time = instant_text(moment.time), source = moment.source);

@@ -5,7 +5,7 @@
 
 use super::Interface;
 use crate::session::Stage;
-use crate::view::language::{decimal, named, text};
+use crate::view::language::{decimal, text, translated_name};
 use crate::view::worker::render_worker::RenderedView;
 use egui::ScrollArea;
 use egui_plot::{Legend, Line, Plot, PlotPoints};
@@ -79,7 +79,7 @@ fn describe(frames: &VecDeque<Frame>) -> String {
     let max_total_ms = frames.iter().map(|f| f.total_ms).fold(0.0, f64::max);
     let stages: Vec<String> = FRAME_STAGES
         .iter()
-        .map(|stage| format!("{} {} ms", named("stage", stage.name()), decimal(mean(&|f| f.stage_ms[*stage as usize]), 1)))
+        .map(|stage| format!("{} {} ms", translated_name("stage", stage.name()), decimal(mean(&|f| f.stage_ms[*stage as usize]), 1)))
         .collect();
     let mean_total_ms = mean(&|f| f.total_ms);
     text!(
@@ -113,12 +113,12 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
                 performance.frames.iter().enumerate().map(|(i, f)| [i as f64, value(f)]).collect()
             };
             for stage in FRAME_STAGES {
-                plot.line(Line::new(named("stage", stage.name()), line(&|f| f.stage_ms[stage as usize])));
+                plot.line(Line::new(translated_name("stage", stage.name()), line(&|f| f.stage_ms[stage as usize])));
             }
             // A frame without this pass is plotted as 0 ms.
             for (pass, _) in performance.frames.back().map_or(&[][..], |f| &f.passes_ms) {
                 let pass_ms = |f: &Frame| f.passes_ms.iter().find(|(name, _)| name == pass).map_or(0.0, |(_, ms)| *ms);
-                plot.line(Line::new(text!("frames-pass", pass = named("pass", pass)), line(&pass_ms)));
+                plot.line(Line::new(text!("frames-pass", pass = translated_name("pass", pass)), line(&pass_ms)));
             }
             plot.line(Line::new(text!("frames-total"), line(&|f| f.total_ms)));
         });
@@ -139,7 +139,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
             ui.end_row();
         };
         let drawn_by = &rendered.drawn_by;
-        line(text!("perf-renderer"), drawn_by.adapter.clone().unwrap_or_else(|| named("renderer", drawn_by.renderer).into()));
+        line(text!("perf-renderer"), drawn_by.adapter.clone().unwrap_or_else(|| translated_name("renderer", drawn_by.renderer).into()));
         line(text!("perf-display"), if interface.presents_on_gpu { "GPU" } else { "CPU" }.into());
         line(text!("perf-image"), format!("{}x{} px", rendered.width, rendered.height));
         line(text!("perf-frame"), format!("{} ms", decimal(rendered.took_ms, 1)));
@@ -148,10 +148,10 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
             text!("perf-frame-rate-value", rate = decimal(performance.arrivals_s.len() as f64 / RATE_INTERVAL_S, 1)),
         );
         for stage in FRAME_STAGES {
-            line(named("stage", stage.name()), format!("{} ms", decimal(rendered.stages.elapsed(stage).as_secs_f64() * 1e3, 2)));
+            line(translated_name("stage", stage.name()), format!("{} ms", decimal(rendered.stages.elapsed(stage).as_secs_f64() * 1e3, 2)));
         }
         for (pass, ms) in passes_ms(rendered) {
-            line(&text!("frames-pass", pass = named("pass", &pass)), format!("{} ms", decimal(ms, 2)));
+            line(&text!("frames-pass", pass = translated_name("pass", &pass)), format!("{} ms", decimal(ms, 2)));
         }
         if let Some(timings) = &drawn_by.software {
             line(text!("perf-triangles-submitted"), timings.passes.iter().map(|p| p.submitted_triangles).sum::<usize>().to_string());

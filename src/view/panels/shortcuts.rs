@@ -6,7 +6,7 @@
 use super::{Interface, Tab};
 use crate::view::app::settings::UI_SCALE_RANGE;
 use crate::view::app::viewer::Action;
-use crate::view::language::{plain, text};
+use crate::view::language::{text, text_by_id};
 use egui::{Grid, Key, Label, Modifiers, Popup, ScrollArea, TextStyle, Vec2, vec2};
 
 /// Message ids of the keys and of what they do, for the help window. Only the messages of `key-panels` have arguments.
@@ -182,7 +182,7 @@ pub(crate) fn help(interface: &mut Interface, ctx: &egui::Context) {
                         "key-panels" => {
                             (text!("key-panels", last = Tab::ALL.len().min(MAX_DIGIT)), text!("key-panels-does", panels = panels))
                         }
-                        _ => (plain(keys_id).to_owned(), plain(description_id).to_owned()),
+                        _ => (text_by_id(keys_id).to_owned(), text_by_id(description_id).to_owned()),
                     };
                     ui.strong(keys);
                     ui.add(Label::new(description).wrap());

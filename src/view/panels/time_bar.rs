@@ -17,7 +17,7 @@ use crate::view::app::time_rate::{MAX_SPEED, MIN_SPEED, rate_text};
 use crate::view::app::viewer::Action;
 use crate::view::error_texts::error_text;
 use crate::view::language::dates::{date_in_digits, instant_text, long_date, month_name};
-use crate::view::language::{plain, text};
+use crate::view::language::{text, text_by_id};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use chrono::{Datelike, Days, Months, NaiveDate, NaiveDateTime, NaiveTime, Timelike};
 use egui::containers::menu::{MenuButton, MenuConfig};
@@ -90,8 +90,8 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
         rate_controls(interface, ui, actions);
         ui.separator();
         caption(ui, text!("time-step"));
-        let back = STEPS.iter().rev().map(|(seconds, name)| (-seconds, format!("-{}", plain(name))));
-        let forward = STEPS.iter().map(|(seconds, name)| (*seconds, format!("+{}", plain(name))));
+        let back = STEPS.iter().rev().map(|(seconds, name)| (-seconds, format!("-{}", text_by_id(name))));
+        let forward = STEPS.iter().map(|(seconds, name)| (*seconds, format!("+{}", text_by_id(name))));
         for (seconds, name) in back.chain(forward) {
             if ui.small_button(&name).on_hover_text(text!("time-step-hint", name = name)).clicked() {
                 actions.push(Action::Step(seconds));

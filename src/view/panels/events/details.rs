@@ -13,7 +13,7 @@ use crate::view::app::view_state::{CameraPose, ViewState, wrapped_longitude_deg}
 use crate::view::app::viewer::Action;
 use crate::view::error_texts::error_text;
 use crate::view::language::dates::month_day_second_text;
-use crate::view::language::{decimal, named, text};
+use crate::view::language::{decimal, text, translated_name};
 use crate::view::panels::icons::{self, Icon};
 use crate::view::panels::{Interface, accessible, information};
 use crate::view::worker::render_worker::{RenderWorker, ask};
@@ -118,8 +118,8 @@ fn watch_event(
 
 /// Shows the name of a contact, with a tooltip that explains it.
 fn contact_name(ui: &mut egui::Ui, name: &str) {
-    let label = ui.label(named("contact", name));
-    let about = named("contact-about", name);
+    let label = ui.label(translated_name("contact", name));
+    let about = translated_name("contact-about", name);
     if about != name {
         label.on_hover_text(about);
     }
