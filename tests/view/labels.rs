@@ -67,7 +67,7 @@ fn names_keep_clear_of_hints_messages_and_each_other() {
                 state.viewer.view.tracks = true;
                 // Hints give way to a message, so both are tried.
                 let long = "The view was saved as a bookmark, and this message is as long as such messages are.";
-                state.reply(if k % 2 == 0 { long } else { "" });
+                state.show_reply(if k % 2 == 0 { long } else { "" });
                 window.run_steps(4);
                 let view = window.get_by_label_contains("The sky:").rect();
                 let state = window.state();

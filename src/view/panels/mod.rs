@@ -118,7 +118,7 @@ pub struct Interface {
     is_styled: bool,
     /// Whether a control had the keyboard focus at the end of the last frame.
     had_keyboard_focus: bool,
-    /// The reply to the user's last action, shown over the viewport's lower edge; see [`Self::reply()`].
+    /// The reply to the user's last action, shown over the viewport's lower edge; see [`Self::show_reply()`].
     reply: String,
     /// When the reply disappears, in egui's time (`InputState::time`); `None` until the next frame.
     reply_until_s: Option<f64>,
@@ -290,7 +290,7 @@ impl Interface {
     }
 
     /// Shows the reply to an action of the user, for its full time even if it repeats the last reply.
-    pub fn reply(&mut self, text: impl Into<String>) {
+    pub fn show_reply(&mut self, text: impl Into<String>) {
         self.reply = text.into();
         self.reply_until_s = None;
     }

@@ -99,7 +99,7 @@ pub(crate) fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
             (None, Some(Ok(()))) => {
                 interface.search.clear();
                 // The reply confirms the switches, because a switched effect may be invisible in this view; the switches apply to all later views.
-                interface.reply(text!("search-effects-switched", effects = interface.viewer.view.effects.to_text()));
+                interface.show_reply(text!("search-effects-switched", effects = interface.viewer.view.effects.to_text()));
             }
             (None, Some(Err(why))) => interface.search.failure = Some(why),
             (None, None) => interface.search.failure = Some(not_found(interface)),
@@ -122,7 +122,7 @@ fn open_link(interface: &mut Interface, worker: &dyn RenderWorker, actions: &mut
     match view_from_text(&interface.search.typed, worker.session(), interface.viewer.now()) {
         Ok(view) => {
             interface.search.clear();
-            interface.reply("");
+            interface.show_reply("");
             actions.push(Action::Show(Box::new(view)));
         }
         Err(e) => interface.search.failure = Some(error_text(&e)),
@@ -214,7 +214,7 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
             // The city becomes the observer's place, which events and the times of rise and set use too.
             interface.information.home = Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
             actions.extend([Action::Select(NaifId::EARTH), Action::StandOn(city.latitude_deg, city.longitude_deg)]);
-            interface.reply(text!("search-city-chosen", city = city.name, country = catalog_text("country", city.country)));
+            interface.show_reply(text!("search-city-chosen", city = city.name, country = catalog_text("country", city.country)));
         }
         SearchTarget::Feature { body, feature } => {
             if let Some(subject) = interface.viewer.subject(body) {
@@ -235,14 +235,14 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
             let view = item.view(session, interface.viewer.now(), &interface.viewer.base_view());
             match view {
                 Some(view) => what_to_see_now::open(interface, ctx, worker, item, view, actions),
-                None => interface.reply(text!("outside-ephemeris", name = item.name())),
+                None => interface.show_reply(text!("outside-ephemeris", name = item.name())),
             }
         }
         SearchTarget::Moment(name) => {
             let moment = catalog.moments().iter().find(|m| m.name == name);
             match moment.and_then(|m| view_of_moment(m, catalog, &positions, &interface.viewer.base_view())) {
                 Some(view) => actions.push(Action::Show(Box::new(view))),
-                None => interface.reply(text!("outside-ephemeris", name = name)),
+                None => interface.show_reply(text!("outside-ephemeris", name = name)),
             }
         }
         SearchTarget::Star(hip) => {
@@ -253,7 +253,7 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
                     actions.push(Action::Show(Box::new(view)));
                     interface.viewport.star_index = stars.index_of_hip(hip);
                 }
-                None => interface.reply(text!("search-star-outside", hip = hip, body = interface.viewer.name(NaifId::EARTH))),
+                None => interface.show_reply(text!("search-star-outside", hip = hip, body = interface.viewer.name(NaifId::EARTH))),
             }
         }
     }

@@ -128,7 +128,7 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
     }
     if ctx.input(|i| i.events.contains(&egui::Event::Copy)) {
         ctx.copy_text(interface.viewer.shareable().to_link());
-        interface.reply(text!("link-copied"));
+        interface.show_reply(text!("link-copied"));
     }
     let take_key = |key: Key| ctx.input_mut(|i| i.consume_key(Modifiers::NONE, key));
     // On Escape egui itself closes an open menu. egui has also removed the keyboard focus already, so `close_topmost` asks whether a control had the

@@ -126,10 +126,10 @@ fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
             match typed_time(&typed, time_zone, interface.viewer.now()) {
                 Some(time) => {
                     // A date also removes the error of an earlier attempt.
-                    interface.reply("");
+                    interface.show_reply("");
                     actions.push(Action::SetTime(time));
                 }
-                None => interface.reply(text!("time-no-date", typed = crate::wording::echo_within(typed.trim(), MAX_ECHO_CHARS))),
+                None => interface.show_reply(text!("time-no-date", typed = crate::wording::echo_within(typed.trim(), MAX_ECHO_CHARS))),
             }
         }
     }
@@ -289,7 +289,7 @@ fn rate_controls(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
 fn event_buttons(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     match interface.time_bar.take_found() {
         Some(Ok(event)) => events::show(interface, worker, Arc::new(event), actions),
-        Some(Err(why)) => interface.reply(why),
+        Some(Err(why)) => interface.show_reply(why),
         None => {}
     }
     let kind = interface.time_bar.kind;

@@ -254,7 +254,7 @@ fn context_menu(interface: &mut Interface, response: &egui::Response, placement:
         }
         if ui.button(text!("menu-copy-link")).on_hover_text(text!("menu-copy-link-hint")).clicked() {
             ui.ctx().copy_text(interface.viewer.shareable().to_link());
-            interface.reply(text!("link-copied"));
+            interface.show_reply(text!("link-copied"));
         }
         if ui.button(text!("menu-save-image")).on_hover_text(text!("menu-save-image-hint")).clicked() {
             interface.share.wants_image = true;
@@ -317,7 +317,7 @@ fn handle_click(interface: &mut Interface, worker: &dyn RenderWorker, click: Cli
             interface.viewport.picked_px = Some(viewport_px);
             interface.viewport.star_index = star_index;
             if let Some(star_index) = star_index {
-                interface.reply(worker.session().catalog().stars().stars().get(star_index).map(super::star::title).unwrap_or_default());
+                interface.show_reply(worker.session().catalog().stars().stars().get(star_index).map(super::star::title).unwrap_or_default());
             }
         }
     }
@@ -338,7 +338,7 @@ fn measure(interface: &mut Interface, direction: DVec3, body: Option<NaifId>) {
     let body_in_view = body.and_then(|id| rendered.scene.body(id));
     let seen_body = body_in_view.map(|body| SeenBody { name: body.name.clone(), centre_km: body.placement.centre_km });
     let message = interface.angle.add(direction, seen_body);
-    interface.reply(message);
+    interface.show_reply(message);
 }
 
 /// A click on the image.

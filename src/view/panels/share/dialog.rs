@@ -99,7 +99,7 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context) {
             interface.share.dialog = None;
             match answer {
                 Some(path) => *field_text(interface, field) = path.display().to_string(),
-                None => interface.reply(text!("dialog-none")),
+                None => interface.show_reply(text!("dialog-none")),
             }
         }
     }

@@ -118,6 +118,6 @@ pub(crate) fn progress(interface: &mut Interface, ui: &mut Ui) {
     ui.label(export.progress_text(now_s));
     if is_cancelled {
         interface.share.export = None;
-        interface.reply(text!("export-stopped"));
+        interface.show_reply(text!("export-stopped"));
     }
 }
