@@ -13,7 +13,8 @@ use crate::ephemeris::EphemerisError;
 use crate::time::Instant;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::app::body_positions::SessionPositions;
-use crate::view::app::event_search::{ContactLine, EventKind, EventPlayback, EventSearch, SkyEvent};
+use crate::view::app::event_search::{ContactAtPlace, EventKind, EventSearch, SkyEvent};
+use crate::view::app::event_view::EventPlayback;
 use crate::view::app::settings::Home;
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
@@ -61,7 +62,7 @@ impl Row {
 type StepAnswer = (EventSearch, Result<Vec<SkyEvent>, EphemerisError>);
 
 /// The contacts of an event at a place, and whether the event is visible there.
-type LocalContacts = Result<(Vec<ContactLine>, bool), String>;
+type LocalContacts = Result<(Vec<ContactAtPlace>, bool), String>;
 
 /// The chosen event as seen from a place.
 struct EventAtPlace {
@@ -277,12 +278,12 @@ fn end_playback(interface: &mut Interface) {
     let Some(playback) = interface.events.playback else { return };
     let view = &mut interface.viewer.view;
     let rate = interface.viewer.time_rate.rate();
-    let after_end_s = view.tdb_s - playback.to_tdb_s;
+    let after_end_s = view.tdb_s - playback.end_tdb_s;
     if after_end_s >= 0.0 && after_end_s <= PLAYBACK_TOLERANCE_S * playback.rate && rate > 0.0 {
-        view.tdb_s = playback.to_tdb_s;
+        view.tdb_s = playback.end_tdb_s;
         interface.viewer.time_rate.set_paused(true);
         interface.events.playback = None;
-    } else if after_end_s > 0.0 || view.tdb_s < playback.from_tdb_s - PLAYBACK_TOLERANCE_S * playback.rate {
+    } else if after_end_s > 0.0 || view.tdb_s < playback.start_tdb_s - PLAYBACK_TOLERANCE_S * playback.rate {
         interface.events.playback = None;
     }
 }

@@ -7,7 +7,7 @@ use super::{EventAtPlace, best_view};
 use crate::catalog::NaifId;
 use crate::events::GeodeticPosition;
 use crate::time::MIN_SHOWN_DELTA_T_ERROR_S;
-use crate::view::app::event_search::{ContactLine, SkyEvent};
+use crate::view::app::event_search::{ContactAtPlace, SkyEvent};
 use crate::view::app::settings::Home;
 use crate::view::app::view_state::{CameraPose, ViewState, wrapped_longitude_deg};
 use crate::view::app::viewer::Action;
@@ -87,7 +87,7 @@ fn stands_at(eye: &CameraPose, home: Home) -> bool {
 }
 
 /// The view of an event from the observer's place, at the time of its maximum there. `contacts`: the event's contacts at the place.
-fn view_from_place(interface: &Interface, event: &SkyEvent, contacts: &[ContactLine]) -> ViewState {
+fn view_from_place(interface: &Interface, event: &SkyEvent, contacts: &[ContactAtPlace]) -> ViewState {
     let Home { latitude_deg, longitude_deg } = interface.information.home;
     let maximum = contacts.iter().find(|contact| contact.name == "maximum");
     // Events of moons have no maximum. Any altitude well above the horizon will do for them.
@@ -104,14 +104,14 @@ fn watch_event(
     interface: &mut Interface,
     worker: &dyn RenderWorker,
     event: &SkyEvent,
-    at_place: Option<&(Vec<ContactLine>, bool)>,
+    at_place: Option<&(Vec<ContactAtPlace>, bool)>,
     actions: &mut Vec<Action>,
 ) {
     let (view, playback) = match at_place {
         Some((contacts, true)) => (view_from_place(interface, event, contacts), event.playback_at(contacts)),
         _ => (best_view(interface, worker, event), event.playback()),
     };
-    actions.push(Action::Show(Box::new(ViewState { tdb_s: playback.from_tdb_s, paused: Some(false), ..view })));
+    actions.push(Action::Show(Box::new(ViewState { tdb_s: playback.start_tdb_s, paused: Some(false), ..view })));
     actions.push(Action::RunAt(playback.rate));
     interface.events.playback = Some(playback);
 }
