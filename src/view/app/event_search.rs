@@ -307,7 +307,12 @@ impl SkyEvent {
             }
         };
         let Some(seen) = seen else { return Ok((Vec::new(), false)) };
-        let contact = |c: &events::LocalContact| ContactAtPlace { name: c.name, time: c.time, altitude_deg: c.altitude_deg, is_up: c.is_up() };
+        let contact = |c: &events::LocalContact| ContactAtPlace {
+            name: c.name,
+            time: c.time,
+            altitude_deg: c.altitude_deg,
+            is_up: c.is_up(),
+        };
         let mut contacts: Vec<ContactAtPlace> = seen.contacts.iter().map(contact).collect();
         contacts.push(contact(&seen.maximum));
         contacts.sort_by(|a, b| tdb_s(a.time).total_cmp(&tdb_s(b.time)));

@@ -317,8 +317,8 @@ fn handle_click(interface: &mut Interface, worker: &dyn RenderWorker, click: Cli
             interface.viewport.picked_px = Some(viewport_px);
             interface.viewport.star_index = star_index;
             if let Some(star_index) = star_index {
-                let star = worker.session().catalog().stars().stars().get(star_index);
-                interface.show_reply(star.map(super::star::title).unwrap_or_default());
+                let title = worker.session().catalog().stars().stars().get(star_index).map(super::star::title).unwrap_or_default();
+                interface.show_reply(title);
             }
         }
     }
