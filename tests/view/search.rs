@@ -148,7 +148,7 @@ fn the_likeliest_meaning_is_suggested_first() {
     assert_eq!(first("moon"), Some(SearchTarget::Body(NaifId::MOON)));
     assert_eq!(first("sirius"), Some(SearchTarget::Star(32_349)));
     assert_eq!(first("HIP 32349"), Some(SearchTarget::Star(32_349)));
-    assert!(matches!(first("lunar eclipse"), Some(SearchTarget::Events { from: None, kinds }) if kinds.len() == 1));
+    assert!(matches!(first("lunar eclipse"), Some(SearchTarget::Events { start: None, kinds }) if kinds.len() == 1));
     assert!(matches!(first("next solar eclipse"), Some(SearchTarget::Events { .. })));
     for of_moons in ["moons of jupiter", "eclipses of the moons of jupiter", "jupiter transit", "shadow transit"] {
         assert!(matches!(first(of_moons), Some(SearchTarget::Events { kinds, .. }) if kinds == [EventKind::Moons]), "{of_moons}");

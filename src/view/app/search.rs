@@ -50,10 +50,10 @@ pub enum SearchTarget {
     /// Hipparcos number.
     Star(u32),
     Time(Instant),
-    /// `from`: start of the search, if a year was given.
     Events {
         kinds: Vec<EventKind>,
-        from: Option<Instant>,
+        /// Start of the search, if a year was given.
+        start: Option<Instant>,
     },
     /// A place on the selected body.
     Place {
@@ -100,7 +100,7 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, max_count: us
         suggestion(text, about, SearchTarget::Place { latitude_deg, longitude_deg })
     }));
     found.extend(
-        parse_event_search(text).map(|(name, kinds, from)| suggestion(name, text!("search-events"), SearchTarget::Events { kinds, from })),
+        parse_event_search(text).map(|(name, kinds, start)| suggestion(name, text!("search-events"), SearchTarget::Events { kinds, start })),
     );
     found.extend(
         viewer

@@ -226,9 +226,9 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
             interface.open(ctx, Tab::Shader);
             interface.shader.show_key(&key);
         }
-        SearchTarget::Events { kinds, from } => {
+        SearchTarget::Events { kinds, start } => {
             interface.open(ctx, Tab::Events);
-            events::search_for(interface, worker, &kinds, from);
+            events::search_for(interface, worker, &kinds, start);
         }
         SearchTarget::Preset(preset) => moments::open_preset(interface, worker, preset, actions),
         SearchTarget::Now(item) => {
