@@ -100,7 +100,8 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, max_count: us
         suggestion(text, about, SearchTarget::Place { latitude_deg, longitude_deg })
     }));
     found.extend(
-        parse_event_search(text).map(|(name, kinds, start)| suggestion(name, text!("search-events"), SearchTarget::Events { kinds, start })),
+        parse_event_search(text)
+            .map(|(name, kinds, start)| suggestion(name, text!("search-events"), SearchTarget::Events { kinds, start })),
     );
     found.extend(
         viewer
