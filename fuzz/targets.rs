@@ -26,7 +26,7 @@ use orrery::shader::{ModuleId, ShaderLibrary};
 use orrery::view::app::search::suggestions;
 use orrery::view::app::settings::Settings;
 use orrery::view::app::tour::Tour;
-use orrery::view::app::viewer::{Subject, Viewer};
+use orrery::view::app::viewer::{SelectableBody, Viewer};
 use orrery::view::link::view_from_text;
 use orrery::{Catalog, Fragments, FrameImages, Instant, NaifId, Session, ShaderModule, Sources, lowering};
 use sha2::{Digest, Sha256};
@@ -97,7 +97,7 @@ fn search(bytes: &[u8]) {
     thread_local! {
         static VIEWER: Viewer = {
             let view = view_from_text("orrery://view?target=Earth", &SESSION, epoch()).expect("a view");
-            Viewer::new(SESSION.catalog().bodies().iter().map(Subject::of).collect(), view, epoch)
+            Viewer::new(SESSION.catalog().bodies().iter().map(SelectableBody::of).collect(), view, epoch)
         };
     }
     VIEWER.with(|viewer| assert!(suggestions(&text(bytes), viewer, SESSION.catalog(), 8).len() <= 8));

@@ -83,8 +83,8 @@ fn rows(window: &Window) -> Vec<(NaifId, String, Rect)> {
         let found = window.query_all_by_label(name).map(|n| n.rect()).find(|r| r.left() < LIST_RIGHT && r.top() > LIST_TOP);
         found.filter(|r| r.height() > 5.0)
     };
-    let subjects = window.state().viewer.subjects().to_vec();
-    subjects.into_iter().filter_map(|s| row_rect(&s.name).map(|rect| (s.id, s.name, rect))).collect()
+    let bodies = window.state().viewer.selectable_bodies().to_vec();
+    bodies.into_iter().filter_map(|s| row_rect(&s.name).map(|rect| (s.id, s.name, rect))).collect()
 }
 
 fn primary_button(pos: Pos2, pressed: bool) -> Event {
@@ -147,7 +147,7 @@ fn the_pressed_row_is_the_selected_row() {
         assert_eq!(window.state().viewer.selected, id, "{name} was pressed");
         (0..3).for_each(|_| advance(&mut window, 0.25));
     }
-    assert_eq!(clicked.len(), window.state().viewer.subjects().len(), "rows that never showed");
+    assert_eq!(clicked.len(), window.state().viewer.selectable_bodies().len(), "rows that never showed");
 }
 
 #[test]

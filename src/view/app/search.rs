@@ -20,7 +20,7 @@ use crate::view::app::orbit_camera::OrbitCamera;
 use crate::view::app::place_text::parse_place;
 use crate::view::app::presets::Preset;
 use crate::view::app::view_state::{CameraPose, DEFAULT_FOV_DEG, ViewState, body_fixed_orbit_pose};
-use crate::view::app::viewer::{Subject, Viewer};
+use crate::view::app::viewer::{SelectableBody, Viewer};
 use crate::view::app::what_to_see_now::NowItem;
 use crate::view::language::dates::{day_text, minute_text, second_text};
 use crate::view::language::{body_name, catalog_text, decimal, text, translated_name};
@@ -147,7 +147,7 @@ pub fn similar_texts(text: &str, viewer: &Viewer, catalog: &Catalog) -> Vec<Stri
 /// All names of bodies, stars and cities, for [`similar_texts`].
 fn searchable_names(viewer: &Viewer) -> impl Iterator<Item = &str> {
     // Both the name in the catalog and, where it differs, the name in the window's language.
-    let bodies = viewer.subjects().iter().flat_map(|b| {
+    let bodies = viewer.selectable_bodies().iter().flat_map(|b| {
         Some(body_name(&b.name))
             .filter(|translated_name| *translated_name != b.name)
             .into_iter()
@@ -158,7 +158,7 @@ fn searchable_names(viewer: &Viewer) -> impl Iterator<Item = &str> {
 }
 
 /// The description of a body, with the body that it orbits unless that is the Sun.
-fn about_body(body: &Subject, viewer: &Viewer) -> String {
+fn about_body(body: &SelectableBody, viewer: &Viewer) -> String {
     match body.parent {
         Some(parent) if parent != NaifId::SUN && parent != body.id => text!("search-near", body = viewer.name(parent)),
         _ => text!("search-body").into(),
@@ -208,7 +208,7 @@ fn moments<'a>(text: &'a str, moments: &'a [Moment]) -> impl Iterator<Item = Sug
 /// Surface features whose name begins with the text, body by body, the most prominent features of a body first.
 fn surface_features<'a>(text: &str, viewer: &'a Viewer) -> impl Iterator<Item = Suggestion> + 'a {
     let lower = text.to_lowercase();
-    let features_of = move |body: &'a Subject| {
+    let features_of = move |body: &'a SelectableBody| {
         let lower = lower.clone();
         let is_match = move |f: &&'static SurfaceFeature| lower.chars().count() >= MIN_LETTERS && f.name.to_lowercase().starts_with(&lower);
         let features = nomenclature::surface_features(&body.name).iter().filter(is_match);
@@ -216,12 +216,12 @@ fn surface_features<'a>(text: &str, viewer: &'a Viewer) -> impl Iterator<Item = 
             suggestion(feature.name, text!("search-on", body = body_name(&body.name)), SearchTarget::Feature { body: body.id, feature })
         })
     };
-    viewer.subjects().iter().flat_map(features_of)
+    viewer.selectable_bodies().iter().flat_map(features_of)
 }
 
 /// The view of a feature from above, in a frame that rotates with the body. The feature fills a third of the image's height, unless the camera's
 /// height is limited by [`SURFACE_FEATURE_HEIGHT_LIMITS_RADII`].
-pub(crate) fn surface_feature_view(feature: &SurfaceFeature, body: &Subject, base_view: &ViewState) -> ViewState {
+pub(crate) fn surface_feature_view(feature: &SurfaceFeature, body: &SelectableBody, base_view: &ViewState) -> ViewState {
     let height_radii = (SURFACE_FEATURE_HEIGHT_DIAMETERS * feature.diameter_km / body.radii_km.x)
         .clamp(SURFACE_FEATURE_HEIGHT_LIMITS_RADII[0], SURFACE_FEATURE_HEIGHT_LIMITS_RADII[1]);
     let orbit = OrbitCamera::from_offset_radii(feature.direction * (1.0 + height_radii), DVec3::Z);

@@ -90,7 +90,7 @@ fn view_from_list(interface: &Interface, ui: &mut egui::Ui, selected: NaifId, ac
     ui.horizontal(|ui| {
         ui.label(text!("camera-view-from"));
         let list = ComboBox::from_id_salt("view from").selected_text(current).width(70.0).truncate().show_ui(ui, |ui| {
-            for body in interface.viewer.subjects().iter().filter(|b| b.id != selected) {
+            for body in interface.viewer.selectable_bodies().iter().filter(|b| b.id != selected) {
                 if ui.selectable_label(false, text!("camera-centre-of", body = body_name(&body.name))).clicked() {
                     actions.push(Action::LookFrom(body.id));
                 }

@@ -182,7 +182,7 @@ impl Interface {
     pub(super) fn refresh_labels(&mut self, metrics: &LabelMetrics, overlays: impl IntoIterator<Item = Rect>) {
         let Some(rendered) = &self.viewport.shown else { return };
         let scene = &rendered.scene;
-        let parent_of = |id: NaifId| self.viewer.subject(id).and_then(|s| s.parent);
+        let parent_of = |id: NaifId| self.viewer.selectable_body(id).and_then(|s| s.parent);
         let translated_name = |name: &str| body_name(name).to_owned();
         let occupied: Vec<Rect> = overlays.into_iter().chain(scene.text_rects()).collect();
         self.viewport.labels = body_labels(

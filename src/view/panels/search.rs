@@ -217,8 +217,8 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
             interface.show_reply(text!("search-city-chosen", city = city.name, country = catalog_text("country", city.country)));
         }
         SearchTarget::Feature { body, feature } => {
-            if let Some(subject) = interface.viewer.subject(body) {
-                actions.push(Action::Show(Box::new(surface_feature_view(feature, subject, &interface.viewer.base_view()))));
+            if let Some(selectable_body) = interface.viewer.selectable_body(body) {
+                actions.push(Action::Show(Box::new(surface_feature_view(feature, selectable_body, &interface.viewer.base_view()))));
             }
         }
         SearchTarget::Effect(_) => interface.open(ctx, Tab::Effects),

@@ -113,7 +113,7 @@ impl Viewer {
         }
         let Some(body_from_icrf) = positions.body_from_icrf(body, self.view.time()) else { return };
         let Some(pose) = self.pose_relative_to(body, positions) else { return };
-        let radii_km = self.subject(body).map_or(DVec3::ONE, |s| s.radii_km);
+        let radii_km = self.selectable_body(body).map_or(DVec3::ONE, |s| s.radii_km);
         match &mut self.view.eye {
             CameraPose::Ground { latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg, .. } => {
                 let (_, normal) = ground_point_km(radii_km, *latitude_deg, *longitude_deg, *height_km);
@@ -139,7 +139,7 @@ impl Viewer {
         let CameraPose::Free { body, offset_km, forward, up } = self.view.eye else { return };
         let Some(body_from_icrf) = positions.body_from_icrf(body, self.view.time()).filter(|_| !self.is_flying()) else { return };
         let (Some(inward), Some(forward)) = ((-offset_km).try_normalize(), forward.try_normalize()) else { return };
-        let radii_km = self.subject(body).map_or(DVec3::ONE, |s| s.radii_km);
+        let radii_km = self.selectable_body(body).map_or(DVec3::ONE, |s| s.radii_km);
         // A free camera tracks nothing.
         self.view.tracks = self.view.target == body;
         if offset_km.length() < radii_km.x

@@ -30,7 +30,7 @@ impl BodyPositions for CollinearBodies {
 const SATURN: NaifId = NaifId(699);
 
 fn viewer() -> Viewer {
-    let subject = |id, name: &str, radius_km| Subject {
+    let body = |id, name: &str, radius_km| SelectableBody {
         id,
         name: name.into(),
         aliases: Vec::new(),
@@ -38,15 +38,15 @@ fn viewer() -> Viewer {
         parent: Some(NaifId::SUN),
         radii_km: DVec3::splat(radius_km),
     };
-    let subjects = vec![
-        subject(NaifId::SUN, "Sun", 695_700.0),
-        subject(NaifId::EARTH, "Earth", 6378.1),
-        subject(NaifId::MOON, "Moon", 1737.4),
-        subject(SATURN, "Saturn", 60_268.0),
+    let bodies = vec![
+        body(NaifId::SUN, "Sun", 695_700.0),
+        body(NaifId::EARTH, "Earth", 6378.1),
+        body(NaifId::MOON, "Moon", 1737.4),
+        body(SATURN, "Saturn", 60_268.0),
     ];
     let start = Instant::from_tdb_seconds_past_j2000(0.0);
     let view = ViewState::around(NaifId::EARTH, DVec3::new(0.0, 20_000.0, 0.0), 6378.1, DVec3::Z, start);
-    Viewer::new(subjects, view, || Instant::from_jd_tdb(2_460_000.5))
+    Viewer::new(bodies, view, || Instant::from_jd_tdb(2_460_000.5))
 }
 
 /// Height of the image in which the mouse moves.
@@ -132,8 +132,8 @@ fn a_body_seen_from_another_fits_the_image() {
     ] {
         let mut viewer = viewer();
         // A body at the Sun's place whose radius exceeds its distance from the Earth.
-        let huge = Subject { id: NaifId(5), radii_km: DVec3::splat(1e9), ..viewer.subjects[0].clone() };
-        viewer.subjects.push(huge);
+        let huge = SelectableBody { id: NaifId(5), radii_km: DVec3::splat(1e9), ..viewer.selectable_bodies[0].clone() };
+        viewer.selectable_bodies.push(huge);
         viewer.selected = target;
         apply(&mut viewer, Action::LookFrom(from));
         assert!(fov_deg.contains(&viewer.view.fov_deg), "{target:?} from {from:?}: {}", viewer.view.fov_deg);
@@ -209,7 +209,7 @@ fn a_free_pose_near_flattened_ground_stays_in_place() {
             for action in [Action::Turn(0.0, 0.0), Action::LookAround(0.0, 0.0), Action::Roll(0.0)] {
                 let mut viewer = viewer();
                 viewer.view.tdb_s = 4321.0;
-                viewer.subjects[1].radii_km = radii_km;
+                viewer.selectable_bodies[1].radii_km = radii_km;
                 let icrf_from_body = CollinearBodies.body_from_icrf(NaifId::EARTH, viewer.view.time()).expect("an orientation").transpose();
                 let (point_km, normal) = ground_point_km(radii_km, latitude_deg, 130.0, height_km);
                 let offset_km = icrf_from_body * point_km;
@@ -390,5 +390,5 @@ fn extreme_zooms_keep_the_camera_finite() {
     }
     apply(&mut viewer, Action::FlyTo(NaifId(12345)));
     apply(&mut viewer, Action::SelectNext(-3));
-    assert!(viewer.subject(viewer.selected).is_some());
+    assert!(viewer.selectable_body(viewer.selected).is_some());
 }
