@@ -91,7 +91,9 @@ fn each_kind_of_answer_leads_to_its_target() {
     // A crater is viewed from above: Tycho, 43.3 S 11.2 W (gazetteer of the IAU).
     let tycho = window_after_search("tycho");
     let view = &tycho.state().viewer.view;
-    let CameraPose::Orbit { body: NaifId::MOON, fixed: true, azimuth_deg, elevation_deg, .. } = view.eye else { panic!("{view:?}") };
+    let CameraPose::Orbit { body: NaifId::MOON, is_body_fixed: true, azimuth_deg, elevation_deg, .. } = view.eye else {
+        panic!("{view:?}")
+    };
     assert!(
         (elevation_deg + 43.3).abs() < 0.1 && ((azimuth_deg + 11.2 + 180.0).rem_euclid(360.0) - 180.0).abs() < 0.1,
         "{azimuth_deg} {elevation_deg}"

@@ -320,7 +320,7 @@ pub fn star_view(star: &Star, years_since_epoch: f64, positions: &dyn BodyPositi
     let eye = CameraPose::Orbit {
         body: NaifId::EARTH,
         // In ICRF, so that the camera does not rotate with the Earth.
-        fixed: false,
+        is_body_fixed: false,
         azimuth_deg: orbit.azimuth_rad.to_degrees(),
         elevation_deg: orbit.elevation_rad.to_degrees(),
         distance_radii: orbit.distance_radii,

@@ -45,7 +45,8 @@ pub enum CameraPose {
     Orbit {
         body: NaifId,
         /// Whether azimuth and elevation are in body-fixed axes, so that the camera rotates with the body; otherwise they are in ICRF.
-        fixed: bool,
+        #[serde(rename = "fixed")]
+        is_body_fixed: bool,
         azimuth_deg: f64,
         elevation_deg: f64,
         distance_radii: f64,
@@ -283,9 +284,9 @@ impl ViewState {
         let rolled = |forward: DVec3, up: DVec3| DQuat::from_axis_angle(forward, -self.roll_deg.to_radians()) * up;
         let tracks_other_body = self.target != body.id && self.tracks;
         Ok(match self.eye {
-            CameraPose::Orbit { fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
-                let axes = if fixed { Axes::BodyFixed } else { Axes::Icrf };
-                let pole = if fixed { DVec3::Z } else { body_from_icrf(body.id)?.row(2) };
+            CameraPose::Orbit { is_body_fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
+                let axes = if is_body_fixed { Axes::BodyFixed } else { Axes::Icrf };
+                let pole = if is_body_fixed { DVec3::Z } else { body_from_icrf(body.id)?.row(2) };
                 let orbit = OrbitCamera::from_degrees(azimuth_deg, elevation_deg, distance_radii);
                 // About the body-fixed z axis the azimuth equals the longitude.
                 let offset_km = orbit.offset_km(body.radii_km.x, pole);
@@ -345,10 +346,10 @@ pub(crate) fn body_fixed_orbit_pose(body: NaifId, orbit: OrbitCamera) -> CameraP
     orbit_pose(body, orbit, true)
 }
 
-fn orbit_pose(body: NaifId, orbit: OrbitCamera, fixed: bool) -> CameraPose {
+fn orbit_pose(body: NaifId, orbit: OrbitCamera, is_body_fixed: bool) -> CameraPose {
     CameraPose::Orbit {
         body,
-        fixed,
+        is_body_fixed,
         azimuth_deg: orbit.azimuth_rad.to_degrees(),
         elevation_deg: orbit.elevation_rad.to_degrees(),
         distance_radii: orbit.distance_radii,

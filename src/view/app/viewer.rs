@@ -380,9 +380,10 @@ impl Viewer {
         // `tracking_up`: the up direction while the camera tracks another body; `None` in poses that do not track.
         let (offset_km, forward, up, tracking_up) = match self.view.eye {
             CameraPose::Free { offset_km, forward, up, .. } => (offset_km, forward, up, None),
-            CameraPose::Orbit { fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
+            CameraPose::Orbit { is_body_fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
                 let orbit = OrbitCamera::from_degrees(azimuth_deg, elevation_deg, distance_radii);
-                let (icrf_from_axes, pole) = if fixed { (icrf_from_body, DVec3::Z) } else { (DMat3::IDENTITY, icrf_from_body.z_axis) };
+                let (icrf_from_axes, pole) =
+                    if is_body_fixed { (icrf_from_body, DVec3::Z) } else { (DMat3::IDENTITY, icrf_from_body.z_axis) };
                 let offset = orbit.offset_km(self.radius_km(camera_body), pole);
                 let (forward, up) = rotated_view(-offset.normalize(), pole, yaw_deg, pitch_deg);
                 (icrf_from_axes * offset, icrf_from_axes * forward, icrf_from_axes * up, Some(DVec3::Z))

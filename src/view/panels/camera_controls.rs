@@ -63,7 +63,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
         actions.push(Action::StandOn(*latitude_deg, *longitude_deg));
     }
     let (is_orbit, mut rotates_with_body) = match interface.viewer.view.eye {
-        CameraPose::Orbit { fixed, .. } => (true, fixed),
+        CameraPose::Orbit { is_body_fixed, .. } => (true, is_body_fixed),
         _ => (false, false),
     };
     let checkbox = ui.add_enabled(is_orbit, Checkbox::new(&mut rotates_with_body, text!("camera-rotate")));

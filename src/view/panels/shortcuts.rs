@@ -101,7 +101,7 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
             "g" => actions.push(Action::FlyTo(interface.viewer.selected)),
             "f" => {
                 let rotates_with_body =
-                    matches!(interface.viewer.view.eye, crate::view::app::view_state::CameraPose::Orbit { fixed: true, .. });
+                    matches!(interface.viewer.view.eye, crate::view::app::view_state::CameraPose::Orbit { is_body_fixed: true, .. });
                 actions.push(Action::RotateWithBody(!rotates_with_body));
             }
             "[" => actions.push(Action::Roll(-ROLL_STEP_DEG)),

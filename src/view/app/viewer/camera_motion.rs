@@ -121,9 +121,10 @@ impl Viewer {
                 // While the camera tracks a body, its up direction is the zenith, without the roll.
                 self.view.roll_deg = 0.0;
             }
-            CameraPose::Orbit { fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
+            CameraPose::Orbit { is_body_fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
                 let orbit = OrbitCamera::from_degrees(*azimuth_deg, *elevation_deg, *distance_radii);
-                let (axes_from_icrf, pole) = if *fixed { (body_from_icrf, DVec3::Z) } else { (DMat3::IDENTITY, body_from_icrf.row(2)) };
+                let (axes_from_icrf, pole) =
+                    if *is_body_fixed { (body_from_icrf, DVec3::Z) } else { (DMat3::IDENTITY, body_from_icrf.row(2)) };
                 let inward = -orbit.offset_km(1.0, pole).normalize();
                 let (forward, up) = (axes_from_icrf * pose.forward, axes_from_icrf * pose.up);
                 [*yaw_deg, *pitch_deg, self.view.roll_deg] = orbit_angles_deg(inward, pole, forward, up);
@@ -159,8 +160,8 @@ impl Viewer {
     pub(super) fn rotate_with_body(&mut self, make_fixed: bool, positions: &dyn BodyPositions) {
         self.end_flight();
         self.leave_free_pose(positions);
-        let CameraPose::Orbit { body, fixed, yaw_deg: old_yaw_deg, pitch_deg: old_pitch_deg, .. } = self.view.eye else { return };
-        let Some(pose) = self.pose_relative_to(body, positions).filter(|_| fixed != make_fixed) else { return };
+        let CameraPose::Orbit { body, is_body_fixed, yaw_deg: old_yaw_deg, pitch_deg: old_pitch_deg, .. } = self.view.eye else { return };
+        let Some(pose) = self.pose_relative_to(body, positions).filter(|_| is_body_fixed != make_fixed) else { return };
         let Some(body_from_icrf) = positions.body_from_icrf(body, self.view.time()) else { return };
         let radius_km = self.radius_km(body);
         self.view.eye = if make_fixed {
