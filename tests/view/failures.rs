@@ -177,7 +177,9 @@ fn the_exposure_adapts_although_an_image_fails() {
     assert!(has_metered_exposure(&harness));
     // To the night side of the Moon and back to the day side.
     for _ in 0..2 {
-        let CameraPose::Orbit { azimuth_deg, .. } = &mut harness.state_mut().viewer.view.eye else { panic!("the camera must be in orbit") };
+        let CameraPose::Orbit { azimuth_deg, .. } = &mut harness.state_mut().viewer.view.camera_pose else {
+            panic!("the camera must be in orbit")
+        };
         *azimuth_deg += 180.0;
         run_frame(&mut harness);
     }

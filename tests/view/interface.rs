@@ -217,14 +217,14 @@ fn the_camera_stands_on_the_ground_or_at_another_body() {
     harness.get_by_label("Stand on surface").click();
     settle(&mut harness);
     let state = harness.state();
-    assert!(matches!(state.viewer.view.eye, CameraPose::Ground { body: NaifId::EARTH, .. }));
+    assert!(matches!(state.viewer.view.camera_pose, CameraPose::Ground { body: NaifId::EARTH, .. }));
     assert!(state.message_line().is_empty() && state.shown().is_some(), "{}", state.message_line());
     harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "View from").click();
     harness.run_steps(2);
     harness.get_by_label("Centre of Mars").click();
     settle(&mut harness);
     let state = harness.state();
-    assert_eq!(state.viewer.view.eye, CameraPose::Centre { body: NaifId(499) });
+    assert_eq!(state.viewer.view.camera_pose, CameraPose::Centre { body: NaifId(499) });
     let earth = state.shown().expect("an image").scene.body(NaifId::EARTH).expect("the Earth").clone();
     assert!(earth.distance_km > 5e7, "{} km", earth.distance_km);
 }

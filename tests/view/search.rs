@@ -73,16 +73,16 @@ fn each_kind_of_answer_leads_to_its_target() {
     let moment = window_after_search("great conj");
     assert!(moment.state().viewer.view.time().to_utc_iso().starts_with("2020-12-21T18:2"));
     let on_ground = window_after_search("51.5, -0.1");
-    let eye = on_ground.state().viewer.view.eye;
+    let pose = on_ground.state().viewer.view.camera_pose;
     assert!(
-        matches!(eye, CameraPose::Ground { body: MARS, latitude_deg: 51.5, longitude_deg, .. } if (longitude_deg + 0.1).abs() < 1e-9),
-        "{eye:?}"
+        matches!(pose, CameraPose::Ground { body: MARS, latitude_deg: 51.5, longitude_deg, .. } if (longitude_deg + 0.1).abs() < 1e-9),
+        "{pose:?}"
     );
     assert_eq!(window_after_search("titan").state().viewer.destination().target, NaifId(606));
     // A city is on the Earth, whatever is selected, and becomes the observer's place for events.
     let city = window_after_search("mazat");
     let state = city.state();
-    let CameraPose::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, .. } = state.viewer.view.eye else {
+    let CameraPose::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, .. } = state.viewer.view.camera_pose else {
         panic!("not on the Earth")
     };
     // The port's lighthouse on Cerro del Creston: 23.177 N, 106.427 W.
@@ -91,7 +91,7 @@ fn each_kind_of_answer_leads_to_its_target() {
     // A crater is viewed from above: Tycho, 43.3 S 11.2 W (gazetteer of the IAU).
     let tycho = window_after_search("tycho");
     let view = &tycho.state().viewer.view;
-    let CameraPose::Orbit { body: NaifId::MOON, is_body_fixed: true, azimuth_deg, elevation_deg, .. } = view.eye else {
+    let CameraPose::Orbit { body: NaifId::MOON, is_body_fixed: true, azimuth_deg, elevation_deg, .. } = view.camera_pose else {
         panic!("{view:?}")
     };
     assert!(

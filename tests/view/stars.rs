@@ -76,7 +76,9 @@ fn a_body_has_no_distance_from_itself_after_a_motion_of_the_camera() {
     let centre = window.get_by_label_contains("The sky: ").rect().center();
     ctrl_click(&mut window, centre);
     assert!(window.state().reply_text().contains("second place"), "{}", window.state().reply_text());
-    let CameraPose::Orbit { distance_radii, .. } = &mut window.state_mut().viewer.view.eye else { panic!("the camera must be in orbit") };
+    let CameraPose::Orbit { distance_radii, .. } = &mut window.state_mut().viewer.view.camera_pose else {
+        panic!("the camera must be in orbit")
+    };
     *distance_radii *= 2.0;
     settle(&mut window);
     ctrl_click(&mut window, centre);

@@ -80,7 +80,7 @@ impl SkyEvent {
             Self::Moons(e) => (e.planet, PLANET_FROM_PLACE_FOV_DEG),
         };
         let camera_height_km = if altitude_deg < LOW_BODY_ALTITUDE_DEG { LOW_BODY_CAMERA_HEIGHT_KM } else { GROUND_CAMERA_HEIGHT_KM };
-        let eye = CameraPose::Ground {
+        let camera_pose = CameraPose::Ground {
             body: NaifId::EARTH,
             latitude_deg: place.latitude_deg,
             longitude_deg: place.longitude_deg,
@@ -89,7 +89,7 @@ impl SkyEvent {
             azimuth_deg: 0.0,
             altitude_deg: 0.0,
         };
-        base_view.paused_view(self.greatest(), target, eye, fov_deg)
+        base_view.paused_view(self.greatest(), target, camera_pose, fov_deg)
     }
 
     /// Playback from shortly before the first contact to shortly after the last contact, in half a minute, or in real time if the event is shorter

@@ -40,9 +40,9 @@ impl ViewIdentity {
     fn of(view: &ViewState) -> Self {
         Self {
             target: view.target,
-            camera_body: view.eye.body(),
-            pose_kind: discriminant(&view.eye),
-            has_free_pose: matches!(view.eye, CameraPose::Free { .. }),
+            camera_body: view.camera_pose.body(),
+            pose_kind: discriminant(&view.camera_pose),
+            has_free_pose: matches!(view.camera_pose, CameraPose::Free { .. }),
             pixels: view.pixels,
         }
     }
@@ -175,7 +175,7 @@ mod tests {
     }
 
     fn in_free_pose(view: ViewState) -> ViewState {
-        ViewState { eye: CameraPose::Free { body: view.target, offset_km: DVec3::X, forward: DVec3::X, up: DVec3::Z }, ..view }
+        ViewState { camera_pose: CameraPose::Free { body: view.target, offset_km: DVec3::X, forward: DVec3::X, up: DVec3::Z }, ..view }
     }
 
     /// The exposure of a scene with the given metering, for a request.

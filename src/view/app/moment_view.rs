@@ -17,7 +17,7 @@ pub(crate) fn view_of_moment(
     base_view: &ViewState,
 ) -> Option<ViewState> {
     let target = catalog.body(moment.target)?;
-    let (eye, fov_deg) = match moment.vantage {
+    let (camera_pose, fov_deg) = match moment.vantage {
         Vantage::Centre { body, fov_deg } => (CameraPose::Centre { body }, fov_deg),
         Vantage::Side { faced_body, faces_away, distance_radii } => {
             let towards_faced_body = positions.geometric_between_km(target.id, faced_body, moment.time)?.try_normalize()?;
@@ -33,5 +33,5 @@ pub(crate) fn view_of_moment(
             (CameraPose::Ground { body, latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg }, fov_deg)
         }
     };
-    Some(base_view.paused_view(moment.time, target.id, eye, fov_deg))
+    Some(base_view.paused_view(moment.time, target.id, camera_pose, fov_deg))
 }

@@ -102,7 +102,7 @@ impl Preset {
                 let time = dark_time(positions, now, home)?;
                 // North or south, where the Moon and the planets culminate.
                 let azimuth_deg = if home.latitude_deg < 0.0 { 0.0 } else { 180.0 };
-                let eye = CameraPose::Ground {
+                let camera_pose = CameraPose::Ground {
                     body: NaifId::EARTH,
                     latitude_deg: home.latitude_deg,
                     longitude_deg: home.longitude_deg,
@@ -110,7 +110,7 @@ impl Preset {
                     azimuth_deg,
                     altitude_deg: SKY_ALTITUDE_DEG,
                 };
-                let mut view = with_time_running(base_view.paused_view(time, NaifId::EARTH, eye, SKY_FOV_DEG));
+                let mut view = with_time_running(base_view.paused_view(time, NaifId::EARTH, camera_pose, SKY_FOV_DEG));
                 (view.tracks, view.stars_boost, view.layers.constellations) = (false, SKY_STARS_BOOST, true);
                 Some(view)
             }

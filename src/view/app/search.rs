@@ -317,7 +317,7 @@ pub fn star_view(star: &Star, years_since_epoch: f64, positions: &dyn BodyPositi
     // As seen from the solar system's barycentre: the annual parallax is too small to see in this field of view.
     let direction = star_from_viewer(star, years_since_epoch, DVec3::ZERO).try_normalize()?;
     let orbit = OrbitCamera::from_offset_radii(direction * STAR_CAMERA_RADII, pole);
-    let eye = CameraPose::Orbit {
+    let camera_pose = CameraPose::Orbit {
         body: NaifId::EARTH,
         // In ICRF, so that the camera does not rotate with the Earth.
         is_body_fixed: false,
@@ -328,5 +328,5 @@ pub fn star_view(star: &Star, years_since_epoch: f64, positions: &dyn BodyPositi
         yaw_deg: 180.0,
         pitch_deg: 0.0,
     };
-    Some(base_view.tracking_view(NaifId::EARTH, eye, STAR_FOV_DEG))
+    Some(base_view.tracking_view(NaifId::EARTH, camera_pose, STAR_FOV_DEG))
 }

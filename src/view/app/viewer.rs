@@ -268,7 +268,7 @@ impl Viewer {
             self.end_flight();
         } else {
             let Pose { offset_km, forward, up } = flight.pose();
-            self.view.eye = CameraPose::Free { body: destination.body(), offset_km, forward, up };
+            self.view.camera_pose = CameraPose::Free { body: destination.body(), offset_km, forward, up };
         }
     }
 
@@ -335,8 +335,8 @@ impl Viewer {
 
     /// The current view; during a flight, its destination.
     pub fn destination(&self) -> ViewState {
-        let eye = self.flight.as_ref().map_or(self.view.eye, |(_, destination)| *destination);
-        ViewState { eye, ..self.view.clone() }
+        let camera_pose = self.flight.as_ref().map_or(self.view.camera_pose, |(_, destination)| *destination);
+        ViewState { camera_pose, ..self.view.clone() }
     }
 
     /// The view as it is saved and shared, including whether time is paused.
@@ -375,10 +375,10 @@ impl Viewer {
     /// Position of the camera relative to the centre of a body, and orientation of the camera; ICRF.
     fn pose_relative_to(&self, body: NaifId, positions: &dyn BodyPositions) -> Option<Pose> {
         let time = self.view.time();
-        let camera_body = self.view.eye.body();
+        let camera_body = self.view.camera_pose.body();
         let icrf_from_body = positions.body_from_icrf(camera_body, time)?.transpose();
         // `tracking_up`: the up direction while the camera tracks another body; `None` in poses that do not track.
-        let (offset_km, forward, up, tracking_up) = match self.view.eye {
+        let (offset_km, forward, up, tracking_up) = match self.view.camera_pose {
             CameraPose::Free { offset_km, forward, up, .. } => (offset_km, forward, up, None),
             CameraPose::Orbit { is_body_fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
                 let orbit = OrbitCamera::from_degrees(azimuth_deg, elevation_deg, distance_radii);
@@ -434,17 +434,17 @@ impl Viewer {
         let (_, up) = rotated_view(forward, pole, 0.0, 0.0);
         match from {
             Some(from) => {
-                self.view.eye = CameraPose::Free { body: id, offset_km: from.offset_km, forward: from.forward, up: from.up };
+                self.view.camera_pose = CameraPose::Free { body: id, offset_km: from.offset_km, forward: from.forward, up: from.up };
                 self.flight = Some((Flight::new(from, Pose { offset_km, forward, up }), destination));
             }
-            None => self.view.eye = destination,
+            None => self.view.camera_pose = destination,
         }
     }
 
     /// Ends a flight at once: the camera takes the pose of the destination, an orbit that drags can change.
     fn end_flight(&mut self) {
         if let Some((_, destination)) = self.flight.take() {
-            self.view.eye = destination;
+            self.view.camera_pose = destination;
         }
     }
 
@@ -452,19 +452,19 @@ impl Viewer {
     fn stand_on(&mut self, latitude_deg: f64, longitude_deg: f64) {
         let body = self.selected;
         self.leave_view();
-        self.view.eye = pose_on_ground(body, latitude_deg, longitude_deg);
+        self.view.camera_pose = pose_on_ground(body, latitude_deg, longitude_deg);
         (self.view.target, self.view.roll_deg, self.view.fov_deg) = (body, 0.0, GROUND_FOV_DEG);
     }
 
     /// Makes the camera face and track a body from its current position. A camera at the centre of this body cannot face it.
     fn look_at(&mut self, id: NaifId, positions: &dyn BodyPositions) {
-        if self.view.eye == (CameraPose::Centre { body: id }) {
+        if self.view.camera_pose == (CameraPose::Centre { body: id }) {
             return;
         }
         self.push_history();
         self.leave_free_pose(positions);
         (self.view.target, self.view.tracks) = (id, true);
-        if let CameraPose::Orbit { body, yaw_deg, pitch_deg, .. } = &mut self.view.eye
+        if let CameraPose::Orbit { body, yaw_deg, pitch_deg, .. } = &mut self.view.camera_pose
             && *body == id
         {
             (*yaw_deg, *pitch_deg) = (0.0, 0.0);
@@ -481,9 +481,9 @@ impl Viewer {
         // Half the angle that the target's disc spans.
         let half_disc_deg = (self.radius_km(target) / distance_km).min(1.0).asin().to_degrees();
         let fov_deg = (2.0 * half_disc_deg * LOOK_FROM_FOV_DIAMETERS).clamp(MIN_LOOK_FROM_FOV_DEG, MAX_FOV_DEG);
-        let eye = CameraPose::Centre { body: from };
+        let camera_pose = CameraPose::Centre { body: from };
         self.leave_view();
-        self.view = ViewState { eye, target, tracks: true, fov_deg, roll_deg: 0.0, ..self.view.clone() };
+        self.view = ViewState { camera_pose, target, tracks: true, fov_deg, roll_deg: 0.0, ..self.view.clone() };
     }
 }
 

@@ -62,7 +62,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
     if ui.add(stand).on_hover_text(text!("camera-stand-hint", name = name)).clicked() {
         actions.push(Action::StandOn(*latitude_deg, *longitude_deg));
     }
-    let (is_orbit, mut rotates_with_body) = match interface.viewer.view.eye {
+    let (is_orbit, mut rotates_with_body) = match interface.viewer.view.camera_pose {
         CameraPose::Orbit { is_body_fixed, .. } => (true, is_body_fixed),
         _ => (false, false),
     };
@@ -83,7 +83,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
 
 /// Shows the list of bodies from whose centres the selected body can be viewed.
 fn view_from_list(interface: &Interface, ui: &mut egui::Ui, selected: NaifId, actions: &mut Vec<Action>) {
-    let current = match interface.viewer.view.eye {
+    let current = match interface.viewer.view.camera_pose {
         CameraPose::Centre { body } => interface.viewer.name(body),
         _ => text!("camera-choose-body"),
     };

@@ -5,6 +5,7 @@
 
 use super::{Interface, Tab};
 use crate::view::app::settings::UI_SCALE_RANGE;
+use crate::view::app::view_state::CameraPose;
 use crate::view::app::viewer::Action;
 use crate::view::language::{text, text_by_id};
 use egui::{Grid, Key, Label, Modifiers, Popup, ScrollArea, TextStyle, Vec2, vec2};
@@ -100,8 +101,7 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
             "o" => interface.viewer.view.orbits = !interface.viewer.view.orbits,
             "g" => actions.push(Action::FlyTo(interface.viewer.selected)),
             "f" => {
-                let rotates_with_body =
-                    matches!(interface.viewer.view.eye, crate::view::app::view_state::CameraPose::Orbit { is_body_fixed: true, .. });
+                let rotates_with_body = matches!(interface.viewer.view.camera_pose, CameraPose::Orbit { is_body_fixed: true, .. });
                 actions.push(Action::RotateWithBody(!rotates_with_body));
             }
             "[" => actions.push(Action::Roll(-ROLL_STEP_DEG)),

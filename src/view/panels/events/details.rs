@@ -46,7 +46,7 @@ pub(super) fn show(
     let home = interface.information.home;
     let local_contacts = interface.events.contacts_at(event, home).and_then(|c| c.as_ref().ok()).cloned();
     let is_visible_at_place = local_contacts.as_ref().is_some_and(|(_, is_visible)| *is_visible);
-    let camera_is_at_place = stands_at(&interface.viewer.destination().eye, home);
+    let camera_is_at_place = stands_at(&interface.viewer.destination().camera_pose, home);
     ui.horizontal_wrapped(|ui| {
         let watch = icons::button(ui, Icon::Watch, text!("events-watch"));
         // A camera at the place stays there only if the event is visible there, which is known once the contacts have arrived.
@@ -80,8 +80,8 @@ pub(super) fn show(
 }
 
 /// Whether a camera stands on the Earth's ground at the observer's place.
-fn stands_at(eye: &CameraPose, home: Home) -> bool {
-    let CameraPose::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, .. } = *eye else { return false };
+fn stands_at(camera_pose: &CameraPose, home: Home) -> bool {
+    let CameraPose::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, .. } = *camera_pose else { return false };
     let differences_deg = [latitude_deg - home.latitude_deg, wrapped_longitude_deg(longitude_deg - home.longitude_deg)];
     differences_deg.into_iter().all(|degrees| degrees.abs() < SAME_PLACE_DEG)
 }
