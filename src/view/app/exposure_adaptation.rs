@@ -33,7 +33,7 @@ struct ViewIdentity {
     camera_body: NaifId,
     pose_kind: Discriminant<CameraPose>,
     has_free_pose: bool,
-    pixels: PixelView,
+    pixel_view: PixelView,
 }
 
 impl ViewIdentity {
@@ -43,12 +43,12 @@ impl ViewIdentity {
             camera_body: view.camera_pose.body(),
             pose_kind: discriminant(&view.camera_pose),
             has_free_pose: matches!(view.camera_pose, CameraPose::Free { .. }),
-            pixels: view.pixels,
+            pixel_view: view.pixel_view,
         }
     }
 
     fn is_cut_from(&self, last: &Self) -> bool {
-        self.pixels != last.pixels || (self != last && !self.has_free_pose && !last.has_free_pose)
+        self.pixel_view != last.pixel_view || (self != last && !self.has_free_pose && !last.has_free_pose)
     }
 }
 
@@ -300,7 +300,7 @@ mod tests {
         assert_eq!(after(&view(NaifId::MOON)), ExposureRequest::Auto);
         assert!(matches!(after(&in_free_pose(view(NaifId::MOON))), ExposureRequest::Transition { from_stops: 0.0, .. }));
         assert!(matches!(after(&view(NaifId::EARTH)), ExposureRequest::Transition { .. }));
-        assert_eq!(after(&ViewState { pixels: PixelView::Depth, ..in_free_pose(view(NaifId::EARTH)) }), ExposureRequest::Auto);
+        assert_eq!(after(&ViewState { pixel_view: PixelView::Depth, ..in_free_pose(view(NaifId::EARTH)) }), ExposureRequest::Auto);
         assert_eq!(after(&ViewState { exposure_stops: Some(3.0), ..view(NaifId::EARTH) }), ExposureRequest::Stops(3.0));
     }
 

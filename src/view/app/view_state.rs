@@ -143,8 +143,8 @@ pub struct ViewState {
     /// Stops by which stars, Milky Way and zodiacal light are brightened.
     #[serde(default)]
     pub stars_boost: f64,
-    #[serde(default, with = "option_serde::by_name")]
-    pub pixels: PixelView,
+    #[serde(default, rename = "pixels", with = "option_serde::by_name")]
+    pub pixel_view: PixelView,
     #[serde(default, with = "option_serde::by_name")]
     pub quality: Quality,
     /// Dome, entire sphere or stereo pair.
@@ -185,7 +185,7 @@ impl ViewState {
             bloom: false,
             layers: Layers::default(),
             stars_boost: 0.0,
-            pixels: PixelView::default(),
+            pixel_view: PixelView::default(),
             quality: Quality::default(),
             composition: CompositionState::default(),
             paused: None,
@@ -227,7 +227,7 @@ impl ViewState {
         request.effects = self.effects.clone();
         request.layers = Layers { orbits: self.orbits, bloom: self.bloom, ..self.layers };
         request.stars_boost = self.stars_boost;
-        request.pixel_view = self.pixels;
+        request.pixel_view = self.pixel_view;
         request.tone_map = self.tone_map;
         request.quality = self.quality;
         request.language = language::current().in_images();

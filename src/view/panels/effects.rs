@@ -56,7 +56,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     });
     ui.horizontal(|ui| {
         ui.label(text!("effects-show"));
-        accessible::pixel_view_list(ui, &mut view.pixels, text!("effects-show"));
+        accessible::pixel_view_list(ui, &mut view.pixel_view, text!("effects-show"));
     });
     super::layers::switches(interface, ui);
     super::composition::controls(interface, ui);

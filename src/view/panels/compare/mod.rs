@@ -103,7 +103,7 @@ pub(crate) struct ComparePanel {
 
 /// The initial variants. Left: the view itself. Right: the view in draft quality, or in reference quality if the view itself is a draft.
 fn initial_variants(view: &ViewState) -> [Variant; 2] {
-    let as_seen = Variant { quality: view.quality, pixel_view: view.pixels, ..Variant::default() };
+    let as_seen = Variant { quality: view.quality, pixel_view: view.pixel_view, ..Variant::default() };
     let quality = if view.quality == Quality::Draft { Quality::Reference } else { Quality::Draft };
     [as_seen.clone(), Variant { quality, ..as_seen }]
 }
