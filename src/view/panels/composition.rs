@@ -44,7 +44,7 @@ pub(super) fn controls(interface: &mut Interface, ui: &mut Ui) {
                     .text(text!("projection-dome-angle")),
             )
             .on_hover_text(text!("projection-dome-angle-hint"));
-            ui.checkbox(&mut composition.dome_zenith, text!("projection-zenith")).on_hover_text(text!("projection-zenith-hint"));
+            ui.checkbox(&mut composition.is_zenith_centred, text!("projection-zenith")).on_hover_text(text!("projection-zenith-hint"));
         }
         if composition.projection != Projection::Perspective {
             ui.add(
