@@ -24,11 +24,11 @@ pub(crate) fn latitude_longitude_text(latitude_deg: f64, longitude_deg: f64, dec
 /// Reads latitude and east longitude in degrees, such as `51.5, -0.1`, `31.3° S, 48.5° W`, or in German `51,5; -0,1`. `None` if the text is something
 /// else, or if a value is outside its range.
 pub(crate) fn parse_place(text: &str) -> Option<(f64, f64)> {
-    typed_place(text).filter(|(latitude_deg, longitude_deg)| latitude_deg.abs() <= 90.0 && longitude_deg.abs() <= 360.0)
+    parse_place_without_limits(text).filter(|(latitude_deg, longitude_deg)| latitude_deg.abs() <= 90.0 && longitude_deg.abs() <= 360.0)
 }
 
 /// Reads latitude and east longitude as [`parse_place`] does, but without limits.
-pub(crate) fn typed_place(text: &str) -> Option<(f64, f64)> {
+pub(crate) fn parse_place_without_limits(text: &str) -> Option<(f64, f64)> {
     // The separators are tried in this order, because a comma without a space may be a decimal mark.
     let (latitude, longitude) = text.split_once(';').or_else(|| text.split_once(", ")).or_else(|| text.split_once(','))?;
     Some((typed_degrees(latitude, "north", "south")?, typed_degrees(longitude, "east", "west")?))
@@ -66,7 +66,7 @@ mod tests {
 
     /// A place is read with signs or directions, and with the decimal mark of the language.
     #[test]
-    fn typed_places_are_read_in_the_language_of_the_window() {
+    fn places_are_read_in_the_language_of_the_window() {
         set(Language::English);
         for (text, place) in [
             ("51.5, -0.1", Some((51.5, -0.1))),
@@ -88,7 +88,7 @@ mod tests {
         ] {
             assert_eq!(parse_place(text), place, "{text}");
         }
-        assert_eq!(typed_place("98.3, 500"), Some((98.3, 500.0)));
+        assert_eq!(parse_place_without_limits("98.3, 500"), Some((98.3, 500.0)));
         for language in [Language::English, Language::German] {
             set(language);
             for (latitude_deg, longitude_deg) in [(25.5, 104.1), (-25.5, 104.1), (25.5, -104.1), (-0.1, -0.1), (0.0, 0.0)] {

@@ -9,7 +9,7 @@ use crate::scene::effects::EffectOverrides;
 use crate::view::app::body_positions::SessionPositions;
 use crate::view::app::date_text::resembles_date;
 use crate::view::app::moment_view::view_of_moment;
-use crate::view::app::place_text::typed_place;
+use crate::view::app::place_text::parse_place_without_limits;
 use crate::view::app::search::{SearchTarget, Suggestion, similar_texts, star_view, suggestions, surface_feature_view};
 use crate::view::app::settings::Home;
 use crate::view::app::viewer::Action;
@@ -133,7 +133,7 @@ fn open_link(interface: &mut Interface, worker: &dyn RenderWorker, actions: &mut
 fn not_found(interface: &Interface) -> String {
     let text = interface.search.typed.trim();
     let typed = echo_within(text, MAX_ECHO_CHARS);
-    if typed_place(text).is_some() {
+    if parse_place_without_limits(text).is_some() {
         text!("search-no-place", typed = typed)
     } else if resembles_date(text) {
         text!("time-no-date", typed = typed)

@@ -134,9 +134,9 @@ fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
         }
     }
     let other_zone = if time_zone == ShownTimeZone::Utc { ShownTimeZone::Local } else { ShownTimeZone::Utc };
-    let name = time_zone.name(time);
+    let label = time_zone.label(time);
     let hover = text!("time-zone-hint");
-    if ui.button(&name).on_hover_text(hover).accessible_name(text!("time-zone", name = name)).clicked() {
+    if ui.button(&label).on_hover_text(hover).accessible_name(text!("time-zone", name = label)).clicked() {
         interface.settings.time_zone = other_zone;
     }
 }
