@@ -267,7 +267,7 @@ fn panels_are_remembered() {
     assert!(checkbox_rect.left() < 400.0, "at the left: {checkbox_rect}");
     let text = serde_json::to_string(&harness.state().settings).expect("text");
     let mut settings: orrery::view::app::settings::Settings = serde_json::from_str(&text).expect("settings");
-    assert_eq!(settings.panels.open.as_deref(), Some("Events"));
+    assert_eq!(settings.panels.open_panel.as_deref(), Some("Events"));
     let width = settings.panels.panel_width.expect("a width");
     assert!((280.0..500.0).contains(&width), "{width}");
     // Another window with these settings, but with a wider panel and the list of bodies hidden.

@@ -405,7 +405,7 @@ fn bright_area(window: &mut Window, sky: Rect) -> (f32, f32, Pos2) {
 #[test]
 fn an_image_keeps_its_shape_until_the_next_one_is_there() {
     let mut moon = interface(NaifId::MOON, "2024-04-24T00:00:00Z");
-    (moon.settings.names, moon.settings.markers, moon.settings.outline) = (false, false, false);
+    (moon.settings.labels_bodies, moon.settings.marks_small_bodies, moon.settings.outlines_selected) = (false, false, false);
     let is_drawing: Arc<AtomicBool> = Arc::new(true.into());
     let mut window = pausable_window(moon, &is_drawing, 640.0);
     settle(&mut window);
@@ -451,7 +451,7 @@ fn an_image_keeps_its_shape_until_the_next_one_is_there() {
 #[test]
 fn compared_images_are_never_stretched() {
     let mut moon = interface(NaifId::MOON, "2024-04-24T00:00:00Z");
-    (moon.settings.names, moon.settings.markers, moon.settings.outline) = (false, false, false);
+    (moon.settings.labels_bodies, moon.settings.marks_small_bodies, moon.settings.outlines_selected) = (false, false, false);
     let is_drawing: Arc<AtomicBool> = Arc::new(true.into());
     let mut window = pausable_window(moon, &is_drawing, 640.0);
     window.state_mut().tab = Some(Tab::Compare);

@@ -211,7 +211,7 @@ fn the_renderer_is_chosen_in_the_window() {
 fn settings_open_no_panel_twice() {
     for (kept, kept_tab) in [("Share", None), ("Events", Some(Tab::Events)), ("No such panel", None)] {
         let Interface { viewer, mut settings, .. } = interface(SATURN, EQUINOX);
-        (settings.panels.open, settings.panels.kept) = (Some("Share".into()), Some(kept.into()));
+        (settings.panels.open_panel, settings.panels.kept_panel) = (Some("Share".into()), Some(kept.into()));
         let interface = Interface::new(viewer, settings);
         assert_eq!((interface.tab, interface.kept_tab), (Some(Tab::Share), kept_tab), "{kept}");
     }

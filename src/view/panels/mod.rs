@@ -153,13 +153,13 @@ pub struct Interface {
 impl Interface {
     pub fn new(viewer: Viewer, settings: Settings) -> Self {
         let panel_named = |name: Option<&str>| Tab::ALL.into_iter().find(|tab| name == Some(tab.name()));
-        let tab = panel_named(settings.panels.open.as_deref());
+        let tab = panel_named(settings.panels.open_panel.as_deref());
         Self {
             viewer,
             information: information::InformationPanel::from_settings(&settings),
             tab,
             // No panel is on both sides, whatever the settings file says.
-            kept_tab: panel_named(settings.panels.kept.as_deref()).filter(|kept| tab != Some(*kept)),
+            kept_tab: panel_named(settings.panels.kept_panel.as_deref()).filter(|kept| tab != Some(*kept)),
             body_browser_shown: settings.panels.bodies_shown,
             help_shown: false,
             edits_selected_body_only: false,

@@ -205,7 +205,7 @@ impl Interface {
         }
         // The selected body is not outlined if it is the target.
         let selected = self.viewer.selected;
-        request.layers.outline = self.settings.outline && selected != self.viewer.view.target;
+        request.layers.outline = self.settings.outlines_selected && selected != self.viewer.view.target;
         request.selected = request.layers.outline.then_some(selected);
         let output = if self.presents_on_gpu { RequestedOutput::OnGpu } else { RequestedOutput::Frame(FrameImages::Display) };
         Ok(RenderJob { sampling: SamplingQuality::of(request.quality), request, output, exposure_ticket: ExposureTicket::default() })

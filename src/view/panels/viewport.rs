@@ -271,7 +271,7 @@ fn paint_labels(interface: &Interface, ui: &egui::Ui, viewport: Rect, placement:
         let is_selected = label.body == interface.viewer.selected;
         let colour = if is_selected { HIGHLIGHT_COLOUR } else { NAME_COLOUR };
         let marker_radius = MARKER_RADIUS as f32 * NAME_POINTS;
-        if interface.settings.markers && radius < marker_radius {
+        if interface.settings.marks_small_bodies && radius < marker_radius {
             painter.circle_stroke(
                 centre,
                 marker_radius,
@@ -280,7 +280,7 @@ fn paint_labels(interface: &Interface, ui: &egui::Ui, viewport: Rect, placement:
         }
         // A body that fills the image has no name side: the title names it.
         if let Some(side) = label.name_side
-            && interface.settings.names
+            && interface.settings.labels_bodies
         {
             let text_anchor = centre + vec2(side.offset_px(&LabelMetrics::of_size(f64::from(NAME_POINTS)), f64::from(radius)));
             let align = if side.left { Align2::RIGHT_CENTER } else { Align2::LEFT_CENTER };
