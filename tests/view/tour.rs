@@ -50,7 +50,12 @@ fn built_in_tours_are_smooth_from_end_to_end() {
                 assert!(scene.is_ok(), "{name}, {} s: {}", f64::from(k) / 25.0, scene.err().map_or(String::new(), |e| e.to_string()));
             }
             let body = now.view.camera_pose.body();
-            if now.is_changing && previous.is_changing && now.stop == previous.stop && !previous.view.tracks && !now.view.tracks {
+            if now.is_changing
+                && previous.is_changing
+                && now.stop_index == previous.stop_index
+                && !previous.view.tracks
+                && !now.view.tracks
+            {
                 let (offset_before, forward_before) = last
                     .filter(|(of, _)| *of == (k - 1, body))
                     .map_or_else(|| offset_and_forward(&previous.view, body), |(_, camera)| camera);

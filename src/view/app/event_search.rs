@@ -158,7 +158,7 @@ impl EventSearch {
     ///
     /// # Errors
     /// If the ephemeris does not cover a part that was searched.
-    pub(crate) fn first(mut self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<Option<SkyEvent>, EphemerisError> {
+    pub(crate) fn find_first(mut self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<Option<SkyEvent>, EphemerisError> {
         while !self.is_over() {
             if let Some(event) = self.step(catalog, ephemeris)?.into_iter().next() {
                 return Ok(Some(event));

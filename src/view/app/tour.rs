@@ -115,7 +115,7 @@ const LIFT_PER_RAD: f64 = 0.3;
 pub struct TourFrame {
     pub view: ViewState,
     /// Index of the stop, from 0; on a camera path, of the stop at its end.
-    pub stop: usize,
+    pub stop_index: usize,
     /// Whether the view is changing: the camera moves between stops, or scene time runs.
     pub is_changing: bool,
 }
@@ -223,14 +223,14 @@ impl Tour {
         loop {
             let stop = &self.stops[index];
             if let Some(camera_path) = stop.camera_path.as_ref().filter(|_| remaining_s < stop.travel_s) {
-                return TourFrame { view: camera_path.at(remaining_s / stop.travel_s, &stop.view), stop: index, is_changing: true };
+                return TourFrame { view: camera_path.at(remaining_s / stop.travel_s, &stop.view), stop_index: index, is_changing: true };
             }
             remaining_s -= stop.travel_s;
             if remaining_s < stop.hold_s || index == last {
                 let held_s = remaining_s.clamp(0.0, stop.hold_s);
                 return TourFrame {
                     view: stop.view_after(held_s),
-                    stop: index,
+                    stop_index: index,
                     is_changing: stop.time_rate != 0.0 && remaining_s < stop.hold_s,
                 };
             }

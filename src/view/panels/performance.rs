@@ -54,7 +54,7 @@ impl PerformancePanel {
             self.arrivals_s.pop_front();
         }
         let stage_ms = Stage::ALL.map(|s| rendered.stages.elapsed(s).as_secs_f64() * 1e3);
-        self.frames.push_back(Frame { stage_ms, passes_ms: passes_ms(rendered), total_ms: rendered.took_ms });
+        self.frames.push_back(Frame { stage_ms, passes_ms: passes_ms(rendered), total_ms: rendered.render_ms });
         if self.frames.len() > MAX_FRAMES {
             self.frames.pop_front();
         }
@@ -142,7 +142,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
         line(text!("perf-renderer"), drawn_by.adapter.clone().unwrap_or_else(|| translated_name("renderer", drawn_by.renderer).into()));
         line(text!("perf-display"), if interface.presents_on_gpu { "GPU" } else { "CPU" }.into());
         line(text!("perf-image"), format!("{}x{} px", rendered.width, rendered.height));
-        line(text!("perf-frame"), format!("{} ms", decimal(rendered.took_ms, 1)));
+        line(text!("perf-frame"), format!("{} ms", decimal(rendered.render_ms, 1)));
         line(
             text!("perf-frame-rate"),
             text!("perf-frame-rate-value", rate = decimal(performance.arrivals_s.len() as f64 / RATE_INTERVAL_S, 1)),

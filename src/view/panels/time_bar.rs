@@ -317,7 +317,7 @@ fn event_buttons(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rend
         let start = interface.viewer.destination().time().plus_seconds(gap_s);
         let span_s = f64::from(EVENT_SEARCH_YEARS) * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
         let search = EventSearch::new(vec![kind], start, span_s, backward);
-        let pending = ask(worker, move |session| search.first(session.catalog(), session.ephemeris()));
+        let pending = ask(worker, move |session| search.find_first(session.catalog(), session.ephemeris()));
         interface.time_bar.pending = Some((kind, pending));
     }
     if interface.time_bar.pending.is_some() {
