@@ -53,7 +53,7 @@ fn shader(c: &mut Criterion) {
     let cache = tempfile::tempdir().expect("a folder");
     let session = session(&cache);
     let (scene, _) = session.plan(&standard_scenes(SIZE, SIZE)[0].request, SAMPLING).expect("a standard scene");
-    let id = plan::modules(&scene).into_iter().find(|m| matches!(m, ModuleId::Planet(_))).expect("the Earth is drawn");
+    let id = plan::modules(&scene).into_iter().find(|m| matches!(m, ModuleId::Keyed(_))).expect("the Earth is drawn");
     c.bench_function("shader/emit", |b| b.iter(|| emit::emit_module(black_box(&id)).expect("emits")));
     let lowering = lowering();
     c.bench_function("shader/build", |b| b.iter(|| ShaderModule::build(black_box(&id), &lowering).expect("builds")));
@@ -81,7 +81,7 @@ fn sampling(c: &mut Criterion) {
     let mut group = c.benchmark_group("sample");
     group.throughput(Throughput::Elements(LANES as u64));
     for taps in [1, 8] {
-        let sampler = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
+        let sampler = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, is_trilinear: true };
         let max_taps = [taps as f32];
         let bound = BoundTexture { texels: Arc::new(Texels::of_texture(&map).expect("a complete texture")), sampler: Some(sampler) };
         let textures = Textures::new(vec![bound], KernelClass::detect());

@@ -48,7 +48,8 @@ fn main() {
     let renderers: Vec<_> = classes
         .iter()
         .map(|c| {
-            SoftwareRenderer::new(Options { threads: 1, kernels: *c, precision: Precision::F32, ..Options::default() }).expect("a renderer")
+            SoftwareRenderer::new(Options { threads: 1, kernel_class: *c, precision: Precision::F32, ..Options::default() })
+                .expect("a renderer")
         })
         .collect();
     let mut by_hand_image = vec![[0f32; 4]; SIZE * SIZE];
@@ -91,7 +92,7 @@ fn main() {
     let (plan, module) = (tone_map_plan(SIZE as u32), simple_module("tone_map"));
     for class in &classes {
         // A separate renderer, because a renderer caches modules by name.
-        let renderer = SoftwareRenderer::new(Options { threads: 1, kernels: *class, precision: Precision::F32, ..Options::default() })
+        let renderer = SoftwareRenderer::new(Options { threads: 1, kernel_class: *class, precision: Precision::F32, ..Options::default() })
             .expect("a renderer");
         let times = (0..ROUNDS).map(|_| {
             let start = cpu_seconds();

@@ -10,7 +10,7 @@ use orrery::catalog::small_bodies::SmallBodies;
 use orrery::catalog::stars::StarCatalog;
 use orrery::ephemeris::orientation::Pck;
 use orrery::image::{MapStore, StoredMaps, TexelFormat, Texture, exr_head_text, png_head_text, read_panorama, verify_exr, verify_png};
-use orrery::mesh::{Mesh, ShapeFrame, obj};
+use orrery::mesh::{Mesh, ShapeParameters, obj};
 use orrery::probe::Prober;
 use orrery::render::software::lower::{check_bytes, programs_from_bytes};
 use orrery::render::software::{Options, SoftwareRenderer};
@@ -26,7 +26,7 @@ use orrery::shader::{ModuleId, ShaderLibrary};
 use orrery::view::app::search::suggestions;
 use orrery::view::app::settings::Settings;
 use orrery::view::app::tour::Tour;
-use orrery::view::app::viewer::{Subject, Viewer};
+use orrery::view::app::viewer::{SelectableBody, Viewer};
 use orrery::view::link::view_from_text;
 use orrery::{Catalog, Fragments, FrameImages, Instant, NaifId, Session, ShaderModule, Sources, lowering};
 use sha2::{Digest, Sha256};
@@ -97,7 +97,7 @@ fn search(bytes: &[u8]) {
     thread_local! {
         static VIEWER: Viewer = {
             let view = view_from_text("orrery://view?target=Earth", &SESSION, epoch()).expect("a view");
-            Viewer::new(SESSION.catalog().bodies().iter().map(Subject::of).collect(), view, epoch)
+            Viewer::new(SESSION.catalog().bodies().iter().map(SelectableBody::of).collect(), view, epoch)
         };
     }
     VIEWER.with(|viewer| assert!(suggestions(&text(bytes), viewer, SESSION.catalog(), 8).len() <= 8));
@@ -258,7 +258,7 @@ pub static TARGETS: &[Target] = &[
     Target {
         name: "shape-model",
         run: |bytes| {
-            let figure = ShapeFrame { radii_km: DVec3::ONE, scale_km: 1.0, map_stretch: glam::DVec2::ONE, two_sided: false };
+            let figure = ShapeParameters { radii_km: DVec3::ONE, scale_km: 1.0, map_stretch: glam::DVec2::ONE, two_sided: false };
             if let Ok(model) = obj::parse(&text(bytes)).map(|obj| Mesh::of(&obj, &figure)) {
                 const SUN_RADIUS_RAD: f64 = 0.005;
                 drop(model.map(|m| m.sun_heights(DVec3::X, SUN_RADIUS_RAD)));
@@ -416,7 +416,7 @@ pub static TARGETS: &[Target] = &[
         run: |bytes| {
             let fragments = Fragments::with_files(vec![("lib/custom/surface_1.wesl".into(), text(bytes).into_owned())]);
             let key = ShaderKey::for_draw(&DrawFeatures { custom_surface: 1, lights: 1, ..DrawFeatures::MINIMAL });
-            drop(ShaderModule::build_with(&fragments, &ModuleId::Planet(key), &lowering()));
+            drop(ShaderModule::build_with(&fragments, &ModuleId::Keyed(key), &lowering()));
         },
         seeds: || seeds::fragment("lib/custom/surface_1.wesl"),
         words: &[

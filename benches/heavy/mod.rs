@@ -68,7 +68,7 @@ pub fn simple_module(name: &'static str) -> SingleModule {
 /// Plan of one pass of `size` x `size` pixels that the heavy shader fills.
 pub fn plan(size: u32) -> Plan {
     let uniform_bytes = UNIFORMS.as_flattened().iter().flat_map(|v| v.to_le_bytes()).collect();
-    let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
+    let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, is_trilinear: true };
     let draw = PlanDraw {
         label: "heavy".into(),
         // The provider ignores the id.
@@ -92,7 +92,7 @@ pub fn plan(size: u32) -> Plan {
         format: ColourFormat::Hdr,
         samples: 1,
         clear: [0.0; 4],
-        depth: false,
+        has_depth: false,
         draws: vec![draw],
     };
     Plan { passes: vec![pass] }

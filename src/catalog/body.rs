@@ -222,7 +222,7 @@ pub struct Ring {
     /// Single-scattering albedo per linear RGB channel, fitted so that single scattering matches the observed brightness.
     pub albedo: [f64; 3],
     /// Fraction of the scattered light, summed over all directions, that comes from dust. Dust scatters forward.
-    pub dust: f64,
+    pub dust_fraction: f64,
 }
 
 /// Estimated errors of values that were not taken from a published table, in percent; `None` for a published value.
@@ -289,9 +289,9 @@ pub struct ShapeModel {
     /// Whether both sides of each triangle are visible.
     pub two_sided: bool,
     /// Whether the albedo map's alpha makes parts of the mesh transparent.
-    pub alpha: bool,
+    pub has_map_alpha: bool,
     /// Whether the file's vertex colours, if any, multiply the albedo.
-    pub vertex_colours: bool,
+    pub uses_vertex_colours: bool,
     /// The invented part of the shape; `None` for a measured shape.
     pub invented: Option<String>,
 }

@@ -25,9 +25,9 @@ pub enum Vantage {
         /// The body that the side faces, or faces away from.
         faced_body: NaifId,
         /// False: above the side that faces this body; true: above the opposite side.
-        away: bool,
+        faces_away: bool,
         /// Distance from the target's centre, in equatorial radii of the target.
-        radii: f64,
+        distance_radii: f64,
     },
     /// Above a place on a body, towards the target; straight down if the body is the target.
     Place {
@@ -80,7 +80,7 @@ pub(super) struct UnresolvedMoment {
 /// A [`Vantage`] whose body is given by name.
 enum UnresolvedVantage {
     Centre { body: WithLine<String>, fov_deg: f64 },
-    Side { faced_body: WithLine<String>, away: bool, radii: f64 },
+    Side { faced_body: WithLine<String>, faces_away: bool, distance_radii: f64 },
     Place { body: WithLine<String>, latitude_deg: f64, longitude_deg: f64, height_km: f64, fov_deg: f64 },
 }
 
@@ -101,7 +101,7 @@ pub(super) fn unresolved_moment(mut table: TableReader) -> Option<UnresolvedMome
     let within = |min: f64, max: f64| move |v: &f64| (min..=max).contains(v);
     let fov = table.optional("fov_deg", "degrees from 0.0001 to 120", within(1e-4, 120.0)).map(|field| field.value);
     // At 1 the camera would be on the surface.
-    let radii = table.optional("radii", "equatorial radii above 1", within(1.000_001, 1e9)).map(|field| field.value);
+    let distance_radii = table.optional("radii", "equatorial radii above 1", within(1.000_001, 1e9)).map(|field| field.value);
     let from_body = table.optional("from", body_name, |_: &String| true);
     let side_body = table.optional("side", body_name, |_: &String| true);
     let away_from_body = table.optional("away_from", body_name, |_: &String| true);
@@ -111,8 +111,12 @@ pub(super) fn unresolved_moment(mut table: TableReader) -> Option<UnresolvedMome
     let height_km = table.optional("height_km", "kilometres above 0", |h: &f64| *h > 0.0 && h.is_finite()).map(|field| field.value);
     let vantage = match (from_body, side_body, away_from_body, over_body) {
         (Some(body), None, None, None) => fov.map(|fov_deg| UnresolvedVantage::Centre { body, fov_deg }),
-        (None, Some(faced_body), None, None) => radii.map(|radii| UnresolvedVantage::Side { faced_body, away: false, radii }),
-        (None, None, Some(faced_body), None) => radii.map(|radii| UnresolvedVantage::Side { faced_body, away: true, radii }),
+        (None, Some(faced_body), None, None) => {
+            distance_radii.map(|distance_radii| UnresolvedVantage::Side { faced_body, faces_away: false, distance_radii })
+        }
+        (None, None, Some(faced_body), None) => {
+            distance_radii.map(|distance_radii| UnresolvedVantage::Side { faced_body, faces_away: true, distance_radii })
+        }
         (None, None, None, Some(body)) => match (latitude_deg, longitude_deg, height_km, fov) {
             (Some(latitude_deg), Some(longitude_deg), Some(height_km), Some(fov_deg)) => {
                 Some(UnresolvedVantage::Place { body, latitude_deg, longitude_deg, height_km, fov_deg })
@@ -155,8 +159,8 @@ pub(super) fn assemble(unresolved: Vec<UnresolvedMoment>, bodies: &[Body], probl
         let target = resolve(&moment.target);
         let vantage = match moment.vantage {
             UnresolvedVantage::Centre { body, fov_deg } => resolve(&body).map(|body| Vantage::Centre { body, fov_deg }),
-            UnresolvedVantage::Side { faced_body, away, radii } => {
-                resolve(&faced_body).map(|faced_body| Vantage::Side { faced_body, away, radii })
+            UnresolvedVantage::Side { faced_body, faces_away, distance_radii } => {
+                resolve(&faced_body).map(|faced_body| Vantage::Side { faced_body, faces_away, distance_radii })
             }
             UnresolvedVantage::Place { body, latitude_deg, longitude_deg, height_km, fov_deg } => {
                 resolve(&body).map(|body| Vantage::Place { body, latitude_deg, longitude_deg, height_km, fov_deg })

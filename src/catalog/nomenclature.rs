@@ -80,7 +80,7 @@ static BY_BODY: LazyLock<BTreeMap<String, Vec<SurfaceFeature>>> = LazyLock::new(
 });
 
 /// The features of the body with this name: landing sites first, then the others from large to small.
-pub fn features(body: &str) -> &'static [SurfaceFeature] {
+pub fn surface_features(body: &str) -> &'static [SurfaceFeature] {
     BY_BODY.get(&body.to_lowercase()).map_or(&[], Vec::as_slice)
 }
 
@@ -95,7 +95,7 @@ mod tests {
 
     /// Latitude and east longitude, degrees, and the diameter, km, of a feature.
     fn place_and_diameter(body: &str, name: &str) -> (f64, f64, f64) {
-        let feature = features(body).iter().find(|f| f.name == name).unwrap_or_else(|| panic!("{name}"));
+        let feature = surface_features(body).iter().find(|f| f.name == name).unwrap_or_else(|| panic!("{name}"));
         let direction = feature.direction;
         (direction.z.asin().to_degrees(), direction.y.atan2(direction.x).to_degrees().rem_euclid(360.0), feature.diameter_km)
     }
@@ -119,10 +119,10 @@ mod tests {
             assert!((found_lat - lat).abs() < 1.5 && (found_lon - lon).abs() < 1.5, "{name}: {found_lat} {found_lon}");
             assert!((found_diameter - diameter).abs() <= 0.05 * diameter, "{name}: {found_diameter}");
         }
-        let moon = features("Moon");
+        let moon = surface_features("Moon");
         assert!(
             moon[..6].iter().all(|f| f.is_landing_site) && moon[6..].windows(2).all(|w| w[0].effective_size_km >= w[1].effective_size_km)
         );
-        assert!(features("Nibiru").is_empty());
+        assert!(surface_features("Nibiru").is_empty());
     }
 }

@@ -44,7 +44,7 @@ fn ring(mut table: TableReader) -> Option<(WithLine<String>, Ring)> {
             outer_km: outer_km?.value,
             tau_normal: tau_normal?,
             albedo: albedo.map_or(DEFAULT_RING_ALBEDO, |l| l.value),
-            dust: dust.map_or(0.0, |l| l.value),
+            dust_fraction: dust.map_or(0.0, |l| l.value),
         },
     ))
 }
@@ -319,7 +319,7 @@ fn assemble(
         };
         if let Some(mesh) = &draft.mesh {
             let add_problem = |what: &str| problems.add(&mesh.source_line, format!("{name}.mesh: {what}"));
-            if mesh.value.alpha && draft.maps.albedo.is_none() {
+            if mesh.value.has_map_alpha && draft.maps.albedo.is_none() {
                 add_problem("alpha = true needs an albedo map, whose alpha cuts the mesh out");
             }
             if ids_with_atmosphere.contains(&id) || draft.clouds.is_some() {

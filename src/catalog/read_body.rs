@@ -212,13 +212,13 @@ fn mesh(mut table: TableReader) -> Option<WithLine<ShapeModel>> {
     });
     let scale_km = table.optional("scale_km", "kilometres above 0, below 1e7", |x: &f64| *x > 0.0 && *x < 1e7);
     let mut flag = |field, default| table.optional::<bool>(field, "true or false", |_| true).map_or(default, |l| l.value);
-    let (two_sided, alpha, vertex_colours) = (flag("two_sided", false), flag("alpha", false), flag("vertex_colours", true));
+    let (two_sided, has_map_alpha, uses_vertex_colours) = (flag("two_sided", false), flag("alpha", false), flag("vertex_colours", true));
     let invented = invented(&mut table);
     // The source is for people who read the file.
     let _ = table.optional::<String>("source", "a string", |_| true);
     table.finish();
     let scale_km = scale_km.map_or(1.0, |l| l.value);
-    let value = ShapeModel { file: file?.value, scale_km, two_sided, alpha, vertex_colours, invented };
+    let value = ShapeModel { file: file?.value, scale_km, two_sided, has_map_alpha, uses_vertex_colours, invented };
     Some(WithLine { value, source_line })
 }
 

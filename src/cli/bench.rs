@@ -118,7 +118,7 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
             let (stages_before, _) = session.report();
             let cpu_before = process_cpu();
             let start = WallInstant::now();
-            let drawn_by = Some(session.draw(request, SamplingQuality::of(common.quality), FrameImages::Display)?.by);
+            let drawn_by = Some(session.draw(request, SamplingQuality::of(common.quality), FrameImages::Display)?.drawn_by);
             let wall = start.elapsed();
             let cpu = cpu_before.and_then(|before| process_cpu()?.checked_sub(before));
             bar.inc(1);
@@ -140,7 +140,7 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
     bar.finish_and_clear();
     let options = session.renderer().options();
     let report = json!({
-        "kernels": options.kernels.name(),
+        "kernels": options.kernel_class.name(),
         "threads": session.renderer().threads(),
         "width": width,
         "height": height,
@@ -228,7 +228,7 @@ fn scene_row(name: &str, first: &MeasuredFrame, frames: &mut [MeasuredFrame]) ->
         "median_ms": milliseconds(median_frame.wall),
         "median_cpu_ms": median_frame.cpu.map(milliseconds),
         "least_ms": milliseconds(frames[0].wall),
-        "stages": by_stage(&|s| json!(milliseconds(median_frame.stages.spent(s)))),
+        "stages": by_stage(&|s| json!(milliseconds(median_frame.stages.elapsed(s)))),
         "stages_cpu": by_stage(&|s| json!(median_frame.stages.cpu(s).map(milliseconds))),
     })
 }

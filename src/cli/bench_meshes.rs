@@ -61,7 +61,7 @@ fn model_row(common: &Common, (width, height): (u32, u32), rounds: usize, bands:
         let earlier = session.report().0;
         draw(request)?;
         let stages = session.report().0.since(&earlier);
-        Ok(milliseconds(stages.cpu(stage).unwrap_or_else(|| stages.spent(stage))))
+        Ok(milliseconds(stages.cpu(stage).unwrap_or_else(|| stages.elapsed(stage))))
     };
     // Warm-up, not measured: loads maps and compiles modules.
     stage_ms_of_first_draw(&ellipsoid, Stage::Maps)?;
@@ -71,7 +71,7 @@ fn model_row(common: &Common, (width, height): (u32, u32), rounds: usize, bands:
     let workloads: [&Workload<'_, f64, _>; 3] = [&|| timed(&ellipsoid), &|| timed(&without_shadow), &|| timed(&with_shadow)];
     let times = interleaved(rounds, &workloads)?;
     Ok(json!({
-        "triangles": shape.triangles,
+        "triangles": shape.triangle_count,
         "read_ms": rounded(read_ms),
         "trace_shadow_ms": rounded(trace_shadow_ms),
         "ellipsoid_ms": Quartiles::of(times[0].clone()).map(|q| rounded(1e3 * q.median)),

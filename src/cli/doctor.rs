@@ -202,7 +202,7 @@ pub(crate) fn run(common: &Common, _args: &DoctorArgs) -> Result<(), CliError> {
         common.threads.filter(|threads| *threads > 0).unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from));
     let out = &mut String::new();
     report_adapters(common, out);
-    report_kernel_classes(Options::default().kernels, &KernelClass::available(), threads, out);
+    report_kernel_classes(Options::default().kernel_class, &KernelClass::available(), threads, out);
     let catalog = report_catalogs(common, out);
     report_bodies(&catalog, out);
     report_ephemeris_kernel(common, &catalog, out);

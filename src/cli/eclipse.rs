@@ -199,7 +199,7 @@ fn solar_row(eclipse: &SolarEclipse, observer: Option<GeodeticPosition>) -> Valu
     let mut row = json!({
         "kind": "solar",
         "type": eclipse.class.name(),
-        "central": eclipse.central,
+        "central": eclipse.is_central,
         "greatest": eclipse.greatest.to_utc_iso(),
         "greatest_tt": eclipse.greatest.to_tt_iso(),
         "gamma": eclipse.gamma,
@@ -297,7 +297,7 @@ fn moon_event_row(catalog: &Catalog, event: &MoonEvent) -> Value {
         "type": event.class.name(),
         "body": name_of(catalog, event.moon),
         "planet": name_of(catalog, event.planet),
-        "by": event.by_moon.map(|id| name_of(catalog, id)),
+        "by": event.nearer_moon.map(|id| name_of(catalog, id)),
         "greatest": event.greatest.to_utc_iso(),
         "greatest_tt": event.greatest.to_tt_iso(),
         "gamma": null,
@@ -372,7 +372,7 @@ fn add_local(row: &mut Value, seen: Option<&LocalCircumstances>) {
         row["contacts"][c.name] = json!(c.time.to_utc_iso());
     }
     row["local"] = json!({
-        "visible": seen.visible,
+        "visible": seen.is_visible,
         "contacts": contacts,
         "maximum": contact(&seen.maximum),
         "magnitude": seen.magnitude,

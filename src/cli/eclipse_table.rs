@@ -5,7 +5,7 @@
 
 use crate::catalog::Catalog;
 use crate::events;
-use crate::time::{Instant, SHOWN_DELTA_T_ERROR_S};
+use crate::time::{Instant, MIN_SHOWN_DELTA_T_ERROR_S};
 use serde_json::{Value, json};
 
 /// An ISO time without `T` and `Z`, its seconds rounded to this many decimals: with 0 decimals `2024-04-08 18:17:20`. Rounding up may change the date.
@@ -61,7 +61,7 @@ fn delta_t_text(rows: &[Value]) -> Option<String> {
     };
     let error_s = |row: &Value| if depends_on_rotation(row) { row["delta_t_error_s"].as_f64().unwrap_or(0.0) } else { 0.0 };
     let worst = rows.iter().max_by(|a, b| error_s(a).total_cmp(&error_s(b)))?;
-    (error_s(worst) >= SHOWN_DELTA_T_ERROR_S).then(|| {
+    (error_s(worst) >= MIN_SHOWN_DELTA_T_ERROR_S).then(|| {
         let time = rounded_time(&worst["greatest"], 0);
         let day = time.split(' ').next().unwrap_or("");
         let seconds = error_s(worst);

@@ -261,7 +261,7 @@ pub(crate) fn rise_and_set(
         "place": { "lat_deg": place.lat_graphic_deg, "lon_deg": place.lon_east_deg, "height_km": place.height_km },
         "from": start.to_utc_iso(),
         "to": start.plus_seconds(SECONDS_PER_DAY).to_utc_iso(),
-        "up_at_start": found.up_at_start,
+        "up_at_start": found.is_up_at_start,
         "rise": event(found.rise)?,
         "transit": event(found.transit.map(|(t, _altitude_deg)| t))?,
         "set": event(found.set)?,

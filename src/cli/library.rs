@@ -101,7 +101,7 @@ pub(crate) fn run(common: &Common, args: &LibraryArgs) -> Result<(), CliError> {
         }
         LibraryVerb::Warm => {
             let mut ids: Vec<ModuleId> = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).collect();
-            ids.extend(reachable_keys(common)?.into_iter().map(ModuleId::Planet));
+            ids.extend(reachable_keys(common)?.into_iter().map(ModuleId::Keyed));
             let bar = progress(ids.len() as u64);
             let failures = library.warm(&ids, || bar.inc(1));
             bar.finish_and_clear();

@@ -212,7 +212,7 @@ fn table(choices: &[ChoiceMeasure]) -> String {
             );
             text += &format!("{}\n", line.trim_end());
         }
-        for (quality, admissible_option) in choice.inadmissible_defaults() {
+        for (quality, admissible_option) in choice.defaults_to_change() {
             text += &format!("  by rule, {} should use {admissible_option}\n", quality.name());
         }
     }

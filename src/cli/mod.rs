@@ -186,7 +186,7 @@ pub(crate) enum CliError {
 impl Common {
     /// The user's sources for verbs that draw frames: the GPU is opened while the catalogs are read.
     pub(crate) fn sources_for_drawing(&self) -> Sources {
-        Sources { draws: true, ..self.sources() }
+        Sources { will_draw: true, ..self.sources() }
     }
 
     /// The user's sources for verbs that draw no frames.
@@ -208,7 +208,7 @@ impl Common {
             threads: self.threads,
             double_precision: self.quality == Quality::Reference,
             renderer: self.renderer,
-            draws: false,
+            will_draw: false,
         }
     }
 }

@@ -163,7 +163,7 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         let drawn = session.draw(&request, sampling, images)?;
         time_to_first_frame.get_or_insert_with(|| run_start.elapsed());
         drawn_frames += 1;
-        drawn_by = Some(drawn.by.clone());
+        drawn_by = Some(drawn.drawn_by.clone());
         let cpu_before = if args.time_report { process_cpu() } else { None };
         let start = WallInstant::now();
         match &path {
@@ -272,7 +272,7 @@ fn text_chunks(args: &RenderArgs, title: Option<&str>, request: &ViewRequest, sc
 /// The line of `-v`: how many frames were drawn, by which renderer, and the time of each stage.
 fn verbose_line(session: &Session, write_stages: &Stages, frames: u32, drawn_by: Option<&DrawnBy>) -> String {
     let stages = session.report().0.and(write_stages);
-    let times = Stage::ALL.map(|stage| format!("{} {:.1} ms", stage.name(), milliseconds(stages.spent(stage))));
+    let times = Stage::ALL.map(|stage| format!("{} {:.1} ms", stage.name(), milliseconds(stages.elapsed(stage))));
     let renderer = drawn_by.map_or(String::new(), |by| format!(" by {}", by.adapter.as_deref().unwrap_or(by.renderer)));
     format!("drew {}{renderer}: {}", counted(frames as usize, "frame"), times.join(", "))
 }
@@ -286,7 +286,7 @@ fn time_report(
     drawn_by: Option<DrawnBy>,
 ) -> serde_json::Value {
     let (mut stages, library) = session.report();
-    stages.add(Stage::Write, write_stages.spent(Stage::Write));
+    stages.add(Stage::Write, write_stages.elapsed(Stage::Write));
     if let Some(cpu_time) = write_stages.cpu(Stage::Write) {
         stages.add_cpu(Stage::Write, cpu_time);
     }

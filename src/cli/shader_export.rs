@@ -122,7 +122,7 @@ fn revision(common: &Common) -> Result<Revision, CliError> {
 pub(crate) fn atlas(common: &Common, folder: &Path, options: &ExportOptions) -> Result<(), CliError> {
     let keys = options
         .keys(common, || Ok(reachable_keys(common)?.union(&covering_keys(2).into_iter().collect::<BTreeSet<_>>()).copied().collect()))?;
-    let mut ids: Vec<ModuleId> = keys.into_iter().map(ModuleId::Planet).collect();
+    let mut ids: Vec<ModuleId> = keys.into_iter().map(ModuleId::Keyed).collect();
     if options.body.is_none() {
         ids.extend(SIMPLE_MODULES.iter().map(|name| ModuleId::Simple(name)));
     }

@@ -21,7 +21,7 @@ const MAX_LISTED: usize = 3;
 
 /// The modules that are compiled to compare two folders of fragments: those of a pairwise covering set of keys, simple shaders and probe modules.
 fn default_modules() -> Vec<ModuleId> {
-    let keys = covering_keys(2).into_iter().map(ModuleId::Planet);
+    let keys = covering_keys(2).into_iter().map(ModuleId::Keyed);
     SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).chain(probe_samples()).chain(keys).collect()
 }
 

@@ -79,17 +79,17 @@ pub(crate) fn run(common: &Common, args: &StabilityArgs) -> Result<(), CliError>
 /// A sweep's report as JSON. JSON has no infinity or NaN, so these become null.
 fn report_json(report: &SweepReport) -> Value {
     json!({
-        "name": report.name, "cases": report.found.cases, "worst": report.found.worst, "bound": report.bound, "unit": report.unit,
-        "where": report.found.worst_case, "cause": report.found.cause,
+        "name": report.name, "cases": report.result.cases, "worst": report.result.worst, "bound": report.bound, "unit": report.unit,
+        "where": report.result.worst_case, "cause": report.result.cause,
     })
 }
 
 /// A sweep's report as lines of text.
 fn report_text(report: &SweepReport) -> String {
     let verdict = if report.has_failed() { "BROKEN" } else { "kept" };
-    let found = &report.found;
+    let result = &report.result;
     format!(
         "{:<15} {verdict:<6} {:>6} cases, worst {:.3e} of {:.3e} {} ({})\n    at {}\n    {}\n",
-        report.name, found.cases, found.worst, report.bound, report.unit, report.reason, found.worst_case, found.cause,
+        report.name, result.cases, result.worst, report.bound, report.unit, report.reason, result.worst_case, result.cause,
     )
 }

@@ -74,7 +74,7 @@ pub(crate) fn run(common: &Common, args: &ViewArgs) -> Result<(), CliError> {
 mod windowed {
     use super::{CliError, Common, ViewArgs, parse_time_option};
     use crate::cli::output::print_message;
-    use crate::ephemeris::body_order::by_distance;
+    use crate::ephemeris::body_order::bodies_in_usual_order;
     use crate::files::read_text;
     use crate::session::{RendererPreference, Session};
     use crate::time::Instant;
@@ -82,7 +82,7 @@ mod windowed {
     use crate::view::app::initial_view::initial_view;
     use crate::view::app::settings::Settings;
     use crate::view::app::view_state::ViewState;
-    use crate::view::app::viewer::{Subject, Viewer};
+    use crate::view::app::viewer::{SelectableBody, Viewer};
     use crate::view::language::Language;
     use crate::view::link::{MAX_BYTES, SCHEME, is_link, view_from_text};
     use crate::view::panels::Interface;
@@ -123,7 +123,7 @@ mod windowed {
         let mut view = saved_view.ok().flatten().unwrap_or(view_of_options);
         // The projection and stereo options of the command line take precedence over those of a link.
         view.composition = view.composition.with_options(&composition);
-        let viewer = Viewer::new(subjects(&session), view, now);
+        let viewer = Viewer::new(selectable_bodies(&session), view, now);
         let settings_path = args.settings.clone().or_else(Settings::default_path);
         let (settings, load_message) = settings_path.as_deref().map_or((Settings::default(), None), Settings::load);
         load_message.iter().for_each(|line: &String| print_message(line));
@@ -207,11 +207,11 @@ mod windowed {
     }
 
     /// The bodies that the window lists, which are all of the catalog: planets from the Sun outwards, each followed by its moons.
-    fn subjects(session: &Session) -> Vec<Subject> {
-        by_distance(session.catalog(), session.ephemeris())
+    fn selectable_bodies(session: &Session) -> Vec<SelectableBody> {
+        bodies_in_usual_order(session.catalog(), session.ephemeris())
             .into_iter()
             .filter_map(|id| session.catalog().body(id))
-            .map(Subject::of)
+            .map(SelectableBody::of)
             .collect()
     }
 }

@@ -22,7 +22,7 @@ pub fn semi_major_axis_km(catalog: &Catalog, ephemeris: &Ephemeris, body: &Body)
 }
 
 /// Every body of the catalog once, in the order of the module's comment.
-pub fn by_distance(catalog: &Catalog, ephemeris: &Ephemeris) -> Vec<NaifId> {
+pub fn bodies_in_usual_order(catalog: &Catalog, ephemeris: &Ephemeris) -> Vec<NaifId> {
     let rank = |b: &Body| match b.kind {
         BodyKind::Star => 0,
         BodyKind::Planet => 1,
@@ -51,7 +51,7 @@ mod tests {
     fn planets_are_sorted_by_distance_each_with_its_moons() {
         let catalog = Catalog::embedded();
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");
-        let order = by_distance(&catalog, &ephemeris);
+        let order = bodies_in_usual_order(&catalog, &ephemeris);
         let names: Vec<&str> = order.iter().filter_map(|id| catalog.body(*id)).map(|b| b.name.as_str()).collect();
         assert_eq!(names[..8], ["Sun", "Mercury", "Venus", "Earth", "Moon", "Mars", "Phobos", "Deimos"]);
         let position = |name: &str| names.iter().position(|n| *n == name).unwrap_or_else(|| panic!("{name} is missing"));

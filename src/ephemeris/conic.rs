@@ -55,7 +55,7 @@ impl ConicState {
 
     /// The state after a time span, which may be negative.
     #[must_use]
-    pub fn after(&self, gm: f64, span: f64) -> Self {
+    pub fn propagated(&self, gm: f64, span: f64) -> Self {
         // Danby's names: sigma is the dot product of position and velocity, alpha is GM over the semi-major axis, s the universal anomaly.
         let (r0, sigma) = (self.position.length(), self.position.dot(self.velocity));
         let alpha = self.gm_over_semi_major_axis(gm);
@@ -114,7 +114,7 @@ pub fn heliocentric_state(orbit: &HeliocentricOrbit, days: f64) -> ConicState {
     let gm = GAUSS_CONSTANT * GAUSS_CONSTANT;
     let speed = (gm * (1.0 + orbit.eccentricity) / orbit.perihelion_au).sqrt();
     let at_perihelion = ConicState { position: orbit.to_perihelion * orbit.perihelion_au, velocity: orbit.motion_at_perihelion * speed };
-    at_perihelion.after(gm, days - orbit.passage_days)
+    at_perihelion.propagated(gm, days - orbit.passage_days)
 }
 
 #[cfg(test)]
@@ -187,10 +187,10 @@ mod tests {
         let gm = GAUSS_CONSTANT * GAUSS_CONSTANT;
         for (q, e) in [(0.6, 0.967), (1.0, 1.0), (2.0, 3.4), (2.5, 0.05)] {
             let (at, span) = (heliocentric_state(&orbit(q, e), 123.0), 77.0);
-            let (propagated, expected) = (at.after(gm, span), heliocentric_state(&orbit(q, e), 123.0 + span));
+            let (propagated, expected) = (at.propagated(gm, span), heliocentric_state(&orbit(q, e), 123.0 + span));
             let (position, velocity) = (propagated.position, propagated.velocity);
             assert!(position.distance(expected.position) < 1e-12 && velocity.distance(expected.velocity) < 1e-13, "{q} {e}");
-            let slope = (at.after(gm, 0.01).position - at.after(gm, -0.01).position) / 0.02;
+            let slope = (at.propagated(gm, 0.01).position - at.propagated(gm, -0.01).position) / 0.02;
             assert!(slope.distance(at.velocity) < 1e-9 && slope.distance(velocity) > 1e-4);
         }
     }

@@ -75,7 +75,7 @@ impl Series {
     }
 
     /// The position of a planet or of the Sun directly from its series, km; `None` for other targets.
-    pub fn evaluate_km(target: i32, tdb_s: f64) -> Option<DVec3> {
+    pub fn position_by_series_km(target: i32, tdb_s: f64) -> Option<DVec3> {
         vsop_series_of(target).map(|series| vsop_position_km(series, tdb_s))
     }
 

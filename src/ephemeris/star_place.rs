@@ -26,7 +26,7 @@ mod tests {
     #[test]
     fn parallax_is_the_angle_of_an_au() {
         let catalog = StarCatalog::embedded();
-        let star = catalog.hip(71_683).expect("alpha Centauri A");
+        let star = catalog.star_of_hip(71_683).expect("alpha Centauri A");
         let abeam = star.direction.any_orthonormal_vector();
         let [first, second] = [abeam, -abeam].map(|viewer_au| star_from_viewer(star, 0.0, viewer_au));
         let shift_arcsec = angle_rad(first, second) / RAD_PER_ARCSEC;
@@ -41,7 +41,7 @@ mod tests {
     #[test]
     fn proper_motion_is_straight() {
         let catalog = StarCatalog::embedded();
-        let star = catalog.hip(69_673).expect("Arcturus");
+        let star = catalog.star_of_hip(69_673).expect("Arcturus");
         let moved_deg = |years: f64| angle_rad(star.direction, star_from_viewer(star, years, DVec3::ZERO)).to_degrees();
         // From the catalog's epoch of 1991.25 to 3000 BC, the year -2999.
         assert!((moved_deg(-4990.0) - 3.16).abs() < 0.02, "{}", moved_deg(-4990.0));

@@ -62,7 +62,7 @@ pub struct RiseSetTimes {
     /// Upper transit and the target's altitude then, degrees; `None` if there is no transit within the span, as for the Moon on one day of a month.
     pub transit: Option<(Instant, f64)>,
     /// Whether the target is above the horizon at the start of the span.
-    pub up_at_start: bool,
+    pub is_up_at_start: bool,
 }
 
 /// A transit or occultation of one disc by another.
@@ -174,7 +174,7 @@ impl ObserverSky<'_> {
             rise: rise_s.map(|s| start.plus_seconds(s)),
             set: set_s.map(|s| start.plus_seconds(s)),
             transit,
-            up_at_start: altitude(0.0)? > 0.0,
+            is_up_at_start: altitude(0.0)? > 0.0,
         })
     }
 

@@ -76,7 +76,7 @@ const HORIZON_TOLERANCE_RAD: f64 = 1e-7;
 #[derive(Clone, Debug, PartialEq)]
 pub struct LocalCircumstances {
     /// Whether any part of the eclipse is above the horizon; if not, the other fields ignore the horizon.
-    pub visible: bool,
+    pub is_visible: bool,
     /// C1 to C4 of a solar eclipse or transit; P1, U1 to U4 and P4 of a lunar eclipse; by time; [`LocalContact::is_up`] marks those above the horizon.
     pub contacts: Vec<LocalContact>,
     /// The maximum above the horizon; if the eclipse is not visible, the geometric maximum.
@@ -281,7 +281,7 @@ impl<'a> Station<'a> {
         // rising or a setting.
         let visible_maximum_s = above_horizon.instant_of_largest_magnitude(maximum_s, magnitude);
         Some(LocalCircumstances {
-            visible: visible_maximum_s.is_some(),
+            is_visible: visible_maximum_s.is_some(),
             contacts,
             maximum: self.contact("maximum", visible_maximum_s.unwrap_or(maximum_s), sun),
             magnitude: magnitude(visible_maximum_s.unwrap_or(maximum_s)),
@@ -307,7 +307,7 @@ impl<'a> Station<'a> {
         let above_horizon = self.spans_above_horizon(first, last, moon);
         let visible_maximum_s = above_horizon.instant_of_largest_magnitude(greatest_s, &magnitude);
         LocalCircumstances {
-            visible: visible_maximum_s.is_some(),
+            is_visible: visible_maximum_s.is_some(),
             contacts: contacts.iter().map(|(name, s)| self.contact(name, *s, moon)).collect(),
             maximum: self.contact("maximum", visible_maximum_s.unwrap_or(greatest_s), moon),
             magnitude: magnitude(visible_maximum_s.unwrap_or(greatest_s)),

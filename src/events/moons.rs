@@ -62,7 +62,7 @@ pub struct MoonEvent {
     /// The planet of the moon.
     pub planet: NaifId,
     /// The occulting or eclipsing moon of a mutual event.
-    pub by_moon: Option<NaifId>,
+    pub nearer_moon: Option<NaifId>,
     /// When the moon's centre is nearest to the line through the planet's centre and the observer: the Earth, or for shadow transits and eclipses the
     /// Sun. In mutual events, when the nearer moon's centre is nearest to the line from the farther one to the observer.
     pub greatest: Instant,
@@ -77,8 +77,8 @@ impl MoonEvent {
     pub(crate) fn duration_s(&self) -> Option<f64> {
         let duration = |first, last| seconds_between(&self.contacts, first, last);
         duration("begin", "end")
-            .or_else(|| duration("I", "IV").filter(|_| self.by_moon.is_some()))
-            .or_else(|| duration("P1", "P4").filter(|_| self.by_moon.is_some()))
+            .or_else(|| duration("I", "IV").filter(|_| self.nearer_moon.is_some()))
+            .or_else(|| duration("P1", "P4").filter(|_| self.nearer_moon.is_some()))
     }
 }
 
@@ -293,7 +293,7 @@ impl MoonConjunction {
         }
         sort_by_time(&mut contacts);
         let greatest = self.reception_of(pair, class, greatest_s)?;
-        let event = MoonEvent { class, moon: pair.moon.id, planet: pair.planet.id, by_moon: None, greatest, contacts };
+        let event = MoonEvent { class, moon: pair.moon.id, planet: pair.planet.id, nearer_moon: None, greatest, contacts };
         Ok((!event.contacts.is_empty()).then_some(event))
     }
 }

@@ -79,7 +79,7 @@ pub fn mutual_events(catalog: &Catalog, ephemeris: &Ephemeris, from: Instant, to
 /// Whether two events are one: the same moons at the same instant.
 fn is_same_event(a: &MoonEvent, b: &MoonEvent) -> bool {
     let apart_s = a.greatest.tdb_seconds_past_j2000() - b.greatest.tdb_seconds_past_j2000();
-    (a.class, a.moon, a.by_moon) == (b.class, b.moon, b.by_moon) && apart_s.abs() < CONTACT_STEP_S
+    (a.class, a.moon, a.nearer_moon) == (b.class, b.moon, b.nearer_moon) && apart_s.abs() < CONTACT_STEP_S
 }
 
 /// Two moons around their conjunction. Times are those at which the light leaves or reaches the farther moon, in seconds from `middle`; vectors are from
@@ -214,7 +214,7 @@ impl<'a> MutualConjunction<'a> {
         }
         sort_by_time(&mut contacts);
         let greatest = reception_of(greatest_s)?;
-        let event = MoonEvent { class, moon: self.far.id, planet: JUPITER, by_moon: Some(self.near.id), greatest, contacts };
+        let event = MoonEvent { class, moon: self.far.id, planet: JUPITER, nearer_moon: Some(self.near.id), greatest, contacts };
         Ok((!event.contacts.is_empty()).then_some(event))
     }
 }

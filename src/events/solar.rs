@@ -48,7 +48,7 @@ pub struct SolarEclipse {
     /// Partial, annular, total or hybrid.
     pub class: SolarType,
     /// Whether the axis of the shadow meets the ground.
-    pub central: bool,
+    pub is_central: bool,
     /// Instant of greatest eclipse, when the light reaches the Earth's centre; contacts are given in the same way.
     pub greatest: Instant,
     /// Least distance of the shadow's axis from the Earth's centre, in the Earth's equatorial radii; positive if the axis passes north of the centre.
@@ -200,7 +200,7 @@ pub(super) fn eclipse_at(ephemeris: &Ephemeris, radii: BodyRadii, new_moon: Syzy
     let discs = station.discs(greatest_s);
     Ok(Some(SolarEclipse {
         class,
-        central: central_span.is_some(),
+        is_central: central_span.is_some(),
         greatest: instant(greatest_s),
         gamma,
         magnitude: if centre.is_some() { discs.radius_ratio() } else { discs.covered_diameter() },

@@ -155,7 +155,7 @@ fn assemble_case(module: &ShaderModule, draw: &PlanDraw, sample: &SampleImage) -
                 "binding": s.binding,
                 "address_u": address_name(s.state.address_u),
                 "address_v": address_name(s.state.address_v),
-                "filter": if s.state.linear { "linear" } else { "nearest" },
+                "filter": if s.state.is_trilinear { "linear" } else { "nearest" },
             })
         })
         .collect();
@@ -186,7 +186,7 @@ fn assemble_case(module: &ShaderModule, draw: &PlanDraw, sample: &SampleImage) -
 /// Reads the module of a key from the revision, draws the sample body with it, and makes a case of both.
 fn draw_case(renderer: &SampleBodyRenderer, revision: &Revision, key: &ShaderKey, lowering: &Lowering) -> Result<Case, CorpusError> {
     let failed = |why: String| CorpusError::Case { key: key.to_string(), why };
-    let module = Arc::new(revision.module(&ModuleId::Planet(*key), lowering)?.ok_or_else(|| failed("not in the library".into()))?);
+    let module = Arc::new(revision.module(&ModuleId::Keyed(*key), lowering)?.ok_or_else(|| failed("not in the library".into()))?);
     let plan = renderer.plan(&module, key)?;
     let draw = plan.passes.first().and_then(|p| p.draws.first()).ok_or_else(|| failed("draws nothing".into()))?;
     assemble_case(&module, draw, &renderer.draw(&module, key)?).map_err(failed)

@@ -149,7 +149,7 @@ fn compare(renderer: &SampleBodyRenderer, modules: [ShaderModule; 2], id: &Modul
     }
     let [first, second] = modules.map(Arc::new);
     let sample = |module: &Arc<ShaderModule>| match id {
-        ModuleId::Planet(key) => renderer.draw(module, key).map(Some).map_err(|e| e.to_string()),
+        ModuleId::Keyed(key) => renderer.draw(module, key).map(Some).map_err(|e| e.to_string()),
         _ => Ok(None),
     };
     let samples = [sample(&first)?, sample(&second)?];

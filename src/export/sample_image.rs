@@ -96,7 +96,7 @@ impl SampleBodyRenderer {
     /// The renderer's thread cannot be started.
     pub(crate) fn new(side_px: u32) -> Result<Self, SessionError> {
         let renderer =
-            |precision| SoftwareRenderer::new(Options { threads: 1, precision, kernels: KernelClass::Portable, ..Options::default() });
+            |precision| SoftwareRenderer::new(Options { threads: 1, precision, kernel_class: KernelClass::Portable, ..Options::default() });
         Ok(Self { side_px, f32_renderer: renderer(Precision::F32)?, f64_renderer: renderer(Precision::F64)? })
     }
 

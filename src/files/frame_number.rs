@@ -21,11 +21,11 @@ pub(crate) struct FrameNumberError {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct NumberedName {
     /// Folder, and the file name up to the placeholder.
-    pub before: String,
+    pub prefix: String,
     /// Minimum number of digits.
     pub min_digits: usize,
     /// The file name after the placeholder.
-    pub after: String,
+    pub suffix: String,
 }
 
 impl NumberedName {
@@ -35,8 +35,8 @@ impl NumberedName {
     /// If the placeholder is invalid; the message quotes the name and explains how to write it.
     pub(crate) fn of(name: &str) -> Result<Option<Self>, FrameNumberError> {
         let (folder, file) = name.split_at(name.rfind(std::path::is_separator).map_or(0, |at| at + 1));
-        let Some((before, rest)) = file.split_once('%') else { return Ok(None) };
-        let found = rest.split_once('d').and_then(|(width, after)| {
+        let Some((prefix, rest)) = file.split_once('%') else { return Ok(None) };
+        let found = rest.split_once('d').and_then(|(width, suffix)| {
             let min_digits = match width {
                 "" => 0,
                 _ => {
@@ -44,15 +44,15 @@ impl NumberedName {
                     digits.parse::<usize>().ok().filter(|min_digits| *min_digits <= MAX_NUMBER_DIGITS)?
                 }
             };
-            (!after.contains('%')).then(|| Self { before: format!("{folder}{before}"), min_digits, after: after.to_owned() })
+            (!suffix.contains('%')).then(|| Self { prefix: format!("{folder}{prefix}"), min_digits, suffix: suffix.to_owned() })
         });
         found.map(Some).ok_or_else(|| FrameNumberError { name: echo(name) })
     }
 
     /// The file of a frame.
     pub(crate) fn path(&self, number: u32) -> PathBuf {
-        let Self { before, min_digits, after } = self;
-        format!("{before}{number:0min_digits$}{after}").into()
+        let Self { prefix, min_digits, suffix } = self;
+        format!("{prefix}{number:0min_digits$}{suffix}").into()
     }
 }
 

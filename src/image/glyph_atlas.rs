@@ -17,7 +17,7 @@ use std::sync::Arc;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glyph {
     /// Column and row of the cell's top left texel in the texture.
-    pub at: [u32; 2],
+    pub top_left: [u32; 2],
     /// Width and height, texels; nothing is drawn if either is 0.
     pub size: [u32; 2],
     /// From the pen position on the baseline to the cell's top left corner, pixels; y points down.
@@ -34,7 +34,7 @@ pub struct GlyphAtlas {
     /// The glyph of each character.
     by_character: BTreeMap<char, Glyph>,
     /// The ring, which marks surface features and bodies of a few pixels.
-    pub marker: Glyph,
+    pub ring: Glyph,
     /// A fully covered square, any part of which can be drawn as a filled rectangle.
     pub solid_square: Glyph,
     /// From the middle of a lower-case letter down to the baseline.
@@ -139,15 +139,20 @@ impl GlyphAtlas {
                 }
             }
         }
-        let glyph = |bitmap: &GlyphBitmap, at: [u32; 2]| Glyph { at, size: bitmap.size, bearing: bitmap.bearing, advance: bitmap.advance };
+        let glyph = |bitmap: &GlyphBitmap, top_left: [u32; 2]| Glyph {
+            top_left,
+            size: bitmap.size,
+            bearing: bitmap.bearing,
+            advance: bitmap.advance,
+        };
         let all: Vec<(Option<char>, Glyph)> =
             drawn.iter().zip(&positions).map(|((c, bitmap), position)| (*c, glyph(bitmap, *position))).collect();
-        let empty = Glyph { at: [0, 0], size: [0, 0], bearing: [0, 0], advance: 0.0 };
+        let empty = Glyph { top_left: [0, 0], size: [0, 0], bearing: [0, 0], advance: 0.0 };
         // Height of the letter x above the baseline, which typographers call x-height.
         let x_height = font.as_ref().map_or(0.0, |f| -(rasterise(f, 'x', size_px).bearing[1] as f32));
         Self {
             texture: Arc::new(Texture { format: TexelFormat::Rgba8Unorm, levels: vec![Level::new(width, height, bytes)] }),
-            marker: all.iter().find(|(c, _)| c.is_none()).map_or(empty, |(_, glyph)| *glyph),
+            ring: all.iter().find(|(c, _)| c.is_none()).map_or(empty, |(_, glyph)| *glyph),
             solid_square: all.iter().rfind(|(c, _)| c.is_none()).map_or(empty, |(_, glyph)| *glyph),
             by_character: all.into_iter().filter_map(|(c, glyph)| Some((c?, glyph))).collect(),
             baseline_offset_px: (0.5 * x_height).round(),
@@ -171,15 +176,15 @@ mod tests {
     fn covered(glyphs: &GlyphAtlas, cell: &Glyph) -> f64 {
         let level = &glyphs.texture.levels[0];
         let texel = |x: u32, y: u32| f64::from(level.bytes()[4 * (y * level.width + x) as usize]) / 255.0;
-        (0..cell.size[0] * cell.size[1]).map(|k| texel(cell.at[0] + k % cell.size[0], cell.at[1] + k / cell.size[0])).sum()
+        (0..cell.size[0] * cell.size[1]).map(|k| texel(cell.top_left[0] + k % cell.size[0], cell.top_left[1] + k / cell.size[0])).sum()
     }
 
     #[test]
     fn cells_do_not_touch_and_contain_all_coverage() {
         let glyphs = GlyphAtlas::draw("Ganymede Io ö\u{10FFFF}".chars(), 20.0, 0.4);
         let mut all: Vec<Glyph> = glyphs.by_character.values().copied().collect();
-        all.extend([glyphs.marker, glyphs.solid_square]);
-        let apart = |a: &Glyph, b: &Glyph, k: usize| a.at[k] + a.size[k] < b.at[k] || b.at[k] + b.size[k] < a.at[k];
+        all.extend([glyphs.ring, glyphs.solid_square]);
+        let apart = |a: &Glyph, b: &Glyph, k: usize| a.top_left[k] + a.size[k] < b.top_left[k] || b.top_left[k] + b.size[k] < a.top_left[k];
         for (k, a) in all.iter().enumerate().filter(|(_, c)| c.size[0] > 0) {
             assert!(all[k + 1..].iter().filter(|c| c.size[0] > 0).all(|b| apart(a, b, 0) || apart(a, b, 1)), "{a:?}");
         }
@@ -196,7 +201,7 @@ mod tests {
         let ink = |l: &GlyphAtlas| l.layout("Saturn").map(|(_, c)| covered(l, &c)).sum::<f64>();
         let ratio = ink(&large) / ink(&small);
         assert!((3.8..4.2).contains(&ratio), "twice the size has {ratio} times the ink");
-        let ring_px = covered(&large, &large.marker);
+        let ring_px = covered(&large, &large.ring);
         let stroke_px = f64::from(RING_STROKE_EMS) * 40.0;
         let expected = std::f64::consts::TAU * 16.0 * stroke_px;
         assert!((ring_px / expected - 1.0).abs() < 0.02, "{ring_px} texels, {expected}");

@@ -18,7 +18,7 @@ fn damaged(why: impl std::fmt::Display) -> ImageError {
 }
 
 /// The texts of an image that [`super::write_png`] or [`super::write_exr`] wrote lie within this many bytes from the start of the file.
-pub const HEAD_LEN: usize = 1 << 16;
+pub const TEXT_HEAD_BYTES: usize = 1 << 16;
 
 /// The text under `key` in the chunks before a PNG's pixels; the rest of the file may be missing or damaged. `head`: the first bytes of the file.
 pub fn png_head_text(head: &[u8], key: &str) -> Option<String> {
@@ -54,7 +54,7 @@ pub(super) fn unsealed_attribute(text: &str) -> (&'static str, String) {
 fn sealed_text(bytes: &[u8]) -> Option<(usize, &str)> {
     let name: Vec<u8> = [ATTRIBUTE.as_bytes(), b"\0string\0"].concat();
     // An attribute is its name, its type (each ends with a zero byte), the length of its value (u32, little-endian), and the value.
-    let length_offset = bytes.windows(name.len()).take(HEAD_LEN).position(|w| w == name)? + name.len();
+    let length_offset = bytes.windows(name.len()).take(TEXT_HEAD_BYTES).position(|w| w == name)? + name.len();
     let length = u32::from_le_bytes(bytes.get(length_offset..length_offset + 4)?.try_into().ok()?) as usize;
     let value = bytes.get(length_offset + 4..length_offset.checked_add(4)?.checked_add(length)?)?;
     let text = value.get(DIGEST_LEN..)?.strip_prefix(b" ")?;

@@ -29,7 +29,7 @@ mod y4m;
 pub use animation::{AnimationFormat, AnimationWriter, MAX_ANIMATION_PIXELS, SharedBytes, animation_format};
 pub use compare::{Difference, DisplayImage};
 pub use glyph_atlas::{Glyph, GlyphAtlas};
-pub use integrity::{HEAD_LEN, exr_head_text, png_head_text, verify_exr, verify_png};
+pub use integrity::{TEXT_HEAD_BYTES, exr_head_text, png_head_text, verify_exr, verify_png};
 pub use map_decoding::{MapDecoding, OpacityTexels};
 pub use maps::{MapOrigin, MapStore};
 pub use mip_level::Level;

@@ -85,7 +85,7 @@ pub(crate) fn renderer(session: &Session, effort: Effort) -> Result<Option<Choic
     let request = renderers.with_metered_exposure(standard_request("saturn", effort)?)?;
     let sampling = SamplingQuality::of(Quality::Standard);
     let drawn = session.draw(&request, sampling, FrameImages::DisplayAndHdr)?;
-    if drawn.by.adapter.is_none() {
+    if drawn.drawn_by.adapter.is_none() {
         return Ok(None);
     }
     let view = renderers.plan_view(&request, sampling)?;
@@ -94,7 +94,7 @@ pub(crate) fn renderer(session: &Session, effort: Effort) -> Result<Option<Choic
     let software_image = renderers.draw_linear(&view, Precision::F32)?;
     let candidates = vec![
         Candidate {
-            name: format!("gpu ({})", drawn.by.adapter.as_deref().unwrap_or("unknown")),
+            name: format!("gpu ({})", drawn.drawn_by.adapter.as_deref().unwrap_or("unknown")),
             error: p999(level_differences(&gpu_image, &reference)),
             default_of: vec![],
             workload: Box::new(|| session.draw(&request, sampling, FrameImages::Display).map(drop)),

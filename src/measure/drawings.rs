@@ -332,7 +332,7 @@ pub(super) fn map_taps(session: &Session, effort: Effort) -> Result<ChoiceMeasur
 pub(super) fn samples(session: &Session, effort: Effort) -> Result<ChoiceMeasure, SessionError> {
     let shape = InventedShape::of(session.sources(), SHAPE_MODEL_BANDS)?;
     // Everything is drawn in software, so no GPU is opened. Messages about the user's files were printed when the first session was opened.
-    let session = Session::open(&Sources { draws: false, ..shape.sources.clone() }, |_| {})?;
+    let session = Session::open(&Sources { will_draw: false, ..shape.sources.clone() }, |_| {})?;
     let renderers = PrecisionRenderers::new(&session)?;
     let view = view_from_direction(PHOBOS, EARTH_JD_TDB, NaifId::SUN, 4.0, effort);
     let request = renderers.with_metered_exposure(with_effects(&view, "-points,-glow")?)?;

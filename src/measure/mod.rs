@@ -87,7 +87,7 @@ pub(crate) struct ChoiceMeasure {
 
 impl ChoiceMeasure {
     /// Qualities whose default option is inadmissible by the rule, each with an option that is admissible; empty if the rule does not apply.
-    pub(crate) fn inadmissible_defaults(&self) -> Vec<(Quality, &str)> {
+    pub(crate) fn defaults_to_change(&self) -> Vec<(Quality, &str)> {
         let has_inadmissible_default = |q: &Quality| self.options.iter().any(|o| o.default_of.contains(q) && !o.admissible_for.contains(q));
         let with_admissible_option = |q: Quality| self.options.iter().find(|o| o.admissible_for.contains(&q)).map(|o| (q, o.name.as_str()));
         Quality::ALL

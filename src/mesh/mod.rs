@@ -9,4 +9,4 @@ mod model;
 pub mod obj;
 pub mod self_shadow;
 
-pub use model::{Mesh, ShapeError, ShapeFrame};
+pub use model::{Mesh, ShapeError, ShapeParameters};

@@ -1,6 +1,6 @@
 //! Builds a mesh from a file's faces, with one vertex for each combination of position, normal, texture coordinate and colour.
 //!
-//! In: an [`Obj`] and the body's [`ShapeFrame`]. Out: a [`Mesh`]. Missing data are computed: a normal as the mean of the faces around its position,
+//! In: an [`Obj`] and the body's [`ShapeParameters`]. Out: a [`Mesh`]. Missing data are computed: a normal as the mean of the faces around its position,
 //! weighted by their areas; a texture coordinate from longitude and latitude as in the body's map. If a triangle crosses the map's seam, its texture
 //! coordinates continue beyond the map's edge (the sampler repeats). A corner at a pole takes the mean longitude of the other two. A triangle that contains a
 //! pole is split into three there. Triangles without an area are dropped.
@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 /// The properties of the body that the shape depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ShapeFrame {
+pub struct ShapeParameters {
     /// Semi-axes of the body's ellipsoid.
     pub radii_km: DVec3,
     /// Kilometres per unit of the file.
@@ -124,7 +124,7 @@ fn weld(positions: &[DVec3]) -> Vec<u32> {
     (0..).zip(positions).map(|(k, p)| *first_index.entry(bits(p)).or_insert(k)).collect()
 }
 
-impl ShapeFrame {
+impl ShapeParameters {
     /// Texture coordinates of a position: (0, 0) at the upper left corner of the map, (1, 1) at the lower right.
     fn map_coordinates(&self, position_km: DVec3) -> DVec2 {
         let direction = position_km / self.radii_km * DVec3::new(1.0, self.map_stretch.x, self.map_stretch.y);
@@ -147,8 +147,8 @@ fn pole_weights(positions: [DVec3; 3]) -> Option<DVec3> {
 }
 
 /// Makes the texture coordinates of a triangle's corners continuous across the seam and at a pole.
-fn unwrap_map_coordinates(frame: &ShapeFrame, corners: &mut [Vertex; 3]) {
-    let is_at_pole = corners.map(|c| frame.is_on_axis(c.position_km));
+fn unwrap_map_coordinates(shape: &ShapeParameters, corners: &mut [Vertex; 3]) {
+    let is_at_pole = corners.map(|c| shape.is_on_axis(c.position_km));
     let Some(first) = is_at_pole.iter().position(|p| !p) else { return };
     let u0 = corners[first].uv.x;
     for k in (0..3).filter(|k| !is_at_pole[*k]) {
@@ -203,9 +203,9 @@ impl MeshBuilder {
     }
 
     /// Adds a triangle. `has_file_uv`: its texture coordinates are those of the file, which stay as they are.
-    fn add_triangle(&mut self, frame: &ShapeFrame, position_ids: [u32; 3], mut corners: [Vertex; 3], has_file_uv: bool) {
+    fn add_triangle(&mut self, shape: &ShapeParameters, position_ids: [u32; 3], mut corners: [Vertex; 3], has_file_uv: bool) {
         if !has_file_uv {
-            unwrap_map_coordinates(frame, &mut corners);
+            unwrap_map_coordinates(shape, &mut corners);
         }
         for (position_id, corner) in position_ids.into_iter().zip(corners) {
             let index = self.add_vertex(position_id, corner);
@@ -233,10 +233,10 @@ impl Mesh {
     ///
     /// # Errors
     /// A size that cannot be the body's, triangles that overlap too much, or no triangle with an area.
-    pub fn of(obj: &Obj, frame: &ShapeFrame) -> Result<Self, ShapeError> {
-        let positions_km: Vec<DVec3> = obj.positions.iter().map(|p| *p * frame.scale_km).collect();
+    pub fn of(obj: &Obj, shape: &ShapeParameters) -> Result<Self, ShapeError> {
+        let positions_km: Vec<DVec3> = obj.positions.iter().map(|p| *p * shape.scale_km).collect();
         let corner_positions_km = || obj.triangles.iter().flatten().map(|c| positions_km[c.position as usize]);
-        let largest_radius_km = frame.radii_km.max_element();
+        let largest_radius_km = shape.radii_km.max_element();
         let farthest_km = corner_positions_km().map(DVec3::length).fold(0.0, f64::max);
         if !FARTHEST_VERTEX_RANGE.contains(&(farthest_km / largest_radius_km)) {
             return Err(ShapeError::Size { farthest_km, radius_km: largest_radius_km });
@@ -270,7 +270,7 @@ impl Mesh {
                 Vertex {
                     position_km,
                     normal: file_normal.or(normal_sums[position_ids[c.position as usize] as usize].try_normalize()).unwrap_or(face_normal),
-                    uv: file_uv.unwrap_or_else(|| frame.map_coordinates(position_km)),
+                    uv: file_uv.unwrap_or_else(|| shape.map_coordinates(position_km)),
                     colour: obj
                         .colours
                         .get(c.position as usize)
@@ -280,7 +280,7 @@ impl Mesh {
             let corners = [vertex(&t[0]), vertex(&t[1]), vertex(&t[2])];
             let corner_ids = [0, 1, 2].map(|k| position_ids[t[k].position as usize]);
             match pole_weights(corners.map(|c| c.position_km)).filter(|_| !has_file_uv) {
-                None => builder.add_triangle(frame, corner_ids, corners, has_file_uv),
+                None => builder.add_triangle(shape, corner_ids, corners, has_file_uv),
                 Some(weights) => {
                     let interpolated = |value: fn(&Vertex) -> DVec3| {
                         value(&corners[0]) * weights.x + value(&corners[1]) * weights.y + value(&corners[2]) * weights.z
@@ -288,11 +288,11 @@ impl Mesh {
                     let mut position_km = interpolated(|c| c.position_km);
                     (position_km.x, position_km.y) = (0.0, 0.0);
                     let normal = interpolated(|c| c.normal).try_normalize().unwrap_or(face_normal);
-                    let pole = Vertex { position_km, normal, uv: frame.map_coordinates(position_km), colour: interpolated(|c| c.colour) };
+                    let pole = Vertex { position_km, normal, uv: shape.map_coordinates(position_km), colour: interpolated(|c| c.colour) };
                     // An id that no position of the file and no earlier pole has.
                     let pole_id = (positions_km.len() + builder.vertices.len()) as u32;
                     for [a, b] in [[0, 1], [1, 2], [2, 0]] {
-                        builder.add_triangle(frame, [corner_ids[a], corner_ids[b], pole_id], [corners[a], corners[b], pole], false);
+                        builder.add_triangle(shape, [corner_ids[a], corner_ids[b], pole_id], [corners[a], corners[b], pole], false);
                     }
                 }
             }
@@ -304,19 +304,19 @@ impl Mesh {
         if overlap > MAX_OVERLAP {
             return Err(ShapeError::Overlap { overlap });
         }
-        Ok(Self::from_builder(builder, frame, !obj.colours.is_empty()))
+        Ok(Self::from_builder(builder, shape, !obj.colours.is_empty()))
     }
 
     /// Converts the builder's f64 vertices to arrays of f32.
-    fn from_builder(builder: MeshBuilder, frame: &ShapeFrame, has_colours: bool) -> Self {
+    fn from_builder(builder: MeshBuilder, shape: &ShapeParameters, has_colours: bool) -> Self {
         let flat = |value: &dyn Fn(&Vertex) -> DVec3| -> Arc<Vec<f32>> {
             Arc::new(builder.vertices.iter().flat_map(|v| value(v).as_vec3().to_array()).collect())
         };
         let colours =
             has_colours.then(|| Arc::new(builder.vertices.iter().flat_map(|v| v.colour.as_vec3().extend(1.0).to_array()).collect()));
-        let max_radius = builder.vertices.iter().map(|v| (v.position_km / frame.radii_km).length()).fold(0.0, f64::max);
+        let max_radius = builder.vertices.iter().map(|v| (v.position_km / shape.radii_km).length()).fold(0.0, f64::max);
         Self {
-            positions: flat(&|v| v.position_km / frame.radii_km),
+            positions: flat(&|v| v.position_km / shape.radii_km),
             normals: flat(&|v| v.normal),
             map_coordinates: Arc::new(builder.vertices.iter().flat_map(|v| v.uv.as_vec2().to_array()).collect()),
             colours,
@@ -325,7 +325,7 @@ impl Mesh {
                 builder.vertices.iter().map(|v| (v.position_km, v.normal)).collect(),
                 &builder.position_ids,
                 &builder.indices,
-                frame.two_sided,
+                shape.two_sided,
             ),
             indices: Arc::new(builder.indices),
         }
@@ -337,7 +337,7 @@ mod tests {
     use super::super::obj::parse;
     use super::*;
 
-    const ROUND: ShapeFrame = ShapeFrame { radii_km: DVec3::ONE, scale_km: 1.0, map_stretch: DVec2::ONE, two_sided: false };
+    const ROUND: ShapeParameters = ShapeParameters { radii_km: DVec3::ONE, scale_km: 1.0, map_stretch: DVec2::ONE, two_sided: false };
 
     fn vertex(values: &[f32], size: usize, k: u32) -> &[f32] {
         &values[k as usize * size..][..size]
@@ -413,7 +413,7 @@ mod tests {
     #[test]
     fn a_size_in_another_unit_is_refused() {
         let obj = parse("v 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n").expect("reads");
-        let mesh_at_scale = |scale_km: f64| Mesh::of(&obj, &ShapeFrame { scale_km, ..ROUND });
+        let mesh_at_scale = |scale_km: f64| Mesh::of(&obj, &ShapeParameters { scale_km, ..ROUND });
         assert!(mesh_at_scale(1.0).is_ok() && mesh_at_scale(3.9).is_ok());
         for scale_km in [1e-3, 1e3] {
             assert!(mesh_at_scale(scale_km).expect_err("another unit").to_string().contains("is scale_km right?"));

@@ -153,7 +153,7 @@ pub(crate) fn inspect_pixel(
     let radiance = linear_pixel(prober, &plan, x, y)?;
     let all_draws = plan.hdr_pass().map(|p| p.draws.as_slice()).unwrap_or_default();
     // The plan keeps the order of the scene's draws.
-    let plan_draws: Vec<_> = all_draws.iter().filter(|d| matches!(d.module, ModuleId::Planet(_))).collect();
+    let plan_draws: Vec<_> = all_draws.iter().filter(|d| matches!(d.module, ModuleId::Keyed(_))).collect();
     let mut draws = Vec::new();
     // Bodies are drawn from far to near, so that the nearest draw is the last.
     for (plan_draw, scene_draw) in plan_draws.into_iter().zip(&scene.draws).rev() {

@@ -77,7 +77,7 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
         }
         (None, Some(name), None, None) => {
             let stars = prober.catalog().stars();
-            let star = hip_number(name).and_then(|n| stars.hip(n));
+            let star = hip_number(name).and_then(|n| stars.star_of_hip(n));
             let star =
                 star.ok_or_else(|| format!("field `star`: no star `{}` in the catalog; write HIP and a number", echo_within(name, 40)))?;
             (StarPlacer::of(prober.catalog(), &viewer, &request).place(star).direction, f64::INFINITY, None)

@@ -194,7 +194,7 @@ fn transmission(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> 
                 outer_km: a.r_out,
                 tau_normal: a.tau_normal,
                 albedo: [0.0; 3],
-                dust: 0.0,
+                dust_fraction: 0.0,
             };
             let rings: Vec<_> = profile.iter().map(ring).collect();
             // The profile's radii are in equatorial radii, the unit of the table.

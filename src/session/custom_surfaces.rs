@@ -126,7 +126,7 @@ pub fn surface_fragments(surfaces: &[SurfaceFile], base: &Fragments) -> Result<V
     let fragments = base.clone().and_files(texts.iter().cloned());
     for (number, surface) in numbered(surfaces)? {
         let sample_features = DrawFeatures { custom_surface: number, lights: 1, ..DrawFeatures::MINIMAL };
-        let id = ModuleId::Planet(ShaderKey::for_draw(&sample_features));
+        let id = ModuleId::Keyed(ShaderKey::for_draw(&sample_features));
         if let Err(e) = ShaderModule::build_with(&fragments, &id, &Lowering::without_tape()) {
             let path = echo(&surface.file.display().to_string());
             // `echo` shortens the error before the path is inserted, so that a long path does not displace the error.

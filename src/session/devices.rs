@@ -98,8 +98,8 @@ impl Devices {
     ) -> Result<RenderOutput, RendererError> {
         let images = if let RequestedOutput::Frame(images) = requested { images } else { FrameImages::Display };
         let (frame, timings) = software.render(plan, library, images)?;
-        let by = DrawnBy { renderer: "software", adapter: None, passes_ms: Vec::new(), software: Some(timings) };
-        Ok(RenderOutput { frame, gpu_image: None, by })
+        let drawn_by = DrawnBy { renderer: "software", adapter: None, passes_ms: Vec::new(), software: Some(timings) };
+        Ok(RenderOutput { frame, gpu_image: None, drawn_by })
     }
 
     /// The modules with which the GPU draws a plan. With the user's shader sources, new modules are executed in software first, because the software

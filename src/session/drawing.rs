@@ -136,8 +136,8 @@ impl Session {
     }
 }
 
-fn drawn_frame(scene: Scene, plan: &Plan, RenderOutput { frame, gpu_image, by }: RenderOutput) -> DrawnFrame {
-    DrawnFrame { scene, simple_draws: plan.simple_draws(), frame, gpu_image, by }
+fn drawn_frame(scene: Scene, plan: &Plan, RenderOutput { frame, gpu_image, drawn_by }: RenderOutput) -> DrawnFrame {
+    DrawnFrame { scene, simple_draws: plan.simple_draws(), frame, gpu_image, drawn_by }
 }
 
 #[cfg(test)]

@@ -268,8 +268,8 @@ impl Gpu {
         match drawn {
             Ok((frame, gpu_image, timings)) => {
                 let adapter = Some(renderer.facts().to_string());
-                let by = DrawnBy { renderer: "gpu", adapter, passes_ms: timings.passes_ms, software: None };
-                Some(RenderOutput { frame, gpu_image, by })
+                let drawn_by = DrawnBy { renderer: "gpu", adapter, passes_ms: timings.passes_ms, software: None };
+                Some(RenderOutput { frame, gpu_image, drawn_by })
             }
             Err(e) => {
                 let last_error = self.last_error.lock().replace(e.clone());

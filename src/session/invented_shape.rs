@@ -58,7 +58,7 @@ fn bumpy_sphere(bands: u32) -> (String, u32) {
 pub(crate) struct InventedShape {
     pub sources: Sources,
     /// Number of triangles of the model.
-    pub triangles: u32,
+    pub triangle_count: u32,
     /// Contains the model. The folder is removed when this value is dropped.
     _folder: TempDir,
 }
@@ -78,7 +78,7 @@ impl InventedShape {
             std::fs::write(&path, text).map_err(|e| failed(&path, e))?;
         }
         let sources = Sources { catalogs: Some(folder.path().to_owned()), surfaces: Vec::new(), ..sources.clone() };
-        Ok(Self { sources, triangles: triangle_count, _folder: folder })
+        Ok(Self { sources, triangle_count, _folder: folder })
     }
 }
 

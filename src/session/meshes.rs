@@ -7,7 +7,7 @@
 use crate::catalog::{Body, NaifId};
 use crate::files::{check_inside, read_text};
 use crate::memo::Memo;
-use crate::mesh::{Mesh, ShapeFrame, obj};
+use crate::mesh::{Mesh, ShapeParameters, obj};
 use glam::DVec3;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -79,9 +79,13 @@ impl Meshes {
         let name = path.display();
         let text = check_inside(folder, &path).and_then(|()| read_text(&path, MAX_BYTES)).map_err(|e| format!("{name}: {e}"))?;
         let obj = obj::parse(&text).map_err(|e| format!("{name}:{e}"))?;
-        let frame =
-            ShapeFrame { radii_km: body.radii_km, scale_km: mesh.scale_km, map_stretch: body.map_stretch(), two_sided: mesh.two_sided };
-        Ok(Arc::new(Mesh::of(&obj, &frame).map_err(|e| format!("{name}: {e}"))?))
+        let shape = ShapeParameters {
+            radii_km: body.radii_km,
+            scale_km: mesh.scale_km,
+            map_stretch: body.map_stretch(),
+            two_sided: mesh.two_sided,
+        };
+        Ok(Arc::new(Mesh::of(&obj, &shape).map_err(|e| format!("{name}: {e}"))?))
     }
 
     /// The Sun height at each vertex; the horizon includes the model's own relief. `towards_sun`: unit vector in body axes. `sun_radius_rad`: the Sun's
@@ -98,8 +102,8 @@ mod tests {
 
     fn model() -> Arc<Mesh> {
         let text = "v 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n";
-        let frame = ShapeFrame { radii_km: DVec3::ONE, scale_km: 1.0, map_stretch: glam::DVec2::ONE, two_sided: false };
-        Arc::new(Mesh::of(&obj::parse(text).expect("reads"), &frame).expect("a model"))
+        let shape = ShapeParameters { radii_km: DVec3::ONE, scale_km: 1.0, map_stretch: glam::DVec2::ONE, two_sided: false };
+        Arc::new(Mesh::of(&obj::parse(text).expect("reads"), &shape).expect("a model"))
     }
 
     #[test]

@@ -97,7 +97,7 @@ pub struct DrawnFrame {
     /// The image, if it stays on the GPU that drew it; `frame` has no pixels then.
     pub gpu_image: Option<GpuImage>,
     /// The renderer that drew the frame.
-    pub by: DrawnBy,
+    pub drawn_by: DrawnBy,
 }
 
 /// Largest catalog file, bytes; the longest embedded one has 130 kB.
@@ -208,7 +208,7 @@ impl Session {
         }
         let renderer = software_renderers::renderer(sources.threads, sources.double_precision)?;
         let devices = Devices::new(renderer, sources.renderer, sources.double_precision, notify.clone());
-        if sources.draws {
+        if sources.will_draw {
             devices.start_opening_gpu();
         }
         let mut stages = Stages::default();

@@ -10,7 +10,7 @@
 use super::images::{PROVENANCE_CHUNK, is_exr};
 use super::{Session, Sources};
 use crate::catalog::{Body, Catalog, DataLayer, NaifId};
-use crate::image::{HEAD_LEN, exr_head_text, png_head_text, verify_exr, verify_png};
+use crate::image::{TEXT_HEAD_BYTES, exr_head_text, png_head_text, verify_exr, verify_png};
 use crate::render::plan::SKY_DECODING;
 use crate::scene::request::{Axes, ExposureRequest, Look, Position, Up, ViewRequest};
 use crate::scene::sky::map::{MILKY_WAY_FILE, SkyMap};
@@ -249,7 +249,7 @@ impl Provenance {
             let mut bytes = Vec::new();
             File::open(path).and_then(|f| f.take(max_bytes).read_to_end(&mut bytes)).map(|_| bytes).map_err(|e| e.to_string())
         };
-        let head = match read(HEAD_LEN as u64) {
+        let head = match read(TEXT_HEAD_BYTES as u64) {
             Ok(head) => head,
             Err(why) => return ExistingImage::Unknown(why),
         };

@@ -68,7 +68,7 @@ pub struct RenderOutput {
     pub frame: Frame,
     /// The image, if it stays on the GPU; `frame` has no pixels then.
     pub gpu_image: Option<GpuImage>,
-    pub by: DrawnBy,
+    pub drawn_by: DrawnBy,
 }
 
 /// The form in which the caller needs a frame.

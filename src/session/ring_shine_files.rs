@@ -68,7 +68,7 @@ mod tests {
     #[test]
     fn a_table_is_read_back_and_a_damaged_one_is_replaced() {
         let folder = tempfile::tempdir().expect("a folder");
-        let ring = Ring { name: "x".into(), inner_km: 1.3, outer_km: 2.2, tau_normal: 1.0, albedo: [0.8, 0.6, 0.4], dust: 0.0 };
+        let ring = Ring { name: "x".into(), inner_km: 1.3, outer_km: 2.2, tau_normal: 1.0, albedo: [0.8, 0.6, 0.4], dust_fraction: 0.0 };
         let shine = |sin_elevation: f64, with_files: bool| {
             let geometry = RingShineGeometry { rings: &[&ring], radius_km: 1.0, polar_ratio: 0.9, sin_elevation, sun_tangent: 5e-4 };
             let store = with_files.then(|| Box::new(RingShineFiles::new(folder.path())) as Box<dyn RingShineStore>);

@@ -104,7 +104,7 @@ fn ring_uniforms(surface: Surface) -> RingUniforms {
         outer_km,
         tau_normal,
         albedo: [0.8, 0.7, 0.5],
-        dust: 0.0,
+        dust_fraction: 0.0,
     };
     let rings = [sample_ring(1.1, 1.5, 0.1), sample_ring(1.6, 2.2, 1.5)];
     let sine = f64::from(SUNWARD.normalize_or_zero().z);
@@ -333,7 +333,7 @@ fn sphere_mesh(vertex_colour: bool) -> Vertices {
 /// # Errors
 /// The module cannot be compiled, or has a uniform for which the sample has no value.
 pub fn sample_body_plan(library: &ShaderLibrary, key: &ShaderKey, side_px: u32, half_side: f32) -> Result<Plan, SessionError> {
-    let module = library.get(&ModuleId::Planet(*key)).map_err(|e| SessionError::Plan(PlanError::Module(e.to_string())))?;
+    let module = library.get(&ModuleId::Keyed(*key)).map_err(|e| SessionError::Plan(PlanError::Module(e.to_string())))?;
     sample_body_plan_of(&module, key, side_px, half_side)
 }
 
@@ -353,10 +353,10 @@ fn coarse_air(side_px: u32, air_pass: AirPass) -> SharedTexture {
 /// The module has a uniform for which the sample has no value, or a texture that is not a map of a body.
 pub fn sample_body_plan_of(module: &ShaderModule, key: &ShaderKey, side_px: u32, half_side: f32) -> Result<Plan, SessionError> {
     let plan_error = |e: String| SessionError::Plan(PlanError::Module(e));
-    let id = ModuleId::Planet(*key);
+    let id = ModuleId::Keyed(*key);
     let uniforms = draw_uniforms(key, half_side);
     let uniform_bytes = uniform_bytes(&module.layout, &uniforms, MAP_TAPS).map_err(|e| plan_error(format!("{id}: {e}")))?;
-    let sampler_state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
+    let sampler_state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, is_trilinear: true };
     let mut textures = Vec::new();
     for t in &module.layout.textures {
         let image = match (t.name.as_str(), &uniforms.ring.table) {
@@ -396,7 +396,7 @@ pub fn sample_body_plan_of(module: &ShaderModule, key: &ShaderKey, side_px: u32,
         format: ColourFormat::Hdr,
         samples: 1,
         clear: [0.0; 4],
-        depth: true,
+        has_depth: true,
         draws: vec![draw],
     };
     Ok(Plan { passes: vec![pass] })
@@ -421,7 +421,7 @@ pub fn ms_per_megapixel_at(
     id: &ModuleId,
     side_px: u32,
 ) -> Result<Option<f64>, SessionError> {
-    let ModuleId::Planet(key) = id else { return Ok(None) };
+    let ModuleId::Keyed(key) = id else { return Ok(None) };
     if key.features().shape == Shape::Mesh {
         return Ok(None);
     }

@@ -45,7 +45,7 @@ pub struct Sources {
     /// The requested renderer.
     pub renderer: RendererPreference,
     /// Whether frames will be drawn; if so, the GPU is opened while the catalogs are read.
-    pub draws: bool,
+    pub will_draw: bool,
 }
 
 impl Sources {

@@ -65,7 +65,7 @@ impl Stages {
         result
     }
     /// Elapsed time.
-    pub fn spent(&self, stage: Stage) -> Duration {
+    pub fn elapsed(&self, stage: Stage) -> Duration {
         self.elapsed[stage as usize]
     }
     /// Adds CPU time. If none is ever added to a stage, its CPU time is unknown.
@@ -81,7 +81,7 @@ impl Stages {
     #[must_use]
     pub fn and(mut self, other: &Self) -> Self {
         for stage in Stage::ALL {
-            self.add(stage, other.spent(stage));
+            self.add(stage, other.elapsed(stage));
             if let Some(cpu) = other.cpu(stage) {
                 self.add_cpu(stage, cpu);
             }
@@ -92,7 +92,7 @@ impl Stages {
     pub fn since(&self, earlier: &Self) -> Self {
         let mut difference = Self::default();
         for stage in Stage::ALL {
-            difference.add(stage, self.spent(stage).saturating_sub(earlier.spent(stage)));
+            difference.add(stage, self.elapsed(stage).saturating_sub(earlier.elapsed(stage)));
             if let Some(cpu) = self.cpu(stage) {
                 difference.add_cpu(stage, cpu.saturating_sub(earlier.cpu(stage).unwrap_or_default()));
             }
@@ -101,7 +101,7 @@ impl Stages {
     }
     /// `{"catalog_ms": …, …}`.
     pub fn to_json(&self) -> serde_json::Value {
-        let ms = |s: Stage| (format!("{}_ms", s.name()), serde_json::json!(milliseconds(self.spent(s))));
+        let ms = |s: Stage| (format!("{}_ms", s.name()), serde_json::json!(milliseconds(self.elapsed(s))));
         serde_json::Value::Object(Stage::ALL.into_iter().map(ms).collect())
     }
 }
@@ -126,7 +126,7 @@ mod tests {
         after.add_cpu(Stage::Draw, ms(4));
         after.add(Stage::Plan, ms(1));
         let since = after.since(&before);
-        assert_eq!((since.spent(Stage::Draw), since.cpu(Stage::Draw)), (ms(2), Some(ms(4))));
-        assert_eq!((since.spent(Stage::Plan), since.cpu(Stage::Plan)), (ms(1), None));
+        assert_eq!((since.elapsed(Stage::Draw), since.cpu(Stage::Draw)), (ms(2), Some(ms(4))));
+        assert_eq!((since.elapsed(Stage::Plan), since.cpu(Stage::Plan)), (ms(1), None));
     }
 }

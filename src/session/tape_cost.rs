@@ -41,8 +41,8 @@ pub fn tape_costs(module: &ShaderModule) -> Result<Vec<TapeCost>, ProgramError> 
             uniform_operations: p.draw_tape.len(),
             texture_reads: p.lane_tape.iter().filter(|i| matches!(i, Instr::Texture { .. })).count(),
             jumps: p.lane_tape.iter().filter(|i| i.target().is_some()).count(),
-            slots: p.slots,
-            registers: p.registers,
+            slots: p.slot_count,
+            registers: p.register_count,
         })
         .collect();
     costs.sort_by_key(|c| c.stage != "vertex");

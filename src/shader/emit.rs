@@ -29,7 +29,7 @@ pub struct Emitted {
 /// # Errors
 /// See [`emit_module_with`].
 pub fn emit(key: &ShaderKey) -> Result<Emitted, ShaderError> {
-    emit_module(&ModuleId::Planet(*key))
+    emit_module(&ModuleId::Keyed(*key))
 }
 
 /// Emits any module.
@@ -46,7 +46,7 @@ pub fn emit_module(id: &ModuleId) -> Result<Emitted, ShaderError> {
 /// There is no simple shader of this name, or a fragment has an error, which is returned with its line and column.
 pub fn emit_module_with(fragments: &Fragments, id: &ModuleId) -> Result<Emitted, ShaderError> {
     let (name, feature_names) = match id {
-        ModuleId::Planet(key) => ("planet", key::feature_names(key.features())),
+        ModuleId::Keyed(key) => ("planet", key::feature_names(key.features())),
         ModuleId::Simple(name) if SIMPLE_MODULES.contains(name) => (*name, Vec::new()),
         ModuleId::Probe(name, key) => (*name, key::feature_names(key.features())),
         ModuleId::Simple(name) => return Err(ShaderError::NoSuchModule((*name).to_owned())),

@@ -10,8 +10,8 @@ use std::str::FromStr;
 /// The name of a module: a body's key, a simple shader, or a probe.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum ModuleId {
-    /// The module of one draw of a body: its ground, sky, clouds or ring.
-    Planet(ShaderKey),
+    /// The module of a draw with a shader key: a planet, moon, the Sun, a ring, clouds, or the sky.
+    Keyed(ShaderKey),
     /// One of [`SIMPLE_MODULES`].
     Simple(&'static str),
     /// One of [`PROBES`], and the key that provides its features.
@@ -21,7 +21,7 @@ pub enum ModuleId {
 impl fmt::Display for ModuleId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Planet(key) => key.fmt(f),
+            Self::Keyed(key) => key.fmt(f),
             Self::Simple(name) => f.pad(name),
             Self::Probe(name, key) => f.pad(&format!("{name}.{key}")),
         }
@@ -41,7 +41,7 @@ impl FromStr for ModuleId {
         }
         match SIMPLE_MODULES.iter().find(|name| name.eq_ignore_ascii_case(text)) {
             Some(name) => Ok(Self::Simple(name)),
-            None => text.parse().map(Self::Planet).map_err(|e| e.suggest_module_name(&SIMPLE_MODULES)),
+            None => text.parse().map(Self::Keyed).map_err(|e| e.suggest_module_name(&SIMPLE_MODULES)),
         }
     }
 }

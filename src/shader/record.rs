@@ -171,9 +171,9 @@ impl DigestRecord {
 /// its translations are recorded, too.
 pub fn recorded_modules(reachable: &BTreeSet<ShaderKey>) -> Vec<(ModuleId, bool)> {
     let covered: BTreeSet<_> = covering_keys(2).into_iter().chain(covering_keys(3)).collect();
-    let not_covered: Vec<_> = reachable.difference(&covered).map(|k| (ModuleId::Planet(*k), false)).collect();
+    let not_covered: Vec<_> = reachable.difference(&covered).map(|k| (ModuleId::Keyed(*k), false)).collect();
     let simple_and_probes = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).chain(probe_samples());
-    simple_and_probes.chain(covered.into_iter().map(ModuleId::Planet)).map(|id| (id, true)).chain(not_covered).collect()
+    simple_and_probes.chain(covered.into_iter().map(ModuleId::Keyed)).map(|id| (id, true)).chain(not_covered).collect()
 }
 
 /// The record of modules that this program has just built without a failure, and the paths of the fragments of each.

@@ -26,7 +26,7 @@ pub(super) fn run(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     for key in covering_keys(setup.by_effort(2, 3)) {
         for half_side_radii in [SAMPLE_HALF_SIDE_ON_DISC, SAMPLE_HALF_SIDE_WITH_LIMB] {
             let mut plan = sample_body_plan(session.library(), &key, SIDE_PX, half_side_radii)?;
-            if let Some(change) = setup.injected_faults.plan {
+            if let Some(change) = setup.injected_faults.change_plan {
                 change(&mut plan);
             }
             let view = PlannedView { scene: scene.clone(), plan };

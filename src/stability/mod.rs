@@ -89,13 +89,13 @@ pub struct SweepReport {
     /// Reason for the bound.
     pub reason: &'static str,
     /// The result.
-    pub found: SweepResult,
+    pub result: SweepResult,
 }
 
 impl SweepReport {
     /// Whether the result exceeds the bound, or nothing was compared.
     pub fn has_failed(&self) -> bool {
-        self.found.cases == 0 || self.found.worst > self.bound
+        self.result.cases == 0 || self.result.worst > self.bound
     }
 }
 
@@ -106,7 +106,7 @@ pub(crate) type ApparentDirection = fn(&Session, NaifId, Instant) -> Result<DVec
 #[derive(Clone, Copy, Debug, Default)]
 pub struct InjectedFaults {
     /// Changes each plan before it is drawn, except in the sweep `scale` and for the frames with every effect of `needs-display` and `needs-linear`.
-    pub plan: Option<fn(&mut Plan)>,
+    pub change_plan: Option<fn(&mut Plan)>,
     /// Replaces the scene's directions of bodies in the sweep `light-time`.
     pub apparent_direction: Option<ApparentDirection>,
     /// Replaces the purpose for which the scene chooses effects in the sweeps `needs-display` and `needs-linear`; the frames with every effect keep theirs.
@@ -155,7 +155,7 @@ impl<'a> SweepSetup<'a> {
         // Without the coarse image of the air, each draw can be drawn by itself, which is needed to find the one at fault.
         let (scene, plan) = self.session().plan(&ViewRequest { coarse_air: false, ..request.clone() }, sampling)?;
         let mut view = PlannedView { scene, plan };
-        if let Some(change) = self.injected_faults.plan {
+        if let Some(change) = self.injected_faults.change_plan {
             change(&mut view.plan);
         }
         Ok(view)
@@ -361,9 +361,9 @@ pub const SWEEPS: [Sweep; 21] = [
 /// # Errors
 /// The reason why a case cannot be drawn.
 pub fn run(sweep: &Sweep, setup: &SweepSetup<'_>) -> Result<SweepReport, SessionError> {
-    let found = (sweep.run)(setup)?;
+    let result = (sweep.run)(setup)?;
     let bound = setup.by_effort(sweep.bound, sweep.full_bound);
     let gpu_bound = setup.by_effort(sweep.gpu_bound, sweep.full_gpu_bound);
     let bound = if setup.uses_gpu() { bound.max(gpu_bound) } else { bound };
-    Ok(SweepReport { name: sweep.name, unit: sweep.unit, bound, reason: sweep.reason, found })
+    Ok(SweepReport { name: sweep.name, unit: sweep.unit, bound, reason: sweep.reason, result })
 }

@@ -241,7 +241,7 @@ fn operations(setup: &SweepSetup<'_>, view: &PlannedView) -> f64 {
         let tapes = setup.session().library().get(id).ok().and_then(|module| tape_costs(&module).ok()).unwrap_or_default();
         tapes.iter().filter(|t| t.stage == "fragment").flat_map(|t| t.operations.values()).sum::<usize>() as f64
     };
-    let bodies = view.plan.passes.iter().flat_map(|p| &p.draws).filter(|d| matches!(d.module, ModuleId::Planet(_)));
+    let bodies = view.plan.passes.iter().flat_map(|p| &p.draws).filter(|d| matches!(d.module, ModuleId::Keyed(_)));
     let pixels = |[left, top, right, bottom]: [u32; 4]| f64::from(right.saturating_sub(left)) * f64::from(bottom.saturating_sub(top));
     bodies.map(|draw| pixels(draw.scissor) * fragment_operations(&draw.module)).sum()
 }

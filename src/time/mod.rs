@@ -19,7 +19,7 @@ use crate::units::{DAYS_PER_JULIAN_CENTURY, JD_J2000, SECONDS_PER_DAY};
 use hifitime::leap_seconds::{LatestLeapSeconds, LeapSecond};
 
 /// Times are printed to the second. From this standard error of Delta T on, the error is printed beside them.
-pub(crate) const SHOWN_DELTA_T_ERROR_S: f64 = 0.5;
+pub(crate) const MIN_SHOWN_DELTA_T_ERROR_S: f64 = 0.5;
 
 /// TT - TAI in seconds, exact (IAU 1991).
 const TT_MINUS_TAI_S: f64 = 32.184;

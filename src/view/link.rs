@@ -285,7 +285,7 @@ impl PartialView {
         let body = defaults.target;
         let kind = given_fields.remove("kind").unwrap_or_else(|| "orbit".into());
         let mut merged = match kind.as_str() {
-            Some("orbit") => object_of(&defaults.eye),
+            Some("orbit") => object_of(&defaults.camera_pose),
             Some("ground") => object_of(&pose_on_ground(body, 0.0, 0.0)),
             Some("centre") => object_of(&CameraPose::Centre { body }),
             Some("free") => {

@@ -58,7 +58,8 @@ fn rings_darken_only_the_air_behind_their_plane() {
                 let draw = &mut scene.draws[0];
                 draw.uniforms.air.rim_is_thin = rim_is_thin;
                 draw.features.ring_shadow = if tau_normal.is_some() { RingShadow::PointSun } else { RingShadow::None };
-                let ring = |tau_normal| Ring { name: "x".into(), inner_km: 0.9, outer_km: 50.0, tau_normal, albedo: [0.5; 3], dust: 0.0 };
+                let ring =
+                    |tau_normal| Ring { name: "x".into(), inner_km: 0.9, outer_km: 50.0, tau_normal, albedo: [0.5; 3], dust_fraction: 0.0 };
                 draw.uniforms.ring.table =
                     tau_normal.and_then(|t| RingTable::of_shadow([ring(t)].iter(), 1.0, &[1.0 / sun.z.abs()])).map(Arc::new);
                 draw.uniforms.ring.radius_range = glam::Vec2::new(0.9, 50.0);

@@ -69,11 +69,11 @@ fn the_sun_rises_and_sets_as_in_the_almanac() {
     // At noon: 90 degrees - latitude + obliquity. The equation of time is -1 min 43 s (Meeus, Astronomical Algorithms, chapter 28).
     assert!((altitude_deg - (90.0 - 51.4769 + 23.438)).abs() < 0.003, "{altitude_deg}");
     assert!(seconds_apart(noon, "2024-06-20T12:01:43Z").abs() < 3.0, "{}", noon.to_utc_iso());
-    assert!(!sun_times.up_at_start);
+    assert!(!sun_times.is_up_at_start);
     // Beyond the polar circle the Sun does not set.
     let arctic = ObserverSky { place: Observer { lat_graphic_deg: 78.0, ..place }, ..sky };
     let polar_day = arctic.rise_set_times(NaifId::SUN, Instant::parse("2024-06-20T00:00:00Z").expect("a day"), 86_400.0).expect("a day");
-    assert_eq!((polar_day.rise, polar_day.set, polar_day.up_at_start), (None, None, true));
+    assert_eq!((polar_day.rise, polar_day.set, polar_day.is_up_at_start), (None, None, true));
 }
 
 /// The error names the barycentre as the user did, not by its code.

@@ -58,7 +58,7 @@ fn each_century_has_the_canons_eclipses_of_every_type() {
 fn known_eclipses_have_their_type_and_series() {
     use SolarType::{Annular, Hybrid, Partial, Total};
     // Day, type, whether central, Saros series, number in the series if known.
-    for (day, class, central, saros, member) in [
+    for (day, class, is_central, saros, member) in [
         ("1919-05-29", Total, true, 136, Some(32)),
         ("1967-11-02", Total, false, 152, None),
         ("1986-10-03", Hybrid, true, 124, None),
@@ -74,7 +74,7 @@ fn known_eclipses_have_their_type_and_series() {
         ("2024-04-08", Total, true, 139, Some(30)),
     ] {
         let e = BY_ALMANAC.solar.iter().find(|e| e.greatest.to_utc_iso().starts_with(day)).expect(day);
-        assert_eq!((e.class, e.central, e.saros), (class, central, saros), "{day}");
+        assert_eq!((e.class, e.is_central, e.saros), (class, is_central, saros), "{day}");
         assert!(member.is_none() || e.saros_member == member, "{day}: member {:?}", e.saros_member);
     }
     // Day, type, Saros series, number in the series if known.
@@ -129,7 +129,7 @@ fn the_magnitude_of_an_eclipse_that_is_not_central_is_the_covered_part_of_the_di
         ("2043-10-03", 0.9497),
     ] {
         let e = BY_ALMANAC.solar.iter().find(|e| e.greatest.to_utc_iso().starts_with(day)).expect(day);
-        assert!(!e.central && (e.magnitude - magnitude).abs() < 2e-4, "{day}: {}", e.magnitude);
+        assert!(!e.is_central && (e.magnitude - magnitude).abs() < 2e-4, "{day}: {}", e.magnitude);
     }
 }
 
@@ -146,10 +146,10 @@ fn contacts_are_in_order_and_durations_and_gammas_in_range() {
         assert!(last - first < 6.3 * 3600.0, "{}", e.greatest.to_utc_iso());
         assert_eq!(e.contacts.len() == 4, e.class != SolarType::Partial);
         // A central eclipse has a duration. If the axis misses the Earth, an eclipse may have one at the place nearest to the axis, unless it is partial.
-        assert!(e.duration_s.is_some() || !e.central, "{e:?}");
-        assert!(e.duration_s.is_none() || e.central || e.class != SolarType::Partial && e.magnitude > 0.9, "{e:?}");
+        assert!(e.duration_s.is_some() || !e.is_central, "{e:?}");
+        assert!(e.duration_s.is_none() || e.is_central || e.class != SolarType::Partial && e.magnitude > 0.9, "{e:?}");
         // The axis of a central eclipse meets the Earth; because of the flattening the limit of gamma is near 0.9972.
-        assert!(e.gamma.abs() < 1.58 && (e.central == (e.gamma.abs() < 0.9972) || (e.gamma.abs() - 0.9972).abs() < 2e-3), "{}", e.gamma);
+        assert!(e.gamma.abs() < 1.58 && (e.is_central == (e.gamma.abs() < 0.9972) || (e.gamma.abs() - 0.9972).abs() < 2e-3), "{}", e.gamma);
         assert!(e.place.latitude_deg * e.gamma > 0.0 || e.gamma.abs() < 0.5, "{e:?}");
     }
     for e in &BY_ALMANAC.lunar {

@@ -73,7 +73,7 @@ fn the_eclipse_of_2015_is_total_at_longyearbyen() {
         "{}",
         circumstances.contacts[2].time.to_utc_iso()
     );
-    assert!(circumstances.visible && circumstances.magnitude > 1.0 && circumstances.obscuration == Some(1.0));
+    assert!(circumstances.is_visible && circumstances.magnitude > 1.0 && circumstances.obscuration == Some(1.0));
     assert!((circumstances.maximum.altitude_deg - 11.25).abs() < 0.1, "{}", circumstances.maximum.altitude_deg);
     assert!((circumstances.central_duration_s.expect("totality") - 147.4).abs() < 1.0);
     // In Tromsø, 950 km to the south, a sliver of the Sun remains.
@@ -92,15 +92,15 @@ fn at_sunrise_only_the_remainder_of_the_eclipse_is_visible() {
         sky(new_york).rise_set_times(NaifId::SUN, parse_time("2021-06-10T04:00:00Z"), 43_200.0).expect("a day").rise.expect("a sunrise");
     assert!(seconds_after(rise, by_search).abs() < 6.0, "{} {}", rise.to_utc_iso(), by_search.to_utc_iso());
     assert!(!circumstances.contacts[0].is_up() && circumstances.contacts[1].is_up(), "only first contact must be before sunrise");
-    assert!(seconds_after(circumstances.maximum.time, rise) >= 0.0 && circumstances.visible);
+    assert!(seconds_after(circumstances.maximum.time, rise) >= 0.0 && circumstances.is_visible);
     assert!((circumstances.magnitude - 0.80).abs() < 0.005, "{}", circumstances.magnitude);
     // Further west the greatest phase is before sunrise, so the greatest visible phase is at sunrise.
     let west = e.seen_from(place(40.71, -82.0)).expect("an eclipse");
-    assert!(west.visible && seconds_after(west.maximum.time, west.rise.expect("a sunrise")).abs() < 1e-3);
+    assert!(west.is_visible && seconds_after(west.maximum.time, west.rise.expect("a sunrise")).abs() < 1e-3);
     assert!(west.magnitude < e.seen_from(new_york).expect("an eclipse").magnitude);
     // Where the Sun rises after last contact, the eclipse is not visible.
     let far_west = e.seen_from(place(40.71, -110.0));
-    assert!(far_west.is_none_or(|circumstances| !circumstances.visible));
+    assert!(far_west.is_none_or(|circumstances| !circumstances.is_visible));
 }
 
 #[test]
@@ -117,11 +117,11 @@ fn a_lunar_eclipse_is_visible_only_where_the_moon_is_up() {
         .expect("a moonrise");
     assert!(seconds_after(rise, by_search).abs() < 20.0, "{} {}", rise.to_utc_iso(), by_search.to_utc_iso());
     assert!(seconds_after(rise, e.contacts[1].1) > 0.0 && seconds_after(rise, e.contacts[2].1) < 0.0);
-    assert!(berlin.visible && !berlin.contacts[0].is_up() && berlin.maximum.altitude_deg > 0.0);
+    assert!(berlin.is_visible && !berlin.contacts[0].is_up() && berlin.maximum.altitude_deg > 0.0);
     assert!((berlin.magnitude - e.umbral_magnitude).abs() < 1e-6);
     let overhead = e.seen_from(e.place);
     assert!(overhead.maximum.altitude_deg > 89.0);
-    assert!(!e.seen_from(place(-e.place.latitude_deg, e.place.longitude_deg + 180.0)).visible);
+    assert!(!e.seen_from(place(-e.place.latitude_deg, e.place.longitude_deg + 180.0)).is_visible);
 }
 
 /// In Greenwich the Moon set before the greatest eclipse of 2024-03-25, so the best of it was at moonset.
@@ -131,7 +131,7 @@ fn a_maximum_at_moonset_is_not_below_the_horizon() {
     let e = lunar_eclipses(&IAU, &EPHEMERIS, from, from.plus_seconds(86_400.0)).expect("eclipses").remove(0);
     let greenwich = e.seen_from(place(51.4769, 0.0));
     let set = greenwich.set.expect("a moonset");
-    assert!(greenwich.visible && seconds_after(greenwich.maximum.time, set).abs() < 1e-3);
+    assert!(greenwich.is_visible && seconds_after(greenwich.maximum.time, set).abs() < 1e-3);
     assert!(greenwich.maximum.is_up(), "{} degrees", greenwich.maximum.altitude_deg);
     assert!(greenwich.contacts.iter().any(|contact| !contact.is_up()), "the Moon must be down at the end");
 }
@@ -144,7 +144,7 @@ fn a_moon_that_rises_after_the_umbral_phase_has_a_penumbral_magnitude() {
     let lima = e.seen_from(place(-12.05, -77.04));
     let (rise, [u4, p4]) =
         (lima.rise.expect("a moonrise"), ["U4", "P4"].map(|name| lima.contacts.iter().find(|c| c.name == name).expect("a contact")));
-    assert!(lima.visible && !u4.is_up() && p4.is_up());
+    assert!(lima.is_visible && !u4.is_up() && p4.is_up());
     // Near the end the magnitude falls almost linearly, from 1.07 at U4, the Sun's diameter over the Moon's, to 0 at P4.
     let expected = 1.07 * seconds_after(p4.time, rise) / seconds_after(p4.time, u4.time);
     let penumbral = lima.penumbral_magnitude.expect("an eclipse of the Moon");

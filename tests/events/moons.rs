@@ -105,7 +105,7 @@ fn mutual_events_occur_only_in_their_seasons_and_limbs_touch_at_contacts() {
     assert!(occultations.len() > 20 && eclipses.len() > 20, "{} and {}", occultations.len(), eclipses.len());
     let radius_km = |id: NaifId| IAU.body(id).expect("a moon").radii_km.x;
     for e in occultations {
-        let front = e.by_moon.expect("another moon");
+        let front = e.nearer_moon.expect("another moon");
         // Separation of the limbs in degrees: negative where the discs overlap.
         let limb_separation_deg = |t: Instant| {
             let (rear_km, front_km) = (apparent_km(e.moon, t), apparent_km(front, t));
@@ -138,7 +138,7 @@ fn two_passages_within_hours_are_two_events_or_one() {
         let found = mutual_events(&IAU, &EPHEMERIS, parse_time(from), parse_time(to)).expect("events");
         found
             .into_iter()
-            .filter(|e| e.class == MoonEventType::MutualOccultation && e.moon == NaifId(502) && e.by_moon == Some(by))
+            .filter(|e| e.class == MoonEventType::MutualOccultation && e.moon == NaifId(502) && e.nearer_moon == Some(by))
             .map(|e| ["I", "IV"].map(|name| contact(&e, name).to_utc_iso()[..16].to_owned()))
             .collect::<Vec<_>>()
     };

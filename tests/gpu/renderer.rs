@@ -158,7 +158,7 @@ fn a_lost_device_falls_back_to_software_with_the_same_view() {
     let draw = || session.draw(&request, SAMPLING, FrameImages::Display).expect("drawn");
     assert_eq!(session.presenter_change(None, DisplayPreference::Device), PresenterChange::Unchanged, "nothing is open yet");
     let before = draw();
-    assert_eq!(before.by.renderer, "gpu");
+    assert_eq!(before.drawn_by.renderer, "gpu");
     assert_eq!(
         session.presenter_change(None, DisplayPreference::Device),
         PresenterChange::Unchanged,
@@ -180,7 +180,7 @@ fn a_lost_device_falls_back_to_software_with_the_same_view() {
     assert_eq!(session.presenter_change(None, DisplayPreference::Processor), PresenterChange::Unchanged);
     session.destroy_gpu();
     let after = draw();
-    assert_eq!(after.by.renderer, "software");
+    assert_eq!(after.drawn_by.renderer, "software");
     assert_eq!(session.presenter_change(None, DisplayPreference::Device), PresenterChange::Unchanged, "no device is left");
     let difference = image(before.frame).difference(&image(after.frame)).expect("one size");
     assert!(!exceeds_bounds(&difference), "a different image: mean {}, 99.9 % {}", difference.mean, difference.p999);
@@ -198,12 +198,12 @@ fn a_window_never_blocks_on_shader_compilation() {
     let (_, request) = views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");
     let draw = || session.draw_without_waiting(&request, SAMPLING, RequestedOutput::Frame(FrameImages::Display)).expect("drawn");
     let first = draw();
-    assert_eq!(first.by.renderer, "software", "the device was not open yet");
+    assert_eq!(first.drawn_by.renderer, "software", "the device was not open yet");
     let mut frames = 0;
     let later = loop {
         let drawn = draw();
         frames += 1;
-        if drawn.by.renderer == "gpu" {
+        if drawn.drawn_by.renderer == "gpu" {
             break drawn;
         }
         assert!(frames < 10_000, "the GPU never became ready: {:?}", messages.lock());
@@ -220,7 +220,7 @@ fn a_window_never_waits_for_background_images() {
     let (session, messages, _cache) = session(RendererPreference::Gpu);
     let request = ViewRequest { width: 32, height: 32, ..views().swap_remove(0).1 };
     let draw_window =
-        || session.draw_without_waiting(&request, SAMPLING, RequestedOutput::Frame(FrameImages::Display)).expect("drawn").by.renderer;
+        || session.draw_without_waiting(&request, SAMPLING, RequestedOutput::Frame(FrameImages::Display)).expect("drawn").drawn_by.renderer;
     let mut frames = 0;
     while draw_window() != "gpu" {
         frames += 1;
@@ -237,7 +237,7 @@ fn a_window_never_waits_for_background_images() {
         let drawing = scope.spawn(|| {
             for (k, view) in background.iter().enumerate() {
                 in_progress.store(k + 1, SeqCst);
-                assert_eq!(session.draw_in_background(view, SAMPLING, FrameImages::Display).expect("drawn").by.renderer, "gpu");
+                assert_eq!(session.draw_in_background(view, SAMPLING, FrameImages::Display).expect("drawn").drawn_by.renderer, "gpu");
                 in_progress.store(0, SeqCst);
             }
         });
@@ -262,8 +262,9 @@ fn readiness_is_reported_at_rest_and_the_renderer_changes_at_once() {
     }
     let (session, messages, _cache) = session(RendererPreference::Software);
     let request = ViewRequest { width: 32, height: 32, ..views().swap_remove(0).1 };
-    let renderer_used =
-        |s: &Session| s.draw_without_waiting(&request, SAMPLING, RequestedOutput::Frame(FrameImages::Display)).expect("drawn").by.renderer;
+    let renderer_used = |s: &Session| {
+        s.draw_without_waiting(&request, SAMPLING, RequestedOutput::Frame(FrameImages::Display)).expect("drawn").drawn_by.renderer
+    };
     assert_eq!((renderer_used(&session), session.readiness()), ("software", Readiness::Settled));
     session.set_renderer_preference(RendererPreference::Gpu);
     assert_eq!(renderer_used(&session), "software", "the window must not wait for a compiler");

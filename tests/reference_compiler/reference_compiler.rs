@@ -46,7 +46,7 @@ fn declarations(wgsl: &str) -> Vec<String> {
 
 fn entry_and_features(id: &ModuleId) -> (String, Vec<&'static str>) {
     match id {
-        ModuleId::Planet(key) => ("entry/planet.wesl".to_owned(), feature_names(key.features())),
+        ModuleId::Keyed(key) => ("entry/planet.wesl".to_owned(), feature_names(key.features())),
         ModuleId::Probe(name, key) => (format!("entry/{name}.wesl"), feature_names(key.features())),
         ModuleId::Simple(name) => (format!("entry/{name}.wesl"), Vec::new()),
     }
@@ -55,7 +55,7 @@ fn entry_and_features(id: &ModuleId) -> (String, Vec<&'static str>) {
 #[test]
 fn modules_equal_those_of_the_reference_compiler() {
     let simple = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n));
-    let ids: Vec<ModuleId> = simple.chain(probe_samples()).chain(covering_keys(2).into_iter().map(ModuleId::Planet)).collect();
+    let ids: Vec<ModuleId> = simple.chain(probe_samples()).chain(covering_keys(2).into_iter().map(ModuleId::Keyed)).collect();
     ids.par_iter().for_each(|id| {
         let (entry, on) = entry_and_features(id);
         let emitted = emit_module(id).unwrap_or_else(|e| panic!("{e}"));

@@ -94,7 +94,7 @@ fn directions_in_domes_and_spheres_agree_with_the_reference() {
             let plane = DVec2::new((2.0 * case.x / w - 1.0) * tan_y * w / h, (1.0 - 2.0 * case.y / h) * tan_y);
             // The name is "HIP " and the number.
             let hip = case.star[4..].parse().expect("a number");
-            let star = SESSION.catalog().stars().hip(hip).copied().expect("in the catalog");
+            let star = SESSION.catalog().stars().star_of_hip(hip).copied().expect("in the catalog");
             // For a star behind the camera the reference gives the opposite direction: skip it.
             if star.direction.dot(look) <= 0.0 {
                 continue;

@@ -33,7 +33,7 @@ struct GoldenRenderer {
 
 impl GoldenRenderer {
     fn open() -> Self {
-        let options = Options { kernels: KernelClass::Portable, ..Options::default() };
+        let options = Options { kernel_class: KernelClass::Portable, ..Options::default() };
         Self { session: &crate::support::session::SESSION, renderer: SoftwareRenderer::new(options).expect("starts") }
     }
 
@@ -218,7 +218,7 @@ fn beads() -> ViewRequest {
 
 #[test]
 fn beads_look_as_recorded() {
-    let options = Options { kernels: KernelClass::Portable, ..Options::default() };
+    let options = Options { kernel_class: KernelClass::Portable, ..Options::default() };
     let renderer = SoftwareRenderer::new(options).expect("starts");
     let draw = |catalog: Catalog| {
         let ephemeris = Ephemeris::embedded(&catalog).expect("the shipped ephemeris");

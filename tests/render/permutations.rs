@@ -94,7 +94,7 @@ struct Sheet {
 }
 
 fn drawn_sheet() -> Sheet {
-    let options = Options { threads: 1, kernels: KernelClass::Portable, ..Options::default() };
+    let options = Options { threads: 1, kernel_class: KernelClass::Portable, ..Options::default() };
     let renderer = SoftwareRenderer::new(options).expect("a renderer");
     // Without the views of the cost, which count instructions.
     let keys: Vec<ShaderKey> = covering_keys(2).into_iter().filter(|k| k.instructions_per_read().is_none()).collect();
@@ -235,7 +235,7 @@ fn standard_scenes_in_f32_agree_with_those_in_f64() {
             let (x, y) = (*k as u32 % 256, *k as u32 / 256);
             let covers_pixel = |s: [u32; 4]| (s[0]..s[2]).contains(&x) && (s[1]..s[3]).contains(&y);
             let draws = plan.passes[0].draws.iter().filter(|d| covers_pixel(d.scissor));
-            let keys: Vec<String> = draws.filter(|d| matches!(d.module, ModuleId::Planet(_))).map(|d| d.module.to_string()).collect();
+            let keys: Vec<String> = draws.filter(|d| matches!(d.module, ModuleId::Keyed(_))).map(|d| d.module.to_string()).collect();
             failures.push(format!(
                 "{} pixel {x},{y}: {d:.2e}, {:?} and {:?}, by {}",
                 standard.name,

@@ -96,7 +96,7 @@ fn uniforms(lights: u8) -> DrawUniforms {
 }
 
 fn layout(features: &DrawFeatures) -> Layout {
-    let id = ModuleId::Planet(ShaderKey::for_draw(features));
+    let id = ModuleId::Keyed(ShaderKey::for_draw(features));
     ShaderModule::build(&id, &Lowering::without_tape()).expect("the module builds").layout
 }
 

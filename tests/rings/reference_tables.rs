@@ -477,5 +477,8 @@ fn saturns_profile_has_the_published_edges_gaps_and_depths() {
         assert!((inside > 2.0 * outside) == falls_outwards && (inside / outside - 1.0).abs() > 0.5, "{name} edge: {inside}, {outside}");
     }
     // The catalog distinguishes dusty from dust-free rings.
-    assert!(rings.iter().filter(|r| r.dust > 0.9).count() > 80 && rings.iter().any(|r| r.name.starts_with('B') && r.dust == 0.0));
+    assert!(
+        rings.iter().filter(|r| r.dust_fraction > 0.9).count() > 80
+            && rings.iter().any(|r| r.name.starts_with('B') && r.dust_fraction == 0.0)
+    );
 }

@@ -201,7 +201,7 @@ fn equator_and_poles_get_no_ring_shine() {
 #[test]
 fn ring_shine_never_exceeds_the_sunlight_on_the_rings() {
     use orrery::scene::ring_shine::{COLUMNS, ROWS, RingShineCache};
-    let rings = [Ring { name: "x".into(), inner_km: 1.05, outer_km: 2.5, tau_normal: 3.0, albedo: [1.0; 3], dust: 0.0 }];
+    let rings = [Ring { name: "x".into(), inner_km: 1.05, outer_km: 2.5, tau_normal: 3.0, albedo: [1.0; 3], dust_fraction: 0.0 }];
     let rings: Vec<&Ring> = rings.iter().collect();
     for sine in [0.02, 0.4, 0.95] {
         let geometry = RingShineGeometry { rings: &rings, radius_km: 1.0, polar_ratio: 1.0, sin_elevation: sine, sun_tangent: 5e-4 };

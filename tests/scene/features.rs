@@ -98,7 +98,7 @@ fn names_do_not_overlap_and_are_on_the_near_side() {
             }
         }
         for text in texts {
-            let Some(f) = nomenclature::features(name).iter().find(|f| f.name == text.text) else { continue };
+            let Some(f) = nomenclature::surface_features(name).iter().find(|f| f.name == text.text) else { continue };
             let unit = (f.direction / placement.radii_km).normalize();
             assert!(placement.camera_in_unit_sphere().dot(unit) > 1.0, "{} is on the far side", f.name);
         }

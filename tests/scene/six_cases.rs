@@ -54,7 +54,7 @@ impl Case {
     /// The HLSL of one part of a body, if that part is drawn.
     fn hlsl(&self, body: i32, part: BodyPart) -> Option<String> {
         let draw = self.scene.draws.iter().find(|d| d.body == NaifId(body) && d.part == part)?;
-        let module = SESSION.library().get(&ModuleId::Planet(ShaderKey::for_draw(&draw.features))).expect("a module");
+        let module = SESSION.library().get(&ModuleId::Keyed(ShaderKey::for_draw(&draw.features))).expect("a module");
         Some(translate(&module, Language::Hlsl).expect("HLSL"))
     }
     fn globe(&self, body: i32) -> String {

@@ -64,7 +64,7 @@ fn distance_px(camera: &Camera, segments: &[LineSegment], at: DVec2) -> f64 {
 #[test]
 fn figures_join_their_stars() {
     for (hip, fov_deg) in [(27_989, 40.0), (24_436, 40.0), (26_311, 3.0), (25_336, 0.2), (27_989, 1.0 / 60.0)] {
-        let star = *SESSION.catalog().stars().hip(hip).expect("in the catalog");
+        let star = *SESSION.catalog().stars().star_of_hip(hip).expect("in the catalog");
         let request = towards(star.direction, fov_deg, only("constellations"));
         let built = scene(&request);
         let viewer = viewer(SESSION.catalog(), SESSION.ephemeris(), &request).expect("a viewer");

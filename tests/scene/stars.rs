@@ -105,7 +105,7 @@ fn directions_agree_with_an_independent_reduction() {
     assert_eq!(cases.len(), 62);
     for case in cases {
         let request = case.request();
-        let star = stars.hip(case.hip()).expect("in the catalog");
+        let star = stars.star_of_hip(case.hip()).expect("in the catalog");
         let moving = viewer(&catalog, &ephemeris, &request).expect("a viewer");
         let at_rest = Viewer { body_velocity_km_s: DVec3::ZERO, ..moving.clone() };
         let error_px = |viewer: &Viewer| pixel_through_centre(&catalog, viewer, &request, star).distance(case.reference_px());
@@ -169,7 +169,7 @@ fn centroids_in_images_agree_with_the_reference() {
             drawn.scene.stars.iter().map(|s| (DVec2::ONE + s.centre.truncate().as_dvec2() * DVec2::new(1.0, -1.0)) * half).collect();
         for case in view_cases {
             let expected_px = case.reference_px();
-            let star = SESSION.catalog().stars().hip(case.hip()).copied().expect("in the catalog");
+            let star = SESSION.catalog().stars().star_of_hip(case.hip()).copied().expect("in the catalog");
             if star.direction.dot(drawn.scene.camera.forward) < 0.0 {
                 continue;
             }
@@ -396,7 +396,7 @@ fn centroids_agree_with_the_reference_at_every_field_of_view() {
     let mut worst = (0.0_f64, String::new());
     let (mut images, mut at_shifted_position) = (0, 0);
     for (k, case) in cases().iter().enumerate() {
-        let star = SESSION.catalog().stars().hip(case.hip()).copied().expect("in the catalog");
+        let star = SESSION.catalog().stars().star_of_hip(case.hip()).copied().expect("in the catalog");
         let look = DVec3::from_array(case.direction).normalize();
         if star.direction.dot(look) <= 0.0 || k % 3 != 0 || !sweep::runs(k / 3, 4) {
             continue;

@@ -249,7 +249,8 @@ fn read_case(folder: &Path, case: &str, edit: impl Fn(String) -> String) -> Case
     };
     let sampler = |s: &Value| {
         let mode = |name: &Value| if name == "repeat" { AddressMode::Repeat } else { AddressMode::ClampToEdge };
-        let state = SamplerState { address_u: mode(&s["address_u"]), address_v: mode(&s["address_v"]), linear: s["filter"] == "linear" };
+        let state =
+            SamplerState { address_u: mode(&s["address_u"]), address_v: mode(&s["address_v"]), is_trilinear: s["filter"] == "linear" };
         SamplerBinding { binding: number(&s["binding"]), state }
     };
     let vertices = match json["vertices"].get("indices") {
@@ -278,7 +279,8 @@ fn read_case(folder: &Path, case: &str, edit: impl Fn(String) -> String) -> Case
         scissor: [0, 0, width, height],
         extent: None,
     };
-    let pass = Pass { name: "case", width, height, format: ColourFormat::Hdr, samples: 1, clear: [0.0; 4], depth: true, draws: vec![draw] };
+    let pass =
+        Pass { name: "case", width, height, format: ColourFormat::Hdr, samples: 1, clear: [0.0; 4], has_depth: true, draws: vec![draw] };
     let expected = floats(&data(&json["expected"])).chunks_exact(4).map(|p| [p[0], p[1], p[2], p[3]]).collect();
     Case {
         module: Arc::new(module),

@@ -136,7 +136,7 @@ fn light_scattered_by_a_ring_agrees_with_the_shader() {
         for sine in [0.0, 0.004, 0.015, 0.03, 0.1, 0.2, 0.3001, 0.45] {
             let [sunward, beyond] = sun_disc_parts(sine, SUN_TANGENT);
             for sunlight in [[sunward, beyond], [beyond, sunward]] {
-                let ring = Ring { name: "one".into(), inner_km: 1.2, outer_km: 2.2, tau_normal: tau, albedo: [1.0; 3], dust: 0.0 };
+                let ring = Ring { name: "one".into(), inner_km: 1.2, outer_km: 2.2, tau_normal: tau, albedo: [1.0; 3], dust_fraction: 0.0 };
                 let table = RingTable::of([ring].iter(), 1.0, &RingConditions::new(Some(sunlight), 1.0, 50.0)).expect("a table");
                 let (uniforms, texture) = with_table(&from_saturn, table);
                 let light = |half: usize, view_slant: f64, same_side: bool| {

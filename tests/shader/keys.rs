@@ -101,7 +101,7 @@ fn proof_file(ids: &[(ModuleId, bool)]) -> std::path::PathBuf {
 fn a_new_random_sample_is_valid() {
     let seed = random::seed();
     println!("ORRERY_SEED={seed}");
-    let ids: Vec<_> = random_keys(seed, 200).into_iter().map(|k| (ModuleId::Planet(k), true)).collect();
+    let ids: Vec<_> = random_keys(seed, 200).into_iter().map(|k| (ModuleId::Keyed(k), true)).collect();
     build_all(&ids);
 }
 
@@ -110,11 +110,11 @@ fn a_new_random_sample_is_valid() {
 fn every_fragment_parses_with_its_imports() {
     let (mut parsed, mut texts) = (BTreeSet::new(), BTreeSet::new());
     let with_features = |id: ModuleId| match &id {
-        ModuleId::Planet(key) | ModuleId::Probe(_, key) => (id.clone(), feature_names(key.features())),
+        ModuleId::Keyed(key) | ModuleId::Probe(_, key) => (id.clone(), feature_names(key.features())),
         ModuleId::Simple(_) => (id, Vec::new()),
     };
     let simple = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n)).chain(probe_samples()).map(with_features);
-    for (id, on) in simple.chain(covering_keys(2).into_iter().map(|k| (ModuleId::Planet(k), feature_names(k.features())))) {
+    for (id, on) in simple.chain(covering_keys(2).into_iter().map(|k| (ModuleId::Keyed(k), feature_names(k.features())))) {
         for path in emit_module(&id).expect("emits").source_map.fragments {
             // "fragment" stands for the lines that depend on no feature.
             let emitted = emit_fragment(&path, "fragment", &on).expect("emits");
@@ -131,7 +131,7 @@ fn every_fragment_parses_with_its_imports() {
 fn every_line_of_every_fragment_is_in_some_module() {
     let mut emitted_lines = BTreeSet::new();
     let simple = SIMPLE_MODULES.iter().map(|n| ModuleId::Simple(n));
-    for id in simple.chain(probe_samples()).chain(covering_keys(3).into_iter().map(ModuleId::Planet)) {
+    for id in simple.chain(probe_samples()).chain(covering_keys(3).into_iter().map(ModuleId::Keyed)) {
         let map = emit_module(&id).expect("emits").source_map;
         for line in 1..=map.lines.len() {
             let (fragment, number) = map.origin_of(line).expect("mapped");

@@ -310,7 +310,7 @@ fn iterations_run_without_copies_of_loop_variables() {
     let instructions = |n: i32| {
         let mut executor = Executor::<f32>::with_class(&program, KernelClass::detect()).expect("binds");
         (0..program.inputs.len()).for_each(|k| executor.set_input_constant(k, 0.5));
-        executor.run(&program.prepare_for::<f32>(&n.to_le_bytes(), KernelClass::detect()), ALL, &NoTextures);
+        executor.run(&program.run_draw_tape::<f32>(&n.to_le_bytes(), KernelClass::detect()), ALL, &NoTextures);
         executor.counts().instructions
     };
     assert_eq!(instructions(12) - instructions(2), 10 * (kernels - copies));

@@ -133,13 +133,13 @@ pub(super) fn batch<R: Real>(
             });
         }
     }
-    executor.run(&program.prepare_for::<R>(&max_taps.to_le_bytes(), class), LaneMask::MAX, textures);
-    (0..LANES).map(|lane| std::array::from_fn(|k| executor.output(k)[lane].f64())).collect()
+    executor.run(&program.run_draw_tape::<R>(&max_taps.to_le_bytes(), class), LaneMask::MAX, textures);
+    (0..LANES).map(|lane| std::array::from_fn(|k| executor.output(k)[lane].to_f64())).collect()
 }
 
 /// The texture, bound at every place where the program reads a texture.
 pub(super) fn bound<'a>(program: &Program, texture: &'a Texture, class: KernelClass) -> Textures<'a> {
-    let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
+    let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, is_trilinear: true };
     let texels = Arc::new(Texels::of_texture(texture).expect("complete levels"));
     let uses = program.textures.iter().map(|t| BoundTexture { texels: Arc::clone(&texels), sampler: t.sampler_binding.map(|_| state) });
     Textures::new(uses.collect(), class)

@@ -78,7 +78,7 @@ pub(super) fn sphere(towards_sun: Vec3, maps: MapSet) -> PlanDraw {
         pixel_size: Vec2::ONE,
         ..DrawUniforms::default()
     };
-    let id = ModuleId::Planet(ShaderKey::for_draw(&features));
+    let id = ModuleId::Keyed(ShaderKey::for_draw(&features));
     let map_taps = 8;
     let uniform_bytes = uniform_bytes(&LIBRARY.module(&id).expect("emitted").layout, &uniforms, map_taps).expect("every field is there");
     draw("sphere", id, uniform_bytes, Vertices::Count(6))
@@ -100,7 +100,7 @@ pub(super) fn tone_map(pass: usize) -> PlanDraw {
 }
 
 pub(super) fn pass(name: &'static str, size: [u32; 2], format: ColourFormat, samples: u8, clear: [f32; 4], draws: Vec<PlanDraw>) -> Pass {
-    Pass { name, width: size[0], height: size[1], format, samples, clear, depth: format == ColourFormat::Hdr, draws }
+    Pass { name, width: size[0], height: size[1], format, samples, clear, has_depth: format == ColourFormat::Hdr, draws }
 }
 
 /// An HDR pass with these draws, of the name by which a renderer finds it, and its tone map.
@@ -209,7 +209,7 @@ fn threads_and_kernel_classes_that_round_alike_change_no_bit() {
     let map = Arc::new(Texture::from_rgba8(64, 32, noise(64 * 32), TexelFormat::Rgba8Srgb).expect("complete levels"));
     let mut body = sphere(Vec3::new(1.0, 0.3, 0.2), MapSet { albedo: true, ..MapSet::default() });
     body.textures = vec![TextureBinding { binding: 1, source: TextureSource::Image(map) }];
-    let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
+    let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, is_trilinear: true };
     body.samplers = vec![SamplerBinding { binding: 8, state }];
     let plan = scene([150, 130], vec![body]);
     let single_threaded = render(&plan, with_threads(1));
@@ -219,12 +219,12 @@ fn threads_and_kernel_classes_that_round_alike_change_no_bit() {
     }
     // The first frame without fused multiply-add, and the first with it.
     let mut by_rounding: [Option<Frame>; 2] = [None, None];
-    for kernels in KernelClass::available() {
-        let frame = render(&plan, Options { kernels, ..Options::default() });
-        assert!(greatest_difference(&frame, &single_threaded) < 2e-3, "{}", kernels.name());
-        let first = &mut by_rounding[usize::from(kernels.has_fma())];
+    for kernel_class in KernelClass::available() {
+        let frame = render(&plan, Options { kernel_class, ..Options::default() });
+        assert!(greatest_difference(&frame, &single_threaded) < 2e-3, "{}", kernel_class.name());
+        let first = &mut by_rounding[usize::from(kernel_class.has_fma())];
         match first {
-            Some(other) => assert!(*other == frame, "{}", kernels.name()),
+            Some(other) => assert!(*other == frame, "{}", kernel_class.name()),
             None => *first = Some(frame),
         }
     }
@@ -267,7 +267,7 @@ fn times_of_the_passes() {
     for (label, maps, threads) in [("no map", MapSet::default(), 1), ("albedo map", maps, 1), ("albedo map", maps, 2)] {
         let mut body = sphere(Vec3::new(0.6, 0.2, 0.7), maps);
         if maps.albedo {
-            let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
+            let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, is_trilinear: true };
             body.textures = vec![TextureBinding { binding: 1, source: TextureSource::Image(Arc::clone(&map)) }];
             body.samplers = vec![SamplerBinding { binding: 8, state }];
         }
@@ -292,7 +292,7 @@ mod heavy;
 fn the_benches_draw_their_images() {
     // A new renderer for each, because a renderer caches its modules by name.
     let renderer = || {
-        SoftwareRenderer::new(Options { threads: 1, kernels: KernelClass::detect(), precision: Precision::F32, ..Options::default() })
+        SoftwareRenderer::new(Options { threads: 1, kernel_class: KernelClass::detect(), precision: Precision::F32, ..Options::default() })
             .expect("a renderer")
     };
     let (frame, _) =

@@ -45,7 +45,7 @@ pub(super) fn run_with<R: Real>(
     textures: &dyn TextureUnit<R>,
 ) -> (Vec<Vec<f64>>, LaneMask) {
     let mut executor = Executor::<R>::with_class(program, class).expect("binds");
-    let prepared = program.prepare_for::<R>(uniform_bytes, class);
+    let prepared = program.run_draw_tape::<R>(uniform_bytes, class);
     for (k, input) in program.inputs.iter().enumerate() {
         if !executor.reads_input(k) {
             executor.set_input_constant(k, R::from_f64(f64::NAN));
@@ -63,7 +63,7 @@ pub(super) fn run_with<R: Real>(
         }
     }
     let alive = executor.run(&prepared, active, textures);
-    let lanes = (0..LANES).map(|i| (0..program.outputs.len()).map(|k| executor.output(k)[i].f64()).collect()).collect();
+    let lanes = (0..LANES).map(|i| (0..program.outputs.len()).map(|k| executor.output(k)[i].to_f64()).collect()).collect();
     (lanes, alive)
 }
 
@@ -295,7 +295,7 @@ fn inactive_lanes_are_skipped_unless_derivatives_need_them() {
     let reads = |program: &Program| {
         let mut executor = Executor::<f32>::with_class(program, KernelClass::detect()).expect("binds");
         (0..program.inputs.len()).for_each(|k| executor.set_input_constant(k, 1.0));
-        let alive = executor.run(&program.prepare_for::<f32>(&[], KernelClass::detect()), ALL, &EchoTextures);
+        let alive = executor.run(&program.run_draw_tape::<f32>(&[], KernelClass::detect()), ALL, &EchoTextures);
         assert_eq!(alive, 0);
         executor.counts().texture_reads
     };
@@ -414,7 +414,7 @@ fn what_is_not_supported_is_refused_with_the_reason() {
 fn a_program_with_an_index_out_of_range_is_refused() {
     let mut program = compile("@fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f { return vec4f(p, p) * 2.0; }");
     assert!(program.check().is_ok());
-    program.slots = 2;
+    program.slot_count = 2;
     assert!(Executor::<f32>::new(&program).is_err());
     assert!(programs_from_bytes(&[1, 2, 3, 255]).is_err());
 }
@@ -439,7 +439,7 @@ fn fused_operations_change_no_bit() {
         for class in KernelClass::available() {
             let [a, b] = [fused, unfused].map(|program| {
                 let mut executor = Executor::<R>::with_class(program, class).expect("binds");
-                let prepared = program.prepare_for::<R>(uniform_bytes, class);
+                let prepared = program.run_draw_tape::<R>(uniform_bytes, class);
                 let mut values = Vec::new();
                 // Rows across the disc, its atmosphere and the space next to it.
                 for row in 0..16 {
@@ -453,7 +453,7 @@ fn fused_operations_change_no_bit() {
                         }
                     }
                     executor.run(&prepared, ALL, &NoTextures);
-                    values.extend((0..program.outputs.len()).flat_map(|k| executor.output(k).map(|v| v.f64().to_bits())));
+                    values.extend((0..program.outputs.len()).flat_map(|k| executor.output(k).map(|v| v.to_f64().to_bits())));
                 }
                 values
             });

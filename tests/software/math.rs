@@ -137,10 +137,10 @@ fn atan2_and_pow_are_within_their_error_bounds() {
 }
 
 fn unary<R: Real>(op: Op, x: f64) -> f64 {
-    kernels::eval::<R>(op, true, R::from_f64(x), R::ZERO, R::ZERO).f64()
+    kernels::eval::<R>(op, true, R::from_f64(x), R::ZERO, R::ZERO).to_f64()
 }
 fn binary<R: Real>(op: Op, x: f64, y: f64) -> f64 {
-    kernels::eval::<R>(op, true, R::from_f64(x), R::from_f64(y), R::ZERO).f64()
+    kernels::eval::<R>(op, true, R::from_f64(x), R::from_f64(y), R::ZERO).to_f64()
 }
 
 fn assert_edge_cases<R: Real>(smallest_subnormal: f64) {
@@ -302,7 +302,7 @@ fn both_roundings_to_integers_give_the_same_bits() {
         for x in values.chain(extremes).flat_map(|x| [x, -x]).map(R::from_f64) {
             for op in [Op::Floor, Op::Ceil, Op::Round, Op::Trunc, Op::Fract] {
                 let [a, b] = [false, true].map(|fused| kernels::eval(op, fused, x, R::ZERO, R::ZERO));
-                assert!(equal(a, b), "{op:?}({}): {} and {}", x.f64(), a.f64(), b.f64());
+                assert!(equal(a, b), "{op:?}({}): {} and {}", x.to_f64(), a.to_f64(), b.to_f64());
             }
         }
     }
@@ -360,8 +360,8 @@ fn assert_kernels_match<R: Real>() {
                         equal(out[i], expected),
                         "{} {op:?} {per_lane:?} lane {i}: {} instead of {}",
                         class.name(),
-                        out[i].f64(),
-                        expected.f64()
+                        out[i].to_f64(),
+                        expected.to_f64()
                     );
                 }
             }
@@ -412,8 +412,8 @@ fn program_of(ops: &[FusedOp], kinds: &str, constants: Vec<Constant>) -> Program
         constants,
         draw_tape: Vec::new(),
         lane_tape: vec![Instr::FusedKernel { ops: ops.to_vec(), dst, args }],
-        registers: u32::from(registers),
-        slots: u32::from(dst) + 1,
+        register_count: u32::from(registers),
+        slot_count: u32::from(dst) + 1,
     }
 }
 
@@ -437,22 +437,22 @@ fn assert_chains_match<R: Real>() {
                     })
                 });
                 let by_kind = |selected: u8| kinds.bytes().zip(&operands).filter(move |(kind, _)| *kind == selected).map(|(_, o)| o);
-                let program = program_of(ops, kinds, by_kind(b'R').map(|o| Constant::Float(o[0].f64())).collect());
+                let program = program_of(ops, kinds, by_kind(b'R').map(|o| Constant::Float(o[0].to_f64())).collect());
                 let mut executor = Executor::<R>::with_class(&program, class).expect("a program of one chain");
                 for (k, lanes) in by_kind(b'L').enumerate() {
                     *executor.input_mut(k) = *lanes;
                 }
-                let alive = executor.run(&program.prepare_for(&[], class), LaneMask::MAX, &NoTextures);
+                let alive = executor.run(&program.run_draw_tape(&[], class), LaneMask::MAX, &NoTextures);
                 assert_eq!((alive, executor.counts().instructions), (LaneMask::MAX, 1), "{} {ops:?} {kinds}", class.name());
                 for (i, found) in executor.output(0).iter().enumerate() {
-                    let args = kinds.bytes().zip(&operands).map(|(kind, o)| if kind == b'L' { o[i] } else { R::from_f64(o[0].f64()) });
+                    let args = kinds.bytes().zip(&operands).map(|(kind, o)| if kind == b'L' { o[i] } else { R::from_f64(o[0].to_f64()) });
                     let expected = evaluate_one_by_one(ops, class.has_fma(), args);
                     assert!(
                         equal(*found, expected),
                         "{} {ops:?} {kinds} lane {i}: {} instead of {}",
                         class.name(),
-                        found.f64(),
-                        expected.f64()
+                        found.to_f64(),
+                        expected.to_f64()
                     );
                 }
             }
@@ -479,10 +479,10 @@ fn assert_converts_as_rust_does<R: Real>() {
         [0.0, -0.0, 0.99, -0.99, 1.5, -1.5, 8_388_609.0, limit, -limit, limit - 128.0, limit + 256.0, -limit - 256.0, 1e30, f64::INFINITY];
     for x in edges.into_iter().flat_map(|x| [x, -x]).chain([f64::NAN, 1e-40]) {
         let x = R::from_f64(x);
-        assert_eq!(x.to_i32(), x.f64() as i32, "{}", x.f64());
-        if x.f64().abs() <= 4_194_304.0 {
+        assert_eq!(x.to_i32(), x.to_f64() as i32, "{}", x.to_f64());
+        if x.to_f64().abs() <= 4_194_304.0 {
             let (whole, k) = x.round_small();
-            assert_eq!((whole.f64(), k), (x.f64().round_ties_even(), x.f64().round_ties_even() as i32), "{}", x.f64());
+            assert_eq!((whole.to_f64(), k), (x.to_f64().round_ties_even(), x.to_f64().round_ties_even() as i32), "{}", x.to_f64());
         }
     }
 }

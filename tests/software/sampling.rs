@@ -10,7 +10,7 @@ use orrery::render::software::sample::texels::Texels;
 use orrery::render::software::sample::{BoundTexture, Textures};
 use std::sync::Arc;
 
-const REPEAT: SamplerState = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
+const REPEAT: SamplerState = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, is_trilinear: true };
 
 /// A noise texture with a mip chain of 2 x 2 means; both sides must be powers of two.
 fn noise(width: u32, height: u32) -> Texture {
@@ -70,7 +70,7 @@ fn sample_filtered<R: Real>(textures: &Textures<'_>, uv: &[[f64; 2]], dx: [f64; 
         Some(max_taps) => textures.sample_filtered(0, [&u, &v], gradients, &lanes(&|_| max_taps), u128::MAX, [r, g, b, a]),
         None => textures.sample_gradients(0, &u, &v, gradients, u128::MAX, [r, g, b, a]),
     }
-    (0..uv.len()).map(|k| std::array::from_fn(|c| out[c][k].f64())).collect()
+    (0..uv.len()).map(|k| std::array::from_fn(|c| out[c][k].to_f64())).collect()
 }
 
 /// Bilinear filtering by its definition: the four texels around the position with tent weights; u is periodic, v is clamped.
@@ -124,7 +124,7 @@ fn error_by_level<R: Real>(class: KernelClass, level_of: fn(usize) -> f64, expec
     let mut out = [u.clone(), u.clone(), u.clone(), u.clone()];
     let [r, g, b, a] = &mut out;
     bind_in(&texture, REPEAT, class).sample_level(0, &u, &v, &level, u128::MAX, [r, g, b, a]);
-    let sampled: Vec<[f64; 4]> = (0..uv.len()).map(|k| std::array::from_fn(|c| out[c][k].f64())).collect();
+    let sampled: Vec<[f64; 4]> = (0..uv.len()).map(|k| std::array::from_fn(|c| out[c][k].to_f64())).collect();
     greatest_error(&texture, &uv, &sampled, expected_of)
 }
 
@@ -216,9 +216,9 @@ fn a_constant_texture_stays_constant_for_any_gradients() {
     };
     let extremes = [f64::NAN, f64::INFINITY, -1e30, 1e30, 0.0, -0.0, 1.0, 1e-40];
     let uv: Vec<_> = extremes.iter().flat_map(|u| extremes.map(|v| [*u, v])).collect();
-    for linear in [false, true] {
+    for is_trilinear in [false, true] {
         for max_taps in [None, Some(1.0), Some(16.0), Some(f64::NAN), Some(1e9)] {
-            let textures = bind(&texture, SamplerState { linear, ..REPEAT });
+            let textures = bind(&texture, SamplerState { is_trilinear, ..REPEAT });
             for gradient in extremes {
                 for p in sample_filtered::<f32>(&textures, &uv, [gradient, 0.0], [0.3, gradient], max_taps) {
                     // 188 in sRGB is 0.5028865 linear (IEC 61966-2-1).
@@ -244,7 +244,7 @@ fn sample_varied_lanes<R: Real>(textures: &Textures<'_>, max_taps: f64, first: u
 }
 
 fn bits<R: Real>(v: R) -> u64 {
-    v.f64().to_bits()
+    v.to_f64().to_bits()
 }
 
 fn assert_lanes_are_independent<R: Real>(texture: &Texture, state: SamplerState, max_taps: f64) {
@@ -275,8 +275,8 @@ fn a_lane_depends_neither_on_other_lanes_nor_on_the_kernel_class() {
     let float = noise(256, 128);
     let bytes: Vec<u8> = (0..256 * 128 * 4_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
     let srgb = Texture::from_rgba8(256, 128, bytes, TexelFormat::Rgba8Srgb).expect("complete levels");
-    for (linear, max_taps) in [(false, 1.0), (true, 1.0), (true, 8.0), (true, 16.0)] {
-        let state = SamplerState { linear, ..REPEAT };
+    for (is_trilinear, max_taps) in [(false, 1.0), (true, 1.0), (true, 8.0), (true, 16.0)] {
+        let state = SamplerState { is_trilinear, ..REPEAT };
         assert_lanes_are_independent::<f32>(&srgb, state, max_taps);
         assert_lanes_are_independent::<f32>(&float, state, max_taps);
         assert_lanes_are_independent::<f64>(&srgb, state, max_taps);

@@ -29,7 +29,7 @@ fn map() -> Texture {
 }
 
 fn sampling<R: Real>(texture: &Texture, class: KernelClass) {
-    let state = |linear| SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear };
+    let state = |is_trilinear| SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, is_trilinear };
     // `dx` and `dy`: texels per pixel along x and y.
     for (filter, sampler, max_taps, dx, dy) in [
         ("nearest", state(false), 1.0, 0.7, 0.7),

@@ -75,8 +75,8 @@ fn run<R: Real>(
             *v = R::from_f64(at(lane)[*component as usize]);
         }
     }
-    executor.run(&program.prepare_for::<R>(&[], class), active, &textures);
-    (0..LANES).map(|lane| std::array::from_fn(|k| executor.output(k)[lane].f64())).collect()
+    executor.run(&program.run_draw_tape::<R>(&[], class), active, &textures);
+    (0..LANES).map(|lane| std::array::from_fn(|k| executor.output(k)[lane].to_f64())).collect()
 }
 
 fn largest_difference<R: Real>(native: &Program, loads: &Program, format: TexelFormat, class: KernelClass) -> f64 {

@@ -58,7 +58,7 @@ fn run_batch(program: &Program, class: KernelClass, radiance: [[f32; LANES]; 3],
             };
         }
     }
-    executor.run(&program.prepare_for(&uniform_bytes, class), LaneMask::MAX, &Image(radiance));
+    executor.run(&program.run_draw_tape(&uniform_bytes, class), LaneMask::MAX, &Image(radiance));
     [0, 1, 2, 3].map(|k| *executor.output(k))
 }
 

@@ -18,7 +18,7 @@ fn swept(session: &Session, name: &str, faults: InjectedFaults) -> SweepReport {
     let report = run(sweep, &setup).unwrap_or_else(|e| panic!("{name}: {e}"));
     println!(
         "{name}: {} cases, {:e} of {:e} {}, {}",
-        report.found.cases, report.found.worst, report.bound, report.found.worst_case, report.found.cause
+        report.result.cases, report.result.worst, report.bound, report.result.worst_case, report.result.cause
     );
     report
 }
@@ -76,7 +76,7 @@ fn an_angle_from_the_arc_cosine_of_a_dot_product_is_detected() {
 fn a_sweep_without_a_case_fails() {
     let kept = swept(&SESSION, "umbra-exposure", InjectedFaults::default());
     assert!(!kept.has_failed());
-    let without_case = SweepReport { found: SweepResult { cases: 0, ..kept.found.clone() }, ..kept };
+    let without_case = SweepReport { result: SweepResult { cases: 0, ..kept.result.clone() }, ..kept };
     assert!(without_case.has_failed());
 }
 
@@ -93,7 +93,7 @@ fn a_module_that_cannot_be_compiled_ends_a_sweep() {
 #[test]
 fn an_umbra_is_black_at_every_exposure() {
     let report = swept(&SESSION, "umbra-exposure", InjectedFaults::default());
-    assert!(!report.has_failed() && report.found.cases >= 30);
+    assert!(!report.has_failed() && report.result.cases >= 30);
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn missing_light_time_is_detected() {
     }
     assert!(!swept(&SESSION, "light-time", InjectedFaults::default()).has_failed());
     let report = swept(&SESSION, "light-time", InjectedFaults { apparent_direction: Some(geometric), ..InjectedFaults::default() });
-    assert!(report.has_failed() && report.found.worst > 20.0, "aberration alone is 20 arcseconds");
+    assert!(report.has_failed() && report.result.worst > 20.0, "aberration alone is 20 arcseconds");
 }
 
 #[test]
@@ -122,7 +122,7 @@ fn clouds_with_depth_conflicts_are_detected() {
         }
     }
     assert!(!swept(&SESSION, "depth", InjectedFaults::default()).has_failed());
-    assert!(swept(&SESSION, "depth", InjectedFaults { plan: Some(write_depth), ..InjectedFaults::default() }).has_failed());
+    assert!(swept(&SESSION, "depth", InjectedFaults { change_plan: Some(write_depth), ..InjectedFaults::default() }).has_failed());
 }
 
 #[test]
@@ -145,7 +145,7 @@ fn every_other_sweep_keeps_its_bound() {
         .map(|(_, s)| s)
         .map(|s| swept(&SESSION, s.name, InjectedFaults::default()))
         .filter(SweepReport::has_failed)
-        .map(|r| format!("{}: {:e} of {:e} at {}: {}", r.name, r.found.worst, r.bound, r.found.worst_case, r.found.cause))
+        .map(|r| format!("{}: {:e} of {:e} at {}: {}", r.name, r.result.worst, r.bound, r.result.worst_case, r.result.cause))
         .collect();
     assert!(failed.is_empty(), "{}", failed.join("\n"));
 }

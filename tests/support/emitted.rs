@@ -27,7 +27,7 @@ pub struct Emitted {
     program: Program,
     layout: Layout,
     /// Whether the module draws a body. Other modules have uniforms of their own, which are filled with zeros here.
-    is_planet_module: bool,
+    is_keyed_module: bool,
 }
 
 impl Emitted {
@@ -44,9 +44,9 @@ impl Emitted {
             format!("@fragment fn formula_main(@location(0) p: vec4f, @location(1) q: vec4f) -> @location(0) vec4f {{ return {value}; }}");
         let parsed = naga::front::wgsl::parse_str(&format!("{text}\n{entry}\n")).unwrap_or_else(|e| panic!("{module}: {e}"));
         let info = orrery::shader::module::validate(&parsed).expect("valid");
-        let is_planet_module = matches!(id, ModuleId::Planet(_));
+        let is_keyed_module = matches!(id, ModuleId::Keyed(_));
         Self {
-            is_planet_module,
+            is_keyed_module,
             program: lower(&parsed, &info, "formula_main").expect("lowers"),
             layout: Layout::of(&parsed).expect("a layout"),
         }
@@ -59,12 +59,12 @@ impl Emitted {
 
     /// [`Emitted::evaluate`] in f32, as when frames are drawn, or in f64.
     pub fn evaluate_in<R: Real>(&self, uniforms: &DrawUniforms, texture: Option<SharedTexture>, inputs: &[EvalInput]) -> Vec<[f64; 4]> {
-        let uniform_bytes = match self.is_planet_module {
+        let uniform_bytes = match self.is_keyed_module {
             true => uniform_bytes(&self.layout, uniforms, MAP_TAPS).expect("uniforms"),
             false => vec![0; self.layout.uniform_size as usize],
         };
         let class = KernelClass::detect();
-        let state = SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, linear: true };
+        let state = SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, is_trilinear: true };
         let texels = texture.as_ref().map(|t| Arc::new(Texels::of_texture(t).expect("complete levels")));
         let bound = self
             .program
@@ -72,7 +72,7 @@ impl Emitted {
             .iter()
             .map(|t| BoundTexture { texels: Arc::clone(texels.as_ref().expect("a texture")), sampler: t.sampler_binding.map(|_| state) });
         let textures = Textures::new(bound.collect(), class);
-        let prepared = self.program.prepare_for::<R>(&uniform_bytes, class);
+        let prepared = self.program.run_draw_tape::<R>(&uniform_bytes, class);
         let mut executor = Executor::<R>::with_class(&self.program, class).expect("binds");
         let mut results = Vec::with_capacity(inputs.len());
         for chunk in inputs.chunks(LANES) {
@@ -84,7 +84,7 @@ impl Emitted {
                 }
             }
             executor.run(&prepared, LaneMask::MAX, &textures);
-            results.extend((0..chunk.len()).map(|lane| std::array::from_fn(|k| executor.output(k)[lane].f64())));
+            results.extend((0..chunk.len()).map(|lane| std::array::from_fn(|k| executor.output(k)[lane].to_f64())));
         }
         results
     }

@@ -131,7 +131,7 @@ pub fn draw(vertices: Vertices, blend: Blend) -> PlanDraw {
 }
 
 pub fn pass(width: u32, height: u32, samples: u8, draws: Vec<PlanDraw>) -> Pass {
-    Pass { name: "test", width, height, format: ColourFormat::Hdr, samples, clear: [0.0; 4], depth: true, draws }
+    Pass { name: "test", width, height, format: ColourFormat::Hdr, samples, clear: [0.0; 4], has_depth: true, draws }
 }
 
 /// Renders a pass; `stages` has the vertex and the fragment shader of each draw.

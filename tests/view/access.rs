@@ -104,7 +104,7 @@ fn the_source_is_one_stop_for_the_tab_key_and_arrows_walk_its_lines() {
 #[test]
 fn pinching_moves_closer_and_keeps_the_field_of_view() {
     let mut harness = saturn();
-    let distance_and_fov = |h: &Harness<'static, Interface>| match h.state().viewer.view.eye {
+    let distance_and_fov = |h: &Harness<'static, Interface>| match h.state().viewer.view.camera_pose {
         CameraPose::Orbit { distance_radii, .. } => (distance_radii, h.state().viewer.view.fov_deg),
         other => panic!("{other:?}"),
     };
@@ -176,7 +176,9 @@ fn a_partial_link_opens_and_an_impossible_link_gives_a_reason() {
     let open = |link: &str| view_from_text(link, session(), now);
     let jupiter = open("orrery://view?target=599").expect("a view");
     assert_eq!((jupiter.target, jupiter.time()), (NaifId(599), now));
-    assert!(matches!(jupiter.eye, CameraPose::Orbit { body: NaifId(599), distance_radii, .. } if (distance_radii - 3.5).abs() < 1e-9));
+    assert!(
+        matches!(jupiter.camera_pose, CameraPose::Orbit { body: NaifId(599), distance_radii, .. } if (distance_radii - 3.5).abs() < 1e-9)
+    );
     assert_eq!(view_from_text(&jupiter.to_link(), session(), Instant::from_tdb_seconds_past_j2000(0.0)).expect("a view"), jupiter);
     assert_eq!(open("orrery://view?target=jupiter").expect("a view"), jupiter);
     let eclipse = open("orrery://view?time=2024-04-08T18:17:16Z").expect("a view");
@@ -265,7 +267,7 @@ fn panels_are_remembered() {
     assert!(checkbox_rect.left() < 400.0, "at the left: {checkbox_rect}");
     let text = serde_json::to_string(&harness.state().settings).expect("text");
     let mut settings: orrery::view::app::settings::Settings = serde_json::from_str(&text).expect("settings");
-    assert_eq!(settings.panels.open.as_deref(), Some("Events"));
+    assert_eq!(settings.panels.open_panel.as_deref(), Some("Events"));
     let width = settings.panels.panel_width.expect("a width");
     assert!((280.0..500.0).contains(&width), "{width}");
     // Another window with these settings, but with a wider panel and the list of bodies hidden.

@@ -31,7 +31,7 @@ fn saturn_with(composition: &CompositionState) -> Interface {
     let mut interface = interface(SATURN, TIME);
     interface.viewer.view.composition = composition.clone();
     interface.viewer.view.fov_deg = 60.0;
-    interface.settings.names = true;
+    interface.settings.labels_bodies = true;
     interface
 }
 

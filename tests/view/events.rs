@@ -79,7 +79,7 @@ fn each_view_shows_its_event() {
         let name = format!("{} {}", event.title(catalog), event.summary());
         assert!(view.request(catalog, ephemeris, 300, 200).is_ok() && view.paused == Some(true), "{name}");
         assert_eq!(view.tdb_s, greatest_tdb_s(&event), "{name}");
-        match (&event, view.eye) {
+        match (&event, view.camera_pose) {
             (SkyEvent::Solar(_), CameraPose::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, height_km, .. }) => {
                 let place = Observer { body: NaifId::EARTH, lat_graphic_deg: latitude_deg, lon_east_deg: longitude_deg, height_km };
                 let sky = ObserverSky { catalog, ephemeris, place };
@@ -214,8 +214,8 @@ fn an_eclipse_is_one_click_away_and_time_runs_through_it() {
     window.run_steps(3);
     let state = window.state();
     assert!(state.viewer.view.target == NaifId::SUN && state.viewer.time_rate.is_paused());
-    let CameraPose::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, .. } = state.viewer.view.eye else {
-        panic!("{:?}", state.viewer.view.eye)
+    let CameraPose::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, .. } = state.viewer.view.camera_pose else {
+        panic!("{:?}", state.viewer.view.camera_pose)
     };
     // Greatest eclipse at 25.3 N, 104.1 W (Espenak, NASA eclipse bulletin).
     assert!((latitude_deg - 25.3).abs() < 0.1 && (longitude_deg + 104.1).abs() < 0.1, "{latitude_deg}, {longitude_deg}");
@@ -251,7 +251,7 @@ fn an_eclipse_is_one_click_away_and_time_runs_through_it() {
 fn watching_an_event_keeps_the_place_from_which_it_is_visible() {
     let mut window = window_without_images(NaifId(499));
     open_events(&mut window, "2019-01-10T00:00:00Z");
-    let place = |window: &Window| match window.state().viewer.view.eye {
+    let place = |window: &Window| match window.state().viewer.view.camera_pose {
         CameraPose::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, .. } => Some((latitude_deg, longitude_deg)),
         _ => None,
     };
@@ -274,10 +274,10 @@ fn watching_an_event_keeps_the_place_from_which_it_is_visible() {
     let before_s = greatest_s - state.viewer.view.tdb_s;
     assert!((9000.0..11_000.0).contains(&before_s) && !state.viewer.time_rate.is_paused(), "{before_s} s before");
     assert_eq!(state.message_line(), "");
-    let eye = state.viewer.view.eye;
+    let camera_pose = state.viewer.view.camera_pose;
     window.get_by_label_contains("Total solar eclipse, 2019-07-02").click();
     window.run_steps(3);
-    window.state_mut().viewer.view.eye = eye;
+    window.state_mut().viewer.view.camera_pose = camera_pose;
     window.run_steps(3);
     window.get_by_label("Watch it").click();
     window.run_steps(3);

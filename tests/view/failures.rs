@@ -11,7 +11,7 @@ use orrery::view::app::body_positions::SessionPositions;
 use orrery::view::app::initial_view::initial_view;
 use orrery::view::app::settings::Settings;
 use orrery::view::app::view_state::CameraPose;
-use orrery::view::app::viewer::{Subject, Viewer};
+use orrery::view::app::viewer::{SelectableBody, Viewer};
 use orrery::view::language::Language;
 use orrery::view::panels::Interface;
 use orrery::view::window::cpu_painter::Painter;
@@ -34,7 +34,8 @@ fn window(shaders: Option<&Path>, utc: &str) -> (&'static Session, Messages, Int
     let session: &'static Session = Box::leak(Box::new(session));
     let catalog = session.catalog();
     let view = initial_view(catalog, &SessionPositions(session), NaifId::MOON, Instant::parse(utc).expect(utc)).expect("a view");
-    let mut viewer = Viewer::new(catalog.bodies().iter().map(Subject::of).collect(), view, || Instant::from_tdb_seconds_past_j2000(0.0));
+    let bodies = catalog.bodies().iter().map(SelectableBody::of).collect();
+    let mut viewer = Viewer::new(bodies, view, || Instant::from_tdb_seconds_past_j2000(0.0));
     viewer.time_rate.toggle_pause();
     (session, messages, Interface::new(viewer, Settings::default()))
 }
@@ -176,7 +177,9 @@ fn the_exposure_adapts_although_an_image_fails() {
     assert!(has_metered_exposure(&harness));
     // To the night side of the Moon and back to the day side.
     for _ in 0..2 {
-        let CameraPose::Orbit { azimuth_deg, .. } = &mut harness.state_mut().viewer.view.eye else { panic!("the camera must be in orbit") };
+        let CameraPose::Orbit { azimuth_deg, .. } = &mut harness.state_mut().viewer.view.camera_pose else {
+            panic!("the camera must be in orbit")
+        };
         *azimuth_deg += 180.0;
         run_frame(&mut harness);
     }

@@ -44,7 +44,7 @@ fn a_flight_starts_where_the_camera_is() {
                 let mut viewer = interface(from, "2017-05-17T00:00:00Z").viewer;
                 if on_ground {
                     let (latitude_deg, longitude_deg) = (40.0, 10.0);
-                    viewer.view.eye = CameraPose::Ground {
+                    viewer.view.camera_pose = CameraPose::Ground {
                         body: from,
                         latitude_deg,
                         longitude_deg,
@@ -69,7 +69,7 @@ fn a_flight_starts_where_the_camera_is() {
                 let step_km = (after.position_km - before.position_km).length();
                 assert!(step_km < allowed_km, "{from:?} to {to:?}, ground {on_ground}: {step_km} km");
                 assert!((after.forward - before.forward).length() < 1e-3, "{from:?} to {to:?}, ground {on_ground}: the camera turns");
-                let CameraPose::Free { offset_km, .. } = viewer.view.eye else { panic!("the camera must be in flight") };
+                let CameraPose::Free { offset_km, .. } = viewer.view.camera_pose else { panic!("the camera must be in flight") };
                 let state = session().ephemeris().state(to, NaifId::SOLAR_SYSTEM_BARYCENTER, viewer.view.time(), None).expect("a place");
                 // By how far the camera would jump if the flight's offset were relative to the true position of the destination.
                 jump_without_light_time_km = jump_without_light_time_km.max((state.state.pos_km + offset_km - before.position_km).length());

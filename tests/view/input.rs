@@ -83,8 +83,8 @@ fn rows(window: &Window) -> Vec<(NaifId, String, Rect)> {
         let found = window.query_all_by_label(name).map(|n| n.rect()).find(|r| r.left() < LIST_RIGHT && r.top() > LIST_TOP);
         found.filter(|r| r.height() > 5.0)
     };
-    let subjects = window.state().viewer.subjects().to_vec();
-    subjects.into_iter().filter_map(|s| row_rect(&s.name).map(|rect| (s.id, s.name, rect))).collect()
+    let bodies = window.state().viewer.selectable_bodies().to_vec();
+    bodies.into_iter().filter_map(|s| row_rect(&s.name).map(|rect| (s.id, s.name, rect))).collect()
 }
 
 fn primary_button(pos: Pos2, pressed: bool) -> Event {
@@ -147,7 +147,7 @@ fn the_pressed_row_is_the_selected_row() {
         assert_eq!(window.state().viewer.selected, id, "{name} was pressed");
         (0..3).for_each(|_| advance(&mut window, 0.25));
     }
-    assert_eq!(clicked.len(), window.state().viewer.subjects().len(), "rows that never showed");
+    assert_eq!(clicked.len(), window.state().viewer.selectable_bodies().len(), "rows that never showed");
 }
 
 #[test]
@@ -405,7 +405,7 @@ fn bright_area(window: &mut Window, sky: Rect) -> (f32, f32, Pos2) {
 #[test]
 fn an_image_keeps_its_shape_until_the_next_one_is_there() {
     let mut moon = interface(NaifId::MOON, "2024-04-24T00:00:00Z");
-    (moon.settings.names, moon.settings.markers, moon.settings.outline) = (false, false, false);
+    (moon.settings.labels_bodies, moon.settings.marks_small_bodies, moon.settings.outlines_selected) = (false, false, false);
     let is_drawing: Arc<AtomicBool> = Arc::new(true.into());
     let mut window = pausable_window(moon, &is_drawing, 640.0);
     settle(&mut window);
@@ -451,7 +451,7 @@ fn an_image_keeps_its_shape_until_the_next_one_is_there() {
 #[test]
 fn compared_images_are_never_stretched() {
     let mut moon = interface(NaifId::MOON, "2024-04-24T00:00:00Z");
-    (moon.settings.names, moon.settings.markers, moon.settings.outline) = (false, false, false);
+    (moon.settings.labels_bodies, moon.settings.marks_small_bodies, moon.settings.outlines_selected) = (false, false, false);
     let is_drawing: Arc<AtomicBool> = Arc::new(true.into());
     let mut window = pausable_window(moon, &is_drawing, 640.0);
     window.state_mut().tab = Some(Tab::Compare);

@@ -194,14 +194,14 @@ fn an_invalid_fragment_on_disk_is_shown_with_its_error_until_it_is_repaired() {
     let worker = InlineWorker::new(&session);
     let mut harness = harness(&worker, interface_at_saturn());
     // The drawing time identifies the image.
-    let image_ms = harness.state().shown().expect("an image").took_ms;
+    let image_ms = harness.state().shown().expect("an image").render_ms;
     // Invalid WGSL.
     std::fs::write(&file, format!("{text}\nfn broken( {{\n")).expect("written");
     watcher.check_files(&worker);
     assert_ne!(session.library().generator_digest(), built_in_digest);
     harness.state_mut().tab = Some(Tab::Shader);
     harness.run_steps(8);
-    assert_eq!(harness.state().shown().expect("the last good image").took_ms, image_ms);
+    assert_eq!(harness.state().shown().expect("the last good image").render_ms, image_ms);
     assert!(harness.state().message_line().contains(path), "{}", harness.state().message_line());
     let labels = names_containing(&harness, "fn broken( {");
     assert!(labels.iter().any(|t| t.contains('^') && t.contains(path)), "no source with a caret: {labels:?}");

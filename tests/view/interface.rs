@@ -13,7 +13,7 @@ use orrery::view::app::body_positions::{BodyPositions, SessionPositions};
 use orrery::view::app::exposure_adaptation::ExposureTicket;
 use orrery::view::app::settings::{HintsFollowed, PanelLayout, Settings};
 use orrery::view::app::view_state::ViewState;
-use orrery::view::app::viewer::{Subject, Viewer};
+use orrery::view::app::viewer::{SelectableBody, Viewer};
 use orrery::view::link::view_from_text;
 use orrery::view::panels::{Interface, Tab};
 use orrery::view::window::cpu_painter::{Canvas, Painter};
@@ -38,15 +38,15 @@ pub fn interface(target: NaifId, utc: &str) -> Interface {
     let session = session();
     let time = Instant::parse(utc).expect(utc);
     let catalog = session.catalog();
-    let subjects = orrery::ephemeris::body_order::by_distance(catalog, session.ephemeris());
-    let subjects = subjects.into_iter().filter_map(|id| catalog.body(id)).map(Subject::of);
+    let bodies = orrery::ephemeris::body_order::bodies_in_usual_order(catalog, session.ephemeris());
+    let bodies = bodies.into_iter().filter_map(|id| catalog.body(id)).map(SelectableBody::of);
     let positions = SessionPositions(session);
     let radius_km = catalog.body(target).expect("a body").radii_km.x;
     let sunward = positions.geometric_between_km(target, NaifId::SUN, time).expect("a place").try_normalize().unwrap_or(glam::DVec3::X);
     let pole = positions.body_from_icrf(target, time).expect("an orientation").row(2);
     let mut view = ViewState::around(target, (sunward + 0.4 * pole) * 4.0 * radius_km, radius_km, pole, time);
     view.quality = Quality::Draft;
-    let mut viewer = Viewer::new(subjects.collect(), view, || Instant::from_tdb_seconds_past_j2000(0.0));
+    let mut viewer = Viewer::new(bodies.collect(), view, || Instant::from_tdb_seconds_past_j2000(0.0));
     viewer.time_rate.toggle_pause();
     // Hints would put bright text over the sky, whose pixels some tests measure.
     let hints_followed = HintsFollowed { drag: true, scroll: true, search: true };
@@ -217,14 +217,14 @@ fn the_camera_stands_on_the_ground_or_at_another_body() {
     harness.get_by_label("Stand on surface").click();
     settle(&mut harness);
     let state = harness.state();
-    assert!(matches!(state.viewer.view.eye, CameraPose::Ground { body: NaifId::EARTH, .. }));
+    assert!(matches!(state.viewer.view.camera_pose, CameraPose::Ground { body: NaifId::EARTH, .. }));
     assert!(state.message_line().is_empty() && state.shown().is_some(), "{}", state.message_line());
     harness.get_by_role_and_label(egui::accesskit::Role::ComboBox, "View from").click();
     harness.run_steps(2);
     harness.get_by_label("Centre of Mars").click();
     settle(&mut harness);
     let state = harness.state();
-    assert_eq!(state.viewer.view.eye, CameraPose::Centre { body: NaifId(499) });
+    assert_eq!(state.viewer.view.camera_pose, CameraPose::Centre { body: NaifId(499) });
     let earth = state.shown().expect("an image").scene.body(NaifId::EARTH).expect("the Earth").clone();
     assert!(earth.distance_km > 5e7, "{} km", earth.distance_km);
 }

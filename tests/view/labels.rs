@@ -40,7 +40,7 @@ fn window(target: NaifId, distance_radii: f64, size: [f32; 2]) -> Window {
     interface.settings.hints_followed = HintsFollowed::default();
     interface.settings.panels.now_shown = true;
     interface.body_browser_shown = size[0] > 700.0;
-    if let CameraPose::Orbit { distance_radii: distance, .. } = &mut interface.viewer.view.eye {
+    if let CameraPose::Orbit { distance_radii: distance, .. } = &mut interface.viewer.view.camera_pose {
         *distance = distance_radii;
     }
     let mut window = harness(interface);
@@ -61,13 +61,13 @@ fn names_keep_clear_of_hints_messages_and_each_other() {
                 (-2..=2).flat_map(|yaw| (-3..=3).map(move |pitch| (yaw, pitch))).enumerate().filter(|(k, _)| sweep::runs(*k, 3))
             {
                 let state = window.state_mut();
-                if let CameraPose::Orbit { yaw_deg, pitch_deg, .. } = &mut state.viewer.view.eye {
+                if let CameraPose::Orbit { yaw_deg, pitch_deg, .. } = &mut state.viewer.view.camera_pose {
                     (*yaw_deg, *pitch_deg) = (f64::from(yaw) * 7.0, f64::from(pitch) * 5.6);
                 }
                 state.viewer.view.tracks = true;
                 // Hints give way to a message, so both are tried.
                 let long = "The view was saved as a bookmark, and this message is as long as such messages are.";
-                state.reply(if k % 2 == 0 { long } else { "" });
+                state.show_reply(if k % 2 == 0 { long } else { "" });
                 window.run_steps(4);
                 let view = window.get_by_label_contains("The sky:").rect();
                 let state = window.state();

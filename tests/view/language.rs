@@ -37,7 +37,7 @@ fn a_language_applies_at_once_and_is_kept() {
     assert_eq!(harness.state().settings.language, Some(Language::German));
     assert!(harness.query_by_label("Lesezeichen setzen").is_some() && harness.query_by_label("Add bookmark").is_none());
     // Settings keep a panel by a name that no language changes.
-    assert_eq!(harness.state().settings.panels.open.as_deref(), Some("Share"));
+    assert_eq!(harness.state().settings.panels.open_panel.as_deref(), Some("Share"));
     choose(&mut harness, "English");
     assert_eq!(harness.state().settings.language, Some(Language::English));
     assert!(harness.query_by_label("Add bookmark").is_some());

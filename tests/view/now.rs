@@ -172,7 +172,7 @@ fn saturn_is_seen_from_the_lit_side_of_its_rings() {
     for year in (1990..2050).step_by(4) {
         let time = Instant::parse(&format!("{year}-07-01")).expect("a time");
         let view = NowItem::Saturn.view(session(), time, &base_view).expect("a view").view;
-        let CameraPose::Orbit { elevation_deg, distance_radii, .. } = view.eye else { panic!("no orbit") };
+        let CameraPose::Orbit { elevation_deg, distance_radii, .. } = view.camera_pose else { panic!("no orbit") };
         let sunward = positions.geometric_between_km(SATURN, NaifId::SUN, time).expect("a position");
         let pole = positions.body_from_icrf(SATURN, time).expect("an orientation").row(2);
         assert!(sunward.dot(pole) * elevation_deg > 0.0, "{year}: the dark side of the rings");

@@ -204,14 +204,14 @@ fn the_renderer_is_chosen_in_the_window() {
             std::thread::sleep(std::time::Duration::from_millis(10));
         }
     }
-    assert_eq!(harness.state().shown().expect("an image").by.renderer, "software");
+    assert_eq!(harness.state().shown().expect("an image").drawn_by.renderer, "software");
 }
 
 #[test]
 fn settings_open_no_panel_twice() {
     for (kept, kept_tab) in [("Share", None), ("Events", Some(Tab::Events)), ("No such panel", None)] {
         let Interface { viewer, mut settings, .. } = interface(SATURN, EQUINOX);
-        (settings.panels.open, settings.panels.kept) = (Some("Share".into()), Some(kept.into()));
+        (settings.panels.open_panel, settings.panels.kept_panel) = (Some("Share".into()), Some(kept.into()));
         let interface = Interface::new(viewer, settings);
         assert_eq!((interface.tab, interface.kept_tab), (Some(Tab::Share), kept_tab), "{kept}");
     }

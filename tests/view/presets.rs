@@ -51,7 +51,7 @@ fn stand_on_surface_uses_the_observers_place_on_earth_only() {
         window.run_steps(3);
         window.get_by_label("Stand on surface").click_accesskit();
         window.run_steps(3);
-        let CameraPose::Ground { latitude_deg, .. } = window.state().viewer.view.eye else { panic!("not on the ground") };
+        let CameraPose::Ground { latitude_deg, .. } = window.state().viewer.view.camera_pose else { panic!("not on the ground") };
         latitude_deg
     };
     // A search for a city, here Mazatlán, sets the observer's place.
@@ -71,7 +71,9 @@ fn a_typed_longitude_beyond_half_a_turn_is_the_same_meridian() {
         window.run_steps(3);
         window.get_by_label("Stand on surface").click_accesskit();
         window.run_steps(3);
-        let CameraPose::Ground { longitude_deg: stood_deg, .. } = window.state().viewer.view.eye else { panic!("not on the ground") };
+        let CameraPose::Ground { longitude_deg: stood_deg, .. } = window.state().viewer.view.camera_pose else {
+            panic!("not on the ground")
+        };
         assert!((stood_deg - longitude_deg).abs() < 1e-9, "{body:?}, {typed_deg}: {stood_deg}");
         if body == NaifId::EARTH {
             assert_eq!(window.state().settings.home.longitude_deg, longitude_deg);
@@ -83,7 +85,7 @@ fn a_typed_longitude_beyond_half_a_turn_is_the_same_meridian() {
 fn the_system_is_seen_from_above_with_its_orbits() {
     let window = window_after_search("whole system");
     let view = &window.state().viewer.view;
-    let CameraPose::Orbit { body: NaifId::SUN, elevation_deg, .. } = view.eye else { panic!("{:?}", view.eye) };
+    let CameraPose::Orbit { body: NaifId::SUN, elevation_deg, .. } = view.camera_pose else { panic!("{:?}", view.camera_pose) };
     assert!((elevation_deg - 40.0).abs() < 1e-9 && view.orbits && view.target == NaifId::SUN);
     // The button in the Moments panel leads to the same view.
     let mut window = window_without_images(MARS);
@@ -91,14 +93,14 @@ fn the_system_is_seen_from_above_with_its_orbits() {
     window.run_steps(3);
     window.get_by_label("Whole solar system").click_accesskit();
     window.run_steps(3);
-    assert_eq!(window.state().viewer.view.eye, view.eye);
+    assert_eq!(window.state().viewer.view.camera_pose, view.camera_pose);
 }
 
 #[test]
 fn moon_phases_run_at_a_day_per_second() {
     let window = window_after_search("moon phases");
     let viewer = &window.state().viewer;
-    assert_eq!((viewer.view.target, viewer.view.eye), (NaifId::MOON, CameraPose::Centre { body: NaifId::EARTH }));
+    assert_eq!((viewer.view.target, viewer.view.camera_pose), (NaifId::MOON, CameraPose::Centre { body: NaifId::EARTH }));
     assert_eq!(viewer.time_rate.rate(), 86_400.0);
 }
 
@@ -184,7 +186,7 @@ fn the_sky_tonight_is_dark() {
             let lowest_deg = (latitude_deg + sun_declination_deg).abs() - 90.0;
             let gets_dark = lowest_deg < -16.0;
             assert!(!gets_dark || sun.altitude_deg < -14.9, "{latitude_deg} {day}: {}", sun.altitude_deg);
-            let CameraPose::Ground { azimuth_deg, altitude_deg, .. } = view.eye else { panic!("not on the ground") };
+            let CameraPose::Ground { azimuth_deg, altitude_deg, .. } = view.camera_pose else { panic!("not on the ground") };
             assert_eq!(azimuth_deg, if latitude_deg < 0.0 { 0.0 } else { 180.0 });
             assert!(altitude_deg - 0.5 * view.fov_deg > 0.0, "the image reaches below the horizon");
             assert!(view.layers.constellations);

@@ -208,8 +208,8 @@ fn a_shared_view_keeps_whether_time_is_paused() {
         let link = copied.expect("a link");
         let view = view_from_text(&link, session(), Instant::from_tdb_seconds_past_j2000(0.0)).expect("a view");
         // The link opened in a new window, then in a window in the opposite state.
-        let subjects = window.state().viewer.subjects().to_vec();
-        let opened = orrery::view::app::viewer::Viewer::new(subjects, view.clone(), || Instant::from_tdb_seconds_past_j2000(0.0));
+        let bodies = window.state().viewer.selectable_bodies().to_vec();
+        let opened = orrery::view::app::viewer::Viewer::new(bodies, view.clone(), || Instant::from_tdb_seconds_past_j2000(0.0));
         assert_eq!(opened.time_rate.is_paused(), paused);
         let mut other = harness(interface(NaifId::EARTH, TIME));
         if paused {

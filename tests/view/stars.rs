@@ -29,7 +29,7 @@ fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
     let mut interface = interface(NaifId::EARTH, TIME);
     let catalog = session().catalog();
     let places = orrery::view::app::body_positions::SessionPositions(session());
-    let rigel = catalog.stars().hip(24_436).copied().expect("in the catalog");
+    let rigel = catalog.stars().star_of_hip(24_436).copied().expect("in the catalog");
     let years = catalog.stars().years_since_epoch(interface.viewer.view.time().jd_tt());
     let view = orrery::view::app::search::star_view(&rigel, years, &places, &interface.viewer.view).expect("a view");
     let height_px = 900.0;
@@ -76,7 +76,9 @@ fn a_body_has_no_distance_from_itself_after_a_motion_of_the_camera() {
     let centre = window.get_by_label_contains("The sky: ").rect().center();
     ctrl_click(&mut window, centre);
     assert!(window.state().reply_text().contains("second place"), "{}", window.state().reply_text());
-    let CameraPose::Orbit { distance_radii, .. } = &mut window.state_mut().viewer.view.eye else { panic!("the camera must be in orbit") };
+    let CameraPose::Orbit { distance_radii, .. } = &mut window.state_mut().viewer.view.camera_pose else {
+        panic!("the camera must be in orbit")
+    };
     *distance_radii *= 2.0;
     settle(&mut window);
     ctrl_click(&mut window, centre);

@@ -22,10 +22,10 @@ fn reasons_of_scenes_are_messages() {
     let catalog = session().catalog();
     let time = Instant::parse("2024-04-08T18:30:00Z").expect("a time");
     let named = BODIES.map(|name| catalog.bodies().iter().find(|body| body.name == name).expect(name));
-    let subjects =
+    let targets =
         named.iter().map(|body| (body.id, time)).chain(catalog.moments().iter().filter_map(|m| Some((catalog.body(m.target)?.id, m.time))));
     let mut effects = BTreeSet::new();
-    for (k, (target, time)) in subjects.enumerate().filter(|(k, _)| sweep::runs(*k, 4)) {
+    for (k, (target, time)) in targets.enumerate().filter(|(k, _)| sweep::runs(*k, 4)) {
         for (n, distance_radii) in [Some(1.001), Some(3.0), Some(400.0)].into_iter().enumerate() {
             let overrides =
                 ["", "+eclipse=linear,+atmosphere=vertex", "-clouds,-eclipse,-atmosphere", "+atmosphere=table,+planet-shine,+ring-shine"]

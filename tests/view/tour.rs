@@ -49,8 +49,9 @@ fn built_in_tours_are_smooth_from_end_to_end() {
                 let scene = session().scene(&request);
                 assert!(scene.is_ok(), "{name}, {} s: {}", f64::from(k) / 25.0, scene.err().map_or(String::new(), |e| e.to_string()));
             }
-            let body = now.view.eye.body();
-            if now.is_changing && previous.is_changing && now.stop == previous.stop && !previous.view.tracks && !now.view.tracks {
+            let body = now.view.camera_pose.body();
+            if now.is_changing && previous.is_changing && now.stop_index == previous.stop_index && !previous.view.tracks && !now.view.tracks
+            {
                 let (offset_before, forward_before) = last
                     .filter(|(of, _)| *of == (k - 1, body))
                     .map_or_else(|| offset_and_forward(&previous.view, body), |(_, camera)| camera);
@@ -83,7 +84,7 @@ fn a_camera_path_starts_and_ends_at_its_stops() {
         let (starts_s, arrives_s) = (tour.arrival_s(k) - 3.0, tour.arrival_s(k));
         for at_s in [starts_s, arrives_s] {
             let (before, after) = (tour.at(at_s - 1e-7), tour.at(at_s + 1e-7));
-            let body = tour.at(arrives_s).view.eye.body();
+            let body = tour.at(arrives_s).view.camera_pose.body();
             let (offset_before, forward_before) = offset_and_forward(&before.view, body);
             let (offset_after, forward_after) = offset_and_forward(&after.view, body);
             assert!(
@@ -99,7 +100,7 @@ fn a_camera_path_starts_and_ends_at_its_stops() {
             );
         }
         // Negative control: one second before the arrival the camera is elsewhere.
-        let body = tour.at(arrives_s).view.eye.body();
+        let body = tour.at(arrives_s).view.camera_pose.body();
         let [earlier, arrived] = [arrives_s - 1.0, arrives_s].map(|at_s| offset_and_forward(&tour.at(at_s).view, body).0);
         assert!((earlier - arrived).length() > 1e-3 * arrived.length());
     }

@@ -194,7 +194,7 @@ fn a_large_texture_is_uploaded_completely() {
     let level = Level::new(width, height, bytes);
     let texture = TextureSource::Persistent(std::sync::Arc::new(Texture { format: TexelFormat::Rgba8Unorm, levels: vec![level] }));
     let clamp = AddressMode::ClampToEdge;
-    let sampler = SamplerState { address_u: clamp, address_v: clamp, linear: false };
+    let sampler = SamplerState { address_u: clamp, address_v: clamp, is_trilinear: false };
     let size = [64, 64];
     // One texel per pixel: the first rows, those around the end of the first upload, and the last.
     for y0 in [0, 4064, 8136] {

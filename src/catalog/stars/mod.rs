@@ -154,7 +154,7 @@ impl StarCatalog {
     }
 
     /// The star with a Hipparcos number.
-    pub fn hip(&self, number: u32) -> Option<&Star> {
+    pub fn star_of_hip(&self, number: u32) -> Option<&Star> {
         self.index_of_hip(number).map(|k| &self.stars[k])
     }
 
@@ -205,13 +205,13 @@ mod tests {
     #[test]
     fn the_embedded_stars_agree_with_hipparcos() {
         let catalog = StarCatalog::embedded();
-        let sirius = catalog.hip(32_349).expect("Sirius");
+        let sirius = catalog.star_of_hip(32_349).expect("Sirius");
         assert_eq!((sirius.v_magnitude, sirius.b_v), (-1.44, Some(0.009)));
         assert!((sirius.parallax_rad / RAD_PER_ARCSEC - 0.379_21).abs() < 1e-9);
         assert!((sirius.motion_per_year.length() / RAD_PER_ARCSEC - 1.339_42).abs() < 1e-4);
-        assert!(catalog.hip(87_937).is_none() && catalog.hip(0).is_none());
+        assert!(catalog.star_of_hip(87_937).is_none() && catalog.star_of_hip(0).is_none());
         assert!((catalog.years_since_epoch(JD_J2000) - 8.75).abs() < 1e-12);
-        let vega = catalog.hip(91_262).expect("Vega").direction;
+        let vega = catalog.star_of_hip(91_262).expect("Vega").direction;
         // 18h 36m 56.19s, +38 deg 46' 58.8" at J1991.25; the tolerance covers the rounding of these figures.
         let (ra, dec) = ((18.0 + 36.0 / 60.0 + 56.19 / 3600.0) * 15.0_f64, 38.0 + 46.0 / 60.0 + 58.8 / 3600.0_f64);
         let (ra, dec) = (ra.to_radians(), dec.to_radians());

@@ -204,7 +204,7 @@ mod tests {
         let catalog = StarCatalog::embedded();
         for ((name, hip), (place_name, ra_hours, dec_deg)) in STAR_NAMES.into_iter().zip(PLACES) {
             assert_eq!(name, place_name);
-            let star = catalog.hip(hip).unwrap_or_else(|| panic!("{name}: HIP {hip} is not in the catalog"));
+            let star = catalog.star_of_hip(hip).unwrap_or_else(|| panic!("{name}: HIP {hip} is not in the catalog"));
             let (ra, dec) = ((ra_hours * 15.0_f64).to_radians(), dec_deg.to_radians());
             let place = glam::DVec3::new(dec.cos() * ra.cos(), dec.cos() * ra.sin(), dec.sin());
             let difference_deg = place.cross(star.direction).length().atan2(place.dot(star.direction)).to_degrees();

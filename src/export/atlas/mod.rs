@@ -79,7 +79,7 @@ fn render_module(
     let failed = |why: String| AtlasError::Module { module: id.to_string(), why };
     let module = Arc::new(revision.module(id, lowering)?.ok_or_else(|| failed("not in the library".into()))?);
     let image = match id {
-        ModuleId::Planet(key) => Some(renderer.draw(&module, key)?),
+        ModuleId::Keyed(key) => Some(renderer.draw(&module, key)?),
         _ => None,
     };
     let figures = figures(&module, image.as_ref()).map_err(failed)?;
@@ -119,7 +119,7 @@ pub fn write(
             let RenderedModule { module, figures, image } = result?;
             let name = id.to_string();
             let stem = &stems_by_name[&name];
-            let shows_cost = matches!(id, ModuleId::Planet(key) if key.instructions_per_read().is_some());
+            let shows_cost = matches!(id, ModuleId::Keyed(key) if key.instructions_per_read().is_some());
             if let Some(sample) = &image {
                 let mut png = Vec::new();
                 write_png(&mut png, sample.side_px, sample.side_px, &sample.display(shows_cost), &[("Shader", &name)])

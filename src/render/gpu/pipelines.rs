@@ -90,7 +90,7 @@ pub(super) fn draws_pixels(draw: &PlanDraw) -> bool {
 
 /// The pipeline keys of a plan's draws that are not skipped ([`draws_pixels`]), in order. `format`: target format by pass index.
 pub(super) fn pipeline_keys(plan: &Plan, format: impl Fn(usize) -> TextureFormat) -> Vec<PipelineKey> {
-    let key = |k: usize, pass: &Pass, d: &PlanDraw| PipelineKey::of(d, format(k), u32::from(pass.samples), pass.depth);
+    let key = |k: usize, pass: &Pass, d: &PlanDraw| PipelineKey::of(d, format(k), u32::from(pass.samples), pass.has_depth);
     let passes = plan.passes.iter().enumerate();
     passes
         .flat_map(|(k, pass)| pass.draws.iter().filter(|d| draws_pixels(d)).map(move |d| (k, pass, d)))
@@ -160,7 +160,7 @@ impl Pipelines {
                 AddressMode::Repeat => wgpu::AddressMode::Repeat,
                 AddressMode::ClampToEdge => wgpu::AddressMode::ClampToEdge,
             };
-            let (filter, mipmap_filter) = if state.linear {
+            let (filter, mipmap_filter) = if state.is_trilinear {
                 (FilterMode::Linear, MipmapFilterMode::Linear)
             } else {
                 (FilterMode::Nearest, MipmapFilterMode::Nearest)

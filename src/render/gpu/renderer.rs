@@ -255,7 +255,7 @@ impl GpuRenderer {
     /// Runs `work`, which draws a plan, and catches the device's errors. Returns an error without running it if this device cannot draw the plan.
     pub(super) fn run_checked<T>(&self, plan: &Plan, work: impl FnOnce() -> Result<T, GpuError>) -> Result<T, GpuError> {
         self.check_fatal_error()?;
-        let is_cost_view = |d: &PlanDraw| matches!(&d.module, ModuleId::Planet(k) if k.instructions_per_read().is_some());
+        let is_cost_view = |d: &PlanDraw| matches!(&d.module, ModuleId::Keyed(k) if k.instructions_per_read().is_some());
         if plan.passes.iter().flat_map(|p| &p.draws).any(is_cost_view) {
             return Err(GpuError::Unsupported("the cost view, which counts the software renderer's operations"));
         }
@@ -353,7 +353,7 @@ impl GpuRenderer {
                 return Err(GpuError::TargetSize { adapter: self.facts.to_string(), width: pass.width, height: pass.height, max_side });
             }
             let fits = |t: &PassTarget| {
-                (t.width, t.height, t.format, t.samples, t.depth.is_some()) == (pass.width, pass.height, format, samples, pass.depth)
+                (t.width, t.height, t.format, t.samples, t.depth.is_some()) == (pass.width, pass.height, format, samples, pass.has_depth)
             };
             if external.is_none() && resources.targets.get(k).is_some_and(fits) {
                 continue;

@@ -76,7 +76,7 @@ impl PassTarget {
             colour,
             multisampled,
             resolve,
-            depth: pass.depth.then(|| view(&texture(DEPTH_FORMAT, samples, attachment))),
+            depth: pass.has_depth.then(|| view(&texture(DEPTH_FORMAT, samples, attachment))),
         }
     }
 }

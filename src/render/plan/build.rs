@@ -45,7 +45,7 @@ impl SamplingQuality {
 
 /// The modules that a scene's plan runs, each once, so that they can be compiled before the plan is made.
 pub fn modules(scene: &Scene) -> Vec<ModuleId> {
-    let module_of = |d: &Draw| ModuleId::Planet(ShaderKey::for_draw(&d.features));
+    let module_of = |d: &Draw| ModuleId::Keyed(ShaderKey::for_draw(&d.features));
     let mut all: Vec<_> = scene.draws.iter().chain(&scene.selected_silhouette).map(module_of).collect();
     all.extend(coarse_air::modules(&scene.draws));
     all.extend(simple_draws::modules(scene).into_iter().map(ModuleId::Simple));
@@ -127,7 +127,7 @@ pub(super) fn hdr_steps(
         format: if scene.exposure.white() < DIM_WHITE { ColourFormat::HdrF32 } else { ColourFormat::Hdr },
         samples: sampling.samples,
         clear,
-        depth: true,
+        has_depth: true,
     };
     let format = hdr.format;
     let over_hdr = |name, draws| PassStep { name, reads: vec![], writes: Write::Over(HDR_TARGET), draws };
@@ -247,13 +247,13 @@ fn body_draw(
     provider: &impl ResourceProvider,
     sampling: SamplingQuality,
 ) -> Result<PlanDraw, PlanError> {
-    let module = ModuleId::Planet(ShaderKey::for_draw(&draw.features));
+    let module = ModuleId::Keyed(ShaderKey::for_draw(&draw.features));
     let layout = provider.layout(&module)?;
     let uniform_bytes = uniform_bytes(&layout, &draw.uniforms, sampling.anisotropy)
         .map_err(|source| PlanError::Layout { module: module.to_string(), source })?;
     let (textures, samplers) = (maps::textures(draw, &layout, provider)?, maps::samplers(draw, &layout));
     let (vertices, cull) = match &module {
-        ModuleId::Planet(key) if key.features().shape == Shape::Mesh => (mesh_vertices(draw, key)?, cull_of(&draw.features)),
+        ModuleId::Keyed(key) if key.features().shape == Shape::Mesh => (mesh_vertices(draw, key)?, cull_of(&draw.features)),
         // The two triangles of the draw's rectangle.
         _ => (Vertices::Count(6), Cull::None),
     };

@@ -54,7 +54,7 @@ fn ground_and_clouds(draws: &[Draw], k: usize) -> Option<(usize, usize)> {
 
 /// The modules of both passes; none if no draw reads the image.
 pub(super) fn modules(draws: &[Draw]) -> Vec<ModuleId> {
-    let mut all: Vec<_> = draws.iter().flat_map(subimages_of).map(|features| ModuleId::Planet(ShaderKey::for_draw(&features))).collect();
+    let mut all: Vec<_> = draws.iter().flat_map(subimages_of).map(|features| ModuleId::Keyed(ShaderKey::for_draw(&features))).collect();
     if !all.is_empty() {
         all.push(ModuleId::Simple(MARKING_MODULE));
     }
@@ -144,7 +144,7 @@ pub(super) fn steps(
             marking_draws.push(PlanDraw { label: format!("{} coarse {quantity}", draw.name), scissor, ..marking });
         }
     }
-    let target = |resource| TargetDescriptor { resource, width, height, format, samples: 1, clear: [0.0; 4], depth: false };
+    let target = |resource| TargetDescriptor { resource, width, height, format, samples: 1, clear: [0.0; 4], has_depth: false };
     let reads_samples = vec![Read { resource: SAMPLES_TARGET, binding: FIRST_READ_BINDING }];
     Ok(vec![
         PassStep { name: SAMPLES_TARGET, reads: vec![], writes: Write::New(target(SAMPLES_TARGET)), draws: sampling_draws },
@@ -164,7 +164,7 @@ fn sampling_draw(
     uniforms.lights.truncate(1);
     // The module reads no map.
     let map_taps = 1;
-    let module = ModuleId::Planet(ShaderKey::for_draw(features));
+    let module = ModuleId::Keyed(ShaderKey::for_draw(features));
     let layout = provider.layout(&module)?;
     let uniform_bytes =
         uniform_bytes(&layout, &uniforms, map_taps).map_err(|source| PlanError::Layout { module: module.to_string(), source })?;

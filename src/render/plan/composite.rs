@@ -101,7 +101,7 @@ fn last_pass(plan: &Plan) -> (usize, [u32; 2]) {
 /// A pass with one draw into a display target cleared to black.
 fn display_pass(name: &'static str, [width, height]: [u32; 2], samples: u8, draw: PlanDraw) -> Pass {
     let clear = [0.0, 0.0, 0.0, 1.0];
-    Pass { name, width, height, format: ColourFormat::Rgba8Unorm, samples, clear, depth: false, draws: vec![draw] }
+    Pass { name, width, height, format: ColourFormat::Rgba8Unorm, samples, clear, has_depth: false, draws: vec![draw] }
 }
 
 /// The complete plans of both eyes' frames, then the pass that combines their display images.

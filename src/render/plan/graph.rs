@@ -20,7 +20,7 @@ pub struct TargetDescriptor {
     /// Clear colour, as stored in the target.
     pub clear: [f32; 4],
     /// Whether a depth buffer belongs to the target.
-    pub depth: bool,
+    pub has_depth: bool,
 }
 
 /// How a step writes its resource.
@@ -154,7 +154,7 @@ pub(crate) fn compile(steps: &[PassStep], image: &'static str) -> Result<Plan, G
             format: target.format,
             samples: target.samples,
             clear: target.clear,
-            depth: target.depth,
+            has_depth: target.has_depth,
             draws: draws.collect(),
         }
     });
@@ -166,7 +166,7 @@ pub(crate) fn listing(steps: &[PassStep], plan: &Plan) -> String {
     let plural = |count: usize| if count == 1 { "" } else { "s" };
     let mut text = String::new();
     for (k, pass) in plan.passes.iter().enumerate() {
-        let depth = if pass.depth { ", depth" } else { "" };
+        let depth = if pass.has_depth { ", depth" } else { "" };
         text.push_str(&format!(
             "pass {k} makes {}: {}x{}, {:?}, {} sample{}{depth}\n",
             pass.name,
@@ -192,8 +192,15 @@ mod tests {
     use super::*;
 
     fn creates(name: &'static str, resource: &'static str, reads: &[&'static str]) -> PassStep {
-        let target =
-            TargetDescriptor { resource, width: 4, height: 4, format: ColourFormat::Rgba8Unorm, samples: 1, clear: [0.0; 4], depth: false };
+        let target = TargetDescriptor {
+            resource,
+            width: 4,
+            height: 4,
+            format: ColourFormat::Rgba8Unorm,
+            samples: 1,
+            clear: [0.0; 4],
+            has_depth: false,
+        };
         PassStep {
             name,
             reads: reads.iter().map(|resource| Read { resource, binding: 1 }).collect(),

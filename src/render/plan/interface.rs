@@ -74,7 +74,7 @@ pub fn interface_step(
         format: ColourFormat::Rgba8Unorm,
         samples: 1,
         clear: black,
-        depth: false,
+        has_depth: false,
     };
     Ok(PassStep { name: "interface", reads: vec![], writes: Write::New(window), draws: draws.collect() })
 }
@@ -99,7 +99,7 @@ pub fn warm_up_interface(provider: &impl ResourceProvider) -> Result<Plan, PlanE
         colours: vec![1.0; 12],
         indices: vec![0, 1, 2],
         texture: TextureSource::Image(Arc::new(white)),
-        sampler: SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, linear: true },
+        sampler: SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, is_trilinear: true },
         scissor: [0, 0, 1, 1],
     };
     interface(vec![primitive], [1, 1], provider)

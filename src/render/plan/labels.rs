@@ -26,7 +26,7 @@ fn shadow_offset_px(glyph_px: f64) -> f64 {
     (glyph_px / 13.0).round().max(1.0)
 }
 
-/// A rectangle of the glyph atlas drawn into the image: a glyph or a marker.
+/// A rectangle of the glyph atlas drawn into the image: a glyph, the ring, or a part of the square.
 struct GlyphQuad {
     /// Top-left corner in the image.
     corner_px: [f32; 2],
@@ -39,13 +39,13 @@ struct GlyphQuad {
 /// A glyph at a pen position in pixels of the image, which is rounded to whole pixels so that each texel of the atlas covers exactly one pixel.
 fn glyph_quad(glyph: &Glyph, pen: [f64; 2], [r, g, b]: [f32; 3], opacity: f32) -> GlyphQuad {
     let corner_px = std::array::from_fn(|k| (pen[k].round() + f64::from(glyph.bearing[k])) as f32);
-    let [x, y, w, h] = [glyph.at[0], glyph.at[1], glyph.size[0], glyph.size[1]].map(|v| v as f32);
+    let [x, y, w, h] = [glyph.top_left[0], glyph.top_left[1], glyph.size[0], glyph.size[1]].map(|v| v as f32);
     GlyphQuad { corner_px, cell: [x, y, w, h], colour: [r, g, b, opacity] }
 }
 
-/// The ring-shaped marker around a centre, which is the middle of the pen's pixel.
-fn marker_quad(glyphs: &GlyphAtlas, [x, y]: [f64; 2], colour: [f32; 3], opacity: f32) -> GlyphQuad {
-    glyph_quad(&glyphs.marker, [x - 0.5, y - 0.5], colour, opacity)
+/// The ring around a centre, which is the middle of the pen's pixel.
+fn ring_quad(glyphs: &GlyphAtlas, [x, y]: [f64; 2], colour: [f32; 3], opacity: f32) -> GlyphQuad {
+    glyph_quad(&glyphs.ring, [x - 0.5, y - 0.5], colour, opacity)
 }
 
 /// Markers and names, the least important first, each name over its own shadow.
@@ -58,7 +58,7 @@ fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
         let text_colour = colour(if is_selected { SELECTED_COLOUR } else { NAME_COLOUR }).to_array();
         let centre = label.centre_px.to_array();
         if label.radius_px < MARKER_RADIUS * layer.glyph_px {
-            quads.push(marker_quad(glyphs, centre, text_colour, if is_selected { 1.0 } else { MARKER_OPACITY }));
+            quads.push(ring_quad(glyphs, centre, text_colour, if is_selected { 1.0 } else { MARKER_OPACITY }));
         }
         if let Some(side) = label.name_side {
             let [x, y] = side.offset_px(&metrics, label.radius_px).to_array();
@@ -100,17 +100,17 @@ fn filled_bar(bar: &Bar, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let tile = |k: u32| {
         let [x, y] = [k % columns * side, k / columns * side];
         let corner_px = [bar.rect.min.x.round() as f32 + x as f32, bar.rect.min.y.round() as f32 + y as f32];
-        let cell = [square.at[0], square.at[1], (width - x).min(side), (height - y).min(side)].map(|v| v as f32);
+        let cell = [square.top_left[0], square.top_left[1], (width - x).min(side), (height - y).min(side)].map(|v| v as f32);
         GlyphQuad { corner_px, cell, colour: [r, g, b, bar.opacity as f32] }
     };
     (0..columns * rows).map(tile).collect()
 }
 
-/// Caption, scale bar and compass; also the names of surface features with their ring-shaped markers, which the scene puts into the same lists.
+/// Caption, scale bar and compass; also the names of surface features with their rings, which the scene puts into the same lists.
 fn margin_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let shadow_px = shadow_offset_px(layer.glyph_px);
     let margin = &layer.margin;
-    let ring_marker = |centre: &glam::DVec2| marker_quad(glyphs, centre.to_array(), colour(NAME_COLOUR).to_array(), MARKER_OPACITY);
+    let ring = |centre: &glam::DVec2| ring_quad(glyphs, centre.to_array(), colour(NAME_COLOUR).to_array(), MARKER_OPACITY);
     let text = |t: &TextLine| text_quads(&t.text, t.left_px.to_array(), colour(t.colour).to_array(), t.opacity as f32, glyphs, shadow_px);
     let shadow = |bar: &Bar| {
         let offset = glam::DVec2::splat(shadow_px);
@@ -118,7 +118,7 @@ fn margin_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
         filled_bar(&Bar { rect, colour: [0; 3], opacity: f64::from(SHADOW_OPACITY) * bar.opacity }, glyphs)
     };
     let bars = margin.bars.iter().flat_map(shadow).chain(margin.bars.iter().flat_map(|bar| filled_bar(bar, glyphs)));
-    margin.rings.iter().map(ring_marker).chain(bars).chain(margin.texts.iter().flat_map(text)).collect()
+    margin.rings.iter().map(ring).chain(bars).chain(margin.texts.iter().flat_map(text)).collect()
 }
 
 /// Data points, in one draw; none without data.

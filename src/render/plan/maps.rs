@@ -85,7 +85,7 @@ pub(super) fn textures(draw: &Draw, layout: &Layout, provider: &impl ResourcePro
 
 /// The sampler bindings of the draw. Maps, and overlays that span all longitudes, repeat across the antimeridian; other overlays are clamped.
 pub(super) fn samplers(draw: &Draw, layout: &Layout) -> Vec<SamplerBinding> {
-    let repeating = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
+    let repeating = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, is_trilinear: true };
     let state_of = |name: &str| {
         let overlay = OVERLAY_SAMPLERS.iter().position(|s| *s == name).and_then(|n| draw.uniforms.overlays.get(n));
         match overlay {

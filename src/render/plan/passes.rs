@@ -18,7 +18,7 @@ pub struct SamplerState {
     pub address_u: AddressMode,
     pub address_v: AddressMode,
     /// Trilinear when true, nearest when false.
-    pub linear: bool,
+    pub is_trilinear: bool,
 }
 
 /// The image that a texture binding reads.
@@ -155,14 +155,14 @@ pub struct Pass {
     /// Clear colour, in the encoding of the target.
     pub clear: [f32; 4],
     /// Whether the pass has a depth buffer.
-    pub depth: bool,
+    pub has_depth: bool,
     pub draws: Vec<PlanDraw>,
 }
 
 impl Pass {
     /// A pass whose fragments are numbers instead of colours: one sample per pixel in linear floats, without depth; NaN where nothing is drawn.
     pub(crate) fn of_numbers(name: &'static str, width: u32, height: u32, draws: Vec<PlanDraw>) -> Self {
-        Self { name, width, height, format: ColourFormat::Hdr, samples: 1, clear: [f32::NAN; 4], depth: false, draws }
+        Self { name, width, height, format: ColourFormat::Hdr, samples: 1, clear: [f32::NAN; 4], has_depth: false, draws }
     }
 }
 
@@ -202,7 +202,7 @@ impl Plan {
     /// The features with which bodies are drawn, each once.
     pub(crate) fn features_of_bodies(&self) -> Vec<DrawFeatures> {
         let features = |module: ModuleId| match module {
-            ModuleId::Planet(key) => Some(*key.features()),
+            ModuleId::Keyed(key) => Some(*key.features()),
             _ => None,
         };
         self.modules().into_iter().filter_map(features).collect()

@@ -315,7 +315,7 @@ const WIDE_HALO: HaloImages = HaloImages { downsampled: "near halo shrunk", blur
 
 /// A linear HDR target of one sample per pixel.
 fn linear_target(resource: &'static str, [width, height]: [u32; 2]) -> TargetDescriptor {
-    TargetDescriptor { resource, width, height, format: ColourFormat::Hdr, samples: 1, clear: [0.0; 4], depth: false }
+    TargetDescriptor { resource, width, height, format: ColourFormat::Hdr, samples: 1, clear: [0.0; 4], has_depth: false }
 }
 
 /// A step with one draw that fills a new target. The resources `reads` are bound from [`FIRST_READ_BINDING`] on.
@@ -409,7 +409,7 @@ pub(super) fn tone_map_step(
     })?;
     let black = [0.0, 0.0, 0.0, 1.0];
     let target =
-        TargetDescriptor { resource: display, width, height, format: ColourFormat::Rgba8Unorm, samples: 1, clear: black, depth: false };
+        TargetDescriptor { resource: display, width, height, format: ColourFormat::Rgba8Unorm, samples: 1, clear: black, has_depth: false };
     Ok(screen_step("tone map", reads, target, draw))
 }
 
@@ -447,7 +447,7 @@ pub(super) fn outline_steps(
         format: ColourFormat::Rgba8Unorm,
         samples: 1,
         clear: [0.0; 4],
-        depth: false,
+        has_depth: false,
     };
     let blurred = |name, from, to, axis| -> Result<PassStep, PlanError> {
         let mut step = screen_step(name, &[from], mask(to), blur(scene, provider, axis, sigma_px)?);
@@ -456,7 +456,7 @@ pub(super) fn outline_steps(
     };
     let [shape_mask, blurred_x_mask, blurred_mask] = OUTLINE_RESOURCES;
     // A body's module writes depth, so the mask needs a depth target.
-    let shape_target = TargetDescriptor { depth: true, ..mask(shape_mask) };
+    let shape_target = TargetDescriptor { has_depth: true, ..mask(shape_mask) };
     let outline = simple_draw("outline", scene, provider, |w| w.vec3("colour", colour(SELECTED_COLOUR)))?;
     let outline = PlanDraw { blend: Blend::PremultipliedOver, scissor: blurred_rect, ..outline };
     let reads = (FIRST_READ_BINDING..).zip([shape_mask, blurred_mask]).map(|(binding, resource)| Read { resource, binding }).collect();

@@ -46,7 +46,7 @@ pub(super) fn background(scene: &Scene, provider: &impl ResourceProvider, opacit
         w.f32("opacity", opacity)
     })?;
     let textures = vec![TextureBinding { binding: MAP_BINDING, source: TextureSource::Image(map) }];
-    let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, linear: true };
+    let state = SamplerState { address_u: AddressMode::Repeat, address_v: AddressMode::ClampToEdge, is_trilinear: true };
     Ok(vec![PlanDraw { textures, samplers: vec![SamplerBinding { binding: SAMPLER_BINDING, state }], ..draw }])
 }
 
@@ -64,7 +64,7 @@ pub(super) fn images(scene: &Scene, provider: &impl ResourceProvider) -> Result<
             w.f32("opacity", image.opacity)
         })?;
         let textures = vec![TextureBinding { binding: MAP_BINDING, source: TextureSource::Image(map) }];
-        let state = SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, linear: true };
+        let state = SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, is_trilinear: true };
         let samplers = vec![SamplerBinding { binding: SAMPLER_BINDING, state }];
         Ok(PlanDraw { textures, samplers, blend: Blend::PremultipliedOver, ..draw })
     };

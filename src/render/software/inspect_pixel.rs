@@ -160,7 +160,7 @@ impl<R: Real> LaneRun<R> for RecordingRun<'_, R> {
     fn run(&mut self, active: LaneMask) -> LaneMask {
         let remaining = self.run.run(active);
         if remaining >> self.stage.lane & 1 == 1 {
-            let outputs = (0..self.stage.inner.outputs().len()).map(|k| self.run.output(k)[self.stage.lane].f64()).collect();
+            let outputs = (0..self.stage.inner.outputs().len()).map(|k| self.run.output(k)[self.stage.lane].to_f64()).collect();
             *self.stage.recorded.lock() = outputs;
         }
         remaining

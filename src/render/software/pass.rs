@@ -207,7 +207,7 @@ fn check_size_and_samples(pass: &Pass) -> Result<(), RenderError> {
 
 /// The number of instructions that one texture read counts as, in a module whose key selects the pixel view of shading cost; `None` for all others.
 fn instructions_per_read(module: &ModuleId) -> Option<f64> {
-    if let ModuleId::Planet(key) = module { key.instructions_per_read() } else { None }
+    if let ModuleId::Keyed(key) = module { key.instructions_per_read() } else { None }
 }
 
 fn prepare_draw<'a, R: Real>(
@@ -221,12 +221,12 @@ fn prepare_draw<'a, R: Real>(
         assemble(draw, stages.vertex, fragment.inputs(), [pass.width, pass.height], stages.vertex_grid)?;
     timings.vertex_ms += 1e3 * vertex_seconds;
     timings.setup_ms += 1e3 * setup_seconds;
-    timings.submitted += submitted_triangles;
+    timings.submitted_triangles += submitted_triangles;
     // Each submitted triangle that is not culled has one source triangle in the geometry, even if clipping splits it into several raster triangles.
-    timings.culled += submitted_triangles - geometry.source_triangles.len();
-    timings.clipped += geometry.clipped_count;
+    timings.culled_triangles += submitted_triangles - geometry.source_triangles.len();
+    timings.clipped_triangles += geometry.clipped_count;
     timings.triangles += geometry.triangles.len();
-    let fragment_setup = FragmentSetup::new(fragment, draw.depth, pass.depth);
+    let fragment_setup = FragmentSetup::new(fragment, draw.depth, pass.has_depth);
     Ok(PreparedDraw {
         geometry,
         fragment,

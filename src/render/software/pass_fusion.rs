@@ -32,7 +32,7 @@ pub(crate) fn can_fuse_with_next_pass(plan: &Plan, index: usize) -> bool {
     hdr.format != ColourFormat::Rgba8Unorm
         && display.format == ColourFormat::Rgba8Unorm
         && (hdr.width, hdr.height) == (display.width, display.height)
-        && (display.samples, display.depth) == (1, false)
+        && (display.samples, display.has_depth) == (1, false)
         && reader_count == 1
         && first_draw.is_some_and(|d| d.blend == Blend::Replace && d.textures.len() == 1 && reads_hdr(&d.textures[0].source))
 }

@@ -105,10 +105,8 @@ pub struct Program {
     pub draw_tape: Vec<Instr>,
     /// Tape that runs per batch of lanes.
     pub lane_tape: Vec<Instr>,
-    /// Number of registers.
-    pub registers: u32,
-    /// Number of slots.
-    pub slots: u32,
+    pub register_count: u32,
+    pub slot_count: u32,
 }
 
 /// Programs have fewer slots and fewer registers than this: operands are 16 bits wide, and the limit is somewhat below 2^16.
@@ -138,22 +136,22 @@ impl Program {
     /// Verifies every index, so that a program read from a file cannot access anything outside its registers, slots or tape.
     pub fn check(&self) -> Result<(), ProgramError> {
         let is_in_range = |o: &Operand| match *o {
-            Operand::Slot(s) => u32::from(s) < self.slots,
-            Operand::Reg(r) => u32::from(r) < self.registers,
+            Operand::Slot(s) => u32::from(s) < self.slot_count,
+            Operand::Reg(r) => u32::from(r) < self.register_count,
         };
-        let valid = self.inputs.len() < self.slots as usize
+        let valid = self.inputs.len() < self.slot_count as usize
             && self.inputs_read.len() == self.inputs.len()
-            && self.slots < SLOT_OR_REGISTER_LIMIT
-            && self.registers < SLOT_OR_REGISTER_LIMIT
-            && self.constants.len() <= self.registers as usize
+            && self.slot_count < SLOT_OR_REGISTER_LIMIT
+            && self.register_count < SLOT_OR_REGISTER_LIMIT
+            && self.constants.len() <= self.register_count as usize
             && self.outputs.len() == self.output_operands.len()
             && self.output_operands.iter().chain(&self.discarded).all(is_in_range)
             && self.draw_tape.iter().all(|i| i.is_per_draw())
             && self.draw_tape.iter().chain(&self.lane_tape).all(|i| {
                 i.is_well_formed()
                     && i.operands().iter().all(is_in_range)
-                    && i.written_slots().iter().all(|&s| u32::from(s) < self.slots && !i.operands().contains(&Operand::Slot(s)))
-                    && i.written_register().is_none_or(|r| u32::from(r) < self.registers)
+                    && i.written_slots().iter().all(|&s| u32::from(s) < self.slot_count && !i.operands().contains(&Operand::Slot(s)))
+                    && i.written_register().is_none_or(|r| u32::from(r) < self.register_count)
                     && i.texture().is_none_or(|t| usize::from(t) < self.textures.len())
                     && i.target().is_none_or(|t| t as usize <= self.lane_tape.len())
             });

@@ -44,14 +44,14 @@ pub enum Precision {
 pub struct Options {
     /// Number of threads; 0: one per logical CPU.
     pub threads: usize,
-    pub kernels: KernelClass,
+    pub kernel_class: KernelClass,
     pub precision: Precision,
     pub vertex_grid: VertexGrid,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { threads: 0, kernels: KernelClass::detect(), precision: Precision::F32, vertex_grid: VertexGrid::default() }
+        Self { threads: 0, kernel_class: KernelClass::detect(), precision: Precision::F32, vertex_grid: VertexGrid::default() }
     }
 }
 
@@ -104,8 +104,8 @@ impl SoftwareRenderer {
     /// # Errors
     /// Kernels that this machine lacks, or no threads.
     pub fn new(options: Options) -> Result<Self, RenderError> {
-        if !KernelClass::available().contains(&options.kernels) {
-            return Err(RenderError::Kernels(options.kernels.name().to_owned()));
+        if !KernelClass::available().contains(&options.kernel_class) {
+            return Err(RenderError::Kernels(options.kernel_class.name().to_owned()));
         }
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(options.threads)
@@ -298,7 +298,7 @@ impl SoftwareRenderer {
         pass_outputs: &[Result<Arc<Texels<'a>>, String>],
     ) -> Result<BoundStages<'a, R>, RenderError> {
         let mut images_by_binding = HashMap::new();
-        let class = self.options.kernels;
+        let class = self.options.kernel_class;
         let mut stage = |EntryPoint { program, kernel_binding }: &'a EntryPoint| {
             let textures = textures_of(draw, program, pass_outputs, &mut images_by_binding, class)?;
             let bound_program =

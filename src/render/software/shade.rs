@@ -357,7 +357,7 @@ impl TileShader<'_> {
         }
         for (f32_values, values) in batch.f32_colour.iter_mut().zip(&outputs) {
             if let Some(f64_values) = values.filter(|v| R::as_f32(&v[..]).is_none()) {
-                f32_values.iter_mut().zip(f64_values).for_each(|(to, from)| *to = from.f64() as f32);
+                f32_values.iter_mut().zip(f64_values).for_each(|(to, from)| *to = from.to_f64() as f32);
             }
         }
         let mut colour = [&DEFAULT_COMPONENTS[0][..], &DEFAULT_COMPONENTS[0], &DEFAULT_COMPONENTS[0], &DEFAULT_COMPONENTS[1]];
@@ -411,7 +411,7 @@ impl TileShader<'_> {
         let mut new = [0.0; LANES];
         match R::as_f32(values) {
             Some(values) => new.iter_mut().zip(values).for_each(|(new, value)| *new = value.clamp(0.0, 1.0)),
-            None => new.iter_mut().zip(values).for_each(|(new, value)| *new = (value.f64() as f32).clamp(0.0, 1.0)),
+            None => new.iter_mut().zip(values).for_each(|(new, value)| *new = (value.to_f64() as f32).clamp(0.0, 1.0)),
         }
         self.target.depth.test_all(first * 4, &new, setup.depth.test, setup.depth.write)
     }
@@ -435,7 +435,7 @@ impl TileShader<'_> {
             match &depth {
                 Some(values) => {
                     // `clamp` keeps NaN, which fails every depth test.
-                    let new: [f32; 4] = std::array::from_fn(|corner| (values[q * 4 + corner].f64() as f32).clamp(0.0, 1.0));
+                    let new: [f32; 4] = std::array::from_fn(|corner| (values[q * 4 + corner].to_f64() as f32).clamp(0.0, 1.0));
                     if quad.coverage == full && self.target.depth.test_all(usize::from(quad.index) * 4, &new, state.test, state.write) {
                         continue;
                     }

@@ -38,7 +38,7 @@ impl<'a, R: Real> TapeStage<'a, R> {
         textures: Box<dyn TextureUnit<R> + Sync + 'a>,
         class: KernelClass,
     ) -> Self {
-        let (draw_values, hit_loop_limit) = (program.prepare_for(uniform_bytes, class), AtomicBool::new(false));
+        let (draw_values, hit_loop_limit) = (program.run_draw_tape(uniform_bytes, class), AtomicBool::new(false));
         Self { program, draw_values, textures, bound_program, tone_map: None, marks: None, hit_loop_limit }
     }
 

@@ -6,11 +6,13 @@ pub struct PassTimings {
     pub name: String,
     /// Triangles that the draws submitted, before clipping and culling; `given` in time reports.
     #[serde(rename = "given")]
-    pub submitted: usize,
+    pub submitted_triangles: usize,
     /// Submitted triangles that are back-facing, without area, or entirely clipped or outside the draw's scissor rectangle.
-    pub culled: usize,
+    #[serde(rename = "culled")]
+    pub culled_triangles: usize,
     /// Submitted triangles that a clip plane cut, such as the near plane or an edge of the guard band, and that are still visible.
-    pub clipped: usize,
+    #[serde(rename = "clipped")]
+    pub clipped_triangles: usize,
     /// Triangles to be rasterised, after clipping (which may split one into several) and culling.
     pub triangles: usize,
     /// Wall time of the vertex programs.

@@ -214,7 +214,7 @@ impl<'a, R: Real> VertexStage<'a, R> {
         run.run(LaneMask::MAX);
         for (k, output) in self.outputs.iter().enumerate() {
             for (row, value) in rows.chunks_exact_mut(row_length).zip(run.output(*output)) {
-                row[k] = value.f64();
+                row[k] = value.to_f64();
             }
         }
     }

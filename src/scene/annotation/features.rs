@@ -60,7 +60,7 @@ pub(crate) fn surface_feature_names(
         }
         // Positions from the body's centre, body axes.
         let camera_km = placement.camera_in_unit_sphere() * placement.radii_km;
-        for feature in nomenclature::features(&body.name) {
+        for feature in nomenclature::surface_features(&body.name) {
             if names.len() >= MAX_NAMES {
                 return (names, sites);
             }

@@ -320,7 +320,7 @@ mod tests {
             let conic = Conic::of(&state, GM).expect("a conic");
             let from = ConicState { position: state.pos_km, velocity: state.vel_km_s };
             for days in [-300.0, -1.0, 1e-9, 40.0, 900.0] {
-                let expected = from.after(GM, days * 86_400.0).position;
+                let expected = from.propagated(GM, days * 86_400.0).position;
                 // Finds the nearest point of the line by repeated refinement around the best sample.
                 let [back, ahead_end] = conic.drawn_range();
                 let (mut middle, mut step) = (0.0, 0.0);

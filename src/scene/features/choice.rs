@@ -144,8 +144,8 @@ impl FeatureSelection {
         let ellipsoid = self.ellipsoid || air.model != AtmosphereModel::None;
         let mesh = self.mesh.zip(body.mesh.as_ref()).filter(|_| air.model == AtmosphereModel::None).map(|(flags, shape_model)| MeshFlags {
             two_sided: flags.two_sided && shape_model.two_sided,
-            alpha_texture: flags.alpha_texture && shape_model.alpha && self.maps.albedo && available.maps.albedo,
-            vertex_colour: flags.vertex_colour && shape_model.vertex_colours,
+            alpha_texture: flags.alpha_texture && shape_model.has_map_alpha && self.maps.albedo && available.maps.albedo,
+            vertex_colour: flags.vertex_colour && shape_model.uses_vertex_colours,
         });
         let surface = match body.photometry {
             Photometry::Emissive { .. } => Surface::Emissive,

@@ -41,8 +41,8 @@ fn possible_maps(body: &Body) -> Vec<MapSet> {
 
 /// No mesh, and the body's mesh without and with vertex colours, because its file may lack them.
 fn possible_meshes(body: &Body) -> Vec<Option<MeshFlags>> {
-    let flags = |m: &ShapeModel, vertex_colour| Some(MeshFlags { two_sided: m.two_sided, alpha_texture: m.alpha, vertex_colour });
-    let meshes = body.mesh.iter().flat_map(|m| [false, m.vertex_colours].map(|coloured| flags(m, coloured)));
+    let flags = |m: &ShapeModel, vertex_colour| Some(MeshFlags { two_sided: m.two_sided, alpha_texture: m.has_map_alpha, vertex_colour });
+    let meshes = body.mesh.iter().flat_map(|m| [false, m.uses_vertex_colours].map(|coloured| flags(m, coloured)));
     std::iter::once(None).chain(meshes).collect()
 }
 

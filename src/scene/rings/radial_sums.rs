@@ -25,7 +25,7 @@ impl SlantSums {
         let light = intervals.iter().map(|interval| {
             let albedo = interval.albedo.iter().copied().fold(0.0, f64::max);
             let light = if interval.tau > 0.0 { albedo * conditions.light(interval, slant) } else { 0.0 };
-            [light * (1.0 - interval.dust), light * interval.dust]
+            [light * (1.0 - interval.dust_fraction), light * interval.dust_fraction]
         });
         let light: Vec<ByParticle> = light.collect();
         let mut sum = [0.0; 2];
@@ -100,8 +100,8 @@ mod tests {
                 .map(|side| sunlight[side][0] * scattered(interval.tau, slant, 1.0 / sunlight[side][1], side == 0))
                 .sum();
             let light = overlap * light * interval.albedo.iter().copied().fold(0.0, f64::max);
-            mean[0] += light * (1.0 - interval.dust);
-            mean[1] += light * interval.dust;
+            mean[0] += light * (1.0 - interval.dust_fraction);
+            mean[1] += light * interval.dust_fraction;
         }
         mean
     }

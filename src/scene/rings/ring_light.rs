@@ -61,7 +61,7 @@ impl RingLight {
         let reflected = |interval: &RingInterval| {
             let scattered = scattered(interval.tau, 1.0 / mu, 1.0 / mu0, is_same_side);
             let area = PI * (interval.outer - interval.inner) * (interval.outer + interval.inner) * viewer.z.abs();
-            let phase = large_particle_phase * (1.0 - interval.dust) + dust_phase * interval.dust;
+            let phase = large_particle_phase * (1.0 - interval.dust_fraction) + dust_phase * interval.dust_fraction;
             0.25 * phase * luminance(interval.albedo) * scattered * area * visible_at(0.5 * (interval.inner + interval.outer))
         };
         let ring_albedo = if sun.z == 0.0 { 0.0 } else { intervals.iter().map(reflected).sum::<f64>() / PI };

@@ -347,7 +347,7 @@ mod tests {
     use crate::units::GOLDEN_ANGLE_RAD;
 
     fn ring(inner_km: f64, outer_km: f64, tau_normal: f64) -> Ring {
-        Ring { name: "x".into(), inner_km, outer_km, tau_normal, albedo: [0.8, 0.6, 0.4], dust: 0.0 }
+        Ring { name: "x".into(), inner_km, outer_km, tau_normal, albedo: [0.8, 0.6, 0.4], dust_fraction: 0.0 }
     }
 
     fn geometry<'a>(rings: &'a [&'a Ring], sin_elevation: f64) -> RingShineGeometry<'a> {

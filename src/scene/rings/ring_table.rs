@@ -26,7 +26,7 @@ pub(crate) struct RingInterval {
     /// Effective single-scattering albedo, linear RGB.
     pub albedo: [f64; 3],
     /// Fraction of the scattered light that comes from dust.
-    pub dust: f64,
+    pub dust_fraction: f64,
 }
 
 impl RingInterval {
@@ -37,7 +37,7 @@ impl RingInterval {
 
     /// Whether any light comes from dust.
     fn has_dust(&self) -> bool {
-        self.tau > 0.0 && self.dust > 0.0
+        self.tau > 0.0 && self.dust_fraction > 0.0
     }
 }
 
@@ -49,8 +49,8 @@ pub(crate) fn intervals<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_
     let between = |pair: &[f64]| {
         let middle = (pair[0] + pair[1]) / 2.0;
         let top_ring = rings.clone().filter(|r| r.inner_km <= middle && middle < r.outer_km).last();
-        let (tau, albedo, dust) = top_ring.map_or((0.0, [0.0; 3], 0.0), |r| (r.tau_normal, r.albedo, r.dust));
-        RingInterval { inner: pair[0] / unit_km, outer: pair[1] / unit_km, tau, albedo, dust }
+        let (tau, albedo, dust_fraction) = top_ring.map_or((0.0, [0.0; 3], 0.0), |r| (r.tau_normal, r.albedo, r.dust_fraction));
+        RingInterval { inner: pair[0] / unit_km, outer: pair[1] / unit_km, tau, albedo, dust_fraction }
     };
     edges.windows(2).map(between).collect()
 }
@@ -58,7 +58,7 @@ pub(crate) fn intervals<'a>(rings: impl Iterator<Item = &'a Ring> + Clone, unit_
 /// The properties of a ring that a table depends on, as a cache key.
 pub(crate) fn cache_key(ring: &Ring) -> [f64; 7] {
     let [red, green, blue] = ring.albedo;
-    [ring.inner_km, ring.outer_km, ring.tau_normal, ring.dust, red, green, blue]
+    [ring.inner_km, ring.outer_km, ring.tau_normal, ring.dust_fraction, red, green, blue]
 }
 
 /// Number of cached tables of each kind: enough for the rings in a frame and in the other variant of the Compare panel. A table of Saturn's rings takes up to
@@ -236,8 +236,8 @@ impl RingTable {
             for interval in intervals {
                 let light = conditions.light(interval, slant);
                 let [red, green, blue] = interval.albedo.map(|albedo| light * albedo);
-                let large = [red, green, blue].map(|v| v * (1.0 - interval.dust));
-                let dust = [red, green, blue].map(|v| v * interval.dust);
+                let large = [red, green, blue].map(|v| v * (1.0 - interval.dust_fraction));
+                let dust = [red, green, blue].map(|v| v * interval.dust_fraction);
                 let means = [[large[0], large[1], large[2], interval.removed_fraction(slant)], [dust[0], dust[1], dust[2], 0.0]];
                 for (kind, mean) in means.into_iter().enumerate() {
                     rows[2 * kind].extend(mean.map(narrow_scalar));
@@ -293,7 +293,7 @@ mod tests {
     use super::*;
 
     fn ring(inner_km: f64, outer_km: f64, tau_normal: f64) -> Ring {
-        Ring { name: "x".into(), inner_km, outer_km, tau_normal, albedo: [0.5, 0.25, 0.125], dust: 0.0 }
+        Ring { name: "x".into(), inner_km, outer_km, tau_normal, albedo: [0.5, 0.25, 0.125], dust_fraction: 0.0 }
     }
 
     /// The conditions of the albedo view, with rows for every slant.
@@ -379,7 +379,7 @@ mod tests {
     /// The light of a faint dusty ring outside a dense ring is precise to five digits.
     #[test]
     fn dust_is_summed_apart_from_large_particles() {
-        let faint = Ring { dust: 0.8, ..ring(4.0, 5.0, 1e-6) };
+        let faint = Ring { dust_fraction: 0.8, ..ring(4.0, 5.0, 1e-6) };
         let table = RingTable::of([ring(1.0, 2.0, 3.0), faint].iter(), 1.0, &ALBEDO_VIEW).expect("a table");
         let at = |row: u32, node: usize, c: usize| f64::from(table.texels[(row as usize * 4 + node) * 4 + c]);
         let (large, dust) = (RING_HEADER_ROWS + 1, RING_HEADER_ROWS + 3);

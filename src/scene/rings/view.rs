@@ -184,8 +184,8 @@ impl<'a> RingView<'a> {
         // Large particles are brightest at the smallest phase angle. The phase function of dust has one minimum, so its maximum is at an end of the range.
         let [smallest, largest] = limits.phase_angles_rad;
         // Few rings have dust, and its phase function is the costly one.
-        let of_dust = if ring.dust > 0.0 { dust_phase(smallest).max(dust_phase(largest)) * ring.dust } else { 0.0 };
-        let phase = large_particle_phase(smallest.cos()) * (1.0 - ring.dust) + of_dust;
+        let of_dust = if ring.dust_fraction > 0.0 { dust_phase(smallest).max(dust_phase(largest)) * ring.dust_fraction } else { 0.0 };
+        let phase = large_particle_phase(smallest.cos()) * (1.0 - ring.dust_fraction) + of_dust;
         // Upper limit of single scattering: each photon is scattered once, and none is lost afterwards.
         RingChange {
             hidden: -(-limits.max_slant_depth).exp_m1(),

@@ -102,7 +102,7 @@ pub fn grain_position_au(orbit: &HeliocentricOrbit, days: f64, age_days: f64, be
     let released = heliocentric_state(orbit, days - age_days);
     // Without net gravity the grain moves in a straight line.
     let gm = GAUSS_CONSTANT * GAUSS_CONSTANT * (1.0 - beta);
-    if gm > 0.0 { released.after(gm, age_days).position } else { released.position + released.velocity * age_days }
+    if gm > 0.0 { released.propagated(gm, age_days).position } else { released.position + released.velocity * age_days }
 }
 
 /// Total magnitude of a comet at the given distances from the viewer and from the Sun, au; `None` for a body with another brightness law.

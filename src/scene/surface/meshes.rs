@@ -48,8 +48,8 @@ pub(crate) fn rect(camera: &Camera, placement: &Placement, model: &Mesh) -> Opti
 pub(crate) fn flags(body: &Body, model: &Mesh) -> MeshFlags {
     body.mesh.as_ref().map_or_else(MeshFlags::default, |m| MeshFlags {
         two_sided: m.two_sided,
-        alpha_texture: m.alpha,
-        vertex_colour: m.vertex_colours && model.colours.is_some(),
+        alpha_texture: m.has_map_alpha,
+        vertex_colour: m.uses_vertex_colours && model.colours.is_some(),
     })
 }
 

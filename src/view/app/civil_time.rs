@@ -37,7 +37,7 @@ impl ShownTimeZone {
     }
 
     /// The zone's label for an instant: `UTC`, or the offset of the computer's zone at that instant, such as `UTC+05:30`.
-    pub(crate) fn name(self, t: Instant) -> String {
+    pub(crate) fn label(self, t: Instant) -> String {
         match (self, Self::Utc.civil_time(t)) {
             (Self::Local, Some(utc)) => offset_text(Local.offset_from_utc_datetime(&utc).fix().local_minus_utc()),
             _ => "UTC".into(),

@@ -17,7 +17,8 @@ pub struct CompositionState {
     /// Full angle of a fisheye's circle; other projections do not use this field.
     pub fisheye_deg: f64,
     /// Whether the zenith is in the middle of a fisheye image.
-    pub dome_zenith: bool,
+    #[serde(rename = "dome_zenith")]
+    pub is_zenith_centred: bool,
     /// Tilt of a dome, see [`Composition::tilt_deg`]: the angle by which the direction in the image's middle is lowered.
     pub dome_tilt_deg: f64,
     #[serde(with = "option_serde::by_optional_name")]
@@ -31,7 +32,7 @@ impl Default for CompositionState {
         Self {
             projection: Projection::Perspective,
             fisheye_deg: FISHEYE_DEG,
-            dome_zenith: false,
+            is_zenith_centred: false,
             dome_tilt_deg: 0.0,
             stereo: None,
             eye_separation_km: None,
@@ -56,7 +57,7 @@ impl CompositionState {
     fn of(composition: &Composition) -> Self {
         Self {
             projection: composition.projection,
-            dome_zenith: composition.zenith_centred,
+            is_zenith_centred: composition.zenith_centred,
             dome_tilt_deg: composition.tilt_deg,
             stereo: composition.stereo.map(|s| s.layout),
             eye_separation_km: composition.stereo.and_then(|s| s.eye_separation_km),
@@ -75,7 +76,7 @@ impl CompositionState {
         let is_spherical = self.projection != Projection::Perspective;
         Composition {
             projection: self.projection,
-            zenith_centred: self.dome_zenith && self.projection == Projection::Fisheye,
+            zenith_centred: self.is_zenith_centred && self.projection == Projection::Fisheye,
             tilt_deg: if is_spherical { self.dome_tilt_deg } else { 0.0 },
             stereo: self.stereo.filter(|_| !is_spherical).map(|layout| Stereo { layout, eye_separation_km: self.eye_separation_km }),
             warp: None,
@@ -104,7 +105,7 @@ mod tests {
     #[test]
     fn options_replace_a_composition_but_not_the_angle_of_a_fisheye() {
         let fisheye =
-            CompositionState { projection: Projection::Fisheye, fisheye_deg: 90.0, dome_zenith: true, ..CompositionState::default() };
+            CompositionState { projection: Projection::Fisheye, fisheye_deg: 90.0, is_zenith_centred: true, ..CompositionState::default() };
         let anaglyph = CompositionState { stereo: Some(StereoLayout::Anaglyph), ..CompositionState::default() };
         // Options without a projection and a stereo pair leave the composition as it is.
         assert_eq!(fisheye.with_options(&Composition::default()), fisheye);

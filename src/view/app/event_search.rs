@@ -61,7 +61,7 @@ pub enum SkyEvent {
 
 /// A contact or the greatest phase at a place, as a line of the Events panel.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ContactLine {
+pub struct ContactAtPlace {
     pub name: &'static str,
     pub time: Instant,
     /// Altitude of the observed body; for moons' events, of the planet.
@@ -158,7 +158,7 @@ impl EventSearch {
     ///
     /// # Errors
     /// If the ephemeris does not cover a part that was searched.
-    pub(crate) fn first(mut self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<Option<SkyEvent>, EphemerisError> {
+    pub(crate) fn find_first(mut self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<Option<SkyEvent>, EphemerisError> {
         while !self.is_over() {
             if let Some(event) = self.step(catalog, ephemeris)?.into_iter().next() {
                 return Ok(Some(event));
@@ -193,7 +193,7 @@ impl SkyEvent {
 
     /// Whether two results, possibly of different searches, are the same event.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
-        let bodies = |event: &Self| if let Self::Moons(e) = event { Some((e.class, e.moon, e.planet, e.by_moon)) } else { None };
+        let bodies = |event: &Self| if let Self::Moons(e) = event { Some((e.class, e.moon, e.planet, e.nearer_moon)) } else { None };
         let difference_s = (tdb_s(self.greatest()) - tdb_s(other.greatest())).abs();
         self.kind() == other.kind() && bodies(self) == bodies(other) && difference_s < SAME_EVENT_S
     }
@@ -228,7 +228,7 @@ impl SkyEvent {
             Self::Transit(e) => text!("event-transit", planet = name(e.planet)),
             Self::Moons(e) => {
                 let (moon, planet) = (name(e.moon), name(e.planet));
-                let by_name = e.by_moon.map_or("?", name);
+                let by_name = e.nearer_moon.map_or("?", name);
                 match e.class {
                     MoonEventType::Transit => text!("event-moon-before", moon = moon, planet = planet),
                     MoonEventType::Occultation => text!("event-moon-behind", moon = moon, planet = planet),
@@ -283,7 +283,7 @@ impl SkyEvent {
     ///
     /// # Errors
     /// If the ephemeris does not cover the event.
-    pub fn seen_from(&self, catalog: &Catalog, ephemeris: &Ephemeris, home: Home) -> Result<(Vec<ContactLine>, bool), EphemerisError> {
+    pub fn seen_from(&self, catalog: &Catalog, ephemeris: &Ephemeris, home: Home) -> Result<(Vec<ContactAtPlace>, bool), EphemerisError> {
         let place = GeodeticPosition { latitude_deg: home.latitude_deg, longitude_deg: home.longitude_deg, height_km: 0.0 };
         let seen = match self {
             Self::Solar(e) => e.seen_from(place),
@@ -297,51 +297,21 @@ impl SkyEvent {
                     height_km: 0.0,
                 };
                 let sky = ObserverSky { catalog, ephemeris, place: observer };
-                let line = |(name, time): &(&'static str, Instant)| -> Result<ContactLine, EphemerisError> {
+                let contact = |(name, time): &(&'static str, Instant)| -> Result<ContactAtPlace, EphemerisError> {
                     let altitude_deg = sky.topocentric(e.planet, *time)?.altitude_deg;
-                    Ok(ContactLine { name, time: *time, altitude_deg, is_up: altitude_deg > -HORIZON_REFRACTION_DEG })
+                    Ok(ContactAtPlace { name, time: *time, altitude_deg, is_up: altitude_deg > -HORIZON_REFRACTION_DEG })
                 };
-                let lines = e.contacts.iter().map(line).collect::<Result<Vec<_>, _>>()?;
-                let is_visible = lines.iter().any(|l| l.is_up);
-                return Ok((lines, is_visible));
+                let contacts = e.contacts.iter().map(contact).collect::<Result<Vec<_>, _>>()?;
+                let is_visible = contacts.iter().any(|c| c.is_up);
+                return Ok((contacts, is_visible));
             }
         };
         let Some(seen) = seen else { return Ok((Vec::new(), false)) };
-        let line = |c: &events::LocalContact| ContactLine { name: c.name, time: c.time, altitude_deg: c.altitude_deg, is_up: c.is_up() };
-        let mut lines: Vec<ContactLine> = seen.contacts.iter().map(line).collect();
-        lines.push(line(&seen.maximum));
-        lines.sort_by(|a, b| tdb_s(a.time).total_cmp(&tdb_s(b.time)));
-        Ok((lines, seen.visible))
-    }
-}
-
-/// Span and rate of scene time for playing an event; `event_view` computes them.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct EventPlayback {
-    /// Start of the span, TDB seconds past J2000; `to_tdb_s` is its end.
-    pub from_tdb_s: f64,
-    pub to_tdb_s: f64,
-    /// Scene seconds per real second.
-    pub rate: f64,
-}
-
-impl EventPlayback {
-    /// Whether a time is within the playback, or before or after it by at most its length. This range includes the times at which other places see the event.
-    pub(crate) fn is_near(&self, tdb_s: f64) -> bool {
-        let length_s = self.to_tdb_s - self.from_tdb_s;
-        (self.from_tdb_s - length_s..=self.to_tdb_s + length_s).contains(&tdb_s)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_time_is_near_an_event_up_to_its_length_before_and_after() {
-        let playback = EventPlayback { from_tdb_s: 1000.0, to_tdb_s: 1100.0, rate: 1.0 };
-        for (tdb_s, is_near) in [(899.0, false), (901.0, true), (1050.0, true), (1199.0, true), (1201.0, false)] {
-            assert_eq!(playback.is_near(tdb_s), is_near, "{tdb_s}");
-        }
+        let contact =
+            |c: &events::LocalContact| ContactAtPlace { name: c.name, time: c.time, altitude_deg: c.altitude_deg, is_up: c.is_up() };
+        let mut contacts: Vec<ContactAtPlace> = seen.contacts.iter().map(contact).collect();
+        contacts.push(contact(&seen.maximum));
+        contacts.sort_by(|a, b| tdb_s(a.time).total_cmp(&tdb_s(b.time)));
+        Ok((contacts, seen.is_visible))
     }
 }

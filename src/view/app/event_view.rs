@@ -4,7 +4,7 @@
 //! of the event and tracks the observed body. Not here: the search for events, and their contacts at a place (`event_search`).
 
 use super::body_positions::BodyPositions;
-use super::event_search::{ContactLine, EventPlayback, SkyEvent};
+use super::event_search::{ContactAtPlace, SkyEvent};
 use super::view_state::{CameraPose, GROUND_CAMERA_HEIGHT_KM, ViewState};
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::angle_rad;
@@ -57,7 +57,7 @@ impl SkyEvent {
             Self::Lunar(_) => (NaifId::MOON, LUNAR_ECLIPSE_FOV_DEG),
             Self::Transit(_) => (NaifId::SUN, TRANSIT_FOV_DEG),
             // A mutual event, in which one moon occults or eclipses another.
-            Self::Moons(e) if e.by_moon.is_some() => (e.moon, MUTUAL_FOV_DIAMETERS * apparent_diameter_deg(e.moon)),
+            Self::Moons(e) if e.nearer_moon.is_some() => (e.moon, MUTUAL_FOV_DIAMETERS * apparent_diameter_deg(e.moon)),
             Self::Moons(e) => {
                 // An eclipsed moon is in the shadow behind the planet, which at quadrature is far from the planet's disc.
                 let moon_deg = if e.class == MoonEventType::Eclipse { separation_deg(e.planet, e.moon) } else { 0.0 };
@@ -75,12 +75,12 @@ impl SkyEvent {
             Self::Lunar(_) => (NaifId::MOON, LUNAR_ECLIPSE_FROM_PLACE_FOV_DEG),
             Self::Transit(_) => (NaifId::SUN, TRANSIT_FOV_DEG),
             // A mutual event.
-            Self::Moons(e) if e.by_moon.is_some() => (e.moon, MUTUAL_FROM_PLACE_FOV_DEG),
+            Self::Moons(e) if e.nearer_moon.is_some() => (e.moon, MUTUAL_FROM_PLACE_FOV_DEG),
             Self::Moons(e) if e.class == MoonEventType::Eclipse => (e.planet, ECLIPSED_MOON_FROM_PLACE_FOV_DEG),
             Self::Moons(e) => (e.planet, PLANET_FROM_PLACE_FOV_DEG),
         };
         let camera_height_km = if altitude_deg < LOW_BODY_ALTITUDE_DEG { LOW_BODY_CAMERA_HEIGHT_KM } else { GROUND_CAMERA_HEIGHT_KM };
-        let eye = CameraPose::Ground {
+        let camera_pose = CameraPose::Ground {
             body: NaifId::EARTH,
             latitude_deg: place.latitude_deg,
             longitude_deg: place.longitude_deg,
@@ -89,7 +89,7 @@ impl SkyEvent {
             azimuth_deg: 0.0,
             altitude_deg: 0.0,
         };
-        base_view.paused_view(self.greatest(), target, eye, fov_deg)
+        base_view.paused_view(self.greatest(), target, camera_pose, fov_deg)
     }
 
     /// Playback from shortly before the first contact to shortly after the last contact, in half a minute, or in real time if the event is shorter
@@ -101,10 +101,10 @@ impl SkyEvent {
 
     /// Playback at a place with these contacts, ordered by time. If the observed body rises or sets during the event, playback begins with the last
     /// contact before the rise, or ends with the first contact after the set.
-    pub(crate) fn playback_at(&self, lines: &[ContactLine]) -> EventPlayback {
-        let first_up = lines.iter().position(|line| line.is_up).unwrap_or(0);
-        let last_up = lines.iter().rposition(|line| line.is_up).unwrap_or(lines.len());
-        match (lines.get(first_up.saturating_sub(1)), lines.get(last_up + 1).or(lines.last())) {
+    pub(crate) fn playback_at(&self, contacts: &[ContactAtPlace]) -> EventPlayback {
+        let first_up = contacts.iter().position(|contact| contact.is_up).unwrap_or(0);
+        let last_up = contacts.iter().rposition(|contact| contact.is_up).unwrap_or(contacts.len());
+        match (contacts.get(first_up.saturating_sub(1)), contacts.get(last_up + 1).or(contacts.last())) {
             (Some(first), Some(last)) => EventPlayback::of_span(first.time, last.time),
             _ => self.playback(),
         }
@@ -121,16 +121,32 @@ impl SkyEvent {
     }
 }
 
+/// Span and rate of scene time for playing an event.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct EventPlayback {
+    /// Start of the span, TDB seconds past J2000; `end_tdb_s` is its end.
+    pub start_tdb_s: f64,
+    pub end_tdb_s: f64,
+    /// Scene seconds per real second.
+    pub rate: f64,
+}
+
 impl EventPlayback {
     /// Playback of an event with these times of the first and the last contact.
     fn of_span(first: Instant, last: Instant) -> Self {
         let [first_tdb_s, last_tdb_s] = [first, last].map(Instant::tdb_seconds_past_j2000);
         let length_s = (last_tdb_s - first_tdb_s).max(1.0);
         Self {
-            from_tdb_s: first_tdb_s - LEAD_FRACTION * length_s,
-            to_tdb_s: last_tdb_s + LEAD_FRACTION * length_s,
+            start_tdb_s: first_tdb_s - LEAD_FRACTION * length_s,
+            end_tdb_s: last_tdb_s + LEAD_FRACTION * length_s,
             rate: ((1.0 + 2.0 * LEAD_FRACTION) * length_s / PLAYBACK_S).max(1.0),
         }
+    }
+
+    /// Whether a time is within the playback, or before or after it by at most its length. This range includes the times at which other places see the event.
+    pub(crate) fn is_near(&self, tdb_s: f64) -> bool {
+        let length_s = self.end_tdb_s - self.start_tdb_s;
+        (self.start_tdb_s - length_s..=self.end_tdb_s + length_s).contains(&tdb_s)
     }
 }
 
@@ -146,8 +162,8 @@ mod tests {
         let (jupiter, io, callisto) = (NaifId(599), NaifId(501), NaifId(504));
         let greatest = Instant::from_tdb_seconds_past_j2000(0.0);
         let base_view = ViewState::around(NaifId::EARTH, DVec3::X * 1e5, 6378.0, DVec3::Z, greatest);
-        let view = |class, moon, by_moon| {
-            let event = SkyEvent::Moons(MoonEvent { class, moon, planet: jupiter, by_moon, greatest, contacts: Vec::new() });
+        let view = |class, moon, nearer_moon| {
+            let event = SkyEvent::Moons(MoonEvent { class, moon, planet: jupiter, nearer_moon, greatest, contacts: Vec::new() });
             event.view_from(GeodeticPosition { latitude_deg: 50.0, longitude_deg: 10.0, height_km: 0.0 }, 45.0, &base_view)
         };
         let mutual = view(MoonEventType::MutualOccultation, io, Some(NaifId(502)));
@@ -160,5 +176,13 @@ mod tests {
         let separation_deg = (1.883e6 * 11.5_f64.to_radians().sin() / (5.1 * 1.496e8)).to_degrees();
         let eclipse = view(MoonEventType::Eclipse, callisto, None);
         assert!(eclipse.target == jupiter && eclipse.fov_deg > 2.0 * separation_deg, "{eclipse:?}, {separation_deg}");
+    }
+
+    #[test]
+    fn a_time_is_near_an_event_up_to_its_length_before_and_after() {
+        let playback = EventPlayback { start_tdb_s: 1000.0, end_tdb_s: 1100.0, rate: 1.0 };
+        for (tdb_s, is_near) in [(899.0, false), (901.0, true), (1050.0, true), (1199.0, true), (1201.0, false)] {
+            assert_eq!(playback.is_near(tdb_s), is_near, "{tdb_s}");
+        }
     }
 }

@@ -33,22 +33,22 @@ struct ViewIdentity {
     camera_body: NaifId,
     pose_kind: Discriminant<CameraPose>,
     has_free_pose: bool,
-    pixels: PixelView,
+    pixel_view: PixelView,
 }
 
 impl ViewIdentity {
     fn of(view: &ViewState) -> Self {
         Self {
             target: view.target,
-            camera_body: view.eye.body(),
-            pose_kind: discriminant(&view.eye),
-            has_free_pose: matches!(view.eye, CameraPose::Free { .. }),
-            pixels: view.pixels,
+            camera_body: view.camera_pose.body(),
+            pose_kind: discriminant(&view.camera_pose),
+            has_free_pose: matches!(view.camera_pose, CameraPose::Free { .. }),
+            pixel_view: view.pixel_view,
         }
     }
 
     fn is_cut_from(&self, last: &Self) -> bool {
-        self.pixels != last.pixels || (self != last && !self.has_free_pose && !last.has_free_pose)
+        self.pixel_view != last.pixel_view || (self != last && !self.has_free_pose && !last.has_free_pose)
     }
 }
 
@@ -175,7 +175,7 @@ mod tests {
     }
 
     fn in_free_pose(view: ViewState) -> ViewState {
-        ViewState { eye: CameraPose::Free { body: view.target, offset_km: DVec3::X, forward: DVec3::X, up: DVec3::Z }, ..view }
+        ViewState { camera_pose: CameraPose::Free { body: view.target, offset_km: DVec3::X, forward: DVec3::X, up: DVec3::Z }, ..view }
     }
 
     /// The exposure of a scene with the given metering, for a request.
@@ -300,7 +300,7 @@ mod tests {
         assert_eq!(after(&view(NaifId::MOON)), ExposureRequest::Auto);
         assert!(matches!(after(&in_free_pose(view(NaifId::MOON))), ExposureRequest::Transition { from_stops: 0.0, .. }));
         assert!(matches!(after(&view(NaifId::EARTH)), ExposureRequest::Transition { .. }));
-        assert_eq!(after(&ViewState { pixels: PixelView::Depth, ..in_free_pose(view(NaifId::EARTH)) }), ExposureRequest::Auto);
+        assert_eq!(after(&ViewState { pixel_view: PixelView::Depth, ..in_free_pose(view(NaifId::EARTH)) }), ExposureRequest::Auto);
         assert_eq!(after(&ViewState { exposure_stops: Some(3.0), ..view(NaifId::EARTH) }), ExposureRequest::Stops(3.0));
     }
 

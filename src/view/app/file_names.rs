@@ -24,9 +24,9 @@ fn split_extension(name: &str) -> (&str, &str) {
 /// If the placeholder is invalid; the message explains how to write it.
 pub(crate) fn free_sequence(name: &str, frame_count: u32) -> Result<NumberedName, FrameNumberError> {
     let (stem, extension) = split_extension(name);
-    let default_numbering = || NumberedName { before: format!("{stem}-"), min_digits: DEFAULT_DIGITS, after: extension.to_owned() };
+    let default_numbering = || NumberedName { prefix: format!("{stem}-"), min_digits: DEFAULT_DIGITS, suffix: extension.to_owned() };
     let first = NumberedName::of(name)?.unwrap_or_else(default_numbering);
-    let nth_name = |n: u32| if n == 1 { first.clone() } else { NumberedName { before: format!("{}{n}-", first.before), ..first.clone() } };
+    let nth_name = |n: u32| if n == 1 { first.clone() } else { NumberedName { prefix: format!("{}{n}-", first.prefix), ..first.clone() } };
     let is_free = |name: &NumberedName| (0..frame_count).all(|k| !name.path(k).exists());
     Ok((1..=u32::MAX).map(nth_name).find(is_free).unwrap_or(first))
 }

@@ -188,7 +188,7 @@ mod tests {
         let next = known.next_search(0.0, 10.0 * DAY_S).expect("a search");
         let greatest = Instant::from_tdb_seconds_past_j2000(5.0 * DAY_S);
         let (moon, planet) = (NaifId(501), NaifId(599));
-        let event = MoonEvent { class: MoonEventType::Transit, moon, planet, by_moon: None, greatest, contacts: Vec::new() };
+        let event = MoonEvent { class: MoonEventType::Transit, moon, planet, nearer_moon: None, greatest, contacts: Vec::new() };
         let found = KnownEvent { tdb_s: 5.0 * DAY_S, title: "before".into(), event: Arc::new(SkyEvent::Moons(event)) };
         known.add_result(&next, Some(vec![found]));
         searches_needed(&mut known, 0.0, 10.0 * DAY_S);

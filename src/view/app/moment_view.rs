@@ -17,14 +17,15 @@ pub(crate) fn view_of_moment(
     base_view: &ViewState,
 ) -> Option<ViewState> {
     let target = catalog.body(moment.target)?;
-    let (eye, fov_deg) = match moment.vantage {
+    let (camera_pose, fov_deg) = match moment.vantage {
         Vantage::Centre { body, fov_deg } => (CameraPose::Centre { body }, fov_deg),
-        Vantage::Side { faced_body, away, radii } => {
+        Vantage::Side { faced_body, faces_away, distance_radii } => {
+            let towards_faced_body = positions.geometric_between_km(target.id, faced_body, moment.time)?.try_normalize()?;
             // Unit vector from the target to the camera.
-            let side = positions.geometric_between_km(target.id, faced_body, moment.time)?.try_normalize()? * if away { -1.0 } else { 1.0 };
+            let side = if faces_away { -towards_faced_body } else { towards_faced_body };
             let pole = positions.body_from_icrf(target.id, moment.time)?.row(2);
             let radius_km = target.radii_km.x;
-            (inertial_orbit_pose(target.id, OrbitCamera::from_offset(side * radii * radius_km, radius_km, pole)), DEFAULT_FOV_DEG)
+            (inertial_orbit_pose(target.id, OrbitCamera::from_offset(side * distance_radii * radius_km, radius_km, pole)), DEFAULT_FOV_DEG)
         }
         // Above the target itself the camera looks straight down; from any other body it tracks the target, and these angles are not used.
         Vantage::Place { body, latitude_deg, longitude_deg, height_km, fov_deg } => {
@@ -32,5 +33,5 @@ pub(crate) fn view_of_moment(
             (CameraPose::Ground { body, latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg }, fov_deg)
         }
     };
-    Some(base_view.paused_view(moment.time, target.id, eye, fov_deg))
+    Some(base_view.paused_view(moment.time, target.id, camera_pose, fov_deg))
 }

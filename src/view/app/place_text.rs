@@ -5,7 +5,7 @@
 
 use crate::events::GeodeticPosition;
 use crate::view::language::numbers::typed_number;
-use crate::view::language::{decimal, named};
+use crate::view::language::{decimal, translated_name};
 
 /// A place with one decimal, such as `25.5° N, 33.2° E`.
 pub(crate) fn place_text(place: GeodeticPosition) -> String {
@@ -15,7 +15,7 @@ pub(crate) fn place_text(place: GeodeticPosition) -> String {
 /// Latitude and longitude with compass directions instead of signs.
 pub(crate) fn latitude_longitude_text(latitude_deg: f64, longitude_deg: f64, decimals: usize) -> String {
     let with_direction = |deg: f64, positive, negative| {
-        let direction = named("direction", if deg < 0.0 { negative } else { positive });
+        let direction = translated_name("direction", if deg < 0.0 { negative } else { positive });
         format!("{}° {direction}", decimal(deg.abs(), decimals))
     };
     format!("{}, {}", with_direction(latitude_deg, "north", "south"), with_direction(longitude_deg, "east", "west"))
@@ -24,11 +24,11 @@ pub(crate) fn latitude_longitude_text(latitude_deg: f64, longitude_deg: f64, dec
 /// Reads latitude and east longitude in degrees, such as `51.5, -0.1`, `31.3° S, 48.5° W`, or in German `51,5; -0,1`. `None` if the text is something
 /// else, or if a value is outside its range.
 pub(crate) fn parse_place(text: &str) -> Option<(f64, f64)> {
-    typed_place(text).filter(|(latitude_deg, longitude_deg)| latitude_deg.abs() <= 90.0 && longitude_deg.abs() <= 360.0)
+    parse_place_without_limits(text).filter(|(latitude_deg, longitude_deg)| latitude_deg.abs() <= 90.0 && longitude_deg.abs() <= 360.0)
 }
 
 /// Reads latitude and east longitude as [`parse_place`] does, but without limits.
-pub(crate) fn typed_place(text: &str) -> Option<(f64, f64)> {
+pub(crate) fn parse_place_without_limits(text: &str) -> Option<(f64, f64)> {
     // The separators are tried in this order, because a comma without a space may be a decimal mark.
     let (latitude, longitude) = text.split_once(';').or_else(|| text.split_once(", ")).or_else(|| text.split_once(','))?;
     Some((typed_degrees(latitude, "north", "south")?, typed_degrees(longitude, "east", "west")?))
@@ -39,7 +39,7 @@ pub(crate) fn typed_place(text: &str) -> Option<(f64, f64)> {
 fn typed_degrees(text: &str, positive: &str, negative: &str) -> Option<f64> {
     let text = text.trim().to_lowercase();
     let without_direction = |direction: &str| {
-        let translated = named("direction", direction).to_lowercase();
+        let translated = translated_name("direction", direction).to_lowercase();
         text.strip_suffix(translated.as_str()).or_else(|| text.strip_suffix(direction.get(..1)?))
     };
     let number = |text: &str| typed_number(text.trim().trim_end_matches('°'));
@@ -66,7 +66,7 @@ mod tests {
 
     /// A place is read with signs or directions, and with the decimal mark of the language.
     #[test]
-    fn typed_places_are_read_in_the_language_of_the_window() {
+    fn places_are_read_in_the_language_of_the_window() {
         set(Language::English);
         for (text, place) in [
             ("51.5, -0.1", Some((51.5, -0.1))),
@@ -88,7 +88,7 @@ mod tests {
         ] {
             assert_eq!(parse_place(text), place, "{text}");
         }
-        assert_eq!(typed_place("98.3, 500"), Some((98.3, 500.0)));
+        assert_eq!(parse_place_without_limits("98.3, 500"), Some((98.3, 500.0)));
         for language in [Language::English, Language::German] {
             set(language);
             for (latitude_deg, longitude_deg) in [(25.5, 104.1), (-25.5, 104.1), (25.5, -104.1), (-0.1, -0.1), (0.0, 0.0)] {

@@ -13,7 +13,7 @@ use crate::catalog::NaifId;
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::time::Instant;
 use crate::units::{KM_PER_AU, SECONDS_PER_DAY, SUN_RADIUS_KM};
-use crate::view::language::{plain, text};
+use crate::view::language::{text, text_by_id};
 use glam::DVec3;
 
 /// Elevation of the camera above the Sun's equator.
@@ -62,7 +62,7 @@ impl Preset {
 
     /// A sentence that describes the view.
     pub(crate) fn about(self) -> &'static str {
-        plain(match self {
+        text_by_id(match self {
             Self::WholeSystem => "preset-system-about",
             Self::InnerSystem => "preset-inner-system-about",
             Self::MoonPhases => "preset-phases-about",
@@ -102,7 +102,7 @@ impl Preset {
                 let time = dark_time(positions, now, home)?;
                 // North or south, where the Moon and the planets culminate.
                 let azimuth_deg = if home.latitude_deg < 0.0 { 0.0 } else { 180.0 };
-                let eye = CameraPose::Ground {
+                let camera_pose = CameraPose::Ground {
                     body: NaifId::EARTH,
                     latitude_deg: home.latitude_deg,
                     longitude_deg: home.longitude_deg,
@@ -110,7 +110,7 @@ impl Preset {
                     azimuth_deg,
                     altitude_deg: SKY_ALTITUDE_DEG,
                 };
-                let mut view = with_time_running(base_view.paused_view(time, NaifId::EARTH, eye, SKY_FOV_DEG));
+                let mut view = with_time_running(base_view.paused_view(time, NaifId::EARTH, camera_pose, SKY_FOV_DEG));
                 (view.tracks, view.stars_boost, view.layers.constellations) = (false, SKY_STARS_BOOST, true);
                 Some(view)
             }

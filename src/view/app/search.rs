@@ -20,10 +20,10 @@ use crate::view::app::orbit_camera::OrbitCamera;
 use crate::view::app::place_text::parse_place;
 use crate::view::app::presets::Preset;
 use crate::view::app::view_state::{CameraPose, DEFAULT_FOV_DEG, ViewState, body_fixed_orbit_pose};
-use crate::view::app::viewer::{Subject, Viewer};
+use crate::view::app::viewer::{SelectableBody, Viewer};
 use crate::view::app::what_to_see_now::NowItem;
 use crate::view::language::dates::{day_text, minute_text, second_text};
-use crate::view::language::{body_name, catalog_text, decimal, named, text};
+use crate::view::language::{body_name, catalog_text, decimal, text, translated_name};
 use crate::wording::nearest;
 use glam::DVec3;
 
@@ -50,10 +50,10 @@ pub enum SearchTarget {
     /// Hipparcos number.
     Star(u32),
     Time(Instant),
-    /// `from`: start of the search, if a year was given.
     Events {
         kinds: Vec<EventKind>,
-        from: Option<Instant>,
+        /// Start of the search, if a year was given.
+        start: Option<Instant>,
     },
     /// A place on the selected body.
     Place {
@@ -100,7 +100,8 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, max_count: us
         suggestion(text, about, SearchTarget::Place { latitude_deg, longitude_deg })
     }));
     found.extend(
-        parse_event_search(text).map(|(name, kinds, from)| suggestion(name, text!("search-events"), SearchTarget::Events { kinds, from })),
+        parse_event_search(text)
+            .map(|(name, kinds, start)| suggestion(name, text!("search-events"), SearchTarget::Events { kinds, start })),
     );
     found.extend(
         viewer
@@ -146,7 +147,7 @@ pub fn similar_texts(text: &str, viewer: &Viewer, catalog: &Catalog) -> Vec<Stri
 /// All names of bodies, stars and cities, for [`similar_texts`].
 fn searchable_names(viewer: &Viewer) -> impl Iterator<Item = &str> {
     // Both the name in the catalog and, where it differs, the name in the window's language.
-    let bodies = viewer.subjects().iter().flat_map(|b| {
+    let bodies = viewer.selectable_bodies().iter().flat_map(|b| {
         Some(body_name(&b.name))
             .filter(|translated_name| *translated_name != b.name)
             .into_iter()
@@ -157,7 +158,7 @@ fn searchable_names(viewer: &Viewer) -> impl Iterator<Item = &str> {
 }
 
 /// The description of a body, with the body that it orbits unless that is the Sun.
-fn about_body(body: &Subject, viewer: &Viewer) -> String {
+fn about_body(body: &SelectableBody, viewer: &Viewer) -> String {
     match body.parent {
         Some(parent) if parent != NaifId::SUN && parent != body.id => text!("search-near", body = viewer.name(parent)),
         _ => text!("search-body").into(),
@@ -168,7 +169,7 @@ fn about_body(body: &Subject, viewer: &Viewer) -> String {
 fn stars(text: &str, catalog: &Catalog) -> Vec<Suggestion> {
     let lower = text.to_lowercase();
     let stars = catalog.stars();
-    let about = |hip: u32| stars.hip(hip).map(|star| text!("search-star", magnitude = decimal(star.v_magnitude, 1)));
+    let about = |hip: u32| stars.star_of_hip(hip).map(|star| text!("search-star", magnitude = decimal(star.v_magnitude, 1)));
     let by_name = STAR_NAMES.iter().filter(|(name, _)| name.to_lowercase().starts_with(&lower));
     let mut found: Vec<Suggestion> =
         by_name.filter_map(|(name, hip)| Some(suggestion(*name, about(*hip)?, SearchTarget::Star(*hip)))).collect();
@@ -207,20 +208,20 @@ fn moments<'a>(text: &'a str, moments: &'a [Moment]) -> impl Iterator<Item = Sug
 /// Surface features whose name begins with the text, body by body, the most prominent features of a body first.
 fn surface_features<'a>(text: &str, viewer: &'a Viewer) -> impl Iterator<Item = Suggestion> + 'a {
     let lower = text.to_lowercase();
-    let features_of = move |body: &'a Subject| {
+    let features_of = move |body: &'a SelectableBody| {
         let lower = lower.clone();
         let is_match = move |f: &&'static SurfaceFeature| lower.chars().count() >= MIN_LETTERS && f.name.to_lowercase().starts_with(&lower);
-        let features = nomenclature::features(&body.name).iter().filter(is_match);
+        let features = nomenclature::surface_features(&body.name).iter().filter(is_match);
         features.map(|feature| {
             suggestion(feature.name, text!("search-on", body = body_name(&body.name)), SearchTarget::Feature { body: body.id, feature })
         })
     };
-    viewer.subjects().iter().flat_map(features_of)
+    viewer.selectable_bodies().iter().flat_map(features_of)
 }
 
 /// The view of a feature from above, in a frame that rotates with the body. The feature fills a third of the image's height, unless the camera's
 /// height is limited by [`SURFACE_FEATURE_HEIGHT_LIMITS_RADII`].
-pub(crate) fn surface_feature_view(feature: &SurfaceFeature, body: &Subject, base_view: &ViewState) -> ViewState {
+pub(crate) fn surface_feature_view(feature: &SurfaceFeature, body: &SelectableBody, base_view: &ViewState) -> ViewState {
     let height_radii = (SURFACE_FEATURE_HEIGHT_DIAMETERS * feature.diameter_km / body.radii_km.x)
         .clamp(SURFACE_FEATURE_HEIGHT_LIMITS_RADII[0], SURFACE_FEATURE_HEIGHT_LIMITS_RADII[1]);
     let orbit = OrbitCamera::from_offset_radii(feature.direction * (1.0 + height_radii), DVec3::Z);
@@ -230,11 +231,12 @@ pub(crate) fn surface_feature_view(feature: &SurfaceFeature, body: &Subject, bas
 /// Effects whose name, in English or translated, contains the text.
 fn effects(text: &str) -> impl Iterator<Item = Suggestion> {
     let lower = text.to_lowercase();
-    let matches =
-        move |e: &Effect| e.name().contains(&lower.replace(' ', "-")) || named("effect", e.name()).to_lowercase().contains(&lower);
+    let matches = move |e: &Effect| {
+        e.name().contains(&lower.replace(' ', "-")) || translated_name("effect", e.name()).to_lowercase().contains(&lower)
+    };
     let is_long_enough = text.chars().count() >= MIN_LETTERS;
     let found = Effect::ALL.into_iter().filter(move |e| is_long_enough && matches(e));
-    found.map(|e| suggestion(named("effect", e.name()), text!("search-effect"), SearchTarget::Effect(e)))
+    found.map(|e| suggestion(translated_name("effect", e.name()), text!("search-effect"), SearchTarget::Effect(e)))
 }
 
 /// Whether a word has at least `min_bytes` bytes and is a known word or the beginning of one.
@@ -315,10 +317,10 @@ pub fn star_view(star: &Star, years_since_epoch: f64, positions: &dyn BodyPositi
     // As seen from the solar system's barycentre: the annual parallax is too small to see in this field of view.
     let direction = star_from_viewer(star, years_since_epoch, DVec3::ZERO).try_normalize()?;
     let orbit = OrbitCamera::from_offset_radii(direction * STAR_CAMERA_RADII, pole);
-    let eye = CameraPose::Orbit {
+    let camera_pose = CameraPose::Orbit {
         body: NaifId::EARTH,
         // In ICRF, so that the camera does not rotate with the Earth.
-        fixed: false,
+        is_body_fixed: false,
         azimuth_deg: orbit.azimuth_rad.to_degrees(),
         elevation_deg: orbit.elevation_rad.to_degrees(),
         distance_radii: orbit.distance_radii,
@@ -326,5 +328,5 @@ pub fn star_view(star: &Star, years_since_epoch: f64, positions: &dyn BodyPositi
         yaw_deg: 180.0,
         pitch_deg: 0.0,
     };
-    Some(base_view.tracking_view(NaifId::EARTH, eye, STAR_FOV_DEG))
+    Some(base_view.tracking_view(NaifId::EARTH, camera_pose, STAR_FOV_DEG))
 }

@@ -82,9 +82,11 @@ pub struct PanelLayout {
     /// Whether the list of bodies is shown.
     pub bodies_shown: bool,
     /// Name of the open panel.
-    pub open: Option<String>,
+    #[serde(rename = "open")]
+    pub open_panel: Option<String>,
     /// Name of the panel that is kept open on the other side.
-    pub kept: Option<String>,
+    #[serde(rename = "kept")]
+    pub kept_panel: Option<String>,
     /// Whether panels are on the left, next to the list of bodies.
     pub on_left: bool,
     /// Width of the list of bodies, points. Any of the widths is `None` until the user changes it.
@@ -114,8 +116,8 @@ impl Default for PanelLayout {
     fn default() -> Self {
         Self {
             bodies_shown: true,
-            open: None,
-            kept: None,
+            open_panel: None,
+            kept_panel: None,
             on_left: false,
             bodies_width: None,
             panel_width: None,
@@ -163,11 +165,14 @@ pub struct Settings {
     #[serde(deserialize_with = "deserialize_language")]
     pub language: Option<Language>,
     /// Whether bodies are labelled with their names.
-    pub names: bool,
+    #[serde(rename = "names")]
+    pub labels_bodies: bool,
     /// Whether bodies that are too small to see are marked.
-    pub markers: bool,
+    #[serde(rename = "markers")]
+    pub marks_small_bodies: bool,
     /// Whether the selected body is outlined, unless it is the target.
-    pub outline: bool,
+    #[serde(rename = "outline")]
+    pub outlines_selected: bool,
     /// The device that presents the window if a GPU draws the image.
     #[serde(rename = "shown_by")]
     pub display_preference: DisplayPreference,
@@ -199,9 +204,9 @@ impl Default for Settings {
             dark: Some(true),
             ui_scale: 1.0,
             language: None,
-            names: true,
-            markers: true,
-            outline: true,
+            labels_bodies: true,
+            marks_small_bodies: true,
+            outlines_selected: true,
             display_preference: DisplayPreference::default(),
             unit: LengthUnit::default(),
             home: Home::default(),
@@ -377,7 +382,7 @@ mod tests {
             std::fs::write(&path, text).expect("a file");
             Settings::load(&path)
         };
-        let others = Settings { names: false, ui_scale: 1.5, ..Settings::default() };
+        let others = Settings { labels_bodies: false, ui_scale: 1.5, ..Settings::default() };
         for unknown in ["\"tlh\"", "\"\"", "null", "7", "[\"de\"]", "{\"code\": \"de\"}"] {
             let text = format!("{{\"language\": {unknown}, \"names\": false, \"zoom\": 1.5}}");
             assert_eq!(read(&text), (others.clone(), None), "{unknown}");
@@ -441,7 +446,7 @@ mod tests {
         assert!(Settings::load(&path).1.expect("a line").ends_with("settings.json.broken-3"));
         // A file of an earlier version with fewer fields is valid.
         std::fs::write(&path, "{\"names\": false}").expect("a file");
-        assert_eq!(Settings::load(&path), (Settings { names: false, ..Settings::default() }, None));
+        assert_eq!(Settings::load(&path), (Settings { labels_bodies: false, ..Settings::default() }, None));
     }
 
     #[test]

@@ -5,7 +5,7 @@
 
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::language::numbers::localised;
-use crate::view::language::{plain, text};
+use crate::view::language::{text, text_by_id};
 
 /// A Julian year.
 const YEAR_S: f64 = DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
@@ -129,7 +129,7 @@ pub(crate) fn rate_text(rate: f64) -> String {
         (1.0, "unit-second"),
     ];
     let (unit_s, unit) = UNITS.into_iter().find(|(unit_s, _)| rate.abs() >= *unit_s).unwrap_or((1.0, "unit-second"));
-    format!("{} {}/s", localised(((rate / unit_s * 10.0).round() / 10.0).to_string()), plain(unit))
+    format!("{} {}/s", localised(((rate / unit_s * 10.0).round() / 10.0).to_string()), text_by_id(unit))
 }
 
 #[cfg(test)]

@@ -33,7 +33,7 @@ pub(crate) struct TimeAxis {
     /// Time between the ends of the axis, seconds.
     pub span_s: f64,
     /// Width of the axis, points.
-    pub width: f64,
+    pub width_points: f64,
 }
 
 /// A labelled date on the axis.
@@ -105,23 +105,23 @@ impl TimeAxis {
     }
 
     /// The position of a time, points from the left end; outside the axis it is negative or larger than the width.
-    pub(crate) fn position(&self, tdb_s: f64) -> f64 {
-        (tdb_s - self.start_tdb_s()) / self.span_s * self.width
+    pub(crate) fn position_points(&self, tdb_s: f64) -> f64 {
+        (tdb_s - self.start_tdb_s()) / self.span_s * self.width_points
     }
 
     /// The time at a distance from the left end in points, TDB seconds past J2000.
     pub(crate) fn tdb_s_at(&self, points: f64) -> f64 {
-        self.start_tdb_s() + points / self.width * self.span_s
+        self.start_tdb_s() + points / self.width_points * self.span_s
     }
 
     /// The duration that a distance in points stands for, seconds.
     pub(crate) fn duration_s(&self, points: f64) -> f64 {
-        points / self.width * self.span_s
+        points / self.width_points * self.span_s
     }
 
     /// Ticks along the axis, at whole dates and hours of `zone`; empty if the axis starts outside the calendar.
     pub(crate) fn ticks(&self, zone: ShownTimeZone) -> Vec<Tick> {
-        let is_wide_enough = |interval: &&TickInterval| interval.seconds() / self.span_s * self.width >= MIN_TICK_DISTANCE_POINTS;
+        let is_wide_enough = |interval: &&TickInterval| interval.seconds() / self.span_s * self.width_points >= MIN_TICK_DISTANCE_POINTS;
         let interval = TICK_INTERVALS.iter().find(is_wide_enough).copied().unwrap_or(TickInterval::Years(200));
         let start = Instant::from_tdb_seconds_past_j2000(self.start_tdb_s());
         let Some(first) = zone.civil_time(start).and_then(|civil| interval.floor(civil)) else { return Vec::new() };
@@ -196,16 +196,16 @@ fn midnight(date: NaiveDate) -> NaiveDateTime {
 mod tests {
     use super::*;
 
-    fn axis(middle: &str, span_s: f64, width: f64) -> TimeAxis {
-        TimeAxis { middle_tdb_s: Instant::parse(middle).expect("a time").tdb_seconds_past_j2000(), span_s, width }
+    fn axis(middle: &str, span_s: f64, width_points: f64) -> TimeAxis {
+        TimeAxis { middle_tdb_s: Instant::parse(middle).expect("a time").tdb_seconds_past_j2000(), span_s, width_points }
     }
 
     #[test]
     fn position_and_time_are_inverse() {
         let axis = axis("2024-04-08T18:17:00Z", 30.0 * SECONDS_PER_DAY, 900.0);
-        assert!((axis.position(axis.middle_tdb_s) - 450.0).abs() < 1e-9);
+        assert!((axis.position_points(axis.middle_tdb_s) - 450.0).abs() < 1e-9);
         for points in [0.0, 17.0, 450.0, 900.0] {
-            assert!((axis.position(axis.tdb_s_at(points)) - points).abs() < 1e-6);
+            assert!((axis.position_points(axis.tdb_s_at(points)) - points).abs() < 1e-6);
         }
         assert!((axis.duration_s(30.0) - SECONDS_PER_DAY).abs() < 1e-6);
     }
@@ -219,7 +219,7 @@ mod tests {
                 for width in [300.0, 900.0, 2500.0] {
                     let axis = axis(middle, span_s, width);
                     let ticks = axis.ticks(ShownTimeZone::Utc);
-                    let positions: Vec<f64> = ticks.iter().map(|t| axis.position(t.tdb_s)).collect();
+                    let positions: Vec<f64> = ticks.iter().map(|t| axis.position_points(t.tdb_s)).collect();
                     let case = format!("{middle}, {}, {width}: {ticks:?}", span_text(span_s));
                     assert!(positions.iter().all(|p| (0.0..=width).contains(p)), "{case}");
                     // Ticks every five days can be three days apart, from 26 February to 1 March.

@@ -115,7 +115,7 @@ const LIFT_PER_RAD: f64 = 0.3;
 pub struct TourFrame {
     pub view: ViewState,
     /// Index of the stop, from 0; on a camera path, of the stop at its end.
-    pub stop: usize,
+    pub stop_index: usize,
     /// Whether the view is changing: the camera moves between stops, or scene time runs.
     pub is_changing: bool,
 }
@@ -223,14 +223,14 @@ impl Tour {
         loop {
             let stop = &self.stops[index];
             if let Some(camera_path) = stop.camera_path.as_ref().filter(|_| remaining_s < stop.travel_s) {
-                return TourFrame { view: camera_path.at(remaining_s / stop.travel_s, &stop.view), stop: index, is_changing: true };
+                return TourFrame { view: camera_path.at(remaining_s / stop.travel_s, &stop.view), stop_index: index, is_changing: true };
             }
             remaining_s -= stop.travel_s;
             if remaining_s < stop.hold_s || index == last {
                 let held_s = remaining_s.clamp(0.0, stop.hold_s);
                 return TourFrame {
                     view: stop.view_after(held_s),
-                    stop: index,
+                    stop_index: index,
                     is_changing: stop.time_rate != 0.0 && remaining_s < stop.hold_s,
                 };
             }
@@ -265,8 +265,8 @@ fn viewer_of(view: &ViewState, session: &Session) -> Result<Viewer, String> {
 fn pose_about(body: NaifId, view: &ViewState, viewer: &Viewer, session: &Session) -> Result<Pose, String> {
     let name = |id| session.catalog().body(id).map_or("?", |b| b.name.as_str());
     let camera = &viewer.camera;
-    let camera_body = view.eye.body();
-    let offset_from_camera_body_km = match (view.eye, viewer.stands_on) {
+    let camera_body = view.camera_pose.body();
+    let offset_from_camera_body_km = match (view.camera_pose, viewer.stands_on) {
         (CameraPose::Centre { .. }, _) => camera.forward * OUTSIDE_BODY_RADII * radius_km(camera_body, session),
         (_, Some(ground)) => camera.position_km - ground.centre_km,
         (_, None) => {
@@ -292,7 +292,7 @@ impl CameraPath {
         (to, to_viewer): (&ViewState, &Viewer),
         session: &Session,
     ) -> Result<Self, String> {
-        let body = to.eye.body();
+        let body = to.camera_pose.body();
         let (start, end) = (pose_about(body, from, from_viewer, session)?, pose_about(body, to, to_viewer, session)?);
         let is_near = start.offset_km.length().min(end.offset_km.length()) < NEAR_RADII * radius_km(body, session);
         let lift = if is_near { LIFT_PER_RAD * angle_rad(start.offset_km, end.offset_km) } else { 0.0 };
@@ -316,7 +316,7 @@ impl CameraPath {
         ViewState {
             composition: CompositionState { fisheye_deg, ..to.composition.clone() },
             tdb_s: self.from_tdb_s + (to.tdb_s - self.from_tdb_s) * eased,
-            eye: CameraPose::Free { body: to.eye.body(), offset_km, forward, up },
+            camera_pose: CameraPose::Free { body: to.camera_pose.body(), offset_km, forward, up },
             tracks: false,
             fov_deg: interpolated_deg(self.from_fov_deg, to.fov_deg),
             paused: Some(true),

@@ -45,7 +45,8 @@ pub enum CameraPose {
     Orbit {
         body: NaifId,
         /// Whether azimuth and elevation are in body-fixed axes, so that the camera rotates with the body; otherwise they are in ICRF.
-        fixed: bool,
+        #[serde(rename = "fixed")]
+        is_body_fixed: bool,
         azimuth_deg: f64,
         elevation_deg: f64,
         distance_radii: f64,
@@ -113,7 +114,8 @@ pub struct ViewState {
     /// The body that the exposure favours, and that the camera faces if it tracks it.
     pub target: NaifId,
     /// The camera's position and orientation.
-    pub eye: CameraPose,
+    #[serde(rename = "eye")]
+    pub camera_pose: CameraPose,
     /// Whether the camera keeps facing the target; otherwise it faces the direction given by the angles of its pose.
     #[serde(default = "default_true")]
     pub tracks: bool,
@@ -141,8 +143,8 @@ pub struct ViewState {
     /// Stops by which stars, Milky Way and zodiacal light are brightened.
     #[serde(default)]
     pub stars_boost: f64,
-    #[serde(default, with = "option_serde::by_name")]
-    pub pixels: PixelView,
+    #[serde(default, rename = "pixels", with = "option_serde::by_name")]
+    pub pixel_view: PixelView,
     #[serde(default, with = "option_serde::by_name")]
     pub quality: Quality,
     /// Dome, entire sphere or stereo pair.
@@ -172,7 +174,7 @@ impl ViewState {
         Self {
             tdb_s: time.tdb_seconds_past_j2000(),
             target: body,
-            eye: inertial_orbit_pose(body, orbit),
+            camera_pose: inertial_orbit_pose(body, orbit),
             tracks: true,
             fov_deg: DEFAULT_FOV_DEG,
             roll_deg: 0.0,
@@ -183,7 +185,7 @@ impl ViewState {
             bloom: false,
             layers: Layers::default(),
             stars_boost: 0.0,
-            pixels: PixelView::default(),
+            pixel_view: PixelView::default(),
             quality: Quality::default(),
             composition: CompositionState::default(),
             paused: None,
@@ -191,13 +193,13 @@ impl ViewState {
     }
 
     /// A view that tracks a body, with automatic exposure. All other settings, such as time, quality, effects and layers, are kept.
-    pub(crate) fn tracking_view(&self, target: NaifId, eye: CameraPose, fov_deg: f64) -> Self {
-        Self { target, eye, tracks: true, fov_deg, roll_deg: 0.0, exposure_stops: None, ..self.clone() }
+    pub(crate) fn tracking_view(&self, target: NaifId, camera_pose: CameraPose, fov_deg: f64) -> Self {
+        Self { target, camera_pose, tracks: true, fov_deg, roll_deg: 0.0, exposure_stops: None, ..self.clone() }
     }
 
     /// As [`Self::tracking_view`], but at an instant, with time paused.
-    pub(crate) fn paused_view(&self, time: Instant, target: NaifId, eye: CameraPose, fov_deg: f64) -> Self {
-        Self { tdb_s: time.tdb_seconds_past_j2000(), paused: Some(true), ..self.tracking_view(target, eye, fov_deg) }
+    pub(crate) fn paused_view(&self, time: Instant, target: NaifId, camera_pose: CameraPose, fov_deg: f64) -> Self {
+        Self { tdb_s: time.tdb_seconds_past_j2000(), paused: Some(true), ..self.tracking_view(target, camera_pose, fov_deg) }
     }
 
     pub fn time(&self) -> Instant {
@@ -225,7 +227,7 @@ impl ViewState {
         request.effects = self.effects.clone();
         request.layers = Layers { orbits: self.orbits, bloom: self.bloom, ..self.layers };
         request.stars_boost_stops = self.stars_boost;
-        request.pixel_view = self.pixels;
+        request.pixel_view = self.pixel_view;
         request.tone_map = self.tone_map;
         request.quality = self.quality;
         request.language = language::current().in_images();
@@ -250,7 +252,7 @@ impl ViewState {
                 errors.push(error());
             }
         };
-        for (field, id) in [("target", self.target), ("eye.body", self.eye.body())] {
+        for (field, id) in [("target", self.target), ("eye.body", self.camera_pose.body())] {
             check(catalog.body(id).is_some(), &|| format!("{field}: no body has the code {}", id.0));
         }
         check(self.tdb_s.is_finite(), &|| format!("tdb_s {}: not a time", self.tdb_s));
@@ -267,7 +269,7 @@ impl ViewState {
                 check(false, &|| format!("effects: {e}"));
             }
         }
-        self.eye.check_fields(&mut check);
+        self.camera_pose.check_fields(&mut check);
         self.composition.check_fields(&mut check);
         errors
     }
@@ -277,15 +279,15 @@ impl ViewState {
     fn request_pose(&self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<RequestPose, ViewStateError> {
         let body_of = |id: NaifId| catalog.body(id).ok_or(ViewStateError::NoSuchBody(id));
         body_of(self.target)?;
-        let body = body_of(self.eye.body())?;
+        let body = body_of(self.camera_pose.body())?;
         let body_from_icrf = |id: NaifId| ephemeris.body_from_icrf(id, self.time());
         // `up` turned about `forward` by the roll.
         let rolled = |forward: DVec3, up: DVec3| DQuat::from_axis_angle(forward, -self.roll_deg.to_radians()) * up;
         let tracks_other_body = self.target != body.id && self.tracks;
-        Ok(match self.eye {
-            CameraPose::Orbit { fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
-                let axes = if fixed { Axes::BodyFixed } else { Axes::Icrf };
-                let pole = if fixed { DVec3::Z } else { body_from_icrf(body.id)?.row(2) };
+        Ok(match self.camera_pose {
+            CameraPose::Orbit { is_body_fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
+                let axes = if is_body_fixed { Axes::BodyFixed } else { Axes::Icrf };
+                let pole = if is_body_fixed { DVec3::Z } else { body_from_icrf(body.id)?.row(2) };
                 let orbit = OrbitCamera::from_degrees(azimuth_deg, elevation_deg, distance_radii);
                 // About the body-fixed z axis the azimuth equals the longitude.
                 let offset_km = orbit.offset_km(body.radii_km.x, pole);
@@ -345,10 +347,10 @@ pub(crate) fn body_fixed_orbit_pose(body: NaifId, orbit: OrbitCamera) -> CameraP
     orbit_pose(body, orbit, true)
 }
 
-fn orbit_pose(body: NaifId, orbit: OrbitCamera, fixed: bool) -> CameraPose {
+fn orbit_pose(body: NaifId, orbit: OrbitCamera, is_body_fixed: bool) -> CameraPose {
     CameraPose::Orbit {
         body,
-        fixed,
+        is_body_fixed,
         azimuth_deg: orbit.azimuth_rad.to_degrees(),
         elevation_deg: orbit.elevation_rad.to_degrees(),
         distance_radii: orbit.distance_radii,

@@ -22,7 +22,7 @@ use glam::{DMat3, DQuat, DVec3};
 
 /// A body that the user can select: what the window needs of a [`Body`].
 #[derive(Clone, Debug, PartialEq)]
-pub struct Subject {
+pub struct SelectableBody {
     pub id: NaifId,
     pub name: String,
     pub aliases: Vec<String>,
@@ -32,7 +32,7 @@ pub struct Subject {
     pub radii_km: DVec3,
 }
 
-impl Subject {
+impl SelectableBody {
     pub fn of(body: &Body) -> Self {
         Self {
             id: body.id,
@@ -138,7 +138,7 @@ pub struct Viewer {
     pub selected: NaifId,
     /// Whether a tour is changing the view, so that every frame needs a new image.
     pub is_in_tour: bool,
-    subjects: Vec<Subject>,
+    selectable_bodies: Vec<SelectableBody>,
     /// A flight and the camera pose at its end. During the flight, all fields of `view` except the camera pose are already those of the destination, so that
     /// the user's changes during the flight last.
     flight: Option<(Flight, CameraPose)>,
@@ -154,8 +154,8 @@ pub struct Viewer {
 }
 
 impl Viewer {
-    /// Starts with `view`; `subjects` is in the order in which lists show the bodies.
-    pub fn new(subjects: Vec<Subject>, mut view: ViewState, clock: fn() -> Instant) -> Self {
+    /// Starts with `view`; `selectable_bodies` is in the order in which lists show the bodies.
+    pub fn new(selectable_bodies: Vec<SelectableBody>, mut view: ViewState, clock: fn() -> Instant) -> Self {
         let selected = view.target;
         let mut time_rate = TimeRate::default();
         time_rate.set_paused(view.paused.take().unwrap_or(false));
@@ -164,7 +164,7 @@ impl Viewer {
             time_rate,
             selected,
             is_in_tour: false,
-            subjects,
+            selectable_bodies,
             flight: None,
             preset_changes: None,
             back_history: Vec::new(),
@@ -173,12 +173,12 @@ impl Viewer {
         }
     }
 
-    pub fn subjects(&self) -> &[Subject] {
-        &self.subjects
+    pub fn selectable_bodies(&self) -> &[SelectableBody] {
+        &self.selectable_bodies
     }
 
-    pub(crate) fn subject(&self, id: NaifId) -> Option<&Subject> {
-        self.subjects.iter().find(|s| s.id == id)
+    pub(crate) fn selectable_body(&self, id: NaifId) -> Option<&SelectableBody> {
+        self.selectable_bodies.iter().find(|s| s.id == id)
     }
 
     pub(crate) fn name(&self, id: NaifId) -> &str {
@@ -187,7 +187,7 @@ impl Viewer {
 
     /// The name of a body in the catalog, in effects and in links.
     pub(crate) fn catalog_name(&self, id: NaifId) -> &str {
-        self.subject(id).map_or("?", |s| s.name.as_str())
+        self.selectable_body(id).map_or("?", |s| s.name.as_str())
     }
 
     /// The current time.
@@ -208,17 +208,19 @@ impl Viewer {
     }
 
     /// At most `max_count` bodies: first those with a name or alias that begins with the text, then those with one that only contains it.
-    pub(crate) fn matching_bodies(&self, text: &str, max_count: usize) -> Vec<&Subject> {
+    pub(crate) fn matching_bodies(&self, text: &str, max_count: usize) -> Vec<&SelectableBody> {
         let query = text.trim().to_lowercase();
         if query.is_empty() {
             return Vec::new();
         }
-        let names = |s: &Subject| {
+        let names = |s: &SelectableBody| {
             [body_name(&s.name), &s.name].into_iter().chain(s.aliases.iter().map(String::as_str)).map(str::to_lowercase).collect::<Vec<_>>()
         };
-        let with_prefix = self.subjects.iter().filter(|s| names(s).iter().any(|n| n.starts_with(&query)));
-        let containing =
-            self.subjects.iter().filter(|s| names(s).iter().all(|n| !n.starts_with(&query)) && names(s).iter().any(|n| n.contains(&query)));
+        let with_prefix = self.selectable_bodies.iter().filter(|s| names(s).iter().any(|n| n.starts_with(&query)));
+        let containing = self
+            .selectable_bodies
+            .iter()
+            .filter(|s| names(s).iter().all(|n| !n.starts_with(&query)) && names(s).iter().any(|n| n.contains(&query)));
         with_prefix.chain(containing).take(max_count).collect()
     }
 
@@ -267,7 +269,7 @@ impl Viewer {
             self.end_flight();
         } else {
             let Pose { offset_km, forward, up } = flight.pose();
-            self.view.eye = CameraPose::Free { body: destination.body(), offset_km, forward, up };
+            self.view.camera_pose = CameraPose::Free { body: destination.body(), offset_km, forward, up };
         }
     }
 
@@ -334,8 +336,8 @@ impl Viewer {
 
     /// The current view; during a flight, its destination.
     pub fn destination(&self) -> ViewState {
-        let eye = self.flight.as_ref().map_or(self.view.eye, |(_, destination)| *destination);
-        ViewState { eye, ..self.view.clone() }
+        let camera_pose = self.flight.as_ref().map_or(self.view.camera_pose, |(_, destination)| *destination);
+        ViewState { camera_pose, ..self.view.clone() }
     }
 
     /// The view as it is saved and shared, including whether time is paused.
@@ -359,35 +361,36 @@ impl Viewer {
 
     /// Flies to the body this many entries after the selected one in the list, which wraps around at its ends.
     fn select_next(&mut self, entries: i32, positions: &dyn BodyPositions) {
-        let count = self.subjects.len() as i32;
-        let Some(index) = self.subjects.iter().position(|s| s.id == self.selected) else { return };
-        if let Some(next) = self.subjects.get((index as i32 + entries).rem_euclid(count.max(1)) as usize).map(|s| s.id) {
+        let count = self.selectable_bodies.len() as i32;
+        let Some(index) = self.selectable_bodies.iter().position(|s| s.id == self.selected) else { return };
+        if let Some(next) = self.selectable_bodies.get((index as i32 + entries).rem_euclid(count.max(1)) as usize).map(|s| s.id) {
             self.fly_to(next, positions);
         }
     }
 
     /// The equatorial radius of a body.
     fn radius_km(&self, id: NaifId) -> f64 {
-        self.subject(id).map_or(1.0, |s| s.radii_km.x)
+        self.selectable_body(id).map_or(1.0, |s| s.radii_km.x)
     }
 
     /// Position of the camera relative to the centre of a body, and orientation of the camera; ICRF.
     fn pose_relative_to(&self, body: NaifId, positions: &dyn BodyPositions) -> Option<Pose> {
         let time = self.view.time();
-        let camera_body = self.view.eye.body();
+        let camera_body = self.view.camera_pose.body();
         let icrf_from_body = positions.body_from_icrf(camera_body, time)?.transpose();
         // `tracking_up`: the up direction while the camera tracks another body; `None` in poses that do not track.
-        let (offset_km, forward, up, tracking_up) = match self.view.eye {
+        let (offset_km, forward, up, tracking_up) = match self.view.camera_pose {
             CameraPose::Free { offset_km, forward, up, .. } => (offset_km, forward, up, None),
-            CameraPose::Orbit { fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
+            CameraPose::Orbit { is_body_fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
                 let orbit = OrbitCamera::from_degrees(azimuth_deg, elevation_deg, distance_radii);
-                let (icrf_from_axes, pole) = if fixed { (icrf_from_body, DVec3::Z) } else { (DMat3::IDENTITY, icrf_from_body.z_axis) };
+                let (icrf_from_axes, pole) =
+                    if is_body_fixed { (icrf_from_body, DVec3::Z) } else { (DMat3::IDENTITY, icrf_from_body.z_axis) };
                 let offset = orbit.offset_km(self.radius_km(camera_body), pole);
                 let (forward, up) = rotated_view(-offset.normalize(), pole, yaw_deg, pitch_deg);
                 (icrf_from_axes * offset, icrf_from_axes * forward, icrf_from_axes * up, Some(DVec3::Z))
             }
             CameraPose::Ground { latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg, .. } => {
-                let radii_km = self.subject(camera_body).map_or(DVec3::ONE, |s| s.radii_km);
+                let radii_km = self.selectable_body(camera_body).map_or(DVec3::ONE, |s| s.radii_km);
                 let (offset, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, height_km);
                 let (forward, up) = horizontal_view(normal, azimuth_deg, altitude_deg);
                 (icrf_from_body * offset, icrf_from_body * forward, icrf_from_body * up, Some(icrf_from_body * normal))
@@ -412,7 +415,7 @@ impl Viewer {
     /// Starts a flight to a body, or shows it at once if the current pose of the camera is unknown. Does nothing for an unknown body.
     fn fly_to(&mut self, id: NaifId, positions: &dyn BodyPositions) {
         let time = self.view.time();
-        let Some(radius_km) = self.subject(id).map(|s| s.radii_km.x) else { return };
+        let Some(radius_km) = self.selectable_body(id).map(|s| s.radii_km.x) else { return };
         let Some(pole) = positions.body_from_icrf(id, time).map(|m| m.row(2)) else { return };
         let sunward = positions.geometric_between_km(id, NaifId::SUN, time).and_then(DVec3::try_normalize);
         let from = self.pose_relative_to(id, positions);
@@ -432,17 +435,17 @@ impl Viewer {
         let (_, up) = rotated_view(forward, pole, 0.0, 0.0);
         match from {
             Some(from) => {
-                self.view.eye = CameraPose::Free { body: id, offset_km: from.offset_km, forward: from.forward, up: from.up };
+                self.view.camera_pose = CameraPose::Free { body: id, offset_km: from.offset_km, forward: from.forward, up: from.up };
                 self.flight = Some((Flight::new(from, Pose { offset_km, forward, up }), destination));
             }
-            None => self.view.eye = destination,
+            None => self.view.camera_pose = destination,
         }
     }
 
     /// Ends a flight at once: the camera takes the pose of the destination, an orbit that drags can change.
     fn end_flight(&mut self) {
         if let Some((_, destination)) = self.flight.take() {
-            self.view.eye = destination;
+            self.view.camera_pose = destination;
         }
     }
 
@@ -450,19 +453,19 @@ impl Viewer {
     fn stand_on(&mut self, latitude_deg: f64, longitude_deg: f64) {
         let body = self.selected;
         self.leave_view();
-        self.view.eye = pose_on_ground(body, latitude_deg, longitude_deg);
+        self.view.camera_pose = pose_on_ground(body, latitude_deg, longitude_deg);
         (self.view.target, self.view.roll_deg, self.view.fov_deg) = (body, 0.0, GROUND_FOV_DEG);
     }
 
     /// Makes the camera face and track a body from its current position. A camera at the centre of this body cannot face it.
     fn look_at(&mut self, id: NaifId, positions: &dyn BodyPositions) {
-        if self.view.eye == (CameraPose::Centre { body: id }) {
+        if self.view.camera_pose == (CameraPose::Centre { body: id }) {
             return;
         }
         self.push_history();
         self.leave_free_pose(positions);
         (self.view.target, self.view.tracks) = (id, true);
-        if let CameraPose::Orbit { body, yaw_deg, pitch_deg, .. } = &mut self.view.eye
+        if let CameraPose::Orbit { body, yaw_deg, pitch_deg, .. } = &mut self.view.camera_pose
             && *body == id
         {
             (*yaw_deg, *pitch_deg) = (0.0, 0.0);
@@ -479,9 +482,9 @@ impl Viewer {
         // Half the angle that the target's disc spans.
         let half_disc_deg = (self.radius_km(target) / distance_km).min(1.0).asin().to_degrees();
         let fov_deg = (2.0 * half_disc_deg * LOOK_FROM_FOV_DIAMETERS).clamp(MIN_LOOK_FROM_FOV_DEG, MAX_FOV_DEG);
-        let eye = CameraPose::Centre { body: from };
+        let camera_pose = CameraPose::Centre { body: from };
         self.leave_view();
-        self.view = ViewState { eye, target, tracks: true, fov_deg, roll_deg: 0.0, ..self.view.clone() };
+        self.view = ViewState { camera_pose, target, tracks: true, fov_deg, roll_deg: 0.0, ..self.view.clone() };
     }
 }
 

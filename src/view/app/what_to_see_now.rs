@@ -89,7 +89,7 @@ impl NowItem {
             Self::Eclipse => {
                 let backward = false;
                 let search = EventSearch::new(vec![EventKind::Solar, EventKind::Lunar], now, ECLIPSE_SEARCH_S, backward);
-                let event = search.first(catalog, session.ephemeris()).ok()??;
+                let event = search.find_first(catalog, session.ephemeris()).ok()??;
                 let view = event.view(catalog, &positions, base_view);
                 let about = text!("now-dated", what = event.title(catalog), day = day_text(event.greatest()));
                 Some(NowView { title: title.clone(), about, view, is_now: false, event: Some(Arc::new(event)) })

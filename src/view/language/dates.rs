@@ -5,7 +5,7 @@
 //! (`view::app::date_text`).
 
 use super::numbers::localised;
-use super::{named, text};
+use super::{text, translated_name};
 use crate::time::Instant;
 use chrono::{Datelike, NaiveDate};
 
@@ -67,7 +67,7 @@ pub(crate) fn day_text(t: Instant) -> String {
 /// An ISO 8601 date in the language's usual form.
 pub(super) fn iso_date_text(date: &str) -> String {
     let Some(Fields { year, month, day }) = fields(date) else { return date.to_owned() };
-    let month_name = named("month", month.trim_start_matches('0'));
+    let month_name = translated_name("month", month.trim_start_matches('0'));
     text!("date-day", year = year_text(year), month = month, month_name = month_name, day = day, day_number = without_leading_zeros(day))
 }
 
@@ -107,12 +107,12 @@ fn year_text(iso: &str) -> String {
 
 /// The full name of a date's month.
 pub(crate) fn month_name(date: NaiveDate) -> &'static str {
-    named("month", month_number(date))
+    translated_name("month", month_number(date))
 }
 
 /// The short name of a date's month.
 pub(crate) fn short_month_name(date: NaiveDate) -> &'static str {
-    named("month-short", month_number(date))
+    translated_name("month-short", month_number(date))
 }
 
 /// The number of a date's month, `1` to `12`, as in the ids of the messages `month-…`.

@@ -40,7 +40,7 @@ pub fn set(language: Language) {
 /// The text of a message: `text!("id")` is `&'static str`; `text!("id", name = value)` fills in arguments and is a `String`.
 macro_rules! text {
     ($id:literal) => {
-        $crate::view::language::plain($id)
+        $crate::view::language::text_by_id($id)
     };
     ($id:literal, $($name:ident = $value:expr),+ $(,)?) => {
         $crate::view::language::text_with_arguments(
@@ -179,7 +179,7 @@ fn with_fallback<T>(find: impl Fn(&'static Messages) -> Option<T>) -> Option<T> 
 }
 
 /// The text of a message without arguments. Unlike `text!`, it takes an id that is not a literal.
-pub(crate) fn plain(id: &'static str) -> &'static str {
+pub(crate) fn text_by_id(id: &'static str) -> &'static str {
     with_fallback(|messages| messages.without_arguments.get(id)).map_or(id, String::as_str)
 }
 
@@ -191,14 +191,14 @@ pub(crate) fn text_with_arguments(id: &'static str, arguments: &[(&'static str, 
 
 /// The translation of a name that another module gave to a thing (an effect, a body). It is the message `kind-name`, its id in lower case with hyphens for
 /// spaces and underscores. Without such a message the name stays as given.
-pub(crate) fn named<'n>(kind: &str, name: &'n str) -> &'n str {
+pub(crate) fn translated_name<'n>(kind: &str, name: &'n str) -> &'n str {
     let id = format!("{kind}-{}", name.to_lowercase().replace([' ', '_'], "-"));
     with_fallback(|messages| messages.without_arguments.get(&id)).map_or(name, String::as_str)
 }
 
 /// The translated name of a body of the catalog.
 pub(crate) fn body_name(name: &str) -> &str {
-    named("body", name)
+    translated_name("body", name)
 }
 
 #[cfg(test)]

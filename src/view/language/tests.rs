@@ -80,7 +80,7 @@ fn every_file_is_valid_fluent() {
     assert!(FluentResource::try_new("one = { $\n".to_owned()).is_err(), "a broken file is found");
 }
 
-/// First parts of the ids of messages that [`named`] looks up, without the hyphen.
+/// First parts of the ids of messages that [`translated_name`] looks up, without the hyphen.
 const KINDS_OF_NAMES: [&str; 15] = [
     "body",
     "contact",
@@ -211,13 +211,13 @@ fn no_panel_shows_a_text_that_is_not_in_the_fluent_files() {
 #[test]
 fn missing_messages_fall_back() {
     set(Language::German);
-    assert_eq!(plain("tab-effects"), "Effekte");
-    assert_eq!(plain("no-such-message"), "no-such-message");
+    assert_eq!(text_by_id("tab-effects"), "Effekte");
+    assert_eq!(text_by_id("no-such-message"), "no-such-message");
     assert_eq!(text_with_arguments("no-such-message", &[]), "no-such-message");
     assert_eq!(text_with_arguments("perf-bodies-value", &[]), "perf-bodies-value", "its arguments are missing");
     assert_eq!((body_name("Earth"), body_name("Himalia")), ("Erde", "Himalia"));
     set(Language::English);
-    assert_eq!((plain("tab-effects"), body_name("Earth")), ("Effects", "Earth"));
+    assert_eq!((text_by_id("tab-effects"), body_name("Earth")), ("Effects", "Earth"));
 }
 
 #[test]

@@ -6,7 +6,7 @@
 
 use super::dates::{instant_text, iso_date_text};
 use super::numbers::number_text;
-use super::{Language, body_name, current, marked_message, messages, named, plain, text, text_with_arguments};
+use super::{Language, body_name, current, marked_message, messages, text, text_by_id, text_with_arguments, translated_name};
 use crate::message::{Argument, Message, Reason};
 use crate::time::Instant;
 use std::borrow::Cow;
@@ -14,7 +14,7 @@ use std::borrow::Cow;
 /// The text of a message.
 pub fn message_text(message: &Message) -> String {
     if message.arguments.is_empty() {
-        return plain(message.id).to_owned();
+        return text_by_id(message.id).to_owned();
     }
     let texts: Vec<(&'static str, String)> = message.arguments.iter().map(|(name, argument)| (*name, argument_text(argument))).collect();
     let arguments: Vec<_> = texts.iter().map(|(name, text)| (*name, text.as_str().into())).collect();
@@ -29,7 +29,7 @@ pub fn reason_text(reason: &Reason) -> String {
 /// The text of an argument in the window's language.
 fn argument_text(argument: &Argument) -> String {
     // A name may be that of a body or of an effect's model; a name of any other kind has no translation and stays.
-    let name_text = |name: &str| named("model", body_name(name)).to_owned();
+    let name_text = |name: &str| translated_name("model", body_name(name)).to_owned();
     match argument {
         Argument::Number(number) => number_text(number),
         Argument::Name(name) => name_text(name),

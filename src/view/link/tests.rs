@@ -34,8 +34,8 @@ fn of_link(link: &str) -> Result<ViewState, String> {
 
 #[test]
 fn links_and_files_restore_the_view_exactly() {
-    let eyes = [
-        view().eye,
+    let camera_poses = [
+        view().camera_pose,
         CameraPose::Ground {
             body: NaifId::EARTH,
             latitude_deg: -33.3,
@@ -47,8 +47,8 @@ fn links_and_files_restore_the_view_exactly() {
         CameraPose::Centre { body: NaifId::EARTH },
         CameraPose::Free { body: NaifId::MOON, offset_km: DVec3::new(1e9, 1.0 / 3.0, 0.0), forward: DVec3::X, up: DVec3::Z },
     ];
-    for (eye, paused) in eyes.into_iter().zip([None, Some(true), Some(false), Some(true)]) {
-        let view = ViewState { eye, paused, ..view() };
+    for (camera_pose, paused) in camera_poses.into_iter().zip([None, Some(true), Some(false), Some(true)]) {
+        let view = ViewState { camera_pose, paused, ..view() };
         assert_eq!(of_link(&view.to_link()).as_ref(), Ok(&view), "{}", view.to_link());
         assert_eq!(with_test_defaults(PartialView::of_json(&view.to_json())), Ok(view));
     }
@@ -68,15 +68,15 @@ fn omitted_fields_have_the_defaults_of_a_new_window() {
     assert_eq!(of_link("orrery://view?layers=%2Borbits,%2Bbloom"), Ok(with_both.clone()));
     assert_eq!(of_link("orrery://view?orbits=true&bloom=true"), Ok(with_both));
     assert_eq!(of_link("orrery://view?fov_deg=3"), Ok(ViewState { fov_deg: 3.0, ..defaults() }));
-    let Ok(ViewState { eye: CameraPose::Orbit { distance_radii: 9.0, azimuth_deg, .. }, .. }) =
+    let Ok(ViewState { camera_pose: CameraPose::Orbit { distance_radii: 9.0, azimuth_deg, .. }, .. }) =
         of_link("orrery://view?eye.distance_radii=9")
     else {
         panic!("an orbit at 9 radii")
     };
-    assert!(matches!(defaults().eye, CameraPose::Orbit { azimuth_deg: default_deg, .. } if default_deg == azimuth_deg));
-    let ground = of_link("orrery://view?eye.kind=ground&eye.latitude_deg=51.5").map(|view| view.eye);
+    assert!(matches!(defaults().camera_pose, CameraPose::Orbit { azimuth_deg: default_deg, .. } if default_deg == azimuth_deg));
+    let ground = of_link("orrery://view?eye.kind=ground&eye.latitude_deg=51.5").map(|view| view.camera_pose);
     assert_eq!(ground, Ok(pose_on_ground(NaifId::MOON, 51.5, 0.0)));
-    let centre = of_link("orrery://view?eye.kind=centre&eye.body=399").map(|view| view.eye);
+    let centre = of_link("orrery://view?eye.kind=centre&eye.body=399").map(|view| view.camera_pose);
     assert_eq!(centre, Ok(CameraPose::Centre { body: NaifId::EARTH }));
 }
 
@@ -109,7 +109,7 @@ fn bodies_are_given_by_name_alias_or_code() {
         for name in names.iter().chain(&body.aliases) {
             let link = format!("orrery://view?target={}&eye.body={}", escaped(name), escaped(name));
             let view = of_link(&link).expect(&link);
-            assert_eq!((view.target, view.eye.body()), (body.id, body.id), "{link}");
+            assert_eq!((view.target, view.camera_pose.body()), (body.id, body.id), "{link}");
             let json = format!("{{\"target\": {}}}", Value::from(name.as_str()));
             assert!(
                 name.parse::<i32>().is_ok() || with_test_defaults(PartialView::of_json(&json)).is_ok_and(|view| view.target == body.id),

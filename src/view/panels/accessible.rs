@@ -4,8 +4,8 @@
 //! or list is its accessible name.
 
 use crate::scene::draw::PixelView;
-use crate::view::language::named;
 use crate::view::language::numbers::typed_number;
+use crate::view::language::translated_name;
 use egui::{ComboBox, DragValue, Response, Ui};
 
 /// Shows a number field. Without its accessible name a screen reader would read only the unit.
@@ -15,7 +15,7 @@ pub(crate) fn number_field(ui: &mut Ui, field: DragValue<'_>, name: &str) -> Res
 
 /// The translated name of a pixel view.
 pub(crate) fn pixel_view_name(view: PixelView) -> &'static str {
-    named("pixels", view.name())
+    translated_name("pixels", view.name())
 }
 
 /// Shows a drop-down list of pixel views.

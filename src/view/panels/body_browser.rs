@@ -5,7 +5,7 @@
 
 use super::Interface;
 use crate::catalog::{BodyKind, NaifId};
-use crate::view::app::viewer::{Action, Subject};
+use crate::view::app::viewer::{Action, SelectableBody};
 use crate::view::language::{body_name, text};
 use egui::collapsing_header::CollapsingState;
 use egui::{Id, ScrollArea, UiBuilder};
@@ -27,10 +27,10 @@ pub(crate) fn tree(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut V
     let actions_before = actions.len();
     let mut is_expanding = false;
     ScrollArea::vertical().auto_shrink(false).min_scrolled_height(0.0).show(ui, |ui| {
-        let subjects = interface.viewer.subjects();
-        let is_top_level = |s: &&Subject| s.kind != BodyKind::Moon;
-        for body in subjects.iter().filter(is_top_level) {
-            let moons: Vec<&Subject> = subjects.iter().filter(|s| s.kind == BodyKind::Moon && s.parent == Some(body.id)).collect();
+        let bodies = interface.viewer.selectable_bodies();
+        let is_top_level = |s: &&SelectableBody| s.kind != BodyKind::Moon;
+        for body in bodies.iter().filter(is_top_level) {
+            let moons: Vec<&SelectableBody> = bodies.iter().filter(|s| s.kind == BodyKind::Moon && s.parent == Some(body.id)).collect();
             if moons.is_empty() {
                 body_row(interface, ui, body, actions);
                 continue;
@@ -78,7 +78,7 @@ fn body_to_reveal(interface: &mut Interface, ui: &egui::Ui) -> Option<NaifId> {
 }
 
 /// Shows the row of a body: a click selects the body, a double click flies to it.
-fn body_row(interface: &Interface, ui: &mut egui::Ui, body: &Subject, actions: &mut Vec<Action>) {
+fn body_row(interface: &Interface, ui: &mut egui::Ui, body: &SelectableBody, actions: &mut Vec<Action>) {
     // A row's id depends on its body, not on its position: otherwise a press would count for another body once a branch above the row expands.
     let row = UiBuilder::new().scope_id(Id::unique(("body in the list", body.id.0)));
     let is_selected = interface.viewer.selected == body.id;

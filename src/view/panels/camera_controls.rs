@@ -62,8 +62,8 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
     if ui.add(stand).on_hover_text(text!("camera-stand-hint", name = name)).clicked() {
         actions.push(Action::StandOn(*latitude_deg, *longitude_deg));
     }
-    let (is_orbit, mut rotates_with_body) = match interface.viewer.view.eye {
-        CameraPose::Orbit { fixed, .. } => (true, fixed),
+    let (is_orbit, mut rotates_with_body) = match interface.viewer.view.camera_pose {
+        CameraPose::Orbit { is_body_fixed, .. } => (true, is_body_fixed),
         _ => (false, false),
     };
     let checkbox = ui.add_enabled(is_orbit, Checkbox::new(&mut rotates_with_body, text!("camera-rotate")));
@@ -83,14 +83,14 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut 
 
 /// Shows the list of bodies from whose centres the selected body can be viewed.
 fn view_from_list(interface: &Interface, ui: &mut egui::Ui, selected: NaifId, actions: &mut Vec<Action>) {
-    let current = match interface.viewer.view.eye {
+    let current = match interface.viewer.view.camera_pose {
         CameraPose::Centre { body } => interface.viewer.name(body),
         _ => text!("camera-choose-body"),
     };
     ui.horizontal(|ui| {
         ui.label(text!("camera-view-from"));
         let list = ComboBox::from_id_salt("view from").selected_text(current).width(70.0).truncate().show_ui(ui, |ui| {
-            for body in interface.viewer.subjects().iter().filter(|b| b.id != selected) {
+            for body in interface.viewer.selectable_bodies().iter().filter(|b| b.id != selected) {
                 if ui.selectable_label(false, text!("camera-centre-of", body = body_name(&body.name))).clicked() {
                     actions.push(Action::LookFrom(body.id));
                 }

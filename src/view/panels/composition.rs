@@ -8,7 +8,7 @@ use crate::scene::request::composition::{DOME_TILT_RANGE_DEG, FISHEYE_RANGE_DEG}
 use crate::scene::request::{Projection, StereoLayout};
 use crate::view::app::composition_state::CompositionState;
 use crate::view::language::numbers::typed_number;
-use crate::view::language::{plain, text};
+use crate::view::language::{text, text_by_id};
 use egui::{ComboBox, Slider, Ui};
 
 /// Message ids of the name and the tooltip of each projection.
@@ -44,7 +44,7 @@ pub(super) fn controls(interface: &mut Interface, ui: &mut Ui) {
                     .text(text!("projection-dome-angle")),
             )
             .on_hover_text(text!("projection-dome-angle-hint"));
-            ui.checkbox(&mut composition.dome_zenith, text!("projection-zenith")).on_hover_text(text!("projection-zenith-hint"));
+            ui.checkbox(&mut composition.is_zenith_centred, text!("projection-zenith")).on_hover_text(text!("projection-zenith-hint"));
         }
         if composition.projection != Projection::Perspective {
             ui.add(
@@ -72,10 +72,10 @@ pub(super) fn controls(interface: &mut Interface, ui: &mut Ui) {
 fn choice<T: Copy + PartialEq>(ui: &mut Ui, label: &str, mut chosen: T, options: &[(T, &'static str, &'static str)]) -> T {
     ui.horizontal(|ui| {
         ui.label(label);
-        let chosen_name = options.iter().find(|(value, ..)| *value == chosen).map_or("", |(_, name, _)| plain(name));
+        let chosen_name = options.iter().find(|(value, ..)| *value == chosen).map_or("", |(_, name, _)| text_by_id(name));
         let list = ComboBox::from_id_salt(label).selected_text(chosen_name).width(130.0).show_ui(ui, |ui| {
             for (value, name, tooltip) in options {
-                ui.selectable_value(&mut chosen, *value, plain(name)).on_hover_text(plain(tooltip));
+                ui.selectable_value(&mut chosen, *value, text_by_id(name)).on_hover_text(text_by_id(tooltip));
             }
         });
         list.response.on_hover_text(label).accessible_name(label);

@@ -50,7 +50,7 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
             Err(why) => interface.dropped.messages.insert(0, why),
         }
     }
-    interface.reply(reply_of(&interface.dropped.messages));
+    interface.show_reply(reply_of(&interface.dropped.messages));
 }
 
 /// The messages, one a line; those beyond [`MAX_MESSAGE_LINES`] are left out.

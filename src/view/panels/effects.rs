@@ -9,7 +9,7 @@ use crate::scene::request::{Quality, ToneMap, ViewRequest};
 use crate::session::{DisplayPreference, EffectCost, RendererPreference, Session};
 use crate::view::error_texts::error_text;
 use crate::view::language::numbers::typed_number;
-use crate::view::language::{body_name, decimal, named, reason_text, signed, text};
+use crate::view::language::{body_name, decimal, reason_text, signed, text, translated_name};
 use crate::view::worker::drawn_with::DrawnWith;
 use crate::view::worker::query_cache::QueryCache;
 use crate::view::worker::render_worker::RenderWorker;
@@ -21,7 +21,8 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     ui.horizontal_wrapped(|ui| {
         ui.label(text!("effects-quality"));
         for quality in Quality::ALL {
-            ui.selectable_value(&mut view.quality, quality, named("quality", quality.name())).on_hover_text(text!("effects-quality-hint"));
+            ui.selectable_value(&mut view.quality, quality, translated_name("quality", quality.name()))
+                .on_hover_text(text!("effects-quality-hint"));
         }
     });
     renderers(ui, worker, &mut interface.settings.display_preference);
@@ -49,13 +50,13 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     ui.horizontal_wrapped(|ui| {
         ui.label(text!("effects-highlights"));
         for (tone_map, hover) in [(ToneMap::Filmic, text!("effects-filmic-hint")), (ToneMap::Clipped, text!("effects-clipped-hint"))] {
-            ui.selectable_value(&mut view.tone_map, tone_map, named("tone", tone_map.name())).on_hover_text(hover);
+            ui.selectable_value(&mut view.tone_map, tone_map, translated_name("tone", tone_map.name())).on_hover_text(hover);
         }
         ui.checkbox(&mut view.bloom, text!("effects-bloom")).on_hover_text(text!("effects-bloom-hint"));
     });
     ui.horizontal(|ui| {
         ui.label(text!("effects-show"));
-        accessible::pixel_view_list(ui, &mut view.pixels, text!("effects-show"));
+        accessible::pixel_view_list(ui, &mut view.pixel_view, text!("effects-show"));
     });
     super::layers::switches(interface, ui);
     super::composition::controls(interface, ui);
@@ -108,7 +109,8 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         }
         // Decisions that are not about an effect have no switch.
         for d in decisions.iter().filter(|d| Effect::ALL.iter().all(|e| e.name() != d.effect)) {
-            ui.label(format!("{} {}: {}", if d.on { "+" } else { "−" }, named("effect", d.effect), reason_text(&d.description())));
+            let sign = if d.on { "+" } else { "−" };
+            ui.label(format!("{sign} {}: {}", translated_name("effect", d.effect), reason_text(&d.description())));
         }
     });
     overrides.prune();
@@ -177,7 +179,7 @@ fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, display_preference: &
                 RendererPreference::Gpu => text!("effects-renderer-gpu"),
                 RendererPreference::Software => text!("effects-renderer-software"),
             };
-            if ui.selectable_label(current == preference, named("renderer", preference.name())).on_hover_text(hover).clicked() {
+            if ui.selectable_label(current == preference, translated_name("renderer", preference.name())).on_hover_text(hover).clicked() {
                 // On the query worker, since the device may be busy.
                 worker.run(Box::new(move |session| session.set_renderer_preference(preference)));
             }
@@ -201,7 +203,7 @@ fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, display_preference: &
 
 /// The translated name of an effect.
 fn effect_name(effect: Effect) -> &'static str {
-    named("effect", effect.name())
+    translated_name("effect", effect.name())
 }
 
 /// Shows the row of one effect: its switch, model, cost and reason; in one line if `is_one_line`. `decision`: whether the scene draws the effect, and
@@ -224,11 +226,11 @@ fn row(
             overrides.set(effect, is_on);
         }
         if !effect.models().is_empty() {
-            let chosen_model = overrides.model_name(effect).map_or(text!("effects-automatic"), |model| named("model", model));
+            let chosen_model = overrides.model_name(effect).map_or(text!("effects-automatic"), |model| translated_name("model", model));
             let list = ComboBox::from_id_salt(effect.name()).selected_text(chosen_model).width(90.0).show_ui(ui, |ui| {
                 for model in effect.models() {
                     let is_chosen = overrides.model_name(effect) == Some(*model);
-                    if ui.selectable_label(is_chosen, named("model", model)).clicked() {
+                    if ui.selectable_label(is_chosen, translated_name("model", model)).clicked() {
                         // This cannot fail, because the list contains only models of this effect.
                         let _ = overrides.choose_model(effect, model);
                     }

@@ -13,13 +13,14 @@ use crate::ephemeris::EphemerisError;
 use crate::time::Instant;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::app::body_positions::SessionPositions;
-use crate::view::app::event_search::{ContactLine, EventKind, EventPlayback, EventSearch, SkyEvent};
+use crate::view::app::event_search::{ContactAtPlace, EventKind, EventSearch, SkyEvent};
+use crate::view::app::event_view::EventPlayback;
 use crate::view::app::settings::Home;
 use crate::view::app::view_state::ViewState;
 use crate::view::app::viewer::Action;
 use crate::view::error_texts::error_text;
 use crate::view::language::dates::minute_text;
-use crate::view::language::{plain, text};
+use crate::view::language::{text, text_by_id};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::text::{LayoutJob, TextWrapping};
 use egui::{Button, Color32, ComboBox, Label, Panel, Pos2, ProgressBar, Response, RichText, ScrollArea, TextStyle, vec2};
@@ -61,7 +62,7 @@ impl Row {
 type StepAnswer = (EventSearch, Result<Vec<SkyEvent>, EphemerisError>);
 
 /// The contacts of an event at a place, and whether the event is visible there.
-type LocalContacts = Result<(Vec<ContactLine>, bool), String>;
+type LocalContacts = Result<(Vec<ContactAtPlace>, bool), String>;
 
 /// The chosen event as seen from a place.
 struct EventAtPlace {
@@ -179,14 +180,12 @@ fn search_options(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
         {
             changed |= ui.selectable_value(&mut panel.is_backward, is_backward, name).on_hover_text(tooltip).changed();
         }
-        let list = ComboBox::from_id_salt("range of events").selected_text(plain(RANGES_DAYS[panel.range_index].1)).width(80.0).show_ui(
-            ui,
-            |ui| {
-                for (i, (_, name)) in RANGES_DAYS.iter().enumerate() {
-                    changed |= ui.selectable_value(&mut panel.range_index, i, plain(name)).changed();
-                }
-            },
-        );
+        let range_name = text_by_id(RANGES_DAYS[panel.range_index].1);
+        let list = ComboBox::from_id_salt("range of events").selected_text(range_name).width(80.0).show_ui(ui, |ui| {
+            for (i, (_, name)) in RANGES_DAYS.iter().enumerate() {
+                changed |= ui.selectable_value(&mut panel.range_index, i, text_by_id(name)).changed();
+            }
+        });
         list.response.on_hover_text(text!("events-range-hint")).accessible_name(text!("events-range"));
         let search = icons::button(ui, Icon::Search, text!("events-search"));
         changed |= ui.add(search).on_hover_text(text!("events-search-hint")).clicked();
@@ -279,12 +278,12 @@ fn end_playback(interface: &mut Interface) {
     let Some(playback) = interface.events.playback else { return };
     let view = &mut interface.viewer.view;
     let rate = interface.viewer.time_rate.rate();
-    let after_end_s = view.tdb_s - playback.to_tdb_s;
+    let after_end_s = view.tdb_s - playback.end_tdb_s;
     if after_end_s >= 0.0 && after_end_s <= PLAYBACK_TOLERANCE_S * playback.rate && rate > 0.0 {
-        view.tdb_s = playback.to_tdb_s;
+        view.tdb_s = playback.end_tdb_s;
         interface.viewer.time_rate.set_paused(true);
         interface.events.playback = None;
-    } else if after_end_s > 0.0 || view.tdb_s < playback.from_tdb_s - PLAYBACK_TOLERANCE_S * playback.rate {
+    } else if after_end_s > 0.0 || view.tdb_s < playback.start_tdb_s - PLAYBACK_TOLERANCE_S * playback.rate {
         interface.events.playback = None;
     }
 }

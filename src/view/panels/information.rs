@@ -225,7 +225,7 @@ fn position_in_sky(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
         }
         if let Some(Ok(times)) = &report.rise_set {
             // A day may have a rise and no set, or the reverse: the Moon rises some 50 minutes later each day. "-" stands for the one that is missing.
-            let absent: &str = match (times.rise.or(times.set), times.up_at_start) {
+            let absent: &str = match (times.rise.or(times.set), times.is_up_at_start) {
                 (Some(_), _) => "-",
                 (None, true) => text!("fact-up-all-day"),
                 (None, false) => text!("fact-down-all-day"),

@@ -6,7 +6,7 @@
 use super::Interface;
 use crate::scene::request::Layers;
 use crate::view::language::numbers::typed_number;
-use crate::view::language::{plain, reason_text, text};
+use crate::view::language::{reason_text, text, text_by_id};
 use egui::{Slider, SliderClamping};
 
 /// Name of each layer, and the message ids of its label and its tooltip.
@@ -39,7 +39,7 @@ pub(crate) fn switches(interface: &mut Interface, ui: &mut egui::Ui) {
             let Some(is_on) = view.layers.by_name(name) else { continue };
             let why =
                 decisions.iter().find(|d| d.effect == name).map_or_else(String::new, |d| format!("\n{}", reason_text(&d.description())));
-            ui.checkbox(is_on, plain(label)).on_hover_text(format!("{}{why}", plain(tooltip)));
+            ui.checkbox(is_on, text_by_id(label)).on_hover_text(format!("{}{why}", text_by_id(tooltip)));
         }
         // A view from a link or a file may have another valid value, which must not change because the panel opens.
         let slider = Slider::new(&mut view.stars_boost, 0.0..=20.0).clamping(SliderClamping::Edits);

@@ -118,7 +118,7 @@ pub struct Interface {
     is_styled: bool,
     /// Whether a control had the keyboard focus at the end of the last frame.
     had_keyboard_focus: bool,
-    /// The reply to the user's last action, shown over the viewport's lower edge; see [`Self::reply()`].
+    /// The reply to the user's last action, shown over the viewport's lower edge; see [`Self::show_reply()`].
     reply: String,
     /// When the reply disappears, in egui's time (`InputState::time`); `None` until the next frame.
     reply_until_s: Option<f64>,
@@ -153,13 +153,13 @@ pub struct Interface {
 impl Interface {
     pub fn new(viewer: Viewer, settings: Settings) -> Self {
         let panel_named = |name: Option<&str>| Tab::ALL.into_iter().find(|tab| name == Some(tab.name()));
-        let tab = panel_named(settings.panels.open.as_deref());
+        let tab = panel_named(settings.panels.open_panel.as_deref());
         Self {
             viewer,
             information: information::InformationPanel::from_settings(&settings),
             tab,
             // No panel is on both sides, whatever the settings file says.
-            kept_tab: panel_named(settings.panels.kept.as_deref()).filter(|kept| tab != Some(*kept)),
+            kept_tab: panel_named(settings.panels.kept_panel.as_deref()).filter(|kept| tab != Some(*kept)),
             body_browser_shown: settings.panels.bodies_shown,
             help_shown: false,
             edits_selected_body_only: false,
@@ -290,7 +290,7 @@ impl Interface {
     }
 
     /// Shows the reply to an action of the user, for its full time even if it repeats the last reply.
-    pub fn reply(&mut self, text: impl Into<String>) {
+    pub fn show_reply(&mut self, text: impl Into<String>) {
         self.reply = text.into();
         self.reply_until_s = None;
     }

@@ -11,7 +11,7 @@ use crate::view::app::preset_changes::PresetChanges;
 use crate::view::app::presets::Preset;
 use crate::view::app::viewer::Action;
 use crate::view::language::dates::{day_text, instant_text};
-use crate::view::language::{catalog_detail, catalog_text, named, text};
+use crate::view::language::{catalog_detail, catalog_text, text, translated_name};
 use crate::view::worker::render_worker::RenderWorker;
 use egui::ScrollArea;
 
@@ -45,14 +45,14 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
                 continue;
             }
             ui.add_space(6.0);
-            ui.strong(named("moment-kind", kind));
+            ui.strong(translated_name("moment-kind", kind));
             for moment in moments_of_kind {
                 let about = catalog_detail("moment", &moment.name, "about", &moment.about);
                 let hover = text!("moments-hint", about = about, time = instant_text(moment.time), source = moment.source);
                 if ui.button(catalog_text("moment", &moment.name)).on_hover_text(hover).clicked() {
                     match view_of_moment(moment, catalog, &SessionPositions(worker.session()), &interface.viewer.base_view()) {
                         Some(view) => actions.push(Action::Show(Box::new(view))),
-                        None => interface.reply(text!("outside-ephemeris", name = catalog_text("moment", &moment.name))),
+                        None => interface.show_reply(text!("outside-ephemeris", name = catalog_text("moment", &moment.name))),
                     }
                 }
                 ui.weak(text!("moments-line", day = day_text(moment.time), about = about));
@@ -84,7 +84,7 @@ pub(crate) fn open_preset(interface: &mut Interface, worker: &dyn RenderWorker, 
             actions.push(Action::ShowPreset(Box::new(view), changes));
             actions.extend(preset.rate().map(Action::RunAt));
         }
-        None => interface.reply(text!("outside-ephemeris", name = preset.name())),
+        None => interface.show_reply(text!("outside-ephemeris", name = preset.name())),
     }
 }
 

@@ -5,7 +5,7 @@
 
 use super::Interface;
 use crate::session::Stage;
-use crate::view::language::{decimal, named, text};
+use crate::view::language::{decimal, text, translated_name};
 use crate::view::worker::render_worker::RenderedView;
 use egui::ScrollArea;
 use egui_plot::{Legend, Line, Plot, PlotPoints};
@@ -53,8 +53,8 @@ impl PerformancePanel {
         while self.arrivals_s.front().is_some_and(|first| now_s - first > RATE_INTERVAL_S) {
             self.arrivals_s.pop_front();
         }
-        let stage_ms = Stage::ALL.map(|s| rendered.stages.spent(s).as_secs_f64() * 1e3);
-        self.frames.push_back(Frame { stage_ms, passes_ms: passes_ms(rendered), total_ms: rendered.took_ms });
+        let stage_ms = Stage::ALL.map(|s| rendered.stages.elapsed(s).as_secs_f64() * 1e3);
+        self.frames.push_back(Frame { stage_ms, passes_ms: passes_ms(rendered), total_ms: rendered.render_ms });
         if self.frames.len() > MAX_FRAMES {
             self.frames.pop_front();
         }
@@ -79,7 +79,7 @@ fn describe(frames: &VecDeque<Frame>) -> String {
     let max_total_ms = frames.iter().map(|f| f.total_ms).fold(0.0, f64::max);
     let stages: Vec<String> = FRAME_STAGES
         .iter()
-        .map(|stage| format!("{} {} ms", named("stage", stage.name()), decimal(mean(&|f| f.stage_ms[*stage as usize]), 1)))
+        .map(|stage| format!("{} {} ms", translated_name("stage", stage.name()), decimal(mean(&|f| f.stage_ms[*stage as usize]), 1)))
         .collect();
     let mean_total_ms = mean(&|f| f.total_ms);
     text!(
@@ -94,8 +94,8 @@ fn describe(frames: &VecDeque<Frame>) -> String {
 /// Name and milliseconds of each pass: GPU time if the GPU drew the image and has timestamp queries, or wall time of the software renderer.
 /// A pass has the name of its target in `render::plan`, which the messages `pass-…` translate.
 fn passes_ms(rendered: &RenderedView) -> Vec<(String, f64)> {
-    let software = rendered.by.software.iter().flat_map(|t| &t.passes).map(|p| (p.name.clone(), p.wall_ms));
-    rendered.by.passes_ms.iter().cloned().chain(software).collect()
+    let software = rendered.drawn_by.software.iter().flat_map(|t| &t.passes).map(|p| (p.name.clone(), p.wall_ms));
+    rendered.drawn_by.passes_ms.iter().cloned().chain(software).collect()
 }
 
 /// Shows the panel.
@@ -113,12 +113,12 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
                 performance.frames.iter().enumerate().map(|(i, f)| [i as f64, value(f)]).collect()
             };
             for stage in FRAME_STAGES {
-                plot.line(Line::new(named("stage", stage.name()), line(&|f| f.stage_ms[stage as usize])));
+                plot.line(Line::new(translated_name("stage", stage.name()), line(&|f| f.stage_ms[stage as usize])));
             }
             // A frame without this pass is plotted as 0 ms.
             for (pass, _) in performance.frames.back().map_or(&[][..], |f| &f.passes_ms) {
                 let pass_ms = |f: &Frame| f.passes_ms.iter().find(|(name, _)| name == pass).map_or(0.0, |(_, ms)| *ms);
-                plot.line(Line::new(text!("frames-pass", pass = named("pass", pass)), line(&pass_ms)));
+                plot.line(Line::new(text!("frames-pass", pass = translated_name("pass", pass)), line(&pass_ms)));
             }
             plot.line(Line::new(text!("frames-total"), line(&|f| f.total_ms)));
         });
@@ -138,24 +138,25 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
             ui.monospace(value);
             ui.end_row();
         };
-        line(text!("perf-renderer"), rendered.by.adapter.clone().unwrap_or_else(|| named("renderer", rendered.by.renderer).into()));
+        let drawn_by = &rendered.drawn_by;
+        line(text!("perf-renderer"), drawn_by.adapter.clone().unwrap_or_else(|| translated_name("renderer", drawn_by.renderer).into()));
         line(text!("perf-display"), if interface.presents_on_gpu { "GPU" } else { "CPU" }.into());
         line(text!("perf-image"), format!("{}x{} px", rendered.width, rendered.height));
-        line(text!("perf-frame"), format!("{} ms", decimal(rendered.took_ms, 1)));
+        line(text!("perf-frame"), format!("{} ms", decimal(rendered.render_ms, 1)));
         line(
             text!("perf-frame-rate"),
             text!("perf-frame-rate-value", rate = decimal(performance.arrivals_s.len() as f64 / RATE_INTERVAL_S, 1)),
         );
         for stage in FRAME_STAGES {
-            line(named("stage", stage.name()), format!("{} ms", decimal(rendered.stages.spent(stage).as_secs_f64() * 1e3, 2)));
+            line(translated_name("stage", stage.name()), format!("{} ms", decimal(rendered.stages.elapsed(stage).as_secs_f64() * 1e3, 2)));
         }
         for (pass, ms) in passes_ms(rendered) {
-            line(&text!("frames-pass", pass = named("pass", &pass)), format!("{} ms", decimal(ms, 2)));
+            line(&text!("frames-pass", pass = translated_name("pass", &pass)), format!("{} ms", decimal(ms, 2)));
         }
-        if let Some(timings) = &rendered.by.software {
-            line(text!("perf-triangles-submitted"), timings.passes.iter().map(|p| p.submitted).sum::<usize>().to_string());
-            line(text!("perf-triangles-culled"), timings.passes.iter().map(|p| p.culled).sum::<usize>().to_string());
-            line(text!("perf-triangles-clipped"), timings.passes.iter().map(|p| p.clipped).sum::<usize>().to_string());
+        if let Some(timings) = &drawn_by.software {
+            line(text!("perf-triangles-submitted"), timings.passes.iter().map(|p| p.submitted_triangles).sum::<usize>().to_string());
+            line(text!("perf-triangles-culled"), timings.passes.iter().map(|p| p.culled_triangles).sum::<usize>().to_string());
+            line(text!("perf-triangles-clipped"), timings.passes.iter().map(|p| p.clipped_triangles).sum::<usize>().to_string());
             line(text!("perf-triangles-shaded"), timings.passes.iter().map(|p| p.triangles).sum::<usize>().to_string());
         }
         line(text!("perf-interface"), format!("{} ms", decimal(performance.interface_ms, 2)));

@@ -144,7 +144,7 @@ impl Interface {
                 self.failure_reason = None;
                 let pixel_count = u64::from(rendered.width) * u64::from(rendered.height);
                 if rendered.job.sampling == SamplingQuality::of(Quality::Draft) {
-                    self.viewport.resolution.record(pixel_count, rendered.took_ms, rendered.waited_ms);
+                    self.viewport.resolution.record(pixel_count, rendered.render_ms, rendered.idle_ms);
                 }
                 let pixels = std::mem::take(&mut rendered.rgba);
                 if rendered.gpu_image.is_some() {
@@ -182,7 +182,7 @@ impl Interface {
     pub(super) fn refresh_labels(&mut self, metrics: &LabelMetrics, overlays: impl IntoIterator<Item = Rect>) {
         let Some(rendered) = &self.viewport.shown else { return };
         let scene = &rendered.scene;
-        let parent_of = |id: NaifId| self.viewer.subject(id).and_then(|s| s.parent);
+        let parent_of = |id: NaifId| self.viewer.selectable_body(id).and_then(|s| s.parent);
         let translated_name = |name: &str| body_name(name).to_owned();
         let occupied: Vec<Rect> = overlays.into_iter().chain(scene.text_rects()).collect();
         self.viewport.labels = body_labels(
@@ -205,7 +205,7 @@ impl Interface {
         }
         // The selected body is not outlined if it is the target.
         let selected = self.viewer.selected;
-        request.layers.outline = self.settings.outline && selected != self.viewer.view.target;
+        request.layers.outline = self.settings.outlines_selected && selected != self.viewer.view.target;
         request.selected = request.layers.outline.then_some(selected);
         let output = if self.presents_on_gpu { RequestedOutput::OnGpu } else { RequestedOutput::Frame(FrameImages::Display) };
         Ok(RenderJob { sampling: SamplingQuality::of(request.quality), request, output, exposure_ticket: ExposureTicket::default() })
@@ -287,7 +287,7 @@ impl Interface {
     /// Submits the job if the last requested image does not show its view, or the adaptation of the exposure needs another image.
     fn submit_if_needed(&mut self, job: RenderJob, is_moving: bool, worker: &dyn RenderWorker, now_s: f64) {
         // While time runs at most at real time, little changes between images. So they are drawn rarely enough to keep the load low.
-        let drawing_s = 1e-3 * self.viewport.shown.as_ref().map_or(0.0, |rendered| rendered.took_ms);
+        let drawing_s = 1e-3 * self.viewport.shown.as_ref().map_or(0.0, |rendered| rendered.render_ms);
         let interval_s = REAL_TIME_INTERVAL_S.max(drawing_s / MAX_REAL_TIME_LOAD);
         let ignores_time = !is_moving && now_s - self.viewport.requested_s < interval_s;
         let is_stale = self

@@ -9,7 +9,7 @@ use crate::scene::effects::EffectOverrides;
 use crate::view::app::body_positions::SessionPositions;
 use crate::view::app::date_text::resembles_date;
 use crate::view::app::moment_view::view_of_moment;
-use crate::view::app::place_text::typed_place;
+use crate::view::app::place_text::parse_place_without_limits;
 use crate::view::app::search::{SearchTarget, Suggestion, similar_texts, star_view, suggestions, surface_feature_view};
 use crate::view::app::settings::Home;
 use crate::view::app::viewer::Action;
@@ -99,7 +99,7 @@ pub(crate) fn field(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
             (None, Some(Ok(()))) => {
                 interface.search.clear();
                 // The reply confirms the switches, because a switched effect may be invisible in this view; the switches apply to all later views.
-                interface.reply(text!("search-effects-switched", effects = interface.viewer.view.effects.to_text()));
+                interface.show_reply(text!("search-effects-switched", effects = interface.viewer.view.effects.to_text()));
             }
             (None, Some(Err(why))) => interface.search.failure = Some(why),
             (None, None) => interface.search.failure = Some(not_found(interface)),
@@ -122,7 +122,7 @@ fn open_link(interface: &mut Interface, worker: &dyn RenderWorker, actions: &mut
     match view_from_text(&interface.search.typed, worker.session(), interface.viewer.now()) {
         Ok(view) => {
             interface.search.clear();
-            interface.reply("");
+            interface.show_reply("");
             actions.push(Action::Show(Box::new(view)));
         }
         Err(e) => interface.search.failure = Some(error_text(&e)),
@@ -133,7 +133,7 @@ fn open_link(interface: &mut Interface, worker: &dyn RenderWorker, actions: &mut
 fn not_found(interface: &Interface) -> String {
     let text = interface.search.typed.trim();
     let typed = echo_within(text, MAX_ECHO_CHARS);
-    if typed_place(text).is_some() {
+    if parse_place_without_limits(text).is_some() {
         text!("search-no-place", typed = typed)
     } else if resembles_date(text) {
         text!("time-no-date", typed = typed)
@@ -214,11 +214,11 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
             // The city becomes the observer's place, which events and the times of rise and set use too.
             interface.information.home = Home { latitude_deg: city.latitude_deg, longitude_deg: city.longitude_deg };
             actions.extend([Action::Select(NaifId::EARTH), Action::StandOn(city.latitude_deg, city.longitude_deg)]);
-            interface.reply(text!("search-city-chosen", city = city.name, country = catalog_text("country", city.country)));
+            interface.show_reply(text!("search-city-chosen", city = city.name, country = catalog_text("country", city.country)));
         }
         SearchTarget::Feature { body, feature } => {
-            if let Some(subject) = interface.viewer.subject(body) {
-                actions.push(Action::Show(Box::new(surface_feature_view(feature, subject, &interface.viewer.base_view()))));
+            if let Some(selectable_body) = interface.viewer.selectable_body(body) {
+                actions.push(Action::Show(Box::new(surface_feature_view(feature, selectable_body, &interface.viewer.base_view()))));
             }
         }
         SearchTarget::Effect(_) => interface.open(ctx, Tab::Effects),
@@ -226,34 +226,34 @@ fn open_target(interface: &mut Interface, ctx: &egui::Context, worker: &dyn Rend
             interface.open(ctx, Tab::Shader);
             interface.shader.show_key(&key);
         }
-        SearchTarget::Events { kinds, from } => {
+        SearchTarget::Events { kinds, start } => {
             interface.open(ctx, Tab::Events);
-            events::search_for(interface, worker, &kinds, from);
+            events::search_for(interface, worker, &kinds, start);
         }
         SearchTarget::Preset(preset) => moments::open_preset(interface, worker, preset, actions),
         SearchTarget::Now(item) => {
             let view = item.view(session, interface.viewer.now(), &interface.viewer.base_view());
             match view {
                 Some(view) => what_to_see_now::open(interface, ctx, worker, item, view, actions),
-                None => interface.reply(text!("outside-ephemeris", name = item.name())),
+                None => interface.show_reply(text!("outside-ephemeris", name = item.name())),
             }
         }
         SearchTarget::Moment(name) => {
             let moment = catalog.moments().iter().find(|m| m.name == name);
             match moment.and_then(|m| view_of_moment(m, catalog, &positions, &interface.viewer.base_view())) {
                 Some(view) => actions.push(Action::Show(Box::new(view))),
-                None => interface.reply(text!("outside-ephemeris", name = name)),
+                None => interface.show_reply(text!("outside-ephemeris", name = name)),
             }
         }
         SearchTarget::Star(hip) => {
             let (stars, base_view) = (catalog.stars(), &interface.viewer.base_view());
             let years_since_epoch = stars.years_since_epoch(base_view.time().jd_tt());
-            match stars.hip(hip).and_then(|star| star_view(star, years_since_epoch, &positions, base_view)) {
+            match stars.star_of_hip(hip).and_then(|star| star_view(star, years_since_epoch, &positions, base_view)) {
                 Some(view) => {
                     actions.push(Action::Show(Box::new(view)));
                     interface.viewport.star_index = stars.index_of_hip(hip);
                 }
-                None => interface.reply(text!("search-star-outside", hip = hip, body = interface.viewer.name(NaifId::EARTH))),
+                None => interface.show_reply(text!("search-star-outside", hip = hip, body = interface.viewer.name(NaifId::EARTH))),
             }
         }
     }

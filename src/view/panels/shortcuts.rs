@@ -5,8 +5,9 @@
 
 use super::{Interface, Tab};
 use crate::view::app::settings::UI_SCALE_RANGE;
+use crate::view::app::view_state::CameraPose;
 use crate::view::app::viewer::Action;
-use crate::view::language::{plain, text};
+use crate::view::language::{text, text_by_id};
 use egui::{Grid, Key, Label, Modifiers, Popup, ScrollArea, TextStyle, Vec2, vec2};
 
 /// Message ids of the keys and of what they do, for the help window. Only the messages of `key-panels` have arguments.
@@ -91,17 +92,16 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
             "/" => interface.search.wants_focus = true,
             "?" => interface.help_shown = !interface.help_shown,
             "b" => interface.body_browser_shown = !interface.body_browser_shown,
-            "n" => interface.settings.names = !interface.settings.names,
-            "m" => interface.settings.markers = !interface.settings.markers,
+            "n" => interface.settings.labels_bodies = !interface.settings.labels_bodies,
+            "m" => interface.settings.marks_small_bodies = !interface.settings.marks_small_bodies,
             "e" => interface.time_bar.wants_next_event = true,
             "p" => interface.time_bar.wants_previous_event = true,
             "i" => interface.settings.panels.timeline_shown = !interface.settings.panels.timeline_shown,
-            "x" => interface.settings.outline = !interface.settings.outline,
+            "x" => interface.settings.outlines_selected = !interface.settings.outlines_selected,
             "o" => interface.viewer.view.orbits = !interface.viewer.view.orbits,
             "g" => actions.push(Action::FlyTo(interface.viewer.selected)),
             "f" => {
-                let rotates_with_body =
-                    matches!(interface.viewer.view.eye, crate::view::app::view_state::CameraPose::Orbit { fixed: true, .. });
+                let rotates_with_body = matches!(interface.viewer.view.camera_pose, CameraPose::Orbit { is_body_fixed: true, .. });
                 actions.push(Action::RotateWithBody(!rotates_with_body));
             }
             "[" => actions.push(Action::Roll(-ROLL_STEP_DEG)),
@@ -128,7 +128,7 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
     }
     if ctx.input(|i| i.events.contains(&egui::Event::Copy)) {
         ctx.copy_text(interface.viewer.shareable().to_link());
-        interface.reply(text!("link-copied"));
+        interface.show_reply(text!("link-copied"));
     }
     let take_key = |key: Key| ctx.input_mut(|i| i.consume_key(Modifiers::NONE, key));
     // On Escape egui itself closes an open menu. egui has also removed the keyboard focus already, so `close_topmost` asks whether a control had the
@@ -182,7 +182,7 @@ pub(crate) fn help(interface: &mut Interface, ctx: &egui::Context) {
                         "key-panels" => {
                             (text!("key-panels", last = Tab::ALL.len().min(MAX_DIGIT)), text!("key-panels-does", panels = panels))
                         }
-                        _ => (plain(keys_id).to_owned(), plain(description_id).to_owned()),
+                        _ => (text_by_id(keys_id).to_owned(), text_by_id(description_id).to_owned()),
                     };
                     ui.strong(keys);
                     ui.add(Label::new(description).wrap());

@@ -148,8 +148,8 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
         }
     }
     interface.settings.panels.bodies_shown = interface.body_browser_shown;
-    interface.settings.panels.open = interface.tab.map(|tab| tab.name().to_owned());
-    interface.settings.panels.kept = interface.kept_tab.map(|tab| tab.name().to_owned());
+    interface.settings.panels.open_panel = interface.tab.map(|tab| tab.name().to_owned());
+    interface.settings.panels.kept_panel = interface.kept_tab.map(|tab| tab.name().to_owned());
 }
 
 /// Shows the title of a panel, by which it can be dragged to the other side, and the buttons that close it and keep it open.

@@ -7,7 +7,7 @@ use super::Interface;
 use crate::catalog::{BodyKind, Catalog, NaifId};
 use crate::units::{KM_PER_AU, SPEED_OF_LIGHT_KM_S};
 use crate::view::app::body_positions::{BodyPositions, SessionPositions};
-use crate::view::app::viewer::Subject;
+use crate::view::app::viewer::SelectableBody;
 use crate::view::language::numbers::grouped;
 use crate::view::language::{body_name, decimal, text};
 use crate::view::panels::theme::HIGHLIGHT_COLOUR;
@@ -57,13 +57,13 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderW
     let viewer = &interface.viewer;
     let comparison = &mut interface.information.comparison;
     let list = ComboBox::from_id_salt("compare sizes").selected_text(viewer.name(other)).width(120.0).show_ui(ui, |ui| {
-        for body in viewer.subjects().iter().filter(|b| b.id != selected) {
+        for body in viewer.selectable_bodies().iter().filter(|b| b.id != selected) {
             ui.selectable_value(&mut comparison.chosen, Some(body.id), body_name(&body.name));
         }
     });
     list.response.on_hover_text(text!("sizes-hint")).accessible_name(text!("sizes-with"));
     let catalog = worker.session().catalog();
-    if let (Some(a), Some(b)) = (viewer.subject(selected), viewer.subject(other)) {
+    if let (Some(a), Some(b)) = (viewer.selectable_body(selected), viewer.selectable_body(other)) {
         draw_sizes(ui, catalog, a, b);
         ui.label(size_text(a, b));
     }
@@ -73,9 +73,9 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderW
     let positions = SessionPositions(worker.session());
     let distance_km = |id: NaifId| positions.geometric_between_km(NaifId::SUN, id, time).map_or(0.0, DVec3::length);
     // For a selected moon, its planet is marked.
-    let marked = viewer.subject(selected).filter(|s| s.kind == BodyKind::Moon).and_then(|s| s.parent).unwrap_or(selected);
-    let subjects = viewer.subjects().iter().filter(|s| s.kind == BodyKind::Planet || s.id == marked && s.id != NaifId::SUN);
-    let plotted: Vec<PlottedBody<'_>> = subjects
+    let marked = viewer.selectable_body(selected).filter(|s| s.kind == BodyKind::Moon).and_then(|s| s.parent).unwrap_or(selected);
+    let bodies = viewer.selectable_bodies().iter().filter(|s| s.kind == BodyKind::Planet || s.id == marked && s.id != NaifId::SUN);
+    let plotted: Vec<PlottedBody<'_>> = bodies
         .map(|s| PlottedBody { name: body_name(&s.name), distance_au: distance_km(s.id) / KM_PER_AU, is_marked: s.id == marked })
         .collect();
     draw_distances(ui, &plotted);
@@ -83,7 +83,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderW
 }
 
 /// A sentence about the wider body, such as `Saturn is 9.449 times as wide as Earth and has 764 times its volume.`
-fn size_text(first: &Subject, second: &Subject) -> String {
+fn size_text(first: &SelectableBody, second: &SelectableBody) -> String {
     let ratio_text = |value: f64| if value >= 10.0 { grouped(value, 0) } else { decimal(value, 3) };
     let width_ratio = first.radii_km.x / second.radii_km.x;
     let volume_ratio = first.radii_km.element_product() / second.radii_km.element_product();
@@ -146,7 +146,7 @@ fn middles_of_two(area: [f32; 2], [first, second]: [(f32, f32); 2]) -> [f32; 2] 
 }
 
 /// Draws two bodies next to each other.
-fn draw_sizes(ui: &mut Ui, catalog: &Catalog, selected: &Subject, other: &Subject) {
+fn draw_sizes(ui: &mut Ui, catalog: &Catalog, selected: &SelectableBody, other: &SelectableBody) {
     let rect = draw_background(ui, SIZES_HEIGHT, &text!("sizes-image", first = body_name(&selected.name), second = body_name(&other.name)));
     let inner = rect.shrink2(vec2(12.0, 16.0));
     let points_per_km =
@@ -248,8 +248,8 @@ fn draw_distances(ui: &mut Ui, bodies: &[PlottedBody<'_>]) {
 mod tests {
     use super::*;
 
-    fn body(name: &str, equatorial_km: f64, polar_km: f64) -> Subject {
-        Subject {
+    fn body(name: &str, equatorial_km: f64, polar_km: f64) -> SelectableBody {
+        SelectableBody {
             id: NaifId(1),
             name: name.into(),
             aliases: Vec::new(),

@@ -99,7 +99,7 @@ mod tests {
     #[test]
     fn sirius_has_the_published_facts() {
         let stars = StarCatalog::embedded();
-        let sirius = stars.hip(32_349).expect("Sirius");
+        let sirius = stars.star_of_hip(32_349).expect("Sirius");
         assert_eq!(title(sirius), "Sirius (HIP 32349), magnitude -1.44");
         // From the epoch of the catalog, 1991.25, to J2000.
         let facts = label_value_pairs(sirius, 8.75);

@@ -17,7 +17,7 @@ use crate::view::app::time_rate::{MAX_SPEED, MIN_SPEED, rate_text};
 use crate::view::app::viewer::Action;
 use crate::view::error_texts::error_text;
 use crate::view::language::dates::{date_in_digits, instant_text, long_date, month_name};
-use crate::view::language::{plain, text};
+use crate::view::language::{text, text_by_id};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use chrono::{Datelike, Days, Months, NaiveDate, NaiveDateTime, NaiveTime, Timelike};
 use egui::containers::menu::{MenuButton, MenuConfig};
@@ -90,8 +90,8 @@ pub(crate) fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Ren
         rate_controls(interface, ui, actions);
         ui.separator();
         caption(ui, text!("time-step"));
-        let back = STEPS.iter().rev().map(|(seconds, name)| (-seconds, format!("-{}", plain(name))));
-        let forward = STEPS.iter().map(|(seconds, name)| (*seconds, format!("+{}", plain(name))));
+        let back = STEPS.iter().rev().map(|(seconds, name)| (-seconds, format!("-{}", text_by_id(name))));
+        let forward = STEPS.iter().map(|(seconds, name)| (*seconds, format!("+{}", text_by_id(name))));
         for (seconds, name) in back.chain(forward) {
             if ui.small_button(&name).on_hover_text(text!("time-step-hint", name = name)).clicked() {
                 actions.push(Action::Step(seconds));
@@ -126,17 +126,17 @@ fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
             match typed_time(&typed, time_zone, interface.viewer.now()) {
                 Some(time) => {
                     // A date also removes the error of an earlier attempt.
-                    interface.reply("");
+                    interface.show_reply("");
                     actions.push(Action::SetTime(time));
                 }
-                None => interface.reply(text!("time-no-date", typed = crate::wording::echo_within(typed.trim(), MAX_ECHO_CHARS))),
+                None => interface.show_reply(text!("time-no-date", typed = crate::wording::echo_within(typed.trim(), MAX_ECHO_CHARS))),
             }
         }
     }
     let other_zone = if time_zone == ShownTimeZone::Utc { ShownTimeZone::Local } else { ShownTimeZone::Utc };
-    let name = time_zone.name(time);
+    let label = time_zone.label(time);
     let hover = text!("time-zone-hint");
-    if ui.button(&name).on_hover_text(hover).accessible_name(text!("time-zone", name = name)).clicked() {
+    if ui.button(&label).on_hover_text(hover).accessible_name(text!("time-zone", name = label)).clicked() {
         interface.settings.time_zone = other_zone;
     }
 }
@@ -289,7 +289,7 @@ fn rate_controls(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
 fn event_buttons(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     match interface.time_bar.take_found() {
         Some(Ok(event)) => events::show(interface, worker, Arc::new(event), actions),
-        Some(Err(why)) => interface.reply(why),
+        Some(Err(why)) => interface.show_reply(why),
         None => {}
     }
     let kind = interface.time_bar.kind;
@@ -317,7 +317,7 @@ fn event_buttons(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rend
         let start = interface.viewer.destination().time().plus_seconds(gap_s);
         let span_s = f64::from(EVENT_SEARCH_YEARS) * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
         let search = EventSearch::new(vec![kind], start, span_s, backward);
-        let pending = ask(worker, move |session| search.first(session.catalog(), session.ephemeris()));
+        let pending = ask(worker, move |session| search.find_first(session.catalog(), session.ephemeris()));
         interface.time_bar.pending = Some((kind, pending));
     }
     if interface.time_bar.pending.is_some() {

@@ -130,7 +130,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
     ui.add_sized(size, egui::Label::new(span_text(span_s)).truncate());
     let width = ui.available_width().max(60.0);
     let (rect, response) = ui.allocate_exact_size(vec2(width, HEIGHT), Sense::click_and_drag());
-    let axis = TimeAxis { middle_tdb_s: interface.viewer.view.tdb_s, span_s, width: f64::from(rect.width()) };
+    let axis = TimeAxis { middle_tdb_s: interface.viewer.view.tdb_s, span_s, width_points: f64::from(rect.width()) };
     if interface.shown().is_some() {
         interface.timeline.rare.update(&axis, worker);
         if span_s <= MAX_SPAN_MOONS_S {
@@ -152,7 +152,7 @@ fn marks<'t>(interface: &'t Interface, axis: &TimeAxis) -> impl Iterator<Item = 
     let axis = *axis;
     let frequent = if span_s <= MAX_SPAN_MOONS_S { frequent.known.between(from_s, to_s) } else { &[] };
     let rare = rare.known.between(from_s, to_s).iter().filter(move |e| span_s <= MAX_SPAN_ALL_EVENTS_S || e.event.is_notable());
-    frequent.iter().chain(rare).map(move |e| (axis.position(e.tdb_s), e))
+    frequent.iter().chain(rare).map(move |e| (axis.position_points(e.tdb_s), e))
 }
 
 /// The event whose mark is nearest to a position on the timeline, if it is within [`CLICK_DISTANCE`].
@@ -191,13 +191,13 @@ fn paint(interface: &Interface, ui: &Ui, rect: Rect, axis: &TimeAxis, is_focused
     let dates_top = rect.bottom() - DATES_HEIGHT;
     let font = TextStyle::Small.resolve(ui.style());
     for tick in axis.ticks(interface.settings.time_zone) {
-        let tick_x = screen_x(axis.position(tick.tdb_s));
+        let tick_x = screen_x(axis.position_points(tick.tdb_s));
         painter.vline(tick_x, rect.y_range(), Stroke::new(1.0, visuals.widgets.noninteractive.bg_stroke.color));
         painter.text(pos2(tick_x + 3.0, rect.bottom() - 2.0), Align2::LEFT_BOTTOM, tick.label, font.clone(), visuals.text_color());
     }
     // The parts that are still to be searched are lighter: their marks are missing.
     for (from_s, to_s) in interface.timeline.rare.known.unsearched(axis.start_tdb_s(), axis.end_tdb_s()).into_iter().flatten() {
-        let part = egui::Rangef::new(screen_x(axis.position(from_s)), screen_x(axis.position(to_s)));
+        let part = egui::Rangef::new(screen_x(axis.position_points(from_s)), screen_x(axis.position_points(to_s)));
         let fill = visuals.widgets.noninteractive.bg_stroke.color.gamma_multiply(UNSEARCHED_OPACITY);
         painter.rect_filled(Rect::from_x_y_ranges(part, rect.top()..=dates_top), 0.0, fill);
     }

@@ -68,10 +68,10 @@ fn layers_menu(interface: &mut Interface, ui: &mut Ui) {
 /// Shows the switches of names, markers, orbits and other layers that are drawn over or beside the bodies.
 fn layers(interface: &mut Interface, ui: &mut Ui) {
     let settings = &mut interface.settings;
-    ui.toggle_value(&mut settings.names, text!("layer-names")).on_hover_text(text!("layer-names-hint"));
-    ui.toggle_value(&mut settings.markers, text!("layer-markers")).on_hover_text(text!("layer-markers-hint"));
+    ui.toggle_value(&mut settings.labels_bodies, text!("layer-names")).on_hover_text(text!("layer-names-hint"));
+    ui.toggle_value(&mut settings.marks_small_bodies, text!("layer-markers")).on_hover_text(text!("layer-markers-hint"));
     ui.toggle_value(&mut interface.viewer.view.orbits, text!("layer-orbits")).on_hover_text(text!("layer-orbits-hint"));
-    ui.toggle_value(&mut settings.outline, text!("layer-outline")).on_hover_text(text!("layer-outline-hint"));
+    ui.toggle_value(&mut settings.outlines_selected, text!("layer-outline")).on_hover_text(text!("layer-outline-hint"));
     let layers = &mut interface.viewer.view.layers;
     for (is_shown, name, hover) in [
         (&mut layers.bright_stars, text!("layer-bright-stars"), text!("layer-bright-stars-hint")),

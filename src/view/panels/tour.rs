@@ -98,7 +98,7 @@ pub(crate) fn start(interface: &mut Interface, session: &Session, json: &str, ac
             interface.tour.playback = Some(TourPlayback { tour: Arc::new(tour), elapsed_s: 0.0, is_paused: false, is_view_changed: false });
             interface.tour.has_started = true;
         }
-        Err(e) => interface.reply(error_text(&e)),
+        Err(e) => interface.show_reply(error_text(&e)),
     }
 }
 
@@ -106,7 +106,7 @@ pub(crate) fn start(interface: &mut Interface, session: &Session, json: &str, ac
 pub(crate) fn open(interface: &mut Interface, session: &Session, actions: &mut Vec<Action>) {
     match read_text(Path::new(&interface.tour.file_name), MAX_BYTES) {
         Ok(json) => start(interface, session, &json, actions),
-        Err(e) => interface.reply(format!("{}: {}", echo(&interface.tour.file_name), error_text(&e))),
+        Err(e) => interface.show_reply(format!("{}: {}", echo(&interface.tour.file_name), error_text(&e))),
     }
 }
 
@@ -139,7 +139,7 @@ pub(crate) fn pause_after_change(interface: &mut Interface, view_of_tour: Option
 /// Shows the text and the controls over the viewport's lower edge.
 pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
     let Some(playback) = &mut interface.tour.playback else { return };
-    let stop = playback.tour.at(playback.elapsed_s).stop;
+    let stop_index = playback.tour.at(playback.elapsed_s).stop_index;
     let mut chosen_stop = None;
     let (mut end_clicked, mut record_clicked) = (false, false);
     let is_busy = interface.share.is_busy();
@@ -152,12 +152,12 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
                 RichText::new(text!(
                     "tour-stop",
                     tour = catalog_text("tour", &playback.tour.title),
-                    stop = stop + 1,
+                    stop = stop_index + 1,
                     stops = playback.tour.stop_count()
                 ))
                 .small(),
             ));
-            let stop_text = catalog_detail("tour", &playback.tour.title, &(stop + 1).to_string(), playback.tour.text(stop));
+            let stop_text = catalog_detail("tour", &playback.tour.title, &(stop_index + 1).to_string(), playback.tour.text(stop_index));
             let text_label = ui.label(stop_text);
             // Screen readers announce the text although it has no focus.
             ui.ctx().accesskit_node_builder(text_label.id, |node| node.set_live(egui::accesskit::Live::Polite));
@@ -166,8 +166,8 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
                 let button = |ui: &mut egui::Ui, is_enabled: bool, name: &str, hover: &str| {
                     ui.add_enabled(is_enabled, Button::new(name)).on_hover_text(hover).clicked()
                 };
-                if button(ui, stop > 0, text!("tour-previous"), text!("tour-previous-hint")) {
-                    chosen_stop = Some(stop - 1);
+                if button(ui, stop_index > 0, text!("tour-previous"), text!("tour-previous-hint")) {
+                    chosen_stop = Some(stop_index - 1);
                 }
                 let (name, hover) = if playback.is_paused {
                     (text!("tour-play"), text!("tour-play-hint"))
@@ -181,8 +181,8 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
                         playback.elapsed_s = 0.0;
                     }
                 }
-                if button(ui, stop + 1 < playback.tour.stop_count(), text!("tour-next"), text!("tour-next-hint")) {
-                    chosen_stop = Some(stop + 1);
+                if button(ui, stop_index + 1 < playback.tour.stop_count(), text!("tour-next"), text!("tour-next-hint")) {
+                    chosen_stop = Some(stop_index + 1);
                 }
                 let record = icons::button(ui, Icon::Record, text!("tour-record"));
                 let hover = text!("tour-record-hint");

@@ -254,7 +254,7 @@ fn context_menu(interface: &mut Interface, response: &egui::Response, placement:
         }
         if ui.button(text!("menu-copy-link")).on_hover_text(text!("menu-copy-link-hint")).clicked() {
             ui.ctx().copy_text(interface.viewer.shareable().to_link());
-            interface.reply(text!("link-copied"));
+            interface.show_reply(text!("link-copied"));
         }
         if ui.button(text!("menu-save-image")).on_hover_text(text!("menu-save-image-hint")).clicked() {
             interface.share.wants_image = true;
@@ -271,7 +271,7 @@ fn paint_labels(interface: &Interface, ui: &egui::Ui, viewport: Rect, placement:
         let is_selected = label.body == interface.viewer.selected;
         let colour = if is_selected { HIGHLIGHT_COLOUR } else { NAME_COLOUR };
         let marker_radius = MARKER_RADIUS as f32 * NAME_POINTS;
-        if interface.settings.markers && radius < marker_radius {
+        if interface.settings.marks_small_bodies && radius < marker_radius {
             painter.circle_stroke(
                 centre,
                 marker_radius,
@@ -280,7 +280,7 @@ fn paint_labels(interface: &Interface, ui: &egui::Ui, viewport: Rect, placement:
         }
         // A body that fills the image has no name side: the title names it.
         if let Some(side) = label.name_side
-            && interface.settings.names
+            && interface.settings.labels_bodies
         {
             let text_anchor = centre + vec2(side.offset_px(&LabelMetrics::of_size(f64::from(NAME_POINTS)), f64::from(radius)));
             let align = if side.is_left { Align2::RIGHT_CENTER } else { Align2::LEFT_CENTER };
@@ -317,7 +317,8 @@ fn handle_click(interface: &mut Interface, worker: &dyn RenderWorker, click: Cli
             interface.viewport.picked_px = Some(viewport_px);
             interface.viewport.star_index = star_index;
             if let Some(star_index) = star_index {
-                interface.reply(worker.session().catalog().stars().stars().get(star_index).map(super::star::title).unwrap_or_default());
+                let title = worker.session().catalog().stars().stars().get(star_index).map(super::star::title).unwrap_or_default();
+                interface.show_reply(title);
             }
         }
     }
@@ -338,7 +339,7 @@ fn measure(interface: &mut Interface, direction: DVec3, body: Option<NaifId>) {
     let body_in_view = body.and_then(|id| rendered.scene.body(id));
     let seen_body = body_in_view.map(|body| SeenBody { name: body.name.clone(), centre_km: body.placement.centre_km });
     let message = interface.angle.add(direction, seen_body);
-    interface.reply(message);
+    interface.show_reply(message);
 }
 
 /// A click on the image.

@@ -88,9 +88,9 @@ fn draw(session: &crate::session::Session, item: NowItem, now: crate::time::Inst
     let now_view = item.view(session, now, base_view)?;
     let [width, height] = THUMBNAIL_SIZE.map(|points| (points * PX_PER_POINT) as u32);
     // The thumbnail of the Shader item shows the visible fraction of the Sun, as the shader computes it.
-    let pixels = if item == NowItem::Shader { PixelView::Eclipse } else { PixelView::Final };
+    let pixel_view = if item == NowItem::Shader { PixelView::Eclipse } else { PixelView::Final };
     // A dome or a stereo pair would be illegible at this size.
-    let view = ViewState { pixels, composition: CompositionState::default(), ..now_view.view.clone() };
+    let view = ViewState { pixel_view, composition: CompositionState::default(), ..now_view.view.clone() };
     let image = view.request(session.catalog(), session.ephemeris(), width, height).ok().and_then(|request| {
         let frame = session.draw_in_background(&request, SamplingQuality::of(request.quality), FrameImages::Display).ok()?.frame;
         Some(([frame.width, frame.height], frame.display))

@@ -17,7 +17,7 @@ pub(crate) fn open(request: FileRequest) -> Pending<Option<PathBuf>> {
         dialog = dialog.set_directory(folder);
     }
     // Some systems require the dialog to be opened on the window's thread; another thread then waits for the result.
-    if request.opens {
+    if request.is_for_opening {
         let chosen = dialog.pick_file();
         std::thread::spawn(move || deliver(pollster::block_on(chosen).map(|file| file.path().to_owned())));
     } else {

@@ -325,7 +325,7 @@ impl App<'_> {
         self.settings_sender.send_if_changed(&self.interface.settings);
         let is_shown = presented?;
         if let Some(log) = &mut self.frame_log {
-            let image = self.interface.shown().map(|rendered| ([rendered.width, rendered.height], rendered.took_ms));
+            let image = self.interface.shown().map(|rendered| ([rendered.width, rendered.height], rendered.render_ms));
             log.record(&PresentedFrame { images_shown: self.interface.images_shown(), image, took: start.elapsed() });
         }
         let title = self.interface.title();

@@ -25,7 +25,7 @@ pub fn ui_primitives(
         let (texture, sampler) = match (mesh.texture_id, scene_image) {
             (SCENE_IMAGE, Some(image)) => {
                 let clamp = AddressMode::ClampToEdge;
-                (TextureSource::OnGpu(image.clone()), SamplerState { address_u: clamp, address_v: clamp, linear: true })
+                (TextureSource::OnGpu(image.clone()), SamplerState { address_u: clamp, address_v: clamp, is_trilinear: true })
             }
             (id, _) => {
                 let texture = painter.texture(id)?;
@@ -42,7 +42,7 @@ pub fn ui_primitives(
 
 fn sampler_of(texture: &PainterTexture) -> SamplerState {
     let address = if texture.repeats { AddressMode::Repeat } else { AddressMode::ClampToEdge };
-    SamplerState { address_u: address, address_v: address, linear: texture.is_linear }
+    SamplerState { address_u: address, address_v: address, is_trilinear: texture.is_linear }
 }
 
 /// The primitive for a mesh. `scissor`: left, top, right and bottom pixel of the clip rectangle, the last two exclusive.

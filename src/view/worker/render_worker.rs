@@ -42,11 +42,11 @@ pub struct RenderedView {
     /// The image, if it stayed on the GPU.
     pub gpu_image: Option<GpuImage>,
     /// The renderer that drew the image, with its timings.
-    pub by: DrawnBy,
+    pub drawn_by: DrawnBy,
     /// Time from the start of the job to the finished image, milliseconds.
-    pub took_ms: f64,
+    pub render_ms: f64,
     /// Time for which the render worker had no job before this one, milliseconds.
-    pub waited_ms: f64,
+    pub idle_ms: f64,
     /// Time of each stage for this image.
     pub stages: Stages,
     /// Statistics of the shader library since the session was opened.
@@ -118,7 +118,7 @@ pub(crate) fn draw(session: &Session, job: RenderJob) -> Result<RenderedView, Se
     let stages_before = session.report_of_this_thread().0;
     let start = WallInstant::now();
     let drawn = session.draw_without_waiting(&job.request, job.sampling, job.output)?;
-    let took_ms = start.elapsed().as_secs_f64() * 1e3;
+    let render_ms = start.elapsed().as_secs_f64() * 1e3;
     let (stages, library) = session.report_of_this_thread();
     Ok(RenderedView {
         job,
@@ -128,9 +128,9 @@ pub(crate) fn draw(session: &Session, job: RenderJob) -> Result<RenderedView, Se
         height: drawn.frame.height,
         rgba: drawn.frame.display,
         gpu_image: drawn.gpu_image,
-        by: drawn.by,
-        took_ms,
-        waited_ms: 0.0,
+        drawn_by: drawn.drawn_by,
+        render_ms,
+        idle_ms: 0.0,
         stages: stages.since(&stages_before),
         library,
     })
@@ -213,10 +213,10 @@ impl<'a> ThreadedWorker<'a> {
         let mut last_page_return = WallInstant::now();
         let mut idle_since = WallInstant::now();
         while let Some(job) = self.wait_for_work(Work::start_image) {
-            let waited_ms = idle_since.elapsed().as_secs_f64() * 1e3;
+            let idle_ms = idle_since.elapsed().as_secs_f64() * 1e3;
             let exposure_ticket = job.exposure_ticket;
             let rendered = draw(self.session, job)
-                .map(|rendered| RenderedView { waited_ms, ..rendered })
+                .map(|rendered| RenderedView { idle_ms, ..rendered })
                 .map_err(|why| FailedJob { why, exposure_ticket });
             idle_since = WallInstant::now();
             {

@@ -163,8 +163,8 @@ impl<R: Real> BoundProgram<R> {
             texture_reads: Vec::new(),
             operand_offsets: Vec::new(),
             inputs_read: program.inputs_read.clone(),
-            first_register_row: (program.slots + SCRATCH_SLOTS) as usize,
-            register_count: program.registers as usize,
+            first_register_row: (program.slot_count + SCRATCH_SLOTS) as usize,
+            register_count: program.register_count as usize,
             output_slots: program.output_operands.iter().map(slot).collect::<Result<_, _>>()?,
             discarded: program.discarded.as_ref().map(slot).transpose()?,
         };
@@ -204,7 +204,8 @@ impl KernelBinding {
 /// Binds the instructions of a program. `without_steps`: the bound program, without its steps, kernels and other lists that they index.
 fn bind<R: Real>(program: &Program, class: KernelClass, without_steps: BoundProgram<R>) -> Result<BoundProgram<R>, String> {
     let register_offset = without_steps.first_register_row * LANES;
-    let mut binder = Binder { bound: without_steps, class, first_scratch_slot: program.slots, register_offset, can_extend_sequence: false };
+    let mut binder =
+        Binder { bound: without_steps, class, first_scratch_slot: program.slot_count, register_offset, can_extend_sequence: false };
     let mut is_target = vec![false; program.lane_tape.len() + 1];
     for target in program.lane_tape.iter().filter_map(Instr::target) {
         is_target[target as usize] = true;

@@ -1,6 +1,6 @@
 //! Runs a [`Program`] over batches of lanes.
 //!
-//! In: the uniform bytes of a draw (once, [`Program::prepare_for`]), then per batch the lane inputs and the mask of active lanes. Out: the lane
+//! In: the uniform bytes of a draw (once, [`Program::run_draw_tape`]), then per batch the lane inputs and the mask of active lanes. Out: the lane
 //! outputs and the mask of lanes that were not discarded. Always: inactive lanes may contain any bits, and no operation traps; a program is bound to
 //! kernels once ([`BoundProgram`]), and a batch allocates nothing.
 
@@ -86,9 +86,9 @@ fn evaluate_scalar<R: Real>(instr: &Instr, has_fma: bool, words: &[u32], read: i
 impl Program {
     /// Runs the draw tape on the bytes of the uniform block (little-endian words; missing bytes read as zero). `class` determines whether a multiply-add
     /// rounds once or twice.
-    pub fn prepare_for<R: Real>(&self, uniform_bytes: &[u8], class: KernelClass) -> DrawTapeValues<R> {
+    pub fn run_draw_tape<R: Real>(&self, uniform_bytes: &[u8], class: KernelClass) -> DrawTapeValues<R> {
         let words: Vec<u32> = uniform_bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
-        let mut registers = vec![R::ZERO; self.registers as usize];
+        let mut registers = vec![R::ZERO; self.register_count as usize];
         for (r, c) in registers.iter_mut().zip(&self.constants) {
             *r = constant_value(*c);
         }
@@ -171,7 +171,7 @@ impl<R: Real> Executor<R> {
 
     /// Runs one batch and returns the active lanes that did not discard; none if the run was stopped at a loop limit. If the program uses derivatives,
     /// `active` must contain all four lanes of every quad that has a covered lane; the uncovered lanes are helper lanes. `draw_values`: those of the same
-    /// program ([`Program::prepare_for`]).
+    /// program ([`Program::run_draw_tape`]).
     pub fn run(&mut self, draw_values: &DrawTapeValues<R>, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
         self.counts = ExecutionCounts::default();
         self.hit_loop_limit = false;

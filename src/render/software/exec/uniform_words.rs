@@ -104,7 +104,7 @@ mod tests {
         elements.gather(words, &indices, &mut gathered);
         for (lane, (gathered, index)) in gathered.iter().zip(&indices).enumerate() {
             let single: R = elements.read(words, index.lane_bits());
-            assert_eq!(gathered.f64().to_bits(), single.f64().to_bits(), "lane {lane}, index {}", index.lane_bits());
+            assert_eq!(gathered.to_f64().to_bits(), single.to_f64().to_bits(), "lane {lane}, index {}", index.lane_bits());
         }
     }
 

@@ -22,8 +22,8 @@ pub(crate) struct FinishedTapes {
     /// For each input, whether any instruction reads it. The last one is the mask of active lanes.
     pub inputs_read: Vec<bool>,
     pub outputs: Vec<Operand>,
-    pub registers: u32,
-    pub slots: u32,
+    pub register_count: u32,
+    pub slot_count: u32,
 }
 
 /// Dead-code elimination. Iterates to a fixed point, because a step may read a loop variable that a later step of the loop assigns. Also removes jumps to the
@@ -317,8 +317,8 @@ pub(crate) fn finish(
         lane_tape,
         inputs_read: inputs.iter().map(|v| values_read.contains(v)).collect(),
         outputs: outputs.iter().map(|v| operand_of(&allocation, *v)).collect::<Result<_, _>>()?,
-        registers: registers.count.max(1),
-        slots: slots.count.max(1),
+        register_count: registers.count.max(1),
+        slot_count: slots.count.max(1),
     })
 }
 

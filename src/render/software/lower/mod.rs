@@ -148,8 +148,8 @@ fn lower_entry_point(
         constants,
         draw_tape: finished.draw_tape,
         lane_tape: finished.lane_tape,
-        registers: finished.registers,
-        slots: finished.slots,
+        register_count: finished.register_count,
+        slot_count: finished.slot_count,
     };
     Ok((program, named_values))
 }

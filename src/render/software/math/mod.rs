@@ -39,7 +39,7 @@ pub trait Real:
     /// Whether the stored mask is set.
     fn is_mask_set(self) -> bool;
     fn from_f64(x: f64) -> Self;
-    fn f64(self) -> f64;
+    fn to_f64(self) -> f64;
     /// The same slice if the elements are f32; `None` if they are f64.
     fn as_f32(values: &[Self]) -> Option<&[f32]>;
     /// As `as_f32`, for a mutable slice.
@@ -134,7 +134,7 @@ macro_rules! methods_of_float {
             x as $t
         }
         #[inline(always)]
-        fn f64(self) -> f64 {
+        fn to_f64(self) -> f64 {
             f64::from(self)
         }
         #[inline(always)]

@@ -260,7 +260,7 @@ pub(crate) fn sample<R: Real, D: Decode>(
     let levels = &levels[..levels.len().min(MAX_LEVELS)];
     #[cfg(target_arch = "x86_64")]
     if D::FILTERS_WITH_AVX2
-        && state.linear
+        && state.is_trilinear
         && let Some(request) = filter_avx2::F32Request::new(request)
     {
         let out = out.map(|lanes| R::as_f32_mut(lanes?)?.first_chunk_mut());
@@ -269,7 +269,7 @@ pub(crate) fn sample<R: Real, D: Decode>(
     }
     let coarsest_level = R::from_u32(levels.len() as u32 - 1);
     // Without linear filtering the nearest level is read: adding 0.5 rounds the level to it.
-    let rounding = if state.linear { R::ZERO } else { R::from_f64(0.5) };
+    let rounding = if state.is_trilinear { R::ZERO } else { R::from_f64(0.5) };
     let (mut key, mut level_fraction) = ([0_u16; BATCH], [R::ZERO; BATCH]);
     for i in 0..BATCH {
         let level = request.level.as_ref().map_or(R::ZERO, |level| level[i]);
@@ -287,7 +287,7 @@ pub(crate) fn sample<R: Real, D: Decode>(
     let (mut buffer_u, mut buffer_v, mut buffer_fraction, mut buffer_step_u, mut buffer_step_v, mut buffer_length) =
         (LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new(), LazyArray::new());
     let (u, v) = (order.gather(request.u, &mut buffer_u), order.gather(request.v, &mut buffer_v));
-    if state.linear && !order.has_several_taps {
+    if state.is_trilinear && !order.has_several_taps {
         let level_fraction = order.gather(&level_fraction, &mut buffer_fraction);
         let mut out = out;
         for level in order.levels.clone() {
@@ -308,7 +308,7 @@ pub(crate) fn sample<R: Real, D: Decode>(
     for (sum, _) in sum.iter_mut().zip(needed).filter(|(_, is_needed)| *is_needed) {
         sum.0 = Some([R::ZERO; PADDED]);
     }
-    if !state.linear {
+    if !state.is_trilinear {
         for level in order.levels.clone() {
             let (first, end) = order.positions(level);
             if first == end {

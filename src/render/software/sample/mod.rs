@@ -3,7 +3,7 @@
 //! In: the textures of a draw, and the coordinates of a batch's lanes. Out: up to four linear channels per lane.
 //!
 //! [`texels`] borrows and decodes texels, [`footprint`] chooses levels and taps, [`filter`] interpolates (`filter_avx2`: f32 with AVX2), `texel_load` reads
-//! single texels, and `between` interpolates between the four texels around a position. [`Textures`] binds textures to the texture uses of one
+//! single texels, and `texels_between` interpolates between the four texels around a position. [`Textures`] binds textures to the texture uses of one
 //! program and samples them with the kernels of one instruction set (a kernel class). docs/map-filter.md lists the edits for another filter of maps.
 //! Weights have the type of the lanes, f32 or f64; texels are decoded to f32, exact to f32 rounding.
 //!
@@ -12,7 +12,6 @@
 //! three loads per texel. `texels::gather` loads the texels of eight lanes with one gather instruction, on machines that have one. Every class gives
 //! the same bits.
 
-mod between;
 #[cfg(target_arch = "x86_64")]
 mod corners;
 pub mod filter;
@@ -22,6 +21,7 @@ pub mod footprint;
 mod lane_order;
 mod texel_load;
 pub mod texels;
+mod texels_between;
 
 use super::exec::{Gradients, LaneMask, TextureUnit};
 use super::kernels::KernelClass;
@@ -50,7 +50,7 @@ pub struct Textures<'a> {
 }
 
 const DEFAULT_SAMPLER: SamplerState =
-    SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, linear: true };
+    SamplerState { address_u: AddressMode::ClampToEdge, address_v: AddressMode::ClampToEdge, is_trilinear: true };
 
 /// What a batch asks of a sampler: texture coordinates, and what determines the mip levels.
 #[derive(Clone, Copy)]
@@ -161,10 +161,10 @@ macro_rules! functions_of_class {
             /// # Safety
             /// As for `filtered`.
             $(#[$feature])*
-            pub unsafe fn between<R: Real, D: Decode>(
+            pub unsafe fn texels_between<R: Real, D: Decode>(
                 $decode: D, levels: &[BoundLevel<'_>], at: [&[R; BATCH]; 2], active: LaneMask, out: Channels<'_, R>,
             ) {
-                super::between::interpolate($decoder, levels, at, active, out);
+                super::texels_between::interpolate($decoder, levels, at, active, out);
             }
         }
     };
@@ -215,7 +215,7 @@ impl<'a> Textures<'a> {
         }
     }
 
-    fn between_decoded<R: Real, D: Decode>(
+    fn texels_between_decoded<R: Real, D: Decode>(
         &self,
         bound: &BoundTexture<'_>,
         decode: D,
@@ -225,7 +225,7 @@ impl<'a> Textures<'a> {
     ) {
         let (mut buffer_x, mut buffer_y) = (None, None);
         let at = [full_batch(x, &mut buffer_x), full_batch(y, &mut buffer_y)];
-        let run = for_class!(self.class, between::<R, D>);
+        let run = for_class!(self.class, texels_between::<R, D>);
         // SAFETY: `new` has checked that this machine has the class.
         write_batch(out, |out| unsafe { run(decode, &bound.texels.levels, at, active, out) });
     }
@@ -260,9 +260,9 @@ impl<R: Real> TextureUnit<R> for Textures<'_> {
     fn load_bilinear(&self, texture: usize, at: [&[R]; 2], active: LaneMask, out: [&mut [R]; 4]) {
         let bound = &self.bound[texture];
         match bound.texels.format {
-            TexelFormat::Rgba8Srgb => self.between_decoded(bound, Srgb::new(), at, active, out),
-            TexelFormat::Rgba8Unorm => self.between_decoded(bound, Unorm, at, active, out),
-            TexelFormat::Rgba32Float => self.between_decoded(bound, Float, at, active, out),
+            TexelFormat::Rgba8Srgb => self.texels_between_decoded(bound, Srgb::new(), at, active, out),
+            TexelFormat::Rgba8Unorm => self.texels_between_decoded(bound, Unorm, at, active, out),
+            TexelFormat::Rgba32Float => self.texels_between_decoded(bound, Float, at, active, out),
         }
     }
 

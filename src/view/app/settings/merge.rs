@@ -172,21 +172,21 @@ mod tests {
         let path = folder.path().join("settings.json");
         let start = Settings { bookmarks: vec![bookmark("a"), bookmark("b")], ..Settings::default() };
         start.save(&path, None).expect("a file");
-        let first = Settings { names: false, bookmarks: vec![bookmark("a"), bookmark("b"), bookmark("first")], ..start.clone() };
+        let first = Settings { labels_bodies: false, bookmarks: vec![bookmark("a"), bookmark("b"), bookmark("first")], ..start.clone() };
         first.save(&path, Some(&start)).expect("a file");
         // The second has deleted a bookmark, added one, and changed another field of the panels.
-        let mut second = Settings { markers: false, bookmarks: vec![bookmark("b"), bookmark("second")], ..start.clone() };
+        let mut second = Settings { marks_small_bodies: false, bookmarks: vec![bookmark("b"), bookmark("second")], ..start.clone() };
         second.panels.timeline_shown = false;
         second.save(&path, Some(&start)).expect("a file");
         let (both, _) = Settings::load(&path);
-        assert_eq!((both.names, both.markers, both.panels.timeline_shown), (false, false, false));
+        assert_eq!((both.labels_bodies, both.marks_small_bodies, both.panels.timeline_shown), (false, false, false));
         assert_eq!(names(&both), ["b", "second", "first"]);
         // The first writes again, with another change of the panels, and no change of the bookmarks.
         let mut later = first.clone();
         later.panels.on_left = true;
         later.save(&path, Some(&first)).expect("a file");
         let (all, _) = Settings::load(&path);
-        assert_eq!((all.panels.on_left, all.panels.timeline_shown, all.markers), (true, false, false));
+        assert_eq!((all.panels.on_left, all.panels.timeline_shown, all.marks_small_bodies), (true, false, false));
         assert_eq!(names(&all), ["b", "second", "first"]);
         // Without a change the file stays as it is.
         later.save(&path, Some(&later)).expect("a file");

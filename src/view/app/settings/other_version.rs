@@ -144,7 +144,7 @@ mod tests {
         assert!(notice.expect("a line").contains("1 bookmark of another version"));
         assert!(!folder.path().join("settings.json.broken").exists(), "nothing is lost");
         // This version saves a change; nothing of the newer one is lost.
-        Settings { names: false, ..settings }.save(&path, None).expect("a file");
+        Settings { labels_bodies: false, ..settings }.save(&path, None).expect("a file");
         let saved: Value = serde_json::from_str(&std::fs::read_to_string(&path).expect("text")).expect("JSON");
         assert_eq!((&saved["telescope"], &saved["names"]), (&newer["telescope"], &json!(false)));
         assert_eq!((saved["bookmarks"].as_array().map(Vec::len), &saved["bookmarks"][2]), (Some(3), &unknown));
@@ -156,7 +156,7 @@ mod tests {
     fn an_invalid_field_affects_no_other() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("settings.json");
-        let ours = Settings { names: false, bookmarks: vec![bookmark("a")], recent: vec![bookmark("r")], ..Settings::default() };
+        let ours = Settings { labels_bodies: false, bookmarks: vec![bookmark("a")], recent: vec![bookmark("r")], ..Settings::default() };
         let mut other = serde_json::to_value(ours.saved()).expect("JSON");
         other["unit"] = json!("furlongs");
         other["recent"].as_array_mut().expect("a list").push(json!({"name": "x"}));
@@ -179,7 +179,7 @@ mod tests {
         let text = r#"{"unit": "furlongs", "names": false}"#;
         std::fs::write(&path, text).expect("a file");
         let (settings, line) = Settings::load(&path);
-        assert!(!settings.names && line.expect("a line").contains("could not be set aside"));
+        assert!(!settings.labels_bodies && line.expect("a line").contains("could not be set aside"));
         assert_eq!(std::fs::read_to_string(&path).expect("kept"), text);
     }
 }

@@ -30,7 +30,7 @@ impl Viewer {
         self.end_flight();
         self.leave_free_pose(positions);
         let fov_rad = self.view.image_fov_deg().to_radians();
-        match &mut self.view.eye {
+        match &mut self.view.camera_pose {
             CameraPose::Orbit { azimuth_deg, elevation_deg, distance_radii, .. } => {
                 let mut orbit = OrbitCamera::from_degrees(*azimuth_deg, *elevation_deg, *distance_radii);
                 orbit.drag(dx_px, dy_px, image_height_px, fov_rad);
@@ -47,7 +47,7 @@ impl Viewer {
         self.leave_free_pose(positions);
         self.keep_tracked_direction(positions);
         let deg_per_px = self.view.image_fov_deg() / image_height_px.max(1.0);
-        match &mut self.view.eye {
+        match &mut self.view.camera_pose {
             CameraPose::Orbit { yaw_deg, pitch_deg, .. } => {
                 *yaw_deg = (*yaw_deg + dx_px * deg_per_px + 180.0).rem_euclid(360.0) - 180.0;
                 *pitch_deg = (*pitch_deg - dy_px * deg_per_px).clamp(-MAX_PITCH_DEG, MAX_PITCH_DEG);
@@ -59,7 +59,7 @@ impl Viewer {
             CameraPose::Centre { .. } | CameraPose::Free { .. } => return,
         }
         // Looking around stops the tracking of another target. It remains the target, so that the exposure does not jump.
-        self.view.tracks &= self.view.target == self.view.eye.body();
+        self.view.tracks &= self.view.target == self.view.camera_pose.body();
     }
 
     /// Rolls the camera; positive turns the image clockwise.
@@ -73,7 +73,7 @@ impl Viewer {
     pub(super) fn zoom(&mut self, notches: f64, positions: &dyn BodyPositions) {
         self.end_flight();
         self.leave_free_pose(positions);
-        match &mut self.view.eye {
+        match &mut self.view.camera_pose {
             CameraPose::Orbit { distance_radii, azimuth_deg, elevation_deg, .. } => {
                 let mut orbit = OrbitCamera::from_degrees(*azimuth_deg, *elevation_deg, *distance_radii);
                 orbit.zoom(notches);
@@ -107,23 +107,24 @@ impl Viewer {
     /// this, the camera would jump to its former angles, which no image has shown, when the tracking ends. The stored direction is geometric: it lacks the
     /// planetary aberration that an image includes, which from the Earth is some 20 arcsec for the Sun and at most an arcminute for a planet.
     fn keep_tracked_direction(&mut self, positions: &dyn BodyPositions) {
-        let body = self.view.eye.body();
+        let body = self.view.camera_pose.body();
         if !self.view.tracks || self.view.target == body {
             return;
         }
         let Some(body_from_icrf) = positions.body_from_icrf(body, self.view.time()) else { return };
         let Some(pose) = self.pose_relative_to(body, positions) else { return };
-        let radii_km = self.subject(body).map_or(DVec3::ONE, |s| s.radii_km);
-        match &mut self.view.eye {
+        let radii_km = self.selectable_body(body).map_or(DVec3::ONE, |s| s.radii_km);
+        match &mut self.view.camera_pose {
             CameraPose::Ground { latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg, .. } => {
                 let (_, normal) = ground_point_km(radii_km, *latitude_deg, *longitude_deg, *height_km);
                 (*azimuth_deg, *altitude_deg) = horizontal_angles_deg(normal, body_from_icrf * pose.forward);
                 // While the camera tracks a body, its up direction is the zenith, without the roll.
                 self.view.roll_deg = 0.0;
             }
-            CameraPose::Orbit { fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
+            CameraPose::Orbit { is_body_fixed, azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
                 let orbit = OrbitCamera::from_degrees(*azimuth_deg, *elevation_deg, *distance_radii);
-                let (axes_from_icrf, pole) = if *fixed { (body_from_icrf, DVec3::Z) } else { (DMat3::IDENTITY, body_from_icrf.row(2)) };
+                let (axes_from_icrf, pole) =
+                    if *is_body_fixed { (body_from_icrf, DVec3::Z) } else { (DMat3::IDENTITY, body_from_icrf.row(2)) };
                 let inward = -orbit.offset_km(1.0, pole).normalize();
                 let (forward, up) = (axes_from_icrf * pose.forward, axes_from_icrf * pose.up);
                 [*yaw_deg, *pitch_deg, self.view.roll_deg] = orbit_angles_deg(inward, pole, forward, up);
@@ -136,21 +137,21 @@ impl Viewer {
     /// above the ground if the camera is closer to the centre than the equatorial radius: near the ground of a flattened body there is no orbit. During a
     /// flight the pose stays free.
     pub(super) fn leave_free_pose(&mut self, positions: &dyn BodyPositions) {
-        let CameraPose::Free { body, offset_km, forward, up } = self.view.eye else { return };
+        let CameraPose::Free { body, offset_km, forward, up } = self.view.camera_pose else { return };
         let Some(body_from_icrf) = positions.body_from_icrf(body, self.view.time()).filter(|_| !self.is_flying()) else { return };
         let (Some(inward), Some(forward)) = ((-offset_km).try_normalize(), forward.try_normalize()) else { return };
-        let radii_km = self.subject(body).map_or(DVec3::ONE, |s| s.radii_km);
+        let radii_km = self.selectable_body(body).map_or(DVec3::ONE, |s| s.radii_km);
         // A free camera tracks nothing.
         self.view.tracks = self.view.target == body;
         if offset_km.length() < radii_km.x
             && let Some(place) = GroundPlace::of(radii_km, body_from_icrf * offset_km)
         {
-            (self.view.eye, self.view.roll_deg) = place.pose(body, body_from_icrf * forward, body_from_icrf * up);
+            (self.view.camera_pose, self.view.roll_deg) = place.pose(body, body_from_icrf * forward, body_from_icrf * up);
             return;
         }
         let pole = body_from_icrf.row(2);
-        self.view.eye = inertial_orbit_pose(body, OrbitCamera::from_offset(offset_km, self.radius_km(body), pole));
-        if let CameraPose::Orbit { yaw_deg, pitch_deg, .. } = &mut self.view.eye {
+        self.view.camera_pose = inertial_orbit_pose(body, OrbitCamera::from_offset(offset_km, self.radius_km(body), pole));
+        if let CameraPose::Orbit { yaw_deg, pitch_deg, .. } = &mut self.view.camera_pose {
             [*yaw_deg, *pitch_deg, self.view.roll_deg] = orbit_angles_deg(inward, pole, forward, up);
         }
     }
@@ -159,17 +160,19 @@ impl Viewer {
     pub(super) fn rotate_with_body(&mut self, make_fixed: bool, positions: &dyn BodyPositions) {
         self.end_flight();
         self.leave_free_pose(positions);
-        let CameraPose::Orbit { body, fixed, yaw_deg: old_yaw_deg, pitch_deg: old_pitch_deg, .. } = self.view.eye else { return };
-        let Some(pose) = self.pose_relative_to(body, positions).filter(|_| fixed != make_fixed) else { return };
+        let CameraPose::Orbit { body, is_body_fixed, yaw_deg: old_yaw_deg, pitch_deg: old_pitch_deg, .. } = self.view.camera_pose else {
+            return;
+        };
+        let Some(pose) = self.pose_relative_to(body, positions).filter(|_| is_body_fixed != make_fixed) else { return };
         let Some(body_from_icrf) = positions.body_from_icrf(body, self.view.time()) else { return };
         let radius_km = self.radius_km(body);
-        self.view.eye = if make_fixed {
+        self.view.camera_pose = if make_fixed {
             body_fixed_orbit_pose(body, OrbitCamera::from_offset(body_from_icrf * pose.offset_km, radius_km, DVec3::Z))
         } else {
             inertial_orbit_pose(body, OrbitCamera::from_offset(pose.offset_km, radius_km, body_from_icrf.row(2)))
         };
         // Both poses measure yaw and pitch from the direction to the body and its pole.
-        if let CameraPose::Orbit { yaw_deg, pitch_deg, .. } = &mut self.view.eye {
+        if let CameraPose::Orbit { yaw_deg, pitch_deg, .. } = &mut self.view.camera_pose {
             (*yaw_deg, *pitch_deg) = (old_yaw_deg, old_pitch_deg);
         }
     }
@@ -180,7 +183,7 @@ impl Viewer {
         self.leave_free_pose(positions);
         self.view.roll_deg = 0.0;
         self.view.tracks = true;
-        if let CameraPose::Orbit { body, yaw_deg, pitch_deg, .. } = &mut self.view.eye {
+        if let CameraPose::Orbit { body, yaw_deg, pitch_deg, .. } = &mut self.view.camera_pose {
             (*yaw_deg, *pitch_deg) = (0.0, 0.0);
             self.view.target = *body;
         }
@@ -221,8 +224,8 @@ impl GroundPlace {
         let Self { latitude_deg, longitude_deg, height_km, normal } = *self;
         let (azimuth_deg, altitude_deg) = horizontal_angles_deg(normal, forward);
         let (_, unrolled_up) = horizontal_view(normal, azimuth_deg, altitude_deg);
-        let eye = CameraPose::Ground { body, latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg };
-        (eye, roll_deg(forward, unrolled_up, up))
+        let camera_pose = CameraPose::Ground { body, latitude_deg, longitude_deg, height_km, azimuth_deg, altitude_deg };
+        (camera_pose, roll_deg(forward, unrolled_up, up))
     }
 }
 

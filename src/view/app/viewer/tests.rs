@@ -30,7 +30,7 @@ impl BodyPositions for CollinearBodies {
 const SATURN: NaifId = NaifId(699);
 
 fn viewer() -> Viewer {
-    let subject = |id, name: &str, radius_km| Subject {
+    let body = |id, name: &str, radius_km| SelectableBody {
         id,
         name: name.into(),
         aliases: Vec::new(),
@@ -38,15 +38,15 @@ fn viewer() -> Viewer {
         parent: Some(NaifId::SUN),
         radii_km: DVec3::splat(radius_km),
     };
-    let subjects = vec![
-        subject(NaifId::SUN, "Sun", 695_700.0),
-        subject(NaifId::EARTH, "Earth", 6378.1),
-        subject(NaifId::MOON, "Moon", 1737.4),
-        subject(SATURN, "Saturn", 60_268.0),
+    let bodies = vec![
+        body(NaifId::SUN, "Sun", 695_700.0),
+        body(NaifId::EARTH, "Earth", 6378.1),
+        body(NaifId::MOON, "Moon", 1737.4),
+        body(SATURN, "Saturn", 60_268.0),
     ];
     let start = Instant::from_tdb_seconds_past_j2000(0.0);
     let view = ViewState::around(NaifId::EARTH, DVec3::new(0.0, 20_000.0, 0.0), 6378.1, DVec3::Z, start);
-    Viewer::new(subjects, view, || Instant::from_jd_tdb(2_460_000.5))
+    Viewer::new(bodies, view, || Instant::from_jd_tdb(2_460_000.5))
 }
 
 /// Height of the image in which the mouse moves.
@@ -63,19 +63,19 @@ fn a_flight_ends_at_the_lit_side_and_back_returns() {
     apply(&mut viewer, Action::FlyTo(SATURN));
     assert!(viewer.is_flying() && viewer.is_animating());
     viewer.advance(0.5);
-    assert!(matches!(viewer.view.eye, CameraPose::Free { body: SATURN, .. }));
+    assert!(matches!(viewer.view.camera_pose, CameraPose::Free { body: SATURN, .. }));
     for _ in 0..20 {
         viewer.advance(0.2);
     }
     assert!(!viewer.is_flying());
-    let CameraPose::Orbit { body, distance_radii, .. } = viewer.view.eye else { panic!("{:?}", viewer.view.eye) };
+    let CameraPose::Orbit { body, distance_radii, .. } = viewer.view.camera_pose else { panic!("{:?}", viewer.view.camera_pose) };
     assert_eq!((body, viewer.view.target, viewer.selected), (SATURN, SATURN, SATURN));
     assert!((distance_radii - ARRIVAL_RADII).abs() < 1e-9);
     let pose = viewer.pose_relative_to(SATURN, &CollinearBodies).expect("a pose");
     let to_sun = DVec3::NEG_X;
     assert!(crate::ephemeris::angle_rad(pose.offset_km, to_sun).to_degrees() < 45.0, "the camera is on the lit side");
     apply(&mut viewer, Action::PreviousView);
-    assert_eq!((viewer.view.eye, viewer.view.target), (start.eye, start.target));
+    assert_eq!((viewer.view.camera_pose, viewer.view.target), (start.camera_pose, start.target));
     apply(&mut viewer, Action::NextView);
     assert_eq!(viewer.view.target, SATURN);
     assert!(!viewer.has_next_view() && viewer.has_previous_view());
@@ -87,7 +87,7 @@ fn a_drag_ends_a_flight() {
     apply(&mut viewer, Action::FlyTo(NaifId::MOON));
     viewer.advance(0.1);
     apply(&mut viewer, Action::Turn(10.0, 0.0));
-    assert!(!viewer.is_flying() && matches!(viewer.view.eye, CameraPose::Orbit { body: NaifId::MOON, .. }));
+    assert!(!viewer.is_flying() && matches!(viewer.view.camera_pose, CameraPose::Orbit { body: NaifId::MOON, .. }));
 }
 
 /// What the user changes during a flight lasts, and the views that are shared and remembered have it.
@@ -111,7 +111,7 @@ fn changes_during_a_flight_last() {
     for view in [&shared, &arrived, &viewer.view] {
         assert_eq!((view.orbits, view.exposure_stops, view.tdb_s), (true, Some(3.0), 5e7));
         assert_eq!((view.fov_deg, view.target), (fov_deg, SATURN));
-        assert!(matches!(view.eye, CameraPose::Orbit { body: SATURN, .. }), "{:?}", view.eye);
+        assert!(matches!(view.camera_pose, CameraPose::Orbit { body: SATURN, .. }), "{:?}", view.camera_pose);
     }
     // A pose in flight has its own roll, so a roll ends the flight, as a drag does.
     apply(&mut viewer, Action::FlyTo(SATURN));
@@ -132,12 +132,12 @@ fn a_body_seen_from_another_fits_the_image() {
     ] {
         let mut viewer = viewer();
         // A body at the Sun's place whose radius exceeds its distance from the Earth.
-        let huge = Subject { id: NaifId(5), radii_km: DVec3::splat(1e9), ..viewer.subjects[0].clone() };
-        viewer.subjects.push(huge);
+        let huge = SelectableBody { id: NaifId(5), radii_km: DVec3::splat(1e9), ..viewer.selectable_bodies[0].clone() };
+        viewer.selectable_bodies.push(huge);
         viewer.selected = target;
         apply(&mut viewer, Action::LookFrom(from));
         assert!(fov_deg.contains(&viewer.view.fov_deg), "{target:?} from {from:?}: {}", viewer.view.fov_deg);
-        assert_eq!(viewer.view.eye, CameraPose::Centre { body: from });
+        assert_eq!(viewer.view.camera_pose, CameraPose::Centre { body: from });
     }
 }
 
@@ -145,7 +145,7 @@ fn a_body_seen_from_another_fits_the_image() {
 #[test]
 fn look_at_faces_the_body() {
     let faces = |viewer: &Viewer, id: NaifId| {
-        let camera_body = viewer.view.eye.body();
+        let camera_body = viewer.view.camera_pose.body();
         let pose = viewer.pose_relative_to(camera_body, &CollinearBodies).expect("a pose");
         let body_km = CollinearBodies.geometric_between_km(camera_body, id, viewer.view.time()).expect("a body");
         pose.forward.distance((body_km - pose.offset_km).normalize()) < 1e-9
@@ -154,7 +154,11 @@ fn look_at_faces_the_body() {
     apply(&mut viewer, Action::FlyTo(SATURN));
     viewer.advance(0.3);
     apply(&mut viewer, Action::LookAt(NaifId::EARTH));
-    assert!(matches!(viewer.view.eye, CameraPose::Orbit { body: SATURN, .. }) && faces(&viewer, NaifId::EARTH), "{:?}", viewer.view);
+    assert!(
+        matches!(viewer.view.camera_pose, CameraPose::Orbit { body: SATURN, .. }) && faces(&viewer, NaifId::EARTH),
+        "{:?}",
+        viewer.view
+    );
     let mut viewer = self::viewer();
     apply(&mut viewer, Action::LookAround(400.0, 100.0));
     assert!(!faces(&viewer, NaifId::EARTH));
@@ -187,10 +191,10 @@ fn motions_continue_from_a_free_pose() {
         let offset_km = DVec3::new(9000.0, 20_000.0, -7000.0);
         let forward = DVec3::new(-0.4, -0.8, 0.6).normalize();
         let up = forward.cross(DVec3::new(0.3, 0.1, 0.9)).normalize();
-        viewer.view.eye = CameraPose::Free { body: NaifId::EARTH, offset_km, forward, up };
+        viewer.view.camera_pose = CameraPose::Free { body: NaifId::EARTH, offset_km, forward, up };
         viewer.view.tracks = false;
         apply(&mut viewer, action.clone());
-        assert!(matches!(viewer.view.eye, CameraPose::Orbit { body: NaifId::EARTH, .. }), "{action:?}");
+        assert!(matches!(viewer.view.camera_pose, CameraPose::Orbit { body: NaifId::EARTH, .. }), "{action:?}");
         let pose = viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
         let change = pose.offset_km.distance(offset_km) / 2e4 + pose.forward.distance(forward) + pose.up.distance(up);
         assert!((change < 1e-9) == keeps_image, "{action:?}: {change} {pose:?}");
@@ -209,17 +213,21 @@ fn a_free_pose_near_flattened_ground_stays_in_place() {
             for action in [Action::Turn(0.0, 0.0), Action::LookAround(0.0, 0.0), Action::Roll(0.0)] {
                 let mut viewer = viewer();
                 viewer.view.tdb_s = 4321.0;
-                viewer.subjects[1].radii_km = radii_km;
+                viewer.selectable_bodies[1].radii_km = radii_km;
                 let icrf_from_body = CollinearBodies.body_from_icrf(NaifId::EARTH, viewer.view.time()).expect("an orientation").transpose();
                 let (point_km, normal) = ground_point_km(radii_km, latitude_deg, 130.0, height_km);
                 let offset_km = icrf_from_body * point_km;
                 assert!(offset_km.length() < radii_km.x, "an orbit is possible");
                 let forward = icrf_from_body * (normal.any_orthonormal_vector() - 0.3 * normal).normalize();
                 let up = forward.cross(DVec3::new(0.3, 0.1, 0.9)).normalize();
-                viewer.view.eye = CameraPose::Free { body: NaifId::EARTH, offset_km, forward, up };
+                viewer.view.camera_pose = CameraPose::Free { body: NaifId::EARTH, offset_km, forward, up };
                 viewer.view.tracks = false;
                 apply(&mut viewer, action.clone());
-                assert!(matches!(viewer.view.eye, CameraPose::Ground { body: NaifId::EARTH, .. }), "{action:?}: {:?}", viewer.view.eye);
+                assert!(
+                    matches!(viewer.view.camera_pose, CameraPose::Ground { body: NaifId::EARTH, .. }),
+                    "{action:?}: {:?}",
+                    viewer.view.camera_pose
+                );
                 let pose = viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
                 let moved_km = pose.offset_km.distance(offset_km);
                 let turned = pose.forward.distance(forward) + pose.up.distance(up);
@@ -248,7 +256,7 @@ fn changing_the_frame_keeps_the_camera_in_place() {
 #[test]
 fn changing_the_frame_keeps_the_direction_of_view() {
     let mut viewer = viewer();
-    if let CameraPose::Orbit { yaw_deg, pitch_deg, .. } = &mut viewer.view.eye {
+    if let CameraPose::Orbit { yaw_deg, pitch_deg, .. } = &mut viewer.view.camera_pose {
         (*yaw_deg, *pitch_deg) = (60.0, -10.0);
     }
     let before = viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
@@ -266,7 +274,7 @@ fn changing_the_frame_keeps_the_direction_of_view() {
 fn a_flight_starts_in_the_direction_of_the_tracked_body() {
     let mut viewer = viewer();
     apply(&mut viewer, Action::LookAt(NaifId::MOON));
-    assert!(viewer.view.tracks && viewer.view.eye.body() == NaifId::EARTH);
+    assert!(viewer.view.tracks && viewer.view.camera_pose.body() == NaifId::EARTH);
     let pose = viewer.pose_relative_to(NaifId::EARTH, &CollinearBodies).expect("a pose");
     let moon_km = CollinearBodies.geometric_between_km(NaifId::EARTH, NaifId::MOON, viewer.view.time()).expect("the Moon");
     assert!(pose.forward.distance((moon_km - pose.offset_km).normalize()) < 1e-9, "{pose:?}");
@@ -306,13 +314,15 @@ fn time_can_be_stepped_run_set_to_now_and_paused() {
 fn on_the_ground_drags_look_around_and_zoom_changes_the_field_of_view() {
     let mut viewer = viewer();
     apply(&mut viewer, Action::StandOn(95.0, 190.0));
-    let CameraPose::Ground { latitude_deg, longitude_deg, azimuth_deg, .. } = viewer.view.eye else { panic!("{:?}", viewer.view.eye) };
+    let CameraPose::Ground { latitude_deg, longitude_deg, azimuth_deg, .. } = viewer.view.camera_pose else {
+        panic!("{:?}", viewer.view.camera_pose)
+    };
     assert_eq!((latitude_deg, longitude_deg, azimuth_deg), (90.0, -170.0, 180.0));
     let fov_deg = viewer.view.fov_deg;
     apply(&mut viewer, Action::Zoom(3.0));
     assert!(viewer.view.fov_deg < fov_deg);
     apply(&mut viewer, Action::Turn(80.0, 0.0));
-    let CameraPose::Ground { azimuth_deg, .. } = viewer.view.eye else { panic!("{:?}", viewer.view.eye) };
+    let CameraPose::Ground { azimuth_deg, .. } = viewer.view.camera_pose else { panic!("{:?}", viewer.view.camera_pose) };
     assert!(azimuth_deg < 180.0);
 }
 
@@ -390,5 +400,5 @@ fn extreme_zooms_keep_the_camera_finite() {
     }
     apply(&mut viewer, Action::FlyTo(NaifId(12345)));
     apply(&mut viewer, Action::SelectNext(-3));
-    assert!(viewer.subject(viewer.selected).is_some());
+    assert!(viewer.selectable_body(viewer.selected).is_some());
 }

@@ -17,7 +17,7 @@ use crate::scene::request::{Quality, ViewRequest};
 use crate::session::Session;
 use crate::view::app::view_state::ViewState;
 use crate::view::error_texts::error_text;
-use crate::view::language::{named, plain, text};
+use crate::view::language::{text, text_by_id, translated_name};
 use crate::view::worker::drawn_with::DrawnWith;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
 use egui::{ComboBox, ScrollArea, TextEdit};
@@ -41,7 +41,7 @@ impl Renderer {
         [(Self::Window, "variant-window"), (Self::Software, "variant-f32"), (Self::SoftwareF64, "variant-f64")];
 
     fn name(self) -> &'static str {
-        Self::ALL.iter().find(|(r, _)| *r == self).map_or("", |(_, name)| plain(name))
+        Self::ALL.iter().find(|(r, _)| *r == self).map_or("", |(_, name)| text_by_id(name))
     }
 }
 
@@ -103,7 +103,7 @@ pub(crate) struct ComparePanel {
 
 /// The initial variants. Left: the view itself. Right: the view in draft quality, or in reference quality if the view itself is a draft.
 fn initial_variants(view: &ViewState) -> [Variant; 2] {
-    let as_seen = Variant { quality: view.quality, pixel_view: view.pixels, ..Variant::default() };
+    let as_seen = Variant { quality: view.quality, pixel_view: view.pixel_view, ..Variant::default() };
     let quality = if view.quality == Quality::Draft { Quality::Reference } else { Quality::Draft };
     [as_seen.clone(), Variant { quality, ..as_seen }]
 }
@@ -223,8 +223,8 @@ fn variant_controls(ui: &mut egui::Ui, variant: &mut Variant, side: &str) {
     ui.strong(side);
     ui.horizontal(|ui| {
         for quality in Quality::ALL {
-            let hover = text!("compare-quality-hint", side = side, quality = named("quality", quality.name()));
-            ui.selectable_value(&mut variant.quality, quality, named("quality", quality.name())).on_hover_text(hover);
+            let hover = text!("compare-quality-hint", side = side, quality = translated_name("quality", quality.name()));
+            ui.selectable_value(&mut variant.quality, quality, translated_name("quality", quality.name())).on_hover_text(hover);
         }
     });
     ui.horizontal(|ui| {
@@ -237,7 +237,7 @@ fn variant_controls(ui: &mut egui::Ui, variant: &mut Variant, side: &str) {
             .selected_text(variant.renderer.name())
             .show_ui(ui, |ui| {
                 for (renderer, name) in Renderer::ALL {
-                    ui.selectable_value(&mut variant.renderer, renderer, plain(name));
+                    ui.selectable_value(&mut variant.renderer, renderer, text_by_id(name));
                 }
             });
         list.response.on_hover_text(text!("compare-renderer-of", side = side));
@@ -249,7 +249,7 @@ fn variant_controls(ui: &mut egui::Ui, variant: &mut Variant, side: &str) {
 
 /// A short description of a variant, such as `draft normal`.
 fn variant_text(variant: &Variant) -> String {
-    let mut words = vec![named("quality", variant.quality.name())];
+    let mut words = vec![translated_name("quality", variant.quality.name())];
     words.extend((variant.pixel_view != PixelView::Final).then(|| accessible::pixel_view_name(variant.pixel_view)));
     words.extend((!variant.effects.trim().is_empty()).then_some(variant.effects.trim()));
     words.extend((variant.renderer != Renderer::Window).then_some(variant.renderer.name()));
@@ -271,7 +271,7 @@ fn draw(session: &Session, request: &ViewRequest, variant: &Variant) -> Result<C
     let start = WallInstant::now();
     let (frame, renderer_name) = if variant.renderer == Renderer::Window {
         let drawn = session.draw_in_background(request, sampling, FrameImages::Display).map_err(to_text)?;
-        (drawn.frame, drawn.by.renderer)
+        (drawn.frame, drawn.drawn_by.renderer)
     } else {
         let (_, plan) = session.plan(request, sampling).map_err(to_text)?;
         let renderer = f64_renderer.as_ref().unwrap_or(session.background_renderer());

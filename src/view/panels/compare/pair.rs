@@ -5,7 +5,7 @@
 
 use crate::image::{self, DisplayImage};
 use crate::view::error_texts::error_text;
-use crate::view::language::{decimal, named, plain, text};
+use crate::view::language::{decimal, text, text_by_id, translated_name};
 use crate::view::panels::render_loop::colour_image;
 use crate::view::panels::theme::{BODY_TEXT_POINTS, HIGHLIGHT_COLOUR};
 use egui::{Color32, Pos2, Rect, Sense, Slider, Stroke, TextureHandle, TextureOptions, Vec2, pos2};
@@ -99,7 +99,7 @@ impl PairView {
         let is_available = |mode: DisplayMode| show_bound.is_some() || mode != DisplayMode::Bound;
         ui.horizontal(|ui| {
             for (mode, name, hint) in DisplayMode::ALL.into_iter().filter(|(mode, ..)| is_available(*mode)) {
-                ui.selectable_value(&mut self.mode, mode, plain(name)).on_hover_text(plain(hint));
+                ui.selectable_value(&mut self.mode, mode, text_by_id(name)).on_hover_text(text_by_id(hint));
             }
             if self.mode == DisplayMode::Split {
                 let split = self.split.get_or_insert(0.5);
@@ -204,9 +204,9 @@ pub(crate) fn statistics_text(pair: &Pair) -> [String; 2] {
             width = pair.difference.width,
             height = pair.difference.height,
             left = decimal(left.took_ms, 1),
-            left_by = named("renderer", &left.renderer),
+            left_by = translated_name("renderer", &left.renderer),
             right = decimal(right.took_ms, 1),
-            right_by = named("renderer", &right.renderer)
+            right_by = translated_name("renderer", &right.renderer)
         ),
     ]
 }

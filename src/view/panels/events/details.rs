@@ -6,14 +6,14 @@
 use super::{EventAtPlace, best_view};
 use crate::catalog::NaifId;
 use crate::events::GeodeticPosition;
-use crate::time::SHOWN_DELTA_T_ERROR_S;
-use crate::view::app::event_search::{ContactLine, SkyEvent};
+use crate::time::MIN_SHOWN_DELTA_T_ERROR_S;
+use crate::view::app::event_search::{ContactAtPlace, SkyEvent};
 use crate::view::app::settings::Home;
 use crate::view::app::view_state::{CameraPose, ViewState, wrapped_longitude_deg};
 use crate::view::app::viewer::Action;
 use crate::view::error_texts::error_text;
 use crate::view::language::dates::month_day_second_text;
-use crate::view::language::{decimal, named, text};
+use crate::view::language::{decimal, text, translated_name};
 use crate::view::panels::icons::{self, Icon};
 use crate::view::panels::{Interface, accessible, information};
 use crate::view::worker::render_worker::{RenderWorker, ask};
@@ -39,14 +39,14 @@ pub(super) fn show(
     ui.strong(event.title(worker.session().catalog()));
     ui.label(event.summary());
     let (_, delta_t_error_s) = event.greatest().delta_t_and_error_s();
-    if delta_t_error_s >= SHOWN_DELTA_T_ERROR_S {
+    if delta_t_error_s >= MIN_SHOWN_DELTA_T_ERROR_S {
         let seconds = decimal(delta_t_error_s, if delta_t_error_s < 10.0 { 1 } else { 0 });
         ui.weak(text!("events-delta-t", seconds = seconds)).on_hover_text(text!("events-delta-t-hint"));
     }
     let home = interface.information.home;
     let local_contacts = interface.events.contacts_at(event, home).and_then(|c| c.as_ref().ok()).cloned();
     let is_visible_at_place = local_contacts.as_ref().is_some_and(|(_, is_visible)| *is_visible);
-    let camera_is_at_place = stands_at(&interface.viewer.destination().eye, home);
+    let camera_is_at_place = stands_at(&interface.viewer.destination().camera_pose, home);
     ui.horizontal_wrapped(|ui| {
         let watch = icons::button(ui, Icon::Watch, text!("events-watch"));
         // A camera at the place stays there only if the event is visible there, which is known once the contacts have arrived.
@@ -54,7 +54,7 @@ pub(super) fn show(
         if ui.add_enabled(is_ready, watch).on_hover_text(text!("events-watch-hint")).clicked() {
             watch_event(interface, worker, event, local_contacts.as_ref().filter(|_| camera_is_at_place), actions);
             if camera_is_at_place && !is_visible_at_place {
-                interface.reply(text!("events-watch-elsewhere"));
+                interface.show_reply(text!("events-watch-elsewhere"));
             }
         }
         if ui.button(text!("events-greatest")).on_hover_text(text!("events-greatest-hint")).clicked() {
@@ -80,14 +80,14 @@ pub(super) fn show(
 }
 
 /// Whether a camera stands on the Earth's ground at the observer's place.
-fn stands_at(eye: &CameraPose, home: Home) -> bool {
-    let CameraPose::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, .. } = *eye else { return false };
+fn stands_at(camera_pose: &CameraPose, home: Home) -> bool {
+    let CameraPose::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, .. } = *camera_pose else { return false };
     let differences_deg = [latitude_deg - home.latitude_deg, wrapped_longitude_deg(longitude_deg - home.longitude_deg)];
     differences_deg.into_iter().all(|degrees| degrees.abs() < SAME_PLACE_DEG)
 }
 
 /// The view of an event from the observer's place, at the time of its maximum there. `contacts`: the event's contacts at the place.
-fn view_from_place(interface: &Interface, event: &SkyEvent, contacts: &[ContactLine]) -> ViewState {
+fn view_from_place(interface: &Interface, event: &SkyEvent, contacts: &[ContactAtPlace]) -> ViewState {
     let Home { latitude_deg, longitude_deg } = interface.information.home;
     let maximum = contacts.iter().find(|contact| contact.name == "maximum");
     // Events of moons have no maximum. Any altitude well above the horizon will do for them.
@@ -104,22 +104,22 @@ fn watch_event(
     interface: &mut Interface,
     worker: &dyn RenderWorker,
     event: &SkyEvent,
-    at_place: Option<&(Vec<ContactLine>, bool)>,
+    at_place: Option<&(Vec<ContactAtPlace>, bool)>,
     actions: &mut Vec<Action>,
 ) {
     let (view, playback) = match at_place {
         Some((contacts, true)) => (view_from_place(interface, event, contacts), event.playback_at(contacts)),
         _ => (best_view(interface, worker, event), event.playback()),
     };
-    actions.push(Action::Show(Box::new(ViewState { tdb_s: playback.from_tdb_s, paused: Some(false), ..view })));
+    actions.push(Action::Show(Box::new(ViewState { tdb_s: playback.start_tdb_s, paused: Some(false), ..view })));
     actions.push(Action::RunAt(playback.rate));
     interface.events.playback = Some(playback);
 }
 
 /// Shows the name of a contact, with a tooltip that explains it.
 fn contact_name(ui: &mut egui::Ui, name: &str) {
-    let label = ui.label(named("contact", name));
-    let about = named("contact-about", name);
+    let label = ui.label(translated_name("contact", name));
+    let about = translated_name("contact-about", name);
     if about != name {
         label.on_hover_text(about);
     }

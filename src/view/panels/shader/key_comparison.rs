@@ -72,7 +72,7 @@ pub(crate) fn summary(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
         ui.weak(text!("change-nothing"));
         return;
     }
-    let ids = keys.map(ModuleId::Planet);
+    let ids = keys.map(ModuleId::Keyed);
     let [first, second] = match both_modules(&mut panel.queries, inspected.worker, &ids) {
         Some(Ok(modules)) => modules,
         Some(Err(failure)) => return super::show_failure(ui, &failure),
@@ -145,7 +145,7 @@ pub(crate) fn details(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
     if keys[0] == keys[1] {
         return;
     }
-    let ids = keys.map(ModuleId::Planet);
+    let ids = keys.map(ModuleId::Keyed);
     sample_images(panel, ui, inspected, &keys, names);
     pair_in_view(panel, ui, inspected);
     let Some(Ok([first, second])) = both_modules(&mut panel.queries, inspected.worker, &ids) else { return };

@@ -22,7 +22,7 @@ use crate::scene::request::Projection;
 use crate::shader::ModuleId;
 use crate::shader::id::SIMPLE_MODULES;
 use crate::shader::key::ShaderKey;
-use crate::view::language::{named, plain, text};
+use crate::view::language::{text, text_by_id, translated_name};
 use crate::view::worker::render_worker::{RenderWorker, RenderedView};
 use egui::{ComboBox, RichText, ScrollArea};
 use queries::ShaderQueries;
@@ -107,7 +107,7 @@ impl Inspected<'_> {
     /// The displayed key; `None` for a simple shader.
     fn key(&self) -> Option<ShaderKey> {
         match &self.id {
-            ModuleId::Planet(key) => Some(*key),
+            ModuleId::Keyed(key) => Some(*key),
             _ => None,
         }
     }
@@ -183,8 +183,8 @@ impl ShaderPanel {
         };
         let drawn_key = draw.map(|d| ShaderKey::for_draw(&d.features));
         let id = match (module, drawn_key, self.edited) {
-            (_, Some(_), Some(edited)) => ModuleId::Planet(ShaderKey::for_draw(&edited)),
-            (_, Some(drawn_key), None) => ModuleId::Planet(drawn_key),
+            (_, Some(_), Some(edited)) => ModuleId::Keyed(ShaderKey::for_draw(&edited)),
+            (_, Some(drawn_key), None) => ModuleId::Keyed(drawn_key),
             (ModuleChoice::Simple(name), _, _) => ModuleId::Simple(name),
             (ModuleChoice::Part(_), None, _) => ModuleId::Simple("point"),
         };
@@ -192,7 +192,7 @@ impl ShaderPanel {
         self.heading(ui, &inspected);
         ui.horizontal_wrapped(|ui| {
             for (page, name, tooltip) in Page::ALL {
-                ui.selectable_value(&mut self.page, page, plain(name)).on_hover_text(plain(tooltip));
+                ui.selectable_value(&mut self.page, page, text_by_id(name)).on_hover_text(text_by_id(tooltip));
             }
         });
         ui.separator();
@@ -221,8 +221,8 @@ impl ShaderPanel {
             }
             for draw in draws {
                 let part = ModuleChoice::Part(draw.part.name());
-                let hover = text!("shader-part-hint", name = body_name, part = named("part", draw.part.name()));
-                if ui.selectable_label(current == Some(part), named("part", draw.part.name())).on_hover_text(hover).clicked() {
+                let hover = text!("shader-part-hint", name = body_name, part = translated_name("part", draw.part.name()));
+                if ui.selectable_label(current == Some(part), translated_name("part", draw.part.name())).on_hover_text(hover).clicked() {
                     self.chosen = Some(part);
                 }
             }

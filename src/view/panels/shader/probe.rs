@@ -12,7 +12,7 @@ use crate::scene::request::ViewRequest;
 use crate::session::Session;
 use crate::view::error_texts::error_text;
 use crate::view::language::dates::instant_text;
-use crate::view::language::{body_name, named, signed, text};
+use crate::view::language::{body_name, signed, text, translated_name};
 use crate::view::panels::theme::SMALL_TEXT_POINTS;
 use crate::view::panels::{Interface, accessible};
 use crate::view::worker::drawn_with::DrawnWith;
@@ -94,7 +94,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     let mut chosen_index = page.draw_index.min(report_f32.draws.len() - 1);
     ui.horizontal_wrapped(|ui| {
         for (index, draw) in report_f32.draws.iter().enumerate() {
-            let name = format!("{} {}", body_name(&draw.name), named("part", draw.part.name()));
+            let name = format!("{} {}", body_name(&draw.name), translated_name("part", draw.part.name()));
             if ui.selectable_label(index == chosen_index, name).on_hover_text(text!("probe-draw-hint")).clicked() {
                 chosen_index = index;
             }

@@ -20,7 +20,7 @@ pub struct FileRequest {
     /// The file name or path that the field contains when the dialog opens.
     pub name: String,
     /// Whether the user chooses an existing file to open; otherwise the user names a file to save.
-    pub opens: bool,
+    pub is_for_opening: bool,
 }
 
 /// Opens a dialog; the result is `None` if no file was chosen or no dialog could open.
@@ -57,13 +57,13 @@ impl FileField {
 
     /// What the dialog for this field asks for, given the file name in the field.
     fn request(self, name: &str) -> FileRequest {
-        let (title, extensions, opens): (_, &'static [&'static str], _) = match self {
+        let (title, extensions, is_for_opening): (_, &'static [&'static str], _) = match self {
             Self::View => (text!("share-view-file"), &["json"], false),
             Self::Image => (text!("dialog-image"), &["png", "exr"], false),
             Self::Animation => (text!("dialog-animation"), &["gif", "apng"], false),
             Self::Tour => (text!("tours-file"), &["json"], true),
         };
-        FileRequest { title, extensions, name: name.to_owned(), opens }
+        FileRequest { title, extensions, name: name.to_owned(), is_for_opening }
     }
 }
 
@@ -99,7 +99,7 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context) {
             interface.share.dialog = None;
             match answer {
                 Some(path) => *field_text(interface, field) = path.display().to_string(),
-                None => interface.reply(text!("dialog-none")),
+                None => interface.show_reply(text!("dialog-none")),
             }
         }
     }

@@ -68,7 +68,7 @@ pub(crate) fn frames(interface: &mut Interface, ui: &mut Ui) {
     if let Some(playback) = interface.events.playback_of_chosen().filter(|playback| playback.is_near(displayed_tdb_s)) {
         let whole_event = ui.button(text!("frames-whole-event")).on_hover_text(text!("frames-whole-event-hint"));
         if whole_event.clicked() {
-            panel.step_s = ((playback.to_tdb_s - playback.from_tdb_s) / f64::from(panel.frame_count.max(2) - 1)).round().max(1.0);
+            panel.step_s = ((playback.end_tdb_s - playback.start_tdb_s) / f64::from(panel.frame_count.max(2) - 1)).round().max(1.0);
         }
     }
     let sequence = icons::button(ui, Icon::Save, text!("frames-export"));
@@ -118,6 +118,6 @@ pub(crate) fn progress(interface: &mut Interface, ui: &mut Ui) {
     ui.label(export.progress_text(now_s));
     if is_cancelled {
         interface.share.export = None;
-        interface.reply(text!("export-stopped"));
+        interface.show_reply(text!("export-stopped"));
     }
 }

@@ -134,7 +134,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
         let copy = icons::button(ui, Icon::Link, text!("share-copy-link"));
         if ui.add(copy).on_hover_text(text!("share-copy-link-hint")).clicked() {
             ui.ctx().copy_text(link.clone());
-            interface.reply(text!("link-copied"));
+            interface.show_reply(text!("link-copied"));
         }
         ui.add(egui::Label::new(egui::RichText::new(&link).small().weak()).truncate());
     });
@@ -158,7 +158,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
                 // The saved file may have another name than the typed one. From now on *Open view* opens the saved file.
                 interface.share.view_file_name = path.display().to_string();
             }
-            interface.reply(written.map_or_else(|why| why, |path| saved_message(&path)));
+            interface.show_reply(written.map_or_else(|why| why, |path| saved_message(&path)));
         }
         if ui.button(text!("share-open-view")).on_hover_text(text!("share-open-view-hint")).clicked() {
             let text = read_text(&path, MAX_BYTES).map_err(|e| error_text(&e));
@@ -177,10 +177,10 @@ fn is_entered(field: &egui::Response, text: &str) -> bool {
 fn show_or_report(interface: &mut Interface, read: Result<ViewState, String>, actions: &mut Vec<Action>) {
     match read {
         Ok(view) => {
-            interface.reply("");
+            interface.show_reply("");
             actions.push(Action::Show(Box::new(view)));
         }
-        Err(why) => interface.reply(why),
+        Err(why) => interface.show_reply(why),
     }
 }
 
@@ -195,28 +195,28 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
     let panel = &mut interface.share;
     let (wants_image, kind) = (std::mem::take(&mut panel.wants_image), panel.requested_export.take());
     if (wants_image || kind.is_some()) && panel.is_busy() {
-        interface.reply(text!("share-busy"));
+        interface.show_reply(text!("share-busy"));
     } else if wants_image {
         match candidate_names(&panel.image_file_name) {
             Ok(files) => {
                 let (view, options) = (interface.viewer.shareable(), panel.image_options);
                 panel.saving = Some(ask(worker, move |session| export::save(session, &view, options, files)));
-                interface.reply(text!("share-saving", width = options.size_px[0], height = options.size_px[1]));
+                interface.show_reply(text!("share-saving", width = options.size_px[0], height = options.size_px[1]));
             }
-            Err(e) => interface.reply(error_text(&e)),
+            Err(e) => interface.show_reply(error_text(&e)),
         }
     } else if let Some(kind) = kind {
         match new_export(interface, kind) {
             Ok(export) => interface.share.export = Some(export.start(worker, interface.viewport.frame_start_s)),
-            Err(why) => interface.reply(why),
+            Err(why) => interface.show_reply(why),
         }
     }
     if let Some(written) = interface.share.saving.as_ref().and_then(Pending::take) {
         interface.share.saving = None;
-        interface.reply(written.map_or_else(|why| why, |path| saved_message(&path)));
+        interface.show_reply(written.map_or_else(|why| why, |path| saved_message(&path)));
     }
     if let Some((message, is_over)) = interface.share.export.as_mut().and_then(|export| export.poll(worker, saved_message)) {
-        interface.reply(message);
+        interface.show_reply(message);
         if is_over {
             interface.share.export = None;
         }
