@@ -116,7 +116,6 @@ fn count_branches(block: &naga::Block, branches: &mut u32) {
     }
 }
 
-/// Sum, at most `u32::MAX`.
 fn saturating_sum(counts: impl Iterator<Item = u32>) -> u32 {
     counts.fold(0, u32::saturating_add)
 }

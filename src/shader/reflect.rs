@@ -191,7 +191,7 @@ impl UniformWriter<'_> {
         self.layout.field(name).is_some()
     }
 
-    /// Writes one field. `has_type`: whether a field of this type takes the value. `given`: number of components, for the error message.
+    /// Writes one field. `has_type`: whether a field of this type takes the value. `given`: see [`LayoutError::Mistyped`].
     fn write(
         &mut self,
         name: &str,

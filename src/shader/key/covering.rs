@@ -207,7 +207,7 @@ fn pair_test(base_features: &[DrawFeatures]) -> impl Fn(&Combination) -> bool + 
     }
 }
 
-/// Of several random completions of a combination, the one with the greatest `count_new`: the number of combinations that it covers first.
+/// Of several random completions of a combination, the one with the greatest `count_new`: the number of combinations that no earlier key covers.
 fn best_completion(
     base_features: &[DrawFeatures],
     values: &Combination,

@@ -34,8 +34,8 @@ impl ShaderKey {
     pub fn for_draw(features: &DrawFeatures) -> Self {
         Self { features: canonical(features) }
     }
-    /// The features of the module, in canonical form. Some features of the draw itself may be missing here, because they do not change the image; culling and
-    /// other pipeline state depend on them.
+    /// The features of the module, in canonical form: features of the draw that do not change the module are missing here. Culling and other pipeline state may
+    /// depend on those, too, and therefore follow the draw's own features.
     pub fn features(&self) -> &DrawFeatures {
         &self.features
     }

@@ -80,8 +80,8 @@ impl fmt::Display for ShaderKey {
     }
 }
 
-/// The words of a part's text with their columns; `column`: that of the text. Words are joined by `-` and may themselves contain `-`, so at each position the
-/// longest known word is read.
+/// The words of a part's text with their columns; `column`: where the text begins in the key. Words are joined by `-` and may themselves contain `-`, so at
+/// each position the longest known word is read.
 fn words(part: KeyPart, text: &str, column: usize) -> Vec<(&str, usize)> {
     let known_words = || DIMENSIONS.iter().filter(|d| d.part == part).flat_map(|d| d.texts).filter(|t| !t.is_empty());
     let mut found = Vec::new();

@@ -11,7 +11,7 @@ pub const ROOT: u32 = 0;
 /// One block: the condition under which its part of the text is emitted. The numbers are indices of blocks.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Block {
-    /// Emitted always.
+    /// Always emitted.
     Root,
     /// A branch of a chain of `@if`, `@elif` and `@else`: emitted if `parent` is emitted, its own condition holds, and the condition of no earlier branch of
     /// the chain holds. `unless`: the branch directly before it.

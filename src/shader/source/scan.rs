@@ -160,7 +160,7 @@ impl<'a> Scanner<'a> {
         self.scan.blocks.len() as u32 - 1
     }
 
-    /// Records a chain of these branches, if there is any.
+    /// Records the chain of these branches, unless it has none. `start`: that of its first item.
     fn finish_chain(&mut self, chain: &[u32], start: usize) {
         let block = match chain {
             [] => return,
