@@ -186,7 +186,7 @@ impl<'a> SceneBuilder<'a> {
         let draws = order::far_to_near(&self.placed, draws);
         let annotations = Annotations::build(&self, &frame, &reports, &sky.stars);
         let selected = request.selected.or(request.target).unwrap_or(NaifId::SUN);
-        let outlined = draws.iter().find(|d| request.layers.outline && d.body == selected && d.part == BodyPart::Globe);
+        let selected_globe = draws.iter().find(|d| request.layers.outline && d.body == selected && d.part == BodyPart::Globe);
         Scene {
             time: request.time,
             camera: camera.clone(),
@@ -201,7 +201,7 @@ impl<'a> SceneBuilder<'a> {
             minor_planets: sky.minor_planets,
             sky_decisions: sky.decisions.into_iter().chain(annotations.decisions).collect(),
             sky_lines: annotations.sky_lines,
-            selected_silhouette: outlined.map(Draw::shape_alone),
+            selected_silhouette: selected_globe.map(Draw::shape_alone),
             corona: sun.corona.map(|c| corona::Corona { draws_behind: order::draw_count_up_to(&self.placed, &draws, NaifId::SUN), ..c }),
             draws,
             points,

@@ -42,7 +42,8 @@ pub(crate) const MULTI_SCATTER_FIRST_X: f64 = -0.5;
 /// Coefficients of the polynomial in x that approximates the table at one height for a Sun above the horizon.
 pub(crate) const MULTI_SCATTER_COEFFICIENTS: usize = 5;
 
-/// Rows of the table of factors on multiply scattered light in an eclipse's shadow: heights. One more row contains those on the irradiance of level ground.
+/// Rows of the table of multiply scattered light in an eclipse's shadow: heights. The table holds square roots of the fractions of the light that remain in the
+/// shadow. One more row contains those of the irradiance of level ground.
 pub const IN_SHADOW_HEIGHTS: usize = 4;
 /// Columns of the same table: distances from the occluder's limb, in solar radii.
 pub const IN_SHADOW_COLUMNS: usize = 16;

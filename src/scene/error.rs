@@ -12,7 +12,7 @@ pub enum SceneError {
     /// A name that the catalog does not have.
     #[error(transparent)]
     Unknown(#[from] UnknownName),
-    /// A barycentre, given here by its name or code, where a body is needed.
+    /// A barycentre where a body is needed; the text is its NAIF code.
     #[error("`{0}` is not a body of the catalog (a barycentre has no surface): name a body")]
     NotABody(String),
     /// The camera is inside the body of this name.

@@ -78,7 +78,7 @@ impl Threshold {
         self.cutoff_radiance(VISIBLE_LIGHT)
     }
 
-    /// Whether the purpose is linear light. It also keeps effects that cover too few pixels to be seen on a display.
+    /// Whether the purpose is linear light, for which overlay images are kept even if they are smaller than half a pixel.
     pub(crate) fn is_linear(self) -> bool {
         matches!(self.purpose, Purpose::Linear { .. })
     }

@@ -147,7 +147,8 @@ pub(crate) fn hours_text(degrees: f64) -> String {
     sexagesimal_text("", hundredths, ["h", "m", "s"])
 }
 
-/// A number of degrees or hours, given in hundredths of a second, without the smaller units that are zero. `[whole, minute, second]`: the signs of the units.
+/// A number of degrees or hours, given in hundredths of a second, without the smaller units that are zero. `sign`: `+`, `-` or nothing; the array: the symbols
+/// of the units.
 fn sexagesimal_text(sign: &str, hundredths: u64, [whole, minute, second]: [&str; 3]) -> String {
     let seconds = hundredths / 100;
     let (wholes, minutes, seconds) = (seconds / 3600, seconds / 60 % 60, seconds % 60);

@@ -16,7 +16,6 @@ use std::f64::consts::TAU;
 
 /// Linear RGB of frames and their names.
 const COLOUR: DVec3 = DVec3::new(1.0, 0.3, 0.25);
-/// Opacity of frames.
 const OPACITY: f64 = 0.9;
 /// Smallest size of a frame, pixels.
 const MIN_SIZE_PX: f64 = 8.0;

@@ -172,7 +172,7 @@ const MAX_CROWDED_PX: f64 = 20.0;
 /// Radius of a disc in pixels above which a body hides others; smaller ones are drawn as points or nearly so.
 const MIN_HIDING_RADIUS_PX: f64 = 3.0;
 /// How far inside the outline of a nearer body a disc must be to be hidden, in radii of the nearer body. For a camera less than one radius above that body,
-/// this distance is reduced in proportion to the camera's height.
+/// this distance is multiplied by the camera's height in radii.
 const HIDDEN_DEPTH: f64 = 0.03;
 
 /// The labels of the bodies that a camera sees, most important first. `name_of` translates names; `occupied`: rectangles that names avoid.

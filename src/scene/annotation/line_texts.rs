@@ -14,7 +14,7 @@ use glam::{DVec2, DVec3};
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct UnplacedText {
     pub text: String,
-    /// The text's centre, pixels from the image's top left corner. For a coordinate, a point of its grid line.
+    /// The text's centre, pixels from the image's top left corner. For a coordinate, the point of its grid line where it is written, unless it must be moved.
     pub centre_px: DVec2,
     /// Linear RGB.
     pub colour: DVec3,

@@ -217,7 +217,7 @@ impl ArcSubdivision<'_> {
         } else {
             [from, to].map(|s| self.conic.derivatives(s)[1].length()).into_iter().fold(0.0, f64::max)
         };
-        // The arc is inside this radius around its middle.
+        // No point of the arc is farther from its middle than this.
         let radius_km = first_derivative.length() * half + 0.5 * max_second_derivative * half * half;
         if !self.camera.sphere_may_be_in_frame(middle, radius_km, MARGIN_PX) {
             return;

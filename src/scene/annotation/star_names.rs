@@ -27,16 +27,16 @@ pub(crate) fn star_names(
     let named = sprites.iter().filter_map(|sprite| {
         let star = stars.get(sprite.star?)?;
         let name = star_name(star.hip)?;
-        let at_px = camera.pixel_from_clip(sprite.centre.truncate().as_dvec2());
-        (!is_hidden(at_px)).then_some((star.v_magnitude, name, at_px))
+        let star_px = camera.pixel_from_clip(sprite.centre.truncate().as_dvec2());
+        (!is_hidden(star_px)).then_some((star.v_magnitude, name, star_px))
     });
     let mut named: Vec<_> = named.collect();
     named.sort_by(|a, b| a.0.total_cmp(&b.0));
     let reason = reason!("star-names-have", count = named.len());
     let decision = Decision { effect: "star-names", on: !named.is_empty(), reason, stated_error: None };
     let star_radius_px = 0.0;
-    let text = |(_, name, at_px): (f32, &str, DVec2)| {
-        let centre_px = at_px + DVec2::new(0.5 * metrics.width_px(name) + metrics.gap_px(star_radius_px), 0.0);
+    let text = |(_, name, star_px): (f32, &str, DVec2)| {
+        let centre_px = star_px + DVec2::new(0.5 * metrics.width_px(name) + metrics.gap_px(star_radius_px), 0.0);
         UnplacedText { text: name.to_owned(), centre_px, colour: COLOUR, is_grid_coordinate: false }
     };
     (named.into_iter().map(text).collect(), decision)

@@ -93,7 +93,7 @@ impl StrokeSubdivision<'_> {
         let middle_parameter = 0.5 * (from.1 + to.1);
         let middle = self.curve.in_camera_axes(middle_parameter);
         let span = to.1 - from.1;
-        // The arc is inside this radius around its middle.
+        // No point of the arc is farther from its middle than this.
         let radius = 0.5 * self.curve.derivative_bound * span;
         if !self.curve.camera.sphere_may_be_in_frame(middle, radius, MARGIN_PX) {
             return;

@@ -101,7 +101,6 @@ impl WarpedGeometry {
     }
 }
 
-/// Width and height as a vector.
 fn size([width, height]: [u32; 2]) -> DVec2 {
     DVec2::new(f64::from(width), f64::from(height))
 }

@@ -68,9 +68,9 @@ impl Placement {
         self.surface_along_unit_sphere(self.direction_in_unit_sphere(direction))
     }
 
-    /// Whether the body covers an entire disc of this angular radius around an ICRF direction. It does if the disc's centre is inside the body's outline and at
-    /// least the disc's radius away from it. The curve at that distance inside the outline is approximated by the outline of a smaller ellipsoid: exact for a
-    /// sphere; otherwise off by up to the disc's radius times the flattening.
+    /// Whether the body covers an entire disc of this angular radius around an ICRF direction. It does if the disc's centre is inside the body's outline, at
+    /// least the disc's radius away from the outline. The curve at that distance inside the outline is approximated by the outline of a smaller ellipsoid:
+    /// exact for a sphere; otherwise off by up to the disc's radius times the flattening.
     pub(crate) fn covers_disc(&self, direction: DVec3, angular_radius_rad: f64) -> bool {
         // A sphere of radius r at distance D has the angular radius asin(r / D). To appear smaller by the angle a, it must have the radius r cos a - h sin a,
         // where h is the distance to the horizon, h² = D² - r².

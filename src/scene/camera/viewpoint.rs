@@ -1,7 +1,7 @@
 //! Places the camera of a request: its position and direction at the request's instant, and aberration for a moving viewer.
 //!
 //! In: the request, the catalog and the ephemeris. Out: a [`Viewer`]: the camera, its velocity if it moves with a body, and the body on which it stands or at
-//! whose centre it is. A camera over its target is at rest and is placed relative to the apparent target, so that light time does not shift the target in the
+//! whose centre it is. A camera above its target is at rest and is placed relative to the apparent target, so that light time does not shift the target in the
 //! frame. Diurnal aberration (at most 0.32 arcsec on the Earth) is left out.
 
 use crate::catalog::{Body, Catalog, NaifId};
@@ -23,8 +23,8 @@ use glam::{DMat3, DVec3};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Viewer {
     pub camera: Camera,
-    /// Barycentric velocity, ICRF: that of the body at whose centre or on whose ground the camera is; zero for a camera over its target or at an offset from a
-    /// body.
+    /// Barycentric velocity, ICRF: that of the body at whose centre or on whose ground the camera is; zero for a camera above its target or at an offset from
+    /// a body.
     pub velocity_km_s: DVec3,
     /// Velocity of the body relative to which the camera is placed, for the aberration of stars. The aberration of bodies uses `velocity_km_s`.
     pub body_velocity_km_s: DVec3,

@@ -59,7 +59,7 @@ pub(super) fn frames(
             (separation_km, (separation_km / pixel_km).round())
         }
     };
-    // At most half the width of each eye's image.
+    // Half the width of each eye's image, rounded down.
     let max_parallax_px = f64::from(request.width / 2);
     if infinity_parallax_px > max_parallax_px {
         // The parallax is rounded, so almost half a pixel more than the maximum is possible. In an image 1 pixel wide the maximum is 0, and only this half

@@ -162,7 +162,8 @@ pub(super) fn frames(
             _ => Some([0.0, 0.0, 1.0, 1.0]),
         };
         let Some([x0, y0, x1, y1]) = bounds else { continue };
-        // Converts positions on the face to pixels of its frame, shifted by the border; the rectangle is widened by the border on each side.
+        // The rectangle in pixels of the frame, which begins one border before the face. It is widened by one border on each side, for the filter: at its start
+        // the two borders cancel, at its end they add up.
         let side_px = f64::from(face_px);
         let first_px = |fraction: f64| (fraction * side_px).floor().max(0.0) as u32;
         let end_px = |fraction: f64| ((fraction * side_px + 2.0 * border).ceil() as u32).min(frame_px);

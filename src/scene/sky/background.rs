@@ -55,7 +55,7 @@ const GRID_RAYS: u32 = 17;
 
 /// The brightest zodiacal light in the frame, radiance.
 fn brightest_zodiacal(camera: &Camera, to_sun: DVec3, unit_radiance: f64) -> f64 {
-    // Closer to the Sun the corona replaces the zodiacal light.
+    // As in the shader: closer to the Sun the law keeps its value at the inner elongation.
     let max_cosine = zodiacal::CORONA_BLEND_DEG.0.to_radians().cos();
     let clip = |k: u32| 2.0 * f64::from(k) / f64::from(GRID_RAYS - 1) - 1.0;
     let brightness_at = |k: u32| {

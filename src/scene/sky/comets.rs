@@ -106,9 +106,9 @@ pub fn grain_position_au(orbit: &HeliocentricOrbit, days: f64, age_days: f64, be
 }
 
 /// Total magnitude of a comet at the given distances from the viewer and from the Sun, au; `None` for a body with another brightness law.
-pub fn total_magnitude(law: BrightnessLaw, distance_au: f64, from_sun_au: f64) -> Option<f64> {
+pub fn total_magnitude(law: BrightnessLaw, distance_au: f64, sun_distance_au: f64) -> Option<f64> {
     match law {
-        BrightnessLaw::Comet { m1, k1 } => Some(m1 + 5.0 * distance_au.log10() + k1 * from_sun_au.log10()),
+        BrightnessLaw::Comet { m1, k1 } => Some(m1 + 5.0 * distance_au.log10() + k1 * sun_distance_au.log10()),
         _ => None,
     }
 }
@@ -242,7 +242,7 @@ impl CometProjection<'_> {
         let section = |line: usize, k: usize| -> Option<(ProjectedPoint, DVec2)> {
             let (a, b) = (projected[line][k]?, projected[line + 1][k]?);
             let [previous, next] = [k.saturating_sub(1), (k + 1).min(STATIONS - 1)].map(|j| projected[line][j].unwrap_or(a));
-            // The speed of release widens the strip. At release a strip already has half the coma's radius.
+            // The speed of release widens the strip with age. At the age 0 the width added on each side is half the radius of the coma.
             let spread_px = (0.5 * COMA_AU + GRAIN_SPEED_AU_PER_DAY * age(k)) * a.px_per_au;
             // Each strip extends to the centre line of the next, so that neighbours overlap.
             let gap = b.px - a.px;

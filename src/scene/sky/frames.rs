@@ -38,7 +38,6 @@ pub fn ecliptic_pole() -> DVec3 {
 }
 
 impl SkyFrame {
-    /// All values.
     pub(crate) const ALL: [Self; 3] = [Self::Galactic, Self::Equatorial, Self::Ecliptic];
 
     pub(crate) fn name(self) -> &'static str {

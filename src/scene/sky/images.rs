@@ -13,7 +13,7 @@ use crate::scene::decision::Decision;
 use glam::{DMat2, DMat3, DVec2, DVec3, Vec2, Vec3};
 use std::sync::Arc;
 
-/// Size in the frame, of an image's longer side in pixels, up to which the image is not drawn.
+/// Length of an image's longer side in the frame, pixels, up to which the image is not drawn.
 const MIN_SIZE_PX: f64 = 0.5;
 /// Finite-difference step along the tangent plane for its axes under aberration, radians: small against the angles over which aberration varies, large against
 /// rounding.

@@ -13,8 +13,8 @@ use std::sync::Arc;
 pub struct MinorPlanetColumns {
     /// Vector from the Sun to the perihelion, au, ICRF, and 1 - e: four numbers per body.
     pub perihelion: Arc<Vec<f32>>,
-    /// Vector in the direction of motion at the perihelion, sqrt(1 + e) times the perihelion distance long, au, ICRF; and the irradiance at full phase, 1 au
-    /// from Sun and viewer: four numbers per body.
+    /// The shader's `perihelion_velocity`: the velocity at the perihelion in au per shader's unit of time (ICRF; its length is sqrt(1 + e) perihelion
+    /// distances), and the irradiance at full phase, 1 au from Sun and viewer: four numbers per body.
     pub motion: Arc<Vec<f32>>,
     /// Slope parameter G of the H,G law.
     pub slope: Arc<Vec<f32>>,
