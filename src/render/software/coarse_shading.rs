@@ -68,7 +68,7 @@ const fn horizontal_positions<const N: usize>(first: usize) -> [f32; N] {
     }
     positions
 }
-/// Horizontal positions in their cells: of the pixels of the first quad of a row, of the two quads between any two neighbouring points, and of the last quad.
+/// Horizontal positions, each in its cell, of the pixels of a row's first quad, of the two quads between any two neighbouring points, and of the last quad.
 static FIRST_QUAD_POSITIONS: [f32; 4] = horizontal_positions(0);
 static QUAD_PAIR_POSITIONS: [f32; 8] = horizontal_positions(2);
 static LAST_QUAD_POSITIONS: [f32; 4] = horizontal_positions(COLUMNS * SPACING - 2);

@@ -78,7 +78,6 @@ impl FragmentSetup {
         self.early_depth_test && !self.uses_depth()
     }
 
-    /// Whether the draw tests or writes depth.
     pub(crate) fn uses_depth(&self) -> bool {
         self.depth.test || self.depth.write
     }

@@ -88,7 +88,7 @@ impl Span<'_> {
     }
 }
 
-/// Fills the lanes of the quads in `range` with one coordinate of their pixels minus `offset`. `centres`: that coordinate of all pixels of the tile.
+/// Fills the lanes of the quads in `range` with one coordinate of their pixel centres minus `offset`. `centres`: this coordinate for all pixels of the tile.
 #[inline(always)]
 fn offset_quads<R: Real>(lanes: &mut [R; LANES], centres: &[f32], quads: &[Quad; QUADS_PER_BATCH], range: Range<usize>, offset: f32) {
     let centres = centres.as_chunks::<QUAD_LANES>().0;

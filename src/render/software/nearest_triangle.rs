@@ -43,7 +43,7 @@ pub(crate) fn nearest_triangles<R: Real>(
         }
         let inverse = corners.inverse();
         let weights = inverse * pixel_centre;
-        // The greatest that each weight becomes if the point moves by up to the margin along each axis.
+        // The greatest value of each weight within the margin around the centre along each axis.
         let greatest_weights = weights + inverse.x_axis.abs() * margin_x + inverse.y_axis.abs() * margin_y;
         let sum = weights.x + weights.y + weights.z;
         (greatest_weights.min_element() >= 0.0 && sum > 0.0).then_some(sum)

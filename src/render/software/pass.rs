@@ -61,8 +61,8 @@ struct FusedPass<'a, R: Real> {
     overlay: PreparedPass<'a, R>,
     /// The colour to which the full-screen draw maps the first pass's clear colour, if it is the same at every pixel.
     mapped_clear_colour: Option<[f32; 4]>,
-    /// The uniforms of the full-screen draw if it is the shipped (not edited) tone map, which native code then applies to the tiles that
-    /// [`Self::direct_tone_map`] permits.
+    /// The uniforms of the full-screen draw if it is the shipped (not edited) tone map. Native code then maps complete tiles directly to bytes, where
+    /// [`Self::direct_tone_map`] permits it.
     tone_map: Option<ToneMapUniforms>,
     /// Set if the full-screen draw has read pixels other than its own, which makes the image invalid.
     read_other_pixels: AtomicBool,
@@ -233,7 +233,7 @@ fn prepare_draw<'a, R: Real>(
         fragment_setup,
         blend: draw.blend,
         shading_rate: draw.shading_rate,
-        // The plan gives the outlines, and names the image of marks; the fragment stage, which is bound to this image, has read the marks.
+        // The plan gives the outlines, and names the image of marks; the marks were read from this image when the fragment stage was bound.
         extent: draw.extent.map(|outlines| DrawExtent { outlines, marks: fragment.marks().cloned() }),
         instructions_per_read: instructions_per_read(&draw.module),
     })

@@ -26,7 +26,7 @@ pub(super) struct Quad {
 pub(crate) struct DrawExtent {
     /// The pixels inside the body's outline and, for its atmosphere beyond the limb, outside the ground's outline.
     pub outlines: Extent,
-    /// The marks of an image that narrow the extent: the draw discards each pixel whose four nearest texels are all marked.
+    /// Marks that narrow the extent: the draw discards each pixel whose four nearest texels in the image of marks are all marked.
     pub marks: Option<TexelMarks>,
 }
 
@@ -57,8 +57,8 @@ pub(crate) struct PreparedDraw<'a, R: Real> {
 }
 
 impl<R: Real> PreparedDraw<'_, R> {
-    /// Whether the draw adds light that may be interpolated between shaded points. Every covered pixel must get the light (no discard, no depth test, no
-    /// extent), and it must be light and not a count of instructions.
+    /// Whether the draw adds light that may be interpolated between shaded points. Every covered pixel must get a value (no discard, no use of depth, no
+    /// extent), and this value must be light and not a count of instructions.
     pub(super) fn is_interpolated(&self) -> bool {
         self.shading_rate == ShadingRate::Interpolated
             && self.blend == Blend::Add

@@ -290,7 +290,7 @@ impl SoftwareRenderer {
         bound.iter().map(|b| DrawStages { vertex: &b.vertex as _, vertex_grid, fragment: &b.fragment as _ }).collect()
     }
 
-    /// Both stages of a draw, bound to its uniforms and textures. `pass_outputs`: as [`outputs_of`] returns them.
+    /// Both stages of a draw, bound to its uniforms and textures. `pass_outputs`: the images of earlier passes, as [`outputs_of`] returns them.
     pub(super) fn bind<'a, R: Real>(
         &self,
         draw: &'a PlanDraw,
@@ -322,7 +322,7 @@ fn outputs_of(earlier: &[(PassImage, u32, u32)]) -> Vec<Result<Arc<Texels<'_>>, 
 /// Checks that no stage of a pass was stopped.
 ///
 /// # Errors
-/// A stage that was stopped at the loop limit: the image is incomplete.
+/// A stage that was stopped at a loop limit: the image is incomplete.
 fn check_loop_limits<R: Real>(pass: &Pass, bound: &[BoundStages<'_, R>]) -> Result<(), RenderError> {
     for (draw, bound) in pass.draws.iter().zip(bound) {
         for (stage, stopped) in [("vertex", bound.vertex.hit_loop_limit()), ("fragment", bound.fragment.hit_loop_limit())] {

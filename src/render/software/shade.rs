@@ -113,7 +113,7 @@ fn drop_zero_quads(quads: &mut [Quad], colour: [&[f32]; 4]) {
     }
 }
 
-/// A partly covered block.
+/// A block that a triangle covers partly, compared with the draw's extent.
 struct PartlyCoveredBlock {
     /// Index of its first quad in the tile.
     first_quad: usize,

@@ -14,9 +14,9 @@ pub use super::exec::LANES;
 
 /// One entry point with its uniforms and textures bound.
 pub trait LaneProgram<R: Real>: Sync {
-    /// What each lane input contains. Input `k` of a run is that of entry `k`.
+    /// What each lane input contains: entry `k` describes input `k` of a run.
     fn inputs(&self) -> &[LaneInput];
-    /// What each lane output contains, in the same way.
+    /// What each lane output contains: entry `k` describes output `k` of a run.
     fn outputs(&self) -> &[LaneOutput];
     /// Whether the program reads input `k`. The caller need not fill an input that the program does not read.
     fn reads_input(&self, _k: usize) -> bool {

@@ -1,6 +1,6 @@
 //! Shader stages that run the tape (list of instructions) of a lowered module.
 //!
-//! In: a program, a draw's uniform bytes and textures. Out: a [`LaneProgram`]. Always: after a batch was stopped at the loop limit, no further batch
+//! In: a program, a draw's uniform bytes and textures. Out: a [`LaneProgram`]. Always: after a batch was stopped at a loop limit, no further batch
 //! runs. Not here: how a tape is executed (`exec`).
 
 use super::exec::{BoundProgram, DrawTapeValues, ExecutionCounts, Executor, LaneMask, TextureUnit};
@@ -25,7 +25,7 @@ pub(crate) struct TapeStage<'a, R: Real> {
     tone_map: Option<ToneMapUniforms>,
     /// As [`LaneProgram::marks`].
     marks: Option<TexelMarks>,
-    /// A batch was stopped at the loop limit; no further batch is run.
+    /// A batch was stopped at a loop limit; no further batch is run.
     hit_loop_limit: AtomicBool,
 }
 
@@ -52,7 +52,7 @@ impl<'a, R: Real> TapeStage<'a, R> {
         Self { marks, ..self }
     }
 
-    /// Whether a batch was stopped at the loop limit: the image is then incomplete.
+    /// Whether a batch was stopped at a loop limit: the image is then incomplete.
     pub(crate) fn hit_loop_limit(&self) -> bool {
         self.hit_loop_limit.load(Ordering::Relaxed)
     }

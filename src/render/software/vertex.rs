@@ -238,7 +238,7 @@ struct TriangleSetup<'a> {
 }
 
 impl TriangleSetup<'_> {
-    /// Sets up one triangle. `rows`: those of its vertices, each with the clip-space position before the varyings.
+    /// Sets up one triangle. `rows`: one for each vertex, the clip-space position and then the varyings.
     fn add(&self, rows: [&[f64]; 3], geometry: &mut RasterGeometry) -> Result<(), RenderError> {
         let positions = rows.map(|r| [r[0], r[1], r[2], r[3]]);
         let interpolated = self.varyings.iter().enumerate().map(|(k, v)| (v.interpolation, rows.map(|r| r[4 + k])));

@@ -14,7 +14,7 @@ use smallvec::SmallVec;
 use std::any::Any;
 use std::sync::{Arc, OnceLock};
 
-/// A kernel ready to be called. Offsets are in elements (lane values) from the start of the arena.
+/// A kernel ready to be called. Offsets are in elements (values of type `R`) from the start of the arena.
 pub(crate) struct KernelStep<R> {
     pub function: KernelFn<R>,
     /// Offset of the lanes that the kernel writes.
@@ -258,8 +258,8 @@ impl<R: Real> Binder<R> {
         slot * LANES as u32
     }
 
-    /// Appends a kernel to the last sequence of kernels, or begins a new one; the two methods below do the same for their kinds of steps. `dst` and `args`:
-    /// offsets in the arena.
+    /// Appends a kernel to the last sequence of kernels, or begins a new sequence; the two methods below do the same for their kinds of steps. `dst` and
+    /// `args`: offsets in the arena.
     fn push_kernel(&mut self, function: KernelFn<R>, dst: u32, args: &[u32]) {
         let end = self.bound.kernels.len() as u32 + 1;
         self.bound.kernels.push(KernelStep { function, dst, first_operand: self.bound.operand_offsets.len() as u32 });

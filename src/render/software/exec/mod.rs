@@ -245,7 +245,7 @@ impl<R: Real> Executor<R> {
         chunks.iter().any(|chunk| chunk.iter().fold(R::ZERO, |a, &b| a.bit_or(b)).is_mask_set())
     }
 
-    /// All registers; the last row's padding follows them.
+    /// All registers, followed by the padding of the last row.
     fn registers(&self) -> &[R] {
         let rows = &self.arena[self.program.first_register_row..];
         // SAFETY: a row is an array of `LANES` values without padding (see the assertion below `LaneRow`).

@@ -147,7 +147,7 @@ macro_rules! class {
                 unsafe { quad_difference::<R, LANES, 2>(dst, operand_at(base, offsets, 0)) }
             }
 
-            // The specialised kernel of an operation with one, two or three operands; `None` if all operands have one value for all lanes.
+            // `unary`, `binary`, `ternary`: the specialised kernel of an operation with that many operands; `None` if each operand has one value for all lanes.
             fn unary<O: Eval, R: Real>(kinds: [bool; 3]) -> Option<KernelFn<R>> {
                 kinds[0].then_some(fixed_kinds::<O, R, true, false, false>)
             }

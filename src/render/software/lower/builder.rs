@@ -71,7 +71,7 @@ impl SsaBuilder {
         self.constant(Constant::Bool(b))
     }
 
-    /// The constant of which this is the value; `None` if the value is computed when the program runs. `known_bool` and `known_int` do the same for a type.
+    /// The constant, if the value is one; `None` if it is computed when the program runs. `known_bool` and `known_int`: only constants of that type.
     pub(crate) fn known_constant(&self, v: SsaValue) -> Option<Constant> {
         match v {
             SsaValue::Const(i) => Some(self.constants[i as usize]),

@@ -190,7 +190,6 @@ fn split(chain: &[ChainOp]) -> Vec<&[ChainOp]> {
     pieces
 }
 
-/// The number of kernels that a chain takes.
 fn kernel_count(chain: &[ChainOp]) -> usize {
     split(chain).len()
 }

@@ -25,7 +25,7 @@ struct ScalarChange {
 }
 
 impl<'m> Lowerer<'m> {
-    /// Whether the flag of the innermost loop's `continue` may be set in some lane here; false only if the flag is known to be clear.
+    /// Whether the flag of the innermost loop's `continue` may be set in some lane here; false if the flag is known to be clear, or no loop is open.
     pub(super) fn continue_flag_may_be_set(&self) -> bool {
         self.frame().loops.last().is_some_and(|l| self.builder.known_bool(self.env[l.continue_flag]) != Some(false))
     }

@@ -15,12 +15,10 @@ impl Lowerer<'_> {
         (0..a.len().max(b.len())).map(|i| self.builder.binary(op, component(a, i), component(b, i))).collect()
     }
 
-    /// Each component of `v` times `s`.
     fn scale(&mut self, v: &[SsaValue], s: SsaValue) -> Vec<SsaValue> {
         v.iter().map(|x| self.builder.binary(Op::Mul, *x, s)).collect()
     }
 
-    /// x clamped to 0..=1.
     fn saturate(&mut self, x: SsaValue) -> SsaValue {
         let (zero, one) = (self.builder.float(0.0), self.builder.float(1.0));
         let x = self.builder.binary(Op::Max, x, zero);

@@ -41,7 +41,7 @@ impl NamedValueCapture {
     pub(crate) fn scalars(&self) -> impl Iterator<Item = SsaValue> {
         self.captured.iter().flat_map(|c| c.scalars.iter().copied())
     }
-    /// The output that each of these scalars becomes.
+    /// One output for each of [`Self::scalars`], in the same order.
     pub(crate) fn outputs(&self) -> impl Iterator<Item = LaneOutput> {
         (0..self.scalars().count()).map(|k| LaneOutput::Location { index: FIRST_NAMED_LOCATION + k as u32, component: 0, flat: false })
     }

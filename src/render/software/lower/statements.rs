@@ -34,7 +34,6 @@ impl<'m> Lowerer<'m> {
         }
     }
 
-    /// Lowers a block.
     pub(super) fn block(&mut self, block: &'m Block) -> Result<()> {
         let statements: Vec<(&'m Statement, Span)> = block.span_iter().map(|(s, span)| (s, *span)).collect();
         self.in_block(|this| this.statements(&statements))
@@ -62,7 +61,7 @@ impl<'m> Lowerer<'m> {
             match self.builder.known_bool(exited) {
                 Some(true) => return Ok(()),
                 Some(false) => {
-                    // Discarded lanes exit, too, if the rest computes no derivative and no loop is open (see `can_skip_discarded`).
+                    // Discarded lanes leave the block, too, if the rest computes no derivative and no loop is open (see `can_skip_discarded`).
                     if self.env[DISCARDED] != discarded_before && self.can_skip_discarded(rest) {
                         let remaining = self.builder.not(self.env[DISCARDED]);
                         return self.conditional(remaining, |this| this.statements(rest));
@@ -74,7 +73,7 @@ impl<'m> Lowerer<'m> {
             if rest.is_empty() {
                 return Ok(());
             }
-            // All lanes take this exit together, so it is a jump. Not if `continue` may have been one of the exits: its lanes still run the `continuing` block.
+            // All lanes take this exit together, so it becomes a jump; but not if it may be a `continue`, after which the `continuing` block still runs.
             if self.is_directly_in_loop && !matches!(exited, SsaValue::Lane(_)) && !self.continue_flag_may_be_set() {
                 self.leave_loop_if(exited);
                 continue;
@@ -90,7 +89,6 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
-    /// Lowers one statement.
     fn statement(&mut self, statement: &'m Statement) -> Result<()> {
         match statement {
             Statement::Emit(range) => {

@@ -53,7 +53,7 @@ pub trait Real:
     fn bit_not(self) -> Self;
     /// The bits of the value rounded to f32 (WGSL `bitcast`).
     fn f32_bits(self) -> u32;
-    /// The value whose f32 has these bits (WGSL `bitcast`).
+    /// The value of the f32 with these bits (WGSL `bitcast`).
     fn from_f32_bits(bits: u32) -> Self;
     /// Truncates towards zero and saturates; NaN becomes 0.
     fn to_i32(self) -> i32;
@@ -90,7 +90,7 @@ pub trait Real:
     fn log2_from_one<const FMA: bool>(self) -> Self {
         self.log2::<FMA>()
     }
-    /// Of an angle in radians, as are `cos` and `tan`.
+    /// The sine of an angle in radians; `cos` and `tan` also take radians.
     fn sin<const FMA: bool>(self) -> Self;
     fn cos<const FMA: bool>(self) -> Self;
     fn tan<const FMA: bool>(self) -> Self;

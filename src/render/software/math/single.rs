@@ -153,7 +153,7 @@ fn asin_core<const FMA: bool>(z: f32, s: f32) -> f32 {
 pub(crate) fn asin<const FMA: bool>(x: f32) -> f32 {
     let a = x.abs();
     let is_large = a > 0.5;
-    // For a large: asin(a) = pi/2 - 2 asin(sqrt((1 - a) / 2)).
+    // If a > 0.5: asin(a) = pi/2 - 2 asin(sqrt((1 - a) / 2)).
     let half = 0.5 * (1.0 - a);
     // The argument needed is the smaller of the two. Selecting by `is_large` would make the compiler evaluate the polynomial for both.
     let z = if half < a * a { half } else { a * a };
@@ -167,7 +167,7 @@ pub(crate) fn asin<const FMA: bool>(x: f32) -> f32 {
 pub(crate) fn acos<const FMA: bool>(x: f32) -> f32 {
     let a = x.abs();
     let is_large = a > 0.5;
-    // For a large: acos(a) = 2 asin(sqrt((1 - a) / 2)).
+    // If a > 0.5: acos(a) = 2 asin(sqrt((1 - a) / 2)).
     let half = 0.5 * (1.0 - a);
     // The argument needed is the smaller of the two. Selecting by `is_large` would make the compiler evaluate the polynomial for both.
     let z = if half < a * a { half } else { a * a };

@@ -31,12 +31,12 @@ const SAMPLES_4: [[i64; 2]; 4] = [[1536, 512], [3584, 1536], [512, 2560], [2560,
 /// The pixel's centre.
 const SAMPLES_1: [[i64; 2]; 1] = [[2048, 2048]];
 
-/// Sample positions relative to a pixel's top-left corner, in fixed point. `samples`: their number, 1 or 4.
+/// Sample positions relative to a pixel's top-left corner, in fixed point. `samples`: their number per pixel, 1 or 4.
 pub(crate) fn sample_positions(samples: u8) -> &'static [[i64; 2]] {
     if samples == 4 { &SAMPLES_4 } else { &SAMPLES_1 }
 }
 
-/// The coverage of a quad of which every sample is covered. `samples`: per pixel, 1 or 4.
+/// The coverage of a quad whose samples are all covered. `samples`: their number per pixel, 1 or 4.
 pub(crate) fn full_coverage(samples: u8) -> u16 {
     if samples == 4 { 0xffff } else { 0x1111 }
 }

@@ -83,7 +83,7 @@ impl Plane {
 /// The plane equations of one source triangle (a triangle before clipping), which its clipped parts share.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SourceTriangle {
-    /// Position that the planes' x and y are relative to, in pixels of the target.
+    /// Origin of the planes' x and y, in pixels of the target.
     pub origin: [f64; 2],
     /// Reversed depth.
     pub depth: Plane,

@@ -1,7 +1,7 @@
 //! Bilinear interpolation in AVX2 registers, for eight points at a time.
 //!
-//! Two steps. [`Corners::new`]: from the columns and rows of texels beside each point to the indices of its four corners in the level. [`bilinear`]: from the
-//! values of the texels at the corners to the interpolated value. The caller reads the texels between the two steps.
+//! [`Corners::new`] turns the columns and rows of texels beside each point into the indices of its four corners in the level. The caller reads the texels at
+//! the corners. [`bilinear`] interpolates between their values.
 
 use std::arch::x86_64::{__m256, __m256i, _mm256_add_epi32, _mm256_add_ps, _mm256_mul_ps, _mm256_mullo_epi32, _mm256_sub_ps};
 
