@@ -1,6 +1,6 @@
 //! The software renderer's tape against a shader written by hand for AVX2: median CPU time of each and median ratio over all rounds. All draw the same image
-//! on one thread of one process, in turns. Where the machine has AVX-512, the shader written by hand for it draws too: it tells how much of the tape's time is
-//! the processor's own.
+//! on one thread of one process, in turns. Where the machine has AVX-512, a shader written by hand for AVX-512 draws, too: its time shows what this processor
+//! gains by AVX-512, without the tape.
 //!
 //! `cargo bench --bench heavy_kernel`. Prints the times of the shaders by hand, one line per kernel class, then the times of the tone map.
 

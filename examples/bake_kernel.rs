@@ -87,7 +87,8 @@ struct Fit {
     doubles: usize,
 }
 
-/// Coefficients per axis, from interpolation at `terms` Chebyshev nodes of an interval: its middle in TDB seconds past J2000, and half its length.
+/// Coefficients per axis, from interpolation at `terms` Chebyshev nodes of an interval. `midpoint_s`: its middle, TDB seconds past J2000; `radius_s`: half its
+/// length.
 fn coefficients(kernel: &Spk, body: &BodySpec, midpoint_s: f64, radius_s: f64, terms: usize) -> [Vec<f64>; 3] {
     fit_nodes(terms, |u| position(kernel, body, midpoint_s + u * radius_s))
 }

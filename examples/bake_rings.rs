@@ -131,7 +131,8 @@ fn e_tau(radius_km: f64) -> f64 {
     1.5e-5 * if ratio < 1.0 { ratio.powi(15) } else { ratio.powi(-7) }
 }
 
-/// Prints a ring of pure dust whose optical depth `tau`, a function of the radius in km, varies smoothly: as `count` numbered rings of equal width.
+/// Prints a ring of pure dust whose optical depth varies smoothly, as `count` numbered rings of equal width. `tau`: optical depth along the normal at a radius
+/// in km.
 fn print_steps(name: &str, inner_km: f64, outer_km: f64, count: u32, tau: fn(f64) -> f64, albedo: [f64; 3]) {
     for k in 0..count {
         let edge = |k: u32| inner_km + (outer_km - inner_km) * f64::from(k) / f64::from(count);

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 /// Maximum CPU time of a run.
 const MAX_CPU_TIME: Duration = Duration::from_secs(5);
-/// Maximum wall time of a run, which finds a run that only waits. Longer than the CPU time, because other programs may use the cores.
+/// Maximum wall time of a run, which finds a run that only waits. Longer than [`MAX_CPU_TIME`], because other programs may use the cores.
 const MAX_WALL_TIME: Duration = Duration::from_secs(60);
 /// Maximum growth of the program's memory since the start of a target.
 const MAX_GROWTH_BYTES: u64 = 1 << 30;
@@ -182,7 +182,7 @@ fn resident_bytes() -> Option<u64> {
     Some(pages * 4096)
 }
 
-/// The watch thread: reports a run that takes too long or too much memory. Ends once `fuzz` has returned and the `Arc` behind `in_progress` is dropped.
+/// The watch thread: reports a run that takes too long or too much memory. Ends once the `Arc` behind `in_progress` is dropped, after `fuzz` has returned.
 fn watch(target: &str, seed: u64, in_progress: &Weak<()>) {
     let bytes_at_start = resident_bytes();
     while in_progress.strong_count() > 0 {

@@ -54,7 +54,7 @@ static SESSION: LazyLock<Session> = LazyLock::new(|| {
 /// A renderer with one thread, for all targets that draw.
 static RENDERER: LazyLock<SoftwareRenderer> =
     LazyLock::new(|| SoftwareRenderer::new(Options { threads: 1, ..Options::default() }).expect("a renderer"));
-/// The module `point`, from which the seeds of `tape` and `library-entry` are made.
+/// The module `point`, to which the inputs of `tape` and `library-entry` claim to belong.
 static POINT: LazyLock<ShaderModule> =
     LazyLock::new(|| ShaderModule::build(&"point".parse().expect("a name"), &lowering()).expect("a module"));
 

@@ -1,6 +1,6 @@
 //! Vectors of f32 in registers, for the shader by hand: eight lanes with AVX2 and FMA, sixteen with AVX-512. x86-64 only.
 //!
-//! Both modules have the same names, so that `by_hand.rs` has one text for both. Always holds: a mask has a lane for each lane of a vector.
+//! Both modules export the same names, so that `by_hand.rs` has one text for both. Always: a mask has a lane for each lane of a vector.
 
 macro_rules! two_operands {
     ($features:literal, $vector:ty, $($name:ident = $intrinsic:ident),*) => { $(
@@ -90,7 +90,7 @@ pub mod avx2 {
     pub fn neg(a: Vector) -> Vector {
         _mm256_xor_ps(splat(-0.0), a)
     }
-    /// `a`, which is positive, with the sign of `b`.
+    /// `a`, whose sign bit is 0, with the sign of `b`.
     #[target_feature(enable = "avx2,fma")]
     pub fn with_sign(a: Vector, b: Vector) -> Vector {
         _mm256_or_ps(a, _mm256_and_ps(b, splat(-0.0)))
@@ -197,7 +197,7 @@ pub mod avx512 {
     pub fn neg(a: Vector) -> Vector {
         _mm512_xor_ps(splat(-0.0), a)
     }
-    /// `a`, which is positive, with the sign of `b`.
+    /// `a`, whose sign bit is 0, with the sign of `b`.
     #[target_feature(enable = "avx512f,avx512dq")]
     pub fn with_sign(a: Vector, b: Vector) -> Vector {
         _mm512_or_ps(a, _mm512_and_ps(b, splat(-0.0)))

@@ -28,7 +28,7 @@ pub(crate) fn interleaved<T, E>(rounds: usize, workloads: &[&Workload<'_, T, E>]
     Ok(results)
 }
 
-/// Seconds that a workload takes: CPU time of the process, or elapsed time if the system reports no CPU time, or none has been used.
+/// Seconds that a workload takes: CPU time of the process, or elapsed time if the system reports no CPU time, or its CPU clock has not advanced.
 ///
 /// # Errors
 /// The workload's error.

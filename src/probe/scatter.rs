@@ -142,9 +142,9 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     let key = ShaderKey::for_draw(&DrawFeatures { surface: Surface::Sky, lights: 1, air: features, ..DrawFeatures::MINIMAL });
     let module = ModuleId::Probe("probe_scatter", key);
     // Terms that would cancel in f32 are computed here in f64, as for the shader of a draw. `nearest` is the point of the ray's line nearest to the planet's
-    // centre, `along` the distance from there to the camera, positive in the direction of the ray. The distance of
-    // `nearest` from the centre is not computed as sqrt(|camera|^2 - along^2), which would cancel for a distant camera. The numbers are in the order in which
-    // shaders/entry/probe_scatter.wesl reads them.
+    // centre; `along` is the distance from there to the camera, positive in the direction of the ray. The distance of `nearest` from the centre is not computed
+    // as sqrt(|camera|^2 - along^2), which would cancel for a distant camera. The numbers are in the order in which shaders/entry/probe_scatter.wesl reads
+    // them.
     let along = camera.dot(direction);
     let nearest = camera - along * direction;
     let nearest_radius_sq_minus_1 = nearest.length_squared() - 1.0;

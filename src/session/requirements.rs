@@ -79,8 +79,8 @@ impl Session {
     pub(super) fn record_unreadable_map(&self, file: &str, why: &dyn Display) -> bool {
         // Only a colour map has a substitute. Without another map its effect is left out.
         let is_colour_map = self.catalog.bodies().iter().any(|body| body.maps.albedo.as_ref().is_some_and(|map| map.file == file));
-        let substitute = if is_colour_map { "in its mean colour" } else { "without it" };
-        self.record_unreadable(file, || format!("{why}; drawn {substitute}"))
+        let how = if is_colour_map { "in its mean colour" } else { "without it" };
+        self.record_unreadable(file, || format!("{why}; drawn {how}"))
     }
 
     /// Reads the shape models and computes the tables that a view needs. A shape model that cannot be read is reported once.

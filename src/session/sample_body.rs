@@ -219,12 +219,14 @@ fn draw_uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
         albedo: Vec3::new(0.6, 0.5, 0.4),
         air: air_uniforms(),
         eclipse: eclipse_uniforms(key),
-        lights: lights.map(|(v, light)| Light { direction_in_body: v.normalize_or_zero(), irradiance: Vec3::splat(light) }).collect(),
+        lights: lights
+            .map(|(v, irradiance)| Light { direction_in_body: v.normalize_or_zero(), irradiance: Vec3::splat(irradiance) })
+            .collect(),
         photometric_parameter: 0.1,
         limb_darkening_u1: Vec3::splat(0.4),
         limb_darkening_u2: Vec3::splat(0.2),
         map_stretch: Vec2::ONE,
-        // So wide that no map counts as magnified, which would smooth it; in most views no map is magnified either.
+        // So wide that no map counts as magnified: a magnified map would be smoothed, and in most views none is magnified.
         map_pixel: 1.0,
         camera_height: 1.0,
         night_radiance: Vec3::splat(0.2),

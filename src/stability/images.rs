@@ -30,7 +30,7 @@ pub(super) fn depth(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
     let bodies = [(NaifId::EARTH, "+clouds,+atmosphere,-planet-shine,-eclipse,-points"), (SATURN, "+rings,-planet-shine,-eclipse,-points")];
     for (body, effects) in bodies {
         let Some((name, radius_km)) = session.catalog().body(body).map(|b| (b.name.as_str(), b.radii_km.x)) else { continue };
-        let camera_direction = (sunward(setup, body, emission_time) + DVec3::new(0.1, -0.2, 0.3)).normalize();
+        let to_camera = (sunward(setup, body, emission_time) + DVec3::new(0.1, -0.2, 0.3)).normalize();
         let far_km = 100.0 * KM_PER_AU;
         let steps = setup.by_effort(14, 60);
         let mut previous: Option<LinearImage> = None;
@@ -45,7 +45,7 @@ pub(super) fn depth(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
                 ..view_from_offset(
                     body,
                     emission_time.plus_seconds(distance_km / SPEED_OF_LIGHT_KM_S),
-                    camera_direction * distance_km,
+                    to_camera * distance_km,
                     2.0 * half_fov_rad.to_degrees(),
                     side,
                 )

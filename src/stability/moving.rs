@@ -103,20 +103,20 @@ pub(super) fn motion(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
         [(NaifId::EARTH, 3.0, 50.0), (NaifId::EARTH, 1.02, 60.0), (SATURN, 6.0, 50.0), (JUPITER, 40.0, 30.0), (NaifId::MOON, 300.0, 0.5)]
     {
         let Some(radius_km) = setup.session().catalog().body(body).map(|b| b.radii_km.x) else { continue };
-        let camera_direction = (sunward(setup, body, time) + DVec3::new(0.3, -0.2, 0.3)).normalize();
-        let base = view_from_offset(body, time, camera_direction * distance_radii * radius_km, fov_deg, side);
+        let to_camera = (sunward(setup, body, time) + DVec3::new(0.3, -0.2, 0.3)).normalize();
+        let base = view_from_offset(body, time, to_camera * distance_radii * radius_km, fov_deg, side);
         let base = setup.renderers.with_metered_exposure(base)?;
-        let perpendicular = camera_direction.cross(DVec3::Z).normalize();
+        let perpendicular = to_camera.cross(DVec3::Z).normalize();
         let step_rad = 0.33 * fov_deg.to_radians() / f64::from(side);
         sequence(&format!("camera rotates near {} at {distance_radii} radii", body.0), steps, &|k| ViewRequest {
-            look: Look::Along { direction: -camera_direction + perpendicular * (k * step_rad).tan(), axes: Axes::Icrf },
+            look: Look::Along { direction: -to_camera + perpendicular * (k * step_rad).tan(), axes: Axes::Icrf },
             ..base.clone()
         })?;
         // Each step multiplies the camera's height above the body by the same factor. It moves a point at the edge of the image, `side / 2` pixels from the
         // centre, by a third of a pixel. A full run ends at 3.4 times the first height.
         let growth = 0.33 / (0.5 * f64::from(side));
         sequence(&format!("away from {} at {distance_radii} radii", body.0), steps_away, &|k| {
-            let offset_km = camera_direction * (distance_radii - 1.0) * (1.0 + growth).powf(k) * radius_km + camera_direction * radius_km;
+            let offset_km = to_camera * (distance_radii - 1.0) * (1.0 + growth).powf(k) * radius_km + to_camera * radius_km;
             ViewRequest { position: Position::Offset { body, offset_km, axes: Axes::Icrf }, ..base.clone() }
         })?;
     }

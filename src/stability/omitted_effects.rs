@@ -172,7 +172,7 @@ fn worst_omission(
 /// Largest number of views, worst first, for which the omitted effect is determined.
 const MAX_EXPLAINED: usize = 16;
 
-/// Compares the frames of random views. `bound`: the difference above which a view counts, in the unit of `difference`.
+/// Compares the frames of random views. The result is the percentage of views with a difference above `bound`, which has the unit of `difference`.
 fn sweep_views(
     setup: &SweepSetup<'_>,
     purpose: Purpose,

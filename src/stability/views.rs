@@ -72,13 +72,13 @@ pub(super) fn distance(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErr
     let time = eclipse_instant();
     let views = bodies.iter().flat_map(|body| {
         let radius_km = body.radii_km.max_element();
-        let camera_direction = (sunward(setup, body.id, time) + DVec3::new(0.2, -0.3, 0.25)).normalize();
+        let to_camera = (sunward(setup, body.id, time) + DVec3::new(0.2, -0.3, 0.25)).normalize();
         (0..steps).flat_map(move |k| {
             // Heights in logarithmic steps.
             let height_km = 1e-3 * (100.0 * KM_PER_AU / 1e-3).powf(f64::from(k) / f64::from(steps - 1));
             fovs_deg.into_iter().map(move |fov_deg| ExtremeView {
                 case: json!({ "body": body.name, "height_km": height_km, "fov_deg": fov_deg }),
-                request: view_from_offset(body.id, time, camera_direction * (radius_km + height_km), fov_deg, side),
+                request: view_from_offset(body.id, time, to_camera * (radius_km + height_km), fov_deg, side),
             })
         })
     });
@@ -322,14 +322,14 @@ pub(super) fn sizes(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
     let mut views = Vec::new();
     for body in bodies_named(setup, &["earth", "saturn", "moon", "sun", "jupiter"]) {
         let distance_km = 60.0 * body.radii_km.x;
-        let camera_direction = (sunward(setup, body.id, eclipse_instant()) + DVec3::new(0.4, 0.1, 0.2)).normalize();
+        let to_camera = (sunward(setup, body.id, eclipse_instant()) + DVec3::new(0.4, 0.1, 0.2)).normalize();
         for k in 0..steps {
             let diameter_px = 0.3 * (4.0 * f64::from(side) / 0.3).powf(f64::from(k) / f64::from(steps - 1));
             let fov_deg = 2.0 * ((1.0_f64 / 60.0) * f64::from(side) / diameter_px).atan().to_degrees();
             let case = json!({ "body": body.name, "diameter_px": diameter_px });
             views.push(ExtremeView {
                 case,
-                request: view_from_offset(body.id, eclipse_instant(), camera_direction * distance_km, fov_deg.min(170.0), side),
+                request: view_from_offset(body.id, eclipse_instant(), to_camera * distance_km, fov_deg.min(170.0), side),
             });
         }
     }

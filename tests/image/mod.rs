@@ -1,4 +1,4 @@
-//! The shipped maps, and decoded maps stored between runs.
+//! The shipped maps, the light curves that follow from them, and decoded maps stored between runs.
 
 mod light_curves;
 mod pole_filter;

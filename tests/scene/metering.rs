@@ -26,7 +26,7 @@ fn view(target: NaifId, time: &str, position: Position, fov_deg: Option<f64>) ->
     ViewRequest { position, fov_deg, width: SIDE, height: SIDE, ..ViewRequest::of(target, parse_time(time)) }
 }
 
-/// `None`: towards the Earth or, if the target is the Earth, the Sun.
+/// Over the side of the target that faces a body; `None`: the Earth or, if the target is the Earth, the Sun.
 fn above_target(towards: Option<NaifId>, distance_radii: f64) -> Position {
     Position::AboveTarget { towards, distance_radii: Some(distance_radii) }
 }

@@ -21,7 +21,7 @@ pub struct Air<'a> {
     max_extinction_per_km: f64,
 }
 
-/// Irradiance of level ground by the sky, relative to the Sun's, with its standard error.
+/// Irradiance of level ground by the sky, relative to that of a plane that faces the Sun outside the air, with its standard error.
 pub struct Skylight {
     /// Light scattered once.
     pub once: f64,
@@ -120,8 +120,9 @@ impl<'a> Air<'a> {
         (-(0..STEPS).map(depth).sum::<f64>()).exp()
     }
 
-    /// A direction in the sky, and one over the density of such directions per steradian. A third of them is distributed with the cosine of the zenith angle, a
-    /// third towards the horizon in the Sun's azimuth, from where most twilight comes, and a third around the Sun, where aerosols scatter most.
+    /// A random direction in the sky, and one over the density of such directions per steradian; `None` for a direction below the horizon. A third of the
+    /// directions is distributed with the cosine of the zenith angle, a third towards the horizon in the Sun's azimuth, from where most twilight comes, and a
+    /// third around the Sun, where aerosols scatter most.
     fn sky_direction(random: &mut Random, sun: DVec3) -> Option<(DVec3, f64)> {
         // In twilight the light comes from above the horizon where the Sun is.
         let glow = DVec3::new(sun.x, sun.y, sun.z.max(0.05)).normalize();
@@ -190,7 +191,7 @@ impl<'a> Air<'a> {
                 let end_km = ground.or_else(|| distance_to_sphere(position, along, radius_km + self.top_km, false)).unwrap_or(0.0);
                 let mut free_path_km = self.free_path_km(&mut random, position, along, end_km);
                 if order == 0 {
-                    // In thin air few photons would be scattered at all. Each is, and counts in proportion to the probability.
+                    // In thin air few photons would be scattered at all. So each is, and counts in proportion to the probability.
                     weight *= -(-self.depth(position, along, end_km)).exp_m1();
                     while free_path_km.is_none() {
                         free_path_km = self.free_path_km(&mut random, position, along, end_km);

@@ -84,7 +84,7 @@ fn rows(window: &Window) -> Vec<(NaifId, String, Rect)> {
         found.filter(|r| r.height() > 5.0)
     };
     let bodies = window.state().viewer.selectable_bodies().to_vec();
-    bodies.into_iter().filter_map(|s| row_rect(&s.name).map(|rect| (s.id, s.name, rect))).collect()
+    bodies.into_iter().filter_map(|b| row_rect(&b.name).map(|rect| (b.id, b.name, rect))).collect()
 }
 
 fn primary_button(pos: Pos2, pressed: bool) -> Event {

@@ -104,8 +104,7 @@ impl GpuRenderer {
     }
 
     /// Draws the plan to the window and presents it. Returns false, without drawing, if the surface has no texture now, because the window is hidden or after a
-    /// failure that may be temporary. Also returns false while another thread uses the windows' resources, for example
-    /// [`GpuRenderer::warm_up_window_pipelines`].
+    /// failure that may be temporary. Also returns false while another thread uses the windows' resources, as in [`GpuRenderer::warm_up_window_pipelines`].
     /// `before_present` is called right before presenting: some window systems need the notification.
     ///
     /// # Errors

@@ -1,7 +1,7 @@
 //! The coarse image of the air: the light of the air at every few pixels. Draws of bodies interpolate it instead of evaluating the atmosphere at each pixel. A
 //! first pass evaluates the air of each body whose draw reads the image and, in an eclipse, the sunlight that passes the occluders to its ground. A second pass
-//! marks the texels around which interpolation is accurate enough (alpha 1). Where a pixel lies between four marked texels, the ground's draw may also show the
-//! clouds (`AirPass::ReadWithClouds`); the clouds' draw then discards this pixel.
+//! marks the texels around which interpolation is accurate enough (alpha 1). If the ground's draw also shows clouds (`AirPass::ReadWithClouds`), it does so in
+//! the pixels between four marked texels, which the clouds' draw then discards.
 //!
 //! In: the scene's draws, the layouts of modules. Out: the steps of both passes, and the draws with the first rows of their subimages. Always: a texel lies at
 //! the corner of four pixels of the screen, `COARSE_AIR_PX` pixels from the next; each quantity (air or sunlight) of each draw has its own subimage, a range
@@ -88,8 +88,8 @@ pub(super) fn with_subimage_rows(draws: &[Draw], k: usize, screen: [u32; 2]) -> 
     Cow::Owned(draw)
 }
 
-/// For the clouds' draw, if the ground's draw also shows clouds: the marked image, by which the clouds' draw discards the pixels that the ground's draw shows.
-/// `draw`: as [`with_subimage_rows`] returns it.
+/// For the clouds' draw, if the ground's draw also shows clouds: the marked image. It tells which pixels the clouds' draw discards, because the ground's draw
+/// shows their clouds. `draw`: as [`with_subimage_rows`] returns it.
 pub(super) fn marks_for_clouds(draw: &Draw) -> Option<MarkedImage> {
     let is_shared = draw.part == BodyPart::Clouds && draw.features.air_pass == AirPass::ReadWithClouds;
     is_shared.then(|| {
@@ -136,7 +136,7 @@ pub(super) fn steps(
             let subimages_to_clouds = ground_and_clouds(draws, k)
                 .filter(|(ground, _)| *ground == k && !is_sunlight)
                 .map_or(0, |(_, clouds)| subimages_before(draws, clouds) - subimage);
-            // `bound`: the accepted interpolation error, relative to the interpolated value (x) and to the irradiance of the first light source, the Sun (y).
+            // `bound`: the accepted error of the light (not of the root that the texels hold), relative to the light (x) and to the Sun's irradiance (y).
             let marking = full_screen_draw(MARKING_MODULE, [width, height], provider, |w| {
                 w.vec2("bound", bound)?;
                 w.f32("rows_to_clouds", (subimages_to_clouds * subimage_height) as f32)

@@ -36,7 +36,7 @@ struct GlyphQuad {
     colour: [f32; 4],
 }
 
-/// A glyph at a pen position in pixels of the image, which is rounded to whole pixels so that each texel of the atlas covers exactly one pixel.
+/// A glyph at a pen position in the image. The position is rounded to whole pixels, so that each texel of the atlas covers exactly one pixel.
 fn glyph_quad(glyph: &Glyph, pen: [f64; 2], [r, g, b]: [f32; 3], opacity: f32) -> GlyphQuad {
     let corner_px = std::array::from_fn(|k| (pen[k].round() + f64::from(glyph.bearing[k])) as f32);
     let [x, y, w, h] = [glyph.top_left[0], glyph.top_left[1], glyph.size[0], glyph.size[1]].map(|v| v as f32);
