@@ -284,7 +284,7 @@ pub(crate) fn foreign_write_access(folder: &Path, is_parent: bool) -> Option<Str
         if metadata.uid() != user_id && metadata.uid() != 0 {
             return Some(format!("it belongs to user {}", metadata.uid()));
         }
-        // Bits of the mode: 0o002 writable by all, 0o020 writable by the group, 0o1000 sticky.
+        // Bits of the mode: 0o002 writable by everyone else, 0o020 writable by the group, 0o1000 sticky.
         let is_open = match is_parent {
             true => metadata.mode() & 0o002 != 0 && metadata.mode() & 0o1000 == 0,
             false => metadata.mode() & 0o022 != 0,

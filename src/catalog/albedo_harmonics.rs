@@ -6,7 +6,7 @@
 use glam::DVec3;
 
 /// The map's green channel, linear and divided by its mean over the sphere, is 1 + degree 1 + degree 2 + the rest. A test computes the coefficients from the
-/// map (tests/image/shipped_maps.rs).
+/// map (tests/image/light_curves.rs).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlbedoHarmonics {
     /// Coefficients of [`AlbedoHarmonics::basis_of_degree_1`].

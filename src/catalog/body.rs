@@ -102,7 +102,7 @@ pub struct Map {
     pub columns: Option<u32>,
     /// The invented part of the map and its source; `None` if the entire map consists of images or measurements.
     pub invented: Option<String>,
-    /// For an albedo map: the bright and dark sides of the body, by which the brightness of its point changes as it rotates. `None`: all sides are equal.
+    /// For an albedo map: the bright and dark sides of the body, by which its total brightness changes as it rotates. `None`: all sides count as equal.
     pub harmonics: Option<AlbedoHarmonics>,
 }
 

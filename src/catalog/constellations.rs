@@ -121,13 +121,13 @@ impl Constellations {
             FigureVertex { direction, star }
         };
         // Serpens has two parts, each with a name entry. The first entry gets the figure of both parts.
-        let mut names_with_figure = std::collections::BTreeSet::new();
-        let constellation = |(abbreviation, name, _, _, label_deg): Name| {
-            let is_first_entry = names_with_figure.insert(abbreviation.clone());
+        let mut abbreviations_with_figure = std::collections::BTreeSet::new();
+        let constellation = |(abbreviation, name, _, _, label_ra_dec_deg): Name| {
+            let is_first_entry = abbreviations_with_figure.insert(abbreviation.clone());
             let figures_of_name = figures.features.iter().filter(|f| is_first_entry && f.id.as_ref() == Some(&abbreviation));
             let lines = figures_of_name.flat_map(|f| &f.geometry.coordinates);
             let figure = lines.map(|line| line.iter().map(|ra_dec_deg| vertex(*ra_dec_deg)).collect()).collect();
-            Constellation { abbreviation, name, label_direction: direction(label_deg), figure }
+            Constellation { abbreviation, name, label_direction: direction(label_ra_dec_deg), figure }
         };
         let b1875_from_icrf = icrf_from_b1875().transpose();
         let border = |ends: &[[f64; 2]]| {

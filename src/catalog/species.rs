@@ -14,7 +14,7 @@ pub struct Species {
     /// Height of the peak of a triangular (tent-shaped) profile; `None` for an exponential one.
     pub tent_centre_km: Option<f64>,
     /// Scattering coefficient per kilometre, averaged over each linear sRGB channel. It applies at height 0, on the ellipsoid; for a triangular profile, at
-    /// the peak. In draws, the scattering of a triangular profile only removes light from the view ray.
+    /// the peak. In draws, a triangular profile only removes light: what it scatters is added to no view ray.
     pub scattering_per_km: [f64; 3],
     /// Absorption coefficient, in the same unit and at the same height.
     pub absorption_per_km: [f64; 3],
@@ -51,7 +51,7 @@ impl AerosolPhase {
 
     /// The mean cosine of the scattering angle. A test in `scene::atmosphere::phase` compares it with an integral over the phase function.
     pub(crate) fn mean_cosine(self) -> f64 {
-        // Destructured for the same reason.
+        // Destructured without `..`, as in `parameters`.
         let Self { asymmetry } = self;
         asymmetry
     }

@@ -121,7 +121,7 @@ pub(super) struct TableReader<'a> {
     prefix: String,
     /// Where the table begins.
     pub source_line: SourceLine,
-    /// The fields that were not requested so far.
+    /// The fields that have not been requested yet.
     table: DeTable<'a>,
     /// Fields requested so far.
     requested: Vec<&'static str>,

@@ -88,7 +88,7 @@ impl<W: Write> AnimationWriter<W> {
                 encoder.set_depth(png::BitDepth::Eight);
                 encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
                 encoder.set_compression(png::Compression::Fast);
-                // 0 repetitions: the animation loops forever.
+                // The number of plays; 0 is without end.
                 encoder.set_animated(frame_count, 0).map_err(write_error)?;
                 let rate = u16::try_from(rate).map_err(|_| ImageError::Write(format!("{rate} frames a second: at most {MAX_U16}")))?;
                 encoder.set_frame_delay(1, rate).map_err(write_error)?;

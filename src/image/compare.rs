@@ -41,7 +41,7 @@ impl DisplayImage {
         self.rgba.iter().any(|p| p[3] != u8::MAX)
     }
 
-    /// Checks that both images have the same size, and as many pixels as their size states.
+    /// Checks that both images have the same size, and as many pixels as their size states, at least one.
     fn check_comparable(&self, other: &Self) -> Result<(), ImageError> {
         if (self.width, self.height) != (other.width, other.height) {
             let (a, b) = ((self.width, self.height), (other.width, other.height));

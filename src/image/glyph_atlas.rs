@@ -33,7 +33,7 @@ pub struct GlyphAtlas {
     pub texture: SharedTexture,
     /// The glyph of each character.
     by_character: BTreeMap<char, Glyph>,
-    /// The ring, which marks surface features and bodies of a few pixels.
+    /// The ring around landing sites, around bodies that appear smaller than it, and of the compass.
     pub ring: Glyph,
     /// A fully covered square, any part of which can be drawn as a filled rectangle.
     pub solid_square: Glyph,

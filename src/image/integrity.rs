@@ -61,7 +61,7 @@ fn sealed_text(bytes: &[u8]) -> Option<(usize, &str)> {
     Some((length_offset + 4, std::str::from_utf8(text).ok()?))
 }
 
-/// SHA-256 of the file, computed with zero digits in place of the digest at `digest_offset`.
+/// SHA-256 of the file in hexadecimal, computed with zero digits in place of the digest at `digest_offset`.
 fn digest_with_zeros(bytes: &[u8], digest_offset: usize) -> String {
     let mut hash = Sha256::new();
     hash.update(&bytes[..digest_offset]);

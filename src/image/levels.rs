@@ -12,7 +12,7 @@ pub(super) const MAX_LEVEL: f64 = 255.0;
 /// A linear image, and the factor from its light to display light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ExposedPixels<'a> {
-    /// Red, green and blue, and the coverage, which only has to be finite.
+    /// Red, green and blue, and the coverage, which is not compared. A pixel is finite if all four are.
     pub light: &'a [[f32; 4]],
     /// Factor from light to display light, where 1 is white.
     pub exposure_factor: f64,

@@ -85,7 +85,7 @@ pub type SharedTexture = Arc<Texture>;
 /// Why an image could not be read, compared or written: one line.
 #[derive(Debug, thiserror::Error)]
 pub enum ImageError {
-    /// `searched`: the end of the sentence, which names the folder that was searched, too.
+    /// `searched`: a clause that names the folder that was searched, too, such as `, nor is it in maps`; empty without a folder.
     #[error("no map named {name}: it is not embedded{searched}; put it into a folder, and name the folder with --textures")]
     Missing { name: String, searched: String },
     #[error("{name}: {}", unreadable_text(reason))]

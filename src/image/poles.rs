@@ -34,8 +34,8 @@ const NO_SLOPE: f32 = 0.5;
 /// The finest detail of a map, as the sigma of a Gaussian in texels.
 const DETAIL_TEXELS: f64 = 0.6;
 
-/// Sigma of the filter in texels for a row at latitude `lat` (radians), as the module's head states it. `finer_is_filtered`: the level was computed from a
-/// filtered finer level.
+/// Sigma of the filter in texels for a row at latitude `lat` (radians), as the module's head states it. It is smaller if `finer_is_filtered`: if the level was
+/// computed from a filtered finer level.
 fn sigma_texels(lat: f64, finer_is_filtered: bool) -> f64 {
     let excess = (lat.tan().powi(2) - 1.0).max(0.0);
     // The filter of the finer level already contributes a quarter of the variance, because its texels are half as long; variances of Gaussians add.

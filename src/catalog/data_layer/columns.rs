@@ -12,7 +12,7 @@ pub(super) struct Columns {
     indices: [Option<usize>; 5],
     /// Number of all columns of the table, including those that describe no point.
     column_count: usize,
-    /// Names in messages of the two coordinates, in the order of `indices`.
+    /// The names of the two coordinates in messages, in the order of `indices`.
     coordinate_names: [&'static str; 2],
 }
 

@@ -32,9 +32,9 @@ fn values(line: &str) -> Result<Vec<String>, String> {
 /// The points of a table. The error is a line number and what is wrong there.
 pub(super) fn read(text: &str, on_body: bool) -> Result<Content, (usize, String)> {
     let mut lines = (1..).zip(text.trim_start_matches('\u{feff}').lines()).filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('#'));
-    let (head_number, head) = lines.next().ok_or_else(|| (1, "empty; the first line names the columns".to_owned()))?;
-    let names = values(head).map_err(|why| (head_number, why))?;
-    let columns = Columns::of(&names, on_body).map_err(|why| (head_number, format!("the line of column names {why}")))?;
+    let (head_line_number, head) = lines.next().ok_or_else(|| (1, "empty; the first line names the columns".to_owned()))?;
+    let names = values(head).map_err(|why| (head_line_number, why))?;
+    let columns = Columns::of(&names, on_body).map_err(|why| (head_line_number, format!("the line of column names {why}")))?;
     let mut content = Content::default();
     for (line_number, line) in lines {
         let values = values(line).map_err(|why| (line_number, why))?;

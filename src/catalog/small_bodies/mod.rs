@@ -18,8 +18,8 @@ use std::sync::{Arc, LazyLock};
 /// instead, with a relative difference of less than 1e-9.
 pub const GAUSS_CONSTANT: f64 = 0.017_202_098_95;
 
-/// A conic about the Sun, given by its perihelion and the time of a perihelion passage. Unlike the semi-major axis and the mean anomaly, a parabola has these,
-/// too.
+/// A conic about the Sun, given by its perihelion and the time of a perihelion passage. A parabola has these, too, but neither a semi-major axis nor a mean
+/// anomaly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeliocentricOrbit {
     /// Perihelion distance, positive.

@@ -193,8 +193,8 @@ fn star_from_hip2(line: &str) -> Result<Star, String> {
 pub(super) fn read(file: &str, text: &str) -> Result<(f64, Vec<Star>), StarFileError> {
     let file_error = |line: usize, message: String| StarFileError { file: echo(file), line, message };
     let mut lines = text.lines().enumerate().map(|(k, line)| (k + 1, line)).filter(|(_, line)| !line.trim().is_empty()).peekable();
-    let Some((first_number, line)) = lines.peek().copied() else { return Err(file_error(1, "no stars: the file is empty".into())) };
-    let columns = Columns::named(line.trim_start_matches(['#', '\u{feff}'])).transpose().map_err(|e| file_error(first_number, e))?;
+    let Some((first_line_number, line)) = lines.peek().copied() else { return Err(file_error(1, "no stars: the file is empty".into())) };
+    let columns = Columns::named(line.trim_start_matches(['#', '\u{feff}'])).transpose().map_err(|e| file_error(first_line_number, e))?;
     if columns.is_some() {
         lines.next();
     }
@@ -207,7 +207,7 @@ pub(super) fn read(file: &str, text: &str) -> Result<(f64, Vec<Star>), StarFileE
         stars.push(star.map_err(|e| file_error(line_number, e))?);
     }
     if stars.is_empty() {
-        return Err(file_error(first_number, "no stars below the line that names the columns".into()));
+        return Err(file_error(first_line_number, "no stars below the line that names the columns".into()));
     }
     Ok((julian_epoch(columns.map_or(HIPPARCOS_EPOCH, |c| c.epoch)), stars))
 }

@@ -66,7 +66,7 @@ fn has_random_groups(header: &Header) -> bool {
     header.text("GROUPS") == "T"
 }
 
-/// The first HDU with an image of two or more axes, none of which has a side of 0.
+/// The first HDU with an image of two or more axes that has pixels.
 fn image_hdu(bytes: &[u8]) -> Result<Hdu<'_>, CardError> {
     if !bytes.starts_with(b"SIMPLE  =") {
         return Err((1, "does not begin with SIMPLE: not FITS".to_owned()));
