@@ -186,7 +186,7 @@ fn effect_rows(
         let drawn_without_effect = session.draw(&request_without_effect, sampling, FrameImages::DisplayAndHdr)?;
         let frames = interleaved(pair_count as usize, &[&|| measure(&request_with_effects), &|| measure(&request_without_effect)])?;
         let difference_ms = |a: Duration, b: Duration| milliseconds(a) - milliseconds(b);
-        // The first frame of a pair is drawn with the effect, the second without it.
+        // Each pair: a frame with the effect, and the frame without it of the same round.
         let pairs = || frames[0].iter().zip(&frames[1]);
         let (wall_ms, wall_noise_ms) = cost_and_noise_ms(pairs().map(|(a, b)| difference_ms(a.wall, b.wall)).collect());
         let (cpu_ms, cpu_noise_ms) = cost_and_noise_ms(pairs().filter_map(|(a, b)| Some(difference_ms(a.cpu?, b.cpu?))).collect());

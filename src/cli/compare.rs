@@ -43,7 +43,6 @@ pub(crate) struct CompareArgs {
     json: bool,
 }
 
-/// Decodes an image file.
 fn read_image(path: &Path, max_megapixels: u32) -> Result<DisplayImage, CliError> {
     let name = echo(&path.display().to_string());
     let bytes = read_bytes(path, MAX_FILE_BYTES).map_err(|e| CliError::Failed(format!("{name}: {e}")))?;

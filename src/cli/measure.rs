@@ -159,7 +159,6 @@ fn rounded(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }
 
-/// An option as a JSON object.
 fn option_json(choice: &ChoiceMeasure, option: &OptionMeasure) -> Value {
     let time = option.measurement.relative_time;
     json!({

@@ -57,7 +57,6 @@ pub(crate) fn run(folders: &[PathBuf], as_json: bool) -> Result<(), CliError> {
     }
 }
 
-/// The report as text.
 fn report_text(report: &Report) -> String {
     let mut text =
         format!("A  {}\nB  {}\n{} equal, {} changed", report.first, report.second, counted(report.equal, "module"), report.changed.len());

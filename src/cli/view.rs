@@ -206,7 +206,7 @@ mod windowed {
         parse_time_option("now").unwrap_or(Instant::from_tdb_seconds_past_j2000(0.0))
     }
 
-    /// The bodies that the window lists, which are all of the catalog: planets from the Sun outwards, each followed by its moons.
+    /// The bodies that the window lists: all of the catalog, in the order of `ephemeris::body_order`.
     fn selectable_bodies(session: &Session) -> Vec<SelectableBody> {
         bodies_in_usual_order(session.catalog(), session.ephemeris())
             .into_iter()

@@ -116,8 +116,7 @@ pub fn apparent_place(ephemeris: &Ephemeris, body: NaifId, t: Instant) -> Result
     })
 }
 
-/// Direction in which a viewer who moves with `velocity_km_s` sees the light that a viewer at rest sees in the unit direction `u`.
-/// `velocity_km_s`: relative to the viewer at rest.
+/// Direction in which a viewer who moves with `velocity_km_s`, relative to a viewer at rest, sees the light that the latter sees in the unit direction `u`.
 ///
 /// The relativistic formula (Urban and Seidelmann 2013, Explanatory Supplement, eq. 7.40), exact for uniform motion.
 pub fn aberrated(u: DVec3, velocity_km_s: DVec3) -> DVec3 {
@@ -196,7 +195,8 @@ fn is_retrograde(now: &DMat3, later: &DMat3) -> bool {
     (*later * x_axis_now_icrf).y > 0.0
 }
 
-/// The point of the surface in a direction from the body's centre (body axes, any length). `east_is_positive`: of planetographic longitude.
+/// The point of the surface in a direction from the body's centre (body axes, any length). `east_is_positive`: whether planetographic longitude increases
+/// eastward.
 fn surface_point(direction_in_body: DVec3, radii_km: DVec3, east_is_positive: bool) -> SurfacePoint {
     let (lon_east_deg, lat_centric_deg) = lon_lat_deg(direction_in_body);
     // The planetographic latitude is that on a spheroid with the mean of the two equatorial radii, which are equal for a planet.

@@ -17,8 +17,7 @@ pub fn stumpff(x: f64) -> [f64; 4] {
         x *= 0.25;
         quarterings += 1;
     }
-    // The first omitted term is at most 0.1^8 / 18!, below rounding.
-    // k! c_k of the reduced `x`, by Horner's scheme.
+    // k! c_k of the reduced `x`, by Horner's scheme. The first omitted term of c_k is at most 0.1^8 / 18!, below rounding.
     let series =
         |k: f64| (0..7).rev().fold(1.0, |sum, n| 1.0 - x / ((2.0 * f64::from(n) + k + 1.0) * (2.0 * f64::from(n) + k + 2.0)) * sum);
     let (mut c2, mut c3) = (0.5 * series(2.0), series(3.0) / 6.0);
@@ -75,7 +74,7 @@ impl ConicState {
         // dt/ds is positive, so the residual is monotonic: Newton's method, safeguarded by a bracket. The bracket starts small, because
         // the functions of a hyperbola overflow far beyond the root.
         let first_width = (span.abs() / r0).min(alpha.abs().sqrt().recip()).max(f64::MIN_POSITIVE);
-        // The span is reached after `low` and not after `high`; for a negative span, `high` is the more negative one.
+        // `low` is short of the root, `high` is doubled until it is not. For a negative span both are at most 0.
         let (mut low, mut high) = (0.0_f64, span.signum() * first_width);
         for _ in 0..MAX_STEPS {
             if time_residual(high).0 * span.signum() >= 0.0 {

@@ -108,7 +108,7 @@ fn silhouette_height_km(map: &HeightMap, distance_km: f64, to_place: DVec3, limb
     let ground_ray_km = |angle: f64| ray_km(sphere_km + map.height_km(to_place * angle.cos() + limb_direction * angle.sin()), angle);
     let step_rad = 0.5 * map.step_rad();
     let (mut best_km, mut best_angle) = (ground_ray_km(limb_angle), limb_angle);
-    // Samples go away from the sphere's limb on both sides, until even the map's maximum could not exceed the highest sample.
+    // Samples are taken farther and farther from the sphere's limb on both sides, until even the map's maximum could not exceed the highest sample.
     for sign in [-1.0, 1.0] {
         for k in 1.. {
             let angle = limb_angle + sign * step_rad * f64::from(k);

@@ -80,13 +80,13 @@ impl State {
     }
 }
 
-/// A geometric state with the source that gave it and that source's error bound: infinite if any link comes from a user's kernel, because
-/// an SPK does not state its accuracy.
+/// A geometric state with the source that gave it and that source's error bound: infinite if any of the evaluated links comes from a user's kernel,
+/// because an SPK does not state its accuracy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SourcedState {
     /// Position and velocity.
     pub state: State,
-    /// The least accurate source of all links of the chains.
+    /// The least accurate source of the evaluated links, which are those up to the first common target of both chains.
     pub source: Source,
     /// Bound of the position's error.
     pub error_km: f64,
@@ -221,7 +221,7 @@ impl Ephemeris {
             return Err(EphemerisError::other("the time is not a number"));
         }
         let (body_chain, center_chain) = (self.chain(body, t, source), self.chain(center, t, source));
-        // Each chain is followed up to their first common target, because beyond it they cancel: the Sun's barycentric state is not needed if the Sun is the
+        // Both chains are followed up to their first common target, because they cancel beyond it: the Sun's barycentric state is not needed if the Sun is the
         // centre.
         let common = body_chain.targets().find_map(|(body_len, target)| {
             center_chain.targets().find_map(|(center_len, center_target)| (target == center_target).then_some((body_len, center_len)))
@@ -427,7 +427,7 @@ const MIN_MASS_SHARE: f64 = 1e-7;
 /// Upper limit of the effect of the omitted moons, km.
 const OMITTED_MOONS_KM: f64 = 0.05;
 
-/// The heavy moons of each planet with a known GM, for [`Ephemeris::mass_shares`].
+/// The heavy moons of each body whose GM is known, for [`Ephemeris::mass_shares`].
 fn mass_shares(catalog: &Catalog) -> HashMap<NaifId, Vec<MassShare>> {
     let mut mass_shares = HashMap::new();
     for planet in catalog.bodies() {

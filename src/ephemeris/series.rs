@@ -24,7 +24,7 @@ const ALL_TERMS_ARCSEC: f64 = 0.0;
 /// Smallest amplitude of the terms that are summed for a position near the mean orbit: equation of the centre, evection, variation and the like.
 const LARGEST_TERMS_ARCSEC: f64 = 500.0;
 
-/// The series and the polynomials that were fitted to them.
+/// The series of the Moon and of Pluto, and the cached polynomials that approximate the series of the crate vsop87.
 #[derive(Debug)]
 pub struct Series {
     moon: LunarSeries,

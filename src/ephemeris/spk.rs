@@ -213,10 +213,10 @@ impl Spk {
         // The body and the centres above it, each with the body's state relative to this centre.
         let chain_of_centres = |mut id: i32| {
             let mut path = vec![(id, State::REST)];
-            while let Some((center, link_state)) = self.state_and_center(id, tdb_s) {
+            while let Some((next_center, link_state)) = self.state_and_center(id, tdb_s) {
                 let so_far = path[path.len() - 1].1;
-                path.push((center, so_far.plus(link_state)));
-                id = center;
+                path.push((next_center, so_far.plus(link_state)));
+                id = next_center;
                 // A damaged file may name a cycle of centres.
                 if path.len() > MAX_CENTRES {
                     break;

@@ -159,8 +159,8 @@ impl ObserverSky<'_> {
         let altitude = |s: f64| self.rise_set_altitude_deg(target, start.plus_seconds(s));
         let (rise_s, set_s) = first_crossings(length_s, altitude)?;
         let horizontal = |s: f64| self.topocentric(target, start.plus_seconds(s));
-        // The target passes the meridian twice. Only the upper passage, at an hour angle of 0, is its transit.
-        // Positive while the target is west of the meridian.
+        // Positive while the target is west of the meridian. The target passes the meridian twice; only the upper passage, at an hour angle of 0, is its
+        // transit.
         let west_of_meridian = |s: f64| Ok(horizontal(s)?.hour_angle_deg.to_radians().sin());
         let (to_west_s, to_east_s) = first_crossings(length_s, west_of_meridian)?;
         let mut transit = None;
@@ -251,7 +251,7 @@ impl ObserverSky<'_> {
         // Time of the contact before (-1) or after (1) the greatest obscuration: the root of `overlap_at`.
         let contact = |sign: f64, overlap_at: &dyn Fn(f64) -> Result<f64, EphemerisError>| -> Result<f64, EphemerisError> {
             let mut step = CONTACT_STEP_S;
-            // The last time at which the discs were found to overlap.
+            // The time farthest from the greatest obscuration at which `overlap_at` was found to be positive.
             let mut inside_s = greatest_s;
             loop {
                 let s = greatest_s + sign * step;

@@ -17,7 +17,7 @@ pub fn eccentric_anomaly(mean_anomaly_rad: f64, e: f64) -> f64 {
     let m = mean_anomaly_rad - turns * TAU;
     let (m_abs, sign) = (m.abs(), m.signum());
     let (mut low, mut high) = (m_abs, (m_abs + e).min(PI));
-    // `x`: |E|, by Danby's starting value. Bisection alone reaches rounding in 60 steps.
+    // `x`: |E| for `m`; at first Danby's starting value. Bisection alone reaches rounding in 60 steps.
     let mut x = (m_abs + 0.85 * e).min(high);
     for _ in 0..60 {
         let f = x - e * x.sin() - m_abs;
@@ -48,12 +48,12 @@ pub fn state_in_frame(
     mean_anomaly_rad: f64,
     mean_motion_per_s: f64,
 ) -> State {
-    let eccentric_rad = eccentric_anomaly(mean_anomaly_rad, e);
-    let (sin_e, cos_e) = eccentric_rad.sin_cos();
+    let eccentric_anomaly_rad = eccentric_anomaly(mean_anomaly_rad, e);
+    let (sin_e, cos_e) = eccentric_anomaly_rad.sin_cos();
     let axis_ratio = (1.0 - e * e).sqrt();
-    let eccentric_rate_per_s = mean_motion_per_s / (1.0 - e * cos_e);
+    let eccentric_anomaly_rate_per_s = mean_motion_per_s / (1.0 - e * cos_e);
     let in_plane = DVec3::new(cos_e - e, axis_ratio * sin_e, 0.0) * semi_major_axis_km;
-    let in_plane_velocity = DVec3::new(-sin_e, axis_ratio * cos_e, 0.0) * (semi_major_axis_km * eccentric_rate_per_s);
+    let in_plane_velocity = DVec3::new(-sin_e, axis_ratio * cos_e, 0.0) * (semi_major_axis_km * eccentric_anomaly_rate_per_s);
     let frame_from_plane =
         DMat3::from_rotation_z(node_rad) * DMat3::from_rotation_x(inclination_rad) * DMat3::from_rotation_z(argument_of_periapsis_rad);
     State { pos_km: frame_from_plane * in_plane, vel_km_s: frame_from_plane * in_plane_velocity }

@@ -13,7 +13,6 @@ pub(super) fn seconds_between(contacts: &[Contact], first: &str, last: &str) -> 
     Some(time_of(last)? - time_of(first)?)
 }
 
-/// Puts the earliest contact first.
 pub(super) fn sort_by_time(contacts: &mut [Contact]) {
     contacts.sort_by(|a, b| a.1.tdb_seconds_past_j2000().total_cmp(&b.1.tdb_seconds_past_j2000()));
 }

@@ -89,7 +89,7 @@ impl<'a> Silhouette<'a> {
         nearest_or_farthest.unwrap_or((f64::INFINITY, 0))
     }
 
-    /// The contact at `s`. `mean_limb_s`: that of the mean limb.
+    /// The contact at `s`. `mean_limb_s`: the time of the same contact of the mean limb.
     fn contact(&self, name: &'static str, s: f64, condition: ContactCondition, mean_limb_s: f64) -> LimbContact {
         let (_, k) = self.angle_outside_sun_rad(condition, s);
         let (_, moon_km) = self.station.sun_and_moon_km(s);

@@ -73,7 +73,7 @@ pub struct LunarEclipse {
     pub saros: i64,
     /// Number of the eclipse within the series, starting at 1; `None` if the series may have begun before the span of the ephemeris.
     pub saros_member: Option<i64>,
-    /// For circumstances at a place.
+    /// Used to compute the circumstances at a place.
     geometry: LunarEclipseGeometry,
 }
 

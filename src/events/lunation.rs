@@ -21,7 +21,6 @@ pub(super) enum Phase {
 /// A mean new or full moon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Syzygy {
-    /// New or full.
     pub phase: Phase,
     /// Number of the lunation: that of the new moon, or of the last new moon before the full moon.
     pub lunation: i64,

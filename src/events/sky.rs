@@ -102,7 +102,7 @@ impl EarthSky {
         self.near_body.at(s)
     }
 
-    /// The Earth's rotation at `s`. Over the span, the Earth rotates uniformly about its pole at the middle.
+    /// Rotation from GCRS to ITRS at `s`. Over the span, the Earth is taken to rotate uniformly about its pole at the middle.
     pub(crate) fn itrs_from_gcrs(&self, s: f64) -> DMat3 {
         DMat3::from_rotation_z(-EARTH_ROTATION_RAD_PER_S * s) * self.itrs_from_gcrs_at_middle
     }

@@ -142,7 +142,7 @@ fn find_causes(first: &ShaderModule, second: &ShaderModule) -> Vec<Cause> {
 /// Compares the two revisions of a module: text and tape, then, if these differ, the sample images and figures.
 ///
 /// # Errors
-/// Why a module cannot be drawn, or its figures not be computed.
+/// Why a module cannot be drawn, or why its figures cannot be computed.
 fn compare(renderer: &SampleBodyRenderer, modules: [ShaderModule; 2], id: &ModuleId) -> Result<ModuleComparison, String> {
     if modules[0].wgsl == modules[1].wgsl && modules[0].tape == modules[1].tape {
         return Ok(ModuleComparison::Equal);

@@ -176,7 +176,6 @@ impl Revision {
     }
 }
 
-/// Reads an entry file.
 fn read_entry(file: &Path) -> Result<Vec<u8>, RevisionError> {
     read_bytes(file, MAX_ENTRY_BYTES).map_err(|source| RevisionError::File { file: file.to_owned(), source })
 }

@@ -61,8 +61,8 @@ fn intermediate_from_gcrs(t: Instant) -> [[f64; 3]; 3] {
 fn itrs_from_gcrs_via(intermediate_from_gcrs: &[[f64; 3]; 3], t: Instant) -> DMat3 {
     let days_tt = t.jd_tt() - JD_J2000;
     let angle_rad = sofars::erst::era00(JD_J2000, t.jd_ut1() - JD_J2000);
-    // `sofars` keeps SOFA's names: `pom00` makes the matrix of polar motion, `sp00` the TIO locator s', `c2tcio` the product of all three rotations. Only s' is
-    // used of polar motion: the pole's coordinates are taken as 0.
+    // `sofars` keeps SOFA's names: `pom00` makes the matrix of polar motion, `sp00` the TIO locator s', `c2tcio` the product of all three rotations. Of polar
+    // motion only s' is used: the pole's coordinates are taken as 0.
     let polar_motion = sofars::pnp::pom00(0.0, 0.0, sofars::pnp::sp00(JD_J2000, days_tt));
     DMat3::from_cols_array_2d(&sofars::pnp::c2tcio(intermediate_from_gcrs, angle_rad, &polar_motion)).transpose()
 }

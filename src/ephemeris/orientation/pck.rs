@@ -67,7 +67,7 @@ fn assignments(text: &str) -> Result<HashMap<&str, Vec<f64>>, PckError> {
         if !in_data || line.trim().starts_with('\\') {
             continue;
         }
-        // The part of the line that holds values: all of it, or what follows an assignment.
+        // The part of the line that holds values: all of it, or what follows the equals sign.
         let mut rest = line;
         if let Some((left, right)) = line.split_once('=') {
             let appends = left.trim_end().ends_with('+');

@@ -14,8 +14,6 @@ struct Drift {
     deg_per_yr: f64,
 }
 
-/// The drift of a body.
-///
 /// Except where a comment states otherwise, a rate is the difference of two published values, rounded up. One is JPL's mean motion (the catalog), the other
 /// the IAU's rotation rate (pck00011), which equals the mean motion of a synchronous moon. 1.1 degrees at the epoch are an estimate: 0.02 of the semi-major
 /// axis.

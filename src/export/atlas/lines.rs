@@ -8,11 +8,11 @@ use std::fmt::Write;
 #[derive(Clone, PartialEq, Eq, Hash)]
 struct SourceLine {
     text: String,
-    /// Path of the fragment below shaders/; empty if the line comes from no fragment.
+    /// Path of the fragment below shaders/; empty if the source map lacks it.
     fragment: String,
-    /// Number of the line in the fragment, from 1; 0 if the line comes from no fragment.
+    /// Number of the line in the fragment, from 1; 0 if the source map lacks it.
     fragment_line: u32,
-    /// Feature that includes the line; empty if none does.
+    /// Feature that includes the line; the module's own name if the line depends on no feature.
     feature: String,
 }
 
