@@ -23,7 +23,7 @@ use std::borrow::Cow;
 /// The beginning of every link.
 pub(crate) const SCHEME: &str = "orrery://view?";
 
-/// Fields that a text may contain although the serialised default view omits them; listed so that a misspelt field name can suggest them.
+/// Fields that a text may contain although the serialised default view omits them; needed to suggest them for a misspelt name.
 const FIELDS_WITHOUT_DEFAULT: [&str; 2] = ["time", "paused"];
 /// Largest accepted text, bytes. A text written here has about 600.
 pub(crate) const MAX_BYTES: u64 = 65_536;
@@ -210,7 +210,7 @@ impl PartialView {
     }
 
     /// The time of the field `time` (a date), which is removed, or of `tdb_s`, which stays; `None` if neither gives a time. Records an error if the date is
-    /// invalid.
+    /// invalid, or if the text has both fields.
     fn take_time(&mut self) -> Option<Instant> {
         let (tdb_s, date) = (self.fields.get("tdb_s").cloned(), self.fields.remove("time"));
         if tdb_s.is_some() && date.is_some() {
@@ -292,7 +292,7 @@ impl PartialView {
                 for name in ["offset_km", "forward", "up"].into_iter().filter(|name| !given_fields.contains_key(*name)) {
                     self.record_error(format!("eye.{name} is missing: a free camera has no default"));
                 }
-                // The vectors are placeholders: each is either given or missing, which is an error.
+                // The vectors are placeholders: a text without one of them is rejected.
                 object_of(&CameraPose::Free { body, offset_km: DVec3::X, forward: DVec3::X, up: DVec3::Z })
             }
             _ => {

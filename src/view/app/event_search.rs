@@ -117,15 +117,15 @@ pub struct EventSearch {
     /// Length of the entire span to search.
     span_s: f64,
     /// Whether the search goes back in time from `start`.
-    backward: bool,
+    is_backward: bool,
     /// Length of the span searched so far, counted from `start` in the direction of the search.
     searched_s: f64,
 }
 
 impl EventSearch {
-    /// A search of `span_s` seconds from `start`, back in time if `backward`.
-    pub fn new(kinds: Vec<EventKind>, start: Instant, span_s: f64, backward: bool) -> Self {
-        Self { kinds, start, span_s, backward, searched_s: 0.0 }
+    /// A search of `span_s` seconds from `start`, back in time if `is_backward`.
+    pub fn new(kinds: Vec<EventKind>, start: Instant, span_s: f64, is_backward: bool) -> Self {
+        Self { kinds, start, span_s, is_backward, searched_s: 0.0 }
     }
 
     /// Searched fraction, 0 to 1.
@@ -144,10 +144,10 @@ impl EventSearch {
     pub fn step(&mut self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<Vec<SkyEvent>, EphemerisError> {
         let step_days = self.kinds.iter().map(|k| k.step_days()).fold(f64::INFINITY, f64::min);
         let until_s = (self.searched_s + step_days * SECONDS_PER_DAY).min(self.span_s);
-        let [near_end, far_end] = [self.searched_s, until_s].map(|s| self.start.plus_seconds(if self.backward { -s } else { s }));
-        let (from, to) = if self.backward { (far_end, near_end) } else { (near_end, far_end) };
+        let [near_end, far_end] = [self.searched_s, until_s].map(|s| self.start.plus_seconds(if self.is_backward { -s } else { s }));
+        let (from, to) = if self.is_backward { (far_end, near_end) } else { (near_end, far_end) };
         let mut found = events_between(catalog, ephemeris, &self.kinds, from, to)?;
-        if self.backward {
+        if self.is_backward {
             found.reverse();
         }
         self.searched_s = until_s;

@@ -73,9 +73,9 @@ struct LastExposure {
 }
 
 impl LastExposure {
-    /// The exposure to request at a later time, real seconds.
+    /// The exposure to request at the later time `now_s`, real seconds.
     fn request_at(&self, now_s: f64) -> ExposureRequest {
-        // 1 - exp(-t / T), where t is the time since that request and T the time constant.
+        // 1 - exp(-t / T), where t is the time since `requested_s` and T the time constant.
         let progress = -(-(now_s - self.requested_s).max(0.0) / TIME_CONSTANT_S).exp_m1();
         ExposureRequest::Transition { from_stops: self.stops, progress }
     }

@@ -34,7 +34,7 @@ const AFTER: usize = 1;
 #[derive(Debug)]
 pub(crate) struct KnownEvents {
     kinds: &'static [EventKind],
-    /// Length of one search, until a search has reached beyond the ephemeris.
+    /// Length of a search, except near an end of the ephemeris; see `lengths_s`.
     step_s: f64,
     /// Length of the next search on each side ([`BEFORE`], [`AFTER`]). Once a search on a side has reached beyond the ephemeris, the length for this side
     /// is halved after each search.
@@ -51,7 +51,7 @@ pub(crate) struct KnownEvents {
 pub(crate) struct NextSearch {
     pub search: EventSearch,
     /// Whether the search extends the searched span at its start, back in time.
-    backward: bool,
+    is_backward: bool,
     /// The end of the searched span at which the search starts, TDB seconds past J2000.
     start_tdb_s: f64,
     length_s: f64,
@@ -76,25 +76,25 @@ impl KnownEvents {
         }
         let (first_tdb_s, last_tdb_s) = self.searched_span?;
         let is_incomplete = [first_tdb_s > from_tdb_s && !self.is_exhausted[BEFORE], last_tdb_s < to_tdb_s && !self.is_exhausted[AFTER]];
-        let backward = match is_incomplete {
+        let is_backward = match is_incomplete {
             [false, false] => return None,
             [true, true] => middle_tdb_s - first_tdb_s < last_tdb_s - middle_tdb_s,
             [is_incomplete_before, _] => is_incomplete_before,
         };
-        let start_tdb_s = if backward { first_tdb_s } else { last_tdb_s };
+        let start_tdb_s = if is_backward { first_tdb_s } else { last_tdb_s };
         let start = Instant::from_tdb_seconds_past_j2000(start_tdb_s);
-        let length_s = self.lengths_s[if backward { BEFORE } else { AFTER }];
-        Some(NextSearch { search: EventSearch::new(self.kinds.to_vec(), start, length_s, backward), backward, start_tdb_s, length_s })
+        let length_s = self.lengths_s[if is_backward { BEFORE } else { AFTER }];
+        Some(NextSearch { search: EventSearch::new(self.kinds.to_vec(), start, length_s, is_backward), is_backward, start_tdb_s, length_s })
     }
 
     /// Stores the result of a search; `None` if a part of the search is outside the ephemeris. The result is dropped if it does not adjoin the searched span.
     pub(crate) fn add_result(&mut self, search: &NextSearch, found: Option<Vec<KnownEvent>>) {
         let Some((first_tdb_s, last_tdb_s)) = &mut self.searched_span else { return };
-        let end_tdb_s = if search.backward { first_tdb_s } else { last_tdb_s };
+        let end_tdb_s = if search.is_backward { first_tdb_s } else { last_tdb_s };
         if *end_tdb_s != search.start_tdb_s {
             return;
         }
-        let side = if search.backward { BEFORE } else { AFTER };
+        let side = if search.is_backward { BEFORE } else { AFTER };
         // Bisection: the ephemeris ends within the length of a search that failed. After each further search, whether it failed or not, the end of the
         // ephemeris is no farther from the searched span than the length of that search.
         if found.is_none() || search.length_s < self.step_s {
@@ -102,7 +102,7 @@ impl KnownEvents {
             self.is_exhausted[side] = self.lengths_s[side] < MIN_SEARCH_S;
         }
         let Some(found) = found else { return };
-        *end_tdb_s += if search.backward { -search.length_s } else { search.length_s };
+        *end_tdb_s += if search.is_backward { -search.length_s } else { search.length_s };
         self.events.extend(found);
         self.events.sort_by(|a, b| a.tdb_s.total_cmp(&b.tdb_s));
     }
@@ -214,7 +214,7 @@ mod tests {
             // Whether the ephemeris covers a search. The ephemeris begins at `end_days` if that is negative, otherwise it ends there.
             let is_covered = |search: &NextSearch| {
                 let start_s = search.start_tdb_s;
-                let end_s = start_s + search.length_s * if search.backward { -1.0 } else { 1.0 };
+                let end_s = start_s + search.length_s * if search.is_backward { -1.0 } else { 1.0 };
                 if end_days < 0.0 { start_s.min(end_s) >= end_days * DAY_S } else { start_s.max(end_s) <= end_days * DAY_S }
             };
             let mut known = KnownEvents::new(&[EventKind::Solar], 500.0);

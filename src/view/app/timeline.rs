@@ -172,8 +172,8 @@ impl TickInterval {
         }
     }
 
-    /// The label of a tick: time of day, day, month or year, according to the interval. At midnight, a tick at whole hours has the day; at the beginning of a
-    /// year, every tick has the year.
+    /// The label of a tick: time of day, day, month or year, according to the interval. A tick of whole hours that is at midnight has the day; a tick at
+    /// the beginning of a year has the year.
     fn label(self, civil: NaiveDateTime) -> String {
         let year = match civil.year() {
             year if year > 0 => year.to_string(),

@@ -166,8 +166,8 @@ impl Tour {
             match stops.last() {
                 Some(previous) if stop.travel_s > 0.0 => {
                     let from = previous.final_view();
-                    // If the previous stop has no camera at its end, the error is that stop's: of `time_rate`, if it has a camera at its start. Stops are
-                    // counted from 1, so its number is `index`.
+                    // A failure here is an error of the previous stop, whose number is `index`, because messages count stops from 1. If the stop has a
+                    // camera at its start, but none at its end, `time_rate` is wrong.
                     let from_viewer = viewer_of(&from, session).map_err(|why| TourError::Stop {
                         stop: index,
                         field: if viewer_of(&previous.view, session).is_ok() { "time_rate" } else { "view" },
@@ -215,7 +215,7 @@ impl Tour {
 
     /// What the tour shows `elapsed_s` seconds after its start, clamped to the tour.
     pub fn at(&self, elapsed_s: f64) -> TourFrame {
-        // Real seconds from the start of the camera path to the stop `index`, then from the arrival at this stop.
+        // Real seconds since the start of the camera path to the stop `index`; once `travel_s` is subtracted, since the arrival at this stop.
         let mut remaining_s = elapsed_s.max(0.0);
         // A tour has at least one stop.
         let last = self.stops.len() - 1;

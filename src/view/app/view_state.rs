@@ -121,7 +121,8 @@ pub struct ViewState {
     pub tracks: bool,
     /// Vertical field of view.
     pub fov_deg: f64,
-    /// Roll about the line of sight of a camera in an orbit or on the ground; positive turns the image clockwise. Not used while it tracks another body.
+    /// Roll about the line of sight of a camera in an orbit or on the ground; positive turns the image clockwise. Not used while the camera tracks another
+    /// body.
     #[serde(default)]
     pub roll_deg: f64,
     /// Exposure in stops; `None`: automatic exposure.
@@ -275,7 +276,7 @@ impl ViewState {
     }
 
     /// The camera's pose as the fields of a request. The result is `Look::Target` for a camera that tracks another body, for one at a
-    /// body's centre, and for one in an orbit without yaw, pitch and roll about the target.
+    /// body's centre, and for one that orbits the target without yaw, pitch and roll.
     fn request_pose(&self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<RequestPose, ViewStateError> {
         let body_of = |id: NaifId| catalog.body(id).ok_or(ViewStateError::NoSuchBody(id));
         body_of(self.target)?;

@@ -82,7 +82,7 @@ pub enum Action {
     RunAt(f64),
     /// Set the speed in scene seconds per real second, and keep the direction.
     SetSpeed(f64),
-    /// Set the next faster speed.
+    /// Set the next faster speed, and resume paused time.
     Faster,
     Slower,
     /// Run time forward.
@@ -472,7 +472,7 @@ impl Viewer {
         }
     }
 
-    /// Shows the selected body from the centre of the body `from`; its disc and its surroundings are in the image.
+    /// Shows the selected body, with its surroundings, from the centre of the body `from`.
     fn look_from(&mut self, from: NaifId, positions: &dyn BodyPositions) {
         let target = self.selected;
         if from == target {

@@ -87,8 +87,8 @@ impl NowItem {
                 at_current_time(text!("now-moon-about", percent = decimal(100.0 * lit_fraction, 0)), view)
             }
             Self::Eclipse => {
-                let backward = false;
-                let search = EventSearch::new(vec![EventKind::Solar, EventKind::Lunar], now, ECLIPSE_SEARCH_S, backward);
+                let is_backward = false;
+                let search = EventSearch::new(vec![EventKind::Solar, EventKind::Lunar], now, ECLIPSE_SEARCH_S, is_backward);
                 let event = search.find_first(catalog, session.ephemeris()).ok()??;
                 let view = event.view(catalog, &positions, base_view);
                 let about = text!("now-dated", what = event.title(catalog), day = day_text(event.greatest()));

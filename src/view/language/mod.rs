@@ -189,8 +189,8 @@ pub(crate) fn text_with_arguments(id: &'static str, arguments: &[(&'static str, 
     with_fallback(|messages| messages.with_arguments(id, &arguments)).unwrap_or_else(|| id.to_owned())
 }
 
-/// The translation of a name that another module gave to a thing (an effect, a body). It is the message `kind-name`, its id in lower case with hyphens for
-/// spaces and underscores. Without such a message the name stays as given.
+/// The translation of a name that another module gave to a thing (an effect, a body). It is the message `kind-name`, with the name in lower case and hyphens
+/// for its spaces and underscores. Without such a message the name stays as given.
 pub(crate) fn translated_name<'n>(kind: &str, name: &'n str) -> &'n str {
     let id = format!("{kind}-{}", name.to_lowercase().replace([' ', '_'], "-"));
     with_fallback(|messages| messages.without_arguments.get(&id)).map_or(name, String::as_str)

@@ -63,7 +63,7 @@ pub(crate) fn field_text(value: f64, decimals: std::ops::RangeInclusive<usize>) 
 }
 
 /// A typed number, with a decimal point, or with the decimal mark of the language. `None` also for the words `inf` and `nan`, for which a field
-/// would show its largest value, and for numbers beyond the range of f64.
+/// would take its largest value, and for numbers beyond the range of f64.
 pub(crate) fn typed_number(text: &str) -> Option<f64> {
     let compact: String = text.chars().filter(|c| !c.is_whitespace()).map(|c| if c == '−' { '-' } else { c }).collect();
     let number: Option<f64> = match text!("number-decimal-mark") {

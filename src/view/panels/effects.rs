@@ -15,7 +15,6 @@ use crate::view::worker::query_cache::QueryCache;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{ComboBox, ScrollArea, SliderClamping};
 
-/// Shows the panel.
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
     let view = &mut interface.viewer.view;
     ui.horizontal_wrapped(|ui| {
@@ -84,8 +83,8 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     let only_body = interface.edits_selected_body_only.then(|| name.clone());
     // Costs are measured for effects that are drawn or were switched by hand.
     let has_cost = |effect: Effect, decision: &Decision| decision.on || overrides.override_of(effect).is_some();
-    let if_it_has_cost = |e: Effect| decisions.iter().find(|d| d.effect == e.name() && has_cost(e, d)).map(|d| (e, d.on));
-    let effects_with_cost: Vec<(Effect, bool)> = Effect::ALL.into_iter().filter_map(if_it_has_cost).collect();
+    let effect_with_cost = |e: Effect| decisions.iter().find(|d| d.effect == e.name() && has_cost(e, d)).map(|d| (e, d.on));
+    let effects_with_cost: Vec<(Effect, bool)> = Effect::ALL.into_iter().filter_map(effect_with_cost).collect();
     measure_costs(interface, ui.ctx(), worker, only_body, &effects_with_cost);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         let edited = if interface.edits_selected_body_only { overrides.of_body(&name) } else { &mut overrides };

@@ -38,7 +38,7 @@ impl LengthUnit {
         }
     }
 
-    /// A length in this unit, with the unit's name. `radius_km`: the body's equatorial radius, of which [`Self::BodyRadii`] gives multiples.
+    /// A length in this unit, with the unit's name. `radius_km`: the body's equatorial radius, the unit of [`Self::BodyRadii`].
     fn format_length(self, km: f64, radius_km: f64) -> String {
         let (value, decimals) = match self {
             Self::Kilometres => (km, 0),

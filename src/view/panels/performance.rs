@@ -98,7 +98,6 @@ fn passes_ms(rendered: &RenderedView) -> Vec<(String, f64)> {
     rendered.drawn_by.passes_ms.iter().cloned().chain(software).collect()
 }
 
-/// Shows the panel.
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
     let description = interface.performance.description(interface.viewport.frame_start_s);
     let performance = &interface.performance;

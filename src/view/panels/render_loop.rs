@@ -286,7 +286,7 @@ impl Interface {
 
     /// Submits the job if the last requested image does not show its view, or the adaptation of the exposure needs another image.
     fn submit_if_needed(&mut self, job: RenderJob, is_moving: bool, worker: &dyn RenderWorker, now_s: f64) {
-        // While time runs at most at real time, little changes between images. So they are drawn rarely enough to keep the load low.
+        // While time runs no faster than real time, little changes between images, so they are drawn rarely enough to keep the load low.
         let drawing_s = 1e-3 * self.viewport.shown.as_ref().map_or(0.0, |rendered| rendered.render_ms);
         let interval_s = REAL_TIME_INTERVAL_S.max(drawing_s / MAX_REAL_TIME_LOAD);
         let ignores_time = !is_moving && now_s - self.viewport.requested_s < interval_s;

@@ -155,7 +155,7 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
     }
 }
 
-/// Handles Escape: closes or ends whichever of these comes first among those present: warning, search, keyboard focus, measured angle, tour, help, open
+/// Handles Escape: closes or ends the first of these that is present: warning, search, keyboard focus, measured angle, tour, help, open
 /// panel, kept panel, full screen. Escape never ends the program; closing its window or Ctrl+Q does.
 fn close_topmost(interface: &mut Interface) {
     let had_focus = std::mem::take(&mut interface.had_keyboard_focus);

@@ -1,7 +1,7 @@
 //! Sizes and distances to scale, in the Information panel: the selected body next to another, and the planets along a line from the Sun.
 //!
-//! In: radii, and distances at the displayed time. Out: two drawings, each with a sentence that says the same. Always: all parts of a drawing have the
-//! same scale, except that no disc is drawn narrower or lower than `MIN_DIAMETER`.
+//! In: radii, and distances at the displayed time. Out: two drawings, each with a sentence that says the same. Always: each drawing has one scale;
+//! but in the first, no disc is drawn narrower or lower than `MIN_DIAMETER`, and in the second, bodies are dots of a fixed size.
 
 use super::Interface;
 use crate::catalog::{BodyKind, Catalog, NaifId};

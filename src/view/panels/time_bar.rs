@@ -77,7 +77,6 @@ const WIDEST_DIGIT: &str = "0";
 /// The rates with the longest texts: -59.9 minutes and -11.9 months per second, in seconds of displayed time per real second.
 const RATES_WITH_LONGEST_TEXTS: [f64; 2] = [-59.9 * 60.0, -11.9 * DAYS_PER_JULIAN_YEAR / 12.0 * SECONDS_PER_DAY];
 
-/// Shows the bar.
 pub(crate) fn bar(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     ui.horizontal_wrapped(|ui| {
         date_field(interface, ui, actions);
@@ -312,11 +311,11 @@ fn event_buttons(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Rend
     if event_button(ui, Icon::Next, text!("event-next"), "e") || next_by_key {
         requested_backward = Some(false);
     }
-    if let Some(backward) = requested_backward {
-        let gap_s = if backward { -EVENT_GAP_S } else { EVENT_GAP_S };
+    if let Some(is_backward) = requested_backward {
+        let gap_s = if is_backward { -EVENT_GAP_S } else { EVENT_GAP_S };
         let start = interface.viewer.destination().time().plus_seconds(gap_s);
         let span_s = f64::from(EVENT_SEARCH_YEARS) * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
-        let search = EventSearch::new(vec![kind], start, span_s, backward);
+        let search = EventSearch::new(vec![kind], start, span_s, is_backward);
         let pending = ask(worker, move |session| search.find_first(session.catalog(), session.ephemeris()));
         interface.time_bar.pending = Some((kind, pending));
     }

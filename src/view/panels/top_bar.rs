@@ -14,7 +14,6 @@ use egui::{PopupCloseBehavior, Ui};
 /// Minimum width of a window for captions of groups of controls, points.
 const MIN_WIDTH_FOR_CAPTIONS: f32 = 1500.0;
 
-/// Shows the bar.
 pub(crate) fn bar(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     ui.horizontal_wrapped(|ui| {
         caption(ui, text!("bar-explore"));

@@ -110,7 +110,6 @@ fn with_texture(ctx: &egui::Context, drawn: DrawnThumbnail) -> Thumbnail {
 /// Which panels are open: those at the sides, and the list of bodies.
 type OpenPanels = ([Option<Tab>; 2], bool);
 
-/// The panels that are open now.
 pub(crate) fn open_panels(interface: &Interface) -> OpenPanels {
     ([interface.tab, interface.kept_tab], interface.body_browser_shown)
 }

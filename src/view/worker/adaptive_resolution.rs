@@ -18,8 +18,8 @@ const FIRST_DIVISOR: f64 = 3.0;
 const DIVISOR_STEP: f64 = 0.125;
 /// Weight of the newest image in the running means.
 const NEWEST_WEIGHT: f64 = 0.3;
-/// Longest wait that is recorded, as a fraction of [`FAST_INTERVAL_MS`]. In a longer pause nothing moved, so no image was needed.
-const MAX_WAITING_FRACTION: f64 = 0.5;
+/// Longest idle time that is recorded, as a fraction of [`FAST_INTERVAL_MS`]. In a longer pause nothing moved, so no image was needed.
+const MAX_IDLE_FRACTION: f64 = 0.5;
 
 /// Recent cost of images.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -27,23 +27,23 @@ pub(crate) struct AdaptiveResolution {
     /// Running mean of the render time divided by the number of megapixels. The render time includes the part that does not depend on the number of
     /// pixels.
     ms_per_megapixel: Option<f64>,
-    /// Running mean of the time for which the renderer waits between two images.
-    waiting_ms: f64,
+    /// Running mean of the time for which the renderer is idle between two images.
+    idle_ms: f64,
     /// The last divisor computed from a measured image; 0 before that.
     divisor: f64,
 }
 
 impl AdaptiveResolution {
-    /// Records the render time of an image with this number of pixels, and the time for which the renderer waited before the image.
-    pub(crate) fn record(&mut self, pixel_count: u64, render_ms: f64, waiting_ms: f64) {
+    /// Records the render time of an image with this number of pixels, and the time for which the renderer was idle before the image.
+    pub(crate) fn record(&mut self, pixel_count: u64, render_ms: f64, idle_ms: f64) {
         if pixel_count == 0 || !render_ms.is_finite() {
             return;
         }
         let updated_mean = |mean: f64, newest: f64| mean + NEWEST_WEIGHT * (newest - mean);
         let newest = render_ms / (pixel_count as f64 / 1e6);
         self.ms_per_megapixel = Some(self.ms_per_megapixel.map_or(newest, |mean| updated_mean(mean, newest)));
-        if waiting_ms < MAX_WAITING_FRACTION * FAST_INTERVAL_MS {
-            self.waiting_ms = updated_mean(self.waiting_ms, waiting_ms);
+        if idle_ms < MAX_IDLE_FRACTION * FAST_INTERVAL_MS {
+            self.idle_ms = updated_mean(self.idle_ms, idle_ms);
         }
     }
 
@@ -51,9 +51,9 @@ impl AdaptiveResolution {
     pub(crate) fn divisor(&mut self, window_pixel_count: u64) -> f64 {
         let Some(ms_per_megapixel) = self.ms_per_megapixel else { return FIRST_DIVISOR };
         let full_size_ms = ms_per_megapixel * window_pixel_count as f64 / 1e6;
-        // The divisor at which an image takes this interval. The render time is taken as proportional to the number of pixels, that is, to
+        // The divisor at which images follow each other at this interval. The render time is taken as proportional to the number of pixels, that is, to
         // 1 / (divisor * divisor).
-        let divisor_for_interval = |interval_ms: f64| (full_size_ms / (interval_ms - self.waiting_ms)).sqrt();
+        let divisor_for_interval = |interval_ms: f64| (full_size_ms / (interval_ms - self.idle_ms)).sqrt();
         let fast_divisor = divisor_for_interval(FAST_INTERVAL_MS);
         let target = if fast_divisor <= MAX_FAST_DIVISOR {
             fast_divisor
@@ -75,15 +75,15 @@ mod tests {
     const WINDOW_PIXELS: u64 = 1_000_000;
 
     /// The rate (images per second) and the divisor after 60 images. The renderer needs `fixed_ms` for any image, and further `window_ms` for one of the
-    /// window's size; between images it waits for `waiting_ms`.
-    fn settled(resolution: &mut AdaptiveResolution, fixed_ms: f64, window_ms: f64, waiting_ms: f64) -> (f64, f64) {
+    /// window's size; between images it is idle for `idle_ms`.
+    fn settled(resolution: &mut AdaptiveResolution, fixed_ms: f64, window_ms: f64, idle_ms: f64) -> (f64, f64) {
         let mut last = (0.0, 0.0);
         for _ in 0..60 {
             let divisor = resolution.divisor(WINDOW_PIXELS);
             let pixels = WINDOW_PIXELS as f64 / (divisor * divisor);
             let took_ms = fixed_ms + window_ms * pixels / WINDOW_PIXELS as f64;
-            resolution.record(pixels as u64, took_ms, waiting_ms);
-            last = (1e3 / (took_ms + waiting_ms), divisor);
+            resolution.record(pixels as u64, took_ms, idle_ms);
+            last = (1e3 / (took_ms + idle_ms), divisor);
         }
         last
     }

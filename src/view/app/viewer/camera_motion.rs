@@ -17,7 +17,7 @@ use glam::{DMat3, DVec3};
 
 /// Change of the natural logarithm of the field of view per wheel notch: about 15 %, close to the change of an orbit's height.
 const LOG_FOV_PER_NOTCH: f64 = 0.15;
-/// Largest pitch, up or down, of a camera in an orbit.
+/// Largest pitch, up or down, to which a motion turns a camera in an orbit.
 const MAX_PITCH_DEG: f64 = 89.0;
 /// Largest altitude, above or below the horizon, to which a motion turns a camera on the ground.
 const MAX_ALTITUDE_DEG: f64 = 89.9;
@@ -104,8 +104,8 @@ impl Viewer {
     }
 
     /// If the camera tracks a body other than the one that it stands on or orbits, stores the direction to that body in the angles of its pose. Without
-    /// this, the camera would jump to its former angles, which no image has shown, when the tracking ends. The stored direction is geometric: it lacks the
-    /// planetary aberration that an image includes, which from the Earth is some 20 arcsec for the Sun and at most an arcminute for a planet.
+    /// this, when the tracking ends, the camera would jump to the angles stored before, which no image has shown. The stored direction is geometric: it lacks
+    /// the planetary aberration that an image includes, which from the Earth is some 20 arcsec for the Sun and at most an arcminute for a planet.
     fn keep_tracked_direction(&mut self, positions: &dyn BodyPositions) {
         let body = self.view.camera_pose.body();
         if !self.view.tracks || self.view.target == body {

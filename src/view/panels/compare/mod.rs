@@ -108,7 +108,6 @@ fn initial_variants(view: &ViewState) -> [Variant; 2] {
     [as_seen.clone(), Variant { quality, ..as_seen }]
 }
 
-/// Shows the panel.
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
     let mut panel = std::mem::take(&mut interface.compare);
     panel.show(interface, ui, worker);

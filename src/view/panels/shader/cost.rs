@@ -12,7 +12,6 @@ use egui::{CollapsingHeader, Grid, ScrollArea};
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
-/// Shows the page.
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let Some(module) = panel.queries.valid_module(inspected.worker, &inspected.id) else {
         accessible::spinner(ui, text!("module-loading"));

@@ -34,10 +34,9 @@ struct Entry {
 const ENTRY_MARGIN: Vec2 = Vec2::new(24.0, 34.0);
 /// Gap between two rows or columns, points.
 const GAP: f32 = 8.0;
-/// Width that is added to that of a column (image, margin and gap) when the columns that fit are counted, points.
+/// Addition to the width of a column (image, margin and gap) when the number of columns that fit is computed, points.
 const COLUMN_RESERVE: f32 = 4.0;
 
-/// Shows the page.
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let (Some(drawn_key), Some(key)) = (inspected.drawn_key, inspected.key()) else {
         ui.label(text!("gallery-none"));

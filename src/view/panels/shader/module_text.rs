@@ -32,7 +32,7 @@ pub(crate) struct ModuleText {
 /// Translates a module to a language.
 ///
 /// # Errors
-/// The module cannot be translated; the error is a text in the window's language.
+/// If the module cannot be translated; the error is a text in the window's language.
 pub(crate) fn translated_text(module: &ShaderModule, language: Language) -> Result<ModuleText, String> {
     let text = translate(module, language).map_err(|e| error_text(&e))?;
     let source_map = &module.source_map;

@@ -48,7 +48,6 @@ fn inspect_in_both_precisions(session: &Session, request: &ViewRequest, pixel: [
     Ok([inspect(false)?, inspect(true)?])
 }
 
-/// Shows the page.
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, interface: &Interface) {
     let page = &mut panel.probe;
     if let Some(answer) = page.pending.as_ref().and_then(Pending::take) {

@@ -65,7 +65,6 @@ fn language_name(language: Language) -> (&'static str, &'static str) {
     }
 }
 
-/// Shows the page.
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut Ui, inspected: &Inspected<'_>) {
     let page = &mut panel.source;
     let language = page.language.unwrap_or(Language::Wgsl);

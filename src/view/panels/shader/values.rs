@@ -22,7 +22,6 @@ pub(crate) struct ValuesPage {
     draw_index: usize,
 }
 
-/// Shows the page.
 pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>) {
     let Some(module) = panel.queries.valid_module(inspected.worker, &inspected.id) else {
         accessible::spinner(ui, text!("module-loading"));

@@ -227,7 +227,7 @@ fn draw(session: &Session, view: &ViewState, options: ImageOptions, for_exr: boo
 /// Draws a view and writes it to the first path of `files` at which there is no file; returns that path. All paths must have the same extension.
 ///
 /// # Errors
-/// The extension is neither PNG nor EXR, or the image cannot be drawn or written; the error is a text in the window's language.
+/// If the extension is neither PNG nor EXR, or the image cannot be drawn or written; the error is a text in the window's language.
 pub(crate) fn save(
     session: &Session,
     view: &ViewState,

@@ -109,7 +109,6 @@ impl SharePanel {
     }
 }
 
-/// Shows the panel.
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         links(interface, ui, worker.session(), actions);
