@@ -1,12 +1,12 @@
 //! Spherical harmonics of an albedo map, degrees 1 and 2: by how much each side of a body is brighter than the mean of all sides.
 //!
-//! In: the coefficients of the catalog. Out: the two degrees in one direction. Always: the mean of each degree over the sphere is 0. Not here: the brightness of
-//! the disc, which also depends on the photometric model (`scene::photometry::light_curve`).
+//! In: the coefficients of the catalog. Out: the two degrees in one direction. Always: the mean of each degree over the sphere is 0. Not here: the brightness
+//! of the disc, which also depends on the photometric model (`scene::photometry::light_curve`).
 
 use glam::DVec3;
 
 /// The map's green channel, linear and divided by its mean over the sphere, is 1 + degree 1 + degree 2 + the rest. A test computes the coefficients from the
-/// map (tests/image/shipped_maps.rs).
+/// map (tests/image/light_curves.rs).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AlbedoHarmonics {
     /// Coefficients of [`AlbedoHarmonics::basis_of_degree_1`].

@@ -8,7 +8,8 @@ use orrery::image::{MapStore, TexelFormat, Texture};
 use orrery::scene::photometry::{light_curve, magnitude, reflectance};
 use std::f64::consts::{PI, TAU};
 
-/// The green channel of a map relative to its mean, at the middle of each cell of a grid of 2 degrees, with the direction and the solid angle of the cell.
+/// For each cell of a grid of 2 degrees: the direction of its middle, the mean of the map's green channel in it relative to that of the map, and its solid
+/// angle.
 fn cells(map: &Texture) -> Vec<(DVec3, f64, f64)> {
     let level = &map.levels[0];
     let (width, height) = (level.width as usize, level.height as usize);
@@ -133,14 +134,14 @@ fn the_light_curve_is_that_of_the_disc() {
 }
 
 /// At the mean opposition: Iapetus has 10.2 mag when its bright trailing side is seen and 11.9 when its dark leading side is (Saturn's western and eastern
-/// elongation; Morrison, Jones, Cruikshank & Murphy 1975, Icarus 24, 157).
+/// elongation, respectively; Morrison, Jones, Cruikshank & Murphy 1975, Icarus 24, 157).
 #[test]
 fn iapetus_has_its_published_magnitudes() {
     let catalog = Catalog::embedded();
     let iapetus = catalog.body(NaifId(608)).expect("Iapetus");
     let (sun_au, viewer_au) = (9.54, 8.54);
     let irradiance = iapetus.geometric_albedo * (iapetus.radii_km.x / (viewer_au * orrery::units::KM_PER_AU) / sun_au).powi(2);
-    // The leading side is in the middle of the orbital motion: the planet is at longitude 0, the motion towards -y.
+    // Saturn is at longitude 0 and the motion is towards -y, where the middle of the leading side is.
     let of_side = |n: DVec3| magnitude(irradiance * light_curve(iapetus, n, n));
     let (leading, trailing) = (of_side(DVec3::NEG_Y), of_side(DVec3::Y));
     println!("leading {leading:.2}, trailing {trailing:.2}");
