@@ -1,7 +1,7 @@
 //! Spherical harmonics of an albedo map, degrees 1 and 2: by how much each side of a body is brighter than the mean of all sides.
 //!
-//! In: the coefficients of the catalog. Out: the two degrees in one direction. Always: the mean of each degree over the sphere is 0. Not here: the brightness of
-//! the disc, which also depends on the photometric model (`scene::photometry::light_curve`).
+//! In: the coefficients of the catalog. Out: the two degrees in one direction. Always: the mean of each degree over the sphere is 0. Not here: the brightness
+//! of the disc, which also depends on the photometric model (`scene::photometry::light_curve`).
 
 use glam::DVec3;
 

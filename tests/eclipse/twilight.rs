@@ -165,7 +165,7 @@ fn visible_fraction_of_uniform_disc(occluder: f64, separation: f64) -> f64 {
 }
 
 /// Light that arrives 2 km above the ground after at least one scattering or reflection, averaged over directions: its ratio in the shadow
-/// to that without the shadow. The Sun is at the zenith. Scattering is isotropic, as in the table. `visible_fraction`: of the Sun's disc,
+/// to that without the shadow. The Sun is at the zenith. Scattering is isotropic, as for the factors. `visible_fraction`: of the Sun's disc,
 /// at a distance from the shadow's axis (x and y in km).
 fn shadow_ratio_by_photons(
     per_km: f64,

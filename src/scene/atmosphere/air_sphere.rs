@@ -1,7 +1,7 @@
 //! A body's spherical atmosphere over its ground: rays through it, and the light that they collect.
 //!
-//! In: the catalog's atmosphere. Out: per channel (linear RGB) the transmittance towards the Sun, and the light scattered once along a ray. Positions are relative
-//! to the body's centre, in km. Not modelled: refraction, the flattening of the body.
+//! In: the catalog's atmosphere. Out: per channel (linear RGB) the light that is scattered once into a ray, the sunlight that the ground reflects, and the
+//! transmittance along rays. Positions are relative to the body's centre, in km. Not modelled: refraction, the flattening of the body.
 
 use crate::catalog::{Atmosphere, Species};
 use crate::scene::atmosphere::extinction::{self, density, extinction, optical_depth, quadrature, scattering};
@@ -57,8 +57,9 @@ impl AirSphere<'_> {
         depth.map(|d| (-d).exp())
     }
 
-    /// Follows a ray in `count` steps. Calls `add` for each: with a point of the step, and with the step's length times the mean transmittance from it to the
-    /// start of the ray. That product times a scattering coefficient times the light incident there is the light that reaches the start.
+    /// Follows a ray in `count` steps, and returns where it meets the ground, if it does. Calls `add` for each step: with a point of the step, and with the
+    /// step's length times the mean transmittance from the step to the start of the ray. This product times the scattering coefficient, times the radiance that
+    /// a unit of scattering sends into the ray, is the light that reaches the start.
     pub(super) fn follow(&self, from: DVec3, along: DVec3, count: usize, mut add: impl FnMut(DVec3, DVec3)) -> Option<GroundHit> {
         let (length_km, hits_ground) = self.distance_to_boundary(from, along);
         let mut transmittance = DVec3::ONE;

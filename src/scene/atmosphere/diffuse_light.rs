@@ -1,9 +1,9 @@
 //! Diffuse light of all orders of scattering in a spherical atmosphere, averaged over azimuths: a radiance for each level (height) and stream (zenith angle).
 //!
-//! In: an [`AirSphere`]; the Sun's zenith angle. Out: [`DiffuseLight`]. Method: successive orders of scattering (H. C. van de Hulst, Multiple Light Scattering,
-//! 1980, ch. 4.3; discrete streams as of Chandrasekhar, Radiative Transfer, 1960). Light scattered once, and sunlight reflected by the ground, are integrated with
-//! the Sun where it is. Each further order is the previous one, scattered by each species with its phase function or reflected by the ground, and collected
-//! along rays through the spherical air. For these orders it is assumed that the Sun has the same zenith angle everywhere.
+//! In: an [`AirSphere`]; the direction of the Sun. Out: [`Field`]. Method: successive orders of scattering (H. C. van de Hulst, Multiple Light Scattering,
+//! 1980, ch. 4.3; discrete streams as of Chandrasekhar, Radiative Transfer, 1960). Light scattered once, and sunlight reflected by the ground, are integrated
+//! with the Sun where it is. Each further order is the previous one, scattered by each species with its phase function or reflected by the ground, and
+//! collected along rays through the spherical air. For these orders it is assumed that the Sun has the same zenith angle everywhere.
 
 use crate::scene::atmosphere::air_sphere::{AirSphere, GROUND_CLEARANCE_KM};
 use crate::scene::atmosphere::extinction::{density, scattering};
@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 
 /// Levels per row of the table of multiple scattering.
 const LEVELS_PER_ROW: usize = 3;
-/// Number of heights. They are spaced quadratically from the ground to the top.
+/// Number of levels. Their heights are spaced quadratically from the ground to the top.
 const LEVELS: usize = LEVELS_PER_ROW * (TABLE_HEIGHTS - 1) + 1;
 /// Nodes of the Gauss-Legendre rule with six points from -1 to 1, for half of the points, and their weights (Abramowitz & Stegun 1964, table 25.4).
 const GAUSS_NODES: [f64; 3] = [0.238_619_186_083_196_9, 0.661_209_386_466_264_5, 0.932_469_514_203_152_1];
@@ -28,9 +28,9 @@ const NODES: usize = LEVELS * STREAMS;
 const STEPS: usize = 32;
 /// Azimuths over which a phase function is averaged.
 const PHASE_AZIMUTHS: u32 = 64;
-/// Orders are added until the next one is less than this fraction of the sum.
+/// Orders are added until the largest radiance of the last one is at most this fraction of the largest radiance of the sum.
 const LAST_ORDER: f64 = 1e-4;
-/// Upper limit of the number of orders, for air without absorption that is much thicker than any of the catalog.
+/// Upper limit of the number of orders, for air without absorption that is much thicker than any in the catalog.
 const MAX_ORDERS: usize = 500;
 
 /// Number of azimuths, and of steps along each ray, with which light scattered once is integrated.
@@ -206,9 +206,9 @@ impl<'a> DiffuseLight<'a> {
     }
 }
 
-/// For each pair of streams the fraction of the light of the second that a phase function scatters into the first, per unit of the mean over all directions:
-/// element `to` * STREAMS + `from`. All light of a stream is scattered somewhere: the narrow peak of a forward-scattering aerosol falls between the streams'
-/// angles, so the fractions are scaled to the sum that they must have.
+/// For each pair of streams the radiance that a unit of scattering sends into the first, divided by the radiance of the second: element
+/// `to` * STREAMS + `from`. For an isotropic phase function this is the weight of the second. All light of a stream is scattered somewhere: the narrow peak of
+/// a forward-scattering aerosol falls between the streams' angles, so the numbers are scaled to the sum that they must have.
 fn phase_means(phase: crate::catalog::PhaseFunction, streams: &[Stream; STREAMS]) -> Vec<f64> {
     let mean = |to: &Stream, from: &Stream| {
         let at = |k: u32| {

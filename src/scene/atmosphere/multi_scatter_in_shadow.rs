@@ -4,10 +4,11 @@
 //! factors: the fractions of the values of [`multi_scatter_table`] that remain in the occluder's shadow. For each of [`HEIGHTS`] heights there is a row over
 //! the distance from the occluder's limb in solar radii, and one more row for the irradiance of level ground by the entire sky.
 //!
-//! Method: light of the second order comes from the sunlit air and ground on straight paths through the air. Paths in all directions are integrated, as for the
-//! table, and their light is binned by the distance of its source. The light from each distance is multiplied by the fraction of the Sun's disc that is visible
-//! there, averaged over azimuths. Each further order spreads the light once more. Always: factors are between 0 and 1, and 1 outside the penumbra's blurred
-//! edge. Not modelled:
+//! Method: light of the second order comes from the sunlit air and ground on straight paths through the air. Paths in all directions are integrated, and their
+//! light is binned by the distance of its source. The light from each distance is multiplied by the fraction of the Sun's disc that is visible there, averaged
+//! over azimuths. Each further order spreads the light once more. The orders form a geometric series (S. Hillaire, EGSR 2020), unlike those of the table.
+//! Always: factors are between 0 and 1, and 1 outside the penumbra's blurred edge. Not modelled:
+//! - phase functions: all scattering is isotropic;
 //! - the dependence on azimuth (the umbra is a circle perpendicular to the light, and under a low Sun elongated along the ground);
 //! - the change of the Sun's altitude within the shadow;
 //! - the curvature of the ground below a path's far end;
@@ -18,7 +19,7 @@
 
 use crate::catalog::{Atmosphere, Body};
 use crate::scene::atmosphere::extinction::{self, column_above_km, extinction, scattering};
-use crate::scene::atmosphere::multi_scatter_table::{self, MAX_RESCATTERED, row_height_km};
+use crate::scene::atmosphere::multi_scatter_table::{self, row_height_km};
 use crate::scene::camera;
 use crate::scene::draw::{EclipseUniforms, MAX_OCCLUDERS};
 use glam::{DVec2, DVec3, Vec4};
@@ -51,6 +52,8 @@ const FIRST_BIN_KM: f64 = 2.0;
 const AZIMUTHS: usize = 12;
 /// Number of iterations that spread the light of the orders after the second.
 const SPREAD_ITERATIONS: usize = 4;
+/// Upper limit of the fraction of light that scatters again, so that the geometric series of orders converges.
+const MAX_RESCATTERED: f64 = 0.98;
 /// Distance from the penumbra, outwards and inwards, over which the factors vary: about seven mean free paths of red light at the Earth's ground.
 const MAX_SPREAD_KM: f64 = 600.0;
 /// Lower limit of the cosine of the Sun's zenith angle; under a lower Sun the shadow leaves the planet.
@@ -378,7 +381,7 @@ fn height_row(shadow: &Shadow, second: &Sources, rescattered: &Sources) -> [DVec
 /// For each column: the fraction that remains of the irradiance of level ground by the entire sky. `rows`: the square roots at each height.
 /// `heights`: for each height the sources of second-order light, and those of light that scatters again nearby.
 fn ground_row(air: &AirAndGround<'_>, shadow: &Shadow, heights: &[(Sources, Sources)], rows: &[[DVec3; COLUMNS]]) -> Vec<DVec3> {
-    // At each height: the radiance, per unit of scattering, of the second and all further orders, as in the table.
+    // At each height: the radiance, per unit of scattering, of the second and all further orders, as a geometric series.
     let multiple_scattering: Vec<DVec3> = heights
         .iter()
         .map(|(second, rescattered)| second.total() / (DVec3::ONE - rescattered.total().map(|a| a.min(MAX_RESCATTERED))))

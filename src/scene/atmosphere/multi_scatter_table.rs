@@ -39,10 +39,9 @@ const AT_DUSK: SampleCounts = SampleCounts { azimuths: 12, steps: 32 };
 /// Directions of the sphere, and integration steps along each, for the irradiance of the ground by light scattered once.
 const GROUND_DIRECTIONS: usize = 1024;
 const GROUND_STEPS: usize = 48;
-/// Upper limit of the fraction of light that scatters again, so that a geometric series of orders converges.
-pub(crate) const MAX_RESCATTERED: f64 = 0.98;
 /// Column coordinate of the last column, the Sun in the zenith.
 const LAST_COORDINATE: f64 = 1.0 / (1.0 + BEND);
+
 /// Cosine of the Sun's zenith angle in a column. Columns are evenly spaced in their coordinate x = mu / (|mu| + BEND), with mu this cosine.
 pub fn sun_cosine(column: usize) -> f64 {
     let x = FIRST_COORDINATE + (LAST_COORDINATE - FIRST_COORDINATE) * column as f64 / (COLUMNS - 1) as f64;
@@ -115,8 +114,9 @@ fn table_column(sphere: &AirSphere<'_>, diffuse: &DiffuseLight<'_>, column: usiz
 /// The table of a body's atmosphere: rows of heights from the ground up, then the row of the ground. Each value is a square root in the shader's unit, in
 /// which 1 is the irradiance of a plane that faces the Sun, and the radiance of that plane if it is white. Uses all cores; `None` without an atmosphere.
 pub fn table(body: &Body) -> Option<Vec<Vec4>> {
-    let sphere =
-        AirSphere { radius_km: body.radii_km.x, air: body.atmosphere.as_ref()?, ground_albedo: DVec3::from_array(body.mean_reflectance()) };
+    // A geometric albedo may exceed 1, but the ground reflects at most all light: otherwise the orders of thick air could grow without limit.
+    let ground_albedo = DVec3::from_array(body.mean_reflectance()).min(DVec3::ONE);
+    let sphere = AirSphere { radius_km: body.radii_km.x, air: body.atmosphere.as_ref()?, ground_albedo };
     let diffuse = DiffuseLight::of(&sphere);
     let columns: Vec<(Vec<DVec3>, DVec3)> = (0..COLUMNS).into_par_iter().map(|column| table_column(&sphere, &diffuse, column)).collect();
     let rows = (0..HEIGHTS).flat_map(|row| columns.iter().map(move |(means, _)| means[row] * PI));

@@ -277,7 +277,7 @@ uniforms! {
         pub lattice: [Vec4; MAX_DETAIL_LATTICES] = "detail_lattice",
         /// Per lattice: the cell that contains the reference point (xyz), modulo the lattices' period.
         pub cells: [Vec4; MAX_DETAIL_LATTICES] = "detail_cells",
-        /// Side of a cell in radii at which lattices have faded out; they begin to fade at half this side. Larger lattices are left out, because the rows hold
+        /// Side of a cell in radii at which lattices have faded out; they begin to fade at half this side. Coarser lattices are left out, because the rows hold
         /// only the finest ones.
         pub largest: f32 = "detail_largest",
         /// The camera relative to the reference point (xyz), and the tangent of the angle that a pixel spans (w).
@@ -339,7 +339,7 @@ uniforms! {
         /// Asymmetry of each lobe of the dust's phase function, and the fraction of the light in each lobe.
         pub dust_asymmetry: Vec3 = "ring_dust_asymmetry",
         pub dust_weight: Vec3 = "ring_dust_weight",
-        /// Height (x) of the opposition surge, and its width (y): tangent of half the phase angle.
+        /// Height (x) of the opposition surge, and its width (y): the tangent of half the phase angle at which half of the height is left.
         pub opposition: Vec2 = "ring_opposition",
         /// 1: the half in front of the body's centre, -1: behind it, 0: both.
         pub side: f32 = "ring_side",

@@ -293,7 +293,7 @@ impl<'a> Occluder<'a> {
         Some(Self { body, offset_across, distance_along, long_axis, semi_axes, max_blocked_fraction: 0.0, has_umbra: false })
     }
 
-    /// A copy with `max_blocked_fraction` and `has_umbra` set, for a receiver whose points are within `max_radius` of its centre.
+    /// A copy with `max_blocked_fraction` and `has_umbra` (by the umbra's radius at the receiver's centre) set for points within `max_radius` of that centre.
     fn for_points_within(&self, axis: &Axis, sun: &Body, max_radius: f64, receiver_radius_km: f64) -> Self {
         let radius = self.body.radii_km.max_element() / receiver_radius_km;
         let max_blocked_fraction = max_blocked_fraction(radius, axis, sun, (self.distance_along - max_radius).max(radius));

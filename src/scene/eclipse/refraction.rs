@@ -47,7 +47,7 @@ impl RefractingLayers {
             // The fraction of the circle's circumference that lies on the Sun's disc.
             let cosine = (radius * radius + separation * separation - 1.0) / (2.0 * radius * separation).max(1e-9);
             let visible_fraction = cosine.clamp(-1.0, 1.0).acos() / std::f64::consts::PI;
-            // The layer's area relative to that of the Sun's disc, times the part of it that shows the Sun and its transmittance.
+            // The layer's area relative to that of the Sun's disc, times the fraction of the layer that shows the Sun, times its transmittance.
             (edge.z * edge.z - edge.x * edge.x)
                 * to_solar_radii
                 * to_solar_radii

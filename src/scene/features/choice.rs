@@ -65,7 +65,7 @@ pub fn ellipsoid_flattening(body: &Body) -> f64 {
 /// The features selected for the draws of one body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FeatureSelection {
-    /// Whether the oblateness is drawn; otherwise the body is a sphere.
+    /// Whether the ellipsoid is drawn in place of a sphere. Under an atmosphere it always is.
     pub ellipsoid: bool,
     /// Properties of the mesh that is drawn in place of the ellipsoid; `None` without a mesh.
     pub mesh: Option<MeshFlags>,

@@ -151,9 +151,10 @@ pub(crate) fn albedo_normalisation(body: &Body) -> DVec3 {
 /// Numbers of photometric longitudes and latitudes of [`light_curve`].
 const LIGHT_CURVE_GRID: [u32; 2] = [24, 12];
 
-/// Brightness of the disc relative to a disc of the same mean albedo without bright and dark sides: the rotational light curve. It sums the reflectance times
-/// the harmonics of the albedo map over the part of a sphere that is lit and visible. `sun` and `viewer`: unit vectors from the body, body axes. Errors: those
-/// of the harmonics, which leave out all finer detail of the map (tests/image/light_curves.rs).
+/// Brightness of the disc relative to a disc of the same mean albedo without bright and dark sides: the rotational light curve. 1 for a body without harmonics.
+/// It sums the reflectance times the relative albedo, which is 1 plus the harmonics of the albedo map and at least 0, over the part of a sphere that is lit and
+/// visible. `sun` and `viewer`: unit vectors from the body, body axes. Errors: those of the harmonics, which leave out all finer detail of the map
+/// (tests/image/light_curves.rs).
 pub fn light_curve(body: &Body, sun: DVec3, viewer: DVec3) -> f64 {
     let Some(harmonics) = body.maps.albedo.as_ref().and_then(|map| map.harmonics) else { return 1.0 };
     let alpha = crate::ephemeris::angle_rad(sun, viewer);

@@ -20,7 +20,7 @@ use crate::scene::visibility::order::is_in_front;
 use glam::{DVec2, DVec3, Vec4};
 
 /// The limb of a body on a plane of view rays, as a quadratic form F and a linear form L of the plane's coordinates: a point is inside if F > 0 and L > 0.
-/// shaders/lib/foreground_limb.wesl derives both forms.
+/// shaders/lib/foreground_limb.wesl defines both forms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Limb {
     /// Coefficients of F: 1, x, y, x², xy, y².
@@ -85,7 +85,8 @@ fn radiance_along_chord(x: f64, h: f64, u1: DVec3, u2: DVec3) -> DVec3 {
     (DVec3::ONE - u1 - u2) * x + (u1 + 2.0 * u2) * of_mu - u2 * of_mu_squared
 }
 
-/// Distance of a chord from the middle of the disc, and half the chord's length, in radii of the disc. Chords are evenly spaced in angle around the disc.
+/// Distance of a chord from the middle of the disc, and half the chord's length, in radii of the disc. The ends of all chords are evenly spaced along the
+/// disc's limb.
 fn chord(k: u32) -> (f64, f64) {
     (std::f64::consts::PI * ((f64::from(k) + 0.5) / f64::from(CHORDS) - 0.5)).sin_cos()
 }

@@ -107,7 +107,7 @@ pub(crate) struct Ground<'g> {
     pub secondary_lights: Vec<(DVec3, f64)>,
     /// Radiance of the sky above the ground, if the camera is in the body's air; else 0.
     pub sky_radiance: f64,
-    /// Ring-shine, and the ground's radiance per unit of ring-shine, which includes the Sun's irradiance.
+    /// Ring-shine, and the ground's radiance per unit of ring-shine; the Sun's irradiance is a factor of this radiance.
     pub ring_shine: Option<(Arc<RingShine>, f64)>,
 }
 

@@ -88,8 +88,8 @@ mod tests {
     use super::*;
     use crate::catalog::{Catalog, NaifId};
 
-    /// The meter should find the radiances of drawn images from straight above: for the Earth within a third, for Titan within a factor of 1.6, for Mars within one of 2.5. By day it
-    /// adds nothing.
+    /// The meter should find the radiances of drawn images from straight above: for the Earth within a factor of 1.3, for Titan of 1.6, for Mars of 2.5. By day
+    /// it adds nothing.
     #[test]
     fn twilight_is_metered_as_it_is_drawn() {
         let catalog = Catalog::embedded();
