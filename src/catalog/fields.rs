@@ -54,8 +54,8 @@ pub(super) fn with_line<T>(table: TableReader, read: impl FnOnce(TableReader) ->
     Some(WithLine { value: read(table)?, source_line })
 }
 
-/// Reads the table of one map.
-pub(super) fn read_map(mut table: TableReader) -> Option<Map> {
+/// Reads the table of one map; only that of an albedo map may have `harmonics`.
+pub(super) fn read_map(mut table: TableReader, is_albedo: bool) -> Option<Map> {
     let file = table.required::<String>("file", ALLOWED_FILE_NAME, |f| is_file_name(f));
     let gain = table.optional("gain", "three numbers from 0 to 100 (red, green, blue)", each_component(|x| (0.0..=100.0).contains(&x)));
     let latitude = optional_word(
@@ -65,8 +65,8 @@ pub(super) fn read_map(mut table: TableReader) -> Option<Map> {
     );
     let columns = table.optional::<u32>("columns", "the map's width in texels, 2 to 65536", |c| (2..=65_536).contains(c)).map(|l| l.value);
     let invented = invented(&mut table);
-    let harmonics = table.optional("harmonics", "eight numbers from -2 to 2", |c: &[f64; 8]| c.iter().all(|c| c.abs() <= 2.0));
-    let harmonics = harmonics.map(|found| {
+    let mut read_harmonics = || table.optional("harmonics", "eight numbers from -2 to 2", |c: &[f64; 8]| c.iter().all(|c| c.abs() <= 2.0));
+    let harmonics = is_albedo.then(&mut read_harmonics).flatten().map(|found| {
         let [x, y, z, degree_2 @ ..] = found.value;
         AlbedoHarmonics { degree_1: [x, y, z], degree_2 }
     });

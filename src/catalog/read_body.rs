@@ -201,7 +201,7 @@ fn clouds(mut table: TableReader) -> Option<Clouds> {
     let closed_texel = required_number(&mut table, "closed_texel", "a number above clear_texel, at most 1", |x| {
         x <= 1.0 && clear_texel.is_none_or(|clear| x > clear)
     });
-    let map = read_map(table)?;
+    let map = read_map(table, false)?;
     Some(Clouds { map, height_km: height_km?, albedo: albedo?, clear_texel: clear_texel?, closed_texel: closed_texel? })
 }
 
@@ -223,7 +223,7 @@ fn mesh(mut table: TableReader) -> Option<WithLine<ShapeModel>> {
 }
 
 fn maps(mut table: TableReader) -> Maps {
-    let mut map = |field| table.section(field).and_then(read_map);
+    let mut map = |field| table.section(field).and_then(|t| read_map(t, field == "albedo"));
     let found = Maps { albedo: map("albedo"), normal: map("normal"), specular: map("specular"), night: map("night") };
     table.finish();
     found

@@ -193,6 +193,9 @@ impl<'a> Air<'a> {
                 if order == 0 {
                     // In thin air few photons would be scattered at all. So each is, and counts in proportion to the probability.
                     weight *= -(-self.depth(position, along, end_km)).exp_m1();
+                    if weight <= 0.0 {
+                        break;
+                    }
                     while free_path_km.is_none() {
                         free_path_km = self.free_path_km(&mut random, position, along, end_km);
                     }

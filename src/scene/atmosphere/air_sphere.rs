@@ -4,7 +4,7 @@
 //! transmittance along rays. Positions are relative to the body's centre, in km. Not modelled: refraction, the flattening of the body.
 
 use crate::catalog::{Atmosphere, Species};
-use crate::scene::atmosphere::extinction::{self, density, extinction, optical_depth, quadrature, scattering};
+use crate::scene::atmosphere::extinction::{self, density, extinction, optical_depth, scattering};
 use crate::scene::atmosphere::phase;
 use glam::DVec3;
 use std::f64::consts::PI;
@@ -13,6 +13,11 @@ use std::f64::consts::PI;
 const SUNLIGHT_STEPS: usize = 24;
 /// Height at which rays that leave the ground start, so that rounding puts none of them below the ground: 10 cm.
 pub(crate) const GROUND_CLEARANCE_KM: f64 = 1e-4;
+
+/// Scattering coefficient of a species as draws apply it: light scattered by a triangular layer is lost.
+pub(super) fn scattering_into_air(s: &Species) -> DVec3 {
+    if s.tent_centre_km.is_some() { DVec3::ZERO } else { scattering(s) }
+}
 
 /// A body's spherical atmosphere.
 pub(super) struct AirSphere<'a> {
@@ -63,7 +68,11 @@ impl AirSphere<'_> {
     pub(super) fn follow(&self, from: DVec3, along: DVec3, count: usize, mut add: impl FnMut(DVec3, DVec3)) -> Option<GroundHit> {
         let (length_km, hits_ground) = self.distance_to_boundary(from, along);
         let mut transmittance = DVec3::ONE;
-        for (fraction, weight) in quadrature(count) {
+        for k in 0..count {
+            // Steps are shortest where the air is densest: at the ground if the ray meets it, otherwise at its start.
+            let u = (k as f64 + 0.5) / count as f64;
+            let (fraction, weight) = if hits_ground { (1.0 - (1.0 - u).powi(2), 1.0 - u) } else { (u * u, u) };
+            let weight = 2.0 * weight / count as f64;
             let point = from + along * (length_km * fraction);
             let step_km = length_km * weight;
             let depth = extinction::coefficient(self.air, self.height_km(point), extinction) * step_km;
@@ -75,17 +84,35 @@ impl AirSphere<'_> {
         hits_ground.then(|| GroundHit { point_km: from + along * length_km, transmittance })
     }
 
-    /// Light scattered once that arrives along a ray, with the phase function of each species, and where the ray meets the ground. Per irradiance of the Sun.
-    pub(super) fn single_scattering(&self, from: DVec3, along: DVec3, count: usize, sun: DVec3) -> (DVec3, Option<GroundHit>) {
+    /// Light scattered once that arrives along a ray, and where the ray meets the ground. Per irradiance of the Sun. `norms`: a factor for the phase function of
+    /// each species (see [`Self::phase_norms`]).
+    pub(super) fn single_scattering(
+        &self,
+        from: DVec3,
+        along: DVec3,
+        count: usize,
+        sun: DVec3,
+        norms: &[f64],
+    ) -> (DVec3, Option<GroundHit>) {
         let cos_scattering = along.dot(sun);
-        let phase_of = |s: &Species| scattering(s) * phase::per_steradian(s.phase, cos_scattering);
         let mut light = DVec3::ZERO;
         let ground = self.follow(from, along, count, |p, transmitted_km| {
             let height_km = self.height_km(p);
-            let scattered: DVec3 = self.air.species.iter().map(|s| phase_of(s) * density(s, height_km)).sum();
+            let of_species = |(s, norm): (&Species, &f64)| {
+                scattering_into_air(s) * (norm * phase::per_steradian(s.phase, cos_scattering) * density(s, height_km))
+            };
+            let scattered: DVec3 = self.air.species.iter().zip(norms).map(of_species).sum();
             light += transmitted_km * scattered * self.sunlight(p, sun);
         });
         (light, ground)
+    }
+
+    /// For each species one over the sum of its phase function over directions with their solid angles: the narrow peak of a forward-scattering aerosol lies
+    /// between them, or on one of them, and the sum would not be 1. `directions` may be a part of the sphere that the others repeat by symmetry.
+    pub(super) fn phase_norms(&self, sun: DVec3, directions: impl Iterator<Item = (DVec3, f64)> + Clone) -> Vec<f64> {
+        let sum =
+            |s: &Species| directions.clone().map(|(d, solid_angle)| phase::per_steradian(s.phase, d.dot(sun)) * solid_angle).sum::<f64>();
+        self.air.species.iter().map(|s| 1.0 / sum(s).max(1e-9)).collect()
     }
 
     /// Radiance of the ground in direct sunlight, per irradiance of the Sun.

@@ -5,8 +5,8 @@
 //! with the Sun where it is. Each further order is the previous one, scattered by each species with its phase function or reflected by the ground, and
 //! collected along rays through the spherical air. For these orders it is assumed that the Sun has the same zenith angle everywhere.
 
-use crate::scene::atmosphere::air_sphere::{AirSphere, GROUND_CLEARANCE_KM};
-use crate::scene::atmosphere::extinction::{density, scattering};
+use crate::scene::atmosphere::air_sphere::{AirSphere, GROUND_CLEARANCE_KM, scattering_into_air};
+use crate::scene::atmosphere::extinction::density;
 use crate::scene::atmosphere::phase;
 use crate::scene::constants::MULTI_SCATTER_HEIGHTS as TABLE_HEIGHTS;
 use glam::DVec3;
@@ -125,7 +125,7 @@ impl<'a> DiffuseLight<'a> {
             let level = (height_km / sphere.air.top_km).sqrt() * (LEVELS - 1) as f64;
             let stream = self.stream_position(along.dot(p.normalize()));
             for (k, s) in species.iter().enumerate() {
-                let light = transmitted_km * scattering(s) * density(s, height_km);
+                let light = transmitted_km * scattering_into_air(s) * density(s, height_km);
                 for (level, level_weight) in between(level, LEVELS) {
                     for (stream, stream_weight) in between(stream, STREAMS) {
                         scattered[(k * LEVELS + level) * STREAMS + stream] += light * (level_weight * stream_weight);
@@ -163,13 +163,17 @@ impl<'a> DiffuseLight<'a> {
     /// The field of a Sun in this direction, as seen from the z axis.
     pub(super) fn field(&self, sun: DVec3, counts: SampleCounts) -> Field {
         let (mut once, mut all) = (Vec::with_capacity(NODES), Vec::with_capacity(NODES));
+        let azimuths_rad = (0..counts.azimuths).map(|k| PI * (f64::from(k) + 0.5) / f64::from(counts.azimuths));
+        let rays_of = |stream: &Stream| {
+            let (cosine, solid_angle) = (stream.cosine, 4.0 * PI * stream.weight / f64::from(counts.azimuths));
+            azimuths_rad.clone().map(move |azimuth_rad| (direction(cosine, azimuth_rad), solid_angle))
+        };
+        let norms = self.sphere.phase_norms(sun, self.streams.iter().flat_map(rays_of));
         for node in 0..NODES {
             let (mut scattered, mut reflected) = (DVec3::ZERO, DVec3::ZERO);
             // The field is symmetric about the Sun's vertical.
-            for k in 0..counts.azimuths {
-                let azimuth_rad = PI * (f64::from(k) + 0.5) / f64::from(counts.azimuths);
-                let along = direction(self.streams[node % STREAMS].cosine, azimuth_rad);
-                let (light, ground) = self.sphere.single_scattering(self.start(node / STREAMS), along, counts.steps, sun);
+            for (along, _) in rays_of(&self.streams[node % STREAMS]) {
+                let (light, ground) = self.sphere.single_scattering(self.start(node / STREAMS), along, counts.steps, sun, &norms);
                 scattered += light;
                 reflected += ground.map_or(DVec3::ZERO, |g| g.transmittance * self.sphere.reflected(g.point_km, sun));
             }
@@ -177,7 +181,8 @@ impl<'a> DiffuseLight<'a> {
             all.push((scattered + reflected) / f64::from(counts.azimuths));
         }
         let mut order = all.clone();
-        for _ in 0..MAX_ORDERS {
+        let mut previous_largest = DVec3::INFINITY;
+        for number in 0..MAX_ORDERS {
             let next = |row: &[DVec3]| row.iter().zip(&order).map(|(fraction, light)| *fraction * *light).sum::<DVec3>();
             order = self.next_order.chunks_exact(NODES).map(next).collect();
             let (mut largest, mut brightest) = (DVec3::ZERO, DVec3::ZERO);
@@ -188,6 +193,13 @@ impl<'a> DiffuseLight<'a> {
             if largest.cmple(brightest * LAST_ORDER).all() {
                 break;
             }
+            if number + 1 == MAX_ORDERS {
+                // By now each order is the previous one times the same factor.
+                let ratio = (largest / previous_largest).clamp(DVec3::ZERO, DVec3::splat(0.9999));
+                let tail = ratio / (1.0 - ratio);
+                all.iter_mut().zip(&order).for_each(|(sum, light)| *sum += *light * tail);
+            }
+            previous_largest = largest.max(DVec3::splat(1e-300));
         }
         Field { once, all }
     }

@@ -54,7 +54,7 @@ pub(crate) fn row_height_km(air: &Atmosphere, row: usize) -> f64 {
 }
 
 /// Directions of a Fibonacci lattice on the sphere.
-fn directions(count: usize) -> impl Iterator<Item = DVec3> {
+fn directions(count: usize) -> impl Iterator<Item = DVec3> + Clone {
     (0..count).map(move |k| {
         let z = 1.0 - (2.0 * k as f64 + 1.0) / count as f64;
         let (sin, cos) = (PI * (1.0 + 5.0f64.sqrt()) * k as f64).sin_cos();
@@ -71,10 +71,12 @@ fn towards_sun(cosine: f64) -> DVec3 {
 /// Irradiance of level ground by skylight that was scattered once, per irradiance of the Sun.
 fn ground_irradiance_once(sphere: &AirSphere<'_>, sun: DVec3) -> DVec3 {
     let from = DVec3::Z * (sphere.radius_km + GROUND_CLEARANCE_KM);
+    // The directions are distributed over the entire sphere.
+    let solid_angle = 2.0 * TAU / GROUND_DIRECTIONS as f64;
+    let norms = sphere.phase_norms(sun, directions(GROUND_DIRECTIONS).map(|d| (d, solid_angle)));
     let sky = directions(GROUND_DIRECTIONS).filter(|d| d.z > 0.0);
-    let sum: DVec3 = sky.map(|along| sphere.single_scattering(from, along, GROUND_STEPS, sun).0 * along.z).sum();
-    // The directions are distributed over the entire sphere, so each has the solid angle 2 TAU / count.
-    sum * (2.0 * TAU / GROUND_DIRECTIONS as f64)
+    let sum: DVec3 = sky.map(|along| sphere.single_scattering(from, along, GROUND_STEPS, sun, &norms).0 * along.z).sum();
+    sum * solid_angle
 }
 
 /// The column coordinate of a zenith cosine: mu / (|mu| + BEND).

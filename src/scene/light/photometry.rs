@@ -156,7 +156,8 @@ const LIGHT_CURVE_GRID: [u32; 2] = [24, 12];
 /// visible. `sun` and `viewer`: unit vectors from the body, body axes. Errors: those of the harmonics, which leave out all finer detail of the map
 /// (tests/image/light_curves.rs).
 pub fn light_curve(body: &Body, sun: DVec3, viewer: DVec3) -> f64 {
-    let Some(harmonics) = body.maps.albedo.as_ref().and_then(|map| map.harmonics) else { return 1.0 };
+    let harmonics = body.maps.albedo.as_ref().and_then(|map| map.harmonics);
+    let Some(harmonics) = harmonics.filter(|_| !matches!(body.photometry, Photometry::Emissive { .. })) else { return 1.0 };
     let alpha = crate::ephemeris::angle_rad(sun, viewer);
     // Photometric longitude 0 is the viewer's, alpha the Sun's; the pole is perpendicular to both.
     let towards_sun = sun.reject_from(viewer).try_normalize().unwrap_or_else(|| viewer.any_orthonormal_vector());
