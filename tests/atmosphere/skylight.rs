@@ -9,11 +9,7 @@ use orrery::scene::multi_scatter_table::{COLUMNS, HEIGHTS, sun_cosine, table};
 const BY_DAY: [usize; 4] = [15, 13, 11, 10];
 /// 4 and 0.1 degrees high.
 const LOW_SUN: [usize; 2] = [8, 6];
-<<<<<<< HEAD
 /// The Sun 0.1 degrees above the horizon, and 1.4, 3.3 and 5.6 degrees below it.
-=======
-/// The Sun 0.1 degrees above, then 1.4, 3.3 and 5.6 degrees below the horizon.
->>>>>>> v-3
 const TWILIGHT: [usize; 4] = [6, 5, 4, 3];
 
 fn body(name: &str) -> Body {
