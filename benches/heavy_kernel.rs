@@ -14,7 +14,8 @@ mod heavy;
 #[cfg(target_arch = "x86_64")]
 fn largest_difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> f32 {
     let differences = a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| (a - b).abs());
-    differences.fold(0.0, |largest, d| if d <= largest { largest } else { d })
+    // NaN stays: no number is at most NaN, so the comparison alone would replace it by the next difference.
+    differences.fold(0.0, |largest: f32, d: f32| if largest.is_nan() || d <= largest { largest } else { d })
 }
 
 #[cfg(not(target_arch = "x86_64"))]

@@ -1,6 +1,6 @@
-//! Parts of messages: quotations of input, counts, suggestions of known words, and JSON errors in plain words.
+//! Parts of messages and tables: quotations of input, counts, numbers, suggestions of known words, and JSON errors in plain words.
 //!
-//! In: untrusted text, counts, known words. Out: text for one line on a terminal. Always: a quotation contains no control character and at most as
+//! In: untrusted text, numbers, known words. Out: text for one line on a terminal. Always: a quotation contains no control character and at most as
 //! many characters as the caller allows. Not here: the sentences of messages.
 
 /// Largest length of a quotation of input in a message, characters.
@@ -26,6 +26,12 @@ pub(crate) fn echo_within(given: &str, max_chars: usize) -> String {
 pub(crate) fn counted(count: usize, noun: &str) -> String {
     let ending = if count == 1 { "" } else { "s" };
     format!("{count} {noun}{ending}")
+}
+
+/// A number with this many decimals, without a minus sign if it rounds to zero.
+pub(crate) fn fixed_decimals(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    text.strip_prefix('-').filter(|digits| digits.bytes().all(|b| matches!(b, b'0' | b'.'))).unwrap_or(&text).to_owned()
 }
 
 /// A message with terminal control characters escaped; line breaks stay.
@@ -139,6 +145,15 @@ mod tests {
         assert!(echo(&"x".repeat(201)).ends_with("x…") && echo("a\u{1b}[2J") == "a\\u{1b}[2J");
         assert_eq!(escape_controls("a\u{1b}b\nc"), "a\\u{1b}b\nc");
         assert_eq!(one_line("a\u{1b}b\r\nc é"), "a\\u{1b}b\\r\\nc é");
+    }
+
+    #[test]
+    fn a_number_that_rounds_to_zero_has_no_sign() {
+        for (value, decimals, text) in
+            [(-0.000_04, 4, "0.0000"), (-0.000_06, 4, "-0.0001"), (-0.0, 0, "0"), (-0.4, 0, "0"), (-10.0, 1, "-10.0"), (0.0, 2, "0.00")]
+        {
+            assert_eq!(fixed_decimals(value, decimals), text, "{value}");
+        }
     }
 
     #[test]

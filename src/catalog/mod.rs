@@ -14,6 +14,7 @@ mod body;
 pub mod cities;
 #[doc(hidden)]
 pub mod constellations;
+mod csv_line;
 mod data_layer;
 mod eclipse_radii;
 mod fields;

@@ -6,6 +6,7 @@
 use crate::catalog::Catalog;
 use crate::events;
 use crate::time::{Instant, MIN_SHOWN_DELTA_T_ERROR_S};
+use crate::wording::fixed_decimals;
 use serde_json::{Value, json};
 
 /// An ISO time without `T` and `Z`, its seconds rounded to this many decimals: with 0 decimals `2024-04-08 18:17:20`. Rounding up may change the date.
@@ -35,9 +36,7 @@ fn seconds_past_j2000(iso: &Value) -> f64 {
 
 /// A number with this many decimals, without a minus sign if it rounds to zero; `-` for null.
 fn number_text(value: &Value, decimals: usize) -> String {
-    let Some(v) = value.as_f64() else { return "-".to_owned() };
-    let text = format!("{v:.decimals$}");
-    text.strip_prefix('-').filter(|digits| digits.bytes().all(|b| matches!(b, b'0' | b'.'))).unwrap_or(&text).to_owned()
+    value.as_f64().map_or_else(|| "-".to_owned(), |v| fixed_decimals(v, decimals))
 }
 
 /// A duration as text, rounded to its last unit: `4m28s` or `1h02m`; `-` for null.

@@ -9,6 +9,7 @@ use crate::ephemeris::topocentric::{Observer, ObserverSky};
 use crate::ephemeris::{Ephemeris, EphemerisError, Source};
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
+use crate::wording::fixed_decimals;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 
@@ -201,14 +202,14 @@ fn row_as_json(row: &Row) -> Value {
 
 /// An angle with this many decimals; what rounds to 360 degrees is 0.
 fn angle_text(degrees: f64, decimals: usize) -> String {
-    let text = |v: f64| format!("{v:.decimals$}");
+    let text = |v: f64| fixed_decimals(v, decimals);
     if text(degrees) == text(360.0) { text(0.0) } else { text(degrees) }
 }
 
 impl Cell {
     fn in_text(&self) -> String {
         match self {
-            Self::Number(v, decimals) => format!("{v:.decimals$}"),
+            Self::Number(v, decimals) => fixed_decimals(*v, *decimals),
             Self::Angle(v, decimals) => angle_text(*v, *decimals),
             Self::Sexagesimal { text, .. } | Self::Text(text) => text.clone(),
             Self::Empty => "-".into(),
@@ -217,7 +218,7 @@ impl Cell {
 
     fn in_csv(&self) -> String {
         match self {
-            Self::Number(v, decimals) => format!("{v:.decimals$}"),
+            Self::Number(v, decimals) => fixed_decimals(*v, *decimals),
             Self::Angle(v, decimals) | Self::Sexagesimal { degrees: v, decimals, .. } => angle_text(*v, *decimals),
             Self::Text(text) => text.clone(),
             Self::Empty => String::new(),
@@ -293,7 +294,8 @@ pub(crate) fn rise_and_set_text(events: &Value) -> String {
         let event = &events[name];
         let _ = match (event["time"].as_str(), event["azimuth_deg"].as_f64(), event["altitude_deg"].as_f64()) {
             (Some(time), Some(azimuth), Some(altitude)) => {
-                writeln!(out, "{name:<22}{time}  azimuth {} deg, altitude {altitude:.2} deg", angle_text(azimuth, 2))
+                let (azimuth, altitude) = (angle_text(azimuth, 2), fixed_decimals(altitude, 2));
+                writeln!(out, "{name:<22}{time}  azimuth {azimuth} deg, altitude {altitude} deg")
             }
             _ => writeln!(out, "{name:<22}none within the day"),
         };
@@ -325,5 +327,21 @@ mod tests {
         let ra = Cell::Sexagesimal { text: "0h".into(), degrees: 359.999_999_99, decimals: 7 };
         assert_eq!(ra.in_csv(), "0.0000000");
         assert_eq!(Cell::Number(359.999_9, 3).in_csv(), "360.000", "a distance is not an angle");
+    }
+
+    /// As the latitude below the Sun at an equinox, and the altitude and hour angle of a body that rises or culminates.
+    #[test]
+    fn a_value_that_rounds_to_zero_has_no_sign() {
+        for degrees in [-0.000_004, -0.0] {
+            let declination = Cell::Sexagesimal { text: String::new(), degrees, decimals: 5 };
+            for cell in [Cell::Number(degrees, 5), Cell::Angle(degrees, 5), declination] {
+                assert_eq!(cell.in_csv(), "0.00000", "{cell:?}");
+            }
+            assert_eq!([Cell::Number(degrees, 5).in_text(), Cell::Angle(degrees, 5).in_text()], ["0.00000", "0.00000"]);
+        }
+        assert_eq!(Cell::Number(-0.000_006, 5).in_text(), "-0.00001");
+        let event = json!({ "time": "2026-06-21T10:48:00Z", "azimuth_deg": 0.0, "altitude_deg": -0.004 });
+        let printed = rise_and_set_text(&json!({ "transit": event, "place": {} }));
+        assert!(printed.contains("altitude 0.00 deg"), "{printed}");
     }
 }

@@ -126,6 +126,9 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     // A time outside the accepted range is reported before the first frame is drawn.
     if let Some(last) = numbers().next_back() {
         views.check_last_frame(&session, last)?;
+    } else {
+        let count = counted(views.count() as usize, "frame");
+        print_message(&format!("--shard {first_number}/{stride}: this shard has no frames; the sequence has only {count}"));
     }
     if views.has_stereo_or_warp() && output.path(first_number).is_some_and(|p| is_exr(&p)) {
         return Err(CliError::Failed("stereo pairs and warped images have display values: write .png, or - for a stream".into()));

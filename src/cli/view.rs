@@ -59,10 +59,18 @@ impl Default for ViewArgs {
 #[cfg(not(feature = "view"))]
 pub(crate) fn run(_common: &Common, args: &ViewArgs) -> Result<(), CliError> {
     let time_text = parse_time_option(&args.time)?.to_utc_iso();
+    let name = crate::wording::echo(&args.target);
+    let (target, file) = (shell_word(&name), shell_word(&format!("{name}.png")));
     Err(CliError::Failed(format!(
-        "this build has no window; to draw to a file: orrery render --target {} --time {time_text} -o {0}.png",
-        args.target
+        "this build has no window; to draw to a file: orrery render --target {target} --time {time_text} -o {file}"
     )))
+}
+
+/// A word of a command that a user may copy into a shell: in quotes if it has characters that a shell may not take as they are.
+#[cfg(any(test, not(feature = "view")))]
+fn shell_word(word: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | '/');
+    if !word.is_empty() && word.chars().all(is_plain) { word.to_owned() } else { format!("'{}'", word.replace('\'', r"'\''")) }
 }
 
 #[cfg(feature = "view")]
@@ -213,5 +221,24 @@ mod windowed {
             .filter_map(|id| session.catalog().body(id))
             .map(SelectableBody::of)
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_with_blanks_or_quotes_are_quoted() {
+        for (word, quoted) in [
+            ("earth", "earth"),
+            ("599", "599"),
+            ("Barnard's star", r"'Barnard'\''s star'"),
+            ("earth moon.png", "'earth moon.png'"),
+            ("$(x)", "'$(x)'"),
+            ("", "''"),
+        ] {
+            assert_eq!(shell_word(word), quoted, "{word}");
+        }
     }
 }

@@ -68,11 +68,12 @@ pub struct RiseSetTimes {
 /// A transit or occultation of one disc by another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiscPassage {
-    /// First contact of the discs.
-    pub begins: Instant,
-    /// Last contact of the discs.
-    pub ends: Instant,
-    /// Second and third contact, between which the smaller disc is entirely in front of or behind the larger.
+    /// First contact of the discs; `None` if they overlap already two days before the greatest obscuration.
+    pub begins: Option<Instant>,
+    /// Last contact of the discs; `None` if they still overlap two days after the greatest obscuration.
+    pub ends: Option<Instant>,
+    /// Second and third contact, between which the smaller disc is entirely in front of or behind the larger; `None` if it never is, or if either of the two
+    /// is more than two days from the greatest obscuration.
     pub inner: Option<(Instant, Instant)>,
     /// The instant of greatest obscuration.
     pub greatest: Instant,
@@ -248,23 +249,6 @@ impl ObserverSky<'_> {
         if largest <= 0.0 {
             return Ok(None);
         }
-        // Time of the contact before (-1) or after (1) the greatest obscuration: the root of `overlap_at`.
-        let contact = |sign: f64, overlap_at: &dyn Fn(f64) -> Result<f64, EphemerisError>| -> Result<f64, EphemerisError> {
-            let mut step = CONTACT_STEP_S;
-            // The time farthest from the greatest obscuration at which `overlap_at` was found to be positive.
-            let mut inside_s = greatest_s;
-            loop {
-                let s = greatest_s + sign * step;
-                if overlap_at(s)? <= 0.0 {
-                    return root(s, inside_s, overlap_at);
-                }
-                inside_s = s;
-                step += CONTACT_STEP_S;
-                if step > LONGEST_PASSAGE_S {
-                    return Ok(s);
-                }
-            }
-        };
         let t = start.plus_seconds(greatest_s);
         let (far, near) = (self.topocentric(target, t)?, self.topocentric(occulting, t)?);
         // How far the smaller disc lies inside the larger, degrees: 0 at internal tangency, negative if it protrudes.
@@ -272,17 +256,16 @@ impl ObserverSky<'_> {
             let t = start.plus_seconds(s);
             Ok(overlap(s)? - 2.0 * self.topocentric(target, t)?.semidiameter_deg.min(self.topocentric(occulting, t)?.semidiameter_deg))
         };
-        let inner = if inner_overlap(greatest_s)? > 0.0 {
-            Some((start.plus_seconds(contact(-1.0, &inner_overlap)?), start.plus_seconds(contact(1.0, &inner_overlap)?)))
-        } else {
-            None
-        };
+        let instant = |s: f64| start.plus_seconds(s);
+        let is_inside = inner_overlap(greatest_s)? > 0.0;
+        let inner_s =
+            if is_inside { contact_s(greatest_s, -1.0, &inner_overlap)?.zip(contact_s(greatest_s, 1.0, &inner_overlap)?) } else { None };
         Ok(Some(DiscPassage {
-            begins: start.plus_seconds(contact(-1.0, &outer_overlap)?),
-            ends: start.plus_seconds(contact(1.0, &outer_overlap)?),
-            inner,
+            begins: contact_s(greatest_s, -1.0, &outer_overlap)?.map(instant),
+            ends: contact_s(greatest_s, 1.0, &outer_overlap)?.map(instant),
+            inner: inner_s.map(|(second_s, third_s)| (instant(second_s), instant(third_s))),
             greatest: t,
-            magnitude: if inner.is_some() { near.semidiameter_deg / far.semidiameter_deg } else { largest / (2.0 * far.semidiameter_deg) },
+            magnitude: if is_inside { near.semidiameter_deg / far.semidiameter_deg } else { largest / (2.0 * far.semidiameter_deg) },
             altitude_deg: far.altitude_deg,
         }))
     }
@@ -305,6 +288,23 @@ fn first_crossings(length_s: f64, f: impl Fn(f64) -> Result<f64, EphemerisError>
         previous = current;
     }
     Ok((upward_s, downward_s))
+}
+
+/// Time of the contact before (`sign` -1) or after (1) the greatest obscuration: the root of `overlap`. `None` if the discs still overlap at the end of
+/// [`LONGEST_PASSAGE_S`].
+fn contact_s(greatest_s: f64, sign: f64, overlap: impl Fn(f64) -> Result<f64, EphemerisError>) -> Result<Option<f64>, EphemerisError> {
+    let mut step = CONTACT_STEP_S;
+    // The time farthest from the greatest obscuration at which `overlap` was found to be positive.
+    let mut inside_s = greatest_s;
+    while step <= LONGEST_PASSAGE_S {
+        let s = greatest_s + sign * step;
+        if overlap(s)? <= 0.0 {
+            return root(s, inside_s, &overlap).map(Some);
+        }
+        inside_s = s;
+        step += CONTACT_STEP_S;
+    }
+    Ok(None)
 }
 
 /// The root of `f` between `a`, where `f` is not positive, and `b`, where it is positive; `a` may be later than `b`.
@@ -336,6 +336,19 @@ fn time_of_maximum(mut a: f64, mut b: f64, f: impl Fn(f64) -> Result<f64, Epheme
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The end of the search is no contact.
+    #[test]
+    fn discs_that_overlap_for_more_than_two_days_have_no_contact() {
+        for (half_duration_s, has_contact) in [(3600.5, true), (LONGEST_PASSAGE_S - 1.0, true), (LONGEST_PASSAGE_S + 1.0, false)] {
+            for sign in [-1.0, 1.0] {
+                let found = contact_s(500.0, sign, |s| Ok(half_duration_s - (s - 500.0).abs())).expect("a time or none");
+                assert_eq!(found.is_some(), has_contact, "{half_duration_s} {sign}: {found:?}");
+                let error_s = found.map_or(0.0, |s| s - (500.0 + sign * half_duration_s));
+                assert!(error_s.abs() <= ROOT_TOLERANCE_S, "{half_duration_s} {sign}: {error_s} s");
+            }
+        }
+    }
 
     #[test]
     fn ground_points_of_the_earth_agree_with_wgs84() {

@@ -237,6 +237,19 @@ fn a_shared_sequence_without_a_time_says_that_its_parts_differ() {
     assert!(out.status.success() && !stderr_text(&out).contains("give --time"), "{}", stderr_text(&out));
 }
 
+#[test]
+fn a_shard_without_frames_says_so() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, frames, shard, expected) in [("out.png", "1", "1/2", "1 frame"), ("out-%d.png", "2", "3/4", "2 frames")] {
+        let path = folder.path().join(name);
+        let out = render(&[&BASE[..], &["--frames", frames, "--shard", shard, "-o", path_text(&path)]].concat());
+        let line = stderr_text(&out);
+        assert!(out.status.success() && line.trim().lines().count() == 1, "{shard}: {line}");
+        assert!(line.contains(&format!("--shard {shard}: this shard has no frames")) && line.trim().ends_with(expected), "{shard}: {line}");
+    }
+    assert!(files(folder.path()).is_empty(), "nothing is drawn");
+}
+
 /// If it were refused at the first frame outside, the frames drawn until then would be lost in an animation or a stream.
 #[test]
 fn a_sequence_that_leaves_the_ephemeris_is_refused_before_its_first_frame() {

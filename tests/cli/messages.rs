@@ -321,6 +321,10 @@ fn arguments_without_a_verb_belong_to_view() {
             stderr_text(&out)
         );
     }
+    if !crate::support::program::has_view() {
+        let line = stderr_text(&orrery(&["--target", "earth moon", "--time", "2024-04-08"]));
+        assert!(line.contains("--target 'earth moon'") && line.trim().ends_with("-o 'earth moon.png'"), "{line}");
+    }
     let help = orrery(&["--help"]);
     assert!(String::from_utf8_lossy(&help.stdout).contains("orrery --target saturn"));
 }

@@ -44,7 +44,7 @@ fn local_contacts_agree_with_a_topocentric_search() {
                 sky(observer).passage(NaifId::SUN, NaifId::MOON, e.greatest.plus_seconds(-4.0 * 3600.0), 8.0 * 3600.0).expect("places");
             assert_eq!(circumstances.is_some(), by_discs.is_some(), "{day} {lat} {lon}");
             let (Some(circumstances), Some(by_discs)) = (circumstances, by_discs) else { continue };
-            let mut expected = vec![by_discs.begins, by_discs.ends];
+            let mut expected: Vec<_> = [by_discs.begins, by_discs.ends].into_iter().flatten().collect();
             expected.splice(1..1, by_discs.inner.into_iter().flat_map(|(a, b)| [a, b]));
             assert_eq!(circumstances.contacts.len(), expected.len(), "{day} {lat} {lon}");
             central_count += usize::from(by_discs.inner.is_some());

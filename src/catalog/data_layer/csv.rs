@@ -4,30 +4,7 @@
 
 use super::columns::Columns;
 use super::layer::Content;
-
-/// The values of a line, without their quotes and without spaces around them. Within quotes, a doubled quote means one quote. A quote inside an unquoted value
-/// is an ordinary character.
-fn values(line: &str) -> Result<Vec<String>, String> {
-    let (mut all, mut value, mut in_quotes) = (Vec::new(), String::new(), false);
-    let mut chars = line.chars().peekable();
-    while let Some(c) = chars.next() {
-        match c {
-            '"' if in_quotes && chars.peek() == Some(&'"') => {
-                chars.next();
-                value.push('"');
-            }
-            '"' if in_quotes => in_quotes = false,
-            '"' if value.trim().is_empty() => in_quotes = true,
-            ',' if !in_quotes => all.push(std::mem::take(&mut value).trim().to_owned()),
-            _ => value.push(c),
-        }
-    }
-    if in_quotes {
-        return Err("a quoted value does not end on this line".to_owned());
-    }
-    all.push(value.trim().to_owned());
-    Ok(all)
-}
+use crate::catalog::csv_line::values;
 
 /// The points of a table. The error is a line number and what is wrong there.
 pub(super) fn read(text: &str, on_body: bool) -> Result<Content, (usize, String)> {
@@ -47,18 +24,6 @@ pub(super) fn read(text: &str, on_body: bool) -> Result<Content, (usize, String)
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn only_a_quote_at_the_start_of_a_value_quotes_it() {
-        for (line, expected) in [
-            (r#""a, b",1"#, &["a, b", "1"][..]),
-            (r#" "say ""hi""" , 2 "#, &[r#"say "hi""#, "2"]),
-            (r#""",3"#, &["", "3"]),
-            (r#"a 5" telescope,4"#, &[r#"a 5" telescope"#, "4"]),
-        ] {
-            assert_eq!(values(line).expect("values"), expected, "{line}");
-        }
-    }
 
     #[test]
     fn a_quoted_value_that_does_not_end_is_an_error() {

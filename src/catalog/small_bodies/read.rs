@@ -8,6 +8,7 @@ use super::rows::{
     PERIHELION_DISTANCE, PERIHELION_PASSAGE, SEMI_MAJOR_AXIS, Values, body, number,
 };
 use super::{SmallBody, SmallBodyFileError, mpcorb};
+use crate::catalog::csv_line::values;
 use crate::wording::{echo, echo_within, json_error_text};
 use serde::Deserialize;
 use std::borrow::Cow;
@@ -84,26 +85,12 @@ impl Columns {
     }
 }
 
-/// The values of a line of CSV. A value in quotes may contain commas; within it, a doubled quote means one quote.
-fn cells(line: &str) -> Vec<Cow<'_, str>> {
-    if !line.contains('"') {
-        return line.split(',').map(|c| Cow::Borrowed(c.trim())).collect();
+/// The values of a line of CSV, as [`values`] reads them; those of a line without quotes are not copied.
+fn cells(line: &str) -> Result<Vec<Cow<'_, str>>, String> {
+    if line.contains('"') {
+        return Ok(values(line)?.into_iter().map(Cow::Owned).collect());
     }
-    let (mut all, mut cell, mut in_quotes) = (Vec::new(), String::new(), false);
-    let mut chars = line.chars().peekable();
-    while let Some(c) = chars.next() {
-        match c {
-            '"' if in_quotes && chars.peek() == Some(&'"') => {
-                chars.next();
-                cell.push('"');
-            }
-            '"' => in_quotes = !in_quotes,
-            ',' if !in_quotes => all.push(Cow::Owned(std::mem::take(&mut cell).trim().to_owned())),
-            c => cell.push(c),
-        }
-    }
-    all.push(Cow::Owned(cell.trim().to_owned()));
-    all
+    Ok(line.split(',').map(|c| Cow::Borrowed(c.trim())).collect())
 }
 
 /// The reply of the database's query interface.
@@ -138,11 +125,16 @@ fn read_csv(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
     for (line_number, line) in text.lines().enumerate().map(|(k, line)| (k + 1, line.trim())).filter(|(_, line)| !line.is_empty()) {
         if let Some(columns) = &columns {
             if !line.starts_with('#') {
-                all.push(columns.body(&cells(line)).map_err(|e| (line_number, e))?);
+                let body = cells(line).and_then(|cells| columns.body(&cells));
+                all.push(body.map_err(|e| (line_number, e))?);
             }
             continue;
         }
-        let names: Vec<String> = cells(line.trim_start_matches('#')).iter().map(|n| normalized(n)).collect();
+        let names: Vec<String> = match cells(line.trim_start_matches('#')) {
+            Ok(cells) => cells.iter().map(|n| normalized(n)).collect(),
+            Err(_) if line.starts_with('#') => continue,
+            Err(why) => return Err((line_number, why)),
+        };
         match Columns::of(&names) {
             Ok(found) => columns = Some(found),
             // This is a comment above the line that names the columns.
@@ -245,6 +237,19 @@ mod tests {
         assert_eq!(full_name("pdes,name,full_name", "2004 MN4,,\"       (2004 MN4)\""), "2004 MN4");
         assert_eq!(full_name("name,full_name", ",\"       (2004 MN4)\""), "(2004 MN4)");
         assert_eq!(full_name("pdes,full_name", "2004 MN4,"), "2004 MN4");
+    }
+
+    /// As in the CSV files of data layers.
+    #[test]
+    fn only_a_quote_at_the_start_of_a_value_quotes_it() {
+        let name = |cell: &str| read("q.csv", &format!("{HEAD}{cell},0.1,2.5,3,4,5,6,60000,9,\n")).map(|bodies| bodies[0].name.clone());
+        for (cell, expected) in [("O\"Hara", "O\"Hara"), ("\"O\"\"Hara, K.\"", "O\"Hara, K."), (" \"Ceres\" ", "Ceres")] {
+            assert_eq!(name(cell).unwrap_or_else(|e| panic!("{cell}: {e}")), expected, "{cell}");
+        }
+        assert_eq!(name("\"Ceres").expect_err("an open quote").to_string(), "q.csv:2: a quoted value does not end on this line");
+        // Not in a comment above the line that names the columns.
+        assert!(read("q.csv", &format!("# \"Ceres\n{HEAD}x,0.1,2.5,3,4,5,6,60000,9,\n")).is_ok());
+        assert_eq!(read("q.csv", &format!("\"{HEAD}")).expect_err("an open quote").line, 1);
     }
 
     #[test]

@@ -287,13 +287,17 @@ fn solar_eclipse(ui: &mut egui::Ui, report: &SkyReport) {
         }
         Ok(Some(eclipse)) => {
             Grid::new("eclipse").num_columns(2).striped(true).show(ui, |ui| {
-                line(ui, text!("eclipse-first-contact"), second_text(eclipse.begins));
+                if let Some(first) = eclipse.begins {
+                    line(ui, text!("eclipse-first-contact"), second_text(first));
+                }
                 if let Some((second, third)) = eclipse.inner {
                     line(ui, text!("eclipse-second-contact"), second_text(second));
                     line(ui, text!("eclipse-third-contact"), second_text(third));
                 }
                 line(ui, text!("eclipse-greatest"), second_text(eclipse.greatest));
-                line(ui, text!("eclipse-last-contact"), second_text(eclipse.ends));
+                if let Some(last) = eclipse.ends {
+                    line(ui, text!("eclipse-last-contact"), second_text(last));
+                }
                 line(ui, text!("event-magnitude"), decimal(eclipse.magnitude, 4));
                 line(ui, text!("eclipse-sun-altitude"), format!("{}°", signed(eclipse.altitude_deg, 1)));
                 line(ui, text!("eclipse-radii"), message_text(&report.eclipse_radii));

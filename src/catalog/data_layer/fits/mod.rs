@@ -111,8 +111,9 @@ fn empty_axis_error(header: &Header) -> Option<CardError> {
     Some((header.card_number(&keyword), why))
 }
 
-/// The values of the pixels after BSCALE and BZERO, in the order of the file; NaN where the value is BLANK.
-fn scaled_values(hdu: &Hdu<'_>) -> Result<Vec<f32>, CardError> {
+/// The values of the pixels after BSCALE and BZERO, in the order of the file; NaN where the value is BLANK. The data may be longer than the image: by the
+/// values that PCOUNT announces, or by further groups (GCOUNT); these are left out.
+fn scaled_values(hdu: &Hdu<'_>, pixel_count: usize) -> Result<Vec<f32>, CardError> {
     let header = &hdu.header;
     let scale = header.number("BSCALE")?.unwrap_or(1.0);
     let zero = header.number("BZERO")?.unwrap_or(0.0);
@@ -122,8 +123,9 @@ fn scaled_values(hdu: &Hdu<'_>) -> Result<Vec<f32>, CardError> {
     fn map_chunks<const N: usize>(data: &[u8], value: impl Fn([u8; N]) -> f32) -> Vec<f32> {
         data.as_chunks::<N>().0.iter().map(|b| value(*b)).collect()
     }
-    let data = hdu.data;
-    Ok(match header.integer("BITPIX", -64..=64)? {
+    let bits = header.integer("BITPIX", -64..=64)?;
+    let data = hdu.data.get(..pixel_count * (bits.unsigned_abs() / 8) as usize).unwrap_or(hdu.data);
+    Ok(match bits {
         8 => map_chunks(data, |[b]| scaled_integer(i64::from(b))),
         16 => map_chunks(data, |b| scaled_integer(i64::from(i16::from_be_bytes(b)))),
         32 => map_chunks(data, |b| scaled_integer(i64::from(i32::from_be_bytes(b)))),
@@ -149,7 +151,7 @@ pub(super) fn read(bytes: &[u8], on_body: bool, style: &ImageStyle) -> Result<Pl
     }
     let size = [width, height].map(|side| u32::try_from(side).unwrap_or(1));
     let wcs = if on_body { wcs::on_body(header, size)? } else { wcs::on_sky(header)? };
-    let values = scaled_values(&hdu)?;
+    let values = scaled_values(&hdu, size[0] as usize * size[1] as usize)?;
     let colours = colours(&values, style).ok_or_else(|| (header.card_number("BITPIX"), "the image has no finite value".to_owned()))?;
     let row_bytes = 4 * size[0] as usize;
     let mut rgba: Vec<u8> = colours.chunks_exact(row_bytes).rev().flatten().copied().collect();
@@ -231,6 +233,22 @@ mod tests {
         let data = [0_u8, 51, 102, 255];
         let image = read(&file(&[&[("BITPIX", "8")], SIZE, TAN], &data), false, &sqrt).expect("stretched");
         assert_eq!(red(&image)[3], 114);
+    }
+
+    /// The values of PCOUNT and those of a second group follow the pixels. They are no part of the image, and do not change its stretch.
+    #[test]
+    fn values_after_the_pixels_are_ignored() {
+        let pixels: Vec<u8> = [0_i16, 51, 102, 204].iter().flat_map(|v| v.to_be_bytes()).collect();
+        let with_others: Vec<u8> = [0_i16, 51, 102, 204, -9000, 9000, 9000, 9000].iter().flat_map(|v| v.to_be_bytes()).collect();
+        let image = |cards: &[(&str, &str)], data: &[u8]| {
+            read(&file(&[&[("BITPIX", "16")], SIZE, TAN, cards], data), false, &full_range()).unwrap_or_else(|e| panic!("{cards:?}: {e:?}"))
+        };
+        let alone = image(&[], &pixels);
+        assert_eq!(alone.rgba.len(), 16);
+        for cards in [&[("PCOUNT", "4")][..], &[("PCOUNT", "4"), ("GCOUNT", "1")], &[("PCOUNT", "0"), ("GCOUNT", "2")]] {
+            assert_eq!(image(cards, &with_others), alone, "{cards:?}");
+        }
+        assert_ne!(image(&[], &with_others[8..]), alone, "the comparison must be able to fail");
     }
 
     #[test]

@@ -1,0 +1,44 @@
+//! A line of comma-separated values (RFC 4180, without line breaks in values), for all tables that users give in this form.
+//!
+//! In: the line. Out: its values as text. Not here: the meaning of columns.
+
+/// The values of a line, without their quotes and without spaces around them. Within quotes, a doubled quote means one quote. A quote inside an unquoted value
+/// is an ordinary character.
+pub(super) fn values(line: &str) -> Result<Vec<String>, String> {
+    let (mut all, mut value, mut in_quotes) = (Vec::new(), String::new(), false);
+    let mut chars = line.chars().peekable();
+    while let Some(c) = chars.next() {
+        match c {
+            '"' if in_quotes && chars.peek() == Some(&'"') => {
+                chars.next();
+                value.push('"');
+            }
+            '"' if in_quotes => in_quotes = false,
+            '"' if value.trim().is_empty() => in_quotes = true,
+            ',' if !in_quotes => all.push(std::mem::take(&mut value).trim().to_owned()),
+            _ => value.push(c),
+        }
+    }
+    if in_quotes {
+        return Err("a quoted value does not end on this line".to_owned());
+    }
+    all.push(value.trim().to_owned());
+    Ok(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_quote_at_the_start_of_a_value_quotes_it() {
+        for (line, expected) in [
+            (r#""a, b",1"#, &["a, b", "1"][..]),
+            (r#" "say ""hi""" , 2 "#, &[r#"say "hi""#, "2"]),
+            (r#""",3"#, &["", "3"]),
+            (r#"a 5" telescope,4"#, &[r#"a 5" telescope"#, "4"]),
+        ] {
+            assert_eq!(values(line).expect("values"), expected, "{line}");
+        }
+    }
+}
