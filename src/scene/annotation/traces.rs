@@ -19,7 +19,7 @@ use std::f64::consts::TAU;
 
 /// Samples of the ephemeris per period, for the shorter of the periods of the body and the centre.
 const SAMPLES_PER_PERIOD: f64 = 48.0;
-/// Minimum and maximum number of samples of a path. The maximum also limits a path to 25 of the shorter periods: relative to a fast moon, to a few weeks.
+/// Minimum and maximum number of samples of a path. The maximum also limits a path to 25 of the shorter periods: days or weeks relative to a fast moon.
 const MIN_SAMPLES: usize = 16;
 const MAX_SAMPLES: usize = 1200;
 /// Length of the Moon's trace about the Sun, in the Moon's own periods: a year.
