@@ -8,7 +8,7 @@ use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
 use orrery::scene::labels::{Label, LabelLayer, LabelMetrics, LabelSide, label_rect};
-use orrery::scene::request::{Axes, ExposureRequest, Layers, Look, Position, ToneMap, ViewRequest};
+use orrery::scene::request::{Axes, Composition, ExposureRequest, Layers, Look, Position, Stereo, StereoLayout, ToneMap, ViewRequest};
 use orrery::time::Instant;
 
 const JUPITER: NaifId = NaifId(599);
@@ -251,4 +251,36 @@ fn a_name_keeps_clear_of_the_caption() {
         usually_covered += u32::from(covers(&layer_of(false, place)) == Some(true));
     }
     assert!(named > 20 && usually_covered > 5, "{named} names; without the caption, {usually_covered} would lie under it");
+}
+
+/// The scene of a stereo pair has caption and scale bar where the image shows them, once per eye.
+#[test]
+fn the_scene_of_a_stereo_pair_has_its_texts_where_they_are_drawn() {
+    for layout in [StereoLayout::SideBySide, StereoLayout::Anaglyph, StereoLayout::Interlaced] {
+        let stereo = Some(Stereo { layout, eye_separation_km: None });
+        let composition = Composition { stereo, ..Composition::default() };
+        let request = ViewRequest { composition, width: 1200, height: 300, ..jupiter() };
+        let [without_texts, drawn] = [false, true].map(|is_on| {
+            let layers = Layers { caption: is_on, scale_bar: is_on, ..Layers::default() };
+            let sampling = SamplingQuality { samples: 1, anisotropy: 1 };
+            SESSION.draw(&ViewRequest { layers, ..request.clone() }, sampling, FrameImages::Display).expect("drawn")
+        });
+        let changed_places = changed_pixels(&without_texts, &drawn);
+        let is_changed = |at: DVec2| changed_places.contains(&(at.floor() + 0.5));
+        let layer = drawn.scene.labels.as_ref().expect("texts");
+        let occupied: Vec<_> = layer.margin.occupied(&LabelMetrics::of_size(layer.glyph_px)).collect();
+        for (k, rect) in occupied.iter().enumerate() {
+            let inked = changed_places.iter().filter(|at| at.cmpge(rect.min).all() && at.cmple(rect.max).all()).count();
+            assert!(inked > 3, "{layout:?} {k}: {inked} pixels in {rect:?}");
+        }
+        // The horizontal bars of both eyes, which are followed by their two ticks.
+        assert_eq!(layer.margin.bars.len(), 6, "{layout:?}");
+        let places: Vec<DVec2> = [0, 3].map(|k| layer.margin.bars[k].rect.min).into();
+        let apart_px = if layout == StereoLayout::SideBySide { 600.0 } else { 0.0 };
+        assert_eq!(places[1] - places[0], DVec2::new(apart_px, 0.0), "{layout:?}");
+        for corner in places {
+            let at = |right: f64| is_changed(corner + DVec2::new(right, 0.5));
+            assert!(!at(-1.5) && at(0.5) && at(1.5), "{layout:?}: {corner}");
+        }
+    }
 }

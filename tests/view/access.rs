@@ -344,8 +344,17 @@ fn a_kept_panel_stays_open_beside_another() {
         settle(&mut harness);
         assert_eq!((harness.state().tab, harness.state().kept_tab), tabs);
     }
-    // A second press of its key closes a kept panel.
+    // Escape keeps a panel that is hidden; it ends the full screen instead.
     harness.state_mut().kept_tab = Some(Tab::Information);
+    harness.set_size(egui::vec2(800.0, 640.0));
+    settle(&mut harness);
+    harness.state_mut().fullscreen = true;
+    harness.key_press(Key::Escape);
+    settle(&mut harness);
+    assert_eq!((harness.state().kept_tab, harness.state().fullscreen), (Some(Tab::Information), false));
+    harness.set_size(egui::vec2(1100.0, 640.0));
+    settle(&mut harness);
+    // A second press of its key closes a kept panel.
     press(&mut harness, "6");
     assert_eq!((harness.state().tab, harness.state().kept_tab), (None, None));
 }

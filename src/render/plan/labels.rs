@@ -106,7 +106,7 @@ fn filled_bar(bar: &Bar, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     (0..columns * rows).map(tile).collect()
 }
 
-/// Caption, scale bar and compass; also the names of surface features with their rings, which the scene puts into the same lists.
+/// Caption, scale bar and compass; also the names of surface features, which the scene puts into the same lists. Only the compass and landing sites have rings.
 fn margin_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let shadow_px = shadow_offset_px(layer.glyph_px);
     let margin = &layer.margin;

@@ -23,7 +23,7 @@ pub(super) fn minor_planets(scene: &Scene, provider: &impl ResourceProvider) -> 
     let (elements, count) = (&minor_planets.columns, u32::try_from(minor_planets.times.len()).unwrap_or(u32::MAX));
     let attributes = vec![
         attribute(4, &elements.perihelion),
-        attribute(4, &elements.motion),
+        attribute(4, &elements.perihelion_velocity),
         attribute(1, &elements.slope),
         attribute(1, &minor_planets.times),
     ];

@@ -1,8 +1,9 @@
 //! The margin of an image: caption, scale bar and compass, which are drawn over the image near its edges.
 //!
 //! In: the request and the bodies in view. Out: texts, bars and rings. Always: lengths are round numbers; a length in kilometres is valid across the line of
-//! sight at the distance of the target's centre. Without a target, or if its disc is small, the bar is an angle. The compass points to the target's north
-//! pole. In a narrow image the caption has more lines and the scale bar stands above it; what does not fit is left out.
+//! sight at the distance of the target's centre. Without a target, or if its disc is small, the bar is an angle, which a bar in the image's middle
+//! spans. The compass points to the target's north pole. In a narrow image the caption has more lines and the scale bar stands above it; what does not fit is
+//! left out.
 
 use super::text::{Bar, LabelMetrics, NAME_COLOUR, Rect, TextLine};
 use crate::catalog::Catalog;
@@ -12,6 +13,7 @@ use crate::scene::in_view::BodyInView;
 use crate::scene::request::view_request::{Position, ViewRequest};
 use crate::units::KM_PER_AU;
 use glam::DVec2;
+use std::f64::consts::FRAC_PI_2;
 
 /// Texts, bars and rings. A ring, given by its centre in pixels, is a circle that marks a position in the image: the compass or a landing site.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -157,17 +159,24 @@ impl Margin {
     fn scale_bar(&mut self, image: &impl ImageProjection, target: Option<&BodyInView>, language: TextLanguage, metrics: &LabelMetrics) {
         let (size, glyph_px) = (image.size_px(), metrics.glyph_px());
         let px_per_radian = image.px_per_radian_in_middle();
-        let max_rad = MAX_BAR_FRACTION * size.x / px_per_radian;
+        let max_px = MAX_BAR_FRACTION * size.x;
+        let max_rad = max_px / px_per_radian;
         let disc_px = |t: &&BodyInView| 2.0 * t.placement.radii_km.max_element() / t.distance_km * px_per_radian;
-        let (text, angle_rad) = match target.filter(|t| disc_px(t) >= MIN_DISC_PX) {
+        // Length of a bar in the image's middle that spans an angle. In a perspective image it grows faster than the angle.
+        let spanning_px = |angle_rad: f64| 2.0 * image.disc_radius_px(0.5 * angle_rad);
+        let (text, length) = match target.filter(|t| disc_px(t) >= MIN_DISC_PX) {
             Some(t) => {
                 let km = round_number_below(max_rad * t.distance_km);
-                (length_text(km), km / t.distance_km)
+                (length_text(km), km / t.distance_km * px_per_radian)
             }
-            None => round_angle_below(max_rad),
+            None => {
+                let widest_rad = max_rad.min(FRAC_PI_2);
+                let (text, angle_rad) = round_angle_below(widest_rad * (max_px / spanning_px(widest_rad)).min(1.0));
+                (text, spanning_px(angle_rad))
+            }
         };
         let text = language.number(&text);
-        let length = (angle_rad * px_per_radian).round();
+        let length = length.round();
         let thickness = (glyph_px / GLYPH_PER_THICKNESS).round().max(1.0);
         let tick = (TICK_HEIGHT * glyph_px).round();
         let left = (size.x - EDGE_DISTANCE * glyph_px - length).round();
@@ -333,6 +342,24 @@ mod tests {
             assert_eq!(margin.bars.len(), if width >= 48 { 3 } else { 0 }, "{width}x{height}: {margin:?}");
         }
         assert_eq!(margin_of(1000, 700).0.texts.len(), 3, "two lines and the text of the bar");
+    }
+
+    /// In the middle of a perspective image a bar spans its angle to within its rounding to whole pixels, also in a wide field.
+    #[test]
+    fn a_bar_in_the_middle_spans_its_angle() {
+        let metrics = LabelMetrics::of_size(13.0);
+        for (fov_deg, text, deg) in [(20.0, "5°", 5.0), (100.0, "30°", 30.0), (120.0, "45°", 45.0), (160.0, "90°", 90.0)] {
+            let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, fov_deg, 1500, 1000);
+            let mut margin = Margin::default();
+            margin.scale_bar(&camera, None, TextLanguage::English, &metrics);
+            let bar = margin.bars[0].rect;
+            let length = bar.max.x - bar.min.x;
+            let spanned_deg = 2.0 * (0.5 * length * camera.pixel_tangent()).atan().to_degrees();
+            let half_pixel_deg = (0.5 * camera.pixel_tangent()).to_degrees();
+            assert_eq!(margin.texts[0].text, text, "{fov_deg}");
+            assert!((spanned_deg - deg).abs() <= half_pixel_deg, "{fov_deg}: {spanned_deg} for {deg}");
+            assert!(length <= MAX_BAR_FRACTION * 1500.0 + 0.5, "{fov_deg}: {length}");
+        }
     }
 
     #[test]

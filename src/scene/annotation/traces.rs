@@ -19,7 +19,7 @@ use std::f64::consts::TAU;
 
 /// Samples of the ephemeris per period, for the shorter of the periods of the body and the centre.
 const SAMPLES_PER_PERIOD: f64 = 48.0;
-/// Minimum and maximum number of samples of a path.
+/// Minimum and maximum number of samples of a path. The maximum also limits a path to 25 of the shorter periods: days or weeks relative to a fast moon.
 const MIN_SAMPLES: usize = 16;
 const MAX_SAMPLES: usize = 1200;
 /// Length of the Moon's trace about the Sun, in the Moon's own periods: a year.
@@ -91,6 +91,14 @@ fn period_s(ephemeris: &Ephemeris, body: &Body, placed: &PlacedBody<'_>) -> Opti
     (alpha > 0.0).then(|| TAU * gm_km3_s2 / alpha.powf(1.5))
 }
 
+/// Span of a path in seconds and its number of samples, from the longer and the shorter of the periods.
+fn span_and_samples(longest_s: f64, shortest_s: f64) -> (f64, usize) {
+    let max_sampled_s = MAX_SAMPLES as f64 / SAMPLES_PER_PERIOD * shortest_s;
+    let span_s = (LENGTH_PERIODS * longest_s).min(MAX_DAYS * SECONDS_PER_DAY).min(max_sampled_s);
+    let samples = ((span_s / shortest_s * SAMPLES_PER_PERIOD).ceil() as usize).clamp(MIN_SAMPLES, MAX_SAMPLES);
+    (span_s, samples)
+}
+
 /// The trace of one body relative to a centre and the decision about it. `None`: the body is the centre, or a moon that is left out, or the centre is not in
 /// the catalog.
 pub(crate) fn trace(
@@ -121,8 +129,7 @@ pub(crate) fn trace(
     if longest_s <= 0.0 {
         return Some((Vec::new(), decision(false, reason!("trace-no-period"))));
     }
-    let span_s = (LENGTH_PERIODS * longest_s).min(MAX_DAYS * SECONDS_PER_DAY);
-    let samples = ((span_s / shortest_s * SAMPLES_PER_PERIOD).ceil() as usize).clamp(MIN_SAMPLES, MAX_SAMPLES);
+    let (span_s, samples) = span_and_samples(longest_s, shortest_s);
     let step_s = span_s / samples as f64;
     let states: Result<Vec<State>, _> = (0..=samples)
         .map(|k| ephemeris.state(placed.body.id, centre, placed.emitted_at.plus_seconds(-step_s * k as f64), None).map(|a| a.state))
@@ -171,5 +178,36 @@ mod tests {
         }
         assert!(worst_km < 4.0 && worst_linear_km > 400.0, "{worst_km} km, linear interpolation {worst_linear_km} km");
         assert!(path.windows(2).all(|w| w[1].1 < w[0].1), "it fades");
+    }
+
+    /// Paths of Jupiter relative to Io and of Mars relative to Phobos agree with the ephemeris between samples to 1e-3 of the moon's distance. Over the
+    /// planet's own period, with as many samples, they are off by more than that distance.
+    #[test]
+    fn a_path_relative_to_a_fast_moon_agrees_with_the_ephemeris() {
+        let catalog = Catalog::embedded();
+        let ephemeris = Ephemeris::embedded(&catalog).expect("an ephemeris");
+        let now = Instant::parse("2024-04-08T18:00:00Z").expect("a time");
+        for (planet, moon, planet_days, moon_days) in [(599, 501, 4332.6, 1.769_14), (499, 401, 686.98, 0.318_91)] {
+            let at = |s: f64| ephemeris.state(NaifId(planet), NaifId(moon), now.plus_seconds(s), None).expect("a state").state;
+            // Largest error relative to the moon's distance.
+            let worst = |span_s: f64, samples: usize| {
+                let step_s = span_s / samples as f64;
+                let states: Vec<State> = (0..=samples).map(|k| at(-step_s * k as f64)).collect();
+                let error = |(k, (p, _)): (usize, &(DVec3, f64))| {
+                    let expected = at(-step_s * k as f64 / SEGMENTS_PER_SAMPLE as f64).pos_km;
+                    (*p + states[0].pos_km).distance(expected) / expected.length()
+                };
+                path(&states, step_s).iter().enumerate().map(error).fold(0.0, f64::max)
+            };
+            let (span_s, samples) = span_and_samples(planet_days * SECONDS_PER_DAY, moon_days * SECONDS_PER_DAY);
+            assert_eq!(samples, MAX_SAMPLES);
+            assert!((span_s / SECONDS_PER_DAY / moon_days - 25.0).abs() < 1e-9, "{span_s}");
+            let (error, error_of_long_path) = (worst(span_s, samples), worst(planet_days * SECONDS_PER_DAY, samples));
+            assert!(error < 1e-3 && error_of_long_path > 1.0, "{planet}: {error}, over the planet's period {error_of_long_path}");
+        }
+        // Slow motion is sampled over the longer period, up to 12 years.
+        let year_s = DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
+        assert_eq!(span_and_samples(1.881 * year_s, year_s), (1.881 * year_s, 91));
+        assert_eq!(span_and_samples(164.8 * year_s, year_s), (MAX_DAYS * SECONDS_PER_DAY, 576));
     }
 }

@@ -15,6 +15,7 @@ pub(crate) use faces::BORDER_PX;
 use crate::catalog::Catalog;
 use crate::ephemeris::Ephemeris;
 use crate::scene::annotation::labels::{LabelLayer, LabelMetrics};
+use crate::scene::annotation::line_texts::{PlacedText, TextLayer};
 use crate::scene::annotation::margin::Margin;
 use crate::scene::camera::geometry::{ImageGeometry, StereoGeometry};
 use crate::scene::camera::viewpoint::{self, Viewer};
@@ -25,6 +26,7 @@ use crate::scene::light::exposure::Exposure;
 use crate::scene::request::view_request::{ExposureRequest, ViewRequest};
 use crate::scene::request::{Composition, Projection, StereoLayout};
 use crate::scene::sky::comets::Comets;
+use glam::DVec2;
 
 impl CompositeFrames {
     /// The frames of a request.
@@ -58,7 +60,7 @@ pub struct Composite {
     pub scenes: Vec<Scene>,
     pub arrangement: Arrangement,
     /// The scene of the entire image. For faces it holds what is drawn after they have been combined: stars, points and labels. Otherwise it is the scene of
-    /// the first frame; for a stereo pair, with the geometry of the pair.
+    /// the first frame; for a stereo pair, with the geometry of the pair and the texts of both eyes.
     pub whole_image: Scene,
 }
 
@@ -117,7 +119,28 @@ impl Composite {
                     labels.add(margin.shifted(f64::from(*column)));
                 }
             }
+            let right_eye_px = if is_side_by_side { f64::from(meter.camera.width) } else { 0.0 };
+            let shifts_px = [-f64::from(columns[0]), right_eye_px - f64::from(columns[1])];
+            whole.set_texts_of_eyes(request, &scenes, shifts_px);
         }
         Some(Self { scenes, arrangement, whole_image: whole })
+    }
+}
+
+impl Scene {
+    /// Replaces the texts by those of the eyes of a stereo pair. The eyes' scenes draw them; the pair's scene only says where they are. It has no names of
+    /// bodies and no data points. `shifts_px`: for each eye, how far the pair shows its frame to the right.
+    fn set_texts_of_eyes(&mut self, request: &ViewRequest, eyes: &[Self], shifts_px: [f64; 2]) {
+        (self.labels, self.line_texts) = (None, None);
+        for (eye, right_px) in eyes.iter().zip(shifts_px) {
+            if let Some(layer) = &eye.labels {
+                self.labels.get_or_insert_with(|| LabelLayer::empty(request)).add(layer.margin.clone().shifted(right_px));
+            }
+            if let Some(layer) = &eye.line_texts {
+                let texts = layer.texts.iter().map(|t| PlacedText { left_px: t.left_px + DVec2::new(right_px, 0.0), ..t.clone() });
+                let of_pair = self.line_texts.get_or_insert_with(|| TextLayer { glyph_px: layer.glyph_px, texts: Vec::new() });
+                of_pair.texts.extend(texts);
+            }
+        }
     }
 }

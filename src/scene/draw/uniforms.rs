@@ -283,8 +283,8 @@ uniforms! {
         /// The camera relative to the reference point (xyz), and the tangent of the angle that a pixel spans (w).
         pub camera: Vec4 = "detail_camera",
         /// In a narrow field of view the reference point is on the ground. First row: that point (xyz), and its distance from the camera divided by the length
-        /// of the ray to it (w; 0: the field is not narrow). Second row: that ray (xyz), and the point's u in the draw's rectangle (w). Third row: the
-        /// point's v (x).
+        /// of the ray to it (w; 0: the field is not narrow, or no ray of the grid that seeks the point meets the ground). Second row: that ray (xyz), and the
+        /// point's u in the draw's rectangle (w). Third row: the point's v (x).
         pub reference: [Vec4; 3] = "detail_reference",
     }
 }
@@ -352,8 +352,8 @@ uniforms! {
         pub sun_limb_darkening_u2: Vec3 = "sun_limb_darkening_u2",
         /// Ring-shine on the globe.
         pub shine: Option<Arc<RingShine>>,
-        /// Ring-shine: unit vector towards the Sun, projected on the ring's plane (xy); 1 / the height above this plane from which no ring is visible (z);
-        /// factor on the light (w).
+        /// Ring-shine: unit vector in the ring's plane, in the direction of the Sun's projection on it (xy); 1 / the height above this plane from which no ring
+        /// is visible (z); factor on the light (w).
         pub shine_parameters: Vec4 = "ring_shine",
     }
 }

@@ -13,9 +13,9 @@ use std::sync::Arc;
 pub struct MinorPlanetColumns {
     /// Vector from the Sun to the perihelion, au, ICRF, and 1 - e: four numbers per body.
     pub perihelion: Arc<Vec<f32>>,
-    /// The shader's `perihelion_velocity`: the velocity at the perihelion in au per shader's unit of time (ICRF; its length is sqrt(1 + e) perihelion
-    /// distances), and the irradiance at full phase, 1 au from Sun and viewer: four numbers per body.
-    pub motion: Arc<Vec<f32>>,
+    /// Velocity at the perihelion in au per shader's unit of time (ICRF; its length is sqrt(1 + e) perihelion distances), and the irradiance at full phase,
+    /// 1 au from Sun and viewer: four numbers per body.
+    pub perihelion_velocity: Arc<Vec<f32>>,
     /// Slope parameter G of the H,G law.
     pub slope: Arc<Vec<f32>>,
     /// Timing of each orbit, in f64.
@@ -47,7 +47,7 @@ impl OrbitTiming {
 
 impl MinorPlanetColumns {
     pub(crate) fn of(bodies: &[SmallBody]) -> Self {
-        let (mut perihelion, mut motion) = (Vec::with_capacity(4 * bodies.len()), Vec::with_capacity(4 * bodies.len()));
+        let (mut perihelion, mut perihelion_velocity) = (Vec::with_capacity(4 * bodies.len()), Vec::with_capacity(4 * bodies.len()));
         let mut slope = Vec::with_capacity(bodies.len());
         for body in bodies {
             let orbit = &body.orbit;
@@ -58,12 +58,17 @@ impl MinorPlanetColumns {
             perihelion.extend(narrow(orbit.to_perihelion * orbit.perihelion_au).to_array());
             perihelion.push(narrow_scalar(1.0 - orbit.eccentricity));
             let velocity = orbit.motion_at_perihelion * (orbit.perihelion_au * (1.0 + orbit.eccentricity).sqrt());
-            motion.extend(narrow(velocity).to_array());
-            motion.push(narrow_scalar(irradiance));
+            perihelion_velocity.extend(narrow(velocity).to_array());
+            perihelion_velocity.push(narrow_scalar(irradiance));
             slope.push(narrow_scalar(g));
         }
         let timings = bodies.iter().map(|b| OrbitTiming::of(&b.orbit)).collect();
-        Self { perihelion: Arc::new(perihelion), motion: Arc::new(motion), slope: Arc::new(slope), timings: Arc::new(timings) }
+        Self {
+            perihelion: Arc::new(perihelion),
+            perihelion_velocity: Arc::new(perihelion_velocity),
+            slope: Arc::new(slope),
+            timings: Arc::new(timings),
+        }
     }
 
     /// Time of each body since its nearest perihelion passage, in the shader's unit. `days`: past J2000.

@@ -134,7 +134,7 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
     // On Escape egui itself closes an open menu. egui has also removed the keyboard focus already, so `close_topmost` asks whether a control had the
     // focus in the last frame.
     if !Popup::is_any_open(ctx) && take_key(Key::Escape) {
-        close_topmost(interface);
+        close_topmost(interface, ctx);
     }
     if ctx.memory(|m| m.focused().is_none()) && ctx.input_mut(|i| i.consume_key(Modifiers::SHIFT, Key::Backspace)) {
         actions.push(Action::NextView);
@@ -156,13 +156,19 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
 }
 
 /// Handles Escape: closes or ends the first of these that is present: warning, search, keyboard focus, measured angle, tour, help, open
-/// panel, kept panel, full screen. Escape never ends the program; closing its window or Ctrl+Q does.
-fn close_topmost(interface: &mut Interface) {
+/// panel, visible kept panel, full screen. Escape never ends the program; closing its window or Ctrl+Q does.
+fn close_topmost(interface: &mut Interface, ctx: &egui::Context) {
     let had_focus = std::mem::take(&mut interface.had_keyboard_focus);
     if interface.warning.take().is_some() || interface.search.clear() || had_focus || interface.angle.clear() || interface.tour.end() {
         return;
     }
-    if !std::mem::take(&mut interface.help_shown) && interface.tab.take().or_else(|| interface.kept_tab.take()).is_none() {
+    if std::mem::take(&mut interface.help_shown) || interface.tab.take().is_some() {
+        return;
+    }
+    // A kept panel for which the window is too narrow stays kept.
+    if interface.visible_kept(ctx).is_some() {
+        interface.kept_tab = None;
+    } else {
         interface.fullscreen = false;
     }
 }

@@ -44,7 +44,7 @@ impl Tab {
 
 impl Interface {
     /// The kept panel, if the window is wide enough for it.
-    fn visible_kept(&self, ctx: &egui::Context) -> Option<Tab> {
+    pub(super) fn visible_kept(&self, ctx: &egui::Context) -> Option<Tab> {
         self.kept_tab.filter(|_| ctx.content_rect().width() >= MIN_WIDTH_FOR_TWO_PANELS)
     }
 
