@@ -259,10 +259,10 @@ impl ObserverSky<'_> {
         let instant = |s: f64| start.plus_seconds(s);
         let is_inside = inner_overlap(greatest_s)? > 0.0;
         let inner_s =
-            if is_inside { contact_s(greatest_s, -1.0, &inner_overlap)?.zip(contact_s(greatest_s, 1.0, &inner_overlap)?) } else { None };
+            if is_inside { contact_s(greatest_s, -1.0, inner_overlap)?.zip(contact_s(greatest_s, 1.0, inner_overlap)?) } else { None };
         Ok(Some(DiscPassage {
-            begins: contact_s(greatest_s, -1.0, &outer_overlap)?.map(instant),
-            ends: contact_s(greatest_s, 1.0, &outer_overlap)?.map(instant),
+            begins: contact_s(greatest_s, -1.0, outer_overlap)?.map(instant),
+            ends: contact_s(greatest_s, 1.0, outer_overlap)?.map(instant),
             inner: inner_s.map(|(second_s, third_s)| (instant(second_s), instant(third_s))),
             greatest: t,
             magnitude: if is_inside { near.semidiameter_deg / far.semidiameter_deg } else { largest / (2.0 * far.semidiameter_deg) },

@@ -96,7 +96,7 @@ impl<'a> Air<'a> {
         self.species.iter().map(of).sum()
     }
 
-    fn scattering_per_km<'b>(&'b self, height_km: f64) -> impl Iterator<Item = (&'b Species, f64)> {
+    fn scattering_per_km(&self, height_km: f64) -> impl Iterator<Item = (&Species, f64)> {
         self.species.iter().map(move |s| (s, s.scattering_per_km[self.channel] * Self::density(s, height_km)))
     }
 

@@ -61,13 +61,13 @@ pub(crate) fn sample_counts(model: AtmosphereModel) -> (u32, u32) {
     }
 }
 
-/// Distance from the body's centre, in equatorial radii, within which draft quality includes multiple scattering. As seen from 3 radii, 15 % of the Earth's
+/// Distance from the body's centre, in equatorial radii, within which draft quality includes multiple scattering. As seen from 3 radii, 14 % of the Earth's
 /// light is scattered more than once in the air. In a view of the limb from 400 km, or of a clear sky with a low Sun, it is up to 29 % (`orrery measure
 /// --choice air --choice air-near`). Draft quality may leave out up to 16 %.
 const NEAR_RADII: f64 = 1.25;
 
 /// Vertical optical depth in the clearest channel from which draft quality includes multiple scattering at any distance: more than a fifth of the light of
-/// such air is scattered more than once. Only Titan's is as thick in the catalog (2.6; at draft quality its image would have 0.57 of its light). Mars' dust
+/// such air is scattered more than once. Only Titan's is as thick in the catalog (2.6; at draft quality its image would have 0.6 of its light). Mars' dust
 /// (0.5) and the gas of the giant planets are in the colours of their maps.
 const THICK_DEPTH: f64 = 1.0;
 

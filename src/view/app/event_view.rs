@@ -1,6 +1,6 @@
 //! How the window shows an event: the view from the Earth's centre or from a place on the Earth, and the span and rate of its playback.
 //!
-//! In: an event, positions of bodies or a place, the base view. Out: a [`ViewState`], or an [`EventPlayback`]. Always: a view is paused at the greatest phase
+//! In: an event, positions of bodies or a place, the base view. Out: a [`ViewState`], or an `EventPlayback`. Always: a view is paused at the greatest phase
 //! of the event and tracks the observed body. Not here: the search for events, and their contacts at a place (`event_search`).
 
 use super::body_positions::BodyPositions;
