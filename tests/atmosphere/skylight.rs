@@ -2,7 +2,8 @@
 //! Sun, and in twilight.
 
 use crate::support::photons::Air;
-use orrery::catalog::{Body, Catalog, Species};
+use glam::Vec4;
+use orrery::catalog::{Body, Catalog, PhaseFunction, Species};
 use orrery::scene::multi_scatter_table::{COLUMNS, HEIGHTS, sun_cosine, table};
 
 /// The columns of the table with the Sun 90, 27, 13 and 9 degrees high.
@@ -19,7 +20,11 @@ fn body(name: &str) -> Body {
 /// The largest error of the table for these positions of the Sun in the red and blue channels, and the largest error of single scattering alone; both relative
 /// to the light of all photons.
 fn largest_errors(body: &Body, columns: &[usize], paths: u32) -> (f64, f64) {
-    let table = table(body).expect("a table");
+    largest_errors_of(&table(body).expect("a table"), body, columns, paths)
+}
+
+/// The same for a table that may be that of other air.
+fn largest_errors_of(table: &[Vec4], body: &Body, columns: &[usize], paths: u32) -> (f64, f64) {
     let (mut largest, mut largest_once) = (0.0f64, 0.0f64);
     for column in columns {
         let cosine = sun_cosine(*column);
@@ -56,6 +61,20 @@ fn skylight_agrees_with_photons_in_thin_and_thick_air_over_ground() {
         let (error, _) = largest_errors(&body, &LOW_SUN, 20_000);
         assert!(error < low_sun, "{name} under a low Sun: {error}");
     }
+}
+
+/// The table of dust that scatters less forwards does not agree with the photons of Mars.
+#[test]
+fn the_phase_function_of_the_dust_is_noticed() {
+    let mars = body("Mars");
+    let mut other = mars.clone();
+    for species in &mut other.atmosphere.as_mut().expect("air").species {
+        if let PhaseFunction::Aerosol(aerosol) = &mut species.phase {
+            aerosol.asymmetry = 0.4;
+        }
+    }
+    let (error, _) = largest_errors_of(&table(&other).expect("a table"), &mars, &[11], 20_000);
+    assert!(error > 0.1, "{error}");
 }
 
 /// In twilight, for the gas of the Earth. Single scattering alone would fail.
