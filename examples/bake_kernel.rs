@@ -25,7 +25,7 @@ struct KernelSpec {
 }
 
 /// 1899-12-31T12:00 to 2100-01-02T00:00 TDB: 200 years with a margin of at least half a day, more than any Delta T.
-const KERNEL: KernelSpec = KernelSpec {
+const MAIN: KernelSpec = KernelSpec {
     file: "orrery_1900_2100.bsp",
     title: "ORRERY 1900-2100, REFITTED FROM DE440",
     start_days: -36_525.0,
@@ -33,7 +33,8 @@ const KERNEL: KernelSpec = KernelSpec {
     bodies: BODIES,
 };
 
-/// Pluto for the dates that both the series and DE440 cover, because no short published series covers them.
+/// Pluto for nearly all dates that DE440 covers. Outside the span of the main file the other planets have series, but no short published series of Pluto
+/// covers these dates. The allowed error is far below that of the series of the outer planets.
 const PLUTO: KernelSpec = KernelSpec {
     file: "pluto_1551_2646.bsp",
     title: "ORRERY PLUTO 1551-2646, REFITTED FROM DE440",
@@ -89,25 +90,25 @@ struct Fit {
 
 /// Coefficients per axis, from interpolation at `terms` Chebyshev nodes of an interval. `midpoint_s`: its middle, TDB seconds past J2000; `radius_s`: half its
 /// length.
-fn coefficients(kernel: &Spk, body: &BodySpec, midpoint_s: f64, radius_s: f64, terms: usize) -> [Vec<f64>; 3] {
-    fit_nodes(terms, |u| position(kernel, body, midpoint_s + u * radius_s))
+fn coefficients(de440: &Spk, body: &BodySpec, midpoint_s: f64, radius_s: f64, terms: usize) -> [Vec<f64>; 3] {
+    fit_nodes(terms, |u| position(de440, body, midpoint_s + u * radius_s))
 }
 
-/// Position in km at a time in TDB seconds past J2000; NaN outside the kernel's span.
-fn position(kernel: &Spk, body: &BodySpec, tdb_s: f64) -> DVec3 {
-    kernel.state(body.target, body.center, tdb_s).map_or(DVec3::NAN, |s| s.pos_km)
+/// Position in km at a time in TDB seconds past J2000; NaN outside DE440's span.
+fn position(de440: &Spk, body: &BodySpec, tdb_s: f64) -> DVec3 {
+    de440.state(body.target, body.center, tdb_s).map_or(DVec3::NAN, |s| s.pos_km)
 }
 
 /// Worst error in km over every `stride`-th interval, at its ends and between its nodes.
-fn worst_km(kernel: &Spk, spec: &KernelSpec, body: &BodySpec, length_days: f64, terms: usize, stride: usize) -> f64 {
+fn worst_km(de440: &Spk, spec: &KernelSpec, body: &BodySpec, length_days: f64, terms: usize, stride: usize) -> f64 {
     let records = ((spec.end_days - spec.start_days) / length_days).ceil() as usize;
     let radius_s = 0.5 * length_days * SECONDS_PER_DAY;
     (0..records).step_by(stride).fold(0.0, |worst: f64, i| {
         let midpoint_s = spec.start_days * SECONDS_PER_DAY + (2 * i + 1) as f64 * radius_s;
-        let axes = coefficients(kernel, body, midpoint_s, radius_s, terms);
+        let axes = coefficients(de440, body, midpoint_s, radius_s, terms);
         (0..=terms).fold(worst, |worst, j| {
             let u = (PI * j as f64 / terms as f64).cos();
-            let truth = position(kernel, body, midpoint_s + u * radius_s);
+            let truth = position(de440, body, midpoint_s + u * radius_s);
             let [x, y, z] = axes.each_ref().map(|axis| value_and_slope(axis, u).0);
             let error = (DVec3::new(x, y, z) - truth).length();
             // Outside DE440's span the position is NaN, which max() would ignore.
@@ -117,7 +118,7 @@ fn worst_km(kernel: &Spk, spec: &KernelSpec, body: &BodySpec, length_days: f64, 
 }
 
 /// The fit with the smallest array that keeps the body's allowed error; `None` if no choice does.
-fn smallest_fit(kernel: &Spk, spec: &KernelSpec, body: &BodySpec) -> Option<Fit> {
+fn smallest_fit(de440: &Spk, spec: &KernelSpec, body: &BodySpec) -> Option<Fit> {
     let mut best: Option<Fit> = None;
     for &length_days in LENGTHS_DAYS {
         let records = ((spec.end_days - spec.start_days) / length_days).ceil() as usize;
@@ -128,8 +129,8 @@ fn smallest_fit(kernel: &Spk, spec: &KernelSpec, body: &BodySpec) -> Option<Fit>
                 break;
             }
             // A sparse check rejects most choices; the check of the entire span decides.
-            if worst_km(kernel, spec, body, length_days, terms, sparse_stride) <= body.error_km
-                && worst_km(kernel, spec, body, length_days, terms, 1) <= body.error_km
+            if worst_km(de440, spec, body, length_days, terms, sparse_stride) <= body.error_km
+                && worst_km(de440, spec, body, length_days, terms, 1) <= body.error_km
             {
                 best = Some(Fit { length_days, records, terms, doubles });
                 break;
@@ -140,13 +141,13 @@ fn smallest_fit(kernel: &Spk, spec: &KernelSpec, body: &BodySpec) -> Option<Fit>
 }
 
 /// One DAF array: the records, then the start, the length of an interval, the record size and the number of records.
-fn segment(kernel: &Spk, spec: &KernelSpec, body: &BodySpec, fit: &Fit) -> Vec<f64> {
+fn segment(de440: &Spk, spec: &KernelSpec, body: &BodySpec, fit: &Fit) -> Vec<f64> {
     let radius_s = 0.5 * fit.length_days * SECONDS_PER_DAY;
     let mut data = Vec::with_capacity(fit.doubles);
     for i in 0..fit.records {
         let midpoint_s = spec.start_days * SECONDS_PER_DAY + (2 * i + 1) as f64 * radius_s;
         data.extend([midpoint_s, radius_s]);
-        coefficients(kernel, body, midpoint_s, radius_s, fit.terms).iter().for_each(|axis| data.extend(axis));
+        coefficients(de440, body, midpoint_s, radius_s, fit.terms).iter().for_each(|axis| data.extend(axis));
     }
     data.extend([spec.start_days * SECONDS_PER_DAY, fit.length_days * SECONDS_PER_DAY, (2 + 3 * fit.terms) as f64, fit.records as f64]);
     data
@@ -206,19 +207,19 @@ fn daf(spec: &KernelSpec, segments: &[(&BodySpec, Vec<f64>)], comment: &str) -> 
 }
 
 /// Writes the kernel file of a specification into `folder`.
-fn bake(kernel: &Spk, spec: &KernelSpec, folder: &str) -> Result<(), Box<dyn std::error::Error>> {
+fn bake(de440: &Spk, spec: &KernelSpec, folder: &str) -> Result<(), Box<dyn std::error::Error>> {
     let mut segments = Vec::new();
     let mut comment =
         String::from("Refitted from JPL DE440 (Park et al. 2021) by Orrery's examples/bake_kernel.rs.\nWorst error against DE440 in km:\n");
     for body in spec.bodies {
-        let fit = smallest_fit(kernel, spec, body).ok_or_else(|| format!("{}: no choice reaches {} km", body.name, body.error_km))?;
-        let error_km = worst_km(kernel, spec, body, fit.length_days, fit.terms, 1);
+        let fit = smallest_fit(de440, spec, body).ok_or_else(|| format!("{}: no choice reaches {} km", body.name, body.error_km))?;
+        let error_km = worst_km(de440, spec, body, fit.length_days, fit.terms, 1);
         let line =
             format!("{:22} {:6} days x {:2} terms  {:7} bytes  {error_km:.4} km", body.name, fit.length_days, fit.terms, fit.doubles * 8);
         println!("{line}");
         comment += &line;
         comment.push('\n');
-        segments.push((body, segment(kernel, spec, body, &fit)));
+        segments.push((body, segment(de440, spec, body, &fit)));
     }
     let file = daf(spec, &segments, &comment);
     let path = format!("{folder}/{}", spec.file);
@@ -232,7 +233,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (Some(from), Some(folder)) = (arguments.next(), arguments.next()) else {
         return Err("usage: bake_kernel DE440.bsp FOLDER".into());
     };
-    let kernel = Spk::parse(&from, &std::fs::read(&from)?)?;
-    bake(&kernel, &KERNEL, &folder)?;
-    bake(&kernel, &PLUTO, &folder)
+    let de440 = Spk::parse(&from, &std::fs::read(&from)?)?;
+    bake(&de440, &MAIN, &folder)?;
+    bake(&de440, &PLUTO, &folder)
 }

@@ -85,7 +85,7 @@ height_km = 200.0
 "#,
 ];
 
-/// Catalog files with one moment of each kind of viewpoint.
+/// Catalog files with one moment of each kind of viewpoint: above the target's side that faces a body, over a place, from a body.
 pub const MOMENTS: [&str; 3] = [
     r#"[[moment]]
 name = "then"
@@ -189,7 +189,7 @@ pub const PCK: &str = "\\begindata\nBODY4_NUT_PREC_ANGLES = ( 190.7 19139.8 21.4
 pub const SETTINGS: &str = r#"{"dark":null,"zoom":1.2,"names":true,"unit":"miles","home":{"latitude_deg":51.5,"longitude_deg":0},"place":null,
 "bookmarks":[{"name":"a","view":{"target":699,"eye":{"kind":"orbit","body":699},"time":"2024-01-01T00:00:00Z"}}],"recent":[]}"#;
 
-/// The text of a built-in fragment.
+/// The text of the built-in fragment at this path; empty if there is none.
 pub fn fragment(path: &str) -> Vec<Vec<u8>> {
     FRAGMENTS.iter().filter(|(name, _)| *name == path).map(|(_, text)| text.as_bytes().to_vec()).collect()
 }
@@ -207,8 +207,8 @@ pub const TOUR: &str = r#"{"title":"a","stops":[
 {"view":{"target":"saturn","eye":{"kind":"orbit","body":699},"time":"2024-01-01T00:00:00Z"},"text":"b","hold_s":3,"travel_s":2},
 {"view":"orrery://view?target=599&eye.kind=orbit&eye.body=599","text":"c","time_rate":60,"hold_s":1,"travel_s":0}]}"#;
 
-/// Lunar height maps of 4 x 2 heights, 16 bits each: a PDS image with its label, a grey PNG, a TIFF. Before each are a byte that chooses the format, and a
-/// quarter of the label's length in bytes.
+/// Lunar height maps of 4 x 2 heights, 16 bits each: a PDS image with its label, a grey PNG, a TIFF. Two bytes precede each: the format, and the label's
+/// length in units of 4 bytes (0 without a label).
 pub fn lunar_heights() -> Vec<Vec<u8>> {
     let mut label = "PDS_VERSION_ID = PDS3\n^IMAGE = \"A.IMG\"\nOBJECT = IMAGE\nLINES = 2\nLINE_SAMPLES = 4\nSAMPLE_TYPE = LSB_INTEGER\nSAMPLE_BITS = 16\n\
         SCALING_FACTOR = 0.5\nOFFSET = 1737400.\nUNIT = METER\nEND_OBJECT = IMAGE\n\
@@ -263,7 +263,7 @@ pub fn small_jpeg() -> Vec<u8> {
 
 /// A grey EXR image. `text`: the provenance that the program writes into the header of its images.
 pub fn exr(width: u32, height: u32, text: Option<&str>) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    orrery::image::write_exr(&mut bytes, width, height, &vec![[0.5; 4]; (width * height) as usize], "", text).expect("written");
+    let (mut bytes, no_comments) = (Vec::new(), "");
+    orrery::image::write_exr(&mut bytes, width, height, &vec![[0.5; 4]; (width * height) as usize], no_comments, text).expect("written");
     bytes
 }

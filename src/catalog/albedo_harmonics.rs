@@ -1,7 +1,7 @@
 //! Spherical harmonics of an albedo map, degrees 1 and 2: by how much each side of a body is brighter than the mean of all sides.
 //!
-//! In: the coefficients of the catalog. Out: the two degrees in one direction. Always: the mean of each degree over the sphere is 0. Not here: the brightness
-//! of the disc, which also depends on the photometric model (`scene::photometry::light_curve`).
+//! In: the coefficients of the catalog. Out: the sums of the terms of degree 1 and of degree 2 in a direction. Always: the mean of each sum over the
+//! sphere is 0. Not here: the brightness of the disc, which also depends on the photometric model (`scene::photometry::light_curve`).
 
 use glam::DVec3;
 
@@ -26,7 +26,7 @@ impl AlbedoHarmonics {
         [n.x * n.y, n.y * n.z, (3.0 * n.z * n.z - 1.0) / 2.0, n.x * n.z, (n.x * n.x - n.y * n.y) / 2.0]
     }
 
-    /// Degree 1 and degree 2 in a direction (unit vector, body axes).
+    /// The sum of the terms of degree 1, and that of degree 2, in a direction (unit vector, body axes).
     pub fn degrees(&self, n: DVec3) -> [f64; 2] {
         let sum = |coefficients: &[f64], basis: &[f64]| coefficients.iter().zip(basis).map(|(c, f)| c * f).sum();
         [sum(&self.degree_1, &Self::basis_of_degree_1(n)), sum(&self.degree_2, &Self::basis_of_degree_2(n))]

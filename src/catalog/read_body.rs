@@ -27,7 +27,7 @@ fn required_pole_dec_deg(table: &mut TableReader) -> Option<f64> {
     required_number(table, "pole_dec_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0)
 }
 
-/// The fields of one body as read so far. `source_line`: where the body is first described.
+/// The fields of one body as read so far; see [`Body`](super::Body). `source_line`: where the body is first described. `sources`: citations by topic.
 pub(super) struct BodyDraft {
     pub source_line: SourceLine,
     pub name: Option<WithLine<String>>,
@@ -89,7 +89,7 @@ fn photometry(mut table: TableReader) -> Option<Photometry> {
     result
 }
 
-/// The values of the field `theory` of `motion`.
+/// The values of the field `theory` of `motion`, one for each variant of [`Motion`].
 #[derive(Clone, Copy)]
 enum MotionWord {
     Planetary,
@@ -122,7 +122,8 @@ fn motion(mut table: TableReader) -> Option<Motion> {
 /// The allowed precession periods of [`MeanElements`], for messages.
 const ALLOWED_PERIOD: &str = "Julian years, at least 1e-6 of either sign, or 0 for none";
 
-/// Reads the elements of `motion`. The ranges of rates and lengths are far wider than those of any body. Beyond them, a position could overflow and become NaN.
+/// Reads the elements of `motion`; the pole is that of the elements' frame. The ranges of rates and lengths are far wider than those of any body. Beyond
+/// them, a position could overflow and become NaN.
 fn mean_elements(table: &mut TableReader) -> Option<MeanElements> {
     let any = |_| true;
     let is_period = |x: f64| x == 0.0 || x.abs() >= 1e-6;
@@ -157,7 +158,7 @@ fn mean_elements(table: &mut TableReader) -> Option<MeanElements> {
     })
 }
 
-/// The values of the field `model` of `rotation`.
+/// The values of the field `model` of `rotation`, one for each variant of [`Rotation`]. `Fixed`: the pole is fixed, the body rotates.
 #[derive(Clone, Copy)]
 enum RotationWord {
     EarthIau2006,
@@ -201,7 +202,8 @@ fn clouds(mut table: TableReader) -> Option<Clouds> {
     let closed_texel = required_number(&mut table, "closed_texel", "a number above clear_texel, at most 1", |x| {
         x <= 1.0 && clear_texel.is_none_or(|clear| x > clear)
     });
-    let map = read_map(table, false)?;
+    let is_albedo = false;
+    let map = read_map(table, is_albedo)?;
     Some(Clouds { map, height_km: height_km?, albedo: albedo?, clear_texel: clear_texel?, closed_texel: closed_texel? })
 }
 
@@ -229,6 +231,7 @@ fn maps(mut table: TableReader) -> Maps {
     found
 }
 
+/// Reads the estimated errors.
 fn estimates(mut table: TableReader) -> Estimates {
     let found = Estimates {
         albedo_percent: optional_percent(&mut table, "albedo_percent"),

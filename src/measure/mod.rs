@@ -1,11 +1,11 @@
 //! Speed against accuracy. A choice is a setting, such as the number of samples per pixel; its values are its options. This module measures time and error of
 //! each option.
 //!
-//! In: a session, and the time that the measurement may take. Out: `ChoiceMeasure`s: for each option its error in a perceptible unit and the
-//! ratio of its time to that of the choice's most accurate option. Always: times are ratios of alternating runs ([`timing`]). Errors are
-//! relative to a reference, which for images is the most accurate option drawn in f64 (in f32 for `resolution`). The models and the sampling
-//! that each quality uses are read from the program. [`rule`] determines the options that a quality may use. Not measured: tessellation, because
-//! ellipsoids are intersected and not tessellated.
+//! In: a session, and the time that the measurement may take. Out: `ChoiceMeasure`s: for each option its error (in arcseconds, percent of light or
+//! display levels) and the ratio of its time to that of the choice's most accurate option. Always: times are ratios of alternating runs ([`timing`]). Errors
+//! are relative to a reference, which for images is the most accurate option drawn in f64 (in f32 for `resolution`). [`rule`] determines the options that a
+//! quality may use. Which options it does use is not listed here, but read from the scenes and settings that the program makes for it. Not measured:
+//! tessellation, because ellipsoids are intersected and not tessellated.
 
 mod complete_images;
 mod drawings;
@@ -109,8 +109,8 @@ pub(crate) struct Candidate<'a> {
     workload: Box<dyn Fn() -> Result<(), SessionError> + 'a>,
 }
 
-/// Times the candidates alternately and applies the rule. Ratios are relative to the reference: the last of the most accurate candidates. The
-/// reference runs twice in each round, and its own ratio is that of its two times: a measure of the noise. An error that is not a number counts as infinite.
+/// Times the candidates alternately and applies the rule. Ratios are relative to the baseline: the last of the most accurate candidates. The
+/// baseline runs twice in each round, and its own ratio is that of its two times: a measure of the noise. An error that is not a number counts as infinite.
 pub(crate) fn measure_choice(
     name: &'static str,
     about: &'static str,
@@ -118,29 +118,29 @@ pub(crate) fn measure_choice(
     rounds: usize,
     mut candidates: Vec<Candidate<'_>>,
 ) -> Result<ChoiceMeasure, SessionError> {
-    // No comparison with NaN is true, so an option with this error would count as one of the most accurate.
+    // No comparison with NaN is true, so by `rule::admissible` no option would be more accurate than one with this error, and `reference` could use it.
     for candidate in candidates.iter_mut().filter(|c| c.error.is_nan()) {
         candidate.error = f64::INFINITY;
     }
     let least_error = candidates.iter().map(|c| c.error).fold(f64::INFINITY, f64::min);
-    let reference = candidates.iter().rposition(|c| c.error <= least_error).unwrap_or(0);
+    let baseline = candidates.iter().rposition(|c| c.error <= least_error).unwrap_or(0);
     let mut times = {
         let timed = candidates.iter().map(|c| move || seconds_of(|| (c.workload)()));
         let workloads: Vec<Box<timing::Workload<'_, f64, SessionError>>> = timed.map(|w| Box::new(w) as Box<_>).collect();
         let workloads: Vec<&timing::Workload<'_, f64, SessionError>> =
-            workloads.iter().chain(workloads.get(reference)).map(|w| &**w).collect();
+            workloads.iter().chain(workloads.get(baseline)).map(|w| &**w).collect();
         // Load modules, maps and tables before timing.
         interleaved(1, &workloads)?;
         interleaved(rounds, &workloads)?
     };
-    let repeated_reference = times.split_off(candidates.len());
+    let repeated_baseline = times.split_off(candidates.len());
     let equal_time = Quartiles { low: 1.0, median: 1.0, high: 1.0 };
     let measurements: Vec<Measurement> = candidates
         .iter()
         .enumerate()
         .map(|(k, c)| {
-            let own_times = repeated_reference.first().filter(|_| k == reference).unwrap_or(&times[k]);
-            Measurement { error: c.error, relative_time: Quartiles::of_ratios(own_times, &times[reference]).unwrap_or(equal_time) }
+            let own_times = repeated_baseline.first().filter(|_| k == baseline).unwrap_or(&times[k]);
+            Measurement { error: c.error, relative_time: Quartiles::of_ratios(own_times, &times[baseline]).unwrap_or(equal_time) }
         })
         .collect();
     let dominated = rule::dominated(&measurements);
@@ -160,8 +160,8 @@ pub(crate) fn measure_choice(
 }
 
 /// Choices to which the rule does not apply. For `ring-shadow`, `body-shadow` and `shape` the scene chooses the option from the view. `samples` is measured on
-/// a shape model, but nearly all views have none: there one sample suffices, and draft quality uses one in all views. The options of `quality` are the
-/// qualities.
+/// a shape model, the hard case. Nearly all views show no shape model, and one sample suffices for them; therefore draft quality uses one in all views. The
+/// options of `quality` are the qualities.
 const EXEMPT_FROM_RULE: [&str; 5] = ["ring-shadow", "body-shadow", "shape", "samples", "quality"];
 
 /// A function that measures one choice.
@@ -190,7 +190,7 @@ pub(crate) const CHOICES: [(&str, MeasureFn); 14] = [
 mod tests {
     use super::*;
 
-    /// An image that is not finite has such an error.
+    /// The error of an image that is not finite is not a number.
     #[test]
     fn an_error_that_is_not_a_number_is_infinite_and_no_quality_may_use_the_option() {
         let candidate =

@@ -77,7 +77,7 @@ impl Session {
 
     /// As [`Self::record_unreadable`], for a map; the message states how the view is drawn without the map.
     pub(super) fn record_unreadable_map(&self, file: &str, why: &dyn Display) -> bool {
-        // Only a colour map has a substitute. Without another map its effect is left out.
+        // Only a colour map has a substitute. If any other map is unreadable, the effect that uses it is left out.
         let is_colour_map = self.catalog.bodies().iter().any(|body| body.maps.albedo.as_ref().is_some_and(|map| map.file == file));
         let how = if is_colour_map { "in its mean colour" } else { "without it" };
         self.record_unreadable(file, || format!("{why}; drawn {how}"))
@@ -91,6 +91,7 @@ impl Session {
             match self.timed(Stage::Maps, || self.meshes.model(body)) {
                 Ok(model) => {
                     if let Some((towards_sun, sun_radius_rad)) = mesh.sun {
+                        // Heights of the Sun above the horizon that the shape itself forms, one for each vertex.
                         let heights = self.timed(Stage::Scene, || self.meshes.sun_heights(&model, towards_sun, sun_radius_rad));
                         resources.sun_heights.insert(body.id, heights);
                     }
@@ -131,7 +132,8 @@ impl Session {
         }
     }
 
-    /// The city lights of a body, for the light meter. An unreadable map is reported when it is read for drawing.
+    /// The city lights of a body, for the light meter. An unreadable map is reported when it is read for drawing. The map is decoded as for an ellipsoid, also
+    /// if the body has a shape model; the body's other maps do not matter.
     fn read_night_lights(&self, body: &Body) -> Option<Arc<NightLights>> {
         let night = body.maps.night.as_ref()?;
         let map = self.maps.get_decoded(&night.file, plan::map_decoding(MapRole::Night, &MapFiles::default(), Shape::Ellipsoid)).ok()?;

@@ -1,6 +1,6 @@
 //! The inputs with which a session is opened: files and folders that the user names, and options for drawing.
 //!
-//! In: the values of command-line options, or of a library's caller. Out: [`Sources`]. Not here: reading and checking the files.
+//! In: values from the command line, or from a program that uses this crate as a library. Out: [`Sources`]. Not here: reading and checking the files.
 
 use super::{RendererPreference, SurfaceFile};
 use crate::catalog::EclipseRadii;
@@ -26,9 +26,11 @@ pub struct Sources {
     /// A file of minor planets and comets that replace the embedded ones: a table with named columns, JSON of the JPL's database, or
     /// MPCORB.DAT.
     pub minor_planets: Option<PathBuf>,
-    /// A height map of the entire Moon: `FILE`, or `FILE,LOW,HIGH` with the heights in km that black and white pixels stand for.
+    /// A height map of the entire Moon: `FILE`, or `FILE,LOW,HIGH` with the heights in km that black and white pixels stand for. Without LOW and HIGH: a PDS
+    /// image, floating-point values in km, or unsigned 16-bit values on the scale of NASA's CGI Moon Kit.
     pub lunar_heights: Option<OsString>,
-    /// A panorama of the sky in place of the Milky Way: PNG, JPEG, EXR, or six faces of a cube.
+    /// A panorama of the sky in place of the Milky Way: a PNG, JPEG or EXR; or a folder of the six faces of a cube, or a file pattern in which `*`
+    /// stands for a face's name.
     pub sky: Option<PathBuf>,
     /// The axes of the panorama `sky`.
     pub sky_frame: SkyFrame,

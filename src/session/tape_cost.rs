@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 pub struct TapeCost {
     /// `vertex` or `fragment`.
     pub stage: &'static str,
-    /// Operations per lane, by kind.
+    /// Operations per lane by kind, without texture reads and jumps.
     pub operations: BTreeMap<String, usize>,
     /// Operations that run once per draw.
     pub uniform_operations: usize,
@@ -28,7 +28,8 @@ pub struct TapeCost {
     pub registers: u32,
 }
 
-/// The cost of each of a module's tapes, vertex stage first.
+/// The cost of each stage of a module, vertex stage first. `ShaderModule::tape` holds a program for each stage; a program has a tape that runs once per draw,
+/// and one that runs per batch of lanes.
 ///
 /// # Errors
 /// The module has no tape, or its tape is unreadable.

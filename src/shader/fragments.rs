@@ -183,7 +183,7 @@ impl Fragments {
     /// Text and parsed form of a fragment, or its first error; `None` if there is no fragment of this path.
     pub fn parsed(&self, path: &str) -> Option<(&str, Result<&Fragment, ShaderError>)> {
         let (text, parsed): (&str, _) = match self.files.get(path) {
-            // Users' files are checked against the entire grammar, not only the parts that a key includes.
+            // All of a user's file is checked against the grammar, also the parts that no key includes.
             Some((text, parsed)) => (text, parsed.get_or_init(|| Fragment::check(path, text))),
             None => {
                 let (text, parsed) = BUILT_IN.get(path)?;

@@ -20,12 +20,12 @@ pub fn uniform_bytes(layout: &Layout, uniforms: &DrawUniforms, map_taps: u8) -> 
         let rows = if let FieldType::Vec4Array(rows) = field.ty { rows as usize } else { 0 };
         match field.name.as_str() {
             name @ "map_taps" => writer.f32(name, f32::from(map_taps))?,
-            // Number of overlapping spans of radius over which a pixel's ring light is averaged. One span is faster, two show fewer moire patterns; a view
-            // without anisotropic filtering takes the faster way here, too.
+            // Number of spans of radius, each a pixel wide, over which a pixel's ring light is averaged; two spans lie half a pixel apart. One span is faster,
+            // two show fewer moire patterns; a view without anisotropic filtering takes the faster way here, too.
             name @ "ring_spans" => writer.f32(name, if map_taps > 1 { 2.0 } else { 1.0 })?,
             name => {
                 let mut value = uniform_value(uniforms, name, rows).ok_or_else(|| LayoutError::Unknown(name.to_owned()))?;
-                // Lights have one row each, the Sun's first. A module that evaluates only the first of a body's lights has fewer rows, such as one for the Sun.
+                // Lights have one row each, the Sun's first. A module may evaluate only the first few, for example the Sun alone; then it has fewer rows.
                 if let (UniformValue::Rows(lights), "light_direction" | "light_irradiance") = (&mut value, name) {
                     lights.to_mut().truncate(rows);
                 }

@@ -52,8 +52,8 @@ pub const CD_M2_PER_RADIANCE: f64 = 128_000.0 / std::f64::consts::PI;
 /// of transmittance 0.65: 78 / (100 x 0.65)). At EV 15, usual for sunlit ground, a radiance of 1 is white to 0.05 stop.
 const WHITE_AT_EV_0_CD_M2: f64 = 1.2;
 /// Lower limit of the EV of automatic exposure: that of a photograph of the night sky at f/2.8, 8 s, ISO 1600. White is then 0.075 cd/m2.
-/// The brightest pixel of a star of 6 mag, the faintest that the eye sees, is at most a thirteenth of white where 1024 pixels span a vertical field
-/// of 45 degrees.
+/// The faintest star that the eye sees (6 mag) is then dark grey: in an image of 1024 pixels over a vertical field of 45 degrees, its brightest pixel is
+/// at most a thirteenth of white.
 pub const DARKEST_EV: f64 = -4.0;
 
 /// The smallest radiance that automatic exposure shows as white.

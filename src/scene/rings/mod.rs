@@ -1,4 +1,6 @@
 //! Rings: when they are drawn, how rings and planet shadow and light each other, and the tables that their shaders read.
+//!
+//! `ring_light`: the light that rings send to a distant viewer. [`ring_shine`]: the light that they send to their planet.
 
 pub(crate) mod decision;
 pub(crate) mod phase;

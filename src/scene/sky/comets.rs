@@ -1,11 +1,11 @@
 //! Comets: the head as a point of light, a tail of dust and a tail of ions.
 //!
-//! In: the catalog's comets, the camera, the white level. Out: [`Comets`]: sprites for shaders/entry/point.wesl, ribbon segments for
+//! In: the catalog's comets, the camera, the radiance displayed as white. Out: [`Comets`]: sprites for shaders/entry/point.wesl, ribbon segments for
 //! shaders/entry/comet_tail.wesl, and arcs of orbits. The head has the total magnitude M1 + 5 log d + K1 log r, with the distances d from the viewer
 //! and r from the Sun in au, and M1 and K1 from the catalog. Ions move with the solar wind and lag by the comet's own velocity. Dust grains move on
 //! orbits of their own from the point of release; radiation pressure reduces the Sun's gravity on them by the fraction beta. The directions of tails
-//! follow from this alone; their lengths and their shares of the light are chosen to resemble drawings by observers, not measured. All values are
-//! f64; only clip coordinates are narrowed. Left out: jets, outbursts, disconnections, anti-tails of large grains, variations of the solar wind.
+//! follow from this alone; their lengths and their shares of the light are chosen to resemble drawings by observers, not measured. Values are
+//! computed in f64 and narrowed in the result. Left out: jets, outbursts, disconnections, anti-tails of large grains, variations of the solar wind.
 
 use super::minor_planets::{MARKER_LEVEL, NEAR_AU};
 use super::star_colour::star_colour;
@@ -46,7 +46,7 @@ const DUST_FRACTION: f64 = 0.4;
 const ION_FRACTION: f64 = 0.12;
 /// Heliocentric distances, au, at which an approaching comet's tails start to grow, and at which they are complete.
 const TAILS_AU: (f64, f64) = (3.0, 1.5);
-/// Fraction of white below which a tail, or a segment of it, is left out: 0.8 of an 8-bit level on black.
+/// Fraction of the radiance of white below which a tail, or a segment of it, is left out. In sRGB encoding it is 0.8 of an 8-bit level.
 const MIN_LEVEL: f64 = 1.0 / 4096.0;
 /// Opacity of a comet's orbit at the comet.
 const ORBIT_OPACITY: f64 = 0.6;
@@ -69,7 +69,7 @@ const COMA_RGB: [f64; 3] = [0.85, 1.05, 0.8];
 /// A segment of a ribbon. Tails are drawn as ribbons: strips along a line, which fade towards both edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TailSegment {
-    /// Clip x and y, reversed depth.
+    /// Clip x and y, from -1 to 1 across the frame; reversed depth.
     pub ends: [Vec3; 2],
     /// Vectors from each end to the ribbon's edge, pixels, x right, y up.
     pub edges: [Vec2; 2],
@@ -163,7 +163,7 @@ impl CometProjection<'_> {
         })
     }
 
-    /// Clip x and y, reversed depth.
+    /// Clip x and y, from -1 to 1 across the frame; reversed depth.
     fn clip(&self, point: &ProjectedPoint) -> Vec3 {
         narrow((point.px / self.camera.half_size()).extend(point.depth))
     }
@@ -229,7 +229,7 @@ impl CometProjection<'_> {
         let projected: Vec<Vec<Option<ProjectedPoint>>> =
             syndynes.iter().map(|line| line.iter().map(|p| self.project(*p)).collect()).collect();
         // Grains are produced and lit in inverse proportion to the squared distance from the Sun. The exponential thins out old grains, so that the tail has
-        // no visible end; its time scale is chosen.
+        // no visible end; its time scale is chosen. The present distance from the Sun is that of the grains with the smallest beta, for all values of beta.
         let production = |k: usize| {
             let (release_au, current_au) = (heliocentric_state(orbit, days - age(k)).position.length(), syndynes[0][k].length());
             (age(k + 1) - age(k)) / (release_au * release_au * current_au * current_au) * (-age(k) / (0.4 * MAX_AGE_DAYS)).exp()
@@ -320,6 +320,7 @@ fn state_at_emission(orbit: &HeliocentricOrbit, days: f64, camera_au: DVec3) -> 
 }
 
 /// The comets of a frame and the decision about them; no decision in pixel views other than the final image. `sun_position_km`: barycentric.
+/// `white`: the radiance displayed as white.
 pub(crate) fn comets(
     request: &ViewRequest,
     catalog_comets: impl FnOnce() -> Vec<SmallBody>,
@@ -349,7 +350,8 @@ pub(crate) fn comets(
         let head_irradiance = irradiance_of_magnitude(magnitude);
         let head = projection.project(state.position);
         let tail_growth = smoothstep((TAILS_AU.0 - sun_distance_au) / (TAILS_AU.0 - TAILS_AU.1));
-        // Tails are visible only if the head is, because the head is brighter than any part of its tails.
+        // Tails are visible only if the head is, because the head is brighter than any part of its tails. The head may be outside the frame, so its peak
+        // radiance is computed for the middle of the frame.
         let is_visible = head_irradiance * PI / camera.pixel_tangent().powi(2) * point_peak() > white * MIN_LEVEL;
         if tail_growth > 0.0 && is_visible {
             // The heliocentric magnitude is that at 1 au from the viewer.

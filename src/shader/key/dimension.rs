@@ -44,7 +44,7 @@ impl KeyPart {
 
 /// One dimension. A value is an index into `texts` and `feature_names`.
 pub struct Dimension {
-    /// Its name, for messages and for the canonical rules.
+    /// Its name, for messages and for the rules of `key::canonical`.
     pub name: &'static str,
     /// The part of the key's text that contains its value.
     pub part: KeyPart,
@@ -115,6 +115,7 @@ pub static DIMENSIONS: &[Dimension] = &[
     Dimension {
         name: "detail",
         part: KeyPart::Maps,
+        // The key's word for craters is the name of the dimension.
         texts: &["", "detail", "hills", "billows"],
         feature_names: &["", "detail.craters", "detail.hills", "detail.billows"],
         cumulative: false,
@@ -124,6 +125,7 @@ pub static DIMENSIONS: &[Dimension] = &[
     Dimension {
         name: "custom-surface",
         part: KeyPart::Maps,
+        // `customN`: the custom surface with the number N, not N of them.
         texts: &["", "custom1", "custom2", "custom3", "custom4"],
         feature_names: &["", "custom.1", "custom.2", "custom.3", "custom.4"],
         cumulative: false,
@@ -178,6 +180,7 @@ pub static DIMENSIONS: &[Dimension] = &[
     },
     switch!("ringshine", KeyPart::RingShine, "ring-shine", ring_shine),
     Dimension {
+        // The planet's shadow on its rings. The shadow of one body on another is a matter of `eclipse`.
         name: "body-shadow",
         part: KeyPart::BodyShadow,
         texts: &["", "bodyshadow-sphere", "bodyshadow-ellipsoid-penumbra"],
@@ -187,6 +190,7 @@ pub static DIMENSIONS: &[Dimension] = &[
         set: |f, v| f.body_shadow = BodyShadow::ALL[v],
     },
     Dimension {
+        // `air-pixel-N`: at most N samples along each pixel's view ray.
         name: "air",
         part: KeyPart::Air,
         texts: &["", "air-vertex", "air-pixel-8", "air-pixel-16", "air-pixel-32", "air-table"],
@@ -198,8 +202,8 @@ pub static DIMENSIONS: &[Dimension] = &[
     switch!("mie", KeyPart::Air, "air.mie", air.mie),
     switch!("absorption", KeyPart::Air, "air.absorption", air.absorption),
     Dimension {
-        // What the draw does with the coarse image of the air, in this order: does not use it; reads it; fills it with the air; reads it, where the ground's
-        // draw also shows the clouds; fills it with the sunlight past occluders.
+        // What the draw does with the coarse image of the air, in this order: does not use it; reads it; fills it with the air; reads it in a view in which
+        // the ground's draw also shows clouds; fills it with the sunlight past occluders.
         name: "air-pass",
         part: KeyPart::Air,
         texts: &["", "coarse", "coarsedraw", "coarseclouds", "coarsesunlight"],

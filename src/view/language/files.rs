@@ -43,7 +43,7 @@ pub(super) fn catalog_files(language: Language) -> &'static [&'static str] {
     }
 }
 
-/// The contents of a language's files, except those of [`catalog_files`].
+/// The contents of a language's files, except those of [`catalog_files`]. `Language::Marked` is English with marks, which are added later.
 pub(super) fn message_files(language: Language) -> &'static [&'static str] {
     match language {
         Language::English | Language::Marked => ENGLISH,

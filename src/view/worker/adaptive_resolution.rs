@@ -103,6 +103,7 @@ mod tests {
             assert!(divisor == 1.0 || is_held_coarse || rate < max_rate, "{window_ms} ms: {rate:.1} at 1/{divisor}");
             divisors.push(divisor);
         }
+        // At 4, 80, 400 and again 4 ms.
         assert!(divisors[0] == 1.0 && divisors[6] == MAX_FAST_DIVISOR && divisors[9] > 3.0 && divisors[12] == 1.0, "{divisors:?}");
     }
 
@@ -114,7 +115,7 @@ mod tests {
         assert_eq!(resolution.divisor(WINDOW_PIXELS), FIRST_DIVISOR);
         assert_eq!(settled(&mut resolution, 0.0, 1e6, 0.0).1, MAX_DIVISOR);
         assert_eq!(settled(&mut resolution, 0.0, 0.0, f64::NAN).1, 1.0);
-        // A long pause before an image is the user's and has no effect.
+        // A long idle time means that nothing moved before the image; it is not recorded.
         let (_, divisor) = settled(&mut resolution, 0.0, 40.0, 0.0);
         assert_eq!(settled(&mut resolution, 0.0, 40.0, 1e5).1, divisor);
     }

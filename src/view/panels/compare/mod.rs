@@ -1,7 +1,8 @@
 //! The Compare panel: the current view drawn in two variants, which may differ in quality, effects, pixel view and renderer.
 //!
-//! In: the view, two variants. Out: their images, the difference and statistics. Always: the two images differ only in what the variants set; they are
-//! drawn on the query worker (a background thread) once the view is at rest; while the view moves, the last pair stays visible.
+//! In: the view, two variants. Out: their images, the difference and statistics, or the error bounds of the left image (`bound`). Always: the
+//! two images differ only in what the variants set; they are drawn on the query worker (a background thread) once the view is at rest; while the view
+//! moves, the last pair stays visible.
 
 mod bound;
 pub mod pair;
@@ -64,7 +65,7 @@ struct ComparisonInput {
     variants: [Variant; 2],
     /// The view's own effect overrides.
     view_effects: EffectOverrides,
-    /// The state of the session.
+    /// What the images depend on besides the requests, such as the shader fragments.
     drawn_with: DrawnWith,
 }
 
@@ -77,7 +78,7 @@ impl ComparisonInput {
         Ok(ViewRequest { effects, quality: variant.quality, pixel_view: variant.pixel_view, ..self.request.clone() })
     }
 
-    /// Whether two inputs are equal, except that the image sizes may differ slightly, as after a new line of text in the panel.
+    /// Whether two inputs are equal, except that the image sizes may differ slightly: a new line of text in the panel leaves less space for the images.
     fn is_close_to(&self, other: &Self) -> bool {
         const TOLERANCE_PX: u32 = 32;
         let (a, b) = (&self.request, &other.request);
@@ -98,6 +99,7 @@ pub(crate) struct ComparePanel {
     /// The displayed pair, or why it could not be drawn.
     pair: Option<Result<Arc<Pair>, String>>,
     pair_view: PairView,
+    /// The error bounds of the left image.
     bound_view: BoundView,
 }
 
@@ -269,6 +271,7 @@ fn draw(session: &Session, request: &ViewRequest, variant: &Variant) -> Result<C
         if variant.renderer == Renderer::SoftwareF64 { Some(session.renderer_in(in_f64).map_err(|e| error_text(&e))?) } else { None };
     let start = WallInstant::now();
     let (frame, renderer_name) = if variant.renderer == Renderer::Window {
+        // By the GPU, if the window uses it; otherwise by the background renderer, as below.
         let drawn = session.draw_in_background(request, sampling, FrameImages::Display).map_err(to_text)?;
         (drawn.frame, drawn.drawn_by.renderer)
     } else {

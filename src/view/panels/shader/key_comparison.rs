@@ -1,8 +1,8 @@
-//! The part of the Key page that compares two keys (a key names a generated shader module): their sample images, their costs, and the changed source
-//! lines by feature. Also whether any view of the catalog's bodies can need the displayed key.
+//! The part of the Key page that compares two keys (a key names a generated shader module): their images of the sample body, their costs, and the changed
+//! source lines by feature. Also whether any view of the catalog's bodies can need the displayed key.
 //!
-//! In: the drawn key, the displayed key, the pinned keys. Out: egui shapes. Always: a difference is the change from the first key
-//! to the second; between equal keys none is shown.
+//! In: the drawn key, with which the view is drawn; the displayed key, which is the drawn key or one that the user changed by hand; the pinned keys. Out: egui
+//! shapes. Always: a difference is the change from the first key to the second; between equal keys none is shown.
 
 use super::module_text::{feature_colour, layout_job};
 use super::queries::{KeySwap, LoadedModule, ModuleFailure, ShaderQueries};
@@ -160,7 +160,7 @@ pub(crate) fn details(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &In
     }
 }
 
-/// Shows the sample images of both keys.
+/// Shows the images of the sample body that the modules of both keys draw.
 fn sample_images(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspected<'_>, keys: &[ShaderKey; 2], names: [&str; 2]) {
     ui.horizontal(|ui| {
         for (key, name) in keys.iter().zip(names) {
@@ -226,9 +226,10 @@ fn changed_lines(ui: &mut egui::Ui, diff: &FeatureDiff) {
     let title = RichText::new(title).color(feature_colour(&diff.feature, is_dark));
     CollapsingHeader::new(title).id_salt(&diff.feature).default_open(false).show(ui, |ui| {
         let font = TextStyle::Monospace.resolve(ui.style());
+        let (without_number, no_needle) = (0, "");
         for (sign, lines) in [("-", &diff.only_first), ("+", &diff.only_second)] {
             for line in lines {
-                let job = layout_job(0, &format!("{sign} {}", line.text), "", &font, is_dark);
+                let job = layout_job(without_number, &format!("{sign} {}", line.text), no_needle, &font, is_dark);
                 ui.add(egui::Label::new(job).truncate()).on_hover_text(format!("shaders/{}:{}", line.fragment, line.line));
             }
         }
