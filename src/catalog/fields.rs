@@ -65,8 +65,12 @@ pub(super) fn read_map(mut table: TableReader, is_albedo: bool) -> Option<Map> {
     );
     let columns = table.optional::<u32>("columns", "the map's width in texels, 2 to 65536", |c| (2..=65_536).contains(c)).map(|l| l.value);
     let invented = invented(&mut table);
-    let mut read_harmonics = || table.optional("harmonics", "eight numbers from -2 to 2", |c: &[f64; 8]| c.iter().all(|c| c.abs() <= 2.0));
-    let harmonics = is_albedo.then(&mut read_harmonics).flatten().map(|found| {
+    let harmonics = if is_albedo {
+        table.optional("harmonics", "eight numbers from -2 to 2", |c: &[f64; 8]| c.iter().all(|c| c.abs() <= 2.0))
+    } else {
+        None
+    };
+    let harmonics = harmonics.map(|found| {
         let [x, y, z, degree_2 @ ..] = found.value;
         AlbedoHarmonics { degree_1: [x, y, z], degree_2 }
     });

@@ -2,7 +2,7 @@
 //! adaptive quadrature of tests/support/air_reference.rs. Each run has new rays; a failure message names the ray and the seed, and
 //! ORRERY_SEED repeats the rays.
 
-use crate::support::air_reference::{Air, Phase, Profile, Ray, RayResult, Species};
+use crate::support::air_reference::{Air, Profile, Ray, RayResult, Species};
 use crate::support::random::{self, Random};
 use crate::support::session::SESSION;
 use glam::DVec3;
@@ -43,7 +43,10 @@ fn air_of(question: &Value) -> (f64, Air) {
         } else {
             Profile::Exponential { scale_height: number(&s["scale_height_km"]) / radius_km }
         };
-        let phase = if s["phase"] == "hg" { Phase::HenyeyGreenstein(number(&s["g"])) } else { Phase::Rayleigh };
+        let phase = match s["phase"].as_str() {
+            Some("hg") => PhaseFunction::Aerosol(AerosolPhase { asymmetry: number(&s["g"]) }),
+            _ => PhaseFunction::Rayleigh,
+        };
         let per_radius = |field: &str| s.get(field).map_or(DVec3::ZERO, vector) * (radius_km * 1000.0);
         Species { profile, phase, scattering: per_radius("scattering_per_m"), extinction: per_radius("extinction_per_m") }
     };

@@ -285,7 +285,8 @@ const MAX_FACTOR: f64 = 2.1;
 /// From day to night on the Earth, skylight on level ground falls without a jump, and is within [`MAX_FACTOR`] of published values: 410 to
 /// 585 lux at sunset, 2 to 3.5 at the end of civil twilight, 0.008 at that of nautical twilight, 6e-4 at that of astronomical twilight and
 /// later (AMS Glossary of Meteorology). Simulated photons in the same air give the same light (docs/measurements.md; for gas alone also
-/// tests/atmosphere/skylight.rs), so the excess comes from the catalog's air, which is clearer than average.
+/// tests/atmosphere/skylight.rs), so the excess is
+/// that of the catalog's air. Part of it comes from little aerosol; the rest is not explained.
 #[test]
 fn twilight_illuminances_agree_with_published_values() {
     let location = (0.0, 0.0);

@@ -8,7 +8,9 @@
 //! in planet radii; a point p is relative to the planet's centre. `radius_sq_minus_1`: |p|^2 - 1, which keeps its digits near the ground. `sunward`:
 //! dot(p, direction of the Sun).
 
+use super::photons::per_steradian;
 use glam::DVec3;
+use orrery::catalog::PhaseFunction;
 
 pub enum Profile {
     Exponential {
@@ -20,17 +22,12 @@ pub enum Profile {
     },
 }
 
-pub enum Phase {
-    Rayleigh,
-    HenyeyGreenstein(f64),
-}
-
 /// Coefficients per planet radius: at the ground for an exponential profile, at the centre of a triangular one.
 pub struct Species {
     pub profile: Profile,
     pub scattering: DVec3,
     pub extinction: DVec3,
-    pub phase: Phase,
+    pub phase: PhaseFunction,
 }
 
 pub struct Air {
@@ -174,12 +171,7 @@ impl Air {
 
     /// Scattering coefficient times phase function, per planet radius and steradian. `cosine`: of the angle between ray and direction of the Sun.
     fn scattering_towards(&self, height: f64, cosine: f64) -> DVec3 {
-        use std::f64::consts::PI;
-        let phase = |p: &Phase| match p {
-            Phase::Rayleigh => 3.0 / (16.0 * PI) * (1.0 + cosine * cosine),
-            Phase::HenyeyGreenstein(g) => (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cosine).powf(1.5)),
-        };
-        self.species.iter().map(|s| s.scattering * (s.profile.density(height) * phase(&s.phase))).sum()
+        self.species.iter().map(|s| s.scattering * (s.profile.density(height) * per_steradian(s.phase, cosine))).sum()
     }
 
     /// Light scattered once into the ray, and the air's transmittance along it, from the camera to the ground or to the top of the air.

@@ -46,8 +46,8 @@ fn distance_to_sphere(p: DVec3, along: DVec3, radius: f64, inward: bool) -> Opti
     (discriminant > 0.0 && distance > 0.0).then_some(distance)
 }
 
-/// Phase function per steradian.
-fn per_steradian(phase: PhaseFunction, cosine: f64) -> f64 {
+/// Phase function per steradian, also for `air_reference`.
+pub fn per_steradian(phase: PhaseFunction, cosine: f64) -> f64 {
     match phase {
         PhaseFunction::Rayleigh => 3.0 / (16.0 * PI) * (1.0 + cosine * cosine),
         PhaseFunction::Aerosol(aerosol) => {

@@ -298,8 +298,8 @@ impl<'a> SurroundingAir<'a> {
     }
 
     /// Weight of the sky's light for the light meter: 1 in the lower half of the air, and 1e-10 at its top, above which the meter ignores the sky. The weight's
-    /// logarithm, and with it the exposure, changes gradually. 80 km above the Earth it is 2.5e-4, where the sky overhead is some 3e-5 times as bright as
-    /// from the ground.
+    /// logarithm, and with it the exposure, changes gradually. 80 km above the Earth it is 2.5e-4, where 2e-5 of the gas at the ground is left, and of the
+    /// sky's light about as much.
     pub(crate) fn sky_weight(&self) -> f64 {
         let height = camera_height_km(self.body, &self.placement) / self.air.top_km;
         let in_upper_part = ((height - METERED_SKY_FADE_FROM) / (1.0 - METERED_SKY_FADE_FROM)).max(0.0);

@@ -4,8 +4,9 @@
 //! transmittance along rays. Positions are relative to the body's centre, in km. Not modelled: refraction, the flattening of the body.
 
 use crate::catalog::{Atmosphere, Species};
-use crate::scene::atmosphere::extinction::{self, density, extinction, optical_depth, scattering};
+use crate::scene::atmosphere::extinction::{self, density, extinction, optical_depth, quadrature, scattering};
 use crate::scene::atmosphere::phase;
+use crate::scene::constants::MULTI_SCATTER_HEIGHTS;
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -13,6 +14,18 @@ use std::f64::consts::PI;
 const SUNLIGHT_STEPS: usize = 24;
 /// Height at which rays that leave the ground start, so that rounding puts none of them below the ground: 10 cm.
 pub(crate) const GROUND_CLEARANCE_KM: f64 = 1e-4;
+
+/// Height of a row of the table of multiple scattering. Rows are spaced quadratically from the ground to the top; a number that is not whole is between rows.
+pub(crate) fn row_height_km(air: &Atmosphere, row: f64) -> f64 {
+    air.top_km * (row / (MULTI_SCATTER_HEIGHTS - 1) as f64).powi(2)
+}
+
+/// Direction with this zenith cosine and azimuth; the zenith is z.
+pub(super) fn direction(cosine: f64, azimuth_rad: f64) -> DVec3 {
+    let (sin, cos) = azimuth_rad.sin_cos();
+    let across = (1.0 - cosine * cosine).max(0.0).sqrt();
+    DVec3::new(across * cos, across * sin, cosine)
+}
 
 /// Scattering coefficient of a species as draws apply it: light scattered by a triangular layer is lost.
 pub(super) fn scattering_into_air(s: &Species) -> DVec3 {
@@ -68,11 +81,7 @@ impl AirSphere<'_> {
     pub(super) fn follow(&self, from: DVec3, along: DVec3, count: usize, mut add: impl FnMut(DVec3, DVec3)) -> Option<GroundHit> {
         let (length_km, hits_ground) = self.distance_to_boundary(from, along);
         let mut transmittance = DVec3::ONE;
-        for k in 0..count {
-            // Steps are shortest where the air is densest: at the ground if the ray meets it, otherwise at its start.
-            let u = (k as f64 + 0.5) / count as f64;
-            let (fraction, weight) = if hits_ground { (1.0 - (1.0 - u).powi(2), 1.0 - u) } else { (u * u, u) };
-            let weight = 2.0 * weight / count as f64;
+        let mut take_step = |fraction: f64, weight: f64| {
             let point = from + along * (length_km * fraction);
             let step_km = length_km * weight;
             let depth = extinction::coefficient(self.air, self.height_km(point), extinction) * step_km;
@@ -80,6 +89,12 @@ impl AirSphere<'_> {
             let mean_transmittance = depth.map(|d| if d > 1e-6 { -(-d).exp_m1() / d } else { 1.0 });
             add(point, transmittance * mean_transmittance * step_km);
             transmittance *= depth.map(|d| (-d).exp());
+        };
+        // Steps are shortest where the air is densest: at the ground if the ray meets it, otherwise at its start.
+        if hits_ground {
+            quadrature(count).rev().for_each(|(from_ground, weight)| take_step(1.0 - from_ground, weight));
+        } else {
+            quadrature(count).for_each(|(fraction, weight)| take_step(fraction, weight));
         }
         hits_ground.then(|| GroundHit { point_km: from + along * length_km, transmittance })
     }

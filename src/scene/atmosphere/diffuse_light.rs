@@ -3,9 +3,10 @@
 //! In: an [`AirSphere`]; the direction of the Sun. Out: [`Field`]. Method: successive orders of scattering (H. C. van de Hulst, Multiple Light Scattering,
 //! 1980, ch. 4.3; discrete streams as of Chandrasekhar, Radiative Transfer, 1960). Light scattered once, and sunlight reflected by the ground, are integrated
 //! with the Sun where it is. Each further order is the previous one, scattered by each species with its phase function or reflected by the ground, and
-//! collected along rays through the spherical air. For these orders it is assumed that the Sun has the same zenith angle everywhere.
+//! collected along rays through the spherical air. For these orders it is assumed that the Sun has the same zenith angle everywhere. The levels resolve air up to
+//! an optical depth of some 10 (the catalog's thickest has 6).
 
-use crate::scene::atmosphere::air_sphere::{AirSphere, GROUND_CLEARANCE_KM, scattering_into_air};
+use crate::scene::atmosphere::air_sphere::{AirSphere, GROUND_CLEARANCE_KM, direction, row_height_km, scattering_into_air};
 use crate::scene::atmosphere::extinction::density;
 use crate::scene::atmosphere::phase;
 use crate::scene::constants::MULTI_SCATTER_HEIGHTS as TABLE_HEIGHTS;
@@ -15,7 +16,7 @@ use std::f64::consts::PI;
 
 /// Levels per row of the table of multiple scattering.
 const LEVELS_PER_ROW: usize = 3;
-/// Number of levels. Their heights are spaced quadratically from the ground to the top.
+/// Number of levels.
 const LEVELS: usize = LEVELS_PER_ROW * (TABLE_HEIGHTS - 1) + 1;
 /// Nodes of the Gauss-Legendre rule with six points from -1 to 1, for half of the points, and their weights (Abramowitz & Stegun 1964, table 25.4).
 const GAUSS_NODES: [f64; 3] = [0.238_619_186_083_196_9, 0.661_209_386_466_264_5, 0.932_469_514_203_152_1];
@@ -30,7 +31,7 @@ const STEPS: usize = 32;
 const PHASE_AZIMUTHS: u32 = 64;
 /// Orders are added until the largest radiance of the last one is at most this fraction of the largest radiance of the sum.
 const LAST_ORDER: f64 = 1e-4;
-/// Upper limit of the number of orders, for air without absorption that is much thicker than any in the catalog.
+/// Upper limit of the number of orders. Conservative air of optical depth 1000 needs fewer.
 const MAX_ORDERS: usize = 500;
 
 /// Number of azimuths, and of steps along each ray, with which light scattered once is integrated.
@@ -61,13 +62,6 @@ fn streams() -> [Stream; STREAMS] {
         streams[half - 1 - k] = Stream { cosine: -stream.cosine, weight: stream.weight };
     }
     streams
-}
-
-/// Direction with this zenith cosine and azimuth; the zenith is z.
-fn direction(cosine: f64, azimuth_rad: f64) -> DVec3 {
-    let (sin, cos) = azimuth_rad.sin_cos();
-    let across = (1.0 - cosine * cosine).max(0.0).sqrt();
-    DVec3::new(across * cos, across * sin, cosine)
 }
 
 /// Indices around a position on a grid, with their weights.
@@ -104,14 +98,10 @@ impl<'a> DiffuseLight<'a> {
         light
     }
 
-    /// Height of a level.
-    fn level_height_km(&self, level: usize) -> f64 {
-        self.sphere.air.top_km * (level as f64 / (LEVELS - 1) as f64).powi(2)
-    }
-
     /// A point at the height of a level, on the z axis.
     fn start(&self, level: usize) -> DVec3 {
-        DVec3::Z * (self.sphere.radius_km + self.level_height_km(level).max(GROUND_CLEARANCE_KM))
+        let height_km = row_height_km(self.sphere.air, level as f64 / LEVELS_PER_ROW as f64);
+        DVec3::Z * (self.sphere.radius_km + height_km.max(GROUND_CLEARANCE_KM))
     }
 
     /// The row of `next_order` of a node: along its ray, where the light comes from and how much of it is scattered into the ray.
@@ -181,8 +171,7 @@ impl<'a> DiffuseLight<'a> {
             all.push((scattered + reflected) / f64::from(counts.azimuths));
         }
         let mut order = all.clone();
-        let mut previous_largest = DVec3::INFINITY;
-        for number in 0..MAX_ORDERS {
+        for _ in 0..MAX_ORDERS {
             let next = |row: &[DVec3]| row.iter().zip(&order).map(|(fraction, light)| *fraction * *light).sum::<DVec3>();
             order = self.next_order.chunks_exact(NODES).map(next).collect();
             let (mut largest, mut brightest) = (DVec3::ZERO, DVec3::ZERO);
@@ -193,13 +182,6 @@ impl<'a> DiffuseLight<'a> {
             if largest.cmple(brightest * LAST_ORDER).all() {
                 break;
             }
-            if number + 1 == MAX_ORDERS {
-                // By now each order is the previous one times the same factor.
-                let ratio = (largest / previous_largest).clamp(DVec3::ZERO, DVec3::splat(0.9999));
-                let tail = ratio / (1.0 - ratio);
-                all.iter_mut().zip(&order).for_each(|(sum, light)| *sum += *light * tail);
-            }
-            previous_largest = largest.max(DVec3::splat(1e-300));
         }
         Field { once, all }
     }

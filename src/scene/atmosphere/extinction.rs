@@ -55,7 +55,7 @@ pub(crate) fn opacity_above(air: &Atmosphere, height_km: f64) -> f64 {
 
 /// Quadrature along a ray: positions as fractions of its length, with their weights. The positions are midpoints of equal steps in the square root of the
 /// length, so steps in length grow away from the start, where the air is densest.
-pub(crate) fn quadrature(count: usize) -> impl Iterator<Item = (f64, f64)> {
+pub(crate) fn quadrature(count: usize) -> impl DoubleEndedIterator<Item = (f64, f64)> {
     (0..count).map(move |k| {
         let u = (k as f64 + 0.5) / count as f64;
         (u * u, 2.0 * u / count as f64)

@@ -18,8 +18,9 @@
 //! (tests/eclipse/twilight.rs).
 
 use crate::catalog::{Atmosphere, Body};
+use crate::scene::atmosphere::air_sphere::{GROUND_CLEARANCE_KM, row_height_km};
 use crate::scene::atmosphere::extinction::{self, column_above_km, extinction, scattering};
-use crate::scene::atmosphere::multi_scatter_table::{self, row_height_km};
+use crate::scene::atmosphere::multi_scatter_table;
 use crate::scene::camera;
 use crate::scene::draw::{EclipseUniforms, MAX_OCCLUDERS};
 use glam::{DVec2, DVec3, Vec4};
@@ -272,7 +273,7 @@ impl AirAndGround<'_> {
     /// the height in km, and the fraction of the light at the step that is scattered into the path and reaches the path's start. Returns the distance along the
     /// ground at which the path meets the ground, and the transmittance up to there; `None` for a path that leaves the air at its top.
     fn integrate_path(&self, from_km: f64, elevation_sine: f64, mut add_scattering: impl FnMut(f64, f64, DVec3)) -> Option<(f64, DVec3)> {
-        let start_radius_km = self.radius_km + from_km.max(multi_scatter_table::GROUND_CLEARANCE_KM);
+        let start_radius_km = self.radius_km + from_km.max(GROUND_CLEARANCE_KM);
         // Positions on the path are counted from its line's point nearest to the centre. The line meets a sphere at plus and minus half its chord in it.
         let start = start_radius_km * elevation_sine;
         let nearest_sq = start_radius_km * start_radius_km * (1.0 - elevation_sine * elevation_sine);
@@ -302,7 +303,7 @@ impl AirAndGround<'_> {
     fn sources(&self, row: usize, sun_cosine: f64) -> (Sources, Sources) {
         let (mut second, mut rescattered) = (Sources::NONE, Sources::NONE);
         for (elevation_sine, weight) in elevation_sines() {
-            let ground = self.integrate_path(row_height_km(self.air, row), elevation_sine, |path_km, height_km, scattered| {
+            let ground = self.integrate_path(row_height_km(self.air, row as f64), elevation_sine, |path_km, height_km, scattered| {
                 second.add(path_km, scattered * self.sunlight(height_km, sun_cosine) * (weight / (4.0 * PI)));
                 rescattered.add(path_km, scattered * weight);
             });

@@ -6,9 +6,8 @@
 //! S. Hillaire's form of multiple scattering (EGSR 2020), without its geometric series. The ground is a Lambert surface of the body's albedo. Not modelled: the
 //! directionality of light scattered more than once, and differences in illumination between neighbouring places. Errors: tests/atmosphere/skylight.rs.
 
-use crate::catalog::{Atmosphere, Body};
-use crate::scene::atmosphere::air_sphere::AirSphere;
-pub(crate) use crate::scene::atmosphere::air_sphere::GROUND_CLEARANCE_KM;
+use crate::catalog::Body;
+use crate::scene::atmosphere::air_sphere::{AirSphere, GROUND_CLEARANCE_KM, direction};
 use crate::scene::atmosphere::diffuse_light::{DiffuseLight, SampleCounts};
 use crate::scene::camera;
 use crate::scene::constants::{MULTI_SCATTER_BEND as BEND, MULTI_SCATTER_FIRST_X as FIRST_COORDINATE};
@@ -48,11 +47,6 @@ pub fn sun_cosine(column: usize) -> f64 {
     BEND * x / (1.0 - x.abs())
 }
 
-/// Height of a row.
-pub(crate) fn row_height_km(air: &Atmosphere, row: usize) -> f64 {
-    air.top_km * (row as f64 / (HEIGHTS - 1) as f64).powi(2)
-}
-
 /// Directions of a Fibonacci lattice on the sphere.
 fn directions(count: usize) -> impl Iterator<Item = DVec3> + Clone {
     (0..count).map(move |k| {
@@ -61,11 +55,6 @@ fn directions(count: usize) -> impl Iterator<Item = DVec3> + Clone {
         let across = (1.0 - z * z).sqrt();
         DVec3::new(across * cos, across * sin, z)
     })
-}
-
-/// Direction to a Sun of this zenith cosine; the zenith is z.
-fn towards_sun(cosine: f64) -> DVec3 {
-    DVec3::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine)
 }
 
 /// Irradiance of level ground by skylight that was scattered once, per irradiance of the Sun.
@@ -107,7 +96,7 @@ fn root(v: DVec3) -> DVec3 {
 
 /// A column of the table: the mean radiance of diffuse light at each height, and the irradiance of level ground by the sky.
 fn table_column(sphere: &AirSphere<'_>, diffuse: &DiffuseLight<'_>, column: usize) -> (Vec<DVec3>, DVec3) {
-    let sun = towards_sun(sun_cosine(column));
+    let sun = direction(sun_cosine(column), 0.0);
     let field = diffuse.field(sun, if sun.z > 0.0 { BY_DAY } else { AT_DUSK });
     let means = (0..HEIGHTS).map(|row| diffuse.mean_radiance(&field, row)).collect();
     (means, ground_irradiance_once(sphere, sun) + diffuse.irradiance_by_further_orders(&field))
