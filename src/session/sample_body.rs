@@ -78,7 +78,7 @@ fn eclipse_uniforms(key: &ShaderKey) -> EclipseUniforms {
         perpendicular_axes: [x.extend(sun_cotangent), y.extend(sun_cotangent / sun_distance)],
         // No error of interpolation is accepted.
         coarse_bound: Vec2::ZERO,
-        coarse_row: 0.0,
+        coarse_first_row: 0.0,
         // The same law as a polynomial in mu: constant, linear and quadratic coefficient.
         limb_darkening: [0.4, 0.8, -0.2].map(|f| Vec3::splat(f / disc_light).extend(0.0)),
         occluder_positions: occluders.iter().map(|[x, y, distance, _]| Vec4::new(*x, *y, *distance, 0.0)).collect(),
@@ -162,14 +162,14 @@ fn air_uniforms() -> AtmosphereUniforms {
     let air = AtmosphereUniforms {
         // No error of interpolation is accepted.
         coarse_bound: Vec2::ZERO,
-        coarse_row: 0.0,
+        coarse_first_row: 0.0,
         top_radius_sq_minus_1: radius_sq_minus_1(0.2),
         // As of a ray from the top of the air to the ground.
         end_heights: Vec2::new(0.2, 0.0),
         rayleigh_scale_height: 0.025,
         rayleigh_scattering: Vec3::new(2.0, 4.0, 9.0),
         rayleigh_extinction: Vec3::new(2.0, 4.0, 9.0),
-        skylight: Vec3::splat(0.4),
+        skylight_fraction: Vec3::splat(0.4),
         mie_scale_height: 0.01,
         mie_phase: Vec4::new(0.7, 0.0, 0.0, 0.0),
         mie_scattering: Vec3::splat(8.0),
@@ -240,8 +240,8 @@ fn draw_uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
             albedo: 0.7,
             reflectance: 0.7,
             // Half of the air is above the clouds.
-            depth_above: air_uniforms().ground_depth.map(|row| (0.5 * row.truncate()).extend(row.w)),
-            coarse_row: 0.0,
+            optical_depth_above: air_uniforms().ground_depth.map(|row| (0.5 * row.truncate()).extend(row.w)),
+            coarse_first_row: 0.0,
         },
         camera_in_unit_sphere: forward * -1.0e3,
         overlays: overlay_uniforms(key),

@@ -108,13 +108,13 @@ fn air_fragment() -> String {
                 Value::F32((shared::MULTI_SCATTER_COLUMNS - 1) as f64 / x_span),
             ),
             constant(
-                "By day a polynomial in x approximates the table's square roots at one height: number of its coefficients.",
+                "By day a polynomial in x approximates the square roots of the table's values at one height: number of its coefficients.",
                 "air_table",
                 "MULTI_SCATTER_COEFFICIENTS",
                 Value::U32(shared::MULTI_SCATTER_COEFFICIENTS),
             ),
             constant(
-                "Table of the fraction of this light that an eclipse leaves: its columns for distances from the occluder's limb.",
+                "Table of the fraction of this light that an eclipse leaves: its columns, for distances of the Sun's centre from the occluder's limb.",
                 "air_table && eclipse_1",
                 "IN_SHADOW_COLUMNS",
                 Value::U32(shared::IN_SHADOW_COLUMNS),

@@ -81,10 +81,10 @@ pub(super) fn with_subimage_rows(draws: &[Draw], k: usize, screen: [u32; 2]) -> 
     let mut draw = draw.clone();
     let (ground, clouds) = ground_and_clouds(draws, k).unwrap_or((k, k));
     let first_row = |subimage| (subimage * coarse_air_subimage_size(screen)[1]) as f32;
-    draw.uniforms.air.coarse_row = first_row(subimages_before(draws, ground));
+    draw.uniforms.air.coarse_first_row = first_row(subimages_before(draws, ground));
     // The sunlight's subimage follows that of the air (`subimages_of`).
-    draw.uniforms.eclipse.coarse_row = first_row(subimages_before(draws, ground) + 1);
-    draw.uniforms.clouds.coarse_row = first_row(subimages_before(draws, clouds));
+    draw.uniforms.eclipse.coarse_first_row = first_row(subimages_before(draws, ground) + 1);
+    draw.uniforms.clouds.coarse_first_row = first_row(subimages_before(draws, clouds));
     Cow::Owned(draw)
 }
 
@@ -93,7 +93,7 @@ pub(super) fn with_subimage_rows(draws: &[Draw], k: usize, screen: [u32; 2]) -> 
 pub(super) fn marks_for_clouds(draw: &Draw) -> Option<MarkedImage> {
     let is_shared = draw.part == BodyPart::Clouds && draw.features.air_pass == AirPass::ReadWithClouds;
     is_shared.then(|| {
-        let first_texel = [COARSE_AIR_BORDER, COARSE_AIR_BORDER + draw.uniforms.air.coarse_row as u32];
+        let first_texel = [COARSE_AIR_BORDER, COARSE_AIR_BORDER + draw.uniforms.air.coarse_first_row as u32];
         MarkedImage { binding: COARSE_AIR_BINDING, pixels_per_texel: COARSE_AIR_PX, first_texel }
     })
 }

@@ -221,7 +221,7 @@ pub(crate) fn uniforms_of(air: &Atmosphere, ground_radius_km: f64, floor_scale: 
         rayleigh_scale_height: scale_height(rayleigh(air).or(mie(air))),
         rayleigh_scattering: coefficient(rayleigh(air), scattering),
         rayleigh_extinction: coefficient(rayleigh(air), extinction),
-        skylight: camera::narrow(DOWNWARD_FRACTION * vertical_scattering_depth(air) / vertical_optical_depth(air).max(DVec3::splat(1e-30))),
+        skylight_fraction: camera::narrow(DOWNWARD_FRACTION * vertical_scattering_depth(air) / vertical_optical_depth(air).max(DVec3::splat(1e-30))),
         mie_scale_height: scale_height(mie(air).or(rayleigh(air))),
         mie_phase: camera::narrow4(mie(air).and_then(Species::aerosol_phase).map_or(DVec4::ZERO, |phase| phase.parameters().into())),
         mie_scattering: coefficient(mie(air), scattering),
@@ -234,7 +234,7 @@ pub(crate) fn uniforms_of(air: &Atmosphere, ground_radius_km: f64, floor_scale: 
         night_radiance: camera::narrow_scalar(night_radiance(air)),
         rim_is_thin: 0.0,
         coarse_bound: Vec2::ZERO,
-        coarse_row: 0.0,
+        coarse_first_row: 0.0,
         multi_scatter_heights: camera::narrow(DVec3::new(floor_height_km / radius_km, radius_km / air.top_km, 0.0)).truncate(),
         multi_scatter: std::sync::Arc::default(),
     }
@@ -436,7 +436,7 @@ mod tests {
                     "{}",
                     body.name
                 );
-                assert!((0.0..=0.5 + 1e-6).contains(&a.skylight[c]), "{}", body.name);
+                assert!((0.0..=0.5 + 1e-6).contains(&a.skylight_fraction[c]), "{}", body.name);
             }
         }
     }

@@ -52,7 +52,7 @@ impl<'a> From<&'a Arc<Vec<Vec4>>> for UniformValue<'a> {
     }
 }
 
-/// Declares a struct. A field with a quoted name fills the uniform of that name: `pub top_radius_sq_minus_1: f32 = "air_top"`.
+/// Declares a struct. A field with a quoted name fills the uniform of that name: `pub top_radius_sq_minus_1: f32 = "air_top_radius_sq_minus_1"`.
 macro_rules! uniforms {
     (
         $(#[$meta:meta])*
@@ -185,9 +185,9 @@ uniforms! {
         /// Radiance of a closed deck per irradiance. This field and the next two are for pixels in which the ground's draw also shows the clouds.
         pub reflectance: f32 = "cloud_reflectance",
         /// Optical depth of the air above the clouds, in the form of [`AtmosphereUniforms::ground_depth`].
-        pub depth_above: [Vec4; GROUND_DEPTH_TERMS] = "cloud_depth_above",
+        pub optical_depth_above: [Vec4; GROUND_DEPTH_TERMS] = "cloud_optical_depth_above",
         /// First row of the clouds' part of the coarse image of the air. `render::plan`, which arranges the image, sets this field.
-        pub coarse_row: f32 = "cloud_coarse_row",
+        pub coarse_first_row: f32 = "cloud_coarse_first_row",
     }
 }
 
@@ -197,7 +197,7 @@ uniforms! {
     #[derive(Clone, Debug, Default, PartialEq)]
     pub struct AtmosphereUniforms {
         /// `radius_sq_minus_1` of the air's top.
-        pub top_radius_sq_minus_1: f32 = "air_top",
+        pub top_radius_sq_minus_1: f32 = "air_top_radius_sq_minus_1",
         /// Heights of the two ends of a view ray along which the height only increases or only decreases: x at the camera, y at the far end. An end outside
         /// the air has the height of the air's top. `scene::atmosphere::uniform_rows` computes the uniform `air_quadrature_nodes` from them.
         pub end_heights: Vec2,
@@ -206,7 +206,7 @@ uniforms! {
         pub rayleigh_scattering: Vec3 = "air_rayleigh_scattering",
         pub rayleigh_extinction: Vec3 = "air_rayleigh_extinction",
         /// Of the sunlight that extinction removes, the fraction that reaches the ground as skylight.
-        pub skylight: Vec3 = "air_skylight",
+        pub skylight_fraction: Vec3 = "air_skylight_fraction",
         pub mie_scale_height: f32 = "air_mie_scale_height",
         /// Parameters of the aerosol's phase function, `catalog::AerosolPhase::parameters`; x: its asymmetry.
         pub mie_phase: Vec4 = "air_mie_phase",
@@ -231,7 +231,7 @@ uniforms! {
         /// the first light source, the Sun. An error below either is accepted. Negative if no pixel may interpolate.
         pub coarse_bound: Vec2,
         /// First row of the body's part of the coarse image of the air. `render::plan` sets this field.
-        pub coarse_row: f32 = "air_coarse_row",
+        pub coarse_first_row: f32 = "air_coarse_first_row",
         /// Heights for the table of multiply scattered light, which measures them from the ground, whereas the draw measures them from the floor. x: height of
         /// the floor above the ground. y: 1 / height of the air's top above the ground.
         pub multi_scatter_heights: Vec2 = "air_multi_scatter_heights",
@@ -251,7 +251,7 @@ uniforms! {
         /// Largest accepted error of sunlight that is interpolated from the coarse image of the air, as [`AtmosphereUniforms::coarse_bound`].
         pub coarse_bound: Vec2,
         /// First row of the sunlight's part of the coarse image of the air. `render::plan` sets this field.
-        pub coarse_row: f32 = "eclipse_coarse_row",
+        pub coarse_first_row: f32 = "eclipse_coarse_first_row",
         /// Radiance of the Sun's disc, normalised so that its integral over the unit disc is 1: coefficients of 1, mu, mu² per channel.
         pub limb_darkening: [Vec4; 3] = "eclipse_limb_darkening",
         /// Per occluder: the coordinates of its centre across the axis (xy) and along it (z).
