@@ -49,6 +49,23 @@ fn ring(mut table: TableReader) -> Option<(WithLine<String>, Ring)> {
     ))
 }
 
+/// A number for all channels, or one for each (red, green, blue).
+#[derive(Clone, Copy, serde::Deserialize)]
+#[serde(untagged)]
+enum PerChannel {
+    Grey(f64),
+    Rgb([f64; 3]),
+}
+
+impl PerChannel {
+    fn channels(self) -> [f64; 3] {
+        match self {
+            Self::Grey(x) => [x; 3],
+            Self::Rgb(channels) => channels,
+        }
+    }
+}
+
 /// Reads a `[[atmosphere.species]]`.
 fn species(mut table: TableReader) -> Option<Species> {
     let per_km = "three numbers from 0 to 10 per kilometre";
@@ -57,7 +74,9 @@ fn species(mut table: TableReader) -> Option<Species> {
     let tent_centre_km = table.optional("tent_centre_km", "kilometres from 0", |x: &f64| finite(x) && *x >= 0.0);
     let scattering = table.optional("scattering_per_km", per_km, each_component(|x| (0.0..=10.0).contains(&x)));
     let absorption = table.optional("absorption_per_km", per_km, each_component(|x| (0.0..=10.0).contains(&x)));
-    let asymmetry = table.optional("asymmetry", "a number between -1 and 1", |x: &f64| x.abs() < 1.0);
+    let asymmetry = table.optional("asymmetry", "a number between -1 and 1, or three (red, green, blue)", |x: &PerChannel| {
+        x.channels().iter().all(|x| x.abs() < 1.0)
+    });
     let estimate_percent = optional_percent(&mut table, "estimate_percent");
     table.finish();
     Some(Species {
@@ -66,7 +85,7 @@ fn species(mut table: TableReader) -> Option<Species> {
         tent_centre_km: tent_centre_km.map(|l| l.value),
         scattering_per_km: scattering.map_or([0.0; 3], |l| l.value),
         absorption_per_km: absorption.map_or([0.0; 3], |l| l.value),
-        phase: asymmetry.map_or(PhaseFunction::Rayleigh, |l| PhaseFunction::Aerosol(AerosolPhase { asymmetry: l.value })),
+        phase: asymmetry.map_or(PhaseFunction::Rayleigh, |l| PhaseFunction::Aerosol(AerosolPhase { asymmetry: l.value.channels() })),
         estimate_percent,
     })
 }

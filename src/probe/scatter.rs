@@ -54,7 +54,7 @@ enum Species {
         extinction_per_m: [f64; 3],
         phase: PhaseName,
         #[serde(default)]
-        g: f64,
+        g: Asymmetry,
         #[serde(rename = "scattering_per_planet_radius", default)]
         _scattering_per_radius: IgnoredAny,
         #[serde(rename = "extinction_per_planet_radius", default)]
@@ -74,6 +74,29 @@ enum Species {
         #[serde(rename = "extinction_per_planet_radius", default)]
         _extinction_per_radius: IgnoredAny,
     },
+}
+
+/// One asymmetry for all channels, or one for each (red, green, blue).
+#[derive(Clone, Copy, Deserialize)]
+#[serde(untagged)]
+enum Asymmetry {
+    Grey(f64),
+    Rgb([f64; 3]),
+}
+
+impl Default for Asymmetry {
+    fn default() -> Self {
+        Self::Grey(0.0)
+    }
+}
+
+impl Asymmetry {
+    fn phase(self) -> AerosolPhase {
+        match self {
+            Self::Grey(asymmetry) => AerosolPhase::grey(asymmetry),
+            Self::Rgb(asymmetry) => AerosolPhase { asymmetry },
+        }
+    }
 }
 
 #[derive(Deserialize)]
@@ -108,7 +131,7 @@ pub(super) static KIND: QueryKind = QueryKind {
         required(
             "atmosphere",
             "planet_radius_km, top_km and species: each with profile exponential (scale_height_km, scattering_per_m, extinction_per_m, \
-             phase rayleigh or hg (Henyey-Greenstein), its asymmetry g) or tent (centre_km, half_width_km, extinction_per_m)",
+             phase rayleigh or hg (Henyey-Greenstein), its asymmetry g: a number, or three for red, green and blue) or tent (centre_km, half_width_km, extinction_per_m)",
         ),
         required("cam", "[x, y, z], not inside the planet, at most 1e9 from its centre"),
         required("dir", "[x, y, z] away from the camera, of any length"),
@@ -186,7 +209,7 @@ fn check_atmosphere(atmosphere: &Atmosphere) -> Result<(), String> {
                 (
                     vec![("scale_height_km", *scale_height_km)],
                     vec![("scattering_per_m", scattering_per_m), ("extinction_per_m", extinction_per_m)],
-                    *g,
+                    g.phase().asymmetry,
                 )
             }
             Species::Tent { centre_km, half_width_km, extinction_per_m, scattering_per_m, .. } => {
@@ -196,7 +219,7 @@ fn check_atmosphere(atmosphere: &Atmosphere) -> Result<(), String> {
                 if *scattering_per_m != [0.0; 3] {
                     return out_of_range("scattering_per_m", "0 in a tent, which only absorbs");
                 }
-                (vec![("half_width_km", *half_width_km)], vec![("extinction_per_m", extinction_per_m)], 0.0)
+                (vec![("half_width_km", *half_width_km)], vec![("extinction_per_m", extinction_per_m)], [0.0; 3])
             }
         };
         if let Some((field, _)) = lengths.into_iter().find(|(_, x)| !is_positive(*x)) {
@@ -205,7 +228,7 @@ fn check_atmosphere(atmosphere: &Atmosphere) -> Result<(), String> {
         if let Some((field, _)) = coefficients.into_iter().find(|(_, v)| !v.iter().all(|x| (0.0..=1.0).contains(x))) {
             return out_of_range(field, "three numbers from 0 to 1 per metre");
         }
-        if g.abs() >= 1.0 || g.is_nan() {
+        if !g.iter().all(|g| g.abs() < 1.0) {
             return out_of_range("g", "between -1 and 1");
         }
     }
@@ -238,7 +261,7 @@ fn catalog_atmosphere(atmosphere: &Atmosphere) -> catalog::Atmosphere {
             absorption_per_km: std::array::from_fn(|k| per_km(extinction_per_m)[k] - per_km(scattering_per_m)[k]),
             phase: match phase {
                 PhaseName::Rayleigh => PhaseFunction::Rayleigh,
-                PhaseName::Hg => PhaseFunction::Aerosol(AerosolPhase { asymmetry: *g }),
+                PhaseName::Hg => PhaseFunction::Aerosol(g.phase()),
             },
             estimate_percent: None,
         },

@@ -171,7 +171,7 @@ fn air_uniforms() -> AtmosphereUniforms {
         rayleigh_extinction: Vec3::new(2.0, 4.0, 9.0),
         skylight_fraction: Vec3::splat(0.4),
         mie_scale_height: 0.01,
-        mie_phase: Vec4::new(0.7, 0.0, 0.0, 0.0),
+        mie_phase: Vec4::new(0.7, 0.7, 0.7, 0.0),
         mie_scattering: Vec3::splat(8.0),
         mie_extinction: Vec3::new(9.0, 9.5, 10.0),
         absorption_layer: Vec3::new(radius_sq_minus_1(0.03), radius_sq_minus_1(0.06), radius_sq_minus_1(0.09)),

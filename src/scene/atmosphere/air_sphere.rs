@@ -107,27 +107,27 @@ impl AirSphere<'_> {
         along: DVec3,
         count: usize,
         sun: DVec3,
-        norms: &[f64],
+        norms: &[DVec3],
     ) -> (DVec3, Option<GroundHit>) {
-        let cos_scattering = along.dot(sun);
+        let species = self.air.species.iter();
+        // The scattering angle is the same at all points of the ray.
+        let into_ray: Vec<DVec3> =
+            species.clone().zip(norms).map(|(s, norm)| scattering_into_air(s) * *norm * phase::per_steradian(s.phase, along.dot(sun))).collect();
         let mut light = DVec3::ZERO;
         let ground = self.follow(from, along, count, |p, transmitted_km| {
             let height_km = self.height_km(p);
-            let of_species = |(s, norm): (&Species, &f64)| {
-                scattering_into_air(s) * (norm * phase::per_steradian(s.phase, cos_scattering) * density(s, height_km))
-            };
-            let scattered: DVec3 = self.air.species.iter().zip(norms).map(of_species).sum();
+            let scattered: DVec3 = species.clone().zip(&into_ray).map(|(s, into_ray)| *into_ray * density(s, height_km)).sum();
             light += transmitted_km * scattered * self.sunlight(p, sun);
         });
         (light, ground)
     }
 
-    /// For each species one over the sum of its phase function over directions with their solid angles: the narrow peak of a forward-scattering aerosol lies
+    /// For each species, per channel, one over the sum of its phase function over directions with their solid angles: the narrow peak of a forward-scattering aerosol lies
     /// between them, or on one of them, and the sum would not be 1. `directions` may be a part of the sphere that the others repeat by symmetry.
-    pub(super) fn phase_norms(&self, sun: DVec3, directions: impl Iterator<Item = (DVec3, f64)> + Clone) -> Vec<f64> {
+    pub(super) fn phase_norms(&self, sun: DVec3, directions: impl Iterator<Item = (DVec3, f64)> + Clone) -> Vec<DVec3> {
         let sum =
-            |s: &Species| directions.clone().map(|(d, solid_angle)| phase::per_steradian(s.phase, d.dot(sun)) * solid_angle).sum::<f64>();
-        self.air.species.iter().map(|s| 1.0 / sum(s).max(1e-9)).collect()
+            |s: &Species| directions.clone().map(|(d, solid_angle)| phase::per_steradian(s.phase, d.dot(sun)) * solid_angle).sum::<DVec3>();
+        self.air.species.iter().map(|s| 1.0 / sum(s).max(DVec3::splat(1e-9))).collect()
     }
 
     /// Radiance of the ground in direct sunlight, per irradiance of the Sun.

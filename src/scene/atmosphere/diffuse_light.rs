@@ -92,7 +92,7 @@ impl<'a> DiffuseLight<'a> {
     /// Computes how orders follow from each other.
     pub(super) fn of(sphere: &'a AirSphere<'a>) -> Self {
         let streams = streams();
-        let phase_means: Vec<Vec<f64>> = sphere.air.species.iter().map(|s| phase_means(s.phase, &streams)).collect();
+        let phase_means: Vec<Vec<DVec3>> = sphere.air.species.iter().map(|s| phase_means(s.phase, &streams)).collect();
         let mut light = Self { sphere, streams, next_order: Vec::new() };
         light.next_order = (0..NODES).into_par_iter().flat_map_iter(|node| light.sources_of(node, &phase_means)).collect();
         light
@@ -105,7 +105,7 @@ impl<'a> DiffuseLight<'a> {
     }
 
     /// The row of `next_order` of a node: along its ray, where the light comes from and how much of it is scattered into the ray.
-    fn sources_of(&self, node: usize, phase_means: &[Vec<f64>]) -> Vec<DVec3> {
+    fn sources_of(&self, node: usize, phase_means: &[Vec<DVec3>]) -> Vec<DVec3> {
         let (sphere, species) = (self.sphere, &self.sphere.air.species);
         let along = direction(self.streams[node % STREAMS].cosine, 0.0);
         // For each species: the scattering into the ray, by the level and the zenith angle at which it happens.
@@ -200,23 +200,23 @@ impl<'a> DiffuseLight<'a> {
     }
 }
 
-/// For each pair of streams the radiance that a unit of scattering sends into the first, divided by the radiance of the second: element
+/// For each pair of streams and each channel the radiance that a unit of scattering sends into the first, divided by the radiance of the second: element
 /// `to` * STREAMS + `from`. For an isotropic phase function this is the weight of the second. All light of a stream is scattered somewhere: the narrow peak of
 /// a forward-scattering aerosol falls between the streams' angles, so the numbers are scaled to the sum that they must have.
-fn phase_means(phase: crate::catalog::PhaseFunction, streams: &[Stream; STREAMS]) -> Vec<f64> {
+fn phase_means(phase: crate::catalog::PhaseFunction, streams: &[Stream; STREAMS]) -> Vec<DVec3> {
     let mean = |to: &Stream, from: &Stream| {
         let at = |k: u32| {
             let azimuth_rad = PI * (f64::from(k) + 0.5) / f64::from(PHASE_AZIMUTHS);
             phase::per_steradian(phase, direction(to.cosine, 0.0).dot(direction(from.cosine, azimuth_rad)))
         };
-        4.0 * PI * (0..PHASE_AZIMUTHS).map(at).sum::<f64>() / f64::from(PHASE_AZIMUTHS)
+        4.0 * PI * (0..PHASE_AZIMUTHS).map(at).sum::<DVec3>() / f64::from(PHASE_AZIMUTHS)
     };
-    let mut means = vec![0.0; STREAMS * STREAMS];
+    let mut means = vec![DVec3::ZERO; STREAMS * STREAMS];
     for (from, source) in streams.iter().enumerate() {
-        let into: Vec<f64> = streams.iter().map(|to| mean(to, source)).collect();
-        let total: f64 = into.iter().zip(streams).map(|(mean, to)| mean * to.weight).sum();
+        let into: Vec<DVec3> = streams.iter().map(|to| mean(to, source)).collect();
+        let total: DVec3 = into.iter().zip(streams).map(|(mean, to)| *mean * to.weight).sum();
         for (to, mean) in into.iter().enumerate() {
-            means[to * STREAMS + from] = mean * source.weight / total;
+            means[to * STREAMS + from] = *mean * source.weight / total;
         }
     }
     means

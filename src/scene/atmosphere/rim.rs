@@ -79,7 +79,7 @@ pub(crate) fn tangent_ray(air: &Atmosphere, radius_km: f64, height_km: f64, cos_
         let column_km = (2.0 * PI * radius_km * s.scale_height_km).sqrt() * density(s, height_km);
         let per_steradian = phase::per_steradian(s.phase, cos_scattering);
         depth += extinction(s) * column_km;
-        scattered += scattering(s) * (column_km * PI * per_steradian);
+        scattered += scattering(s) * per_steradian * (column_km * PI);
     }
     (depth, scattered)
 }
@@ -206,7 +206,7 @@ mod tests {
         let equivalent_km: f64 = full.to_array().iter().map(|t| ein(*t) * height_km).sum();
         let disc = venus.colour.as_dvec3().element_sum() * venus.geometric_albedo * photometry::phase(venus, alpha);
         let scattered =
-            2.0 * ALL_ORDERS_TO_SINGLE_RATIO * PI * phase::per_steradian(gas.phase, -alpha.cos()) * equivalent_km / (disc * radius_km);
+            2.0 * ALL_ORDERS_TO_SINGLE_RATIO * PI * phase::per_steradian(gas.phase, -alpha.cos()).x * equivalent_km / (disc * radius_km);
         let ratio = light_ratio(venus, air, alpha, false) / scattered;
         assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
         // The limb of a Lambert disc, as bright at the position angle f as sin(alpha) cos(f), and the light of the whole disc: 2 / 3 of its area times the
