@@ -119,7 +119,7 @@ pub fn of_body_shadow(model: BodyShadow) -> Option<StatedError> {
     }
 }
 
-/// Upper limit of the distance between the edges of two shadows on the ring: that of a sphere and that of the globe. Lengths are in equatorial radii.
+/// Upper limit of the distance between the edges of two shadows on the ring: a sphere's shadow and the globe's. Lengths are in equatorial radii.
 /// `polar_radius`: of the globe; `sin_elevation`: sine of the Sun's elevation above the ring's plane; `outer_radius`: of the ring.
 ///
 /// In the ring's plane both shadows are half-ellipses around the centre. Both are as wide as the equator. They reach out to 1 / `sin_elevation` (the sphere's)

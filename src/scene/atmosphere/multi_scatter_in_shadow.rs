@@ -228,7 +228,7 @@ impl Sources {
         self.lit_bins().map(|(light, path_km)| light * mean(path_km)).sum()
     }
 
-    /// For each column the sources of the light that arrives there.
+    /// For each column: the sources of the light that arrives at the column's distance.
     fn spread(&self, shadow: &Shadow) -> Vec<Spread> {
         let positions = |distance, path_km| shadow.distances_around(distance, path_km).map(|d| shadow.column_position(d));
         let at = |distance| Spread { bins: self.lit_bins().map(|(light, path_km)| (light, positions(distance, path_km))).collect() };
@@ -367,7 +367,7 @@ fn square_root(v: DVec3) -> DVec3 {
     v.map(|x| x.clamp(0.0, 1.0).sqrt())
 }
 
-/// The square roots of the factors at one height. They start as those of the second order; each iteration includes one more order.
+/// The square roots of the factors at one height. They start with the factors of the second order; each iteration includes one more order.
 fn height_row(shadow: &Shadow, second: &Sources, rescattered: &Sources) -> [DVec3; COLUMNS] {
     let rescattered_fraction = rescattered.total().map(|a| a.min(MAX_RESCATTERED));
     let second_total = second.total().max(DVec3::splat(1e-300));

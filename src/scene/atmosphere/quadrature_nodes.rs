@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 
 /// Number of rows (vec4s) of the uniform per node.
 pub(crate) const ROWS: usize = 3;
-/// Number of nodes after those of the quadrature: the camera's end and the far end.
+/// Number of nodes that follow the quadrature nodes: one at the camera's end and one at the far end.
 pub(crate) const ENDS: usize = 2;
 
 /// Rows of the samples of shaders/lib/air/scatter_marched.wesl: position (x), weight (y), midpoint between this position and the next (z).

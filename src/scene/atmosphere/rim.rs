@@ -84,7 +84,7 @@ pub(crate) fn tangent_ray(air: &Atmosphere, radius_km: f64, height_km: f64, cos_
     (depth, scattered)
 }
 
-/// Area that the air hides beyond the limb, divided by that of the disc: its opacity along grazing rays, mean of the channels, summed over height.
+/// Area that the air hides beyond the limb, divided by the disc's area: the air's opacity along grazing rays (mean of the channels), summed over height.
 pub(crate) fn hidden_area_ratio(body: &Body, air: &Atmosphere) -> f64 {
     let radius_km = body.radii_km.max_element();
     let step_km = air.top_km / HEIGHT_STEPS as f64;

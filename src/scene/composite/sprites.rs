@@ -28,7 +28,7 @@ const POLAR_COS_LATITUDE: f64 = 0.5;
 /// Distance, in half sides of a face, within which a position is on an edge of the face: several times the rounding of f32.
 const EDGE_WIDTH: f64 = 1e-6;
 
-/// A sprite in the image. `stretch`: its width over its height.
+/// A sprite in the image. `centre`: clip position and reversed depth. `stretch`: its width over its height.
 struct ProjectedSprite {
     centre: Vec3,
     radius_px: f32,
