@@ -5,9 +5,9 @@
 //! the distance from the occluder's limb in solar radii, and one more row for the irradiance of level ground by the entire sky.
 //!
 //! Method: light of the second order comes from the sunlit air and ground on straight paths through the air. Paths in all directions are integrated, and their
-//! light is binned by the distance of its source. The light from each distance is multiplied by the fraction of the Sun's disc that is visible there, averaged
-//! over azimuths. Each further order spreads the light once more. The orders form a geometric series (S. Hillaire, EGSR 2020), unlike those of the table.
-//! Always: factors are between 0 and 1, and 1 outside the penumbra's blurred edge. Not modelled:
+//! light is binned by the distance of its source along the ground. The light from each distance is multiplied by the fraction of the Sun's disc that is visible
+//! at this distance, averaged over azimuths. Each further order spreads the light once more. The orders form a geometric series (S. Hillaire, EGSR 2020),
+//! unlike those of the table. Always: factors are between 0 and 1, and 1 outside the penumbra's blurred edge. Not modelled:
 //! - phase functions: all scattering is isotropic;
 //! - the dependence on azimuth (the umbra is a circle perpendicular to the light, and under a low Sun elongated along the ground);
 //! - the change of the Sun's altitude within the shadow;
@@ -64,7 +64,8 @@ const PENUMBRA_NODES: usize = 96;
 /// Number of annuli into which the Sun's disc is divided.
 const SUN_ANNULI: usize = 40;
 
-/// The shadow of one occluder: the distances of the columns, and the visible fraction of the Sun.
+/// The shadow of one occluder: the distances of the columns, and the visible fraction of the Sun. Its unit of length, the solar radius, is the displacement
+/// perpendicular to the light that moves the occluder on the sky by the Sun's angular radius.
 struct Shadow {
     /// Radius of the occluder in solar radii.
     occluder_radius: f64,
@@ -84,6 +85,7 @@ struct Shadow {
 impl Shadow {
     /// The shadow of the occluder `index`; `None` if there is none, or if it is not between the body and the Sun.
     fn of(body: &Body, eclipse: &EclipseUniforms, index: usize) -> Option<Self> {
+        // In the body's equatorial radii; `EclipseUniforms` documents the components.
         let (position, outline) = (eclipse.occluder_positions.get(index)?.as_dvec4(), eclipse.occluder_outlines.get(index)?.as_dvec4());
         let offset_across = position.truncate().truncate();
         // The coordinate along the axis of the point where the shadow's centre line meets the ground, or 0 if the line misses. On the unit sphere it is also
@@ -398,6 +400,7 @@ fn ground_row(air: &AirAndGround<'_>, shadow: &Shadow, heights: &[(Sources, Sour
     let mut single = Sources::NONE;
     let mut further = vec![Sources::NONE; HEIGHTS];
     for (elevation_sine, weight) in elevation_sines().filter(|(elevation_sine, _)| *elevation_sine > 0.0) {
+        // Light from this direction contributes to the irradiance in proportion to the sine of its elevation.
         let weight = weight * elevation_sine;
         let add_scattering = |path_km: f64, height_km: f64, scattered: DVec3| {
             single.add(path_km, scattered * air.sunlight(height_km, shadow.sun_cosine) * (weight / (4.0 * PI)));

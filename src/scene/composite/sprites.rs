@@ -52,7 +52,8 @@ pub(crate) struct DividedSprites<T> {
     pub in_image: Vec<T>,
 }
 
-/// Projects a sprite of a face into the image, or leaves it to the face. `is_in_face`: whether the face contains a direction in the image's axes.
+/// Projects a sprite of a face into the image, or leaves it to the face. `camera`: of the face. `white`: the radiance that is shown as white. `is_in_face`:
+/// whether the face contains a direction in the image's axes.
 fn project(image: &SphereImage, camera: &Camera, centre: Vec3, flux: Vec3, white: f64, is_in_face: impl Fn(DVec3) -> bool) -> Drawn {
     let ray = camera.ray(DVec2::new(f64::from(centre.x), f64::from(centre.y)));
     let direction = image.in_axes(ray).normalize();
