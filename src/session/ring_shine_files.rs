@@ -12,7 +12,8 @@ use std::sync::OnceLock;
 const MAGIC: &Magic = b"ORRSHN01";
 /// Length of the texels, bytes: four floats per column and row, for both sides of the rings.
 const TEXEL_BYTES: usize = 2 * ROWS * COLUMNS * 16;
-/// Length of the header, bytes: two f64, the largest height and the brightest irradiance.
+/// Length of the header, bytes: two f64, which are the fields `max_height` (the height above the rings' plane from which no ring is visible) and `brightest`
+/// (the largest irradiance) of [`RingShine`].
 const HEADER_BYTES: usize = 16;
 
 /// The tables in a cache folder.

@@ -8,7 +8,7 @@ use crate::wording::echo_within;
 
 /// The columns of a table that describe a point.
 pub(super) struct Columns {
-    /// Columns of latitude (or declination), longitude (or right ascension), time, size and colour.
+    /// Indices of the columns of latitude (or declination), longitude (or right ascension), time, size and colour; `None` for a column that the table lacks.
     indices: [Option<usize>; 5],
     /// Number of all columns of the table, including those that describe no point.
     column_count: usize,

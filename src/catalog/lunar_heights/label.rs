@@ -33,7 +33,7 @@ fn required<'t>(label: &'t str, keyword: &str) -> Result<&'t str, String> {
     value(label, keyword).ok_or_else(|| format!("the label has no {keyword}"))
 }
 
-/// Parses the value of a keyword.
+/// Parses `text`, the value of a keyword, as a finite number.
 fn number(keyword: &str, text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| format!("{keyword} = {}: not a number", echo(text)))
 }
@@ -76,7 +76,7 @@ fn image_offset(label: &str) -> Result<usize, String> {
     Ok(units_before.saturating_mul(unit_bytes))
 }
 
-/// The sample format of the image: type and byte order.
+/// The sample format of the image: type and byte order. Integers have 16 bits, reals have 32.
 #[derive(Clone, Copy)]
 enum Sample {
     SignedLittle,
@@ -143,12 +143,13 @@ pub(super) fn heights(label: &str, image: &[u8]) -> Result<LabelledHeights, Stri
             return Err(format!("{keyword} = {latitude_deg}: only maps of the whole Moon, from pole to pole, are supported"));
         }
     }
+    // Height above the sphere = sample * SCALING_FACTOR. OFFSET is the sphere's radius. Both results have the unit UNIT.
     let (factor, offset) = (number_or(label, "SCALING_FACTOR", 1.0)?, number_or(label, "OFFSET", 0.0)?);
     let unit = value(label, "UNIT").map(str::to_ascii_uppercase);
     let km_per_unit = match unit.as_deref() {
         Some("METER" | "METERS" | "M") => 1e-3,
         Some("KILOMETER" | "KILOMETERS" | "KM") => 1.0,
-        // OFFSET is the sphere's radius. Without UNIT, its size shows whether it is in metres or kilometres.
+        // Without UNIT, the size of OFFSET shows whether it is in metres or kilometres.
         None if offset > 1e6 => 1e-3,
         None if offset > 1e3 => 1.0,
         _ => return Err(format!("UNIT = {}: only METER and KILOMETER are supported", echo(unit.as_deref().unwrap_or("(none)")))),

@@ -27,7 +27,7 @@ enum DataType {
 }
 
 impl DataType {
-    /// The type with a name in the attribute `datatype`.
+    /// The type that a name in the attribute `datatype` denotes.
     fn named(name: &str) -> Option<Self> {
         Some(match name {
             "boolean" => Self::Boolean,
@@ -63,8 +63,9 @@ impl DataType {
 /// The number of values in each cell of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Length {
+    /// The same number of values in each cell.
     Fixed(usize),
-    /// Each cell begins with a count of items; the number here is that of values per item.
+    /// Each cell begins with a count of items. The variant holds the number of values per item.
     Counted(usize),
 }
 
