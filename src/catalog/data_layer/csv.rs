@@ -26,6 +26,7 @@ pub(super) fn read(text: &str, on_body: bool) -> Result<Content, (usize, String)
 mod tests {
     use super::*;
 
+    /// The value of the argument `on_body` of [`read`].
     const ON_BODY: bool = true;
 
     #[test]
