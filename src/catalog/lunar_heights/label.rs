@@ -143,7 +143,7 @@ pub(super) fn heights(label: &str, image: &[u8]) -> Result<LabelledHeights, Stri
             return Err(format!("{keyword} = {latitude_deg}: only maps of the whole Moon, from pole to pole, are supported"));
         }
     }
-    // Height above the sphere = sample * SCALING_FACTOR. OFFSET is the sphere's radius. Both results have the unit UNIT.
+    // A sample times SCALING_FACTOR is the height above the sphere, and OFFSET is the sphere's radius, both in the unit UNIT.
     let (factor, offset) = (number_or(label, "SCALING_FACTOR", 1.0)?, number_or(label, "OFFSET", 0.0)?);
     let unit = value(label, "UNIT").map(str::to_ascii_uppercase);
     let km_per_unit = match unit.as_deref() {

@@ -150,7 +150,7 @@ pub(super) fn read(bytes: &[u8], on_body: bool, style: &ImageStyle) -> Result<Pl
         return Err((header.card_number("NAXIS1"), format!("{width}x{height} pixels; the limit is {MAX_PIXELS}")));
     }
     let size = [width, height].map(|side| u32::try_from(side).unwrap_or(1));
-    let wcs = if on_body { wcs::on_body(header, size)? } else { wcs::on_sky(header)? };
+    let wcs = if on_body { wcs::of_body_map(header, size)? } else { wcs::of_sky_image(header)? };
     let values = scaled_values(&hdu, size[0] as usize * size[1] as usize)?;
     let colours = colours(&values, style).ok_or_else(|| (header.card_number("BITPIX"), "the image has no finite value".to_owned()))?;
     let row_bytes = 4 * size[0] as usize;
