@@ -14,7 +14,8 @@ pub struct Species {
     /// Height of the peak of a triangular (tent-shaped) profile; `None` for an exponential one.
     pub tent_centre_km: Option<f64>,
     /// Scattering coefficient per kilometre, averaged over each linear sRGB channel. It applies at height 0, on the ellipsoid; for a triangular profile, at
-    /// the peak. In draws, a triangular profile only removes light: what it scatters is added to no view ray.
+    /// the peak. In draws, a triangular profile only removes light: the light that it
+    /// scatters is not added to view rays.
     pub scattering_per_km: [f64; 3],
     /// Absorption coefficient, in the same unit and at the same height.
     pub absorption_per_km: [f64; 3],
@@ -27,14 +28,14 @@ pub struct Species {
 /// The kind of phase function of a species; `scene::atmosphere::phase` computes its values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PhaseFunction {
-    /// That of gas, without parameters.
+    /// The Rayleigh phase function of a gas, without parameters.
     Rayleigh,
-    /// That of aerosols.
+    /// The phase function of an aerosol.
     Aerosol(AerosolPhase),
 }
 
-/// The parameters of the aerosols' phase function, Henyey-Greenstein's. A second function would be chosen by a further parameter, not by a variant of the
-/// shader modules: shaders evaluate the function only once per view ray.
+/// The parameters of the aerosols' phase function, Henyey-Greenstein's. A second function would be chosen by a further parameter rather than by a variant
+/// of each shader module: shaders evaluate the function only once per view ray, so the choice costs little.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AerosolPhase {
     /// Asymmetry in each linear sRGB channel: the mean cosine of the scattering angle, between -1 and 1.

@@ -24,8 +24,9 @@ struct Fields {
     atmosphere: Atmosphere,
     /// Position of the camera in planet radii, relative to the planet's centre.
     cam: [f64; 3],
-    /// Directions away from the camera, and towards the Sun; of any length.
+    /// Direction of the ray, away from the camera; of any length.
     dir: [f64; 3],
+    /// Direction towards the Sun; of any length.
     sun: [f64; 3],
     /// The field is called `tier` in queries, because it was in earlier versions.
     #[serde(rename = "tier")]
@@ -121,7 +122,8 @@ enum ModelName {
     Table,
 }
 
-/// Greatest distance of the camera from the planet's centre, planet radii. There the rounding of a direction moves the ray by 1e-7 radii.
+/// Greatest distance of the camera from the planet's centre, planet radii. At this distance the rounding of a direction moves the ray by 1e-7
+/// radii at the planet.
 const MAX_CAMERA_RADII: f64 = 1e9;
 
 pub(super) static KIND: QueryKind = QueryKind {
@@ -143,6 +145,8 @@ pub(super) static KIND: QueryKind = QueryKind {
 };
 
 fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
+    /// Radiance and transmittance.
+    const RESULT_ROWS: u32 = 2;
     let query: Fields = parse_fields(query)?;
     let model = match query.model {
         ModelName::Vertex => AtmosphereModel::Vertex,
@@ -181,13 +185,14 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     numbers[7] = along;
     numbers[8..11].copy_from_slice(&sun.to_array());
     numbers[11] = camera_radius_sq_minus_1;
-    let batch = ProbeBatch { uniform_bytes, ..ProbeBatch::without_bindings(module, 2) };
+    let batch = ProbeBatch { uniform_bytes, ..ProbeBatch::without_bindings(module, RESULT_ROWS) };
     let results = batch.results(prober.renderer, prober.library(), &[numbers])?;
     let [radiance, transmittance] = results.first().map(Vec::as_slice).unwrap_or_default() else { return Err("no answer".into()) };
     if !radiance[..3].iter().chain(&transmittance[..3]).all(|x| x.is_finite()) {
         let why = "field \"atmosphere\": the answer is not a number, because the lengths differ by too many powers of ten";
         return Err(why.into());
     }
+    // The fourth number of the row of radiance is 1 if the ray ends at the ground, otherwise 0.
     Ok(json!({ "transmittance": &transmittance[..3], "radiance": &radiance[..3], "hits_ground": radiance[3] > 0.5 }))
 }
 
