@@ -31,7 +31,7 @@ pub const fn kind_bits(kinds: &str) -> u8 {
 }
 
 /// Each entry: the kinds of the operands, the first operation, then each further operation with the position of the previous result among its
-/// operands. Where the first two operands commute, as in products and sums, position 1 stands for both.
+/// operands. Where the first two operands commute, as in products and sums, the position is 1: the lowering swaps them if necessary.
 macro_rules! with_chains {
     ($m:ident) => {
         $m! {
@@ -401,9 +401,9 @@ macro_rules! with_chains {
 pub(crate) use with_chains;
 
 macro_rules! table {
-    ($($kinds:literal = $first:ident $(> $op:ident $at:literal)+,)*) => {
+    ($($kinds:literal = $first:ident $(> $op:ident $chained:literal)+,)*) => {
         const TABLE: &[(&[FusedOp], &str)] = &[$((
-            &[FusedOp { op: Op::$first, chained_operand: 0 } $(, FusedOp { op: Op::$op, chained_operand: $at })+],
+            &[FusedOp { op: Op::$first, chained_operand: 0 } $(, FusedOp { op: Op::$op, chained_operand: $chained })+],
             $kinds,
         ),)*];
     };
@@ -440,8 +440,8 @@ pub(crate) trait FusedKernel {
 
 /// The first operation.
 pub(crate) struct First<A>(A);
-/// The chain `P` and one further operation `B`, whose operand number `AT` is the chain's result.
-pub(crate) struct Then<P, B, const AT: usize>(P, B);
+/// The chain `P` and one further operation `B`, whose operand number `CHAINED` is the chain's result.
+pub(crate) struct Then<P, B, const CHAINED: usize>(P, B);
 
 impl<A: Eval> FusedKernel for First<A> {
     const OPERANDS: usize = A::ARITY;
@@ -453,14 +453,14 @@ impl<A: Eval> FusedKernel for First<A> {
     }
 }
 
-impl<P: FusedKernel, B: Eval, const AT: usize> FusedKernel for Then<P, B, AT> {
+impl<P: FusedKernel, B: Eval, const CHAINED: usize> FusedKernel for Then<P, B, CHAINED> {
     const OPERANDS: usize = P::OPERANDS + B::ARITY - 1;
     #[inline(always)]
     fn eval<R: Real, const N: usize, const FMA: bool>(operands: &[KernelOperand<'_, R, N>; MAX_OPERANDS], lane: usize) -> R {
         let chained = P::eval::<R, N, FMA>(operands, lane);
         let next = if B::ARITY > 1 { operands[P::OPERANDS].at(lane) } else { chained };
         let last = if B::ARITY > 2 { operands[P::OPERANDS + 1].at(lane) } else { chained };
-        match AT {
+        match CHAINED {
             0 => B::eval::<R, FMA>(chained, next, last),
             1 => B::eval::<R, FMA>(next, chained, last),
             _ => B::eval::<R, FMA>(next, last, chained),

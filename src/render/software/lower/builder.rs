@@ -20,6 +20,7 @@ enum Computation {
     TextureSize { texture: u16, axis: u8, level: SsaValue },
 }
 
+/// The steps, constants and values of one entry point so far.
 #[derive(Default)]
 pub(crate) struct SsaBuilder {
     pub constants: Vec<Constant>,
@@ -272,8 +273,8 @@ impl SsaBuilder {
                 if (yes, no) != (a, b) {
                     return Some(self.select(c, yes, no));
                 }
-                // select(c, select(inner, new, old), old) is select(c & inner, new, old). Where `c` does not hold, `inner` may have any bits. Dead-code
-                // elimination removes the inner select if nothing else reads it.
+                // select(c, select(inner, new, old), old) is select(c & inner, new, old), whatever bits `inner` has where `c` does not hold. Dead-code
+                // elimination removes the inner select if nothing else reads its result.
                 if let Some(&[inner, new, old]) = self.selects.get(&a)
                     && old == b
                 {
@@ -347,7 +348,7 @@ enum ResultKind {
     Float,
     Int,
     Bool,
-    /// That of the first operand.
+    /// The type of the first operand.
     Same,
 }
 

@@ -98,7 +98,7 @@ impl<'m> Lowerer<'m> {
         });
         let outputs = named_values.captured[index].scalars.clone();
         for (dst, v) in outputs.into_iter().zip(numbers) {
-            // Inactive lanes keep the value from earlier, or NaN.
+            // Inactive lanes keep the value that was captured before; initially NaN.
             let from = self.builder.select(self.active_mask, v, dst);
             self.builder.lane_steps.push(SsaStep::Assign { dst, from });
         }
