@@ -146,7 +146,7 @@ impl TileTarget {
         }
     }
 
-    /// Blends consecutive, fully covered pixels, of which `pixel` is the first.
+    /// Blends consecutive, fully covered pixels, of which `pixel` is the first. `source`: one array per component, with one value per pixel.
     #[inline(always)]
     pub(crate) fn store_lanes(&mut self, pixel: usize, blend: Blend, source: [&[f32]; 4]) {
         let range = pixel..pixel + source[0].len();

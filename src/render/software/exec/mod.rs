@@ -63,8 +63,8 @@ fn constant_value<R: Real>(c: Constant) -> R {
     }
 }
 
-/// The register that an instruction of the draw tape writes, and its new value. `has_fma`: whether multiply-adds round once; `words`: the uniform block; `read`:
-/// the value of a register.
+/// The register that an instruction of the draw tape writes, and its new value. `has_fma`: whether multiply-adds round once; `words`: the uniform block;
+/// `read`: the value of a register.
 fn evaluate_scalar<R: Real>(instr: &Instr, has_fma: bool, words: &[u32], read: impl Fn(usize) -> R) -> Option<(usize, R)> {
     let read = |o: &Operand| match *o {
         Operand::Reg(r) => read(usize::from(r)),

@@ -4,10 +4,10 @@
 //!
 //! At the end of a loop's body, each loop variable gets its next value by a copy from one slot to another, or from one register to another. In the second
 //! body these two places are exchanged: the second body reads the variable from where the first one wrote the next value, and writes the next value to where
-//! the first one reads the variable. So neither body needs the copy; only a jump out of the second body does. Only loops that end with copies and an unconditional
-//! jump back are doubled; a loop that ends with a test (lanes that leave separately, `do while`) keeps its copies. Always: a variable keeps its copy if its
-//! slot, or the slot of its next value, takes part in another copy, or if the next value may be read in another iteration or after the loop. Not here: changes of
-//! the stored program, whose loops have one body.
+//! the first one reads the variable. So neither body needs the copy; only a jump out of the second body does. Only loops that end with copies and an
+//! unconditional jump back are doubled; a loop that ends with a test (lanes that leave separately, `do while`) keeps its copies. Always: a variable keeps its
+//! copy if its slot, or the slot of its next value, takes part in another copy, or if the next value may be read in another iteration or after the loop. Not
+//! here: changes of the stored program, whose loops have one body.
 
 use crate::render::software::program::Program;
 use crate::render::software::tape::{Instr, Op, Operand};

@@ -11,8 +11,8 @@ pub const CHUNK: usize = 32;
 /// more the data no longer fit into the L1 cache.
 pub const LANES: usize = 128;
 
-/// Number of lanes of the inner loop of a specialised kernel or of a chain's kernel. The compiler vectorises and then unrolls a loop of this length, even if the
-/// kernel has many operations. A loop over all [`LANES`] is not unrolled, and therefore executes three more instructions per vector. A shorter loop may be
+/// Number of lanes of the inner loop of a specialised kernel or of a chain's kernel. The compiler vectorises and then unrolls a loop of this length, even if
+/// the kernel has many operations. A loop over all [`LANES`] is not unrolled, and therefore executes three more instructions per vector. A shorter loop may be
 /// unrolled before the compiler can vectorise it.
 pub(super) const UNROLLED_LANES: usize = 64;
 
