@@ -1,8 +1,8 @@
 //! Fills the lane inputs of a batch of quads: pixel positions, depth, varyings.
 //!
-//! In: the quads of a batch, those of one source triangle (a triangle before clipping) in succession, and the draw's geometry. Out: the inputs of the
-//! fragment stage for all lanes. Always: planes (linear functions of the pixel's position) are evaluated at offsets from the triangle's first quad in the
-//! batch, because small offsets round least; a lane's value does not depend on other triangles in the batch. Not here: which quads are covered.
+//! In: the quads of a batch, in which the quads of one source triangle (a triangle before clipping) are consecutive, and the draw's geometry. Out: the inputs
+//! of the fragment stage for all lanes. Always: planes (linear functions of the pixel's position) are evaluated at offsets from the triangle's first quad in
+//! the batch, because small offsets round least; a lane's value does not depend on other triangles in the batch. Not here: which quads are covered.
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]

@@ -242,7 +242,7 @@ fn prepare_draw<'a, R: Real>(
 /// Draws the image of a pass, or of the second of two fused passes. The memory is not initialised first, to save one write of the image;
 /// each pixel is written once. `allocation` names the image in the error if memory is insufficient. `empty_tile_colour`: colour of a tile without
 /// triangles; `None` if it differs between pixels, in which case such tiles are shaded too. `write` writes a drawn tile, given by column and row.
-/// `timings`: those of the first pass and of the fused second pass; without a second pass, the latter are left unchanged.
+/// `timings`: of the first pass, and of the fused second pass; without a second pass, its timings are left unchanged.
 fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     first: &PreparedPass<'_, R>,
     fused: Option<&FusedPass<'_, R>>,

@@ -245,7 +245,8 @@ mod tests {
         let pixels = coverage::PixelCentres::new();
         let mut t = TileTarget::new(1);
         let clear = [-1.0, -2.0, -3.0, -4.0];
-        t.clear(clear, false);
+        let uses_depth = false;
+        t.clear(clear, uses_depth);
         for (p, (x, y)) in pixels.x.iter().zip(&pixels.y).enumerate().filter(|(p, _)| p / BLOCK_PIXELS != UNDRAWN_BLOCK) {
             t.store(p, 1, Blend::Replace, [*x, *y, p as f32, -*x]);
         }

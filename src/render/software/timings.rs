@@ -21,11 +21,11 @@ pub struct PassTimings {
     pub setup_ms: f64,
     /// Wall time of sorting triangles into tiles.
     pub binning_ms: f64,
-    /// Time of coverage, fragment programs, depth and blending, summed over threads. Each of two fused passes has its own time.
+    /// Time of coverage, fragment programs, depth and blending, summed over threads. Each of two fused passes has its own.
     pub shading_thread_ms: f64,
-    /// Time to resolve the samples and to convert them to the target's format, summed over threads. The second of two fused passes has the time of both.
+    /// Time to resolve the samples and to convert them to the target's format, summed over threads. For two fused passes, the second has the time of both.
     pub resolve_thread_ms: f64,
-    /// Wall time from the pass's start to its end; the first of two fused passes has the time of both.
+    /// Wall time from the pass's start to its end. For two fused passes, the first has the time of both.
     pub wall_ms: f64,
 }
 

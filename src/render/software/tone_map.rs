@@ -272,8 +272,7 @@ impl ToneMapUniforms {
         avx2::encode_rows::<false>(exposed.each_ref(), 1.0, rows);
     }
 
-    /// Whether the tone curve is the identity for this light. False if a value is NaN with a positive sign, because the bits of such a NaN are greater than
-    /// those of infinity.
+    /// Whether the tone curve is the identity for this light. False if a value is NaN with a positive sign, because such a NaN has greater bits than infinity.
     #[inline(always)]
     fn is_linear(&self, light: &[&[f32; LANES]]) -> bool {
         // Floats that are not negative are ordered like their bits as integers; the bits of a negative float are a negative integer.

@@ -168,7 +168,7 @@ impl<'a, R: Real> VertexStage<'a, R> {
         Ok(Self { program, sources, outputs, vertices_per_instance, total_vertices })
     }
 
-    /// Runs the program on one batch of vertices and writes one row per vertex to `rows`. `first`: index of the first vertex among those of all instances.
+    /// Runs the program on one batch of vertices and writes one row per vertex to `rows`. `first`: index of the first vertex, counted over all instances.
     fn run(&self, run: &mut dyn LaneRun<R>, first: usize, rows: &mut [f64]) {
         let row_length = self.outputs.len();
         let count = rows.len() / row_length;

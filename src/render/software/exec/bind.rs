@@ -90,7 +90,7 @@ pub(crate) enum BoundStep {
         start: u32,
         end: u32,
     },
-    /// For each lane, loads a word of the uniform block into slot `dst`: that of the array element whose index is in slot `index`.
+    /// For each lane, loads a word of an array element in the uniform block into slot `dst`. The element's index is in slot `index`.
     Gather {
         dst: u32,
         index: u32,
@@ -184,7 +184,7 @@ impl<R: Real> BoundProgram<R> {
 }
 
 /// A program's binding to kernels, kept from frame to frame: binding all programs takes 1 % of the instructions of a frame (measured on the Earth with clouds).
-/// It stores the kernel class and the [`BoundProgram`]; the type of the latter is erased, because it depends on the element type.
+/// Stores the kernel class and the [`BoundProgram`], as `dyn Any` because its type depends on the element type.
 #[derive(Debug, Default)]
 pub(crate) struct KernelBinding(OnceLock<(KernelClass, Arc<dyn Any + Send + Sync>)>);
 

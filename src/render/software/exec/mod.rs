@@ -171,8 +171,8 @@ impl<R: Real> Executor<R> {
     }
 
     /// Runs one batch and returns the active lanes that did not discard; none if the run was stopped at a loop limit. If the program uses derivatives,
-    /// `active` must contain all four lanes of every quad that has a covered lane; the uncovered lanes are helper lanes. `draw_values`: those of the same
-    /// program ([`Program::run_draw_tape`]).
+    /// `active` must contain all four lanes of every quad that has a covered lane; the uncovered lanes are helper lanes. `draw_values`: the result of
+    /// [`Program::run_draw_tape`] for the same program.
     pub fn run(&mut self, draw_values: &DrawTapeValues<R>, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
         self.counts = ExecutionCounts::default();
         self.hit_loop_limit = false;

@@ -20,10 +20,13 @@ struct ExchangedPair {
     next: Operand,
 }
 
-/// An innermost loop: the instructions `head..=back_jump`, of which `first_copy..back_jump` copy loop variables and the last jumps to `head`.
+/// An innermost loop: the indices of some of its instructions on the tape.
 struct InnerLoop {
+    /// The first instruction.
     head: usize,
+    /// The first copy of a loop variable; only copies follow, up to `back_jump`.
     first_copy: usize,
+    /// The last instruction, which jumps to `head`.
     back_jump: usize,
 }
 

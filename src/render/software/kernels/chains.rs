@@ -1,7 +1,7 @@
 //! Chains of operations, each in one SIMD kernel: an operation uses the result of the previous one without a store and a load in between.
 //!
-//! In: up to [`MAX_OPERANDS`] operands: those of the first operation, then the remaining operands of each further operation. Out: the same bits as
-//! from the kernels of the single operations run in order, because each operation still rounds separately. The table contains the
+//! In: up to [`MAX_OPERANDS`] operands: the operands of the first operation, then those of each further operation except the previous result. Out: the same bits
+//! as from the kernels of the single operations run in order, because each operation still rounds separately. The table contains the
 //! chains that occur most often in the atmosphere, eclipse, ring, map and tone-map code (docs/measurements.md: chosen by how often their operations
 //! follow each other). The lowering calls [`find`], and splits a chain that the table lacks into chains of the table and single operations.
 
@@ -415,7 +415,7 @@ pub fn all() -> &'static [(&'static [FusedOp], &'static str)] {
     TABLE
 }
 
-/// Number of operands of a chain: those of all its operations, less one for each operation after the first, which takes the previous result.
+/// Number of operands of a chain. Each operation after the first takes the previous result for one of its operands, which is not counted.
 pub fn operand_count(ops: &[FusedOp]) -> usize {
     ops.iter().map(|fused| fused.op.arity()).sum::<usize>() + 1 - ops.len().max(1)
 }

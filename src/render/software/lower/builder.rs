@@ -208,7 +208,8 @@ impl SsaBuilder {
         if op == Op::Select {
             return Some(if self.known_bool(args[0])? { args[1] } else { args[2] });
         }
-        let y = kernels::eval::<f64>(op, false, stored[0], stored[1], stored[2]);
+        let has_fma = false;
+        let y = kernels::eval::<f64>(op, has_fma, stored[0], stored[1], stored[2]);
         let kind = match result_kind(op) {
             ResultKind::Same => match self.known_constant(args[0])? {
                 Constant::Float(_) => ResultKind::Float,
@@ -281,7 +282,7 @@ impl SsaBuilder {
                     let both = self.binary(Op::And, c, inner);
                     return Some(self.select(both, new, b));
                 }
-                // Masks are all ones or all zeros, so a select between masks of which one is constant is a logical operation.
+                // Masks are all ones or all zeros, so a select between a constant mask and any other is a logical operation.
                 match (self.known_bool(a), self.known_bool(b)) {
                     (Some(true), Some(false)) => Some(c),
                     (Some(false), Some(true)) => Some(self.not(c)),

@@ -155,8 +155,8 @@ pub(crate) fn log2<const FMA: bool>(x: f64) -> f64 {
     log_special_cases(x, high + low)
 }
 
-/// Subtracts quarter turns (pi/2) from an angle in radians. Returns the remainder in [-pi/4, pi/4], and the number of quarter turns, of which only the low bits
-/// are valid. The remainder's relative error is below 3e-16 for |x| <= 1.6e6 (pi/2 is subtracted in three parts, of which the first two have 33 bits). For
+/// Subtracts quarter turns (pi/2) from an angle in radians. Returns the remainder in [-pi/4, pi/4] and the number of quarter turns; only the low bits of this
+/// number are valid. The remainder's relative error is below 3e-16 for |x| <= 1.6e6 (pi/2 is subtracted in three parts; the first two have 33 bits each). For
 /// greater |x| the remainder is wrong, but clamped to [-0.786, 0.786], just beyond pi/4. inf and NaN give NaN.
 #[inline(always)]
 pub(crate) fn reduce_by_quarter_turns(x: f64) -> (f64, i64) {
