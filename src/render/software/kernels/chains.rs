@@ -1,7 +1,7 @@
 //! Chains of operations, each in one SIMD kernel: an operation uses the result of the previous one without a store and a load in between.
 //!
-//! In: up to [`MAX_OPERANDS`] operands: the operands of the first operation, then those of each further operation except the previous result. Out: the same bits
-//! as from the kernels of the single operations run in order, because each operation still rounds separately. The table contains the
+//! In: up to [`MAX_OPERANDS`] operands: the operands of the first operation, then those of each further operation except the previous result. Out: the same
+//! bits as from the kernels of the single operations run in order, because each operation still rounds separately. The table contains the
 //! chains that occur most often in the atmosphere, eclipse, ring, map and tone-map code (docs/measurements.md: chosen by how often their operations
 //! follow each other). The lowering calls [`find`], and splits a chain that the table lacks into chains of the table and single operations.
 
