@@ -198,7 +198,8 @@ impl SkyEvent {
         self.kind() == other.kind() && bodies(self) == bodies(other) && difference_s < SAME_EVENT_S
     }
 
-    /// Contacts that do not depend on a place on the Earth, ordered by time. Of a solar eclipse: when the shadow meets and leaves the Earth.
+    /// Names and times of the contacts that do not depend on a place on the Earth, ordered by time. Contacts of a solar eclipse: when the shadow meets and
+    /// leaves the Earth.
     pub(crate) fn contacts(&self) -> &[(&'static str, Instant)] {
         match self {
             Self::Solar(e) => &e.contacts,

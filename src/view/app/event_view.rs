@@ -99,8 +99,8 @@ impl SkyEvent {
         EventPlayback::of_span(first, last)
     }
 
-    /// Playback at a place with these contacts, ordered by time. If the observed body rises or sets during the event, playback begins with the last
-    /// contact before the rise, or ends with the first contact after the set.
+    /// Playback at a place with these contacts, ordered by time. If the observed body rises during the event, playback begins with the last contact before
+    /// it rises; if the body sets during the event, playback ends with the first contact after it sets.
     pub(crate) fn playback_at(&self, contacts: &[ContactAtPlace]) -> EventPlayback {
         let first_up = contacts.iter().position(|contact| contact.is_up).unwrap_or(0);
         let last_up = contacts.iter().rposition(|contact| contact.is_up).unwrap_or(contacts.len());

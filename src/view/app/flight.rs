@@ -49,7 +49,7 @@ impl Flight {
         Self { start, end, elapsed_s: 0.0 }
     }
 
-    /// Advances the flight by real seconds. Returns whether it still lasts.
+    /// Advances the flight by real seconds. Returns whether the flight is still in progress.
     pub(crate) fn advance(&mut self, seconds: f64) -> bool {
         self.elapsed_s += seconds.max(0.0);
         self.elapsed_s < FLIGHT_S

@@ -69,7 +69,7 @@ impl CameraPose {
         }
     }
 
-    /// Calls `check` for each number. Its arguments: whether the number is possible, and a function that gives the error message.
+    /// Calls `check` for each number. The arguments of `check`: whether the number is possible, and a function that gives the error message.
     fn check_fields(&self, check: &mut dyn FnMut(bool, &dyn Fn() -> String)) {
         let mut check_number = |field: &str, value: f64, is_in_range: bool, requirement: &str| {
             check(value.is_finite() && is_in_range, &|| format!("eye.{field} {value}: must be {requirement}"));
@@ -111,7 +111,7 @@ impl CameraPose {
 pub struct ViewState {
     /// TDB seconds past J2000.
     pub tdb_s: f64,
-    /// The body that the exposure favours, and that the camera faces if it tracks it.
+    /// The body that the exposure favours, and that the camera faces if `tracks` is true.
     pub target: NaifId,
     /// The camera's position and orientation.
     #[serde(rename = "eye")]
@@ -132,10 +132,10 @@ pub struct ViewState {
     pub tone_map: ToneMap,
     #[serde(default, with = "option_serde::effects")]
     pub effects: EffectOverrides,
-    /// Show orbits.
+    /// Whether orbits are drawn.
     #[serde(default)]
     pub orbits: bool,
-    /// Bloom: light above white spreads, as in a lens.
+    /// Whether bloom is drawn: light above white spreads, as in a lens.
     #[serde(default)]
     pub bloom: bool,
     /// Layers other than `orbits` and `bloom`.
@@ -148,7 +148,7 @@ pub struct ViewState {
     pub pixel_view: PixelView,
     #[serde(default, with = "option_serde::by_name")]
     pub quality: Quality,
-    /// Dome, entire sphere or stereo pair.
+    /// Perspective image, dome, entire sphere or stereo pair.
     #[serde(default, skip_serializing_if = "CompositionState::is_plain")]
     pub composition: CompositionState,
     /// Whether opening the view pauses time; `None` leaves time as it is. While the view is open, `TimeRate` stores the pause.

@@ -99,9 +99,9 @@ pub enum Action {
     ShowPreset(Box<ViewState>, PresetChanges),
 }
 
-/// Distance at arrival, in radii of the body.
+/// Distance from a body's centre at which a flight to the body ends, in radii of the body.
 const ARRIVAL_RADII: f64 = 3.5;
-/// Distance at arrival for the Sun, in its radii.
+/// Distance from the Sun's centre at which a flight to the Sun ends, in radii of the Sun.
 const ARRIVAL_RADII_SUN: f64 = 6.0;
 /// Least field of view of a body seen from another one: the image then shows a small disc with its surroundings.
 const MIN_LOOK_FROM_FOV_DEG: f64 = 1.0;
@@ -457,7 +457,7 @@ impl Viewer {
         (self.view.target, self.view.roll_deg, self.view.fov_deg) = (body, 0.0, GROUND_FOV_DEG);
     }
 
-    /// Makes the camera face and track a body from its current position. A camera at the centre of this body cannot face it.
+    /// Makes the camera face and track a body from the camera's current position. Does nothing if the camera is at the centre of this body.
     fn look_at(&mut self, id: NaifId, positions: &dyn BodyPositions) {
         if self.view.camera_pose == (CameraPose::Centre { body: id }) {
             return;

@@ -23,7 +23,7 @@ fn calls<'c>(code: &'c str, opening: &str) -> Vec<(&'c str, BTreeSet<&'c str>)> 
     let mut found = Vec::new();
     for call in code.split(opening).skip(1) {
         let Some((id, rest)) = call.trim_start().strip_prefix('"').and_then(|call| call.split_once('"')) else { continue };
-        // Depth 0 is directly inside the call's own parentheses; string literals are skipped.
+        // Depth 0 is directly inside the call's own parentheses; string literals are skipped. `start` is the index at which the current argument begins.
         let (mut depth, mut in_literal, mut start, mut names) = (0, false, 0, BTreeSet::new());
         for (at, c) in rest.char_indices() {
             match c {

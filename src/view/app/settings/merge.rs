@@ -35,7 +35,8 @@ impl Settings {
     }
 }
 
-/// Settings that are merged as one value: if one of the fields of such a setting has changed, all its fields that this version knows are ours.
+/// Settings that are merged as one value (`place`: the placement of the window). If we have changed one of the fields of such a setting, all its fields that
+/// this version knows are ours.
 const INDIVISIBLE: [&str; 2] = ["home", "place"];
 
 /// Copies a field of `theirs` to `ours` if `ours` lacks it, or if it has not changed from `base` to `ours`; at any depth of objects. A field that only `ours`
@@ -49,6 +50,7 @@ fn merge(base: Option<&Map<String, Value>>, ours: &mut Map<String, Value>, their
                 (Value::Object(ours), Value::Object(theirs)) => {
                     let base = base.and_then(Value::as_object);
                     let is_changed = INDIVISIBLE.contains(&name.as_str()) && base != Some(&*ours);
+                    // Without a base, each of our fields counts as changed.
                     merge(base.filter(|_| !is_changed), ours, theirs);
                 }
                 (our_value, their_value) if Some(&*our_value) == base => *our_value = their_value,
