@@ -84,12 +84,12 @@ pub struct PanelLayout {
     /// Name of the open panel.
     #[serde(rename = "open")]
     pub open_panel: Option<String>,
-    /// Name of the panel that is kept open on the other side.
+    /// Name of the kept panel: a second panel, which the user keeps open on the other side of the viewport.
     #[serde(rename = "kept")]
     pub kept_panel: Option<String>,
-    /// Whether panels are on the left, next to the list of bodies.
+    /// Whether the open panel is on the left, next to the list of bodies. The kept panel is on the other side.
     pub on_left: bool,
-    /// Width of the list of bodies, points. Any of the widths is `None` until the user changes it.
+    /// Width of the list of bodies, points. This width and those below are `None` until the user changes them.
     pub bodies_width: Option<f32>,
     /// Width of the open panel.
     pub panel_width: Option<f32>,

@@ -26,8 +26,9 @@ pub(super) struct MeasuredAngle {
 /// A clicked point.
 #[derive(Debug)]
 struct MeasuredPoint {
-    /// From the camera: an ICRF unit vector.
+    /// Direction of the point from the camera, an ICRF unit vector.
     direction: DVec3,
+    /// The body at the point, if any.
     body: Option<SeenBody>,
 }
 

@@ -81,7 +81,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         .map(|b| b.decisions.clone())
         .unwrap_or_default();
     let only_body = interface.edits_selected_body_only.then(|| name.clone());
-    // Costs are measured for effects that are drawn or were switched by hand.
+    // Costs are measured for effects that are drawn or were switched by hand. Each such effect is paired with whether it is drawn.
     let has_cost = |effect: Effect, decision: &Decision| decision.on || overrides.override_of(effect).is_some();
     let effect_with_cost = |e: Effect| decisions.iter().find(|d| d.effect == e.name() && has_cost(e, d)).map(|d| (e, d.on));
     let effects_with_cost: Vec<(Effect, bool)> = Effect::ALL.into_iter().filter_map(effect_with_cost).collect();

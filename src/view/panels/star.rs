@@ -39,7 +39,7 @@ fn label_value_pairs(star: &Star, years_since_epoch: f64) -> Vec<(&'static str, 
     if let Some(b_v) = star.b_v {
         facts.push((text!("star-colour-index"), signed(b_v, 3)));
         let kelvin = temperature_k(f64::from(b_v));
-        // The temperature that follows from a colour index is accurate to a few per cent at best, and to ten for hot stars.
+        // The temperature that follows from a colour index is accurate to a few per cent at best, and to ten per cent for hot stars, so it is rounded.
         let rounding_k = if kelvin < 10_000.0 { 50.0 } else { 500.0 };
         facts.push((
             text!("star-temperature"),

@@ -51,8 +51,9 @@ pub(crate) struct ErrorBounds {
     rgba: Vec<[u8; 4]>,
     /// Fraction of the pixels that have each colour.
     fractions: [f64; COLOUR_STEPS.len()],
-    /// Mean and largest bound of all pixels.
+    /// Mean of the bounds of all pixels.
     mean: f64,
+    /// Largest bound of all pixels.
     max: u8,
 }
 
@@ -75,14 +76,14 @@ impl ErrorBounds {
 
 /// The displayed bounds, and those that are being computed for a newer request.
 #[derive(Default)]
-pub(crate) struct BoundView {
+pub(crate) struct ErrorBoundView {
     /// The inputs of the newest bounds, displayed or pending.
     requested: Option<(ViewRequest, DrawnWith)>,
     pending: Option<Pending<Result<ErrorBounds, String>>>,
     displayed: Option<Result<(ErrorBounds, TextureHandle), String>>,
 }
 
-impl BoundView {
+impl ErrorBoundView {
     /// Drops an error and pending bounds, so that the bounds are computed again; see `ComparePanel::forget_failures`.
     pub(crate) fn forget_failures(&mut self) {
         let was_pending = self.pending.take().is_some();

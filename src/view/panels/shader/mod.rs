@@ -1,5 +1,5 @@
 //! The Shader panel: the shader module that draws the selected body, with its key (which names it), source, uniforms, cost, the values of one pixel,
-//! and sample images of other keys.
+//! and sample images (of a fixed body, see `session::sample_body`) drawn with other keys.
 //!
 //! In: the last image, the selected body. Out: egui shapes. Always: a key changed by hand affects only this panel, not the image on screen;
 //! slow queries run on the query worker (a background thread); everything shown belongs to the module named at the top.
@@ -39,7 +39,7 @@ enum Page {
     Cost,
     /// The named values that the draws compute at one pixel.
     Probe,
-    /// Sample images of other keys.
+    /// Sample images drawn with other keys.
     Gallery,
 }
 

@@ -16,6 +16,8 @@ use std::sync::Arc;
 const MARGIN_POINTS: f32 = 112.0;
 /// Width of the stripe at the right edge of the margin, points.
 const STRIPE_POINTS: f32 = 4.0;
+/// Opacity of the feature's colour over the margin of the lines of the highlighted feature.
+const HIGHLIGHT_OPACITY: f32 = 0.14;
 /// Size of the font of the source, points.
 const FONT_POINTS: f32 = CODE_TEXT_POINTS;
 /// When the list is scrolled to a line, this number of rows stays visible above it.
@@ -314,7 +316,7 @@ impl SourcePage {
         let stripe = egui::Rect::from_min_size(egui::pos2(rect.right() - STRIPE_POINTS, rect.top()), vec2(STRIPE_POINTS, height));
         ui.painter().rect_filled(stripe, 0.0, colour);
         if highlighted == Some(usize::from(line.feature)) {
-            ui.painter().rect_filled(rect, 0.0, colour.gamma_multiply(0.14));
+            ui.painter().rect_filled(rect, 0.0, colour.gamma_multiply(HIGHLIGHT_OPACITY));
         }
         if is_first {
             if !self.hides_names {
