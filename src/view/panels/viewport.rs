@@ -21,7 +21,7 @@ use glam::{DVec2, DVec3};
 
 /// Text size of the names of bodies, points.
 const NAME_POINTS: f32 = BODY_TEXT_POINTS;
-/// Texts of the image that begin below this fraction of its height belong to the caption or the scale bar.
+/// Texts of the image whose upper edge is farther from the image's upper edge than this fraction of its height belong to the caption or the scale bar.
 const CAPTION_TOP_FRACTION: f64 = 0.85;
 /// Minimum width of the viewport for hints, points.
 const MIN_WIDTH_FOR_HINTS: f32 = 440.0;

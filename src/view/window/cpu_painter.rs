@@ -218,7 +218,8 @@ impl Band<'_> {
         }
         // The last pixel whose centre is at or before a coordinate in subpixels.
         let last_pixel = |subpixel: i64| (subpixel - HALF_PX).div_euclid(SUBPIXELS);
-        // The first pixel and the end of a range that contains every pixel whose centre is between the least and the greatest of three coordinates.
+        // The first pixel and the end of a range that contains every pixel whose centre is between the least and the greatest of three coordinates, and at
+        // most one more pixel at each end.
         let pixel_range = |coordinates: [i64; 3]| {
             let [least, greatest] = [coordinates.into_iter().min(), coordinates.into_iter().max()].map(|c| c.unwrap_or(0));
             (last_pixel(least), last_pixel(greatest) + 2)

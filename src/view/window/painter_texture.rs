@@ -39,6 +39,7 @@ pub(crate) struct WideTexel {
 }
 
 impl TexelPair {
+    /// The weights of the first and of the second texel, 256ths.
     fn weights(self) -> (u64, u64) {
         (u64::from(256 - self.weight), u64::from(self.weight))
     }

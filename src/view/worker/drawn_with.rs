@@ -20,9 +20,10 @@ pub(crate) struct DrawnWith {
 impl DrawnWith {
     /// What an image that is drawn now depends on.
     pub(crate) fn now(session: &Session) -> Self {
+        let (_, renderer_preference) = session.renderers();
         Self {
             generator_digest: session.library().generator_digest(),
-            renderer_preference: session.renderers().1,
+            renderer_preference,
             data_layers: session.catalog().data_layers(),
         }
     }
