@@ -276,7 +276,8 @@ impl SkyEvent {
     /// Times of the first and the last contact; both are the time of the greatest phase if there are no contacts.
     pub(crate) fn span(&self) -> (Instant, Instant) {
         let contacts = self.contacts();
-        (contacts.first().map_or(self.greatest(), |c| c.1), contacts.last().map_or(self.greatest(), |c| c.1))
+        let time_of = |contact: Option<&(&str, Instant)>| contact.map_or(self.greatest(), |(_, time)| *time);
+        (time_of(contacts.first()), time_of(contacts.last()))
     }
 
     /// Contacts and greatest phase (of moons' events only contacts) as seen from a place, ordered by time, and whether any part of the event is above the

@@ -271,7 +271,8 @@ fn pose_about(body: NaifId, view: &ViewState, viewer: &Viewer, session: &Session
         (_, Some(ground)) => camera.position_km - ground.centre_km,
         (_, None) => {
             let body_position = session.ephemeris().light_time_position(camera_body, camera.position_km, view.time());
-            camera.position_km - body_position.map_err(|e| e.to_string())?.0
+            let (body_km, _) = body_position.map_err(|e| e.to_string())?;
+            camera.position_km - body_km
         }
     };
     let offset_km = SessionPositions(session)

@@ -117,7 +117,13 @@ impl EventsPanel {
         let Some((is_backward, start)) = self.searched else { return false };
         let later_s = event.greatest().tdb_seconds_past_j2000() - start.tdb_seconds_past_j2000();
         let distance_s = if is_backward { -later_s } else { later_s };
-        (0.0..=RANGES_DAYS[self.range_index].0 * SECONDS_PER_DAY).contains(&distance_s)
+        (0.0..=self.range_s()).contains(&distance_s)
+    }
+
+    /// Length of the chosen range, seconds.
+    fn range_s(&self) -> f64 {
+        let (days, _) = RANGES_DAYS[self.range_index];
+        days * SECONDS_PER_DAY
     }
 
     /// The start of a search that finds this event first: just outside the event's span.
@@ -180,8 +186,8 @@ fn search_options(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
         {
             changed |= ui.selectable_value(&mut panel.is_backward, is_backward, name).on_hover_text(tooltip).changed();
         }
-        let range_name = text_by_id(RANGES_DAYS[panel.range_index].1);
-        let list = ComboBox::from_id_salt("range of events").selected_text(range_name).width(80.0).show_ui(ui, |ui| {
+        let (_, range_name) = RANGES_DAYS[panel.range_index];
+        let list = ComboBox::from_id_salt("range of events").selected_text(text_by_id(range_name)).width(80.0).show_ui(ui, |ui| {
             for (i, (_, name)) in RANGES_DAYS.iter().enumerate() {
                 changed |= ui.selectable_value(&mut panel.range_index, i, text_by_id(name)).changed();
             }
@@ -215,7 +221,7 @@ fn begin_at(interface: &mut Interface, worker: &dyn RenderWorker, start: Instant
     if panel.chosen.as_ref().is_some_and(|event| !panel.covers(event) || !panel.includes_kind_of(event)) {
         (panel.chosen, panel.at_place) = (None, None);
     }
-    let search = EventSearch::new(kinds, start, RANGES_DAYS[panel.range_index].0 * SECONDS_PER_DAY, panel.is_backward);
+    let search = EventSearch::new(kinds, start, panel.range_s(), panel.is_backward);
     panel.running = next_step(search, worker);
 }
 

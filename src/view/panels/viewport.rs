@@ -21,6 +21,8 @@ use glam::{DVec2, DVec3};
 
 /// Text size of the names of bodies, points.
 const NAME_POINTS: f32 = BODY_TEXT_POINTS;
+/// Radius of a marker, and of the ring around the chosen star, points.
+const MARKER_RADIUS_POINTS: f32 = MARKER_RADIUS as f32 * NAME_POINTS;
 /// Texts of the image whose upper edge is farther from the image's upper edge than this fraction of its height belong to the caption or the scale bar.
 const CAPTION_TOP_FRACTION: f64 = 0.85;
 /// Minimum width of the viewport for hints, points.
@@ -270,11 +272,10 @@ fn paint_labels(interface: &Interface, ui: &egui::Ui, viewport: Rect, placement:
         let radius = (label.radius_px * placement.points_per_px) as f32;
         let is_selected = label.body == interface.viewer.selected;
         let colour = if is_selected { HIGHLIGHT_COLOUR } else { NAME_COLOUR };
-        let marker_radius = MARKER_RADIUS as f32 * NAME_POINTS;
-        if interface.settings.marks_small_bodies && radius < marker_radius {
+        if interface.settings.marks_small_bodies && radius < MARKER_RADIUS_POINTS {
             painter.circle_stroke(
                 centre,
-                marker_radius,
+                MARKER_RADIUS_POINTS,
                 Stroke::new(1.0, colour.gamma_multiply(if is_selected { 1.0 } else { MARKER_OPACITY })),
             );
         }
@@ -296,7 +297,7 @@ fn paint_star(interface: &Interface, ui: &egui::Ui, viewport: Rect, placement: &
     let image_px = interface.viewport.star_index.zip(interface.shown()).and_then(|(index, rendered)| star_px(&rendered.scene, index));
     if let Some(image_px) = image_px {
         let centre = placement.image.min + vec2(image_px * placement.points_per_px);
-        ui.painter().with_clip_rect(viewport).circle_stroke(centre, MARKER_RADIUS as f32 * NAME_POINTS, Stroke::new(1.0, HIGHLIGHT_COLOUR));
+        ui.painter().with_clip_rect(viewport).circle_stroke(centre, MARKER_RADIUS_POINTS, Stroke::new(1.0, HIGHLIGHT_COLOUR));
     }
 }
 

@@ -277,7 +277,8 @@ fn draw(session: &Session, request: &ViewRequest, variant: &Variant) -> Result<C
     } else {
         let (_, plan) = session.plan(request, sampling).map_err(to_text)?;
         let renderer = f64_renderer.as_ref().unwrap_or(session.background_renderer());
-        (renderer.render(&plan, session.library(), FrameImages::Display).map_err(|e| error_text(&e))?.0, "software")
+        let (frame, _) = renderer.render(&plan, session.library(), FrameImages::Display).map_err(|e| error_text(&e))?;
+        (frame, "software")
     };
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
     Ok(ComparedImage {

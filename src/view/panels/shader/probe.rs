@@ -126,7 +126,8 @@ impl ProbePage {
         if self.requested.as_ref() == Some(&query) || self.pending.is_some() || interface.viewer.is_animating() {
             return;
         }
-        let request = query.1.clone();
+        let (_, request, _) = &query;
+        let request = request.clone();
         self.requested = Some(query);
         let pending = ask(inspected.worker, move |session| inspect_in_both_precisions(session, &request, pixel));
         // The worker of the tests has answered already.

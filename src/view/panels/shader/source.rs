@@ -225,14 +225,14 @@ impl SourcePage {
             // The first lines of a feature are usually declarations; its longest run is its code. Of runs of equal length, the first is taken.
             None => starts.iter().rev().max_by_key(|start| length(**start)),
         };
-        self.feature = text.features.get(feature).map(|f| f.0.clone());
+        self.feature = text.features.get(feature).map(|(name, _)| name.clone());
         self.run_start = next.copied();
         self.scroll_line = next.map(|start| *start as u32);
     }
 
     /// Shows the list of lines, and handles its keys.
     fn lines(&mut self, ui: &mut Ui, text: &ModuleText) {
-        let highlighted = self.feature.as_ref().and_then(|name| text.features.iter().position(|f| f.0 == *name));
+        let highlighted = self.feature.as_ref().and_then(|chosen| text.features.iter().position(|(name, _)| name == chosen));
         // The lines that are rows of the list; `None`: all lines.
         let rows: Option<Vec<usize>> = highlighted
             .filter(|_| self.shows_only_feature)
@@ -299,7 +299,7 @@ impl SourcePage {
             }
         });
         if let Some(feature) = chosen_feature {
-            self.feature = text.features.get(feature).map(|f| f.0.clone());
+            self.feature = text.features.get(feature).map(|(name, _)| name.clone());
         }
     }
 

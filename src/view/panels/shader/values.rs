@@ -76,7 +76,8 @@ fn simple_module_bytes(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &I
 fn components_of(field: &UniformField, bytes: &[u8]) -> Vec<f32> {
     let end = field.offset as usize + 4 * field.ty.components();
     let field_bytes = bytes.get(field.offset as usize..end).unwrap_or_default();
-    field_bytes.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect()
+    let (components, _) = field_bytes.as_chunks::<4>();
+    components.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect()
 }
 
 /// Formats a number by its magnitude: from 1e-4 to 1e6 with up to six decimals, without trailing zeros; zero as `0`; any other with six significant
