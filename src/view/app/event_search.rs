@@ -281,7 +281,7 @@ impl SkyEvent {
     }
 
     /// Contacts and greatest phase (of moons' events only contacts) as seen from a place, ordered by time, and whether any part of the event is above the
-    /// horizon there. Empty if the event does not occur at that place.
+    /// horizon of this place. No contacts if the event does not occur at this place.
     ///
     /// # Errors
     /// If the ephemeris does not cover the event.

@@ -35,7 +35,8 @@ const MUTUAL_FOV_DIAMETERS: f64 = 12.0;
 const LOW_BODY_CAMERA_HEIGHT_KM: f64 = 3.0;
 /// Altitude below which the observed body is near the horizon, degrees.
 const LOW_BODY_ALTITUDE_DEG: f64 = 2.0;
-/// Real seconds that the playback of an event takes if the event, with the lead before and after it, is longer than this.
+/// Real seconds that the playback of an event takes if the event, with the lead before and after the event, is longer than this. A shorter event is played
+/// in real time.
 const PLAYBACK_S: f64 = 30.0;
 /// Fraction of an event's length that is shown before its first contact and after its last contact.
 const LEAD_FRACTION: f64 = 0.05;
@@ -68,7 +69,7 @@ impl SkyEvent {
         base_view.paused_view(self.greatest(), target, CameraPose::Centre { body: NaifId::EARTH }, fov_deg)
     }
 
-    /// The view of the event from a place on the Earth, paused at its greatest phase. `altitude_deg`: altitude of the observed body there.
+    /// The view of the event from a place on the Earth, paused at the event's greatest phase. `altitude_deg`: altitude of the observed body at the place.
     pub(crate) fn view_from(&self, place: GeodeticPosition, altitude_deg: f64, base_view: &ViewState) -> ViewState {
         let (target, fov_deg) = match self {
             Self::Solar(_) => (NaifId::SUN, ECLIPSED_SUN_FOV_DEG),

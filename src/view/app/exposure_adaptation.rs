@@ -8,7 +8,7 @@
 //! A cut is a change of the pixel view, or of the target, the camera's body or the kind of camera pose. If the pose is free before or after the change,
 //! only a change of the pixel view is a cut, because flights and tours use free poses.
 //!
-//! A changed metered value becomes known only when the first image with it is finished. The decay towards the new value is then counted from the request
+//! A changed metered value becomes known only when the first image with the new value is finished. The decay towards it is then counted from the request
 //! of the last image with the old value. During continuous drawing, this start is too early by at most the interval between two requests. The first image
 //! with the new value is ahead by one more interval, because it was requested before the last image with the old value was finished. If no image was
 //! requested for several time constants before the change, the first images after the change have the metered exposure at once.
@@ -52,7 +52,7 @@ impl ViewIdentity {
     }
 }
 
-/// Identifies the request of an image. The job carries it, and its result returns it: the image, or the reason why there is none.
+/// Identifies the request of an image. The job carries the ticket, and its result (the image, or the reason why there is none) returns the ticket.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ExposureTicket {
     /// Requests are numbered from 1. The default, 0, belongs to no request, and its image is ignored.
@@ -340,7 +340,7 @@ mod tests {
         assert_eq!(adaptation.next_exposure(&auto, 0.25).0, ExposureRequest::Auto);
     }
 
-    /// Of three requests the second one is replaced by the third while it waits, so it is never answered.
+    /// Of three requests, the third replaces the second while the second waits, so the second is never answered.
     #[test]
     fn another_image_is_needed_once_the_newest_request_is_answered() {
         let (mut adaptation, view) = (adapting(), view(NaifId::EARTH));

@@ -212,7 +212,7 @@ mod tests {
     #[test]
     fn the_span_is_searched_up_to_the_end_of_the_ephemeris() {
         for end_days in [-499.0, -3.0, 3.0, 499.0, 500.0, 501.0, 730.0, 1234.5] {
-            // Whether the ephemeris covers a search. The ephemeris begins at `end_days` if that is negative, otherwise it ends there.
+            // Whether the ephemeris covers a search. A negative `end_days` is the beginning of the ephemeris, a positive one its end.
             let is_covered = |search: &NextSearch| {
                 let start_s = search.start_tdb_s;
                 let end_s = start_s + search.length_s * if search.is_backward { -1.0 } else { 1.0 };

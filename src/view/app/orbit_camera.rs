@@ -35,7 +35,7 @@ pub(crate) struct OrbitCamera {
 }
 
 /// Rotation from the axes of a body's equator to ICRF. Its columns are the axes: z is the pole, x the ascending node of the body's equator on
-/// the ICRF equator. With the pole of body-fixed axes, which is z, it is the identity.
+/// the ICRF equator. With the pole of body-fixed axes, which is z, the rotation is the identity.
 pub(crate) fn icrf_from_equator(pole: DVec3) -> DMat3 {
     let z = pole.try_normalize().unwrap_or(DVec3::Z);
     let x = DVec3::Z.cross(z).try_normalize().unwrap_or(DVec3::X);

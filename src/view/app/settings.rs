@@ -59,7 +59,7 @@ impl Default for Home {
 }
 
 impl Home {
-    /// The place with its longitude within ±180 degrees; the default place if there is no such latitude.
+    /// The place with its longitude within ±180 degrees; the default place if the latitude is not within ±90 degrees.
     fn or_default(self) -> Self {
         let longitude_deg = wrapped_longitude_deg(self.longitude_deg);
         if (-90.0..=90.0).contains(&self.latitude_deg) { Self { longitude_deg, ..self } } else { Self::default() }
@@ -145,8 +145,8 @@ pub struct Bookmark {
     pub view: ViewState,
 }
 
-/// The scale factor to use in a window of this width and height (points at scale 1): `ui_scale` of the settings. If it is more than 1 and would leave no room
-/// for the panels, it is reduced, but not below 1: the control that changes it is in a panel.
+/// The scale factor to use in a window of this width and height (points at scale 1): `ui_scale` of the settings. A scale above 1 that would leave no room for
+/// the panels is reduced, because the control that changes the scale is in a panel. The reduced scale is at least 1.
 pub(crate) fn scale_within(ui_scale: f32, [width, height]: [f32; 2]) -> f32 {
     let [min_width, min_height] = MIN_SIZE_FOR_PANELS;
     ui_scale.min((width / min_width).min(height / min_height).max(1.0))
@@ -230,7 +230,7 @@ impl Settings {
     }
 
     /// Reads settings from a file; a missing file gives the default settings. If the file or a part of it cannot be used, returns the remaining
-    /// settings and an error line. It also appends `.broken` to the file's name, so that saving does not overwrite it. The newest
+    /// settings and an error line. Also appends `.broken` to the file's name, so that saving does not overwrite the file. The newest
     /// [`MAX_SET_ASIDE`] such files are kept: they may hold the user's bookmarks.
     pub(crate) fn load(path: &Path) -> (Self, Option<String>) {
         let text = match read_text(path, MAX_BYTES) {
@@ -261,8 +261,8 @@ impl Settings {
         (settings, notice)
     }
 
-    /// Writes the file atomically. `base`: the settings that this program read or wrote last; what has not changed since then is taken from the file. Without
-    /// `base`, only unknown fields are taken from the file.
+    /// Writes the file atomically. `base`: the settings that this program read or wrote last; settings that are the same as in `base` are taken from the
+    /// file. Without `base`, only unknown fields are taken from the file.
     ///
     /// # Errors
     /// If the folder or the file cannot be written; the error names the path and the reason.

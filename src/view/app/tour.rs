@@ -1,9 +1,9 @@
 //! A tour: views with texts (stops), and the camera path from each stop to the next.
 //!
 //! In: JSON, a session. Out: the view and the text at a given time. Always: the camera starts and ends each path at rest, exactly at the views
-//! of the stops, or outside the body if a stop is seen from a body's centre; along a path, scene time runs without a jump from the time of one
-//! view to that of the next; fields that a stop's view omits have the defaults of a link; a file with an error is rejected with a message that
-//! names the stop and the field. Not here: playback.
+//! of the stops, or outside the body if a stop is seen from a body's centre; along a path, scene time runs without a jump from the time of the
+//! first view to the time of the second; fields that a stop's view omits have the defaults of a link; a file with an error is rejected with a message
+//! that names the stop and the field. Not here: playback.
 
 use super::body_positions::{BodyPositions, SessionPositions};
 use super::composition_state::CompositionState;

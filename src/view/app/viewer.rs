@@ -142,8 +142,8 @@ pub struct Viewer {
     /// A flight and the camera pose at its end. During the flight, all fields of `view` except the camera pose are already those of the destination, so that
     /// the user's changes during the flight last.
     flight: Option<(Flight, CameraPose)>,
-    /// What a preset has changed in the view, until the user leaves the preset. The history stores it with each view, so that the next view does not
-    /// inherit these changes after *Back*, either.
+    /// What a preset has changed in the view, until the user leaves the preset. The history stores these changes with each view, so that the next view does
+    /// not inherit them after *Back*, either.
     preset_changes: Option<PresetChanges>,
     /// The views before the current one, oldest first.
     back_history: Vec<PastView>,
@@ -207,7 +207,7 @@ impl Viewer {
         !self.forward_history.is_empty()
     }
 
-    /// At most `max_count` bodies: first those with a name or alias that begins with the text, then those with one that only contains it.
+    /// At most `max_count` bodies: first the bodies with a name or alias that begins with the text, then those with a name or alias that only contains it.
     pub(crate) fn matching_bodies(&self, text: &str, max_count: usize) -> Vec<&SelectableBody> {
         let query = text.trim().to_lowercase();
         if query.is_empty() {
@@ -297,8 +297,8 @@ impl Viewer {
         self.preset_changes = preset_changes;
     }
 
-    /// Stores the view, or a flight's destination, in the history unless it is the last entry there. Ends the flight, and drops the views to which *Forward*
-    /// led.
+    /// Stores the view, or a flight's destination, in the history, unless the history ends with this view already. Ends the flight, and drops the views to
+    /// which *Forward* led.
     fn push_history(&mut self) {
         let current = self.current_view();
         self.end_flight();
@@ -412,7 +412,7 @@ impl Viewer {
         Some(Pose { offset_km: positions.free_camera_offset_km(body, camera_body, offset_km, time)?, forward, up })
     }
 
-    /// Starts a flight to a body, or shows it at once if the current pose of the camera is unknown. Does nothing for an unknown body.
+    /// Starts a flight to a body, or shows the body at once if the current pose of the camera is unknown. Does nothing for an unknown body.
     fn fly_to(&mut self, id: NaifId, positions: &dyn BodyPositions) {
         let time = self.view.time();
         let Some(radius_km) = self.selectable_body(id).map(|s| s.radii_km.x) else { return };

@@ -1,5 +1,5 @@
-//! Tests of the messages of the modules below the window: each message that a source file names exists in English, with the arguments given there, and
-//! each English message is used.
+//! Tests of the messages of the modules below the window: each message that a source file names exists in English, with the arguments that the source file
+//! gives, and each English message is used.
 
 use crate::message::ENGLISH_FILE;
 use std::collections::{BTreeMap, BTreeSet};

@@ -1,7 +1,7 @@
 //! The angle between two points of the image that the user clicks while holding Ctrl.
 //!
-//! In: the direction of each clicked point, and the body there. Out: the angle as a message, and the arc between the points. Always: the points are
-//! stored as directions from the camera, so that the arc stays fixed to the sky while the view rotates. A third point starts a new measurement. For
+//! In: the direction of each clicked point, and the body at this point, if any. Out: the angle as a message, and the arc between the points. Always: the
+//! points are stored as directions from the camera, so that the arc stays fixed to the sky while the view rotates. A third point starts a new measurement. For
 //! two bodies, the distance between their apparent positions is also shown. Not here: how a click finds a star or a body (`viewport`).
 
 use super::information::scaled_angle_text;

@@ -61,7 +61,7 @@ impl Row {
 /// change before the result is taken.
 type StepAnswer = (EventSearch, Result<Vec<SkyEvent>, EphemerisError>);
 
-/// The contacts of an event at a place, and whether the event is visible there.
+/// The contacts of an event at a place, and whether the event is visible from this place; or the text of an error.
 type LocalContacts = Result<(Vec<ContactAtPlace>, bool), String>;
 
 /// The chosen event as seen from a place.
@@ -80,7 +80,7 @@ pub(crate) struct EventsPanel {
     range_index: usize,
     /// Whether the search runs from the displayed date into the past.
     is_backward: bool,
-    /// The running search step, and the fraction of the search that was done before it.
+    /// The running search step, and the fraction of the search (0 to 1) that was done before this step.
     running: Option<(Pending<StepAnswer>, f32)>,
     rows: Vec<Row>,
     /// Whether the search that found the rows runs backward, and the instant at which it starts.
@@ -102,7 +102,7 @@ impl EventsPanel {
         Some(self.playback.unwrap_or_else(|| chosen.playback()))
     }
 
-    /// The contacts of an event at a place, if they were asked for and have arrived. `self.at_place` may still hold those of another event or place.
+    /// The contacts of an event at a place, if they were asked for and have arrived. `self.at_place` may still hold the contacts of another event or place.
     fn contacts_at(&self, event: &Arc<SkyEvent>, home: Home) -> Option<&LocalContacts> {
         self.at_place.as_ref().filter(|seen| Arc::ptr_eq(&seen.event, event) && seen.home == home)?.contacts.as_ref()
     }

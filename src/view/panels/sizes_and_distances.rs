@@ -294,7 +294,7 @@ mod tests {
     #[test]
     fn labels_along_the_line_do_not_overlap() {
         let area = [2.0, 198.0];
-        // The marked label is moved away from the right edge, over that of its neighbour.
+        // The marked label is moved away from the right edge, over its neighbour's label.
         assert_eq!(
             label_middles(area, 10.0, &[(195.0, 60.0, true), (60.0, 40.0, false), (120.0, 40.0, false)]),
             [Some(168.0), Some(60.0), None]

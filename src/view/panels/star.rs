@@ -19,7 +19,7 @@ const LIGHT_YEARS_PER_PARSEC: f64 = 3.261_564;
 /// Smallest parallax from which a distance is computed, milliarcseconds: about the standard error of Hipparcos parallaxes.
 const MIN_PARALLAX_MAS: f64 = 1.0;
 
-/// The star's proper name and Hipparcos number, where it has them. The catalog gives stars without a number the number 0.
+/// The star's proper name and Hipparcos number, as far as the star has them. The catalog gives stars without a number the number 0.
 pub(super) fn name(star: &Star) -> String {
     match (star_name(star.hip), star.hip) {
         (Some(name), hip) => format!("{name} (HIP {hip})"),

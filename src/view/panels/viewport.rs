@@ -331,7 +331,7 @@ fn snapped_direction(interface: &Interface, image_px: DVec2) -> Option<DVec3> {
     scene.geometry.direction(&scene.camera, snapped_px(&interface.viewport.labels, scene, image_px))
 }
 
-/// Adds a direction (ICRF unit vector) and the body there to the measured angle.
+/// Adds a direction (ICRF unit vector) and the body in this direction, if any, to the measured angle.
 fn measure(interface: &mut Interface, direction: DVec3, body: Option<NaifId>) {
     let Some(rendered) = &interface.viewport.shown else { return };
     let bodies = &rendered.scene.bodies;

@@ -220,7 +220,7 @@ impl OpaqueRows {
         }
     }
 
-    /// The index in `rows` of a texel row, which is interpolated horizontally if it is not there. The row at index `kept` is not replaced.
+    /// The index in `rows` of a texel row. If it is not in `rows` yet, interpolates it horizontally in place of one of the two rows, but never of row `kept`.
     fn interpolated_row_index(&mut self, texture: &PainterTexture, columns: &[TexelPair], row: usize, kept: Option<usize>) -> usize {
         if let Some(known_index) = self.rows.iter().position(|known| known.texel_row == Some(row)) {
             return known_index;

@@ -1,8 +1,8 @@
 //! Lowers the resolution of images while the camera or the bodies move, to keep the frame rate.
 //!
-//! In: pixel counts and times of finished images. Out: the number by which the window's width and height are divided to give those of the next moving
-//! image. Always: to reach 60 images per second, this divisor is raised to at most 2; if that does not suffice, the rate may fall to 30 per second; only
-//! to keep 30 per second is the divisor raised further. This module reads no clock.
+//! In: pixel counts and times of finished images. Out: the divisor: the number by which the window's width and height are divided to give the width and
+//! height of the next moving image. Always: to reach 60 images per second, the divisor is raised to at most 2. If 2 does not suffice, the rate may fall to
+//! 30 per second; only to keep 30 per second is the divisor raised further. This module reads no clock.
 
 /// Target interval between images for the goal of 60 images per second; a target of 62 leaves a margin for slow images.
 const FAST_INTERVAL_MS: f64 = 1000.0 / 62.0;

@@ -1,4 +1,4 @@
-//! Merges the settings of this program with those that are in the file when it is written.
+//! Merges the settings of this program with the settings that are in the file when the file is written.
 //!
 //! In: the settings, those that this program read or wrote last, and the text of the file. Out: the content to write. Always: what this program has
 //! changed is written; what it has not changed is taken from the file, where another running program may have changed it. Fields that this version does
@@ -199,7 +199,7 @@ mod tests {
         assert_eq!(Settings::load(&path), (later, None));
     }
 
-    /// Earlier versions wrote the view of a bookmark under another name: it is the same bookmark.
+    /// Earlier versions wrote the view of a bookmark under another field name; such a bookmark counts as the same bookmark.
     #[test]
     fn bookmarks_of_an_earlier_version_are_not_doubled() {
         let folder = tempfile::tempdir().expect("a folder");

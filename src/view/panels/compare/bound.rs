@@ -110,7 +110,7 @@ impl ErrorBoundView {
         self.displayed.is_none() && self.pending.is_none()
     }
 
-    /// Starts to compute the bounds, unless a computation is running or the inputs are those of the last one.
+    /// Starts to compute the bounds, unless a computation is running or the inputs are the same as for the last computation.
     pub(crate) fn ask(&mut self, worker: &dyn RenderWorker, request: &ViewRequest) {
         let requested = Some((request.clone(), DrawnWith::now(worker.session())));
         if self.pending.is_some() || self.requested == requested {

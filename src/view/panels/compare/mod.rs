@@ -50,7 +50,7 @@ impl Renderer {
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Variant {
     quality: Quality,
-    /// Effect overrides as typed, in the syntax of `--effects`; they apply after those of the view.
+    /// Effect overrides as typed, in the syntax of `--effects`; they apply after the view's own overrides.
     effects: String,
     pixel_view: PixelView,
     renderer: Renderer,

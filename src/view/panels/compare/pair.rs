@@ -1,7 +1,7 @@
 //! Display of two images of the same size: side by side, split by a line, or as their difference, with statistics.
 //!
-//! In: drawn images. Out: egui shapes. Always: images, difference and statistics belong to the same pair; differences are those of the 8-bit display
-//! values, as in `orrery compare`.
+//! In: drawn images. Out: egui shapes. Always: images, difference and statistics belong to the same pair; differences are between 8-bit display values,
+//! as in `orrery compare`.
 
 use crate::image::{self, DisplayImage};
 use crate::view::error_texts::error_text;
@@ -127,7 +127,7 @@ impl PairView {
         statistics(ui, pair);
     }
 
-    /// Loads the images of a pair as textures, unless they are those of the last call.
+    /// Loads the images of a pair as textures, unless the last call loaded the same pair.
     fn load_textures(&mut self, ctx: &egui::Context, pair: &Arc<Pair>) {
         if self.loaded.as_ref().is_some_and(|loaded| Arc::ptr_eq(loaded, pair)) {
             return;

@@ -68,7 +68,7 @@ enum ModuleChoice {
 #[derive(Default)]
 pub(crate) struct ShaderPanel {
     page: Page,
-    /// The module that the user chose. `None`: that of the body's globe, or of its first draw if it has no globe, or of points if it has no draws.
+    /// The module that the user chose. `None`: the module of the body's globe; without a globe, of the body's first draw; without draws, of points.
     chosen: Option<ModuleChoice>,
     /// The body and the module that the last frame showed. When one of them changes, features changed by hand are dropped.
     last_inspected: Option<(NaifId, ModuleChoice)>,
@@ -97,7 +97,7 @@ struct Inspected<'a> {
     draw: Option<&'a Draw>,
     /// The key of `draw`.
     drawn_key: Option<ShaderKey>,
-    /// The displayed module: that of the draw, that of the key changed by hand, or a simple shader.
+    /// The displayed module: the module of the draw, the module of the key changed by hand, or a simple shader.
     id: ModuleId,
     /// Number of images that the window has shown, which identifies the current one.
     image_number: u64,
