@@ -37,16 +37,19 @@ impl Default for TimeRate {
     }
 }
 
+/// Relative difference up to which a speed counts as equal to a preset speed, so that a rounding error does not select the same preset again.
+const SAME_SPEED: f64 = 1e-9;
+
 impl TimeRate {
     /// Selects the next faster preset speed, and resumes paused time.
     pub fn faster(&mut self) {
-        self.speed = PRESET_SPEEDS.into_iter().find(|preset| *preset > self.speed * (1.0 + 1e-9)).unwrap_or(MAX_SPEED);
+        self.speed = PRESET_SPEEDS.into_iter().find(|preset| *preset > self.speed * (1.0 + SAME_SPEED)).unwrap_or(MAX_SPEED);
         self.paused = false;
     }
 
     /// Selects the next slower preset speed, and resumes paused time.
     pub(crate) fn slower(&mut self) {
-        self.speed = PRESET_SPEEDS.into_iter().rev().find(|preset| *preset < self.speed * (1.0 - 1e-9)).unwrap_or(MIN_SPEED);
+        self.speed = PRESET_SPEEDS.into_iter().rev().find(|preset| *preset < self.speed * (1.0 - SAME_SPEED)).unwrap_or(MIN_SPEED);
         self.paused = false;
     }
 

@@ -112,6 +112,7 @@ fn uniform_table(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, filte
             ui.label(RichText::new(field.ty.to_string()).monospace().size(SMALL_TEXT_POINTS));
             ui.label(&field.name);
             let components = bytes.map(|b| components_of(field, b)).unwrap_or_default();
+            // The table shows four components a row.
             let rows: Vec<String> =
                 components.chunks(4).map(|row| row.iter().map(|v| brief_number(*v)).collect::<Vec<_>>().join(", ")).collect();
             let hidden_rows = rows.len().saturating_sub(MAX_ROWS);
