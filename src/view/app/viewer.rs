@@ -418,9 +418,9 @@ impl Viewer {
         let Some(radius_km) = self.selectable_body(id).map(|s| s.radii_km.x) else { return };
         let Some(pole) = positions.body_from_icrf(id, time).map(|m| m.row(2)) else { return };
         let sunward = positions.geometric_between_km(id, NaifId::SUN, time).and_then(DVec3::try_normalize);
-        let from = self.pose_relative_to(id, positions);
+        let start_pose = self.pose_relative_to(id, positions);
         // Unit vector from the body to the side of arrival: its lit side, or for the Sun the side where the camera is now.
-        let side = sunward.or(from.and_then(|p| p.offset_km.try_normalize())).unwrap_or(DVec3::X);
+        let side = sunward.or(start_pose.and_then(|p| p.offset_km.try_normalize())).unwrap_or(DVec3::X);
         let orbit = if id == NaifId::SUN {
             OrbitCamera::from_offset_radii(side * ARRIVAL_RADII_SUN, pole)
         } else {
@@ -433,10 +433,10 @@ impl Viewer {
         let offset_km = orbit.offset_km(radius_km, pole);
         let forward = -offset_km.normalize();
         let (_, up) = rotated_view(forward, pole, 0.0, 0.0);
-        match from {
-            Some(from) => {
-                self.view.camera_pose = CameraPose::Free { body: id, offset_km: from.offset_km, forward: from.forward, up: from.up };
-                self.flight = Some((Flight::new(from, Pose { offset_km, forward, up }), destination));
+        match start_pose {
+            Some(start) => {
+                self.view.camera_pose = CameraPose::Free { body: id, offset_km: start.offset_km, forward: start.forward, up: start.up };
+                self.flight = Some((Flight::new(start, Pose { offset_km, forward, up }), destination));
             }
             None => self.view.camera_pose = destination,
         }
@@ -472,17 +472,17 @@ impl Viewer {
         }
     }
 
-    /// Shows the selected body, with its surroundings, from the centre of the body `from`.
-    fn look_from(&mut self, from: NaifId, positions: &dyn BodyPositions) {
+    /// Shows the selected body, with its surroundings, from the centre of `camera_body`.
+    fn look_from(&mut self, camera_body: NaifId, positions: &dyn BodyPositions) {
         let target = self.selected;
-        if from == target {
+        if camera_body == target {
             return;
         }
-        let distance_km = positions.geometric_between_km(from, target, self.view.time()).map_or(f64::INFINITY, DVec3::length);
+        let distance_km = positions.geometric_between_km(camera_body, target, self.view.time()).map_or(f64::INFINITY, DVec3::length);
         // Half the angle that the target's disc spans.
         let half_disc_deg = (self.radius_km(target) / distance_km).min(1.0).asin().to_degrees();
         let fov_deg = (2.0 * half_disc_deg * LOOK_FROM_FOV_DIAMETERS).clamp(MIN_LOOK_FROM_FOV_DEG, MAX_FOV_DEG);
-        let camera_pose = CameraPose::Centre { body: from };
+        let camera_pose = CameraPose::Centre { body: camera_body };
         self.leave_view();
         self.view = ViewState { camera_pose, target, tracks: true, fov_deg, roll_deg: 0.0, ..self.view.clone() };
     }

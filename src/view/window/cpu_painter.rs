@@ -26,7 +26,7 @@ pub struct Painter {
     textures: HashMap<TextureId, PainterTexture>,
 }
 
-/// The pixels to paint, `width * height` of them, row by row.
+/// The pixels to paint, `width * height` of them, row by row; each is 0x00RRGGBB.
 pub struct Canvas<'a> {
     pub width: usize,
     pub height: usize,
