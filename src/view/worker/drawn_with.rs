@@ -21,11 +21,7 @@ impl DrawnWith {
     /// What an image that is drawn now depends on.
     pub(crate) fn now(session: &Session) -> Self {
         let (_, renderer_preference) = session.renderers();
-        Self {
-            generator_digest: session.library().generator_digest(),
-            renderer_preference,
-            data_layers: session.catalog().data_layers(),
-        }
+        Self { generator_digest: session.library().generator_digest(), renderer_preference, data_layers: session.catalog().data_layers() }
     }
 }
 
