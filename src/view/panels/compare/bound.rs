@@ -12,8 +12,8 @@ use crate::view::error_texts::error_text;
 use crate::view::language::{decimal, text};
 use crate::view::panels::accessible;
 use crate::view::panels::render_loop::colour_image;
-use crate::view::worker::drawn_with::DrawnWith;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
+use crate::view::worker::session_inputs::SessionInputs;
 use egui::{Color32, Sense, TextureHandle, TextureOptions, Ui, Vec2};
 
 /// The colour of a range of bounds.
@@ -84,7 +84,7 @@ impl ErrorBounds {
 #[derive(Default)]
 pub(crate) struct ErrorBoundView {
     /// The inputs of the newest bounds, displayed or pending.
-    requested: Option<(ViewRequest, DrawnWith)>,
+    requested: Option<(ViewRequest, SessionInputs)>,
     pending: Option<Pending<Result<ErrorBounds, String>>>,
     displayed: Option<Result<(ErrorBounds, TextureHandle), String>>,
 }
@@ -112,7 +112,7 @@ impl ErrorBoundView {
 
     /// Starts to compute the bounds, unless a computation is running or the inputs are the same as for the last computation.
     pub(crate) fn ask(&mut self, worker: &dyn RenderWorker, request: &ViewRequest) {
-        let requested = Some((request.clone(), DrawnWith::now(worker.session())));
+        let requested = Some((request.clone(), SessionInputs::of(worker.session())));
         if self.pending.is_some() || self.requested == requested {
             return;
         }

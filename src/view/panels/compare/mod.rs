@@ -19,8 +19,8 @@ use crate::session::Session;
 use crate::view::app::view_state::ViewState;
 use crate::view::error_texts::error_text;
 use crate::view::language::{text, text_by_id, translated_name};
-use crate::view::worker::drawn_with::DrawnWith;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
+use crate::view::worker::session_inputs::SessionInputs;
 use egui::{ComboBox, ScrollArea, TextEdit};
 use std::sync::Arc;
 use std::time::Instant as WallInstant;
@@ -66,7 +66,7 @@ struct ComparisonInput {
     /// The view's own effect overrides.
     view_effects: EffectOverrides,
     /// The state of the session on which the images depend besides the requests, such as the shader fragments.
-    drawn_with: DrawnWith,
+    session_inputs: SessionInputs,
 }
 
 impl ComparisonInput {
@@ -191,7 +191,7 @@ impl ComparePanel {
             request: fitted_request(&rendered.job.request, ui),
             variants: variants.clone(),
             view_effects: interface.viewer.view.effects.clone(),
-            drawn_with: DrawnWith::now(worker.session()),
+            session_inputs: SessionInputs::of(worker.session()),
         };
         if self.input.as_ref().is_some_and(|last| last.is_close_to(&input)) {
             return;
