@@ -61,9 +61,9 @@ impl SkyEvent {
             Self::Moons(e) if e.nearer_moon.is_some() => (e.moon, MUTUAL_FOV_DIAMETERS * apparent_diameter_deg(e.moon)),
             Self::Moons(e) => {
                 // An eclipsed moon is in the shadow behind the planet, which at quadrature is far from the planet's disc.
-                let moon_deg = if e.class == MoonEventType::Eclipse { separation_deg(e.planet, e.moon) } else { 0.0 };
-                let fov_deg = (PLANET_FOV_DIAMETERS * apparent_diameter_deg(e.planet)).max(ECLIPSED_MOON_FOV_SEPARATIONS * moon_deg);
-                (e.planet, fov_deg)
+                let moon_separation_deg = if e.class == MoonEventType::Eclipse { separation_deg(e.planet, e.moon) } else { 0.0 };
+                let planet_fov_deg = PLANET_FOV_DIAMETERS * apparent_diameter_deg(e.planet);
+                (e.planet, planet_fov_deg.max(ECLIPSED_MOON_FOV_SEPARATIONS * moon_separation_deg))
             }
         };
         base_view.paused_view(self.greatest(), target, CameraPose::Centre { body: NaifId::EARTH }, fov_deg)

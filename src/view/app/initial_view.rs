@@ -42,8 +42,8 @@ pub fn initial_view(catalog: &Catalog, positions: &dyn BodyPositions, target: Na
     // The Moon's position relative to the Earth's centre, in Earth radii.
     let moon_radii =
         if target == NaifId::EARTH { positions.geometric_between_km(target, NaifId::MOON, time).map(|km| km / radius_km) } else { None };
-    let with_moon = sunward.zip(moon_radii).and_then(|(sun, moon)| camera_direction_with_moon(sun, moon, pole));
-    let direction = with_moon.unwrap_or_else(|| camera_direction(sunward, DVec3::Z, SUN_ANGLE_DEG, POLE_OFFSET, pole));
+    let direction_with_moon = sunward.zip(moon_radii).and_then(|(sun, moon)| camera_direction_with_moon(sun, moon, pole));
+    let direction = direction_with_moon.unwrap_or_else(|| camera_direction(sunward, DVec3::Z, SUN_ANGLE_DEG, POLE_OFFSET, pole));
     let mut view = ViewState::around(target, direction * (START_DISTANCE_RADII * radius_km), radius_km, pole, time);
     // At the exposure of a sunlit planet no star would be visible without this layer.
     view.layers.bright_stars = true;

@@ -301,15 +301,15 @@ fn set_aside(path: &Path) -> Result<String, String> {
     while set_aside_path(path, number).symlink_metadata().is_ok() {
         number += 1;
     }
-    let aside = set_aside_path(path, number);
-    std::fs::rename(path, &aside).map_err(|e| format!("it could not be set aside: {e}"))?;
+    let aside_path = set_aside_path(path, number);
+    std::fs::rename(path, &aside_path).map_err(|e| format!("it could not be set aside: {e}"))?;
     // Keeps only the numbers of the files to remove, the oldest ones: with the new file, there are then at most `MAX_SET_ASIDE`.
     earlier_numbers.truncate((earlier_numbers.len() + 1).saturating_sub(MAX_SET_ASIDE));
     for number in earlier_numbers {
         // A file that cannot be removed is tried again when the next one is set aside.
         let _ = std::fs::remove_file(set_aside_path(path, number));
     }
-    Ok(format!("kept as {}", aside.display()))
+    Ok(format!("kept as {}", aside_path.display()))
 }
 
 /// The path of the file that was set aside with a number.

@@ -100,13 +100,13 @@ impl MeasuredAngle {
         let angle_between_rad = angle_rad(*a, *b);
         // The direction of the arc at `a`.
         let Some(tangent) = (b - a * a.dot(*b)).try_normalize() else { return };
-        let on_arc = |fraction: f64| project(*a * (angle_between_rad * fraction).cos() + tangent * (angle_between_rad * fraction).sin());
-        let arc: Vec<Option<Pos2>> = (0..=SEGMENTS).map(|k| on_arc(f64::from(k) / f64::from(SEGMENTS))).collect();
+        let arc_position = |fraction: f64| project(*a * (angle_between_rad * fraction).cos() + tangent * (angle_between_rad * fraction).sin());
+        let arc: Vec<Option<Pos2>> = (0..=SEGMENTS).map(|k| arc_position(f64::from(k) / f64::from(SEGMENTS))).collect();
         // Parts of the arc outside the image interrupt the line.
         for visible in arc.split(Option::is_none).filter(|part| part.len() > 1) {
             painter.add(Shape::line(visible.iter().flatten().copied().collect(), Stroke::new(1.5, COLOUR)));
         }
-        if let Some(middle) = on_arc(0.5) {
+        if let Some(middle) = arc_position(0.5) {
             let font = FontId::proportional(BODY_TEXT_POINTS);
             painter.text(middle + egui::vec2(1.0, 1.0), Align2::CENTER_BOTTOM, &text, font.clone(), Color32::BLACK);
             painter.text(middle, Align2::CENTER_BOTTOM, &text, font, COLOUR);

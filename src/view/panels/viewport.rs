@@ -76,13 +76,13 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
         ui.painter().image(image, visible, placement.uv_within(visible), Color32::WHITE);
     }
     let metrics = LabelMetrics::of_size(f64::from(NAME_POINTS) / placement.points_per_px);
-    let in_image = |overlay: &Rect| {
+    let to_image_px = |overlay: &Rect| {
         let [min, max] = [overlay.min, overlay.max]
             .map(|corner| corner - placement.image.min)
             .map(|offset| DVec2::new(offset.x.into(), offset.y.into()));
         labels::Rect { min: min / placement.points_per_px, max: max / placement.points_per_px }
     };
-    interface.refresh_labels(&metrics, overlays.iter().map(in_image));
+    interface.refresh_labels(&metrics, overlays.iter().map(to_image_px));
     interface.viewport.caption_height = caption_height(interface, &placement);
     paint_labels(interface, ui, viewport, &placement);
     paint_star(interface, ui, viewport, &placement);
