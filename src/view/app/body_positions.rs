@@ -37,7 +37,8 @@ impl BodyPositions for SessionPositions<'_> {
         let emission_time = time.plus_seconds(-offset_km.length() / SPEED_OF_LIGHT_KM_S);
         let camera_body_state = ephemeris.state(camera_body, NaifId::SOLAR_SYSTEM_BARYCENTER, emission_time, None).ok()?;
         let camera_km = camera_body_state.state.pos_km + offset_km;
-        Some(camera_km - ephemeris.light_time_position(body, camera_km, time).ok()?.0)
+        let (body_km, _) = ephemeris.light_time_position(body, camera_km, time).ok()?;
+        Some(camera_km - body_km)
     }
     fn body_from_icrf(&self, body: NaifId, time: Instant) -> Option<DMat3> {
         self.0.ephemeris().body_from_icrf(body, time).ok()

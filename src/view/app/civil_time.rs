@@ -52,7 +52,7 @@ fn offset_text(offset_s: i32) -> String {
 }
 
 fn civil_time<Z: TimeZone>(t: Instant, zone: &Z) -> Option<NaiveDateTime> {
-    // Half a second is added so that the cut below rounds to whole seconds.
+    // The fraction of a second is cut off below. Half a second is added before, so that the result is rounded to whole seconds.
     let iso = t.plus_seconds(0.5).to_utc_iso();
     let (whole_seconds, _) = iso.trim_end_matches('Z').split_once('.').unwrap_or((iso.trim_end_matches('Z'), ""));
     // A leap second (`:60`) is shown as `:59`.
@@ -90,7 +90,7 @@ mod tests {
         }
         assert_eq!((offset_text(19_800).as_str(), offset_text(-12_600).as_str()), ("UTC+05:30", "UTC-03:30"));
         assert!(civil_time(Instant::from_tdb_seconds_past_j2000(1e15), &Utc).is_none());
-        // In this zone UTC is an hour later, which the calendar does not reach.
+        // In this zone UTC is an hour later than the civil time, and the calendar ends at that civil time.
         assert!(instant(NaiveDateTime::MAX, &FixedOffset::west_opt(3600).expect("a zone")).is_none());
     }
 }

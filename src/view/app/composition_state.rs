@@ -83,7 +83,7 @@ impl CompositionState {
         }
     }
 
-    /// Calls `check` for each number. Its arguments: whether the number is in range, and a function that gives the error message.
+    /// Calls `check` for each number. The arguments of `check`: whether the number is in range, and a function that gives the error message.
     pub(super) fn check_fields(&self, check: &mut dyn FnMut(bool, &dyn Fn() -> String)) {
         for (field, degrees, range) in
             [("fisheye_deg", self.fisheye_deg, FISHEYE_RANGE_DEG), ("dome_tilt_deg", self.dome_tilt_deg, DOME_TILT_RANGE_DEG)]

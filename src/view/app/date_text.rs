@@ -27,7 +27,9 @@ pub(crate) fn is_same_in_every_zone(text: &str) -> bool {
     let has_zero_offset =
         |word: &str| ["+00:00", "+0000", "+00"].into_iter().any(|offset| word.strip_suffix(offset).is_some_and(ends_in_digit));
     let names_utc = |word: &str| UTC_WORDS.contains(&word) || word.strip_suffix('z').is_some_and(ends_in_digit) || has_zero_offset(word);
-    text.split([' ', ',']).any(names_utc) || !text.contains(|c: char| c.is_ascii_digit()) || text.starts_with("jd_tdb:")
+    // Only the words for now, such as `today`, are date texts without a digit.
+    let is_relative_to_now = !text.contains(|c: char| c.is_ascii_digit());
+    text.split([' ', ',']).any(names_utc) || is_relative_to_now || text.starts_with("jd_tdb:")
 }
 
 /// The instant of a date text, read as UTC.
@@ -103,8 +105,8 @@ fn set_once<T>(part: &mut Option<T>, value: T) -> Option<()> {
 }
 
 impl<'t> Parts<'t> {
-    /// The parts of a text in lower case. `None` if a word is not part of a date, or a part occurs twice. Also `None` if the year of an era is missing or
-    /// not positive, a word such as `at` stands in a text without a time of day, or a day has no month.
+    /// The parts of a text in lower case. `None` if a word is not part of a date, or a part occurs twice. Also `None` if an era such as `bc` has no year or
+    /// a year that is not positive, if a word such as `at` stands in a text without a time of day, or if a day has no month.
     fn of(text: &'t str) -> Option<Self> {
         let mut parts = Self::default();
         let mut is_before_christ = None;
@@ -143,7 +145,7 @@ impl<'t> Parts<'t> {
     }
 
     /// Reads a day (`8`, `8th`, `8.`) or a year of up to four digits (`2024`, `-584`). One or two digits without a sign are a day, unless the day is already
-    /// set or there is no such day.
+    /// set or the number is not 1 to 31.
     fn day_or_year(&mut self, word: &str) -> Option<()> {
         let unsigned = word.strip_prefix('-').unwrap_or(word);
         let digits_end = unsigned.find(|c: char| !c.is_ascii_digit()).unwrap_or(unsigned.len());

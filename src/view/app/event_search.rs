@@ -198,7 +198,8 @@ impl SkyEvent {
         self.kind() == other.kind() && bodies(self) == bodies(other) && difference_s < SAME_EVENT_S
     }
 
-    /// Contacts that do not depend on a place on the Earth, ordered by time. Of a solar eclipse: when the shadow meets and leaves the Earth.
+    /// Names and times of the contacts that do not depend on a place on the Earth, ordered by time. Contacts of a solar eclipse: when the shadow meets and
+    /// leaves the Earth.
     pub(crate) fn contacts(&self) -> &[(&'static str, Instant)] {
         match self {
             Self::Solar(e) => &e.contacts,
@@ -275,11 +276,12 @@ impl SkyEvent {
     /// Times of the first and the last contact; both are the time of the greatest phase if there are no contacts.
     pub(crate) fn span(&self) -> (Instant, Instant) {
         let contacts = self.contacts();
-        (contacts.first().map_or(self.greatest(), |c| c.1), contacts.last().map_or(self.greatest(), |c| c.1))
+        let time_of = |contact: Option<&(&str, Instant)>| contact.map_or(self.greatest(), |(_, time)| *time);
+        (time_of(contacts.first()), time_of(contacts.last()))
     }
 
     /// Contacts and greatest phase (of moons' events only contacts) as seen from a place, ordered by time, and whether any part of the event is above the
-    /// horizon there. Empty if the event does not occur at that place.
+    /// horizon of this place. No contacts if the event does not occur at this place.
     ///
     /// # Errors
     /// If the ephemeris does not cover the event.

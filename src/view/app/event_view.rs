@@ -35,7 +35,8 @@ const MUTUAL_FOV_DIAMETERS: f64 = 12.0;
 const LOW_BODY_CAMERA_HEIGHT_KM: f64 = 3.0;
 /// Altitude below which the observed body is near the horizon, degrees.
 const LOW_BODY_ALTITUDE_DEG: f64 = 2.0;
-/// Real seconds that the playback of an event takes if the event, with the lead before and after it, is longer than this.
+/// Real seconds that the playback of an event takes if the event, with the lead before and after the event, is longer than this. A shorter event is played
+/// in real time.
 const PLAYBACK_S: f64 = 30.0;
 /// Fraction of an event's length that is shown before its first contact and after its last contact.
 const LEAD_FRACTION: f64 = 0.05;
@@ -60,15 +61,15 @@ impl SkyEvent {
             Self::Moons(e) if e.nearer_moon.is_some() => (e.moon, MUTUAL_FOV_DIAMETERS * apparent_diameter_deg(e.moon)),
             Self::Moons(e) => {
                 // An eclipsed moon is in the shadow behind the planet, which at quadrature is far from the planet's disc.
-                let moon_deg = if e.class == MoonEventType::Eclipse { separation_deg(e.planet, e.moon) } else { 0.0 };
-                let fov_deg = (PLANET_FOV_DIAMETERS * apparent_diameter_deg(e.planet)).max(ECLIPSED_MOON_FOV_SEPARATIONS * moon_deg);
-                (e.planet, fov_deg)
+                let moon_separation_deg = if e.class == MoonEventType::Eclipse { separation_deg(e.planet, e.moon) } else { 0.0 };
+                let planet_fov_deg = PLANET_FOV_DIAMETERS * apparent_diameter_deg(e.planet);
+                (e.planet, planet_fov_deg.max(ECLIPSED_MOON_FOV_SEPARATIONS * moon_separation_deg))
             }
         };
         base_view.paused_view(self.greatest(), target, CameraPose::Centre { body: NaifId::EARTH }, fov_deg)
     }
 
-    /// The view of the event from a place on the Earth, paused at its greatest phase. `altitude_deg`: altitude of the observed body there.
+    /// The view of the event from a place on the Earth, paused at the event's greatest phase. `altitude_deg`: altitude of the observed body at the place.
     pub(crate) fn view_from(&self, place: GeodeticPosition, altitude_deg: f64, base_view: &ViewState) -> ViewState {
         let (target, fov_deg) = match self {
             Self::Solar(_) => (NaifId::SUN, ECLIPSED_SUN_FOV_DEG),
@@ -99,8 +100,8 @@ impl SkyEvent {
         EventPlayback::of_span(first, last)
     }
 
-    /// Playback at a place with these contacts, ordered by time. If the observed body rises or sets during the event, playback begins with the last
-    /// contact before the rise, or ends with the first contact after the set.
+    /// Playback at a place with these contacts, ordered by time. If the observed body rises during the event, playback begins with the last contact before
+    /// it rises; if the body sets during the event, playback ends with the first contact after it sets.
     pub(crate) fn playback_at(&self, contacts: &[ContactAtPlace]) -> EventPlayback {
         let first_up = contacts.iter().position(|contact| contact.is_up).unwrap_or(0);
         let last_up = contacts.iter().rposition(|contact| contact.is_up).unwrap_or(contacts.len());

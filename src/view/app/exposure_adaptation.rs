@@ -8,7 +8,7 @@
 //! A cut is a change of the pixel view, or of the target, the camera's body or the kind of camera pose. If the pose is free before or after the change,
 //! only a change of the pixel view is a cut, because flights and tours use free poses.
 //!
-//! A changed metered value becomes known only when the first image with it is finished. The decay towards the new value is then counted from the request
+//! A changed metered value becomes known only when the first image with the new value is finished. The decay towards it is then counted from the request
 //! of the last image with the old value. During continuous drawing, this start is too early by at most the interval between two requests. The first image
 //! with the new value is ahead by one more interval, because it was requested before the last image with the old value was finished. If no image was
 //! requested for several time constants before the change, the first images after the change have the metered exposure at once.
@@ -52,7 +52,7 @@ impl ViewIdentity {
     }
 }
 
-/// Identifies the request of an image. The job carries it, and its result returns it: the image, or the reason why there is none.
+/// Identifies the request of an image. The job carries the ticket, and its result (the image, or the reason why there is none) returns the ticket.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ExposureTicket {
     /// Requests are numbered from 1. The default, 0, belongs to no request, and its image is ignored.
@@ -226,10 +226,19 @@ mod tests {
         }
     }
 
-    /// Simulates six seconds in which the view moves, so that each frame of the interface requests an image. Returns each image's time of
-    /// request and its stops. As in the window, the worker draws one image, which takes `image_s`, while the newest other request waits. The metered value
-    /// is 0 stops before `step_s`, then 10. `has_own_time`: each image is recorded with the time of its own request, not with that of the newest one.
-    fn images_of_a_step(image_s: f64, step_s: f64, has_own_time: bool) -> Vec<(f64, f64)> {
+    /// An image of the simulation.
+    #[derive(Debug)]
+    struct SimulatedImage {
+        /// Real time of the request, seconds.
+        requested_s: f64,
+        /// Exposure of the image.
+        stops: f64,
+    }
+
+    /// Simulates six seconds in which the view moves, so that each frame of the interface requests an image. As in the window, the worker draws one image,
+    /// which takes `image_s`, while the newest other request waits. The metered value is 0 stops before `step_s`, then 10. `has_own_time`: each image is
+    /// recorded with the time of its own request; otherwise with the time of the newest request.
+    fn images_of_a_step(image_s: f64, step_s: f64, has_own_time: bool) -> Vec<SimulatedImage> {
         type Job = (ExposureRequest, ExposureTicket);
         let (mut adaptation, view) = (ExposureAdaptation::default(), view(NaifId::EARTH));
         let (mut drawing, mut waiting): (Option<(Job, f64)>, Option<Job>) = (None, None);
@@ -240,7 +249,7 @@ mod tests {
             if let Some(((requested, ticket), end_s)) = drawing.filter(|(_, end_s)| *end_s <= now_s) {
                 drawing = waiting.take().map(|job| (job, end_s + image_s));
                 let exposure = exposure_of(requested, if ticket.requested_s < step_s { 0.0 } else { 10.0 });
-                images.push((ticket.requested_s, exposure.stops));
+                images.push(SimulatedImage { requested_s: ticket.requested_s, stops: exposure.stops });
                 let recorded = if has_own_time { ticket } else { ExposureTicket { requested_s: newest_request_s, ..ticket } };
                 adaptation.record(&exposure, recorded);
             }
@@ -264,23 +273,23 @@ mod tests {
             for step_s in [1.0, 1.03, 1.06, 1.09] {
                 let images = images_of_a_step(image_s, step_s, true);
                 let interval_s = image_s + 1.0 / FRAME_RATE_HZ + 1e-9;
-                assert!(images.windows(2).all(|pair| pair[1].0 - pair[0].0 <= interval_s));
-                let first_after_step = images.iter().position(|(requested_s, _)| *requested_s >= step_s).expect("images after the step");
-                let largest_error = |images: &[(f64, f64)]| {
-                    let start_s = images[first_after_step - 1].0;
-                    let error = |(requested_s, stops): &(f64, f64)| {
-                        let expected = 10.0 * (1.0 - (-(requested_s - start_s) / TIME_CONSTANT_S).exp());
+                assert!(images.windows(2).all(|pair| pair[1].requested_s - pair[0].requested_s <= interval_s));
+                let first_after_step = images.iter().position(|image| image.requested_s >= step_s).expect("images after the step");
+                let largest_error = |images: &[SimulatedImage]| {
+                    let start_s = images[first_after_step - 1].requested_s;
+                    let error = |image: &SimulatedImage| {
+                        let expected = 10.0 * (1.0 - (-(image.requested_s - start_s) / TIME_CONSTANT_S).exp());
                         // The last difference is invisible and left out.
-                        if *stops == 10.0 && expected > 9.97 { 0.0 } else { (stops - expected).abs() }
+                        if image.stops == 10.0 && expected > 9.97 { 0.0 } else { (image.stops - expected).abs() }
                     };
                     images[first_after_step + 1..].iter().map(error).fold(0.0, f64::max)
                 };
                 assert!(largest_error(&images) < 1e-9, "{} stops", largest_error(&images));
-                let is_monotonic = images[first_after_step - 1..].windows(2).all(|pair| pair[1].1 >= pair[0].1 - 1e-9);
+                let is_monotonic = images[first_after_step - 1..].windows(2).all(|pair| pair[1].stops >= pair[0].stops - 1e-9);
                 assert!(is_monotonic, "the brightness alternates: {images:?}");
-                let is_covered = |(_, stops): &&(f64, f64)| *stops >= 10.0 * COVERED_FRACTION;
-                let (covered_s, _) = images.iter().find(is_covered).expect("an image near the metered exposure");
-                let time_s = covered_s - step_s;
+                let is_covered = |image: &&SimulatedImage| image.stops >= 10.0 * COVERED_FRACTION;
+                let covered = images.iter().find(is_covered).expect("an image near the metered exposure");
+                let time_s = covered.requested_s - step_s;
                 assert!((time_s - TIME_CONSTANT_S).abs() <= interval_s, "{time_s} s with images of {image_s} s");
                 // Negative control: each image is recorded with the time of the newest request.
                 let error = largest_error(&images_of_a_step(image_s, step_s, false));
@@ -331,7 +340,7 @@ mod tests {
         assert_eq!(adaptation.next_exposure(&auto, 0.25).0, ExposureRequest::Auto);
     }
 
-    /// Of three requests the second one is replaced by the third while it waits, so it is never answered.
+    /// Of three requests, the third replaces the second while the second waits, so the second is never answered.
     #[test]
     fn another_image_is_needed_once_the_newest_request_is_answered() {
         let (mut adaptation, view) = (adapting(), view(NaifId::EARTH));

@@ -49,7 +49,7 @@ impl Flight {
         Self { start, end, elapsed_s: 0.0 }
     }
 
-    /// Advances the flight by real seconds. Returns whether it still lasts.
+    /// Advances the flight by real seconds. Returns whether the flight is still in progress.
     pub(crate) fn advance(&mut self, seconds: f64) -> bool {
         self.elapsed_s += seconds.max(0.0);
         self.elapsed_s < FLIGHT_S
@@ -68,7 +68,7 @@ impl Flight {
         let log_distance = start_distance_km.ln() + (end_distance_km.ln() - start_distance_km.ln()) * eased;
         let direction = slerp(start_km.try_normalize().unwrap_or(DVec3::X), end_km.try_normalize().unwrap_or(DVec3::X), eased);
         let turned_fraction = ease_in_out(fraction / FACING_FROM_FRACTION);
-        // The rotation from facing the target to the final direction of the camera; `final_turn` is the part of it that has been reached.
+        // The entire turn is from facing the target to the final direction of the camera; `final_turn` is the part of this turn that has been made so far.
         let facing_at_end = (-end_km).try_normalize().unwrap_or(self.end.forward);
         let final_turn = DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(facing_at_end, self.end.forward), eased);
         let towards_target = (final_turn * -direction).normalize();

@@ -42,8 +42,8 @@ pub fn initial_view(catalog: &Catalog, positions: &dyn BodyPositions, target: Na
     // The Moon's position relative to the Earth's centre, in Earth radii.
     let moon_radii =
         if target == NaifId::EARTH { positions.geometric_between_km(target, NaifId::MOON, time).map(|km| km / radius_km) } else { None };
-    let with_moon = sunward.zip(moon_radii).and_then(|(sun, moon)| camera_direction_with_moon(sun, moon, pole));
-    let direction = with_moon.unwrap_or_else(|| camera_direction(sunward, DVec3::Z, SUN_ANGLE_DEG, POLE_OFFSET, pole));
+    let direction_with_moon = sunward.zip(moon_radii).and_then(|(sun, moon)| camera_direction_with_moon(sun, moon, pole));
+    let direction = direction_with_moon.unwrap_or_else(|| camera_direction(sunward, DVec3::Z, SUN_ANGLE_DEG, POLE_OFFSET, pole));
     let mut view = ViewState::around(target, direction * (START_DISTANCE_RADII * radius_km), radius_km, pole, time);
     // At the exposure of a sunlit planet no star would be visible without this layer.
     view.layers.bright_stars = true;
@@ -59,7 +59,7 @@ fn camera_direction(sunward: Option<DVec3>, axis: DVec3, sun_angle_deg: f64, pol
 /// The direction from the Earth to a camera that sees the Moon beside the Earth: the one whose angle from the Sun is closest to [`SUN_ANGLE_DEG`].
 /// `moon_radii`: the Moon's position relative to the Earth's centre, in Earth radii.
 fn camera_direction_with_moon(sunward: DVec3, moon_radii: DVec3, pole: DVec3) -> Option<DVec3> {
-    // About this axis, a positive angle turns the Sun's direction away from the Moon's: seen by a camera there, the Moon is beyond the Earth.
+    // About this axis, a positive angle turns the Sun's direction away from the Moon's: for a camera in the turned direction, the Moon is beyond the Earth.
     let axis = moon_radii.cross(sunward).try_normalize()?;
     let [min, max] = SUN_ANGLE_RANGE_DEG;
     let steps = ((max - min) / SUN_ANGLE_STEP_DEG) as u32;
@@ -92,6 +92,7 @@ mod tests {
     /// The camera's direction for a Moon in the ecliptic at an elongation. The Sun is along x; the Earth's pole is 23 degrees from the ecliptic's.
     fn direction_for_elongation(elongation_deg: f64) -> Option<DVec3> {
         let pole = DVec3::new(0.0, -0.39, 0.92).normalize();
+        // The Moon's mean distance is 60.3 Earth radii.
         let moon = DQuat::from_axis_angle(DVec3::Z, elongation_deg.to_radians()) * DVec3::X * 60.3;
         let direction = camera_direction_with_moon(DVec3::X, moon, pole);
         if let Some(direction) = direction {

@@ -36,12 +36,12 @@ pub(crate) struct KnownEvents {
     kinds: &'static [EventKind],
     /// Length of a search, except near an end of the ephemeris; see `lengths_s`.
     step_s: f64,
-    /// Length of the next search on each side ([`BEFORE`], [`AFTER`]). Once a search on a side has reached beyond the ephemeris, the length for this side
+    /// For each side ([`BEFORE`], [`AFTER`]): length of its next search. Once a search on a side has reached beyond the ephemeris, the length for this side
     /// is halved after each search.
     lengths_s: [f64; 2],
     /// Start and end of the searched span, TDB seconds past J2000; `None` before the first search.
     searched_span: Option<(f64, f64)>,
-    /// Whether nothing is left to search on each side ([`BEFORE`], [`AFTER`]), because the ephemeris ends there.
+    /// For each side ([`BEFORE`], [`AFTER`]): whether nothing is left to search on this side, because the ephemeris ends.
     is_exhausted: [bool; 2],
     events: Vec<KnownEvent>,
 }
@@ -87,7 +87,8 @@ impl KnownEvents {
         Some(NextSearch { search: EventSearch::new(self.kinds.to_vec(), start, length_s, is_backward), is_backward, start_tdb_s, length_s })
     }
 
-    /// Stores the result of a search; `None` if a part of the search is outside the ephemeris. The result is dropped if it does not adjoin the searched span.
+    /// Stores the result of a search. `found`: its events; `None` if a part of the search is outside the ephemeris. The result is dropped if the search does
+    /// not start at an end of the searched span.
     pub(crate) fn add_result(&mut self, search: &NextSearch, found: Option<Vec<KnownEvent>>) {
         let Some((first_tdb_s, last_tdb_s)) = &mut self.searched_span else { return };
         let end_tdb_s = if search.is_backward { first_tdb_s } else { last_tdb_s };
@@ -211,7 +212,7 @@ mod tests {
     #[test]
     fn the_span_is_searched_up_to_the_end_of_the_ephemeris() {
         for end_days in [-499.0, -3.0, 3.0, 499.0, 500.0, 501.0, 730.0, 1234.5] {
-            // Whether the ephemeris covers a search. The ephemeris begins at `end_days` if that is negative, otherwise it ends there.
+            // Whether the ephemeris covers a search. A negative `end_days` is the beginning of the ephemeris, a positive one its end.
             let is_covered = |search: &NextSearch| {
                 let start_s = search.start_tdb_s;
                 let end_s = start_s + search.length_s * if search.is_backward { -1.0 } else { 1.0 };

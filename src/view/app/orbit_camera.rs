@@ -35,7 +35,7 @@ pub(crate) struct OrbitCamera {
 }
 
 /// Rotation from the axes of a body's equator to ICRF. Its columns are the axes: z is the pole, x the ascending node of the body's equator on
-/// the ICRF equator. With the pole of body-fixed axes, which is z, it is the identity.
+/// the ICRF equator. With the pole of body-fixed axes, which is z, the rotation is the identity.
 pub(crate) fn icrf_from_equator(pole: DVec3) -> DMat3 {
     let z = pole.try_normalize().unwrap_or(DVec3::Z);
     let x = DVec3::Z.cross(z).try_normalize().unwrap_or(DVec3::X);
@@ -51,10 +51,13 @@ impl OrbitCamera {
     /// The orbit of a camera at `offset_km` from the centre of a body of `radius_km`. `pole`: in the axes of `offset_km`.
     pub(crate) fn from_offset(offset_km: DVec3, radius_km: f64, pole: DVec3) -> Self {
         // The offset along the axes of the body's equator.
-        let v = icrf_from_equator(pole).transpose() * offset_km;
-        let from_pole_axis_km = v.truncate().length();
-        let mut orbit =
-            Self { azimuth_rad: v.y.atan2(v.x), elevation_rad: v.z.atan2(from_pole_axis_km), distance_radii: v.length() / radius_km };
+        let equatorial_km = icrf_from_equator(pole).transpose() * offset_km;
+        let from_pole_axis_km = equatorial_km.truncate().length();
+        let mut orbit = Self {
+            azimuth_rad: equatorial_km.y.atan2(equatorial_km.x),
+            elevation_rad: equatorial_km.z.atan2(from_pole_axis_km),
+            distance_radii: equatorial_km.length() / radius_km,
+        };
         orbit.keep_in_bounds();
         orbit
     }
@@ -83,7 +86,7 @@ impl OrbitCamera {
     }
 
     /// Applies a drag by `dx_px` to the right and `dy_px` down. The angle per pixel is proportional to the height above the ground, up to
-    /// [`MAX_DRAG_HEIGHT_RADII`]. Near the ground a drag of a pixel therefore moves the ground by about a pixel.
+    /// [`MAX_DRAG_HEIGHT_RADII`]. Near the ground a drag of a pixel therefore moves the ground by about a pixel. `fov_rad`: vertical field of view.
     pub(crate) fn drag(&mut self, dx_px: f64, dy_px: f64, image_height_px: f64, fov_rad: f64) {
         let height_radii = self.distance_radii - 1.0;
         let rad_per_px = (fov_rad / image_height_px.max(1.0)) * height_radii.min(MAX_DRAG_HEIGHT_RADII);

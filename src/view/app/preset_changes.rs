@@ -24,27 +24,28 @@ impl PresetSettings {
 /// The settings before and after the last preset, so that other views do not inherit its changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PresetChanges {
-    before: PresetSettings,
-    after: PresetSettings,
+    settings_before: PresetSettings,
+    settings_after: PresetSettings,
 }
 
 impl PresetChanges {
-    pub(crate) fn between(before: &ViewState, after: &ViewState) -> Self {
-        Self { before: PresetSettings::of(before), after: PresetSettings::of(after) }
+    /// The changes of a preset that has replaced `view_before` by `view_after`.
+    pub(crate) fn between(view_before: &ViewState, view_after: &ViewState) -> Self {
+        Self { settings_before: PresetSettings::of(view_before), settings_after: PresetSettings::of(view_after) }
     }
 
     /// Undoes the preset's changes, unless the user has changed one of these settings since.
     pub(crate) fn undo(&self, view: &mut ViewState) {
-        if PresetSettings::of(view) == self.after {
+        if PresetSettings::of(view) == self.settings_after {
             self.undo_brightness(view);
-            (view.orbits, view.layers.constellations) = (self.before.orbits, self.before.constellations);
+            (view.orbits, view.layers.constellations) = (self.settings_before.orbits, self.settings_before.constellations);
         }
     }
 
     /// Undoes only the brightness of stars and the exposure: a flight from a view of the system to a body keeps orbits and constellations.
     pub(crate) fn undo_brightness(&self, view: &mut ViewState) {
-        if PresetSettings::of(view) == self.after {
-            (view.stars_boost, view.exposure_stops) = (self.before.stars_boost, self.before.exposure_stops);
+        if PresetSettings::of(view) == self.settings_after {
+            (view.stars_boost, view.exposure_stops) = (self.settings_before.stars_boost, self.settings_before.exposure_stops);
         }
     }
 }

@@ -130,8 +130,8 @@ fn system_view(distance_au: f64, positions: &dyn BodyPositions, now: Instant, ba
     Some(ViewState { orbits: true, exposure_stops: Some(SYSTEM_EXPOSURE_STOPS), paused: None, ..view })
 }
 
-/// The first time from `now` on at which the sky over a place is dark; if it stays bright for a day, the time of the lowest Sun. `None` if the ephemeris ends
-/// before the search does.
+/// The first time from `now` on at which the sky over a place is dark; if the sky stays bright for a day, the time of the lowest Sun. `None` if the ephemeris
+/// ends before the search does.
 fn dark_time(positions: &dyn BodyPositions, now: Instant, home: Home) -> Option<Instant> {
     // Only the direction of the vertical is used; it does not depend on the radii.
     let (_, up) = ground_point_km(DVec3::ONE, home.latitude_deg, home.longitude_deg, 0.0);

@@ -31,11 +31,11 @@ use glam::DVec3;
 const MIN_LETTERS: usize = 3;
 /// Height of the camera above a surface feature, in diameters of the feature.
 const SURFACE_FEATURE_HEIGHT_DIAMETERS: f64 = 3.6;
-/// Limits of this height, in radii of the body.
+/// Least and greatest height of the camera above a surface feature, in radii of the body.
 const SURFACE_FEATURE_HEIGHT_LIMITS_RADII: [f64; 2] = [0.12, 2.5];
 /// Vertical field of view around a star.
 const STAR_FOV_DEG: f64 = 20.0;
-/// Distance of the camera from the Earth's centre, in Earth radii. The camera is between the Earth and the star.
+/// Distance of the camera of [`star_view`] from the Earth's centre, in Earth radii. The camera is between the Earth and the star.
 const STAR_CAMERA_RADII: f64 = 3.0;
 
 /// What the user chooses with a suggestion.
@@ -239,7 +239,7 @@ fn effects(text: &str) -> impl Iterator<Item = Suggestion> {
     found.map(|e| suggestion(translated_name("effect", e.name()), text!("search-effect"), SearchTarget::Effect(e)))
 }
 
-/// Whether a word has at least `min_bytes` bytes and is a known word or the beginning of one.
+/// Whether `word` has at least `min_bytes` bytes and is the beginning of `known_word`, or all of it.
 fn is_abbreviation(known_word: &str, min_bytes: usize, word: &str) -> bool {
     word.len() >= min_bytes && known_word.starts_with(word)
 }

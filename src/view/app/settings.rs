@@ -59,7 +59,7 @@ impl Default for Home {
 }
 
 impl Home {
-    /// The place with its longitude within ±180 degrees; the default place if there is no such latitude.
+    /// The place with its longitude within ±180 degrees; the default place if the latitude is not within ±90 degrees.
     fn or_default(self) -> Self {
         let longitude_deg = wrapped_longitude_deg(self.longitude_deg);
         if (-90.0..=90.0).contains(&self.latitude_deg) { Self { longitude_deg, ..self } } else { Self::default() }
@@ -84,12 +84,12 @@ pub struct PanelLayout {
     /// Name of the open panel.
     #[serde(rename = "open")]
     pub open_panel: Option<String>,
-    /// Name of the panel that is kept open on the other side.
+    /// Name of the kept panel: a second panel, which the user keeps open on the other side of the viewport.
     #[serde(rename = "kept")]
     pub kept_panel: Option<String>,
-    /// Whether panels are on the left, next to the list of bodies.
+    /// Whether the open panel is on the left, next to the list of bodies. The kept panel is on the other side.
     pub on_left: bool,
-    /// Width of the list of bodies, points. Any of the widths is `None` until the user changes it.
+    /// Width of the list of bodies, points. This width and those below are `None` until the user changes them.
     pub bodies_width: Option<f32>,
     /// Width of the open panel.
     pub panel_width: Option<f32>,
@@ -145,8 +145,8 @@ pub struct Bookmark {
     pub view: ViewState,
 }
 
-/// The scale factor to use in a window of this width and height (points at scale 1): `ui_scale` of the settings. If it is more than 1 and would leave no room
-/// for the panels, it is reduced, but not below 1: the control that changes it is in a panel.
+/// The scale factor to use in a window of this width and height (points at scale 1): `ui_scale` of the settings. A scale above 1 that would leave no room for
+/// the panels is reduced, because the control that changes the scale is in a panel. The reduced scale is at least 1.
 pub(crate) fn scale_within(ui_scale: f32, [width, height]: [f32; 2]) -> f32 {
     let [min_width, min_height] = MIN_SIZE_FOR_PANELS;
     ui_scale.min((width / min_width).min(height / min_height).max(1.0))
@@ -230,7 +230,7 @@ impl Settings {
     }
 
     /// Reads settings from a file; a missing file gives the default settings. If the file or a part of it cannot be used, returns the remaining
-    /// settings and an error line. It also appends `.broken` to the file's name, so that saving does not overwrite it. The newest
+    /// settings and an error line. Also appends `.broken` to the file's name, so that saving does not overwrite the file. The newest
     /// [`MAX_SET_ASIDE`] such files are kept: they may hold the user's bookmarks.
     pub(crate) fn load(path: &Path) -> (Self, Option<String>) {
         let text = match read_text(path, MAX_BYTES) {
@@ -261,8 +261,8 @@ impl Settings {
         (settings, notice)
     }
 
-    /// Writes the file atomically. `base`: the settings that this program read or wrote last; what has not changed since then is taken from the file. Without
-    /// `base`, only unknown fields are taken from the file.
+    /// Writes the file atomically. `base`: the settings that this program read or wrote last; settings that are the same as in `base` are taken from the
+    /// file. Without `base`, only unknown fields are taken from the file.
     ///
     /// # Errors
     /// If the folder or the file cannot be written; the error names the path and the reason.
@@ -301,15 +301,15 @@ fn set_aside(path: &Path) -> Result<String, String> {
     while set_aside_path(path, number).symlink_metadata().is_ok() {
         number += 1;
     }
-    let aside = set_aside_path(path, number);
-    std::fs::rename(path, &aside).map_err(|e| format!("it could not be set aside: {e}"))?;
+    let aside_path = set_aside_path(path, number);
+    std::fs::rename(path, &aside_path).map_err(|e| format!("it could not be set aside: {e}"))?;
     // Keeps only the numbers of the files to remove, the oldest ones: with the new file, there are then at most `MAX_SET_ASIDE`.
     earlier_numbers.truncate((earlier_numbers.len() + 1).saturating_sub(MAX_SET_ASIDE));
     for number in earlier_numbers {
         // A file that cannot be removed is tried again when the next one is set aside.
         let _ = std::fs::remove_file(set_aside_path(path, number));
     }
-    Ok(format!("kept as {}", aside.display()))
+    Ok(format!("kept as {}", aside_path.display()))
 }
 
 /// The path of the file that was set aside with a number.

@@ -27,42 +27,46 @@ pub(crate) const MAX_SPEED: f64 = PRESET_SPEEDS[PRESET_SPEEDS.len() - 1];
 pub struct TimeRate {
     /// Scene seconds per real second, [`MIN_SPEED`] to [`MAX_SPEED`].
     speed: f64,
-    backward: bool,
-    paused: bool,
+    is_backward: bool,
+    is_paused: bool,
 }
 
 impl Default for TimeRate {
     fn default() -> Self {
-        Self { speed: MIN_SPEED, backward: false, paused: false }
+        Self { speed: MIN_SPEED, is_backward: false, is_paused: false }
     }
 }
+
+/// Relative difference up to which a speed counts as equal to a preset speed, so that a rounding error does not select the same preset again.
+const SPEED_TOLERANCE: f64 = 1e-9;
 
 impl TimeRate {
     /// Selects the next faster preset speed, and resumes paused time.
     pub fn faster(&mut self) {
-        self.speed = PRESET_SPEEDS.into_iter().find(|preset| *preset > self.speed * (1.0 + 1e-9)).unwrap_or(MAX_SPEED);
-        self.paused = false;
+        self.speed = PRESET_SPEEDS.into_iter().find(|preset| *preset > self.speed * (1.0 + SPEED_TOLERANCE)).unwrap_or(MAX_SPEED);
+        self.is_paused = false;
     }
 
     /// Selects the next slower preset speed, and resumes paused time.
     pub(crate) fn slower(&mut self) {
-        self.speed = PRESET_SPEEDS.into_iter().rev().find(|preset| *preset < self.speed * (1.0 - 1e-9)).unwrap_or(MIN_SPEED);
-        self.paused = false;
+        self.speed = PRESET_SPEEDS.into_iter().rev().find(|preset| *preset < self.speed * (1.0 - SPEED_TOLERANCE)).unwrap_or(MIN_SPEED);
+        self.is_paused = false;
     }
 
     /// Runs time forward at the same speed, and resumes paused time.
     pub fn forward(&mut self) {
-        (self.backward, self.paused) = (false, false);
+        (self.is_backward, self.is_paused) = (false, false);
     }
 
+    /// Runs time backward at the same speed, and resumes paused time.
     pub(crate) fn backward(&mut self) {
-        (self.backward, self.paused) = (true, false);
+        (self.is_backward, self.is_paused) = (true, false);
     }
 
     /// Runs time at a rate, backward if the rate is negative, and resumes paused time. The speed is limited to its range.
     pub(crate) fn run_at(&mut self, rate: f64) {
         self.set_speed(rate.abs());
-        (self.backward, self.paused) = (rate < 0.0, false);
+        (self.is_backward, self.is_paused) = (rate < 0.0, false);
     }
 
     /// Sets the speed; the direction stays, and paused time stays paused.
@@ -77,12 +81,12 @@ impl TimeRate {
     }
 
     pub fn toggle_pause(&mut self) {
-        self.paused = !self.paused;
+        self.is_paused = !self.is_paused;
     }
 
     /// Pauses time, or resumes it at its former rate.
     pub(crate) fn set_paused(&mut self, paused: bool) {
-        self.paused = paused;
+        self.is_paused = paused;
     }
 
     /// Runs time forward at the speed of real time.
@@ -91,17 +95,17 @@ impl TimeRate {
     }
 
     pub fn is_paused(&self) -> bool {
-        self.paused
+        self.is_paused
     }
 
     /// Scene seconds per real second, signed; 0 when paused.
     pub fn rate(&self) -> f64 {
-        if self.paused { 0.0 } else { self.resumed_rate() }
+        if self.is_paused { 0.0 } else { self.resumed_rate() }
     }
 
     /// The rate at which time runs, or at which paused time would resume.
     pub(crate) fn resumed_rate(&self) -> f64 {
-        if self.backward { -self.speed } else { self.speed }
+        if self.is_backward { -self.speed } else { self.speed }
     }
 
     /// Scene seconds that pass in one frame of `real_s` real seconds; see [`MAX_REAL_STEP_S`].
@@ -113,7 +117,7 @@ impl TimeRate {
 
     /// Short text for the title bar and the time bar: `paused`, `1 h/s`, `-1 d/s`.
     pub(crate) fn label(&self) -> String {
-        if self.paused { text!("time-paused").into() } else { rate_text(self.rate()) }
+        if self.is_paused { text!("time-paused").into() } else { rate_text(self.rate()) }
     }
 }
 

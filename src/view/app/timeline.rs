@@ -53,6 +53,7 @@ enum TickInterval {
     Years(i32),
 }
 
+/// The intervals to choose from, ascending: an axis uses the first that leaves room for the labels.
 const TICK_INTERVALS: [TickInterval; 18] = [
     TickInterval::Hours(1),
     TickInterval::Hours(3),

@@ -1,9 +1,9 @@
 //! A tour: views with texts (stops), and the camera path from each stop to the next.
 //!
 //! In: JSON, a session. Out: the view and the text at a given time. Always: the camera starts and ends each path at rest, exactly at the views
-//! of the stops, or outside the body if a stop is seen from a body's centre; along a path, scene time runs without a jump from the time of one
-//! view to that of the next; fields that a stop's view omits have the defaults of a link; a file with an error is rejected with a message that
-//! names the stop and the field. Not here: playback.
+//! of the stops, or outside the body if a stop is seen from a body's centre; along a path, scene time runs without a jump from the time of the
+//! first view to the time of the second; fields that a stop's view omits have the defaults of a link; a file with an error is rejected with a message
+//! that names the stop and the field. Not here: playback.
 
 use super::body_positions::{BodyPositions, SessionPositions};
 use super::composition_state::CompositionState;
@@ -95,12 +95,12 @@ struct Stop {
 #[derive(Clone, Debug, PartialEq)]
 struct CameraPath {
     flight: Flight,
-    /// Time of the path's first view, TDB seconds past J2000.
-    from_tdb_s: f64,
-    /// Vertical field of view of the first view.
-    from_fov_deg: f64,
-    /// Full angle of the first view's fisheye; `None` unless both stops are fisheyes.
-    from_fisheye_deg: Option<f64>,
+    /// Time of the view at the start of the path, TDB seconds past J2000.
+    start_tdb_s: f64,
+    /// Vertical field of view at the start of the path.
+    start_fov_deg: f64,
+    /// Full angle of the fisheye at the start of the path; `None` unless both stops are fisheyes.
+    start_fisheye_deg: Option<f64>,
     /// Fraction by which the distance from the body's centre is increased in the middle of the path, to keep the path above the ground.
     lift: f64,
 }
@@ -165,16 +165,16 @@ impl Tour {
             };
             match stops.last() {
                 Some(previous) if stop.travel_s > 0.0 => {
-                    let from = previous.final_view();
-                    // A failure here is an error of the previous stop, whose number is `index`, because messages count stops from 1. If the stop has a
-                    // camera at its start, but none at its end, `time_rate` is wrong.
-                    let from_viewer = viewer_of(&from, session).map_err(|why| TourError::Stop {
+                    let start_view = previous.final_view();
+                    // A failure here is an error of the previous stop, whose number is `index`, because messages count stops from 1. If the stop has a camera
+                    // at its start, but none at its end, `time_rate` is wrong.
+                    let start_viewer = viewer_of(&start_view, session).map_err(|why| TourError::Stop {
                         stop: index,
                         field: if viewer_of(&previous.view, session).is_ok() { "time_rate" } else { "view" },
                         why,
                     })?;
-                    let to_viewer = viewer_of(&stop.view, session).map_err(|why| error("view", why))?;
-                    let camera_path = CameraPath::between((&from, &from_viewer), (&stop.view, &to_viewer), session);
+                    let end_viewer = viewer_of(&stop.view, session).map_err(|why| error("view", why))?;
+                    let camera_path = CameraPath::between((&start_view, &start_viewer), (&stop.view, &end_viewer), session);
                     stop.camera_path = Some(camera_path.map_err(|why| error("view", why))?);
                 }
                 _ => stop.travel_s = 0.0,
@@ -271,7 +271,8 @@ fn pose_about(body: NaifId, view: &ViewState, viewer: &Viewer, session: &Session
         (_, Some(ground)) => camera.position_km - ground.centre_km,
         (_, None) => {
             let body_position = session.ephemeris().light_time_position(camera_body, camera.position_km, view.time());
-            camera.position_km - body_position.map_err(|e| e.to_string())?.0
+            let (body_km, _) = body_position.map_err(|e| e.to_string())?;
+            camera.position_km - body_km
         }
     };
     let offset_km = SessionPositions(session)
@@ -286,41 +287,47 @@ fn radius_km(body: NaifId, session: &Session) -> f64 {
 }
 
 impl CameraPath {
-    /// The path between two views, relative to the body of the second view. Each view is given with its [`viewer_of`].
+    /// The path from one view to another, relative to the body of the view at the end. Each view is given with its [`viewer_of`].
     fn between(
-        (from, from_viewer): (&ViewState, &Viewer),
-        (to, to_viewer): (&ViewState, &Viewer),
+        (start_view, start_viewer): (&ViewState, &Viewer),
+        (end_view, end_viewer): (&ViewState, &Viewer),
         session: &Session,
     ) -> Result<Self, String> {
-        let body = to.camera_pose.body();
-        let (start, end) = (pose_about(body, from, from_viewer, session)?, pose_about(body, to, to_viewer, session)?);
+        let body = end_view.camera_pose.body();
+        let (start, end) = (pose_about(body, start_view, start_viewer, session)?, pose_about(body, end_view, end_viewer, session)?);
         let is_near = start.offset_km.length().min(end.offset_km.length()) < NEAR_RADII * radius_km(body, session);
         let lift = if is_near { LIFT_PER_RAD * angle_rad(start.offset_km, end.offset_km) } else { 0.0 };
-        let are_fisheyes = [from, to].iter().all(|view| view.composition.projection == Projection::Fisheye);
-        let from_fisheye_deg = are_fisheyes.then_some(from.composition.fisheye_deg);
-        Ok(Self { flight: Flight::new(start, end), from_tdb_s: from.tdb_s, from_fov_deg: from.fov_deg, from_fisheye_deg, lift })
+        let are_fisheyes = [start_view, end_view].iter().all(|view| view.composition.projection == Projection::Fisheye);
+        let start_fisheye_deg = are_fisheyes.then_some(start_view.composition.fisheye_deg);
+        Ok(Self {
+            flight: Flight::new(start, end),
+            start_tdb_s: start_view.tdb_s,
+            start_fov_deg: start_view.fov_deg,
+            start_fisheye_deg,
+            lift,
+        })
     }
 
-    /// The view at a fraction of the path's duration, 0 to 1. `to`: the view at the end of the path.
-    fn at(&self, fraction: f64, to: &ViewState) -> ViewState {
+    /// The view at a fraction of the path's duration, 0 to 1. `end_view`: the view at the end of the path.
+    fn at(&self, fraction: f64, end_view: &ViewState) -> ViewState {
         let Pose { offset_km, forward, up } = Flight { elapsed_s: fraction * FLIGHT_S, ..self.flight }.pose();
         let eased = ease_in_out(fraction);
         // 4 x (1 - x) is 1 in the middle of the path and 0 at its ends.
         let offset_km = offset_km * (1.0 + self.lift * 4.0 * eased * (1.0 - eased));
         // Interpolates the logarithm, so that the zoom is even. The result is clamped, because rounding could exceed the greatest field of view.
-        let interpolated_deg = |from_deg: f64, to_deg: f64| {
-            (from_deg.ln() + (to_deg / from_deg).ln() * eased).exp().clamp(from_deg.min(to_deg), from_deg.max(to_deg))
+        let interpolated_deg = |start_deg: f64, end_deg: f64| {
+            (start_deg.ln() + (end_deg / start_deg).ln() * eased).exp().clamp(start_deg.min(end_deg), start_deg.max(end_deg))
         };
-        let to_fisheye_deg = to.composition.fisheye_deg;
-        let fisheye_deg = self.from_fisheye_deg.map_or(to_fisheye_deg, |from_deg| interpolated_deg(from_deg, to_fisheye_deg));
+        let end_fisheye_deg = end_view.composition.fisheye_deg;
+        let fisheye_deg = self.start_fisheye_deg.map_or(end_fisheye_deg, |start_deg| interpolated_deg(start_deg, end_fisheye_deg));
         ViewState {
-            composition: CompositionState { fisheye_deg, ..to.composition.clone() },
-            tdb_s: self.from_tdb_s + (to.tdb_s - self.from_tdb_s) * eased,
-            camera_pose: CameraPose::Free { body: to.camera_pose.body(), offset_km, forward, up },
+            composition: CompositionState { fisheye_deg, ..end_view.composition.clone() },
+            tdb_s: self.start_tdb_s + (end_view.tdb_s - self.start_tdb_s) * eased,
+            camera_pose: CameraPose::Free { body: end_view.camera_pose.body(), offset_km, forward, up },
             tracks: false,
-            fov_deg: interpolated_deg(self.from_fov_deg, to.fov_deg),
+            fov_deg: interpolated_deg(self.start_fov_deg, end_view.fov_deg),
             paused: Some(true),
-            ..to.clone()
+            ..end_view.clone()
         }
     }
 }

@@ -69,18 +69,19 @@ impl CameraPose {
         }
     }
 
-    /// Calls `check` for each number. Its arguments: whether the number is possible, and a function that gives the error message.
+    /// Calls `check` for each number. The arguments of `check`: whether the number is possible, and a function that gives the error message.
     fn check_fields(&self, check: &mut dyn FnMut(bool, &dyn Fn() -> String)) {
         let mut check_number = |field: &str, value: f64, is_in_range: bool, requirement: &str| {
             check(value.is_finite() && is_in_range, &|| format!("eye.{field} {value}: must be {requirement}"));
         };
+        // Any finite azimuth, elevation, altitude, yaw or pitch is valid.
+        let is_angle_in_range = true;
         match *self {
             Self::Orbit { azimuth_deg, elevation_deg, distance_radii, yaw_deg, pitch_deg, .. } => {
-                // Any finite angle is valid.
                 for (field, value) in
                     [("azimuth_deg", azimuth_deg), ("elevation_deg", elevation_deg), ("yaw_deg", yaw_deg), ("pitch_deg", pitch_deg)]
                 {
-                    check_number(field, value, true, "an angle");
+                    check_number(field, value, is_angle_in_range, "an angle");
                 }
                 check_number("distance_radii", distance_radii, distance_radii > 0.0, "a positive number");
             }
@@ -88,8 +89,8 @@ impl CameraPose {
                 check_number("latitude_deg", latitude_deg, (-90.0..=90.0).contains(&latitude_deg), "-90 to 90 degrees");
                 check_number("longitude_deg", longitude_deg, (-360.0..=360.0).contains(&longitude_deg), "-360 to 360 degrees east");
                 check_number("height_km", height_km, height_km > 0.0, "above the ground");
-                check_number("azimuth_deg", azimuth_deg, true, "an angle");
-                check_number("altitude_deg", altitude_deg, true, "an angle");
+                check_number("azimuth_deg", azimuth_deg, is_angle_in_range, "an angle");
+                check_number("altitude_deg", altitude_deg, is_angle_in_range, "an angle");
             }
             Self::Centre { .. } => {}
             Self::Free { offset_km, forward, up, .. } => {
@@ -111,7 +112,7 @@ impl CameraPose {
 pub struct ViewState {
     /// TDB seconds past J2000.
     pub tdb_s: f64,
-    /// The body that the exposure favours, and that the camera faces if it tracks it.
+    /// The body that the exposure favours, and that the camera faces if `tracks` is true.
     pub target: NaifId,
     /// The camera's position and orientation.
     #[serde(rename = "eye")]
@@ -132,10 +133,10 @@ pub struct ViewState {
     pub tone_map: ToneMap,
     #[serde(default, with = "option_serde::effects")]
     pub effects: EffectOverrides,
-    /// Show orbits.
+    /// Whether orbits are drawn.
     #[serde(default)]
     pub orbits: bool,
-    /// Bloom: light above white spreads, as in a lens.
+    /// Whether bloom is drawn: light above white spreads, as in a lens.
     #[serde(default)]
     pub bloom: bool,
     /// Layers other than `orbits` and `bloom`.
@@ -148,7 +149,7 @@ pub struct ViewState {
     pub pixel_view: PixelView,
     #[serde(default, with = "option_serde::by_name")]
     pub quality: Quality,
-    /// Dome, entire sphere or stereo pair.
+    /// Perspective image, dome, entire sphere or stereo pair.
     #[serde(default, skip_serializing_if = "CompositionState::is_plain")]
     pub composition: CompositionState,
     /// Whether opening the view pauses time; `None` leaves time as it is. While the view is open, `TimeRate` stores the pause.
@@ -340,12 +341,14 @@ struct RequestPose {
 
 /// The pose of an orbit in ICRF that faces the body.
 pub(crate) fn inertial_orbit_pose(body: NaifId, orbit: OrbitCamera) -> CameraPose {
-    orbit_pose(body, orbit, false)
+    let is_body_fixed = false;
+    orbit_pose(body, orbit, is_body_fixed)
 }
 
 /// The pose of an orbit in body-fixed axes that faces the body.
 pub(crate) fn body_fixed_orbit_pose(body: NaifId, orbit: OrbitCamera) -> CameraPose {
-    orbit_pose(body, orbit, true)
+    let is_body_fixed = true;
+    orbit_pose(body, orbit, is_body_fixed)
 }
 
 fn orbit_pose(body: NaifId, orbit: OrbitCamera, is_body_fixed: bool) -> CameraPose {

@@ -99,9 +99,9 @@ pub enum Action {
     ShowPreset(Box<ViewState>, PresetChanges),
 }
 
-/// Distance at arrival, in radii of the body.
+/// Distance from a body's centre at which a flight to the body ends, in radii of the body.
 const ARRIVAL_RADII: f64 = 3.5;
-/// Distance at arrival for the Sun, in its radii.
+/// Distance from the Sun's centre at which a flight to the Sun ends, in radii of the Sun.
 const ARRIVAL_RADII_SUN: f64 = 6.0;
 /// Least field of view of a body seen from another one: the image then shows a small disc with its surroundings.
 const MIN_LOOK_FROM_FOV_DEG: f64 = 1.0;
@@ -142,8 +142,8 @@ pub struct Viewer {
     /// A flight and the camera pose at its end. During the flight, all fields of `view` except the camera pose are already those of the destination, so that
     /// the user's changes during the flight last.
     flight: Option<(Flight, CameraPose)>,
-    /// What a preset has changed in the view, until the user leaves the preset. The history stores it with each view, so that the next view does not
-    /// inherit these changes after *Back*, either.
+    /// What a preset has changed in the view, until the user leaves the preset. The history stores these changes with each view, so that the next view does
+    /// not inherit them after *Back*, either.
     preset_changes: Option<PresetChanges>,
     /// The views before the current one, oldest first.
     back_history: Vec<PastView>,
@@ -207,7 +207,7 @@ impl Viewer {
         !self.forward_history.is_empty()
     }
 
-    /// At most `max_count` bodies: first those with a name or alias that begins with the text, then those with one that only contains it.
+    /// At most `max_count` bodies: first the bodies with a name or alias that begins with the text, then those with a name or alias that only contains it.
     pub(crate) fn matching_bodies(&self, text: &str, max_count: usize) -> Vec<&SelectableBody> {
         let query = text.trim().to_lowercase();
         if query.is_empty() {
@@ -297,8 +297,8 @@ impl Viewer {
         self.preset_changes = preset_changes;
     }
 
-    /// Stores the view, or a flight's destination, in the history unless it is the last entry there. Ends the flight, and drops the views to which *Forward*
-    /// led.
+    /// Stores the view, or a flight's destination, in the history, unless the history ends with this view already. Ends the flight, and drops the views to
+    /// which *Forward* led.
     fn push_history(&mut self) {
         let current = self.current_view();
         self.end_flight();
@@ -412,15 +412,15 @@ impl Viewer {
         Some(Pose { offset_km: positions.free_camera_offset_km(body, camera_body, offset_km, time)?, forward, up })
     }
 
-    /// Starts a flight to a body, or shows it at once if the current pose of the camera is unknown. Does nothing for an unknown body.
+    /// Starts a flight to a body, or shows the body at once if the current pose of the camera is unknown. Does nothing for an unknown body.
     fn fly_to(&mut self, id: NaifId, positions: &dyn BodyPositions) {
         let time = self.view.time();
         let Some(radius_km) = self.selectable_body(id).map(|s| s.radii_km.x) else { return };
         let Some(pole) = positions.body_from_icrf(id, time).map(|m| m.row(2)) else { return };
         let sunward = positions.geometric_between_km(id, NaifId::SUN, time).and_then(DVec3::try_normalize);
-        let from = self.pose_relative_to(id, positions);
+        let start_pose = self.pose_relative_to(id, positions);
         // Unit vector from the body to the side of arrival: its lit side, or for the Sun the side where the camera is now.
-        let side = sunward.or(from.and_then(|p| p.offset_km.try_normalize())).unwrap_or(DVec3::X);
+        let side = sunward.or(start_pose.and_then(|p| p.offset_km.try_normalize())).unwrap_or(DVec3::X);
         let orbit = if id == NaifId::SUN {
             OrbitCamera::from_offset_radii(side * ARRIVAL_RADII_SUN, pole)
         } else {
@@ -433,10 +433,10 @@ impl Viewer {
         let offset_km = orbit.offset_km(radius_km, pole);
         let forward = -offset_km.normalize();
         let (_, up) = rotated_view(forward, pole, 0.0, 0.0);
-        match from {
-            Some(from) => {
-                self.view.camera_pose = CameraPose::Free { body: id, offset_km: from.offset_km, forward: from.forward, up: from.up };
-                self.flight = Some((Flight::new(from, Pose { offset_km, forward, up }), destination));
+        match start_pose {
+            Some(start) => {
+                self.view.camera_pose = CameraPose::Free { body: id, offset_km: start.offset_km, forward: start.forward, up: start.up };
+                self.flight = Some((Flight::new(start, Pose { offset_km, forward, up }), destination));
             }
             None => self.view.camera_pose = destination,
         }
@@ -457,7 +457,7 @@ impl Viewer {
         (self.view.target, self.view.roll_deg, self.view.fov_deg) = (body, 0.0, GROUND_FOV_DEG);
     }
 
-    /// Makes the camera face and track a body from its current position. A camera at the centre of this body cannot face it.
+    /// Makes the camera face and track a body from the camera's current position. Does nothing if the camera is at the centre of this body.
     fn look_at(&mut self, id: NaifId, positions: &dyn BodyPositions) {
         if self.view.camera_pose == (CameraPose::Centre { body: id }) {
             return;
@@ -472,17 +472,17 @@ impl Viewer {
         }
     }
 
-    /// Shows the selected body, with its surroundings, from the centre of the body `from`.
-    fn look_from(&mut self, from: NaifId, positions: &dyn BodyPositions) {
+    /// Shows the selected body, with its surroundings, from the centre of `camera_body`.
+    fn look_from(&mut self, camera_body: NaifId, positions: &dyn BodyPositions) {
         let target = self.selected;
-        if from == target {
+        if camera_body == target {
             return;
         }
-        let distance_km = positions.geometric_between_km(from, target, self.view.time()).map_or(f64::INFINITY, DVec3::length);
+        let distance_km = positions.geometric_between_km(camera_body, target, self.view.time()).map_or(f64::INFINITY, DVec3::length);
         // Half the angle that the target's disc spans.
         let half_disc_deg = (self.radius_km(target) / distance_km).min(1.0).asin().to_degrees();
         let fov_deg = (2.0 * half_disc_deg * LOOK_FROM_FOV_DIAMETERS).clamp(MIN_LOOK_FROM_FOV_DEG, MAX_FOV_DEG);
-        let camera_pose = CameraPose::Centre { body: from };
+        let camera_pose = CameraPose::Centre { body: camera_body };
         self.leave_view();
         self.view = ViewState { camera_pose, target, tracks: true, fov_deg, roll_deg: 0.0, ..self.view.clone() };
     }

@@ -47,6 +47,7 @@ pub enum NowItem {
 #[derive(Clone, Debug)]
 pub struct NowView {
     pub title: String,
+    /// A short text about what the view shows.
     pub about: String,
     pub view: ViewState,
     /// Whether the view shows the time at which it is opened.

@@ -35,7 +35,7 @@ files!(
 /// The German texts of the shipped catalogs. The English texts are in the catalogs themselves.
 const GERMAN_CATALOGS: &str = include_str!("de/catalog.ftl");
 
-/// The contents of the files that translate the shipped catalogs.
+/// The contents of the files that translate the shipped catalogs; none for English and for `Language::Marked`, which is English with marks, for tests.
 pub(super) fn catalog_files(language: Language) -> &'static [&'static str] {
     match language {
         Language::English | Language::Marked => &[],
@@ -43,7 +43,7 @@ pub(super) fn catalog_files(language: Language) -> &'static [&'static str] {
     }
 }
 
-/// The contents of a language's files, except those of [`catalog_files`]. `Language::Marked` is English with marks, which are added later.
+/// The contents of a language's files, except those of [`catalog_files`]. For `Language::Marked` they are the English ones: `Messages` adds the marks.
 pub(super) fn message_files(language: Language) -> &'static [&'static str] {
     match language {
         Language::English | Language::Marked => ENGLISH,

@@ -1,5 +1,5 @@
-//! Tests of the messages of the modules below the window: each message that a source file names exists in English, with the arguments given there, and
-//! each English message is used.
+//! Tests of the messages of the modules below the window: each message that a source file names exists in English, with the arguments that the source file
+//! gives, and each English message is used.
 
 use crate::message::ENGLISH_FILE;
 use std::collections::{BTreeMap, BTreeSet};
@@ -23,19 +23,19 @@ fn calls<'c>(code: &'c str, opening: &str) -> Vec<(&'c str, BTreeSet<&'c str>)> 
     let mut found = Vec::new();
     for call in code.split(opening).skip(1) {
         let Some((id, rest)) = call.trim_start().strip_prefix('"').and_then(|call| call.split_once('"')) else { continue };
-        // Depth 0 is directly inside the call's own parentheses; string literals are skipped.
+        // Depth 0 is directly inside the call's own parentheses; string literals are skipped. `start` is the index at which the current argument begins.
         let (mut depth, mut in_literal, mut start, mut names) = (0, false, 0, BTreeSet::new());
-        for (at, c) in rest.char_indices() {
+        for (index, c) in rest.char_indices() {
             match c {
                 '"' => in_literal = !in_literal,
                 _ if in_literal => {}
                 '(' | '[' | '{' => depth += 1,
                 ')' | ']' | '}' if depth == 0 => break,
                 ')' | ']' | '}' => depth -= 1,
-                ',' if depth == 0 => start = at + 1,
-                '=' if depth == 0 && !rest[start..at].contains('=') => {
-                    let name = rest[start..at].trim();
-                    if !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || c == '_') && !rest[at..].starts_with("==") {
+                ',' if depth == 0 => start = index + 1,
+                '=' if depth == 0 && !rest[start..index].contains('=') => {
+                    let name = rest[start..index].trim();
+                    if !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || c == '_') && !rest[index..].starts_with("==") {
                         names.insert(name);
                     }
                 }

@@ -101,7 +101,7 @@ integer_arguments!(u8, u16, u32, u64, usize, i32, i64);
 /// The messages of a language.
 struct Messages {
     /// Whether messages and text arguments get marks, as in [`Language::Marked`].
-    marked: bool,
+    is_marked: bool,
     /// The formatted messages without arguments, by id.
     without_arguments: HashMap<String, String>,
     /// All messages of the language; for [`Language::Marked`] the English ones, without marks.
@@ -114,7 +114,7 @@ impl Messages {
         let mut bundle = FluentBundle::new_concurrent(vec![language.identifier()]);
         // The Unicode isolation marks that Fluent puts around arguments would show as boxes.
         bundle.set_use_isolating(false);
-        let marked = language == Language::Marked;
+        let is_marked = language == Language::Marked;
         let mut without_arguments = HashMap::new();
         let all_files = || files::message_files(language).iter().chain(files::catalog_files(language));
         for file in all_files() {
@@ -128,17 +128,17 @@ impl Messages {
             let text = pattern.map(|pattern| bundle.format_pattern(pattern, None, &mut errors).into_owned());
             // Without arguments, only the messages that need none are formatted without errors.
             if errors.is_empty() {
-                without_arguments.extend(text.map(|text| (id.to_owned(), if marked { marked_message(&text) } else { text })));
+                without_arguments.extend(text.map(|text| (id.to_owned(), if is_marked { marked_message(&text) } else { text })));
             }
         }
-        Self { marked, without_arguments, bundle }
+        Self { is_marked, without_arguments, bundle }
     }
 
     /// A message with its arguments; `None` if the message or one of its arguments is missing.
     fn with_arguments(&self, id: &str, arguments: &FluentArgs<'_>) -> Option<String> {
         let pattern = self.bundle.get_message(id)?.value()?;
         let mut errors = Vec::new();
-        if !self.marked {
+        if !self.is_marked {
             let text = self.bundle.format_pattern(pattern, Some(arguments), &mut errors).into_owned();
             return errors.is_empty().then_some(text);
         }

@@ -1,7 +1,7 @@
 //! The angle between two points of the image that the user clicks while holding Ctrl.
 //!
-//! In: the direction of each clicked point, and the body there. Out: the angle as a message, and the arc between the points. Always: the points are
-//! stored as directions from the camera, so that the arc stays fixed to the sky while the view rotates. A third point starts a new measurement. For
+//! In: the direction of each clicked point, and the body at this point, if any. Out: the angle as a message, and the arc between the points. Always: the
+//! points are stored as directions from the camera, so that the arc stays fixed to the sky while the view rotates. A third point starts a new measurement. For
 //! two bodies, the distance between their apparent positions is also shown. Not here: how a click finds a star or a body (`viewport`).
 
 use super::information::scaled_angle_text;
@@ -26,8 +26,9 @@ pub(super) struct MeasuredAngle {
 /// A clicked point.
 #[derive(Debug)]
 struct MeasuredPoint {
-    /// From the camera: an ICRF unit vector.
+    /// Direction of the point from the camera, an ICRF unit vector.
     direction: DVec3,
+    /// The body at the point, if any.
     body: Option<SeenBody>,
 }
 
@@ -99,13 +100,13 @@ impl MeasuredAngle {
         let angle_between_rad = angle_rad(*a, *b);
         // The direction of the arc at `a`.
         let Some(tangent) = (b - a * a.dot(*b)).try_normalize() else { return };
-        let on_arc = |fraction: f64| project(*a * (angle_between_rad * fraction).cos() + tangent * (angle_between_rad * fraction).sin());
-        let arc: Vec<Option<Pos2>> = (0..=SEGMENTS).map(|k| on_arc(f64::from(k) / f64::from(SEGMENTS))).collect();
+        let arc_position = |fraction: f64| project(*a * (angle_between_rad * fraction).cos() + tangent * (angle_between_rad * fraction).sin());
+        let arc: Vec<Option<Pos2>> = (0..=SEGMENTS).map(|k| arc_position(f64::from(k) / f64::from(SEGMENTS))).collect();
         // Parts of the arc outside the image interrupt the line.
         for visible in arc.split(Option::is_none).filter(|part| part.len() > 1) {
             painter.add(Shape::line(visible.iter().flatten().copied().collect(), Stroke::new(1.5, COLOUR)));
         }
-        if let Some(middle) = on_arc(0.5) {
+        if let Some(middle) = arc_position(0.5) {
             let font = FontId::proportional(BODY_TEXT_POINTS);
             painter.text(middle + egui::vec2(1.0, 1.0), Align2::CENTER_BOTTOM, &text, font.clone(), Color32::BLACK);
             painter.text(middle, Align2::CENTER_BOTTOM, &text, font, COLOUR);

@@ -10,9 +10,9 @@ use crate::session::{DisplayPreference, EffectCost, RendererPreference, Session}
 use crate::view::error_texts::error_text;
 use crate::view::language::numbers::typed_number;
 use crate::view::language::{body_name, decimal, reason_text, signed, text, translated_name};
-use crate::view::worker::drawn_with::DrawnWith;
 use crate::view::worker::query_cache::QueryCache;
 use crate::view::worker::render_worker::RenderWorker;
+use crate::view::worker::session_inputs::SessionInputs;
 use egui::{ComboBox, ScrollArea, SliderClamping};
 
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
@@ -81,7 +81,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         .map(|b| b.decisions.clone())
         .unwrap_or_default();
     let only_body = interface.edits_selected_body_only.then(|| name.clone());
-    // Costs are measured for effects that are drawn or were switched by hand.
+    // Costs are measured for effects that are drawn or were switched by hand. Each such effect is paired with whether it is drawn.
     let has_cost = |effect: Effect, decision: &Decision| decision.on || overrides.override_of(effect).is_some();
     let effect_with_cost = |e: Effect| decisions.iter().find(|d| d.effect == e.name() && has_cost(e, d)).map(|d| (e, d.on));
     let effects_with_cost: Vec<(Effect, bool)> = Effect::ALL.into_iter().filter_map(effect_with_cost).collect();
@@ -119,8 +119,8 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
 /// Measured costs of the effects, while the view does not change.
 #[derive(Default)]
 pub(crate) struct EffectCosts {
-    /// What was measured: the view, the body's name if the switches apply to one body, and what the view is drawn with.
-    measured: Option<(ViewRequest, Option<String>, DrawnWith)>,
+    /// What was measured: the view, the body's name if the switches apply to one body, and the session's inputs.
+    measured: Option<(ViewRequest, Option<String>, SessionInputs)>,
     cache: QueryCache<Effect, Result<EffectCost, String>>,
 }
 
@@ -140,12 +140,12 @@ fn measure_costs(
     let request = &rendered.job.request;
     let stops = rendered.scene.exposure.stops;
     let effect_costs = &mut interface.effect_costs;
-    let drawn_with = DrawnWith::now(worker.session());
+    let session_inputs = SessionInputs::of(worker.session());
     let ignores_time = true;
-    if effect_costs.measured.as_ref().is_none_or(|(measured, body, measured_with)| {
-        super::render_loop::differs(measured, request, ignores_time) || *body != only_body || *measured_with != drawn_with
+    if effect_costs.measured.as_ref().is_none_or(|(measured, body, measured_inputs)| {
+        super::render_loop::differs(measured, request, ignores_time) || *body != only_body || *measured_inputs != session_inputs
     }) {
-        *effect_costs = EffectCosts { measured: Some((request.clone(), only_body.clone(), drawn_with)), cache: QueryCache::default() };
+        *effect_costs = EffectCosts { measured: Some((request.clone(), only_body.clone(), session_inputs)), cache: QueryCache::default() };
     }
     let at_rest_s = interface.viewport.frame_start_s - interface.viewport.last_motion_s;
     if interface.viewer.is_animating() {

@@ -61,7 +61,7 @@ impl Row {
 /// change before the result is taken.
 type StepAnswer = (EventSearch, Result<Vec<SkyEvent>, EphemerisError>);
 
-/// The contacts of an event at a place, and whether the event is visible there.
+/// The contacts of an event at a place, and whether the event is visible from this place; or the text of an error.
 type LocalContacts = Result<(Vec<ContactAtPlace>, bool), String>;
 
 /// The chosen event as seen from a place.
@@ -80,7 +80,7 @@ pub(crate) struct EventsPanel {
     range_index: usize,
     /// Whether the search runs from the displayed date into the past.
     is_backward: bool,
-    /// The running search step, and the fraction of the search that was done before it.
+    /// The running search step, and the fraction of the search (0 to 1) that was done before this step.
     running: Option<(Pending<StepAnswer>, f32)>,
     rows: Vec<Row>,
     /// Whether the search that found the rows runs backward, and the instant at which it starts.
@@ -102,7 +102,7 @@ impl EventsPanel {
         Some(self.playback.unwrap_or_else(|| chosen.playback()))
     }
 
-    /// The contacts of an event at a place, if they were asked for and have arrived. `self.at_place` may still hold those of another event or place.
+    /// The contacts of an event at a place, if they were asked for and have arrived. `self.at_place` may still hold the contacts of another event or place.
     fn contacts_at(&self, event: &Arc<SkyEvent>, home: Home) -> Option<&LocalContacts> {
         self.at_place.as_ref().filter(|seen| Arc::ptr_eq(&seen.event, event) && seen.home == home)?.contacts.as_ref()
     }
@@ -117,7 +117,13 @@ impl EventsPanel {
         let Some((is_backward, start)) = self.searched else { return false };
         let later_s = event.greatest().tdb_seconds_past_j2000() - start.tdb_seconds_past_j2000();
         let distance_s = if is_backward { -later_s } else { later_s };
-        (0.0..=RANGES_DAYS[self.range_index].0 * SECONDS_PER_DAY).contains(&distance_s)
+        (0.0..=self.range_s()).contains(&distance_s)
+    }
+
+    /// Length of the chosen range, seconds.
+    fn range_s(&self) -> f64 {
+        let (days, _) = RANGES_DAYS[self.range_index];
+        days * SECONDS_PER_DAY
     }
 
     /// The start of a search that finds this event first: just outside the event's span.
@@ -180,8 +186,8 @@ fn search_options(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
         {
             changed |= ui.selectable_value(&mut panel.is_backward, is_backward, name).on_hover_text(tooltip).changed();
         }
-        let range_name = text_by_id(RANGES_DAYS[panel.range_index].1);
-        let list = ComboBox::from_id_salt("range of events").selected_text(range_name).width(80.0).show_ui(ui, |ui| {
+        let (_, range_name) = RANGES_DAYS[panel.range_index];
+        let list = ComboBox::from_id_salt("range of events").selected_text(text_by_id(range_name)).width(80.0).show_ui(ui, |ui| {
             for (i, (_, name)) in RANGES_DAYS.iter().enumerate() {
                 changed |= ui.selectable_value(&mut panel.range_index, i, text_by_id(name)).changed();
             }
@@ -215,7 +221,7 @@ fn begin_at(interface: &mut Interface, worker: &dyn RenderWorker, start: Instant
     if panel.chosen.as_ref().is_some_and(|event| !panel.covers(event) || !panel.includes_kind_of(event)) {
         (panel.chosen, panel.at_place) = (None, None);
     }
-    let search = EventSearch::new(kinds, start, RANGES_DAYS[panel.range_index].0 * SECONDS_PER_DAY, panel.is_backward);
+    let search = EventSearch::new(kinds, start, panel.range_s(), panel.is_backward);
     panel.running = next_step(search, worker);
 }
 

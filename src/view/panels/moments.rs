@@ -73,8 +73,9 @@ fn presets(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWork
     }
 }
 
-/// Shows a preset's view. The view is at the current time; only that of tonight's sky is at the next time when the sky is dark. Time then runs at the
-/// preset's rate, if it has one. The viewer records the preset's changes to the base view, so that later views do not inherit these changes.
+/// Shows a preset's view. The view is at the current time; only the view of tonight's sky is at the next time at which the sky is dark. From then on, time
+/// runs at the preset's rate, if the preset has one. The viewer records the preset's changes to the base view, so that later views do not inherit these
+/// changes.
 pub(crate) fn open_preset(interface: &mut Interface, worker: &dyn RenderWorker, preset: Preset, actions: &mut Vec<Action>) {
     let (now, home) = (interface.viewer.now(), interface.information.home);
     let base_view = interface.viewer.base_view();

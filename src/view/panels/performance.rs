@@ -1,7 +1,7 @@
 //! The Performance panel: a plot of recent frame times, its description for screen readers, and a table of the last frame's timings.
 //!
-//! In: finished images with their timings, the session's messages about drivers. Out: the panel. Here a frame is one image of the view; only the time of
-//! the interface is that of a frame of the window.
+//! In: finished images with their timings, the session's messages about drivers. Out: the panel. Here a frame is one image of the view; only in the time
+//! of the interface (`interface_ms`) is it a frame of the window.
 
 use super::Interface;
 use crate::session::Stage;
@@ -15,7 +15,7 @@ use std::collections::VecDeque;
 const MAX_FRAMES: usize = 240;
 /// Interval over which images are counted for the frame rate, and between updates of the plot's description, seconds.
 const RATE_INTERVAL_S: f64 = 2.0;
-/// The stages of drawing a frame; the others (reading catalogs and the ephemeris, writing files) are not part of it.
+/// The stages of drawing a frame; the other stages (reading catalogs and the ephemeris, writing files) are not part of drawing.
 const FRAME_STAGES: [Stage; 5] = [Stage::Scene, Stage::Shaders, Stage::Maps, Stage::Plan, Stage::Draw];
 
 /// Timings of one image.

@@ -17,14 +17,15 @@ use crate::view::app::viewer::REAL_TIME_INTERVAL_S;
 use crate::view::error_texts::error_text;
 use crate::view::language::{self, body_name};
 use crate::view::worker::adaptive_resolution::AdaptiveResolution;
-use crate::view::worker::drawn_with::DrawnWith;
 use crate::view::worker::render_worker::{RenderJob, RenderWorker, RenderedView};
+use crate::view::worker::session_inputs::SessionInputs;
 use egui::{Color32, ColorImage, TextureHandle, TextureOptions};
 use glam::DVec3;
 
 /// Time after the last motion of the view until an image at full resolution is requested, seconds.
 const STILL_AFTER_S: f64 = 0.18;
-/// Additional delay of the frame that requests this image, seconds: a frame that came a moment too early would still take the view as moving.
+/// Additional delay of the frame that requests the image at full resolution, seconds: a frame that came a moment too early would still take the view as
+/// moving.
 const STILL_MARGIN_S: f64 = 0.005;
 /// Interval between checks whether the GPU is ready to replace the software renderer, seconds.
 const READY_CHECK_S: f64 = 0.1;
@@ -63,7 +64,7 @@ pub(super) struct Viewport {
     /// Number of images shown so far.
     pub(super) images_shown: u64,
     /// What images depend on besides their requests, as of the last frame of the interface; a change requires a new image.
-    pub(super) drawn_with: Option<DrawnWith>,
+    pub(super) session_inputs: Option<SessionInputs>,
     /// The labels and markers of the bodies in the displayed image.
     pub(super) labels: Vec<Label>,
     /// Rectangles of the message, the hints, a tour's text and *What to see now* over the viewport, as shown last, points.
@@ -92,7 +93,7 @@ impl Default for Viewport {
             size_px: [1, 1],
             picked_px: None,
             images_shown: 0,
-            drawn_with: None,
+            session_inputs: None,
             labels: Vec::new(),
             overlays: Vec::new(),
             caption_height: 0.0,
@@ -252,9 +253,10 @@ impl Interface {
         let divisor = if is_moving { self.viewport.resolution.divisor(u64::from(width) * u64::from(height)) } else { 1.0 };
         let [image_width, image_height] = [width, height].map(|side| (f64::from(side) / divisor).ceil() as u32);
         let session = worker.session();
-        let drawn_with = DrawnWith::now(session);
+        let session_inputs = SessionInputs::of(session);
         let readiness = session.readiness();
-        if self.viewport.drawn_with.replace(drawn_with.clone()).is_some_and(|last| last != drawn_with) || readiness == Readiness::JustReady
+        if self.viewport.session_inputs.replace(session_inputs.clone()).is_some_and(|last| last != session_inputs)
+            || readiness == Readiness::JustReady
         {
             // The same view now gives another image, so the image is requested again.
             self.viewport.requested = None;

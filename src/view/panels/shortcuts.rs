@@ -179,7 +179,7 @@ pub(crate) fn help(interface: &mut Interface, ctx: &egui::Context) {
     let available = (ctx.content_rect().size() - HELP_FRAME).max(Vec2::ZERO);
     egui::Window::new(text!("help-title")).open(&mut interface.help_shown).resizable(false).show(ctx, |ui| {
         let width = available.x.min(HELP_WIDTH_IN_LINE_HEIGHTS * ui.text_style_height(&TextStyle::Body));
-        // egui limits the height to that of the last frame; the minimum lets the rows grow again with the program's window.
+        // egui limits the height to the height in the last frame; the minimum lets the rows grow again with the program's window.
         ScrollArea::vertical().max_height(available.y).min_scrolled_height(available.y).show(ui, |ui| {
             ui.set_max_width(width);
             Grid::new("sheet").num_columns(2).min_row_height(0.0).striped(true).show(ui, |ui| {

@@ -121,19 +121,21 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
     }
     let on_left = interface.settings.panels.on_left;
     if let Some(tab) = interface.visible_kept(ui.ctx()) {
-        let name = egui_name(tab, true);
+        let is_kept = true;
+        let name = egui_name(tab, is_kept);
         let panel = if on_left { Panel::right(name) } else { Panel::left(name) };
-        let width = valid_width(*stored_width(&mut interface.settings.panels, tab, true), tab.default_width());
+        let width = valid_width(*stored_width(&mut interface.settings.panels, tab, is_kept), tab.default_width());
         let shown = panel.default_size(width).min_size(MIN_PANEL_WIDTH).show(ui, |ui| {
             heading(interface, ui, tab);
             tab.show(interface, ui, worker, actions);
         });
-        remember_width(shown.response.rect.width(), stored_width(&mut interface.settings.panels, tab, true));
+        remember_width(shown.response.rect.width(), stored_width(&mut interface.settings.panels, tab, is_kept));
     }
     if let Some(tab) = interface.tab {
-        let name = egui_name(tab, false);
+        let is_kept = false;
+        let name = egui_name(tab, is_kept);
         let panel = if on_left { Panel::left(name) } else { Panel::right(name) };
-        let width = valid_width(*stored_width(&mut interface.settings.panels, tab, false), tab.default_width());
+        let width = valid_width(*stored_width(&mut interface.settings.panels, tab, is_kept), tab.default_width());
         // Some of the viewport stays visible between two panels.
         let is_kept_visible = interface.visible_kept(ui.ctx()).is_some();
         let max_panel_width =
@@ -144,7 +146,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
         });
         // A width that `max_panel_width` enforced is not stored.
         if shown.response.rect.width() < max_panel_width {
-            remember_width(shown.response.rect.width(), stored_width(&mut interface.settings.panels, tab, false));
+            remember_width(shown.response.rect.width(), stored_width(&mut interface.settings.panels, tab, is_kept));
         }
     }
     interface.settings.panels.bodies_shown = interface.body_browser_shown;

@@ -138,11 +138,11 @@ fn middle_within([left, right]: [f32; 2], x: f32, width: f32) -> f32 {
 
 /// The middles of two names below their bodies. Each is given by the body's x coordinate and the name's width. Neither name crosses the edges of `area`
 /// (left, right), and the second starts after the first, if both fit.
-fn middles_of_two(area: [f32; 2], [first, second]: [(f32, f32); 2]) -> [f32; 2] {
-    let min_distance = 0.5 * (first.1 + second.1) + NAME_GAP;
-    let second_x = second.0.max(middle_within(area, first.0, first.1) + min_distance);
-    let second_middle = middle_within(area, second_x, second.1);
-    [middle_within(area, first.0.min(second_middle - min_distance), first.1), second_middle]
+fn middles_of_two(area: [f32; 2], [(first_x, first_width), (second_x, second_width)]: [(f32, f32); 2]) -> [f32; 2] {
+    let min_distance = 0.5 * (first_width + second_width) + NAME_GAP;
+    let second_x = second_x.max(middle_within(area, first_x, first_width) + min_distance);
+    let second_middle = middle_within(area, second_x, second_width);
+    [middle_within(area, first_x.min(second_middle - min_distance), first_width), second_middle]
 }
 
 /// Draws two bodies next to each other.
@@ -294,7 +294,7 @@ mod tests {
     #[test]
     fn labels_along_the_line_do_not_overlap() {
         let area = [2.0, 198.0];
-        // The marked label is moved away from the right edge, over that of its neighbour.
+        // The marked label is moved away from the right edge, over its neighbour's label.
         assert_eq!(
             label_middles(area, 10.0, &[(195.0, 60.0, true), (60.0, 40.0, false), (120.0, 40.0, false)]),
             [Some(168.0), Some(60.0), None]

@@ -19,7 +19,7 @@ const LIGHT_YEARS_PER_PARSEC: f64 = 3.261_564;
 /// Smallest parallax from which a distance is computed, milliarcseconds: about the standard error of Hipparcos parallaxes.
 const MIN_PARALLAX_MAS: f64 = 1.0;
 
-/// The star's proper name and Hipparcos number, where it has them. The catalog gives stars without a number the number 0.
+/// The star's proper name and Hipparcos number, as far as the star has them. The catalog gives stars without a number the number 0.
 pub(super) fn name(star: &Star) -> String {
     match (star_name(star.hip), star.hip) {
         (Some(name), hip) => format!("{name} (HIP {hip})"),
@@ -39,7 +39,7 @@ fn label_value_pairs(star: &Star, years_since_epoch: f64) -> Vec<(&'static str, 
     if let Some(b_v) = star.b_v {
         facts.push((text!("star-colour-index"), signed(b_v, 3)));
         let kelvin = temperature_k(f64::from(b_v));
-        // The temperature that follows from a colour index is accurate to a few per cent at best, and to ten for hot stars.
+        // The temperature that follows from a colour index is accurate to a few per cent at best, and to ten per cent for hot stars, so it is rounded.
         let rounding_k = if kelvin < 10_000.0 { 50.0 } else { 500.0 };
         facts.push((
             text!("star-temperature"),

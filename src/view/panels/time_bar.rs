@@ -63,8 +63,8 @@ impl TimeBar {
 /// Time steps of the buttons: length in seconds, and the message id of the step's name. Each has a button for a step forward and one for a step back.
 const STEPS: [(f64, &str); 4] =
     [(60.0, "step-minute"), (3600.0, "step-hour"), (SECONDS_PER_DAY, "step-day"), (DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY, "step-year")];
-/// Length of time that is searched for the next or previous event, Julian years. The longest gap between events of one kind is that of transits, 13 years
-/// (Mercury's of 2019 and 2032). Ten times as long is a choice: it also exceeds the 121.5 years between the transits of Venus of 1882 and 2004.
+/// Length of time that is searched for the next or previous event, Julian years. The longest gap between events of one kind is 13 years, between the transits
+/// of Mercury of 2019 and 2032. Ten times this gap is a choice: it also exceeds the 121.5 years between the transits of Venus of 1882 and 2004.
 const EVENT_SEARCH_YEARS: u32 = 130;
 /// Time between the displayed time and the start of the search for another event, seconds, so that the search does not find the displayed event.
 const EVENT_GAP_S: f64 = 60.0;
@@ -140,7 +140,7 @@ fn date_field(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Ac
     }
 }
 
-/// Width of the date field for a displayed date, points. The width is that of the same date with the widest digits, so that it stays constant
+/// Width of the date field for a displayed date, points. The field has room for the same date with the widest digits, so that its width stays constant
 /// while time runs.
 fn date_field_width(ui: &egui::Ui, displayed: &str) -> f32 {
     text_width(ui, displayed.replace(|c: char| c.is_ascii_digit(), WIDEST_DIGIT)).ceil() + DATE_FIELD_MARGIN

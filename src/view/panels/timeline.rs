@@ -159,7 +159,7 @@ fn marks<'t>(interface: &'t Interface, axis: &TimeAxis) -> impl Iterator<Item = 
 fn event_at<'t>(interface: &'t Interface, axis: &TimeAxis, x_points: f64) -> Option<&'t KnownEvent> {
     let distance = |position: f64| (position - x_points).abs();
     let close = marks(interface, axis).filter(|(position, _)| distance(*position) <= CLICK_DISTANCE);
-    close.min_by(|a, b| distance(a.0).total_cmp(&distance(b.0))).map(|(_, event)| event)
+    close.min_by(|(a, _), (b, _)| distance(*a).total_cmp(&distance(*b))).map(|(_, event)| event)
 }
 
 /// The colour of the marks of a kind of event.

@@ -174,7 +174,8 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
                 } else {
                     (text!("tour-pause"), text!("tour-pause-hint"))
                 };
-                if button(ui, true, name, hover) {
+                let is_enabled = true;
+                if button(ui, is_enabled, name, hover) {
                     playback.is_paused = !playback.is_paused;
                     playback.is_view_changed = false;
                     if playback.elapsed_s >= playback.tour.length_s() {
@@ -187,7 +188,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &egui::Ui, viewport: Rect) {
                 let record = icons::button(ui, Icon::Record, text!("tour-record"));
                 let hover = text!("tour-record-hint");
                 record_clicked = ui.add_enabled(!is_busy, record).on_hover_text(hover).clicked();
-                end_clicked = button(ui, true, text!("tour-end"), text!("tour-end-hint"));
+                end_clicked = button(ui, is_enabled, text!("tour-end"), text!("tour-end-hint"));
                 let width = ui.available_size_before_wrap().x.max(40.0);
                 let bar = ProgressBar::new(progress.clamp(0.0, 1.0) as f32).desired_width(width).desired_height(6.0);
                 ui.add(bar.fill(Color32::from_gray(140)));

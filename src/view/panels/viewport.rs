@@ -21,7 +21,9 @@ use glam::{DVec2, DVec3};
 
 /// Text size of the names of bodies, points.
 const NAME_POINTS: f32 = BODY_TEXT_POINTS;
-/// Texts of the image that begin below this fraction of its height belong to the caption or the scale bar.
+/// Radius of a marker, and of the ring around the chosen star, points.
+const MARKER_RADIUS_POINTS: f32 = MARKER_RADIUS as f32 * NAME_POINTS;
+/// Texts of the image whose upper edge is farther from the image's upper edge than this fraction of its height belong to the caption or the scale bar.
 const CAPTION_TOP_FRACTION: f64 = 0.85;
 /// Minimum width of the viewport for hints, points.
 const MIN_WIDTH_FOR_HINTS: f32 = 440.0;
@@ -74,13 +76,13 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
         ui.painter().image(image, visible, placement.uv_within(visible), Color32::WHITE);
     }
     let metrics = LabelMetrics::of_size(f64::from(NAME_POINTS) / placement.points_per_px);
-    let in_image = |overlay: &Rect| {
+    let to_image_px = |overlay: &Rect| {
         let [min, max] = [overlay.min, overlay.max]
             .map(|corner| corner - placement.image.min)
             .map(|offset| DVec2::new(offset.x.into(), offset.y.into()));
         labels::Rect { min: min / placement.points_per_px, max: max / placement.points_per_px }
     };
-    interface.refresh_labels(&metrics, overlays.iter().map(in_image));
+    interface.refresh_labels(&metrics, overlays.iter().map(to_image_px));
     interface.viewport.caption_height = caption_height(interface, &placement);
     paint_labels(interface, ui, viewport, &placement);
     paint_star(interface, ui, viewport, &placement);
@@ -270,11 +272,10 @@ fn paint_labels(interface: &Interface, ui: &egui::Ui, viewport: Rect, placement:
         let radius = (label.radius_px * placement.points_per_px) as f32;
         let is_selected = label.body == interface.viewer.selected;
         let colour = if is_selected { HIGHLIGHT_COLOUR } else { NAME_COLOUR };
-        let marker_radius = MARKER_RADIUS as f32 * NAME_POINTS;
-        if interface.settings.marks_small_bodies && radius < marker_radius {
+        if interface.settings.marks_small_bodies && radius < MARKER_RADIUS_POINTS {
             painter.circle_stroke(
                 centre,
-                marker_radius,
+                MARKER_RADIUS_POINTS,
                 Stroke::new(1.0, colour.gamma_multiply(if is_selected { 1.0 } else { MARKER_OPACITY })),
             );
         }
@@ -296,7 +297,7 @@ fn paint_star(interface: &Interface, ui: &egui::Ui, viewport: Rect, placement: &
     let image_px = interface.viewport.star_index.zip(interface.shown()).and_then(|(index, rendered)| star_px(&rendered.scene, index));
     if let Some(image_px) = image_px {
         let centre = placement.image.min + vec2(image_px * placement.points_per_px);
-        ui.painter().with_clip_rect(viewport).circle_stroke(centre, MARKER_RADIUS as f32 * NAME_POINTS, Stroke::new(1.0, HIGHLIGHT_COLOUR));
+        ui.painter().with_clip_rect(viewport).circle_stroke(centre, MARKER_RADIUS_POINTS, Stroke::new(1.0, HIGHLIGHT_COLOUR));
     }
 }
 
@@ -330,7 +331,7 @@ fn snapped_direction(interface: &Interface, image_px: DVec2) -> Option<DVec3> {
     scene.geometry.direction(&scene.camera, snapped_px(&interface.viewport.labels, scene, image_px))
 }
 
-/// Adds a direction (ICRF unit vector) and the body there to the measured angle.
+/// Adds a direction (ICRF unit vector) and the body in this direction, if any, to the measured angle.
 fn measure(interface: &mut Interface, direction: DVec3, body: Option<NaifId>) {
     let Some(rendered) = &interface.viewport.shown else { return };
     let bodies = &rendered.scene.bodies;

@@ -26,7 +26,7 @@ pub struct Painter {
     textures: HashMap<TextureId, PainterTexture>,
 }
 
-/// The pixels to paint, `width * height` of them, row by row.
+/// The pixels to paint, `width * height` of them, row by row; each is 0x00RRGGBB.
 pub struct Canvas<'a> {
     pub width: usize,
     pub height: usize,
@@ -116,7 +116,7 @@ struct Band<'a> {
     first_row: usize,
     rows: &'a mut [u32],
     // Buffers for the rectangle that is being painted; they are fields so that their memory is reused.
-    /// For each column of pixels, the two texel columns between which it is interpolated.
+    /// For each column of pixels, the two texel columns between which its pixels are interpolated.
     columns: Vec<TexelPair>,
     /// For the current row of pixels, the texels interpolated vertically (not yet horizontally), with more than 8 bits per channel.
     row_texels: Vec<WideTexel>,
@@ -171,7 +171,7 @@ impl Band<'_> {
             return;
         }
         // Bilinear filtering is separable. The texel columns of each pixel column are found once for all rows. For each pixel row, texels are interpolated
-        // first vertically, once for all its pixels, then horizontally.
+        // first vertically, once for all pixels of the row, then horizontally.
         let (mut columns, mut row_texels) = (std::mem::take(&mut self.columns), std::mem::take(&mut self.row_texels));
         columns.clear();
         columns.extend((left..right).map(|x| texture.texel_pair(min.uv.x + (x as f32 + 0.5 - min.pos.x) * u_per_px, texture.width)));
@@ -218,7 +218,8 @@ impl Band<'_> {
         }
         // The last pixel whose centre is at or before a coordinate in subpixels.
         let last_pixel = |subpixel: i64| (subpixel - HALF_PX).div_euclid(SUBPIXELS);
-        // The first pixel and the end of a range that contains every pixel whose centre is between the least and the greatest of three coordinates.
+        // The first pixel and the end of a range that contains every pixel whose centre is between the least and the greatest of three coordinates, and at
+        // most one more pixel at each end.
         let pixel_range = |coordinates: [i64; 3]| {
             let [least, greatest] = [coordinates.into_iter().min(), coordinates.into_iter().max()].map(|c| c.unwrap_or(0));
             (last_pixel(least), last_pixel(greatest) + 2)
@@ -237,7 +238,7 @@ impl Band<'_> {
         let increments = [(pb, pc), (pc, pa), (pa, pb)].map(|(p, q)| (p[1] - q[1]) * SUBPIXELS);
         for y in y_start.max(bounds.top as i64)..y_end.min(bounds.bottom as i64) {
             let first_centre = [left * SUBPIXELS + HALF_PX, y * SUBPIXELS + HALF_PX];
-            // The three edge functions at the centre of the first pixel, later at that of the current one.
+            // The three edge functions at the centre of the first pixel, later at the centre of the current pixel.
             let mut edges = [cross(pb, pc, first_centre), cross(pc, pa, first_centre), cross(pa, pb, first_centre)];
             // The covered pixels of the row, counted from `left`.
             let Some((first, end)) = span_within(edges, increments, min_values, right - left) else { continue };

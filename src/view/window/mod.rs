@@ -148,9 +148,9 @@ pub(crate) fn run(
     })
 }
 
-/// Exits the process at once, while an image is being rendered, a query is being answered, or a driver is compiling. A normal exit would have to wait
-/// for that work, because a driver's exit handlers free memory that the driver's compiler uses. No file is left incomplete, because files are written
-/// atomically.
+/// Exits the process at once. Called if an image is still being rendered, a query is still being answered, or a driver is still compiling. A normal exit
+/// would have to wait for this work, because a driver's exit handlers free memory that the driver's compiler uses. No file is left incomplete, because
+/// files are written atomically.
 fn exit_now() -> ! {
     #[cfg(unix)]
     // SAFETY: `_exit` accepts any status, runs no exit handlers and does not return.

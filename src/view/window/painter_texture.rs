@@ -39,6 +39,7 @@ pub(crate) struct WideTexel {
 }
 
 impl TexelPair {
+    /// The weights of the first and of the second texel, 256ths.
     fn weights(self) -> (u64, u64) {
         (u64::from(256 - self.weight), u64::from(self.weight))
     }
@@ -153,13 +154,21 @@ impl PainterTexture {
 /// interpolated between two such rows.
 #[derive(Default)]
 pub(crate) struct OpaqueRows {
-    /// The last two horizontally interpolated rows, each with the index of its texel row. A pixel has four lanes of 16 bits; a lane is the level of a
-    /// channel times 128.
-    rows: [(Option<usize>, Vec<u64>); 2],
+    /// The last two horizontally interpolated rows.
+    rows: [InterpolatedRow; 2],
     /// The texel row that is being interpolated, see [`to_lanes`].
     texel_lanes: Vec<u64>,
     /// Whether every column of pixels lies at the centre of a column of texels, so that no horizontal interpolation is needed.
     is_aligned: bool,
+}
+
+/// A texel row interpolated horizontally, once for each column of pixels.
+#[derive(Default)]
+struct InterpolatedRow {
+    /// Index of the texel row in the current image; `None` if `lanes` holds no row of this image.
+    texel_row: Option<usize>,
+    /// One value for each column of pixels, with four lanes of 16 bits; a lane is the level of a channel times 128.
+    lanes: Vec<u64>,
 }
 
 /// The channels of a texel in four lanes of 16 bits, in the order of a pixel's bytes on a little-endian machine: blue, green, red, 0.
@@ -177,7 +186,7 @@ fn to_pixel(texel: Color32) -> u32 {
 impl OpaqueRows {
     /// Starts an image, and drops the rows of the last one. `columns`: for each column of pixels, the texel columns between which it lies.
     pub fn start(&mut self, texture: &PainterTexture, columns: &[TexelPair]) {
-        self.rows.iter_mut().for_each(|(texel_row, _)| *texel_row = None);
+        self.rows.iter_mut().for_each(|row| row.texel_row = None);
         self.is_aligned = columns.iter().all(|pair| pair.weight == 0);
         debug_assert!(columns.iter().all(|pair| pair.first < texture.width && pair.second < texture.width));
     }
@@ -193,7 +202,7 @@ impl OpaqueRows {
         }
         let first_index = self.interpolated_row_index(texture, columns, row_pair.first, None);
         let second_index = self.interpolated_row_index(texture, columns, row_pair.second, Some(first_index));
-        let lanes = |index: usize| bytemuck::cast_slice::<u64, u16>(&self.rows[index].1);
+        let lanes = |index: usize| bytemuck::cast_slice::<u64, u16>(&self.rows[index].lanes);
         let bytes = bytemuck::cast_slice_mut::<u32, u8>(pixels);
         // A lane is a level times 128, so 64 is half a level.
         let rounded = |lane: u16| ((lane + 64) >> 7) as u8;
@@ -211,22 +220,22 @@ impl OpaqueRows {
         }
     }
 
-    /// The index in `rows` of a texel row, which is interpolated horizontally if it is not there. The row at index `kept` is not replaced.
+    /// The index in `rows` of a texel row. If it is not in `rows` yet, interpolates it horizontally in place of one of the two rows, but never of row `kept`.
     fn interpolated_row_index(&mut self, texture: &PainterTexture, columns: &[TexelPair], row: usize, kept: Option<usize>) -> usize {
-        if let Some(known_index) = self.rows.iter().position(|(texel_row, _)| *texel_row == Some(row)) {
+        if let Some(known_index) = self.rows.iter().position(|known| known.texel_row == Some(row)) {
             return known_index;
         }
         // Rows are needed from top to bottom, so the upper one of the two is replaced.
         let index = match kept {
             Some(kept) => 1 - kept,
-            None => usize::from(self.rows[0].0 > self.rows[1].0),
+            None => usize::from(self.rows[0].texel_row > self.rows[1].texel_row),
         };
         self.texel_lanes.clear();
         self.texel_lanes.extend(texture.texels[row * texture.width..(row + 1) * texture.width].iter().map(|texel| to_lanes(*texel)));
-        let (texel_row, target) = &mut self.rows[index];
-        *texel_row = Some(row);
-        target.clear();
-        target.extend(columns.iter().map(|pair| {
+        let target = &mut self.rows[index];
+        target.texel_row = Some(row);
+        target.lanes.clear();
+        target.lanes.extend(columns.iter().map(|pair| {
             let (first_weight, second_weight) = pair.weights();
             // A lane is at most 255 * 256. It is halved, so that rounding cannot overflow later. The mask removes the bit that the shift brings in from
             // the next lane.

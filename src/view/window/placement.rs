@@ -1,11 +1,11 @@
 //! Position and size of the window, saved between runs and fitted to the monitors that are connected now.
 //!
 //! In: the saved placement and the monitors. Out: the placement at which to open the window. Always: the window is not larger than its monitor; its
-//! position is kept only if the user can see and move the window there. Not here: access to the window itself.
+//! position is kept only if the user can see and move the window at this position. Not here: access to the window itself.
 
 use serde::{Deserialize, Serialize};
 
-/// A window's placement on the desktop: where it is while neither maximised nor fullscreen, and whether it is maximised.
+/// A window's placement on the desktop: its position and size while it is neither maximised nor fullscreen, and whether it is maximised.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct WindowPlacement {

@@ -9,7 +9,7 @@ use crate::view::window::painter_texture::PainterTexture;
 use egui::epaint::{Mesh, Primitive};
 use egui::{ClippedPrimitive, TextureId};
 
-/// The texture id by which the interface refers to the rendered view while that is on the GPU.
+/// The texture id by which the interface refers to the rendered view while this view is on the GPU.
 pub const SCENE_IMAGE: TextureId = TextureId::User(0);
 
 /// The primitives for a window of `[width, height]` pixels. `scene_image`: the rendered view, if it is on the GPU.

@@ -5,13 +5,13 @@
 //! - `render_worker`: the two threads, one for images and one for queries.
 //! - `query_cache`: answers, each kept by its key.
 //! - `latest_answer`: the answer to a query whose inputs change; shown until the answer for newer inputs arrives.
-//! - `drawn_with`: what an image or answer depends on besides its request.
+//! - `session_inputs`: what an image or answer depends on besides its request.
 //! - `adaptive_resolution`: the resolution of images while the view moves.
 //! - `freed_memory`: returns freed memory to the system.
 
 pub mod adaptive_resolution;
-pub(crate) mod drawn_with;
 pub mod freed_memory;
 pub(crate) mod latest_answer;
 pub mod query_cache;
 pub mod render_worker;
+pub(crate) mod session_inputs;

@@ -115,7 +115,7 @@ pub(crate) fn ask<T: Send + 'static>(worker: &dyn RenderWorker, query: impl FnOn
 /// # Errors
 /// The reason why there is no image.
 pub(crate) fn draw(session: &Session, job: RenderJob) -> Result<RenderedView, SessionError> {
-    let stages_before = session.report_of_this_thread().0;
+    let (stages_before, _) = session.report_of_this_thread();
     let start = WallInstant::now();
     let drawn = session.draw_without_waiting(&job.request, job.sampling, job.output)?;
     let render_ms = start.elapsed().as_secs_f64() * 1e3;

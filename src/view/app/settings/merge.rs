@@ -1,4 +1,4 @@
-//! Merges the settings of this program with those that are in the file when it is written.
+//! Merges the settings of this program with the settings that are in the file when the file is written.
 //!
 //! In: the settings, those that this program read or wrote last, and the text of the file. Out: the content to write. Always: what this program has
 //! changed is written; what it has not changed is taken from the file, where another running program may have changed it. Fields that this version does
@@ -35,7 +35,8 @@ impl Settings {
     }
 }
 
-/// Settings that are merged as one value: if one of the fields of such a setting has changed, all its fields that this version knows are ours.
+/// Settings that are merged as one value (`place`: the placement of the window). If we have changed one of the fields of such a setting, all its fields that
+/// this version knows are ours.
 const INDIVISIBLE: [&str; 2] = ["home", "place"];
 
 /// Copies a field of `theirs` to `ours` if `ours` lacks it, or if it has not changed from `base` to `ours`; at any depth of objects. A field that only `ours`
@@ -49,6 +50,7 @@ fn merge(base: Option<&Map<String, Value>>, ours: &mut Map<String, Value>, their
                 (Value::Object(ours), Value::Object(theirs)) => {
                     let base = base.and_then(Value::as_object);
                     let is_changed = INDIVISIBLE.contains(&name.as_str()) && base != Some(&*ours);
+                    // Without a base, each of our fields counts as changed.
                     merge(base.filter(|_| !is_changed), ours, theirs);
                 }
                 (our_value, their_value) if Some(&*our_value) == base => *our_value = their_value,
@@ -197,7 +199,7 @@ mod tests {
         assert_eq!(Settings::load(&path), (later, None));
     }
 
-    /// Earlier versions wrote the view of a bookmark under another name: it is the same bookmark.
+    /// Earlier versions wrote the view of a bookmark under another field name; such a bookmark counts as the same bookmark.
     #[test]
     fn bookmarks_of_an_earlier_version_are_not_doubled() {
         let folder = tempfile::tempdir().expect("a folder");

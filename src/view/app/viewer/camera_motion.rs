@@ -205,8 +205,9 @@ impl GroundPlace {
         let squared_radii = radii_km * radii_km;
         let mut normal = (point_km / squared_radii).try_normalize()?;
         let mut height_km = 0.0;
-        // Each step multiplies the error of the normal by about the height in radii, which is below the flattening: at most 0.1 for a planet. Up to a
-        // factor of 0.3, as for a very flat moon, this number of steps reaches the precision of f64.
+        // Each step multiplies the error of the normal by about the height in radii. The camera is closer to the centre than the equatorial radius, so this
+        // factor is below the flattening, which is at most 0.1 for a planet. Up to a factor of 0.3, as for a very flat moon, this number of steps reaches
+        // the precision of f64.
         for _ in 0..GROUND_PLACE_STEPS {
             let surface_km = squared_radii * normal / (squared_radii * normal).dot(normal).sqrt();
             height_km = (point_km - surface_km).dot(normal);

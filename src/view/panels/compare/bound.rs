@@ -12,33 +12,39 @@ use crate::view::error_texts::error_text;
 use crate::view::language::{decimal, text};
 use crate::view::panels::accessible;
 use crate::view::panels::render_loop::colour_image;
-use crate::view::worker::drawn_with::DrawnWith;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
+use crate::view::worker::session_inputs::SessionInputs;
 use egui::{Color32, Sense, TextureHandle, TextureOptions, Ui, Vec2};
 
-/// Each colour and the largest bound that it stands for, in 8-bit levels. The colours go from dark to bright, so that colour-blind users can tell
-/// them apart.
-const COLOUR_STEPS: [(u8, Color32); 7] = [
-    (1, Color32::from_rgb(20, 20, 60)),
-    (2, Color32::from_rgb(48, 45, 125)),
-    (4, Color32::from_rgb(115, 50, 140)),
-    (8, Color32::from_rgb(185, 65, 110)),
-    (16, Color32::from_rgb(230, 105, 70)),
-    (32, Color32::from_rgb(250, 175, 60)),
-    (255, Color32::from_rgb(252, 250, 190)),
+/// The colour of a range of bounds.
+struct ColourStep {
+    /// Largest bound of the range, 8-bit levels. The range starts above the largest bound of the previous step.
+    max: u8,
+    colour: Color32,
+}
+
+/// The steps, with ascending bounds. The colours go from dark to bright, so that colour-blind users can tell them apart.
+const COLOUR_STEPS: [ColourStep; 7] = [
+    ColourStep { max: 1, colour: Color32::from_rgb(20, 20, 60) },
+    ColourStep { max: 2, colour: Color32::from_rgb(48, 45, 125) },
+    ColourStep { max: 4, colour: Color32::from_rgb(115, 50, 140) },
+    ColourStep { max: 8, colour: Color32::from_rgb(185, 65, 110) },
+    ColourStep { max: 16, colour: Color32::from_rgb(230, 105, 70) },
+    ColourStep { max: 32, colour: Color32::from_rgb(250, 175, 60) },
+    ColourStep { max: 255, colour: Color32::from_rgb(252, 250, 190) },
 ];
 
 /// Index of the colour of a bound, given in 8-bit levels.
 fn colour_index(bound: u8) -> usize {
-    COLOUR_STEPS.iter().position(|(max, _)| bound <= *max).unwrap_or(COLOUR_STEPS.len() - 1)
+    COLOUR_STEPS.iter().position(|step| bound <= step.max).unwrap_or(COLOUR_STEPS.len() - 1)
 }
 
 /// The range of bounds of a colour in 8-bit levels, such as `3 to 4`.
 fn range_text(colour_index: usize) -> String {
-    match (colour_index, COLOUR_STEPS[colour_index].0) {
+    match (colour_index, COLOUR_STEPS[colour_index].max) {
         (0, max) => text!("bound-up-to", max = max),
-        (k, u8::MAX) => text!("bound-over", min = COLOUR_STEPS[k - 1].0),
-        (k, max) => text!("bound-range", min = COLOUR_STEPS[k - 1].0 + 1, max = max),
+        (k, u8::MAX) => text!("bound-over", min = COLOUR_STEPS[k - 1].max),
+        (k, max) => text!("bound-range", min = COLOUR_STEPS[k - 1].max + 1, max = max),
     }
 }
 
@@ -51,8 +57,9 @@ pub(crate) struct ErrorBounds {
     rgba: Vec<[u8; 4]>,
     /// Fraction of the pixels that have each colour.
     fractions: [f64; COLOUR_STEPS.len()],
-    /// Mean and largest bound of all pixels.
+    /// Mean of the bounds of all pixels.
     mean: f64,
+    /// Largest bound of all pixels.
     max: u8,
 }
 
@@ -65,7 +72,7 @@ impl ErrorBounds {
             counts[colour_index(pixel_bound)] += 1;
             sum += f64::from(pixel_bound);
             max = max.max(pixel_bound);
-            COLOUR_STEPS[colour_index(pixel_bound)].1.to_array()
+            COLOUR_STEPS[colour_index(pixel_bound)].colour.to_array()
         });
         let rgba = rgba.collect();
         let pixel_count = bounds.len().max(1) as f64;
@@ -75,14 +82,14 @@ impl ErrorBounds {
 
 /// The displayed bounds, and those that are being computed for a newer request.
 #[derive(Default)]
-pub(crate) struct BoundView {
+pub(crate) struct ErrorBoundView {
     /// The inputs of the newest bounds, displayed or pending.
-    requested: Option<(ViewRequest, DrawnWith)>,
+    requested: Option<(ViewRequest, SessionInputs)>,
     pending: Option<Pending<Result<ErrorBounds, String>>>,
     displayed: Option<Result<(ErrorBounds, TextureHandle), String>>,
 }
 
-impl BoundView {
+impl ErrorBoundView {
     /// Drops an error and pending bounds, so that the bounds are computed again; see `ComparePanel::forget_failures`.
     pub(crate) fn forget_failures(&mut self) {
         let was_pending = self.pending.take().is_some();
@@ -103,9 +110,9 @@ impl BoundView {
         self.displayed.is_none() && self.pending.is_none()
     }
 
-    /// Starts to compute the bounds, unless a computation is running or the inputs are those of the last one.
+    /// Starts to compute the bounds, unless a computation is running or the inputs are the same as for the last computation.
     pub(crate) fn ask(&mut self, worker: &dyn RenderWorker, request: &ViewRequest) {
-        let requested = Some((request.clone(), DrawnWith::now(worker.session())));
+        let requested = Some((request.clone(), SessionInputs::of(worker.session())));
         if self.pending.is_some() || self.requested == requested {
             return;
         }
@@ -151,9 +158,9 @@ impl BoundView {
 fn legend(ui: &mut Ui, bounds: &ErrorBounds) {
     ui.horizontal_wrapped(|ui| {
         ui.label(text!("bound-legend"));
-        for (k, (_, colour)) in COLOUR_STEPS.iter().enumerate() {
+        for (k, step) in COLOUR_STEPS.iter().enumerate() {
             let (rect, _) = ui.allocate_exact_size(Vec2::splat(12.0), Sense::hover());
-            ui.painter().rect_filled(rect, 2.0, *colour);
+            ui.painter().rect_filled(rect, 2.0, step.colour);
             ui.label(text!("bound-fraction", range = range_text(k), percent = decimal(100.0 * bounds.fractions[k], 1)));
         }
     });
@@ -171,6 +178,6 @@ mod tests {
         assert!((bounds.fractions.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         assert_eq!((bounds.fractions[0], bounds.max, bounds.mean), (0.5, 40, 12.75));
         let brightness = |c: &Color32| u32::from(c.r()) * 3 + u32::from(c.g()) * 6 + u32::from(c.b());
-        assert!(COLOUR_STEPS.windows(2).all(|pair| brightness(&pair[0].1) < brightness(&pair[1].1)));
+        assert!(COLOUR_STEPS.windows(2).all(|pair| brightness(&pair[0].colour) < brightness(&pair[1].colour)));
     }
 }

@@ -7,7 +7,7 @@
 mod bound;
 pub mod pair;
 
-use self::bound::BoundView;
+use self::bound::ErrorBoundView;
 use self::pair::{ComparedImage, Pair, PairView};
 use super::{Interface, accessible};
 use crate::image::DisplayImage;
@@ -19,8 +19,8 @@ use crate::session::Session;
 use crate::view::app::view_state::ViewState;
 use crate::view::error_texts::error_text;
 use crate::view::language::{text, text_by_id, translated_name};
-use crate::view::worker::drawn_with::DrawnWith;
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
+use crate::view::worker::session_inputs::SessionInputs;
 use egui::{ComboBox, ScrollArea, TextEdit};
 use std::sync::Arc;
 use std::time::Instant as WallInstant;
@@ -50,7 +50,7 @@ impl Renderer {
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Variant {
     quality: Quality,
-    /// Effect overrides as typed, in the syntax of `--effects`; they apply after those of the view.
+    /// Effect overrides as typed, in the syntax of `--effects`; they apply after the view's own overrides.
     effects: String,
     pixel_view: PixelView,
     renderer: Renderer,
@@ -65,8 +65,8 @@ struct ComparisonInput {
     variants: [Variant; 2],
     /// The view's own effect overrides.
     view_effects: EffectOverrides,
-    /// What the images depend on besides the requests, such as the shader fragments.
-    drawn_with: DrawnWith,
+    /// The state of the session on which the images depend besides the requests, such as the shader fragments.
+    session_inputs: SessionInputs,
 }
 
 impl ComparisonInput {
@@ -100,7 +100,7 @@ pub(crate) struct ComparePanel {
     pair: Option<Result<Arc<Pair>, String>>,
     pair_view: PairView,
     /// The error bounds of the left image.
-    bound_view: BoundView,
+    error_bound_view: ErrorBoundView,
 }
 
 /// The initial variants. Left: the view itself. Right: the view in draft quality, or in reference quality if the view itself is a draft.
@@ -123,7 +123,7 @@ impl ComparePanel {
         if self.pair.take_if(|pair| pair.is_err()).is_some() || was_pending {
             self.input = None;
         }
-        self.bound_view.forget_failures();
+        self.error_bound_view.forget_failures();
     }
 
     /// Takes a finished pair, shows the controls of the variants and the last pair, and starts to draw a new pair if needed.
@@ -168,11 +168,11 @@ impl ComparePanel {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match &self.pair {
             Some(Ok(pair)) => {
                 if let Some(request) =
-                    self.input.as_ref().filter(|_| self.pair_view.shows_bound()).and_then(|input| input.request_of(0).ok())
+                    self.input.as_ref().filter(|_| self.pair_view.shows_error_bounds()).and_then(|input| input.request_of(0).ok())
                 {
-                    self.bound_view.ask(worker, &request);
+                    self.error_bound_view.ask(worker, &request);
                 }
-                self.pair_view.show(ui, pair, [&names[0], &names[1]], Some(&mut |ui, name| self.bound_view.show(ui, name)));
+                self.pair_view.show(ui, pair, [&names[0], &names[1]], Some(&mut |ui, name| self.error_bound_view.show(ui, name)));
             }
             Some(Err(why)) => drop(ui.colored_label(ui.visuals().error_fg_color, why)),
             None => drop(ui.weak(text!("compare-waits"))),
@@ -191,7 +191,7 @@ impl ComparePanel {
             request: fitted_request(&rendered.job.request, ui),
             variants: variants.clone(),
             view_effects: interface.viewer.view.effects.clone(),
-            drawn_with: DrawnWith::now(worker.session()),
+            session_inputs: SessionInputs::of(worker.session()),
         };
         if self.input.as_ref().is_some_and(|last| last.is_close_to(&input)) {
             return;
@@ -277,7 +277,8 @@ fn draw(session: &Session, request: &ViewRequest, variant: &Variant) -> Result<C
     } else {
         let (_, plan) = session.plan(request, sampling).map_err(to_text)?;
         let renderer = f64_renderer.as_ref().unwrap_or(session.background_renderer());
-        (renderer.render(&plan, session.library(), FrameImages::Display).map_err(|e| error_text(&e))?.0, "software")
+        let (frame, _) = renderer.render(&plan, session.library(), FrameImages::Display).map_err(|e| error_text(&e))?;
+        (frame, "software")
     };
     let took_ms = start.elapsed().as_secs_f64() * 1e3;
     Ok(ComparedImage {
@@ -294,8 +295,8 @@ mod tests {
     #[test]
     fn an_error_in_the_previous_language_is_dropped() {
         let mut panel = ComparePanel { pair: Some(Err("why".into())), pending: Some(Pending::default()), ..ComparePanel::default() };
-        panel.bound_view.fail("why");
+        panel.error_bound_view.fail("why");
         panel.forget_failures();
-        assert!(panel.pair.is_none() && panel.pending.is_none() && panel.bound_view.is_empty());
+        assert!(panel.pair.is_none() && panel.pending.is_none() && panel.error_bound_view.is_empty());
     }
 }

@@ -1,7 +1,7 @@
 //! Display of two images of the same size: side by side, split by a line, or as their difference, with statistics.
 //!
-//! In: drawn images. Out: egui shapes. Always: images, difference and statistics belong to the same pair; differences are those of the 8-bit display
-//! values, as in `orrery compare`.
+//! In: drawn images. Out: egui shapes. Always: images, difference and statistics belong to the same pair; differences are between 8-bit display values,
+//! as in `orrery compare`.
 
 use crate::image::{self, DisplayImage};
 use crate::view::error_texts::error_text;
@@ -51,7 +51,7 @@ enum DisplayMode {
     SideBySide,
     Difference,
     /// The error bounds of the left image.
-    Bound,
+    ErrorBounds,
 }
 
 impl DisplayMode {
@@ -60,12 +60,12 @@ impl DisplayMode {
         (Self::Split, "pair-split", "pair-split-hint"),
         (Self::SideBySide, "pair-beside", "pair-beside-hint"),
         (Self::Difference, "pair-difference", "pair-difference-hint"),
-        (Self::Bound, "pair-bound", "pair-bound-hint"),
+        (Self::ErrorBounds, "pair-bound", "pair-bound-hint"),
     ];
 }
 
 /// A function that shows the error bounds of an image; its argument is the image's name.
-pub(crate) type ShowBound<'a> = &'a mut dyn FnMut(&mut egui::Ui, &str);
+pub(crate) type ShowErrorBounds<'a> = &'a mut dyn FnMut(&mut egui::Ui, &str);
 
 /// State of the display of a pair.
 #[derive(Default)]
@@ -88,15 +88,15 @@ const FULL_UV: Rect = Rect { min: Pos2::ZERO, max: pos2(1.0, 1.0) };
 
 impl PairView {
     /// Whether error bounds are shown instead of the images.
-    pub(crate) fn shows_bound(&self) -> bool {
-        self.mode == DisplayMode::Bound
+    pub(crate) fn shows_error_bounds(&self) -> bool {
+        self.mode == DisplayMode::ErrorBounds
     }
 
-    /// Shows a pair. `names`: the names of the left and the right image. `show_bound`: shows the error bounds of the left image; with `None`, the user
+    /// Shows a pair. `names`: the names of the left and the right image. `show_error_bounds`: shows the error bounds of the left image; with `None`, the user
     /// cannot choose the bounds.
-    pub(crate) fn show(&mut self, ui: &mut egui::Ui, pair: &Arc<Pair>, names: [&str; 2], show_bound: Option<ShowBound<'_>>) {
+    pub(crate) fn show(&mut self, ui: &mut egui::Ui, pair: &Arc<Pair>, names: [&str; 2], show_error_bounds: Option<ShowErrorBounds<'_>>) {
         self.load_textures(ui.ctx(), pair);
-        let is_available = |mode: DisplayMode| show_bound.is_some() || mode != DisplayMode::Bound;
+        let is_available = |mode: DisplayMode| show_error_bounds.is_some() || mode != DisplayMode::ErrorBounds;
         ui.horizontal(|ui| {
             for (mode, name, hint) in DisplayMode::ALL.into_iter().filter(|(mode, ..)| is_available(*mode)) {
                 ui.selectable_value(&mut self.mode, mode, text_by_id(name)).on_hover_text(text_by_id(hint));
@@ -121,13 +121,13 @@ impl PairView {
                     }
                 });
             }
-            DisplayMode::Bound => return show_bound.map_or((), |show| show(ui, left)),
+            DisplayMode::ErrorBounds => return show_error_bounds.map_or((), |show| show(ui, left)),
             DisplayMode::Difference => image(ui, difference, size, &text!("pair-difference-of", left = left, right = right)),
         }
         statistics(ui, pair);
     }
 
-    /// Loads the images of a pair as textures, unless they are those of the last call.
+    /// Loads the images of a pair as textures, unless the last call loaded the same pair.
     fn load_textures(&mut self, ctx: &egui::Context, pair: &Arc<Pair>) {
         if self.loaded.as_ref().is_some_and(|loaded| Arc::ptr_eq(loaded, pair)) {
             return;

@@ -1,7 +1,7 @@
 //! The chosen event in the Events panel: its buttons, and its contacts at the observer's place.
 //!
-//! In: the chosen event, the observer's place. Out: actions that show the event or play it. Always: if the camera stands at the place and the event is
-//! visible from there, *Watch it* leaves the camera there. Not here: the list of events.
+//! In: the chosen event, the observer's place. Out: actions that show the event or play it. Always: if the camera stands at the observer's place and the
+//! event is visible from this place, *Watch it* leaves the camera where it is. Not here: the list of events.
 
 use super::{EventAtPlace, best_view};
 use crate::catalog::NaifId;
@@ -98,8 +98,9 @@ fn view_from_place(interface: &Interface, event: &SkyEvent, contacts: &[ContactA
     view
 }
 
-/// Runs time through an event. The view is from the observer's place if the camera stands there and the event is visible there, otherwise the best one.
-/// `at_place`: the contacts at that place, and whether the event is visible there; `None` if the camera stands elsewhere or the contacts are not known.
+/// Runs time through an event. The view is from the observer's place if the camera stands at this place and the event is visible from it; otherwise it is
+/// the best view. `at_place`: the contacts at the observer's place, and whether the event is visible from it; `None` if the camera stands elsewhere or the
+/// contacts are not known.
 fn watch_event(
     interface: &mut Interface,
     worker: &dyn RenderWorker,

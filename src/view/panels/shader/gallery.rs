@@ -1,5 +1,5 @@
 //! The Gallery page: keys that differ from the displayed key in one dimension (one independent choice, such as the surface), each with an image of the
-//! sample body.
+//! sample body (a fixed body, see `session::sample_body`).
 //!
 //! In: the displayed features. Out: egui shapes; the features of a clicked image, as if changed by hand. Always: each key is shown once; only visible
 //! images are drawn.

@@ -1,5 +1,5 @@
 //! The Shader panel: the shader module that draws the selected body, with its key (which names it), source, uniforms, cost, the values of one pixel,
-//! and sample images of other keys.
+//! and sample images (of a fixed body, see `session::sample_body`) drawn with other keys.
 //!
 //! In: the last image, the selected body. Out: egui shapes. Always: a key changed by hand affects only this panel, not the image on screen;
 //! slow queries run on the query worker (a background thread); everything shown belongs to the module named at the top.
@@ -39,7 +39,7 @@ enum Page {
     Cost,
     /// The named values that the draws compute at one pixel.
     Probe,
-    /// Sample images of other keys.
+    /// Sample images drawn with other keys.
     Gallery,
 }
 
@@ -68,7 +68,7 @@ enum ModuleChoice {
 #[derive(Default)]
 pub(crate) struct ShaderPanel {
     page: Page,
-    /// The module that the user chose. `None`: that of the body's globe, or of its first draw if it has no globe, or of points if it has no draws.
+    /// The module that the user chose. `None`: the module of the body's globe; without a globe, of the body's first draw; without draws, of points.
     chosen: Option<ModuleChoice>,
     /// The body and the module that the last frame showed. When one of them changes, features changed by hand are dropped.
     last_inspected: Option<(NaifId, ModuleChoice)>,
@@ -97,7 +97,7 @@ struct Inspected<'a> {
     draw: Option<&'a Draw>,
     /// The key of `draw`.
     drawn_key: Option<ShaderKey>,
-    /// The displayed module: that of the draw, that of the key changed by hand, or a simple shader.
+    /// The displayed module: the module of the draw, the module of the key changed by hand, or a simple shader.
     id: ModuleId,
     /// Number of images that the window has shown, which identifies the current one.
     image_number: u64,

@@ -1,7 +1,7 @@
 //! The text of a module in one shading language, split into lines, with syntax colours and the feature of each line.
 //!
 //! In: a module, a language. Out: lines, and layout jobs that egui can display. Always: only WGSL has features and origins of lines, because the source
-//! map is that of WGSL.
+//! map describes the WGSL text.
 
 use crate::shader::ShaderModule;
 use crate::shader::key::DIMENSIONS;

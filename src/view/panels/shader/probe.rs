@@ -15,8 +15,8 @@ use crate::view::language::dates::instant_text;
 use crate::view::language::{body_name, signed, text, translated_name};
 use crate::view::panels::theme::SMALL_TEXT_POINTS;
 use crate::view::panels::{Interface, accessible};
-use crate::view::worker::drawn_with::DrawnWith;
 use crate::view::worker::render_worker::{Pending, ask};
+use crate::view::worker::session_inputs::SessionInputs;
 use egui::{FontId, RichText, ScrollArea, TextEdit};
 
 /// The reports of one pixel computed in f32 and in f64.
@@ -33,7 +33,7 @@ pub(crate) struct ProbePage {
     /// Index of the chosen draw among those at the pixel.
     draw_index: usize,
     /// What the answer to the last query depends on: the pixel, the view, and the state of the session.
-    requested: Option<([u32; 2], ViewRequest, DrawnWith)>,
+    requested: Option<([u32; 2], ViewRequest, SessionInputs)>,
     pending: Option<Pending<Result<BothPrecisions, ProbeError>>>,
     /// The last answer.
     answer: Option<Result<BothPrecisions, ProbeError>>,
@@ -122,11 +122,12 @@ impl ProbePage {
     fn start_query(&mut self, inspected: &Inspected<'_>, interface: &Interface, pixel: [u32; 2]) {
         let [width, height] = interface.viewport.size_px;
         let request = ViewRequest { width, height, quality: interface.viewer.view.quality, ..inspected.rendered.job.request.clone() };
-        let query = (pixel, request, DrawnWith::now(inspected.worker.session()));
+        let query = (pixel, request, SessionInputs::of(inspected.worker.session()));
         if self.requested.as_ref() == Some(&query) || self.pending.is_some() || interface.viewer.is_animating() {
             return;
         }
-        let request = query.1.clone();
+        let (_, request, _) = &query;
+        let request = request.clone();
         self.requested = Some(query);
         let pending = ask(inspected.worker, move |session| inspect_in_both_precisions(session, &request, pixel));
         // The worker of the tests has answered already.

@@ -81,7 +81,7 @@ pub(crate) struct MapFacts {
 
 /// Side of a sample image (an image of the sample body), pixels.
 pub(crate) const SAMPLE_PX: u32 = 96;
-/// Largest number of sample images kept as textures, which then take 22 MB. When it is reached, all are dropped before the next is stored.
+/// Largest number of sample images kept as textures; this number takes 22 MB. When it is reached, all textures are dropped before the next is stored.
 const MAX_SAMPLE_TEXTURES: usize = 600;
 /// Side of a timed image, pixels.
 const TIMED_PX: u32 = 250;

@@ -16,6 +16,8 @@ use std::sync::Arc;
 const MARGIN_POINTS: f32 = 112.0;
 /// Width of the stripe at the right edge of the margin, points.
 const STRIPE_POINTS: f32 = 4.0;
+/// Opacity of the feature's colour over the margin of the lines of the highlighted feature.
+const HIGHLIGHT_OPACITY: f32 = 0.14;
 /// Size of the font of the source, points.
 const FONT_POINTS: f32 = CODE_TEXT_POINTS;
 /// When the list is scrolled to a line, this number of rows stays visible above it.
@@ -223,14 +225,14 @@ impl SourcePage {
             // The first lines of a feature are usually declarations; its longest run is its code. Of runs of equal length, the first is taken.
             None => starts.iter().rev().max_by_key(|start| length(**start)),
         };
-        self.feature = text.features.get(feature).map(|f| f.0.clone());
+        self.feature = text.features.get(feature).map(|(name, _)| name.clone());
         self.run_start = next.copied();
         self.scroll_line = next.map(|start| *start as u32);
     }
 
     /// Shows the list of lines, and handles its keys.
     fn lines(&mut self, ui: &mut Ui, text: &ModuleText) {
-        let highlighted = self.feature.as_ref().and_then(|name| text.features.iter().position(|f| f.0 == *name));
+        let highlighted = self.feature.as_ref().and_then(|chosen| text.features.iter().position(|(name, _)| name == chosen));
         // The lines that are rows of the list; `None`: all lines.
         let rows: Option<Vec<usize>> = highlighted
             .filter(|_| self.shows_only_feature)
@@ -297,7 +299,7 @@ impl SourcePage {
             }
         });
         if let Some(feature) = chosen_feature {
-            self.feature = text.features.get(feature).map(|f| f.0.clone());
+            self.feature = text.features.get(feature).map(|(name, _)| name.clone());
         }
     }
 
@@ -314,7 +316,7 @@ impl SourcePage {
         let stripe = egui::Rect::from_min_size(egui::pos2(rect.right() - STRIPE_POINTS, rect.top()), vec2(STRIPE_POINTS, height));
         ui.painter().rect_filled(stripe, 0.0, colour);
         if highlighted == Some(usize::from(line.feature)) {
-            ui.painter().rect_filled(rect, 0.0, colour.gamma_multiply(0.14));
+            ui.painter().rect_filled(rect, 0.0, colour.gamma_multiply(HIGHLIGHT_OPACITY));
         }
         if is_first {
             if !self.hides_names {

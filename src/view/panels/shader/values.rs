@@ -76,7 +76,8 @@ fn simple_module_bytes(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &I
 fn components_of(field: &UniformField, bytes: &[u8]) -> Vec<f32> {
     let end = field.offset as usize + 4 * field.ty.components();
     let field_bytes = bytes.get(field.offset as usize..end).unwrap_or_default();
-    field_bytes.as_chunks::<4>().0.iter().map(|b| f32::from_le_bytes(*b)).collect()
+    let (components, _) = field_bytes.as_chunks::<4>();
+    components.iter().map(|bytes| f32::from_le_bytes(*bytes)).collect()
 }
 
 /// Formats a number by its magnitude: from 1e-4 to 1e6 with up to six decimals, without trailing zeros; zero as `0`; any other with six significant
@@ -111,6 +112,7 @@ fn uniform_table(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, filte
             ui.label(RichText::new(field.ty.to_string()).monospace().size(SMALL_TEXT_POINTS));
             ui.label(&field.name);
             let components = bytes.map(|b| components_of(field, b)).unwrap_or_default();
+            // The table shows four components a row.
             let rows: Vec<String> =
                 components.chunks(4).map(|row| row.iter().map(|v| brief_number(*v)).collect::<Vec<_>>().join(", ")).collect();
             let hidden_rows = rows.len().saturating_sub(MAX_ROWS);

@@ -144,7 +144,10 @@ impl Export {
     pub(crate) fn poll(&mut self, worker: &dyn RenderWorker, saved_message: impl Fn(&Path) -> String) -> Option<(String, bool)> {
         let (path, animation) = match self.pending_frame.take()? {
             Ok(result) => result,
-            Err(why) => return Some((why, true)),
+            Err(why) => {
+                let is_over = true;
+                return Some((why, is_over));
+            }
         };
         self.finished_count += 1;
         let is_over = self.finished_count >= self.frame_count;

@@ -63,7 +63,7 @@ pub(crate) fn frames(interface: &mut Interface, ui: &mut Ui) {
         accessible::number_field(ui, step, text!("frames-step"));
         ui.label(text!("frames-apart"));
     });
-    // The frames begin at the displayed time, or have it in their middle, so they show an event only if that time is near the event.
+    // The first or the middle frame is at the displayed time, so the frames show an event only if the displayed time is near the event.
     let displayed_tdb_s = interface.viewer.view.tdb_s;
     if let Some(playback) = interface.events.playback_of_chosen().filter(|playback| playback.is_near(displayed_tdb_s)) {
         let whole_event = ui.button(text!("frames-whole-event")).on_hover_text(text!("frames-whole-event-hint"));
