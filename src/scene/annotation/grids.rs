@@ -51,7 +51,7 @@ fn opacity_at_spacing(spacing_deg: f64, pixel_deg: f64) -> f64 {
 }
 
 impl GridLine {
-    /// Opacity at a latitude, 0 to 1; that of a parallel does not depend on the latitude given. `pixel_deg`: degrees per pixel.
+    /// Opacity at a latitude, 0 to 1; `latitude_deg` has no effect on a parallel. `pixel_deg`: degrees per pixel.
     pub(crate) fn opacity(&self, latitude_deg: f64, pixel_deg: f64) -> f64 {
         let spacing_factor = match self.kind {
             GridLineKind::Parallel => 1.0,
@@ -86,7 +86,7 @@ pub(crate) fn grid_lines(cap: Cap, pixel_deg: f64) -> Vec<GridLine> {
     for (k, step_deg) in STEPS_DEG.into_iter().enumerate() {
         // The next coarser grid contains the lines of all coarser ones, because each step is a multiple of the next.
         let is_in_no_coarser_grid = |n: i64| k == 0 || !is_multiple(n as f64 * step_deg, STEPS_DEG[k - 1]);
-        // The multiples of the step in a range.
+        // The integers n for which n steps lie in a range of degrees.
         let indices = |from: f64, to: f64| ((from / step_deg).ceil() as i64)..=((to / step_deg).floor() as i64);
         if opacity_at_spacing(step_deg, pixel_deg) > 0.0 {
             let parallels = indices(latitudes[0], latitudes[1])
@@ -139,8 +139,8 @@ fn angle_text_with(plus: &str, degrees: f64) -> String {
     sexagesimal_text(sign, (100.0 * seconds) as u64, ["°", "'", "\""])
 }
 
-/// A right ascension in hours, minutes and seconds, without the smaller units that are zero. Seconds have up to two decimals, because the finest grid has a
-/// meridian every 1/15 second.
+/// A right ascension, given in degrees, as text in hours, minutes and seconds, without the smaller units that are zero. Seconds have up to two decimals,
+/// because the finest grid has a meridian every 1/15 second.
 pub(crate) fn hours_text(degrees: f64) -> String {
     const HUNDREDTHS_PER_HOUR: f64 = 360_000.0;
     let hundredths = (degrees.rem_euclid(360.0) / 15.0 * HUNDREDTHS_PER_HOUR).round() as u64 % (24 * HUNDREDTHS_PER_HOUR as u64);

@@ -89,6 +89,7 @@ const FILLS_IMAGE: f64 = 0.45;
 pub struct LabelLayer {
     /// Size of the glyphs.
     pub glyph_px: f64,
+    /// The selected body, else the target, else the Sun; its label has a colour of its own.
     pub selected: NaifId,
     pub labels: Vec<Label>,
     /// Caption, scale bar and compass; also the names of surface features and the rings of landing sites.
@@ -99,7 +100,7 @@ pub struct LabelLayer {
 
 impl LabelLayer {
     /// The texts, marks and data points of the layers that the request switches on; `None` if it switches on none of these layers. `velocity_km_s`: the
-    /// viewer's, for the aberration of data points in the sky.
+    /// viewer's velocity, for the aberration of data points in the sky.
     pub(crate) fn of(
         image: &impl ImageProjection,
         request: &ViewRequest,

@@ -1,9 +1,9 @@
 //! The margin of an image: caption, scale bar and compass, which are drawn over the image near its edges.
 //!
 //! In: the request and the bodies in view. Out: texts, bars and rings. Always: lengths are round numbers; a length in kilometres is valid across the line of
-//! sight at the distance of the target's centre. Without a target, or if its disc is small, the bar is an angle, which a bar in the image's middle
-//! spans. The compass points to the target's north pole. In a narrow image the caption has more lines and the scale bar stands above it; what does not fit is
-//! left out.
+//! sight at the distance of the target's centre. Without a target, or if its disc is small, the scale bar states an angle: the angle that this bar would span
+//! in the middle of the image. The compass points to the target's north pole. In a narrow image the caption has more lines and the scale bar stands above the
+//! caption; what does not fit is left out.
 
 use super::text::{Bar, LabelMetrics, NAME_COLOUR, Rect, TextLine};
 use crate::catalog::Catalog;
@@ -162,9 +162,9 @@ impl Margin {
         let max_px = MAX_BAR_FRACTION * size.x;
         let max_rad = max_px / px_per_radian;
         let disc_px = |t: &&BodyInView| 2.0 * t.placement.radii_km.max_element() / t.distance_km * px_per_radian;
-        // Length of a bar in the image's middle that spans an angle. In a perspective image it grows faster than the angle.
+        // Length of a bar in the image's middle that spans an angle. In a perspective image this length grows faster than the angle.
         let spanning_px = |angle_rad: f64| 2.0 * image.disc_radius_px(0.5 * angle_rad);
-        let (text, length) = match target.filter(|t| disc_px(t) >= MIN_DISC_PX) {
+        let (text, length_px) = match target.filter(|t| disc_px(t) >= MIN_DISC_PX) {
             Some(t) => {
                 let km = round_number_below(max_rad * t.distance_km);
                 (length_text(km), km / t.distance_km * px_per_radian)
@@ -176,19 +176,19 @@ impl Margin {
             }
         };
         let text = language.number(&text);
-        let length = length.round();
+        let length_px = length_px.round();
         let thickness = (glyph_px / GLYPH_PER_THICKNESS).round().max(1.0);
         let tick = (TICK_HEIGHT * glyph_px).round();
-        let left = (size.x - EDGE_DISTANCE * glyph_px - length).round();
+        let left = (size.x - EDGE_DISTANCE * glyph_px - length_px).round();
         // Centred over the bar, as far as the image's edge allows.
-        let text_left = left + 0.5 * (length - metrics.width_px(&text));
+        let text_left = left + 0.5 * (length_px - metrics.width_px(&text));
         let text_left = text_left.min(size.x - BAR_TEXT_EDGE * glyph_px - metrics.width_px(&text));
         let text_at = |bar_top: f64| DVec2::new(text_left, bar_top - BAR_TEXT_HEIGHT * glyph_px);
         let rect_at = |bar_top: f64| {
             let of_text = metrics.rect(&text, text_at(bar_top));
             Rect {
                 min: of_text.min.min(DVec2::new(left, bar_top - tick)),
-                max: of_text.max.max(DVec2::new(left + length, bar_top + thickness)),
+                max: of_text.max.max(DVec2::new(left + length_px, bar_top + thickness)),
             }
         };
         let mut bar_top = (size.y - EDGE_DISTANCE * glyph_px).round();
@@ -201,9 +201,9 @@ impl Margin {
         if !rect_at(bar_top).is_in_image(size) {
             return;
         }
-        self.bar(DVec2::new(left, bar_top), DVec2::new(length, thickness));
+        self.bar(DVec2::new(left, bar_top), DVec2::new(length_px, thickness));
         self.bar(DVec2::new(left, bar_top - tick), DVec2::new(thickness, tick));
-        self.bar(DVec2::new(left + length - thickness, bar_top - tick), DVec2::new(thickness, tick));
+        self.bar(DVec2::new(left + length_px - thickness, bar_top - tick), DVec2::new(thickness, tick));
         let text_position = text_at(bar_top);
         self.text(text, text_position);
     }

@@ -14,13 +14,13 @@ pub(crate) const MAX_CHORD_ERROR_PX: f64 = 0.1;
 pub(crate) const MARGIN_PX: f64 = 4.0;
 /// Maximum number of halvings of a span: a span of a curve of 100 au is then some tens of metres long.
 const MAX_HALVINGS: u32 = 40;
-/// Longest span, in units of the parameter, that may be replaced by its chord. Along a chord the opacity is interpolated linearly.
+/// Longest span, in units of the parameter, that may be replaced by its chord. The limit is needed because opacity is interpolated linearly along a chord.
 const MAX_SPAN: f64 = 0.2;
 
 /// A straight segment of a line on the screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LineSegment {
-    /// Clip x and y, reversed depth.
+    /// x and y from -1 to 1 across the frame (y up), reversed depth.
     pub ends: [Vec3; 2],
     /// Unit normal of the line in the image (x right, y up) at each end. Adjacent segments share it.
     pub normals: [Vec2; 2],
@@ -35,7 +35,7 @@ pub(crate) struct Curve<'a> {
     pub camera: &'a Camera,
     /// Position relative to the camera, ICRF; kilometres, or a unit vector for points infinitely far away.
     pub point: &'a dyn Fn(f64) -> DVec3,
-    /// Upper limit of the length of the first and the second derivative.
+    /// Upper limit of the lengths of the first and the second derivative of `point` with respect to its parameter.
     pub derivative_bound: f64,
     /// Factor on [`MAX_CHORD_ERROR_PX`]: 1, or for points infinitely far away [`tolerance_at_corners`].
     pub tolerance_factor: f64,
@@ -150,7 +150,7 @@ pub(crate) fn clipped_to_frame(camera: &Camera, from: DVec3, to: DVec3) -> Optio
     (enter < leave).then_some([enter, leave])
 }
 
-/// Converts a run to line segments. `depth`: reversed depth of a point in camera axes; `opacity`: opacity at a parameter.
+/// Converts a run to line segments. `depth`: reversed depth of a point in camera axes; `opacity`: opacity at a parameter; `colour`: linear RGB.
 pub(crate) fn segments(
     camera: &Camera,
     run: &[CurvePoint],

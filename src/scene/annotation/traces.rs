@@ -3,7 +3,7 @@
 //! In: the ephemeris, the centre (the target, else the Sun), and the apparent place of each body. Out: [`LineSegment`]s, clipped to the frame, whose ends
 //! meet exactly. Paths are sampled backwards from the time when the light that now arrives left the body, so that the first vertex is the body's apparent
 //! position; between samples they are Hermite cubics with the samples' velocities. Left out: moons of bodies other than the centre, because their loops are too
-//! small and too numerous; only the Moon is also drawn about the Sun.
+//! small and too numerous. The only exception is the Moon, which also has a trace about the Sun.
 
 use crate::catalog::{Body, NaifId};
 use crate::ephemeris::{Ephemeris, State};

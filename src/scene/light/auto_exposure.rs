@@ -23,7 +23,7 @@ use glam::FloatExt;
 
 /// Power to which the weights of subjects are raised: subjects with weights in the ratio 1:3 contribute in the ratio 1:9.
 const WEIGHT_EXPONENT: i32 = 2;
-/// Exponent of the smooth maximum (p-norm) of several white levels: that of two equal levels is a quarter of a stop above them.
+/// Exponent of the smooth maximum (p-norm) of several white levels. The smooth maximum of two equal levels is a quarter of a stop above them.
 const SMOOTH_MAX_EXPONENT: i32 = 4;
 /// Upper limits of the median glare in the frame, as a fraction of white: for subjects brighter than the glare, for fainter ones, and for those that are lost
 /// in the glare. In the last case the sky looks black (0.003 of white is level 10 of 255), at the cost of the faintest stars.

@@ -127,8 +127,8 @@ fn rect(camera: &Camera, towards: DVec3, sine: f64) -> ClipRect {
     glare::rect_around(camera, camera.in_axes(towards), 2.0 * (0.5 * sine.asin()).sin())
 }
 
-/// Radiance of the corona at the limb, minus the smallest change of the glare there that is kept. `glare`: the glare that the frame draws. If the Sun is partly
-/// hidden, the limb opposite the visible part counts, because the corona shows there first.
+/// Radiance of the corona at the limb, minus the smallest visible change of the glare's radiance there. `min_change`: this change relative to the glare;
+/// `glare`: the glare that the frame draws. If the Sun is partly hidden, the limb opposite the visible part counts, because the corona shows there first.
 fn excess_over_glare(min_change: f64, glare: Option<&VeilingGlare>) -> f64 {
     radiance(1.0) - min_change * glare.map_or(0.0, VeilingGlare::limb_radiance)
 }
@@ -191,7 +191,7 @@ pub(crate) fn corona(
         return None;
     }
     let sun_px = diameter_px(camera, sun);
-    // The corona must exceed both the threshold on black and the least change of the glare that is kept.
+    // The corona must exceed the sum of the threshold on black and the smallest visible change of the glare.
     let on = sun_px >= MIN_SUN_PX && threshold.is_exceeded_by_radiance(excess_over_glare(threshold.min_change(), glare));
     let reason = if sun_px < MIN_SUN_PX {
         reason!("corona-sun-small", size = format_args!("{sun_px:.2}"), threshold = MIN_SUN_PX)

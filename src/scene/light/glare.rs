@@ -28,7 +28,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// pi * 10 * (pi / 180)^2.
 pub const VEILING_GLARE_COEFFICIENT: f64 = PI * 10.0 * (PI / 180.0) * (PI / 180.0);
 
-/// Exponent with which the glare grows while the Sun enters the frame: chosen.
+/// Exponent with which the glare grows while the Sun enters the frame: chosen, not derived.
 const ENTRY_EXPONENT: i32 = 6;
 
 /// Uniforms of the glare, and where it is drawn.
@@ -70,7 +70,7 @@ fn middle_and_core_factor(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) -> (D
 /// How far a disc has entered the frame: 0 while it is outside, 1 once it has entered by its radius or by half the frame. It is 1 in each face of a
 /// cube, because the edges of a face are not those of the image. In between, the fraction along each axis is raised to a power, so that the glare, which is
 /// far brighter than the dark sky, appears gradually. The outline's bounding rectangle cannot be used instead: it is too wide for a body at a right angle
-/// to the line of sight.
+/// to the line of sight. `towards`: unit vector to the disc's centre, ICRF; `sin_radius`: sine of the disc's angular radius.
 fn entered_fraction_of_disc(camera: &Camera, towards: DVec3, sin_radius: f64) -> f64 {
     if camera.is_cube_face {
         return 1.0;

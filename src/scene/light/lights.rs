@@ -51,8 +51,8 @@ fn reflected_light(source: &Reflector<'_>, receiver_km: DVec3) -> Option<Inciden
 }
 
 /// The lights that other bodies reflect onto a receiver. Returns the significant lights, strongest first, at most [`MAX_LIGHTS`] - 1 because one light is the
-/// Sun. Also returns the body that reflects the strongest light, significant or not, with the radiance that this light causes on the receiver: that of a
-/// surface with the receiver's albedo that faces the light. `is_significant`: whether such a radiance matters.
+/// Sun. Also returns the body that reflects the strongest light, significant or not, and the radiance which this light gives to a surface that faces it and
+/// has the receiver's albedo. `is_significant`: whether a light that causes this radiance matters.
 pub(crate) fn planet_shine(
     receiver: &Body,
     receiver_km: DVec3,

@@ -164,7 +164,7 @@ pub fn light_curve(body: &Body, sun: DVec3, viewer: DVec3) -> f64 {
     let pole = viewer.cross(towards_sun);
     let [columns, rows] = LIGHT_CURVE_GRID;
     let lit_width = PI - alpha;
-    let (mut light, mut even) = (0.0, 0.0);
+    let (mut light, mut light_of_uniform_albedo) = (0.0, 0.0);
     for row in 0..rows {
         let (sin_latitude, cos_latitude) = (PI * ((f64::from(row) + 0.5) / f64::from(rows) - 0.5)).sin_cos();
         for column in 0..columns {
@@ -174,11 +174,11 @@ pub fn light_curve(body: &Body, sun: DVec3, viewer: DVec3) -> f64 {
             let normal = (viewer * longitude.cos() + towards_sun * longitude.sin()) * cos_latitude + pole * sin_latitude;
             let [degree_1, degree_2] = harmonics.degrees(normal);
             light += weight * (1.0 + degree_1 + degree_2).max(0.0);
-            even += weight;
+            light_of_uniform_albedo += weight;
         }
     }
     // At a phase angle of 180 degrees nothing is lit.
-    if even > 0.0 { light / even } else { 1.0 }
+    if light_of_uniform_albedo > 0.0 { light / light_of_uniform_albedo } else { 1.0 }
 }
 
 /// Mean radiance of the Sun's disc, which causes irradiance 1 at 1 au.

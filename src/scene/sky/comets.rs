@@ -73,7 +73,7 @@ pub struct TailSegment {
     pub ends: [Vec3; 2],
     /// Vectors from each end to the ribbon's edge, pixels, x right, y up.
     pub edges: [Vec2; 2],
-    /// Radiance on the ribbon's centre line.
+    /// Radiance on the ribbon's centre line, at each end.
     pub radiance: [f32; 2],
     /// 1: a cross profile like a Gaussian; 0: a profile such that overlapping neighbours add up to a uniform sheet.
     pub softness: f32,
@@ -168,7 +168,7 @@ impl CometProjection<'_> {
         narrow((point.px / self.camera.half_size()).extend(point.depth))
     }
 
-    /// Whether a segment, including its width, is outside the frame.
+    /// Whether a segment of this half width is outside the frame.
     fn is_outside(&self, a: &ProjectedPoint, b: &ProjectedPoint, half_px: f64) -> bool {
         let limit_px = self.camera.half_size() + DVec2::splat(half_px);
         let is_beyond = |v: DVec2| v.cmpgt(limit_px);
@@ -352,7 +352,8 @@ pub(crate) fn comets(
         let tail_growth = smoothstep((TAILS_AU.0 - sun_distance_au) / (TAILS_AU.0 - TAILS_AU.1));
         // Tails are visible only if the head is, because the head is brighter than any part of its tails. The head may be outside the frame, so its peak
         // radiance is computed for the middle of the frame.
-        let is_visible = head_irradiance * PI / camera.pixel_tangent().powi(2) * point_peak() > white * MIN_LEVEL;
+        let peak_radiance = head_irradiance * PI / camera.pixel_tangent().powi(2) * point_peak();
+        let is_visible = peak_radiance > white * MIN_LEVEL;
         if tail_growth > 0.0 && is_visible {
             // The heliocentric magnitude is that at 1 au from the viewer.
             let length_au = (ION_LENGTH_AU * water_production(magnitude - 5.0 * distance_au.log10()).sqrt()).min(MAX_ION_LENGTH_AU);

@@ -179,7 +179,8 @@ impl Meter<'_, '_> {
         subjects.extend(frame.refracted_limbs());
         if let Some(air) = self.air {
             let mut sky = LogMean::default();
-            sky.add((frame.sky_fraction() - share_of_bodies_in_sky).max(0.0), frame.sky_radiance, 0.0);
+            let no_foreground = 0.0;
+            sky.add((frame.sky_fraction() - share_of_bodies_in_sky).max(0.0), frame.sky_radiance, no_foreground);
             subjects.extend(sky.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), AUTO_EXPOSED_MEAN));
             // Sky and ground around the camera are shown darker in dusk, less so near the top of the air.
             let sky_weight = air.sky_weight();
@@ -352,7 +353,8 @@ impl<'a> MeteredFrame<'_, 'a> {
                 let normal = (viewer * cos + perpendicular * sin) * cos_lat + up * sin_lat;
                 let area = cos * cos_lat * cos_lat * (to - from) / f64::from(columns) * PI / f64::from(rows) / PI;
                 if area > 0.0 {
-                    add(weight * area, ground.radiance(normal, normal, viewer, shadow, 1.0));
+                    let no_ring_shadow = 1.0;
+                    add(weight * area, ground.radiance(normal, normal, viewer, shadow, no_ring_shadow));
                 }
             }
         }

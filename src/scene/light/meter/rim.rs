@@ -25,7 +25,8 @@ const POSITION_ANGLES: u32 = 12;
 const HEIGHTS: u32 = 24;
 
 /// Column of a species of exponential profile from a height towards the Sun, in km at the density of the ground; infinite if the ground hides the Sun. By the
-/// approximation of Chapman's function c / ((c - 1) cos z + 1), c = sqrt(pi x / 2), x the radius in scale heights.
+/// approximation of Chapman's function c / ((c - 1) cos z + 1), with c = sqrt(pi x / 2), the radius x in scale heights and the Sun's zenith angle z.
+/// `sin_altitude`: sine of the Sun's altitude.
 fn column_towards_sun_km(s: &Species, radius_km: f64, height_km: f64, sin_altitude: f64) -> f64 {
     let scale_height_km = s.scale_height_km;
     let horizontal = (FRAC_PI_2 * radius_km / scale_height_km).sqrt();
@@ -42,7 +43,7 @@ fn column_towards_sun_km(s: &Species, radius_km: f64, height_km: f64, sin_altitu
     2.0 * scale_height_km * horizontal * density(s, lowest_km) - upwards_km
 }
 
-/// Fraction of sunlight that reaches a height of the limb, per channel.
+/// Fraction of sunlight that reaches a height of the limb, per channel. `sin_altitude`: sine of the Sun's altitude there.
 fn sunlight(air: &Atmosphere, radius_km: f64, height_km: f64, sin_altitude: f64) -> DVec3 {
     let depth: DVec3 =
         rim::exponential(air).map(|s| extinction(s) * column_towards_sun_km(s, radius_km, height_km, sin_altitude).min(1e30)).sum();

@@ -2,7 +2,7 @@
 //! point.
 //!
 //! In: the placed Sun and the camera. Out: [`FrameGlare`], which computes the median radiance over the frame. The sprite's glare reaches at most 64 pixels, but
-//! in an image of that size it is as bright as the veil. Its radius depends on the exposure, so the median is computed for a given white.
+//! in an image of about that size it is as bright as the veil. The sprite's radius depends on the exposure, so the median is computed for a given white.
 
 use super::MeteredFrame;
 use super::geometry::area_px;
