@@ -82,7 +82,7 @@ fn bending(refractivity: f64, radius_km: f64, scale_height_km: f64) -> f64 {
 }
 
 /// Layers of a body's air in units of `unit_km`; `None` if the body has no air, or the catalog lacks its refractivity or its gas. `radius`: radius of the
-/// body's outline; `shift_per_bending`: see [`shift_per_bending`].
+/// body's outline, in the same unit; `shift_per_bending`: see [`shift_per_bending`].
 pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, shift_per_bending: f64) -> Option<RefractingLayers> {
     let air = body.atmosphere.as_ref()?;
     let (refractivity, rayleigh) = (air.refractivity?, rayleigh(air)?);

@@ -16,6 +16,7 @@ const RADIUS_MARGIN: f64 = 1.001;
 /// The image's frustum in a receiver's axes and equatorial radii.
 #[derive(Clone, Copy, Debug)]
 pub struct Frustum {
+    /// The camera's position relative to the receiver's centre.
     position: DVec3,
     /// Inward unit normals of its planes, all through the camera: the four sides, then the plane perpendicular to the view axis.
     inward_normals: [DVec3; 5],

@@ -30,7 +30,8 @@ const MAX_SEGMENTS: f64 = 16.0;
 /// Ratio of the polar to the equatorial radius of the thin spheroid that represents a ring when its outline is computed.
 const OUTLINE_THICKNESS: f64 = 1e-6;
 
-/// Rounds to 17 significant bits, so that frames within some minutes share a table. The relative error is below 8e-6, that of the rings' light below 2e-5.
+/// Rounds to 17 significant bits, so that frames within some minutes share a table. The relative error is below 8e-6; the relative error of the rings' light
+/// is then below 2e-5.
 fn rounded_for_reuse(x: f64) -> f64 {
     const DROPPED_BITS: u32 = 36;
     f64::from_bits((x.to_bits() + (1 << (DROPPED_BITS - 1))) & !((1 << DROPPED_BITS) - 1))
@@ -196,7 +197,7 @@ impl<'a> RingView<'a> {
 
     /// The visible rings; with `include_all` also rings below the threshold. Rings are left out from the outermost inwards as long as together they change no
     /// pixel visibly. Their joint change is at most the sum of their changes, and at most the largest change that one of them makes to a pixel that it fills.
-    /// The check also fails if the disc out to the outermost of these rings, seen face-on, covers at most half a pixel.
+    /// The check also fails if the disc out to the outermost visible ring, seen face-on, covers at most half a pixel.
     pub(crate) fn visible_rings(&self, include_all: bool) -> VisibleRings<'a> {
         let frame = self.frame_limits();
         let mut rings: Vec<(&Ring, RingChange)> =
@@ -252,11 +253,11 @@ impl<'a> RingView<'a> {
             rings.iter().filter(|r| r.inner_km < farthest_km).map(|r| -(-r.tau_normal / sine.max(MIN_COSINE)).exp_m1()).fold(0.0, f64::max);
         // Half the penumbra's width in the rings' plane, for the point of the globe that is farthest from the plane. The distance along the sunlight is about
         // 1 / sine; the light crosses the plane obliquely, which stretches the width by another 1 / sine.
-        let penumbra_px = tangent / sine.max(tangent) / sine.max(tangent) * self.pixels_per_radius();
-        let model = if penumbra_px > MAX_EDGE_ERROR_PX { RingShadow::Penumbra } else { RingShadow::PointSun };
+        let half_penumbra_px = tangent / sine.max(tangent) / sine.max(tangent) * self.pixels_per_radius();
+        let model = if half_penumbra_px > MAX_EDGE_ERROR_PX { RingShadow::Penumbra } else { RingShadow::PointSun };
         let (degrees, light) = (sine.asin().to_degrees(), self.threshold.change_description(max_removed_fraction));
         let reason = reason!("ring-shadow-sun", degrees = format_args!("{degrees:.3}"), light = light)
-            .and(reason!("ring-shadow-penumbra", size = format_args!("{penumbra_px:.1}")));
+            .and(reason!("ring-shadow-penumbra", size = format_args!("{half_penumbra_px:.1}")));
         (ThresholdCheck { on: self.threshold.is_exceeded_by_change(max_removed_fraction) && sine > 0.0, reason }, model)
     }
 

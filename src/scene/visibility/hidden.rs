@@ -74,7 +74,7 @@ impl Limb {
     }
 }
 
-/// Number of chords of a disc.
+/// Number of chords into which a disc is divided.
 const CHORDS: u32 = 720;
 
 /// Integral of a limb-darkened disc's radiance along a chord of half length h, from the chord's middle to x; see shaders/lib/ring/body_shadow.wesl.
@@ -168,7 +168,8 @@ fn bodies_in_front_of<'p, 'a>(placed: &'p [PlacedBody<'a>], farther: &PlacedBody
     found
 }
 
-/// Fraction of the light of the body `farther` that nearer bodies leave visible, per channel. `placed`: all bodies of the frame, `farther` among them.
+/// Fraction of the light of the body `farther` that nearer bodies leave visible, per channel; computed once per placed body. `placed`: all bodies of the frame,
+/// `farther` among them.
 pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>) -> DVec3 {
     *farther.visible_fraction.get_or_init(|| compute_visible_fraction(placed, farther))
 }
@@ -252,6 +253,7 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Dra
         if let (Some(k), Some(moon_limb)) = (moon, &moon_limb) {
             lunar_limb::apply_to_sun(draw, moon_limb, nearer[k], camera, 3 * k, [origin_ray, dx, dy]);
         }
+        // The last row of each of the two bodies has a free w.
         let rows = &mut draw.uniforms.foreground_limbs.rows;
         (rows[2].w, rows[5].w) = (origin_px.x, origin_px.y);
     }
