@@ -70,7 +70,7 @@ pub(crate) fn dots(image: &impl ImageProjection, catalog: &Catalog, bodies: &[Bo
                     if (placement.body_from_icrf.transpose() * normal).dot(line_of_sight) >= 0.0 {
                         continue;
                     }
-                    // The distance of the body's centre: bodies nearer than this one may hide the point, this body itself does not.
+                    // The distance of the body's centre: nearer bodies may hide the point, but its own body does not.
                     (line_of_sight, body.distance_km)
                 }
                 // For a point in the sky, `lon_deg` is the right ascension and `lat_deg` the declination.

@@ -39,7 +39,8 @@ const MIN_DISTANCE_KM: f64 = 1e-3;
 /// sRGB of a feature's name.
 pub(crate) const FEATURE_COLOUR: [u8; 3] = [238, 226, 196];
 
-/// The names, and the positions of the named landing sites in pixels. `occupied`: rectangles of other labels, to which this function adds those of the names.
+/// The names, and the positions of the named landing sites in pixels. `occupied`: rectangles that names must not overlap; this function adds the rectangles of
+/// the names.
 pub(crate) fn surface_feature_names(
     image: &impl ImageProjection,
     bodies: &[BodyInView],

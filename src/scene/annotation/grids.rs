@@ -13,7 +13,7 @@ const STEPS_DEG: [f64; 11] = [90.0, 30.0, 10.0, 5.0, 1.0, 0.5, 1.0 / 6.0, 1.0 / 
 /// Distance between neighbouring lines, in pixels, up to which a line is invisible, and from which it has its full opacity.
 const SPACING_FADE_PX: (f64, f64) = (60.0, 130.0);
 
-/// Largest latitude of a parallel: nearer to a pole it would be a point.
+/// Largest latitude of a parallel: nearer to a pole the parallel would be a point.
 const MAX_PARALLEL_DEG: f64 = 89.999_999;
 /// Opacity of a line above which its coordinate is written.
 pub(crate) const MIN_LABELLED_OPACITY: f64 = 0.5;
@@ -163,7 +163,7 @@ fn sexagesimal_text(sign: &str, hundredths: u64, [whole, minute, second]: [&str;
     }
 }
 
-/// The compass point of an azimuth if it is one of eight, else the azimuth as an angle.
+/// The name of the compass point if the azimuth is a multiple of 45 degrees, else the azimuth as an angle.
 pub(crate) fn azimuth_text(degrees: f64, language: TextLanguage) -> String {
     const POINTS: [&str; 8] = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
     let eighth = degrees / 45.0;

@@ -2,7 +2,7 @@
 //!
 //! In: the bodies that a camera sees, and the selected one. Out: labels in pixels of the image, important ones first. Always: names do not overlap
 //! (estimated from the mean width of a glyph) or cover other texts. A body whose name does not fit keeps its marker; a body that fills the image has no name.
-//! The selected body's name may be some lines away where there is no room at its sides. A body has no label if its centre is outside the image, if it is
+//! The selected body's name may be some lines away if there is no room beside the body. A body has no label if its centre is outside the image, if it is
 //! behind the disc of a nearer body, or if it is close to a more important label. Does not draw glyphs.
 
 use super::data::{self, Dot};
@@ -38,7 +38,7 @@ pub struct Label {
 pub struct LabelSide {
     pub is_left: bool,
     pub is_below: bool,
-    /// Lines of text between its usual place on this side and the name.
+    /// Number of lines by which the name is farther above or below the body than in its usual place on this side.
     pub lines: u8,
 }
 

@@ -54,9 +54,9 @@ const COMPASS_HALF_SIDE: f64 = 2.5;
 const NEEDLE: (f64, f64) = (0.5, 1.2);
 /// Distance from the compass's middle to the middle of its letter, in glyph sizes.
 const NORTH_LETTER: f64 = 1.9;
-/// Number of squares of which the needle consists, less one.
+/// Number of steps between the squares of which the needle consists.
 const NEEDLE_STEPS: u32 = 10;
-/// Sine of the angle between a body's pole and the line of sight below which there is no compass.
+/// Smallest sine of the angle between a body's pole and the line of sight for which the compass is drawn.
 const MIN_POLE_SINE: f64 = 0.02;
 /// Diameter in pixels below which a target counts as a point, and the scale bar shows an angle.
 const MIN_DISC_PX: f64 = 20.0;

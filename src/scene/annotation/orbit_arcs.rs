@@ -2,9 +2,9 @@
 //!
 //! In: the body's position and velocity relative to the parent, and its position from the camera. Out: [`OrbitArc`]s: a point of the conic in camera axes
 //! with its first and second derivative, computed in f64 and narrowed. Always: one vertex is the body's position, so that the line passes through the disc
-//! at any distance. An arc outside the frame is left out. Any other is halved until its `CHORDS_PER_ARC` chords deviate on the screen by less than
-//! `MAX_CHORD_ERROR_PX` and it is not much larger than the frame. Then f32 is precise to hundredths of a pixel. Ellipse, parabola and hyperbola share one
-//! formula (`ephemeris::conic`).
+//! at any distance. An arc outside the frame is left out. Any other arc is halved until its `CHORDS_PER_ARC` chords deviate on the screen by less than
+//! `MAX_CHORD_ERROR_PX` and the arc is not much larger than the frame: then its f32 values are precise to hundredths of a pixel. Ellipse, parabola and
+//! hyperbola share one formula (`ephemeris::conic`).
 
 use crate::ephemeris::State;
 use crate::ephemeris::conic::stumpff;
@@ -212,7 +212,7 @@ impl ArcSubdivision<'_> {
         let (middle_s, half) = (0.5 * (from + to), 0.5 * (to - from));
         let [first_derivative, second_derivative] = self.conic.derivatives(middle_s);
         let middle = self.camera.in_axes(self.body_km + self.conic.offset_from_body_km(middle_s));
-        // The second derivative of an ellipse is bounded by GM; that of an open path is largest at an end.
+        // The length of the second derivative is at most GM on an ellipse; on an open path it is largest at one of the arc's ends.
         let max_second_derivative = if self.conic.alpha > 0.0 {
             self.conic.gm_km3_s2
         } else {

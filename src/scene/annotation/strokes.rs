@@ -1,7 +1,7 @@
 //! Curves in space as line segments on the screen.
 //!
 //! In: a curve as a function of one parameter, with bounds on its derivatives. Out: [`LineSegment`]s in clip space, clipped to the frame, whose ends meet
-//! exactly. Each span between two parameters is halved until its chord deviates from the arc by less than `MAX_CHORD_ERROR_PX`, or until it is outside the
+//! exactly. Each span between two parameters is halved until its chord deviates from the arc by less than `MAX_CHORD_ERROR_PX`, or the span is outside the
 //! frame. The result is a few hundred segments, however much of the curve is outside. All computation is in f64; only clip coordinates are narrowed to f32.
 
 use crate::scene::camera::{Camera, NEAR_DEPTH_KM, narrow, narrow_scalar, narrow2};
@@ -41,7 +41,7 @@ pub(crate) struct Curve<'a> {
     pub tolerance_factor: f64,
 }
 
-/// Pixel size at the corners of the image relative to that in its middle, both as angles from the camera. In a wide view the corners are magnified.
+/// Pixel size at the corners of the image divided by the pixel size in its middle, both as angles at the camera. In a wide view the corners are magnified.
 pub(crate) fn tolerance_at_corners(camera: &Camera) -> f64 {
     1.0 / (1.0 + camera.tan_half_fov.length_squared())
 }
@@ -132,7 +132,7 @@ impl StrokeSubdivision<'_> {
 }
 
 /// Clips a segment between two points in camera axes to the frustum of the frame and its margin (Liang and Barsky 1984): the fractions of the segment at
-/// which it enters and leaves; `None` if it is outside.
+/// which it enters and leaves; `None` if the segment is outside.
 pub(crate) fn clipped_to_frame(camera: &Camera, from: DVec3, to: DVec3) -> Option<[f64; 2]> {
     let tan = camera.tan_half_fov * (1.0 + MARGIN_PX / camera.half_size());
     // For each plane of the frustum a multiple of the signed distance, positive inside. The near plane is at twice the near depth, so that rounding moves no

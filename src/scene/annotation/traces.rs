@@ -33,7 +33,7 @@ const MAX_DAYS: f64 = 12.0 * DAYS_PER_JULIAN_YEAR;
 /// Opacity at the body; the path fades to 0 at its end.
 const OPACITY: f64 = 0.9;
 
-/// Points of a path relative to the body's current position in kilometres, newest first, each with the fraction of the opacity that remains there.
+/// Points of a path relative to the body's current position in kilometres, newest first, each with the fraction of the opacity that remains at this point.
 /// `states`: samples `step_s` apart, newest first.
 fn path(states: &[State], step_s: f64) -> Vec<(DVec3, f64)> {
     let count = (states.len() - 1) * SEGMENTS_PER_SAMPLE;

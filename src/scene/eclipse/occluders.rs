@@ -341,8 +341,8 @@ impl<'a> Occluder<'a> {
 
     /// Whether a point that the occluder darkens may be on the side that the viewer sees; true if this is unknown (rings, or points far above the ground).
     /// Tests points in the penumbra, and the lit point that projects along the axis to the same place as the sub-observer point. `MARGIN` covers the gaps
-    /// between these points. Points and horizon are those of the ellipsoid with these `axis_ratios`: for an oblate planet, those of a sphere would be off by
-    /// more than the margin.
+    /// between these points. Points and horizon are computed for the ellipsoid with these `axis_ratios`: with a sphere for an oblate planet, they would be
+    /// off by more than the margin.
     fn shadow_is_visible(&self, axis: &Axis, extent: ReceiverExtent, axis_ratios: DVec3) -> bool {
         /// Equatorial radii.
         const MARGIN: f64 = 0.03;

@@ -3,8 +3,8 @@
 //! In: the request, the camera and the placed bodies. Out: [`Exposure`] with its reason. The light meter (`meter`) gives each subject in the frame a weight;
 //! the subject with the greatest weight dominates, so that no image is a compromise between two subjects that differ by twenty stops. Always: the Sun's glare
 //! saturates at most about a tenth of the frame, the exposure is no longer than that of a photograph of the night sky, and it changes as continuously as the
-//! meter's reading. Pixel views of quantities are not metered: unless the user sets an exposure they have one that does not depend on the image's content, and
-//! their legend states it.
+//! meter's reading. Pixel views of quantities are not metered: unless the user sets an exposure, each has an exposure that does not depend on the image's
+//! content and that its legend states.
 
 use crate::catalog::NaifId;
 use crate::message::{Argument, Reason, reason};
@@ -97,7 +97,7 @@ fn from_reading(reading: MeterReading) -> Exposure {
     // its upper limit is blended between the three limits by the subjects' radiance relative to the glare.
     let glare = reading.glare.median(subjects_white);
     let subject_per_glare = subjects_white * AUTO_EXPOSED_MEAN / glare;
-    // Rises from 0 to 1 while the subjects become fainter, relative to the glare, than this ratio.
+    // Rises from 0 to 1 as the subjects become fainter relative to the glare; 1/2 where their radiance divided by the glare's is `ratio`.
     let weight_below = |ratio: f64| 1.0 / (1.0 + (subject_per_glare / ratio).powi(2));
     let [bright, faint, lost] = MAX_MEDIAN_GLARE;
     let white_per_glare =

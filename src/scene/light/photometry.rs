@@ -113,8 +113,8 @@ pub fn model_phase(model: &Photometry, alpha: f64) -> f64 {
     value.max(0.0)
 }
 
-/// Phase function of the body: the published law if there is one, else that of the model. Beyond its limit the published law is continued in proportion to
-/// the model.
+/// Phase function of the body: the published law if there is one, else the model's phase function. Beyond its limit the published law is continued in
+/// proportion to the model's phase function.
 pub(crate) fn phase(body: &Body, alpha: f64) -> f64 {
     let Some(law) = phase_laws::law(body.id) else { return model_phase(&body.photometry, alpha) };
     let limit_rad = law.limit_deg.to_radians();

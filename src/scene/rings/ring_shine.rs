@@ -79,7 +79,7 @@ pub struct RingShineGeometry<'a> {
 /// A group of intervals, approximated by a thin annulus at one radius.
 struct Annulus {
     radius: f64,
-    /// For each side of the plane (0: that of the Sun's centre) and each slant: scattered light integrated over the intervals' radii, per channel.
+    /// For each side of the plane (0: the side on which the Sun's centre is) and each slant: scattered light integrated over the intervals' radii, per channel.
     light: [Vec<DVec3>; 2],
 }
 

@@ -41,7 +41,7 @@ const GRAIN_SPEED_AU_PER_DAY: f64 = 0.2 * SECONDS_PER_DAY / KM_PER_AU;
 const MAX_AGE_DAYS: f64 = 60.0;
 /// Number of stations, the points along the centre line of a ribbon.
 const STATIONS: usize = 24;
-/// Irradiance of each tail divided by that of the head, for complete tails.
+/// Irradiance of each tail divided by the irradiance of the head, for tails that are complete (see [`TAILS_AU`]).
 const DUST_FRACTION: f64 = 0.4;
 const ION_FRACTION: f64 = 0.12;
 /// Heliocentric distances, au, at which an approaching comet's tails start to grow, and at which they are complete.
@@ -217,7 +217,7 @@ impl CometProjection<'_> {
     }
 
     /// Adds the dust tail: patches between grains of neighbouring beta and age. The patches between two syndynes form a strip. `days`: time past J2000;
-    /// `irradiance`: that of the entire tail.
+    /// `irradiance`: irradiance of the entire tail.
     fn dust(&self, orbit: &HeliocentricOrbit, days: f64, irradiance: f64, segments: &mut Vec<TailSegment>) {
         // Ages are more densely spaced for recently released grains.
         let age = |k: usize| MAX_AGE_DAYS * (k as f64 / (STATIONS - 1) as f64).powi(2);
@@ -229,7 +229,7 @@ impl CometProjection<'_> {
         let projected: Vec<Vec<Option<ProjectedPoint>>> =
             syndynes.iter().map(|line| line.iter().map(|p| self.project(*p)).collect()).collect();
         // Grains are produced and lit in inverse proportion to the squared distance from the Sun. The exponential thins out old grains, so that the tail has
-        // no visible end; its time scale is chosen. The present distance from the Sun is that of the grains with the smallest beta, for all values of beta.
+        // no visible end; its time scale is chosen. For all values of beta, the present distance from the Sun is taken from the grains with the smallest beta.
         let production = |k: usize| {
             let (release_au, current_au) = (heliocentric_state(orbit, days - age(k)).position.length(), syndynes[0][k].length());
             (age(k + 1) - age(k)) / (release_au * release_au * current_au * current_au) * (-age(k) / (0.4 * MAX_AGE_DAYS)).exp()
@@ -292,13 +292,13 @@ impl CometProjection<'_> {
         conic.map_or_else(Vec::new, |conic| orbit_arcs::arcs(self.camera, &conic, apparent_km, ORBIT_OPACITY, of_luminance_1(COMA_RGB)))
     }
 
-    /// Adds the ion tail: a straight ribbon. `irradiance`: that of the entire tail.
+    /// Adds the ion tail: a straight ribbon. `irradiance`: irradiance of the entire tail.
     fn ions(&self, state: &ConicState, irradiance: f64, length_au: f64, segments: &mut Vec<TailSegment>) {
         let direction = ion_direction(state);
         // Distance of a station from the comet; stations are denser near the comet.
         let distance_au = |k: usize| length_au * (k as f64 / (STATIONS - 1) as f64).powf(1.5);
         let stations: Vec<_> = (0..STATIONS).map(|k| self.project(state.position + direction * distance_au(k))).collect();
-        // The tail starts narrower than the coma and is at least 1.4 pixels wide, so that it has no gaps.
+        // The tail starts narrower than the coma and is at least 1.4 pixels wide, so that the drawn line has no gaps.
         let half_px =
             |k: usize| stations[k].map_or(1.0, |s: ProjectedPoint| (0.4 * COMA_AU + ION_SPREAD * distance_au(k)) * s.px_per_au + 0.7);
         // Relative light of the part of the tail beyond a station: an exponential that falls by e^3 over the length, lowered to 0 at the end.

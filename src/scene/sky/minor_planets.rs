@@ -46,7 +46,7 @@ pub struct MinorPlanets {
     pub colour: Vec3,
     /// Flux divided by irradiance for a point in the middle of the frame.
     pub flux_per_irradiance: f32,
-    /// Radiance of the central pixel of a point of flux 1, divided by that of white.
+    /// Radiance of the central pixel of a point of flux 1, divided by the radiance of white.
     pub peak_over_white: f32,
     /// Flux of a marker: the smallest flux with which a body is drawn.
     pub marker_flux: f32,

@@ -53,7 +53,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         maps.cloud_shadow = log.record_effect_with_map(Effect::CloudShadow, Some(&c.map), visibility);
     }
     if available.detail != Detail::None {
-        // The shader uses the texel size of the albedo map, or without one that of the normal map.
+        // The shader uses the texel size of the albedo map or, if there is none, of the normal map.
         let map = body.maps.albedo.as_ref().filter(|_| maps.albedo).or(body.maps.normal.as_ref().filter(|_| maps.normal));
         let (span_deg, max_span_deg) = detail::ground_deg_per_px(inputs.frame.camera, &inputs.placed.placement, map);
         let sizes = reason!("detail-span", span = format_args!("{span_deg:.4}"), threshold = format_args!("{max_span_deg:.4}"));

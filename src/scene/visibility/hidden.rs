@@ -223,7 +223,7 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Dra
         let margin_rad = 2.0 * camera.pixel_tangent();
         let occluding = bodies_in_front_of(placed, farther, margin_rad);
         let shape = |p: &PlacedBody<'_>| drawn.iter().find(|(id, _)| *id == p.body.id).map(|(_, shape)| *shape);
-        // The outline of a mesh is not that of its ellipsoid, so meshes are left out.
+        // A mesh's outline differs from the outline of its ellipsoid, so meshes are left out.
         let mut nearer: Vec<_> = occluding.into_iter().filter(|p| shape(p) != Some(Shape::Mesh)).collect();
         if nearer.is_empty() {
             continue;

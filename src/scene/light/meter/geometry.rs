@@ -38,8 +38,8 @@ pub(crate) fn ray_and_limb(placement: &Placement, direction: DVec3) -> RayAndLim
     RayAndLimb { inside_rad: limb_rad - off_centre.atan2(along), point }
 }
 
-/// Whether every ray of the frame misses the body's limb by at least half a `spacing` (an angle, as in [`ray_and_limb`]). A quick test: it may return false
-/// although this holds.
+/// Whether every ray of the frame misses the body's limb by at least half of `spacing`, an angle in radians in the unit-sphere frame, as
+/// [`RayAndLimb::inside_rad`] is. A quick test: it may return false although this holds.
 pub(crate) fn is_beside_frame(camera: &Camera, placement: &Placement, spacing: f64) -> bool {
     let radii_km = placement.radii_km;
     let radius_rad = (radii_km.max_element() / placement.centre_km.length()).min(1.0).asin();

@@ -116,7 +116,7 @@ fn dusk_factor(radiance: f64) -> f64 {
     (-(DUSK_STOPS_PER_DECADE * decades).min(MAX_DUSK_STOPS)).exp2()
 }
 
-/// Weight of the sum over a body's entire disc; the rest is that of rays of the frame. 0 for a body with an open outline.
+/// Weight of the sum over a body's entire disc; the sum over rays of the frame has the weight 1 minus this. 0 for a body with an open outline.
 fn far_weight(placed: &PlacedBody<'_>) -> f64 {
     let [from, to] = FAR_RADII;
     let is_closed = matches!(placed.outline, Outline::Ellipse { .. });

@@ -2,8 +2,8 @@
 //!
 //! In: a body with air that is drawn over its ground. Out: the radiance of the air above a point of the ground. Beyond the terminator the ground gets no
 //! sunlight, but the air above still does. By day this light is part of the body's mean albedo. Always: continuous in position and time. Left out: eclipses
-//! of that air, and the air beyond the limb. From 8 radii on (`FAR_RADII`) the meter ignores twilight: the entire disc is in view, of which twilight is a small
-//! part.
+//! of that air, and the air beyond the limb. From 8 radii on (`FAR_RADII`) the meter ignores twilight: the entire disc is then in view, and twilight is only on
+//! a small part of the disc.
 
 use super::MeteredFrame;
 use crate::catalog::{Atmosphere, Body, Species};
@@ -39,8 +39,8 @@ fn reflectance_and_radius(body: &Body, air: &Atmosphere) -> [f64; 2] {
 pub(super) struct TwilightAir {
     /// Radiance relative to the Earth's air.
     strength: f64,
-    /// Factor from the Sun's altitude to that at which the Earth's air is equally bright: the higher the air relative to the radius, the longer it is lit after
-    /// sunset.
+    /// Factor that converts the Sun's altitude here to the altitude at which the Earth's air is equally bright. The higher the air relative to the body's
+    /// radius, the longer the air is lit after sunset.
     altitude_factor: f64,
 }
 
