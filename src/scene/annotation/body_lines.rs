@@ -127,7 +127,7 @@ impl GroundLineBuilder<'_, '_> {
         let mut label_point = None;
         for [from, to] in circle.visible_intervals(placement.camera_in_unit_sphere(), range) {
             for run in curve.runs(&quarter_turns([from, to])) {
-                label_point = label_point.or(run.get(run.len() / 2).map(|(p, _)| *p));
+                label_point = label_point.or(run.get(run.len() / 2).map(|point| point.position));
                 self.output.segments.extend(segments(self.camera, &run, reversed_depth, opacity, colour));
             }
         }

@@ -65,7 +65,8 @@ pub(crate) fn dots(image: &impl ImageProjection, catalog: &Catalog, bodies: &[Bo
             let (line_of_sight, distance_km) = match body.flatten() {
                 Some(body) => {
                     let placement = &body.placement;
-                    let (ground, normal) = ground_point_km(placement.radii_km, point.lat_deg, point.lon_deg, 0.0);
+                    let height_km = 0.0;
+                    let (ground, normal) = ground_point_km(placement.radii_km, point.lat_deg, point.lon_deg, height_km);
                     let line_of_sight = placement.centre_km + placement.body_from_icrf.transpose() * ground;
                     if (placement.body_from_icrf.transpose() * normal).dot(line_of_sight) >= 0.0 {
                         continue;

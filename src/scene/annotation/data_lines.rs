@@ -41,7 +41,9 @@ struct Path {
 
 /// The point of the unit sphere at a planetographic latitude (x) and an east longitude (y), radians.
 fn on_unit_sphere(radii_km: DVec3, lat_lon: DVec2) -> DVec3 {
-    ground_point_km(radii_km, lat_lon.x.to_degrees(), lat_lon.y.to_degrees(), 0.0).0 / radii_km
+    let height_km = 0.0;
+    let (ground_km, _normal) = ground_point_km(radii_km, lat_lon.x.to_degrees(), lat_lon.y.to_degrees(), height_km);
+    ground_km / radii_km
 }
 
 impl Path {

@@ -157,7 +157,7 @@ impl LabelLayer {
     }
 }
 
-/// Size of glyphs in an image of this height in pixels: a seventieth of it, but large enough to read in a small image.
+/// Size of glyphs in an image of this height in pixels: a seventieth of the height, but large enough to read in a small image.
 pub(crate) fn glyph_size_px(height: u32) -> f64 {
     (f64::from(height) / 70.0).clamp(13.0, 240.0).round()
 }

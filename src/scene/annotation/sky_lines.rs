@@ -174,8 +174,9 @@ impl SkyLineBuilder<'_> {
             GridLineKind::Parallel => line.opacity(0.0, pixel_deg),
             GridLineKind::Meridian => line.opacity(parameter.to_degrees(), pixel_deg),
         };
-        let best = ends.map(|(p, t)| (pixel(*p), *t)).min_by(|a, b| distance_to_edge_px(a.0).total_cmp(&distance_to_edge_px(b.0)));
-        if let Some((px, _)) = best.filter(|(_, t)| opacity_at(*t) > MIN_LABELLED_OPACITY) {
+        let ends_px = ends.map(|end| (pixel(end.position), end.parameter));
+        let best = ends_px.min_by(|(a, _), (b, _)| distance_to_edge_px(*a).total_cmp(&distance_to_edge_px(*b)));
+        if let Some((px, _)) = best.filter(|(_, parameter)| opacity_at(*parameter) > MIN_LABELLED_OPACITY) {
             self.output.texts.push(UnplacedText { text, centre_px: px, colour: style.colour, is_grid_coordinate: true });
         }
     }

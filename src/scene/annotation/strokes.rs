@@ -58,8 +58,13 @@ pub(crate) fn reversed_depth(point: DVec3) -> f64 {
     (NEAR_DEPTH_KM / point.z).min(1.0)
 }
 
-/// A point in camera axes (right, up, forward), and its parameter.
-type CurvePoint = (DVec3, f64);
+/// A point of a curve.
+#[derive(Clone, Copy)]
+pub(crate) struct CurvePoint {
+    /// Camera axes (right, up, forward); unit as in [`Curve::point`].
+    pub position: DVec3,
+    pub parameter: f64,
+}
 
 /// A part of a curve inside the frame (a run), as a polyline.
 pub(crate) type Polyline = Vec<CurvePoint>;
@@ -71,17 +76,17 @@ struct StrokeSubdivision<'a> {
 }
 
 impl Curve<'_> {
-    /// The point at a parameter, in camera axes.
-    fn in_camera_axes(&self, parameter: f64) -> DVec3 {
-        self.camera.in_axes((self.point)(parameter))
+    /// The point at a parameter.
+    fn at(&self, parameter: f64) -> CurvePoint {
+        CurvePoint { position: self.camera.in_axes((self.point)(parameter)), parameter }
     }
 
     /// The parts of the curve inside the frame. Each span between consecutive parameters is subdivided separately.
     pub(crate) fn runs(&self, parameters: &[f64]) -> Vec<Polyline> {
         let mut subdivision = StrokeSubdivision { curve: self, runs: Vec::new() };
         for span in parameters.windows(2) {
-            let [from, to] = [span[0], span[1]].map(|parameter| (self.in_camera_axes(parameter), parameter));
-            subdivision.arc(from, to, 0);
+            let halvings = 0;
+            subdivision.arc(self.at(span[0]), self.at(span[1]), halvings);
         }
         subdivision.runs
     }
@@ -90,38 +95,41 @@ impl Curve<'_> {
 impl StrokeSubdivision<'_> {
     /// Halves a span until its chord is accurate enough, and appends the chords.
     fn arc(&mut self, from: CurvePoint, to: CurvePoint, halvings: u32) {
-        let middle_parameter = 0.5 * (from.1 + to.1);
-        let middle = self.curve.in_camera_axes(middle_parameter);
-        let span = to.1 - from.1;
+        let middle = self.curve.at(0.5 * (from.parameter + to.parameter));
+        let span = to.parameter - from.parameter;
         // No point of the arc is farther from its middle than this.
         let radius = 0.5 * self.curve.derivative_bound * span;
-        if !self.curve.camera.sphere_may_be_in_frame(middle, radius, MARGIN_PX) {
+        if !self.curve.camera.sphere_may_be_in_frame(middle.position, radius, MARGIN_PX) {
             return;
         }
         // Upper limit of the distance between the arc and its chord.
         let deviation = self.curve.derivative_bound * span * span / 8.0;
-        let nearest = (middle.length() - radius).max(NEAR_DEPTH_KM);
+        let nearest = (middle.position.length() - radius).max(NEAR_DEPTH_KM);
         let max_deviation = MAX_CHORD_ERROR_PX * self.curve.tolerance_factor * self.curve.camera.pixel_tangent() * nearest;
         if halvings >= MAX_HALVINGS || (span < MAX_SPAN && deviation < max_deviation) {
             return self.chord(from, to);
         }
-        self.arc(from, (middle, middle_parameter), halvings + 1);
-        self.arc((middle, middle_parameter), to, halvings + 1);
+        self.arc(from, middle, halvings + 1);
+        self.arc(middle, to, halvings + 1);
     }
 
     /// Appends the part of a chord that is inside the frame.
     fn chord(&mut self, from: CurvePoint, to: CurvePoint) {
-        let Some([enter, leave]) = clipped_to_frame(self.curve.camera, from.0, to.0) else { return };
-        let at = |t: f64| {
-            if t == 0.0 {
+        let Some([enter, leave]) = clipped_to_frame(self.curve.camera, from.position, to.position) else { return };
+        let at = |fraction: f64| {
+            if fraction == 0.0 {
                 from
-            } else if t == 1.0 {
+            } else if fraction == 1.0 {
                 to
             } else {
-                (from.0.lerp(to.0, t), from.1 + t * (to.1 - from.1))
+                CurvePoint {
+                    position: from.position.lerp(to.position, fraction),
+                    parameter: from.parameter + fraction * (to.parameter - from.parameter),
+                }
             }
         };
-        let continues_last_run = enter == 0.0 && self.runs.last().and_then(|r| r.last()).is_some_and(|last| last.1 == from.1);
+        let last_point = self.runs.last().and_then(|run| run.last());
+        let continues_last_run = enter == 0.0 && last_point.is_some_and(|last| last.parameter == from.parameter);
         if !continues_last_run {
             self.runs.push(vec![at(enter)]);
         }
@@ -158,7 +166,8 @@ pub(crate) fn segments(
     opacity: impl Fn(f64) -> f64,
     colour: DVec3,
 ) -> Vec<LineSegment> {
-    let screen: Vec<DVec2> = run.iter().map(|(p, _)| DVec2::new(p.x, p.y) / (p.z * camera.tan_half_fov) * camera.half_size()).collect();
+    let to_screen = |p: DVec3| DVec2::new(p.x, p.y) / (p.z * camera.tan_half_fov) * camera.half_size();
+    let screen: Vec<DVec2> = run.iter().map(|point| to_screen(point.position)).collect();
     let direction = |k: usize| (screen[k + 1] - screen[k]).try_normalize().unwrap_or(DVec2::X);
     let normal = |k: usize| {
         let mean = match k {
@@ -170,9 +179,9 @@ pub(crate) fn segments(
     };
     let end = |k: usize| {
         let clip = screen[k] / camera.half_size();
-        narrow(DVec3::new(clip.x, clip.y, depth(run[k].0)))
+        narrow(DVec3::new(clip.x, clip.y, depth(run[k].position)))
     };
-    let opacity = |k: usize| narrow_scalar(opacity(run[k].1));
+    let opacity = |k: usize| narrow_scalar(opacity(run[k].parameter));
     let segment = |k: usize| LineSegment {
         ends: [end(k), end(k + 1)],
         normals: [normal(k), normal(k + 1)],

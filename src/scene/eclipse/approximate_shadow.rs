@@ -58,7 +58,7 @@ impl<'a> ApproximateShadow<'a> {
         Some(Self { occluders, axis, layers })
     }
 
-    /// Fraction of sunlight at a point, given in the receiver's axes and equatorial radii.
+    /// Fraction of sunlight at a point, whose position is given in the receiver's axes and equatorial radii.
     pub(crate) fn sunlight_fraction(&self, point: DVec3) -> f64 {
         let (offset_across, along) = (self.axis.offset_across(point), point.dot(self.axis.sunward));
         let mut fraction = 1.0_f64;

@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 /// Visual magnitude of the Sun at 1 au, Vega system (Willmer 2018, ApJS 236, 47, table 3: Johnson V).
 pub(crate) const SUN_V_MAGNITUDE_AT_1_AU: f64 = -26.76;
 
-/// Geometric albedo of a photometric model for an albedo map of value 1; for an emissive body the mean of its limb darkening over the disc.
+/// Geometric albedo of a photometric model per channel, for an albedo map of value 1; for an emissive body the mean of its limb darkening over the disc.
 ///
 /// At zero phase mu0 = mu, and the disc average has the weight 2 mu dmu. The averages: Lambert 2/3; Lommel-Seeliger (normalised as 2 mu0/(mu + mu0)) 1;
 /// McEwen's lunar-Lambert the weighted mean of these two; Oren-Nayar 2a/3 + b/2, with its coefficients a and b.
@@ -31,7 +31,7 @@ pub fn model_geometric_albedo(model: &Photometry) -> [f64; 3] {
     }
 }
 
-/// The coefficients of Oren and Nayar 1994 (SIGGRAPH, eq. 30), from the roughness in degrees.
+/// The coefficients A and B of Oren and Nayar 1994 (SIGGRAPH, eq. 30), from the roughness in degrees.
 fn oren_nayar_a_b(roughness_deg: f64) -> (f64, f64) {
     let sigma_sq = roughness_deg.to_radians().powi(2);
     (1.0 - 0.5 * sigma_sq / (sigma_sq + 0.33), 0.45 * sigma_sq / (sigma_sq + 0.09))

@@ -199,7 +199,7 @@ impl Meter<'_, '_> {
 }
 
 impl<'a> MeteredFrame<'_, 'a> {
-    /// Radiance added in front of a body: glare, and the sky unless the body is the one whose air surrounds the camera.
+    /// Radiance added in front of a body in a direction (ICRF, any length): glare, and the sky unless the body's air surrounds the camera.
     fn foreground_radiance(&self, direction: DVec3, body: Option<NaifId>) -> f64 {
         let glare = self.glare.as_ref().map_or(0.0, |v| self.sun_transmittance * v.radiance(direction.normalize()));
         let is_behind_sky = self.meter.air.is_some_and(|a| Some(a.body.id) != body);
@@ -311,8 +311,8 @@ impl<'a> MeteredFrame<'_, 'a> {
                 self.sum_disc(p, &ground, shadow, diameter_px, |area_fraction, radiance| {
                     mean.add(visible_share * area_fraction / dilution, radiance * dilution * transmittance, foreground_radiance)
                 });
-                self.sum_rim(p, ground.albedo.of_lights, shadow, diameter_px, |area, radiance| {
-                    mean.add(visible_share * area / dilution, radiance * dilution * transmittance, foreground_radiance);
+                self.sum_rim(p, ground.albedo.of_lights, shadow, diameter_px, |area_fraction, radiance| {
+                    mean.add(visible_share * area_fraction / dilution, radiance * dilution * transmittance, foreground_radiance);
                 });
             }
             near_share
@@ -351,16 +351,16 @@ impl<'a> MeteredFrame<'_, 'a> {
                 let (sin, cos) = (from + (to - from) * midpoint(k % columns, columns)).sin_cos();
                 let (sin_lat, cos_lat) = (PI * (midpoint(k / columns, rows) - 0.5)).sin_cos();
                 let normal = (viewer * cos + perpendicular * sin) * cos_lat + up * sin_lat;
-                let area = cos * cos_lat * cos_lat * (to - from) / f64::from(columns) * PI / f64::from(rows) / PI;
-                if area > 0.0 {
+                let area_fraction = cos * cos_lat * cos_lat * (to - from) / f64::from(columns) * PI / f64::from(rows) / PI;
+                if area_fraction > 0.0 {
                     let no_ring_shadow = 1.0;
-                    add(weight * area, ground.radiance(normal, normal, viewer, shadow, no_ring_shadow));
+                    add(weight * area_fraction, ground.radiance(normal, normal, viewer, shadow, no_ring_shadow));
                 }
             }
         }
     }
 
-    /// Samples a near body with rays over its rectangle in the frame. Returns the body's share of the frame.
+    /// Samples a near body with rays over its rectangle in the frame. Returns the body's share of the frame, times `weight`.
     fn sum_rays(
         &self,
         p: &PlacedBody<'_>,

@@ -22,8 +22,8 @@ pub(super) fn ray_weight_of_inner_corona(sine: f64) -> f64 {
 }
 
 impl MeteredFrame<'_, '_> {
-    /// The part of the inner corona's outer edge that nearer bodies hide, in the frame or not: 1 if a body hides all of the inner corona. A body much smaller
-    /// than a sector hides nothing.
+    /// The fraction of the inner corona's outer edge that nearer bodies hide, whether they are in the frame or not: 1 if a body hides all of the inner corona. A
+    /// body much smaller than one of the sectors into which the edge is divided hides nothing.
     fn hidden_part_of_inner_corona(&self, sun: &PlacedBody<'_>) -> f64 {
         const SECTORS: u32 = 16;
         let (towards, sine) = (sun.placement.centre_km / sun.distance_km, CORONA_RADII[1] * sun.body.radii_km.x / sun.distance_km);
@@ -52,7 +52,7 @@ impl MeteredFrame<'_, '_> {
     pub(super) fn outer_corona(&self) -> Option<MeteredSubject> {
         let (camera, request) = (self.meter.camera, self.meter.context.request);
         let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > p.body.radii_km.x)?;
-        // 0 from `NEAREST_AU` outwards, 1 within half of it.
+        // 0 from `NEAREST_AU` outwards, 1 within half of that distance.
         let nearness = smoothstep(2.0 * (1.0 - sun.distance_km / (zodiacal::NEAREST_AU * KM_PER_AU)));
         let corona_weight = corona::meter_weight(request, camera, sun, self.glare.as_ref());
         let outer_weight = if corona_weight > 0.0 { corona_weight * nearness.max(self.hidden_part_of_inner_corona(sun)) } else { 0.0 };

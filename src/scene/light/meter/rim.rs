@@ -73,7 +73,9 @@ impl<'p> RimOfAir<'p> {
     pub(super) fn of(p: &PlacedBody<'p>, disc_albedo: f64) -> Option<Self> {
         let air = p.body.atmosphere.as_ref()?;
         let radius_km = p.body.radii_km.max_element();
-        let (depth, _) = rim::tangent_ray(air, radius_km, 0.0, 0.0);
+        // The depth does not depend on the scattering angle.
+        let (height_km, cos_scattering) = (0.0, 0.0);
+        let (depth, _) = rim::tangent_ray(air, radius_km, height_km, cos_scattering);
         let limb_opacity = (DVec3::ONE - (-depth).exp()).element_sum() / 3.0;
         let continues_disc = !air::colours_exclude_air(p.body) && !air::is_visible_over_disc(air);
         let continued_part = if continues_disc { rim::continued_part(limb_opacity) } else { 0.0 };

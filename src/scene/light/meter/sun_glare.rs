@@ -29,7 +29,7 @@ pub(crate) struct FrameGlare {
 }
 
 impl FrameGlare {
-    /// Median radiance over the frame; 0 without the Sun. `white`: the radiance that is shown as white.
+    /// Median radiance over the frame; 0 if the Sun is not in the frame. `white`: the radiance that is shown as white.
     pub(crate) fn median(&self, white: f64) -> f64 {
         let half = self.samples.len() / 2;
         if half == 0 {
