@@ -108,7 +108,8 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
         // Simpson's rule suffices as seen from the Earth, where a strip is narrower than a hundredth of the Sun's radius. Near the Moon a strip may be as
         // wide as that radius, and the error was not measured.
         let strip = (light_at(from) + 4.0 * light_at(0.5 * (from + to)) + light_at(to)) * ((to - from) / 6.0);
-        change += strip * (if limb_tan < mean_limb_tan { 1.0 } else { -1.0 } * TAU / LIMB_POINTS as f64 / (radius * radius));
+        let sign = if limb_tan < mean_limb_tan { 1.0 } else { -1.0 };
+        change += strip * (sign * TAU / LIMB_POINTS as f64 / (radius * radius));
     }
     if !is_any_visible {
         return DVec3::ZERO;

@@ -22,8 +22,8 @@ pub(super) fn ray_weight_of_inner_corona(sine: f64) -> f64 {
 }
 
 impl MeteredFrame<'_, '_> {
-    /// The fraction of the inner corona's outer edge that nearer bodies hide, whether they are in the frame or not: 1 if a body hides all of the inner corona. A
-    /// body much smaller than one of the sectors into which the edge is divided hides nothing.
+    /// The fraction of the inner corona's outer edge that nearer bodies hide, whether they are in the frame or not: 1 if a body hides all of the inner corona.
+    /// A body much smaller than one of the sectors into which the edge is divided hides nothing.
     fn hidden_part_of_inner_corona(&self, sun: &PlacedBody<'_>) -> f64 {
         const SECTORS: u32 = 16;
         let (towards, sine) = (sun.placement.centre_km / sun.distance_km, CORONA_RADII[1] * sun.body.radii_km.x / sun.distance_km);
@@ -70,7 +70,8 @@ impl MeteredFrame<'_, '_> {
         for ray in self.sample_frame(DVec3::normalize) {
             // As in shaders/entry/corona.wesl: distance in solar radii; in the hemisphere away from the Sun it keeps growing.
             let across = ray.cross(towards).length();
-            let rho = if ray.dot(towards) > 0.0 { across } else { 2.0 - across } / sine;
+            let growing_across = if ray.dot(towards) > 0.0 { across } else { 2.0 - across };
+            let rho = growing_across / sine;
             let ray_weight = if rho >= CORONA_RADII[1] { 1.0 } else { inner_ray_weight };
             if rho >= CORONA_RADII[0] && ray_weight > 0.0 {
                 let visible_share = ray_weight * share * Self::ray_visibility(&nearer, ray, spacing);
