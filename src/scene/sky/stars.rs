@@ -1,8 +1,8 @@
 //! The stars of a frame: which stars are visible at the exposure, with their positions and brightness.
 //!
 //! In: the star catalog, the viewer, the threshold, the radiance displayed as white, the air around the camera. Out: [`StarSprite`]s for
-//! shaders/entry/point.wesl, and the reason. Stars are drawn first, behind all bodies: later draws cover, dim or outshine them. Always: a star too faint for the
-//! display has no sprite. A cell of the star catalog (a patch of the sky) that is outside the frame, or whose brightest star is too faint, costs one
+//! shaders/entry/point.wesl, and the reason. Stars are drawn first, behind all bodies: later draws cover, dim or outshine them. Always: a star too faint for
+//! the display has no sprite. A cell of the star catalog (a patch of the sky) that is outside the frame, or whose brightest star is too faint, costs one
 //! comparison. A star has the flux of a body of the same magnitude. Left out: refraction and scintillation. A double star that the catalog does not
 //! resolve is drawn as one star.
 
