@@ -193,11 +193,11 @@ pub(crate) fn body_labels(
         .iter()
         .filter(is_placed)
         .filter_map(|b| {
-            let centre = image.pixel_of(b.placement.centre_km)?;
+            let centre_px = image.pixel_of(b.placement.centre_km)?;
             let radius_px = image.disc_radius_px(angular_radius_rad(b));
             // A body whose centre is outside the image has no label.
-            let is_inside = (0.0..=size.x).contains(&centre.x) && (0.0..=size.y).contains(&centre.y);
-            is_inside.then_some((b, centre, radius_px))
+            let is_inside = (0.0..=size.x).contains(&centre_px.x) && (0.0..=size.y).contains(&centre_px.y);
+            is_inside.then_some((b, centre_px, radius_px))
         })
         .collect();
     // Bodies hide others even if their centres are outside the image: for example the body on which the camera stands.

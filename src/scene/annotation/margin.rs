@@ -210,12 +210,12 @@ impl Margin {
 
     fn compass(&mut self, image: &impl ImageProjection, target: &BodyInView, metrics: &LabelMetrics) {
         let (size, glyph_px) = (image.size_px(), metrics.glyph_px());
-        let centre = target.placement.centre_km;
+        let centre_km = target.placement.centre_km;
         let pole = target.placement.body_from_icrf.row(2);
         // A pole within about a degree of the line of sight has no reliable direction in the image.
-        let sine_to_line_of_sight = pole.cross(centre.normalize()).length();
+        let sine_to_line_of_sight = pole.cross(centre_km.normalize()).length();
         // The direction of the pole in the image, from a short step along the pole.
-        let ends_px = image.pixel_of(centre).zip(image.pixel_of(centre + pole * (1e-3 * target.distance_km)));
+        let ends_px = image.pixel_of(centre_km).zip(image.pixel_of(centre_km + pole * (1e-3 * target.distance_km)));
         let Some(north) = ends_px.filter(|_| sine_to_line_of_sight > MIN_POLE_SINE).and_then(|(from, to)| (to - from).try_normalize())
         else {
             return;

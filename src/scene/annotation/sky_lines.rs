@@ -163,12 +163,12 @@ impl SkyLineBuilder<'_> {
 
     /// Writes the coordinate of a grid line at the end nearest to the left edge of the frame (parallels) or to its lower edge (meridians).
     fn label_grid_line(&mut self, line: &GridLine, runs: &[Polyline], pixel_deg: f64, text: String, style: LineStyle) {
-        let half = self.camera.half_size();
+        let half_size = self.camera.half_size();
         let pixel = |p: DVec3| self.camera.pixel_from_clip(DVec2::new(p.x, p.y) / (p.z * self.camera.tan_half_fov));
         let ends = runs.iter().filter_map(|run| Some([run.first()?, run.last()?])).flatten();
         let distance_to_edge_px = |px: DVec2| match line.kind {
             GridLineKind::Parallel => px.x,
-            GridLineKind::Meridian => 2.0 * half.y - px.y,
+            GridLineKind::Meridian => 2.0 * half_size.y - px.y,
         };
         let opacity_at = |parameter: f64| match line.kind {
             GridLineKind::Parallel => line.opacity(0.0, pixel_deg),

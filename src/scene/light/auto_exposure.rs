@@ -77,12 +77,12 @@ fn metered(
     };
     let without_city_lights = exposure_with(0.0);
     // City lights are weighted by the number of stops by which an exposure without them would overexpose them.
-    let brightest = placed
+    let brightest_city_lights = placed
         .iter()
         .filter(|p| resources.night_lights.contains_key(&p.body.id))
         .map(|p| night_lights::white_radiance(p.body))
         .fold(0.0, f64::max);
-    let city_light_weight = (brightest / without_city_lights.white()).max(1e-30).log2() / CITY_LIGHT_FADE_STOPS;
+    let city_light_weight = (brightest_city_lights / without_city_lights.white()).max(1e-30).log2() / CITY_LIGHT_FADE_STOPS;
     if city_light_weight > 0.0 { exposure_with(city_light_weight.min(1.0)) } else { without_city_lights }
 }
 

@@ -214,10 +214,10 @@ impl<'a> RingView<'a> {
             let [hidden, added] = [0, 1].map(|k| greatest[k].min(sum[k]));
             include_all || self.threshold.is_exceeded_by_change(hidden) || self.threshold.is_exceeded_by_radiance(added)
         });
-        let outer = first_visible.map_or(0.0, |(r, _)| r.outer_km);
+        let outer_km = first_visible.map_or(0.0, |(r, _)| r.outer_km);
         // Gaps are kept: they are rings of zero optical depth that lie over wider rings.
-        let seen: Vec<&Ring> = self.body.rings.iter().filter(|r| r.outer_km <= outer).collect();
-        let area_px = PI * (outer / self.body.radii_km.x * self.pixels_per_radius()).powi(2);
+        let seen: Vec<&Ring> = self.body.rings.iter().filter(|r| r.outer_km <= outer_km).collect();
+        let area_px = PI * (outer_km / self.body.radii_km.x * self.pixels_per_radius()).powi(2);
         let reason = match strongest {
             None => reason!("rings-none"),
             Some((change, name)) if seen.is_empty() => {
@@ -226,7 +226,7 @@ impl<'a> RingView<'a> {
                 reason!("rings-strongest", ring = name, light = light)
             }
             Some((change, name)) => {
-                let extent = reason!("rings-out-to", distance = format_args!("{outer:.0}"), area = format_args!("{area_px:.1}"));
+                let extent = reason!("rings-out-to", distance = format_args!("{outer_km:.0}"), area = format_args!("{area_px:.1}"));
                 reason!("rings-change", ring = name, part = format_args!("{change:.2e}")).and(extent)
             }
         };
@@ -434,8 +434,8 @@ impl<'a> RingView<'a> {
     pub(crate) fn shadow_uniforms(&self, rings: &[&Ring], sun: Option<&Body>, model: RingShadow) -> RingUniforms {
         let tangent = self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x));
         let is_visible = |r: &&&Ring| self.threshold.is_exceeded_by_change(-(-r.tau_normal / self.sun.z.abs().max(MIN_COSINE)).exp_m1());
-        let outer = rings.iter().filter(is_visible).map(|r| r.outer_km).fold(0.0, f64::max);
-        let seen: Vec<&Ring> = rings.iter().copied().filter(|r| outer == 0.0 || r.outer_km <= outer).collect();
+        let outer_km = rings.iter().filter(is_visible).map(|r| r.outer_km).fold(0.0, f64::max);
+        let seen: Vec<&Ring> = rings.iter().copied().filter(|r| outer_km == 0.0 || r.outer_km <= outer_km).collect();
         let slants = slants_of_sunlight(self.sun.z, tangent, model == RingShadow::Penumbra);
         let table = self.caches.ring_tables.shadow(&seen, self.body.radii_km.x, &slants);
         table.map_or_else(RingUniforms::default, |table| self.uniforms_with(table, sun))

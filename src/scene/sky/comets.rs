@@ -220,19 +220,20 @@ impl CometProjection<'_> {
     /// `irradiance`: irradiance of the entire tail.
     fn dust(&self, orbit: &HeliocentricOrbit, days: f64, irradiance: f64, segments: &mut Vec<TailSegment>) {
         // Ages are more densely spaced for recently released grains.
-        let age = |k: usize| MAX_AGE_DAYS * (k as f64 / (STATIONS - 1) as f64).powi(2);
+        let age_days = |k: usize| MAX_AGE_DAYS * (k as f64 / (STATIONS - 1) as f64).powi(2);
         // The values of beta are evenly spaced in the logarithm; the light per value falls to zero at both ends of the range.
         let log_beta_fraction = |line: usize| line as f64 / (SYNDYNES - 1) as f64;
         let beta = |line: usize| MIN_BETA * (MAX_BETA / MIN_BETA).powf(log_beta_fraction(line));
         let syndynes: Vec<Vec<DVec3>> =
-            (0..SYNDYNES).map(|line| (0..STATIONS).map(|k| grain_position_au(orbit, days, age(k), beta(line))).collect()).collect();
+            (0..SYNDYNES).map(|line| (0..STATIONS).map(|k| grain_position_au(orbit, days, age_days(k), beta(line))).collect()).collect();
         let projected: Vec<Vec<Option<ProjectedPoint>>> =
             syndynes.iter().map(|line| line.iter().map(|p| self.project(*p)).collect()).collect();
         // Grains are produced and lit in inverse proportion to the squared distance from the Sun. The exponential thins out old grains, so that the tail has
         // no visible end; its time scale is chosen. For all values of beta, the present distance from the Sun is taken from the grains with the smallest beta.
         let production = |k: usize| {
-            let (release_au, current_au) = (heliocentric_state(orbit, days - age(k)).position.length(), syndynes[0][k].length());
-            (age(k + 1) - age(k)) / (release_au * release_au * current_au * current_au) * (-age(k) / (0.4 * MAX_AGE_DAYS)).exp()
+            let (release_au, current_au) = (heliocentric_state(orbit, days - age_days(k)).position.length(), syndynes[0][k].length());
+            let old_grains_factor = (-age_days(k) / (0.4 * MAX_AGE_DAYS)).exp();
+            (age_days(k + 1) - age_days(k)) / (release_au * release_au * current_au * current_au) * old_grains_factor
         };
         let production: Vec<f64> = (0..STATIONS - 1).map(production).collect();
         let beta_weight: Vec<f64> =
@@ -243,7 +244,7 @@ impl CometProjection<'_> {
             let (a, b) = (projected[line][k]?, projected[line + 1][k]?);
             let [previous, next] = [k.saturating_sub(1), (k + 1).min(STATIONS - 1)].map(|j| projected[line][j].unwrap_or(a));
             // The speed of release widens the strip with age. At the age 0 the width added on each side is half the radius of the coma.
-            let spread_px = (0.5 * COMA_AU + GRAIN_SPEED_AU_PER_DAY * age(k)) * a.px_per_au;
+            let spread_px = (0.5 * COMA_AU + GRAIN_SPEED_AU_PER_DAY * age_days(k)) * a.px_per_au;
             // Each strip extends to the centre line of the next, so that neighbours overlap.
             let gap = b.px - a.px;
             let across_strip = gap.try_normalize().or_else(|| (next.px - previous.px).perp().try_normalize()).unwrap_or(DVec2::X);

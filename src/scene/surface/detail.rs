@@ -110,7 +110,7 @@ pub(crate) fn uniforms(detail: Detail, camera: &Camera, placement: &Placement, r
     };
     // Side of a cell at which lattices have faded out: the rows do not hold coarser lattices.
     let largest = COARSEST_CELL * ratio.powf(finest - (MAX_DETAIL_LATTICES as f64 - 1.0));
-    let camera = narrow(camera_position - origin).extend(narrow_scalar(camera.pixel_tangent()));
+    let camera_row = narrow(camera_position - origin).extend(narrow_scalar(camera.pixel_tangent()));
     let reference_rows = reference.map_or([Vec4::ZERO; 3], |r| {
         let [depth, u, v] = [r.depth, r.rect_position.x, r.rect_position.y].map(narrow_scalar);
         [narrow(r.point).extend(depth), narrow(r.ray).extend(u), Vec4::new(v, 0.0, 0.0, 0.0)]
@@ -120,7 +120,7 @@ pub(crate) fn uniforms(detail: Detail, camera: &Camera, placement: &Placement, r
         lattice: std::array::from_fn(|k| narrow(row(k).0.fract()).extend(narrow_scalar(row(k).1))),
         cells: std::array::from_fn(|k| narrow(row(k).0.floor()).extend(0.0)),
         largest: narrow_scalar(largest),
-        camera,
+        camera: camera_row,
         reference: reference_rows,
     }
 }

@@ -74,9 +74,8 @@ const GLINT_TO_GROUND_RATIO: f64 = 100.0;
 fn reflected_glint(inputs: &DecisionInputs<'_, '_>) -> (bool, Reason) {
     let (placed, threshold) = (inputs.placed, inputs.threshold());
     let has_planet_shine = inputs.effects().override_of(Effect::PlanetShine) != Some(false);
-    let strongest =
-        lights::planet_shine(inputs.body(), placed.position_km, inputs.frame.reflectors, |_| false).1.filter(|_| has_planet_shine);
-    let glint = strongest.map_or(0.0, |(_, radiance)| radiance * GLINT_TO_GROUND_RATIO);
+    let (_, strongest) = lights::planet_shine(inputs.body(), placed.position_km, inputs.frame.reflectors, |_| false);
+    let glint = strongest.filter(|_| has_planet_shine).map_or(0.0, |(_, radiance)| radiance * GLINT_TO_GROUND_RATIO);
     (
         threshold.is_exceeded_by_radiance(glint),
         reason!("no-lit-ground").and(reason!("glint-of-others", light = threshold.radiance_description(glint))),

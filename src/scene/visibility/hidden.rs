@@ -96,12 +96,12 @@ fn chord(k: u32) -> (f64, f64) {
 fn limbs_on_disc(occluding: &[&PlacedBody<'_>], farther: &PlacedBody<'_>) -> Option<(Vec<Limb>, [DVec3; 2])> {
     let first = occluding.first()?;
     let towards = farther.placement.centre_km / farther.distance_km;
-    let radius = farther.angular_radius_rad().tan();
+    let radius_tan = farther.angular_radius_rad().tan();
     // Chords run towards the centre of the first occluding body, so that they cross the last thin crescent and resolve it.
     let perpendicular = first.placement.centre_km - towards * towards.dot(first.placement.centre_km);
     let along = perpendicular.try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
     let across = towards.cross(along);
-    let limbs = occluding.iter().map(|p| Limb::on_plane(&p.placement, towards, along * radius, across * radius)).collect();
+    let limbs = occluding.iter().map(|p| Limb::on_plane(&p.placement, towards, along * radius_tan, across * radius_tan)).collect();
     Some((limbs, [along, across]))
 }
 

@@ -250,7 +250,8 @@ impl<'a> MeteredFrame<'_, 'a> {
         if self.meter.context.request.effects.override_of_body(p.body, Effect::PlanetShine) == Some(false) {
             return Vec::new();
         }
-        lights::planet_shine(p.body, p.position_km, self.meter.reflectors, |_| true).0
+        let (all, _strongest) = lights::planet_shine(p.body, p.position_km, self.meter.reflectors, |_| true);
+        all
     }
 
     /// Meters a body (globe without rings). Returns the mean of its radiance, and its share of the frame.
