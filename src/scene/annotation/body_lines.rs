@@ -1,5 +1,5 @@
-//! Lines on the ground of one body, on the side that faces the camera: its grid of planetographic latitude and east longitude, and its terminator. For
-//! `eclipse_lines` it also draws smooth lines through given points. `data_lines` adds to the same `GroundLineBuilder`.
+//! Lines on the ground of one body, on the side that faces the camera: its grid of planetographic latitude and east longitude, and its terminator.
+//! `GroundLineBuilder` also draws smooth lines through given points for `eclipse_lines`, and collects the lines of `data_lines`.
 //!
 //! In: the placed body. Out: line segments, labels and decisions. Always: a line ends at the limb. The end is computed from the ellipsoid, not by the
 //! depth test, so that lines do not flicker. Nearer bodies are drawn later, over the lines. Not modelled: relief, shape models, and the effect of three
@@ -30,7 +30,8 @@ struct Circle {
     b: DVec3,
 }
 
-/// The cap of the unit sphere that a camera outside it sees, in planetographic latitudes. `axis_ratio`: polar divided by equatorial radius.
+/// The cap of the unit sphere that a camera outside this sphere sees, in planetographic latitudes. `camera_position`: unit-sphere frame; `axis_ratio`: polar
+/// divided by equatorial radius.
 fn visible_cap(camera_position: DVec3, axis_ratio: f64) -> Cap {
     let distance = camera_position.length();
     let latitude_deg = (camera_position.z / distance).clamp(-1.0, 1.0).asin().to_degrees();
@@ -117,7 +118,8 @@ fn curve_point(line: &GroundLine, t: f64) -> DVec3 {
 }
 
 impl GroundLineBuilder<'_, '_> {
-    /// Draws the visible part of a circle in a parameter range. Returns where a label goes: the middle of the first part inside the frame, in camera axes.
+    /// Draws the visible part of a circle in a range of its parameter. `opacity`: opacity at a parameter. Returns the position of the label: the middle of the
+    /// first part inside the frame, in camera axes.
     fn draw_circle(&mut self, circle: &Circle, range: [f64; 2], opacity: &dyn Fn(f64) -> f64, colour: DVec3) -> Option<DVec3> {
         let placement = &self.placed.placement;
         let point = |t: f64| placement.centre_km + placement.body_from_icrf.transpose() * (circle.at(t) * placement.radii_km);
@@ -125,7 +127,7 @@ impl GroundLineBuilder<'_, '_> {
         let mut label_point = None;
         for [from, to] in circle.visible_intervals(placement.camera_in_unit_sphere(), range) {
             for run in curve.runs(&quarter_turns([from, to])) {
-                label_point = label_point.or(run.get(run.len() / 2).map(|(p, _)| *p));
+                label_point = label_point.or(run.get(run.len() / 2).map(|point| point.position));
                 self.output.segments.extend(segments(self.camera, &run, reversed_depth, opacity, colour));
             }
         }
@@ -210,7 +212,7 @@ impl GroundLineBuilder<'_, '_> {
                 GridLineKind::Meridian => format!("{}{}", angle_text(line.coordinate_deg), language.name("compass", "E")),
             };
             let clip = DVec2::new(label_point.x, label_point.y) / (label_point.z * self.camera.tan_half_fov);
-            // The opacity of a meridian counts at the equator.
+            // A meridian is labelled if its opacity at the equator is high enough.
             if clip.abs().max_element() < 1.0 && line.opacity(0.0, pixel_deg) > MIN_LABELLED_OPACITY {
                 self.output.texts.push(UnplacedText {
                     text,

@@ -25,7 +25,7 @@ pub struct Dot {
     pub opacity: f64,
 }
 
-/// Opacity of a point or line at its own time, before it fades, and of one without a time.
+/// Opacity of a point or line when it appears, before it fades. A point or line without a time always has this opacity.
 const OPACITY: f64 = 0.9;
 /// The image height for which the data layers give the sizes of dots; in other images the sizes are in proportion to the height.
 const REFERENCE_HEIGHT_PX: f64 = 1024.0;
@@ -38,7 +38,7 @@ pub(super) fn opacity_at(layer: &DataLayer, time: Option<Instant>, now: Instant)
     (age_days >= 0.0 && remaining > 0.0).then_some(OPACITY * remaining)
 }
 
-/// Whether a body nearer than `distance_km` covers this line of sight.
+/// Whether a body whose centre is nearer than `distance_km` covers this line of sight, a vector from the camera (ICRF) of any length.
 fn is_hidden(bodies: &[BodyInView], line_of_sight: DVec3, distance_km: f64) -> bool {
     bodies.iter().any(|b| {
         let placement = &b.placement;
@@ -48,7 +48,7 @@ fn is_hidden(bodies: &[BodyInView], line_of_sight: DVec3, distance_km: f64) -> b
     })
 }
 
-/// The dots of all layers; those of later layers are on top. `velocity_km_s`: the viewer's, for the aberration of points in the sky.
+/// The dots of all layers; those of later layers are on top. `velocity_km_s`: the viewer's velocity, for the aberration of points in the sky.
 pub(crate) fn dots(image: &impl ImageProjection, catalog: &Catalog, bodies: &[BodyInView], velocity_km_s: DVec3, now: Instant) -> Vec<Dot> {
     let scale = image.size_px().y / REFERENCE_HEIGHT_PX;
     // Only bodies with a known position, and not at the camera, hide points or have points.
@@ -65,15 +65,16 @@ pub(crate) fn dots(image: &impl ImageProjection, catalog: &Catalog, bodies: &[Bo
             let (line_of_sight, distance_km) = match body.flatten() {
                 Some(body) => {
                     let placement = &body.placement;
-                    let (ground, normal) = ground_point_km(placement.radii_km, point.lat_deg, point.lon_deg, 0.0);
+                    let height_km = 0.0;
+                    let (ground, normal) = ground_point_km(placement.radii_km, point.lat_deg, point.lon_deg, height_km);
                     let line_of_sight = placement.centre_km + placement.body_from_icrf.transpose() * ground;
                     if (placement.body_from_icrf.transpose() * normal).dot(line_of_sight) >= 0.0 {
                         continue;
                     }
-                    // Bodies hide the point if their centres are nearer than the centre of its own body, which therefore is not among them.
+                    // The distance of the body's centre: nearer bodies may hide the point, but its own body does not.
                     (line_of_sight, body.distance_km)
                 }
-                // In the sky, the fields hold right ascension and declination.
+                // For a point in the sky, `lon_deg` is the right ascension and `lat_deg` the declination.
                 None => (aberrated(unit_vector(point.lon_deg, point.lat_deg), velocity_km_s), f64::INFINITY),
             };
             let Some(centre_px) = image.pixel_of(line_of_sight) else { continue };

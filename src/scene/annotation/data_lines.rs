@@ -1,7 +1,7 @@
 //! Lines of the user's data on the ground of one body, on the side that faces the camera.
 //!
 //! In: the layers, the time, and the placed body. Out: line segments and a decision. Always: a line is straight in longitude and planetographic latitude from
-//! vertex to vertex (RFC 7946, section 3.1.1) and ends at the limb. Between vertices more than half a turn apart in longitude it takes the shorter way
+//! vertex to vertex (RFC 7946, section 3.1.1) and ends at the limb. Between vertices more than half a turn apart in longitude the line takes the shorter way
 //! around; only a line of two vertices at the same latitude, a whole turn apart, is a whole parallel. A line appears at its time and fades like a data point.
 //! Vertices closer than `MERGE_PX` are merged. Ignores relief and shape models. A million vertices take about 0.2 s per frame.
 
@@ -41,7 +41,9 @@ struct Path {
 
 /// The point of the unit sphere at a planetographic latitude (x) and an east longitude (y), radians.
 fn on_unit_sphere(radii_km: DVec3, lat_lon: DVec2) -> DVec3 {
-    ground_point_km(radii_km, lat_lon.x.to_degrees(), lat_lon.y.to_degrees(), 0.0).0 / radii_km
+    let height_km = 0.0;
+    let (ground_km, _normal) = ground_point_km(radii_km, lat_lon.x.to_degrees(), lat_lon.y.to_degrees(), height_km);
+    ground_km / radii_km
 }
 
 impl Path {

@@ -17,10 +17,11 @@ use crate::scene::resources::Context;
 use glam::DVec3;
 use std::f64::consts::TAU;
 
+// Colours: linear RGB.
 const UMBRA_COLOUR: DVec3 = DVec3::new(1.0, 0.2, 0.1);
 const PENUMBRA_COLOUR: DVec3 = DVec3::new(1.0, 0.75, 0.2);
 const PATH_COLOUR: DVec3 = DVec3::new(0.3, 0.9, 1.0);
-/// Opacities of lines on the ground.
+// Opacities of lines on the ground.
 const UMBRA_OPACITY: f64 = 0.95;
 const CENTRE_LINE_OPACITY: f64 = 0.95;
 const PENUMBRA_OPACITY: f64 = 0.9;
@@ -81,8 +82,8 @@ struct ConeBuilder<'a, 'b> {
 }
 
 impl ConeBuilder<'_, '_> {
-    /// Draws a curve in space over the parameters 0 to 1, in body axes and equatorial radii. `spans`: number of parts that are subdivided separately;
-    /// `derivative_bound`: upper bound of the first and second derivative.
+    /// Draws a curve in space. `point`: position relative to the target's centre, body axes, equatorial radii, at a parameter from 0 to 1; `spans`: number of
+    /// parts that are subdivided separately; `derivative_bound`: upper bound of the lengths of the first and second derivative, equatorial radii.
     fn draw_line(&mut self, point: &dyn Fn(f64) -> DVec3, spans: u32, derivative_bound: f64, colour: DVec3) {
         let placement = &self.placed.placement;
         let radius_km = placement.radii_km.x;
@@ -94,7 +95,8 @@ impl ConeBuilder<'_, '_> {
         }
     }
 
-    /// Draws a cone from the body that casts the shadow. `length`: length of the generator at an angle in radians, in equatorial radii of the target.
+    /// Draws a cone from the body that casts the shadow. `length`: length of a generator, in equatorial radii of the target, at its angle (radians) as in
+    /// [`ShadowCone::generator_at`].
     fn draw_cone(&mut self, cone: &ShadowCone, kind: ConeKind, length: &dyn Fn(f64) -> f64, colour: DVec3) {
         let point_at = |turns: f64, fraction: f64| {
             let angle = TAU * turns;
@@ -127,6 +129,7 @@ pub(crate) fn in_space(context: Context<'_>, camera: &Camera, placed: &PlacedBod
     target_shadow(&mut cones, axis, receiver);
     for occluder in candidates {
         let cone = ShadowCone::of(axis, occluder, receiver);
+        // The penumbra misses the target, whose equatorial radius is 1.
         if occluder.offset_across.length() > 1.0 + cone.radius(ConeKind::Penumbra) {
             continue;
         }

@@ -20,7 +20,7 @@ const MIN_BODY_SIZE: f64 = 4.0;
 /// [Effective size](nomenclature::SurfaceFeature::effective_size_km) of a feature in the image, in glyph sizes, at which its name starts to appear, and at
 /// which it is opaque.
 const FEATURE_FADE: (f64, f64) = (0.9, 1.4);
-/// The same for the name of a landing site, for the diameter of the body.
+/// Diameter of the body in the image, in glyph sizes, at which the name of a landing site starts to appear, and at which it is opaque.
 const SITE_FADE: (f64, f64) = (16.0, 22.0);
 /// Cosine of the emission angle at which a name starts to appear, and at which it is opaque.
 const LIMB_FADE: (f64, f64) = (0.15, 0.35);
@@ -34,12 +34,13 @@ const SITE_NAME_DISTANCE: f64 = 0.7;
 const SITE_NAME_SHIFT: f64 = 1.4;
 /// Free space around a name, in glyph sizes: horizontal and vertical.
 const NAME_MARGIN: DVec2 = DVec2::new(0.6, 0.3);
-/// Lower limit of the distance to the nearest ground, km.
+/// Lower limit of the assumed distance from the camera to a body's nearest ground, km.
 const MIN_DISTANCE_KM: f64 = 1e-3;
 /// sRGB of a feature's name.
 pub(crate) const FEATURE_COLOUR: [u8; 3] = [238, 226, 196];
 
-/// The names, and the positions of the named landing sites in pixels. `occupied`: rectangles of other labels, to which this function adds those of the names.
+/// The names, and the positions of the named landing sites in pixels. `occupied`: rectangles that names must not overlap; this function adds the rectangles of
+/// the names.
 pub(crate) fn surface_feature_names(
     image: &impl ImageProjection,
     bodies: &[BodyInView],
@@ -54,8 +55,8 @@ pub(crate) fn surface_feature_names(
     nearest_first.sort_by(|a, b| a.distance_km.total_cmp(&b.distance_km));
     for (k, body) in nearest_first.iter().enumerate() {
         let placement = &body.placement;
-        let body_px = 2.0 * placement.radii_km.max_element() / body.distance_km * px_per_radian;
-        if body_px < MIN_BODY_SIZE * glyph_px || placement.camera_is_inside() {
+        let body_diameter_px = 2.0 * placement.radii_km.max_element() / body.distance_km * px_per_radian;
+        if body_diameter_px < MIN_BODY_SIZE * glyph_px || placement.camera_is_inside() {
             continue;
         }
         // Positions from the body's centre, body axes.
@@ -72,7 +73,7 @@ pub(crate) fn surface_feature_names(
             let mut opacity = smooth_rise(LIMB_FADE, to_camera.dot(normal) / distance_km);
             let feature_px = feature.effective_size_km / distance_km * px_per_radian;
             opacity *= if feature.is_landing_site {
-                smooth_rise(SITE_FADE, body_px / glyph_px)
+                smooth_rise(SITE_FADE, body_diameter_px / glyph_px)
             } else {
                 smooth_rise(FEATURE_FADE, feature_px / glyph_px)
             };

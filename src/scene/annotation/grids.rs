@@ -13,7 +13,7 @@ const STEPS_DEG: [f64; 11] = [90.0, 30.0, 10.0, 5.0, 1.0, 0.5, 1.0 / 6.0, 1.0 / 
 /// Distance between neighbouring lines, in pixels, up to which a line is invisible, and from which it has its full opacity.
 const SPACING_FADE_PX: (f64, f64) = (60.0, 130.0);
 
-/// Largest latitude of a parallel: nearer to a pole it would be a point.
+/// Largest latitude of a parallel: nearer to a pole the parallel would be a point.
 const MAX_PARALLEL_DEG: f64 = 89.999_999;
 /// Opacity of a line above which its coordinate is written.
 pub(crate) const MIN_LABELLED_OPACITY: f64 = 0.5;
@@ -51,7 +51,7 @@ fn opacity_at_spacing(spacing_deg: f64, pixel_deg: f64) -> f64 {
 }
 
 impl GridLine {
-    /// Opacity at a latitude, 0 to 1; that of a parallel does not depend on the latitude given. `pixel_deg`: degrees per pixel.
+    /// Opacity at a latitude, 0 to 1; `latitude_deg` has no effect on a parallel. `pixel_deg`: degrees per pixel.
     pub(crate) fn opacity(&self, latitude_deg: f64, pixel_deg: f64) -> f64 {
         let spacing_factor = match self.kind {
             GridLineKind::Parallel => 1.0,
@@ -86,7 +86,7 @@ pub(crate) fn grid_lines(cap: Cap, pixel_deg: f64) -> Vec<GridLine> {
     for (k, step_deg) in STEPS_DEG.into_iter().enumerate() {
         // The next coarser grid contains the lines of all coarser ones, because each step is a multiple of the next.
         let is_in_no_coarser_grid = |n: i64| k == 0 || !is_multiple(n as f64 * step_deg, STEPS_DEG[k - 1]);
-        // The multiples of the step in a range.
+        // The integers n for which n steps lie in a range of degrees.
         let indices = |from: f64, to: f64| ((from / step_deg).ceil() as i64)..=((to / step_deg).floor() as i64);
         if opacity_at_spacing(step_deg, pixel_deg) > 0.0 {
             let parallels = indices(latitudes[0], latitudes[1])
@@ -139,8 +139,8 @@ fn angle_text_with(plus: &str, degrees: f64) -> String {
     sexagesimal_text(sign, (100.0 * seconds) as u64, ["°", "'", "\""])
 }
 
-/// A right ascension in hours, minutes and seconds, without the smaller units that are zero. Seconds have up to two decimals, because the finest grid has a
-/// meridian every 1/15 second.
+/// A right ascension, given in degrees, as text in hours, minutes and seconds, without the smaller units that are zero. Seconds have up to two decimals,
+/// because the finest grid has a meridian every 1/15 second.
 pub(crate) fn hours_text(degrees: f64) -> String {
     const HUNDREDTHS_PER_HOUR: f64 = 360_000.0;
     let hundredths = (degrees.rem_euclid(360.0) / 15.0 * HUNDREDTHS_PER_HOUR).round() as u64 % (24 * HUNDREDTHS_PER_HOUR as u64);
@@ -163,7 +163,7 @@ fn sexagesimal_text(sign: &str, hundredths: u64, [whole, minute, second]: [&str;
     }
 }
 
-/// The compass point of an azimuth if it is one of eight, else the azimuth as an angle.
+/// The name of the compass point if the azimuth is a multiple of 45 degrees, else the azimuth as an angle.
 pub(crate) fn azimuth_text(degrees: f64, language: TextLanguage) -> String {
     const POINTS: [&str; 8] = ["N", "NE", "E", "SE", "S", "SW", "W", "NW"];
     let eighth = degrees / 45.0;

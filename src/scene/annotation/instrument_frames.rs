@@ -1,7 +1,7 @@
 //! Outlines of the fields of view of instruments over the image, each with the instrument's name. In this module such an outline is called a *frame*.
 //!
 //! In: the catalog's instruments, the camera, and the target's direction. Out: line segments, labels and a decision. Always: a frame is centred on the
-//! target, or on the middle of the image if the target is not in it; sides of a rectangle are great circles; an instrument whose field covers the
+//! target, or on the middle of the image if this does not contain the target; sides of a rectangle are great circles; an instrument whose field covers the
 //! entire image, or is smaller than a few pixels, has no frame.
 
 use crate::catalog::{FieldOfView, Instrument};
@@ -64,7 +64,8 @@ fn draw_great_circle(camera: &Camera, output: &mut AnnotationLines, a: DVec3, b:
     let angle = a.cross(b).length().atan2(a.dot(b));
     if angle > 0.0 {
         let point = |t: f64| (a * (angle - t).sin() + b * t.sin()) / angle.sin();
-        draw_arc(camera, output, &point, [0.0, angle], 1.0);
+        let derivative_bound = 1.0;
+        draw_arc(camera, output, &point, [0.0, angle], derivative_bound);
     }
 }
 
@@ -123,6 +124,8 @@ pub(crate) fn frames(instruments: &[Instrument], camera: &Camera, target: Option
 mod tests {
     use super::*;
 
+    const GLYPH_PX: f64 = 13.0;
+
     fn instrument(field: FieldOfView, position_angle_deg: f64) -> Instrument {
         Instrument { name: "own".into(), field_of_view: field, position_angle_deg }
     }
@@ -135,7 +138,7 @@ mod tests {
         let ray = |end: glam::Vec3| camera.ray(DVec2::new(f64::from(end.x), f64::from(end.y))).normalize();
         let target = DVec3::new(1.0, 0.05, 0.03).normalize();
         for diameter_deg in [1.0, 6.5, 20.0] {
-            let found = frames(&[instrument(FieldOfView::Circle { diameter_deg }, 0.0)], &camera, Some(target), 13.0);
+            let found = frames(&[instrument(FieldOfView::Circle { diameter_deg }, 0.0)], &camera, Some(target), GLYPH_PX);
             assert!(found.decisions[0].on && found.texts.len() == 1, "{:?}", found.decisions);
             for segment in &found.segments {
                 let errors_deg = segment.ends.map(|end| ray(end).cross(target).length().asin().to_degrees() - 0.5 * diameter_deg);
@@ -145,14 +148,14 @@ mod tests {
         // A quarter turn exchanges width and height. North is up here, east is left.
         let field = FieldOfView::Rectangle { width_deg: 12.0, height_deg: 4.0 };
         for (angle, wide, high) in [(0.0, 6.0, 2.0), (90.0, 2.0, 6.0)] {
-            let found = frames(&[instrument(field, angle)], &camera, Some(DVec3::X), 13.0);
+            let found = frames(&[instrument(field, angle)], &camera, Some(DVec3::X), GLYPH_PX);
             let rays: Vec<DVec3> = found.segments.iter().flat_map(|p| p.ends).map(ray).collect();
             let max_angle_deg =
                 |component: &dyn Fn(&DVec3) -> f64| rays.iter().map(|r| (component(r) / r.x).atan().to_degrees()).fold(0.0, f64::max);
             assert!((max_angle_deg(&|r| r.y) - wide).abs() < 1e-3 && (max_angle_deg(&|r| r.z) - high).abs() < 1e-3, "{angle}");
         }
         // At 30 degrees the upper side leans to the east, which is left of north.
-        let tilted = frames(&[instrument(field, 30.0)], &camera, Some(DVec3::X), 13.0);
+        let tilted = frames(&[instrument(field, 30.0)], &camera, Some(DVec3::X), GLYPH_PX);
         let text = tilted.texts[0].centre_px;
         assert!(text.x < 400.0 && text.y < 300.0, "{text}");
     }
@@ -161,7 +164,7 @@ mod tests {
     fn fields_too_small_or_larger_than_the_image_have_no_frame() {
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 30.0, 800, 600);
         for diameter_deg in [0.01, 100.0] {
-            let found = frames(&[instrument(FieldOfView::Circle { diameter_deg }, 0.0)], &camera, None, 13.0);
+            let found = frames(&[instrument(FieldOfView::Circle { diameter_deg }, 0.0)], &camera, None, GLYPH_PX);
             assert!(found.segments.is_empty() && !found.decisions[0].on, "{diameter_deg}");
             assert!(found.decisions[0].reason.to_string().contains("1 too small or wider than the image"));
         }

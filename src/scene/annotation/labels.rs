@@ -2,7 +2,7 @@
 //!
 //! In: the bodies that a camera sees, and the selected one. Out: labels in pixels of the image, important ones first. Always: names do not overlap
 //! (estimated from the mean width of a glyph) or cover other texts. A body whose name does not fit keeps its marker; a body that fills the image has no name.
-//! The selected body's name may be some lines away where there is no room at its sides. A body has no label if its centre is outside the image, if it is
+//! The selected body's name may be some lines away if there is no room beside the body. A body has no label if its centre is outside the image, if it is
 //! behind the disc of a nearer body, or if it is close to a more important label. Does not draw glyphs.
 
 use super::data::{self, Dot};
@@ -38,7 +38,7 @@ pub struct Label {
 pub struct LabelSide {
     pub is_left: bool,
     pub is_below: bool,
-    /// Lines of text between its usual place on this side and the name.
+    /// Number of lines by which the name is farther above or below the body than in its usual place on this side.
     pub lines: u8,
 }
 
@@ -89,6 +89,7 @@ const FILLS_IMAGE: f64 = 0.45;
 pub struct LabelLayer {
     /// Size of the glyphs.
     pub glyph_px: f64,
+    /// The selected body, else the target, else the Sun; its label has a colour of its own.
     pub selected: NaifId,
     pub labels: Vec<Label>,
     /// Caption, scale bar and compass; also the names of surface features and the rings of landing sites.
@@ -99,7 +100,7 @@ pub struct LabelLayer {
 
 impl LabelLayer {
     /// The texts, marks and data points of the layers that the request switches on; `None` if it switches on none of these layers. `velocity_km_s`: the
-    /// viewer's, for the aberration of data points in the sky.
+    /// viewer's velocity, for the aberration of data points in the sky.
     pub(crate) fn of(
         image: &impl ImageProjection,
         request: &ViewRequest,
@@ -156,7 +157,7 @@ impl LabelLayer {
     }
 }
 
-/// Size of glyphs in an image of this height in pixels: a seventieth of it, but large enough to read in a small image.
+/// Size of glyphs in an image of this height in pixels: a seventieth of the height, but large enough to read in a small image.
 pub(crate) fn glyph_size_px(height: u32) -> f64 {
     (f64::from(height) / 70.0).clamp(13.0, 240.0).round()
 }
@@ -192,11 +193,11 @@ pub(crate) fn body_labels(
         .iter()
         .filter(is_placed)
         .filter_map(|b| {
-            let centre = image.pixel_of(b.placement.centre_km)?;
+            let centre_px = image.pixel_of(b.placement.centre_km)?;
             let radius_px = image.disc_radius_px(angular_radius_rad(b));
             // A body whose centre is outside the image has no label.
-            let is_inside = (0.0..=size.x).contains(&centre.x) && (0.0..=size.y).contains(&centre.y);
-            is_inside.then_some((b, centre, radius_px))
+            let is_inside = (0.0..=size.x).contains(&centre_px.x) && (0.0..=size.y).contains(&centre_px.y);
+            is_inside.then_some((b, centre_px, radius_px))
         })
         .collect();
     // Bodies hide others even if their centres are outside the image: for example the body on which the camera stands.

@@ -14,7 +14,8 @@ use glam::{DVec2, DVec3};
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct UnplacedText {
     pub text: String,
-    /// The text's centre, pixels from the image's top left corner. For a coordinate, the point of its grid line where it is written, unless it must be moved.
+    /// The text's centre, pixels from the image's top left corner. For a coordinate this is a point of its grid line, from which [`place_texts`] moves the text
+    /// if it would leave the image.
     pub centre_px: DVec2,
     /// Linear RGB.
     pub colour: DVec3,
@@ -47,8 +48,8 @@ const WHITE_FRACTION: f64 = 0.35;
 /// Maximum number of texts in an image.
 const MAX_TEXTS: usize = 400;
 
-/// Places the texts that fit into the image and overlap neither each other nor the image's other `labels`. Earlier candidates have priority, names over
-/// coordinates.
+/// Places the texts that fit into the image and overlap neither each other nor the image's other `labels`. Names have priority over coordinates; within each
+/// kind, earlier candidates have priority over later ones.
 pub(crate) fn place_texts(mut candidates: Vec<UnplacedText>, labels: Option<&LabelLayer>, glyph_px: f64, image_px: DVec2) -> TextLayer {
     let metrics = LabelMetrics::of_size(glyph_px);
     let body_rects = labels.into_iter().flat_map(|layer| {
@@ -98,7 +99,8 @@ mod tests {
             name("Orion", 202.0, 288.0),
             name("Taurus", 399.0, 100.0),
         ];
-        let layer = place_texts(candidates, None, 13.0, image);
+        let glyph_px = 13.0;
+        let layer = place_texts(candidates, None, glyph_px, image);
         let names: Vec<&str> = layer.texts.iter().map(|t| t.text.as_str()).collect();
         // There is no room for the coordinate below Orion or for the second Orion, and Taurus would be cut off.
         assert_eq!(names, ["Orion", "+20°"]);

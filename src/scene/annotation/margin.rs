@@ -1,9 +1,9 @@
 //! The margin of an image: caption, scale bar and compass, which are drawn over the image near its edges.
 //!
 //! In: the request and the bodies in view. Out: texts, bars and rings. Always: lengths are round numbers; a length in kilometres is valid across the line of
-//! sight at the distance of the target's centre. Without a target, or if its disc is small, the bar is an angle, which a bar in the image's middle
-//! spans. The compass points to the target's north pole. In a narrow image the caption has more lines and the scale bar stands above it; what does not fit is
-//! left out.
+//! sight at the distance of the target's centre. Without a target, or if its disc is small, the scale bar states an angle: the angle that this bar would span
+//! in the middle of the image. The compass points to the target's north pole. In a narrow image the caption has more lines and the scale bar stands above the
+//! caption; what does not fit is left out.
 
 use super::text::{Bar, LabelMetrics, NAME_COLOUR, Rect, TextLine};
 use crate::catalog::Catalog;
@@ -54,9 +54,9 @@ const COMPASS_HALF_SIDE: f64 = 2.5;
 const NEEDLE: (f64, f64) = (0.5, 1.2);
 /// Distance from the compass's middle to the middle of its letter, in glyph sizes.
 const NORTH_LETTER: f64 = 1.9;
-/// Number of squares of which the needle consists, less one.
+/// Number of steps between the squares of which the needle consists.
 const NEEDLE_STEPS: u32 = 10;
-/// Sine of the angle between a body's pole and the line of sight below which there is no compass.
+/// Smallest sine of the angle between a body's pole and the line of sight for which the compass is drawn.
 const MIN_POLE_SINE: f64 = 0.02;
 /// Diameter in pixels below which a target counts as a point, and the scale bar shows an angle.
 const MIN_DISC_PX: f64 = 20.0;
@@ -162,9 +162,9 @@ impl Margin {
         let max_px = MAX_BAR_FRACTION * size.x;
         let max_rad = max_px / px_per_radian;
         let disc_px = |t: &&BodyInView| 2.0 * t.placement.radii_km.max_element() / t.distance_km * px_per_radian;
-        // Length of a bar in the image's middle that spans an angle. In a perspective image it grows faster than the angle.
+        // Length of a bar in the image's middle that spans an angle. In a perspective image this length grows faster than the angle.
         let spanning_px = |angle_rad: f64| 2.0 * image.disc_radius_px(0.5 * angle_rad);
-        let (text, length) = match target.filter(|t| disc_px(t) >= MIN_DISC_PX) {
+        let (text, length_px) = match target.filter(|t| disc_px(t) >= MIN_DISC_PX) {
             Some(t) => {
                 let km = round_number_below(max_rad * t.distance_km);
                 (length_text(km), km / t.distance_km * px_per_radian)
@@ -176,19 +176,19 @@ impl Margin {
             }
         };
         let text = language.number(&text);
-        let length = length.round();
+        let length_px = length_px.round();
         let thickness = (glyph_px / GLYPH_PER_THICKNESS).round().max(1.0);
         let tick = (TICK_HEIGHT * glyph_px).round();
-        let left = (size.x - EDGE_DISTANCE * glyph_px - length).round();
+        let left = (size.x - EDGE_DISTANCE * glyph_px - length_px).round();
         // Centred over the bar, as far as the image's edge allows.
-        let text_left = left + 0.5 * (length - metrics.width_px(&text));
+        let text_left = left + 0.5 * (length_px - metrics.width_px(&text));
         let text_left = text_left.min(size.x - BAR_TEXT_EDGE * glyph_px - metrics.width_px(&text));
         let text_at = |bar_top: f64| DVec2::new(text_left, bar_top - BAR_TEXT_HEIGHT * glyph_px);
         let rect_at = |bar_top: f64| {
             let of_text = metrics.rect(&text, text_at(bar_top));
             Rect {
                 min: of_text.min.min(DVec2::new(left, bar_top - tick)),
-                max: of_text.max.max(DVec2::new(left + length, bar_top + thickness)),
+                max: of_text.max.max(DVec2::new(left + length_px, bar_top + thickness)),
             }
         };
         let mut bar_top = (size.y - EDGE_DISTANCE * glyph_px).round();
@@ -201,21 +201,21 @@ impl Margin {
         if !rect_at(bar_top).is_in_image(size) {
             return;
         }
-        self.bar(DVec2::new(left, bar_top), DVec2::new(length, thickness));
+        self.bar(DVec2::new(left, bar_top), DVec2::new(length_px, thickness));
         self.bar(DVec2::new(left, bar_top - tick), DVec2::new(thickness, tick));
-        self.bar(DVec2::new(left + length - thickness, bar_top - tick), DVec2::new(thickness, tick));
+        self.bar(DVec2::new(left + length_px - thickness, bar_top - tick), DVec2::new(thickness, tick));
         let text_position = text_at(bar_top);
         self.text(text, text_position);
     }
 
     fn compass(&mut self, image: &impl ImageProjection, target: &BodyInView, metrics: &LabelMetrics) {
         let (size, glyph_px) = (image.size_px(), metrics.glyph_px());
-        let centre = target.placement.centre_km;
+        let centre_km = target.placement.centre_km;
         let pole = target.placement.body_from_icrf.row(2);
         // A pole within about a degree of the line of sight has no reliable direction in the image.
-        let sine_to_line_of_sight = pole.cross(centre.normalize()).length();
+        let sine_to_line_of_sight = pole.cross(centre_km.normalize()).length();
         // The direction of the pole in the image, from a short step along the pole.
-        let ends_px = image.pixel_of(centre).zip(image.pixel_of(centre + pole * (1e-3 * target.distance_km)));
+        let ends_px = image.pixel_of(centre_km).zip(image.pixel_of(centre_km + pole * (1e-3 * target.distance_km)));
         let Some(north) = ends_px.filter(|_| sine_to_line_of_sight > MIN_POLE_SINE).and_then(|(from, to)| (to - from).try_normalize())
         else {
             return;

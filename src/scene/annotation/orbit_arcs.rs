@@ -2,9 +2,9 @@
 //!
 //! In: the body's position and velocity relative to the parent, and its position from the camera. Out: [`OrbitArc`]s: a point of the conic in camera axes
 //! with its first and second derivative, computed in f64 and narrowed. Always: one vertex is the body's position, so that the line passes through the disc
-//! at any distance. An arc outside the frame is left out. Any other is halved until its `CHORDS_PER_ARC` chords deviate on the screen by less than
-//! `MAX_CHORD_ERROR_PX` and it is not much larger than the frame. Then f32 is precise to hundredths of a pixel. Ellipse, parabola and hyperbola share one
-//! formula (`ephemeris::conic`).
+//! at any distance. An arc outside the frame is left out. Any other arc is halved until its `CHORDS_PER_ARC` chords deviate on the screen by less than
+//! `MAX_CHORD_ERROR_PX` and the arc is not much larger than the frame: then its f32 values are precise to hundredths of a pixel. Ellipse, parabola and
+//! hyperbola share one formula (`ephemeris::conic`).
 
 use crate::ephemeris::State;
 use crate::ephemeris::conic::stumpff;
@@ -54,7 +54,7 @@ pub struct OrbitArc {
 }
 
 impl OrbitArc {
-    /// Clip x and y and reversed depth at a fraction of the arc, 0 to 1, computed from the narrowed values.
+    /// x and y from -1 to 1 across the frame (y up) and reversed depth, at a fraction of the arc, 0 to 1; computed from the narrowed values.
     pub fn clip(&self, fraction: f64) -> DVec3 {
         let [first, last] = self.range.map(f64::from);
         let u = first + (last - first) * fraction;
@@ -64,7 +64,7 @@ impl OrbitArc {
     }
 }
 
-/// A conic about the parent, parameterised by the universal anomaly s from the body's position, ds = dt / r.
+/// A conic about the parent, parameterised by the universal anomaly s, which is 0 at the body: ds = dt / r, in seconds per kilometre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Conic {
     /// First and second derivative of the position with respect to s, at the body.
@@ -142,8 +142,8 @@ impl Conic {
     }
 }
 
-/// [`Conic::size_km`] in pixels, as seen from the distance of an ellipse's centre, or on an open path from that of the body. A distance shorter than the size
-/// counts as the size.
+/// [`Conic::size_km`] in pixels, seen at the distance of the ellipse's centre, or for an open path at the distance of the body. A distance shorter than the
+/// size counts as the size. `body_from_camera_km`: ICRF.
 pub(crate) fn size_on_screen_px(camera: &Camera, conic: &Conic, body_from_camera_km: DVec3) -> f64 {
     let size_km = conic.size_km();
     // The body and the point half a revolution ahead are opposite to each other.
@@ -157,6 +157,7 @@ struct ArcSubdivision<'a> {
     conic: &'a Conic,
     /// The body's apparent position from the camera, ICRF.
     body_km: DVec3,
+    /// Linear RGB.
     colour: DVec3,
     /// Opacity at the body.
     opacity: f64,
@@ -205,13 +206,13 @@ impl ArcSubdivision<'_> {
         largest
     }
 
-    /// Adds the arc between two values of s, or its halves if it is too long or too curved; nothing outside the frame. `halvings`: how often the orbit has been
-    /// halved to get this arc.
+    /// Adds the arc between two values of s, or its halves if it is too long or too curved; adds nothing outside the frame. `halvings`: how often the orbit has
+    /// been halved to get this arc.
     fn arc(&mut self, from: f64, to: f64, halvings: u32) {
         let (middle_s, half) = (0.5 * (from + to), 0.5 * (to - from));
         let [first_derivative, second_derivative] = self.conic.derivatives(middle_s);
         let middle = self.camera.in_axes(self.body_km + self.conic.offset_from_body_km(middle_s));
-        // The second derivative of an ellipse is bounded by GM; that of an open path is largest at an end.
+        // The length of the second derivative is at most GM on an ellipse; on an open path it is largest at one of the arc's ends.
         let max_second_derivative = if self.conic.alpha > 0.0 {
             self.conic.gm_km3_s2
         } else {
@@ -228,7 +229,7 @@ impl ArcSubdivision<'_> {
         let nearest_km = (middle.length() - radius_km).max(NEAR_DEPTH_KM);
         let is_short = self.conic.alpha.abs() * (2.0 * half).powi(2) < MAX_STUMPFF_ARGUMENT
             && lateral_km < MAX_HALF_LENGTH * self.camera.tan_half_fov.length() * nearest_km
-            // The camera is outside the arc's bounding sphere.
+            // The camera is outside the arc's bounding sphere, with a margin of a tenth.
             && radius_km < 0.9 * middle.length();
         let is_in_front_of_camera = middle.z - radius_km > NEAR_DEPTH_KM;
         if is_short && is_in_front_of_camera && self.chord_error_px(from, to) < MAX_CHORD_ERROR_PX {
@@ -244,12 +245,12 @@ impl ArcSubdivision<'_> {
             let [first_derivative, second_derivative] =
                 if origin == middle_s { [first_derivative, second_derivative] } else { self.conic.derivatives(origin) };
             let point = self.camera.in_axes(self.body_km + self.conic.offset_from_body_km(origin));
-            let over_tangents = |v: DVec3| narrow((v.truncate() / self.camera.tan_half_fov).extend(v.z));
+            let divided_by_tangents = |v: DVec3| narrow((v.truncate() / self.camera.tan_half_fov).extend(v.z));
             let is_ahead = to > 0.0;
             self.arcs.push(OrbitArc {
-                point: over_tangents(point),
-                first_derivative: over_tangents(self.camera.in_axes(first_derivative) * s_per_u),
-                second_derivative: over_tangents(self.camera.in_axes(second_derivative) * (s_per_u * s_per_u)),
+                point: divided_by_tangents(point),
+                first_derivative: divided_by_tangents(self.camera.in_axes(first_derivative) * s_per_u),
+                second_derivative: divided_by_tangents(self.camera.in_axes(second_derivative) * (s_per_u * s_per_u)),
                 alpha: narrow_scalar(self.conic.alpha * s_per_u * s_per_u),
                 range,
                 opacity: [self.opacity_at(from, is_ahead), self.opacity_at(to, is_ahead)],
@@ -363,7 +364,8 @@ mod tests {
             let conic = Conic::of(&state, GM).expect("a conic");
             let [back, ahead_end] = conic.drawn_range();
             let body_km = state.pos_km;
-            // A camera beside the line that looks ahead along it (1), back (-1), or down on it (0).
+            // A camera beside the line. `fraction`: of the drawn range ahead of the body, or behind it if negative; `along`: the camera looks ahead along the
+            // line (1), back (-1), or down on it (0).
             let beside = |fraction: f64, height_km: f64, along: f64, fov_deg: f64| {
                 let s = fraction * if fraction < 0.0 { -back } else { ahead_end };
                 let offset = conic.offset_from_body_km(s);

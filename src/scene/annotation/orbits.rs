@@ -1,7 +1,7 @@
 //! The line of an orbit: the osculating conic of a body about its parent, its colour, and the sizes at which it fades.
 //!
-//! In: a placed body and its parent. Out: the conic's arcs (`orbit_arcs`) and a decision. There are a few dozen arcs, at any distance of the camera from a
-//! metre to a hundred au. Perturbations are not modelled; traces show them.
+//! In: a placed body and its parent. Out: the conic's arcs (`orbit_arcs`) and a decision. An orbit has a few dozen arcs, whether the camera is a metre or a
+//! hundred au away from it. Perturbations are not modelled; traces show them.
 
 use crate::catalog::Body;
 use crate::ephemeris::Ephemeris;

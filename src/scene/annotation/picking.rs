@@ -21,7 +21,7 @@ pub fn star_at(scene: &Scene, click_px: DVec2) -> Option<usize> {
     in_reach.filter(|s| s.star.is_some() && !is_hidden(scene, s)).max_by(|a, b| a.flux.y.total_cmp(&b.flux.y)).and_then(|s| s.star)
 }
 
-/// The centre of the small body that a click selects, else that of the star, else the click's own position.
+/// The centre of the small body that a click selects, else the centre of the star that it selects, else the click's own position.
 pub fn snapped_px(labels: &[Label], scene: &Scene, click_px: DVec2) -> DVec2 {
     let in_reach =
         labels.iter().filter(|l| l.radius_px < CLICK_RADIUS_PX).map(|l| l.centre_px).filter(|px| px.distance(click_px) <= CLICK_RADIUS_PX);
@@ -55,7 +55,7 @@ pub fn body_at(labels: &[Label], scene: &Scene, click_px: DVec2) -> Option<NaifI
         .filter(|l| l.radius_px < CLICK_RADIUS_PX)
         .map(|l| (l.centre_px.distance(click_px), l.body))
         .filter(|(d, _)| *d <= CLICK_RADIUS_PX)
-        .min_by(|a, b| a.0.total_cmp(&b.0));
+        .min_by(|(a_px, _), (b_px, _)| a_px.total_cmp(b_px));
     let direction = scene.geometry.direction(&scene.camera, click_px);
     let is_under = |b: &&BodyInView| b.appearance == Appearance::Disc && direction.is_some_and(|d| b.placement.surface_along(d).is_some());
     let foremost = scene.bodies.iter().filter(is_under).min_by(|a, b| a.distance_km.total_cmp(&b.distance_km));

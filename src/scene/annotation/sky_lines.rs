@@ -163,19 +163,20 @@ impl SkyLineBuilder<'_> {
 
     /// Writes the coordinate of a grid line at the end nearest to the left edge of the frame (parallels) or to its lower edge (meridians).
     fn label_grid_line(&mut self, line: &GridLine, runs: &[Polyline], pixel_deg: f64, text: String, style: LineStyle) {
-        let half = self.camera.half_size();
+        let half_size = self.camera.half_size();
         let pixel = |p: DVec3| self.camera.pixel_from_clip(DVec2::new(p.x, p.y) / (p.z * self.camera.tan_half_fov));
         let ends = runs.iter().filter_map(|run| Some([run.first()?, run.last()?])).flatten();
         let distance_to_edge_px = |px: DVec2| match line.kind {
             GridLineKind::Parallel => px.x,
-            GridLineKind::Meridian => 2.0 * half.y - px.y,
+            GridLineKind::Meridian => 2.0 * half_size.y - px.y,
         };
         let opacity_at = |parameter: f64| match line.kind {
             GridLineKind::Parallel => line.opacity(0.0, pixel_deg),
             GridLineKind::Meridian => line.opacity(parameter.to_degrees(), pixel_deg),
         };
-        let best = ends.map(|(p, t)| (pixel(*p), *t)).min_by(|a, b| distance_to_edge_px(a.0).total_cmp(&distance_to_edge_px(b.0)));
-        if let Some((px, _)) = best.filter(|(_, t)| opacity_at(*t) > MIN_LABELLED_OPACITY) {
+        let ends_px = ends.map(|end| (pixel(end.position), end.parameter));
+        let best = ends_px.min_by(|(a, _), (b, _)| distance_to_edge_px(*a).total_cmp(&distance_to_edge_px(*b)));
+        if let Some((px, _)) = best.filter(|(_, parameter)| opacity_at(*parameter) > MIN_LABELLED_OPACITY) {
             self.output.texts.push(UnplacedText { text, centre_px: px, colour: style.colour, is_grid_coordinate: true });
         }
     }

@@ -1,7 +1,7 @@
 //! Curves in space as line segments on the screen.
 //!
 //! In: a curve as a function of one parameter, with bounds on its derivatives. Out: [`LineSegment`]s in clip space, clipped to the frame, whose ends meet
-//! exactly. Each span between two parameters is halved until its chord deviates from the arc by less than `MAX_CHORD_ERROR_PX`, or until it is outside the
+//! exactly. Each span between two parameters is halved until its chord deviates from the arc by less than `MAX_CHORD_ERROR_PX`, or the span is outside the
 //! frame. The result is a few hundred segments, however much of the curve is outside. All computation is in f64; only clip coordinates are narrowed to f32.
 
 use crate::scene::camera::{Camera, NEAR_DEPTH_KM, narrow, narrow_scalar, narrow2};
@@ -14,13 +14,13 @@ pub(crate) const MAX_CHORD_ERROR_PX: f64 = 0.1;
 pub(crate) const MARGIN_PX: f64 = 4.0;
 /// Maximum number of halvings of a span: a span of a curve of 100 au is then some tens of metres long.
 const MAX_HALVINGS: u32 = 40;
-/// Longest span, in units of the parameter, that may be replaced by its chord. Along a chord the opacity is interpolated linearly.
+/// Longest span, in units of the parameter, that may be replaced by its chord. The limit is needed because opacity is interpolated linearly along a chord.
 const MAX_SPAN: f64 = 0.2;
 
 /// A straight segment of a line on the screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LineSegment {
-    /// Clip x and y, reversed depth.
+    /// x and y from -1 to 1 across the frame (y up), reversed depth.
     pub ends: [Vec3; 2],
     /// Unit normal of the line in the image (x right, y up) at each end. Adjacent segments share it.
     pub normals: [Vec2; 2],
@@ -35,13 +35,13 @@ pub(crate) struct Curve<'a> {
     pub camera: &'a Camera,
     /// Position relative to the camera, ICRF; kilometres, or a unit vector for points infinitely far away.
     pub point: &'a dyn Fn(f64) -> DVec3,
-    /// Upper limit of the length of the first and the second derivative.
+    /// Upper limit of the lengths of the first and the second derivative of `point` with respect to its parameter.
     pub derivative_bound: f64,
     /// Factor on [`MAX_CHORD_ERROR_PX`]: 1, or for points infinitely far away [`tolerance_at_corners`].
     pub tolerance_factor: f64,
 }
 
-/// Pixel size at the corners of the image relative to that in its middle, both as angles from the camera. In a wide view the corners are magnified.
+/// Pixel size at the corners of the image divided by the pixel size in its middle, both as angles at the camera. In a wide view the corners are magnified.
 pub(crate) fn tolerance_at_corners(camera: &Camera) -> f64 {
     1.0 / (1.0 + camera.tan_half_fov.length_squared())
 }
@@ -58,8 +58,13 @@ pub(crate) fn reversed_depth(point: DVec3) -> f64 {
     (NEAR_DEPTH_KM / point.z).min(1.0)
 }
 
-/// A point in camera axes (right, up, forward), and its parameter.
-type CurvePoint = (DVec3, f64);
+/// A point of a curve.
+#[derive(Clone, Copy)]
+pub(crate) struct CurvePoint {
+    /// Camera axes (right, up, forward); unit as in [`Curve::point`].
+    pub position: DVec3,
+    pub parameter: f64,
+}
 
 /// A part of a curve inside the frame (a run), as a polyline.
 pub(crate) type Polyline = Vec<CurvePoint>;
@@ -71,17 +76,17 @@ struct StrokeSubdivision<'a> {
 }
 
 impl Curve<'_> {
-    /// The point at a parameter, in camera axes.
-    fn in_camera_axes(&self, parameter: f64) -> DVec3 {
-        self.camera.in_axes((self.point)(parameter))
+    /// The point at a parameter.
+    fn at(&self, parameter: f64) -> CurvePoint {
+        CurvePoint { position: self.camera.in_axes((self.point)(parameter)), parameter }
     }
 
     /// The parts of the curve inside the frame. Each span between consecutive parameters is subdivided separately.
     pub(crate) fn runs(&self, parameters: &[f64]) -> Vec<Polyline> {
         let mut subdivision = StrokeSubdivision { curve: self, runs: Vec::new() };
         for span in parameters.windows(2) {
-            let [from, to] = [span[0], span[1]].map(|parameter| (self.in_camera_axes(parameter), parameter));
-            subdivision.arc(from, to, 0);
+            let halvings = 0;
+            subdivision.arc(self.at(span[0]), self.at(span[1]), halvings);
         }
         subdivision.runs
     }
@@ -90,38 +95,41 @@ impl Curve<'_> {
 impl StrokeSubdivision<'_> {
     /// Halves a span until its chord is accurate enough, and appends the chords.
     fn arc(&mut self, from: CurvePoint, to: CurvePoint, halvings: u32) {
-        let middle_parameter = 0.5 * (from.1 + to.1);
-        let middle = self.curve.in_camera_axes(middle_parameter);
-        let span = to.1 - from.1;
+        let middle = self.curve.at(0.5 * (from.parameter + to.parameter));
+        let span = to.parameter - from.parameter;
         // No point of the arc is farther from its middle than this.
         let radius = 0.5 * self.curve.derivative_bound * span;
-        if !self.curve.camera.sphere_may_be_in_frame(middle, radius, MARGIN_PX) {
+        if !self.curve.camera.sphere_may_be_in_frame(middle.position, radius, MARGIN_PX) {
             return;
         }
         // Upper limit of the distance between the arc and its chord.
         let deviation = self.curve.derivative_bound * span * span / 8.0;
-        let nearest = (middle.length() - radius).max(NEAR_DEPTH_KM);
+        let nearest = (middle.position.length() - radius).max(NEAR_DEPTH_KM);
         let max_deviation = MAX_CHORD_ERROR_PX * self.curve.tolerance_factor * self.curve.camera.pixel_tangent() * nearest;
         if halvings >= MAX_HALVINGS || (span < MAX_SPAN && deviation < max_deviation) {
             return self.chord(from, to);
         }
-        self.arc(from, (middle, middle_parameter), halvings + 1);
-        self.arc((middle, middle_parameter), to, halvings + 1);
+        self.arc(from, middle, halvings + 1);
+        self.arc(middle, to, halvings + 1);
     }
 
     /// Appends the part of a chord that is inside the frame.
     fn chord(&mut self, from: CurvePoint, to: CurvePoint) {
-        let Some([enter, leave]) = clipped_to_frame(self.curve.camera, from.0, to.0) else { return };
-        let at = |t: f64| {
-            if t == 0.0 {
+        let Some([enter, leave]) = clipped_to_frame(self.curve.camera, from.position, to.position) else { return };
+        let at = |fraction: f64| {
+            if fraction == 0.0 {
                 from
-            } else if t == 1.0 {
+            } else if fraction == 1.0 {
                 to
             } else {
-                (from.0.lerp(to.0, t), from.1 + t * (to.1 - from.1))
+                CurvePoint {
+                    position: from.position.lerp(to.position, fraction),
+                    parameter: from.parameter + fraction * (to.parameter - from.parameter),
+                }
             }
         };
-        let continues_last_run = enter == 0.0 && self.runs.last().and_then(|r| r.last()).is_some_and(|last| last.1 == from.1);
+        let last_point = self.runs.last().and_then(|run| run.last());
+        let continues_last_run = enter == 0.0 && last_point.is_some_and(|last| last.parameter == from.parameter);
         if !continues_last_run {
             self.runs.push(vec![at(enter)]);
         }
@@ -132,7 +140,7 @@ impl StrokeSubdivision<'_> {
 }
 
 /// Clips a segment between two points in camera axes to the frustum of the frame and its margin (Liang and Barsky 1984): the fractions of the segment at
-/// which it enters and leaves; `None` if it is outside.
+/// which it enters and leaves; `None` if the segment is outside.
 pub(crate) fn clipped_to_frame(camera: &Camera, from: DVec3, to: DVec3) -> Option<[f64; 2]> {
     let tan = camera.tan_half_fov * (1.0 + MARGIN_PX / camera.half_size());
     // For each plane of the frustum a multiple of the signed distance, positive inside. The near plane is at twice the near depth, so that rounding moves no
@@ -150,7 +158,7 @@ pub(crate) fn clipped_to_frame(camera: &Camera, from: DVec3, to: DVec3) -> Optio
     (enter < leave).then_some([enter, leave])
 }
 
-/// Converts a run to line segments. `depth`: reversed depth of a point in camera axes; `opacity`: opacity at a parameter.
+/// Converts a run to line segments. `depth`: reversed depth of a point in camera axes; `opacity`: opacity at a parameter; `colour`: linear RGB.
 pub(crate) fn segments(
     camera: &Camera,
     run: &[CurvePoint],
@@ -158,7 +166,8 @@ pub(crate) fn segments(
     opacity: impl Fn(f64) -> f64,
     colour: DVec3,
 ) -> Vec<LineSegment> {
-    let screen: Vec<DVec2> = run.iter().map(|(p, _)| DVec2::new(p.x, p.y) / (p.z * camera.tan_half_fov) * camera.half_size()).collect();
+    let to_screen = |p: DVec3| DVec2::new(p.x, p.y) / (p.z * camera.tan_half_fov) * camera.half_size();
+    let screen: Vec<DVec2> = run.iter().map(|point| to_screen(point.position)).collect();
     let direction = |k: usize| (screen[k + 1] - screen[k]).try_normalize().unwrap_or(DVec2::X);
     let normal = |k: usize| {
         let mean = match k {
@@ -170,9 +179,9 @@ pub(crate) fn segments(
     };
     let end = |k: usize| {
         let clip = screen[k] / camera.half_size();
-        narrow(DVec3::new(clip.x, clip.y, depth(run[k].0)))
+        narrow(DVec3::new(clip.x, clip.y, depth(run[k].position)))
     };
-    let opacity = |k: usize| narrow_scalar(opacity(run[k].1));
+    let opacity = |k: usize| narrow_scalar(opacity(run[k].parameter));
     let segment = |k: usize| LineSegment {
         ends: [end(k), end(k + 1)],
         normals: [normal(k), normal(k + 1)],

@@ -40,7 +40,7 @@ impl LabelMetrics {
 
 /// sRGB of a name.
 pub(crate) const NAME_COLOUR: [u8; 3] = [200, 208, 220];
-/// Radius of a marker relative to the size of glyphs. A body whose disc is smaller has a marker.
+/// Radius of a marker relative to the size of glyphs: 5 pixels for glyphs of 13 pixels. A body whose disc is smaller has a marker.
 pub(crate) const MARKER_RADIUS: f64 = 5.0 / 13.0;
 /// Distance of a name from its disc or marker, horizontally and vertically, in glyph sizes.
 const NAME_DISTANCE: f64 = 0.3;

@@ -3,7 +3,7 @@
 //! In: the ephemeris, the centre (the target, else the Sun), and the apparent place of each body. Out: [`LineSegment`]s, clipped to the frame, whose ends
 //! meet exactly. Paths are sampled backwards from the time when the light that now arrives left the body, so that the first vertex is the body's apparent
 //! position; between samples they are Hermite cubics with the samples' velocities. Left out: moons of bodies other than the centre, because their loops are too
-//! small and too numerous; only the Moon is also drawn about the Sun.
+//! small and too numerous. The only exception is the Moon, which also has a trace about the Sun.
 
 use crate::catalog::{Body, NaifId};
 use crate::ephemeris::{Ephemeris, State};
@@ -33,32 +33,41 @@ const MAX_DAYS: f64 = 12.0 * DAYS_PER_JULIAN_YEAR;
 /// Opacity at the body; the path fades to 0 at its end.
 const OPACITY: f64 = 0.9;
 
-/// Points of a path relative to the body's current position in kilometres, newest first, each with the fraction of the opacity that remains there.
-/// `states`: samples `step_s` apart, newest first.
-fn path(states: &[State], step_s: f64) -> Vec<(DVec3, f64)> {
+/// A point of a path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct PathPoint {
+    /// Relative to the body's current position, ICRF; in [`segments`] relative to the camera, camera axes.
+    position_km: DVec3,
+    /// Fraction of the opacity at the body that remains at this point.
+    remaining_opacity: f64,
+}
+
+/// Points of a path relative to the body's current position, newest first. `states`: samples `step_s` apart, newest first.
+fn path(states: &[State], step_s: f64) -> Vec<PathPoint> {
     let count = (states.len() - 1) * SEGMENTS_PER_SAMPLE;
-    let remaining = |k: usize| 1.0 - k as f64 / count as f64;
-    let point = |k: usize| {
+    let point = |k: usize, position_km: DVec3| PathPoint { position_km, remaining_opacity: 1.0 - k as f64 / count as f64 };
+    let interpolated = |k: usize| {
         let (n, fraction) = (k / SEGMENTS_PER_SAMPLE, (k % SEGMENTS_PER_SAMPLE) as f64 / SEGMENTS_PER_SAMPLE as f64);
         let newer_km = states[n].pos_km - states[0].pos_km;
-        let Some(older) = states.get(n + 1).filter(|_| fraction > 0.0) else { return (newer_km, remaining(k)) };
+        let Some(older) = states.get(n + 1).filter(|_| fraction > 0.0) else { return point(k, newer_km) };
         // Hermite cubic. Time runs backwards, so the velocities have a minus sign.
         let (t, t2, t3) = (fraction, fraction * fraction, fraction * fraction * fraction);
         let older_km = older.pos_km - states[0].pos_km;
         let interpolated_km = newer_km * (2.0 * t3 - 3.0 * t2 + 1.0) - states[n].vel_km_s * ((t3 - 2.0 * t2 + t) * step_s)
             + older_km * (3.0 * t2 - 2.0 * t3)
             - older.vel_km_s * ((t3 - t2) * step_s);
-        (interpolated_km, remaining(k))
+        point(k, interpolated_km)
     };
-    (0..=count).map(point).collect()
+    (0..=count).map(interpolated).collect()
 }
 
 /// The part of a path inside the frame, as line segments. `body_km`: the body's apparent position from the camera, ICRF.
-fn segments(camera: &Camera, body_km: DVec3, path: &[(DVec3, f64)], colour: DVec3) -> Vec<LineSegment> {
-    let points: Vec<(DVec3, f64)> = path.iter().map(|(p, remaining)| (camera.in_axes(body_km + *p), *remaining)).collect();
+fn segments(camera: &Camera, body_km: DVec3, path: &[PathPoint], colour: DVec3) -> Vec<LineSegment> {
+    let in_camera_axes = |point: &PathPoint| PathPoint { position_km: camera.in_axes(body_km + point.position_km), ..*point };
+    let points: Vec<PathPoint> = path.iter().map(in_camera_axes).collect();
     let screen = |p: DVec3| DVec2::new(p.x, p.y) / (p.z * camera.tan_half_fov) * camera.half_size();
     let direction = |k: usize| {
-        let (a, b) = (points.get(k)?.0, points.get(k + 1)?.0);
+        let (a, b) = (points.get(k)?.position_km, points.get(k + 1)?.position_km);
         if a.z > NEAR_DEPTH_KM && b.z > NEAR_DEPTH_KM { (screen(b) - screen(a)).try_normalize() } else { None }
     };
     let normal = |k: usize| {
@@ -67,14 +76,17 @@ fn segments(camera: &Camera, body_km: DVec3, path: &[(DVec3, f64)], colour: DVec
     };
     let segment = |k: usize| {
         let (from, to) = (points[k], points[k + 1]);
-        let [enter, leave] = clipped_to_frame(camera, from.0, to.0)?;
-        let at = |t: f64| (from.0.lerp(to.0, t), from.1 + t * (to.1 - from.1));
+        let [enter, leave] = clipped_to_frame(camera, from.position_km, to.position_km)?;
+        let at = |t: f64| PathPoint {
+            position_km: from.position_km.lerp(to.position_km, t),
+            remaining_opacity: from.remaining_opacity + t * (to.remaining_opacity - from.remaining_opacity),
+        };
         let [a, b] = [at(enter), at(leave)];
         let end = |p: DVec3| narrow((screen(p) / camera.half_size()).extend(reversed_depth(p)));
         Some(LineSegment {
-            ends: [end(a.0), end(b.0)],
+            ends: [end(a.position_km), end(b.position_km)],
             normals: [normal(k), normal(k + 1)],
-            opacity: [a.1, b.1].map(|remaining| narrow_scalar(OPACITY * remaining)),
+            opacity: [a, b].map(|point| narrow_scalar(OPACITY * point.remaining_opacity)),
             colour: narrow(colour),
         })
     };
@@ -166,18 +178,18 @@ mod tests {
         let step_s = 27.3 * SECONDS_PER_DAY / SAMPLES_PER_PERIOD;
         let states: Vec<State> = (0..=48).map(|k| at(-step_s * f64::from(k))).collect();
         let path = path(&states, step_s);
-        assert_eq!((path.len(), path[0]), (48 * SEGMENTS_PER_SAMPLE + 1, (DVec3::ZERO, 1.0)));
+        assert_eq!((path.len(), path[0]), (48 * SEGMENTS_PER_SAMPLE + 1, PathPoint { position_km: DVec3::ZERO, remaining_opacity: 1.0 }));
         let (mut worst_km, mut worst_linear_km) = (0.0_f64, 0.0_f64);
-        for (k, (p, _)) in path.iter().enumerate() {
+        for (k, point) in path.iter().enumerate() {
             let expected = at(-step_s * k as f64 / SEGMENTS_PER_SAMPLE as f64).pos_km - states[0].pos_km;
-            worst_km = worst_km.max(p.distance(expected));
+            worst_km = worst_km.max(point.position_km.distance(expected));
             let (a, fraction) = (k / SEGMENTS_PER_SAMPLE, (k % SEGMENTS_PER_SAMPLE) as f64 / SEGMENTS_PER_SAMPLE as f64);
             if let Some(b) = states.get(a + 1) {
                 worst_linear_km = worst_linear_km.max((states[a].pos_km.lerp(b.pos_km, fraction) - states[0].pos_km).distance(expected));
             }
         }
         assert!(worst_km < 4.0 && worst_linear_km > 400.0, "{worst_km} km, linear interpolation {worst_linear_km} km");
-        assert!(path.windows(2).all(|w| w[1].1 < w[0].1), "it fades");
+        assert!(path.windows(2).all(|w| w[1].remaining_opacity < w[0].remaining_opacity), "it fades");
     }
 
     /// Paths of Jupiter relative to Io and of Mars relative to Phobos agree with the ephemeris between samples to 1e-3 of the moon's distance. Over the
@@ -193,9 +205,9 @@ mod tests {
             let worst = |span_s: f64, samples: usize| {
                 let step_s = span_s / samples as f64;
                 let states: Vec<State> = (0..=samples).map(|k| at(-step_s * k as f64)).collect();
-                let error = |(k, (p, _)): (usize, &(DVec3, f64))| {
+                let error = |(k, point): (usize, &PathPoint)| {
                     let expected = at(-step_s * k as f64 / SEGMENTS_PER_SAMPLE as f64).pos_km;
-                    (*p + states[0].pos_km).distance(expected) / expected.length()
+                    (point.position_km + states[0].pos_km).distance(expected) / expected.length()
                 };
                 path(&states, step_s).iter().enumerate().map(error).fold(0.0, f64::max)
             };

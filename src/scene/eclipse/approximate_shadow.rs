@@ -58,7 +58,7 @@ impl<'a> ApproximateShadow<'a> {
         Some(Self { occluders, axis, layers })
     }
 
-    /// Fraction of sunlight at a point, given in the receiver's axes and equatorial radii.
+    /// Fraction of sunlight at a point, whose position is given in the receiver's axes and equatorial radii.
     pub(crate) fn sunlight_fraction(&self, point: DVec3) -> f64 {
         let (offset_across, along) = (self.axis.offset_across(point), point.dot(self.axis.sunward));
         let mut fraction = 1.0_f64;
@@ -85,7 +85,7 @@ impl<'a> ApproximateShadow<'a> {
             fraction = fraction.min(1.0 - obscuration);
             if let Some(layers) = layers {
                 // The layers are computed for a round limb whose radius is the major semi-axis. The separation is changed so that this limb is as far from the
-                // Sun's centre as that of the elliptical outline.
+                // Sun's centre as the elliptical outline is.
                 fraction += layers.refracted_fraction(separation + (occluder.semi_axes.x * to_solar_radii - radius), depth, to_solar_radii);
             }
         }

@@ -30,7 +30,7 @@ pub struct Receiver<'a> {
     pub body_from_icrf: DMat3,
     /// Barycentric velocity, for the aberration of directions to occluders and the Sun.
     pub velocity_km_s: DVec3,
-    /// Vector to the Sun's position when the light left it.
+    /// Vector from the body to where the Sun was when the light left the Sun, ICRF.
     pub sun_from_body_km: DVec3,
 }
 
@@ -93,7 +93,7 @@ impl Axis {
 }
 
 /// Light time from occluder to receiver, seconds, below which the occluder is treated as moving in a straight line during that time. Most bodies of one system
-/// are closer together than that. In this time a moon's path deviates from a straight line by up to 0.4 km (Metis, whose path curves most), Io's by 40 m
+/// are closer together. In this time a moon's path deviates from a straight line by up to 0.4 km (Metis, whose path curves most), Io's by 40 m
 /// (tests/ephemeris/positions.rs).
 const MAX_STRAIGHT_LIGHT_TIME_S: f64 = 10.0;
 
@@ -105,20 +105,20 @@ const MIN_BLOCKED_FRACTION: f64 = 0.1 * VISIBLE_CHANGE;
 #[derive(Clone, Debug)]
 pub struct Occluder<'a> {
     pub body: &'a Body,
-    /// Position of its centre relative to the receiver's: components perpendicular to the axis, and the component along the axis, towards the Sun.
+    /// Position of the occluder's centre relative to the receiver's centre: components perpendicular to the axis, and the component along it, towards the Sun.
     pub(crate) offset_across: DVec2,
     pub(crate) distance_along: f64,
     /// Unit vector along the outline's major axis.
     pub(crate) long_axis: DVec2,
     /// Semi-axes of the outline, major and minor.
     pub(crate) semi_axes: DVec2,
-    /// Largest fraction of sunlight that it can block at any point of the receiver; 0 until [`select_occluders`] computes it.
+    /// Largest fraction of sunlight that the body can block at any point of the receiver; 0 until [`select_occluders`] computes it.
     pub(crate) max_blocked_fraction: f64,
-    /// Whether its umbra meets the receiver or, beyond the umbra's apex, its whole antumbra lies on the receiver; false until [`select_occluders`] computes it.
+    /// Whether the umbra meets the receiver or, beyond the umbra's apex, the whole antumbra lies on the receiver; false until [`select_occluders`] computes it.
     pub(crate) has_umbra: bool,
 }
 
-/// Limb-darkening coefficients of an emissive body, per channel; 0 for other bodies.
+/// Limb-darkening coefficients u1 and u2 of an emissive body, per channel; 0 for other bodies.
 pub fn limb_darkening(body: &Body) -> (DVec3, DVec3) {
     match body.photometry {
         Photometry::Emissive { u1, u2 } => (DVec3::from_array(u1), DVec3::from_array(u2)),
@@ -341,8 +341,8 @@ impl<'a> Occluder<'a> {
 
     /// Whether a point that the occluder darkens may be on the side that the viewer sees; true if this is unknown (rings, or points far above the ground).
     /// Tests points in the penumbra, and the lit point that projects along the axis to the same place as the sub-observer point. `MARGIN` covers the gaps
-    /// between these points. Points and horizon are those of the ellipsoid with these `axis_ratios`: for an oblate planet, those of a sphere would be off by
-    /// more than the margin.
+    /// between these points. Points and horizon are computed for the ellipsoid with these `axis_ratios`: with a sphere for an oblate planet, they would be
+    /// off by more than the margin.
     fn shadow_is_visible(&self, axis: &Axis, extent: ReceiverExtent, axis_ratios: DVec3) -> bool {
         /// Equatorial radii.
         const MARGIN: f64 = 0.03;

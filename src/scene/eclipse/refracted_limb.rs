@@ -71,11 +71,11 @@ fn sun_radiance(sun: &Body) -> [DVec3; 3] {
     [1.0 - u1 - u2, u1 + 2.0 * u2, -u2].map(|factor| factor * centre)
 }
 
-/// The Sun and a body in front of it, as seen from the camera.
+/// The Sun and a body in front of the Sun, as seen from the camera.
 struct LimbGeometry {
     /// Angular radius of the Sun.
     sun_radius_rad: f64,
-    /// Angle between the two centres.
+    /// Angle between the centres of the Sun and the body.
     separation_rad: f64,
     /// Angular radius of the body.
     limb_radius_rad: f64,
@@ -144,6 +144,8 @@ pub(crate) struct LimbSegment {
     pub radiance: f64,
 }
 
+/// Radius of the body's outline in the module's unit of length, the body's equatorial radius.
+const OUTLINE_RADIUS: f64 = 1.0;
 /// Number of segments on the side of the limb nearest to the Sun, and as many on the opposite side.
 const SEGMENTS: u32 = 24;
 
@@ -157,10 +159,8 @@ pub(crate) fn segments(placed: &PlacedBody<'_>, sun: &PlacedBody<'_>, pixel_rad:
     let (geometry, shift_per_bending) = (LimbGeometry::of(placed, sun), refraction::shift_per_bending(placed.distance_km, sun.distance_km));
     let is_possible = 2.0 * geometry.limb_radius_rad >= DISC_ONLY_FROM_PX * pixel_rad
         && refraction::max_reduced_bending(placed.body, shift_per_bending).is_some_and(|b| geometry.may_show_sun(placed, b));
-    let Some(layers) = is_possible.then(|| refraction::layers(placed.body, placed.body.radii_km.x, 1.0, shift_per_bending)).flatten()
-    else {
-        return Vec::new();
-    };
+    let layers_of_air = || refraction::layers(placed.body, placed.body.radii_km.x, OUTLINE_RADIUS, shift_per_bending);
+    let Some(layers) = is_possible.then(layers_of_air).flatten() else { return Vec::new() };
     let to_body = placed.placement.centre_km / placed.distance_km;
     let to_sun = sun.placement.centre_km / sun.distance_km;
     let x = (to_sun - to_body * to_body.dot(to_sun)).try_normalize().unwrap_or_else(|| to_body.any_orthonormal_vector());
@@ -285,7 +285,7 @@ pub(crate) fn refracted_limbs(
         // the limb crosses.
         let layers = reduced_bending
             .filter(|reduced_bending| geometry.may_show_sun(p, *reduced_bending))
-            .and_then(|_| refraction::layers(p.body, p.body.radii_km.x, 1.0, shift_per_bending));
+            .and_then(|_| refraction::layers(p.body, p.body.radii_km.x, OUTLINE_RADIUS, shift_per_bending));
         let tint = tint(p.placement.centre_km);
         let centre_radiance: DVec3 = sun_radiance(sun.body).iter().sum::<DVec3>() * tint;
         let shown = layers.map(|layers| {

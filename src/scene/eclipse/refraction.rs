@@ -22,12 +22,12 @@ const CLOUD_TOPS_KM_AND_COVER: [(f64, f64); 3] = [(2.5, 0.27), (6.5, 0.19), (12.
 /// SAGE II: Thomason et al. 1997, J. Geophys. Res. 102, 8967); it varies as the wavelength to the power -1.3.
 const HAZE_PER_KM: [f64; 3] = [3.5e-3, 4.0e-3, 5.0e-3];
 const HAZE_SCALE_HEIGHT_KM: f64 = 5.0;
-/// Length along a ray beyond which clouds are statistically independent; about that of a weather front.
+/// Length along a ray beyond which clouds are statistically independent; about the length of a weather front.
 const CLOUD_CORRELATION_KM: f64 = 300.0;
 
 /// Layers of an atmosphere from the ground up; the unit of length is the `unit_km` of [`layers`].
 pub(crate) struct RefractingLayers {
-    /// Height of the top of the highest layer: its apparent radius minus that of the body's outline.
+    /// Height of the top of the highest layer: the apparent radius of this top minus the radius of the body's outline.
     pub top: f64,
     /// For each layer: apparent radius (impact parameter of the ray), and reduced bending angle (bending angle times [`shift_per_bending`], radians), at the
     /// lower edge (x, y), then at the upper edge (z, w).
@@ -69,7 +69,8 @@ pub(crate) fn shift_per_bending(body_distance: f64, sun_distance: f64) -> f64 {
     (1.0 - body_distance / sun_distance).clamp(0.0, 1.0)
 }
 
-/// The largest reduced bending angle in [`RefractingLayers::edges`], radians: that of the ray that grazes the ground. `None` if the refractivity is unknown.
+/// The largest reduced bending angle in [`RefractingLayers::edges`], radians: it belongs to the ray that grazes the ground. `None` if the refractivity is
+/// unknown.
 pub(crate) fn max_reduced_bending(body: &Body, shift_per_bending: f64) -> Option<f64> {
     let air = body.atmosphere.as_ref()?;
     Some(bending(air.refractivity?, body.radii_km.x, rayleigh(air)?.scale_height_km) * shift_per_bending)
@@ -82,7 +83,7 @@ fn bending(refractivity: f64, radius_km: f64, scale_height_km: f64) -> f64 {
 }
 
 /// Layers of a body's air in units of `unit_km`; `None` if the body has no air, or the catalog lacks its refractivity or its gas. `radius`: radius of the
-/// body's outline; `shift_per_bending`: see [`shift_per_bending`].
+/// body's outline, in the same unit; `shift_per_bending`: see [`shift_per_bending`].
 pub(crate) fn layers(body: &Body, unit_km: f64, radius: f64, shift_per_bending: f64) -> Option<RefractingLayers> {
     let air = body.atmosphere.as_ref()?;
     let (refractivity, rayleigh) = (air.refractivity?, rayleigh(air)?);

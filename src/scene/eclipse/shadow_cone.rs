@@ -40,7 +40,7 @@ pub(crate) struct ShadowCone {
     axis_ratios: DVec3,
 }
 
-/// A generator of a cone, or the cone's axis.
+/// A generator of a cone, or the cone's axis: body axes, equatorial radii.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ConeLine {
     /// The point on the occluder's outline, or its centre.

@@ -169,8 +169,8 @@ impl PassageGeometry<'_, '_> {
     fn limit_points(&self, time_s: f64) -> Option<[Option<DVec3>; 2]> {
         let (earlier, now, later) = (self.cone(time_s - DIFFERENCE_STEP_S)?, self.cone(time_s)?, self.cone(time_s + DIFFERENCE_STEP_S)?);
         let ground_point = |cone: &ShadowCone, angle: f64| cone.ground_point(cone.generator_at(ConeKind::Umbra, angle));
-        // The point of the edge on a generator, the point's motion, and a number with the sign of the motion's component across the edge. `angle`: that of the
-        // generator, radians.
+        // The point of the edge on the generator at `angle` (radians), the point's motion, and a number with the sign of the motion's component across the
+        // edge.
         let motion_at = |angle: f64| -> Option<(DVec3, DVec3, f64)> {
             /// Half the step of the central difference that gives the direction of the edge, radians.
             const ANGLE_STEP: f64 = 1e-4;

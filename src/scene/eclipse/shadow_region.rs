@@ -16,6 +16,7 @@ const RADIUS_MARGIN: f64 = 1.001;
 /// The image's frustum in a receiver's axes and equatorial radii.
 #[derive(Clone, Copy, Debug)]
 pub struct Frustum {
+    /// The camera's position relative to the receiver's centre.
     position: DVec3,
     /// Inward unit normals of its planes, all through the camera: the four sides, then the plane perpendicular to the view axis.
     inward_normals: [DVec3; 5],
@@ -73,8 +74,8 @@ impl ShadowRegion {
         let half_length = max_half_length.min(max_radius);
         let (mut from, mut to) = ((along - half_length).max(0.0), along + half_length);
         if shape == ReceiverShape::EquatorialPlane {
-            // A cross section extends along the plane's normal by its radius times the cosine of the Sun's altitude over the plane. One factor is that of
-            // `radius_at`, the other an additional margin.
+            // A cross section extends along the plane's normal by its radius times the cosine of the Sun's elevation over the plane. One `RADIUS_MARGIN` is the
+            // factor in `radius_at`, the other is an additional margin.
             let cosine = (1.0 - sunward.z * sunward.z).max(0.0).sqrt() * RADIUS_MARGIN * RADIUS_MARGIN;
             for side in [1.0, -1.0] {
                 // The cross section reaches the plane from this side if
@@ -127,7 +128,7 @@ mod tests {
 
     impl Shadow {
         fn random(random: &mut Random) -> Self {
-            // A random altitude of the Sun over the plane, down to 0.001 degrees.
+            // A random elevation of the Sun over the plane, down to 0.001 degrees.
             let flat = random.direction() * DVec3::new(1.0, 1.0, 10.0_f64.powf(random.between(-5.0, 0.0)));
             Self {
                 centre: random.direction() * random.between(0.5, 30.0) * DVec3::new(1.0, 1.0, 10.0_f64.powf(random.between(-3.0, 0.0))),

@@ -3,8 +3,8 @@
 //! In: the request, the camera and the placed bodies. Out: [`Exposure`] with its reason. The light meter (`meter`) gives each subject in the frame a weight;
 //! the subject with the greatest weight dominates, so that no image is a compromise between two subjects that differ by twenty stops. Always: the Sun's glare
 //! saturates at most about a tenth of the frame, the exposure is no longer than that of a photograph of the night sky, and it changes as continuously as the
-//! meter's reading. Pixel views of quantities are not metered: unless the user sets an exposure they have one that does not depend on the image's content, and
-//! their legend states it.
+//! meter's reading. Pixel views of quantities are not metered: unless the user sets an exposure, each has an exposure that does not depend on the image's
+//! content and that its legend states.
 
 use crate::catalog::NaifId;
 use crate::message::{Argument, Reason, reason};
@@ -23,7 +23,7 @@ use glam::FloatExt;
 
 /// Power to which the weights of subjects are raised: subjects with weights in the ratio 1:3 contribute in the ratio 1:9.
 const WEIGHT_EXPONENT: i32 = 2;
-/// Exponent of the smooth maximum (p-norm) of several white levels: that of two equal levels is a quarter of a stop above them.
+/// Exponent of the smooth maximum (p-norm) of several white levels. The smooth maximum of two equal levels is a quarter of a stop above them.
 const SMOOTH_MAX_EXPONENT: i32 = 4;
 /// Upper limits of the median glare in the frame, as a fraction of white: for subjects brighter than the glare, for fainter ones, and for those that are lost
 /// in the glare. In the last case the sky looks black (0.003 of white is level 10 of 255), at the cost of the faintest stars.
@@ -77,12 +77,12 @@ fn metered(
     };
     let without_city_lights = exposure_with(0.0);
     // City lights are weighted by the number of stops by which an exposure without them would overexpose them.
-    let brightest = placed
+    let brightest_city_lights = placed
         .iter()
         .filter(|p| resources.night_lights.contains_key(&p.body.id))
         .map(|p| night_lights::white_radiance(p.body))
         .fold(0.0, f64::max);
-    let city_light_weight = (brightest / without_city_lights.white()).max(1e-30).log2() / CITY_LIGHT_FADE_STOPS;
+    let city_light_weight = (brightest_city_lights / without_city_lights.white()).max(1e-30).log2() / CITY_LIGHT_FADE_STOPS;
     if city_light_weight > 0.0 { exposure_with(city_light_weight.min(1.0)) } else { without_city_lights }
 }
 
@@ -97,7 +97,7 @@ fn from_reading(reading: MeterReading) -> Exposure {
     // its upper limit is blended between the three limits by the subjects' radiance relative to the glare.
     let glare = reading.glare.median(subjects_white);
     let subject_per_glare = subjects_white * AUTO_EXPOSED_MEAN / glare;
-    // Rises from 0 to 1 while the subjects become fainter, relative to the glare, than this ratio.
+    // Rises from 0 to 1 as the subjects become fainter relative to the glare; 1/2 where their radiance divided by the glare's is `ratio`.
     let weight_below = |ratio: f64| 1.0 / (1.0 + (subject_per_glare / ratio).powi(2));
     let [bright, faint, lost] = MAX_MEDIAN_GLARE;
     let white_per_glare =

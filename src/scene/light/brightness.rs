@@ -13,9 +13,9 @@ use glam::DVec3;
 /// Irradiance from the globe, without its rings and their shadow, in units of the Sun's at 1 au. Parameters as for [`irradiance`].
 pub(crate) fn globe_irradiance(body: &Body, phase_angle_rad: f64, sun_km: DVec3, viewer_km: DVec3) -> f64 {
     let projected_radius_sq_km2 = photometry::projected_radius_sq_km2(body.radii_km, viewer_km.normalize());
-    let mean =
+    let mean_irradiance =
         photometry::irradiance_at_viewer(body, phase_angle_rad, sun_distance_km(sun_km), viewer_km.length(), projected_radius_sq_km2);
-    mean * photometry::light_curve(body, sun_km.normalize_or_zero(), viewer_km.normalize())
+    mean_irradiance * photometry::light_curve(body, sun_km.normalize_or_zero(), viewer_km.normalize())
 }
 
 /// At least 1 km, because the body may be the Sun itself.

@@ -127,8 +127,8 @@ fn rect(camera: &Camera, towards: DVec3, sine: f64) -> ClipRect {
     glare::rect_around(camera, camera.in_axes(towards), 2.0 * (0.5 * sine.asin()).sin())
 }
 
-/// Radiance of the corona at the limb, minus the smallest change of the glare there that is kept. `glare`: the glare that the frame draws. If the Sun is partly
-/// hidden, the limb opposite the visible part counts, because the corona shows there first.
+/// Radiance of the corona at the limb, minus the smallest visible change of the glare's radiance there. `min_change`: this change relative to the glare;
+/// `glare`: the glare that the frame draws. If the Sun is partly hidden, the limb opposite the visible part counts, because the corona shows there first.
 fn excess_over_glare(min_change: f64, glare: Option<&VeilingGlare>) -> f64 {
     radiance(1.0) - min_change * glare.map_or(0.0, VeilingGlare::limb_radiance)
 }
@@ -168,7 +168,7 @@ pub(crate) fn corona(
 ) -> Option<(Corona, bool, Reason)> {
     let sun = placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > p.body.radii_km.x)?;
     let towards = sun.placement.centre_km / sun.distance_km;
-    let sine = sun.body.radii_km.x / sun.distance_km;
+    let sin_sun_radius = sun.body.radii_km.x / sun.distance_km;
     // The pole is the third row of the rotation. Seen from above a pole the corona is round, so any direction can be up.
     let pole = sun.placement.body_from_icrf.row(2);
     let up = (pole - towards * pole.dot(towards)).try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
@@ -179,19 +179,19 @@ pub(crate) fn corona(
     let limb_radiance = radiance(1.0);
     let cutoff = threshold.cutoff_radiance(VISIBLE_LIGHT);
     // `radiance` is a mean over position angle; the flattened corona is brighter at its equator.
-    let mut radius_sine = radius_at_radiance(cutoff / MAX_TO_MEAN_RATIO) * sine;
+    let mut sin_corona_radius = radius_at_radiance(cutoff / MAX_TO_MEAN_RATIO) * sin_sun_radius;
     let fade_cosines = fade_cosines(sun.distance_km);
     if fade_cosines.is_some() {
-        radius_sine = radius_sine.min(zodiacal::CORONA_BLEND_DEG.1.to_radians().sin());
+        sin_corona_radius = sin_corona_radius.min(zodiacal::CORONA_BLEND_DEG.1.to_radians().sin());
     }
     // No direction has a cosine below -1, so this corona does not fade.
     let [inner_cosine, outer_cosine] = fade_cosines.unwrap_or([-2.0, -3.0]);
-    let rect = rect(camera, towards, radius_sine);
+    let rect = rect(camera, towards, sin_corona_radius);
     if rect.left >= rect.right || rect.bottom >= rect.top {
         return None;
     }
     let sun_px = diameter_px(camera, sun);
-    // The corona must exceed both the threshold on black and the least change of the glare that is kept.
+    // The corona must exceed the sum of the threshold on black and the smallest visible change of the glare.
     let on = sun_px >= MIN_SUN_PX && threshold.is_exceeded_by_radiance(excess_over_glare(threshold.min_change(), glare));
     let reason = if sun_px < MIN_SUN_PX {
         reason!("corona-sun-small", size = format_args!("{sun_px:.2}"), threshold = MIN_SUN_PX)
@@ -213,8 +213,8 @@ pub(crate) fn corona(
         middle: narrow_in_sun_axes(camera.forward),
         right: narrow_in_sun_axes(camera.right * camera.tan_half_fov.x),
         up: narrow_in_sun_axes(camera.up * camera.tan_half_fov.y),
-        radii_per_sine: narrow_scalar(1.0 / sine),
-        half_pixel_radii: narrow_scalar(0.5 * camera.pixel_tangent() * cos_off_axis * cos_off_axis / sine),
+        radii_per_sine: narrow_scalar(1.0 / sin_sun_radius),
+        half_pixel_radii: narrow_scalar(0.5 * camera.pixel_tangent() * cos_off_axis * cos_off_axis / sin_sun_radius),
         // The corona is concentrated around the Sun's equator, so it looks round from above a pole.
         flattening: narrow_scalar(flattening(request.time) * (1.0 - sin_camera_latitude * sin_camera_latitude)),
         terms: narrow(DVec3::from_array(terms().map(|(factor, _)| factor))),

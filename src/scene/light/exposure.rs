@@ -44,14 +44,14 @@ pub(crate) const COST_STOPS: f64 = -14.0;
 pub const AUTO_EXPOSED_MEAN: f64 = 0.5;
 /// The same level for the Sun's disc: its centre reaches white, and the darkened limb stays below white.
 pub const AUTO_EXPOSED_SUN: f64 = 0.85;
-/// Luminance in cd/m2 of radiance 1, which is that of a white plane facing the Sun at 1 au: its illuminance divided by pi. With 2.54e-6 lux for V = 0 (Allen
+/// Luminance in cd/m2 of radiance 1, that is, of a white plane facing the Sun at 1 au: its illuminance divided by pi. With 2.54e-6 lux for V = 0 (Allen
 /// 1976, Astrophysical Quantities), the Sun's V = -26.76 is 128 klx. Good to 5 %, a fourteenth of a stop: published solar illuminance constants lie between
 /// 128 and 134 klx.
 pub const CD_M2_PER_RADIANCE: f64 = 128_000.0 / std::f64::consts::PI;
 /// Luminance that a camera's sensor shows as white at EV 0 and ISO 100, cd/m2; it is proportional to 2^EV (ISO 12232's saturation-based speed with a lens
 /// of transmittance 0.65: 78 / (100 x 0.65)). At EV 15, usual for sunlit ground, a radiance of 1 is white to 0.05 stop.
 const WHITE_AT_EV_0_CD_M2: f64 = 1.2;
-/// Lower limit of the EV of automatic exposure: that of a photograph of the night sky at f/2.8, 8 s, ISO 1600. White is then 0.075 cd/m2.
+/// Lower limit of the EV of automatic exposure: the EV of a photograph of the night sky at f/2.8, 8 s, ISO 1600. White is then 0.075 cd/m2.
 /// The faintest star that the eye sees (6 mag) is then dark grey: in an image of 1024 pixels over a vertical field of 45 degrees, its brightest pixel is
 /// at most a thirteenth of white.
 pub const DARKEST_EV: f64 = -4.0;

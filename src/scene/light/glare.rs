@@ -3,12 +3,12 @@
 //! In: the Sun's apparent position, the bodies in front of it, the threshold. Out: [`Glare`], the uniforms of shaders/entry/glow.wesl, and the reason; for
 //! light meter and corona, `VeilingGlare`: the glare's radiance before the air dims it.
 //!
-//! The law is that of Stiles and Holladay: L = 10 E / theta^2, with the luminance L in cd/m2, the illuminance E in lux and the angle theta from the Sun in
+//! The law of Stiles and Holladay is L = 10 E / theta^2, with the luminance L in cd/m2, the illuminance E in lux and the angle theta from the Sun in
 //! degrees. CIE 146:2002 gives it for 1 to 30 degrees; closer to the Sun it is extrapolated. About a tenth of the light is scattered. The law represents the
 //! glare of eye and lens together; a clean lens scatters less, by a factor that depends on the lens. Within the Sun's limb (or within a pixel, if that is
 //! wider) the glare is constant. The glare of a partly hidden Sun is centred on the middle of the visible part, and its constant core shrinks with the visible
-//! light. It is therefore bright around the last bead, and faint at the opposite limb of the Moon. It is drawn as far as it can change a display level: farther
-//! out it adds less than [`VISIBLE_LIGHT`] of white. The disc keeps its full radiance, which is a hundred times that of the glare. A Sun outside the frame has
+//! light. The glare is therefore bright around the last bead, and faint at the opposite limb of the Moon. It is drawn as far as it can change a display level:
+//! farther out it adds less than [`VISIBLE_LIGHT`] of white. The disc keeps its full radiance, a hundred times the glare's. A Sun outside the frame has
 //! no glare, as if the lens had a hood, and light meter and corona do not count any, either. Left out: streaks and ghosts, which are specific to a lens, and
 //! the glare of bodies other than the Sun.
 
@@ -28,7 +28,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// pi * 10 * (pi / 180)^2.
 pub const VEILING_GLARE_COEFFICIENT: f64 = PI * 10.0 * (PI / 180.0) * (PI / 180.0);
 
-/// Exponent with which the glare grows while the Sun enters the frame: chosen.
+/// Exponent with which the glare grows while the Sun enters the frame: chosen, not derived.
 const ENTRY_EXPONENT: i32 = 6;
 
 /// Uniforms of the glare, and where it is drawn.
@@ -70,7 +70,7 @@ fn middle_and_core_factor(placed: &[PlacedBody<'_>], sun: &PlacedBody<'_>) -> (D
 /// How far a disc has entered the frame: 0 while it is outside, 1 once it has entered by its radius or by half the frame. It is 1 in each face of a
 /// cube, because the edges of a face are not those of the image. In between, the fraction along each axis is raised to a power, so that the glare, which is
 /// far brighter than the dark sky, appears gradually. The outline's bounding rectangle cannot be used instead: it is too wide for a body at a right angle
-/// to the line of sight.
+/// to the line of sight. `towards`: unit vector to the disc's centre, ICRF; `sin_radius`: sine of the disc's angular radius.
 fn entered_fraction_of_disc(camera: &Camera, towards: DVec3, sin_radius: f64) -> f64 {
     if camera.is_cube_face {
         return 1.0;
@@ -166,7 +166,8 @@ pub(crate) fn rect_around(camera: &Camera, towards: DVec3, chord: f64) -> ClipRe
     ClipRect { left, top, right, bottom }
 }
 
-/// The glare of a frame, whether it is visible, and the reason; `None` without a Sun in the frame. `transmittance`: that of the air in a direction.
+/// The glare of a frame, whether it is visible, and the reason; `None` without a Sun in the frame. `transmittance`: of the air in a direction (ICRF), per
+/// channel.
 pub(crate) fn glare(
     request: &ViewRequest,
     camera: &Camera,

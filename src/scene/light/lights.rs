@@ -2,9 +2,10 @@
 //!
 //! In: the placed bodies. Out: [`IncidentLight`]s, each with a direction and an irradiance. Not here: eclipses. A reflecting body is treated as a point at its
 //! centre, with the phase function of its photometric model or published law. Its angular size as seen from the lit body is ignored: on Io, where Jupiter is 19
-//! degrees across, this moves the edge of Jupiter-shine by up to 10 degrees. Its disc is that of a sphere of equal volume: this gives 2 % more light from
-//! Jupiter for a receiver in the plane of Jupiter's equator, 7 % less from Saturn for one above Saturn's pole. A body other than the Sun that emits light is
-//! treated in the same way, with its own light in place of the reflected. Lights are compared with each other and with thresholds by their green channel.
+//! degrees across, this moves the edge of Jupiter-shine by up to 10 degrees. Its disc has the size of a sphere of equal volume: this gives 2 % more light from
+//! Jupiter for a receiver in the plane of Jupiter's equator, and 7 % less light from Saturn for a receiver above Saturn's pole. A body other than the Sun that
+//! emits light is treated in the same way, with its own light in place of reflected light. Lights are compared with each other and with thresholds by their
+//! green channel.
 
 use crate::catalog::{Body, NaifId};
 use crate::scene::light::photometry;
@@ -51,8 +52,8 @@ fn reflected_light(source: &Reflector<'_>, receiver_km: DVec3) -> Option<Inciden
 }
 
 /// The lights that other bodies reflect onto a receiver. Returns the significant lights, strongest first, at most [`MAX_LIGHTS`] - 1 because one light is the
-/// Sun. Also returns the body that reflects the strongest light, significant or not, with the radiance that this light causes on the receiver: that of a
-/// surface with the receiver's albedo that faces the light. `is_significant`: whether such a radiance matters.
+/// Sun. Also returns the body that reflects the strongest light, significant or not, and the radiance which this light gives to a surface that faces it and
+/// has the receiver's albedo. `is_significant`: whether a light that causes this radiance matters.
 pub(crate) fn planet_shine(
     receiver: &Body,
     receiver_km: DVec3,

@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 /// Visual magnitude of the Sun at 1 au, Vega system (Willmer 2018, ApJS 236, 47, table 3: Johnson V).
 pub(crate) const SUN_V_MAGNITUDE_AT_1_AU: f64 = -26.76;
 
-/// Geometric albedo of a photometric model for an albedo map of value 1; for an emissive body the mean of its limb darkening over the disc.
+/// Geometric albedo of a photometric model per channel, for an albedo map of value 1; for an emissive body the mean of its limb darkening over the disc.
 ///
 /// At zero phase mu0 = mu, and the disc average has the weight 2 mu dmu. The averages: Lambert 2/3; Lommel-Seeliger (normalised as 2 mu0/(mu + mu0)) 1;
 /// McEwen's lunar-Lambert the weighted mean of these two; Oren-Nayar 2a/3 + b/2, with its coefficients a and b.
@@ -31,7 +31,7 @@ pub fn model_geometric_albedo(model: &Photometry) -> [f64; 3] {
     }
 }
 
-/// The coefficients of Oren and Nayar 1994 (SIGGRAPH, eq. 30), from the roughness in degrees.
+/// The coefficients A and B of Oren and Nayar 1994 (SIGGRAPH, eq. 30), from the roughness in degrees.
 fn oren_nayar_a_b(roughness_deg: f64) -> (f64, f64) {
     let sigma_sq = roughness_deg.to_radians().powi(2);
     (1.0 - 0.5 * sigma_sq / (sigma_sq + 0.33), 0.45 * sigma_sq / (sigma_sq + 0.09))
@@ -113,8 +113,8 @@ pub fn model_phase(model: &Photometry, alpha: f64) -> f64 {
     value.max(0.0)
 }
 
-/// Phase function of the body: the published law if there is one, else that of the model. Beyond its limit the published law is continued in proportion to
-/// the model.
+/// Phase function of the body: the published law if there is one, else the model's phase function. Beyond its limit the published law is continued in
+/// proportion to the model's phase function.
 pub(crate) fn phase(body: &Body, alpha: f64) -> f64 {
     let Some(law) = phase_laws::law(body.id) else { return model_phase(&body.photometry, alpha) };
     let limit_rad = law.limit_deg.to_radians();
@@ -164,7 +164,7 @@ pub fn light_curve(body: &Body, sun: DVec3, viewer: DVec3) -> f64 {
     let pole = viewer.cross(towards_sun);
     let [columns, rows] = LIGHT_CURVE_GRID;
     let lit_width = PI - alpha;
-    let (mut light, mut even) = (0.0, 0.0);
+    let (mut light, mut light_of_uniform_albedo) = (0.0, 0.0);
     for row in 0..rows {
         let (sin_latitude, cos_latitude) = (PI * ((f64::from(row) + 0.5) / f64::from(rows) - 0.5)).sin_cos();
         for column in 0..columns {
@@ -174,11 +174,11 @@ pub fn light_curve(body: &Body, sun: DVec3, viewer: DVec3) -> f64 {
             let normal = (viewer * longitude.cos() + towards_sun * longitude.sin()) * cos_latitude + pole * sin_latitude;
             let [degree_1, degree_2] = harmonics.sums_by_degree(normal);
             light += weight * (1.0 + degree_1 + degree_2).max(0.0);
-            even += weight;
+            light_of_uniform_albedo += weight;
         }
     }
     // At a phase angle of 180 degrees nothing is lit.
-    if even > 0.0 { light / even } else { 1.0 }
+    if light_of_uniform_albedo > 0.0 { light / light_of_uniform_albedo } else { 1.0 }
 }
 
 /// Mean radiance of the Sun's disc, which causes irradiance 1 at 1 au.

@@ -23,7 +23,8 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let seen = view.visible_rings(is_forced);
     let are_drawn = decisions.log.record_effect(Effect::Rings, seen.check.on, seen.check.reason);
     // Rings may cast a shadow on the globe even if they are not visible themselves.
-    let all_rings = view.visible_rings(true).rings;
+    let include_all = true;
+    let all_rings = view.visible_rings(include_all).rings;
     decisions.ring = decide_for_globe(inputs, view, &all_rings, &mut decisions);
     if !are_drawn || seen.rings.is_empty() {
         decisions.log.record(Effect::BodyShadow.name(), false, reason!("rings-not-drawn"));

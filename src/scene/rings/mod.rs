@@ -1,6 +1,8 @@
 //! Rings: when they are drawn, how rings and planet shadow and light each other, and the tables that their shaders read.
 //!
-//! `ring_light`: the light that rings send to a distant viewer. [`ring_shine`]: the light that they send to their planet.
+//! `ring_light`: the light that rings send to a distant viewer. [`ring_shine`]: the light that they send to their planet. [`RingConditions`]: the sunlight on
+//! the rings and the slants of the view rays, for which a table is computed. [`MIN_COSINE`]: lower limit of the cosine of the angle between any path and the
+//! rings' normal.
 
 pub(crate) mod decision;
 pub(crate) mod phase;

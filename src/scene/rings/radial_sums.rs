@@ -37,8 +37,8 @@ impl SlantSums {
         Self { light, integral }
     }
 
-    /// The integral of the light up to a radius. `index`: that of the interval that contains the radius; 0 for a radius below all intervals, and the number of
-    /// intervals for a radius above them.
+    /// The integral of the light up to a radius. `index`: index of the interval that contains the radius; 0 for a radius below all intervals, and the number of
+    /// intervals for a radius above all of them.
     fn integral_to(&self, intervals: &[RingInterval], radius: f64, index: usize) -> ByParticle {
         let Some(interval) = intervals.get(index) else { return self.integral[intervals.len()] };
         let within = (radius - interval.inner).max(0.0);

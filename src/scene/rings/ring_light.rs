@@ -14,12 +14,12 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
 
-/// Number of radii at which points of the rings are tested: whether the globe hides or shadows them. With four times as many radii and azimuths the light of
-/// the rings changes by less than 0.002 mag.
+/// Number of radii at which the test is made which points of the rings the globe hides or shadows. With four times as many radii and azimuths the light of the
+/// rings changes by less than 0.002 mag.
 const RADII: usize = 24;
 /// Number of azimuths tested at each radius.
 const AZIMUTHS: usize = 72;
-/// Number of grid points along each side of the square around the globe's disc.
+/// Number of grid points along each side of the square around the globe's disc, for the globe's light that the rings transmit.
 const DISC_GRID: usize = 24;
 
 /// Unit vectors in the rings' plane, at the middles of `AZIMUTHS` equal angles.
@@ -71,6 +71,7 @@ impl RingLight {
 
 /// The globe, lengths in its equatorial radii.
 struct Globe {
+    /// Semi-axes.
     axes: DVec3,
 }
 

@@ -79,7 +79,7 @@ pub struct RingShineGeometry<'a> {
 /// A group of intervals, approximated by a thin annulus at one radius.
 struct Annulus {
     radius: f64,
-    /// For each side of the plane (0: that of the Sun's centre) and each slant: scattered light integrated over the intervals' radii, per channel.
+    /// For each side of the plane (0: the side on which the Sun's centre is) and each slant: scattered light integrated over the intervals' radii, per channel.
     light: [Vec<DVec3>; 2],
 }
 
@@ -162,8 +162,8 @@ fn round_to_digits(v: f64, digits: u32) -> f64 {
 /// Number of cached tables of each kind.
 const CACHE_CAPACITY: usize = 16;
 
-/// The source files that determine a table: an edit of one of them invalidates tables stored on disk. From the rest of the program these files use only the
-/// numbers of a table's key and the narrowing to f32.
+/// The source files that determine a table: an edit of one of them invalidates tables stored on disk. Beyond these files, a table depends only on the numbers
+/// of its key and on the narrowing to f32.
 pub(crate) const SOURCES: [&str; 6] = [
     include_str!("ring_shine.rs"),
     include_str!("phase.rs"),

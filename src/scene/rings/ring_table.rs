@@ -108,7 +108,7 @@ impl RingTables {
 }
 
 /// Slants of sunlight (1 / sine of its angle to the ring's plane) for the rows of a shadow's table. `sine`: sine of the elevation of the Sun's centre
-/// over the plane; `tangent`: tangent of the Sun's angular radius.
+/// over the plane; `tangent`: tangent of the Sun's angular radius; `is_disc_resolved`: false if the Sun counts as a point, which has a single slant.
 ///
 /// One slant is enough if the slant varies little across the disc. The criterion: for either half of the disc, the fraction of light that an interval removes
 /// differs by at most 0.004 from the fraction for the slant of the centre. The difference is at most 0.158 `tangent` / `sine`. The number 0.158 is the product
@@ -176,7 +176,7 @@ fn radial_range(intervals: &[RingInterval]) -> Option<[f64; 2]> {
     (intervals.len() < MAX_NODES).then_some(radius_range)
 }
 
-/// The light on a ring and the range of slants of the view rays that cross it, which all pixels share.
+/// The sunlight on a ring and the range of slants of the view rays that cross the ring; all pixels share both.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RingConditions {
     /// Fractions of the Sun's disc on the viewer's side of the plane and on the other, each with the mean sine of its elevation; see

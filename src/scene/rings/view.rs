@@ -30,7 +30,8 @@ const MAX_SEGMENTS: f64 = 16.0;
 /// Ratio of the polar to the equatorial radius of the thin spheroid that represents a ring when its outline is computed.
 const OUTLINE_THICKNESS: f64 = 1e-6;
 
-/// Rounds to 17 significant bits, so that frames within some minutes share a table. The relative error is below 8e-6, that of the rings' light below 2e-5.
+/// Rounds to 17 significant bits, so that frames within some minutes share a table. The relative error is below 8e-6; the relative error of the rings' light
+/// is then below 2e-5.
 fn rounded_for_reuse(x: f64) -> f64 {
     const DROPPED_BITS: u32 = 36;
     f64::from_bits((x.to_bits() + (1 << (DROPPED_BITS - 1))) & !((1 << DROPPED_BITS) - 1))
@@ -196,7 +197,7 @@ impl<'a> RingView<'a> {
 
     /// The visible rings; with `include_all` also rings below the threshold. Rings are left out from the outermost inwards as long as together they change no
     /// pixel visibly. Their joint change is at most the sum of their changes, and at most the largest change that one of them makes to a pixel that it fills.
-    /// The check also fails if the disc out to the outermost of these rings, seen face-on, covers at most half a pixel.
+    /// The check also fails if the disc out to the outermost visible ring, seen face-on, covers at most half a pixel.
     pub(crate) fn visible_rings(&self, include_all: bool) -> VisibleRings<'a> {
         let frame = self.frame_limits();
         let mut rings: Vec<(&Ring, RingChange)> =
@@ -213,10 +214,10 @@ impl<'a> RingView<'a> {
             let [hidden, added] = [0, 1].map(|k| greatest[k].min(sum[k]));
             include_all || self.threshold.is_exceeded_by_change(hidden) || self.threshold.is_exceeded_by_radiance(added)
         });
-        let outer = first_visible.map_or(0.0, |(r, _)| r.outer_km);
+        let outer_km = first_visible.map_or(0.0, |(r, _)| r.outer_km);
         // Gaps are kept: they are rings of zero optical depth that lie over wider rings.
-        let seen: Vec<&Ring> = self.body.rings.iter().filter(|r| r.outer_km <= outer).collect();
-        let area_px = PI * (outer / self.body.radii_km.x * self.pixels_per_radius()).powi(2);
+        let seen: Vec<&Ring> = self.body.rings.iter().filter(|r| r.outer_km <= outer_km).collect();
+        let area_px = PI * (outer_km / self.body.radii_km.x * self.pixels_per_radius()).powi(2);
         let reason = match strongest {
             None => reason!("rings-none"),
             Some((change, name)) if seen.is_empty() => {
@@ -225,7 +226,7 @@ impl<'a> RingView<'a> {
                 reason!("rings-strongest", ring = name, light = light)
             }
             Some((change, name)) => {
-                let extent = reason!("rings-out-to", distance = format_args!("{outer:.0}"), area = format_args!("{area_px:.1}"));
+                let extent = reason!("rings-out-to", distance = format_args!("{outer_km:.0}"), area = format_args!("{area_px:.1}"));
                 reason!("rings-change", ring = name, part = format_args!("{change:.2e}")).and(extent)
             }
         };
@@ -252,11 +253,11 @@ impl<'a> RingView<'a> {
             rings.iter().filter(|r| r.inner_km < farthest_km).map(|r| -(-r.tau_normal / sine.max(MIN_COSINE)).exp_m1()).fold(0.0, f64::max);
         // Half the penumbra's width in the rings' plane, for the point of the globe that is farthest from the plane. The distance along the sunlight is about
         // 1 / sine; the light crosses the plane obliquely, which stretches the width by another 1 / sine.
-        let penumbra_px = tangent / sine.max(tangent) / sine.max(tangent) * self.pixels_per_radius();
-        let model = if penumbra_px > MAX_EDGE_ERROR_PX { RingShadow::Penumbra } else { RingShadow::PointSun };
+        let half_penumbra_px = tangent / sine.max(tangent) / sine.max(tangent) * self.pixels_per_radius();
+        let model = if half_penumbra_px > MAX_EDGE_ERROR_PX { RingShadow::Penumbra } else { RingShadow::PointSun };
         let (degrees, light) = (sine.asin().to_degrees(), self.threshold.change_description(max_removed_fraction));
         let reason = reason!("ring-shadow-sun", degrees = format_args!("{degrees:.3}"), light = light)
-            .and(reason!("ring-shadow-penumbra", size = format_args!("{penumbra_px:.1}")));
+            .and(reason!("ring-shadow-penumbra", size = format_args!("{half_penumbra_px:.1}")));
         (ThresholdCheck { on: self.threshold.is_exceeded_by_change(max_removed_fraction) && sine > 0.0, reason }, model)
     }
 
@@ -433,8 +434,8 @@ impl<'a> RingView<'a> {
     pub(crate) fn shadow_uniforms(&self, rings: &[&Ring], sun: Option<&Body>, model: RingShadow) -> RingUniforms {
         let tangent = self.sun_tangent(sun.map_or(0.0, |s| s.radii_km.x));
         let is_visible = |r: &&&Ring| self.threshold.is_exceeded_by_change(-(-r.tau_normal / self.sun.z.abs().max(MIN_COSINE)).exp_m1());
-        let outer = rings.iter().filter(is_visible).map(|r| r.outer_km).fold(0.0, f64::max);
-        let seen: Vec<&Ring> = rings.iter().copied().filter(|r| outer == 0.0 || r.outer_km <= outer).collect();
+        let outer_km = rings.iter().filter(is_visible).map(|r| r.outer_km).fold(0.0, f64::max);
+        let seen: Vec<&Ring> = rings.iter().copied().filter(|r| outer_km == 0.0 || r.outer_km <= outer_km).collect();
         let slants = slants_of_sunlight(self.sun.z, tangent, model == RingShadow::Penumbra);
         let table = self.caches.ring_tables.shadow(&seen, self.body.radii_km.x, &slants);
         table.map_or_else(RingUniforms::default, |table| self.uniforms_with(table, sun))

@@ -41,7 +41,7 @@ const GRAIN_SPEED_AU_PER_DAY: f64 = 0.2 * SECONDS_PER_DAY / KM_PER_AU;
 const MAX_AGE_DAYS: f64 = 60.0;
 /// Number of stations, the points along the centre line of a ribbon.
 const STATIONS: usize = 24;
-/// Irradiance of each tail divided by that of the head, for complete tails.
+/// Irradiance of each tail divided by the irradiance of the head, for tails that are complete (see [`TAILS_AU`]).
 const DUST_FRACTION: f64 = 0.4;
 const ION_FRACTION: f64 = 0.12;
 /// Heliocentric distances, au, at which an approaching comet's tails start to grow, and at which they are complete.
@@ -73,7 +73,7 @@ pub struct TailSegment {
     pub ends: [Vec3; 2],
     /// Vectors from each end to the ribbon's edge, pixels, x right, y up.
     pub edges: [Vec2; 2],
-    /// Radiance on the ribbon's centre line.
+    /// Radiance on the ribbon's centre line, at each end.
     pub radiance: [f32; 2],
     /// 1: a cross profile like a Gaussian; 0: a profile such that overlapping neighbours add up to a uniform sheet.
     pub softness: f32,
@@ -168,7 +168,7 @@ impl CometProjection<'_> {
         narrow((point.px / self.camera.half_size()).extend(point.depth))
     }
 
-    /// Whether a segment, including its width, is outside the frame.
+    /// Whether a segment of this half width is outside the frame.
     fn is_outside(&self, a: &ProjectedPoint, b: &ProjectedPoint, half_px: f64) -> bool {
         let limit_px = self.camera.half_size() + DVec2::splat(half_px);
         let is_beyond = |v: DVec2| v.cmpgt(limit_px);
@@ -217,22 +217,23 @@ impl CometProjection<'_> {
     }
 
     /// Adds the dust tail: patches between grains of neighbouring beta and age. The patches between two syndynes form a strip. `days`: time past J2000;
-    /// `irradiance`: that of the entire tail.
+    /// `irradiance`: irradiance of the entire tail.
     fn dust(&self, orbit: &HeliocentricOrbit, days: f64, irradiance: f64, segments: &mut Vec<TailSegment>) {
         // Ages are more densely spaced for recently released grains.
-        let age = |k: usize| MAX_AGE_DAYS * (k as f64 / (STATIONS - 1) as f64).powi(2);
+        let age_days = |k: usize| MAX_AGE_DAYS * (k as f64 / (STATIONS - 1) as f64).powi(2);
         // The values of beta are evenly spaced in the logarithm; the light per value falls to zero at both ends of the range.
         let log_beta_fraction = |line: usize| line as f64 / (SYNDYNES - 1) as f64;
         let beta = |line: usize| MIN_BETA * (MAX_BETA / MIN_BETA).powf(log_beta_fraction(line));
         let syndynes: Vec<Vec<DVec3>> =
-            (0..SYNDYNES).map(|line| (0..STATIONS).map(|k| grain_position_au(orbit, days, age(k), beta(line))).collect()).collect();
+            (0..SYNDYNES).map(|line| (0..STATIONS).map(|k| grain_position_au(orbit, days, age_days(k), beta(line))).collect()).collect();
         let projected: Vec<Vec<Option<ProjectedPoint>>> =
             syndynes.iter().map(|line| line.iter().map(|p| self.project(*p)).collect()).collect();
         // Grains are produced and lit in inverse proportion to the squared distance from the Sun. The exponential thins out old grains, so that the tail has
-        // no visible end; its time scale is chosen. The present distance from the Sun is that of the grains with the smallest beta, for all values of beta.
+        // no visible end; its time scale is chosen. For all values of beta, the present distance from the Sun is taken from the grains with the smallest beta.
         let production = |k: usize| {
-            let (release_au, current_au) = (heliocentric_state(orbit, days - age(k)).position.length(), syndynes[0][k].length());
-            (age(k + 1) - age(k)) / (release_au * release_au * current_au * current_au) * (-age(k) / (0.4 * MAX_AGE_DAYS)).exp()
+            let (release_au, current_au) = (heliocentric_state(orbit, days - age_days(k)).position.length(), syndynes[0][k].length());
+            let old_grains_factor = (-age_days(k) / (0.4 * MAX_AGE_DAYS)).exp();
+            (age_days(k + 1) - age_days(k)) / (release_au * release_au * current_au * current_au) * old_grains_factor
         };
         let production: Vec<f64> = (0..STATIONS - 1).map(production).collect();
         let beta_weight: Vec<f64> =
@@ -243,7 +244,7 @@ impl CometProjection<'_> {
             let (a, b) = (projected[line][k]?, projected[line + 1][k]?);
             let [previous, next] = [k.saturating_sub(1), (k + 1).min(STATIONS - 1)].map(|j| projected[line][j].unwrap_or(a));
             // The speed of release widens the strip with age. At the age 0 the width added on each side is half the radius of the coma.
-            let spread_px = (0.5 * COMA_AU + GRAIN_SPEED_AU_PER_DAY * age(k)) * a.px_per_au;
+            let spread_px = (0.5 * COMA_AU + GRAIN_SPEED_AU_PER_DAY * age_days(k)) * a.px_per_au;
             // Each strip extends to the centre line of the next, so that neighbours overlap.
             let gap = b.px - a.px;
             let across_strip = gap.try_normalize().or_else(|| (next.px - previous.px).perp().try_normalize()).unwrap_or(DVec2::X);
@@ -292,13 +293,13 @@ impl CometProjection<'_> {
         conic.map_or_else(Vec::new, |conic| orbit_arcs::arcs(self.camera, &conic, apparent_km, ORBIT_OPACITY, of_luminance_1(COMA_RGB)))
     }
 
-    /// Adds the ion tail: a straight ribbon. `irradiance`: that of the entire tail.
+    /// Adds the ion tail: a straight ribbon. `irradiance`: irradiance of the entire tail.
     fn ions(&self, state: &ConicState, irradiance: f64, length_au: f64, segments: &mut Vec<TailSegment>) {
         let direction = ion_direction(state);
         // Distance of a station from the comet; stations are denser near the comet.
         let distance_au = |k: usize| length_au * (k as f64 / (STATIONS - 1) as f64).powf(1.5);
         let stations: Vec<_> = (0..STATIONS).map(|k| self.project(state.position + direction * distance_au(k))).collect();
-        // The tail starts narrower than the coma and is at least 1.4 pixels wide, so that it has no gaps.
+        // The tail starts narrower than the coma and is at least 1.4 pixels wide, so that the drawn line has no gaps.
         let half_px =
             |k: usize| stations[k].map_or(1.0, |s: ProjectedPoint| (0.4 * COMA_AU + ION_SPREAD * distance_au(k)) * s.px_per_au + 0.7);
         // Relative light of the part of the tail beyond a station: an exponential that falls by e^3 over the length, lowered to 0 at the end.
@@ -352,7 +353,8 @@ pub(crate) fn comets(
         let tail_growth = smoothstep((TAILS_AU.0 - sun_distance_au) / (TAILS_AU.0 - TAILS_AU.1));
         // Tails are visible only if the head is, because the head is brighter than any part of its tails. The head may be outside the frame, so its peak
         // radiance is computed for the middle of the frame.
-        let is_visible = head_irradiance * PI / camera.pixel_tangent().powi(2) * point_peak() > white * MIN_LEVEL;
+        let peak_radiance = head_irradiance * PI / camera.pixel_tangent().powi(2) * point_peak();
+        let is_visible = peak_radiance > white * MIN_LEVEL;
         if tail_growth > 0.0 && is_visible {
             // The heliocentric magnitude is that at 1 au from the viewer.
             let length_au = (ION_LENGTH_AU * water_production(magnitude - 5.0 * distance_au.log10()).sqrt()).min(MAX_ION_LENGTH_AU);

@@ -74,9 +74,9 @@ pub(crate) fn images(layers: &[Arc<DataLayer>], camera: &Camera, velocity_km_s: 
         };
         let texel = DVec2::ONE / size;
         let span_px = DVec2::new(distance_px(DVec2::X * texel) * size.x, distance_px(DVec2::Y * texel) * size.y);
-        // The image is tested as a sphere at the distance 1; one of radius 2 is in the frame whatever its direction.
-        let radius = (0.5 * span_px.length() * camera.pixel_tangent()).min(2.0);
-        let is_in_frame = camera.sphere_may_be_in_frame(camera.in_axes(middle.normalize()), radius, 1.0);
+        // The image is tested as a sphere at the distance 1; a sphere of radius 2 is in the frame whatever its direction.
+        let (radius, margin_px) = ((0.5 * span_px.length() * camera.pixel_tangent()).min(2.0), 1.0);
+        let is_in_frame = camera.sphere_may_be_in_frame(camera.in_axes(middle.normalize()), radius, margin_px);
         let on = is_in_frame && span_px.max_element() > MIN_SIZE_PX;
         let [width, height] = [span_px.x, span_px.y].map(|px| Argument::Number(format!("{px:.1}")));
         let name = &layer.name;

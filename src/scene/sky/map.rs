@@ -32,7 +32,7 @@ const CLOUD_S10: f64 = 820.0;
 const CLOUD_LINEAR_VALUE: f64 = 0.3385;
 
 impl SkyMap {
-    /// The built-in Milky Way. Its stars are filtered out, because those of the star catalog are drawn separately. With the star cloud at `CLOUD_S10`,
+    /// The built-in Milky Way. Stars are filtered out of it, because they are drawn from the star catalog. With the star cloud at `CLOUD_S10`,
     /// the mean over the sky is 71 stars of tenth magnitude per square degree, and the stars to V 7 add 26. The sum agrees with the roughly 100 of
     /// integrated starlight (Roach & Megill 1961, ApJ 133, 228).
     pub(crate) fn milky_way() -> Self {

@@ -1,7 +1,7 @@
 //! Minor planets as points of light: the inputs of the vertex stage of shaders/entry/minor_planets.wesl.
 //!
-//! In: the orbits of the catalog's small bodies, the camera, the white level. Out: [`MinorPlanets`]: columns that do not change from frame to frame,
-//! each body's time since its perihelion, and uniforms. Always: a body's position is accurate to 1e-6 of its semi-major axis up to e = 0.97 (for larger
+//! In: the orbits of the catalog's small bodies, the camera, the radiance displayed as white. Out: [`MinorPlanets`]: columns that do not change from frame to
+//! frame, each body's time since its perihelion, and uniforms. Always: a body's position is accurate to 1e-6 of its semi-major axis up to e = 0.97 (for larger
 //! e see tests/scene/minor_planets.rs). For this, times are reduced to at most half a period in f64 before they are narrowed, and the heliocentric camera
 //! position is split into two f32 vectors. Brightness follows the H,G law. A body too faint for the exposure is drawn at [`MARKER_LEVEL`], so the layer is
 //! off by default. Left out: perturbations since the elements' epoch.
@@ -46,7 +46,7 @@ pub struct MinorPlanets {
     pub colour: Vec3,
     /// Flux divided by irradiance for a point in the middle of the frame.
     pub flux_per_irradiance: f32,
-    /// Radiance of the central pixel of a point of flux 1, divided by that of white.
+    /// Radiance of the central pixel of a point of flux 1, divided by the radiance of white.
     pub peak_over_white: f32,
     /// Flux of a marker: the smallest flux with which a body is drawn.
     pub marker_flux: f32,
@@ -63,7 +63,8 @@ fn two_parts(v: DVec3) -> [Vec3; 2] {
     [high, narrow(v - high.as_dvec3())]
 }
 
-/// The minor planets of a frame and the decision about them; `None` in pixel views other than the final image. `sun_position_km`: barycentric.
+/// The minor planets of a frame and the decision about them; `None` in pixel views other than the final image. `sun_position_km`: barycentric; `white`: the
+/// radiance displayed as white.
 pub(crate) fn minor_planets(
     request: &ViewRequest,
     columns: impl FnOnce() -> Arc<MinorPlanetColumns>,

@@ -1,9 +1,9 @@
 //! The stars of a frame: which stars are visible at the exposure, with their positions and brightness.
 //!
-//! In: the star catalog, the viewer, the threshold and the white level, the air around the camera. Out: [`StarSprite`]s for shaders/entry/point.wesl,
-//! and the reason. Stars are drawn first, behind all bodies: later draws cover, dim or outshine them. Always: a star that is too faint for the
-//! display has no sprite. A cell of the star catalog (a patch of the sky) that is outside the frame, or whose brightest star is too faint, costs one
-//! comparison. A star's flux is that of a body of the same magnitude. Left out: refraction and scintillation. A double star that the catalog does not
+//! In: the star catalog, the viewer, the threshold, the radiance displayed as white, the air around the camera. Out: [`StarSprite`]s for
+//! shaders/entry/point.wesl, and the reason. Stars are drawn first, behind all bodies: later draws cover, dim or outshine them. Always: a star too faint for
+//! the display has no sprite. A cell of the star catalog (a patch of the sky) that is outside the frame, or whose brightest star is too faint, costs one
+//! comparison. A star has the flux of a body of the same magnitude. Left out: refraction and scintillation. A double star that the catalog does not
 //! resolve is drawn as one star.
 
 use super::star_colour::star_colour;
@@ -100,8 +100,8 @@ impl AirTint {
         let up = air.up();
         let horizontal = up.any_orthonormal_vector();
         let tint = |k: usize| {
-            let altitude = (Self::LOWEST_DEG + (90.0 - Self::LOWEST_DEG) * (k as f64 / TINT_STEPS as f64).powi(2)).to_radians();
-            air.tint(up * altitude.sin() + horizontal * altitude.cos())
+            let altitude_rad = (Self::LOWEST_DEG + (90.0 - Self::LOWEST_DEG) * (k as f64 / TINT_STEPS as f64).powi(2)).to_radians();
+            air.tint(up * altitude_rad.sin() + horizontal * altitude_rad.cos())
         };
         Self { up, tints: (0..=TINT_STEPS).map(tint).collect() }
     }
@@ -119,7 +119,8 @@ fn corner_rad(camera: &Camera) -> f64 {
     camera.tan_half_fov.length().atan()
 }
 
-/// The faintest magnitude that is visible anywhere in the frame: that in the corners, where a pixel has the smallest solid angle. Infinite for linear light.
+/// The faintest magnitude that is visible anywhere in the frame: the limit in the corners, where a pixel has the smallest solid angle. Infinite for linear
+/// light.
 fn limiting_magnitude(camera: &Camera, threshold: Threshold) -> f64 {
     let pixel_sr = camera.pixel_tangent().powi(2) * corner_rad(camera).cos().powi(3);
     let min_peak = threshold.cutoff_radiance(VISIBLE_LIGHT);
@@ -130,7 +131,7 @@ fn limiting_magnitude(camera: &Camera, threshold: Threshold) -> f64 {
 /// a level of 255. Then a star of magnitude 0 is white, one of magnitude 2 has 0.15 of white in linear light, and one of magnitude 6 is at level 12.
 const BRIGHT_STARS_LIMIT: f64 = 9.5;
 
-/// The stars of a frame and the decision about them; no decision in pixel views other than the final image.
+/// The stars of a frame and the decision about them; no decision in pixel views other than the final image. `white`: the radiance displayed as white.
 pub(crate) fn stars(
     request: &ViewRequest,
     catalog: &Catalog,
@@ -224,7 +225,7 @@ impl CullingFrame<'_> {
     }
 }
 
-/// The sprite of a star, if it is in the frame. The caller sets the star's index.
+/// The sprite of a star, if it is in the frame. `white`: the radiance displayed as white. The caller sets the star's index.
 fn sprite(camera: &Camera, star: &Star, place: &ApparentStar, tint: Option<&AirTint>, white: f64) -> Option<StarSprite> {
     let clip = camera.clip(place.direction)?;
     let flux = irradiance_of_magnitude(f64::from(star.v_magnitude)) * place.brightening * PI / pixel_sr(camera, place.direction);

@@ -43,7 +43,7 @@ pub(crate) const LAW: [[f64; 4]; 5] = [
 /// the ecliptic the result is an estimate.
 pub fn brightness(cos_elongation: f64, sin_latitude: f64) -> f64 {
     let log_term = (LOG_OFFSET - cos_elongation).log2();
-    // For an observer in the ecliptic the latitude never exceeds the elongation. For other observers the value at this limit is used.
+    // For an observer in the ecliptic the latitude never exceeds the elongation. For other observers a larger latitude counts as equal to the elongation.
     let sine = sin_latitude.abs().min((1.0 - cos_elongation * cos_elongation).max(0.0).sqrt());
     let latitude_polynomial = LAW.into_iter().rev().fold(DVec4::ZERO, |sum, row| sum * log_term + DVec4::from_array(row));
     latitude_polynomial.dot(DVec4::new(1.0, sine, sine * sine, sine * sine * sine)).exp2()

@@ -49,7 +49,7 @@ pub(crate) fn ground_deg_per_px(camera: &Camera, placement: &Placement, map: Opt
 }
 
 /// Tangent of the angle that a pixel spans, below which positions are relative to a point of the visible ground: f32 rounds a ray to 6e-8 of its length.
-const NARROW_PIXEL: f64 = 1e-4;
+const NARROW_PIXEL_TANGENT: f64 = 1e-4;
 /// Number of rays along each side of the draw's rectangle that are tested to find this point.
 const REFERENCE_RAYS: u32 = 9;
 
@@ -68,7 +68,7 @@ struct GroundReference {
 impl GroundReference {
     /// The nearest of the points where a grid of rays meets the ground; `None` if the field of view is so wide that no reference is needed.
     fn of(camera: &Camera, placement: &Placement, rect_in_clip: Vec4) -> Option<Self> {
-        if camera.pixel_tangent() >= NARROW_PIXEL {
+        if camera.pixel_tangent() >= NARROW_PIXEL_TANGENT {
             return None;
         }
         let [left, top, right, bottom] = rect_in_clip.to_array().map(f64::from);
@@ -96,6 +96,7 @@ pub(crate) fn uniforms(detail: Detail, camera: &Camera, placement: &Placement, r
     // The index, not rounded, of the lattice whose cells are just visible directly below the camera. Index 0 is the coarsest lattice.
     let finest = ((MIN_CELL_PX * pixel_radii / COARSEST_CELL).ln() / ratio.ln()).max(0.0);
     let last = finest.ceil() as i32;
+    // For row k of the uniforms: the origin's position in the row's lattice, in cells, modulo the period; and the side of a cell, radii.
     let row = |k: usize| {
         let lattice = last - (MAX_DETAIL_LATTICES as i32 - 1) + k as i32;
         if lattice < 0 {
@@ -107,8 +108,9 @@ pub(crate) fn uniforms(detail: Detail, camera: &Camera, placement: &Placement, r
         let position = origin / cell + offset;
         (position - (position / PERIOD).floor() * PERIOD, cell)
     };
+    // Side of a cell at which lattices have faded out: the rows do not hold coarser lattices.
     let largest = COARSEST_CELL * ratio.powf(finest - (MAX_DETAIL_LATTICES as f64 - 1.0));
-    let camera = narrow(camera_position - origin).extend(narrow_scalar(camera.pixel_tangent()));
+    let camera_row = narrow(camera_position - origin).extend(narrow_scalar(camera.pixel_tangent()));
     let reference_rows = reference.map_or([Vec4::ZERO; 3], |r| {
         let [depth, u, v] = [r.depth, r.rect_position.x, r.rect_position.y].map(narrow_scalar);
         [narrow(r.point).extend(depth), narrow(r.ray).extend(u), Vec4::new(v, 0.0, 0.0, 0.0)]
@@ -118,7 +120,7 @@ pub(crate) fn uniforms(detail: Detail, camera: &Camera, placement: &Placement, r
         lattice: std::array::from_fn(|k| narrow(row(k).0.fract()).extend(narrow_scalar(row(k).1))),
         cells: std::array::from_fn(|k| narrow(row(k).0.floor()).extend(0.0)),
         largest: narrow_scalar(largest),
-        camera,
+        camera: camera_row,
         reference: reference_rows,
     }
 }

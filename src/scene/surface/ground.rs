@@ -53,7 +53,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         maps.cloud_shadow = log.record_effect_with_map(Effect::CloudShadow, Some(&c.map), visibility);
     }
     if available.detail != Detail::None {
-        // The shader uses the texel size of the albedo map, or without one that of the normal map.
+        // The shader uses the texel size of the albedo map or, if there is none, of the normal map.
         let map = body.maps.albedo.as_ref().filter(|_| maps.albedo).or(body.maps.normal.as_ref().filter(|_| maps.normal));
         let (span_deg, max_span_deg) = detail::ground_deg_per_px(inputs.frame.camera, &inputs.placed.placement, map);
         let sizes = reason!("detail-span", span = format_args!("{span_deg:.4}"), threshold = format_args!("{max_span_deg:.4}"));
@@ -74,9 +74,8 @@ const GLINT_TO_GROUND_RATIO: f64 = 100.0;
 fn reflected_glint(inputs: &DecisionInputs<'_, '_>) -> (bool, Reason) {
     let (placed, threshold) = (inputs.placed, inputs.threshold());
     let has_planet_shine = inputs.effects().override_of(Effect::PlanetShine) != Some(false);
-    let strongest =
-        lights::planet_shine(inputs.body(), placed.position_km, inputs.frame.reflectors, |_| false).1.filter(|_| has_planet_shine);
-    let glint = strongest.map_or(0.0, |(_, radiance)| radiance * GLINT_TO_GROUND_RATIO);
+    let (_, strongest) = lights::planet_shine(inputs.body(), placed.position_km, inputs.frame.reflectors, |_| false);
+    let glint = strongest.filter(|_| has_planet_shine).map_or(0.0, |(_, radiance)| radiance * GLINT_TO_GROUND_RATIO);
     (
         threshold.is_exceeded_by_radiance(glint),
         reason!("no-lit-ground").and(reason!("glint-of-others", light = threshold.radiance_description(glint))),

@@ -16,7 +16,7 @@ use crate::scene::surface::meshes;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Height of an unobstructed Sun at each vertex, in solar radii: a large value.
+/// Height of the Sun over a vertex's horizon, in solar radii, that stands for an unobstructed Sun: any large value.
 const UNOBSTRUCTED_SUN_HEIGHT: f32 = 1e3;
 
 /// Direction of the Sun in body axes and its angular radius (radians), for a mesh's self-shadowing; `None` without sunlight.

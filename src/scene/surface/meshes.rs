@@ -61,7 +61,7 @@ pub(crate) fn clip_from_unit_sphere(camera: &Camera, placement: &Placement) -> (
     let icrf_from_body = placement.body_from_icrf.transpose();
     let from_camera_km = placement.centre_km + icrf_from_body * (anchor.as_dvec3() * placement.radii_km);
     let near = NEAR_DEPTH_KM / unit_km;
-    // Relative decrease of z per radius of depth beyond the anchor, where the perspective alone would give less than `MIN_DEPTH_RATIO`.
+    // Relative decrease of z per radius of depth beyond the anchor. It is added if perspective alone would decrease z by less than `MIN_DEPTH_RATIO`.
     let added_slope = (MIN_DEPTH_RATIO - unit_km / placement.centre_km.length()).max(0.0);
     // `homogeneous`: 1 for a position relative to the camera, 0 for a direction.
     let clip = |v_km: DVec3, homogeneous: f64| {

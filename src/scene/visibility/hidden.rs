@@ -74,7 +74,7 @@ impl Limb {
     }
 }
 
-/// Number of chords of a disc.
+/// Number of chords into which a disc is divided.
 const CHORDS: u32 = 720;
 
 /// Integral of a limb-darkened disc's radiance along a chord of half length h, from the chord's middle to x; see shaders/lib/ring/body_shadow.wesl.
@@ -96,12 +96,12 @@ fn chord(k: u32) -> (f64, f64) {
 fn limbs_on_disc(occluding: &[&PlacedBody<'_>], farther: &PlacedBody<'_>) -> Option<(Vec<Limb>, [DVec3; 2])> {
     let first = occluding.first()?;
     let towards = farther.placement.centre_km / farther.distance_km;
-    let radius = farther.angular_radius_rad().tan();
+    let radius_tan = farther.angular_radius_rad().tan();
     // Chords run towards the centre of the first occluding body, so that they cross the last thin crescent and resolve it.
     let perpendicular = first.placement.centre_km - towards * towards.dot(first.placement.centre_km);
     let along = perpendicular.try_normalize().unwrap_or_else(|| towards.any_orthonormal_vector());
     let across = towards.cross(along);
-    let limbs = occluding.iter().map(|p| Limb::on_plane(&p.placement, towards, along * radius, across * radius)).collect();
+    let limbs = occluding.iter().map(|p| Limb::on_plane(&p.placement, towards, along * radius_tan, across * radius_tan)).collect();
     Some((limbs, [along, across]))
 }
 
@@ -168,7 +168,8 @@ fn bodies_in_front_of<'p, 'a>(placed: &'p [PlacedBody<'a>], farther: &PlacedBody
     found
 }
 
-/// Fraction of the light of the body `farther` that nearer bodies leave visible, per channel. `placed`: all bodies of the frame, `farther` among them.
+/// Fraction of the light of the body `farther` that nearer bodies leave visible, per channel; computed once per placed body. `placed`: all bodies of the frame,
+/// `farther` among them.
 pub(crate) fn visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>) -> DVec3 {
     *farther.visible_fraction.get_or_init(|| compute_visible_fraction(placed, farther))
 }
@@ -222,7 +223,7 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Dra
         let margin_rad = 2.0 * camera.pixel_tangent();
         let occluding = bodies_in_front_of(placed, farther, margin_rad);
         let shape = |p: &PlacedBody<'_>| drawn.iter().find(|(id, _)| *id == p.body.id).map(|(_, shape)| *shape);
-        // The outline of a mesh is not that of its ellipsoid, so meshes are left out.
+        // A mesh's outline differs from the outline of its ellipsoid, so meshes are left out.
         let mut nearer: Vec<_> = occluding.into_iter().filter(|p| shape(p) != Some(Shape::Mesh)).collect();
         if nearer.is_empty() {
             continue;
@@ -252,6 +253,7 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Dra
         if let (Some(k), Some(moon_limb)) = (moon, &moon_limb) {
             lunar_limb::apply_to_sun(draw, moon_limb, nearer[k], camera, 3 * k, [origin_ray, dx, dy]);
         }
+        // The last row of each of the two bodies has a free w.
         let rows = &mut draw.uniforms.foreground_limbs.rows;
         (rows[2].w, rows[5].w) = (origin_px.x, origin_px.y);
     }

@@ -17,7 +17,8 @@ const MAX_DISTANCE_DIFFERENCE: f64 = 1e-3;
 /// Number of profiles that are kept.
 const MAX_PROFILES: usize = 4;
 
-/// Map, and viewer's position in the Moon's axes. Maps are compared by address; the key keeps its map alive, so that no other map can have its address.
+/// Map, and viewer's position in the Moon's axes, km. Maps are compared by address; the key keeps its map alive, so that no other map can have the same
+/// address.
 type Key = (Arc<HeightMap>, DVec3);
 
 /// The most recent profiles.

@@ -78,7 +78,7 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
     let to_moon = moon.placement.centre_km.normalize();
     let to_sun = sun.placement.centre_km / sun.placement.centre_km.dot(to_moon);
     let sun_centre = DVec2::new(to_sun.dot(apparent_limb.position_angle_axes[0]), to_sun.dot(apparent_limb.position_angle_axes[1]));
-    let radius = sun.angular_radius_rad().tan();
+    let sun_radius_tan = sun.angular_radius_rad().tan();
     let (u1, u2) = limb_darkening(sun.body);
     let total = PI * (DVec3::ONE - u1 / 3.0 - u2 / 6.0);
     let mean_limb_tan = apparent_limb.limb_angle_tan(moon.body.radii_km.max_element() - profile.sphere_km());
@@ -88,7 +88,7 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
         let radial = DVec2::new(cos, sin);
         // The Sun's disc on the ray from the Moon's centre at this position angle: the distances at which the ray enters and leaves it.
         let (along, offset_across) = (sun_centre.dot(radial), sun_centre.perp_dot(radial));
-        let half_chord_sq = radius * radius - offset_across * offset_across;
+        let half_chord_sq = sun_radius_tan * sun_radius_tan - offset_across * offset_across;
         if half_chord_sq <= 0.0 {
             continue;
         }
@@ -101,14 +101,15 @@ pub(crate) fn visible_sunlight(profile: &LimbProfile, moon: &PlacedBody<'_>, sun
             continue;
         }
         let light_at = |r: f64| {
-            let from_sun_centre = (radial * r - sun_centre) / radius;
+            let from_sun_centre = (radial * r - sun_centre) / sun_radius_tan;
             let mu = (1.0 - from_sun_centre.length_squared()).max(0.0).sqrt();
             (DVec3::ONE - u1 * (1.0 - mu) - u2 * (1.0 - mu).powi(2)) * r
         };
         // Simpson's rule suffices as seen from the Earth, where a strip is narrower than a hundredth of the Sun's radius. Near the Moon a strip may be as
         // wide as that radius, and the error was not measured.
         let strip = (light_at(from) + 4.0 * light_at(0.5 * (from + to)) + light_at(to)) * ((to - from) / 6.0);
-        change += strip * (if limb_tan < mean_limb_tan { 1.0 } else { -1.0 } * TAU / LIMB_POINTS as f64 / (radius * radius));
+        let sign = if limb_tan < mean_limb_tan { 1.0 } else { -1.0 };
+        change += strip * (sign * TAU / LIMB_POINTS as f64 / (sun_radius_tan * sun_radius_tan));
     }
     if !is_any_visible {
         return DVec3::ZERO;

@@ -14,6 +14,7 @@ use glam::DVec3;
 /// The bounding sphere of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct BoundingSphere {
+    /// Relative to the camera, ICRF.
     centre_km: DVec3,
     /// Includes all layers except the rings.
     radius_km: f64,

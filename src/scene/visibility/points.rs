@@ -21,7 +21,7 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// Sines of the Sun's altitude between which points cease to hide what is behind them: -6 degrees, the end of civil twilight, and 0. In between the radiance of
-/// the sky, which is in front of the planets' discs, passes that of the discs.
+/// the sky, which is in front of the planets' discs, becomes larger than the radiance of the discs.
 const DUSK_SUN_SINES: (f64, f64) = (-0.1045, 0.0);
 /// Number of lines of sight to a body along which the rings of a planet are evaluated.
 const LINES_OF_SIGHT: u32 = 64;

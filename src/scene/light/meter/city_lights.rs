@@ -9,7 +9,7 @@ use crate::scene::atmosphere::air;
 use crate::scene::numeric::smoothstep;
 use crate::scene::placed::PlacedBody;
 
-/// Heights of the camera between which the lights around it become those of a landscape below it.
+/// Heights of the camera between which the lights around the camera gradually become lights of a landscape below.
 const LANDSCAPE_HEIGHTS_KM: [f64; 2] = [0.1, 3.0];
 /// Fraction of the frame that is above the horizon, from which on a view from the ground counts entirely as a view of the sky.
 const SKY_VIEW_FRACTION: f64 = 0.4;

@@ -38,8 +38,8 @@ pub(crate) fn ray_and_limb(placement: &Placement, direction: DVec3) -> RayAndLim
     RayAndLimb { inside_rad: limb_rad - off_centre.atan2(along), point }
 }
 
-/// Whether every ray of the frame misses the body's limb by at least half a `spacing` (an angle, as in [`ray_and_limb`]). A quick test: it may return false
-/// although this holds.
+/// Whether every ray of the frame misses the body's limb by at least half of `spacing`, an angle in radians in the unit-sphere frame, as
+/// [`RayAndLimb::inside_rad`] is. A quick test: it may return false although this holds.
 pub(crate) fn is_beside_frame(camera: &Camera, placement: &Placement, spacing: f64) -> bool {
     let radii_km = placement.radii_km;
     let radius_rad = (radii_km.max_element() / placement.centre_km.length()).min(1.0).asin();
@@ -59,7 +59,7 @@ pub(crate) fn area_px(camera: &Camera, placed: &PlacedBody<'_>) -> f64 {
     }
 }
 
-/// Fraction of the bounding box of a body's outline that is in the frame, times the weight of its position. 0 for an open outline: the caller then samples the
+/// Fraction of the bounding box of a body's outline that is in the frame, times [`outline_position_weight`]. 0 for an open outline: the caller then samples the
 /// body with rays, but counts a Sun as entirely in the frame.
 pub(crate) fn weighted_in_frame_fraction(camera: &Camera, placed: &PlacedBody<'_>) -> f64 {
     let Some((box_centre, size)) = bounding_box(camera, placed) else { return 0.0 };
@@ -67,7 +67,8 @@ pub(crate) fn weighted_in_frame_fraction(camera: &Camera, placed: &PlacedBody<'_
     (inside / size).element_product().min(1.0) * outline_position_weight(camera, placed)
 }
 
-/// Weight of the position of a body's outline in the frame: that of the part of its bounding box that is nearest to the frame's middle. 0 for an open outline.
+/// Weight of the position of a body's outline in the frame: the weight of the point of its bounding box that is nearest to the frame's middle. 0 for an open
+/// outline.
 pub(crate) fn outline_position_weight(camera: &Camera, placed: &PlacedBody<'_>) -> f64 {
     let Some((box_centre, size)) = bounding_box(camera, placed) else { return 0.0 };
     frame_position_weight((box_centre.abs() - 0.5 * size).max_element().clamp(0.0, 1.0))
@@ -111,7 +112,7 @@ fn segment_area(half_angle: f64) -> f64 {
 }
 
 /// Visible fraction of a uniform disc behind a round body, from the overlap of two circles in a plane. Angles are taken as lengths in this plane: the error is
-/// at most 0.007 for discs with a radius of up to 0.1 radians, and at most 0.02 up to 0.3 radians.
+/// at most 0.007 for discs with a radius of up to 0.1 radians, and at most 0.02 up to 0.3 radians. `separation_rad`: between the two centres.
 pub(crate) fn visible_fraction_behind_circle(separation_rad: f64, body_radius_rad: f64, disc_radius_rad: f64) -> f64 {
     // In units of the disc's radius.
     let separation = separation_rad / disc_radius_rad;

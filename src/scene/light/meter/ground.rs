@@ -1,8 +1,8 @@
 //! The light that a body's ground reflects towards the camera, for the light meter.
 //!
-//! In: a placed body, its lights, the effects of the request. Out: radiance at points of the ground. The albedo is a mean over the whole planet. If the body's
-//! map shows the ground alone (`clear_sky_albedo`), it is the mean over the ground with the air in front of it instead; for a camera above drawn clouds, and
-//! for small discs, it changes smoothly to that of the whole planet.
+//! In: a placed body, its lights, the effects of the request. Out: radiance at points of the ground. The albedo is a mean over the whole planet, clouds
+//! included. If the body's map shows the ground alone (`clear_sky_albedo`), the mean over the ground and the air in front of it is used instead. For a camera
+//! above drawn clouds, and for small discs, this albedo changes smoothly to that of the whole planet.
 
 use crate::catalog::{Body, InventedRelief};
 use crate::scene::atmosphere::air;
@@ -17,8 +17,8 @@ use crate::scene::request::effects::{Effect, EffectOverrides};
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Height of the camera, relative to that of the clouds, at which the albedo is that of the whole planet. At 1, below which no clouds are drawn, it is that of
-/// the ground and air alone; in between its logarithm changes smoothly.
+/// Height of the camera, relative to that of the clouds, at which the albedo is that of the whole planet. Up to the height of the clouds, below which no clouds
+/// are drawn, the albedo is that of the ground and air alone; between the two heights its logarithm changes smoothly.
 const WHOLE_PLANET_CLOUD_HEIGHTS: f64 = 2.0;
 
 /// Irradiance of level ground by a clear sky, divided by the radiance for which that sky is exposed (`SurroundingAir::exposure_radiance`). An estimate without

@@ -116,7 +116,7 @@ fn dusk_factor(radiance: f64) -> f64 {
     (-(DUSK_STOPS_PER_DECADE * decades).min(MAX_DUSK_STOPS)).exp2()
 }
 
-/// Weight of the sum over a body's entire disc; the rest is that of rays of the frame. 0 for a body with an open outline.
+/// Weight of the sum over a body's entire disc; the sum over rays of the frame has the weight 1 minus this. 0 for a body with an open outline.
 fn far_weight(placed: &PlacedBody<'_>) -> f64 {
     let [from, to] = FAR_RADII;
     let is_closed = matches!(placed.outline, Outline::Ellipse { .. });
@@ -179,7 +179,8 @@ impl Meter<'_, '_> {
         subjects.extend(frame.refracted_limbs());
         if let Some(air) = self.air {
             let mut sky = LogMean::default();
-            sky.add((frame.sky_fraction() - share_of_bodies_in_sky).max(0.0), frame.sky_radiance, 0.0);
+            let no_foreground = 0.0;
+            sky.add((frame.sky_fraction() - share_of_bodies_in_sky).max(0.0), frame.sky_radiance, no_foreground);
             subjects.extend(sky.metered(reason!("subject-sky-of", body = &air.body.name), Some(air.body.id), AUTO_EXPOSED_MEAN));
             // Sky and ground around the camera are shown darker in dusk, less so near the top of the air.
             let sky_weight = air.sky_weight();
@@ -198,7 +199,7 @@ impl Meter<'_, '_> {
 }
 
 impl<'a> MeteredFrame<'_, 'a> {
-    /// Radiance added in front of a body: glare, and the sky unless the body is the one whose air surrounds the camera.
+    /// Radiance added in front of a body in a direction (ICRF, any length): glare, and the sky unless the body's air surrounds the camera.
     fn foreground_radiance(&self, direction: DVec3, body: Option<NaifId>) -> f64 {
         let glare = self.glare.as_ref().map_or(0.0, |v| self.sun_transmittance * v.radiance(direction.normalize()));
         let is_behind_sky = self.meter.air.is_some_and(|a| Some(a.body.id) != body);
@@ -249,7 +250,8 @@ impl<'a> MeteredFrame<'_, 'a> {
         if self.meter.context.request.effects.override_of_body(p.body, Effect::PlanetShine) == Some(false) {
             return Vec::new();
         }
-        lights::planet_shine(p.body, p.position_km, self.meter.reflectors, |_| true).0
+        let (all, _strongest) = lights::planet_shine(p.body, p.position_km, self.meter.reflectors, |_| true);
+        all
     }
 
     /// Meters a body (globe without rings). Returns the mean of its radiance, and its share of the frame.
@@ -310,8 +312,8 @@ impl<'a> MeteredFrame<'_, 'a> {
                 self.sum_disc(p, &ground, shadow, diameter_px, |area_fraction, radiance| {
                     mean.add(visible_share * area_fraction / dilution, radiance * dilution * transmittance, foreground_radiance)
                 });
-                self.sum_rim(p, ground.albedo.of_lights, shadow, diameter_px, |area, radiance| {
-                    mean.add(visible_share * area / dilution, radiance * dilution * transmittance, foreground_radiance);
+                self.sum_rim(p, ground.albedo.of_lights, shadow, diameter_px, |area_fraction, radiance| {
+                    mean.add(visible_share * area_fraction / dilution, radiance * dilution * transmittance, foreground_radiance);
                 });
             }
             near_share
@@ -350,15 +352,16 @@ impl<'a> MeteredFrame<'_, 'a> {
                 let (sin, cos) = (from + (to - from) * midpoint(k % columns, columns)).sin_cos();
                 let (sin_lat, cos_lat) = (PI * (midpoint(k / columns, rows) - 0.5)).sin_cos();
                 let normal = (viewer * cos + perpendicular * sin) * cos_lat + up * sin_lat;
-                let area = cos * cos_lat * cos_lat * (to - from) / f64::from(columns) * PI / f64::from(rows) / PI;
-                if area > 0.0 {
-                    add(weight * area, ground.radiance(normal, normal, viewer, shadow, 1.0));
+                let area_fraction = cos * cos_lat * cos_lat * (to - from) / f64::from(columns) * PI / f64::from(rows) / PI;
+                if area_fraction > 0.0 {
+                    let no_ring_shadow = 1.0;
+                    add(weight * area_fraction, ground.radiance(normal, normal, viewer, shadow, no_ring_shadow));
                 }
             }
         }
     }
 
-    /// Samples a near body with rays over its rectangle in the frame. Returns the body's share of the frame.
+    /// Samples a near body with rays over its rectangle in the frame. Returns the body's share of the frame, times `weight`.
     fn sum_rays(
         &self,
         p: &PlacedBody<'_>,

@@ -15,23 +15,24 @@ use crate::units::KM_PER_AU;
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
-/// Weight of the inner corona in the sum over rays of the frame; in the annuli of [`MeteredFrame::corona`] its weight is 1 minus this. `sine`: sine of the
-/// Sun's angular radius.
-pub(super) fn ray_weight_of_inner_corona(sine: f64) -> f64 {
-    smooth_rise(ANNULI_TO_RAYS_SINES, sine)
+/// Weight of the inner corona in the sum over rays of the frame; in the annuli of [`MeteredFrame::corona`] its weight is 1 minus this. `sin_sun_radius`: sine
+/// of the Sun's angular radius.
+pub(super) fn ray_weight_of_inner_corona(sin_sun_radius: f64) -> f64 {
+    smooth_rise(ANNULI_TO_RAYS_SINES, sin_sun_radius)
 }
 
 impl MeteredFrame<'_, '_> {
-    /// The part of the inner corona's outer edge that nearer bodies hide, in the frame or not: 1 if a body hides all of the inner corona. A body much smaller
-    /// than a sector hides nothing.
+    /// The fraction of the inner corona's outer edge that nearer bodies hide, whether they are in the frame or not: 1 if a body hides all of the inner corona.
+    /// A body much smaller than one of the sectors into which the edge is divided hides nothing.
     fn hidden_part_of_inner_corona(&self, sun: &PlacedBody<'_>) -> f64 {
         const SECTORS: u32 = 16;
-        let (towards, sine) = (sun.placement.centre_km / sun.distance_km, CORONA_RADII[1] * sun.body.radii_km.x / sun.distance_km);
-        if sine >= 1.0 {
+        let towards = sun.placement.centre_km / sun.distance_km;
+        let sin_edge_radius = CORONA_RADII[1] * sun.body.radii_km.x / sun.distance_km;
+        if sin_edge_radius >= 1.0 {
             return 0.0;
         }
         let (x, y) = towards.any_orthonormal_pair();
-        let width = TAU * sine / f64::from(SECTORS);
+        let width = TAU * sin_edge_radius / f64::from(SECTORS);
         // Not `nearer_bodies`, which leaves out bodies beside the frame.
         let is_nearer =
             |o: &&PlacedBody<'_>| o.body.id != NaifId::SUN && o.distance_km < sun.distance_km && !o.placement.camera_is_inside();
@@ -40,8 +41,8 @@ impl MeteredFrame<'_, '_> {
         let nearer: Vec<(&PlacedBody<'_>, f64)> =
             self.meter.placed.iter().filter(is_nearer).map(|o| (o, opacity(o))).filter(|(_, opacity)| *opacity > 0.0).collect();
         let visibility = |k: u32| {
-            let across = DVec2::from_angle(TAU * (f64::from(k) + 0.5) / f64::from(SECTORS)) * sine;
-            let direction = towards * (1.0 - sine * sine).sqrt() + x * across.x + y * across.y;
+            let across = DVec2::from_angle(TAU * (f64::from(k) + 0.5) / f64::from(SECTORS)) * sin_edge_radius;
+            let direction = towards * (1.0 - sin_edge_radius * sin_edge_radius).sqrt() + x * across.x + y * across.y;
             nearer.iter().map(|(o, opacity)| 1.0 - opacity * (1.0 - Self::ray_visibility(&[*o], direction, width))).product::<f64>()
         };
         1.0 - (0..SECTORS).map(visibility).sum::<f64>() / f64::from(SECTORS)
@@ -52,15 +53,15 @@ impl MeteredFrame<'_, '_> {
     pub(super) fn outer_corona(&self) -> Option<MeteredSubject> {
         let (camera, request) = (self.meter.camera, self.meter.context.request);
         let sun = self.meter.placed.iter().find(|p| p.body.id == NaifId::SUN && p.distance_km > p.body.radii_km.x)?;
-        // 0 from `NEAREST_AU` outwards, 1 within half of it.
+        // 0 from `NEAREST_AU` outwards, 1 within half of that distance.
         let nearness = smoothstep(2.0 * (1.0 - sun.distance_km / (zodiacal::NEAREST_AU * KM_PER_AU)));
         let corona_weight = corona::meter_weight(request, camera, sun, self.glare.as_ref());
         let outer_weight = if corona_weight > 0.0 { corona_weight * nearness.max(self.hidden_part_of_inner_corona(sun)) } else { 0.0 };
         if outer_weight <= 0.0 {
             return None;
         }
-        let (towards, sine) = (sun.placement.centre_km / sun.distance_km, sun.body.radii_km.x / sun.distance_km);
-        let inner_ray_weight = ray_weight_of_inner_corona(sine);
+        let (towards, sin_sun_radius) = (sun.placement.centre_km / sun.distance_km, sun.body.radii_km.x / sun.distance_km);
+        let inner_ray_weight = ray_weight_of_inner_corona(sin_sun_radius);
         let spacing = 2.0 * camera.tan_half_fov.length() / f64::from(FRAME_RAYS);
         let nearer = self.nearer_bodies(sun, spacing);
         let share = 1.0 / f64::from(FRAME_RAYS * FRAME_RAYS);
@@ -70,7 +71,8 @@ impl MeteredFrame<'_, '_> {
         for ray in self.sample_frame(DVec3::normalize) {
             // As in shaders/entry/corona.wesl: distance in solar radii; in the hemisphere away from the Sun it keeps growing.
             let across = ray.cross(towards).length();
-            let rho = if ray.dot(towards) > 0.0 { across } else { 2.0 - across } / sine;
+            let growing_across = if ray.dot(towards) > 0.0 { across } else { 2.0 - across };
+            let rho = growing_across / sin_sun_radius;
             let ray_weight = if rho >= CORONA_RADII[1] { 1.0 } else { inner_ray_weight };
             if rho >= CORONA_RADII[0] && ray_weight > 0.0 {
                 let visible_share = ray_weight * share * Self::ray_visibility(&nearer, ray, spacing);

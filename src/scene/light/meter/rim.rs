@@ -1,8 +1,8 @@
 //! The air beyond the limb of a body seen from afar, for the light meter: most of the light of a body in front of the Sun is in this ring.
 //!
-//! In: a body with air, the direction of the Sun. Out: parts of the ring with their area and radiance. Always: continuous in position and time. The radiance is
-//! that of the drawn rim within a factor of 3 for Titan, Pluto and Mars, and of 8 for the Earth in small images (tests/scene/rims.rs). Left out: the shadows of
-//! rings on the air, absorbing layers, and the ring around a near body, only a part of which is in view (`FAR_RADII`).
+//! In: a body with air, the direction of the Sun. Out: parts of the ring with their area and radiance. Always: continuous in position and time. The radiance
+//! agrees with the drawn rim within a factor of 3 for Titan, Pluto and Mars, and of 8 for the Earth in small images (tests/scene/rims.rs). Left out: shadows of
+//! a planet's rings on the air, absorbing layers, and the ring of air around a near body, only a part of which is in view (`FAR_RADII`).
 
 use super::MeteredFrame;
 use crate::catalog::{Atmosphere, Species};
@@ -25,7 +25,8 @@ const POSITION_ANGLES: u32 = 12;
 const HEIGHTS: u32 = 24;
 
 /// Column of a species of exponential profile from a height towards the Sun, in km at the density of the ground; infinite if the ground hides the Sun. By the
-/// approximation of Chapman's function c / ((c - 1) cos z + 1), c = sqrt(pi x / 2), x the radius in scale heights.
+/// approximation of Chapman's function c / ((c - 1) cos z + 1), with c = sqrt(pi x / 2), the radius x in scale heights and the Sun's zenith angle z.
+/// `sin_altitude`: sine of the Sun's altitude.
 fn column_towards_sun_km(s: &Species, radius_km: f64, height_km: f64, sin_altitude: f64) -> f64 {
     let scale_height_km = s.scale_height_km;
     let horizontal = (FRAC_PI_2 * radius_km / scale_height_km).sqrt();
@@ -42,7 +43,7 @@ fn column_towards_sun_km(s: &Species, radius_km: f64, height_km: f64, sin_altitu
     2.0 * scale_height_km * horizontal * density(s, lowest_km) - upwards_km
 }
 
-/// Fraction of sunlight that reaches a height of the limb, per channel.
+/// Fraction of sunlight that reaches a height of the limb, per channel. `sin_altitude`: sine of the Sun's altitude there.
 fn sunlight(air: &Atmosphere, radius_km: f64, height_km: f64, sin_altitude: f64) -> DVec3 {
     let depth: DVec3 =
         rim::exponential(air).map(|s| extinction(s) * column_towards_sun_km(s, radius_km, height_km, sin_altitude).min(1e30)).sum();
@@ -72,7 +73,9 @@ impl<'p> RimOfAir<'p> {
     pub(super) fn of(p: &PlacedBody<'p>, disc_albedo: f64) -> Option<Self> {
         let air = p.body.atmosphere.as_ref()?;
         let radius_km = p.body.radii_km.max_element();
-        let (depth, _) = rim::tangent_ray(air, radius_km, 0.0, 0.0);
+        // The depth does not depend on the scattering angle.
+        let (height_km, cos_scattering) = (0.0, 0.0);
+        let (depth, _) = rim::tangent_ray(air, radius_km, height_km, cos_scattering);
         let limb_opacity = (DVec3::ONE - (-depth).exp()).element_sum() / 3.0;
         let continues_disc = !air::colours_exclude_air(p.body) && !air::is_visible_over_disc(air);
         let continued_part = if continues_disc { rim::continued_part(limb_opacity) } else { 0.0 };

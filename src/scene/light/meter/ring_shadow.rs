@@ -2,8 +2,8 @@
 //!
 //! In: the rings' intervals, the Sun, the camera. Out: the fraction of sunlight that the rings leave on the footprint of one of the meter's rays, which is the
 //! part of the ground that the ray represents. The fraction changes gradually because it is a mean over the footprint and the Sun's disc; this also holds at
-//! the equator, where the footprint reaches across the ring plane. From 3 radii on, the meter ignores the shadow: the entire disc is in view, of which the
-//! shadow covers a small part.
+//! the equator, where the footprint reaches across the ring plane. From 3 radii on, the meter ignores the shadow: the entire disc is then in view, and the
+//! shadow covers only a small part of the disc.
 
 use super::MeteredFrame;
 use crate::scene::numeric::{smooth_rise, smoothstep};
@@ -14,8 +14,8 @@ use glam::DVec3;
 /// Distances of the camera in body radii between which the shadow fades out.
 const FADE_RADII: (f64, f64) = (1.5, 3.0);
 
-/// Ring-shine on ground in the rings' shadow, as a fraction of full sunlight. A drawn image from 430 km above Saturn at 15 degrees south, 1964-06-06,
-/// has 1.1e-3 in linear light.
+/// Ring-shine on ground in the rings' shadow, as a fraction of full sunlight. Measured in a drawn image, linear light, from 430 km above Saturn at 15 degrees
+/// south, 1964-06-06: 1.1e-3.
 const RING_SHINE_IN_SHADOW: f64 = 1e-3;
 
 /// The shadow of rings on the ground of their body. Lengths in equatorial radii, body axes.
@@ -54,7 +54,7 @@ impl RingShadowOnGround {
     pub(super) fn transmittance(&self, point: DVec3, spacing: f64) -> f64 {
         let ground = point * self.semi_axes;
         let footprint = (spacing * (self.camera - ground).length()).max(1e-6);
-        // Only ground beyond the ring plane, as seen from the Sun, is in shadow; near the equator that may be only a part of the footprint.
+        // Only ground beyond the ring plane, as seen from the Sun, is in shadow; near the equator this ground may be only a part of the footprint.
         let beyond_plane = -ground.z * self.sun.z.signum();
         let fraction_beyond = smoothstep(0.5 + beyond_plane / footprint);
         let to_ring_plane = beyond_plane.max(0.0) / self.sun.z.abs();
@@ -62,7 +62,7 @@ impl RingShadowOnGround {
             return 1.0;
         }
         let radius = (ground + self.sun * to_ring_plane).truncate().length();
-        // A step on the ground moves the point in the ring plane by up to this factor.
+        // A step on the ground moves the point in the ring plane by up to this many times the step's length.
         let stretch = 1.0 + self.sun.truncate().length() / self.sun.z.abs();
         let half_width = (0.5 * footprint * stretch + self.sun_tangent * to_ring_plane).max(1e-6);
         let blocked = (self.blocked_within(radius + half_width) - self.blocked_within(radius - half_width)) / (2.0 * half_width);

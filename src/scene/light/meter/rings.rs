@@ -37,7 +37,9 @@ impl MeteredFrame<'_, '_> {
         if weight <= 0.0 || rings.is_empty() || user_choice == Some(false) {
             return None;
         }
-        let shine = self.ring_view(p).ring_shine(&rings, crate::units::SUN_RADIUS_KM, Some(true)).1?;
+        // As if the user had requested ring-shine: then its table is computed whatever the threshold.
+        let (_, shine) = self.ring_view(p).ring_shine(&rings, crate::units::SUN_RADIUS_KM, Some(true));
+        let shine = shine?;
         let albedo_scale = photometry::albedo_normalisation(p.body).x * p.body.geometric_albedo * f64::from(p.body.colour.max_element());
         Some((shine, weight * albedo_scale * lights::sunlight(p.sun_from_body_km).irradiance.x))
     }

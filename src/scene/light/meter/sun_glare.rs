@@ -2,7 +2,7 @@
 //! point.
 //!
 //! In: the placed Sun and the camera. Out: [`FrameGlare`], which computes the median radiance over the frame. The sprite's glare reaches at most 64 pixels, but
-//! in an image of that size it is as bright as the veil. Its radius depends on the exposure, so the median is computed for a given white.
+//! in an image of about that size it is as bright as the veil. The sprite's radius depends on the exposure, so the median is computed for a given white.
 
 use super::MeteredFrame;
 use super::geometry::area_px;
@@ -29,7 +29,7 @@ pub(crate) struct FrameGlare {
 }
 
 impl FrameGlare {
-    /// Median radiance over the frame; 0 without the Sun. `white`: the radiance that is shown as white.
+    /// Median radiance over the frame; 0 if the Sun is not in the frame. `white`: the radiance that is shown as white.
     pub(crate) fn median(&self, white: f64) -> f64 {
         let half = self.samples.len() / 2;
         if half == 0 {

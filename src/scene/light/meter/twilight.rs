@@ -2,8 +2,8 @@
 //!
 //! In: a body with air that is drawn over its ground. Out: the radiance of the air above a point of the ground. Beyond the terminator the ground gets no
 //! sunlight, but the air above still does. By day this light is part of the body's mean albedo. Always: continuous in position and time. Left out: eclipses
-//! of that air, and the air beyond the limb. From 8 radii on (`FAR_RADII`) the meter ignores twilight: the entire disc is in view, of which twilight is a small
-//! part.
+//! of that air, and the air beyond the limb. From 8 radii on (`FAR_RADII`) the meter ignores twilight: the entire disc is then in view, and twilight is only on
+//! a small part of the disc.
 
 use super::MeteredFrame;
 use crate::catalog::{Atmosphere, Body, Species};
@@ -19,7 +19,7 @@ const RADIANCE_BY_ALTITUDE: [(f64, f64); 8] =
     [(-18.0, 2.9e-10), (-14.0, 5.8e-8), (-10.0, 1.4e-6), (-8.0, 6.7e-6), (-6.0, 5.2e-5), (-4.0, 5.05e-4), (-2.0, 2.6e-3), (0.0, 7.5e-3)];
 /// Altitude of the Sun from which the body's mean albedo includes all light of the air.
 const DAY_ALTITUDE_DEG: f64 = 5.0;
-/// Cosine of the angle of emission below which the radiance no longer grows with the path's length through the air.
+/// Lower limit of the cosine of emission: for flatter views the radiance no longer grows with the path's length through the air.
 const MIN_COS_EMISSION: f64 = 0.2;
 /// [`reflectance_and_radius`] of the Earth, to which [`RADIANCE_BY_ALTITUDE`] applies.
 const EARTH_REFLECTANCE: f64 = 0.105;
@@ -40,8 +40,8 @@ fn reflectance_and_radius(body: &Body, air: &Atmosphere) -> [f64; 2] {
 pub(super) struct TwilightAir {
     /// Radiance relative to the Earth's air.
     strength: f64,
-    /// Factor from the Sun's altitude to that at which the Earth's air is equally bright: the higher the air relative to the radius, the longer it is lit after
-    /// sunset.
+    /// Factor that converts the Sun's altitude here to the altitude at which the Earth's air is equally bright. The higher the air relative to the body's
+    /// radius, the longer the air is lit after sunset.
     altitude_factor: f64,
 }
 
