@@ -66,7 +66,7 @@ pub(crate) fn run(_common: &Common, args: &ViewArgs) -> Result<(), CliError> {
     )))
 }
 
-/// A word of a command that a user may copy into a shell: in quotes if it has characters that a shell may not take as they are.
+/// A word of a command that a user may copy into a shell. It is quoted if a shell could interpret any of its characters.
 #[cfg(any(test, not(feature = "view")))]
 fn shell_word(word: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | '/');
@@ -136,7 +136,7 @@ mod windowed {
         let (settings, load_message) = settings_path.as_deref().map_or((Settings::default(), None), Settings::load);
         load_message.iter().for_each(|line: &String| print_message(line));
         messages.lock().extend(load_message);
-        // What this window read or wrote last: another window may have changed the file since.
+        // The settings that this window read or wrote last. Another window may have changed the file since then.
         let last_saved = Mutex::new(settings.clone());
         let mut interface = Interface::new(viewer, settings);
         interface.language =

@@ -88,8 +88,8 @@ fn words(part: KeyPart, text: &str, column: usize) -> Vec<(&str, usize)> {
     let mut start = 0;
     while start <= text.len() {
         let rest = &text[start..];
-        let ends_word = |t: &&&str| rest.strip_prefix(**t).is_some_and(|after| after.is_empty() || after.starts_with('-'));
-        let length = known_words().filter(ends_word).map(|t| t.len()).max().unwrap_or_else(|| rest.find('-').unwrap_or(rest.len()));
+        let is_next_word = |word: &&&str| rest.strip_prefix(**word).is_some_and(|after| after.is_empty() || after.starts_with('-'));
+        let length = known_words().filter(is_next_word).map(|t| t.len()).max().unwrap_or_else(|| rest.find('-').unwrap_or(rest.len()));
         found.push((&rest[..length], column + start));
         start += length + 1;
     }
@@ -105,7 +105,7 @@ fn find_word(part: KeyPart, word: &str) -> Option<(&'static Dimension, usize)> {
 /// The part to which a piece of a key's text (between two `.`) belongs: the one that has most of its words. No word belongs to two parts.
 fn part_of(piece: &str) -> Option<KeyPart> {
     let known_words = |part: KeyPart| words(part, piece, 1).iter().filter(|(w, _)| find_word(part, w).is_some()).count();
-    // `max_by_key` returns the last of several equal parts; because of `rev` that is the first in the table.
+    // Of several parts with the most words, `max_by_key` returns the last; because of `rev` that is the first in the table.
     parts().into_iter().rev().max_by_key(|part| known_words(*part)).filter(|part| known_words(*part) > 0)
 }
 

@@ -52,7 +52,7 @@ pub struct Fragment {
     pub blocks: Vec<Block>,
     /// The imported items, in the order of the text.
     pub imports: Vec<Import>,
-    /// Names of its declarations, whatever their conditions are.
+    /// Names of the fragment's declarations, whatever their conditions are.
     pub declared: Vec<String>,
 }
 

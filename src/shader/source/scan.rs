@@ -91,7 +91,7 @@ pub(super) fn scan(path: &str, text: &str) -> Result<Scan, ScanError> {
 }
 
 impl<'a> Scanner<'a> {
-    /// The next token's text; empty at the end.
+    /// The next token's text; empty at the end of the fragment.
     fn token(&self) -> &'a str {
         self.tokens.get(self.next).map_or("", |(span, _)| &self.text[span.clone()])
     }
@@ -160,7 +160,7 @@ impl<'a> Scanner<'a> {
         self.scan.blocks.len() as u32 - 1
     }
 
-    /// Records the chain of these branches, unless it has none. `start`: that of its first item.
+    /// Records the chain that consists of these branches, unless there are none. `start`: position of the chain's first item.
     fn finish_chain(&mut self, chain: &[u32], start: usize) {
         let block = match chain {
             [] => return,
@@ -170,7 +170,7 @@ impl<'a> Scanner<'a> {
         self.scan.chains.push(ConditionChain { start, block });
     }
 
-    /// Scans the attributes before an item; returns the conditional one with its span.
+    /// Scans the attributes before an item; returns the conditional attribute, if there is one, with its span.
     fn scan_attributes(&mut self) -> Result<Option<(Branch, Range<usize>)>, ScanError> {
         let mut found = None;
         while self.token() == "@" {
@@ -188,9 +188,10 @@ impl<'a> Scanner<'a> {
             } else {
                 None
             };
-            let condition = |what: &str| {
-                let span =
-                    argument.clone().ok_or_else(|| ScanError { at: start, what: format!("`@{what}` has no condition in parentheses") })?;
+            let condition = |attribute: &str| {
+                let span = argument
+                    .clone()
+                    .ok_or_else(|| ScanError { at: start, what: format!("`@{attribute}` has no condition in parentheses") })?;
                 Condition::parse(&self.text[span.clone()]).map_err(|what| ScanError { at: span.start, what })
             };
             let branch = match name.as_str() {
@@ -223,7 +224,7 @@ impl<'a> Scanner<'a> {
         }
         let is_struct = self.token() == "struct";
         while !self.is_at_end_of_list() {
-            let token = &self.tokens[self.next].1;
+            let (_, token) = &self.tokens[self.next];
             let opens_template = matches!(token, Token::TemplateArgsStart);
             match self.token() {
                 "(" | "[" => self.scan_bracketed(block, List::CommaSeparated)?,
@@ -252,7 +253,7 @@ impl<'a> Scanner<'a> {
         Ok(())
     }
 
-    /// Scans a list with its brackets. `block`: that of the item to which the list belongs.
+    /// Scans a list with its brackets. `block`: the block of the item to which the list belongs.
     fn scan_bracketed(&mut self, block: u32, list: List) -> Result<(), ScanError> {
         let open = self.position();
         let close = match self.token() {
@@ -271,7 +272,7 @@ impl<'a> Scanner<'a> {
         Ok(())
     }
 
-    /// Records the name of the declaration that begins with this token.
+    /// Records the name of the declaration that begins with the token of index `first`.
     fn record_declaration(&mut self, first: usize) {
         let (tokens, text) = (&self.tokens, self.text);
         let word = |k: usize| tokens.get(k).map_or("", |(span, _)| &text[span.clone()]);
