@@ -219,8 +219,8 @@ fn solar_row(eclipse: &SolarEclipse, observer: Option<GeodeticPosition>) -> Valu
 }
 
 /// The contacts computed with the Moon's limb profile, as the JSON object `limb`. Of each contact, `later_s` is its time minus the time of the same contact of
-/// the mean limb, and `height_km` the height of the silhouette there above the reference sphere of `map`. In a total eclipse, the last bead goes out at C2 and the first one shines at C3; in an annular eclipse, the last mountain leaves the Sun's limb
-/// at C2 and the first one reaches it at C3.
+/// the mean limb, and `height_km` the height of the silhouette there above the reference sphere of `map`. In a total eclipse, the last bead goes out at C2 and
+/// the first one shines at C3; in an annular eclipse, the last mountain leaves the Sun's limb at C2 and the first one reaches it at C3.
 fn limb_circumstances(contacts: &[LimbContact], map: &HeightMap) -> Value {
     let contact = |c: &LimbContact| {
         let (time, angle_deg) = (c.time.to_utc_iso(), c.position_angle_deg);

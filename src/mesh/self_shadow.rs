@@ -5,17 +5,17 @@
 //! the vertex's normal and the Sun: upward from a hidden Sun or downward from a visible one, until visibility changes; bisection refines the height.
 //!
 //! Error: the height is measured from an edge of the mesh above or below the Sun, and accurate to a quarter of the Sun's radius or a tenth of the height,
-//! whichever is more. That edge is the nearest one, unless an obstacle or a gap lies between two of the tested directions, which are 1, 4, 16, ... solar radii
+//! whichever is more. The edge is the nearest one, unless an obstacle or a gap lies between two of the tested directions, which are 1, 4, 16, ... solar radii
 //! from the Sun.
-//! Between vertices the height is interpolated. The shadow's edge of a smooth hill is accurate to less than a triangle; that of something smaller or more
-//! distant than a triangle, to the length of a triangle's side. Not here: shadows in the light of other bodies.
+//! Between vertices the height is interpolated. The edge of a smooth hill's shadow is accurate to less than a triangle. The edge of the shadow of something
+//! smaller or more distant than a triangle is accurate to the length of a triangle's side. Not here: shadows in the light of other bodies.
 
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::OnceLock;
 
-/// Heights are clamped to plus or minus this (5 degrees). Otherwise the interpolated height would be too steep between a vertex that sees past a peak and a
+/// Heights are clamped to plus or minus this angle (5 degrees). Otherwise the interpolated height would be too steep between a vertex that sees past a peak and a
 /// neighbour that does not.
 const MAX_HEIGHT_RAD: f64 = 0.0873;
 /// Maximum number of triangles in a leaf of the tree.

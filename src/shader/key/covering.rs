@@ -2,8 +2,8 @@
 //!
 //! In: the number of dimensions whose combinations are to be covered, or a seed. Out: keys. Dimensions have 3.2 * 10^12 combinations of values
 //! ([`count_combinations`]), too many to list. A combination of values of a few dimensions is *possible* if some canonical features have these values; such
-//! features are a *completion* of the combination. To find one, the values are set in each of the [`base_features`]: all canonical features in which only the
-//! dimensions vary that the canonical rules read. The combination is possible if one of the results is canonical.
+//! features are a *completion* of the combination. To find one, the values are set in each of the [`base_features`]: all canonical features that differ from
+//! [`DrawFeatures::MINIMAL`] only in dimensions on which the canonical rules depend. The combination is possible if one of the results is canonical.
 
 use super::dimension::DIMENSIONS;
 use super::{ShaderKey, canonical};

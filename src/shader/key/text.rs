@@ -135,22 +135,22 @@ impl FromStr for ShaderKey {
             let Some(part) = part_of(piece) else {
                 return Err(unknown(piece, column, suggestion(piece, &found)));
             };
-            for (word, at) in words(part, piece, column) {
+            for (word, word_column) in words(part, piece, column) {
                 let Some((dimension, value)) = find_word(part, word) else {
-                    return Err(unknown(word, at, did_you_mean(word, all_words()).unwrap_or_else(|| words_of_part(part))));
+                    return Err(unknown(word, word_column, did_you_mean(word, all_words()).unwrap_or_else(|| words_of_part(part))));
                 };
                 if let Some((_, earlier, earlier_column)) = positions.iter().find(|(name, _, _)| *name == dimension.name) {
                     return Err(KeyTextError::Twice {
                         text: text(),
                         word: word.into(),
-                        column: at,
+                        column: word_column,
                         dimension: dimension.name,
                         earlier: earlier.clone(),
                         earlier_column: *earlier_column,
                     });
                 }
                 (dimension.set)(&mut features, value);
-                positions.push((dimension.name, word.into(), at));
+                positions.push((dimension.name, word.into(), word_column));
             }
             found.push(part);
             column += piece.len() + 1;
@@ -162,7 +162,7 @@ impl FromStr for ShaderKey {
             let (word, column) = positions
                 .iter()
                 .find(|(name, _, _)| *name == dimension.name)
-                .map_or((dimension.name.to_owned(), 1), |(_, word, at)| (word.clone(), *at));
+                .map_or((dimension.name.to_owned(), 1), |(_, word, column)| (word.clone(), *column));
             let canonical = write(&canonical(&features));
             return Err(KeyTextError::NoEffect { text: text(), word, column, because: rule.because, canonical });
         }

@@ -13,7 +13,7 @@ use wgsl_parse::syntax::{Import as NestedImport, ImportContent, ImportStatement,
 
 /// An error at a byte position of the text.
 pub(super) struct ScanError {
-    pub at: usize,
+    pub position: usize,
     pub what: String,
 }
 
@@ -23,10 +23,12 @@ pub(super) struct ConditionalSpan {
     pub block: u32,
 }
 
-/// An import statement: its position, its block, and the imported items as (path of the fragment without extension, item).
+/// An import statement.
 pub(super) struct Imported {
-    pub at: usize,
+    /// Byte position of its start.
+    pub position: usize,
     pub block: u32,
+    /// The imported items, each with the path of its fragment without extension: (path, item).
     pub items: Vec<(String, String)>,
 }
 
@@ -79,7 +81,7 @@ struct Scanner<'a> {
 pub(super) fn scan(path: &str, text: &str) -> Result<Scan, ScanError> {
     let mut tokens = Vec::new();
     for token in Lexer::new(text) {
-        let (start, token, end) = token.map_err(|(at, _, _)| ScanError { at, what: "this is not a WGSL token".into() })?;
+        let (start, token, end) = token.map_err(|(position, _, _)| ScanError { position, what: "this is not a WGSL token".into() })?;
         tokens.push((start..end, token));
     }
     let mut scanner = Scanner { text, path, tokens, next: 0, scan: Scan { blocks: vec![Block::Root], ..Scan::default() } };
@@ -107,7 +109,7 @@ impl<'a> Scanner<'a> {
     }
 
     fn error(&self, what: String) -> ScanError {
-        ScanError { at: self.position(), what }
+        ScanError { position: self.position(), what }
     }
 
     fn is_at_end_of_list(&self) -> bool {
@@ -127,7 +129,7 @@ impl<'a> Scanner<'a> {
             let continues_chain = matches!(branch, Some(Branch::Elif(_) | Branch::Else));
             let unless = if continues_chain { chain.last().copied() } else { None };
             if continues_chain && unless.is_none() {
-                return Err(ScanError { at: start, what: "the item before has no `@if`".into() });
+                return Err(ScanError { position: start, what: "the item before has no `@if`".into() });
             }
             if !continues_chain {
                 self.finish_chain(&chain, chain_start);
@@ -191,8 +193,8 @@ impl<'a> Scanner<'a> {
             let condition = |attribute: &str| {
                 let span = argument
                     .clone()
-                    .ok_or_else(|| ScanError { at: start, what: format!("`@{attribute}` has no condition in parentheses") })?;
-                Condition::parse(&self.text[span.clone()]).map_err(|what| ScanError { at: span.start, what })
+                    .ok_or_else(|| ScanError { position: start, what: format!("`@{attribute}` has no condition in parentheses") })?;
+                Condition::parse(&self.text[span.clone()]).map_err(|what| ScanError { position: span.start, what })
             };
             let branch = match name.as_str() {
                 "if" => Branch::If(condition("if")?),
@@ -201,7 +203,7 @@ impl<'a> Scanner<'a> {
                 _ => continue,
             };
             if found.replace((branch, start..self.previous_end())).is_some() {
-                return Err(ScanError { at: start, what: "an item has one condition; join several with `&&`".into() });
+                return Err(ScanError { position: start, what: "an item has one condition; join several with `&&`".into() });
             }
         }
         Ok(found)
@@ -266,7 +268,7 @@ impl<'a> Scanner<'a> {
         self.scan_items(block, list)?;
         // `starts_with`: a token `>>` can close two template lists.
         if !self.token().starts_with(close) {
-            return Err(ScanError { at: open, what: format!("this is not closed by `{close}`") });
+            return Err(ScanError { position: open, what: format!("this is not closed by `{close}`") });
         }
         self.next += 1;
         Ok(())
@@ -289,13 +291,13 @@ impl<'a> Scanner<'a> {
     }
 
     fn scan_import(&mut self, block: u32) -> Result<(), ScanError> {
-        let at = self.position();
+        let start = self.position();
         while !matches!(self.token(), ";" | "") {
             self.next += 1;
         }
         self.expect(";")?;
-        let span = at..self.previous_end();
-        let error = |what: String| ScanError { at, what };
+        let span = start..self.previous_end();
+        let error = |what: String| ScanError { position: start, what };
         let statement: ImportStatement = self.text[span.clone()].parse().map_err(|e: wgsl_parse::Error| error(e.error.to_string()))?;
         let mut base: Vec<String> = match statement.path.as_ref().map(|p| &p.origin) {
             Some(PathOrigin::Absolute) => Vec::new(),
@@ -309,7 +311,7 @@ impl<'a> Scanner<'a> {
         let mut items = Vec::new();
         flatten_import(&base, &statement.content, &mut items).map_err(error)?;
         self.scan.removed_spans.push(span);
-        self.scan.imports.push(Imported { at, block, items });
+        self.scan.imports.push(Imported { position: start, block, items });
         Ok(())
     }
 }
