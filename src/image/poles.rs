@@ -12,8 +12,8 @@
 //! Detail finer than the Gaussian of its row is lost; streaks that are long on the sphere itself remain.
 //!
 //! The directions east and north rotate with the meridian, so slopes (the east and north components of normals) are averaged as vectors in one
-//! frame at the pole. In this frame, a row that slopes away from the pole all round, like a cone, has no mean slope. Every mip level is filtered again: halving alone
-//! would leave a level finer in longitude than in latitude.
+//! frame at the pole. In this frame, a row that slopes away from the pole all round, like a cone, has no mean slope. Every mip level is filtered again:
+//! halving alone would leave a level finer in longitude than in latitude.
 
 use std::f64::consts::{PI, TAU};
 

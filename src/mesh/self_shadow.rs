@@ -15,8 +15,8 @@ use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::OnceLock;
 
-/// Heights are clamped to plus or minus this angle (5 degrees). Otherwise the interpolated height would be too steep between a vertex that sees past a peak and a
-/// neighbour that does not.
+/// Heights are clamped to plus or minus this angle (5 degrees). Otherwise the interpolated height would be too steep between a vertex that sees past a peak and
+/// a neighbour that does not.
 const MAX_HEIGHT_RAD: f64 = 0.0873;
 /// Maximum number of triangles in a leaf of the tree.
 const MAX_LEAF_TRIANGLES: usize = 4;

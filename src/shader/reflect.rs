@@ -191,8 +191,8 @@ impl UniformWriter<'_> {
         self.layout.field(name).is_some()
     }
 
-    /// Writes one field. `has_type`: whether a field of this type takes the value. `given`: see [`LayoutError::Mistyped`]. `values`: the components, of a matrix
-    /// column by column.
+    /// Writes one field. `has_type`: whether a field of this type takes the value. `given`: see [`LayoutError::Mistyped`]. `values`: the components, of
+    /// a matrix column by column.
     fn write(
         &mut self,
         name: &str,

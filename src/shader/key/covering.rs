@@ -89,8 +89,8 @@ fn has_values(features: &DrawFeatures, values: &Combination) -> bool {
     values.iter().all(|(d, value)| (DIMENSIONS[*d].get)(features) == *value)
 }
 
-/// A completion of a combination: of the base features in which the combination's values can be set so that the result is canonical, the first, with these
-/// values. The search begins at index `start` and wraps around.
+/// A completion of a combination: sets the combination's values in one of the base features after another, and returns the first result that is canonical. The
+/// search begins at index `start` and wraps around.
 fn completion(base_features: &[DrawFeatures], start: usize, values: &Combination) -> Option<DrawFeatures> {
     let (before, after) = base_features.split_at(start);
     after.iter().chain(before).map(|base| with_values(*base, values)).find(|f| canonical(f) == *f)
@@ -141,7 +141,7 @@ fn choices(count: usize, t: usize) -> (Vec<Choice>, usize) {
 /// Numbers of the combinations that these features contain, one for each choice.
 fn combinations_of<'a>(features: &DrawFeatures, choices: &'a [Choice]) -> impl Iterator<Item = usize> + use<'a> {
     let values: Vec<usize> = DIMENSIONS.iter().map(|d| (d.get)(features)).collect();
-    let offset = move |choice: &Choice| choice.dimensions.iter().fold(0, |offset, d| offset * value_count(*d) + values[*d]);
+    let offset = move |choice: &Choice| choice.dimensions.iter().fold(0_usize, |offset, d| offset * value_count(*d) + values[*d]);
     choices.iter().map(move |choice| choice.first_number + offset(choice))
 }
 
