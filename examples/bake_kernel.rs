@@ -12,12 +12,13 @@ use orrery::ephemeris::spk::Spk;
 use orrery::units::SECONDS_PER_DAY;
 use std::f64::consts::PI;
 
-/// Fits have fewer coefficients per axis than this.
+/// Fits have fewer coefficients per axis than this number.
 const TERMS_END: usize = 40;
 
 /// A kernel file to write: its span in days past J2000 and its bodies.
 struct KernelSpec {
     file: &'static str,
+    /// Internal file name in the DAF's file record, at most 60 characters.
     title: &'static str,
     start_days: f64,
     end_days: f64,
@@ -47,7 +48,7 @@ struct BodySpec {
     name: &'static str,
     /// NAIF id of the body.
     target: i32,
-    /// NAIF id of the body or barycentre to which positions are relative.
+    /// NAIF id of the body or barycentre to which positions are relative; 0 is the solar system's barycentre.
     center: i32,
     /// Largest position error allowed, km.
     error_km: f64,

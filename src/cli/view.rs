@@ -109,7 +109,7 @@ mod windowed {
         let mut composition = args.composition.composition()?;
         // A view state stores no warp mesh: the window warps every view.
         let warp = composition.warp.take();
-        // An allocator setting, which must be made before the session reads maps.
+        // This changes a setting of the allocator, which must be done before the session reads maps.
         return_large_blocks();
         let messages: Arc<Mutex<Vec<String>>> = Arc::default();
         let session_messages = Arc::clone(&messages);

@@ -13,7 +13,7 @@ use ab_glyph::{Font, FontRef, ScaleFont};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// The cell of one glyph in the texture.
+/// One glyph: its cell in the texture, and its metrics.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glyph {
     /// Column and row of the cell's top left texel in the texture.

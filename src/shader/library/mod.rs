@@ -1,7 +1,7 @@
 //! The shader library: a cache of modules, in memory and on disk.
 //!
 //! In: a module's name. Out: a shared [`ShaderModule`], from memory, from disk, or newly emitted. Always: the module is the one that the generator (the emitter
-//! with its fragments) would emit now, even if entries on disk are damaged, unless someone forged an entry ([`ShaderLibrary::replace_tampered`]); readers in
+//! with its fragments) would emit now, even if entries on disk are damaged, unless someone forged an entry (see [`ShaderLibrary::replace_tampered`]); readers in
 //! any process see either a complete entry or none; a disk error is reported once and is never fatal. Not here: the lowering of modules for the software
 //! renderer, and where messages go; the caller supplies both.
 
@@ -80,7 +80,7 @@ struct Counters {
     repaired: AtomicU64,
 }
 
-/// Adds one event, and the time since it began, to two counters.
+/// Counts an event that began at `since`: adds 1 to `counter`, and the elapsed time to `nanoseconds`.
 fn count(counter: &AtomicU64, nanoseconds: &AtomicU64, since: Instant) {
     counter.fetch_add(1, Ordering::Relaxed);
     nanoseconds.fetch_add(u64::try_from(since.elapsed().as_nanos()).unwrap_or(u64::MAX), Ordering::Relaxed);
