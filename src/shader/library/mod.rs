@@ -1,8 +1,8 @@
 //! The shader library: a cache of modules, in memory and on disk.
 //!
 //! In: a module's name. Out: a shared [`ShaderModule`], from memory, from disk, or newly emitted. Always: the module is the one that the generator (the emitter
-//! with its fragments) would emit now, even if entries on disk are damaged, unless someone forged an entry (see [`ShaderLibrary::replace_tampered`]); readers in
-//! any process see either a complete entry or none; a disk error is reported once and is never fatal. Not here: the lowering of modules for the software
+//! with its fragments) would emit now, even if entries on disk are damaged, unless someone forged an entry (see [`ShaderLibrary::replace_tampered`]); readers
+//! in any process see either a complete entry or none; a disk error is reported once and is never fatal. Not here: the lowering of modules for the software
 //! renderer, and where messages go; the caller supplies both.
 
 mod entry;
