@@ -12,12 +12,13 @@ use orrery::ephemeris::spk::Spk;
 use orrery::units::SECONDS_PER_DAY;
 use std::f64::consts::PI;
 
-/// Fits have fewer coefficients per axis than this.
+/// Fits have fewer coefficients per axis than this number.
 const TERMS_END: usize = 40;
 
 /// A kernel file to write: its span in days past J2000 and its bodies.
 struct KernelSpec {
     file: &'static str,
+    /// Internal file name in the DAF's file record, at most 60 characters.
     title: &'static str,
     start_days: f64,
     end_days: f64,
@@ -47,7 +48,7 @@ struct BodySpec {
     name: &'static str,
     /// NAIF id of the body.
     target: i32,
-    /// NAIF id of the body or barycentre to which positions are relative.
+    /// NAIF id of the body or barycentre to which positions are relative; 0 is the solar system's barycentre.
     center: i32,
     /// Largest position error allowed, km.
     error_km: f64,
@@ -71,6 +72,9 @@ const BODIES: &[BodySpec] = &[
     BodySpec { name: "EARTH", target: 399, center: 3, error_km: 0.03 },
     BodySpec { name: "MOON", target: 301, center: 399, error_km: 0.03 },
 ];
+
+/// The stride of [`worst_km`] that checks the entire span.
+const EVERY_INTERVAL: usize = 1;
 
 /// Interval lengths to try.
 const LENGTHS_DAYS: &[f64] =
@@ -99,7 +103,7 @@ fn position(de440: &Spk, body: &BodySpec, tdb_s: f64) -> DVec3 {
     de440.state(body.target, body.center, tdb_s).map_or(DVec3::NAN, |s| s.pos_km)
 }
 
-/// Worst error in km over every `stride`-th interval, at its ends and between its nodes.
+/// Worst error in km over every `stride`-th interval, at the interval's ends and between its nodes.
 fn worst_km(de440: &Spk, spec: &KernelSpec, body: &BodySpec, length_days: f64, terms: usize, stride: usize) -> f64 {
     let records = ((spec.end_days - spec.start_days) / length_days).ceil() as usize;
     let radius_s = 0.5 * length_days * SECONDS_PER_DAY;
@@ -122,15 +126,17 @@ fn smallest_fit(de440: &Spk, spec: &KernelSpec, body: &BodySpec) -> Option<Fit> 
     let mut best: Option<Fit> = None;
     for &length_days in LENGTHS_DAYS {
         let records = ((spec.end_days - spec.start_days) / length_days).ceil() as usize;
+        // At least 40 intervals, evenly spaced, or all.
         let sparse_stride = (records / 40).max(1);
         for terms in 2..TERMS_END {
+            // Each record has a midpoint, a radius and the coefficients of three axes; four numbers follow the records (see `segment`).
             let doubles = records * (2 + 3 * terms) + 4;
             if best.as_ref().is_some_and(|b| doubles >= b.doubles) {
                 break;
             }
             // A sparse check rejects most choices; the check of the entire span decides.
             if worst_km(de440, spec, body, length_days, terms, sparse_stride) <= body.error_km
-                && worst_km(de440, spec, body, length_days, terms, 1) <= body.error_km
+                && worst_km(de440, spec, body, length_days, terms, EVERY_INTERVAL) <= body.error_km
             {
                 best = Some(Fit { length_days, records, terms, doubles });
                 break;
@@ -213,7 +219,7 @@ fn bake(de440: &Spk, spec: &KernelSpec, folder: &str) -> Result<(), Box<dyn std:
         String::from("Refitted from JPL DE440 (Park et al. 2021) by Orrery's examples/bake_kernel.rs.\nWorst error against DE440 in km:\n");
     for body in spec.bodies {
         let fit = smallest_fit(de440, spec, body).ok_or_else(|| format!("{}: no choice reaches {} km", body.name, body.error_km))?;
-        let error_km = worst_km(de440, spec, body, fit.length_days, fit.terms, 1);
+        let error_km = worst_km(de440, spec, body, fit.length_days, fit.terms, EVERY_INTERVAL);
         let line =
             format!("{:22} {:6} days x {:2} terms  {:7} bytes  {error_km:.4} km", body.name, fit.length_days, fit.terms, fit.doubles * 8);
         println!("{line}");

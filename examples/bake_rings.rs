@@ -11,8 +11,8 @@
 //! after Showalter et al. 1991 (Icarus 94, 451: E), Hedman et al. 2007 (Science 317, 653: G) and Horányi et al. 2009 (Saturn from
 //! Cassini-Huygens, ch. 16), from memory.
 
-/// Name, inner edge, outer edge (km), optical depth at each edge, width of a step (km), amplitude of the variation (fraction of the optical
-/// depth), single-scattering albedo (red, green, blue).
+/// Name, inner edge, outer edge (km), optical depth along the normal at each edge, width of a step (km), amplitude of the variation (fraction
+/// of the optical depth, see `waves`), single-scattering albedo (red, green, blue).
 struct Region(&'static str, f64, f64, f64, f64, f64, f64, [f64; 3]);
 
 /// Single-scattering albedos of the particles of the C ring and its plateaus, the B ring, the Cassini Division and the A ring.
@@ -22,7 +22,7 @@ const B: [f64; 3] = [1.0, 0.87, 0.67];
 const DIVISION: [f64; 3] = [0.40, 0.37, 0.33];
 const A: [f64; 3] = [0.68, 0.61, 0.50];
 /// Single-scattering albedos of dust, which absorbs little of the light that it intercepts. Grains of the E ring range from smaller than
-/// the wavelength of light to larger, so that ring is blue.
+/// the wavelength of light to larger, which makes that ring blue.
 const ICE_DUST: [f64; 3] = [0.95, 0.93, 0.90];
 const G_DUST: [f64; 3] = [0.95, 0.90, 0.86];
 const E_DUST: [f64; 3] = [0.80, 0.90, 1.00];
@@ -41,6 +41,7 @@ const B_BRIGHTNESS: [f64; 51] = [
 const B_CONTRAST: f64 = 0.55;
 
 const REGIONS: &[Region] = &[
+    // Name, inner and outer edge, optical depths there, width of a step, amplitude, albedo.
     Region("D", 66900.0, 74658.0, 1e-5, 3e-4, 800.0, 0.0, ICE_DUST),
     Region("C inner", 74658.0, 80000.0, 0.045, 0.07, 120.0, 0.25, C),
     Region("C middle", 80000.0, 86000.0, 0.07, 0.10, 120.0, 0.2, C),
@@ -61,8 +62,8 @@ const REGIONS: &[Region] = &[
     Region("F core", 140195.0, 140245.0, 0.25, 0.25, 50.0, 0.0, ICE_DUST),
 ];
 
-/// Plateaus, gaps and ringlets, which replace the parts of the regions that they cover: name, inner edge, outer edge (km), optical depth,
-/// single-scattering albedo.
+/// Plateaus, gaps and ringlets, which replace the parts of the regions that they cover: name, inner edge, outer edge (km), optical depth
+/// along the normal, single-scattering albedo.
 const FEATURES: &[(&str, f64, f64, f64, [f64; 3])] = &[
     ("C plateau 1", 76020.0, 76260.0, 0.22, PLATEAU),
     ("C plateau 2", 77160.0, 77220.0, 0.25, PLATEAU),
@@ -120,7 +121,7 @@ fn dust_fraction(name: &str) -> f64 {
     }
 }
 
-/// Optical depth of the G ring: a core at its inner edge, and an outer part that falls by a factor e in 2500 km.
+/// Optical depth of the G ring along its normal: a core at its inner edge, and an outer part that falls by a factor e in 2500 km.
 fn g_tau(radius_km: f64) -> f64 {
     if radius_km < 168_000.0 { 2e-6 } else { 1e-6 * (-(radius_km - 168_000.0) / 2500.0).exp() }
 }

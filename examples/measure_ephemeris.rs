@@ -3,8 +3,8 @@
 //!     cargo run --release --features bake --example measure_ephemeris -- de440.bsp
 //!
 //! Prints for each body and centre (NAIF ids) the worst and the root-mean-square error in km over 4000 dates, evenly spaced over the span, and
-//! the worst error of the direction from the centre in arcseconds. `error_km` of series and mean elements are these worst errors from 1552 to
-//! 2646, rounded up.
+//! the worst error of the direction from the centre in arcseconds. The `error_km` that the library states for positions from series and mean
+//! elements is the worst error from 1552 to 2646, rounded up.
 
 use orrery::catalog::{Catalog, NaifId};
 use orrery::ephemeris::{Ephemeris, Source, spk::Spk};

@@ -174,10 +174,10 @@ pub fn layers() -> Vec<Vec<u8>> {
             "<kml><Placemark><TimeSpan><begin>2024</begin></TimeSpan><LineString><coordinates>1,2,3 4,5</coordinates></LineString></Placemark></kml>",
         ),
     ];
-    let after_byte = |first: u8, content: &[u8]| [&[first], content].concat();
-    let mut all: Vec<_> = texts.iter().map(|(first, text)| after_byte(*first, text.as_bytes())).collect();
-    all.push(after_byte(4, &fits(&size)));
-    all.push(after_byte(134, &fits(&[&size[..], &wcs].concat())));
+    let with_first_byte = |first: u8, content: &[u8]| [&[first], content].concat();
+    let mut all: Vec<_> = texts.iter().map(|(first, text)| with_first_byte(*first, text.as_bytes())).collect();
+    all.push(with_first_byte(4, &fits(&size)));
+    all.push(with_first_byte(134, &fits(&[&size[..], &wcs].concat())));
     all
 }
 
@@ -189,7 +189,7 @@ pub const PCK: &str = "\\begindata\nBODY4_NUT_PREC_ANGLES = ( 190.7 19139.8 21.4
 pub const SETTINGS: &str = r#"{"dark":null,"zoom":1.2,"names":true,"unit":"miles","home":{"latitude_deg":51.5,"longitude_deg":0},"place":null,
 "bookmarks":[{"name":"a","view":{"target":699,"eye":{"kind":"orbit","body":699},"time":"2024-01-01T00:00:00Z"}}],"recent":[]}"#;
 
-/// The text of the built-in fragment at this path; empty if there is none.
+/// Seeds with the text of the built-in fragment at `path`: one, or none if there is no such fragment.
 pub fn fragment(path: &str) -> Vec<Vec<u8>> {
     FRAGMENTS.iter().filter(|(name, _)| *name == path).map(|(_, text)| text.as_bytes().to_vec()).collect()
 }
@@ -227,9 +227,9 @@ pub fn lunar_heights() -> Vec<Vec<u8>> {
         encoder.write_image::<tiff::encoder::colortype::Gray16>(4, 2, &[20_000; 8]).expect("heights");
         bytes.into_inner()
     };
-    let quarter = u8::try_from(label.len() / 4).expect("a short label");
+    let label_length_in_fours = u8::try_from(label.len() / 4).expect("a short label");
     vec![
-        [&[0, quarter], label.as_bytes(), &[1; 16]].concat(),
+        [&[0, label_length_in_fours], label.as_bytes(), &[1; 16]].concat(),
         [&[1, 0], encoded(image::ImageFormat::Png).as_slice()].concat(),
         [&[2, 0], tiff.as_slice()].concat(),
     ]

@@ -68,8 +68,8 @@ fn texts(all: &[&str]) -> Vec<Vec<u8>> {
     all.iter().map(|t| t.as_bytes().to_vec()).collect()
 }
 
-/// The "now" of views without a time: 31 January 2024.
-fn epoch() -> Instant {
+/// The current time that views without a time assume: 31 January 2024.
+fn fixed_now() -> Instant {
     Instant::from_tdb_seconds_past_j2000(7.6e8)
 }
 
@@ -96,8 +96,8 @@ fn data_layer(bytes: &[u8]) {
 fn search(bytes: &[u8]) {
     thread_local! {
         static VIEWER: Viewer = {
-            let view = view_from_text("orrery://view?target=Earth", &SESSION, epoch()).expect("a view");
-            Viewer::new(SESSION.catalog().bodies().iter().map(SelectableBody::of).collect(), view, epoch)
+            let view = view_from_text("orrery://view?target=Earth", &SESSION, fixed_now()).expect("a view");
+            Viewer::new(SESSION.catalog().bodies().iter().map(SelectableBody::of).collect(), view, fixed_now)
         };
     }
     VIEWER.with(|viewer| assert!(suggestions(&text(bytes), viewer, SESSION.catalog(), 8).len() <= 8));
@@ -106,11 +106,11 @@ fn search(bytes: &[u8]) {
 /// A folder for the inputs of targets that read files.
 static FILES: LazyLock<PathBuf> = LazyLock::new(|| tempfile::tempdir().expect("a folder").keep());
 
-/// A lunar height map. The first byte chooses the format; for a PDS image, the second is a quarter of the length of the label that precedes the image.
+/// A lunar height map. The first byte chooses the format. For a PDS image, the second byte is the label's length in units of 4 bytes; label and image follow.
 fn lunar_heights(bytes: &[u8]) {
-    let Some(([first, label], rest)) = bytes.split_first_chunk() else { return };
+    let Some(([first, label_length_in_fours], rest)) = bytes.split_first_chunk() else { return };
     if *first % 3 == 0 {
-        let (label, image) = rest.split_at(rest.len().min(4 * usize::from(*label)));
+        let (label, image) = rest.split_at(rest.len().min(4 * usize::from(*label_length_in_fours)));
         drop((HeightMap::image_of_label("a.lbl", &text(label)), HeightMap::of_pds("a.lbl", &text(label), image)));
     } else {
         let range = HeightRange { black_km: -9.0, white_km: 11.0 };
@@ -258,8 +258,8 @@ pub static TARGETS: &[Target] = &[
     Target {
         name: "shape-model",
         run: |bytes| {
-            let figure = ShapeParameters { radii_km: DVec3::ONE, scale_km: 1.0, map_stretch: glam::DVec2::ONE, two_sided: false };
-            if let Ok(model) = obj::parse(&text(bytes)).map(|obj| Mesh::of(&obj, &figure)) {
+            let shape = ShapeParameters { radii_km: DVec3::ONE, scale_km: 1.0, map_stretch: glam::DVec2::ONE, two_sided: false };
+            if let Ok(model) = obj::parse(&text(bytes)).map(|obj| Mesh::of(&obj, &shape)) {
                 const SUN_RADIUS_RAD: f64 = 0.005;
                 drop(model.map(|m| m.sun_heights(DVec3::X, SUN_RADIUS_RAD)));
             }
@@ -269,7 +269,7 @@ pub static TARGETS: &[Target] = &[
     },
     Target {
         name: "link",
-        run: |bytes| drop(view_from_text(&format!("orrery://view?{}", text(bytes)), &SESSION, epoch())),
+        run: |bytes| drop(view_from_text(&format!("orrery://view?{}", text(bytes)), &SESSION, fixed_now())),
         seeds: || {
             texts(&[
                 "target=599&eye.kind=orbit&eye.body=599&time=2015-01-24T06:45:00Z",
@@ -280,7 +280,7 @@ pub static TARGETS: &[Target] = &[
     },
     Target {
         name: "view-file",
-        run: |bytes| drop(view_from_text(&text(bytes), &SESSION, epoch())),
+        run: |bytes| drop(view_from_text(&text(bytes), &SESSION, fixed_now())),
         seeds: || texts(&[r#"{"target":"saturn","eye":{"kind":"orbit","body":699},"time":"2024-01-01T00:00:00Z","fov_deg":20}"#]),
         words: &["{", "}", "[", "null", "1e400", "-1", "\"eye\"", "\"kind\":\"free\""],
     },
@@ -382,7 +382,7 @@ pub static TARGETS: &[Target] = &[
     },
     Target {
         name: "tour",
-        run: |bytes| drop(Tour::parse(&text(bytes), &SESSION, epoch())),
+        run: |bytes| drop(Tour::parse(&text(bytes), &SESSION, fixed_now())),
         seeds: || texts(&[seeds::TOUR]),
         words: &["{", "[", "null", "1e400", "-1", "\"stops\"", "\"view\"", "\"time_rate\"", "\"hold_s\"", "\"saturn\""],
     },

@@ -89,7 +89,7 @@ pub(crate) fn check_inside(folder: &Path, path: &Path) -> Result<()> {
     }
 }
 
-/// Who may read a written file.
+/// Who may read a file that this module writes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum FileAccess {
     /// Everyone whom the process' umask admits, as for any new file.
@@ -185,7 +185,7 @@ fn write_temporary(path: &Path, access: FileAccess, fill: impl FnOnce(&mut BufWr
     #[cfg(not(unix))]
     let _ = access;
     // The file is opened here, because the error message of `tempfile` would contain the temporary name.
-    let mut file = tempfile::Builder::new().prefix(TEMPORARY_PREFIX).make_in(folder, |at| options.open(at))?;
+    let mut file = tempfile::Builder::new().prefix(TEMPORARY_PREFIX).make_in(folder, |temporary_path| options.open(temporary_path))?;
     let mut out = BufWriter::new(file.as_file_mut());
     fill(&mut out)?;
     out.flush()?;
@@ -365,11 +365,11 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.txt");
         write_atomic(&path, FileAccess::All, |out| out.write_all(b"first")).expect("written");
-        let half = write_atomic(&path, FileAccess::All, |out| {
+        let failed_write = write_atomic(&path, FileAccess::All, |out| {
             out.write_all(&[b'x'; 100_000])?;
             Err(Error::other("the disk is gone"))
         });
-        assert!(half.expect_err("failed").to_string().ends_with("a.txt: the disk is gone"));
+        assert!(failed_write.expect_err("failed").to_string().ends_with("a.txt: the disk is gone"));
         assert_eq!(std::fs::read(&path).expect("a file"), b"first");
         assert_eq!(names_in(folder.path()), BTreeSet::from(["a.txt".to_owned()]));
     }

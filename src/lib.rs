@@ -24,7 +24,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Compute a position (kilometres and kilometres per second, ICRF, geometric):
+//! Compute the geometric position of the Moon relative to the Earth (kilometres, ICRF) with its error bound; `None` selects the best source:
 //!
 //! ```no_run
 //! use orrery::{Catalog, Ephemeris, Instant, NaifId};

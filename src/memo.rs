@@ -10,7 +10,7 @@ use std::fmt;
 use std::hash::Hash;
 use std::sync::{Arc, OnceLock};
 
-/// Keys with their values, oldest first. A cell is empty while its value is computed.
+/// Keys, each with a cell for its value, oldest first. A cell is empty while its value is computed.
 type Entries<K, V> = VecDeque<(K, Arc<OnceLock<V>>)>;
 
 /// A FIFO cache of values by key, shared by threads.
@@ -121,8 +121,8 @@ mod tests {
     fn a_value_is_computed_once_and_the_oldest_is_dropped() {
         const CAPACITY: usize = 4;
         let memo = Memo::with_capacity(CAPACITY);
-        // Counts the values computed so far.
         let mut computed = 0;
+        // The number of values computed so far, after a request for the value of `n`.
         let mut computed_after = |n: usize| {
             let value = memo.get(n, || {
                 computed += 1;

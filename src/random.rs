@@ -25,12 +25,12 @@ impl Random {
         (self.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// A number, uniform from `low` to `high`.
+    /// A number, uniform in [low, high).
     pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit_interval()
     }
 
-    /// An index below `count`, uniform but for the negligible bias of the remainder; 0 if `count` is 0.
+    /// An index below `count`, uniform but for the negligible bias of the modulo operation; 0 if `count` is 0.
     pub(crate) fn below(&mut self, count: usize) -> usize {
         (self.next_u64() % count.max(1) as u64) as usize
     }
@@ -40,7 +40,7 @@ impl Random {
         &all[self.below(all.len())]
     }
 
-    /// A direction, uniform over the sphere.
+    /// A unit vector whose direction is uniform over the sphere.
     pub(crate) fn direction(&mut self) -> glam::DVec3 {
         let (z, angle) = (self.between(-1.0, 1.0), self.between(0.0, std::f64::consts::TAU));
         let radius = (1.0 - z * z).sqrt();

@@ -24,7 +24,7 @@ pub const RAD_PER_ARCSEC: f64 = std::f64::consts::PI / (180.0 * 3600.0);
 /// Inverse of the golden ratio, (sqrt 5 - 1) / 2, to 15 digits: the factor by which each step of a golden-section search shrinks its interval.
 pub const INVERSE_GOLDEN_RATIO: f64 = 0.618_033_988_749_895;
 
-/// Golden angle in radians: pi (3 - sqrt 5), to the precision of f64. Azimuths that are its multiples cover a circle evenly, whatever their number.
+/// Golden angle in radians: pi (3 - sqrt 5), to the precision of f64. The first N multiples of this angle, taken as azimuths, cover a circle evenly for any N.
 pub const GOLDEN_ANGLE_RAD: f64 = 2.399_963_229_728_653;
 
 /// Weights of red, green and blue in the luminance of linear RGB with sRGB primaries, and in the luma of encoded RGB (ITU-R BT.709-6, item 3.2).

@@ -1,7 +1,7 @@
 //! Catches panics of libraries that read untrusted bytes.
 //!
-//! In: a call that reads untrusted bytes by a library. Out: its result, or `None` if it panics. Always: a panic on the calling thread prints nothing. A call
-//! contains as little code of this crate as possible, because its panics are hidden, too.
+//! In: a closure that passes untrusted bytes to a library. Out: its result, or `None` if it panics. Always: a panic on the calling thread prints nothing. A
+//! closure contains as little code of this crate as possible, because panics of that code are hidden, too.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind, set_hook, take_hook};
@@ -12,8 +12,8 @@ thread_local! {
     static IS_QUIET: Cell<bool> = const { Cell::new(false) };
 }
 
-/// The result of `read`; `None` if it panicked. What `read` owned has then been dropped; what it borrowed mutably may be half changed, so the caller must
-/// not use it.
+/// The result of `read`; `None` if it panicked. After a panic, values that `read` owned have been dropped. Values that it borrowed mutably may be half changed:
+/// the caller must not use them.
 pub(crate) fn catch_panic<T>(read: impl FnOnce() -> T) -> Option<T> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {

@@ -49,9 +49,9 @@ pub(crate) fn controls_terminal(c: char) -> bool {
     c.is_control() || matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// At most three known words that may be meant by `word`, nearest first: words that begin with it, if it has three letters or more, and words that differ from
-/// it by few edits. As many edits are allowed as a third of its letters, rounded down, but at least one and at most three. The swap of two neighbouring
-/// letters is one edit. Case is ignored.
+/// At most three known words that may be meant by `word`, nearest first: words that begin with `word`, if it has three letters or more, and words that differ
+/// from it by few edits. The allowed number of edits is a third of the letters of `word`, rounded down, but at least one and at most three. The swap of two
+/// neighbouring letters is one edit, and so is the completion of a word. Case is ignored.
 pub(crate) fn nearest<'k>(word: &str, known: impl IntoIterator<Item = &'k str>) -> Vec<&'k str> {
     // Longer input matches no name, and would be slow to compare.
     let lower: String = word.chars().take(64).flat_map(char::to_lowercase).collect();

@@ -58,9 +58,9 @@ type Colour = [f64; 3];
 /// the map is less red than its mean, the result would be blue. So only the brightness and the order of hues are kept.
 struct Recolouring {
     /// File below the source's textures/.
-    from: &'static str,
+    source_file: &'static str,
     /// File name in textures/.
-    to: &'static str,
+    output_file: &'static str,
     /// Relative reflectances (red, green, blue) of the map's reddest and bluest ground.
     warm: Colour,
     cool: Colour,
@@ -78,8 +78,8 @@ const RECOLOURED: [Recolouring; 6] = [
     // Bright dust and dark basalt, Bell et al. 1990 and Mustard & Bell 1994. With the mean of Mallama 2017, Syrtis Major gets 0.10 in red
     // and 0.047 in blue. Water ice at the poles.
     Recolouring {
-        from: "sss_marsmap2k.jpg",
-        to: "mars.jpg",
+        source_file: "sss_marsmap2k.jpg",
+        output_file: "mars.jpg",
         warm: [0.32, 0.20, 0.095],
         cool: [0.125, 0.09, 0.054],
         span: [0.3, 0.97],
@@ -89,8 +89,8 @@ const RECOLOURED: [Recolouring; 6] = [
     },
     // Brown-orange belts, cream white zones.
     Recolouring {
-        from: "sss_jupitermap.jpg",
-        to: "jupiter.jpg",
+        source_file: "sss_jupitermap.jpg",
+        output_file: "jupiter.jpg",
         warm: [1.5, 1.0, 0.5],
         cool: [1.02, 1.0, 0.89],
         span: [0.01, 0.6],
@@ -100,8 +100,8 @@ const RECOLOURED: [Recolouring; 6] = [
     },
     // Pale gold from pole to pole.
     Recolouring {
-        from: "sss_saturnmap.jpg",
-        to: "saturn.jpg",
+        source_file: "sss_saturnmap.jpg",
+        output_file: "saturn.jpg",
         warm: [1.2, 1.0, 0.69],
         cool: [1.19, 1.0, 0.73],
         span: [0.05, 0.95],
@@ -111,8 +111,8 @@ const RECOLOURED: [Recolouring; 6] = [
     },
     // Pale yellow plains, orange-brown poles, Pele's red ring.
     Recolouring {
-        from: "moons/io_512.jpg",
-        to: "io.jpg",
+        source_file: "moons/io_512.jpg",
+        output_file: "io.jpg",
         warm: [1.4, 1.0, 0.40],
         cool: [1.1, 1.0, 0.76],
         span: [0.03, 0.97],
@@ -122,8 +122,8 @@ const RECOLOURED: [Recolouring; 6] = [
     },
     // Nearly uniform cream: the markings of the source are from ultraviolet images and faint to the eye.
     Recolouring {
-        from: "moons/venus_512.jpg",
-        to: "venus_clouds.jpg",
+        source_file: "moons/venus_512.jpg",
+        output_file: "venus_clouds.jpg",
         warm: [1.06, 1.0, 0.85],
         cool: [1.02, 1.0, 0.9],
         span: [0.05, 0.95],
@@ -133,8 +133,8 @@ const RECOLOURED: [Recolouring; 6] = [
     },
     // Dark red-brown along the equator, pale elsewhere (New Horizons: Olkin et al. 2017).
     Recolouring {
-        from: "moons/pluto_512.jpg",
-        to: "pluto.jpg",
+        source_file: "moons/pluto_512.jpg",
+        output_file: "pluto.jpg",
         warm: [1.7, 1.0, 0.55],
         cool: [1.1, 1.0, 0.86],
         span: [0.05, 0.7],
@@ -147,6 +147,7 @@ const RECOLOURED: [Recolouring; 6] = [
 /// A feature of the gazetteer.
 struct Feature {
     lat_deg: f64,
+    /// Positive east, -180 to 180.
     lon_deg: f64,
     diameter_km: f64,
 }
@@ -179,9 +180,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         let body = catalog
             .bodies()
             .iter()
-            .find(|b| b.maps.albedo.as_ref().is_some_and(|m| m.file == recolouring.to))
+            .find(|b| b.maps.albedo.as_ref().is_some_and(|m| m.file == recolouring.output_file))
             .ok_or("no body has this map")?;
-        save(&recolour(&open(recolouring.from)?, recolouring, body.mean_reflectance()), &out.join(recolouring.to))?;
+        save(&recolour(&open(recolouring.source_file)?, recolouring, body.mean_reflectance()), &out.join(recolouring.output_file))?;
     }
     save(&natural_water(&open("earth_day_flatocean_2048.jpg")?), &out.join("earth_day.jpg"))?;
     // A grey level of this map is 25 m of height.
@@ -232,11 +233,12 @@ fn city_lights(map: &RgbImage) -> (RgbImage, Colour) {
     (RgbImage::from_fn(map.width(), map.height(), |x, y| grey(map.get_pixel(x, y))), colour)
 }
 
-/// Features of one body and one type by the gazetteer's code: AA for craters, LG for large ringed features. Longitudes become -180..180.
+/// The gazetteer's features of one body and one type. `type_code`: AA for craters, LG for large ringed features.
 fn features(csv: &str, body: &str, type_code: &str) -> Vec<Feature> {
     csv.lines()
         .filter_map(|line| {
             let fields: Vec<&str> = line.rsplitn(5, ',').collect();
+            // From the end of the line; the rest begins with the body's name.
             let [diameter, lon, lat, line_type, head] = fields[..] else { return None };
             if line_type != type_code || head.split(',').next() != Some(body) {
                 return None;
@@ -248,10 +250,12 @@ fn features(csv: &str, body: &str, type_code: &str) -> Vec<Feature> {
         .collect()
 }
 
+/// The linear value of an sRGB-encoded byte.
 fn to_linear(byte: u8) -> f64 {
     srgb_to_linear(f64::from(byte) / 255.0)
 }
 
+/// The sRGB-encoded byte of a linear value.
 fn to_byte(v: f64) -> u8 {
     (linear_to_srgb(v.clamp(0.0, 1.0)) * 255.0).round() as u8
 }

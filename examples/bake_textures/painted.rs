@@ -27,8 +27,8 @@ fn hash(x: i64, y: i64, z: i64) -> f64 {
     ((h ^ (h >> 33)) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Smooth noise of one scale, -1..1: interpolates random values at the integer points of space, so that a map has no seam and no distortion
-/// at the poles.
+/// Smooth noise of one scale, -1..1, at a point `q` of space: interpolates random values at the points with integer coordinates, so that a
+/// map has no seam and no distortion at the poles.
 fn value_noise(q: [f64; 3]) -> f64 {
     let base = q.map(f64::floor);
     let fade: Vec<f64> = (0..3).map(|i| q[i] - base[i]).map(|t| t * t * (3.0 - 2.0 * t)).collect();
@@ -52,6 +52,7 @@ fn paint(reflectance: impl Fn([f64; 3], f64, f64) -> Colour) -> RgbImage {
 
 /// Fractal noise: each octave has 1.9 times the frequency and 0.7 times the amplitude of the one before, so that the power spectrum of a map
 /// falls about as frequency^-3, like that of cratered ground (an estimate). Mean 0, about -1..1. The offsets make the octaves independent.
+/// `scale`: lattice cells of the first octave per unit of `p`.
 fn fractal_noise(p: [f64; 3], scale: f64, octaves: i32) -> f64 {
     (0..octaves).map(|o| 0.45 * 0.7_f64.powi(o) * value_noise(p.map(|v| v * scale * 1.9_f64.powi(o) + 31.0 * f64::from(o + 1)))).sum()
 }

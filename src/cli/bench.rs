@@ -155,7 +155,7 @@ pub(crate) fn run(common: &Common, args: &BenchArgs) -> Result<(), CliError> {
 fn shader_counts(session: &Session, sampling: SamplingQuality, request: &ViewRequest) -> Result<Value, CliError> {
     // The pixel view `cost` shows only bodies, so the shaders of stars and lines are not counted.
     let costs = session.draw(&ViewRequest { pixel_view: PixelView::Cost, ..request.clone() }, sampling, FrameImages::DisplayAndHdr)?;
-    // Each of its pixels stores the operations in red, and the texture reads times INSTRUCTIONS_PER_READ in green.
+    // Each pixel of this view stores the operations in red, and the texture reads times INSTRUCTIONS_PER_READ in green.
     let (red, green) = (0, 1);
     let sum = |channel: usize| costs.frame.hdr.iter().map(|pixel| f64::from(pixel[channel])).sum::<f64>();
     Ok(json!({ "shaded_pixels": costs.frame.hdr.iter().filter(|pixel| pixel[red] > 0.0).count(),
@@ -163,7 +163,8 @@ fn shader_counts(session: &Session, sampling: SamplingQuality, request: &ViewReq
 }
 
 /// A row for each active effect: its cost, and how much it changes the image. Cost and change come from frames with and without the effect; the timed frames
-/// are drawn alternately. The function adds them to the length of `bar`, and expects `measure` to advance it. `pair_count`: timed pairs for each effect.
+/// are drawn alternately. The function adds the number of timed frames to the length of `bar`, and expects `measure` to advance `bar` by one per frame.
+/// `pair_count`: timed pairs for each effect.
 fn effect_rows(
     session: &Session,
     sampling: SamplingQuality,
@@ -186,7 +187,7 @@ fn effect_rows(
         let drawn_without_effect = session.draw(&request_without_effect, sampling, FrameImages::DisplayAndHdr)?;
         let frames = interleaved(pair_count as usize, &[&|| measure(&request_with_effects), &|| measure(&request_without_effect)])?;
         let difference_ms = |a: Duration, b: Duration| milliseconds(a) - milliseconds(b);
-        // Each pair: a frame with the effect, and the frame without it of the same round.
+        // Each pair: the frame with the effect and the frame without the effect of one round.
         let pairs = || frames[0].iter().zip(&frames[1]);
         let (wall_ms, wall_noise_ms) = cost_and_noise_ms(pairs().map(|(a, b)| difference_ms(a.wall, b.wall)).collect());
         let (cpu_ms, cpu_noise_ms) = cost_and_noise_ms(pairs().filter_map(|(a, b)| Some(difference_ms(a.cpu?, b.cpu?))).collect());
@@ -202,7 +203,8 @@ fn effect_rows(
     Ok(rows)
 }
 
-/// The cost, which is the median of the time differences but at least 0, and the noise, which is their median absolute deviation (`None` for fewer than two).
+/// The cost, which is the median of the time differences but at least 0 (`None` without any), and the noise, which is the median absolute deviation of the
+/// differences (`None` for fewer than two).
 fn cost_and_noise_ms(differences_ms: Vec<f64>) -> (Option<f64>, Option<f64>) {
     let count = differences_ms.len();
     let median_of = |values: Vec<f64>| Quartiles::of(values).map(|quartiles| quartiles.median);
@@ -254,6 +256,7 @@ mod tests {
         let effects =
             effect_rows(&session, SamplingQuality { samples: 1, anisotropy: 1 }, &scene.request, 2, &measure, &bar).expect("effects");
         assert!(!effects.is_empty());
+        // One frame before the call, then for each effect two pairs of frames.
         assert_eq!((bar.length(), bar.position()), (Some(1 + 4 * effects.len() as u64), 1 + 4 * effects.len() as u64));
     }
 

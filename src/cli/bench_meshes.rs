@@ -43,7 +43,7 @@ fn rounded(value: f64) -> f64 {
 fn model_row(common: &Common, (width, height): (u32, u32), rounds: usize, bands: u32) -> Result<Value, CliError> {
     let shape = InventedShape::of(&common.sources_for_drawing(), bands)?;
     let session = Session::open(&shape.sources, print_message)?.counting_cpu();
-    // Over the sub-solar point, so that the whole disc is lit.
+    // The camera is over the sub-solar point, so that the whole disc is lit.
     let position = Position::AboveTarget { towards: Some(NaifId::SUN), distance_radii: Some(4.0) };
     let with_shadow =
         ViewRequest { width, height, position, quality: common.quality, ..ViewRequest::of(PHOBOS, Instant::from_jd_tdb(VIEW_TIME_JD_TDB)) };
@@ -56,11 +56,12 @@ fn model_row(common: &Common, (width, height): (u32, u32), rounds: usize, bands:
     let sampling = SamplingQuality::of(common.quality);
     let draw = |request: &ViewRequest| session.draw(request, sampling, FrameImages::Display).map(drop);
     // The first frame with an effect includes the one-time work for the effect: reading the mesh file, or tracing the mesh's shadow. The closure returns the
-    // time of the whole stage.
+    // CPU time of the whole stage, or the elapsed time if the CPU time is unknown.
     let stage_ms_of_first_draw = |request: &ViewRequest, stage: Stage| -> Result<f64, CliError> {
-        let earlier = session.report().0;
+        let (stages_before, _) = session.report();
         draw(request)?;
-        let stages = session.report().0.since(&earlier);
+        let (stages_after, _) = session.report();
+        let stages = stages_after.since(&stages_before);
         Ok(milliseconds(stages.cpu(stage).unwrap_or_else(|| stages.elapsed(stage))))
     };
     // Warm-up, not measured: loads maps and compiles modules.

@@ -146,7 +146,7 @@ fn report_data_files(common: &Common, out: &mut String) {
     for (option, _, sources) in options.into_iter().filter(|(_, is_given, _)| *is_given) {
         match Session::open(&sources, |_| {}) {
             Ok(_) => push_line!(out, "data      the file of {option} can be read"),
-            // Some errors are `FILE: --lunar-heights: REASON`, and the line already names the option.
+            // Some errors are `FILE: --lunar-heights: REASON`. The option is removed from the error, because the line already names it.
             Err(e) => push_line!(out, "data      {option}: {}", e.to_string().replacen(&format!(": {option}: "), ": ", 1)),
         }
     }
@@ -159,11 +159,14 @@ fn report_adapters(common: &Common, out: &mut String) {
     let found = adapters();
     let selected = match common.renderer {
         RendererPreference::Software => "software (--renderer software)".to_owned(),
-        preference => match GpuRenderer::open(preference == RendererPreference::Gpu) {
-            Ok(gpu) => format!("GPU: {}", gpu.facts()),
-            Err(e) if preference == RendererPreference::Gpu => format!("none: {e}; omit --renderer to draw in software"),
-            Err(e) => format!("software: {e}"),
-        },
+        preference => {
+            let accept_software = preference == RendererPreference::Gpu;
+            match GpuRenderer::open(accept_software) {
+                Ok(gpu) => format!("GPU: {}", gpu.facts()),
+                Err(e) if preference == RendererPreference::Gpu => format!("none: {e}; omit --renderer to draw in software"),
+                Err(e) => format!("software: {e}"),
+            }
+        }
     };
     push_line!(out, "renderer  {selected}");
     for facts in &found {

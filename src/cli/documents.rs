@@ -37,9 +37,9 @@ pub(crate) fn completions(args: &CompletionsArgs) -> Result<(), CliError> {
     print_result(&String::from_utf8_lossy(&script))
 }
 
-/// The definition of the command that the words name, such as `eclipse find`; of the program if there are none.
+/// The definition of the command that `words` name, such as `eclipse find`; without words, the definition of the program.
 fn command_named(words: &[String]) -> Result<Command, CliError> {
-    // A page describes no `help` command, because that has no page of its own.
+    // A page does not list the command `help`, which has no page of its own.
     let mut command = Cli::command().disable_help_subcommand(true);
     command.build();
     let mut page_name = "orrery".to_owned();

@@ -218,9 +218,9 @@ fn solar_row(eclipse: &SolarEclipse, observer: Option<GeodeticPosition>) -> Valu
     row
 }
 
-/// The contacts computed with the Moon's limb profile, as the JSON object `limb`. Its `later_s` is the time of a contact minus that of the same contact of the
-/// mean limb. In a total eclipse, the last bead goes out at C2 and the first one shines at C3; in an annular eclipse, the last mountain leaves the Sun's limb
-/// at C2 and the first one reaches it at C3.
+/// The contacts computed with the Moon's limb profile, as the JSON object `limb`. Of each contact, `later_s` is its time minus the time of the same contact of
+/// the mean limb, and `height_km` the height of the silhouette there above the reference sphere of `map`. In a total eclipse, the last bead goes out at C2 and
+/// the first one shines at C3; in an annular eclipse, the last mountain leaves the Sun's limb at C2 and the first one reaches it at C3.
 fn limb_circumstances(contacts: &[LimbContact], map: &HeightMap) -> Value {
     let contact = |c: &LimbContact| {
         let (time, angle_deg) = (c.time.to_utc_iso(), c.position_angle_deg);
@@ -232,6 +232,7 @@ fn limb_circumstances(contacts: &[LimbContact], map: &HeightMap) -> Value {
 }
 
 /// A lunar eclipse as a JSON object. Its `lat` and `lon` are those of the sub-lunar point at greatest eclipse. `observer`: the place of `--at`.
+/// `shadow_enlargement`: name of the rule by which the Earth's shadow is enlarged.
 fn lunar_row(eclipse: &LunarEclipse, observer: Option<GeodeticPosition>, shadow_enlargement: &str) -> Value {
     let (penumbral_s, partial_s, total_s) =
         (eclipse.duration_s("P1", "P4"), eclipse.duration_s("U1", "U4"), eclipse.duration_s("U2", "U3"));
@@ -290,7 +291,7 @@ fn transit_row(catalog: &Catalog, transit: &Transit, observer: Option<GeodeticPo
     row
 }
 
-/// An event of a moon as a JSON object. Its `by` is the other moon of a mutual event.
+/// An event of a moon as a JSON object. In a mutual event, its `by` is the moon that occults or eclipses `body`.
 fn moon_event_row(catalog: &Catalog, event: &MoonEvent) -> Value {
     json!({
         "kind": "moons",
@@ -311,7 +312,7 @@ fn moon_event_row(catalog: &Catalog, event: &MoonEvent) -> Value {
 }
 
 /// Writes the centre lines and limits of the central eclipses as a GeoJSON file (RFC 7946).
-fn write_eclipse_paths(file: &Path, eclipses: &[SolarEclipse], radii: &str, overwrite: bool) -> Result<(), String> {
+fn write_eclipse_paths(file: &Path, eclipses: &[SolarEclipse], radii_name: &str, overwrite: bool) -> Result<(), String> {
     let mut features = Vec::new();
     for eclipse in eclipses {
         let Some(path) = eclipse.path() else { continue };
@@ -331,7 +332,7 @@ fn write_eclipse_paths(file: &Path, eclipses: &[SolarEclipse], radii: &str, over
                     "type": "Feature",
                     "properties": {
                         "name": name, "type": eclipse.class.name(), "greatest": eclipse.greatest.to_utc_iso(), "saros": eclipse.saros,
-                        "radii": radii, "times": times,
+                        "radii": radii_name, "times": times,
                     },
                     "geometry": { "type": "MultiLineString", "coordinates": coordinates },
                 }));

@@ -78,7 +78,7 @@ fn delta_t_text(rows: &[Value]) -> Option<String> {
 pub(super) fn as_text(catalog: &Catalog, rows: &[Value]) -> String {
     let mut table =
         vec![["greatest (UTC)", "kind", "type", "gamma", "magnitude", "lat", "lon", "duration", "Saros", "contacts"].map(str::to_owned)];
-    // For each line of `table`, the line to print below it; none below the heading.
+    // For each line of `table`, the text to print below it; none below the heading.
     let mut notes: Vec<Option<String>> = vec![None];
     for row in rows {
         let text_of = |name: &str| row[name].as_str().unwrap_or("-").to_owned();

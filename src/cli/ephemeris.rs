@@ -177,7 +177,7 @@ fn table_or_rise_and_set(catalog: &Catalog, ephemeris: &Ephemeris, args: &Epheme
 /// A query as the user wrote it; names and time are not yet resolved.
 struct Query {
     body: String,
-    /// For a position its origin, always present; for an apparent place or an orientation the observer.
+    /// Of a position: its origin, always present. Of an apparent place or an orientation: the observer.
     center: Option<String>,
     time: String,
     source: Option<Source>,
@@ -238,7 +238,7 @@ impl Query {
     }
 }
 
-/// The body or barycentre with this name or NAIF code. `field`: what an error names.
+/// The body or barycentre with this name or NAIF code. `field`: the option or JSON field that an error names.
 fn body_id(catalog: &Catalog, field: &str, name: &str) -> Result<NaifId, String> {
     catalog.body_or_barycenter(name).map_err(|e| format!("{field}: {e}"))
 }
@@ -307,7 +307,7 @@ mod tests {
         let good = answer_to(r#"{"body":"Moon","center":"earth","time":"2024-04-08T18:17:16Z"}"#).expect("an answer");
         // The Moon was near its perigee, some 359 800 km away.
         assert!((good.state.pos_km.length() - 359_800.0).abs() < 500.0, "{}", good.state.pos_km.length());
-        for (line, about) in [
+        for (line, error_part) in [
             ("", "JSON"),
             ("[1]", "JSON object"),
             (r#"{"body":"moon","center":"earth"}"#, "\"time\" is missing"),
@@ -318,7 +318,7 @@ mod tests {
             (r#"{"body":"moon","center":"earth","time":"now","sauce":"mean"}"#, "sauce"),
         ] {
             let error = answer_to(line).expect_err(line);
-            assert!(error.contains(about) && !error.contains('\n'), "{line}: {error}");
+            assert!(error.contains(error_part) && !error.contains('\n'), "{line}: {error}");
         }
     }
 

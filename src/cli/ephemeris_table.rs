@@ -329,7 +329,7 @@ mod tests {
         assert_eq!(Cell::Number(359.999_9, 3).in_csv(), "360.000", "a distance is not an angle");
     }
 
-    /// As the latitude below the Sun at an equinox, and the altitude and hour angle of a body that rises or culminates.
+    /// Such values are the latitude below the Sun at an equinox, the altitude of a body that rises, and the hour angle of one that culminates.
     #[test]
     fn a_value_that_rounds_to_zero_has_no_sign() {
         for degrees in [-0.000_004, -0.0] {

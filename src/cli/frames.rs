@@ -79,8 +79,8 @@ pub(crate) fn step_seconds(text: &str) -> Result<f64, CliError> {
     seconds.ok_or_else(|| CliError::Failed(format!("--step {}: write a number with s, m, h or d, such as 60s", echo(text))))
 }
 
-/// Parses `--shard i/n` as (i, n), with 0 <= i < n: of a sequence that n processes share, this one draws the frames i, i + n, i + 2 n ... Without the option
-/// (0, 1): all frames.
+/// Parses `--shard i/n` as (i, n), with 0 <= i < n: of a sequence that n processes share, this process draws the frames i, i + n, i + 2 n ... Without the
+/// option the result is (0, 1), which stands for all frames.
 pub(crate) fn parse_shard(text: Option<&str>) -> Result<(u32, u32), CliError> {
     let Some(text) = text else { return Ok((0, 1)) };
     let parsed = text.split_once('/').and_then(|(i, n)| Some((i.trim().parse().ok()?, n.trim().parse().ok()?)));
@@ -171,7 +171,7 @@ mod tests {
         assert_eq!(FrameOutput::parse(Some("50%/a%d/out.png"), Some(1)).expect("one image"), FrameOutput::One("50%/a%d/out.png".into()));
         let sequence = FrameOutput::parse(Some("a%d/50%/out-%03d.png"), Some(2)).expect("a pattern");
         assert_eq!(sequence.path(7), Some("a%d/50%/out-007.png".into()));
-        // The frames would all get the same name.
+        // The file's name has no number, so all frames would be written to the same file.
         assert!(FrameOutput::parse(Some("a-%d/out.png"), Some(2)).unwrap_err().to_string().contains("the name needs a number"));
     }
 

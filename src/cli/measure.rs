@@ -34,8 +34,8 @@ standard 0.1 arcsec, 0.5 %, 3 levels. Reference uses the most accurate option.
 With --body, the qualities are measured in one view, and the lowest quality is named that
 keeps 99.9 % of the pixels within 1 level of the reference.";
 
-/// The command-line options of a view, with which `--choice`, `-o` and `--overwrite` conflict. To list only `body` is not enough, although the rest require
-/// it: clap does not enforce `requires = "body"` if `body` conflicts with an option that is given.
+/// The command-line options of a view, with which `--choice`, `-o` and `--overwrite` conflict. To list only `body` is not enough, although the others require
+/// `body`: clap does not enforce `requires = "body"` if `body` conflicts with an option that is given.
 const VIEW_OPTIONS: [&str; 4] = ["body", "time", "distance_radii", "size"];
 
 #[derive(clap::Args, Debug, Default)]

@@ -1,6 +1,6 @@
 //! The values of options that select a variant of an enum: the name of each variant on the command line.
 //!
-//! In: enums of the modules below the command line. Out: an implementation of clap's `ValueEnum` for each, so that the command line needs no copies of these
+//! In: enums of the modules below the command line. Out: for each, an implementation of clap's `ValueEnum`, so that the command line needs no copies of the
 //! enums.
 
 use crate::catalog::EclipseRadii;

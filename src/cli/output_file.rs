@@ -29,7 +29,7 @@ pub(super) fn write_output_file(option: &str, path: &Path, bytes: &[u8], overwri
     }
     match read_bytes(path, MAX_FILE_BYTES) {
         Ok(existing) if existing == bytes => Ok(()),
-        // The path is free, or it is a folder or a device, for which `write_new` fails.
+        // Either the path is free, or it names a folder or a device, for which `write_new` fails.
         Err(_) if !path.is_file() => Ok(write_new([path.to_owned()], FileAccess::All, fill).map(drop)?),
         // Other content, or a file that cannot be compared because it is too long or not readable.
         _ => Err(exists_error(option, path)),

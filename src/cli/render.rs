@@ -253,7 +253,7 @@ fn frame_progress(frames: u64) -> indicatif::ProgressBar {
     if frames > 1 { progress(frames) } else { indicatif::ProgressBar::hidden() }
 }
 
-/// The metadata of an image. It does not contain the time of writing, so that the same command writes the same bytes.
+/// The metadata of an image. `Creation Time` is the time of the view. The time of writing is left out, so that the same command writes the same bytes.
 fn text_chunks(args: &RenderArgs, title: Option<&str>, request: &ViewRequest, scene: &crate::scene::Scene) -> Vec<(&'static str, String)> {
     let v = &args.view;
     let options = [("target", &v.target), ("from", &v.from), ("at", &v.at), ("up", &v.up), ("effects", &v.effects), ("layers", &v.layers)];
@@ -274,7 +274,8 @@ fn text_chunks(args: &RenderArgs, title: Option<&str>, request: &ViewRequest, sc
 
 /// The line of `-v`: how many frames were drawn, by which renderer, and the time of each stage.
 fn verbose_line(session: &Session, write_stages: &Stages, frames: u32, drawn_by: Option<&DrawnBy>) -> String {
-    let stages = session.report().0.and(write_stages);
+    let (session_stages, _) = session.report();
+    let stages = session_stages.and(write_stages);
     let times = Stage::ALL.map(|stage| format!("{} {:.1} ms", stage.name(), milliseconds(stages.elapsed(stage))));
     let renderer = drawn_by.map_or(String::new(), |by| format!(" by {}", by.adapter.as_deref().unwrap_or(by.renderer)));
     format!("drew {}{renderer}: {}", counted(frames as usize, "frame"), times.join(", "))

@@ -62,11 +62,11 @@ impl Views {
         let frames = (0..(tour.length_s() * rate).round().max(1.0) as u32).map(|number| {
             let TourFrame { view, stop_index, .. } = tour.at(f64::from(number) / rate);
             let stop_error = |why: &dyn std::fmt::Display| file_error(&format!("stop {}: {why}", stop_index + 1));
-            // Replaced in the view, not in its request, because the request takes its field of view from the projection.
+            // The composition is replaced in the view, not in its request, because the request takes its field of view from the projection.
             let view = ViewState { composition: view.composition.with_options(options), ..view };
             let mut request = view.request(session.catalog(), session.ephemeris(), width, height).map_err(|e| stop_error(&e))?;
             request.composition.warp.clone_from(&options.warp);
-            // Checked again, because the view had no mesh yet, and a stereo pair cannot be warped.
+            // `ViewState::request` checked the request before it had a warp mesh; now a stereo pair is refused, because it cannot be warped.
             request.check().map_err(|e| stop_error(&e))?;
             Ok(request)
         });

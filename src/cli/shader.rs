@@ -179,7 +179,7 @@ fn layout_text(module: &ShaderModule) -> String {
     text
 }
 
-/// The text of `emit --annotate`: each line of the module after the feature that includes it.
+/// The text of `emit --annotate`: each line of the module, preceded by the feature that includes the line.
 fn annotated_text(wgsl: &str, map: &crate::shader::SourceMap) -> String {
     let width = map.features.iter().map(String::len).max().unwrap_or(0);
     let lines = (1..).zip(wgsl.lines());

@@ -45,7 +45,7 @@ pub(crate) struct ExportOptions {
 }
 
 impl ExportOptions {
-    /// The selected keys; `default_keys` if no option selects any.
+    /// The selected keys; `default_keys` if no option selects keys.
     fn keys(&self, common: &Common, default_keys: impl FnOnce() -> Result<Vec<ShaderKey>, CliError>) -> Result<Vec<ShaderKey>, CliError> {
         match (self.covering, &self.body) {
             (Some(strength), _) => Ok(covering_keys(usize::from(strength))),
@@ -54,6 +54,9 @@ impl ExportOptions {
         }
     }
 }
+
+/// Number of dimensions whose combinations of values the default covering set contains.
+const DEFAULT_STRENGTH: usize = 2;
 
 /// Largest manifest, bytes; a longer one was not written by this program.
 const MAX_MANIFEST_BYTES: u64 = 1 << 28;
@@ -120,8 +123,9 @@ fn revision(common: &Common) -> Result<Revision, CliError> {
 }
 
 pub(crate) fn atlas(common: &Common, folder: &Path, options: &ExportOptions) -> Result<(), CliError> {
-    let keys = options
-        .keys(common, || Ok(reachable_keys(common)?.union(&covering_keys(2).into_iter().collect::<BTreeSet<_>>()).copied().collect()))?;
+    let keys = options.keys(common, || {
+        Ok(reachable_keys(common)?.union(&covering_keys(DEFAULT_STRENGTH).into_iter().collect::<BTreeSet<_>>()).copied().collect())
+    })?;
     let mut ids: Vec<ModuleId> = keys.into_iter().map(ModuleId::Keyed).collect();
     if options.body.is_none() {
         ids.extend(SIMPLE_MODULES.iter().map(|name| ModuleId::Simple(name)));
@@ -138,7 +142,7 @@ pub(crate) fn atlas(common: &Common, folder: &Path, options: &ExportOptions) -> 
 }
 
 pub(crate) fn corpus(common: &Common, folder: &Path, options: &ExportOptions) -> Result<(), CliError> {
-    let keys = options.keys(common, || Ok(covering_keys(2)))?;
+    let keys = options.keys(common, || Ok(covering_keys(DEFAULT_STRENGTH)))?;
     // Keys of the pixel view `cost` are left out: their pixels count the software renderer's operations, which another implementation cannot reproduce.
     let keys: Vec<ShaderKey> = keys.into_iter().filter(|k| k.instructions_per_read().is_none()).collect();
     let revision = revision(common)?;

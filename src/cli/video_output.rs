@@ -14,6 +14,7 @@ use crate::wording::echo;
 use std::io::Write;
 use std::path::PathBuf;
 
+/// Where the frames are written.
 pub(crate) enum VideoOutput {
     /// No video: each frame has a file of its own, which `render` writes.
     ImageFiles,
@@ -21,7 +22,7 @@ pub(crate) enum VideoOutput {
     Stream {
         /// Frames per second.
         rate: u32,
-        /// Standard output, once the stream has begun. Not `std::io::Stdout`, because it is line-buffered: it searches all bytes for the last line break.
+        /// Standard output, once the stream has begun. Not `std::io::Stdout`, which is line-buffered and would search all bytes for line breaks.
         out: Option<std::fs::File>,
         /// Buffer for the bytes of a frame.
         bytes: Vec<u8>,
@@ -50,7 +51,7 @@ fn unbuffered_stdout() -> std::io::Result<std::fs::File> {
 }
 
 impl VideoOutput {
-    /// Prepares the output.
+    /// Prepares the output. `size`: width and height of a frame, pixels; `frames`: number of frames; `rate`: frames per second.
     ///
     /// # Errors
     /// A folder that does not exist, a file that must not be replaced, or a size, number of frames or frame rate that the format does not support.
@@ -78,7 +79,7 @@ impl VideoOutput {
     /// Adds the next frame.
     ///
     /// # Errors
-    /// The reason why it cannot be written.
+    /// The reason why the frame cannot be written.
     pub(crate) fn add(&mut self, frame: &Frame) -> Result<(), CliError> {
         match self {
             Self::ImageFiles => Ok(()),
@@ -103,7 +104,7 @@ impl VideoOutput {
     /// Writes the animation file, if the output is one.
     ///
     /// # Errors
-    /// The reason why it cannot be written.
+    /// The reason why the file cannot be written.
     pub(crate) fn finish(self) -> Result<(), CliError> {
         let Self::File { path, overwrite, writer, bytes } = self else { return Ok(()) };
         writer.finish().map_err(failed)?;

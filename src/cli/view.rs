@@ -66,7 +66,7 @@ pub(crate) fn run(_common: &Common, args: &ViewArgs) -> Result<(), CliError> {
     )))
 }
 
-/// A word of a command that a user may copy into a shell: in quotes if it has characters that a shell may not take as they are.
+/// A word of a command that a user may copy into a shell. It is quoted if a shell could interpret any of its characters.
 #[cfg(any(test, not(feature = "view")))]
 fn shell_word(word: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | '/');
@@ -109,7 +109,7 @@ mod windowed {
         let mut composition = args.composition.composition()?;
         // A view state stores no warp mesh: the window warps every view.
         let warp = composition.warp.take();
-        // An allocator setting, which must be made before the session reads maps.
+        // This changes a setting of the allocator, which must be done before the session reads maps.
         return_large_blocks();
         let messages: Arc<Mutex<Vec<String>>> = Arc::default();
         let session_messages = Arc::clone(&messages);
@@ -136,7 +136,7 @@ mod windowed {
         let (settings, load_message) = settings_path.as_deref().map_or((Settings::default(), None), Settings::load);
         load_message.iter().for_each(|line: &String| print_message(line));
         messages.lock().extend(load_message);
-        // What this window read or wrote last: another window may have changed the file since.
+        // The settings that this window read or wrote last. Another window may have changed the file since then.
         let last_saved = Mutex::new(settings.clone());
         let mut interface = Interface::new(viewer, settings);
         interface.language =

@@ -209,7 +209,7 @@ impl ViewArgs {
             }
             (Some((latitude_deg, longitude_deg)), None) => {
                 let radii_km = catalog.body(target).map_or(glam::DVec3::ONE, |b| b.radii_km);
-                let (ground_km, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, 0.0);
+                let (ground_km, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, GROUND_HEIGHT_KM);
                 let radius_km = radii_km.max_element();
                 let name = catalog.body(target).map_or("the target", |b| b.name.as_str());
                 let height_km = match (self.height_km, self.distance_radii) {
@@ -240,8 +240,8 @@ impl ViewArgs {
     }
 }
 
-/// The height at which a point above a place of the ground is `distance_km` from the body's centre. `normal`: the direction of the place's vertical, a unit
-/// vector.
+/// The height at which a point above a place on the ground is `distance_km` from the body's centre. `ground_km`: the place relative to that centre, body axes.
+/// `normal`: the direction of the place's vertical, a unit vector, body axes.
 fn height_at_distance_km(ground_km: glam::DVec3, normal: glam::DVec3, distance_km: f64) -> f64 {
     // The vertical of an oblate or triaxial body does not pass through the centre. The point of the vertical that is closest to the centre is `depth_km` below
     // the ground and `closest_km` from the centre.
@@ -250,6 +250,9 @@ fn height_at_distance_km(ground_km: glam::DVec3, normal: glam::DVec3, distance_k
     // Pythagoras, as a product of two roots because the square of a huge distance would overflow.
     (distance_km - closest_km).sqrt() * (distance_km + closest_km).sqrt() - depth_km
 }
+
+/// Height of the ground itself above the ellipsoid.
+const GROUND_HEIGHT_KM: f64 = 0.0;
 
 /// Default distance from the target's centre, in equatorial radii, of a camera above a place of the target.
 const DEFAULT_DISTANCE_ABOVE_PLACE_RADII: f64 = 3.0;
@@ -291,7 +294,7 @@ mod tests {
                     panic!("{at} is not a place on the ground")
                 };
                 let radii_km = catalog.body(body).expect("a body").radii_km;
-                let (_, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, 0.0);
+                let (_, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, GROUND_HEIGHT_KM);
                 let zenith = ephemeris.body_from_icrf(body, request.time).expect("an orientation").transpose() * normal;
                 let camera = viewer(&catalog, &ephemeris, &request).expect("a camera").camera;
                 // The camera looks at the zenith or the nadir: every roll is level.
@@ -329,7 +332,7 @@ mod tests {
             let mut args = ViewArgs { at: Some(at.to_owned()), distance_radii: Some(distance_radii), ..ViewArgs::default() };
             let body = catalog.body_or_barycenter(target).expect(target);
             let radii_km = catalog.body(body).expect(target).radii_km;
-            let (ground_km, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, 0.0);
+            let (ground_km, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, GROUND_HEIGHT_KM);
             let offset_km = |args: &ViewArgs| match args.position(&catalog, body, None) {
                 Ok(Position::Offset { offset_km, .. }) => offset_km,
                 other => panic!("{target} {at}: {other:?}"),

@@ -118,7 +118,8 @@ impl SampleBodyRenderer {
             let drawn = renderer.render(&plan, &FixedModule(module), FrameImages::DisplayAndHdr);
             // The next module may have the same id, and thousands of modules may follow.
             renderer.forget_modules();
-            Ok(drawn?.0.hdr)
+            let (frame, _) = drawn?;
+            Ok(frame.hdr)
         };
         let (f32_pixels, f64_pixels) = (hdr_pixels(&self.f32_renderer)?, hdr_pixels(&self.f64_renderer)?);
         Ok(SampleImage { side_px: self.side_px, f32_pixels, f64_pixels })

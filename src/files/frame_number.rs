@@ -34,7 +34,7 @@ impl NumberedName {
     /// # Errors
     /// If the placeholder is invalid; the message quotes the name and explains how to write it.
     pub(crate) fn of(name: &str) -> Result<Option<Self>, FrameNumberError> {
-        let (folder, file) = name.split_at(name.rfind(std::path::is_separator).map_or(0, |at| at + 1));
+        let (folder, file) = name.split_at(name.rfind(std::path::is_separator).map_or(0, |separator| separator + 1));
         let Some((prefix, rest)) = file.split_once('%') else { return Ok(None) };
         let found = rest.split_once('d').and_then(|(width, suffix)| {
             let min_digits = match width {

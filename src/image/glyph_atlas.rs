@@ -13,7 +13,7 @@ use ab_glyph::{Font, FontRef, ScaleFont};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// The cell of one glyph in the texture.
+/// One glyph: its cell in the texture, and its metrics.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glyph {
     /// Column and row of the cell's top left texel in the texture.
@@ -33,7 +33,7 @@ pub struct GlyphAtlas {
     pub texture: SharedTexture,
     /// The glyph of each character.
     by_character: BTreeMap<char, Glyph>,
-    /// The ring around landing sites, around bodies that appear smaller than it, and of the compass.
+    /// A ring. It is drawn around landing sites, around bodies that appear smaller than the ring, and as the compass.
     pub ring: Glyph,
     /// A fully covered square, any part of which can be drawn as a filled rectangle.
     pub solid_square: Glyph,
@@ -46,11 +46,12 @@ const TEXTURE_WIDTH_EMS: f32 = 20.0;
 /// Stroke width of the ring, in units of the font size: one pixel for the window's text.
 const RING_STROKE_EMS: f32 = 1.0 / 13.0;
 
-/// The coverage of a glyph before it is placed in the atlas.
+/// The coverage of a glyph before it is placed in the atlas. `size`, `bearing` and `advance` as in [`Glyph`].
 struct GlyphBitmap {
     size: [u32; 2],
     bearing: [i32; 2],
     advance: f32,
+    /// Coverage of each texel, 0 to 1, top row first.
     coverage: Vec<f32>,
 }
 

@@ -18,7 +18,7 @@ pub struct MapDecoding {
 }
 
 impl MapDecoding {
-    /// Without a pole filter; coarser levels have the mean values of the finest.
+    /// A decoding without a pole filter; coarser levels have the mean values of the finest.
     pub const fn plain(format: TexelFormat) -> Self {
         Self { format, poles: PoleFilter::None, opacity: None }
     }

@@ -104,8 +104,8 @@ impl EntryHeader {
         let mut rgba = vec![u8::MAX; packed.len() / usize::from(*channels) * 4];
         let texels = rgba.as_chunks_mut::<4>().0.iter_mut();
         match channels {
-            1 => texels.zip(packed).for_each(|(to, v)| [to[0], to[1], to[2]] = [*v; 3]),
-            _ => texels.zip(packed.as_chunks::<3>().0).for_each(|(to, t)| [to[0], to[1], to[2]] = *t),
+            1 => texels.zip(packed).for_each(|(texel, grey)| [texel[0], texel[1], texel[2]] = [*grey; 3]),
+            _ => texels.zip(packed.as_chunks::<3>().0).for_each(|(texel, rgb)| [texel[0], texel[1], texel[2]] = *rgb),
         }
         Some(rgba)
     }
@@ -127,7 +127,7 @@ fn pack(rgba: &[u8]) -> (u8, Vec<u8>) {
         1 => texels.iter().map(|t| t[0]).collect(),
         3 => {
             let mut packed = vec![0; 3 * texels.len()];
-            packed.as_chunks_mut::<3>().0.iter_mut().zip(texels).for_each(|(to, t)| *to = [t[0], t[1], t[2]]);
+            packed.as_chunks_mut::<3>().0.iter_mut().zip(texels).for_each(|(rgb, t)| *rgb = [t[0], t[1], t[2]]);
             packed
         }
         _ => rgba.to_vec(),

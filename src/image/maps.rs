@@ -20,12 +20,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Bytes of decoded maps above which unused ones are dropped: six maps of 2048x1024 with their mip levels.
+/// Bytes of decoded maps above which unused ones are dropped: almost six maps of 2048x1024 with their mip levels.
 const MEMORY_BUDGET_BYTES: usize = 64 << 20;
 /// A map that was used within this time is not dropped: the next frame will probably use it again.
 const MIN_IDLE: Duration = Duration::from_secs(5);
 
-/// Where a map of this name would be read from.
+/// Where the map of a given name would be read from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum MapOrigin {
     /// The file in the user's folder.
@@ -54,18 +54,18 @@ fn bytes_in_memory(texture: &Texture) -> usize {
 
 /// Drops maps that were not used for [`MIN_IDLE`], the least recently used first, until the others fit into the budget.
 fn evict(decoded: &mut HashMap<(String, MapDecoding), CachedMap>, now: Instant) {
-    let mut total: usize = decoded.values().map(|map| bytes_in_memory(&map.texture)).sum();
-    if total <= MEMORY_BUDGET_BYTES {
+    let mut total_bytes: usize = decoded.values().map(|map| bytes_in_memory(&map.texture)).sum();
+    if total_bytes <= MEMORY_BUDGET_BYTES {
         return;
     }
     let idle_since = |map: &CachedMap| map.last_used.filter(|used| now.saturating_duration_since(*used) >= MIN_IDLE);
     let mut oldest: Vec<_> = decoded.iter().filter_map(|(key, map)| Some((idle_since(map)?, key.clone()))).collect();
     oldest.sort_by_key(|(used, _)| *used);
     for (_, key) in oldest {
-        if total <= MEMORY_BUDGET_BYTES {
+        if total_bytes <= MEMORY_BUDGET_BYTES {
             break;
         }
-        total -= decoded.remove(&key).map_or(0, |map| bytes_in_memory(&map.texture));
+        total_bytes -= decoded.remove(&key).map_or(0, |map| bytes_in_memory(&map.texture));
     }
 }
 

@@ -31,8 +31,9 @@ impl RowThreads {
     }
 }
 
-/// Linear values of sRGB-encoded bytes, and of linear bytes.
+/// Linear values of sRGB-encoded bytes.
 static SRGB: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| srgb_to_linear(i as f64 / 255.0) as f32));
+/// Linear values of linear bytes.
 static UNORM: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| i as f32 / 255.0));
 
 /// Steps of the sRGB encoding table. The slope of the encoding at black is 12.92, so a step is at most 12.92 x 255 / 65536 = 0.050 of an 8-bit level.
@@ -45,9 +46,14 @@ pub(super) fn decode_table(format: TexelFormat) -> &'static [f32; 256] {
     if format == TexelFormat::Rgba8Srgb { &SRGB } else { &UNORM }
 }
 
-/// The byte of a linear value.
+/// The byte that stores a linear value without sRGB encoding, such as alpha.
+fn encode_unorm(v: f32) -> u8 {
+    (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8
+}
+
+/// The byte of a linear value. `is_srgb`: whether the byte is sRGB-encoded.
 fn encode(v: f32, is_srgb: bool) -> u8 {
-    if is_srgb { SRGB_BYTES[(v.clamp(0.0, 1.0) * SRGB_STEPS as f32 + 0.5) as usize] } else { (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8 }
+    if is_srgb { SRGB_BYTES[(v.clamp(0.0, 1.0) * SRGB_STEPS as f32 + 0.5) as usize] } else { encode_unorm(v) }
 }
 
 /// Steps of the table that encodes opacities.
@@ -138,8 +144,8 @@ fn decode_row(rgba: &[u8], colour_table: &[f32; 256], out: &mut Vec<[f32; 4]>) {
     );
 }
 
-/// Adds a row of the finer level, with weight `wy`, to the sums of a row of the next level. In both branches the finer texels of each texel are added from left
-/// to right, so that the branches round alike. `columns`: [`area_weights`] of each texel of the row.
+/// Adds a row of the finer level, with weight `wy`, to the sums of a row of the next level. In both branches the finer texels under a texel are added from left
+/// to right, so that the branches round alike. `columns`: [`area_weights`] of each texel of the coarser row.
 #[inline(always)]
 fn add_row(sums: &mut [[f32; 4]], row: &[[f32; 4]], columns: &[(usize, [f32; 3])], wy: f32) {
     if row.len() == 2 * sums.len() {
@@ -189,20 +195,23 @@ pub(super) fn premultiply(rgba: &mut [u8], format: TexelFormat) {
 /// Applies the pole filter to the finest level.
 fn filter_finest_level(width: usize, height: usize, rgba: &mut [u8], codec: &Codec, poles: PoleFilter, threads: RowThreads) {
     let colour_table = codec.decode_table();
-    let pole_filter = PoleRowFilter::of(poles, width, height, false);
+    // The finest level has no finer one.
+    let finer_is_filtered = false;
+    let pole_filter = PoleRowFilter::of(poles, width, height, finer_is_filtered);
     let rows = rgba.par_chunks_exact_mut(width * 4).enumerate().with_min_len(threads.min_rows()).filter(|(y, _)| pole_filter.changes(*y));
     rows.for_each_init(<(Vec<_>, PrefixSums)>::default, |(row, sums), (y, bytes)| {
         decode_row(bytes, colour_table, row);
         pole_filter.smooth(y, row, sums);
         for (out, t) in bytes.as_chunks_mut::<4>().0.iter_mut().zip(&*row) {
-            *out = [codec.encode(t[0]), codec.encode(t[1]), codec.encode(t[2]), encode(t[3], false)];
+            *out = [codec.encode(t[0]), codec.encode(t[1]), codec.encode(t[2]), encode_unorm(t[3])];
         }
     });
 }
 
 /// Applies the pole filter to a coarser level, in floats.
 fn filter_coarser_level(width: usize, height: usize, linear: &mut [[f32; 4]], poles: PoleFilter, threads: RowThreads) {
-    let pole_filter = PoleRowFilter::of(poles, width, height, true);
+    let finer_is_filtered = true;
+    let pole_filter = PoleRowFilter::of(poles, width, height, finer_is_filtered);
     let rows = linear.par_chunks_mut(width).enumerate().with_min_len(threads.min_rows());
     rows.for_each_init(PrefixSums::new, |sums, (y, row)| pole_filter.smooth(y, row, sums));
 }
@@ -216,7 +225,7 @@ pub(super) fn chain(width: u32, height: u32, mut rgba: Vec<u8>, decoding: MapDec
         let mut bytes = vec![0; w * h * 4];
         bytes.par_chunks_mut(w * 4).zip(linear.par_chunks(w)).with_min_len(threads.min_rows()).for_each(|(row, texels)| {
             for (out, t) in row.chunks_exact_mut(4).zip(texels) {
-                out.copy_from_slice(&[codec.encode(t[0]), codec.encode(t[1]), codec.encode(t[2]), encode(t[3], false)]);
+                out.copy_from_slice(&[codec.encode(t[0]), codec.encode(t[1]), codec.encode(t[2]), encode_unorm(t[3])]);
             }
         });
         Level::new(w as u32, h as u32, bytes)

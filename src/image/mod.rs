@@ -208,7 +208,7 @@ impl Texture {
     }
 
     /// The texture with premultiplied alpha in linear light and a new mip chain: transparent texels then have no colour that
-    /// filtering could spread. 8-bit formats only.
+    /// filtering could spread. The result for [`TexelFormat::Rgba32Float`] has no levels.
     #[must_use]
     pub(crate) fn premultiplied(self) -> Self {
         let Some(first) = self.levels.into_iter().next().filter(|_| self.format != TexelFormat::Rgba32Float) else {
@@ -220,7 +220,8 @@ impl Texture {
         Self { format: self.format, levels: mips::chain(width, height, bytes, MapDecoding::plain(self.format), RowThreads::All) }
     }
 
-    /// Mean linear RGB over the sphere of an equirectangular map: rows weighted by the cosine of their latitude. 8-bit formats only.
+    /// Mean linear RGB over the sphere of an equirectangular map: rows weighted by the cosine of their latitude. Zero for
+    /// [`TexelFormat::Rgba32Float`].
     pub fn mean_over_sphere(&self) -> [f64; 3] {
         let Some(level) = self.levels.first().filter(|_| self.format != TexelFormat::Rgba32Float) else { return [0.0; 3] };
         let decode = mips::decode_table(self.format);

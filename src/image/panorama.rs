@@ -41,7 +41,7 @@ fn unreadable(path: &Path, reason: impl Into<String>) -> ImageError {
     ImageError::Unreadable { name: path.display().to_string(), reason: reason.into() }
 }
 
-/// Reads a panorama.
+/// Reads a panorama. `max_megapixels`: limit on the size of the image, or of the six faces together; `None` for [`DEFAULT_MAX_MEGAPIXELS`].
 ///
 /// # Errors
 /// One line with the file's name and the reason why it cannot be read.
@@ -117,6 +117,7 @@ struct LinearImage {
 }
 
 impl LinearImage {
+    /// Converts to linear light; floats that are negative or not finite become 0.
     fn of(image: DynamicImage) -> Self {
         let (width, height) = (image.width() as usize, image.height() as usize);
         let was_linear = is_linear(&image);
@@ -234,7 +235,7 @@ mod tests {
         }
     }
 
-    /// Faces of both kinds would be clipped at the white of the 8-bit ones.
+    /// If faces of both kinds were mixed, luminances of an EXR would be clipped at the white of the 8-bit faces.
     #[test]
     fn faces_with_and_without_a_unit_are_not_mixed() {
         let folder = tempfile::tempdir().expect("a folder");

@@ -12,8 +12,8 @@
 //! Detail finer than the Gaussian of its row is lost; streaks that are long on the sphere itself remain.
 //!
 //! The directions east and north rotate with the meridian, so slopes (the east and north components of normals) are averaged as vectors in one
-//! frame at the pole. There, a row that slopes away from the pole all round, like a cone, has no mean slope. Every mip level is filtered again: halving alone
-//! would leave a level finer in longitude than in latitude.
+//! frame at the pole. In this frame, a row that slopes away from the pole all round, like a cone, has no mean slope. Every mip level is filtered again:
+//! halving alone would leave a level finer in longitude than in latitude.
 
 use std::f64::consts::{PI, TAU};
 
@@ -103,7 +103,9 @@ pub(super) type PrefixSums = Vec<[f64; 4]>;
 /// add up to sigma². If a box is as long as the circle or longer, each texel becomes the mean of the circle.
 fn gaussian(texels: &mut [[f32; 4]], sigma: f64, sums: &mut PrefixSums) {
     let count = texels.len();
-    // A box with `whole` texels on both sides has the variance whole (whole + 1) / 3; fractional weights on the next texels add the rest.
+    // The variance of one of the boxes. A box with `whole` texels on both sides of its middle has the variance whole (whole + 1) / 3. The weight `end_weight`
+    // of the next texel on either side adds the rest; it solves
+    // (whole (whole + 1) (2 whole + 1) / 3 + 2 end_weight (whole + 1)²) / (2 whole + 1 + 2 end_weight) = variance.
     let variance = sigma * sigma / 3.0;
     let whole = (((1.0 + 12.0 * variance).sqrt() - 1.0) / 2.0).floor();
     let end_weight =

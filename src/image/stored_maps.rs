@@ -25,7 +25,8 @@ const MAX_ENTRY_BYTES: u64 = 64 << 20;
 /// The extension of entries.
 const EXTENSION: &str = "levels";
 
-/// The source files whose code determines the levels. A change to any of them, even of a comment, makes another version of the program.
+/// The source files whose code determines the levels. After a change to any of them, even of a comment, entries written before count as those of another
+/// version of the program.
 const SOURCES: [&str; 7] = [
     include_str!("map_entry.rs"),
     include_str!("encoded_map.rs"),

@@ -87,8 +87,8 @@ fn convert_generic(pixels: &[[u8; 4]; BLOCK_PIXELS], planes: [&mut [u8; BLOCK_PI
             plane.fill(level(factors, u32::from_le_bytes(pixels[0])));
             continue;
         }
-        for (to, p) in plane.iter_mut().zip(pixels) {
-            *to = level(factors, u32::from_le_bytes(*p));
+        for (byte, pixel) in plane.iter_mut().zip(pixels) {
+            *byte = level(factors, u32::from_le_bytes(*pixel));
         }
     }
 }
@@ -203,13 +203,14 @@ pub fn y4m_frame(bytes: &mut Vec<u8>, display: &[[u8; 4]]) {
     let (y, chroma) = planes.split_at_mut(display.len());
     let (cb, cr) = chroma.split_at_mut(display.len());
     let (blocks, rest) = display.as_chunks::<BLOCK_PIXELS>();
+    // Of each plane, the part of the whole blocks and the part of the remaining pixels.
     let [(ys, y), (cbs, cb), (crs, cr)] = [y, cb, cr].map(|plane| plane.as_chunks_mut::<BLOCK_PIXELS>());
     for (((pixels, y), cb), cr) in blocks.iter().zip(ys).zip(cbs).zip(crs) {
         convert(pixels, [y, cb, cr]);
     }
     for (plane, factors) in [y, cb, cr].into_iter().zip(PLANE_FACTORS) {
-        for (to, p) in plane.iter_mut().zip(rest) {
-            *to = level(factors, u32::from_le_bytes(*p));
+        for (byte, pixel) in plane.iter_mut().zip(rest) {
+            *byte = level(factors, u32::from_le_bytes(*pixel));
         }
     }
 }

@@ -6,7 +6,7 @@
 //! pole is split into three there. Triangles without an area are dropped.
 
 use super::obj::{Corner, Obj};
-use super::self_shadow::RayCastMesh;
+use super::self_shadow::{RayCastMesh, RayCastVertex};
 use crate::units::srgb_to_linear;
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
@@ -20,8 +20,8 @@ pub struct ShapeParameters {
     pub radii_km: DVec3,
     /// Kilometres per unit of the file.
     pub scale_km: f64,
-    /// Factors by which y and z of a point in the unit-sphere frame are multiplied (x is kept) to look it up in the map. The resulting direction has the map's
-    /// longitude and latitude: planetocentric or planetographic, whichever is evenly spaced over the map's columns and rows.
+    /// Factors by which y and z of a point in the unit-sphere frame are multiplied (x is kept) to look the point up in the map. The direction of the result has
+    /// the map's longitude and latitude: planetocentric or planetographic, whichever is evenly spaced over the map's columns and rows.
     pub map_stretch: DVec2,
     /// Whether both sides of each triangle are lit.
     pub two_sided: bool,
@@ -137,7 +137,7 @@ impl ShapeParameters {
     }
 }
 
-/// Barycentric coordinates of the point where the axis of rotation intersects a triangle; `None` if it misses the triangle or meets an edge.
+/// Barycentric coordinates of the point where the axis of rotation intersects a triangle; `None` if the axis misses the triangle or meets an edge.
 fn pole_weights(positions: [DVec3; 3]) -> Option<DVec3> {
     let p = positions.map(DVec3::truncate);
     let weights = DVec3::new(p[1].perp_dot(p[2]), p[2].perp_dot(p[0]), p[0].perp_dot(p[1]));
@@ -189,8 +189,8 @@ impl MeshBuilder {
         index
     }
 
-    /// Mean number of bounding boxes of triangles that a line through the bounding box of all triangles meets. By Cauchy's formula for convex bodies it is the
-    /// sum of their surface areas over that of the large box.
+    /// Mean number of bounding boxes of triangles that a line through the bounding box of all triangles meets. By Cauchy's formula for convex bodies this
+    /// number is the sum of the surface areas of the triangles' boxes divided by the surface area of the large box.
     fn overlap(&self) -> f64 {
         let half_box_area = |corners: &mut dyn Iterator<Item = DVec3>| {
             let (low, high) = corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
@@ -292,7 +292,7 @@ impl Mesh {
                     // An id that no position of the file and no earlier pole has.
                     let pole_id = (positions_km.len() + builder.vertices.len()) as u32;
                     for [a, b] in [[0, 1], [1, 2], [2, 0]] {
-                        builder.add_triangle(shape, [corner_ids[a], corner_ids[b], pole_id], [corners[a], corners[b], pole], false);
+                        builder.add_triangle(shape, [corner_ids[a], corner_ids[b], pole_id], [corners[a], corners[b], pole], has_file_uv);
                     }
                 }
             }
@@ -322,7 +322,7 @@ impl Mesh {
             colours,
             max_radius,
             ray_cast_mesh: RayCastMesh::new(
-                builder.vertices.iter().map(|v| (v.position_km, v.normal)).collect(),
+                builder.vertices.iter().map(|v| RayCastVertex { position_km: v.position_km, normal: v.normal }).collect(),
                 &builder.position_ids,
                 &builder.indices,
                 shape.two_sided,

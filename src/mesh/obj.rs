@@ -94,7 +94,7 @@ impl Obj {
         for (k, (name, length)) in lists.into_iter().enumerate() {
             found[k] = match parts.next() {
                 None => None,
-                Some("") if k == 1 => None,
+                Some("") if name == "vt" => None,
                 Some(part) => Some(parse_index(part, length).ok_or_else(|| match length {
                     0 => format!("corner `{}` refers to a `{name}` that no earlier line defines", shortened(word)),
                     _ => format!("corner `{}`: expected a `{name}` from 1 to {length}, or from -{length} to -1", shortened(word)),

@@ -5,18 +5,18 @@
 //! the vertex's normal and the Sun: upward from a hidden Sun or downward from a visible one, until visibility changes; bisection refines the height.
 //!
 //! Error: the height is measured from an edge of the mesh above or below the Sun, and accurate to a quarter of the Sun's radius or a tenth of the height,
-//! whichever is more. That edge is the nearest one, unless an obstacle or a gap lies between two of the tested directions, which are 1, 4, 16, ... solar radii
+//! whichever is more. The edge is the nearest one, unless an obstacle or a gap lies between two of the tested directions, which are 1, 4, 16, ... solar radii
 //! from the Sun.
-//! Between vertices the height is interpolated. The shadow's edge of a smooth hill is accurate to less than a triangle; that of something smaller or more
-//! distant than a triangle, to the length of a triangle's side. Not here: shadows in the light of other bodies.
+//! Between vertices the height is interpolated. The edge of a smooth hill's shadow is accurate to less than a triangle. The edge of the shadow of something
+//! smaller or more distant than a triangle is accurate to the length of a triangle's side. Not here: shadows in the light of other bodies.
 
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::OnceLock;
 
-/// Heights are clamped to plus or minus this (5 degrees). Otherwise the interpolated height would be too steep between a vertex that sees past a peak and a
-/// neighbour that does not.
+/// Heights are clamped to plus or minus this angle (5 degrees). Otherwise the interpolated height would be too steep between a vertex that sees past a peak and
+/// a neighbour that does not.
 const MAX_HEIGHT_RAD: f64 = 0.0873;
 /// Maximum number of triangles in a leaf of the tree.
 const MAX_LEAF_TRIANGLES: usize = 4;
@@ -28,10 +28,16 @@ const SUN_RADIUS_RANGE_RAD: [f64; 2] = [1e-6, 0.5];
 /// Vertices per parallel task.
 const VERTICES_PER_TASK: usize = 512;
 
+/// A vertex of a mesh for ray casting, in body axes.
+pub(crate) struct RayCastVertex {
+    pub position_km: DVec3,
+    /// Unit vector.
+    pub normal: DVec3,
+}
+
 /// A mesh prepared for ray casting.
 pub(crate) struct RayCastMesh {
-    /// Positions in kilometres and unit normals, by vertex.
-    vertices: Vec<(DVec3, DVec3)>,
+    vertices: Vec<RayCastVertex>,
     /// For each vertex an id that vertices at the same position share: triangles with a corner there do not occlude the vertex.
     position_ids: Vec<u32>,
     /// Indices in `vertices`.
@@ -64,7 +70,7 @@ struct Node {
 impl Bvh {
     fn new(mesh: &RayCastMesh) -> Self {
         let mut tree = Self { nodes: Vec::new(), order: Vec::new(), min_hit_km: 0.0 };
-        let centroids: Vec<DVec3> = mesh.triangles.iter().map(|t| t.iter().map(|k| mesh.position(*k)).sum::<DVec3>() / 3.0).collect();
+        let centroids: Vec<DVec3> = mesh.triangles.iter().map(|t| t.iter().map(|k| mesh.position_km(*k)).sum::<DVec3>() / 3.0).collect();
         let mut order: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
         tree.build_node(mesh, &centroids, &mut order, 0);
         tree.order = order;
@@ -74,7 +80,7 @@ impl Bvh {
 
     /// Adds the node of these triangles and all nodes below it. `first_in_order`: index in `order` of the first of the triangles.
     fn build_node(&mut self, mesh: &RayCastMesh, centroids: &[DVec3], triangles: &mut [u32], first_in_order: usize) {
-        let corners = || triangles.iter().flat_map(|t| mesh.triangles[*t as usize]).map(|k| mesh.position(k));
+        let corners = || triangles.iter().flat_map(|t| mesh.triangles[*t as usize]).map(|k| mesh.position_km(k));
         let (low, high) = corners().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(p), h.max(p)));
         let node_index = self.nodes.len();
         self.nodes.push(Node { low, high, start_or_second_child: first_in_order as u32, triangle_count: triangles.len() as u32 });
@@ -103,19 +109,19 @@ fn intersects_box(node: &Node, origin: DVec3, inverse_direction: DVec3) -> bool 
 }
 
 impl RayCastMesh {
-    /// `vertices`: positions in kilometres and unit normals; `position_ids`: equal for vertices at one position; `indices`: three per triangle.
-    pub(crate) fn new(vertices: Vec<(DVec3, DVec3)>, position_ids: &[u32], indices: &[u32], two_sided: bool) -> Self {
+    /// `position_ids`: one per vertex, equal for vertices at one position; `indices`: three per triangle.
+    pub(crate) fn new(vertices: Vec<RayCastVertex>, position_ids: &[u32], indices: &[u32], two_sided: bool) -> Self {
         let triangles = indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect();
         Self { vertices, position_ids: position_ids.to_vec(), triangles, two_sided, tree: OnceLock::new() }
     }
 
-    fn position(&self, vertex: u32) -> DVec3 {
-        self.vertices[vertex as usize].0
+    fn position_km(&self, vertex: u32) -> DVec3 {
+        self.vertices[vertex as usize].position_km
     }
 
     /// Whether a ray from a vertex intersects the mesh.
     fn is_occluded(&self, tree: &Bvh, vertex: usize, direction: DVec3) -> bool {
-        let (origin, own_position_id) = (self.vertices[vertex].0, self.position_ids[vertex]);
+        let (origin, own_position_id) = (self.vertices[vertex].position_km, self.position_ids[vertex]);
         // The inverse is finite even for rays along an axis, where 0 times infinity would be NaN.
         let inverse_direction = DVec3::from_array(direction.to_array().map(|d| if d.abs() < 1e-30 { 1e30 } else { 1.0 / d }));
         let mut stack = [0_u32; 64];
@@ -140,7 +146,7 @@ impl RayCastMesh {
                     continue;
                 }
                 // Möller and Trumbore 1997.
-                let [a, b, c] = t.map(|k| self.position(k));
+                let [a, b, c] = t.map(|k| self.position_km(k));
                 let (e1, e2) = (b - a, c - a);
                 let p = direction.cross(e2);
                 let determinant = e1.dot(p);
@@ -161,7 +167,7 @@ impl RayCastMesh {
 
     /// The height of the Sun's centre at a vertex, in radii of the Sun. `sun`: unit vector towards the Sun, body axes.
     fn height(&self, tree: &Bvh, vertex: usize, sun: DVec3, sun_radius_rad: f64) -> f64 {
-        let outward = self.vertices[vertex].1;
+        let outward = self.vertices[vertex].normal;
         let normal = if self.two_sided && outward.dot(sun) < 0.0 { -outward } else { outward };
         let cosine = normal.dot(sun).clamp(-1.0, 1.0);
         // Angle of the Sun above the tangent plane.
@@ -169,7 +175,7 @@ impl RayCastMesh {
         if plane_height_rad < -sun_radius_rad {
             return plane_height_rad / sun_radius_rad;
         }
-        // Perpendicular to the Sun's direction, in the plane of normal and Sun.
+        // Perpendicular to the Sun's direction, in the plane of the normal and the Sun.
         let up = (normal - cosine * sun).try_normalize().unwrap_or_else(|| sun.any_orthonormal_vector());
         let is_occluded = |angle_rad: f64| self.is_occluded(tree, vertex, sun * angle_rad.cos() + up * angle_rad.sin());
         let is_hidden = is_occluded(0.0);
@@ -214,15 +220,17 @@ mod tests {
     use super::*;
 
     const SUN_RADIUS_RAD: f64 = 0.005;
+    /// The middle vertex of a floor of 4 x 4 cells, which has 5 x 5 vertices.
+    const MIDDLE_OF_4_CELLS: usize = 12;
 
-    /// A square floor at z = 0 of `n` by `n` cells from -1 to 1, and a wall parallel to its edge at x = `wall`, `wall_height` above the floor.
-    fn floor_and_wall(n: u32, wall: f64, wall_height: f64) -> RayCastMesh {
+    /// A square floor at z = 0 of `n` by `n` cells from -1 to 1 km, and a wall at x = `wall_x_km` that faces it and rises `wall_height_km` above it.
+    fn floor_and_wall(n: u32, wall_x_km: f64, wall_height_km: f64) -> RayCastMesh {
         let mut vertices = Vec::new();
         let mut indices = Vec::new();
         for j in 0..=n {
             for i in 0..=n {
                 let coordinate = |k: u32| 2.0 * f64::from(k) / f64::from(n) - 1.0;
-                vertices.push((DVec3::new(coordinate(i), coordinate(j), 0.0), DVec3::Z));
+                vertices.push(RayCastVertex { position_km: DVec3::new(coordinate(i), coordinate(j), 0.0), normal: DVec3::Z });
                 if i < n && j < n {
                     let index = j * (n + 1) + i;
                     indices.extend([index, index + 1, index + n + 2, index, index + n + 2, index + n + 1]);
@@ -230,8 +238,8 @@ mod tests {
             }
         }
         let first = vertices.len() as u32;
-        for (y, z) in [(-9.0, -0.1), (9.0, -0.1), (9.0, wall_height), (-9.0, wall_height)] {
-            vertices.push((DVec3::new(wall, y, z), DVec3::NEG_X));
+        for (y, z) in [(-9.0, -0.1), (9.0, -0.1), (9.0, wall_height_km), (-9.0, wall_height_km)] {
+            vertices.push(RayCastVertex { position_km: DVec3::new(wall_x_km, y, z), normal: DVec3::NEG_X });
         }
         indices.extend([first, first + 1, first + 2, first, first + 2, first + 3]);
         let position_ids: Vec<u32> = (0..vertices.len() as u32).collect();
@@ -247,7 +255,8 @@ mod tests {
             let heights = mesh.sun_heights(DVec3::new(altitude.cos(), 0.0, altitude.sin()), SUN_RADIUS_RAD);
             let mut shadowed_and_lit = [0, 0];
             for (k, height) in heights.iter().enumerate().take(((n + 1) * (n + 1)) as usize) {
-                let height_rad = (altitude - (high / (wall - mesh.vertices[k].0.x)).atan()).clamp(-MAX_HEIGHT_RAD, MAX_HEIGHT_RAD);
+                let height_rad =
+                    (altitude - (high / (wall - mesh.vertices[k].position_km.x)).atan()).clamp(-MAX_HEIGHT_RAD, MAX_HEIGHT_RAD);
                 let allowed = 0.26 + 0.11 * (height_rad / SUN_RADIUS_RAD).abs();
                 assert!(
                     (f64::from(*height) - height_rad / SUN_RADIUS_RAD).abs() < allowed,
@@ -265,20 +274,21 @@ mod tests {
         // The wall begins above the ground: the view below its lower edge is free.
         let mut mesh = floor_and_wall(4, 1.5, 0.5);
         let wall = mesh.vertices.len() - 4;
-        mesh.vertices[wall].0.z = 0.3;
-        mesh.vertices[wall + 1].0.z = 0.3;
-        let at = |altitude: f64| f64::from(mesh.sun_heights(DVec3::new(altitude.cos(), 0.0, altitude.sin()), SUN_RADIUS_RAD)[12]);
+        mesh.vertices[wall].position_km.z = 0.3;
+        mesh.vertices[wall + 1].position_km.z = 0.3;
+        let sun_height_at =
+            |altitude: f64| f64::from(mesh.sun_heights(DVec3::new(altitude.cos(), 0.0, altitude.sin()), SUN_RADIUS_RAD)[MIDDLE_OF_4_CELLS]);
         let (foot, top) = ((0.3_f64 / 1.5).atan(), (0.5_f64 / 1.5).atan());
-        assert!(at(0.5 * foot) > 1.0 && at(0.5 * (foot + top)) < -1.0 && at(top + 0.1) > 1.0);
+        assert!(sun_height_at(0.5 * foot) > 1.0 && sun_height_at(0.5 * (foot + top)) < -1.0 && sun_height_at(top + 0.1) > 1.0);
     }
 
     #[test]
     fn two_sided_triangles_are_lit_from_both_sides() {
         let mut mesh = floor_and_wall(4, 1.5, 0.5);
         let below = DVec3::new(0.6, 0.0, -0.8);
-        assert!(mesh.sun_heights(below, SUN_RADIUS_RAD)[12] < -1.0);
+        assert!(mesh.sun_heights(below, SUN_RADIUS_RAD)[MIDDLE_OF_4_CELLS] < -1.0);
         mesh.two_sided = true;
-        assert!(mesh.sun_heights(below, SUN_RADIUS_RAD)[12] > 1.0);
+        assert!(mesh.sun_heights(below, SUN_RADIUS_RAD)[MIDDLE_OF_4_CELLS] > 1.0);
     }
 
     #[test]

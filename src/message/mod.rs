@@ -105,7 +105,7 @@ impl Serialize for Reason {
     }
 }
 
-/// For numbers only, not for other formatted text. To round a number, pass `format_args!("{value:.2}")` to `message!`.
+/// For numbers only, not for other formatted text: `format_args!("{value:.2}")` passes a rounded number to `message!`.
 impl From<fmt::Arguments<'_>> for Argument {
     fn from(number: fmt::Arguments<'_>) -> Self {
         Self::Number(number.to_string())

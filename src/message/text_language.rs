@@ -33,7 +33,7 @@ enum TextPart<'t> {
     Argument(&'t str),
 }
 
-/// The parts of a template in their order.
+/// The parts of a template in their order. Each piece after `{ $` begins with the name of an argument, which ends at ` }`.
 fn parts(template: &str) -> impl Iterator<Item = TextPart<'_>> {
     template.split("{ $").enumerate().flat_map(|(k, part)| {
         let (name, fixed) = if k == 0 { (None, part) } else { part.split_once(" }").map_or((Some(part), ""), |(n, f)| (Some(n), f)) };

@@ -58,7 +58,7 @@ pub struct ChangedLines {
 }
 
 /// The fragments whose emitted lines differ between two revisions of one module, by path. Lines are compared by their text: a line that only moved within its
-/// fragment is unchanged.
+/// fragment is unchanged. `first`, `second`: WGSL and source map of each revision.
 pub fn changed_lines(first: (&str, &SourceMap), second: (&str, &SourceMap)) -> BTreeMap<String, ChangedLines> {
     // By fragment path and text of the line: occurrences in the first revision minus those in the second, and the feature.
     let mut counts: BTreeMap<(String, String), (i64, String)> = BTreeMap::new();
@@ -87,7 +87,9 @@ pub struct IrCost {
     pub texture_reads: u32,
     /// Number of `if`, `switch` and loops.
     pub branches: u32,
+    /// Number of functions, including the entry points.
     pub functions: u32,
+    /// Size of the uniform block.
     pub uniform_bytes: u32,
     /// Lines of the emitted WGSL.
     pub lines: u32,
@@ -120,8 +122,8 @@ fn saturating_sum(counts: impl Iterator<Item = u32>) -> u32 {
     counts.fold(0, u32::saturating_add)
 }
 
-/// Texture reads of a function and of its callees. Each call counts, a loop counts once. `reads_of_earlier`: reads of the functions declared before it, by
-/// index. The sum saturates, because it can grow exponentially: n functions, each of which calls the previous one twice, make 2^n reads.
+/// Texture reads of a function and of its callees. Each call counts, a loop counts once. `reads_of_earlier`: reads of the functions declared before
+/// this one, by index. The sum saturates, because it can grow exponentially: n functions, each of which calls the previous one twice, make 2^n reads.
 fn texture_reads(function: &naga::Function, reads_of_earlier: &[u32]) -> u32 {
     fn reads_by_calls(block: &naga::Block, reads_of_earlier: &[u32]) -> u32 {
         let reads_in = |b: &naga::Block| reads_by_calls(b, reads_of_earlier);

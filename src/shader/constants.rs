@@ -58,7 +58,7 @@ fn fragment_text(about: &str, constants: &[SharedConstant]) -> String {
 }
 
 fn air_fragment() -> String {
-    // Range of the columns' coordinate x = mu / (|mu| + MULTI_SCATTER_BEND) from the first column to the last, which is at mu = 1.
+    // Length of the range of the columns' coordinate x = mu / (|mu| + MULTI_SCATTER_BEND), from the first column to the last, which is at mu = 1.
     let x_span = 1.0 / (1.0 + shared::MULTI_SCATTER_BEND) - shared::MULTI_SCATTER_FIRST_X;
     let vectors_per_occluder = (shared::IN_SHADOW_HEIGHTS + 1) * shared::IN_SHADOW_COLUMNS;
     let occluders = usize::from(MAX_OCCLUDERS);

@@ -54,8 +54,8 @@ pub fn emit_module_with(fragments: &Fragments, id: &ModuleId) -> Result<Emitted,
     emit_fragment_with(fragments, &format!("entry/{name}.wesl"), name, &feature_names)
 }
 
-/// Emits one fragment and everything that it imports. `base_feature`: the name (the module's own) that stands for a feature in the source map, for lines that
-/// depend on no feature. `feature_names`: the features that are on.
+/// Emits one fragment and everything that it imports. `base_feature`: the name that the source map gives to lines that depend on no feature; for a module, the
+/// module's own name. `feature_names`: the features that are on.
 ///
 /// # Errors
 /// See [`emit_module_with`].
@@ -64,12 +64,12 @@ pub fn emit_fragment(path: &str, base_feature: &str, feature_names: &[&str]) -> 
 }
 
 fn emit_fragment_with(fragments: &Fragments, path: &str, base_feature: &str, feature_names: &[&str]) -> Result<Emitted, ShaderError> {
-    let mut emitter = Emitter { fragments, features: FeatureSet::of(feature_names), wgsl: String::new(), map: SourceMap::default() };
-    let base_feature_index = emitter.map.feature_index(base_feature);
+    let mut emitter = Emitter { fragments, features: FeatureSet::of(feature_names), wgsl: String::new(), source_map: SourceMap::default() };
+    let base_feature_index = emitter.source_map.feature_index(base_feature);
     let missing = || ShaderError::Fragment { path: path.to_owned(), line: 0, column: 0, what: "there is no such shader source".into() };
     let (text, fragment) = fragments.parsed(path).ok_or_else(missing)?;
     emitter.append_fragment(path, text, fragment?, base_feature_index)?;
-    Ok(Emitted { wgsl: emitter.wgsl, source_map: emitter.map })
+    Ok(Emitted { wgsl: emitter.wgsl, source_map: emitter.source_map })
 }
 
 struct Emitter<'a> {
@@ -78,14 +78,15 @@ struct Emitter<'a> {
     features: FeatureSet,
     /// The text emitted so far.
     wgsl: String,
-    map: SourceMap,
+    source_map: SourceMap,
 }
 
 impl Emitter<'_> {
-    /// Appends a fragment and what it imports. `importing_feature`: index of the feature by which this fragment is imported, for lines without a condition.
+    /// Appends a fragment and what it imports. `importing_feature`: index of the feature that requires the import of this fragment; lines of the fragment
+    /// without a condition get this feature in the source map.
     fn append_fragment(&mut self, path: &str, text: &str, fragment: &Fragment, importing_feature: u16) -> Result<(), ShaderError> {
-        let index = self.map.fragments.len() as u16;
-        self.map.fragments.push(path.to_owned());
+        let index = self.source_map.fragments.len() as u16;
+        self.source_map.fragments.push(path.to_owned());
         let emitted = fragment.emitted_blocks(self.features);
         let mut feature_of_block: Vec<Option<u16>> = vec![None; fragment.blocks.len()];
         let mut imports = fragment.imports.iter().peekable();
@@ -102,19 +103,21 @@ impl Emitter<'_> {
             for piece in line.pieces.iter().filter(|p| emitted[p.block as usize]) {
                 let piece_text = &text[piece.span.clone()];
                 self.wgsl.push_str(piece_text);
-                if block.is_none() || self.wgsl[start..].trim_start().len() == piece_text.trim_start().len() {
+                let follows_only_blanks = self.wgsl[start..].trim_start().len() == piece_text.trim_start().len();
+                if block.is_none() || follows_only_blanks {
                     block = Some(piece.block);
                 }
             }
             self.wgsl.truncate(start + self.wgsl[start..].trim_end().len());
-            let blank = self.wgsl.len() == start;
-            // A blank line is kept only if it is blank in the fragment too, but not at the start of the module or after another blank line.
-            let Some(block) = block.filter(|_| !blank || !(line.is_divided || self.wgsl.is_empty() || self.wgsl.ends_with("\n\n"))) else {
+            let is_blank = self.wgsl.len() == start;
+            // A blank line is kept if it is also blank in the fragment, except at the start of the module and after another blank line.
+            let Some(block) = block.filter(|_| !is_blank || !(line.is_divided || self.wgsl.is_empty() || self.wgsl.ends_with("\n\n")))
+            else {
                 continue;
             };
             self.wgsl.push('\n');
             let feature = self.feature_index_of(fragment, block, &emitted, &mut feature_of_block, importing_feature);
-            self.map.lines.push(LineOrigin { fragment: index, line: line_number, feature });
+            self.source_map.lines.push(LineOrigin { fragment: index, line: line_number, feature });
         }
         Ok(())
     }
@@ -133,7 +136,7 @@ impl Emitter<'_> {
             return index;
         }
         let index = match fragment.reason(block, emitted, self.features) {
-            Some(name) => self.map.feature_index(&name),
+            Some(name) => self.source_map.feature_index(&name),
             None => importing_feature,
         };
         known_indices[block as usize] = Some(index);
@@ -151,7 +154,7 @@ impl Emitter<'_> {
         if !fragment.declared.contains(&import.item) {
             return Err(error(format!("shaders/{} declares no `{}`", import.path, import.item)));
         }
-        if self.map.fragments.contains(&import.path) {
+        if self.source_map.fragments.contains(&import.path) {
             return Ok(());
         }
         self.append_fragment(&import.path, text, fragment, importing_feature)

@@ -151,7 +151,7 @@ pub struct Fragments {
 
 impl PartialEq for Fragments {
     fn eq(&self, other: &Self) -> bool {
-        // Not the parsed forms, which follow from the texts.
+        // The parsed forms are not compared, because they follow from the texts.
         let mut pairs = self.files.iter().zip(&other.files);
         self.files.len() == other.files.len()
             && pairs.all(|((path, (text, _)), (other_path, (other_text, _)))| path == other_path && text == other_text)
@@ -213,15 +213,16 @@ impl Fragments {
     /// because what that file imports is then unknown.
     pub fn unused(&self) -> Vec<&str> {
         let mut reached_paths: BTreeSet<String> = FRAGMENTS.iter().map(|(path, _)| (*path).to_owned()).collect();
+        // Only files can import new files, so the search starts at those that replace built-in fragments.
         let mut unvisited: Vec<String> = self.files.keys().filter(|path| reached_paths.contains(*path)).cloned().collect();
         while let Some(path) = unvisited.pop() {
             match self.parsed(&path) {
                 Some((_, Ok(fragment))) => {
                     unvisited.extend(fragment.imports.iter().map(|i| i.path.clone()).filter(|p| reached_paths.insert(p.clone())));
                 }
-                // A broken file; its error is reported when a module with it is emitted.
+                // An invalid file; its error is reported when a module that contains the file is emitted.
                 Some((_, Err(_))) => return Vec::new(),
-                // An import of a missing file, which is reported likewise.
+                // No file has this path; the error is reported when a module that contains the import is emitted.
                 None => {}
             }
         }

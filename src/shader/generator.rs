@@ -97,6 +97,7 @@ mod tests {
     use std::collections::BTreeSet;
     use std::path::Path;
 
+    /// Adds the paths, relative to `root`, of the files below `dir` with this extension.
     fn files_under(dir: &Path, extension: &str, found: &mut BTreeSet<String>, root: &Path) {
         for entry in std::fs::read_dir(dir).expect("readable").flatten() {
             let path = entry.path();

@@ -1,4 +1,5 @@
-//! Names of modules: a body's module is named by its key, a simple shader by the name of its entry fragment, a probe module by both.
+//! Names of modules: a body's module is named by its key, a simple shader by the name of its entry fragment, a probe module by the name of its entry fragment
+//! and a key.
 //!
 //! In: text. Out: [`ModuleId`]. Always: each simple shader and each probe has an entry fragment `entry/<name>.wesl`. Not here: the
 //! content of a module.

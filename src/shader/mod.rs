@@ -3,9 +3,9 @@
 //! In: the features of a draw, or the name of a simple shader. Out: a [`ShaderModule`]: WGSL, naga IR, layout, and a program for the software renderer.
 //! [`id`] names the module: a body's by its [`key`], a simple shader's by the name of its fragment. [`mod@emit`] writes its WGSL from the [`fragments`];
 //! [`module`] parses, validates, reflects and lowers it; [`library`] caches the result, in a folder that [`generator`] names. [`source`] parses fragments;
-//! [`constants`] writes those with the numbers that Rust and shaders share. [`translate`] writes a module in other shading languages, [`compare`] compares
-//! two modules, [`record`] records digests of all modules. In these files, a *module* is such a shader module, and a *fragment* is a WESL source file of
-//! shaders/, never the fragment stage.
+//! [`constants`] writes the fragments with the numbers that Rust and shaders share. [`translate`] writes a module in other shading languages, [`compare`]
+//! compares two modules, [`record`] records digests of all modules. In these files, a *module* is such a shader module, and a *fragment* is a WESL source file
+//! of shaders/, never the fragment stage.
 
 #[doc(hidden)]
 pub mod compare;

@@ -81,7 +81,7 @@ pub fn diagnosis(fragments: &Fragments, id: &ModuleId) -> Option<String> {
 }
 
 impl ShaderModule {
-    /// Emits, parses, validates, reflects and lowers.
+    /// Builds a module from the built-in fragments: emits, parses, validates, reflects and lowers it.
     pub fn build(id: &ModuleId, lowering: &Lowering) -> Result<Self, ShaderError> {
         Self::build_with(&Fragments::default(), id, lowering)
     }
@@ -95,23 +95,23 @@ impl ShaderModule {
     pub fn from_emitted(id: &ModuleId, emitted: Emitted, lowering: &Lowering) -> Result<Self, ShaderError> {
         let Emitted { wgsl, source_map } = emitted;
         let name = || id.to_string();
-        let location = |line: Option<u32>| match line.and_then(|l| source_map.origin_of(l as usize)) {
+        let origin_text = |line: Option<u32>| match line.and_then(|l| source_map.origin_of(l as usize)) {
             Some((fragment, line)) => format!(" (shaders/{fragment}:{line})"),
             None => String::new(),
         };
         let module = naga::front::wgsl::parse_str(&wgsl).map_err(|e| {
-            let at = location(e.location(&wgsl).map(|l| l.line_number));
-            ShaderError::Parse { id: name(), what: format!("{}{at}", e.message()) }
+            let origin = origin_text(e.location(&wgsl).map(|l| l.line_number));
+            ShaderError::Parse { id: name(), what: format!("{}{origin}", e.message()) }
         })?;
         let info = validate(&module).map_err(|e| {
-            let at = location(e.location(&wgsl).map(|l| l.line_number));
+            let origin = origin_text(e.location(&wgsl).map(|l| l.line_number));
             let mut what = e.as_inner().to_string();
             let mut cause = std::error::Error::source(e.as_inner());
             while let Some(c) = cause {
                 what.push_str(&format!(": {c}"));
                 cause = c.source();
             }
-            ShaderError::Invalid { id: name(), what: format!("{what}{at}") }
+            ShaderError::Invalid { id: name(), what: format!("{what}{origin}") }
         })?;
         let layout = Layout::of(&module).map_err(|source| ShaderError::Layout { id: name(), source })?;
         let tape = (lowering.lower)(&module, &info).map_err(|e| ShaderError::Lowering { id: name(), what: e.to_string() })?;

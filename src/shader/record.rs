@@ -129,9 +129,9 @@ impl DigestRecord {
         Self { modules: ids.iter().filter_map(found).collect(), ..self.clone() }
     }
 
-    /// What changed from this record to `now`, with reasons.
-    pub fn changes(&self, now: &BuiltRecord) -> Vec<Change> {
-        let (fragments_of, now) = (&now.fragments_of, &now.record);
+    /// What changed from this record to that of the modules just built, with reasons.
+    pub fn changes(&self, built: &BuiltRecord) -> Vec<Change> {
+        let (fragments_of, now) = (&built.fragments_of, &built.record);
         let mut changes = Vec::new();
         let mut push = |module: &str, what: String| changes.push(Change { module: module.to_owned(), what });
         for (name, digests) in &now.modules {

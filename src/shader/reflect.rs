@@ -140,11 +140,11 @@ impl Layout {
         let mut layout = Self::default();
         for (_, variable) in module.global_variables.iter() {
             let name = variable.name.clone().unwrap_or_default();
-            let Some(at) = &variable.binding else { continue };
+            let Some(resource) = &variable.binding else { continue };
             let inner = &module.types[variable.ty].inner;
             match (inner, variable.space) {
-                _ if at.group != 0 => return Err(LayoutError::Binding(name)),
-                (TypeInner::Struct { members, span }, AddressSpace::Uniform) if at.binding == 0 => {
+                _ if resource.group != 0 => return Err(LayoutError::Binding(name)),
+                (TypeInner::Struct { members, span }, AddressSpace::Uniform) if resource.binding == 0 => {
                     layout.uniform_size = *span;
                     for member in members {
                         let field = member.name.clone().unwrap_or_default();
@@ -153,8 +153,8 @@ impl Layout {
                         layout.fields.push(UniformField { name: field, ty, offset: member.offset, size: inner.size(module.to_ctx()) });
                     }
                 }
-                (TypeInner::Image { .. }, _) => layout.textures.push(Binding { binding: at.binding, name }),
-                (TypeInner::Sampler { .. }, _) => layout.samplers.push(Binding { binding: at.binding, name }),
+                (TypeInner::Image { .. }, _) => layout.textures.push(Binding { binding: resource.binding, name }),
+                (TypeInner::Sampler { .. }, _) => layout.samplers.push(Binding { binding: resource.binding, name }),
                 _ => return Err(LayoutError::Binding(name)),
             }
         }
@@ -191,7 +191,8 @@ impl UniformWriter<'_> {
         self.layout.field(name).is_some()
     }
 
-    /// Writes one field. `has_type`: whether a field of this type takes the value. `given`: see [`LayoutError::Mistyped`].
+    /// Writes one field. `has_type`: whether a field of this type takes the value. `given`: see [`LayoutError::Mistyped`]. `values`: the components, of
+    /// a matrix column by column.
     fn write(
         &mut self,
         name: &str,

@@ -2,8 +2,8 @@
 //!
 //! In: the number of dimensions whose combinations are to be covered, or a seed. Out: keys. Dimensions have 3.2 * 10^12 combinations of values
 //! ([`count_combinations`]), too many to list. A combination of values of a few dimensions is *possible* if some canonical features have these values; such
-//! features are a *completion* of the combination. To find one, the values are set in each of the [`base_features`]: all canonical features in which only the
-//! dimensions vary that the canonical rules read. The combination is possible if one of the results is canonical.
+//! features are a *completion* of the combination. To find one, the values are set in each of the [`base_features`]: all canonical features that differ from
+//! [`DrawFeatures::MINIMAL`] only in dimensions on which the canonical rules depend. The combination is possible if one of the results is canonical.
 
 use super::dimension::DIMENSIONS;
 use super::{ShaderKey, canonical};
@@ -89,16 +89,30 @@ fn has_values(features: &DrawFeatures, values: &Combination) -> bool {
     values.iter().all(|(d, value)| (DIMENSIONS[*d].get)(features) == *value)
 }
 
-/// A completion of a combination: the first of the base features that stay canonical when its values are set, with these values. The search begins at index
-/// `start` and wraps around.
+/// A completion of a combination: sets the combination's values in one of the base features after another, and returns the first result that is canonical. The
+/// search begins at index `start` and wraps around.
 fn completion(base_features: &[DrawFeatures], start: usize, values: &Combination) -> Option<DrawFeatures> {
     let (before, after) = base_features.split_at(start);
     after.iter().chain(before).map(|base| with_values(*base, values)).find(|f| canonical(f) == *f)
 }
 
-/// Every choice of `t` of the first `count` dimensions, each with the number of its first combination of values; and the number of all combinations. The
-/// combinations are numbered from 0, choice after choice.
-fn choices(count: usize, t: usize) -> (Vec<(Vec<usize>, usize)>, usize) {
+/// Some of the dimensions, whose combinations of values are to be covered. The combinations of all choices are numbered from 0, choice after choice.
+struct Choice {
+    /// Indices into [`DIMENSIONS`].
+    dimensions: Vec<usize>,
+    /// Number of the choice's first combination.
+    first_number: usize,
+}
+
+impl Choice {
+    /// Number of combinations of values of the chosen dimensions.
+    fn combination_count(&self) -> usize {
+        self.dimensions.iter().map(|d| value_count(*d)).product()
+    }
+}
+
+/// Every choice of `t` of the first `count` dimensions, and the number of combinations of all choices.
+fn choices(count: usize, t: usize) -> (Vec<Choice>, usize) {
     fn list(count: usize, t: usize) -> Vec<Vec<usize>> {
         if t == 0 {
             return vec![Vec::new()];
@@ -112,22 +126,23 @@ fn choices(count: usize, t: usize) -> (Vec<(Vec<usize>, usize)>, usize) {
             })
             .collect()
     }
-    let mut next_start = 0;
-    let with_starts = list(count, t)
+    let mut next_number = 0;
+    let choices = list(count, t)
         .into_iter()
-        .map(|c| {
-            let start = next_start;
-            next_start += c.iter().map(|d| value_count(*d)).product::<usize>();
-            (c, start)
+        .map(|dimensions| {
+            let choice = Choice { dimensions, first_number: next_number };
+            next_number += choice.combination_count();
+            choice
         })
         .collect();
-    (with_starts, next_start)
+    (choices, next_number)
 }
 
-/// Numbers of the combinations that these features contain, one for each choice; see [`choices`].
-fn combinations_of<'a>(features: &DrawFeatures, choices: &'a [(Vec<usize>, usize)]) -> impl Iterator<Item = usize> + use<'a> {
+/// Numbers of the combinations that these features contain, one for each choice.
+fn combinations_of<'a>(features: &DrawFeatures, choices: &'a [Choice]) -> impl Iterator<Item = usize> + use<'a> {
     let values: Vec<usize> = DIMENSIONS.iter().map(|d| (d.get)(features)).collect();
-    choices.iter().map(move |(c, start)| start + c.iter().fold(0, |index, d| index * value_count(*d) + values[*d]))
+    let offset = move |choice: &Choice| choice.dimensions.iter().fold(0_usize, |offset, d| offset * value_count(*d) + values[*d]);
+    choices.iter().map(move |choice| choice.first_number + offset(choice))
 }
 
 /// Number of random completions that are compared, besides a first one, for each combination that is not covered yet. More tries give fewer keys, but take
@@ -139,6 +154,7 @@ const TRIES: usize = 12;
 /// A greedy algorithm, like AETG (Cohen et al. 1997): of several random completions of the first uncovered combination, the one that covers
 /// the most new combinations is chosen.
 pub fn covering_keys(t: usize) -> Vec<ShaderKey> {
+    // By `t`. Sets for t above 3 are not cached, because the program uses none.
     static COVERINGS: [OnceLock<Vec<ShaderKey>>; 4] = [const { OnceLock::new() }; 4];
     match COVERINGS.get(t) {
         Some(covering) => covering.get_or_init(|| compute_covering(t)).clone(),
@@ -153,16 +169,15 @@ fn compute_covering(t: usize) -> Vec<ShaderKey> {
     let (choices, count) = choices(DIMENSIONS.len(), t.min(DIMENSIONS.len()));
     let mut covered = vec![false; count];
     let mut chosen = BTreeSet::new();
-    for (choice, start) in &choices {
-        let size: usize = choice.iter().map(|d| value_count(*d)).product();
-        for offset in 0..size {
-            if covered[start + offset] {
+    for choice in &choices {
+        for offset in 0..choice.combination_count() {
+            if covered[choice.first_number + offset] {
                 continue;
             }
             // The values are the digits of the combination's offset in a mixed radix, as in `combinations_of`.
             let mut rest = offset;
             let mut values: Vec<(usize, usize)> = Vec::new();
-            for d in choice.iter().rev() {
+            for d in choice.dimensions.iter().rev() {
                 values.push((*d, rest % value_count(*d)));
                 rest /= value_count(*d);
             }
@@ -183,10 +198,11 @@ fn compute_covering(t: usize) -> Vec<ShaderKey> {
 
 /// Returns a test of whether every pair of values in a combination is possible. A combination can be possible only if this holds.
 fn pair_test(base_features: &[DrawFeatures]) -> impl Fn(&Combination) -> bool + use<> {
-    let mut start = Vec::new();
+    // The values of all dimensions are numbered from 0, dimension after dimension; `first_number`: by dimension, the number of its first value.
+    let mut first_number = Vec::new();
     let mut count = 0;
     for d in DIMENSIONS {
-        start.push(count);
+        first_number.push(count);
         count += d.texts.len();
     }
     let mut possible = vec![true; count * count];
@@ -194,7 +210,7 @@ fn pair_test(base_features: &[DrawFeatures]) -> impl Fn(&Combination) -> bool + 
         for b in 0..a {
             for value_a in 0..dimension_a.texts.len() {
                 for value_b in 0..value_count(b) {
-                    let (i, j) = (start[a] + value_a, start[b] + value_b);
+                    let (i, j) = (first_number[a] + value_a, first_number[b] + value_b);
                     let occurs = completion(base_features, 0, &[(a, value_a), (b, value_b)]).is_some();
                     (possible[i * count + j], possible[j * count + i]) = (occurs, occurs);
                 }
@@ -202,8 +218,8 @@ fn pair_test(base_features: &[DrawFeatures]) -> impl Fn(&Combination) -> bool + 
         }
     }
     move |values| {
-        let index = |(d, v): &(usize, usize)| start[*d] + v;
-        values.iter().enumerate().all(|(k, a)| values[..k].iter().all(|b| possible[index(a) * count + index(b)]))
+        let number = |(d, v): &(usize, usize)| first_number[*d] + v;
+        values.iter().enumerate().all(|(k, a)| values[..k].iter().all(|b| possible[number(a) * count + number(b)]))
     }
 }
 
@@ -214,7 +230,8 @@ fn best_completion(
     random: &mut Random,
     count_new: impl Fn(&DrawFeatures) -> usize,
 ) -> Option<DrawFeatures> {
-    let mut best = completion(base_features, random.below(base_features.len()), values).map(|f| (count_new(&f), f))?;
+    let mut best = completion(base_features, random.below(base_features.len()), values)?;
+    let mut best_count = count_new(&best);
     for _ in 0..TRIES {
         let Some(mut features) = completion(base_features, random.below(base_features.len()), values) else { break };
         for d in DIMENSIONS.iter().filter(|d| !RULE_DIMENSIONS.iter().any(|(name, _)| *name == d.name)) {
@@ -228,11 +245,12 @@ fn best_completion(
             }
         }
         let features = canonical(&with_values(features, values));
-        if has_values(&features, values) && count_new(&features) > best.0 {
-            best = (count_new(&features), features);
+        if has_values(&features, values) && count_new(&features) > best_count {
+            best_count = count_new(&features);
+            best = features;
         }
     }
-    Some(best.1)
+    Some(best)
 }
 
 #[cfg(test)]

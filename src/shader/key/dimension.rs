@@ -54,7 +54,7 @@ pub struct Dimension {
     pub feature_names: &'static [&'static str],
     /// Whether a value also enables the features of all lesser values: `lights.2` comes with `lights.1`.
     pub cumulative: bool,
-    /// The value that a draw's features have.
+    /// The value that a draw's features have: an index into `texts`.
     pub get: fn(&DrawFeatures) -> usize,
     /// Changes a draw's features so that they have this value.
     pub set: fn(&mut DrawFeatures, usize),
@@ -154,6 +154,7 @@ pub static DIMENSIONS: &[Dimension] = &[
     Dimension {
         name: "occluders",
         part: KeyPart::Eclipse,
+        // `eclipseN`: N occluders.
         texts: &["", "eclipse1", "eclipse2", "eclipse3", "eclipse4"],
         feature_names: &["", "eclipse.1", "eclipse.2", "eclipse.3", "eclipse.4"],
         cumulative: true,

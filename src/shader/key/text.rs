@@ -88,8 +88,8 @@ fn words(part: KeyPart, text: &str, column: usize) -> Vec<(&str, usize)> {
     let mut start = 0;
     while start <= text.len() {
         let rest = &text[start..];
-        let ends_word = |t: &&&str| rest.strip_prefix(**t).is_some_and(|after| after.is_empty() || after.starts_with('-'));
-        let length = known_words().filter(ends_word).map(|t| t.len()).max().unwrap_or_else(|| rest.find('-').unwrap_or(rest.len()));
+        let is_next_word = |word: &&&str| rest.strip_prefix(**word).is_some_and(|after| after.is_empty() || after.starts_with('-'));
+        let length = known_words().filter(is_next_word).map(|t| t.len()).max().unwrap_or_else(|| rest.find('-').unwrap_or(rest.len()));
         found.push((&rest[..length], column + start));
         start += length + 1;
     }
@@ -105,7 +105,7 @@ fn find_word(part: KeyPart, word: &str) -> Option<(&'static Dimension, usize)> {
 /// The part to which a piece of a key's text (between two `.`) belongs: the one that has most of its words. No word belongs to two parts.
 fn part_of(piece: &str) -> Option<KeyPart> {
     let known_words = |part: KeyPart| words(part, piece, 1).iter().filter(|(w, _)| find_word(part, w).is_some()).count();
-    // `max_by_key` returns the last of several equal parts; because of `rev` that is the first in the table.
+    // Of several parts with the most words, `max_by_key` returns the last; because of `rev` that is the first in the table.
     parts().into_iter().rev().max_by_key(|part| known_words(*part)).filter(|part| known_words(*part) > 0)
 }
 
@@ -135,22 +135,22 @@ impl FromStr for ShaderKey {
             let Some(part) = part_of(piece) else {
                 return Err(unknown(piece, column, suggestion(piece, &found)));
             };
-            for (word, at) in words(part, piece, column) {
+            for (word, word_column) in words(part, piece, column) {
                 let Some((dimension, value)) = find_word(part, word) else {
-                    return Err(unknown(word, at, did_you_mean(word, all_words()).unwrap_or_else(|| words_of_part(part))));
+                    return Err(unknown(word, word_column, did_you_mean(word, all_words()).unwrap_or_else(|| words_of_part(part))));
                 };
                 if let Some((_, earlier, earlier_column)) = positions.iter().find(|(name, _, _)| *name == dimension.name) {
                     return Err(KeyTextError::Twice {
                         text: text(),
                         word: word.into(),
-                        column: at,
+                        column: word_column,
                         dimension: dimension.name,
                         earlier: earlier.clone(),
                         earlier_column: *earlier_column,
                     });
                 }
                 (dimension.set)(&mut features, value);
-                positions.push((dimension.name, word.into(), at));
+                positions.push((dimension.name, word.into(), word_column));
             }
             found.push(part);
             column += piece.len() + 1;
@@ -162,7 +162,7 @@ impl FromStr for ShaderKey {
             let (word, column) = positions
                 .iter()
                 .find(|(name, _, _)| *name == dimension.name)
-                .map_or((dimension.name.to_owned(), 1), |(_, word, at)| (word.clone(), *at));
+                .map_or((dimension.name.to_owned(), 1), |(_, word, column)| (word.clone(), *column));
             let canonical = write(&canonical(&features));
             return Err(KeyTextError::NoEffect { text: text(), word, column, because: rule.because, canonical });
         }

@@ -1,8 +1,8 @@
 //! The shader library: a cache of modules, in memory and on disk.
 //!
 //! In: a module's name. Out: a shared [`ShaderModule`], from memory, from disk, or newly emitted. Always: the module is the one that the generator (the emitter
-//! with its fragments) would emit now, even if entries on disk are damaged, unless someone forged an entry ([`ShaderLibrary::replace_tampered`]); readers in
-//! any process see either a complete entry or none; a disk error is reported once and is never fatal. Not here: the lowering of modules for the software
+//! with its fragments) would emit now, even if entries on disk are damaged, unless someone forged an entry (see [`ShaderLibrary::replace_tampered`]); readers
+//! in any process see either a complete entry or none; a disk error is reported once and is never fatal. Not here: the lowering of modules for the software
 //! renderer, and where messages go; the caller supplies both.
 
 mod entry;
@@ -32,6 +32,7 @@ type ModuleCell = Arc<OnceLock<Result<(Arc<ShaderModule>, Origin), ShaderError>>
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Origin {
     pub outcome: CacheOutcome,
+    /// Time to read or build the module.
     pub took_ms: f64,
 }
 
@@ -50,14 +51,17 @@ pub enum CacheOutcome {
 pub struct Statistics {
     /// Modules that came from memory.
     pub from_memory: u64,
-    /// Modules that came from disk, and the seconds spent reading them.
+    /// Modules that came from disk.
     pub from_disk: u64,
+    /// Time spent reading these modules.
     pub reading_s: f64,
-    /// Modules emitted, parsed, validated and lowered, and the seconds spent on that.
+    /// Modules emitted, parsed, validated and lowered.
     pub emitted: u64,
+    /// Time spent on emitting, parsing, validating and lowering.
     pub emitting_s: f64,
-    /// Entries written, and the seconds spent writing them.
+    /// Entries written.
     pub written: u64,
+    /// Time spent writing these entries.
     pub writing_s: f64,
     /// Entries on disk that were damaged, of another format or tampered with, and were replaced. The serialised name is `healed`.
     #[serde(rename = "healed")]
@@ -76,7 +80,7 @@ struct Counters {
     repaired: AtomicU64,
 }
 
-/// Adds one event, and the time since it began, to two counters.
+/// Counts an event that began at `since`: adds 1 to `counter`, and the elapsed time to `nanoseconds`.
 fn count(counter: &AtomicU64, nanoseconds: &AtomicU64, since: Instant) {
     counter.fetch_add(1, Ordering::Relaxed);
     nanoseconds.fetch_add(u64::try_from(since.elapsed().as_nanos()).unwrap_or(u64::MAX), Ordering::Relaxed);
@@ -90,11 +94,13 @@ struct Damaged;
 pub struct DiskStatus {
     /// Folder with the modules of this generator (these fragments and this code); `None` if the library is only in memory or has edited fragments.
     pub folder: Option<PathBuf>,
-    /// Number of entries of this generator, and their bytes.
+    /// Number of entries of this generator.
     pub entries: u64,
+    /// Bytes of those entries.
     pub bytes: u64,
-    /// Number of entries of other generators (older or newer programs), and their bytes.
+    /// Number of entries of other generators (older or newer programs).
     pub other_entries: u64,
+    /// Bytes of the entries of other generators.
     pub other_bytes: u64,
     /// The first folder that could not be read, and why; the counts do not include it.
     pub unreadable: Option<String>,
@@ -354,9 +360,9 @@ impl ShaderLibrary {
         let mut check = DiskCheck { unreadable: self.unreadable(), ..DiskCheck::default() };
         let mut files: Vec<_> = self.folder().iter().flat_map(|f| entries_in(f)).collect();
         files.sort();
-        let found: Vec<_> = files.into_par_iter().map(|file| (self.verify_file(&file), file)).collect();
-        for (found, file) in found {
-            match found {
+        let results: Vec<_> = files.into_par_iter().map(|file| (self.verify_file(&file), file)).collect();
+        for (result, file) in results {
+            match result {
                 Ok(()) => check.valid += 1,
                 Err(what) => check.damaged.push((file, what)),
             }

@@ -52,13 +52,13 @@ pub struct Fragment {
     pub blocks: Vec<Block>,
     /// The imported items, in the order of the text.
     pub imports: Vec<Import>,
-    /// Names of its declarations, whatever their conditions are.
+    /// Names of the fragment's declarations, whatever their conditions are.
     pub declared: Vec<String>,
 }
 
 /// Line and column (in characters) of a byte position, both from 1.
-fn line_and_column(text: &str, at: usize) -> (u32, u32) {
-    let before = &text[..text.floor_char_boundary(at)];
+fn line_and_column(text: &str, position: usize) -> (u32, u32) {
+    let before = &text[..text.floor_char_boundary(position)];
     let line = before.matches('\n').count() + 1;
     let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
     (line as u32, column as u32)
@@ -68,8 +68,8 @@ impl Fragment {
     /// # Errors
     /// The first syntax error or unsupported construct, with line and column.
     pub fn parse(path: &str, text: &str) -> Result<Self, ShaderError> {
-        let error = |at: usize, what: String| {
-            let (line, column) = line_and_column(text, at);
+        let error = |position: usize, what: String| {
+            let (line, column) = line_and_column(text, position);
             ShaderError::Fragment { path: path.to_owned(), line, column, what }
         };
         if let Some(legacy_at) = legacy_directive_at(text) {
@@ -77,7 +77,7 @@ impl Fragment {
                         statement, and `import package::lib::draw::draw;` (`orrery shader export` writes the shader sources of this version)";
             return Err(error(legacy_at, what.into()));
         }
-        let scan = scan(path.trim_end_matches(".wesl"), text).map_err(|ScanError { at: byte, what }| error(byte, what))?;
+        let scan = scan(path.trim_end_matches(".wesl"), text).map_err(|ScanError { position, what }| error(position, what))?;
         Ok(Self::of(text, scan))
     }
 
@@ -132,7 +132,7 @@ impl Fragment {
             lines.pop();
         }
         let imports = scan.imports.into_iter().flat_map(|i| {
-            let (line, column) = line_and_column(text, i.at);
+            let (line, column) = line_and_column(text, i.position);
             let import =
                 move |(module, item): (String, String)| Import { block: i.block, line, column, path: format!("{module}.wesl"), item };
             i.items.into_iter().map(import)
@@ -210,14 +210,14 @@ fn blocks_of_bytes(text: &str, scan: &Scan) -> Vec<u32> {
 }
 
 /// Start of the line that contains a byte position.
-fn line_start(text: &str, at: usize) -> usize {
-    text[..at].rfind('\n').map_or(0, |n| n + 1)
+fn line_start(text: &str, position: usize) -> usize {
+    text[..position].rfind('\n').map_or(0, |n| n + 1)
 }
 
 /// Start of the comment lines directly above an item. Without any, or if other text precedes the item on its line: the start of that line.
-fn comments_above(text: &str, at: usize) -> usize {
-    let mut first = line_start(text, at);
-    if !text[first..at].trim().is_empty() {
+fn comments_above(text: &str, item_start: usize) -> usize {
+    let mut first = line_start(text, item_start);
+    if !text[first..item_start].trim().is_empty() {
         return first;
     }
     while first > 0 {

@@ -57,7 +57,7 @@ pub(super) fn first_exceeded_limit(text: &str) -> Option<(usize, String)> {
     let mut in_body = false;
     // How many `else` the current chain of `if` and `else` has: outside all brackets, then in each open bracket. There is one number more than open brackets.
     let mut else_counts = vec![0];
-    for (at, byte) in code.iter().enumerate() {
+    for (position, byte) in code.iter().enumerate() {
         part_bytes = if byte.is_ascii_whitespace() { part_bytes } else { part_bytes + 1 };
         body_bytes = if byte.is_ascii_whitespace() { body_bytes } else { body_bytes + 1 };
         if else_counts.len() == 1 {
@@ -78,7 +78,7 @@ pub(super) fn first_exceeded_limit(text: &str) -> Option<(usize, String)> {
         if *byte == b'}'
             && let Some(count) = else_counts.last_mut()
         {
-            let else_follows = code[at + 1..].trim_ascii_start().starts_with(b"else");
+            let else_follows = code[position + 1..].trim_ascii_start().starts_with(b"else");
             *count = if else_follows { *count + 1 } else { 0 };
         }
         let what = if open_angles > MAX_OPEN_ANGLES {
@@ -94,7 +94,7 @@ pub(super) fn first_exceeded_limit(text: &str) -> Option<(usize, String)> {
         } else {
             continue;
         };
-        return Some((at, what));
+        return Some((position, what));
     }
     None
 }
@@ -119,8 +119,9 @@ mod tests {
     #[test]
     fn limits_are_exact() {
         // The position, and the third word of the message, which is the limit.
-        let excess =
-            |text: &str| first_exceeded_limit(text).map(|(at, what)| (at, what.split_whitespace().nth(2).unwrap_or_default().to_owned()));
+        let excess = |text: &str| {
+            first_exceeded_limit(text).map(|(position, what)| (position, what.split_whitespace().nth(2).unwrap_or_default().to_owned()))
+        };
         let number = |n: usize| n.to_string();
         for (unit, max) in [("(", MAX_DEPTH), ("f([", MAX_DEPTH / 2), ("{", MAX_DEPTH), ("vec2<", MAX_OPEN_ANGLES)] {
             assert_eq!(excess(&unit.repeat(max)), None, "{unit}");

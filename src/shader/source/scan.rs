@@ -13,7 +13,7 @@ use wgsl_parse::syntax::{Import as NestedImport, ImportContent, ImportStatement,
 
 /// An error at a byte position of the text.
 pub(super) struct ScanError {
-    pub at: usize,
+    pub position: usize,
     pub what: String,
 }
 
@@ -23,10 +23,12 @@ pub(super) struct ConditionalSpan {
     pub block: u32,
 }
 
-/// An import statement: its position, its block, and the imported items as (path of the fragment without extension, item).
+/// An import statement.
 pub(super) struct Imported {
-    pub at: usize,
+    /// Byte position of its start.
+    pub position: usize,
     pub block: u32,
+    /// The imported items, each with the path of its fragment without extension: (path, item).
     pub items: Vec<(String, String)>,
 }
 
@@ -79,7 +81,7 @@ struct Scanner<'a> {
 pub(super) fn scan(path: &str, text: &str) -> Result<Scan, ScanError> {
     let mut tokens = Vec::new();
     for token in Lexer::new(text) {
-        let (start, token, end) = token.map_err(|(at, _, _)| ScanError { at, what: "this is not a WGSL token".into() })?;
+        let (start, token, end) = token.map_err(|(position, _, _)| ScanError { position, what: "this is not a WGSL token".into() })?;
         tokens.push((start..end, token));
     }
     let mut scanner = Scanner { text, path, tokens, next: 0, scan: Scan { blocks: vec![Block::Root], ..Scan::default() } };
@@ -91,7 +93,7 @@ pub(super) fn scan(path: &str, text: &str) -> Result<Scan, ScanError> {
 }
 
 impl<'a> Scanner<'a> {
-    /// The next token's text; empty at the end.
+    /// The next token's text; empty at the end of the fragment.
     fn token(&self) -> &'a str {
         self.tokens.get(self.next).map_or("", |(span, _)| &self.text[span.clone()])
     }
@@ -107,7 +109,7 @@ impl<'a> Scanner<'a> {
     }
 
     fn error(&self, what: String) -> ScanError {
-        ScanError { at: self.position(), what }
+        ScanError { position: self.position(), what }
     }
 
     fn is_at_end_of_list(&self) -> bool {
@@ -127,7 +129,7 @@ impl<'a> Scanner<'a> {
             let continues_chain = matches!(branch, Some(Branch::Elif(_) | Branch::Else));
             let unless = if continues_chain { chain.last().copied() } else { None };
             if continues_chain && unless.is_none() {
-                return Err(ScanError { at: start, what: "the item before has no `@if`".into() });
+                return Err(ScanError { position: start, what: "the item before has no `@if`".into() });
             }
             if !continues_chain {
                 self.finish_chain(&chain, chain_start);
@@ -160,7 +162,7 @@ impl<'a> Scanner<'a> {
         self.scan.blocks.len() as u32 - 1
     }
 
-    /// Records the chain of these branches, unless it has none. `start`: that of its first item.
+    /// Records the chain that consists of these branches, unless there are none. `start`: position of the chain's first item.
     fn finish_chain(&mut self, chain: &[u32], start: usize) {
         let block = match chain {
             [] => return,
@@ -170,7 +172,7 @@ impl<'a> Scanner<'a> {
         self.scan.chains.push(ConditionChain { start, block });
     }
 
-    /// Scans the attributes before an item; returns the conditional one with its span.
+    /// Scans the attributes before an item; returns the conditional attribute, if there is one, with its span.
     fn scan_attributes(&mut self) -> Result<Option<(Branch, Range<usize>)>, ScanError> {
         let mut found = None;
         while self.token() == "@" {
@@ -188,10 +190,11 @@ impl<'a> Scanner<'a> {
             } else {
                 None
             };
-            let condition = |what: &str| {
-                let span =
-                    argument.clone().ok_or_else(|| ScanError { at: start, what: format!("`@{what}` has no condition in parentheses") })?;
-                Condition::parse(&self.text[span.clone()]).map_err(|what| ScanError { at: span.start, what })
+            let condition = |attribute: &str| {
+                let span = argument
+                    .clone()
+                    .ok_or_else(|| ScanError { position: start, what: format!("`@{attribute}` has no condition in parentheses") })?;
+                Condition::parse(&self.text[span.clone()]).map_err(|what| ScanError { position: span.start, what })
             };
             let branch = match name.as_str() {
                 "if" => Branch::If(condition("if")?),
@@ -200,7 +203,7 @@ impl<'a> Scanner<'a> {
                 _ => continue,
             };
             if found.replace((branch, start..self.previous_end())).is_some() {
-                return Err(ScanError { at: start, what: "an item has one condition; join several with `&&`".into() });
+                return Err(ScanError { position: start, what: "an item has one condition; join several with `&&`".into() });
             }
         }
         Ok(found)
@@ -223,7 +226,7 @@ impl<'a> Scanner<'a> {
         }
         let is_struct = self.token() == "struct";
         while !self.is_at_end_of_list() {
-            let token = &self.tokens[self.next].1;
+            let (_, token) = &self.tokens[self.next];
             let opens_template = matches!(token, Token::TemplateArgsStart);
             match self.token() {
                 "(" | "[" => self.scan_bracketed(block, List::CommaSeparated)?,
@@ -252,7 +255,7 @@ impl<'a> Scanner<'a> {
         Ok(())
     }
 
-    /// Scans a list with its brackets. `block`: that of the item to which the list belongs.
+    /// Scans a list with its brackets. `block`: the block of the item to which the list belongs.
     fn scan_bracketed(&mut self, block: u32, list: List) -> Result<(), ScanError> {
         let open = self.position();
         let close = match self.token() {
@@ -265,13 +268,13 @@ impl<'a> Scanner<'a> {
         self.scan_items(block, list)?;
         // `starts_with`: a token `>>` can close two template lists.
         if !self.token().starts_with(close) {
-            return Err(ScanError { at: open, what: format!("this is not closed by `{close}`") });
+            return Err(ScanError { position: open, what: format!("this is not closed by `{close}`") });
         }
         self.next += 1;
         Ok(())
     }
 
-    /// Records the name of the declaration that begins with this token.
+    /// Records the name of the declaration that begins with the token of index `first`.
     fn record_declaration(&mut self, first: usize) {
         let (tokens, text) = (&self.tokens, self.text);
         let word = |k: usize| tokens.get(k).map_or("", |(span, _)| &text[span.clone()]);
@@ -288,13 +291,13 @@ impl<'a> Scanner<'a> {
     }
 
     fn scan_import(&mut self, block: u32) -> Result<(), ScanError> {
-        let at = self.position();
+        let start = self.position();
         while !matches!(self.token(), ";" | "") {
             self.next += 1;
         }
         self.expect(";")?;
-        let span = at..self.previous_end();
-        let error = |what: String| ScanError { at, what };
+        let span = start..self.previous_end();
+        let error = |what: String| ScanError { position: start, what };
         let statement: ImportStatement = self.text[span.clone()].parse().map_err(|e: wgsl_parse::Error| error(e.error.to_string()))?;
         let mut base: Vec<String> = match statement.path.as_ref().map(|p| &p.origin) {
             Some(PathOrigin::Absolute) => Vec::new(),
@@ -308,7 +311,7 @@ impl<'a> Scanner<'a> {
         let mut items = Vec::new();
         flatten_import(&base, &statement.content, &mut items).map_err(error)?;
         self.scan.removed_spans.push(span);
-        self.scan.imports.push(Imported { at, block, items });
+        self.scan.imports.push(Imported { position: start, block, items });
         Ok(())
     }
 }
