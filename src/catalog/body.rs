@@ -98,11 +98,11 @@ pub struct Map {
     pub gain: [f64; 3],
     /// The kind of latitude in which its rows are evenly spaced.
     pub latitude: MapLatitude,
-    /// Its width in texels, if the catalog states it: procedural detail is chosen by it before the map is read.
+    /// Its width in texels, if the catalog states it. The choice of procedural detail needs the width before the map is read.
     pub columns: Option<u32>,
     /// The invented part of the map and its source; `None` if the entire map consists of images or measurements.
     pub invented: Option<String>,
-    /// For an albedo map: the bright and dark sides of the body, by which its total brightness changes as it rotates. `None`: all sides count as equal.
+    /// For an albedo map: how bright each side of the body is. As the body rotates, its total brightness changes accordingly. `None`: all sides count as equal.
     pub harmonics: Option<AlbedoHarmonics>,
 }
 
@@ -122,16 +122,16 @@ pub struct Maps {
 /// The cloud shell of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clouds {
-    /// The red channel, read as a linear value, gives the opacity: 0 at `clear_texel`, 1 at `closed_texel`, by smoothstep between them. The map's gain is
-    /// ignored.
+    /// Its red channel, read as a linear value from 0 to 1, gives the opacity: 0 up to `clear_texel`, 1 from `closed_texel`, by smoothstep between them. The
+    /// map's gain is ignored.
     pub map: Map,
     /// Height above the ellipsoid.
     pub height_km: f64,
     /// Lambert albedo of a closed cloud deck.
     pub albedo: f64,
-    /// Texel value, 0 to 1, of a clear sky.
+    /// Largest texel value of a clear sky, 0 to 1.
     pub clear_texel: f64,
-    /// Texel value of a closed cloud deck.
+    /// Smallest texel value of a closed cloud deck, above `clear_texel`, at most 1.
     pub closed_texel: f64,
 }
 
@@ -368,7 +368,7 @@ pub struct Body {
 impl Body {
     /// The estimated values of the body and their effect on an image, one line per value.
     pub fn estimate_notes(&self) -> Vec<Message> {
-        // The change in magnitudes for a decrease, which is larger than that for an increase by the same percentage.
+        // The change in magnitudes for a decrease by this percentage. An increase by the same percentage changes the magnitude less.
         let magnitudes = |percent: f64| -2.5 * (1.0 - percent / 100.0).log10();
         let albedo = self.estimates.albedo_percent.map(|percent| {
             let change = magnitudes(percent);

@@ -47,8 +47,8 @@ pub struct Constellations {
     pub borders: Vec<BorderSegment>,
 }
 
-/// Largest angle between a vertex and the star that it stands for. The files give four decimals of a degree. Their epoch is unknown, which matters for stars
-/// of large proper motion.
+/// Largest angle between a vertex and the star that it stands for. It is far above the rounding of the files, four decimals of a degree, because the epoch of
+/// their positions is unknown, and stars of large proper motion may have moved since.
 const SAME_STAR_RAD: f64 = 0.01 * std::f64::consts::PI / 180.0;
 
 /// A GeoJSON FeatureCollection of lines; its coordinates are right ascension and declination, degrees.
@@ -75,7 +75,8 @@ fn direction([ra_deg, dec_deg]: [f64; 2]) -> DVec3 {
 }
 
 /// Rotation from the mean equator and equinox of B1875.0 to ICRF: precession between B1875.0 and J2000 by the angles of Lieske (1977, A&A 58, 1). The borders
-/// were drawn in the system of older star catalogs (FK4). Its difference, up to an arcsecond, and the ICRF's offset from J2000 (0.02 arcseconds) are ignored.
+/// were drawn in the system of older star catalogs (FK4). The differences of FK4 from today's catalogs, up to an arcsecond, and the ICRF's offset from J2000
+/// (0.02 arcseconds) are ignored.
 pub fn icrf_from_b1875() -> glam::DMat3 {
     /// B1875.0 is JD 2405889.258.
     const CENTURIES_FROM_J2000: f64 = (2_405_889.258 - crate::units::JD_J2000) / crate::units::DAYS_PER_JULIAN_CENTURY;

@@ -8,11 +8,12 @@ use super::{AlbedoHarmonics, Map, MapLatitude};
 /// What [`is_file_name`] accepts, for messages.
 pub(super) const ALLOWED_FILE_NAME: &str = "a file name without folders";
 
-/// Whether a text names a file of its folder, not one of another folder.
+/// Whether a text is a plain file name, without a folder.
 pub(super) fn is_file_name(text: &str) -> bool {
     !text.is_empty() && !text.contains(['/', '\\']) && text != ".."
 }
 
+/// Whether a number is finite, for checks of fields.
 pub(super) fn finite(v: &f64) -> bool {
     v.is_finite()
 }
@@ -54,7 +55,7 @@ pub(super) fn with_line<T>(table: TableReader, read: impl FnOnce(TableReader) ->
     Some(WithLine { value: read(table)?, source_line })
 }
 
-/// Reads the table of one map; only that of an albedo map may have `harmonics`.
+/// Reads the table of one map. Only the table of an albedo map (`is_albedo`) may have `harmonics`.
 pub(super) fn read_map(mut table: TableReader, is_albedo: bool) -> Option<Map> {
     let file = table.required::<String>("file", ALLOWED_FILE_NAME, |f| is_file_name(f));
     let gain = table.optional("gain", "three numbers from 0 to 100 (red, green, blue)", each_component(|x| (0.0..=100.0).contains(&x)));

@@ -49,6 +49,23 @@ fn ring(mut table: TableReader) -> Option<(WithLine<String>, Ring)> {
     ))
 }
 
+/// A number for all channels, or one for each (red, green, blue).
+#[derive(Clone, Copy, serde::Deserialize)]
+#[serde(untagged)]
+enum PerChannel {
+    Grey(f64),
+    Rgb([f64; 3]),
+}
+
+impl PerChannel {
+    fn channels(self) -> [f64; 3] {
+        match self {
+            Self::Grey(x) => [x; 3],
+            Self::Rgb(channels) => channels,
+        }
+    }
+}
+
 /// Reads a `[[atmosphere.species]]`.
 fn species(mut table: TableReader) -> Option<Species> {
     let per_km = "three numbers from 0 to 10 per kilometre";
@@ -57,7 +74,9 @@ fn species(mut table: TableReader) -> Option<Species> {
     let tent_centre_km = table.optional("tent_centre_km", "kilometres from 0", |x: &f64| finite(x) && *x >= 0.0);
     let scattering = table.optional("scattering_per_km", per_km, each_component(|x| (0.0..=10.0).contains(&x)));
     let absorption = table.optional("absorption_per_km", per_km, each_component(|x| (0.0..=10.0).contains(&x)));
-    let asymmetry = table.optional("asymmetry", "a number between -1 and 1", |x: &f64| x.abs() < 1.0);
+    let asymmetry = table.optional("asymmetry", "a number between -1 and 1, or three (red, green, blue)", |x: &PerChannel| {
+        x.channels().iter().all(|x| x.abs() < 1.0)
+    });
     let estimate_percent = optional_percent(&mut table, "estimate_percent");
     table.finish();
     Some(Species {
@@ -66,12 +85,12 @@ fn species(mut table: TableReader) -> Option<Species> {
         tent_centre_km: tent_centre_km.map(|l| l.value),
         scattering_per_km: scattering.map_or([0.0; 3], |l| l.value),
         absorption_per_km: absorption.map_or([0.0; 3], |l| l.value),
-        phase: asymmetry.map_or(PhaseFunction::Rayleigh, |l| PhaseFunction::Aerosol(AerosolPhase { asymmetry: l.value })),
+        phase: asymmetry.map_or(PhaseFunction::Rayleigh, |l| PhaseFunction::Aerosol(AerosolPhase { asymmetry: l.value.channels() })),
         estimate_percent,
     })
 }
 
-/// Maximum number of species that are read of an atmosphere: a file of one megabyte could list thousands. A valid atmosphere has at most three.
+/// Number of species above which an atmosphere is rejected unread: a file of one megabyte could list thousands. A valid atmosphere has at most three.
 const MAX_SPECIES: usize = 16;
 /// Maximum number of rings of a body: each has two edges, and the table of edges (`scene::rings`) has room for 4,096.
 const MAX_RINGS: usize = 2000;
@@ -211,8 +230,8 @@ fn is_embedded(source_line: &SourceLine) -> bool {
 /// Maximum number of bodies that the message about a cycle of parents lists.
 const MAX_NAMES_OF_CYCLE: usize = 8;
 
-/// Reports cycles of parents, each at the `parent` fields of the user's files.
-fn report_parent_cycles(bodies: &[Body], source_lines: &BTreeMap<i32, SourceLine>, problems: &Problems) {
+/// Reports cycles of parents, each at the `parent` fields of the user's files. `parent_lines`: the line of the field `parent`, by NAIF code.
+fn report_parent_cycles(bodies: &[Body], parent_lines: &BTreeMap<i32, SourceLine>, problems: &Problems) {
     let by_id: BTreeMap<NaifId, &Body> = bodies.iter().map(|b| (b.id, b)).collect();
     let parent_of = |body: &Body| body.parent.and_then(|id| by_id.get(&id).copied());
     // Each body is visited once. A walk from parent to parent ends at a body of an earlier walk, or at one of its own bodies: a cycle.
@@ -224,7 +243,7 @@ fn report_parent_cycles(bodies: &[Body], source_lines: &BTreeMap<i32, SourceLine
         // `assemble` reports a body that is its own parent.
         let Some(cycle) = cycle_start.map(|first| &path[first..]).filter(|cycle| cycle.len() > 1) else { continue };
         for (position, body) in cycle.iter().enumerate() {
-            let Some(source_line) = source_lines.get(&body.id.0).filter(|source_line| !is_embedded(source_line)) else { continue };
+            let Some(source_line) = parent_lines.get(&body.id.0).filter(|source_line| !is_embedded(source_line)) else { continue };
             let from_parent = cycle[position + 1..].iter().chain(&cycle[..=position]);
             let names: Vec<&str> = from_parent.take(MAX_NAMES_OF_CYCLE).map(|b| b.name.as_str()).collect();
             let more = if cycle.len() > MAX_NAMES_OF_CYCLE { ", …" } else { "" };

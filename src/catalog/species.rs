@@ -14,7 +14,8 @@ pub struct Species {
     /// Height of the peak of a triangular (tent-shaped) profile; `None` for an exponential one.
     pub tent_centre_km: Option<f64>,
     /// Scattering coefficient per kilometre, averaged over each linear sRGB channel. It applies at height 0, on the ellipsoid; for a triangular profile, at
-    /// the peak. In draws, a triangular profile only removes light: what it scatters is added to no view ray.
+    /// the peak. In draws, a triangular profile only removes light: the light that it
+    /// scatters is not added to view rays.
     pub scattering_per_km: [f64; 3],
     /// Absorption coefficient, in the same unit and at the same height.
     pub absorption_per_km: [f64; 3],
@@ -27,30 +28,36 @@ pub struct Species {
 /// The kind of phase function of a species; `scene::atmosphere::phase` computes its values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PhaseFunction {
-    /// That of gas, without parameters.
+    /// The Rayleigh phase function of a gas, without parameters.
     Rayleigh,
-    /// That of aerosols.
+    /// The phase function of an aerosol.
     Aerosol(AerosolPhase),
 }
 
-/// The parameters of the aerosols' phase function. A second function would be chosen by a further parameter, not by a variant of the shader modules: shaders
-/// evaluate the function only once per view ray.
+/// The parameters of the aerosols' phase function, Henyey-Greenstein's. A second function would be chosen by a further parameter rather than by a variant
+/// of each shader module: shaders evaluate the function only once per view ray, so the choice costs little.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AerosolPhase {
-    /// Henyey-Greenstein asymmetry: the mean cosine of the scattering angle, between -1 and 1.
-    pub asymmetry: f64,
+    /// Asymmetry in each linear sRGB channel: the mean cosine of the scattering angle, between -1 and 1.
+    pub asymmetry: [f64; 3],
 }
 
 impl AerosolPhase {
-    /// The four components of the uniform `air_mie_phase`, which `aerosol_phase` of shaders/lib/air/phase.wesl reads. Unused components are 0.
+    /// The function with the same asymmetry in all channels.
+    pub const fn grey(asymmetry: f64) -> Self {
+        Self { asymmetry: [asymmetry; 3] }
+    }
+
+    /// The four components of the uniform `air_mie_phase`, which `aerosol_phase` of shaders/lib/air/phase.wesl reads. The last one is unused.
     pub fn parameters(self) -> [f64; 4] {
         // Destructured without `..`, so that a new field is a compile error here.
         let Self { asymmetry } = self;
-        [asymmetry, 0.0, 0.0, 0.0]
+        let [red, green, blue] = asymmetry;
+        [red, green, blue, 0.0]
     }
 
-    /// The mean cosine of the scattering angle. A test in `scene::atmosphere::phase` compares it with an integral over the phase function.
-    pub(crate) fn mean_cosine(self) -> f64 {
+    /// The mean cosine of the scattering angle, per channel. A test in `scene::atmosphere::phase` compares it with an integral over the phase function.
+    pub(crate) fn mean_cosine(self) -> [f64; 3] {
         // Destructured without `..`, as in `parameters`.
         let Self { asymmetry } = self;
         asymmetry

@@ -26,7 +26,7 @@ pub(super) struct WithLine<T> {
     pub source_line: SourceLine,
 }
 
-/// After this many problems, no more suggestions are computed.
+/// After this many problems, no more hints (the known word that was probably meant) are computed.
 const MAX_PROBLEMS_WITH_HINT: usize = 200;
 
 /// All problems found so far, in the order in which they were found.
@@ -133,7 +133,7 @@ impl<'a> TableReader<'a> {
         self.prefix = format!("{name}.");
     }
 
-    /// Reports the value of a field. `allowed` describes the values that it may have.
+    /// Reports an invalid value of a field. `allowed` describes the values that the field may have.
     pub fn problem(&self, source_line: &SourceLine, field: &str, value: &str, allowed: &str) {
         self.toml_file.problems.add(source_line, format!("{}{field} = {value}: expected {allowed}", self.prefix));
     }

@@ -71,9 +71,9 @@ pub struct ApparentPlace {
     pub distance_km: f64,
     /// Light time from the body to the observer.
     pub light_time_s: f64,
-    /// The least accurate source of the position of the body relative to the Earth.
+    /// The least accurate source of the body's position relative to the Earth.
     pub source: Source,
-    /// Upper limit of that position's error, as an angle seen from the Earth.
+    /// Upper limit of the error of the body's position relative to the Earth, as an angle seen from the Earth.
     pub error_arcsec: f64,
 }
 
@@ -116,7 +116,8 @@ pub fn apparent_place(ephemeris: &Ephemeris, body: NaifId, t: Instant) -> Result
     })
 }
 
-/// Direction in which a viewer who moves with `velocity_km_s`, relative to a viewer at rest, sees the light that the latter sees in the unit direction `u`.
+/// Unit vector to where a moving viewer sees a light that a viewer at rest sees in the direction `u` (unit vector). `velocity_km_s`: of the moving viewer,
+/// relative to the one at rest.
 ///
 /// The relativistic formula (Urban and Seidelmann 2013, Explanatory Supplement, eq. 7.40), exact for uniform motion.
 pub fn aberrated(u: DVec3, velocity_km_s: DVec3) -> DVec3 {
@@ -136,7 +137,7 @@ pub struct SurfacePoint {
     /// Planetographic longitude, 0 to 360: counted so that the sub-observer longitude of a distant observer grows with time (west for direct
     /// rotation, east for retrograde); by custom east for the Sun, the Earth and the Moon.
     pub lon_graphic_deg: f64,
-    /// Planetographic latitude, that of the normal: north positive.
+    /// Planetographic latitude, the angle between the equator and the ellipsoid's normal: north positive.
     pub lat_graphic_deg: f64,
 }
 

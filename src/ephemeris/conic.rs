@@ -74,7 +74,7 @@ impl ConicState {
         // dt/ds is positive, so the residual is monotonic: Newton's method, safeguarded by a bracket. The bracket starts small, because
         // the functions of a hyperbola overflow far beyond the root.
         let first_width = (span.abs() / r0).min(alpha.abs().sqrt().recip()).max(f64::MIN_POSITIVE);
-        // `low` is short of the root, `high` is doubled until it is not. For a negative span both are at most 0.
+        // `low` is short of the root; `high` is doubled until it is at the root or beyond. For a negative span both are at most 0.
         let (mut low, mut high) = (0.0_f64, span.signum() * first_width);
         for _ in 0..MAX_STEPS {
             if time_residual(high).0 * span.signum() >= 0.0 {

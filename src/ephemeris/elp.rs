@@ -41,8 +41,8 @@ const ARGUMENTS: [[f64; 5]; 13] = [
     [5.481_293_871_604_991, 7.478_159_856_714, 0.0, 0.0, 0.0],
     [5.311_886_286_783_467, 3.813_303_563_758, 0.0, 0.0, 0.0],
 ];
-/// Indices of D, l and F in [`ARGUMENTS`]: they contain the Moon's longitude and get the same correction. Zeta contains it, too, but its terms, of
-/// 8 arcsec at most, would change by only 0.1 arcsec in 3000 BC.
+/// Indices of D, l and F in [`ARGUMENTS`]: they contain the Moon's longitude and get the same correction. Zeta contains the Moon's longitude, too, but
+/// is not corrected: its terms, of 8 arcsec at most, would change by only 0.1 arcsec in 3000 BC.
 const WITH_LUNAR_LONGITUDE: [usize; 3] = [0, 2, 3];
 
 /// Factor on the distances of the series, a0 / ath in the authors' program (ELP82B.F, "constants fitted to JPL's ephemerides DE200/LE200"; CDS
@@ -59,6 +59,7 @@ const KM_PER_ARCSEC: f64 = 1.865;
 const ECLIPTIC_P: [f64; 5] = [0.101_803_91e-4, 0.470_204_39e-6, -0.541_736_7e-9, -0.250_794_8e-11, 0.463_486e-14];
 const ECLIPTIC_Q: [f64; 5] = [-0.113_469_002e-3, 0.123_726_74e-6, 0.126_541_7e-8, -0.137_180_8e-11, -0.320_334e-14];
 
+/// A periodic term: amplitude times time^power times the sine of its angle.
 #[derive(Clone, Copy, Debug)]
 struct Term {
     /// 0 longitude, 1 latitude, 2 distance.

@@ -94,6 +94,7 @@ pub fn sun(tdb_s: f64) -> State {
     let total_mass: f64 = 1.0 + SUN_MASS_OVER_GIANTS.iter().map(|(_, ratio)| 1.0 / ratio).sum::<f64>();
     for (giant, ratio) in SUN_MASS_OVER_GIANTS {
         let Some(state) = planet(giant, tdb_s) else { continue };
+        // The Sun is displaced away from the giant, by the giant's share of the total mass.
         let fraction = -1.0 / (ratio * total_mass);
         barycentric = barycentric.plus(State { pos_km: state.pos_km * fraction, vel_km_s: state.vel_km_s * fraction });
     }

@@ -335,6 +335,7 @@ impl Ephemeris {
         }
     }
 
+    /// The state of a link's target relative to the link's origin; `None` if the theory has no state at `t`.
     fn evaluate(&self, link: &ChainLink, t: Instant) -> Option<LinkState> {
         let (target, tdb_s) = (link.target, t.tdb_seconds_past_j2000());
         let (state, source, error_km) = match link.theory {
@@ -401,7 +402,7 @@ impl Ephemeris {
 const SERIES_YEARS: (f64, f64) = (-3000.0, 3001.0);
 /// Years in which mean elements are used: the span of their tables, from the year -3000 (3001 BC) to the end of AD 3000.
 const MEAN_ELEMENTS_YEARS: (f64, f64) = (-3000.0, 3001.0);
-/// Years in which moons and rotations are computed, with an error that grows: a long kernel such as DE441 may cover their planet there.
+/// Years in which moons and rotations are computed, with an error that grows: a long kernel such as DE441 may cover their planet in these years.
 const ORBIT_YEARS: (f64, f64) = (-20_000.0, 20_000.0);
 
 /// Whether a target is a planet whose centre is computed from the masses of its moons.

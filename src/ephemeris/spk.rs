@@ -14,15 +14,16 @@ use anise::naif::daf::{DafDataType, NAIFSummaryRecord, datatypes::Type2Chebyshev
 use glam::DVec3;
 use std::collections::{HashMap, HashSet};
 
-/// Bytes of a record of a DAF file, the container of SPK. A *summary record* is one of these; other records here are those of Chebyshev coefficients.
+/// Bytes of a record of a DAF file, the container of SPK. A *summary record* is such a record; all other records mentioned here are sets of Chebyshev
+/// coefficients.
 const DAF_RECORD_BYTES: usize = 1024;
 /// Largest number of centres above a body that [`Spk::state`] follows.
 const MAX_CENTRES: usize = 16;
 /// Maximum number of summaries in a record of an SPK: (128 - 3) doubles, 5 per summary.
 const MAX_SUMMARIES: f64 = 25.0;
 
-/// Walks the chain of summary records. Each begins with three numbers: that of the next record, that of the previous one, and the count of its summaries.
-/// Records count from 1, and the last one names 0 as the next (NAIF's DAF Required Reading).
+/// Walks the chain of summary records. Each begins with three doubles: the number of the next summary record, the number of the previous one, and the count of
+/// its summaries. Records are numbered from 1, and the last summary record names 0 as the next (NAIF's DAF Required Reading).
 ///
 /// # Errors
 /// Names the record that is outside the file, occurs twice, or has an impossible number of summaries.

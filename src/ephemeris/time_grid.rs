@@ -3,11 +3,11 @@
 //! [`GridCache`] stores values by the index of a node or of an interval of a fixed grid. [`TimeGrid`] gives values at nodes, from which the caller interpolates
 //! or extrapolates.
 //!
-//! In: a key, an instant, the function. Out ([`TimeGrid`]): the values at the two nodes around the instant and the weight of the later one, or the value at
-//! the nearest node and the seconds from there. Always: the nodes are multiples of one step from J2000, so that a result does not depend on earlier calls. A
-//! frame asks for a planet's moons at dozens of instants that differ by the light time between them. These instants share a few nodes, and later frames of the
-//! same instant reuse them. Not here: the check of instants. Callers exclude instants that are not finite, or so far away that the index of a node would
-//! overflow.
+//! In: a key, an instant, the function. Out ([`TimeGrid`]): the values at the two nodes around the instant and the weight of the later one, or the value at the
+//! nearest node and the seconds from this node to the instant. Always: the nodes are multiples of one step from J2000, so that a result does not depend on
+//! earlier calls. A frame asks for a planet's moons at dozens of instants that differ by the light time between them. These instants share a few nodes, and
+//! later frames of the same instant reuse them. Not here: the check of instants. Callers exclude instants that are not finite, or so far away that the index of
+//! a node would overflow.
 
 use parking_lot::Mutex;
 use rustc_hash::FxHashMap;
@@ -29,7 +29,7 @@ impl<K: Copy + Eq + Hash, V: Clone> GridCache<K, V> {
         Self { values: Mutex::default(), capacity }
     }
 
-    /// The stored value, or that of `compute`, which is then stored.
+    /// The stored value; if there is none, the result of `compute`, which is then stored.
     pub(crate) fn get(&self, key: K, index: i64, compute: impl FnOnce() -> V) -> V {
         let stored = self.values.lock().get(&(key, index)).cloned();
         stored.unwrap_or_else(|| {
@@ -71,7 +71,7 @@ impl<K: Copy + Eq + Hash, V: Clone> TimeGrid<K, V> {
         Self { step_s, nodes: GridCache::with_capacity(MAX_VALUES) }
     }
 
-    /// The value at the nearest node, and the seconds from there to the instant. `compute` gets TDB seconds past J2000.
+    /// The value at the nearest node, and the seconds from this node to the instant. `compute` gets TDB seconds past J2000.
     pub(crate) fn nearest(&self, key: K, tdb_s: f64, compute: impl FnOnce(f64) -> V) -> (V, f64) {
         let node_index = (tdb_s / self.step_s).round();
         let node_s = node_index * self.step_s;

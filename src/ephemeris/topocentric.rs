@@ -3,7 +3,7 @@
 //! In: a place on a body, a target, an instant. Out: degrees and instants. Altitudes are without refraction; rising and setting on the Earth include the
 //! conventional 34 arcmin of refraction and the semidiameter (Explanatory Supplement, 3rd ed., section 12.1.3). Light time is included.
 //! Stellar aberration is left out: it changes altitudes by up to 20 arcsec, hence risings by up to 1.4 s at the equator and by more elsewhere, and shifts two
-//! neighbouring discs together. The horizon is that of the ellipsoid.
+//! neighbouring discs together. The horizon is perpendicular to the ellipsoid's normal.
 
 use super::{Ephemeris, EphemerisError, angle_rad};
 use crate::catalog::{Catalog, NaifId};
@@ -27,7 +27,7 @@ const ROOT_TOLERANCE_S: f64 = 0.05;
 pub struct Observer {
     /// The body that the place is on.
     pub body: NaifId,
-    /// Planetographic latitude: that of the normal.
+    /// Planetographic latitude: the angle between the equator and the ellipsoid's normal.
     pub lat_graphic_deg: f64,
     /// East longitude.
     pub lon_east_deg: f64,
@@ -141,8 +141,8 @@ impl ObserverSky<'_> {
         })
     }
 
-    /// Altitude in degrees that is 0 when the target rises or sets: that of the upper limb of a large disc, or of the centre of a small one. On the Earth it
-    /// includes the refraction at the horizon.
+    /// Altitude in degrees that is 0 when the target rises or sets: the altitude of a large disc's upper limb, or of a small disc's centre. On the Earth, the
+    /// result includes the refraction at the horizon.
     fn rise_set_altitude_deg(&self, target: NaifId, t: Instant) -> Result<f64, EphemerisError> {
         let horizontal = self.topocentric(target, t)?;
         let refraction_deg = if self.place.body == NaifId::EARTH { HORIZON_REFRACTION_DEG } else { 0.0 };

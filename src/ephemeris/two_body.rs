@@ -67,8 +67,8 @@ pub fn icrf_from_pole_frame(pole_ra_deg: f64, pole_dec_deg: f64) -> DMat3 {
 /// State relative to the parent, ICRF, from a catalog's mean elements.
 ///
 /// The node regresses for inclinations under 90 degrees and advances above; the argument of the periapsis advances. The catalog's mean motion is the rate of
-/// the mean longitude at the epoch, so the anomaly's rate is that rate minus those of node and argument (in a retrograde orbit, the node's is added). A
-/// tidal term in T² is added to the anomaly, and so to the longitude.
+/// the mean longitude at the epoch, so the anomaly's rate is the mean motion minus the rates of node and argument (in a retrograde orbit, the node's rate is
+/// added). A tidal term in T² is added to the anomaly, and so to the longitude.
 pub fn state(elements: &MeanElements, t: Instant) -> State {
     let days = t.tdb_seconds_past_j2000() / SECONDS_PER_DAY - (elements.epoch_jd_tt - JD_J2000);
     // A period of 0 stands for no precession.

@@ -103,7 +103,8 @@ impl Cone {
             (towards_centre * angle.cos() + sideways * angle.sin()) * cos_half_angle - self.axis_direction * self.sin_half_angle
         };
         let gap = |n: DVec3| to_centre.dot(n) - earth.support_km(n);
-        // The Earth's flattening rotates the nearest generatrix by at most 0.2 degrees where the cone grazes the Earth; the search allows 2.9.
+        // The Earth's flattening rotates the nearest generatrix by at most 0.2 degrees where the cone grazes the Earth; the search allows 2.9 degrees (0.05
+        // radians).
         let nearest_normal = normal(minimum(-0.05, 0.05, 1e-7, |angle| -gap(normal(angle))));
         (gap(nearest_normal), nearest_normal)
     }

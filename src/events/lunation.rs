@@ -22,7 +22,7 @@ pub(super) enum Phase {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Syzygy {
     pub phase: Phase,
-    /// Number of the lunation: that of the new moon, or of the last new moon before the full moon.
+    /// Number of the lunation. A new moon begins its lunation; a full moon belongs to the lunation of the last new moon before it.
     pub lunation: i64,
 }
 

@@ -16,7 +16,7 @@ use glam::DVec3;
 
 const JUPITER: NaifId = NaifId(599);
 const JUPITER_BARYCENTRE: NaifId = NaifId(5);
-/// Time between samples: two moons pass each other at 32 km/s at most.
+/// Time between samples. Two moons pass each other at 32 km/s at most, so their distance changes by at most 19 200 km from sample to sample.
 const STEP_S: f64 = 600.0;
 /// Two moons pass without an event if, at the sample nearest to their passage, their centres are farther apart than this perpendicular to the line of sight.
 const MAX_DISTANCE_KM: f64 = 40_000.0;
@@ -26,8 +26,8 @@ const MAX_DISTANCE_KM: f64 = 40_000.0;
 const MAX_SEASON_SINE: f64 = 0.07;
 /// Half of the fitted span: the slowest passages, at a moon's greatest elongation, take up to five hours.
 const HALF_SPAN_S: f64 = 8.0 * 3600.0;
-/// Time between samples of a passage. Near greatest elongation one moon may pass another twice within hours; small steps find the contact of this passage, not
-/// that of the other one.
+/// Time between samples of a passage. Near greatest elongation one moon may pass another twice within hours; small steps find the contacts of this passage, not
+/// of the other one.
 const CONTACT_STEP_S: f64 = 60.0;
 
 /// Events whose greatest phase is in `from..to`. Moons that the catalog lacks are left out.
@@ -87,11 +87,15 @@ fn is_same_event(a: &MoonEvent, b: &MoonEvent) -> bool {
 struct MutualConjunction<'a> {
     near: &'a Body,
     far: &'a Body,
+    /// Position of the nearer moon.
     near_km: FittedPosition,
+    /// Position of the farther moon.
     far_km: FittedPosition,
+    /// Vector to the Earth when it receives the light, or to the Sun when it sent the light.
     to_observer: FittedPosition,
     observer: NaifId,
     sun_radius_km: f64,
+    /// Barycentric velocity of Jupiter.
     planet_velocity_km_s: DVec3,
     middle: Instant,
 }

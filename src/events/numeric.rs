@@ -1,15 +1,15 @@
 //! Roots and minima of smooth functions of time.
 //!
-//! In: a function, and an interval with one root or one minimum. Out: its argument there, within a tolerance. Times are seconds from an instant near the event:
-//! beyond 5e11 s (16,000 years) neighbouring f64 numbers are farther apart than the tolerance, and the searches would not end.
+//! In: a function, and an interval with one root or one minimum. Out: the argument of the root or minimum, within a tolerance. Times are seconds from an
+//! instant near the event: beyond 5e11 s (16,000 years) neighbouring f64 numbers are farther apart than the tolerance, and the searches would not end.
 
 use crate::units::INVERSE_GOLDEN_RATIO;
 
 /// Tolerance of times, seconds.
 const TOLERANCE_S: f64 = 1e-4;
 
-/// The zero of `f` between `inside`, where it is negative, and `outside`, which may be earlier; `outside` if `f` is negative there. Between them, the sign of
-/// `f` changes at most once.
+/// The zero of `f` between `inside`, where `f` is negative, and `outside`, which may be earlier. If `f` is negative at `outside`, the result is `outside`.
+/// Between the two, the sign of `f` changes at most once.
 pub(super) fn zero_crossing(inside: f64, outside: f64, f: impl Fn(f64) -> f64) -> f64 {
     if f(outside) < 0.0 {
         return outside;

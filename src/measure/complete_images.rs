@@ -54,7 +54,8 @@ pub(super) fn stars(session: &Session, effort: Effort) -> Result<ChoiceMeasure, 
     let view =
         |stars: bool| renderers.plan_view(&ViewRequest { layers: Layers { stars, ..Layers::default() }, ..request.clone() }, sampling);
     let green_sum = |image: &LinearImage| image.light.iter().map(|p| f64::from(p[1])).sum::<f64>();
-    let reference = green_sum(&renderers.draw_linear(&view(true)?, Precision::F64)?);
+    let with_stars = true;
+    let reference = green_sum(&renderers.draw_linear(&view(with_stars)?, Precision::F64)?);
     let mut candidates = Vec::new();
     for (with_stars, name, default_of) in [(false, "none", vec![]), (true, "catalog", Quality::ALL.to_vec())] {
         let planned_view = view(with_stars)?;

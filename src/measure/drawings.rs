@@ -29,10 +29,11 @@ const RINGS_OPEN_JD_TDB: f64 = 2_457_890.5;
 const EARTH_JD_TDB: f64 = 2_460_469.762;
 /// Latitude bands of the shape model: 20,448 triangles.
 const SHAPE_MODEL_BANDS: u32 = 72;
-/// East longitude where the Sun is low in the west at [`EARTH_JD_TDB`]: it is in the zenith at 86 degrees east.
+/// East longitude where the Sun is low in the west at [`EARTH_JD_TDB`]: at this instant the Sun is in the zenith at 86 degrees east.
 const LONGITUDE_OF_LOW_SUN_DEG: f64 = 165.0;
 
-/// A square view of a body from `distance_radii` in the direction of another body. The field of view is a quarter wider than the disc.
+/// A square view of `body`. The camera is at `distance_radii` (equatorial radii) from the body's centre, in the direction of the body `towards`. The field of
+/// view is a quarter wider than the disc.
 fn view_from_direction(body: NaifId, jd_tdb: f64, towards: NaifId, distance_radii: f64, effort: Effort) -> ViewRequest {
     let position = Position::AboveTarget { towards: Some(towards), distance_radii: Some(distance_radii) };
     let side = effort.side_px();

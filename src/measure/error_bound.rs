@@ -23,8 +23,8 @@ use crate::session::{Session, SessionError};
 use crate::units::linear_to_srgb;
 
 /// Bound of the error of a shading edge inside a pixel. `difference`: the greatest difference of light between the pixel and its eight neighbours. Limbs and
-/// rings are antialiased analytically. The fractions are empirical: tests/cli/error_bound.rs checks that bounds with them hold. Images of standard quality have
-/// as many samples per pixel as the reference, so their fraction is a margin.
+/// rings need no such bound, because they are antialiased analytically. The fractions are empirical: tests/cli/error_bound.rs checks that bounds with them
+/// hold. Images of standard quality have as many samples per pixel as the reference, so their fraction is a margin.
 fn sampling_error(quality: Quality, difference: f64) -> f64 {
     match quality {
         Quality::Draft => 0.5 * difference,

@@ -151,6 +151,8 @@ where
 const POINT_RADIUS_PX: i32 = 5;
 /// Height of the labels, pixels.
 const LABEL_PX: i32 = 15;
+/// Horizontal distance of a label beside its point from the point's centre, pixels.
+const LABEL_GAP_PX: i32 = 7;
 /// Number of characters to which an option's name is cut.
 const MAX_NAME_CHARS: usize = 26;
 
@@ -159,20 +161,22 @@ const MAX_NAME_CHARS: usize = 26;
 fn label_offsets(points: &[(i32, i32)], texts: &[String], ((left, bottom), (right, top)): ((i32, i32), (i32, i32))) -> Vec<(i32, i32)> {
     /// Left, top, right, bottom.
     type Rect = (i32, i32, i32, i32);
-    let overlap = |a: &Rect, b: &Rect| a.0 < b.2 && b.0 < a.2 && a.1 < b.3 && b.1 < a.3;
+    let overlaps = |a: &Rect, b: &Rect| a.0 < b.2 && b.0 < a.2 && a.1 < b.3 && b.1 < a.3;
     let mut occupied: Vec<Rect> =
         points.iter().map(|(x, y)| (x - POINT_RADIUS_PX, y - POINT_RADIUS_PX, x + POINT_RADIUS_PX, y + POINT_RADIUS_PX)).collect();
     let mut offsets = Vec::new();
     for (&(x, y), text) in points.iter().zip(texts) {
         // A character of the built-in font is 0.61 times as wide as high.
         let width = i32::try_from(text.chars().count()).unwrap_or(0) * LABEL_PX * 61 / 100;
+        // Vertical offsets: rows above the point (negative) and below it, the nearest first.
         let rows = [-1, 0, -2, 1, -3, 2, -4, 3, -5, 4].map(|row| row * (LABEL_PX + 3) + if row < 0 { -2 } else { 4 });
-        let positions = rows.into_iter().flat_map(|dy| [7, -width - 7, -width / 2].map(|dx| (dx, dy)));
+        let positions = rows.into_iter().flat_map(|dy| [LABEL_GAP_PX, -width - LABEL_GAP_PX, -width / 2].map(|dx| (dx, dy)));
         let rect = |(dx, dy): (i32, i32)| (x + dx, y + dy, x + dx + width, y + dy + LABEL_PX);
         // A label may extend a little into the margin on the right.
-        let inside = |r: &Rect| r.0 >= left && r.2 <= right.max(left) + 8 && r.1 >= top && r.3 <= bottom;
-        let free = positions.clone().find(|offset| inside(&rect(*offset)) && !occupied.iter().any(|t| overlap(t, &rect(*offset))));
-        let offset = free.unwrap_or((7, -LABEL_PX - 5));
+        let is_inside = |r: &Rect| r.0 >= left && r.2 <= right.max(left) + 8 && r.1 >= top && r.3 <= bottom;
+        let first_free =
+            positions.clone().find(|offset| is_inside(&rect(*offset)) && !occupied.iter().any(|t| overlaps(t, &rect(*offset))));
+        let offset = first_free.unwrap_or((LABEL_GAP_PX, -LABEL_PX - 5));
         occupied.push(rect(offset));
         offsets.push(offset);
     }

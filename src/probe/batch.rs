@@ -78,6 +78,7 @@ impl ProbeBatch {
         let numbers = |group: usize, part: fn((f32, f32)) -> f32| {
             attribute(4, queries.iter().flat_map(|q| q[4 * group..4 * group + 4].iter().map(|v| part(split(*v)))).collect())
         };
+        // The edges of the column; then the twelve numbers in groups of four, their high parts before their low parts.
         let mut attributes = vec![attribute(2, (0..count).flat_map(|k| [column_edge_x(k), column_edge_x(k + 1)]).collect())];
         attributes.extend((0..3).map(|group| numbers(group, |(high, _)| high)));
         attributes.extend((0..3).map(|group| numbers(group, |(_, low)| low)));

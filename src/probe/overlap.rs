@@ -115,6 +115,7 @@ pub(super) static KIND: QueryKind = QueryKind {
 };
 
 fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
+    const RESULT_ROWS: u32 = 1;
     let query: Fields = parse_fields(query)?;
     let [major, minor, distance] = query.outline()?;
     // The module of a uniform disc uses only the constant term of limb darkening, 1 - u1 - u2. With both coefficients 0 it is 1, and cannot vanish.
@@ -128,7 +129,7 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     // In the order in which shaders/entry/probe_disc_overlap.wesl reads them.
     let mut numbers: ProbeInputs = [0.0; 12];
     numbers[..6].copy_from_slice(&[major, minor, distance * cos, distance * sin, u1, u2]);
-    let batch = ProbeBatch::without_bindings(ModuleId::Probe("probe_disc_overlap", key), 1);
+    let batch = ProbeBatch::without_bindings(ModuleId::Probe("probe_disc_overlap", key), RESULT_ROWS);
     let results = batch.results(prober.renderer, prober.library(), &[numbers])?;
     let blocked = results.first().and_then(|rows| rows.first()).map(|row| row[0]).ok_or("no answer")?;
     Ok(json!({ "blocked": blocked }))

@@ -29,7 +29,7 @@ struct Fields {
     y: u32,
 }
 
-/// The standard quality of the command line, so that the numbers match the image that it draws.
+/// The sampling of the command line's standard quality, so that the numbers match the image that the command line draws.
 const SAMPLING: SamplingQuality = SamplingQuality { samples: 4, anisotropy: 8 };
 /// Default width and height of the image.
 const SIZE: [u32; 2] = [1024, 1024];

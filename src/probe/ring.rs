@@ -112,6 +112,7 @@ fn evaluate(
     uniforms: &DrawUniforms,
     point: [f64; 3],
 ) -> Result<f64, ProbeError> {
+    const RESULT_ROWS: u32 = 1;
     if !point.iter().all(|x| x.abs() < MAX_RADII) {
         return Err(format!("field \"point\": three numbers below {MAX_RADII:e} equatorial radii").into());
     }
@@ -123,7 +124,7 @@ fn evaluate(
     let textures = uniforms.ring.table.iter().zip(binding).map(texture).collect();
     let mut numbers: ProbeInputs = [0.0; 12];
     numbers[..3].copy_from_slice(&point);
-    let batch = ProbeBatch { uniform_bytes, textures, ..ProbeBatch::without_bindings(module, 1) };
+    let batch = ProbeBatch { uniform_bytes, textures, ..ProbeBatch::without_bindings(module, RESULT_ROWS) };
     let results = batch.results(prober.renderer, prober.library(), &[numbers])?;
     // The green channel; all channels are equal here.
     results.first().and_then(|rows| rows.first()).map(|row| f64::from(row[1])).ok_or_else(|| "no answer".into())
@@ -198,7 +199,8 @@ fn transmission(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> 
             };
             let rings: Vec<_> = profile.iter().map(ring).collect();
             // The profile's radii are in equatorial radii, the unit of the table.
-            RingTable::of_shadow(rings.iter(), 1.0, &slants)
+            let unit_km = 1.0;
+            RingTable::of_shadow(rings.iter(), unit_km, &slants)
         }
         (None, Some(name)) => {
             let body = body(prober, name)?;

@@ -24,8 +24,9 @@ struct Fields {
     atmosphere: Atmosphere,
     /// Position of the camera in planet radii, relative to the planet's centre.
     cam: [f64; 3],
-    /// Directions away from the camera, and towards the Sun; of any length.
+    /// Direction of the ray, away from the camera; of any length.
     dir: [f64; 3],
+    /// Direction towards the Sun; of any length.
     sun: [f64; 3],
     /// The field is called `tier` in queries, because it was in earlier versions.
     #[serde(rename = "tier")]
@@ -54,7 +55,7 @@ enum Species {
         extinction_per_m: [f64; 3],
         phase: PhaseName,
         #[serde(default)]
-        g: f64,
+        g: Asymmetry,
         #[serde(rename = "scattering_per_planet_radius", default)]
         _scattering_per_radius: IgnoredAny,
         #[serde(rename = "extinction_per_planet_radius", default)]
@@ -74,6 +75,29 @@ enum Species {
         #[serde(rename = "extinction_per_planet_radius", default)]
         _extinction_per_radius: IgnoredAny,
     },
+}
+
+/// One asymmetry for all channels, or one for each (red, green, blue).
+#[derive(Clone, Copy, Deserialize)]
+#[serde(untagged)]
+enum Asymmetry {
+    Grey(f64),
+    Rgb([f64; 3]),
+}
+
+impl Default for Asymmetry {
+    fn default() -> Self {
+        Self::Grey(0.0)
+    }
+}
+
+impl Asymmetry {
+    fn phase(self) -> AerosolPhase {
+        match self {
+            Self::Grey(asymmetry) => AerosolPhase::grey(asymmetry),
+            Self::Rgb(asymmetry) => AerosolPhase { asymmetry },
+        }
+    }
 }
 
 #[derive(Deserialize)]
@@ -98,7 +122,8 @@ enum ModelName {
     Table,
 }
 
-/// Greatest distance of the camera from the planet's centre, planet radii. There the rounding of a direction moves the ray by 1e-7 radii.
+/// Greatest distance of the camera from the planet's centre, planet radii. At this distance the rounding of a direction moves the ray by 1e-7
+/// radii at the planet.
 const MAX_CAMERA_RADII: f64 = 1e9;
 
 pub(super) static KIND: QueryKind = QueryKind {
@@ -108,7 +133,7 @@ pub(super) static KIND: QueryKind = QueryKind {
         required(
             "atmosphere",
             "planet_radius_km, top_km and species: each with profile exponential (scale_height_km, scattering_per_m, extinction_per_m, \
-             phase rayleigh or hg (Henyey-Greenstein), its asymmetry g) or tent (centre_km, half_width_km, extinction_per_m)",
+             phase rayleigh or hg (Henyey-Greenstein), its asymmetry g: a number, or three for red, green and blue) or tent (centre_km, half_width_km, extinction_per_m)",
         ),
         required("cam", "[x, y, z], not inside the planet, at most 1e9 from its centre"),
         required("dir", "[x, y, z] away from the camera, of any length"),
@@ -120,6 +145,8 @@ pub(super) static KIND: QueryKind = QueryKind {
 };
 
 fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
+    /// Radiance and transmittance.
+    const RESULT_ROWS: u32 = 2;
     let query: Fields = parse_fields(query)?;
     let model = match query.model {
         ModelName::Vertex => AtmosphereModel::Vertex,
@@ -158,13 +185,14 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     numbers[7] = along;
     numbers[8..11].copy_from_slice(&sun.to_array());
     numbers[11] = camera_radius_sq_minus_1;
-    let batch = ProbeBatch { uniform_bytes, ..ProbeBatch::without_bindings(module, 2) };
+    let batch = ProbeBatch { uniform_bytes, ..ProbeBatch::without_bindings(module, RESULT_ROWS) };
     let results = batch.results(prober.renderer, prober.library(), &[numbers])?;
     let [radiance, transmittance] = results.first().map(Vec::as_slice).unwrap_or_default() else { return Err("no answer".into()) };
     if !radiance[..3].iter().chain(&transmittance[..3]).all(|x| x.is_finite()) {
         let why = "field \"atmosphere\": the answer is not a number, because the lengths differ by too many powers of ten";
         return Err(why.into());
     }
+    // The fourth number of the row of radiance is 1 if the ray ends at the ground, otherwise 0.
     Ok(json!({ "transmittance": &transmittance[..3], "radiance": &radiance[..3], "hits_ground": radiance[3] > 0.5 }))
 }
 
@@ -186,7 +214,7 @@ fn check_atmosphere(atmosphere: &Atmosphere) -> Result<(), String> {
                 (
                     vec![("scale_height_km", *scale_height_km)],
                     vec![("scattering_per_m", scattering_per_m), ("extinction_per_m", extinction_per_m)],
-                    *g,
+                    g.phase().asymmetry,
                 )
             }
             Species::Tent { centre_km, half_width_km, extinction_per_m, scattering_per_m, .. } => {
@@ -196,7 +224,7 @@ fn check_atmosphere(atmosphere: &Atmosphere) -> Result<(), String> {
                 if *scattering_per_m != [0.0; 3] {
                     return out_of_range("scattering_per_m", "0 in a tent, which only absorbs");
                 }
-                (vec![("half_width_km", *half_width_km)], vec![("extinction_per_m", extinction_per_m)], 0.0)
+                (vec![("half_width_km", *half_width_km)], vec![("extinction_per_m", extinction_per_m)], [0.0; 3])
             }
         };
         if let Some((field, _)) = lengths.into_iter().find(|(_, x)| !is_positive(*x)) {
@@ -205,7 +233,7 @@ fn check_atmosphere(atmosphere: &Atmosphere) -> Result<(), String> {
         if let Some((field, _)) = coefficients.into_iter().find(|(_, v)| !v.iter().all(|x| (0.0..=1.0).contains(x))) {
             return out_of_range(field, "three numbers from 0 to 1 per metre");
         }
-        if g.abs() >= 1.0 || g.is_nan() {
+        if !g.iter().all(|g| g.abs() < 1.0) {
             return out_of_range("g", "between -1 and 1");
         }
     }
@@ -238,7 +266,7 @@ fn catalog_atmosphere(atmosphere: &Atmosphere) -> catalog::Atmosphere {
             absorption_per_km: std::array::from_fn(|k| per_km(extinction_per_m)[k] - per_km(scattering_per_m)[k]),
             phase: match phase {
                 PhaseName::Rayleigh => PhaseFunction::Rayleigh,
-                PhaseName::Hg => PhaseFunction::Aerosol(AerosolPhase { asymmetry: *g }),
+                PhaseName::Hg => PhaseFunction::Aerosol(g.phase()),
             },
             estimate_percent: None,
         },

@@ -1,5 +1,5 @@
-//! `sunlight`: the fraction of the Sun's light that other bodies leave at a point on a body's ground. That the ground may be on the night side, or in the
-//! shadow of the body's own rings, is ignored.
+//! `sunlight`: the fraction of the Sun's light that reaches a point on a body's ground while other bodies cover part of the Sun. Night on this side of the
+//! body, and the shadow of the body's own rings, are ignored.
 //!
 //! In: a body, a place on it, the time at which the light arrives at the ground, an eclipse model, coefficients of limb darkening. Out: `fraction`, `rgb` and
 //! `by`. `fraction` uses one law of limb darkening for all channels, with `u1` 0.40 and `u2` 0.26 (the Sun at 550 nm) unless the query gives others. It is the
@@ -130,7 +130,7 @@ pub struct OccludedSun<'a> {
 
 impl<'a> OccludedSun<'a> {
     /// Finds the bodies whose penumbra touches the receiver; if more than four, those that block most light. Leaves out bodies that are far too
-    /// small to darken it visibly.
+    /// small to darken the receiver visibly.
     ///
     /// # Errors
     /// One line: the catalog has no Sun.

@@ -7,15 +7,15 @@
 /// 2^(k / [`RING_SLANTS_PER_OCTAVE`]) for whole numbers k, from 1 to 1 / [`MIN_COSINE`].
 pub(crate) const RING_SLANTS: u32 = 97;
 pub(crate) const RING_SLANTS_PER_OCTAVE: u32 = 8;
-/// Rows of a ring's table that contain its bins. Bins are even steps of 1 / radius; each stores the interval of constant optical depth in which it begins,
-/// and the outer radii of that interval and of the next two (shaders/lib/ring/intervals.wesl).
+/// Rows of a ring's table that contain its bins. Bins are even steps of 1 / radius; each stores the index of the interval of constant optical depth in which
+/// the bin begins, and the outer radii of that interval and of the next two (shaders/lib/ring/intervals.wesl).
 pub(crate) const RING_BIN_ROWS: u32 = 4;
-/// Rows of a ring's table before those of the first slant: its bins and its intervals.
+/// Rows of a ring's table before those of the first slant: the bins, and one row with the intervals.
 pub(crate) const RING_HEADER_ROWS: u32 = RING_BIN_ROWS + 1;
 /// Rows of a ring's table per slant: the light of large particles and its integral over the radius, then both for dust.
 pub(crate) const RING_ROWS_PER_SLANT: u32 = 4;
-/// Lower limit of the cosine of the angle between a path and a ring's normal; smaller cosines are raised to this value. It belongs to a path 50 arcseconds from
-/// the ring's plane, so the slants span twelve octaves.
+/// Lower limit of the cosine of the angle between a path and a ring's normal; smaller cosines are raised to this value. A path with this cosine is
+/// inclined by 50 arcseconds to the ring's plane. Its slant is 2^12, so the slants span twelve octaves.
 pub const MIN_COSINE: f64 = 1.0 / 4096.0;
 /// Number of strips parallel to a ring's plane into which the Sun's disc is divided, for the penumbra of a low Sun: nodes of a Gauss-Chebyshev rule.
 pub(crate) const SUN_STRIPS: usize = 7;
@@ -30,7 +30,8 @@ pub(crate) const ERFCX_SLOPE: f64 = 0.46;
 /// Terms of the polynomial that approximates the optical depth of the air above the ground along a line.
 pub const GROUND_DEPTH_TERMS: usize = 8;
 
-/// Rows of the multiple-scattering table: heights spaced quadratically from the ground to the top. One more row contains the irradiance of level ground.
+/// Rows of the multiple-scattering table: heights spaced quadratically from the ground to the top of the air. One more row contains the irradiance of level
+/// ground.
 pub const MULTI_SCATTER_HEIGHTS: usize = 8;
 /// Columns of the multiple-scattering table: cosines of the Sun's zenith angle.
 pub const MULTI_SCATTER_COLUMNS: usize = 16;
@@ -42,8 +43,8 @@ pub(crate) const MULTI_SCATTER_FIRST_X: f64 = -0.5;
 /// Coefficients of the polynomial in x that approximates the table at one height for a Sun above the horizon.
 pub(crate) const MULTI_SCATTER_COEFFICIENTS: usize = 5;
 
-/// Rows of the table of multiply scattered light in an eclipse's shadow: heights. The table holds square roots of the fractions of the light that remain in the
-/// shadow. One more row contains those of the irradiance of level ground.
+/// Rows of the table of multiply scattered light in an eclipse's shadow: heights. The table holds square roots of fractions: of the light without an eclipse,
+/// the part that remains in the shadow. One more row contains the square roots for the irradiance of level ground.
 pub const IN_SHADOW_HEIGHTS: usize = 4;
 /// Columns of the same table: distances from the occluder's limb, in solar radii.
 pub const IN_SHADOW_COLUMNS: usize = 16;

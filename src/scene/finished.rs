@@ -59,7 +59,7 @@ pub struct Scene {
     pub points: Vec<Point>,
     /// Orbits, drawn over the bodies; nearer bodies hide them.
     pub orbits: Vec<orbit_arcs::OrbitArc>,
-    /// Other lines in space: traces of past motion, shadow cones, outlines of instruments' fields of view; hidden like orbits.
+    /// Other lines in space: traces of past motion, shadow cones, outlines of instruments' fields of view; nearer bodies hide them.
     pub lines_in_space: Vec<LineSegment>,
     /// For each body with lines on its ground: the segments on the side that faces the camera.
     pub ground_lines: Vec<(NaifId, Vec<LineSegment>)>,

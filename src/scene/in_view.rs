@@ -30,7 +30,7 @@ pub struct SubPoint {
     /// Planetocentric latitude, north positive: the angle between the equator and the line from the centre. A request gives planetographic latitudes instead.
     #[serde(rename = "latitude_deg")]
     pub lat_centric_deg: f64,
-    /// Longitude, east positive, -180..=180.
+    /// Longitude, east positive, from -180 to 180 degrees.
     #[serde(rename = "longitude_deg")]
     pub lon_east_deg: f64,
 }

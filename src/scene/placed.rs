@@ -25,7 +25,7 @@ pub(crate) struct PlacedBody<'a> {
     pub body: &'a Body,
     /// All bodies of the catalog.
     pub catalog: &'a Catalog,
-    /// Barycentric position at `emitted_at`.
+    /// Position at `emitted_at` relative to the solar-system barycentre, ICRF.
     pub position_km: DVec3,
     /// The Sun's position relative to the body, ICRF, at the time when the sunlight that reaches the body at `emitted_at` left the Sun; zero for the Sun.
     pub sun_from_body_km: DVec3,
@@ -99,7 +99,7 @@ pub(crate) fn place<'a>(
     if viewer.velocity_km_s != DVec3::ZERO && distance_km > 0.0 && ground_position.is_none() {
         let direction = astrometric_km / distance_km;
         let apparent = aberrated(direction, viewer.velocity_km_s);
-        // The body is rotated together with its direction: the viewer sees the side from which the light was emitted, displaced on the sky.
+        // Aberration moves the body's image on the sky but shows no other side of the body. So the orientation is rotated together with the direction.
         let apparent_from_astrometric = DMat3::from_quat(DQuat::from_rotation_arc(direction, apparent));
         placement.centre_km = apparent * distance_km;
         placement.body_from_icrf = body_from_icrf * apparent_from_astrometric.transpose();
@@ -116,13 +116,14 @@ pub(crate) fn place<'a>(
     let phase_angle_rad =
         if body.id == NaifId::SUN || camera_at_centre { 0.0 } else { crate::ephemeris::angle_rad(-astrometric_km, sun_from_body_km) };
     let to_camera = placement.camera_in_unit_sphere() * body.radii_km;
+    // Positions of the Sun and of the viewer relative to the body's centre, body axes.
     let (sun_km, viewer_km) = (body_from_icrf * sun_from_body_km, to_camera.normalize() * distance_km);
     let shows_rings = request.effects.override_of_body(body, Effect::Rings) != Some(false);
     let (irradiance, shown_irradiance) = if camera_at_centre {
         (0.0, 0.0)
     } else {
-        let entire = brightness::irradiance(&caches.ring_tables, body, phase_angle_rad, sun_km, viewer_km);
-        (entire, if shows_rings { entire } else { brightness::globe_irradiance(body, phase_angle_rad, sun_km, viewer_km) })
+        let with_rings = brightness::irradiance(&caches.ring_tables, body, phase_angle_rad, sun_km, viewer_km);
+        (with_rings, if shows_rings { with_rings } else { brightness::globe_irradiance(body, phase_angle_rad, sun_km, viewer_km) })
     };
     let outline = if camera_at_centre { Outline::Behind } else { Outline::of(camera, &placement) };
     Ok(PlacedBody {

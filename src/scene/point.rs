@@ -27,7 +27,7 @@ pub const GLARE_FRACTION: f64 = 0.3;
 /// Exponent with which the sprite's radius grows with brightness relative to white: a star of first magnitude reaches 1.5 times as far as a star of second
 /// magnitude.
 pub const GLARE_RADIUS_EXPONENT: f64 = 0.45;
-/// Largest radius of a point's sprite, a limit on its cost: the glare of the brightest points ends there.
+/// Largest radius of a point's sprite, a limit on its cost: the glare of the brightest points ends at this radius.
 pub const MAX_RADIUS_PX: f64 = 64.0;
 /// Diameter from which a disc gradually replaces a point; at [`DISC_ONLY_FROM_PX`] only the disc is left. Small discs are drawn too bright, because each pixel
 /// is shaded at one place, where the light is above its mean over the covered part of the pixel. The mean error over all positions of the disc's centre in its
@@ -42,7 +42,7 @@ pub fn disc_share(diameter_px: f64) -> f64 {
     smooth_rise((POINT_ONLY_BELOW_PX, DISC_ONLY_FROM_PX), diameter_px)
 }
 
-/// As [`disc_share`]; the entire light if the user has switched points off. `points`: the user's choice of that effect.
+/// As [`disc_share`], but 1 if the user has switched points off. `points`: the user's choice for the effect `points`.
 pub(crate) fn drawn_disc_share(points: Option<bool>, diameter_px: f64) -> f64 {
     if points == Some(false) { 1.0 } else { disc_share(diameter_px) }
 }
@@ -54,7 +54,7 @@ fn lowered_core(radius_px: f64) -> (f64, f64) {
     (at_rim, 2.0 * PI * CORE_SIGMA_PX.powi(2) * (1.0 - at_rim * (1.0 + exponent)))
 }
 
-/// Peak of the point-spread function without glare, per square pixel: the radiance of a pixel with a point of flux 1 at its centre.
+/// Peak of the point-spread function without glare, per square pixel: a point of flux F at a pixel's centre gives this pixel F times this value as radiance.
 pub fn point_peak() -> f64 {
     let (at_rim, integral) = lowered_core(POINT_RADIUS_PX);
     (1.0 - at_rim) / integral
@@ -100,7 +100,7 @@ fn radius_for_part_of_glare_px(radius_px: f64, part: f64) -> f64 {
 }
 
 /// Radius of the sprite of a point of this flux: wide enough for the glare of a point that is brighter than white, else the smallest.
-/// `glare_fraction`: fraction of the glare's light that is drawn.
+/// `white`: the radiance shown as white. `glare_fraction`: fraction of the glare's light that is drawn.
 pub(crate) fn sprite_radius_px(flux: f64, white: f64, glare_fraction: f64) -> f64 {
     radius_for_part_of_glare_px(point_radius_px(flux * point_peak() / white), glare_fraction)
 }
@@ -117,8 +117,8 @@ pub(crate) fn glare_profile(distance_px: f64, radius_px: f64) -> f64 {
     fade * fade * (1.0 + (distance_px / GLARE_SCALE_RADIUS_PX).powi(2)).powf(-1.5)
 }
 
-/// Whether a sprite of this radius around a clip position may reach into the frame. The margin beyond the frame, the radius plus 2 pixels, is at least 4
-/// pixels; therefore it also keeps every point whose body's padded outline (radius at most 2 pixels, padding 1.5) meets the frame.
+/// Whether a sprite of this radius around a clip position (normalised device coordinates) may reach into the frame. The margin beyond the frame, the radius
+/// plus 2 pixels, is at least 4 pixels; therefore it also keeps every point whose body's padded outline (radius at most 2 pixels, padding 1.5) meets the frame.
 pub(crate) fn reaches_frame(camera: &Camera, clip: DVec2, radius_px: f64) -> bool {
     clip.abs().cmple(DVec2::ONE + (radius_px + 2.0) / camera.half_size()).all()
 }

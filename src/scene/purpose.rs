@@ -1,7 +1,7 @@
 //! The purpose of an image, and the smallest change of a pixel that is kept for this purpose.
 //!
 //! In: the requested purpose and the exposure. Out: a `Threshold`, with which decisions compare the change that an effect makes. Always: for linear light, an
-//! effect is kept if it changes a pixel's radiance by more than a relative floor, which belongs to the purpose; on black, any light is kept. For a display, an
+//! effect is kept if its relative change of a pixel's radiance exceeds the purpose's `floor`; on black, any light is kept. For a display, an
 //! effect is kept if it may change a displayed 8-bit level: if it adds more than [`VISIBLE_LIGHT`] of white to black, or changes a pixel by more than the
 //! fraction [`VISIBLE_CHANGE`]. Not here: limits of size, which do not depend on the exposure (a disc under two pixels is only a point; a faint rim of an
 //! atmosphere, thinner than half a pixel, is left out); and the maximum number of lights and occluders of a draw.
@@ -35,7 +35,7 @@ impl Purpose {
         }
     }
 
-    /// The purpose of a written file: EXR keeps linear light.
+    /// The purpose of a written file. `is_linear`: whether the file stores linear light, as EXR does.
     pub fn of_file(is_linear: bool) -> Self {
         if is_linear { Self::LINEAR } else { Self::Display }
     }

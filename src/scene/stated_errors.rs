@@ -58,10 +58,10 @@ const SUNLIGHT: Quantity = Quantity("quantity-sunlight");
 /// A pixel, for errors in the position of a shadow's edges.
 const EDGES: Quantity = Quantity("quantity-edges");
 
-/// The light of a ray, relative to which the errors of the atmosphere's models are stated. They are per channel, against adaptive quadrature, on new random
-/// rays in each run, for every atmosphere of the catalog (tests/atmosphere/model_bounds.rs). The bounds are at least a fifth above the worst of 51,000 rays of
-/// 73 runs: 0.97 (`vertex`), 0.67 (`pixel-8`), 0.075 (`pixel-16`, `table`), 0.0075 (`pixel-32`). In one run of 73 a ray had an error above 0.5 with `pixel-8`,
-/// in the twilight of Uranus.
+/// The light of a ray, relative to which the errors of the atmosphere's models are stated. tests/atmosphere/model_bounds.rs measures the errors per channel
+/// against adaptive quadrature, on new random rays in each run, for every atmosphere of the catalog. Each stated bound is at least a fifth above the largest
+/// error found on 51,000 rays of 73 runs. These errors were 0.97 (`vertex`), 0.67 (`pixel-8`), 0.075 (`pixel-16`, `table`) and 0.0075 (`pixel-32`). With
+/// `pixel-8`, only one of the 73 runs had a ray with an error above 0.5, in the twilight of Uranus.
 const SINGLE_SCATTERING: Quantity = Quantity("quantity-ray");
 /// If the light of a ray is less than this fraction of the zenith's light (brightest channel, Sun at 45 degrees), its error is stated relative to this
 /// fraction of the zenith's light.
@@ -119,8 +119,8 @@ pub fn of_body_shadow(model: BodyShadow) -> Option<StatedError> {
     }
 }
 
-/// Upper limit of the distance between the edges of two shadows on the ring: that of a sphere and that of the globe. Lengths are in equatorial radii.
-/// `sin_elevation`: sine of the Sun's elevation above the ring's plane; `outer_radius`: that of the ring.
+/// Upper limit of the distance between the edges of two shadows on the ring: a sphere's shadow and the globe's. Lengths are in equatorial radii.
+/// `polar_radius`: of the globe; `sin_elevation`: sine of the Sun's elevation above the ring's plane; `outer_radius`: of the ring.
 ///
 /// In the ring's plane both shadows are half-ellipses around the centre. Both are as wide as the equator. They reach out to 1 / `sin_elevation` (the sphere's)
 /// and q / `sin_elevation` (the globe's). Here q is half the height of the globe's outline as seen from the Sun: below 1 for an oblate globe and above 1 for a

@@ -76,6 +76,7 @@ impl Session {
             }
             Ok(self.plan(&scaled_request, SamplingQuality::of(request.quality))?.1)
         };
+        // First without the effect, then with it; the arrays below have the same order.
         let plans = [plan_view(&request.composition, false)?, plan_view(&request.composition, true)?];
         let mut fastest = [Duration::MAX; 2];
         let mut linear_images: [Vec<[f32; 4]>; 2] = [Vec::new(), Vec::new()];

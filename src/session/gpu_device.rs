@@ -218,8 +218,8 @@ impl Gpu {
             next = self.wait_prepared(preparing);
         }
         if let Ok(DeviceLifecycle::Unopened) = next {
-            next =
-                GpuRenderer::open(self.preference() == RendererPreference::Gpu).map(|renderer| DeviceLifecycle::Open(Arc::new(renderer)));
+            let accept_software = self.preference() == RendererPreference::Gpu;
+            next = GpuRenderer::open(accept_software).map(|renderer| DeviceLifecycle::Open(Arc::new(renderer)));
         }
         *lifecycle = match next {
             Ok(next) => next,
@@ -322,9 +322,9 @@ impl Gpu {
         // Read before the modules: if they change in between, pipelines are dropped unnecessarily, which is better than keeping outdated ones.
         let module_changes = self.module_changes.load(Ordering::SeqCst);
         let modules = ids.into_iter().map(|id| Some((id.clone(), modules.module(id).ok()?))).collect::<Option<_>>().map(ModuleSnapshot)?;
-        let (plan, preference) = (plan.clone(), self.preference());
+        let (plan, accept_software) = (plan.clone(), self.preference() == RendererPreference::Gpu);
         *lifecycle = self.prepare(module_changes, move || {
-            let renderer = renderer.map_or_else(|| GpuRenderer::open(preference == RendererPreference::Gpu).map(Arc::new), Ok)?;
+            let renderer = renderer.map_or_else(|| GpuRenderer::open(accept_software).map(Arc::new), Ok)?;
             // The plan is drawn once and the result dropped, because some drivers compile pipelines only at the first draw.
             let errors = [
                 Some(renderer.render(&plan, &modules, FrameImages::Display).err()),

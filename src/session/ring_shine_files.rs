@@ -12,7 +12,8 @@ use std::sync::OnceLock;
 const MAGIC: &Magic = b"ORRSHN01";
 /// Length of the texels, bytes: four floats per column and row, for both sides of the rings.
 const TEXEL_BYTES: usize = 2 * ROWS * COLUMNS * 16;
-/// Length of the header, bytes: two f64, the largest height and the brightest irradiance.
+/// Length of the header, bytes: two f64, which are the fields `max_height` (the height above the rings' plane from which no ring is visible) and `brightest`
+/// (the largest irradiance) of [`RingShine`].
 const HEADER_BYTES: usize = 16;
 
 /// The tables in a cache folder.
@@ -65,40 +66,44 @@ mod tests {
     use crate::catalog::Ring;
     use crate::scene::rings::ring_shine::{RingShineCache, RingShineGeometry};
 
+    /// Where the tables of [`RingShineCache`] are stored.
+    const IN_MEMORY: bool = false;
+    const ON_DISK: bool = true;
+
     #[test]
     fn a_table_is_read_back_and_a_damaged_one_is_replaced() {
         let folder = tempfile::tempdir().expect("a folder");
         let ring = Ring { name: "x".into(), inner_km: 1.3, outer_km: 2.2, tau_normal: 1.0, albedo: [0.8, 0.6, 0.4], dust_fraction: 0.0 };
-        let shine = |sin_elevation: f64, with_files: bool| {
+        let shine = |sin_elevation: f64, is_on_disk: bool| {
             let geometry = RingShineGeometry { rings: &[&ring], radius_km: 1.0, polar_ratio: 0.9, sin_elevation, sun_tangent: 5e-4 };
-            let store = with_files.then(|| Box::new(RingShineFiles::new(folder.path())) as Box<dyn RingShineStore>);
+            let store = is_on_disk.then(|| Box::new(RingShineFiles::new(folder.path())) as Box<dyn RingShineStore>);
             geometry.shine(&RingShineCache::stored(store)).expect("light")
         };
         let files = || -> Vec<PathBuf> {
             let read = std::fs::read_dir(folder.path().join("orrery/rings")).into_iter().flatten().flatten();
             read.map(|e| e.path()).collect()
         };
-        let computed = shine(0.3, false);
+        let computed = shine(0.3, IN_MEMORY);
         assert!(files().is_empty());
-        assert_eq!(shine(0.3, true), computed);
+        assert_eq!(shine(0.3, ON_DISK), computed);
         // Two tables: for the next tabulated elevations of the Sun above and below the actual one.
         let stored = files();
         assert_eq!(stored.len(), 2);
         let intact = std::fs::read(&stored[0]).expect("stored");
-        assert_eq!((shine(0.3, true), files().len()), (computed.clone(), 2));
+        assert_eq!((shine(0.3, ON_DISK), files().len()), (computed.clone(), 2));
         let mut flipped_bit = intact.clone();
         flipped_bit[100] ^= 1;
         for damaged in [&intact[..20], &intact[..intact.len() - 4], &flipped_bit, &[intact.as_slice(), b"x"].concat()] {
             std::fs::write(&stored[0], damaged).expect("written");
-            assert_eq!(shine(0.3, true), computed);
+            assert_eq!(shine(0.3, ON_DISK), computed);
             assert_eq!(std::fs::read(&stored[0]).expect("stored"), intact, "replaced");
         }
         // The file's content is really used: another table under the same name changes the result.
         let mut table = stored_tables::decode(MAGIC, &intact).and_then(from_bytes).expect("intact");
         table.texels.iter_mut().for_each(|v| *v *= 2.0);
         stored_tables::write(&stored[0], MAGIC, &to_bytes(&table));
-        assert_ne!(shine(0.3, true), computed);
-        assert_ne!(shine(0.5, true), computed);
+        assert_ne!(shine(0.3, ON_DISK), computed);
+        assert_ne!(shine(0.5, ON_DISK), computed);
         assert!(files().len() > 2, "another elevation of the Sun has its own tables");
     }
 

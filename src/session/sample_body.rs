@@ -48,9 +48,10 @@ fn axis_ratios(key: &ShaderKey) -> Vec3 {
     if key.features().shape == Shape::Sphere { Vec3::ONE } else { Vec3::new(1.0, 1.0, 0.95) }
 }
 
-/// Direction of the Sun from the sample body.
+/// Direction of the Sun from the sample body, body axes; a unit vector except for rounding.
 const SUNWARD: Vec3 = Vec3::new(0.6, 0.5, 0.624_5);
-/// Occluders above the lit side, two of which overlap: the centre (two coordinates across the light's direction, one along it) and the radius.
+/// Occluders above the lit side, two of which overlap: the centre (two coordinates across the light's direction, one along it) and the radius, in radii of the
+/// sample body.
 const OCCLUDERS: [[f32; 4]; 4] = [[0.1, 0.1, 40.0, 0.25], [-0.15, 0.3, 55.0, 0.2], [0.4, -0.3, 20.0, 0.1], [-0.5, -0.4, 60.0, 0.3]];
 
 /// The Sun as large as seen from the Earth, and as many occluders as the key has, the first with an atmosphere.
@@ -61,9 +62,9 @@ fn eclipse_uniforms(key: &ShaderKey) -> EclipseUniforms {
     let (x, y) = along.any_orthonormal_pair();
     let occluders = &OCCLUDERS[..usize::from(key.features().eclipse.occluders).min(OCCLUDERS.len())];
     let [_, _, _, radius] = OCCLUDERS[0];
-    // Bending and extinction decrease with the height of layer `k`; extinction is weakest in red.
+    // Relative density of layer `k`, 1 for the lowest: bending and extinction decrease with height. Extinction is weakest in red.
     let density = |k: usize| 1.0 - k as f32 / REFRACTING_LAYERS as f32;
-    // Radius and bending angle at the lower edge of a layer.
+    // Apparent radius, in radii of the sample body, and reduced bending angle, radians, at the lower edge of a layer.
     let edge = |k: usize| (radius * (1.1 - 0.1 * density(k)), 0.02 * density(k).powi(2));
     let edges = (0..REFRACTING_LAYERS).map(|k| {
         let ((lower_radius, lower_bending), (upper_radius, upper_bending)) = (edge(k), edge(k + 1));
@@ -106,14 +107,17 @@ fn ring_uniforms(surface: Surface) -> RingUniforms {
         albedo: [0.8, 0.7, 0.5],
         dust_fraction: 0.0,
     };
+    // The radii are in radii of the sample body.
+    let unit_km = 1.0;
     let rings = [sample_ring(1.1, 1.5, 0.1), sample_ring(1.6, 2.2, 1.5)];
     let sine = f64::from(SUNWARD.normalize_or_zero().z);
     let (sun_tangent, steepest_slant, flattest_slant) = (5e-4, 1.0, 4.0);
     let table = match surface {
         Surface::Ring => {
-            RingTable::of(rings.iter(), 1.0, &RingConditions::new(Some(sun_disc_parts(sine, sun_tangent)), steepest_slant, flattest_slant))
+            let conditions = RingConditions::new(Some(sun_disc_parts(sine, sun_tangent)), steepest_slant, flattest_slant);
+            RingTable::of(rings.iter(), unit_km, &conditions)
         }
-        _ => RingTable::of_shadow(rings.iter(), 1.0, &[1.0 / sine]),
+        _ => RingTable::of_shadow(rings.iter(), unit_km, &[1.0 / sine]),
     };
     RingUniforms {
         radius_range: Vec2::new(1.1, 2.2),
@@ -123,6 +127,7 @@ fn ring_uniforms(surface: Surface) -> RingUniforms {
         half_pixel: 0.002,
         // Factor and exponent of the phase function.
         phase: Vec2::new(0.15, 3.0),
+        // Asymmetry of each lobe of the dust's phase function, then the fraction of the light in each lobe.
         dust_asymmetry: Vec3::new(0.99, 0.6, 0.1),
         dust_weight: Vec3::new(0.05, 0.03, 0.02),
         // Height and width of the opposition surge.
@@ -153,6 +158,7 @@ fn sample_ring_shine() -> RingShine {
 fn sample_limb() -> LimbTable {
     let points = LIMB_COLUMNS * LIMB_ROWS;
     let height = |k: usize| 0.03 * (std::f32::consts::TAU * 20.0 * k as f32 / points as f32).sin();
+    // Each texel contains a height, and its difference from the next height.
     LimbTable { texels: (0..points).flat_map(|k| [height(k), height(k + 1) - height(k), 0.0, 0.0]).collect() }
 }
 
@@ -171,7 +177,7 @@ fn air_uniforms() -> AtmosphereUniforms {
         rayleigh_extinction: Vec3::new(2.0, 4.0, 9.0),
         skylight_fraction: Vec3::splat(0.4),
         mie_scale_height: 0.01,
-        mie_phase: Vec4::new(0.7, 0.0, 0.0, 0.0),
+        mie_phase: Vec4::new(0.7, 0.7, 0.7, 0.0),
         mie_scattering: Vec3::splat(8.0),
         mie_extinction: Vec3::new(9.0, 9.5, 10.0),
         absorption_layer: Vec3::new(radius_sq_minus_1(0.03), radius_sq_minus_1(0.06), radius_sq_minus_1(0.09)),
@@ -181,6 +187,7 @@ fn air_uniforms() -> AtmosphereUniforms {
         map_weight: 0.0,
         night_radiance: 1e-3,
         rim_is_thin: 0.0,
+        // Height of the floor above the ground, and 1 / height of the air's top.
         multi_scatter_heights: Vec2::new(0.0, 5.0),
         multi_scatter: Arc::new((0..NODES).map(|k| Vec4::splat(0.02 * (k % MULTI_SCATTER_COLUMNS) as f32)).collect()),
     };

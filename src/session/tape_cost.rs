@@ -9,7 +9,7 @@ use crate::render::software::tape::Instr;
 use crate::shader::ShaderModule;
 use std::collections::BTreeMap;
 
-/// Counts of the operations in the tape of one stage. Operations in a loop are counted once, not per iteration.
+/// Counts of the operations in the program of one stage. Operations in a loop are counted once, not per iteration.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct TapeCost {
     /// `vertex` or `fragment`.

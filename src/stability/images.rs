@@ -15,8 +15,10 @@ use crate::units::{KM_PER_AU, SPEED_OF_LIGHT_KM_S};
 use glam::DVec3;
 use serde_json::json;
 
-/// Diameter of the disc, pixels.
+/// Diameter of the disc in the images of [`depth`], pixels.
 const DISC_PX: f64 = 24.0;
+/// Side of these images, in diameters of the disc.
+const SIDE_IN_DISCS: f64 = 1.5;
 /// Distance in radii beyond which images from consecutive distances are compared: there, perspective changes the image by less than a display level.
 const COMPARED_BEYOND_RADII: f64 = 3e4;
 
@@ -36,10 +38,11 @@ pub(super) fn depth(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
         let mut previous: Option<LinearImage> = None;
         for k in 0..steps {
             let distance_km = 1.2 * radius_km * (far_km / (1.2 * radius_km)).powf(f64::from(k) / f64::from(steps - 1));
-            let side = (1.5 * DISC_PX) as u32;
-            let half_fov_rad = ((radius_km / distance_km).asin().tan() * 1.5).atan();
+            let side = (SIDE_IN_DISCS * DISC_PX) as u32;
+            let half_fov_rad = ((radius_km / distance_km).asin().tan() * SIDE_IN_DISCS).atan();
             let request = ViewRequest {
                 effects: EffectOverrides::parse(effects)?,
+                // Saturn receives about 1/90 of the Earth's sunlight, six to seven stops less.
                 exposure: ExposureRequest::Stops(if body == SATURN { 6.0 } else { 0.0 }),
                 layers: Layers { stars: false, ..Layers::default() },
                 ..view_from_offset(

@@ -44,10 +44,11 @@ pub(super) fn run(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
     let mut found = SweepResult::empty();
     let session = setup.session();
     let direction_of = setup.injected_faults.apparent_direction.unwrap_or(direction_in_scene);
+    let instant_count = setup.by_effort(2, 20);
     let bodies = session.catalog().bodies().iter().filter(|b| b.id != NaifId::EARTH);
     for body in bodies {
-        for k in 0..setup.by_effort(2, 20) {
-            let time = Instant::from_jd_tdb(2_415_500.3 + 72_000.0 * f64::from(k) / f64::from(setup.by_effort(2, 20)));
+        for k in 0..instant_count {
+            let time = Instant::from_jd_tdb(2_415_500.3 + 72_000.0 * f64::from(k) / f64::from(instant_count));
             let placed = if_possible(direction_of(session, body.id, time))?;
             let expected = if_possible(direction_by_bisection(session, body.id, time))?;
             let (Some(placed), Some(expected)) = (placed, expected) else { continue };

@@ -231,18 +231,18 @@ const fn sweep(
 }
 
 impl Sweep {
-    /// With another bound for a full run.
-    const fn in_full(self, full_bound: f64) -> Self {
+    /// The sweep with another bound for a full run.
+    const fn with_full_bound(self, full_bound: f64) -> Self {
         Self { full_bound, ..self }
     }
 
-    /// With another bound on a GPU, for both efforts.
-    const fn on_gpu(self, gpu_bound: f64) -> Self {
+    /// The sweep with another bound on a GPU, for both efforts.
+    const fn with_gpu_bounds(self, gpu_bound: f64) -> Self {
         Self { gpu_bound, full_gpu_bound: gpu_bound, ..self }
     }
 
-    /// With another bound for a full run on a GPU.
-    const fn in_full_on_gpu(self, full_gpu_bound: f64) -> Self {
+    /// The sweep with another bound for a full run on a GPU.
+    const fn with_full_gpu_bound(self, full_gpu_bound: f64) -> Self {
         Self { full_gpu_bound, ..self }
     }
 }
@@ -256,70 +256,71 @@ pub const SWEEPS: [Sweep; 21] = [
         "display bytes may differ by one through rounding; by two in the refracted limb, where light of half a level is drawn; by three there on a GPU",
         views::simple,
     )
-    .on_gpu(4.0),
+    .with_gpu_bounds(4.0),
     sweep(
         "distance",
         (HALF_LEVEL, "255ths"),
         "half a level, from a metre above the ground to 100 au, from 1 arcsec to 170 degrees; in full 0.81 on Saturn's rings beside Pan",
         views::distance,
     )
-    .in_full(1.0)
-    .on_gpu(1.0),
+    .with_full_bound(1.0)
+    .with_gpu_bounds(1.0),
     sweep(
         "pairs",
         (1.0, "255ths"),
         "a level, in full 1.13, on rings behind a small moon that fills the frame from afar: f32 resolves positions in them to 14 m; on a GPU 3.34 there (NVIDIA H100; llvmpipe 1.64, since it interpolates rays)",
         views::pairs,
     )
-    .in_full(1.2)
-    .in_full_on_gpu(4.0),
+    .with_full_bound(1.2)
+    .with_full_gpu_bound(4.0),
     sweep(
         "grazing",
         (1.0, "255ths"),
         "a level, rays along the horizon, fields of view from 0.3 degrees: 0.6 on Saturn's rings, since f32 gives few digits of the point where such a ray meets their plane",
         views::grazing,
     )
-    .on_gpu(2.0),
+    .with_gpu_bounds(2.0),
     sweep(
         "grazing-telescope",
         (HALF_LEVEL, "255ths"),
         "half a level, the same at 10 arcsec; on a GPU 1.28 in full, since its atan2 is off by 1.3e-6 radians and the Sun grazes the Moon's relief",
         views::grazing_telescope,
     )
-    .on_gpu(1.0)
-    .in_full_on_gpu(1.5),
+    .with_gpu_bounds(1.0)
+    .with_full_gpu_bound(1.5),
     sweep(
         "places",
         (1.0, "255ths"),
         "a level at poles, on the antimeridian, with the Sun in the zenith, in the nadir and on the horizon: 0.56 on the Earth's horizon at sunset; in full 1.26 two metres over Mercury's pole",
         views::places,
     )
-    .in_full(1.5)
-    .on_gpu(1.0),
+    .with_full_bound(1.5)
+    .with_gpu_bounds(1.0),
     sweep(
         "ring-plane",
         (HALF_LEVEL, "255ths"),
         "half a level, camera or Sun in the plane of the rings; 0.41 in the B ring, 90 m from the plane: f32 resolves a ringlet's edge to 7 m; on a GPU 0.61 in full",
         views::ring_plane,
     )
-    .on_gpu(1.0),
+    .with_gpu_bounds(1.0),
     sweep(
         "contacts",
         (HALF_LEVEL, "255ths"),
         "half a level, images at each contact of eclipses",
         views::contacts,
     )
-    .on_gpu(1.0),
+    .with_gpu_bounds(1.0),
     sweep(
         "radii",
         (HALF_LEVEL, "255ths"),
         "half a level, every body of the catalog; on a GPU 1.79 in full on Saturn's rings beside Pan, since it interpolates rays",
         views::radii,
     )
-    .on_gpu(1.0)
-    .in_full_on_gpu(2.0),
-    sweep("years", (HALF_LEVEL, "255ths"), "half a level, years -3000 to 3000", views::years).on_gpu(1.0),
-    sweep("sizes", (HALF_LEVEL, "255ths"), "half a level, bodies from a third of a pixel to more than the frame", views::sizes).on_gpu(1.0),
+    .with_gpu_bounds(1.0)
+    .with_full_gpu_bound(2.0),
+    sweep("years", (HALF_LEVEL, "255ths"), "half a level, years -3000 to 3000", views::years).with_gpu_bounds(1.0),
+    sweep("sizes", (HALF_LEVEL, "255ths"), "half a level, bodies from a third of a pixel to more than the frame", views::sizes)
+        .with_gpu_bounds(1.0),
     sweep(
         "shadows",
         (5e-5, "of sunlight"),

@@ -112,8 +112,8 @@ pub(super) fn motion(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
             look: Look::Along { direction: -to_camera + perpendicular * (k * step_rad).tan(), axes: Axes::Icrf },
             ..base.clone()
         })?;
-        // Each step multiplies the camera's height above the body by the same factor. It moves a point at the edge of the image, `side / 2` pixels from the
-        // centre, by a third of a pixel. A full run ends at 3.4 times the first height.
+        // Each step multiplies the camera's height above the body by the same factor. Each step moves a point at the edge of the image, `side / 2` pixels from
+        // the centre, by a third of a pixel. A full run ends at 3.4 times the first height.
         let growth = 0.33 / (0.5 * f64::from(side));
         sequence(&format!("away from {} at {distance_radii} radii", body.0), steps_away, &|k| {
             let offset_km = to_camera * (distance_radii - 1.0) * (1.0 + growth).powf(k) * radius_km + to_camera * radius_km;

@@ -1,10 +1,10 @@
 //! Whether omitted effects are invisible: compares two frames of a view. One has the effects that the scene chooses ("chosen"), the other every effect ("all").
 //!
-//! In: random views. Out: the percentage of views in which some pixel differs by more than the stated bound; the distribution of the differences; and that
-//! of the ratio of the chosen frame's shader operations to those of the frame with every effect. For each of the worst views above
-//! the bound, at most [`MAX_EXPLAINED`], the result contains the omitted effect, the pixel, and the values there of both frames and of the true
-//! frame. These values show which of the two frames is wrong. The true frame has every effect, in f64, at [`TRUTH_SCALE`] times the width and height. Always:
-//! both frames have the same exposure; "every effect" means that each effect but [`UNCHANGED_EFFECTS`] is switched on by hand.
+//! In: random views. Out: the percentage of views in which some pixel differs by more than the stated bound, and the distributions of two quantities over the
+//! views: the greatest difference, and the number of shader operations of the chosen frame divided by that of the frame with every effect. For each of the
+//! worst views above the bound, at most [`MAX_EXPLAINED`], the result contains the omitted effect, the pixel, and the pixel's values in both frames and in the
+//! true frame. These values show which of the two frames is wrong. The true frame has every effect, in f64, at [`TRUTH_SCALE`] times the width and height.
+//! Always: both frames have the same exposure; "every effect" means that each effect but [`UNCHANGED_EFFECTS`] is switched on by hand.
 
 use super::difference::worst_of;
 use super::{SINGLE_SAMPLE, SweepResult, SweepSetup, if_possible};
@@ -48,6 +48,7 @@ fn views(setup: &SweepSetup<'_>, count: usize) -> Vec<RandomView> {
     let view = |k: usize| {
         let body = if k.is_multiple_of(2) { *random.choose(&effect_rich) } else { random.choose(bodies) };
         let time = Instant::from_jd_tdb(random.between(2_415_100.0, 2_488_000.0));
+        // From 1.1 to 10,000 radii.
         let distance_radii = 10.0_f64.powf(random.between(0.05, 4.0));
         let direction = random.direction();
         // The disc's diameter is between a tenth of the frame's side and twice that side, where the limits of the field of view do not apply.

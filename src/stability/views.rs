@@ -11,7 +11,7 @@ use crate::render::software::Precision;
 use crate::scene::request::{Axes, Layers, Look, Position, Up, ViewRequest};
 use crate::session::{SessionError, standard_scenes};
 use crate::time::Instant;
-use crate::units::{DAYS_PER_JULIAN_YEAR, KM_PER_AU, RAD_PER_ARCSEC};
+use crate::units::{DAYS_PER_JULIAN_YEAR, JD_J2000, KM_PER_AU, RAD_PER_ARCSEC};
 use glam::DVec3;
 use serde_json::{Value, json};
 
@@ -90,11 +90,11 @@ pub(super) fn pairs(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
     let bodies = setup.session().catalog().bodies();
     let mut random = Random::new(setup.seed);
     // In a short run, about 150 pairs.
-    let fraction = setup.by_effort(150.0 / (bodies.len() * bodies.len()) as f64, 1.0);
+    let sampled_fraction = setup.by_effort(150.0 / (bodies.len() * bodies.len()) as f64, 1.0);
     let mut views = Vec::new();
     for observer in bodies {
         for target in bodies.iter().filter(|t| t.id != observer.id) {
-            if random.unit_interval() < fraction {
+            if random.unit_interval() < sampled_fraction {
                 let request = ViewRequest {
                     position: Position::Centre(observer.id),
                     width: 16,
@@ -307,7 +307,7 @@ pub(super) fn years(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
     let step = setup.by_effort(500, 50);
     let mut views = Vec::new();
     for year in (-3000..=3000).step_by(step) {
-        let time = Instant::from_jd_tdb(2_451_545.0 + DAYS_PER_JULIAN_YEAR * f64::from(year - 2000));
+        let time = Instant::from_jd_tdb(JD_J2000 + DAYS_PER_JULIAN_YEAR * f64::from(year - 2000));
         for body in bodies_named(setup, &["earth", "moon", "saturn", "jupiter", "io", "mercury", "sun"]) {
             let request = ViewRequest { width: 24, height: 24, ..ViewRequest::of(body.id, time) };
             views.push(ExtremeView { case: json!({ "body": body.name, "year": year }), request });
@@ -318,14 +318,15 @@ pub(super) fn years(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError>
 
 /// Discs with diameters from 0.3 pixels to four times the frame's side.
 pub(super) fn sizes(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError> {
+    const DISTANCE_RADII: f64 = 60.0;
     let (side, steps) = setup.by_effort((24, 12), (48, 60));
     let mut views = Vec::new();
     for body in bodies_named(setup, &["earth", "saturn", "moon", "sun", "jupiter"]) {
-        let distance_km = 60.0 * body.radii_km.x;
+        let distance_km = DISTANCE_RADII * body.radii_km.x;
         let to_camera = (sunward(setup, body.id, eclipse_instant()) + DVec3::new(0.4, 0.1, 0.2)).normalize();
         for k in 0..steps {
             let diameter_px = 0.3 * (4.0 * f64::from(side) / 0.3).powf(f64::from(k) / f64::from(steps - 1));
-            let fov_deg = 2.0 * ((1.0_f64 / 60.0) * f64::from(side) / diameter_px).atan().to_degrees();
+            let fov_deg = 2.0 * ((1.0 / DISTANCE_RADII) * f64::from(side) / diameter_px).atan().to_degrees();
             let case = json!({ "body": body.name, "diameter_px": diameter_px });
             views.push(ExtremeView {
                 case,

@@ -166,8 +166,8 @@ impl Instant {
         Self::from_tt_seconds(tt_s)
     }
 
-    /// UTC seconds (86 400 to a day) past 2000-01-01T12:00. Within a leap second the count is that of the following midnight, and the second value is the
-    /// seconds since the leap second began.
+    /// UTC seconds (86 400 to a day) past 2000-01-01T12:00. Within a leap second, the first value is the count at the following midnight, and the second
+    /// value is the seconds since the leap second began; otherwise the second value is `None`.
     fn utc_seconds(self) -> (f64, Option<f64>) {
         self.utc_seconds_of_tai(self.tt_seconds_past_j2000() - TT_MINUS_TAI_S)
     }

@@ -13,6 +13,7 @@ const ALLOWED: &str = "give ISO 8601 UTC such as 2024-04-08T18:17:16Z, or jd_tdb
 /// Endings of a time of day that mean UTC: Z, and the offset of zero that many programs write.
 const UTC_SUFFIXES: [&str; 5] = ["Z", "z", "+00:00", "+0000", "+00"];
 
+/// Reads the forms that [`Instant::parse`] documents.
 pub(super) fn parse(text: &str) -> Result<Instant, TimeError> {
     let time_error = |what: &str| TimeError(format!("time `{}`: {what}; {ALLOWED}", echo_within(text, 120)));
     let trimmed = text.trim();
@@ -90,6 +91,7 @@ fn seconds(part: &str) -> Option<f64> {
     (!fraction.is_empty() && fraction.bytes().all(|b| b.is_ascii_digit())).then(|| part.parse().ok()).flatten()
 }
 
+/// The text that [`Instant::to_utc_iso`] documents.
 pub(super) fn format_utc(t: Instant) -> String {
     let (utc_s, leap_s) = t.utc_seconds_rounded_to_ms();
     if !utc_s.is_finite() {
@@ -101,6 +103,7 @@ pub(super) fn format_utc(t: Instant) -> String {
     format!("{}Z", calendar_text(utc_s, leap_s))
 }
 
+/// The text that [`Instant::to_tt_iso`] documents.
 pub(super) fn format_tt(t: Instant) -> String {
     let tt_s = t.tt_seconds_past_j2000();
     if tt_s.abs() <= MAX_CALENDAR_S { calendar_text(tt_s, None) } else { format_utc(t) }

@@ -44,7 +44,8 @@ fn air_of(question: &Value) -> (f64, Air) {
             Profile::Exponential { scale_height: number(&s["scale_height_km"]) / radius_km }
         };
         let phase = match s["phase"].as_str() {
-            Some("hg") => PhaseFunction::Aerosol(AerosolPhase { asymmetry: number(&s["g"]) }),
+            Some("hg") if s["g"].is_array() => PhaseFunction::Aerosol(AerosolPhase { asymmetry: vector(&s["g"]).to_array() }),
+            Some("hg") => PhaseFunction::Aerosol(AerosolPhase::grey(number(&s["g"]))),
             _ => PhaseFunction::Rayleigh,
         };
         let per_radius = |field: &str| s.get(field).map_or(DVec3::ZERO, vector) * (radius_km * 1000.0);
@@ -76,7 +77,7 @@ fn all_airs() -> Vec<AirCase> {
                 let per_m = |v: [f64; 3]| v.map(|x| x / 1000.0);
                 let extinction: [f64; 3] = std::array::from_fn(|k| s.scattering_per_km[k] + s.absorption_per_km[k]);
                 let (phase, g) = match s.phase {
-                    PhaseFunction::Rayleigh => ("rayleigh", 0.0),
+                    PhaseFunction::Rayleigh => ("rayleigh", [0.0; 3]),
                     PhaseFunction::Aerosol(AerosolPhase { asymmetry }) => ("hg", asymmetry),
                 };
                 match s.tent_centre_km {

@@ -77,7 +77,7 @@ fn uniforms(lights: u8) -> DrawUniforms {
             rayleigh_scale_height: 33.0,
             rayleigh_scattering: Vec3::splat(34.0),
             rayleigh_extinction: Vec3::splat(35.0),
-            skylight: Vec3::splat(36.0),
+            skylight_fraction: Vec3::splat(36.0),
             mie_scale_height: 37.0,
             mie_phase: Vec4::splat(38.0),
             mie_scattering: Vec3::splat(39.0),

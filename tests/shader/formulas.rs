@@ -86,20 +86,24 @@ fn the_phase_functions_of_rings_agree_with_the_shader() {
     }
 }
 
-/// Tolerance 1e-12: both compute in f64. An input is the cosine of the scattering angle (p.x) and the four parameters of the aerosol (p.y, p.z, p.w, q.x),
-/// of which only the first, the asymmetry, is in use.
+/// Tolerance 1e-12: both compute in f64. An input is the cosine of the scattering angle (p.x) and the four parameters of the aerosol (p.y, p.z, p.w, q.x): the
+/// asymmetry in each channel, and an unused one.
 #[test]
 fn the_phase_functions_of_air_agree_with_the_shader() {
     const AIR: &str = "lambert.albedo.sun1.air-pixel-8-mie.sphere";
     const TOLERANCE: f64 = 1e-12;
     let inputs: Vec<EvalInput> =
-        phase_cosines().into_iter().flat_map(|c| [-0.3, 0.0, 0.63, 0.76, 0.95].map(|asymmetry| eval_input([c, asymmetry]))).collect();
+        phase_cosines().into_iter().flat_map(|c| [[-0.3, 0.0, 0.63], [0.76, 0.95, 0.5]].map(|[red, green, blue]| eval_input([c, red, green, blue]))).collect();
     // The shader's functions are pi times those of Rust.
-    let of_gas: fn(&EvalInput) -> f64 = |i| PI * phase::per_steradian(PhaseFunction::Rayleigh, i[0]);
-    let of_aerosols: fn(&EvalInput) -> f64 = |i| PI * phase::per_steradian(PhaseFunction::Aerosol(AerosolPhase { asymmetry: i[1] }), i[0]);
+    let of_gas: fn(&EvalInput) -> f64 = |i| PI * phase::per_steradian(PhaseFunction::Rayleigh, i[0]).x;
+    fn of_aerosol<const CHANNEL: usize>(i: &EvalInput) -> f64 {
+        PI * phase::per_steradian(PhaseFunction::Aerosol(AerosolPhase { asymmetry: [i[1], i[2], i[3]] }), i[0])[CHANNEL]
+    }
     for (value, reference, shipped, edit) in [
         ("vec4f(rayleigh_phase(p.x))", of_gas, "0.1875 * (1.0 +", "0.1875 * (1.000001 +"),
-        ("vec4f(aerosol_phase(p.x, vec4f(p.yzw, q.x)))", of_aerosols, "0.25 * (1.0 - asymmetry", "0.25 * (1.000001 - asymmetry"),
+        ("vec4f(aerosol_phase(p.x, vec4f(p.yzw, q.x)).x)", of_aerosol::<0>, "0.25 * (1.0 - asymmetry", "0.25 * (1.000001 - asymmetry"),
+        ("vec4f(aerosol_phase(p.x, vec4f(p.yzw, q.x)).y)", of_aerosol::<1>, "0.25 * (1.0 - asymmetry", "0.25 * (1.000001 - asymmetry"),
+        ("vec4f(aerosol_phase(p.x, vec4f(p.yzw, q.x)).z)", of_aerosol::<2>, "0.25 * (1.0 - asymmetry", "0.25 * (1.000001 - asymmetry"),
     ] {
         let error =
             |emitted: Emitted| greatest_error(&emitted.evaluate(&one_light_uniforms(), None, &inputs), inputs.iter().map(reference));

@@ -172,7 +172,8 @@ impl Air {
 
     /// Scattering coefficient times phase function, per planet radius and steradian. `cosine`: of the angle between ray and direction of the Sun.
     fn scattering_towards(&self, height: f64, cosine: f64) -> DVec3 {
-        self.species.iter().map(|s| s.scattering * (s.profile.density(height) * per_steradian(s.phase, cosine))).sum()
+        let phase = |s: &Species| DVec3::from_array([0, 1, 2].map(|channel| per_steradian(s.phase, channel, cosine)));
+        self.species.iter().map(|s| s.scattering * phase(s) * s.profile.density(height)).sum()
     }
 
     /// Light scattered once into the ray, and the air's transmittance along it, from the camera to the ground or to the top of the air.

@@ -54,19 +54,20 @@ fn distance_to_sphere(p: DVec3, direction: DVec3, radius: f64, crossing: Crossin
     (discriminant > 0.0 && distance > 0.0).then_some(distance)
 }
 
-/// Phase function per steradian, also for `air_reference`.
-pub fn per_steradian(phase: PhaseFunction, cosine: f64) -> f64 {
+/// Phase function of a channel per steradian, also for `air_reference`.
+pub fn per_steradian(phase: PhaseFunction, channel: usize, cosine: f64) -> f64 {
     match phase {
         PhaseFunction::Rayleigh => 3.0 / (16.0 * PI) * (1.0 + cosine * cosine),
-        PhaseFunction::Aerosol(aerosol) => {
-            let g = aerosol.asymmetry;
+        // Destructured without `..`, here and below, so that a new parameter is a compile error.
+        PhaseFunction::Aerosol(AerosolPhase { asymmetry }) => {
+            let g = asymmetry[channel];
             (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cosine).powf(1.5))
         }
     }
 }
 
-/// A random cosine of the scattering angle.
-fn scattering_cosine(random: &mut Random, phase: PhaseFunction) -> f64 {
+/// A random cosine of the scattering angle, distributed by the phase function of a channel.
+pub fn scattering_cosine(random: &mut Random, phase: PhaseFunction, channel: usize) -> f64 {
     match phase {
         PhaseFunction::Rayleigh => loop {
             let cosine = 2.0 * random.uniform() - 1.0;
@@ -74,9 +75,11 @@ fn scattering_cosine(random: &mut Random, phase: PhaseFunction) -> f64 {
                 return cosine;
             }
         },
-        PhaseFunction::Aerosol(aerosol) if aerosol.asymmetry.abs() < 1e-6 => 2.0 * random.uniform() - 1.0,
-        PhaseFunction::Aerosol(aerosol) => {
-            let g = aerosol.asymmetry;
+        PhaseFunction::Aerosol(AerosolPhase { asymmetry }) => {
+            let g = asymmetry[channel];
+            if g.abs() < 1e-6 {
+                return 2.0 * random.uniform() - 1.0;
+            }
             let ratio = (1.0 - g * g) / (1.0 - g + 2.0 * g * random.uniform());
             (1.0 + g * g - ratio * ratio) / (2.0 * g)
         }
@@ -136,7 +139,7 @@ impl<'a> Air<'a> {
         let glow = DVec3::new(sun.x, sun.y, sun.z.max(0.05)).normalize();
         // Density of the second third's azimuths, per radian from the Sun's azimuth: 0.7 of them are within 0.8 rad, the others all around.
         let azimuth_density = |azimuth: f64| 0.3 / TAU + if azimuth.abs() < 0.8 { 0.7 / 1.6 } else { 0.0 };
-        let around_sun = PhaseFunction::Aerosol(AerosolPhase { asymmetry: 0.7 });
+        let around_sun = PhaseFunction::Aerosol(AerosolPhase::grey(0.7));
         let direction = match (3.0 * random.uniform()) as u32 {
             0 => {
                 let cosine = random.positive().sqrt();
@@ -149,7 +152,7 @@ impl<'a> Air<'a> {
                 DVec3::new(horizontal * azimuth.cos(), horizontal * azimuth.sin(), cosine)
             }
             _ => {
-                let cosine = scattering_cosine(random, around_sun);
+                let cosine = scattering_cosine(random, around_sun, 0);
                 deflected(random, glow, cosine)
             }
         };
@@ -158,7 +161,7 @@ impl<'a> Air<'a> {
         }
         // In the second third, the cosine of the zenith angle is the square of a uniform number, so its density is 1 / (2 sqrt(cosine)).
         let horizon_density = azimuth_density(direction.y.atan2(direction.x)) / (2.0 * direction.z.sqrt());
-        let density = (direction.z / PI + horizon_density + per_steradian(around_sun, direction.dot(glow))) / 3.0;
+        let density = (direction.z / PI + horizon_density + per_steradian(around_sun, 0, direction.dot(glow))) / 3.0;
         Some((direction, 1.0 / density))
     }
 
@@ -217,7 +220,8 @@ impl<'a> Air<'a> {
                     let height_km = self.height_km(position);
                     let extinction = self.extinction_per_km(height_km);
                     let sunlight = self.sun_transmittance(position, sun);
-                    let towards_path = |(s, scattering): (&Species, f64)| scattering * per_steradian(s.phase, direction.dot(sun));
+                    let towards_path =
+                        |(s, scattering): (&Species, f64)| scattering * per_steradian(s.phase, self.channel, direction.dot(sun));
                     let scattered = weight * sunlight * self.scattering_per_km(height_km).map(towards_path).sum::<f64>() / extinction;
                     light += scattered;
                     once += if order == 0 { scattered } else { 0.0 };
@@ -229,7 +233,7 @@ impl<'a> Air<'a> {
                         chosen < 0.0
                     });
                     let Some((species, _)) = species else { break };
-                    let turn_cosine = scattering_cosine(&mut random, species.phase);
+                    let turn_cosine = scattering_cosine(&mut random, species.phase, self.channel);
                     direction = deflected(&mut random, direction, turn_cosine);
                 } else if let Some(ground_km) = ground_km {
                     let up = (position + direction * ground_km).normalize();

@@ -8,7 +8,7 @@ use crate::wording::echo_within;
 
 /// The columns of a table that describe a point.
 pub(super) struct Columns {
-    /// Columns of latitude (or declination), longitude (or right ascension), time, size and colour.
+    /// Indices of the columns of latitude (or declination), longitude (or right ascension), time, size and colour; `None` for a column that the table lacks.
     indices: [Option<usize>; 5],
     /// Number of all columns of the table, including those that describe no point.
     column_count: usize,
@@ -79,10 +79,14 @@ impl Columns {
 mod tests {
     use super::*;
 
+    /// Values of the argument `on_body` of [`Columns::of`].
+    const ON_SKY: bool = false;
+    const ON_BODY: bool = true;
+
     #[test]
     fn the_most_explicit_name_counts() {
         let names = ["ra", "dec", "date", "RA_deg", "datetime", "dec_deg"].map(String::from);
-        let columns = Columns::of(&names, false).expect("the columns of a point");
+        let columns = Columns::of(&names, ON_SKY).expect("the columns of a point");
         let point = columns.point(&["5.5", "x", "2024-04-08", "82.5", "2024-04-08T18:00:00Z", "-20"].map(String::from)).expect("a point");
         assert_eq!((point.lon_deg, point.lat_deg), (82.5, -20.0));
         assert_eq!(point.time.map(Instant::to_utc_iso).as_deref(), Some("2024-04-08T18:00:00Z"));
@@ -92,7 +96,7 @@ mod tests {
     #[test]
     fn the_message_of_a_wrong_size_names_the_range() {
         let names = ["lat", "lon", "size"].map(String::from);
-        let columns = Columns::of(&names, true).expect("the columns of a point");
+        let columns = Columns::of(&names, ON_BODY).expect("the columns of a point");
         let point = |size: &str| columns.point(&["0", "0", size].map(String::from));
         for (size, is_allowed) in [("0", false), ("1e-4", false), ("9.99e-4", false), ("0.001", true), ("1000", true), ("1000.1", false)] {
             match point(size) {

@@ -6,7 +6,8 @@ use super::columns::Columns;
 use super::layer::Content;
 use crate::catalog::csv_line::values;
 
-/// The points of a table. The error is a line number and what is wrong there.
+/// The points of a table. `on_body`: its columns are latitude and longitude, not declination and right ascension. The error is a line number and what is wrong
+/// there.
 pub(super) fn read(text: &str, on_body: bool) -> Result<Content, (usize, String)> {
     let mut lines = (1..).zip(text.trim_start_matches('\u{feff}').lines()).filter(|(_, l)| !l.trim().is_empty() && !l.starts_with('#'));
     let (head_line_number, head) = lines.next().ok_or_else(|| (1, "empty; the first line names the columns".to_owned()))?;
@@ -25,13 +26,16 @@ pub(super) fn read(text: &str, on_body: bool) -> Result<Content, (usize, String)
 mod tests {
     use super::*;
 
+    /// The value of the argument `on_body` of [`read`].
+    const ON_BODY: bool = true;
+
     #[test]
     fn a_quoted_value_that_does_not_end_is_an_error() {
-        let error = read("# places\nlat,lon,place\n1,2,\"Tohoku\n", true).expect_err("an open quote");
+        let error = read("# places\nlat,lon,place\n1,2,\"Tohoku\n", ON_BODY).expect_err("an open quote");
         assert_eq!(error, (3, "a quoted value does not end on this line".to_owned()));
-        assert_eq!(read("lat,\"lon\n1,2\n", true).expect_err("an open quote").0, 1);
+        assert_eq!(read("lat,\"lon\n1,2\n", ON_BODY).expect_err("an open quote").0, 1);
         // A comment precedes the line of column names, which is then the second line.
-        let error = read("# places\nlat,place\n1,here\n", true).expect_err("no longitude");
+        let error = read("# places\nlat,place\n1,here\n", ON_BODY).expect_err("no longitude");
         assert_eq!(error, (2, "the line of column names has no column lon_deg".to_owned()));
     }
 }

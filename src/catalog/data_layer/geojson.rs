@@ -145,8 +145,9 @@ struct Members {
     /// The member `type`.
     kind: Option<String>,
     coordinates: Option<Coordinates>,
-    /// Of the members `geometry` and `geometries`.
+    /// The points and lines of the members `geometry` and `geometries`; at the end, also those of `coordinates`.
     geometries: Geometries,
+    /// The property `time` of a Feature.
     time: Option<Instant>,
     /// The content of the Features in the member `features`.
     content: Content,

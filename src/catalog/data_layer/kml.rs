@@ -13,7 +13,8 @@ use crate::wording::echo_within;
 #[derive(Default)]
 struct Document {
     is_kml: bool,
-    /// Time, points and lines of the current Placemark. The time may follow the coordinates, so they are added to `content` at the Placemark's end.
+    /// Time, points and lines of the current Placemark; positions are [latitude, longitude], degrees. The time may follow the coordinates, so points and lines
+    /// are added to `content` at the Placemark's end.
     time: Option<Instant>,
     points: Vec<[f64; 2]>,
     lines: Vec<Vec<[f64; 2]>>,
@@ -21,7 +22,7 @@ struct Document {
     content: Content,
 }
 
-/// Positions of a `coordinates` element: tuples separated by whitespace; commas separate the numbers of a tuple.
+/// Positions of a `coordinates` element as [latitude, longitude], degrees. In the text, whitespace separates the positions, and commas their numbers.
 fn positions(text: &str) -> Result<Vec<[f64; 2]>, String> {
     let position = |tuple: &str| {
         let mut numbers = tuple
@@ -48,7 +49,7 @@ impl ElementHandler for Document {
         let Some(element) = path.last() else { return Ok(()) };
         // The name of the element so many levels above.
         let ancestor = |levels: usize| path.iter().rev().nth(levels).map_or("", |e| e.name.as_str());
-        // A Point in another element, such as a PhotoOverlay, is not a place.
+        // A Point in another element, such as a PhotoOverlay, is not a place to draw.
         let is_in_placemark = || path.iter().any(|e| e.name == "Placemark");
         match (element.name.as_str(), ancestor(1)) {
             // The times of documents, folders and views are not those of a Placemark.

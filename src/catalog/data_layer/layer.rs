@@ -65,7 +65,7 @@ pub struct DataPoint {
 /// A line on the ground, straight in longitude and latitude from vertex to vertex.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DataLine {
-    /// Planetographic latitude and east longitude, degrees; at least two vertices.
+    /// At least two vertices: [planetographic latitude, east longitude], degrees.
     pub vertices: Vec<[f64; 2]>,
     /// Time from which on the line is shown; `None`: always.
     pub time: Option<Instant>,
@@ -89,7 +89,7 @@ impl Content {
         if self.position_count > MAX_POSITIONS { Err(format!("more than {MAX_POSITIONS} positions")) } else { Ok(()) }
     }
 
-    /// Adds a line of at least two vertices.
+    /// Adds a line. Vertices are as in [`DataLine::vertices`]; fewer than two are an error.
     pub fn add_line(&mut self, vertices: Vec<[f64; 2]>, time: Option<Instant>) -> Result<(), String> {
         self.count_positions(vertices.len())?;
         check_is_line(&vertices)?;

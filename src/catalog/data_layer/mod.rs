@@ -287,12 +287,14 @@ mod tests {
             [row(flags[0], ["A & B", "2024-04-08T18:00:00Z"], [10.5, -20.0]), row(flags[1], ["", "never"], [11.0, -21.0])].concat()
         };
         let text_layer = read("a.vot", None, VOTABLE).expect("read");
+        // The flag of the fourth column, `time`, is set in the second row.
         let flagged = read("a.vot", None, &as_form("BINARY2", &rows([&[0], &[0b0001_0000]]))).expect("read");
         assert_eq!(flagged.points, text_layer.points);
         // BINARY has no null flags, so the text `never` is read as a time.
         let unflagged = rows([&[], &[]]);
         let refused = read("a.vot", None, &as_form("BINARY", &unflagged)).expect_err("a time");
         assert!(refused.starts_with("a.vot:") && refused.contains("row 2: field time: `never`"), "{refused}");
+        // Without the last cell: a length of four bytes, and the five bytes of `never`. An empty cell, of length 0, takes its place.
         let end = unflagged.len() - 9;
         let cleared = [&unflagged[..end], &[0; 4]].concat();
         assert_eq!(read("a.vot", None, &as_form("BINARY", &cleared)).expect("read").points, text_layer.points);

@@ -33,7 +33,7 @@ fn required<'t>(label: &'t str, keyword: &str) -> Result<&'t str, String> {
     value(label, keyword).ok_or_else(|| format!("the label has no {keyword}"))
 }
 
-/// Parses the value of a keyword.
+/// Parses `text`, the value of a keyword, as a finite number.
 fn number(keyword: &str, text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|v: &f64| v.is_finite()).ok_or_else(|| format!("{keyword} = {}: not a number", echo(text)))
 }
@@ -76,7 +76,7 @@ fn image_offset(label: &str) -> Result<usize, String> {
     Ok(units_before.saturating_mul(unit_bytes))
 }
 
-/// The sample format of the image: type and byte order.
+/// The sample format of the image: type and byte order. Integers have 16 bits, reals have 32.
 #[derive(Clone, Copy)]
 enum Sample {
     SignedLittle,
@@ -143,12 +143,13 @@ pub(super) fn heights(label: &str, image: &[u8]) -> Result<LabelledHeights, Stri
             return Err(format!("{keyword} = {latitude_deg}: only maps of the whole Moon, from pole to pole, are supported"));
         }
     }
+    // A sample times SCALING_FACTOR is the height above the sphere, and OFFSET is the sphere's radius, both in the unit UNIT.
     let (factor, offset) = (number_or(label, "SCALING_FACTOR", 1.0)?, number_or(label, "OFFSET", 0.0)?);
     let unit = value(label, "UNIT").map(str::to_ascii_uppercase);
     let km_per_unit = match unit.as_deref() {
         Some("METER" | "METERS" | "M") => 1e-3,
         Some("KILOMETER" | "KILOMETERS" | "KM") => 1.0,
-        // OFFSET is the sphere's radius. Without UNIT, its size shows whether it is in metres or kilometres.
+        // Without UNIT, the size of OFFSET shows whether it is in metres or kilometres.
         None if offset > 1e6 => 1e-3,
         None if offset > 1e3 => 1.0,
         _ => return Err(format!("UNIT = {}: only METER and KILOMETER are supported", echo(unit.as_deref().unwrap_or("(none)")))),
@@ -194,19 +195,24 @@ OBJECT = IMAGE_MAP_PROJECTION\r
 END_OBJECT\r
 ";
 
-    fn image(big_endian: bool) -> Vec<u8> {
+    /// Values of the argument of [`image`].
+    const LITTLE_ENDIAN: bool = false;
+    const BIG_ENDIAN: bool = true;
+
+    /// The bytes of the image that [`LABEL`] describes.
+    fn image(is_big_endian: bool) -> Vec<u8> {
         let values = [-2000_i16, 2000, 0, 0, 0, 0, 0, 3];
-        values.iter().flat_map(|v| if big_endian { v.to_be_bytes() } else { v.to_le_bytes() }).collect()
+        values.iter().flat_map(|v| if is_big_endian { v.to_be_bytes() } else { v.to_le_bytes() }).collect()
     }
 
     #[test]
     fn ldem_labels_are_read() {
         assert_eq!(image_file(LABEL), Ok("LDEM_4.IMG".into()));
-        let read = heights(LABEL, &image(false)).expect("read");
+        let read = heights(LABEL, &image(LITTLE_ENDIAN)).expect("read");
         assert_eq!((read.columns, read.west_deg, read.sphere_km), (4, 0.0, 1737.4));
         assert_eq!((read.heights_km[0], read.heights_km[1], read.heights_km[7]), (-1.0, 1.0, 0.0015));
         let big_endian_label = LABEL.replace("LSB_INTEGER", "MSB_INTEGER");
-        assert_eq!(heights(&big_endian_label, &image(true)).expect("read").heights_km, read.heights_km);
+        assert_eq!(heights(&big_endian_label, &image(BIG_ENDIAN)).expect("read").heights_km, read.heights_km);
         // The floating-point maps are in kilometres.
         let real_label = LABEL
             .replace("LSB_INTEGER", "PC_REAL")
@@ -226,7 +232,7 @@ END_OBJECT\r
                 "WESTERNMOST_LONGITUDE = 0",
                 &format!("POSITIVE_LONGITUDE_DIRECTION = {direction}\r\n  WESTERNMOST_LONGITUDE = 90"),
             );
-            heights(&text, &image(false)).map(|read| read.west_deg)
+            heights(&text, &image(LITTLE_ENDIAN)).map(|read| read.west_deg)
         };
         assert_eq!((edge("EAST"), edge("\"WEST\"")), (Ok(90.0), Ok(-90.0)));
         assert!(edge("UP").is_err_and(|why| why.contains("POSITIVE_LONGITUDE_DIRECTION")));
@@ -236,7 +242,7 @@ END_OBJECT\r
     fn an_image_may_begin_after_other_records() {
         let read = |pointer: &str, bytes_before: usize| {
             let text = LABEL.replace("\"LDEM_4.IMG\"", pointer).replace("LINES = 2", "RECORD_BYTES = 6\r\n  LINES = 2");
-            let bytes = [vec![7; bytes_before], image(false)].concat();
+            let bytes = [vec![7; bytes_before], image(LITTLE_ENDIAN)].concat();
             heights(&text, &bytes).map(|read| [read.heights_km[0], read.heights_km[7]])
         };
         for (pointer, bytes_before) in
@@ -253,7 +259,7 @@ END_OBJECT\r
 
     #[test]
     fn unsupported_labels_are_rejected_by_keyword() {
-        let whole = image(false);
+        let whole = image(LITTLE_ENDIAN);
         for (from, to, named) in [
             ("  LINES = 2\r", "", "LINES"),
             ("LINES = 2", "LINES = two", "LINES"),

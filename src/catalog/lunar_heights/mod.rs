@@ -68,7 +68,8 @@ impl std::fmt::Debug for HeightMap {
 }
 
 impl HeightMap {
-    /// A map of the entire Moon. `heights_km`: rows from north to south, each eastward from `west_deg`.
+    /// A map of the entire Moon. `heights_km`: heights above the sphere of radius `sphere_km`, rows from north to south, each eastward from the longitude
+    /// `west_deg`. `name`: the file's name in messages.
     ///
     /// # Errors
     /// If the map is not twice as wide as high, or has too many or too few heights; if the sphere does not have the size of the Moon; or if the Moon cannot
@@ -105,7 +106,8 @@ impl HeightMap {
     pub fn of_image(name: &str, bytes: &[u8], range: Option<HeightRange>) -> Result<Self, HeightMapError> {
         let failed = |why: String| HeightMapError { file: name.to_owned(), why };
         let (columns, heights_km) = image_file::heights_km(bytes, range).map_err(failed)?;
-        Self::new(name, columns, heights_km, -180.0, DEFAULT_SPHERE_KM)
+        let west_deg = -180.0;
+        Self::new(name, columns, heights_km, west_deg, DEFAULT_SPHERE_KM)
     }
 
     /// The name, without a folder, of the image file that a PDS label refers to.

@@ -16,7 +16,7 @@ use std::borrow::Cow;
 /// Maximum number of bodies in a file: twice as many as MPCORB.DAT listed in 2025. Each takes about 200 bytes of memory.
 const MAX_BODIES: usize = 3_000_000;
 
-/// The columns of a table that are read.
+/// The indices of the columns of a table that are read; `None` for a column that the table lacks.
 struct Columns {
     /// The column of each field, by the field's index in [`FIELDS`].
     by_field: [Option<usize>; FIELDS.len()],
@@ -85,7 +85,7 @@ impl Columns {
     }
 }
 
-/// The values of a line of CSV, as [`values`] reads them; those of a line without quotes are not copied.
+/// The values of a line of CSV, as [`values`] reads them. Values of a line without quotes are borrowed.
 fn cells(line: &str) -> Result<Vec<Cow<'_, str>>, String> {
     if line.contains('"') {
         return Ok(values(line)?.into_iter().map(Cow::Owned).collect());
@@ -111,6 +111,7 @@ fn read_json(text: &str) -> Result<Vec<SmallBody>, (usize, String)> {
         serde_json::Value::String(s) => s.trim().to_owned(),
         other => other.to_string(),
     };
+    // Parsed JSON has no line numbers: an error is at line 1, and its text names the row.
     let row = |(k, row): (usize, &Vec<serde_json::Value>)| {
         let cells: Vec<Cow<'_, str>> = row.iter().map(|v| Cow::Owned(cell(v))).collect();
         columns.body(&cells).map_err(|e| (1, format!("row {} of `data`: {e}", k + 1)))

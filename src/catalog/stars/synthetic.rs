@@ -20,9 +20,10 @@ impl StarCatalog {
         let mut random = Random::new(0);
         let decades_beyond_embedded = (count.max(1) as f64 / embedded.stars.len() as f64).log10().max(0.0);
         while stars.len() < count {
-            // Inverse transform sampling: the number of stars down to magnitude m grows as 10^(0.48 m) beyond the limit of the embedded stars.
-            let (min, max) = (1.0, 10_f64.powf(decades_beyond_embedded));
-            let v_magnitude = EMBEDDED_MAGNITUDE_LIMIT + random.between(min, max).log10() / DECADES_PER_MAGNITUDE;
+            // Inverse transform sampling: the number of stars down to magnitude m, divided by the number of embedded stars, is uniformly distributed. Beyond
+            // the limit of the embedded stars it grows as 10^(0.48 m).
+            let count_ratio = random.between(1.0, 10_f64.powf(decades_beyond_embedded));
+            let v_magnitude = EMBEDDED_MAGNITUDE_LIMIT + count_ratio.log10() / DECADES_PER_MAGNITUDE;
             let b_v = random.choose(&embedded.stars).b_v;
             stars.push(Star {
                 hip: 0,

@@ -21,6 +21,7 @@ struct Table {
     moons: [Moon; 4],
 }
 
+/// The constants and series of one moon.
 #[derive(Debug, Deserialize)]
 struct Moon {
     /// GM of Jupiter and the moon, au³ per day².

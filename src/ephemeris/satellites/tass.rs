@@ -34,6 +34,7 @@ struct Table {
 #[derive(Debug, Deserialize)]
 struct Group([i32; 8], Vec<Term>);
 
+/// The constants and series of one moon.
 #[derive(Debug, Deserialize)]
 struct Moon {
     /// GM of Saturn and the moon, au³ per day².

@@ -2,8 +2,8 @@
 //!
 //! In: a draw that permits it ([`ShadingRate::Interpolated`](crate::render::plan::ShadingRate)), and its only triangle in the tile. Out: its light, added
 //! to each half of the tile (64x32 pixels, which one batch of 128 points spans) that the triangle covers. Always: the error is at most about a 500th of
-//! the light (0.25 of a level of 255 at white, less in the dark), because the second differences between points are bounded. Where they exceed the bound, as
-//! near the Sun and where the light ends, nothing is drawn here, and the caller shades every pixel. Not here: which draws permit it (scene).
+//! the light (a quarter of an 8-bit display level at white, less in the dark), because the second differences between points are bounded. Where they exceed
+//! the bound, as near the Sun and where the light ends, nothing is drawn here, and the caller shades every pixel. Not here: which draws permit it (scene).
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
@@ -33,9 +33,9 @@ const BLOCK_ROW_LANES: usize = BLOCK_PIXELS / QUAD_ROWS_OF_BLOCK;
 const BLOCKS_ACROSS: usize = ROW_LANES / BLOCK_ROW_LANES;
 const HALF_TILE_BLOCKS: usize = BLOCKS_ACROSS * QUAD_ROWS / QUAD_ROWS_OF_BLOCK;
 
-/// Second difference of three points, relative to the middle one, above which every pixel is shaded. A linear function through two points departs from a
-/// parabola by t (t - 1) / 2 of the second difference, t being the position between the points: by at most 0.258 at the outermost pixels, where t is 1.375.
-/// The sum over both axes is 0.516 / 256, about a 500th.
+/// Second difference of the light at three neighbouring points, relative to the light at the middle one, above which every pixel is shaded. A linear function
+/// through two points departs from a parabola by t (t - 1) / 2 of the second difference, where t is 0 at the first point and 1 at the second: by at most 0.258
+/// of this difference, at the outermost pixels, where t is 1.375. The sum over both axes is 0.516 / 256, about a 500th.
 const SMOOTH_DIFFERENCE: f32 = 1.0 / 256.0;
 
 /// One colour component at the points, row by row.
@@ -68,12 +68,12 @@ const fn horizontal_positions<const N: usize>(first: usize) -> [f32; N] {
     }
     positions
 }
-/// Horizontal positions, each in its cell, of the pixels of a row's first quad, of the two quads between any two neighbouring points, and of the last quad.
+/// The horizontal position of each pixel in its cell: for a row's first quad, for the two quads between any two neighbouring points, and for the last quad.
 static FIRST_QUAD_POSITIONS: [f32; 4] = horizontal_positions(0);
 static QUAD_PAIR_POSITIONS: [f32; 8] = horizontal_positions(2);
 static LAST_QUAD_POSITIONS: [f32; 4] = horizontal_positions(COLUMNS * SPACING - 2);
 
-/// For each row of quads, the vertical position in its cell of each lane of a block.
+/// For each row of quads, and in it for each lane of a block, the pixel's vertical position in its cell.
 static VERTICAL_POSITIONS: [[f32; BLOCK_ROW_LANES]; QUAD_ROWS] = {
     let mut positions = [[0.0; BLOCK_ROW_LANES]; QUAD_ROWS];
     let mut k = 0;
@@ -99,7 +99,7 @@ fn grid(lanes: &[f32; LANES]) -> Grid {
     grid
 }
 
-/// Whether the light may be interpolated. No early exit, so that the compiler vectorises the loops. False if a value is NaN.
+/// Whether the light may be interpolated; false if a value is NaN. The loops have no early exit, so that the compiler vectorises them.
 #[inline(always)]
 fn is_smooth(grid: &Grid) -> bool {
     let is_straight = |previous: f32, middle: f32, next: f32| (previous - 2.0 * middle + next).abs() <= SMOOTH_DIFFERENCE * middle;
@@ -117,8 +117,8 @@ fn is_smooth(grid: &Grid) -> bool {
     all
 }
 
-/// Linear interpolation in `N` lanes, from the value at a cell's first point to that at its second, at each lane's position in the cell. The values are
-/// returned and not stored one by one, so that the compiler uses vectors.
+/// Linear interpolation in `N` lanes, between the values at a cell's first and second point, at each lane's position in the cell. The values are returned
+/// and not stored one by one, so that the compiler uses vectors.
 #[inline(always)]
 fn lerp<const N: usize>(from: [f32; N], to: [f32; N], position: &[f32; N]) -> [f32; N] {
     let mut values = [0.0; N];
@@ -163,7 +163,7 @@ fn fill_block_lanes(rows: &InterpolatedRows, block_column: usize, first_quad_row
 #[derive(Clone, Debug)]
 pub(super) struct InterpolatedLight {
     rows: [InterpolatedRows; 3],
-    /// For red, green and blue: the index in `rows` and `block_buffers` of its values. A component equal to red has the index of red, and is not interpolated
+    /// Index in `rows` and `block_buffers` of the values of red, of green and of blue. A component equal to red has the index of red, and is not interpolated
     /// again.
     source: [usize; 3],
     /// Buffers for one block of each component.
@@ -263,7 +263,7 @@ impl InterpolatedLight {
 pub(super) struct Tile<'a> {
     pub target: &'a mut TileTarget,
     pub pixel_centres: &'a PixelCentres,
-    /// Its top-left pixel.
+    /// The tile's top-left pixel.
     pub corner: [u32; 2],
 }
 

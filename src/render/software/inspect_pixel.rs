@@ -1,8 +1,8 @@
-//! Inspects one draw at one pixel: returns its colour and every named value of its module, that is every value bound to a name in its WGSL (`let`, `var`),
-//! after the last assignment.
+//! Inspects one draw at one pixel: returns the colour that the draw computes there and every named value of its module. A named value is bound to a name in
+//! the WGSL (`let`, `var`); its last assignment counts.
 //!
 //! In: a plan's draw, its modules, a pixel. Out: [`PixelValues`], computed in the renderer's precision, or `None` if the draw does not shade the
-//! pixel or its red is NaN there. Of a mesh, only the triangle that is visible there is drawn. The module is lowered again (compiled to a tape, see
+//! pixel or computes NaN for its red. Of a mesh, only the triangle that is visible at the pixel is drawn. The module is lowered again (compiled to a tape, see
 //! [`lower`](super::lower)) with its named values as outputs; rasteriser, kernels and textures are the same as for images.
 
 use super::RenderError;
@@ -18,8 +18,8 @@ use super::stage::{LANES, LaneProgram, LaneRun};
 use crate::render::plan::{Blend, DepthState, ModuleProvider, Pass, PlanDraw, ShadingRate};
 use parking_lot::Mutex;
 
-/// A value bound to a name in a module's WGSL: a scalar, or the components of a vector or matrix, as of the last assignment; NaN if the pixel's control
-/// flow does not reach it.
+/// A value bound to a name in a module's WGSL, after its last assignment: a scalar, or the components of a vector or matrix. NaN if the pixel's control flow
+/// does not reach the value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedValue {
     pub name: String,
@@ -29,7 +29,7 @@ pub struct NamedValue {
 /// What a draw computes at a pixel, before any blending.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PixelValues {
-    /// Premultiplied colour and alpha.
+    /// Red, green and blue, premultiplied by alpha, and alpha; NaN for a component that the program does not write.
     pub colour: [f64; 4],
     pub values: Vec<NamedValue>,
 }
@@ -89,7 +89,7 @@ impl SoftwareRenderer {
     }
 }
 
-/// The outputs of a draw's fragment program at the centre of a pixel; `None` if the draw does not shade it, or its red is NaN there.
+/// The outputs of a draw's fragment program at the centre of a pixel; `None` if the draw does not shade the pixel, or computes NaN for its red.
 fn fragment_outputs<R: Real>(
     draw: PlanDraw,
     bound: &BoundStages<'_, R>,

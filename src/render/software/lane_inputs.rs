@@ -1,8 +1,8 @@
 //! Fills the lane inputs of a batch of quads: pixel positions, depth, varyings.
 //!
-//! In: the quads of a batch, those of one source triangle (a triangle before clipping) in succession, and the draw's geometry. Out: the inputs of the
-//! fragment stage for all lanes. Always: planes (linear functions of the pixel's position) are evaluated at offsets from the triangle's first quad in the
-//! batch, because small offsets round least; a lane's value does not depend on other triangles in the batch. Not here: which quads are covered.
+//! In: the quads of a batch, in which the quads of one source triangle (a triangle before clipping) are consecutive, and the draw's geometry. Out: the inputs
+//! of the fragment stage for all lanes. Always: planes (linear functions of the pixel's position) are evaluated at offsets from the triangle's first quad in
+//! the batch, because small offsets round least; a lane's value does not depend on other triangles in the batch. Not here: which quads are covered.
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
@@ -38,7 +38,7 @@ impl Span<'_> {
         &mut lanes.as_chunks_mut::<QUAD_LANES>().0[self.start..self.end]
     }
 
-    /// Evaluates a plane at positions given relative to the top-left pixel of the first quad.
+    /// Evaluates a plane at positions that are given in pixels, relative to the top-left pixel of the span's first quad.
     #[inline(always)]
     fn evaluate<R: Real>(&self, lanes: &mut [R; LANES], [x, y]: [&[R; LANES]; 2], plane: &Plane) {
         let at_first_pixel = R::from_f64(plane.at(self.from_plane_origin[0], self.from_plane_origin[1]));
@@ -100,12 +100,12 @@ fn offset_quads<R: Real>(lanes: &mut [R; LANES], centres: &[f32], quads: &[Quad;
 }
 
 impl<'a> Span<'a> {
-    /// The quads `start..end` of a batch, which belong to one triangle. `first`: the first of them; `tile_corner`: the tile's top-left pixel.
+    /// The quads `start..end` of a batch, which belong to one triangle. `first`: the quad at `start`; `tile_corner`: the tile's top-left pixel.
     #[inline(always)]
     fn new<R: Real>(draw: &'a PreparedDraw<'_, R>, [start, end]: [usize; 2], first: Quad, tile_corner: [u32; 2]) -> Self {
-        let in_tile = quad_position(first.index.into());
+        let quad_corner = quad_position(first.index.into());
         let triangle = &draw.geometry.source_triangles[first.source_triangle as usize];
-        let first_pixel = [0, 1].map(|axis: usize| f64::from(tile_corner[axis] + in_tile[axis]));
+        let first_pixel = [0, 1].map(|axis: usize| f64::from(tile_corner[axis] + quad_corner[axis]));
         let from_plane_origin = [first_pixel[0] - triangle.origin[0], first_pixel[1] - triangle.origin[1]];
         Self { start, end, triangle, first_pixel, from_plane_origin }
     }
@@ -126,16 +126,16 @@ pub(super) fn fill_quads<R: Real>(
     let mut start = 0;
     while let Some(first) = quads.get(start) {
         let end = start + quads[start..].iter().take_while(|q| q.source_triangle == first.source_triangle).count();
-        let in_tile = quad_position(first.index.into());
-        offset_quads(&mut x, &pixel_centres.x, quads, start..end, in_tile[0] as f32);
-        offset_quads(&mut y, &pixel_centres.y, quads, start..end, in_tile[1] as f32);
+        let quad_corner = quad_position(first.index.into());
+        offset_quads(&mut x, &pixel_centres.x, quads, start..end, quad_corner[0] as f32);
+        offset_quads(&mut y, &pixel_centres.y, quads, start..end, quad_corner[1] as f32);
         spans.push(Span::new(draw, [start, end], *first, tile_corner));
         start = end;
     }
     fill(draw, run, &spans, [&x, &y]);
 }
 
-/// As [`fill_quads`] for a batch of one triangle. `points`: x and y of its lanes, relative to the top-left pixel of the quad `first`.
+/// As [`fill_quads`] for a batch of one triangle. `points`: x and y of the lanes in pixels, relative to the top-left pixel of the quad `first`.
 #[inline(always)]
 pub(super) fn fill_block<R: Real>(
     draw: &PreparedDraw<'_, R>,

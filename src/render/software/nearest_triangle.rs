@@ -13,8 +13,8 @@ use crate::render::plan::{Cull, PlanDraw, Vertices};
 use glam::{DMat3, DVec3};
 use std::sync::Arc;
 
-/// A triangle whose edges miss the pixel's centre by less than this, in pixels along each axis, is still a candidate. It is more than the rounding of corners
-/// ([`VertexGrid`](super::VertexGrid)), which is at most 1/512.
+/// A triangle whose edges miss the pixel's centre by less than this, in pixels along each axis, is still a candidate. The margin is greater than the rounding
+/// of corners ([`VertexGrid`](super::VertexGrid)), which is at most 1/512 pixel.
 const MARGIN_PX: f64 = 1.0 / 256.0;
 
 /// The candidates at the centre of a pixel, nearest first; `None` if the draw is not a mesh.
@@ -34,7 +34,8 @@ pub(crate) fn nearest_triangles<R: Real>(
     let ndc = |k: u32, size: u32| (2.0 * f64::from(k) + 1.0) / f64::from(size) - 1.0;
     let pixel_centre = DVec3::new(ndc(x, width), -ndc(y, height), 1.0);
     let [margin_x, margin_y] = [width, height].map(|size| 2.0 * MARGIN_PX / f64::from(size));
-    // The weights are the barycentric coordinates divided by w, so their sum is 1/w, which is greatest for the nearest triangle.
+    // 1/w of a triangle at the pixel's centre, greatest for the nearest triangle; `None` if the triangle is no candidate. The weights are the barycentric
+    // coordinates divided by w, so their sum is 1/w.
     let inverse_w = |triangle: &[u32]| {
         let corners = DMat3::from_cols(clip_xyw(triangle[0])?, clip_xyw(triangle[1])?, clip_xyw(triangle[2])?);
         let determinant = corners.determinant();

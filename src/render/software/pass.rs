@@ -82,7 +82,7 @@ struct TileBins {
     tiles_across: usize,
     /// Index of each tile's first entry, and at the end the number of entries.
     starts: Vec<usize>,
-    /// Each entry: the index of a draw, and that of one of its raster triangles.
+    /// Each entry: the index of a draw, and the index of a raster triangle in this draw's geometry.
     entries: Vec<(u32, u32)>,
 }
 
@@ -143,7 +143,7 @@ pub fn execute<R: Real>(pass: &Pass, stages: &[DrawStages<'_, R>]) -> Result<(Pa
 }
 
 /// Executes two fused passes and returns the image of the second. `None` if they cannot be fused: the first draw of the second pass does not draw every
-/// pixel of its target, or reads pixels other than its own. The first pass's wall time is that of both.
+/// pixel of its target, or reads pixels other than its own. The wall time of both passes together is recorded for the first one.
 pub(crate) fn execute_fused<R: Real>(
     first: &Pass,
     first_stages: &[DrawStages<'_, R>],
@@ -161,7 +161,7 @@ pub(crate) fn execute_fused<R: Real>(
         return Ok(None);
     }
     let full_screen = overlay.draws.remove(0);
-    // Without the full-screen draw, which needs no bins.
+    // The bins of the other draws alone: the full-screen draw needs no bins.
     overlay.bins = TileBins::new(second.width, second.height, &overlay.draws)?;
     let mapped_clear_colour = full_screen
         .fragment
@@ -233,7 +233,7 @@ fn prepare_draw<'a, R: Real>(
         fragment_setup,
         blend: draw.blend,
         shading_rate: draw.shading_rate,
-        // The plan gives the outlines, and names the image of marks; the marks were read from this image when the fragment stage was bound.
+        // The plan gives the outlines and names the image of marks. The marks were read from this image when the fragment stage was bound.
         extent: draw.extent.map(|outlines| DrawExtent { outlines, marks: fragment.marks().cloned() }),
         instructions_per_read: instructions_per_read(&draw.module),
     })
@@ -242,7 +242,7 @@ fn prepare_draw<'a, R: Real>(
 /// Draws the image of a pass, or of the second of two fused passes. The memory is not initialised first, to save one write of the image;
 /// each pixel is written once. `allocation` names the image in the error if memory is insufficient. `empty_tile_colour`: colour of a tile without
 /// triangles; `None` if it differs between pixels, in which case such tiles are shaded too. `write` writes a drawn tile, given by column and row.
-/// `timings`: those of the first pass and of the fused second pass; without a second pass, the latter are left unchanged.
+/// `timings`: of the first pass, and of the fused second pass; without a second pass, its timings are left unchanged.
 fn draw_tiles<R: Real, T: Copy + Send + Sync>(
     first: &PreparedPass<'_, R>,
     fused: Option<&FusedPass<'_, R>>,
@@ -376,7 +376,9 @@ impl<'a, R: Real> Worker<'a, R> {
             if fused.mapped_clear_colour.is_none() {
                 self.first.target.fill_unwritten();
             }
-            second.target.clear(fused.mapped_clear_colour.unwrap_or(fused.overlay.pass.clear), false);
+            // `can_fuse_with_next_pass` admits only a second pass without depth.
+            let uses_depth = false;
+            second.target.clear(fused.mapped_clear_colour.unwrap_or(fused.overlay.pass.clear), uses_depth);
             let tile_corner = tile_index.map(|k| k as u32 * TILE_SIDE_PX);
             let texture = TileTexture::new(&self.first.target, tile_corner, [pass.width, pass.height]);
             let mut shader = TileShader { target: &mut second.target, pixel_centres, tile_corner, samples: 1 };
@@ -397,10 +399,11 @@ impl<'a, R: Real> Worker<'a, R> {
     /// The colour to which a position-independent full-screen draw maps the first pass's clear colour.
     fn map_clear_colour(&mut self, first: &PreparedPass<'a, R>, full_screen: &PreparedDraw<'a, R>) -> [f32; 4] {
         let (pass, pixel_centres) = (first.pass, &*PIXEL_CENTRES);
-        self.first.target.clear(pass.clear, false);
+        let uses_depth = false;
+        self.first.target.clear(pass.clear, uses_depth);
         self.first.target.fill_unwritten();
         let mut mapped = TileTarget::new(1);
-        mapped.clear([0.0; 4], false);
+        mapped.clear([0.0; 4], uses_depth);
         let texture = TileTexture::new(&self.first.target, [0, 0], [pass.width, pass.height]);
         let mut shader = TileShader { target: &mut mapped, pixel_centres, tile_corner: [0, 0], samples: 1 };
         shader.shade_block_with_texture(full_screen, 0, &texture, full_screen.fragment.new_run().as_mut(), &mut self.batch);

@@ -42,7 +42,7 @@ pub(crate) struct TileTexture<'a> {
     pub resolved: &'a TileTarget,
     /// Top-left pixel of the tile.
     pub tile_corner: [u32; 2],
-    /// Size of the target, in pixels.
+    /// Width and height of the tile's target, in pixels.
     pub size: [u32; 2],
     /// The block that is being shaded. Other blocks may contain colours of an earlier tile.
     pub shaded_block: Cell<usize>,
@@ -51,7 +51,7 @@ pub(crate) struct TileTexture<'a> {
 }
 
 impl<'a> TileTexture<'a> {
-    /// `tile_corner`: top-left pixel of the tile; `size`: that of its target. `shaded_block` is initially the first block.
+    /// `tile_corner`: top-left pixel of the tile; `size`: width and height of the tile's target in pixels. `shaded_block` is initially the first block.
     pub(crate) fn new(resolved: &'a TileTarget, tile_corner: [u32; 2], size: [u32; 2]) -> Self {
         Self { resolved, tile_corner, size, shaded_block: Cell::new(0), read_other_pixels: Cell::new(false) }
     }
@@ -62,7 +62,7 @@ impl<'a> TileTexture<'a> {
         out.into_iter().for_each(|channel| channel.fill(R::ZERO));
     }
 
-    /// The block that is being shaded, if `x`, `y` and `level` are those of a load of all its pixels in lane order.
+    /// The block that is being shaded, if `x`, `y` and `level` (as in [`TextureUnit::load`]) load all its pixels in lane order.
     fn loaded_block<R: Real>(&self, x: &[R], y: &[R], level: &[R]) -> Option<usize> {
         let (x, y): (&[R; LANES], &[R; LANES]) = (x.try_into().ok()?, y.try_into().ok()?);
         let [dx, dy] = &*BLOCK_OFFSETS;
@@ -103,9 +103,9 @@ impl<R: Real> TextureUnit<R> for TileTexture<'_> {
 }
 
 impl Program {
-    /// Whether the result of a lane depends only on the texels that the lane loads, apart from values that all lanes share: the pixel's position affects which
-    /// texels are loaded, and nothing else. Pixels with equal texels then have equal results, so that the clear colour is tone-mapped only once. False for
-    /// programs with backward jumps, which are not analysed.
+    /// Whether the result of a lane depends only on the texels that the lane loads and on values that all lanes share. The pixel's position then decides which
+    /// texels are loaded, and nothing else. Pixels with equal texels have equal results, so that the clear colour is tone-mapped only once. False for programs
+    /// with backward jumps, which are not analysed.
     pub fn is_position_independent(&self) -> bool {
         // Slots (arrays of one value per lane) whose value depends on the lane's position.
         let mut dependent: BTreeSet<u16> =

@@ -24,7 +24,7 @@ pub(super) struct Quad {
 
 /// The pixels that a draw may change. Its methods take rectangles of pixels: left, top, right and bottom edge (the last two exclusive).
 pub(crate) struct DrawExtent {
-    /// The pixels inside the body's outline and, for its atmosphere beyond the limb, outside the ground's outline.
+    /// Where the draw may change pixels: inside the body's outline and, if it draws the atmosphere beyond the limb, outside the ground's outline.
     pub outlines: Extent,
     /// Marks that narrow the extent: the draw discards each pixel whose four nearest texels in the image of marks are all marked.
     pub marks: Option<TexelMarks>,

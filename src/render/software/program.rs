@@ -109,7 +109,8 @@ pub struct Program {
     pub slot_count: u32,
 }
 
-/// Programs have fewer slots and fewer registers than this: operands are 16 bits wide, and the limit is somewhat below 2^16.
+/// Programs have fewer slots and fewer registers than this: operands are 16 bits wide. The limit is below 2^16, so that the numbers of scratch slots, which
+/// `exec` adds after a program's slots, fit as well.
 pub(crate) const SLOT_OR_REGISTER_LIMIT: u32 = 60_000;
 
 impl Program {

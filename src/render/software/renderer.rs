@@ -73,7 +73,7 @@ impl From<Program> for EntryPoint {
 pub(super) struct EntryPoints {
     pub vertex: EntryPoint,
     pub fragment: EntryPoint,
-    /// Where the uniforms of the shipped tone map lie: a native function then replaces the fragment stage's tape. `None` for any other module, and for an
+    /// Where the uniforms of the shipped tone map lie; if set, a native function replaces the fragment stage's tape. `None` for any other module, and for an
     /// edited tone map.
     pub tone_map: Option<ToneMapOffsets>,
 }
@@ -187,8 +187,8 @@ impl SoftwareRenderer {
             PassImage::Unorm(bytes) => {
                 frame.display = bytes;
                 if requested == FrameImages::DisplayAndHdr {
-                    // Found by its index and not by its size, because other HDR images, such as that of the air samples, may have the same size. Left out if
-                    // its size differs from the display image's, as it may for a warped image or a stereo pair.
+                    // The HDR image is found by its index and not by its size, because other HDR images, such as the air samples, may have the same size. It is
+                    // left out if its size differs from the display image's, as it may for a warped image or a stereo pair.
                     if let Some((PassImage::Float(hdr), w, h)) = plan.hdr_pass_index().and_then(|k| images.into_iter().nth(k))
                         && (w, h) == (width, height)
                     {
@@ -305,7 +305,7 @@ impl SoftwareRenderer {
                 kernel_binding.get(program, class).map_err(|what| RenderError::Module { draw: draw.label.clone(), what })?;
             Ok(TapeStage::new(program, bound_program, &draw.uniform_bytes, Box::new(textures), class))
         };
-        let tone_map = entry_points.tone_map.and_then(|fields| fields.bind(&draw.uniform_bytes));
+        let tone_map = entry_points.tone_map.and_then(|offsets| offsets.bind(&draw.uniform_bytes));
         let fragment = stage(&entry_points.fragment)?.with_tone_map(tone_map).with_marks(marks_of(draw, pass_outputs));
         Ok(BoundStages { vertex: stage(&entry_points.vertex)?, fragment })
     }
@@ -325,8 +325,8 @@ fn outputs_of(earlier: &[(PassImage, u32, u32)]) -> Vec<Result<Arc<Texels<'_>>, 
 /// A stage that was stopped at a loop limit: the image is incomplete.
 fn check_loop_limits<R: Real>(pass: &Pass, bound: &[BoundStages<'_, R>]) -> Result<(), RenderError> {
     for (draw, bound) in pass.draws.iter().zip(bound) {
-        for (stage, stopped) in [("vertex", bound.vertex.hit_loop_limit()), ("fragment", bound.fragment.hit_loop_limit())] {
-            if stopped {
+        for (stage, was_stopped) in [("vertex", bound.vertex.hit_loop_limit()), ("fragment", bound.fragment.hit_loop_limit())] {
+            if was_stopped {
                 return Err(RenderError::LoopLimit { draw: draw.label.clone(), stage });
             }
         }

@@ -98,7 +98,7 @@ impl<R: Real> LaneRun<R> for RunWithTexture<'_, R> {
     }
 }
 
-/// Clears the coverage of quads whose pixels are zero in all components, because blending them changes nothing.
+/// Clears the coverage of quads whose pixels are zero in all components, because blending such a quad changes nothing.
 #[inline(always)]
 fn drop_zero_quads(quads: &mut [Quad], colour: [&[f32]; 4]) {
     let [r, g, b, a] = colour.map(|lanes| lanes.as_chunks::<4>().0);
@@ -235,8 +235,8 @@ impl TileShader<'_> {
         }
     }
 
-    /// The depth plane relative to the tile's top-left corner: its value there for each sample, and its derivatives in x and y. In f64, because near a
-    /// horizon the depth is a small difference of large terms.
+    /// The triangle's depth: for each sample, its value if the pixel's centre were the tile's top-left corner; then its derivatives in x and y, per pixel. In
+    /// f64, because near a horizon the depth is a small difference of large terms.
     fn depth_at_samples(&self, source_triangle: &SourceTriangle) -> ([f64; 4], f64, f64) {
         let corner = self.corner_from_origin(source_triangle);
         let mut at_samples = [0.0; 4];
@@ -253,7 +253,7 @@ impl TileShader<'_> {
         [f64::from(self.tile_corner[0]) - source_triangle.origin[0], f64::from(self.tile_corner[1]) - source_triangle.origin[1]]
     }
 
-    /// Depth test of a quad; returns the coverage that passes.
+    /// Depth test of a quad; returns the coverage that passes. `depth`: as returned by [`TileShader::depth_at_samples`].
     fn test_quad(&mut self, index: usize, coverage: u16, depth: &([f64; 4], f64, f64), state: DepthState) -> u16 {
         let (at_samples, dx, dy) = depth;
         let mut passed = 0;
@@ -262,8 +262,7 @@ impl TileShader<'_> {
             if covered != 0 {
                 let pixel = index * 4 + corner;
                 let step = dx * f64::from(self.pixel_centres.x[pixel]) + dy * f64::from(self.pixel_centres.y[pixel]);
-                passed |=
-                    self.target.depth.test(pixel, covered, at_samples.map(|v| (v + step) as f32), state.test, state.write) << (4 * corner);
+                passed |= self.target.depth.test(pixel, covered, at_samples.map(|v| (v + step) as f32), state) << (4 * corner);
             }
         }
         passed
@@ -281,7 +280,7 @@ impl TileShader<'_> {
         self.shade_block(draw, block * BLOCK_QUADS as usize, 0, &mut RunWithTexture { run, texture }, batch);
     }
 
-    /// Shades a fully covered block; the batch is empty before and after.
+    /// Shades the fully covered block whose first quad has the index `first` in the tile; the batch is empty before and after.
     fn shade_block<R: Real>(
         &mut self,
         draw: &PreparedDraw<'_, R>,
@@ -298,7 +297,8 @@ impl TileShader<'_> {
         self.flush(draw, run, batch, Some(first));
     }
 
-    /// Shades, depth-tests and blends the collected quads. `first_of_block`: if they are the quads of one fully covered block, the index of the first of them.
+    /// Shades, depth-tests and blends the collected quads. `first_of_block`: the first quad's index in the tile, if the quads make up one fully covered
+    /// block.
     fn flush<R: Real>(&mut self, draw: &PreparedDraw<'_, R>, run: &mut dyn LaneRun<R>, batch: &mut Batch, first_of_block: Option<usize>) {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
@@ -413,7 +413,7 @@ impl TileShader<'_> {
             Some(values) => new.iter_mut().zip(values).for_each(|(new, value)| *new = value.clamp(0.0, 1.0)),
             None => new.iter_mut().zip(values).for_each(|(new, value)| *new = (value.to_f64() as f32).clamp(0.0, 1.0)),
         }
-        self.target.depth.test_all(first * 4, &new, setup.depth.test, setup.depth.write)
+        self.target.depth.test_all(first * 4, &new, setup.depth)
     }
 
     /// Late depth test: removes discarded lanes from the coverage and depth-tests the others.
@@ -436,10 +436,10 @@ impl TileShader<'_> {
                 Some(values) => {
                     // `clamp` keeps NaN, which fails every depth test.
                     let new: [f32; 4] = std::array::from_fn(|corner| (values[q * 4 + corner].to_f64() as f32).clamp(0.0, 1.0));
-                    if quad.coverage == full && self.target.depth.test_all(usize::from(quad.index) * 4, &new, state.test, state.write) {
+                    if quad.coverage == full && self.target.depth.test_all(usize::from(quad.index) * 4, &new, state) {
                         continue;
                     }
-                    quad.coverage = self.target.depth.test_quad(usize::from(quad.index) * 4, quad.coverage, &new, state.test, state.write);
+                    quad.coverage = self.target.depth.test_quad(usize::from(quad.index) * 4, quad.coverage, &new, state);
                 }
                 None => {
                     let source_triangle = &draw.geometry.source_triangles[quad.source_triangle as usize];

@@ -14,10 +14,10 @@ pub enum Operand {
 
 macro_rules! ops {
     ($($name:ident $arity:literal,)*) => {
-        /// A scalar operation, applied lane by lane. A prefix or suffix names the type of the operands: F floats, I signed integers (or both kinds, where the
-        /// bits are the same, as in IAdd), U unsigned integers, B masks. Arithmetic without one is for floats; bitwise operations without one are for integers
-        /// and masks. `XFromY` converts Y to X; F16 is the bits of a half float, in the lower half of an integer. Fma, Fms and Fnma are a*b+c, a*b-c and c-a*b.
-        /// Comparisons yield masks.
+        /// A scalar operation, applied lane by lane. A prefix or suffix names the type of the operands: F floats, U unsigned integers, B masks (booleans), I
+        /// signed integers; I also stands for both kinds of integers where their results have the same bits, as in IAdd. An arithmetic operation without such a
+        /// letter is for floats, a bitwise one for integers and masks. `XFromY` converts Y to X; F16 stands for the bits of a half float, in the lower half of
+        /// an integer. Fma, Fms and Fnma are a*b+c, a*b-c and c-a*b. Comparisons yield masks.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
         pub enum Op { $($name,)* }
         impl Op {
@@ -68,7 +68,8 @@ pub enum WordKind {
     Int,
 }
 
-/// The kind of a texture instruction, with its operands in order.
+/// The kind of a texture instruction. Each variant lists its operands in order. u and v are texture coordinates, 0 to 1 across the texture; their derivatives
+/// are per pixel of the target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum TextureOp {
     /// u, v, du/dx, dv/dx, du/dy, dv/dy.
@@ -99,7 +100,7 @@ pub enum Instr {
         dst: u16,
         args: Vec<Operand>,
     },
-    /// dst register = op(args), once; arguments are registers.
+    /// dst register = op(args), computed once for all lanes; arguments are registers.
     Scalar {
         op: Op,
         dst: u16,
@@ -158,7 +159,7 @@ pub enum Instr {
 }
 
 impl Instr {
-    /// Whether the instruction may be on the tape that runs once per draw, before its pixels: it computes a register from registers.
+    /// Whether the instruction may be on the tape that runs once per draw: it computes a register from registers or from the uniform block.
     pub(crate) fn is_per_draw(&self) -> bool {
         matches!(self, Self::Scalar { .. } | Self::LoadUniform { .. }) && self.operands().iter().all(|o| matches!(o, Operand::Reg(_)))
     }

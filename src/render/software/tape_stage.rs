@@ -66,7 +66,7 @@ impl<R: Real> LaneProgram<R> for TapeStage<'_, R> {
         &self.program.outputs
     }
     fn reads_input(&self, k: usize) -> bool {
-        // The native tone map reads the position, as the program that it replaces does.
+        // Also correct for the native tone map, which reads the same input as the program that it replaces: the position.
         self.bound_program.reads_input(k)
     }
     fn uses_discard(&self) -> bool {

@@ -4,6 +4,7 @@
 //! stored. Not here: colour (`tiles`).
 
 use super::raster::coverage::{BLOCK_PIXELS, TILE_PIXELS};
+use crate::render::plan::DepthState;
 
 /// Whether bit `k` of a mask of samples or blocks is set.
 #[inline(always)]
@@ -45,7 +46,7 @@ impl TileDepth {
     /// Depth test of one pixel. `new`: the new depth of each sample. Returns the samples of `covered` (four bits) whose new depth is greater (nearer), or all
     /// of `covered` if `test` is false, and stores their depth if `write`.
     #[inline(always)]
-    pub(crate) fn test(&mut self, pixel: usize, covered: u16, new: [f32; 4], test: bool, write: bool) -> u16 {
+    pub(crate) fn test(&mut self, pixel: usize, covered: u16, new: [f32; 4], DepthState { test, write }: DepthState) -> u16 {
         self.prepare(pixel);
         let stored = &mut self.samples[pixel];
         let mut passed = 0;
@@ -58,11 +59,11 @@ impl TileDepth {
         passed
     }
 
-    /// Depth test of the four pixels of a quad, of which `pixel` is the first. `new`: one depth per pixel, for all its samples. Returns the samples of
+    /// Depth test of the four pixels of a quad, of which `pixel` is the first. `new`: one depth per pixel, which all its samples have. Returns the samples of
     /// `covered` (sixteen bits) that pass, as in [`Self::test`], and stores their depth if `write`. All samples are computed in the same way, without branches,
     /// so that the loop is vectorised.
     #[inline(always)]
-    pub(crate) fn test_quad(&mut self, pixel: usize, covered: u16, new: &[f32; 4], test: bool, write: bool) -> u16 {
+    pub(crate) fn test_quad(&mut self, pixel: usize, covered: u16, new: &[f32; 4], DepthState { test, write }: DepthState) -> u16 {
         self.prepare(pixel);
         let Some(stored) = self.samples.get_mut(pixel..pixel + 4).and_then(|pixels| pixels.as_flattened_mut().as_mut_array::<16>()) else {
             return 0;
@@ -79,10 +80,10 @@ impl TileDepth {
     }
 
     /// Depth test of consecutive, fully covered pixels of one block, of which `pixel` is the first. `new`: one depth per pixel. If all samples pass, returns
-    /// true and stores their depth if `write`; otherwise changes nothing. A NaN never passes here, even if `test` is false: the caller then tests pixel by
-    /// pixel, which does not store it.
+    /// true and stores their depth if `write`; otherwise returns false and changes nothing. A NaN never passes here, even if `test` is false: the caller then
+    /// tests pixel by pixel, which does not store the NaN.
     #[inline(always)]
-    pub(crate) fn test_all(&mut self, pixel: usize, new: &[f32], test: bool, write: bool) -> bool {
+    pub(crate) fn test_all(&mut self, pixel: usize, new: &[f32], DepthState { test, write }: DepthState) -> bool {
         let block = pixel / BLOCK_PIXELS;
         if new.len() == BLOCK_PIXELS && !has_bit(self.valid_blocks, block) {
             let Some(pixels) = self.samples.as_chunks_mut::<BLOCK_PIXELS>().0.get_mut(block) else { return false };
@@ -117,24 +118,26 @@ impl TileDepth {
 mod tests {
     use super::*;
 
+    const TEST_AND_WRITE: DepthState = DepthState { test: true, write: true };
+
     #[test]
     fn clearing_a_tile_resets_its_depth() {
         let mut t = TileDepth::default();
         t.clear(true);
-        t.test(200, 1, [0.9; 4], true, true);
-        assert_eq!(t.test(200, 1, [0.5; 4], true, true), 0);
+        t.test(200, 1, [0.9; 4], TEST_AND_WRITE);
+        assert_eq!(t.test(200, 1, [0.5; 4], TEST_AND_WRITE), 0);
         t.clear(true);
-        assert_eq!(t.test(200, 1, [0.5; 4], true, true), 1);
-        assert!(t.test_all(204, &[0.1; 4], true, true));
+        assert_eq!(t.test(200, 1, [0.5; 4], TEST_AND_WRITE), 1);
+        assert!(t.test_all(204, &[0.1; 4], TEST_AND_WRITE));
     }
 
     #[test]
     fn greater_depth_is_nearer() {
         let mut t = TileDepth::default();
         t.clear(true);
-        assert_eq!(t.test(3, 0b1111, [0.5; 4], true, true), 0b1111);
-        assert_eq!(t.test(3, 0b1111, [0.25, 0.75, 0.5, 0.6], true, true), 0b1010);
-        assert_eq!(t.test(3, 0b0001, [0.1; 4], false, false), 0b0001);
+        assert_eq!(t.test(3, 0b1111, [0.5; 4], TEST_AND_WRITE), 0b1111);
+        assert_eq!(t.test(3, 0b1111, [0.25, 0.75, 0.5, 0.6], TEST_AND_WRITE), 0b1010);
+        assert_eq!(t.test(3, 0b0001, [0.1; 4], DepthState { test: false, write: false }), 0b0001);
     }
 
     #[test]
@@ -143,13 +146,14 @@ mod tests {
         for case in 0..5_usize.pow(4) {
             let new: [f32; 4] = std::array::from_fn(|k| values[case / 5_usize.pow(k as u32) % 5]);
             for (test, write) in [(true, true), (true, false), (false, true)] {
+                let state = DepthState { test, write };
                 let mut start = TileDepth::default();
                 start.clear(true);
-                start.test(8, 0b1111, [0.5, 0.0, 0.5, 0.0], true, true);
-                start.test(10, 0b1111, [0.3; 4], true, true);
+                start.test(8, 0b1111, [0.5, 0.0, 0.5, 0.0], TEST_AND_WRITE);
+                start.test(10, 0b1111, [0.3; 4], TEST_AND_WRITE);
                 let (mut one, mut four) = (start.clone(), start.clone());
-                let at_once = one.test_all(8, &new, test, write);
-                let passed: Vec<u16> = (0..4).map(|k| four.test(8 + k, 0b1111, [new[k]; 4], test, write)).collect();
+                let at_once = one.test_all(8, &new, state);
+                let passed: Vec<u16> = (0..4).map(|k| four.test(8 + k, 0b1111, [new[k]; 4], state)).collect();
                 let has_no_nan = new.iter().all(|v| !v.is_nan());
                 assert_eq!(at_once, has_no_nan && passed.iter().all(|p| *p == 0b1111), "{new:?}");
                 let depths = |t: &TileDepth| t.samples[8..12].to_vec();
@@ -163,16 +167,17 @@ mod tests {
     fn a_block_is_tested_as_its_pixels_are() {
         for value in [0.5, 0.0, f32::NAN] {
             for (test, write, is_drawn_on) in [(true, true, false), (true, false, false), (false, true, false), (true, true, true)] {
+                let state = DepthState { test, write };
                 let mut start = TileDepth::default();
                 start.clear(true);
                 if is_drawn_on {
-                    start.test(BLOCK_PIXELS + 5, 0b1111, [0.3; 4], true, true);
+                    start.test(BLOCK_PIXELS + 5, 0b1111, [0.3; 4], TEST_AND_WRITE);
                 }
                 let mut new = [0.5; BLOCK_PIXELS];
                 new[77] = value;
                 let (mut block, mut pixels) = (start.clone(), start.clone());
-                let at_once = block.test_all(BLOCK_PIXELS, &new, test, write);
-                let passed = (0..BLOCK_PIXELS).map(|k| pixels.test(BLOCK_PIXELS + k, 0b1111, [new[k]; 4], test, write));
+                let at_once = block.test_all(BLOCK_PIXELS, &new, state);
+                let passed = (0..BLOCK_PIXELS).map(|k| pixels.test(BLOCK_PIXELS + k, 0b1111, [new[k]; 4], state));
                 let all_pass = passed.fold(true, |all, samples| all & (samples == 0b1111));
                 assert_eq!(at_once, all_pass && !value.is_nan(), "{value} {test} {write}");
                 let depths = |mut target: TileDepth| {
@@ -184,7 +189,7 @@ mod tests {
         }
         let mut without_depth = TileDepth::default();
         without_depth.clear(false);
-        assert!(!without_depth.test_all(0, &[0.5; BLOCK_PIXELS], true, true));
+        assert!(!without_depth.test_all(0, &[0.5; BLOCK_PIXELS], TEST_AND_WRITE));
     }
 
     /// The test of a quad gives what the tests of its pixels give, for every combination of depths and for partial coverage.
@@ -194,13 +199,14 @@ mod tests {
         for case in 0..4_usize.pow(4) {
             let new: [f32; 4] = std::array::from_fn(|k| values[case / 4_usize.pow(k as u32) % 4]);
             for (covered, test, write) in [(0xffff, true, true), (0x5a3c, true, true), (0x0f71, true, false), (0x8421, false, true)] {
+                let state = DepthState { test, write };
                 let mut quad = TileDepth::default();
                 quad.clear(true);
-                quad.test(8, 0b1111, [0.5, 0.0, 0.5, 0.4], true, true);
-                quad.test(10, 0b0110, [0.3; 4], true, true);
+                quad.test(8, 0b1111, [0.5, 0.0, 0.5, 0.4], TEST_AND_WRITE);
+                quad.test(10, 0b0110, [0.3; 4], TEST_AND_WRITE);
                 let mut pixels = quad.clone();
-                let passed = quad.test_quad(8, covered, &new, test, write);
-                let of_pixel = |k: usize| pixels.test(8 + k, covered >> (4 * k) & 0xf, [new[k]; 4], test, write) << (4 * k);
+                let passed = quad.test_quad(8, covered, &new, state);
+                let of_pixel = |k: usize| pixels.test(8 + k, covered >> (4 * k) & 0xf, [new[k]; 4], state) << (4 * k);
                 assert_eq!(passed, (0..4).map(of_pixel).fold(0, |all, bits| all | bits), "{new:?} {covered:x}");
                 assert_eq!(quad.samples[8..12], pixels.samples[8..12], "{new:?} {covered:x}");
             }

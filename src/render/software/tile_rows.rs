@@ -73,7 +73,7 @@ fn fill_block<T: Copy>(rows: TileRows<'_, '_, T>, [x0, y0]: [usize; 2], value: T
     }
 }
 
-/// Writes two rows of a block's pixels, given the channels of their eight quads.
+/// Writes two rows of a block's pixels, given the channels of the eight quads that make up the two rows.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 fn interleave_avx2(channels: [&[f32; 2 * BLOCK_WIDTH]; 4], rows: [&mut [MaybeUninit<[f32; 4]>; BLOCK_WIDTH]; 2]) {
@@ -183,7 +183,7 @@ impl TileTarget {
         }
     }
 
-    /// Writes the display bytes of every pixel of a resolved tile of linear light. `clear_bytes`: those of the clear colour.
+    /// Writes the display bytes of every pixel of a resolved tile of linear light. `clear_bytes`: the display bytes of the clear colour.
     pub(super) fn write_tone_mapped(&self, rows: TileRows<'_, '_, [u8; 4]>, tone_map: &ToneMapUniforms, clear_bytes: [u8; 4]) {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {
@@ -245,7 +245,8 @@ mod tests {
         let pixels = coverage::PixelCentres::new();
         let mut t = TileTarget::new(1);
         let clear = [-1.0, -2.0, -3.0, -4.0];
-        t.clear(clear, false);
+        let uses_depth = false;
+        t.clear(clear, uses_depth);
         for (p, (x, y)) in pixels.x.iter().zip(&pixels.y).enumerate().filter(|(p, _)| p / BLOCK_PIXELS != UNDRAWN_BLOCK) {
             t.store(p, 1, Blend::Replace, [*x, *y, p as f32, -*x]);
         }

@@ -21,18 +21,18 @@ pub struct PassTimings {
     pub setup_ms: f64,
     /// Wall time of sorting triangles into tiles.
     pub binning_ms: f64,
-    /// Coverage, fragment programs, depth and blending: summed over threads. Each of two fused passes has its own time.
+    /// Time of coverage, fragment programs, depth and blending, summed over threads. Each of two fused passes has its own.
     pub shading_thread_ms: f64,
-    /// Resolve of the samples and conversion to the target's format: summed over threads. The second of two fused passes has the time of both.
+    /// Time to resolve the samples and to convert them to the target's format, summed over threads. For two fused passes, the second has the time of both.
     pub resolve_thread_ms: f64,
-    /// Wall time from the pass's start to its end; the first of two fused passes has the time of both.
+    /// Wall time from the pass's start to its end. For two fused passes, the first has the time of both.
     pub wall_ms: f64,
 }
 
 /// Times of one frame.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Timings {
-    /// Decoding the modules' tapes, and binding uniforms and textures.
+    /// Wall time of decoding the modules' tapes, and of binding uniforms and textures.
     pub prepare_ms: f64,
     pub passes: Vec<PassTimings>,
     /// Wall time from the call to the finished frame.

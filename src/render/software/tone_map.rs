@@ -1,8 +1,8 @@
 //! The shipped tone map (shaders/entry/tone_map.wesl) as one native function over the pixels of a block, which replaces its tape (list of instructions).
 //!
 //! In: linear light. Out: display bytes. Always: a byte is the level (0 to 255) nearest to the exact value of the sRGB curve, by a table of the curve's
-//! 255 thresholds. The tape has an error of up to a thousandth of a level, so that the two may differ by one level where a value is that close to a
-//! threshold. All kernel classes give the same bytes. Not here: a tone map that was edited, or f64, which the tape executes.
+//! 255 thresholds. The tape has an error of up to a thousandth of a level. So the byte may differ by one level from the tape's where a value lies within
+//! that distance of a threshold. All kernel classes give the same bytes. Not here: a tone map that was edited, or f64, which the tape executes.
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
@@ -16,6 +16,7 @@ use std::sync::LazyLock;
 
 const BLOCK_WIDTH: usize = coverage::BLOCK_WIDTH as usize;
 const BLOCK_HEIGHT: usize = coverage::BLOCK_HEIGHT as usize;
+/// Name of the tone map's module.
 const MODULE: &str = "tone_map";
 /// SHA-256 of the emitted WGSL whose formula [`ToneMapUniforms::compress`] computes. If the WGSL has another digest, its tape is executed instead.
 /// After a change of its fragments (WESL source files), adapt `compress` and record the new digest here.
@@ -58,7 +59,7 @@ pub struct ToneMapUniforms {
     linear_limit: f32,
 }
 
-/// Bits of the least linear value in the table ([`LEVELS`]), 2^-13, which is shown as level 0, and of the greatest, the largest f32 below 1.
+/// The table ([`LEVELS`]) is for linear values from 2^-13, which is shown as level 0, to the largest f32 below 1. These are the bits of the two.
 const FIRST_BITS: u32 = (127 - 13) << 23;
 const LAST_BITS: u32 = 0x3f7f_ffff;
 /// A cell is a range of values with equal high bits. A factor of two is divided into 128 cells, so that the width of a cell is at most 1/128 of its values. The
@@ -93,10 +94,10 @@ static LEVELS: LazyLock<Box<[u32; CELLS]>> = LazyLock::new(|| {
     levels
 });
 
-/// The cell and the low bits of a value that is not negative and not NaN; out of range, those of the nearest value in range.
+/// The cell and the low bits of a value that is neither negative nor NaN. A value outside the table's range is replaced by the nearest value inside.
 #[inline(always)]
 fn cell_of(linear: f32) -> (u32, u32) {
-    // Such values are ordered like their bits.
+    // Values that are neither negative nor NaN are ordered like their bits.
     let bits = linear.to_bits().clamp(FIRST_BITS, LAST_BITS);
     ((bits - FIRST_BITS) >> CELL_BITS, bits & ((1 << CELL_BITS) - 1))
 }
@@ -141,7 +142,7 @@ mod avx2 {
         // If one operand is NaN, the maximum is the second operand.
         let at_least_first = _mm256_max_ps(values, _mm256_castsi256_ps(word(FIRST_BITS)));
         let bits = _mm256_castps_si256(_mm256_min_ps(at_least_first, _mm256_castsi256_ps(word(LAST_BITS))));
-        // The low bits of FIRST_BITS are zero, so that it can be subtracted after the shift: here, from the address.
+        // The low bits of FIRST_BITS are zero, so that FIRST_BITS can be subtracted after the shift. Here it is subtracted from the table's address.
         const { assert!(FIRST_BITS.trailing_zeros() >= CELL_BITS) };
         let origin = table.as_ptr().cast::<i32>().wrapping_sub((FIRST_BITS >> CELL_BITS) as usize);
         // SAFETY: bits are within FIRST_BITS..=LAST_BITS, so that the addresses are those of the table's entries 0..CELLS.
@@ -177,7 +178,7 @@ mod avx2 {
         }
     }
 
-    /// As [`encode`], but the pixels are those of a block, and the result is by rows.
+    /// As [`encode`] for the pixels of a block, with the result row by row. `GREY`: as in [`encode_eight`].
     #[inline]
     #[target_feature(enable = "avx2")]
     pub(super) fn encode_rows<const GREY: bool>(linear: [&[f32; LANES]; 3], factor: f32, rows: &mut BlockRows) {
@@ -200,7 +201,7 @@ mod avx2 {
     }
 }
 
-/// Whether red, green and blue have the same bits in all lanes. No early exit, so that the compiler vectorises the loop.
+/// Whether red, green and blue have the same bits in all lanes. The loop has no early exit, so that the compiler vectorises it.
 #[inline(always)]
 fn is_grey([r, g, b]: [&[f32; LANES]; 3]) -> bool {
     if std::ptr::eq(r, g) && std::ptr::eq(r, b) {
@@ -271,8 +272,7 @@ impl ToneMapUniforms {
         avx2::encode_rows::<false>(exposed.each_ref(), 1.0, rows);
     }
 
-    /// Whether the tone curve is the identity for this light. False if a value is NaN with a positive sign, because the bits of such a NaN are greater than
-    /// those of infinity.
+    /// Whether the tone curve is the identity for this light. False if a value is NaN with a positive sign, because such a NaN has greater bits than infinity.
     #[inline(always)]
     fn is_linear(&self, light: &[&[f32; LANES]]) -> bool {
         // Floats that are not negative are ordered like their bits as integers; the bits of a negative float are a negative integer.
@@ -301,6 +301,7 @@ impl ToneMapUniforms {
     #[inline(always)]
     fn compress(&self, [r, g, b]: &mut [[f32; LANES]; 3]) {
         for i in 0..LANES {
+            // The bounds 1e6 and 1e-12 keep the quotients finite for infinite light and for black.
             let colour = [r[i], g[i], b[i]].map(|c| if c < 1.0e6 { c } else { 1.0e6 });
             let greater = |a: f32, b: f32| if a > b { a } else { b };
             let peak = greater(greater(colour[0], colour[1]), greater(colour[2], 1.0e-12));
@@ -405,7 +406,7 @@ mod tests {
         let shipped = build(&crate::shader::fragments::Fragments::default());
         let digest = sha256(&shipped.wgsl);
         assert_eq!(digest, COMPRESS_WGSL_SHA256, "the tone map's WGSL was edited: adapt ToneMapUniforms::compress, then record the digest");
-        let bound = ToneMapOffsets::of(&shipped).and_then(|fields| fields.bind(&[2.0_f32, 0.8].map(f32::to_le_bytes).concat()));
+        let bound = ToneMapOffsets::of(&shipped).and_then(|offsets| offsets.bind(&[2.0_f32, 0.8].map(f32::to_le_bytes).concat()));
         assert!(bound.is_some_and(|t| (t.exposure, t.linear_limit) == (2.0, 0.8)));
         let text = include_str!("../../../shaders/lib/display.wesl").replace("0.04", "0.05");
         let edited = crate::shader::fragments::Fragments::with_files([("lib/display.wesl".to_owned(), text)]);

@@ -1,5 +1,5 @@
 //! The shipped (not edited) tone map as a fragment stage in native code: for a tone-map pass that is not fused with the HDR pass before it
-//! (pass_fusion.rs), and for tiles of a fused one that other draws, such as labels, cover in part.
+//! (pass_fusion.rs), and for those tiles of a fused tone-map pass that other draws, such as labels, cover in part.
 //!
 //! In: the tone map with its uniforms, the inputs and outputs of the program that it replaces, the HDR image. Out: a [`LaneRun`]. Always: the colours are
 //! the bytes of [`ToneMapUniforms::map_to_bytes`], divided by 255. Not here: the mapping itself (`tone_map`).
@@ -59,6 +59,7 @@ impl<R: Real> LaneRun<R> for ToneMapRun<'_, R> {
         // The position is that of the pixel's centre; truncation gives the pixel's column and row.
         let [x, y] = self.position_inputs.map(|k| self.inputs[k].map(|v| R::from_lane_bits(v.to_i32() as u32)));
         let mut light = [[R::ZERO; LANES]; 4];
+        // The HDR image is the program's only texture.
         textures.load(0, &x, &y, &[R::ZERO], active, light.each_mut().map(|plane| plane.as_mut_slice()));
         let planes = [0, 1, 2].map(|k: usize| R::as_f32(&light[k]).and_then(|plane| plane.first_chunk::<LANES>()));
         let [Some(r), Some(g), Some(b)] = planes else { return 0 };

@@ -35,7 +35,7 @@ struct Varying {
     interpolation: Interpolation,
 }
 
-/// The varyings that the fragment program reads, in the order of its location inputs. `label`: that of the draw, for the error.
+/// The varyings that the fragment program reads, in the order of its location inputs. `label`: the draw's label, for the error.
 ///
 /// # Errors
 /// A varying that the vertex program does not write.
@@ -101,6 +101,7 @@ fn element_count(attribute: &Attribute) -> usize {
 pub(crate) struct ShadedVertices {
     /// One row per vertex, as written by [`VertexStage::run`].
     values: Vec<f64>,
+    /// Number of values in a row: the four components of the clip-space position, and the varyings.
     row_length: usize,
     vertices_per_instance: usize,
 }
@@ -120,7 +121,7 @@ impl ShadedVertices {
     }
 }
 
-/// Runs the vertex program and sets up no triangles, for the clip-space positions of a draw's vertices.
+/// The clip-space positions of a draw's vertices: runs the vertex program, but sets up no triangles.
 ///
 /// # Errors
 /// As [`assemble`].
@@ -167,7 +168,7 @@ impl<'a, R: Real> VertexStage<'a, R> {
         Ok(Self { program, sources, outputs, vertices_per_instance, total_vertices })
     }
 
-    /// Runs the program on one batch of vertices and writes one row per vertex to `rows`. `first`: index of the first vertex among those of all instances.
+    /// Runs the program on one batch of vertices and writes one row per vertex to `rows`. `first`: index of the first vertex, counted over all instances.
     fn run(&self, run: &mut dyn LaneRun<R>, first: usize, rows: &mut [f64]) {
         let row_length = self.outputs.len();
         let count = rows.len() / row_length;
@@ -326,22 +327,22 @@ pub(crate) fn assemble<R: Real>(
         parts => RasterGeometry::joined(parts.iter().map(|(geometry, _)| geometry))?,
     };
     let wall_seconds = start.elapsed().as_secs_f64();
-    // If vertices and triangles were processed together, the wall time is divided in proportion to the threads' times for each.
+    // If each part processed its vertices and its triangles in turn, the wall time is divided in proportion to the times that all threads took for either.
     let proportional_seconds = if total_seconds > 0.0 { wall_seconds * total_program_seconds / total_seconds } else { 0.0 };
     let vertex_seconds = program_wall_seconds.unwrap_or(proportional_seconds);
     Ok(AssembledDraw { geometry, submitted_triangles, vertex_seconds, setup_seconds: wall_seconds - vertex_seconds })
 }
 
-/// Processes a draw's triangles in parts, in parallel, and returns the parts in drawing order. `buffers` creates the buffers of one thread; `part`
+/// Processes a draw's triangles in parts, in parallel, and returns the parts in drawing order. `create_buffers` creates the buffers of one thread; `part`
 /// processes a range of triangles.
 fn map_parts<B>(
     triangles: usize,
-    buffers: impl Fn() -> B + Sync + Send,
+    create_buffers: impl Fn() -> B + Sync + Send,
     part: impl Fn(&mut B, std::ops::Range<usize>) -> Result<DrawPart, RenderError> + Sync + Send,
 ) -> Result<Vec<DrawPart>, RenderError> {
     let range = |k: usize| k * TRIANGLES_PER_PART..((k + 1) * TRIANGLES_PER_PART).min(triangles);
     if triangles <= TRIANGLES_PER_PART {
-        return Ok(vec![part(&mut buffers(), 0..triangles)?]);
+        return Ok(vec![part(&mut create_buffers(), 0..triangles)?]);
     }
-    (0..triangles.div_ceil(TRIANGLES_PER_PART)).into_par_iter().map_init(buffers, |buffers, k| part(buffers, range(k))).collect()
+    (0..triangles.div_ceil(TRIANGLES_PER_PART)).into_par_iter().map_init(create_buffers, |buffers, k| part(buffers, range(k))).collect()
 }

@@ -66,9 +66,9 @@ pub(crate) fn sample_counts(model: AtmosphereModel) -> (u32, u32) {
 /// --choice air --choice air-near`). Draft quality may leave out up to 16 %.
 const NEAR_RADII: f64 = 1.25;
 
-/// Vertical optical depth in the clearest channel from which draft quality includes multiple scattering at any distance: more than a fifth of the light of
-/// such air is scattered more than once. Only Titan's is as thick in the catalog (2.6; at draft quality its image would have 0.6 of its light). Mars' dust
-/// (0.5) and the gas of the giant planets are in the colours of their maps.
+/// Vertical optical depth in the clearest channel from which draft quality includes multiple scattering at any distance: more than a fifth of the light of such
+/// air is scattered more than once. In the catalog only Titan's air is as thick: its depth is 2.6, and without multiple scattering its image would have only
+/// 0.6 of its light. The colours of the maps already include Mars' dust (depth 0.5) and the gas of the giant planets.
 const THICK_DEPTH: f64 = 1.0;
 
 /// Why draft quality includes multiple scattering.
@@ -80,7 +80,7 @@ pub(crate) enum TableInDrafts {
     Thick,
 }
 
-/// Whether multiple scattering is so large a part of the light that draft quality includes it, and why.
+/// Why draft quality includes multiple scattering, if it contributes enough light; `None` if draft quality leaves it out. `shell`: the top of the air.
 pub(crate) fn table_in_drafts(placed: &PlacedBody<'_>, air: &Atmosphere, shell: &Placement) -> Option<TableInDrafts> {
     if shell.camera_is_inside() || placed.distance_km < NEAR_RADII * placed.body.radii_km.max_element() {
         return Some(TableInDrafts::Near);
@@ -127,7 +127,7 @@ pub(crate) fn is_visible_over_disc(air: &Atmosphere) -> bool {
     vertical_optical_depth(air).min_element() > MIN_DEPTH_OVER_DISC
 }
 
-/// Height of the camera above a body's ground: that in the unit-sphere frame times the equatorial radius; 0 below the ground.
+/// Height of the camera above a body's ground: the height in the unit-sphere frame times the equatorial radius; 0 below the ground.
 pub(crate) fn camera_height_km(body: &Body, placement: &Placement) -> f64 {
     ((placement.camera_in_unit_sphere().length() - 1.0) * body.radii_km.x).max(0.0)
 }
@@ -152,7 +152,7 @@ const METERED_SKY_FADE_FROM: f64 = 0.5;
 /// the dark sky beyond the air, so that the exposure does not jump where the air ends.
 const METERED_SKY_LOG_WEIGHT_AT_TOP: f64 = -23.0;
 
-/// Part of the night sky's light that comes from above a camera at this height: 1 in most of the air, 0 above the air.
+/// Fraction of the night sky's light that comes from above a camera at this height: 1 in most of the air, 0 above the air.
 pub(crate) fn night_sky_above(air: &Atmosphere, height_km: f64) -> f64 {
     1.0 - smooth_rise((NIGHT_SKY_FADE_FROM, 1.0), height_km / air.top_km)
 }
@@ -201,27 +201,29 @@ pub(crate) fn uniforms(body: &Body, floor_scale: f64) -> AtmosphereUniforms {
 
 /// Like [`uniforms`], for air over a ground of this equatorial radius.
 pub(crate) fn uniforms_of(air: &Atmosphere, ground_radius_km: f64, floor_scale: f64) -> AtmosphereUniforms {
-    let radius_km = ground_radius_km * floor_scale;
-    let floor_height_km = radius_km - ground_radius_km;
-    let top_height = ((air.top_km - floor_height_km) / radius_km).max(0.0);
+    let floor_radius_km = ground_radius_km * floor_scale;
+    let floor_height_km = floor_radius_km - ground_radius_km;
+    let top_height = ((air.top_km - floor_height_km) / floor_radius_km).max(0.0);
     // A missing species gets the scale height of the other species, so that the quadrature fits the one that exists.
-    let scale_height = |s: Option<&Species>| camera::narrow_scalar(s.map_or(radius_km, |s| s.scale_height_km) / radius_km);
+    let scale_height = |s: Option<&Species>| camera::narrow_scalar(s.map_or(floor_radius_km, |s| s.scale_height_km) / floor_radius_km);
     let coefficient = |s: Option<&Species>, of_species: fn(&Species) -> DVec3| {
         // The density to which the coefficient belongs: an exponential profile starts with its density at the floor; a triangular layer keeps its peak.
         let reference_density = s.map_or(0.0, |s| if s.tent_centre_km.is_some() { 1.0 } else { density(s, floor_height_km) });
-        camera::narrow(s.map_or(DVec3::ZERO, of_species) * reference_density * radius_km)
+        camera::narrow(s.map_or(DVec3::ZERO, of_species) * reference_density * floor_radius_km)
     };
     let triangular = absorption_layer(air).and_then(|s| Some((s.tent_centre_km? - floor_height_km, s.scale_height_km)));
     // Without a layer, edges in ascending order, so that nothing divides by 0; the layer's extinction is 0.
     let layer_edges =
-        triangular.map_or(DVec3::new(1.0, 2.0, 3.0), |(centre, half)| DVec3::new(centre - half, centre, centre + half) / radius_km);
+        triangular.map_or(DVec3::new(1.0, 2.0, 3.0), |(centre, half)| DVec3::new(centre - half, centre, centre + half) / floor_radius_km);
     AtmosphereUniforms {
         top_radius_sq_minus_1: camera::narrow_scalar(radius_sq_minus_1(top_height)),
         end_heights: Vec2::new(camera::narrow_scalar(top_height), 0.0),
         rayleigh_scale_height: scale_height(rayleigh(air).or(mie(air))),
         rayleigh_scattering: coefficient(rayleigh(air), scattering),
         rayleigh_extinction: coefficient(rayleigh(air), extinction),
-        skylight_fraction: camera::narrow(DOWNWARD_FRACTION * vertical_scattering_depth(air) / vertical_optical_depth(air).max(DVec3::splat(1e-30))),
+        skylight_fraction: camera::narrow(
+            DOWNWARD_FRACTION * vertical_scattering_depth(air) / vertical_optical_depth(air).max(DVec3::splat(1e-30)),
+        ),
         mie_scale_height: scale_height(mie(air).or(rayleigh(air))),
         mie_phase: camera::narrow4(mie(air).and_then(Species::aerosol_phase).map_or(DVec4::ZERO, |phase| phase.parameters().into())),
         mie_scattering: coefficient(mie(air), scattering),
@@ -235,7 +237,7 @@ pub(crate) fn uniforms_of(air: &Atmosphere, ground_radius_km: f64, floor_scale: 
         rim_is_thin: 0.0,
         coarse_bound: Vec2::ZERO,
         coarse_first_row: 0.0,
-        multi_scatter_heights: camera::narrow(DVec3::new(floor_height_km / radius_km, radius_km / air.top_km, 0.0)).truncate(),
+        multi_scatter_heights: camera::narrow(DVec3::new(floor_height_km / floor_radius_km, floor_radius_km / air.top_km, 0.0)).truncate(),
         multi_scatter: std::sync::Arc::default(),
     }
 }

@@ -1,7 +1,8 @@
 //! A body's spherical atmosphere over its ground: rays through it, and the light that they collect.
 //!
 //! In: the catalog's atmosphere. Out: per channel (linear RGB) the light that is scattered once into a ray, the sunlight that the ground reflects, and the
-//! transmittance along rays. Positions are relative to the body's centre, in km. Not modelled: refraction, the flattening of the body.
+//! transmittance along rays. Positions (`p`, `from`) are relative to the body's centre, in km. Directions are unit vectors: `along` of a ray, `sun` towards the
+//! Sun. Not modelled: refraction, the flattening of the body.
 
 use crate::catalog::{Atmosphere, Species};
 use crate::scene::atmosphere::extinction::{self, density, extinction, optical_depth, quadrature, scattering};
@@ -43,21 +44,22 @@ pub(super) struct AirSphere<'a> {
 /// Where a ray meets the ground.
 pub(super) struct GroundHit {
     pub(super) point_km: DVec3,
-    /// Transmittance from there to the start of the ray.
+    /// Transmittance from the ground to the start of the ray.
     pub(super) transmittance: DVec3,
 }
 
 impl AirSphere<'_> {
-    /// Distance from a point along a ray to where it leaves the air, and whether that is at the ground; otherwise it is at the top of the atmosphere.
+    /// Distance in km from a point along a ray to where the ray leaves the air; and whether it leaves at the ground (else at the top of the atmosphere).
     fn distance_to_boundary(&self, p: DVec3, along: DVec3) -> (f64, bool) {
-        let b = p.dot(along);
-        let closest_sq = p.length_squared() - b * b;
-        let ground = self.radius_km * self.radius_km - closest_sq;
-        if b < 0.0 && ground > 0.0 {
-            return ((-b - ground.sqrt()).max(0.0), true);
+        // Positions on the ray are counted from its point nearest to the centre. The ray meets a sphere at plus and minus half its chord in it.
+        let start = p.dot(along);
+        let nearest_sq = p.length_squared() - start * start;
+        let half_ground_chord_sq = self.radius_km * self.radius_km - nearest_sq;
+        if start < 0.0 && half_ground_chord_sq > 0.0 {
+            return ((-start - half_ground_chord_sq.sqrt()).max(0.0), true);
         }
-        let top = (self.radius_km + self.air.top_km).powi(2) - closest_sq;
-        ((-b + top.max(0.0).sqrt()).max(0.0), false)
+        let half_top_chord_sq = (self.radius_km + self.air.top_km).powi(2) - nearest_sq;
+        ((-start + half_top_chord_sq.max(0.0).sqrt()).max(0.0), false)
     }
 
     /// Height of a point above the ground.
@@ -99,35 +101,36 @@ impl AirSphere<'_> {
         hits_ground.then(|| GroundHit { point_km: from + along * length_km, transmittance })
     }
 
-    /// Light scattered once that arrives along a ray, and where the ray meets the ground. Per irradiance of the Sun. `norms`: a factor for the phase function of
-    /// each species (see [`Self::phase_norms`]).
+    /// Radiance of light scattered once that arrives along a ray, per irradiance of the Sun; and where the ray meets the ground. `count`: integration steps.
+    /// `norms`: a factor for the phase function of each species (see [`Self::phase_norms`]).
     pub(super) fn single_scattering(
         &self,
         from: DVec3,
         along: DVec3,
         count: usize,
         sun: DVec3,
-        norms: &[f64],
+        norms: &[DVec3],
     ) -> (DVec3, Option<GroundHit>) {
-        let cos_scattering = along.dot(sun);
+        let species = self.air.species.iter();
+        // The scattering angle is the same at all points of the ray.
+        let into_ray: Vec<DVec3> =
+            species.clone().zip(norms).map(|(s, norm)| scattering_into_air(s) * *norm * phase::per_steradian(s.phase, along.dot(sun))).collect();
         let mut light = DVec3::ZERO;
         let ground = self.follow(from, along, count, |p, transmitted_km| {
             let height_km = self.height_km(p);
-            let of_species = |(s, norm): (&Species, &f64)| {
-                scattering_into_air(s) * (norm * phase::per_steradian(s.phase, cos_scattering) * density(s, height_km))
-            };
-            let scattered: DVec3 = self.air.species.iter().zip(norms).map(of_species).sum();
+            let scattered: DVec3 = species.clone().zip(&into_ray).map(|(s, into_ray)| *into_ray * density(s, height_km)).sum();
             light += transmitted_km * scattered * self.sunlight(p, sun);
         });
         (light, ground)
     }
 
-    /// For each species one over the sum of its phase function over directions with their solid angles: the narrow peak of a forward-scattering aerosol lies
-    /// between them, or on one of them, and the sum would not be 1. `directions` may be a part of the sphere that the others repeat by symmetry.
-    pub(super) fn phase_norms(&self, sun: DVec3, directions: impl Iterator<Item = (DVec3, f64)> + Clone) -> Vec<f64> {
+    /// For each species and channel, the factor that normalises its phase function over discrete directions: one over the sum of the function's values times the solid
+    /// angles. Without this factor the sum would not be 1, because the narrow peak of a forward-scattering aerosol lies between the directions or on one of
+    /// them. `directions`: each with its solid angle; the solid angles sum to 4 pi, even if the directions are only those of one half of a symmetric sphere.
+    pub(super) fn phase_norms(&self, sun: DVec3, directions: impl Iterator<Item = (DVec3, f64)> + Clone) -> Vec<DVec3> {
         let sum =
-            |s: &Species| directions.clone().map(|(d, solid_angle)| phase::per_steradian(s.phase, d.dot(sun)) * solid_angle).sum::<f64>();
-        self.air.species.iter().map(|s| 1.0 / sum(s).max(1e-9)).collect()
+            |s: &Species| directions.clone().map(|(d, solid_angle)| phase::per_steradian(s.phase, d.dot(sun)) * solid_angle).sum::<DVec3>();
+        self.air.species.iter().map(|s| 1.0 / sum(s).max(DVec3::splat(1e-9))).collect()
     }
 
     /// Radiance of the ground in direct sunlight, per irradiance of the Sun.

@@ -3,8 +3,8 @@
 //! In: an [`AirSphere`]; the direction of the Sun. Out: [`Field`]. Method: successive orders of scattering (H. C. van de Hulst, Multiple Light Scattering,
 //! 1980, ch. 4.3; discrete streams as of Chandrasekhar, Radiative Transfer, 1960). Light scattered once, and sunlight reflected by the ground, are integrated
 //! with the Sun where it is. Each further order is the previous one, scattered by each species with its phase function or reflected by the ground, and
-//! collected along rays through the spherical air. For these orders it is assumed that the Sun has the same zenith angle everywhere. The levels resolve air up to
-//! an optical depth of some 10 (the catalog's thickest has 6).
+//! collected along rays through the spherical air. For these orders it is assumed that the Sun has the same zenith angle everywhere. The levels resolve air up
+//! to an optical depth of some 10 (the catalog's thickest has 6).
 
 use crate::scene::atmosphere::air_sphere::{AirSphere, GROUND_CLEARANCE_KM, direction, row_height_km, scattering_into_air};
 use crate::scene::atmosphere::extinction::density;
@@ -18,7 +18,7 @@ use std::f64::consts::PI;
 const LEVELS_PER_ROW: usize = 3;
 /// Number of levels.
 const LEVELS: usize = LEVELS_PER_ROW * (TABLE_HEIGHTS - 1) + 1;
-/// Nodes of the Gauss-Legendre rule with six points from -1 to 1, for half of the points, and their weights (Abramowitz & Stegun 1964, table 25.4).
+/// The three positive nodes of the six-point Gauss-Legendre rule on -1 to 1, and their weights (Abramowitz & Stegun 1964, table 25.4).
 const GAUSS_NODES: [f64; 3] = [0.238_619_186_083_196_9, 0.661_209_386_466_264_5, 0.932_469_514_203_152_1];
 const GAUSS_WEIGHTS: [f64; 3] = [0.467_913_934_572_691_0, 0.360_761_573_048_138_6, 0.171_324_492_379_170_4];
 /// Number of streams: six zenith angles in the sky, six below the horizon.
@@ -30,8 +30,8 @@ const STEPS: usize = 32;
 /// Azimuths over which a phase function is averaged.
 const PHASE_AZIMUTHS: u32 = 64;
 /// Orders are added until the largest radiance of the last one is at most this fraction of the largest radiance of the sum.
-const LAST_ORDER: f64 = 1e-4;
-/// Upper limit of the number of orders. Conservative air of optical depth 1000 needs fewer.
+const LAST_ORDER_FRACTION: f64 = 1e-4;
+/// Upper limit of the number of orders. Air of optical depth 1000 that absorbs nothing needs fewer.
 const MAX_ORDERS: usize = 500;
 
 /// Number of azimuths, and of steps along each ray, with which light scattered once is integrated.
@@ -46,7 +46,7 @@ pub(super) struct SampleCounts {
 struct Stream {
     /// Cosine of the zenith angle of the direction from which the light comes: positive in the sky, negative below the horizon.
     cosine: f64,
-    /// Fraction of the sphere for which it stands.
+    /// Fraction of all directions that the stream represents.
     weight: f64,
 }
 
@@ -64,7 +64,7 @@ fn streams() -> [Stream; STREAMS] {
     streams
 }
 
-/// Indices around a position on a grid, with their weights.
+/// The two grid indices around a position, with their weights for linear interpolation. `count`: number of grid points.
 fn between(position: f64, count: usize) -> [(usize, f64); 2] {
     let position = position.clamp(0.0, (count - 1) as f64);
     let below = (position as usize).min(count - 2);
@@ -76,15 +76,16 @@ fn between(position: f64, count: usize) -> [(usize, f64); 2] {
 pub(super) struct DiffuseLight<'a> {
     sphere: &'a AirSphere<'a>,
     streams: [Stream; STREAMS],
-    /// For each node the fractions of the light at all nodes that arrive there after one more scattering or reflection: `NODES` x `NODES`.
+    /// Matrix of `NODES` x `NODES`. Element `node * NODES + source`: the fraction of the radiance at the node `source` that arrives at `node` after one more
+    /// scattering or reflection.
     next_order: Vec<DVec3>,
 }
 
 /// Diffuse light for one position of the Sun, per irradiance of the Sun.
 pub(super) struct Field {
-    /// Light scattered once, by level and stream.
+    /// Radiance of light scattered once; index: level * `STREAMS` + stream.
     once: Vec<DVec3>,
-    /// Light of all orders, that reflected by the ground included.
+    /// Radiance of light of all orders, including light reflected by the ground; same index.
     all: Vec<DVec3>,
 }
 
@@ -92,7 +93,7 @@ impl<'a> DiffuseLight<'a> {
     /// Computes how orders follow from each other.
     pub(super) fn of(sphere: &'a AirSphere<'a>) -> Self {
         let streams = streams();
-        let phase_means: Vec<Vec<f64>> = sphere.air.species.iter().map(|s| phase_means(s.phase, &streams)).collect();
+        let phase_means: Vec<Vec<DVec3>> = sphere.air.species.iter().map(|s| phase_means(s.phase, &streams)).collect();
         let mut light = Self { sphere, streams, next_order: Vec::new() };
         light.next_order = (0..NODES).into_par_iter().flat_map_iter(|node| light.sources_of(node, &phase_means)).collect();
         light
@@ -105,7 +106,7 @@ impl<'a> DiffuseLight<'a> {
     }
 
     /// The row of `next_order` of a node: along its ray, where the light comes from and how much of it is scattered into the ray.
-    fn sources_of(&self, node: usize, phase_means: &[Vec<f64>]) -> Vec<DVec3> {
+    fn sources_of(&self, node: usize, phase_means: &[Vec<DVec3>]) -> Vec<DVec3> {
         let (sphere, species) = (self.sphere, &self.sphere.air.species);
         let along = direction(self.streams[node % STREAMS].cosine, 0.0);
         // For each species: the scattering into the ray, by the level and the zenith angle at which it happens.
@@ -135,7 +136,7 @@ impl<'a> DiffuseLight<'a> {
             }
         }
         if let Some(ground) = ground {
-            // The radiance of a Lambert surface is its albedo times the irradiance over pi.
+            // The radiance of a Lambert surface is its albedo times the irradiance over pi. A stream's solid angle is 4 pi times its weight.
             for (from, stream) in self.streams.iter().enumerate().filter(|(_, stream)| stream.cosine > 0.0) {
                 row[from] += ground.transmittance * sphere.ground_albedo * (4.0 * stream.weight * stream.cosine);
             }
@@ -143,7 +144,7 @@ impl<'a> DiffuseLight<'a> {
         row
     }
 
-    /// Where a zenith cosine lies between the streams.
+    /// The position of a zenith cosine between the streams, as a fractional index.
     fn stream_position(&self, cosine: f64) -> f64 {
         let above = self.streams.iter().position(|s| s.cosine > cosine).unwrap_or(STREAMS - 1).max(1);
         let (lower, upper) = (self.streams[above - 1].cosine, self.streams[above].cosine);
@@ -179,7 +180,7 @@ impl<'a> DiffuseLight<'a> {
                 *sum += *light;
                 (largest, brightest) = (largest.max(*light), brightest.max(*sum));
             }
-            if largest.cmple(brightest * LAST_ORDER).all() {
+            if largest.cmple(brightest * LAST_ORDER_FRACTION).all() {
                 break;
             }
         }
@@ -200,23 +201,23 @@ impl<'a> DiffuseLight<'a> {
     }
 }
 
-/// For each pair of streams the radiance that a unit of scattering sends into the first, divided by the radiance of the second: element
-/// `to` * STREAMS + `from`. For an isotropic phase function this is the weight of the second. All light of a stream is scattered somewhere: the narrow peak of
-/// a forward-scattering aerosol falls between the streams' angles, so the numbers are scaled to the sum that they must have.
-fn phase_means(phase: crate::catalog::PhaseFunction, streams: &[Stream; STREAMS]) -> Vec<f64> {
+/// For each pair of streams and each channel: the radiance that a scattering optical depth of 1 sends into the stream `to`, divided by the radiance of the stream `from`. Its
+/// index is `to` * STREAMS + `from`. For an isotropic phase function the value is the weight of `from`. The values are scaled so that all light of a stream is
+/// scattered into some stream; otherwise the narrow peak of a forward-scattering aerosol would be lost between the streams' angles.
+fn phase_means(phase: crate::catalog::PhaseFunction, streams: &[Stream; STREAMS]) -> Vec<DVec3> {
     let mean = |to: &Stream, from: &Stream| {
         let at = |k: u32| {
             let azimuth_rad = PI * (f64::from(k) + 0.5) / f64::from(PHASE_AZIMUTHS);
             phase::per_steradian(phase, direction(to.cosine, 0.0).dot(direction(from.cosine, azimuth_rad)))
         };
-        4.0 * PI * (0..PHASE_AZIMUTHS).map(at).sum::<f64>() / f64::from(PHASE_AZIMUTHS)
+        4.0 * PI * (0..PHASE_AZIMUTHS).map(at).sum::<DVec3>() / f64::from(PHASE_AZIMUTHS)
     };
-    let mut means = vec![0.0; STREAMS * STREAMS];
+    let mut means = vec![DVec3::ZERO; STREAMS * STREAMS];
     for (from, source) in streams.iter().enumerate() {
-        let into: Vec<f64> = streams.iter().map(|to| mean(to, source)).collect();
-        let total: f64 = into.iter().zip(streams).map(|(mean, to)| mean * to.weight).sum();
+        let into: Vec<DVec3> = streams.iter().map(|to| mean(to, source)).collect();
+        let total: DVec3 = into.iter().zip(streams).map(|(mean, to)| *mean * to.weight).sum();
         for (to, mean) in into.iter().enumerate() {
-            means[to * STREAMS + from] = mean * source.weight / total;
+            means[to * STREAMS + from] = *mean * source.weight / total;
         }
     }
     means

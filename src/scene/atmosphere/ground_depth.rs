@@ -83,8 +83,8 @@ impl<'a> DepthIntegral<'a> {
     }
 }
 
-/// The slope in t = 1 / (1 + slope cos z). For one species it is that of erfcx's polynomial (shaders/lib/air/column_density.wesl), for two the geometric mean
-/// of their slopes.
+/// The slope in t = 1 / (1 + slope cos z). For one species it is the slope that belongs to erfcx's polynomial (shaders/lib/air/column_density.wesl), for two
+/// species the geometric mean of their slopes.
 fn slope(air: &AtmosphereUniforms) -> f64 {
     let of_species = |scale_height: f32| ERFCX_SLOPE * (0.5 / f64::from(scale_height)).sqrt();
     (of_species(air.rayleigh_scale_height) * of_species(air.mie_scale_height)).sqrt()

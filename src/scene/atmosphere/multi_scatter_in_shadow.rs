@@ -5,9 +5,9 @@
 //! the distance from the occluder's limb in solar radii, and one more row for the irradiance of level ground by the entire sky.
 //!
 //! Method: light of the second order comes from the sunlit air and ground on straight paths through the air. Paths in all directions are integrated, and their
-//! light is binned by the distance of its source. The light from each distance is multiplied by the fraction of the Sun's disc that is visible there, averaged
-//! over azimuths. Each further order spreads the light once more. The orders form a geometric series (S. Hillaire, EGSR 2020), unlike those of the table.
-//! Always: factors are between 0 and 1, and 1 outside the penumbra's blurred edge. Not modelled:
+//! light is binned by the distance of its source along the ground. The light from each distance is multiplied by the fraction of the Sun's disc that is visible
+//! at this distance, averaged over azimuths. Each further order spreads the light once more. The orders form a geometric series (S. Hillaire, EGSR 2020),
+//! unlike those of the table. Always: factors are between 0 and 1, and 1 outside the penumbra's blurred edge. Not modelled:
 //! - phase functions: all scattering is isotropic;
 //! - the dependence on azimuth (the umbra is a circle perpendicular to the light, and under a low Sun elongated along the ground);
 //! - the change of the Sun's altitude within the shadow;
@@ -64,7 +64,8 @@ const PENUMBRA_NODES: usize = 96;
 /// Number of annuli into which the Sun's disc is divided.
 const SUN_ANNULI: usize = 40;
 
-/// The shadow of one occluder: the distances of the columns, and the visible fraction of the Sun.
+/// The shadow of one occluder: the distances of the columns, and the visible fraction of the Sun. Its unit of length, the solar radius, is the displacement
+/// perpendicular to the light that moves the occluder on the sky by the Sun's angular radius.
 struct Shadow {
     /// Radius of the occluder in solar radii.
     occluder_radius: f64,
@@ -73,10 +74,10 @@ struct Shadow {
     /// Cosine of the Sun's zenith angle.
     sun_cosine: f64,
     /// Distances of the first and the last column from the occluder's limb, solar radii; negative on the occluder.
-    first_column: f64,
-    last_column: f64,
-    /// Visible fraction of the Sun for distances of -1 to 1 solar radii from the occluder's limb.
-    visible_sun: Vec<DVec3>,
+    first_from_limb: f64,
+    last_from_limb: f64,
+    /// Visible fraction of the Sun's light per channel, at [`PENUMBRA_NODES`] distances from -1 to 1 solar radii from the occluder's limb.
+    visible_sun_samples: Vec<DVec3>,
     /// See [`azimuths`].
     azimuths: [(DVec2, DVec2); AZIMUTHS],
 }
@@ -84,6 +85,7 @@ struct Shadow {
 impl Shadow {
     /// The shadow of the occluder `index`; `None` if there is none, or if it is not between the body and the Sun.
     fn of(body: &Body, eclipse: &EclipseUniforms, index: usize) -> Option<Self> {
+        // In the body's equatorial radii; `EclipseUniforms` documents the components.
         let (position, outline) = (eclipse.occluder_positions.get(index)?.as_dvec4(), eclipse.occluder_outlines.get(index)?.as_dvec4());
         let offset_across = position.truncate().truncate();
         // The coordinate along the axis of the point where the shadow's centre line meets the ground, or 0 if the line misses. On the unit sphere it is also
@@ -99,7 +101,7 @@ impl Shadow {
         let km_per_solar_radius = body.radii_km.x / solar_radii_per_radius;
         let margin = MAX_SPREAD_KM / km_per_solar_radius;
         let limb_darkening = eclipse.limb_darkening.map(|l| l.truncate().as_dvec3());
-        let visible_sun = (0..PENUMBRA_NODES)
+        let visible_sun_samples = (0..PENUMBRA_NODES)
             .map(|k| visible_sun_fraction(occluder_radius, -1.0 + 2.0 * k as f64 / (PENUMBRA_NODES - 1) as f64, &limb_darkening))
             .collect();
         let sun_cosine = axis_z.max(MIN_SUN_COSINE);
@@ -107,14 +109,14 @@ impl Shadow {
             occluder_radius,
             km_per_solar_radius,
             sun_cosine,
-            first_column: (-1.0 - margin).max(-occluder_radius),
-            last_column: 1.0 + margin,
-            visible_sun,
+            first_from_limb: (-1.0 - margin).max(-occluder_radius),
+            last_from_limb: 1.0 + margin,
+            visible_sun_samples,
             azimuths: azimuths(sun_cosine),
         })
     }
 
-    /// Visible fraction of the Sun at a distance from the occluder's centre, solar radii.
+    /// Visible fraction of the Sun's light, per channel, at a distance from the occluder's centre in solar radii.
     fn visible_sun(&self, distance: f64) -> DVec3 {
         let from_limb = distance - self.occluder_radius;
         if from_limb >= 1.0 {
@@ -122,25 +124,27 @@ impl Shadow {
         }
         let node_position = (0.5 * (from_limb + 1.0)).max(0.0) * (PENUMBRA_NODES - 1) as f64;
         let k = (node_position as usize).min(PENUMBRA_NODES - 2);
-        self.visible_sun[k].lerp(self.visible_sun[k + 1], node_position - k as f64)
+        self.visible_sun_samples[k].lerp(self.visible_sun_samples[k + 1], node_position - k as f64)
     }
 
     /// Distance of a column from the occluder's centre, solar radii.
     fn column_distance(&self, column: usize) -> f64 {
-        self.occluder_radius + self.first_column + (self.last_column - self.first_column) * (column as f64 / (COLUMNS - 1) as f64).powi(2)
+        let fraction = (column as f64 / (COLUMNS - 1) as f64).powi(2);
+        self.occluder_radius + self.first_from_limb + (self.last_from_limb - self.first_from_limb) * fraction
     }
 
-    /// Where a distance from the occluder's centre lies between the columns.
+    /// The position between the columns of a distance from the occluder's centre in solar radii.
     fn column_position(&self, distance: f64) -> ColumnPosition {
-        let column =
-            ((distance - self.occluder_radius - self.first_column) / (self.last_column - self.first_column)).clamp(0.0, 1.0).sqrt()
-                * (COLUMNS - 1) as f64;
+        let column = ((distance - self.occluder_radius - self.first_from_limb) / (self.last_from_limb - self.first_from_limb))
+            .clamp(0.0, 1.0)
+            .sqrt()
+            * (COLUMNS - 1) as f64;
         let below = (column as usize).min(COLUMNS - 2);
         ColumnPosition { below, fraction: column - below as f64 }
     }
 
     /// For each azimuth, the distance from the occluder's centre to a source that is `path_km` along the ground away from a place, in solar radii. `distance`:
-    /// that of the place.
+    /// from the occluder's centre to the place, solar radii.
     fn distances_around(&self, distance: f64, path_km: f64) -> [f64; AZIMUTHS] {
         let path = path_km / self.km_per_solar_radius;
         self.azimuths.map(|(to_place, to_source)| (to_place * distance + to_source * path).length())
@@ -173,8 +177,8 @@ fn azimuths(sun_cosine: f64) -> [(DVec2, DVec2); AZIMUTHS] {
     })
 }
 
-/// Visible fraction of the Sun behind a circle of radius `occluder_radius`. `from_limb`: distance of the circle's limb from the Sun's centre, negative if the
-/// circle covers the centre. Lengths in solar radii.
+/// Visible fraction of the Sun's light, per channel, behind a circle of radius `occluder_radius`. `from_limb`: distance of the circle's limb from the Sun's
+/// centre, negative if the circle covers the centre. Lengths in solar radii.
 fn visible_sun_fraction(occluder_radius: f64, from_limb: f64, limb_darkening: &[DVec3; 3]) -> DVec3 {
     let separation = (occluder_radius + from_limb).max(0.0);
     let (mut visible, mut total) = (DVec3::ZERO, DVec3::ZERO);
@@ -226,7 +230,7 @@ impl Sources {
         self.lit_bins().map(|(light, path_km)| light * mean(path_km)).sum()
     }
 
-    /// For each column the sources of the light that arrives there.
+    /// For each column: the sources of the light that arrives at the column's distance.
     fn spread(&self, shadow: &Shadow) -> Vec<Spread> {
         let positions = |distance, path_km| shadow.distances_around(distance, path_km).map(|d| shadow.column_position(d));
         let at = |distance| Spread { bins: self.lit_bins().map(|(light, path_km)| (light, positions(distance, path_km))).collect() };
@@ -269,11 +273,16 @@ impl AirAndGround<'_> {
         depth.map(|d| (-d / sun_cosine).exp())
     }
 
-    /// Integrates along a path that starts at the height `from_km`. Calls `add_scattering` for each step. Its arguments: the distance along the ground in km,
-    /// the height in km, and the fraction of the light at the step that is scattered into the path and reaches the path's start. Returns the distance along the
-    /// ground at which the path meets the ground, and the transmittance up to there; `None` for a path that leaves the air at its top.
-    fn integrate_path(&self, from_km: f64, elevation_sine: f64, mut add_scattering: impl FnMut(f64, f64, DVec3)) -> Option<(f64, DVec3)> {
-        let start_radius_km = self.radius_km + from_km.max(GROUND_CLEARANCE_KM);
+    /// Integrates along a path that starts at the height `start_height_km`. Calls `add_scattering` for each step with: the distance along the ground in km, the
+    /// height in km, and the fraction of the light at the step that is scattered into the path and reaches the path's start. Returns the distance along the
+    /// ground at which the path meets the ground, and the transmittance from the ground to the start; `None` for a path that leaves the air at its top.
+    fn integrate_path(
+        &self,
+        start_height_km: f64,
+        elevation_sine: f64,
+        mut add_scattering: impl FnMut(f64, f64, DVec3),
+    ) -> Option<(f64, DVec3)> {
+        let start_radius_km = self.radius_km + start_height_km.max(GROUND_CLEARANCE_KM);
         // Positions on the path are counted from its line's point nearest to the centre. The line meets a sphere at plus and minus half its chord in it.
         let start = start_radius_km * elevation_sine;
         let nearest_sq = start_radius_km * start_radius_km * (1.0 - elevation_sine * elevation_sine);
@@ -298,8 +307,8 @@ impl AirAndGround<'_> {
         hits_ground.then(|| (ground_distance_km(path_km), transmittance))
     }
 
-    /// For a height of the table: the sources of second-order light, and those of light that scatters again nearby. The latter hold the fraction of a uniform
-    /// source's light that scatters.
+    /// For a height of the table: the sources of second-order light, and those of light that scatters again nearby. The latter
+    /// are relative: the mean radiance over all directions, if each unit of scattering anywhere had the radiance 1.
     fn sources(&self, row: usize, sun_cosine: f64) -> (Sources, Sources) {
         let (mut second, mut rescattered) = (Sources::NONE, Sources::NONE);
         for (elevation_sine, weight) in elevation_sines() {
@@ -336,7 +345,7 @@ pub fn tables(body: &Body, eclipse: &EclipseUniforms) -> Vec<Vec4> {
         for (vector, root) in all[index * FACTORS_PER_OCCLUDER..].iter_mut().zip(roots(&air, &shadow)) {
             *vector = camera::narrow(root).extend(0.0);
         }
-        let column_range = DVec3::new(shadow.first_column, 1.0 / (shadow.last_column - shadow.first_column), 0.0);
+        let column_range = DVec3::new(shadow.first_from_limb, 1.0 / (shadow.last_from_limb - shadow.first_from_limb), 0.0);
         all[COLUMN_RANGES_START + index] = camera::narrow(column_range).extend(0.0);
     }
     all
@@ -360,7 +369,7 @@ fn square_root(v: DVec3) -> DVec3 {
     v.map(|x| x.clamp(0.0, 1.0).sqrt())
 }
 
-/// The square roots of the factors at one height. They start as those of the second order; each iteration includes one more order.
+/// The square roots of the factors at one height. They start with the factors of the second order; each iteration includes one more order.
 fn height_row(shadow: &Shadow, second: &Sources, rescattered: &Sources) -> [DVec3; COLUMNS] {
     let rescattered_fraction = rescattered.total().map(|a| a.min(MAX_RESCATTERED));
     let second_total = second.total().max(DVec3::splat(1e-300));
@@ -391,6 +400,7 @@ fn ground_row(air: &AirAndGround<'_>, shadow: &Shadow, heights: &[(Sources, Sour
     let mut single = Sources::NONE;
     let mut further = vec![Sources::NONE; HEIGHTS];
     for (elevation_sine, weight) in elevation_sines().filter(|(elevation_sine, _)| *elevation_sine > 0.0) {
+        // Light from this direction contributes to the irradiance in proportion to the sine of its elevation.
         let weight = weight * elevation_sine;
         let add_scattering = |path_km: f64, height_km: f64, scattered: DVec3| {
             single.add(path_km, scattered * air.sunlight(height_km, shadow.sun_cosine) * (weight / (4.0 * PI)));

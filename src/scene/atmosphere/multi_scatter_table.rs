@@ -1,10 +1,11 @@
 //! Multiply scattered light of an atmosphere, as a table over height and the Sun's zenith angle.
 //!
-//! In: a body with its atmosphere. Out: [`NODES`] square roots. A row for each height has those of the radiance of light scattered twice or more, per
-//! irradiance of the Sun and unit of scattering; one more row has those of the irradiance of level ground by the entire sky. Method: `diffuse_light` sums all
-//! orders of scattering. The light that scatters again at a height is the mean of the diffuse light there over all directions, so the table has no directions:
-//! S. Hillaire's form of multiple scattering (EGSR 2020), without its geometric series. The ground is a Lambert surface of the body's albedo. Not modelled: the
-//! directionality of light scattered more than once, and differences in illumination between neighbouring places. Errors: tests/atmosphere/skylight.rs.
+//! In: a body with its atmosphere. Out: [`NODES`] square roots. One row for each height holds roots of the radiance that light scattered twice or more adds to
+//! a view ray, per scattering optical depth of the ray and per irradiance of the Sun. One more row holds roots of the irradiance of level ground by the entire
+//! sky, per irradiance of the Sun. Method: `diffuse_light` sums all orders of scattering. The light that scatters again at a height is the mean of the diffuse
+//! light there over all directions, so the table has no directions: S. Hillaire's form of multiple scattering (EGSR 2020), without its geometric series. The
+//! ground is a Lambert surface of the body's albedo. Not modelled: the directionality of light scattered more than once, and differences in illumination
+//! between neighbouring places. Errors: tests/atmosphere/skylight.rs.
 
 use crate::catalog::Body;
 use crate::scene::atmosphere::air_sphere::{AirSphere, GROUND_CLEARANCE_KM, direction};
@@ -85,8 +86,8 @@ fn between_nodes(height_fraction: f64, column_coordinate: f64, node: impl Fn(usi
     let last_column = (COLUMNS - 1) as f64;
     let column = ((column_coordinate - FIRST_COORDINATE) / (LAST_COORDINATE - FIRST_COORDINATE) * last_column).clamp(0.0, last_column);
     let (r, c) = ((row as usize).min(HEIGHTS - 2), (column as usize).min(COLUMNS - 2));
-    let along = |r: usize| node(r * COLUMNS + c).lerp(node(r * COLUMNS + c + 1), column - c as f64);
-    along(r).lerp(along(r + 1), row - r as f64)
+    let in_row = |r: usize| node(r * COLUMNS + c).lerp(node(r * COLUMNS + c + 1), column - c as f64);
+    in_row(r).lerp(in_row(r + 1), row - r as f64)
 }
 
 /// The value that the table contains: square roots, because light at dusk falls by orders of magnitude between two columns.
@@ -110,6 +111,7 @@ pub fn table(body: &Body) -> Option<Vec<Vec4>> {
     let sphere = AirSphere { radius_km: body.radii_km.x, air: body.atmosphere.as_ref()?, ground_albedo };
     let diffuse = DiffuseLight::of(&sphere);
     let columns: Vec<(Vec<DVec3>, DVec3)> = (0..COLUMNS).into_par_iter().map(|column| table_column(&sphere, &diffuse, column)).collect();
+    // In the shader's unit, a radiance is multiplied by pi.
     let rows = (0..HEIGHTS).flat_map(|row| columns.iter().map(move |(means, _)| means[row] * PI));
     let ground = columns.iter().map(|(_, ground)| *ground);
     Some(rows.chain(ground).map(|v| camera::narrow(root(v)).extend(0.0)).collect())

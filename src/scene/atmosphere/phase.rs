@@ -1,17 +1,20 @@
-//! Phase functions of the air, per steradian: the mean over all directions is 1 / (4 pi).
+//! Phase functions of the air, per steradian and linear sRGB channel: the mean over all directions is 1 / (4 pi).
 //!
 //! In: the catalog's phase function of a species, and the cosine of the scattering angle, 1 for forward scattering. Out: the phase function's value. Always:
 //! the value is that of the shader's function (shaders/lib/air/phase.wesl) divided by pi; tests/shader/formulas.rs compares the two. docs/phase-function.md
 //! says how to add a phase function.
 
 use crate::catalog::{AerosolPhase, PhaseFunction};
+use glam::DVec3;
 use std::f64::consts::PI;
 
-/// The value of a phase function.
-pub fn per_steradian(phase: PhaseFunction, cos_scattering: f64) -> f64 {
+/// The value of a phase function in each channel.
+pub fn per_steradian(phase: PhaseFunction, cos_scattering: f64) -> DVec3 {
     match phase {
-        PhaseFunction::Rayleigh => rayleigh(cos_scattering),
-        PhaseFunction::Aerosol(AerosolPhase { asymmetry }) => henyey_greenstein(cos_scattering, asymmetry),
+        PhaseFunction::Rayleigh => DVec3::splat(rayleigh(cos_scattering)),
+        PhaseFunction::Aerosol(AerosolPhase { asymmetry }) => {
+            DVec3::from_array(asymmetry).map(|asymmetry| henyey_greenstein(cos_scattering, asymmetry))
+        }
     }
 }
 
@@ -36,14 +39,16 @@ mod tests {
     fn the_functions_are_normalised_and_have_their_mean_cosine() {
         const STEPS: usize = 100_000;
         let cosines = || (0..STEPS).map(|k| (2.0 * k as f64 + 1.0) / STEPS as f64 - 1.0);
-        let mean = |values: &dyn Fn(f64) -> f64| cosines().map(values).sum::<f64>() / STEPS as f64;
-        assert!((4.0 * PI * mean(&|cos| per_steradian(PhaseFunction::Rayleigh, cos)) - 1.0).abs() < 1e-4);
-        for asymmetry in [-0.3, 0.0, 0.76, 0.95] {
+        let mean = |values: &dyn Fn(f64) -> DVec3| cosines().map(values).sum::<DVec3>() / STEPS as f64;
+        let is_one = |values: DVec3| (values - 1.0).abs().max_element() < 1e-4;
+        assert!(is_one(4.0 * PI * mean(&|cos| per_steradian(PhaseFunction::Rayleigh, cos))));
+        for asymmetry in [[-0.3, 0.0, 0.76], [0.95, 0.5, -0.3]] {
             let aerosol = AerosolPhase { asymmetry };
             let phase = |cos: f64| per_steradian(PhaseFunction::Aerosol(aerosol), cos);
-            assert!((4.0 * PI * mean(&phase) - 1.0).abs() < 1e-4, "asymmetry {asymmetry}");
+            assert!(is_one(4.0 * PI * mean(&phase)), "asymmetry {asymmetry:?}");
             let mean_cosine = 4.0 * PI * mean(&|cos| cos * phase(cos));
-            assert!((mean_cosine - aerosol.mean_cosine()).abs() < 1e-4, "{mean_cosine} for {asymmetry}");
+            let error = (mean_cosine - DVec3::from_array(aerosol.mean_cosine())).abs().max_element();
+            assert!(error < 1e-4, "{mean_cosine} for {asymmetry:?}");
         }
     }
 }

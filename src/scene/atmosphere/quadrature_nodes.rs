@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 
 /// Number of rows (vec4s) of the uniform per node.
 pub(crate) const ROWS: usize = 3;
-/// Number of nodes after those of the quadrature: the camera's end and the far end.
+/// Number of nodes that follow the quadrature nodes: one at the camera's end and one at the far end.
 pub(crate) const ENDS: usize = 2;
 
 /// Rows of the samples of shaders/lib/air/scatter_marched.wesl: position (x), weight (y), midpoint between this position and the next (z).
@@ -70,9 +70,9 @@ impl Profiles {
 struct NodePlacement {
     profiles: Profiles,
     /// Heights of the camera's end, of the far end, and of the lower of the two, in radii.
-    camera: f64,
-    far: f64,
-    low: f64,
+    camera_height: f64,
+    far_height: f64,
+    low_height: f64,
     /// w at the upper end; see the module's documentation.
     w_max: f64,
     /// Quadrature nodes: positions from 0 to 1, with weights.
@@ -84,17 +84,17 @@ impl NodePlacement {
         let (rayleigh_scale_height, mie_scale_height) = (f64::from(air.rayleigh_scale_height), f64::from(air.mie_scale_height));
         let has_mie = air.mie_extinction.max_element() > 0.0;
         let largest_scale_height = if has_mie { rayleigh_scale_height.max(mie_scale_height) } else { rayleigh_scale_height };
-        let (camera, far) = (f64::from(air.end_heights.x), f64::from(air.end_heights.y));
-        let low = camera.min(far);
-        let w_max = (1.0 - (-(camera.max(far) - low) / largest_scale_height).exp()).max(0.0).sqrt();
+        let (camera_height, far_height) = (f64::from(air.end_heights.x), f64::from(air.end_heights.y));
+        let low_height = camera_height.min(far_height);
+        let w_max = (1.0 - (-(camera_height.max(far_height) - low_height) / largest_scale_height).exp()).max(0.0).sqrt();
         let layer_edges = air.absorption_layer.as_dvec3();
         let profiles = Profiles { rayleigh_scale_height, mie_scale_height, layer_edges, largest_scale_height };
-        Self { profiles, camera, far, low, w_max, nodes: gauss_legendre(node_count) }
+        Self { profiles, camera_height, far_height, low_height, w_max, nodes: gauss_legendre(node_count) }
     }
 
     /// The height of a position `x`: 0 at the lower end, 1 at the upper.
     fn height(&self, x: f64) -> f64 {
-        self.low - self.profiles.largest_scale_height * (1.0 - (self.w_max * x).powi(2)).ln()
+        self.low_height - self.profiles.largest_scale_height * (1.0 - (self.w_max * x).powi(2)).ln()
     }
 
     /// The height above the ground of a position `x`, as a fraction of the height of the multiple-scattering table's top; may be outside 0 to 1.
@@ -115,8 +115,8 @@ pub(crate) fn nodes(air: &AtmosphereUniforms, count: usize) -> Vec<Vec4> {
         rows.extend(profiles.rows(placement.height(*x), weight * placement.w_max * height_per_w, midpoint_height));
     }
     // The density continues above the top of the atmosphere, at both ends alike: the difference of their columns is the column between them.
-    for end in [placement.camera, placement.far] {
-        rows.extend(profiles.rows(end, 0.0, end));
+    for end_height in [placement.camera_height, placement.far_height] {
+        rows.extend(profiles.rows(end_height, 0.0, end_height));
     }
     rows
 }

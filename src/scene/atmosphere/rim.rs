@@ -79,12 +79,12 @@ pub(crate) fn tangent_ray(air: &Atmosphere, radius_km: f64, height_km: f64, cos_
         let column_km = (2.0 * PI * radius_km * s.scale_height_km).sqrt() * density(s, height_km);
         let per_steradian = phase::per_steradian(s.phase, cos_scattering);
         depth += extinction(s) * column_km;
-        scattered += scattering(s) * (column_km * PI * per_steradian);
+        scattered += scattering(s) * per_steradian * (column_km * PI);
     }
     (depth, scattered)
 }
 
-/// Area that the air hides beyond the limb, divided by that of the disc: its opacity along grazing rays, mean of the channels, summed over height.
+/// Area that the air hides beyond the limb, divided by the disc's area: the air's opacity along grazing rays (mean of the channels), summed over height.
 pub(crate) fn hidden_area_ratio(body: &Body, air: &Atmosphere) -> f64 {
     let radius_km = body.radii_km.max_element();
     let step_km = air.top_km / HEIGHT_STEPS as f64;
@@ -103,10 +103,10 @@ pub(crate) fn continued_part(limb_opacity: f64) -> f64 {
 /// The rim's light divided by the disc's.
 ///
 /// A ray that grazes at height z has the column sqrt(2 pi R H) n(z) of a species of scale height H and density n. Let its optical depth be t(z), its
-/// single-scattering albedo w(z), and p the phase function times pi. In full sunlight the ray then shows the radiance p w (1 - exp(-t)) per irradiance of light
-/// scattered once, and [`ALL_ORDERS_TO_SINGLE_RATIO`] times that in all. The ring of circumference 2 pi R, bright all around, emits 2 pi R times the integral
-/// of this over z; the disc emits pi R^2 times geometric albedo and phase function. Neglected, because all make the rim darker: half of the limb is beyond the
-/// terminator, sunlight is weakened on its way, and layers absorb.
+/// single-scattering albedo w(z), and p the phase function times pi. In full sunlight, light scattered once then gives the ray the radiance p w (1 - exp(-t))
+/// per irradiance; light of all orders gives it [`ALL_ORDERS_TO_SINGLE_RATIO`] times as much. The ring of circumference 2 pi R, bright all around, emits 2 pi R
+/// times the integral of this over z; the disc emits pi R^2 times geometric albedo and phase function. Neglected, because all make the rim darker: half of the
+/// limb is beyond the terminator, sunlight is weakened on its way, and layers absorb.
 ///
 /// With `continues_disc`, the disc's colour continues beside air that is opaque along the limb (`disc_beyond_limb` of shaders/lib/air/in_front.wesl), with the
 /// radiance sin(phase angle) cos(position angle) times the opacity relative to that at the limb. Over the lit half of the limb this sums to 2 R sin(phase
@@ -206,7 +206,7 @@ mod tests {
         let equivalent_km: f64 = full.to_array().iter().map(|t| ein(*t) * height_km).sum();
         let disc = venus.colour.as_dvec3().element_sum() * venus.geometric_albedo * photometry::phase(venus, alpha);
         let scattered =
-            2.0 * ALL_ORDERS_TO_SINGLE_RATIO * PI * phase::per_steradian(gas.phase, -alpha.cos()) * equivalent_km / (disc * radius_km);
+            2.0 * ALL_ORDERS_TO_SINGLE_RATIO * PI * phase::per_steradian(gas.phase, -alpha.cos()).x * equivalent_km / (disc * radius_km);
         let ratio = light_ratio(venus, air, alpha, false) / scattered;
         assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
         // The limb of a Lambert disc, as bright at the position angle f as sin(alpha) cos(f), and the light of the whole disc: 2 / 3 of its area times the

@@ -79,7 +79,7 @@ impl Annotations {
 
 impl<'a> SceneBuilder<'a> {
     /// The main body of the annotations: the target, else the body that the viewer stands on. Its shadow cones and those of its occluders are drawn. All bodies
-    /// have ground lines, but only the decisions about those of this body are recorded.
+    /// have ground lines, but only the decisions about this body's ground lines are recorded.
     fn target_or_ground_body(&self) -> Option<&PlacedBody<'a>> {
         let id = self.request.target.or(self.viewer.stands_on.map(|ground| ground.id))?;
         self.placed.iter().find(|p| p.body.id == id && !self.camera_is_at_centre_of(p.body))
@@ -133,7 +133,8 @@ impl<'a> SceneBuilder<'a> {
         };
         let body_from_icrf = self.ephemeris.body_from_icrf(id, self.request.time).ok()?;
         let radii_km = self.catalog.body(id).map_or(DVec3::ONE, |b| b.radii_km);
-        let (_, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, 0.0);
+        let height_km = 0.0;
+        let (_, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, height_km);
         Some(horizon_axes(body_from_icrf.transpose() * normal, body_from_icrf.row(2)))
     }
 }

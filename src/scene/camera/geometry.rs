@@ -78,7 +78,7 @@ pub struct WarpedGeometry {
 }
 
 impl WarpedGeometry {
-    /// The screen pixel that shows a pixel of the image; `None` if no screen pixel does. If several do, that of the first triangle in the mesh.
+    /// The screen pixel that shows a pixel of the image; `None` if no screen pixel does. If several do, the first triangle of the mesh decides.
     pub(crate) fn screen_of_image(&self, pixel: DVec2) -> Option<DVec2> {
         // The mesh maps image positions, 0 to 1 from the lower left corner, to screen positions in half heights from the middle, y upwards.
         let position = pixel / size(self.image_px);

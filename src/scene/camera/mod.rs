@@ -270,7 +270,7 @@ impl Camera {
     /// A ray is given by its direction and its anchor, a point on it. Both are affine over the rectangle: value = origin + u du + v dv. The anchor is the
     /// camera (camera form), or the ray's intersection with the plane through the body's centre parallel to the image (plane form). The rounding of f32, of
     /// relative error e, moves the silhouette by about 2 e |c| radians in the camera form and by 3 e A / t in the plane form. Here c is the camera in the
-    /// unit-sphere frame, and t the distance from there to the horizon (t² = |c|² - 1). A is the greatest distance of an anchor in the rectangle from the
+    /// unit-sphere frame, and t the camera's distance to the horizon (t² = |c|² - 1). A is the greatest distance of an anchor in the rectangle from the
     /// body's centre. `Auto` takes the form with the smaller shift. Measured in tests/scene/silhouette.rs.
     ///
     /// The rectangle is enlarged to whole pixels. A GPU moves vertices to multiples of 1/256 pixel. The errors of an NVIDIA H100 show that it interpolates

@@ -114,8 +114,8 @@ impl SphereImage {
         DVec3::new(v.dot(self.right), v.dot(self.up), v.dot(self.forward))
     }
 
-    /// Solid angle of the pixel at a direction in the image's axes, and the horizontal stretch there: an equirectangular image stretches its rows
-    /// near the poles. A lower bound keeps the solid angle positive at the poles and opposite to a fisheye's axis.
+    /// For a direction in the image's axes: the solid angle of its pixel, and the image's horizontal stretch. The stretch is 1 in a fisheye; an equirectangular
+    /// image stretches its rows near the poles. A lower bound keeps the solid angle positive at the poles and opposite to a fisheye's axis.
     pub fn pixel_sr_and_stretch(&self, direction: DVec3) -> (f64, f64) {
         let scale = self.radians_per_pixel();
         let off_axis = direction.truncate().length();

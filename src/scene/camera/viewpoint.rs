@@ -23,8 +23,8 @@ use glam::{DMat3, DVec3};
 #[derive(Clone, Debug, PartialEq)]
 pub struct Viewer {
     pub camera: Camera,
-    /// Barycentric velocity, ICRF: that of the body at whose centre or on whose ground the camera is; zero for a camera above its target or at an offset from
-    /// a body.
+    /// Barycentric velocity, ICRF, of the body at whose centre or on whose ground the camera is; zero for a camera above its target or at an offset from a
+    /// body.
     pub velocity_km_s: DVec3,
     /// Velocity of the body relative to which the camera is placed, for the aberration of stars. The aberration of bodies uses `velocity_km_s`.
     pub body_velocity_km_s: DVec3,

@@ -128,8 +128,8 @@ impl Composite {
 }
 
 impl Scene {
-    /// Replaces the texts by those of the eyes of a stereo pair. The eyes' scenes draw them; the pair's scene only says where they are. It has no names of
-    /// bodies and no data points. `shifts_px`: for each eye, how far the pair shows its frame to the right.
+    /// Replaces the texts by those of the eyes of a stereo pair. The eyes' scenes draw the texts; the pair's scene only says where they are. The pair's scene
+    /// has no names of bodies and no data points. `shifts_px`: for each eye, how far the pair shows its frame to the right.
     fn set_texts_of_eyes(&mut self, request: &ViewRequest, eyes: &[Self], shifts_px: [f64; 2]) {
         (self.labels, self.line_texts) = (None, None);
         for (eye, right_px) in eyes.iter().zip(shifts_px) {

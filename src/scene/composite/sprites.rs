@@ -28,7 +28,7 @@ const POLAR_COS_LATITUDE: f64 = 0.5;
 /// Distance, in half sides of a face, within which a position is on an edge of the face: several times the rounding of f32.
 const EDGE_WIDTH: f64 = 1e-6;
 
-/// A sprite in the image. `stretch`: its width over its height.
+/// A sprite in the image. `centre`: clip position and reversed depth. `stretch`: its width over its height.
 struct ProjectedSprite {
     centre: Vec3,
     radius_px: f32,
@@ -52,7 +52,8 @@ pub(crate) struct DividedSprites<T> {
     pub in_image: Vec<T>,
 }
 
-/// Projects a sprite of a face into the image, or leaves it to the face. `is_in_face`: whether the face contains a direction in the image's axes.
+/// Projects a sprite of a face into the image, or leaves it to the face. `camera`: of the face. `white`: the radiance that is shown as white. `is_in_face`:
+/// whether the face contains a direction in the image's axes.
 fn project(image: &SphereImage, camera: &Camera, centre: Vec3, flux: Vec3, white: f64, is_in_face: impl Fn(DVec3) -> bool) -> Drawn {
     let ray = camera.ray(DVec2::new(f64::from(centre.x), f64::from(centre.y)));
     let direction = image.in_axes(ray).normalize();

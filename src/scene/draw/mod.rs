@@ -62,6 +62,7 @@ impl Draw {
     /// A draw of the same shape in black, without maps and effects, which shows which pixels this draw covers.
     pub fn shape_alone(&self) -> Self {
         let two_sided = self.features.flags.two_sided;
+        // In the draw of the Sun (emissive), the limb profile shapes the part that the Moon hides, not the Sun's own outline.
         let limb_heights = self.features.limb_heights && self.features.surface != Surface::Emissive;
         let features = DrawFeatures {
             shape: self.features.shape,
@@ -120,7 +121,7 @@ impl MapFiles {
 /// A star or the head of a comet: a sprite.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StarSprite {
-    /// Clip x and y, and reversed depth, which is 0 (infinitely far) for a star.
+    /// Clip x and y after division by w (-1 to 1 over the viewport), and reversed depth, which is 0 (infinitely far) for a star.
     pub centre: Vec3,
     /// Half the height of the sprite in pixels; 0 if another frame of a composed image draws the sprite.
     pub radius_px: f32,
@@ -136,7 +137,7 @@ pub struct StarSprite {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
     pub body: NaifId,
-    /// Clip x and y, reversed depth.
+    /// Clip x and y after division by w (-1 to 1 over the viewport), and reversed depth.
     pub centre: Vec3,
     /// Half the height of the sprite in pixels.
     pub radius_px: f32,

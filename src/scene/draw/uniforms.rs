@@ -208,7 +208,7 @@ uniforms! {
         /// Of the sunlight that extinction removes, the fraction that reaches the ground as skylight.
         pub skylight_fraction: Vec3 = "air_skylight_fraction",
         pub mie_scale_height: f32 = "air_mie_scale_height",
-        /// Parameters of the aerosol's phase function, `catalog::AerosolPhase::parameters`; x: its asymmetry.
+        /// Parameters of the aerosol's phase function: `catalog::AerosolPhase::parameters`.
         pub mie_phase: Vec4 = "air_mie_phase",
         pub mie_scattering: Vec3 = "air_mie_scattering",
         pub mie_extinction: Vec3 = "air_mie_extinction",

@@ -212,9 +212,9 @@ impl FeatureSelection {
 
     /// The features of the cloud shell's draw; `None` if the body has no clouds or the pixel view shows a quantity of the ground below them.
     pub(crate) fn cloud_features(self, body: &Body, view: PixelView) -> Option<DrawFeatures> {
-        let shown = body.clouds.is_some() && view.shows_radiance();
+        let is_shown = body.clouds.is_some() && view.shows_radiance();
         let ground = Self { mesh: None, ..self }.globe_features(body, view);
-        shown.then_some(DrawFeatures {
+        is_shown.then_some(DrawFeatures {
             surface: Surface::Cloud,
             maps: MapSet::default(),
             detail: if self.cloud_detail && self.shows_detail(view) { Detail::Billows } else { Detail::None },
@@ -243,7 +243,7 @@ impl FeatureSelection {
 
     /// The features of the draw of the atmosphere beyond the limb; `None` without an atmosphere or if the pixel view does not show it.
     pub(crate) fn sky_features(self, body: &Body, view: PixelView) -> Option<DrawFeatures> {
-        let shown = view.shows_radiance() || view == PixelView::OpticalDepth;
+        let is_shown = view.shows_radiance() || view == PixelView::OpticalDepth;
         let ground = self.globe_features(body, view);
         let sky = DrawFeatures {
             surface: Surface::Sky,
@@ -258,6 +258,6 @@ impl FeatureSelection {
             air_pass: AirPass::None,
             ..ground
         };
-        (shown && ground.air.model != AtmosphereModel::None).then_some(sky)
+        (is_shown && ground.air.model != AtmosphereModel::None).then_some(sky)
     }
 }

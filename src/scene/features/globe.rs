@@ -42,9 +42,9 @@ fn min_pixel_width(camera: &Camera, placement: &camera::Placement, body: &Body) 
     deg_per_px_below_camera / 360.0 / (1.0 + camera.tan_half_fov.length_squared())
 }
 
-/// The factor on the colour of a draw that shows a body's light times `light_factor`; both linear RGB. For a body that shines by itself it is `light_factor`.
-/// For others it is 1: the lights that fall on them are dimmed instead. This also dims the glint and the light scattered by air, which do not depend on the
-/// colour.
+/// The factor on the colour of a draw that shows a body's light times `light_factor`; both factors are linear RGB. For a body that shines by itself the result
+/// is `light_factor`. For others it is 1: the lights that fall on them are dimmed instead. This also dims the glint and the light scattered by air, which do
+/// not depend on the colour.
 pub(crate) fn colour_factor(body: &Body, light_factor: DVec3) -> DVec3 {
     if matches!(body.photometry, Photometry::Emissive { .. }) { light_factor } else { DVec3::ONE }
 }

@@ -42,8 +42,8 @@ pub(crate) struct FrameContext<'a> {
 pub(crate) struct DecisionInputs<'c, 'a> {
     pub frame: &'c FrameContext<'c>,
     pub placed: &'c PlacedBody<'a>,
-    /// Diameter of a circle with the area of the body's outline, if that is an ellipse in the frame. Otherwise an estimate from radius and distance; 0 behind
-    /// the camera.
+    /// Diameter of a circle with the area of the body's outline, if the outline is an ellipse in the frame. Otherwise an estimate from radius and distance; 0
+    /// behind the camera.
     pub diameter_px: f64,
     /// The rectangle that bounds the globe or mesh in the image; `None` if the body is outside the image.
     pub rect: Option<ClipRect>,

@@ -158,9 +158,12 @@ fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Optio
         frame.air.filter(|a| a.body.id != placed.body.id).map_or(DVec3::ONE, |a| a.transmittance(placed.placement.centre_km));
     let flux = point::flux(frame.camera, placed) * (1.0 - disc_fraction) * transmittance;
     // Eclipses are evaluated only for a point that would be visible without them.
-    let is_visible = disc_fraction < 1.0 && frame.threshold.is_exceeded_by_radiance(flux.max_element());
-    let flux =
-        if is_visible { flux * eclipse::sun_occluders::visible_sunlight_fraction(frame.context, placed, inputs.diameter_px) } else { flux };
+    let may_be_visible = disc_fraction < 1.0 && frame.threshold.is_exceeded_by_radiance(flux.max_element());
+    let flux = if may_be_visible {
+        flux * eclipse::sun_occluders::visible_sunlight_fraction(frame.context, placed, inputs.diameter_px)
+    } else {
+        flux
+    };
     let reason =
         reason!("point-size", size = format_args!("{:.3}", inputs.diameter_px), from = POINT_ONLY_BELOW_PX, to = DISC_ONLY_FROM_PX);
     let flux = if inputs.pixel_view() == PixelView::Final { flux } else { DVec3::ZERO };
@@ -222,8 +225,8 @@ fn globe_draw(inputs: &DecisionInputs<'_, '_>, decided: &Decisions<'_>, rect: Cl
     let (placed, body) = (inputs.placed, inputs.body());
     let features = decided.chosen.globe_features(body, inputs.pixel_view());
     let uniforms = globe::uniforms(inputs, &placed.placement, rect, decided.chosen.maps, &decided.secondary_lights);
-    let factor = || placed.radiance_scale() * globe::colour_factor(body, globe::tint(inputs) * inputs.disc_fraction);
-    let overlays = decided.overlays.iter().map(|o| overlays::uniforms(body, o, factor())).collect();
+    let radiance_factor = || placed.radiance_scale() * globe::colour_factor(body, globe::tint(inputs) * inputs.disc_fraction);
+    let overlays = decided.overlays.iter().map(|o| overlays::uniforms(body, o, radiance_factor())).collect();
     let mut uniforms = DrawUniforms { ring: decided.ring.clone(), overlays, ..uniforms };
     if let Some(model) = inputs.model.filter(|_| features.shape == Shape::Mesh) {
         mesh_decision::set_uniforms(&mut uniforms, inputs, model, decided.self_shadow);

@@ -172,7 +172,7 @@ pub fn light_curve(body: &Body, sun: DVec3, viewer: DVec3) -> f64 {
             let (mu0, mu) = (cos_latitude * (longitude - alpha).cos(), cos_latitude * longitude.cos());
             let weight = reflectance(&body.photometry, mu0, mu, alpha.cos()) * mu * cos_latitude;
             let normal = (viewer * longitude.cos() + towards_sun * longitude.sin()) * cos_latitude + pole * sin_latitude;
-            let [degree_1, degree_2] = harmonics.degrees(normal);
+            let [degree_1, degree_2] = harmonics.sums_by_degree(normal);
             light += weight * (1.0 + degree_1 + degree_2).max(0.0);
             even += weight;
         }

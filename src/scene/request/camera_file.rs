@@ -44,7 +44,7 @@ impl DescribedObject for LookFile {
     const DESCRIPTION: &'static str = "an object {\"at\": …} or {\"direction\": [x, y, z]}";
 }
 
-/// The camera file, as JSON. Unknown fields are rejected by name.
+/// The camera file, as JSON. Unknown fields are rejected by name. [`CAMERA_FILE_HELP`] describes the fields, their units and defaults.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraFile {

@@ -90,7 +90,7 @@ pub struct Stereo {
 pub struct Composition {
     /// How directions map to positions in the image.
     pub projection: Projection,
-    /// For a fisheye: the zenith (the view's up direction) is in the middle, and the target towards the bottom, where a dome has its front.
+    /// Whether a fisheye has the zenith (the view's up direction) in its middle and the target towards the bottom, where a dome has its front.
     pub zenith_centred: bool,
     /// Degrees by which the direction in the image's middle is lowered towards the image's bottom: the tilt of a dome.
     pub tilt_deg: f64,

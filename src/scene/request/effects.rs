@@ -268,6 +268,7 @@ impl EffectOverrides {
         self.clear_model(effect);
     }
 
+    /// Removes the model that the user chose for an effect.
     fn clear_model(&mut self, effect: Effect) {
         match effect {
             Effect::Eclipse => self.eclipse_model = None,

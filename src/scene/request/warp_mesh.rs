@@ -136,11 +136,12 @@ impl WarpMesh {
             let [a, b, c] = [corners[0], corners[1], corners[2]].map(|k| self.nodes[k as usize]);
             let [screen_b, screen_c] = [b.screen - a.screen, c.screen - a.screen];
             let [image_b, image_c] = [b.image - a.image, c.image - a.image];
-            let area = screen_b.perp_dot(screen_c);
-            if area == 0.0 {
+            let determinant = screen_b.perp_dot(screen_c);
+            if determinant == 0.0 {
                 continue;
             }
-            let derivatives = [(image_b * screen_c.y - image_c * screen_b.y) / area, (image_c * screen_b.x - image_b * screen_c.x) / area];
+            let derivatives =
+                [(image_b * screen_c.y - image_c * screen_b.y) / determinant, (image_c * screen_b.x - image_b * screen_c.x) / determinant];
             for k in corners {
                 let (sum, count) = &mut sums[*k as usize];
                 *sum = [sum[0] + derivatives[0], sum[1] + derivatives[1]];
@@ -155,8 +156,7 @@ impl WarpMesh {
         self.map_point(screen, |n| n.screen, |n| n.image)
     }
 
-    /// The position on the screen that shows a position in the image; `None` if there is none. If there are several, that in the first triangle of the
-    /// mesh.
+    /// The position on the screen that shows a position in the image; `None` if there is none. If there are several, the first triangle of the mesh decides.
     pub fn screen_of_image(&self, image: DVec2) -> Option<DVec2> {
         self.map_point(image, |n| n.image, |n| n.screen)
     }

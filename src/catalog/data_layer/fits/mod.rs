@@ -136,7 +136,7 @@ fn scaled_values(hdu: &Hdu<'_>, pixel_count: usize) -> Result<Vec<f32>, CardErro
     })
 }
 
-/// Reads the first image of a file.
+/// Reads the first image of a file. `on_body`: the image is a map of a body, not of the sky.
 pub(super) fn read(bytes: &[u8], on_body: bool, style: &ImageStyle) -> Result<PlacedImage, CardError> {
     let hdu = image_hdu(bytes)?;
     let header = &hdu.header;
@@ -150,7 +150,7 @@ pub(super) fn read(bytes: &[u8], on_body: bool, style: &ImageStyle) -> Result<Pl
         return Err((header.card_number("NAXIS1"), format!("{width}x{height} pixels; the limit is {MAX_PIXELS}")));
     }
     let size = [width, height].map(|side| u32::try_from(side).unwrap_or(1));
-    let wcs = if on_body { wcs::on_body(header, size)? } else { wcs::on_sky(header)? };
+    let wcs = if on_body { wcs::of_body_map(header, size)? } else { wcs::of_sky_image(header)? };
     let values = scaled_values(&hdu, size[0] as usize * size[1] as usize)?;
     let colours = colours(&values, style).ok_or_else(|| (header.card_number("BITPIX"), "the image has no finite value".to_owned()))?;
     let row_bytes = 4 * size[0] as usize;
@@ -169,6 +169,9 @@ mod tests {
     use super::super::image_style::Stretch;
     use super::*;
 
+    /// Values of the argument `on_body` of [`read`].
+    const ON_SKY: bool = false;
+    const ON_BODY: bool = true;
     const TAN: &[(&str, &str)] = &[
         ("CTYPE1", "'RA---TAN'"),
         ("CTYPE2", "'DEC--TAN'"),
@@ -221,17 +224,17 @@ mod tests {
             ("-64", [0_f64, 51.0, 102.0, 255.0].iter().flat_map(|v| v.to_be_bytes()).collect()),
         ];
         for (bits, data) in formats {
-            let image = read(&file(&[&[("BITPIX", bits)], SIZE, TAN], &data), false, &full_range()).expect(bits);
+            let image = read(&file(&[&[("BITPIX", bits)], SIZE, TAN], &data), ON_SKY, &full_range()).expect(bits);
             assert_eq!(red(&image), [102, 255, 0, 51], "{bits}");
         }
         let scaled: &[(&str, &str)] = &[("BITPIX", "16"), ("BSCALE", "-2.0D0"), ("BZERO", "10"), ("BLANK", "7")];
         let data: Vec<u8> = [0_i16, 7, 5, 10].iter().flat_map(|v| v.to_be_bytes()).collect();
-        let image = read(&file(&[scaled, SIZE, TAN], &data), false, &full_range()).expect("scaled");
+        let image = read(&file(&[scaled, SIZE, TAN], &data), ON_SKY, &full_range()).expect("scaled");
         // The values are 10, blank, 0, -10.
         assert_eq!(image.rgba, [128, 128, 128, 255, 0, 0, 0, 255, 255, 255, 255, 255, 0, 0, 0, 0]);
         let sqrt = ImageStyle { stretch: Stretch::Sqrt, ..full_range() };
         let data = [0_u8, 51, 102, 255];
-        let image = read(&file(&[&[("BITPIX", "8")], SIZE, TAN], &data), false, &sqrt).expect("stretched");
+        let image = read(&file(&[&[("BITPIX", "8")], SIZE, TAN], &data), ON_SKY, &sqrt).expect("stretched");
         assert_eq!(red(&image)[3], 114);
     }
 
@@ -241,7 +244,8 @@ mod tests {
         let pixels: Vec<u8> = [0_i16, 51, 102, 204].iter().flat_map(|v| v.to_be_bytes()).collect();
         let with_others: Vec<u8> = [0_i16, 51, 102, 204, -9000, 9000, 9000, 9000].iter().flat_map(|v| v.to_be_bytes()).collect();
         let image = |cards: &[(&str, &str)], data: &[u8]| {
-            read(&file(&[&[("BITPIX", "16")], SIZE, TAN, cards], data), false, &full_range()).unwrap_or_else(|e| panic!("{cards:?}: {e:?}"))
+            read(&file(&[&[("BITPIX", "16")], SIZE, TAN, cards], data), ON_SKY, &full_range())
+                .unwrap_or_else(|e| panic!("{cards:?}: {e:?}"))
         };
         let alone = image(&[], &pixels);
         assert_eq!(alone.rgba.len(), 16);
@@ -261,12 +265,12 @@ mod tests {
         bytes.extend([0; 2 * BLOCK_BYTES]);
         bytes.extend(header_block("XTENSION= 'IMAGE   '", &[&[("BITPIX", "8")], SIZE, TAN]));
         bytes.extend([1, 2, 3, 4]);
-        let image = read(&bytes, false, &full_range()).expect("the third");
+        let image = read(&bytes, ON_SKY, &full_range()).expect("the third");
         let ImageWcs::Tangent { centre_deg, centre_px, deg_per_px } = image.wcs else { panic!("{:?}", image.wcs) };
         assert_eq!((centre_deg, centre_px, deg_per_px), ([83.633, 22.0145], [1.5, 1.0], [[-0.01, -0.0], [-0.0, 0.01]]));
         // A quarter turn, expressed in each of the three ways; the last without CDELT, too.
         let quarter = |cards: &[(&str, &str)]| {
-            let image = read(&file(&[&[("BITPIX", "8")], SIZE, &TAN[..6], cards], &[1, 2, 3, 4]), false, &full_range()).expect("placed");
+            let image = read(&file(&[&[("BITPIX", "8")], SIZE, &TAN[..6], cards], &[1, 2, 3, 4]), ON_SKY, &full_range()).expect("placed");
             let ImageWcs::Tangent { deg_per_px, .. } = image.wcs else { panic!("{:?}", image.wcs) };
             deg_per_px.map(|row| row.map(|v| (v * 1e6).round()))
         };
@@ -281,7 +285,7 @@ mod tests {
     #[test]
     fn maps_of_bodies_have_edges() {
         let file_with = |cards: &[(&str, &str)], size: &[(&str, &str)], data: &[u8]| {
-            read(&file(&[&[("BITPIX", "8")], size, cards], data), true, &full_range()).map(|i| (red(&i), i.wcs))
+            read(&file(&[&[("BITPIX", "8")], size, cards], data), ON_BODY, &full_range()).map(|i| (red(&i), i.wcs))
         };
         let (_, globe) = file_with(&[], &[("NAXIS", "2"), ("NAXIS1", "2"), ("NAXIS2", "1")], &[1, 2]).expect("the globe");
         assert_eq!(globe, ImageWcs::PlateCarree { west_deg: -180.0, east_deg: 180.0, south_deg: -90.0, north_deg: 90.0, mirrored: false });
@@ -335,7 +339,7 @@ mod tests {
     /// In older files the cards of frame and equinox have other names.
     #[test]
     fn older_cards_of_frame_and_equinox_count() {
-        let result = |cards: &[(&str, &str)]| read(&file(&[&[("BITPIX", "8")], SIZE, TAN, cards], &[1, 2, 3, 4]), false, &full_range());
+        let result = |cards: &[(&str, &str)]| read(&file(&[&[("BITPIX", "8")], SIZE, TAN, cards], &[1, 2, 3, 4]), ON_SKY, &full_range());
         for cards in [&[("EPOCH", "1950.0")][..], &[("RADECSYS", "'FK4'")][..], &[("RADECSYS", "'FK5'"), ("EPOCH", "1950.0")][..]] {
             assert!(result(cards).is_err_and(|(_, why)| why.contains("only ICRS and FK5 J2000")), "{cards:?}");
         }
@@ -356,7 +360,7 @@ mod tests {
     fn lonpole_says_where_north_is() {
         let matrix = |declination: &str, cards: &[(&str, &str)]| {
             let tan: Vec<(&str, &str)> = TAN.iter().map(|(k, v)| (*k, if *k == "CRVAL2" { declination } else { *v })).collect();
-            match read(&file(&[&[("BITPIX", "8")], SIZE, &tan, cards], &[1, 2, 3, 4]), false, &full_range()).expect("placed").wcs {
+            match read(&file(&[&[("BITPIX", "8")], SIZE, &tan, cards], &[1, 2, 3, 4]), ON_SKY, &full_range()).expect("placed").wcs {
                 ImageWcs::Tangent { deg_per_px, .. } => deg_per_px,
                 other => panic!("{other:?}"),
             }
@@ -372,11 +376,11 @@ mod tests {
 
     #[test]
     fn errors_of_unsupported_images_name_the_card() {
-        let why = |cards: &[&[(&str, &str)]], data: &[u8]| read(&file(cards, data), false, &full_range()).expect_err("refused");
+        let why = |cards: &[&[(&str, &str)]], data: &[u8]| read(&file(cards, data), ON_SKY, &full_range()).expect_err("refused");
         let bits: &[(&str, &str)] = &[("BITPIX", "8")];
         let data = [1, 2, 3, 4];
-        assert!(read(b"GIF89a", false, &full_range()).is_err_and(|(_, w)| w.contains("not FITS")));
-        assert!(read(&header_block(SIMPLE, &[bits])[..2000], false, &full_range()).is_err_and(|(_, w)| w.contains("no image")));
+        assert!(read(b"GIF89a", ON_SKY, &full_range()).is_err_and(|(_, w)| w.contains("not FITS")));
+        assert!(read(&header_block(SIMPLE, &[bits])[..2000], ON_SKY, &full_range()).is_err_and(|(_, w)| w.contains("no image")));
         assert!(why(&[bits, &[("NAXIS", "0")]], &[]).1.starts_with("no image in it"));
         let sides = |width, height| -> [(&str, &str); 3] { [("NAXIS", "2"), ("NAXIS1", width), ("NAXIS2", height)] };
         for (width, height, card, expected) in [("0", "2", 4, "NAXIS1: 0 pixels along this axis"), ("2", "0", 5, "NAXIS2: 0 pixels")] {
@@ -391,9 +395,9 @@ mod tests {
         groups_then_image.resize(groups_then_image.len() + 12_000_usize.next_multiple_of(BLOCK_BYTES), 0);
         groups_then_image.extend(header_block("XTENSION= 'IMAGE   '", &[bits, SIZE, TAN]));
         groups_then_image.extend([1_u8, 2, 3, 4]);
-        assert!(read(&groups_then_image, false, &full_range()).is_ok());
+        assert!(read(&groups_then_image, ON_SKY, &full_range()).is_ok());
         let cut = header_block(SIMPLE, &[bits, &[("NAXIS", "2"), ("NAXIS1", "100"), ("NAXIS2", "100")], TAN]);
-        assert!(read(&cut, false, &full_range()).is_err_and(|(_, w)| w.starts_with("10000 bytes of data announced, 0 in the file")));
+        assert!(read(&cut, ON_SKY, &full_range()).is_err_and(|(_, w)| w.starts_with("10000 bytes of data announced, 0 in the file")));
         for (from, to, card, expected) in [
             ("RA---TAN", "RA---SIN", 6, "CTYPE1: `RA---SIN`: on the sky only"),
             ("RA---TAN", "RA---TAN-SIP", 6, "CTYPE1: `RA---TAN-SIP`"),
@@ -420,6 +424,6 @@ mod tests {
         let mut packed = header_block(SIMPLE, &[bits, &[("NAXIS", "0")]]);
         packed.extend(header_block("XTENSION= 'BINTABLE'", &[bits, SIZE, &[("PCOUNT", "0"), ("GCOUNT", "1"), ("ZIMAGE", "T")]]));
         packed.extend([0; BLOCK_BYTES]);
-        assert!(read(&packed, false, &full_range()).is_err_and(|(_, w)| w.contains("funpack")));
+        assert!(read(&packed, ON_SKY, &full_range()).is_err_and(|(_, w)| w.contains("funpack")));
     }
 }

@@ -107,7 +107,7 @@ fn check_units(header: &Header) -> Result<(), CardError> {
 }
 
 /// The tangent plane of an image of the sky.
-pub(super) fn on_sky(header: &Header) -> Result<ImageWcs, CardError> {
+pub(super) fn of_sky_image(header: &Header) -> Result<ImageWcs, CardError> {
     let types = [header.text("CTYPE1"), header.text("CTYPE2")];
     if types != ["RA---TAN", "DEC--TAN"] {
         let keyword = if types[0] == "RA---TAN" { "CTYPE2" } else { "CTYPE1" };
@@ -157,8 +157,8 @@ fn with_north_up([x_row, y_row]: [[f64; 2]; 2], lonpole_deg: f64) -> [[f64; 2]; 
     [east, north]
 }
 
-/// The edges of a map of a body.
-pub(super) fn on_body(header: &Header, [width, height]: [u32; 2]) -> Result<ImageWcs, CardError> {
+/// The edges of a map of a body. The size is the image's width and height, pixels.
+pub(super) fn of_body_map(header: &Header, [width, height]: [u32; 2]) -> Result<ImageWcs, CardError> {
     let types = [header.text("CTYPE1"), header.text("CTYPE2")];
     if types == ["", ""] && width == 2 * height {
         return Ok(ImageWcs::PlateCarree { west_deg: -180.0, east_deg: 180.0, south_deg: -90.0, north_deg: 90.0, mirrored: false });

@@ -27,7 +27,7 @@ enum DataType {
 }
 
 impl DataType {
-    /// The type with a name in the attribute `datatype`.
+    /// The type that a name in the attribute `datatype` denotes.
     fn named(name: &str) -> Option<Self> {
         Some(match name {
             "boolean" => Self::Boolean,
@@ -63,8 +63,9 @@ impl DataType {
 /// The number of values in each cell of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Length {
+    /// The same number of values in each cell.
     Fixed(usize),
-    /// Each cell begins with a count of items; the number here is that of values per item.
+    /// Each cell begins with a count of items. The variant holds the number of values per item.
     Counted(usize),
 }
 
@@ -194,6 +195,10 @@ mod tests {
     use super::*;
     use base64::prelude::BASE64_STANDARD;
 
+    /// Values of the argument `has_null_flags`.
+    const BINARY: bool = false;
+    const BINARY2: bool = true;
+
     fn rows(columns: &[Column], bytes: &[u8], has_null_flags: bool) -> Result<Vec<Vec<String>>, String> {
         let text = BASE64_STANDARD.encode(bytes);
         let wrapped: String = text.as_bytes().chunks(7).map(|part| format!("{}\n ", String::from_utf8_lossy(part))).collect();
@@ -235,8 +240,8 @@ mod tests {
             bytes.extend([&(-99_i32).to_be_bytes()[..], &[200]].concat());
         }
         let expected = ["10.25", "1.1", "-7", "abc", "xy", "\u{e9}\u{20ac}", "", "5", "", "200"];
-        assert_eq!(rows(&columns, &bytes, false).expect("rows"), [expected, expected]);
-        let cut = rows(&columns, &bytes[..bytes.len() - 1], false).expect_err("cut");
+        assert_eq!(rows(&columns, &bytes, BINARY).expect("rows"), [expected, expected]);
+        let cut = rows(&columns, &bytes[..bytes.len() - 1], BINARY).expect_err("cut");
         assert!(cut.starts_with(&format!("the row at byte {}", bytes.len() / 2)), "{cut}");
     }
 
@@ -244,7 +249,7 @@ mod tests {
     fn nulls_are_flagged_from_the_highest_bit() {
         let columns: Vec<Column> = (0..9).map(|_| column("unsignedByte", "")).collect();
         let row = [&[0b0100_0000, 0b1000_0000][..], &[1, 2, 3, 4, 5, 6, 7, 8, 9]].concat();
-        assert_eq!(rows(&columns, &row, true).expect("a row"), [["1", "", "3", "4", "5", "6", "7", "8", ""]]);
+        assert_eq!(rows(&columns, &row, BINARY2).expect("a row"), [["1", "", "3", "4", "5", "6", "7", "8", ""]]);
     }
 
     #[test]
@@ -252,10 +257,10 @@ mod tests {
         for (arraysize, claimed) in [("*", i32::MAX), ("*", -1), ("1000000000x1000000000x*", 1000)] {
             let columns = [column("double", arraysize)];
             let bytes = [&claimed.to_be_bytes()[..], &[0; 64]].concat();
-            assert!(rows(&columns, &bytes, false).expect_err("a claim").contains("cut off"), "{arraysize} {claimed}");
+            assert!(rows(&columns, &bytes, BINARY).expect_err("a claim").contains("cut off"), "{arraysize} {claimed}");
         }
-        assert!(rows(&[column("char", "0")], b"x", false).expect_err("nothing").contains("no bytes"));
-        assert!(Rows::new(&[column("int", "")], "A*==", false).err().expect("no base64").contains("not base64"));
+        assert!(rows(&[column("char", "0")], b"x", BINARY).expect_err("nothing").contains("no bytes"));
+        assert!(Rows::new(&[column("int", "")], "A*==", BINARY).err().expect("no base64").contains("not base64"));
         assert!(
             Column::new("quad", "", None).is_err() && Column::new("int", "2y", None).is_err() && Column::new("int", "*x2", None).is_err()
         );

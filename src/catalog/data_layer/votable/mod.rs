@@ -28,7 +28,7 @@ struct Field {
 }
 
 impl Field {
-    /// Whether the text of a cell of TABLEDATA is the null number of this field, or NaN. An empty cell means null, too, without such a check.
+    /// Whether the text of a cell of TABLEDATA is the null number of this field, or NaN. An empty cell needs no check: [`Columns`] reads it as null.
     fn is_null(&self, cell: &str) -> bool {
         let is_float = matches!(self.data_type.as_str(), "float" | "double");
         self.null.as_deref() == Some(cell) || is_float && cell.eq_ignore_ascii_case("nan")

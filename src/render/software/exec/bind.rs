@@ -30,6 +30,7 @@ const _: () = assert!(size_of::<KernelStep<f32>>() <= 16);
 pub(crate) struct ScalarStep<R> {
     pub function: ScalarFn<R>,
     pub dst: u32,
+    /// An operation with fewer operands ignores the last ones.
     pub args: [u32; 3],
 }
 
@@ -60,11 +61,13 @@ pub(crate) struct TextureArg {
 /// A read of a texture.
 pub(crate) struct TextureRead {
     pub op: TextureOp,
+    /// Index in the program's list of textures.
     pub texture: usize,
     /// Offset of each channel's lanes, in elements from the start of the arena.
     pub dst: [u32; 4],
     /// Whether the program reads each channel later. A channel that it does not read is not written.
     pub channels_read: [bool; 4],
+    /// The operands in the order that [`TextureOp`] states; unused entries follow.
     pub args: [TextureArg; 7],
     pub mask: MaskLocation,
 }
@@ -87,7 +90,7 @@ pub(crate) enum BoundStep {
         start: u32,
         end: u32,
     },
-    /// Reads words of the uniform block, each lane from the array element whose index it has in slot `index`.
+    /// For each lane, loads a word of an array element in the uniform block into slot `dst`. The element's index is in slot `index`.
     Gather {
         dst: u32,
         index: u32,
@@ -95,6 +98,7 @@ pub(crate) enum BoundStep {
     },
     /// Index in [`BoundProgram::texture_reads`].
     Texture(u32),
+    /// As [`Instr::TextureSize`]; `dst` and `level` are registers.
     TextureSize {
         dst: usize,
         texture: usize,
@@ -180,6 +184,7 @@ impl<R: Real> BoundProgram<R> {
 }
 
 /// A program's binding to kernels, kept from frame to frame: binding all programs takes 1 % of the instructions of a frame (measured on the Earth with clouds).
+/// Stores the kernel class and the [`BoundProgram`], as `dyn Any` because its type depends on the element type.
 #[derive(Debug, Default)]
 pub(crate) struct KernelBinding(OnceLock<(KernelClass, Arc<dyn Any + Send + Sync>)>);
 
@@ -189,7 +194,7 @@ impl KernelBinding {
     /// # Errors
     /// As [`BoundProgram::new`].
     pub(crate) fn get<R: Real>(&self, program: &Program, class: KernelClass) -> Result<Arc<BoundProgram<R>>, String> {
-        if let Some((_, bound)) = self.0.get().filter(|(of_class, _)| *of_class == class)
+        if let Some((_, bound)) = self.0.get().filter(|(bound_class, _)| *bound_class == class)
             && let Ok(bound) = Arc::clone(bound).downcast()
         {
             return Ok(bound);
@@ -312,7 +317,9 @@ impl<R: Real> Binder<R> {
             return Err(format!("more than {SCRATCH_SLOTS} operands"));
         }
         let from = self.offset(o);
-        match R::specialised(self.class, Op::Copy, [false; 3]) {
+        // The operand is not an array of lanes.
+        let operand_kinds = [false; 3];
+        match R::specialised(self.class, Op::Copy, operand_kinds) {
             Some(broadcast) => self.push_kernel(broadcast, Self::slot_offset(slot), &[from; 3]),
             None => unreachable!("a copy of one value to all lanes has a specialised kernel"),
         }
@@ -322,6 +329,7 @@ impl<R: Real> Binder<R> {
     /// Binds one operation. If no kernel accepts these operand kinds, registers are first broadcast to scratch slots.
     fn bind_operation(&mut self, op: Op, dst: u32, args: &[Operand]) -> Result<(), String> {
         let first = args.first().ok_or("an operation without operands")?;
+        // A kernel of one operation takes three operands. The first operand stands in for those that the operation lacks.
         let operand = |k: usize| args.get(k).unwrap_or(first);
         match R::specialised(self.class, op, [0, 1, 2].map(|k| is_per_lane(operand(k)))) {
             Some(function) => self.push_kernel(function, dst, &[0, 1, 2].map(|k| self.offset(operand(k)))),
@@ -358,6 +366,7 @@ impl<R: Real> Binder<R> {
                 operands.insert(usize::from(fused_op.chained_operand), result);
             }
             rest = later_operands;
+            // The scratch slots alternate, so that no operation writes the slot that it reads.
             let intermediate = self.first_scratch_slot + SCRATCH_SLOTS - 1 - k as u32 % 2;
             let result_offset = if k + 1 == ops.len() { dst } else { Self::slot_offset(intermediate) };
             self.bind_operation(fused_op.op, result_offset, &operands)?;
@@ -398,7 +407,7 @@ impl<R: Real> Binder<R> {
                 let mut texture_args = [TextureArg { offset: 0, len: LANES as u32 }; 7];
                 for (k, (to, o)) in texture_args.iter_mut().zip(args).enumerate() {
                     *to = match o {
-                        // A texel load accepts one y and one level for all lanes, a filtered read one maximum number of taps.
+                        // These operands may have one value for all lanes: y and level of a texel load, and the maximum number of taps of a filtered read.
                         Operand::Reg(_) if (*op == TextureOp::Load && k > 0) || (*op == TextureOp::Filtered && k == 6) => {
                             TextureArg { offset: self.offset(o), len: 1 }
                         }

@@ -27,7 +27,7 @@ use uniform_words::UniformElements;
 /// iterations.
 const MAX_BACKWARD_JUMPS: u32 = 1 << 20;
 /// Instructions, each over all lanes, after which a batch is stopped at its next backward jump: a loop with long iterations would run for too long before it
-/// reaches [`MAX_BACKWARD_JUMPS`]. A batch of the most expensive shipped module runs some 10^4 instructions; this many take about a second.
+/// reaches [`MAX_BACKWARD_JUMPS`]. A batch of the most expensive shipped module runs some 10^4 instructions; 2^25 take about a second.
 const MAX_LOOP_INSTRUCTIONS: u32 = 1 << 25;
 /// A texture read counts as this many instructions towards [`MAX_LOOP_INSTRUCTIONS`].
 const INSTRUCTIONS_PER_TEXTURE_READ: u32 = 64;
@@ -63,7 +63,8 @@ fn constant_value<R: Real>(c: Constant) -> R {
     }
 }
 
-/// The register that an instruction of the draw tape writes, and its new value. `has_fma`: whether multiply-adds round once; `read`: the value of a register.
+/// The register that an instruction of the draw tape writes, and its new value. `has_fma`: whether multiply-adds round once; `words`: the uniform block;
+/// `read`: the value of a register.
 fn evaluate_scalar<R: Real>(instr: &Instr, has_fma: bool, words: &[u32], read: impl Fn(usize) -> R) -> Option<(usize, R)> {
     let read = |o: &Operand| match *o {
         Operand::Reg(r) => read(usize::from(r)),
@@ -170,8 +171,8 @@ impl<R: Real> Executor<R> {
     }
 
     /// Runs one batch and returns the active lanes that did not discard; none if the run was stopped at a loop limit. If the program uses derivatives,
-    /// `active` must contain all four lanes of every quad that has a covered lane; the uncovered lanes are helper lanes. `draw_values`: those of the same
-    /// program ([`Program::run_draw_tape`]).
+    /// `active` must contain all four lanes of every quad that has a covered lane; the uncovered lanes are helper lanes. `draw_values`: the result of
+    /// [`Program::run_draw_tape`] for the same program.
     pub fn run(&mut self, draw_values: &DrawTapeValues<R>, active: LaneMask, textures: &dyn TextureUnit<R>) -> LaneMask {
         self.counts = ExecutionCounts::default();
         self.hit_loop_limit = false;

@@ -7,20 +7,29 @@ use crate::render::software::math::Real;
 /// value per lane; lanes outside `active` may contain any bits, NaN included, and their results are not used. `out`: red, green, blue, alpha, with
 /// an empty slice for each channel that the program does not read.
 pub trait TextureUnit<R: Real> {
-    /// Filtered sample at (u, v); `gradients`: the derivatives of u and v along x and y, per pixel.
+    /// Filtered sample at the texture coordinates (u, v); `gradients`: their derivatives along x and y.
     fn sample_gradients(&self, texture: usize, u: &[R], v: &[R], gradients: Gradients<'_, R>, active: LaneMask, out: [&mut [R]; 4]);
     /// Like `sample_gradients`, with up to `max_taps` taps along the footprint, summed as in shaders/lib/filtered_map.wesl. `max_taps` has one value per
     /// lane, or one for all lanes. By default, one tap is read.
-    fn sample_filtered(&self, texture: usize, uv: [&[R]; 2], g: Gradients<'_, R>, max_taps: &[R], active: LaneMask, out: [&mut [R]; 4]) {
+    fn sample_filtered(
+        &self,
+        texture: usize,
+        uv: [&[R]; 2],
+        gradients: Gradients<'_, R>,
+        max_taps: &[R],
+        active: LaneMask,
+        out: [&mut [R]; 4],
+    ) {
         let _ = max_taps;
-        self.sample_gradients(texture, uv[0], uv[1], g, active, out);
+        self.sample_gradients(texture, uv[0], uv[1], gradients, active, out);
     }
     /// Filtered sample at (u, v) from a mip level (fractional: trilinear).
     fn sample_level(&self, texture: usize, u: &[R], v: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]);
-    /// Bilinear interpolation between the texels of the finest level at the point `at` = (x, y), in texels, as in shaders/lib/texels_between.wesl.
-    fn load_bilinear(&self, texture: usize, at: [&[R]; 2], active: LaneMask, out: [&mut [R]; 4]);
-    /// One texel; zeros outside the level. x, y and level are bit-cast integers ([`Real::lane_bits`]); y and level have one value per lane, or one for all
-    /// lanes. Every lane of `out` is written.
+    /// Bilinear interpolation between the texels of the finest level, as in shaders/lib/texels_between.wesl. `position`: x and y in texels; the middle of the
+    /// first texel is at (0, 0).
+    fn load_bilinear(&self, texture: usize, position: [&[R]; 2], active: LaneMask, out: [&mut [R]; 4]);
+    /// The texel in column `x` and row `y` of a level; zeros outside the level. The three are bit-cast integers ([`Real::lane_bits`]); `y` and `level` have one
+    /// value per lane, or one for all lanes. Every lane of `out` is written.
     fn load(&self, texture: usize, x: &[R], y: &[R], level: &[R], active: LaneMask, out: [&mut [R]; 4]);
     /// Width and height of a level in texels. `level` is clamped to the existing levels.
     fn dimensions(&self, texture: usize, level: u32) -> [u32; 2];

@@ -80,7 +80,7 @@ unsafe fn gather_avx2(span: &[u32], step: u32, last_index: u32, indices: &[f32],
     let last = _mm256_set1_epi32(last_index.cast_signed());
     let step = _mm256_set1_epi32(step.cast_signed());
     for (out, indices) in out.as_chunks_mut::<8>().0.iter_mut().zip(indices.as_chunks::<8>().0) {
-        // SAFETY: an array of eight words has the size of an AVX register; no word index is greater than that of the last element.
+        // SAFETY: an array of eight words has the size of an AVX register; no word index is greater than the last element's.
         unsafe {
             let index = _mm256_min_epu32(std::mem::transmute::<[f32; 8], __m256i>(*indices), last);
             let words = _mm256_i32gather_epi32::<4>(span.as_ptr().cast(), _mm256_mullo_epi32(index, step));

@@ -3,11 +3,11 @@
 //! In: a checked program. Out: a checked program with the same results.
 //!
 //! At the end of a loop's body, each loop variable gets its next value by a copy from one slot to another, or from one register to another. In the second
-//! body these two places are exchanged: it reads the variable from where the first body wrote the next value, and writes the next value to where the first
-//! body reads the variable. So neither body needs the copy; only a jump out of the second body does. Only loops that end with copies and an unconditional
-//! jump back are doubled; a loop that ends with a test (lanes that leave separately, `do while`) keeps its copies. Always: a variable keeps its copy if its
-//! slot or that of its next value takes part in another copy, or if the next value may be read in another iteration or after the loop. Not here: changes of
-//! the stored program, whose loops have one body.
+//! body these two places are exchanged: the second body reads the variable from where the first one wrote the next value, and writes the next value to where
+//! the first one reads the variable. So neither body needs the copy; only a jump out of the second body does. Only loops that end with copies and an
+//! unconditional jump back are doubled; a loop that ends with a test (lanes that leave separately, `do while`) keeps its copies. Always: a variable keeps its
+//! copy if its slot, or the slot of its next value, takes part in another copy, or if the next value may be read in another iteration or after the loop. Not
+//! here: changes of the stored program, whose loops have one body.
 
 use crate::render::software::program::Program;
 use crate::render::software::tape::{Instr, Op, Operand};
@@ -20,10 +20,13 @@ struct ExchangedPair {
     next: Operand,
 }
 
-/// An innermost loop: the instructions `head..=back_jump`, of which `first_copy..back_jump` copy loop variables and the last jumps to `head`.
+/// An innermost loop: the indices of some of its instructions on the tape.
 struct InnerLoop {
+    /// The first instruction.
     head: usize,
+    /// The first copy of a loop variable; only copies follow, up to `back_jump`.
     first_copy: usize,
+    /// The last instruction, which jumps to `head`.
     back_jump: usize,
 }
 
@@ -40,7 +43,7 @@ pub(super) fn unroll_loops(program: &Program) -> Cow<'_, Program> {
     if loops.is_empty() {
         return Cow::Borrowed(program);
     }
-    // The new index of each instruction, and as the last entry that of the tape's end. For an instruction of a doubled loop: its index in the first body.
+    // The index of each instruction on the new tape, for an instruction of a doubled loop in its first body. The last entry is the length of the new tape.
     let mut new_index = Vec::with_capacity(tape.len() + 1);
     let mut doubled = Vec::with_capacity(tape.len() * 2);
     let mut rest = loops.iter().peekable();
@@ -95,7 +98,7 @@ fn append_doubled(
     let kept: Vec<usize> = (head..back_jump).filter(|index| !is_removed(*index)).collect();
     // Where the two bodies begin on the new tape.
     let (first_body, second_body) = (doubled.len(), doubled.len() + kept.len());
-    // The position within a body of an instruction of the loop; for a removed instruction, that of the next kept one.
+    // Where an instruction of the loop is within either new body. A removed instruction has the position of the next instruction that is kept.
     let position = |index: usize| kept.partition_point(|k| *k < index);
     new_index.extend((head..back_jump).map(|index| first_body + position(index)));
     // The entry of the jump back. Nothing jumps to it, but `new_index` has one entry for each instruction.

@@ -1,7 +1,7 @@
 //! Chains of operations, each in one SIMD kernel: an operation uses the result of the previous one without a store and a load in between.
 //!
-//! In: up to [`MAX_OPERANDS`] operands: those of the first operation, then the remaining operands of each further operation. Out: the same bits as
-//! from the kernels of the single operations run in order, because each operation still rounds separately. The table contains the
+//! In: up to [`MAX_OPERANDS`] operands: the operands of the first operation, then those of each further operation except the previous result. Out: the same
+//! bits as from the kernels of the single operations run in order, because each operation still rounds separately. The table contains the
 //! chains that occur most often in the atmosphere, eclipse, ring, map and tone-map code (docs/measurements.md: chosen by how often their operations
 //! follow each other). The lowering calls [`find`], and splits a chain that the table lacks into chains of the table and single operations.
 
@@ -31,7 +31,7 @@ pub const fn kind_bits(kinds: &str) -> u8 {
 }
 
 /// Each entry: the kinds of the operands, the first operation, then each further operation with the position of the previous result among its
-/// operands. Where the first two operands commute, as in products and sums, position 1 stands for both.
+/// operands. Where the first two operands commute, as in products and sums, the position is 1: the lowering swaps them if necessary.
 macro_rules! with_chains {
     ($m:ident) => {
         $m! {
@@ -401,9 +401,9 @@ macro_rules! with_chains {
 pub(crate) use with_chains;
 
 macro_rules! table {
-    ($($kinds:literal = $first:ident $(> $op:ident $at:literal)+,)*) => {
+    ($($kinds:literal = $first:ident $(> $op:ident $chained:literal)+,)*) => {
         const TABLE: &[(&[FusedOp], &str)] = &[$((
-            &[FusedOp { op: Op::$first, chained_operand: 0 } $(, FusedOp { op: Op::$op, chained_operand: $at })+],
+            &[FusedOp { op: Op::$first, chained_operand: 0 } $(, FusedOp { op: Op::$op, chained_operand: $chained })+],
             $kinds,
         ),)*];
     };
@@ -415,7 +415,7 @@ pub fn all() -> &'static [(&'static [FusedOp], &'static str)] {
     TABLE
 }
 
-/// Number of operands of a chain: those of all its operations, less one for each operation after the first, which takes the previous result.
+/// Number of operands of a chain. Each operation after the first takes the previous result for one of its operands, which is not counted.
 pub fn operand_count(ops: &[FusedOp]) -> usize {
     ops.iter().map(|fused| fused.op.arity()).sum::<usize>() + 1 - ops.len().max(1)
 }
@@ -440,8 +440,8 @@ pub(crate) trait FusedKernel {
 
 /// The first operation.
 pub(crate) struct First<A>(A);
-/// The chain `P` and one further operation `B`, whose operand number `AT` is the chain's result.
-pub(crate) struct Then<P, B, const AT: usize>(P, B);
+/// The chain `P` and one further operation `B`, whose operand number `CHAINED` is the chain's result.
+pub(crate) struct Then<P, B, const CHAINED: usize>(P, B);
 
 impl<A: Eval> FusedKernel for First<A> {
     const OPERANDS: usize = A::ARITY;
@@ -453,14 +453,14 @@ impl<A: Eval> FusedKernel for First<A> {
     }
 }
 
-impl<P: FusedKernel, B: Eval, const AT: usize> FusedKernel for Then<P, B, AT> {
+impl<P: FusedKernel, B: Eval, const CHAINED: usize> FusedKernel for Then<P, B, CHAINED> {
     const OPERANDS: usize = P::OPERANDS + B::ARITY - 1;
     #[inline(always)]
     fn eval<R: Real, const N: usize, const FMA: bool>(operands: &[KernelOperand<'_, R, N>; MAX_OPERANDS], lane: usize) -> R {
         let chained = P::eval::<R, N, FMA>(operands, lane);
         let next = if B::ARITY > 1 { operands[P::OPERANDS].at(lane) } else { chained };
         let last = if B::ARITY > 2 { operands[P::OPERANDS + 1].at(lane) } else { chained };
-        match AT {
+        match CHAINED {
             0 => B::eval::<R, FMA>(chained, next, last),
             1 => B::eval::<R, FMA>(next, chained, last),
             _ => B::eval::<R, FMA>(next, last, chained),

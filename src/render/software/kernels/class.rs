@@ -3,17 +3,17 @@
 use crate::render::software::tape::Op;
 use std::sync::OnceLock;
 
-/// Number of lanes that the generic kernels process at a time. The test whether any lane of a mask is set reads as many at a time. [`LANES`] is a multiple of
-/// it.
+/// Number of lanes that the generic kernels process at a time, and that the test whether any lane of a mask is set reads at a time. [`LANES`] is a multiple of
+/// this number.
 pub const CHUNK: usize = 32;
 
 /// Number of lanes of a batch: 32 quads of 4 pixels. Measured as the fastest of 32, 64, 128 and 256: with fewer lanes the time of the calls dominates, with
 /// more the data no longer fit into the L1 cache.
 pub const LANES: usize = 128;
 
-/// Number of lanes of the inner loop of a specialised kernel or of a chain's. The compiler vectorises and then unrolls a loop of this length, even if the
-/// kernel has many operations. It does not unroll a loop over all [`LANES`], which would execute three more instructions per vector. It may unroll a
-/// shorter loop before it can vectorise it.
+/// Number of lanes of the inner loop of a specialised kernel or of a chain's kernel. The compiler vectorises and then unrolls a loop of this length, even if
+/// the kernel has many operations. A loop over all [`LANES`] is not unrolled, and therefore executes three more instructions per vector. A shorter loop may be
+/// unrolled before the compiler can vectorise it.
 pub(super) const UNROLLED_LANES: usize = 64;
 
 /// A SIMD kernel. Arguments: the lanes that it writes; the base of the operands; the offset of each operand from the base, in elements. Each kernel is
@@ -21,7 +21,7 @@ pub(super) const UNROLLED_LANES: usize = 64;
 /// operands; a chain's kernel reads one for each operand. The `&mut` tells the compiler that no operand overlaps the written lanes.
 pub type KernelFn<R> = unsafe fn(&mut [R; LANES], *const R, *const u32);
 
-/// The instruction set of the kernels. All classes that fuse multiply and add give the same bits, and so do all classes that do not.
+/// The instruction set of the kernels. The classes with fused multiply-add give the same bits as each other, and so do the classes without.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum KernelClass {
     Avx512,

@@ -81,8 +81,8 @@ unsafe fn operand_at<R>(base: *const R, offsets: *const u32, k: usize) -> *const
 /// The type of a chain, by nesting: [`chains::Then`] around the type of the chain before each operation.
 macro_rules! nested {
     ($chain:ty) => { $chain };
-    ($chain:ty, $op:ident $at:literal $(, $next:ident $next_at:literal)*) => {
-        nested!(chains::Then<$chain, ops::$op, $at> $(, $next $next_at)*)
+    ($chain:ty, $op:ident $chained:literal $(, $next:ident $next_chained:literal)*) => {
+        nested!(chains::Then<$chain, ops::$op, $chained> $(, $next $next_chained)*)
     };
 }
 
@@ -147,7 +147,7 @@ macro_rules! class {
                 unsafe { quad_difference::<R, LANES, 2>(dst, operand_at(base, offsets, 0)) }
             }
 
-            // `unary`, `binary`, `ternary`: the specialised kernel of an operation with that many operands; `None` if each operand has one value for all lanes.
+            // The specialised kernel of an operation with one, two or three operands; `None` if each operand has one value for all lanes.
             fn unary<O: Eval, R: Real>(kinds: [bool; 3]) -> Option<KernelFn<R>> {
                 kinds[0].then_some(fixed_kinds::<O, R, true, false, false>)
             }
@@ -234,11 +234,11 @@ macro_rules! generic_kernels {
 }
 
 macro_rules! chain_kernels {
-    ($($kinds:literal = $first:ident $(> $op:ident $at:literal)+,)*) => {
+    ($($kinds:literal = $first:ident $(> $op:ident $chained:literal)+,)*) => {
         /// The kernels of [`chains::all`], in that order.
         pub fn chain_kernels<R: Real>() -> &'static [KernelFn<R>] {
             const {
-                &[$(chain::<nested!(chains::First<ops::$first> $(, $op $at)+), R, { chains::kind_bits($kinds) }> as KernelFn<R>,)*]
+                &[$(chain::<nested!(chains::First<ops::$first> $(, $op $chained)+), R, { chains::kind_bits($kinds) }> as KernelFn<R>,)*]
             }
         }
     };

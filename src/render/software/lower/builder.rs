@@ -20,6 +20,7 @@ enum Computation {
     TextureSize { texture: u16, axis: u8, level: SsaValue },
 }
 
+/// The steps, constants and values of one entry point so far.
 #[derive(Default)]
 pub(crate) struct SsaBuilder {
     pub constants: Vec<Constant>,
@@ -207,7 +208,8 @@ impl SsaBuilder {
         if op == Op::Select {
             return Some(if self.known_bool(args[0])? { args[1] } else { args[2] });
         }
-        let y = kernels::eval::<f64>(op, false, stored[0], stored[1], stored[2]);
+        let has_fma = false;
+        let y = kernels::eval::<f64>(op, has_fma, stored[0], stored[1], stored[2]);
         let kind = match result_kind(op) {
             ResultKind::Same => match self.known_constant(args[0])? {
                 Constant::Float(_) => ResultKind::Float,
@@ -272,15 +274,15 @@ impl SsaBuilder {
                 if (yes, no) != (a, b) {
                     return Some(self.select(c, yes, no));
                 }
-                // select(c, select(inner, new, old), old) is select(c & inner, new, old). Where `c` does not hold, `inner` may have any bits. Dead-code
-                // elimination removes the inner select if nothing else reads it.
+                // select(c, select(inner, new, old), old) is select(c & inner, new, old), whatever bits `inner` has where `c` does not hold. Dead-code
+                // elimination removes the inner select if nothing else reads its result.
                 if let Some(&[inner, new, old]) = self.selects.get(&a)
                     && old == b
                 {
                     let both = self.binary(Op::And, c, inner);
                     return Some(self.select(both, new, b));
                 }
-                // Masks are all ones or all zeros, so a select between masks of which one is constant is a logical operation.
+                // Masks are all ones or all zeros, so a select between a constant mask and any other is a logical operation.
                 match (self.known_bool(a), self.known_bool(b)) {
                     (Some(true), Some(false)) => Some(c),
                     (Some(false), Some(true)) => Some(self.not(c)),
@@ -347,7 +349,7 @@ enum ResultKind {
     Float,
     Int,
     Bool,
-    /// That of the first operand.
+    /// The type of the first operand.
     Same,
 }
 

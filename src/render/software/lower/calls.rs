@@ -11,7 +11,7 @@ use naga::{Expression, Function, Handle, Statement};
 use rustc_hash::FxHashMap as HashMap;
 
 impl<'m> Lowerer<'m> {
-    /// Lowers the function of an entry point; returns the scalars of its result.
+    /// Lowers the function of an entry point; returns the scalars of its result. `arguments`: the scalars of each argument.
     pub(crate) fn entry(&mut self, function: &'m Function, info: &'m FunctionInfo, arguments: Vec<Vec<SsaValue>>) -> Result<Vec<SsaValue>> {
         self.call(function, info, arguments.into_iter().map(Value::Scalars).collect())
     }

@@ -1,9 +1,9 @@
 //! Adds the named values of a module to the outputs of its program, for the probe of a pixel.
 //!
-//! In: a module and an entry point. Out: the entry point's program with one more output for each scalar of every named value. Named values are the value of
-//! each `let`, and that of each variable when its function returns. Names in a called function are prefixed with the function's name and a slash; if the same
-//! caller calls the function again, the prefix of the second call is `name#2/`. In a loop the value of the last iteration is output. A value that the pixel's
-//! control flow does not reach is NaN. Programs that draw images have none of these outputs.
+//! In: a module and an entry point. Out: the entry point's program with one more output for each scalar of every named value. Named values are the values of
+//! all `let` declarations, and the values of all variables when their function returns. Names in a called function are prefixed with the function's name and a
+//! slash; if the same caller calls the function again, the prefix of the second call is `name#2/`. In a loop the value of the last iteration is output. A value
+//! that the pixel's control flow does not reach is NaN. Programs that draw images have none of these outputs.
 
 use super::error::Result;
 use super::lowerer::Lowerer;
@@ -98,7 +98,7 @@ impl<'m> Lowerer<'m> {
         });
         let outputs = named_values.captured[index].scalars.clone();
         for (dst, v) in outputs.into_iter().zip(numbers) {
-            // Inactive lanes keep the value from earlier, or NaN.
+            // Inactive lanes keep the value that was captured before; initially NaN.
             let from = self.builder.select(self.active_mask, v, dst);
             self.builder.lane_steps.push(SsaStep::Assign { dst, from });
         }

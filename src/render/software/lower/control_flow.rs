@@ -30,7 +30,7 @@ impl<'m> Lowerer<'m> {
         self.frame().loops.last().is_some_and(|l| self.builder.known_bool(self.env[l.continue_flag]) != Some(false))
     }
 
-    /// Leaves the innermost loop by a jump if the flag `exited`, one value for all lanes, is set. Afterwards no flag is set.
+    /// Leaves the innermost loop by a jump if the flag `exited`, one value for all lanes, is set. No flag is set in the code after the jump.
     pub(super) fn leave_loop_if(&mut self, exited: SsaValue) {
         let no_exit = self.builder.fresh_label();
         self.builder.lane_steps.push(SsaStep::JumpIf { cond: exited, when: false, label: no_exit });
@@ -179,27 +179,28 @@ impl<'m> Lowerer<'m> {
         self.env.push(no);
         let outer_loop = self.frame().loops.last().copied();
         if outer_loop.is_none() {
+            // A `continue` flag that nothing sets.
             self.env.push(no);
         }
         let continue_flag = outer_loop.map_or(break_flag + 1, |l| l.continue_flag);
         self.frame_mut().loops.push(LoopFlags { break_flag, continue_flag });
-        // The lanes that enter the next case because this one falls through.
+        // The lanes that enter a case because the case before it falls through.
         let mut fall_through_mask = no;
         for (case, is_match) in cases.iter().zip(matches) {
-            let enter = self.builder.binary(Op::Or, is_match.unwrap_or(is_default), fall_through_mask);
+            let case_mask = self.builder.binary(Op::Or, is_match.unwrap_or(is_default), fall_through_mask);
             let exited = self.exited_mask();
             let remaining = self.builder.not(exited);
-            let enter_now = self.builder.binary(Op::And, enter, remaining);
+            let entering_mask = self.builder.binary(Op::And, case_mask, remaining);
             // Lanes that enter clear their flags; the merge keeps the flags of the other lanes.
             self.branch(
-                enter_now,
+                entering_mask,
                 |this| {
                     this.clear_flags();
                     this.block(&case.body)
                 },
                 |_| Ok(()),
             )?;
-            fall_through_mask = if case.fall_through { enter } else { no };
+            fall_through_mask = if case.fall_through { case_mask } else { no };
         }
         self.frame_mut().loops.pop();
         self.env.truncate(break_flag);
@@ -207,11 +208,11 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
-    /// Lowers a loop. Finds which scalars change in it, and whether they differ between lanes: lowers the loop again until it changes no other scalars than
+    /// Lowers a loop. To find which scalars change in the loop, and which of these differ between lanes, lowers it again until it changes no other scalars than
     /// were assumed.
     pub(super) fn lower_loop(&mut self, body: &'m Block, continuing: &'m Block, break_if: Option<Handle<Expression>>) -> Result<()> {
         let no = self.builder.bool(false);
-        let base = self.env.len();
+        let first_flag = self.env.len();
         // The flags of `break` and `continue`.
         self.env.extend([no, no]);
         let start_env = self.env.clone();
@@ -223,7 +224,7 @@ impl<'m> Lowerer<'m> {
             self.env.clone_from(&start_env);
             self.builder.lane_steps.truncate(first_step);
             self.active_mask = outer_mask;
-            self.frame_mut().loops.push(LoopFlags { break_flag: base, continue_flag: base + 1 });
+            self.frame_mut().loops.push(LoopFlags { break_flag: first_flag, continue_flag: first_flag + 1 });
             let changes = self.lower_loop_assuming(body, continuing, break_if, &changing);
             self.frame_mut().loops.pop();
             let changes = changes?;
@@ -245,7 +246,7 @@ impl<'m> Lowerer<'m> {
         }
         self.active_mask = outer_mask;
         self.is_directly_in_loop = was_directly_in_loop;
-        self.env.truncate(base);
+        self.env.truncate(first_flag);
         Ok(())
     }
 

@@ -21,7 +21,8 @@ impl<'m> Lowerer<'m> {
         self.frame().info[handle].ty.inner_with(&module.types)
     }
 
-    /// The value of an expression. Those of expressions in `Emit` and of calls are already stored; any other is evaluated here, at each use, and not stored.
+    /// The value of an expression. The values of calls and of expressions in `Emit` are already stored. Any other expression is evaluated here at each use,
+    /// and its value is not stored.
     pub(crate) fn value_of(&mut self, handle: Handle<Expression>) -> Result<Value> {
         match self.frame().values.get(&handle) {
             Some(v) => Ok(v.clone()),

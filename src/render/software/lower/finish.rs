@@ -19,7 +19,7 @@ use smallvec::smallvec;
 pub(crate) struct FinishedTapes {
     pub draw_tape: Vec<Instr>,
     pub lane_tape: Vec<Instr>,
-    /// For each input, whether any instruction reads it. The last one is the mask of active lanes.
+    /// For each input, whether any instruction reads it. The last entry is for the mask of active lanes.
     pub inputs_read: Vec<bool>,
     pub outputs: Vec<Operand>,
     pub register_count: u32,
@@ -88,7 +88,7 @@ fn fuse_multiply_add(builder: &mut SsaBuilder, outputs: &[SsaValue]) {
     let mut removed = HashSet::default();
     // A product is fused only with an addition that has the same id: between two such steps, no loop variable among the product's factors is assigned, so
     // that the factors may be read at the addition instead. A jump starts a new id, because what follows may be skipped; its label restores the id from
-    // before the jump. After a loop this may be an id of its body, but no product of the body is read there.
+    // before the jump. A label after a loop may restore an id of the loop's body, but no step after the loop reads a product of the body.
     let mut straight_line_id = 0u32;
     // For each jump whose label has not been reached: the id before the jump, and the label.
     let mut open_jumps: Vec<(u32, JumpLabel)> = Vec::new();
@@ -215,7 +215,7 @@ pub(crate) fn finish(
     for i in 0..builder.constants.len() {
         allocation.insert(SsaValue::Const(i as u32), Operand::Reg(i as u16));
     }
-    // Per step, the slots that are free after it, because it is the last to use their values.
+    // Per step, the slots that become free after the step, because it is the last to use their values.
     let mut freed_after: Vec<Vec<u16>> = vec![Vec::new(); builder.lane_steps.len() + 1];
     for (k, v) in inputs.iter().enumerate() {
         allocation.insert(*v, Operand::Slot(k as u16));
@@ -238,13 +238,13 @@ pub(crate) fn finish(
             if allocation.contains_key(&v) {
                 continue;
             }
-            // A copy of a value that nothing reads later takes over its slot.
+            // If nothing reads a lane value after it is copied, the copy takes over the value's slot.
             if let SsaStep::Assign { from: from @ SsaValue::Lane(_), .. } = step
                 && matches!(v, SsaValue::Lane(_))
                 && let Some(Operand::Slot(s)) = allocation.get(from).copied()
-                && let Some(at) = freed_after[i].iter().position(|freed| *freed == s)
+                && let Some(position) = freed_after[i].iter().position(|freed| *freed == s)
             {
-                freed_after[i].swap_remove(at);
+                freed_after[i].swap_remove(position);
                 allocation.insert(v, Operand::Slot(s));
                 freed_after[live_ranges.get(&v).map_or(i, |l| l.1)].push(s);
                 continue;
@@ -392,7 +392,8 @@ mod tests {
             let terms = [builder.fresh_lane(), builder.fresh_lane()];
             let dst = builder.fresh_lane();
             builder.lane_steps.push(SsaStep::Op { dst, op: Op::Add, args: smallvec![terms[0], terms[1]] });
-            finish(builder, &terms[..inputs], &[dst], false)
+            let fuse_chains = false;
+            finish(builder, &terms[..inputs], &[dst], fuse_chains)
         };
         assert!(sum(2).is_ok());
         let error = sum(1).err().expect("the second term has no value");

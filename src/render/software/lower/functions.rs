@@ -60,6 +60,8 @@ impl Lowerer<'_> {
                 unsigned
             }
         };
+        // Whether `pack` and `unpack` convert signed components.
+        let (signed, unsigned) = (true, false);
         Ok(match fun {
             M::Abs if is_float => map_each(self, Op::Abs),
             M::Abs if is_signed => map_each(self, Op::IAbs),
@@ -197,20 +199,20 @@ impl Lowerer<'_> {
             M::FirstLeadingBit => map_each(self, if is_signed { Op::FirstLeadingBitI } else { Op::FirstLeadingBitU }),
             M::ExtractBits => a.iter().map(|x| self.extract_bits(*x, b[0], c[0], is_signed)).collect(),
             M::InsertBits => a.iter().zip(&b).map(|(x, y)| self.insert_bits(*x, *y, c[0], d[0])).collect(),
-            M::Pack4x8snorm => vec![self.pack(&a, 8, 127.0, true)],
-            M::Pack4x8unorm => vec![self.pack(&a, 8, 255.0, false)],
-            M::Pack2x16snorm => vec![self.pack(&a, 16, 32767.0, true)],
-            M::Pack2x16unorm => vec![self.pack(&a, 16, 65535.0, false)],
+            M::Pack4x8snorm => vec![self.pack(&a, 8, 127.0, signed)],
+            M::Pack4x8unorm => vec![self.pack(&a, 8, 255.0, unsigned)],
+            M::Pack2x16snorm => vec![self.pack(&a, 16, 32767.0, signed)],
+            M::Pack2x16unorm => vec![self.pack(&a, 16, 65535.0, unsigned)],
             M::Pack2x16float => {
                 let halves = map_each(self, Op::F16FromF);
                 let shift = self.builder.int(16);
                 let high = self.builder.binary(Op::Shl, halves[1], shift);
                 vec![self.builder.binary(Op::Or, halves[0], high)]
             }
-            M::Unpack4x8snorm => self.unpack(a[0], 8, 127.0, true),
-            M::Unpack4x8unorm => self.unpack(a[0], 8, 255.0, false),
-            M::Unpack2x16snorm => self.unpack(a[0], 16, 32767.0, true),
-            M::Unpack2x16unorm => self.unpack(a[0], 16, 65535.0, false),
+            M::Unpack4x8snorm => self.unpack(a[0], 8, 127.0, signed),
+            M::Unpack4x8unorm => self.unpack(a[0], 8, 255.0, unsigned),
+            M::Unpack2x16snorm => self.unpack(a[0], 16, 32767.0, signed),
+            M::Unpack2x16unorm => self.unpack(a[0], 16, 65535.0, unsigned),
             M::Unpack2x16float => {
                 let (shift, low) = (self.builder.int(16), self.builder.int(0xffff));
                 let halves = [self.builder.binary(Op::And, a[0], low), self.builder.binary(Op::ShrU, a[0], shift)];

@@ -47,6 +47,7 @@ pub(crate) struct OpenLoop {
     pub iteration_start: (Vec<SsaValue>, usize),
 }
 
+/// The lowering of one entry point.
 pub(crate) struct Lowerer<'m> {
     pub module: &'m naga::Module,
     pub info: &'m ModuleInfo,
@@ -65,6 +66,7 @@ pub(crate) struct Lowerer<'m> {
     pub active_mask: SsaValue,
     /// The module's variables: textures, samplers, the uniform block and private variables.
     pub globals: HashMap<Handle<naga::GlobalVariable>, Value>,
+    /// The loops whose bodies are being lowered, in all functions being inlined; innermost last.
     pub open_loops: Vec<OpenLoop>,
     /// Whether the current statement is at the top level of the innermost loop's body, where an exit that all lanes take together may be a jump.
     pub is_directly_in_loop: bool,
@@ -72,20 +74,20 @@ pub(crate) struct Lowerer<'m> {
     pub condition_depth: usize,
     /// Named values to be output, if they were requested.
     pub named_values: Option<super::named_values::NamedValueCapture>,
-    /// Number of statements so far; with a large `env`, a statement counts as several. At most [`MAX_STATEMENTS`].
+    /// Number of statements so far; with a large `env`, a statement counts as several ([`SCALARS_PER_STATEMENT`]). At most [`MAX_STATEMENTS`].
     statement_count: usize,
     /// Depth of nested blocks and calls; at most [`MAX_NESTING`].
     nesting: usize,
-    /// For each called function with the name of a function that has a native operation, such as `filtered_map`: whether its body equals that in the shipped
-    /// fragment (`native.rs`).
+    /// For each called function with the name of a function that has a native operation, such as `filtered_map`: whether its body equals the body in the
+    /// shipped fragment (`native.rs`).
     pub equals_shipped: HashMap<Handle<Function>, bool>,
 }
 
 /// Index in [`Lowerer::env`] of the mask of lanes that have discarded.
 pub(crate) const DISCARDED: usize = 0;
 
-/// Maximum number of statements of a module, counted each time that a call is inlined or a loop's body is lowered again. Without a limit, thirty functions
-/// of which each calls the next one twice would have 2^30. The shipped modules have some 10^4.
+/// Maximum number of statements of a module, counted each time that a call is inlined or a loop's body is lowered again. Without a limit, a chain of
+/// thirty functions, each calling the next one twice, would become 2^30 statements. The shipped modules have some 10^4.
 const MAX_STATEMENTS: usize = 1 << 19;
 /// Number of scalars in the environment that add one to the count of each statement, because a large environment is copied at many statements.
 const SCALARS_PER_STATEMENT: usize = 64;

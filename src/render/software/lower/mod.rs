@@ -239,7 +239,7 @@ fn is_flat(interpolation: Option<Interpolation>, inner: &TypeInner) -> Result<bo
 }
 
 impl EntryPointInterface {
-    /// The inputs and outputs of an entry point, and the scalars of each argument.
+    /// The inputs and outputs of an entry point, and the scalars of each argument. `builder` creates the value of each input.
     fn of(
         module: &naga::Module,
         point: &naga::EntryPoint,

@@ -13,7 +13,7 @@ pub(crate) const FIRST_NAMED_LOCATION: u32 = 1000;
 #[derive(Debug)]
 pub(crate) struct CapturedValue {
     pub name: String,
-    /// A lane value for each of its scalars, assigned anew wherever the name gets a value.
+    /// A lane value for each scalar of the named value, assigned anew wherever the name gets a value.
     pub scalars: Vec<SsaValue>,
 }
 

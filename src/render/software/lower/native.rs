@@ -70,8 +70,8 @@ struct FunctionBody {
     result: Vec<SsaValue>,
 }
 
-/// Lowers a function on its own; also returns the constants to which its steps refer. `constants`: those of the body to compare with, which get the first
-/// numbers, so that equal bodies number their constants alike. `resources`: the function's textures and samplers, in the order of its parameters.
+/// Lowers a function on its own; also returns the constants to which its steps refer. `constants`: the constants of the body to compare with. They get
+/// the first numbers, so that equal bodies number their constants alike. `resources`: the function's textures and samplers, in the order of its parameters.
 fn lower_body(
     module: &Module,
     info: &ModuleInfo,
@@ -113,8 +113,8 @@ fn find_function(module: &Module, name: &str) -> Option<Handle<Function>> {
 }
 
 impl NativeFunction {
-    /// The shipped fragment's body and constants; `None` if the native operation reimplements another version of it, or if the fragment cannot be lowered on
-    /// its own. In both cases no call is replaced.
+    /// The shipped function's body and constants; `None` if the native operation reimplements another version of the fragment, or if the fragment cannot be
+    /// lowered on its own. In both cases no call is replaced.
     fn lower_shipped(&self) -> Option<ShippedFunctionBody> {
         if source_digest(self.shipped_source) != self.reimplemented_sha256 {
             return None;

@@ -51,7 +51,7 @@ impl Lowerer<'_> {
         })
     }
 
-    /// Child `index` of a composite type (a component, column, element or member): its type, its offset in scalars, and its offset in uniform bytes.
+    /// Child `index` of a composite type (a component, column, element or member): its type, its offset in scalars, and its byte offset in a uniform block.
     pub(crate) fn child(&self, inner: &TypeInner, index: u32) -> Result<(TypeInner, usize, u32)> {
         let k = index as usize;
         Ok(match inner {
@@ -147,7 +147,8 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Loads `n` scalars. For each variable index, the element is selected among all elements; an index out of range selects the last one.
+    /// Loads `n` scalars of the environment; `base`: index in `env` of the first one if all `indices` are 0. For each variable index, the element is selected
+    /// among all elements; an index out of range selects the last one.
     fn load_local(&mut self, base: usize, indices: &[VariableIndex], n: usize) -> Result<Vec<SsaValue>> {
         let Some((index, rest)) = indices.split_first() else {
             return Ok(self.env[base..base + n].to_vec());
@@ -177,7 +178,7 @@ impl Lowerer<'_> {
         }
     }
 
-    /// Stores scalars in the lanes where `cond` holds; an index out of range stores nothing.
+    /// Stores scalars in the lanes where `cond` holds; `base` and `indices` as in [`Lowerer::load_local`]. An index out of range stores nothing.
     fn store_local(&mut self, base: usize, indices: &[VariableIndex], values: &[SsaValue], cond: SsaValue) {
         let Some((index, rest)) = indices.split_first() else {
             for (k, v) in values.iter().enumerate() {

@@ -9,7 +9,7 @@ use smallvec::{SmallVec, smallvec};
 pub(crate) enum SsaValue {
     /// Index into the constants.
     Const(u32),
-    /// Computed on the draw tape, once per draw. This number, and that of `Shared` and `Lane`, only identifies the value.
+    /// Computed on the draw tape, once per draw. The number here, as in `Shared` and `Lane`, only identifies the value.
     Draw(u32),
     /// One value for all lanes, computed on the lane tape.
     Shared(u32),
@@ -30,7 +30,8 @@ pub(crate) enum SsaStep {
         op: Op,
         args: SsaValues,
     },
-    /// Several operations as one instruction; created by the last pass, `chains.rs`.
+    /// A chain of operations as one instruction, as [`Instr::FusedKernel`](crate::render::software::tape::Instr::FusedKernel); created by the last pass,
+    /// `chains.rs`.
     FusedKernel {
         dst: SsaValue,
         ops: Vec<FusedOp>,

@@ -32,6 +32,7 @@ fn exp2_int(n: i64) -> f64 {
 /// x * 2^n in three steps, since 2^n itself may be out of range. Rounding occurs only if the result is below the normal range.
 #[inline(always)]
 pub(crate) fn ldexp(x: f64, n: i32) -> f64 {
+    // Beyond these bounds every finite x except 0 overflows to infinity or underflows to 0.
     let n = i64::from(n).clamp(-2200, 2200);
     let third = n / 3;
     x * exp2_int(third) * exp2_int(third) * exp2_int(n - 2 * third)
@@ -44,7 +45,7 @@ fn scale_in_two_steps(y: f64, n: i64) -> f64 {
     y * exp2_int(half) * exp2_int(n.wrapping_sub(half))
 }
 
-/// e^r for |r| <= 0.4.
+/// e^r for |r| <= 0.4, as 1 + 2 p / (q - p), where p is an odd polynomial in r and q an even one.
 #[inline(always)]
 fn exp_of_reduced<const FMA: bool>(r: f64) -> f64 {
     let z = r * r;
@@ -87,8 +88,9 @@ fn log_parts<const FMA: bool>(x: f64) -> (f64, f64, f64, f64) {
     let scaled = if is_scaled { x * TWO_POW_54 } else { x };
     const SQRT_HALF_BITS: u64 = 0x3fe6_a09e_667f_3bcd;
     let bits = scaled.to_bits().wrapping_sub(SQRT_HALF_BITS);
-    // The exponent as a float: with a bias of 2048, its bits are ORed into those of 2^52, and 2^52 and the bias are subtracted. Below AVX-512, no vector
-    // instruction converts 64-bit integers to floats. For x < 0 and NaN the exponent is meaningless; the callers replace the result.
+    // Converts the exponent, a signed number of 12 bits, to a float: adds a bias of 2048 by inverting the highest bit, ORs the sum into the bits of 2^52, and
+    // subtracts 2^52 and the bias. Below AVX-512, no vector instruction converts 64-bit integers to floats. For x < 0 and NaN the exponent is meaningless; the
+    // callers replace the result.
     let exponent_bits = (bits >> 52) ^ 0x800;
     let exponent = f64::from_bits(exponent_bits | 0x4330_0000_0000_0000) - 4_503_599_627_370_496.0 - 2048.0;
     let exponent = if is_scaled { exponent - 54.0 } else { exponent };
@@ -122,7 +124,7 @@ fn log_special_cases(x: f64, y: f64) -> f64 {
 #[inline(always)]
 pub(crate) fn log<const FMA: bool>(x: f64) -> f64 {
     let (f, exponent, half_square, tail) = log_parts::<FMA>(x);
-    // ln 2 in two parts; the product of the greater with the exponent is exact.
+    // ln 2 in two parts; the product of the greater part and the exponent is exact.
     let low = fma::<FMA>(exponent, 1.908_214_929_270_587_7e-10, tail);
     log_special_cases(x, fma::<FMA>(exponent, 6.931_471_803_691_238e-1, f - (half_square - low)))
 }
@@ -134,7 +136,7 @@ fn log2_double_double<const FMA: bool>(x: f64) -> (f64, f64) {
     let (f, exponent, half_square, tail) = log_parts::<FMA>(x);
     let high = high_bits(f - half_square);
     let low = ((f - high) - half_square) + tail;
-    // Times log2(e), in two parts.
+    // Multiplies by log2(e), which is given in two parts.
     let product_high = high * 1.442_695_040_721_446_3;
     let product_low = fma::<FMA>(low + high, 1.675_171_316_488_651_2e-10, low * 1.442_695_040_721_446_3);
     let sum = exponent + product_high;
@@ -153,8 +155,8 @@ pub(crate) fn log2<const FMA: bool>(x: f64) -> f64 {
     log_special_cases(x, high + low)
 }
 
-/// Subtracts quarter turns (pi/2) from an angle in radians: the remainder in [-pi/4, pi/4], and the number of quarter turns, of which only the low bits are
-/// valid. The remainder's relative error is below 3e-16 for |x| <= 1.6e6 (pi/2 is subtracted in three parts, of which the first two have 33 bits). For
+/// Subtracts quarter turns (pi/2) from an angle in radians. Returns the remainder in [-pi/4, pi/4] and the number of quarter turns; only the low bits of this
+/// number are valid. The remainder's relative error is below 3e-16 for |x| <= 1.6e6 (pi/2 is subtracted in three parts; the first two have 33 bits each). For
 /// greater |x| the remainder is wrong, but clamped to [-0.786, 0.786], just beyond pi/4. inf and NaN give NaN.
 #[inline(always)]
 pub(crate) fn reduce_by_quarter_turns(x: f64) -> (f64, i64) {
@@ -190,6 +192,7 @@ fn sin_and_cos<const FMA: bool>(r: f64) -> (f64, f64) {
             4.166_666_666_666_66e-2,
         ],
     );
+    // The cosine is 1 - z/2 + z^2 c. The rounding error of w = 1 - z/2 is added back.
     let w = 1.0 - 0.5 * z;
     (fma::<FMA>(s * z, r, r).copysign(r), w + (((1.0 - w) - 0.5 * z) + z * z * c))
 }
@@ -268,6 +271,7 @@ pub(crate) fn atan2<const FMA: bool>(y: f64, x: f64) -> f64 {
     let is_near_diagonal = small > 0.414_213_562_373_095 * large;
     let (num, den) = if is_near_diagonal { (small - large, small + large) } else { (small, large) };
     let q = num / den;
+    // Equal numbers include two zeros and two infinities, whose quotient is NaN.
     let q = if are_equal { 0.0 } else { q };
     let z = q * q;
     let p = horner::<f64, FMA, 5>(
@@ -377,6 +381,7 @@ pub(crate) fn pow<const FMA: bool>(x: f64, y: f64) -> f64 {
     let product_low = (bounded_y - bounded_y_high) * log2_x_high + bounded_y * ((log2_x - log2_x_high) + log2_x_low);
     let sum = product_high + product_low;
     let (k, n) = round_to_int(bounded(sum, -1077.0, 1026.0));
+    // |rest| exceeds 0.4 only where `sum` was clamped, so that the result overflows or underflows anyway, and for arguments whose result is replaced below.
     let rest = ((product_high - k) + product_low) * LN_2;
     let r = scale_in_two_steps(exp_of_reduced::<FMA>(bounded(rest, -0.4, 0.4)), n);
     let r = if (x == 0.0) | (x == f64::INFINITY) { if (x == 0.0) == (y > 0.0) { 0.0 } else { f64::INFINITY } } else { r };

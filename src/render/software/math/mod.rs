@@ -108,7 +108,8 @@ pub trait Real:
     fn pow<const FMA: bool>(self, y: Self) -> Self;
 }
 
-/// The methods of [`Real`] that f32 and f64 have in common. `$t`: the float; `$bits`: its bits as an integer type; `$module`: its elementary functions.
+/// The methods of [`Real`] that f32 and f64 have in common. `$t`: the float; `$bits`: its bits as an integer type; `$module`: its elementary functions;
+/// `$two_to_mantissa_bits`: 2 to the power of the number of its stored mantissa bits, 23 or 52.
 macro_rules! methods_of_float {
     ($t:ty, $bits:ty, $module:ident, $two_to_mantissa_bits:expr) => {
         const ZERO: Self = 0.0;
@@ -203,7 +204,7 @@ macro_rules! methods_of_float {
         }
         #[inline(always)]
         fn round(self) -> Self {
-            // Floats from `$two_to_mantissa_bits` on are integers. Adding and subtracting it rounds smaller ones to nearest, ties to even.
+            // Floats from `$two_to_mantissa_bits` on are integers. A smaller one is rounded to nearest, ties to even, by adding and subtracting this number.
             let a = <$t>::abs(self);
             let r = (a + $two_to_mantissa_bits) - $two_to_mantissa_bits;
             (if a < $two_to_mantissa_bits { r } else { a }).copysign(self)
@@ -222,7 +223,8 @@ macro_rules! methods_of_float {
         }
         #[inline(always)]
         fn round_small(self) -> (Self, i32) {
-            // After adding 1.5 * 2^(mantissa bits), the low bits are the integer. This replaces `as i32`, which has no vector instruction because it saturates.
+            // After adding 1.5 * 2^(mantissa bits), the low bits of the sum are the integer. This replaces `as i32`, which has no vector instruction because it
+            // saturates.
             const ROUNDER: $t = 1.5 * $two_to_mantissa_bits;
             let sum = self + ROUNDER;
             (sum - ROUNDER, (sum.to_bits() as i32).wrapping_sub(ROUNDER.to_bits() as i32))

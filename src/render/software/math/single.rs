@@ -21,6 +21,7 @@ fn exp2_int(n: i32) -> f32 {
 /// x * 2^n in three steps, since 2^n itself may be out of range. Rounding occurs only if the result is below the normal range.
 #[inline(always)]
 pub(crate) fn ldexp(x: f32, n: i32) -> f32 {
+    // Beyond these bounds every finite x except 0 overflows to infinity or underflows to 0.
     let n = n.clamp(-300, 300);
     let third = n / 3;
     x * exp2_int(third) * exp2_int(third) * exp2_int(n - 2 * third)
@@ -123,7 +124,7 @@ pub(crate) fn log2_from_one<const FMA: bool>(x: f32) -> f32 {
 
 #[inline(always)]
 fn log2_of_parts<const FMA: bool>((f, exponent, rest): (f32, f32, f32)) -> f32 {
-    // log2(1 + f) = (f + rest) log2(e), where log2(e) = 1 + 0.4427. The products with 0.4427 are computed separately, because those with 1 are exact.
+    // log2(1 + f) = (f + rest) log2(e), where log2(e) = 1 + 0.4427. The products with 0.4427 are computed separately, because the products with 1 are exact.
     const LOG2_E_MINUS_1: f32 = 0.442_695_04;
     let small = fma::<FMA>(f, LOG2_E_MINUS_1, rest * LOG2_E_MINUS_1) + rest;
     (small + f) + exponent
@@ -155,7 +156,8 @@ pub(crate) fn asin<const FMA: bool>(x: f32) -> f32 {
     let is_large = a > 0.5;
     // If a > 0.5: asin(a) = pi/2 - 2 asin(sqrt((1 - a) / 2)).
     let half = 0.5 * (1.0 - a);
-    // The argument needed is the smaller of the two. Selecting by `is_large` would make the compiler evaluate the polynomial for both.
+    // The polynomial's argument is the smaller of (1 - a) / 2 and a^2, which are equal at a = 0.5. Selecting by `is_large` would make the compiler evaluate the
+    // polynomial for both.
     let z = if half < a * a { half } else { a * a };
     let root = half.sqrt();
     let y = asin_core::<FMA>(z, if is_large { root } else { a });
@@ -169,7 +171,8 @@ pub(crate) fn acos<const FMA: bool>(x: f32) -> f32 {
     let is_large = a > 0.5;
     // If a > 0.5: acos(a) = 2 asin(sqrt((1 - a) / 2)).
     let half = 0.5 * (1.0 - a);
-    // The argument needed is the smaller of the two. Selecting by `is_large` would make the compiler evaluate the polynomial for both.
+    // The polynomial's argument is the smaller of (1 - a) / 2 and a^2, which are equal at a = 0.5. Selecting by `is_large` would make the compiler evaluate the
+    // polynomial for both.
     let z = if half < a * a { half } else { a * a };
     let root = half.sqrt();
     let y = asin_core::<FMA>(z, if is_large { root } else { x });
@@ -208,8 +211,8 @@ pub(crate) fn pow<const FMA: bool>(x: f32, y: f32) -> f32 {
     const F64_SQRT_HALF_BITS: u64 = 0x3fe6_a09e_667f_3bcd;
     const BIAS: u64 = 1024;
     let bits = f64::from(x).to_bits().wrapping_sub(F64_SQRT_HALF_BITS);
-    // The exponent as a float: biased by `BIAS`, its bits are ORed into those of 2^52, and 2^52 and the bias are subtracted. Below AVX-512, no vector
-    // instruction converts 64-bit integers to floats.
+    // Converts the exponent to a float: adds `BIAS`, ORs the sum into the bits of 2^52, and subtracts 2^52 and `BIAS`. Below AVX-512, no vector instruction
+    // converts 64-bit integers to floats.
     let exponent_bits = bits.wrapping_add(BIAS << 52) >> 52;
     let x_exponent = f64::from_bits(exponent_bits | 0x4330_0000_0000_0000) - (4_503_599_627_370_496.0 + BIAS as f64);
     let f = f64::from_bits((bits & 0x000f_ffff_ffff_ffff).wrapping_add(F64_SQRT_HALF_BITS)) - 1.0;

@@ -7,7 +7,8 @@
 /// Triangles are clipped to this distance from the target's top-left corner along each axis. The largest target is 16384 pixels wide; edge functions of
 /// positions inside the band fit into i64.
 pub(crate) const GUARD_BAND_PX: f64 = 65536.0;
-/// Smallest w that is kept, divided by the triangle's greatest w. It is positive, so that coordinates can be divided by w, and far above the rounding of f64.
+/// Smallest w that is kept, divided by the triangle's greatest w. This ratio is positive, so that coordinates can be divided by w, and far above the
+/// rounding of f64.
 const MIN_W_RATIO: f64 = 1.0e-12;
 
 /// A vertex in homogeneous pixel coordinates: pixel = (x / w, y / w), reversed depth = z / w.
@@ -40,7 +41,7 @@ impl ClipVertex {
 /// A convex polygon whose corners wind like those of the triangle.
 #[derive(Clone, Debug)]
 pub(crate) struct Polygon {
-    /// Twelve, because rounding may make a thin polygon cross a plane more than twice; ten are enough for a convex one.
+    /// There is room for twelve, because rounding may make a thin polygon cross a plane more than twice; a convex polygon has at most ten.
     corners: [ClipVertex; 12],
     /// Number of corners.
     count: usize,
@@ -54,9 +55,11 @@ impl Polygon {
     }
 }
 
+const CLIP_PLANES: usize = 7;
+
 /// Distances to the clip planes (smallest w, near, far, left, right, top, bottom), not negative inside. Their scales differ, which does not matter: only
 /// their signs, and ratios of distances to one plane, are used.
-fn distances(c: &ClipVertex, min_w: f64) -> [f64; 7] {
+fn distances(c: &ClipVertex, min_w: f64) -> [f64; CLIP_PLANES] {
     let guard = GUARD_BAND_PX * c.w;
     [c.w - min_w, c.w - c.z, c.z, c.x + guard, guard - c.x, c.y + guard, guard - c.y]
 }
@@ -74,7 +77,7 @@ pub(crate) fn clip(triangle: &[ClipVertex; 3]) -> Option<Polygon> {
     let vertex_distances = triangle.map(|c| distances(&c, min_w));
     let mut polygon = Polygon { corners: [triangle[0]; 12], count: 3, is_clipped: false };
     polygon.corners[..3].copy_from_slice(triangle);
-    for plane in 0..7 {
+    for plane in 0..CLIP_PLANES {
         if vertex_distances.iter().all(|d| d[plane] < 0.0) {
             return None;
         }

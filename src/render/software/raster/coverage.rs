@@ -100,7 +100,7 @@ impl Default for PixelCentres {
 }
 
 /// Calls `emit(first quad, number of quads, coverage)` for the quads with a covered sample in the tile at `tile_x`, `tile_y` (pixels), in lane order: once
-/// for all quads of a fully covered block, otherwise once per quad.
+/// for all quads of a fully covered block, otherwise once per quad. `samples`: their number per pixel, 1 or 4.
 pub(crate) fn walk_tile(triangle: &RasterTriangle, tile_x: u32, tile_y: u32, samples: u8, mut emit: impl FnMut(usize, usize, u16)) {
     let [left, top, right, bottom] = triangle.bounds_px;
     // The part of the triangle's bounds in this tile, relative to the tile.
@@ -200,8 +200,8 @@ impl<const N: usize> QuadSamples<N> {
         let mut coverage = 0;
         for k in 0..N {
             // The sign bit is set if the sample lies outside an edge.
-            let outside = at_corner[0].wrapping_add(a[k]) | at_corner[1].wrapping_add(b[k]) | at_corner[2].wrapping_add(c[k]);
-            coverage |= if outside >= 0 { SAMPLE_BITS[k * (16 / N)] } else { 0 };
+            let signs = at_corner[0].wrapping_add(a[k]) | at_corner[1].wrapping_add(b[k]) | at_corner[2].wrapping_add(c[k]);
+            coverage |= if signs >= 0 { SAMPLE_BITS[k * (16 / N)] } else { 0 };
         }
         coverage
     }
@@ -212,12 +212,12 @@ impl<const N: usize> QuadSamples<N> {
     fn covered(&self, triangle: &RasterTriangle, x: u32, y: u32, [x0, y0, x1, y1]: [u32; 4]) -> CoveredQuads {
         let mut found = CoveredQuads { count: 0, index: [0; BLOCK_QUADS as usize], coverage: [0; BLOCK_QUADS as usize] };
         let (x, y) = (i64::from(x) * STEPS_PER_PIXEL, i64::from(y) * STEPS_PER_PIXEL);
-        let at_block = triangle.edges.each_ref().map(|e| e.a * x + e.b * y + e.c);
+        let edge_values_at_block = triangle.edges.each_ref().map(|e| e.a * x + e.b * y + e.c);
         for row in y0 / 2..y1.div_ceil(2) {
             let bits_in_rows = coverage_within(row * 2, y0, y1, LOWER_ROW);
             for column in x0 / 2..x1.div_ceil(2) {
                 let (across, down) = (i64::from(column), i64::from(row));
-                let edge_value = |k: usize| at_block[k] + self.step[k][0] * across + self.step[k][1] * down;
+                let edge_value = |k: usize| edge_values_at_block[k] + self.step[k][0] * across + self.step[k][1] * down;
                 let at_corner = [edge_value(0), edge_value(1), edge_value(2)];
                 // Skips the quad if all its samples lie outside one edge.
                 let [a, b, c] = self.max_at_samples;
@@ -331,7 +331,7 @@ mod tests {
     /// Compares each sample of each pixel with the edge functions, for triangles of all sizes that span several tiles or are cut by a scissor.
     #[test]
     fn quads_are_covered_where_their_samples_lie_inside() {
-        let (mut seed, mut partly) = (1, 0);
+        let (mut seed, mut partly_covered_count) = (1, 0);
         for round in 0..400_u32 {
             let size_px = [3_i64, 12, 60, 200][round as usize % 4];
             let corner = |seed: &mut u64| {
@@ -364,12 +364,12 @@ mod tests {
                                 }
                             }
                         }
-                        partly += u32::from(expected != 0 && expected != full_coverage(samples));
+                        partly_covered_count += u32::from(expected != 0 && expected != full_coverage(samples));
                         assert_eq!(*found, expected, "round {round}, {samples} samples, tile {tile_x}, quad {quad}");
                     }
                 }
             }
         }
-        assert!(partly > 1000, "only {partly} quads were partly covered");
+        assert!(partly_covered_count > 1000, "only {partly_covered_count} quads were partly covered");
     }
 }

@@ -41,6 +41,7 @@ pub(crate) struct RasterState {
     pub height: u32,
     /// Left, top, right and bottom edge (the last two exclusive), inside the target.
     pub scissor: [u32; 4],
+    /// Whether back faces are dropped.
     pub cull_back: bool,
     pub vertex_grid: VertexGrid,
 }
@@ -72,6 +73,7 @@ pub(crate) struct Plane {
 }
 
 impl Plane {
+    /// The value at the point (x, y), in pixels from the origin.
     pub(crate) fn at(&self, x: f64, y: f64) -> f64 {
         self.at_origin + self.dx * x + self.dy * y
     }
@@ -91,10 +93,10 @@ pub(crate) struct SourceTriangle {
     /// Whether all three w are equal, so that varyings are linear in screen space.
     pub is_affine: bool,
     pub is_front_facing: bool,
-    /// Index of its first plane in [`RasterGeometry::planes`]: one for each component of an interpolated varying, of value / w, or of the value itself if
+    /// Index in [`RasterGeometry::planes`] of its first plane. Each component of an interpolated varying has a plane: of value / w, or of the value itself if
     /// `is_affine`.
     pub first_plane: usize,
-    /// Index of its first value in [`RasterGeometry::flat_values`]: one for each component of a flat varying.
+    /// Index in [`RasterGeometry::flat_values`] of its first value. Each component of a flat varying has a value.
     pub first_flat_value: usize,
 }
 
@@ -103,10 +105,11 @@ pub(crate) struct SourceTriangle {
 pub(crate) struct RasterGeometry {
     pub triangles: Vec<RasterTriangle>,
     pub source_triangles: Vec<SourceTriangle>,
+    /// Planes of the interpolated varyings.
     pub planes: Vec<Plane>,
     /// Values of the flat varyings.
     pub flat_values: Vec<f64>,
-    /// Source triangles that were clipped and are still visible.
+    /// Number of source triangles that were clipped and are still visible.
     pub clipped_count: usize,
 }
 
@@ -155,7 +158,8 @@ impl RasterGeometry {
 }
 
 /// Prefetch distances, in triangles: of raster triangles; of source triangles; of planes and flat values. A raster triangle refers to its source triangle,
-/// which refers to planes and flat values. The three are therefore fetched in this order, four triangles apart, and the last four triangles before its use.
+/// which refers to planes and flat values. Therefore a triangle's data are fetched in this order, each four triangles after the one before; planes and flat
+/// values are fetched four triangles before their use.
 /// Four is a choice: docs/measurements.md has times with these distances only.
 #[cfg(target_arch = "x86_64")]
 const PREFETCH_DISTANCES: [usize; 3] = [12, 8, 4];
@@ -212,7 +216,7 @@ fn snap(c: &ClipVertex, vertex_grid: VertexGrid) -> [i64; 2] {
     [c.x, c.y].map(|v| (v / c.w * points_per_pixel).round_ties_even() as i64 * spacing)
 }
 
-/// The edge function of the edge from one corner to the next.
+/// The edge function of the edge from one corner of a clockwise triangle to the next.
 fn edge(from: [i64; 2], to: [i64; 2]) -> EdgeFunction {
     let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
     // The triangle is clockwise on the screen (y down), so the inside lies to the right of the edge. Top edges run right, left edges run up.

@@ -12,16 +12,16 @@ pub(super) struct TexelsBeside {
     pub fraction: __m256,
 }
 
-/// For each of eight points, the indices of the four texels around it, and its fractions between them.
+/// For each of eight points, the four texels around it, and its fractions between them.
 pub(crate) struct Corners {
-    /// Top left, top right, bottom left, bottom right.
+    /// Indices of the texels in the level, counted row by row: top left, top right, bottom left, bottom right.
     pub index: [__m256i; 4],
     /// The point's position between the left and the right texels, and between the upper and the lower ones, each from 0 to 1.
     pub fraction: [__m256; 2],
 }
 
 impl Corners {
-    /// The corners between two columns and two rows of a level. `width`: its width in texels, in every lane.
+    /// The corners between two columns and two rows of a level. `width`: the level's width in texels, the same in all eight elements.
     /// # Safety
     /// The machine has AVX2.
     #[inline(always)]

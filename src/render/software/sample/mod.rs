@@ -64,10 +64,11 @@ struct Request<'a, R> {
 /// What determines the mip level of each lane.
 #[derive(Clone, Copy)]
 enum LevelSource<'a, R> {
+    /// The level itself.
     Explicit(&'a [R]),
     /// The longer of each lane's two gradients.
     Isotropic(Gradients<'a, R>),
-    /// The footprint of the gradients, and the maximum number of taps, per lane or one for all lanes. Only maps read by `filtered_map` use it.
+    /// The footprint of the gradients, and the maximum number of taps, per lane or one for all lanes. Only reads by `filtered_map` use this source.
     Anisotropic(Gradients<'a, R>, &'a [R]),
 }
 
@@ -91,10 +92,10 @@ fn filter_batch<R: Real, D: Decode>(
     request: Request<'_, R>,
     out: Channels<'_, R>,
 ) {
-    // Buffers that pad a partial batch to all lanes. A request has either levels or gradients, so that the levels and du/dx share a buffer. Separate
-    // variables, because an array of buffers would be zeroed at each call.
+    // Buffers that pad a partial batch to all lanes. A request has either levels or gradients, so that the levels and du/dx share a buffer. The buffers are
+    // separate variables, because an array of buffers would be zeroed at each call.
     let (mut u, mut v, mut level_or_du_dx, mut dv_dx, mut du_dy, mut dv_dy, mut taps) = (None, None, None, None, None, None, None);
-    // At most one tap in every lane: anisotropic filtering then gives the same level as isotropic filtering.
+    // Whether every lane has at most one tap: anisotropic filtering then gives the same level as isotropic filtering.
     let has_one_tap = |max_taps: &[R]| max_taps.iter().fold(true, |all, taps| all & (*taps <= R::ONE));
     let mut filter_request = FilterRequest::new(full_batch(request.u, &mut u), full_batch(request.v, &mut v));
     match request.level_source {
@@ -162,9 +163,9 @@ macro_rules! functions_of_class {
             /// As for `filtered`.
             $(#[$feature])*
             pub unsafe fn texels_between<R: Real, D: Decode>(
-                $decode: D, levels: &[BoundLevel<'_>], at: [&[R; BATCH]; 2], active: LaneMask, out: Channels<'_, R>,
+                $decode: D, levels: &[BoundLevel<'_>], position: [&[R; BATCH]; 2], active: LaneMask, out: Channels<'_, R>,
             ) {
-                super::texels_between::interpolate($decoder, levels, at, active, out);
+                super::texels_between::interpolate($decoder, levels, position, active, out);
             }
         }
     };
@@ -224,10 +225,10 @@ impl<'a> Textures<'a> {
         out: [&mut [R]; 4],
     ) {
         let (mut buffer_x, mut buffer_y) = (None, None);
-        let at = [full_batch(x, &mut buffer_x), full_batch(y, &mut buffer_y)];
+        let position = [full_batch(x, &mut buffer_x), full_batch(y, &mut buffer_y)];
         let run = for_class!(self.class, texels_between::<R, D>);
         // SAFETY: `new` has checked that this machine has the class.
-        write_batch(out, |out| unsafe { run(decode, &bound.texels.levels, at, active, out) });
+        write_batch(out, |out| unsafe { run(decode, &bound.texels.levels, position, active, out) });
     }
 
     fn sample_decoded<R: Real, D: Decode>(&self, bound: &BoundTexture<'_>, decode: D, request: Request<'_, R>, out: [&mut [R]; 4]) {
@@ -257,12 +258,12 @@ impl<R: Real> TextureUnit<R> for Textures<'_> {
         self.sample(texture, Request { u, v, level_source: LevelSource::Explicit(level), active }, out);
     }
 
-    fn load_bilinear(&self, texture: usize, at: [&[R]; 2], active: LaneMask, out: [&mut [R]; 4]) {
+    fn load_bilinear(&self, texture: usize, position: [&[R]; 2], active: LaneMask, out: [&mut [R]; 4]) {
         let bound = &self.bound[texture];
         match bound.texels.format {
-            TexelFormat::Rgba8Srgb => self.texels_between_decoded(bound, Srgb::new(), at, active, out),
-            TexelFormat::Rgba8Unorm => self.texels_between_decoded(bound, Unorm, at, active, out),
-            TexelFormat::Rgba32Float => self.texels_between_decoded(bound, Float, at, active, out),
+            TexelFormat::Rgba8Srgb => self.texels_between_decoded(bound, Srgb::new(), position, active, out),
+            TexelFormat::Rgba8Unorm => self.texels_between_decoded(bound, Unorm, position, active, out),
+            TexelFormat::Rgba32Float => self.texels_between_decoded(bound, Float, position, active, out),
         }
     }
 

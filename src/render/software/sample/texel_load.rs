@@ -36,10 +36,10 @@ pub(super) fn load<R: Real, D: Decode>(
     let Some(level) = levels.get(first_level as usize) else { return out.iter_mut().for_each(|lanes| lanes.fill(R::ZERO)) };
     let active = if count == BATCH { active } else { active & ((1 << count) - 1) };
     let level = &level.read();
-    // Separate variables, because an array of buffers would be zeroed at each call.
+    // The buffers are separate variables, because an array of buffers would be zeroed at each call.
     let (mut column_buffer, mut row_buffer) = (None, None);
     let x = full_batch(x, &mut column_buffer);
-    // Filled in place: returned from a function, they would be copied.
+    // `find_texels` fills these arrays in place: if it returned them, they would be copied.
     let (mut index, mut mask) = ([0; BATCH], [u32::MAX; BATCH]);
     if active != LaneMask::MAX {
         for (k, masks) in mask.as_chunks_mut::<{ LANE_BITS.len() }>().0.iter_mut().enumerate() {
@@ -111,7 +111,7 @@ fn read_masked<R: Real, D: Decode, const MASKED: bool>(
         [Some(r), Some(g), Some(b), Some(a)] => {
             let [r, g, b, a] = [r, g, b, a].map(|lanes| lanes.as_chunks_mut::<GROUP_LANES>().0);
             for (((((index, mask), to_r), to_g), to_b), to_a) in chunks.zip(r).zip(g).zip(b).zip(a) {
-                // SAFETY: `find_texels` keeps indices inside the level.
+                // SAFETY: `find_texels` keeps indices inside the level. (If `MASKED`, this function masks the values, so that `write` need not.)
                 let [r, g, b, a] = unsafe { decode.channels_of_eight::<MASKED>(level, index, mask) };
                 write::<R, false>(to_r, &r, mask);
                 write::<R, false>(to_g, &g, mask);

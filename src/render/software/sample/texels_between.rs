@@ -1,7 +1,8 @@
 //! Interpolates between the four texels around a position that is given in texels, as `texels_between` of shaders/lib/texels_between.wesl does.
 //!
-//! In: a position for each lane; the centre of texel `k` is at `k`. Out: up to four channels per lane, interpolated in the finest level; lanes that are not
-//! active are left unchanged. Always: every kernel class gives the same bits. Beyond the edges the image continues with its outermost texels.
+//! In: a position for each lane; along each axis the centre of texel `k` is at `k`. Out: up to four channels per lane, interpolated in the finest
+//! level; lanes that are not active are left unchanged. Always: every kernel class gives the same bits. Beyond the edges the image continues with its
+//! outermost texels.
 
 #[cfg(target_arch = "x86_64")]
 use super::corners::Corners;
@@ -51,8 +52,8 @@ pub(super) fn interpolate<R: Real, D: Decode>(
         }
         return;
     }
-    // The texels before and after a position along one axis, and the position's fraction between them.
-    let beside = |position: R, size: u32| {
+    // The texels before and after a position along one axis of `size` texels, and the position's fraction between them.
+    let texels_beside = |position: R, size: u32| {
         let n = R::from_u32(size);
         // Written so that NaN becomes the first texel.
         let position = if position > -R::ONE { position } else { -R::ONE };
@@ -63,8 +64,8 @@ pub(super) fn interpolate<R: Real, D: Decode>(
         (k.clamp(0, last) as u32, (k + 1).min(last) as u32, position - whole)
     };
     for lane in (0..BATCH).filter(|lane| active >> lane & 1 == 1) {
-        let (left, right, fraction_x) = beside(x[lane], level.width);
-        let (above, below, fraction_y) = beside(y[lane], level.height);
+        let (left, right, fraction_x) = texels_beside(x[lane], level.width);
+        let (above, below, fraction_y) = texels_beside(y[lane], level.height);
         let [a, b, c, d] = [[left, above], [right, above], [left, below], [right, below]].map(|[column, row]| {
             // SAFETY: columns and rows lie inside the level.
             decode.channels(unsafe { decode.texel(&level, row * level.width + column) }).map(|v| R::from_f32_bits(v.to_bits()))

@@ -28,7 +28,8 @@ const EARTH_RADIUS_SCALE_HEIGHTS: f64 = 873.7;
 /// Reflectance of an atmosphere by light scattered once, and the body's radius in scale heights of its highest scattering species.
 fn reflectance_and_radius(body: &Body, air: &Atmosphere) -> [f64; 2] {
     // Light scattered forwards counts as not scattered.
-    let depth = |s: &Species| scattering(s) * s.scale_height_km * (1.0 - s.aerosol_phase().map_or(0.0, |p| p.mean_cosine()));
+    let mean_cosine = |s: &Species| s.aerosol_phase().map_or(DVec3::ZERO, |p| p.mean_cosine().into());
+    let depth = |s: &Species| scattering(s) * s.scale_height_km * (1.0 - mean_cosine(s));
     let depths: DVec3 = air.species.iter().map(depth).sum();
     let scattering_species = air.species.iter().filter(|s| scattering(s).max_element() > 0.0);
     let scale_height_km = scattering_species.map(|s| s.scale_height_km).fold(0.0, f64::max);

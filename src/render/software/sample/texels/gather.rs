@@ -20,7 +20,7 @@ use std::mem::transmute;
 #[repr(C, packed)]
 struct Unaligned(__m128);
 
-/// The decoder of a format of four bytes with gather instructions; sRGB also gathers from its decoding table. Only [`Decode::avx2`] creates it.
+/// Decodes a format of four bytes per texel with gather instructions; sRGB also gathers from its decoding table. Only [`Decode::avx2`] creates this decoder.
 #[derive(Clone, Copy)]
 pub(crate) struct GatherDecoder<D>(pub(super) D);
 
@@ -174,7 +174,7 @@ impl<D: FourBytes> Decode for GatherDecoder<D> {
     }
 }
 
-/// The decoder of four floats per texel, transposed in registers. Only [`Decode::avx2`] creates it.
+/// Decodes texels of four floats, which it transposes into channels in registers. Only [`Decode::avx2`] creates this decoder.
 #[derive(Clone, Copy)]
 pub(crate) struct TransposeDecoder(pub(super) Float);
 
@@ -256,7 +256,7 @@ impl Decode for TransposeDecoder {
     const MAX_SEPARATE_CHANNELS: usize = 2;
     #[inline(always)]
     unsafe fn channel_of_eight<const K: usize>(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [f32; 8] {
-        // A gather scales its indices by at most eight bytes, half a texel. Twice an index fits, since a level has at most 2^30 texels.
+        // A gather scales its indices by at most eight bytes, half a texel. Twice an index is below 2^31, since a level has at most 2^30 texels.
         let half_texel_indices = index.map(|i| i.wrapping_mul(2));
         // SAFETY: the caller's indices lie inside the level, whose texels have sixteen bytes; a `TransposeDecoder` exists only with AVX2.
         unsafe {
@@ -277,8 +277,8 @@ impl Decode for TransposeDecoder {
     }
 }
 
-/// Bilinear interpolation of the four channels between corners that the lanes of a quad share. `a` to `d`: the texel at one corner, that of the first
-/// quad in the lower half and that of the second in the upper half.
+/// Bilinear interpolation of the four channels between corners that the lanes of a quad share. `a` to `d`: the texels at one corner each, the first quad's
+/// texel in the lower half and the second quad's in the upper half.
 /// # Safety
 /// The machine has AVX2.
 #[inline(always)]
@@ -302,13 +302,13 @@ unsafe fn bilinear_of_quads([a, b, c, d]: [__m256; 4], fraction: [__m256; 2]) ->
 }
 
 impl TransposeDecoder {
-    /// One texel for each of two quads: those of lanes 0 and 4. Within a quad all lanes have the same index.
+    /// One texel for each of two quads: the texels of lanes 0 and 4. Within a quad all lanes must have the same index.
     /// # Safety
     /// As [`Decode::texel`], for every lane.
     #[inline(always)]
     unsafe fn texel_per_quad(self, level: &TexelLevel<'_>, index: __m256i) -> __m256 {
         let base = level.bytes.as_ptr().cast::<u64>();
-        // SAFETY: the caller's indices lie inside the level, whose texels have sixteen bytes. Twice an index fits, since a level has at most 2^30
+        // SAFETY: the caller's indices lie inside the level, whose texels have sixteen bytes. Twice an index is below 2^31, since a level has at most 2^30
         // texels. A `TransposeDecoder` exists only with AVX2.
         unsafe { pair(base, &transmute::<__m256i, [u32; 8]>(_mm256_add_epi32(index, index)), 0) }
     }

@@ -62,7 +62,7 @@ impl<'a> BoundLevel<'a> {
     }
 }
 
-/// A level and, if some lane needs it, the next coarser one. `fraction`: of each lane, the weight of the coarser level.
+/// The level with index `level` and, if some lane needs it, the next coarser one. `fraction`: for each lane, the weight of the coarser level.
 #[inline(always)]
 pub(super) fn read_pair<'a, R: Real>(levels: &[BoundLevel<'a>], level: usize, fraction: &[R]) -> (TexelLevel<'a>, Option<TexelLevel<'a>>) {
     let coarser = levels.get(level + 1).filter(|_| fraction.iter().fold(false, |any, f| any | (*f > R::ZERO)));
@@ -151,7 +151,7 @@ pub(crate) trait Decode: Copy {
     #[cfg(target_arch = "x86_64")]
     const FILTERS_WITH_AVX2: bool = false;
 
-    /// The channels of eight points between texels; those that are not needed are unspecified.
+    /// The channels at eight points between texels, by bilinear interpolation; a channel that is not `needed` is unspecified.
     /// # Safety
     /// `FILTERS_WITH_AVX2`; the corners lie inside the level.
     #[cfg(target_arch = "x86_64")]
@@ -313,7 +313,7 @@ impl Decode for Float {
     fn channel<const K: usize>(self, texel: [f32; 4]) -> f32 {
         texel[K & 3]
     }
-    // A channel of a lane takes one load and one store either way, so reading complete texels has no advantage.
+    // Each channel of each lane takes one load and one store, whether channels are read separately or together, so reading complete texels has no advantage.
     const MAX_SEPARATE_CHANNELS: usize = 4;
     #[inline(always)]
     unsafe fn channel_of_eight<const K: usize>(self, level: &TexelLevel<'_>, index: &[u32; 8]) -> [f32; 8] {
