@@ -139,7 +139,8 @@ impl<'a> Air<'a> {
         let glow = DVec3::new(sun.x, sun.y, sun.z.max(0.05)).normalize();
         // Density of the second third's azimuths, per radian from the Sun's azimuth: 0.7 of them are within 0.8 rad, the others all around.
         let azimuth_density = |azimuth: f64| 0.3 / TAU + if azimuth.abs() < 0.8 { 0.7 / 1.6 } else { 0.0 };
-        let around_sun = PhaseFunction::Aerosol(AerosolPhase::grey(0.7));
+        // Grey: the same in each channel.
+        let (around_sun, any_channel) = (PhaseFunction::Aerosol(AerosolPhase::grey(0.7)), 0);
         let direction = match (3.0 * random.uniform()) as u32 {
             0 => {
                 let cosine = random.positive().sqrt();
@@ -152,7 +153,7 @@ impl<'a> Air<'a> {
                 DVec3::new(horizontal * azimuth.cos(), horizontal * azimuth.sin(), cosine)
             }
             _ => {
-                let cosine = scattering_cosine(random, around_sun, 0);
+                let cosine = scattering_cosine(random, around_sun, any_channel);
                 deflected(random, glow, cosine)
             }
         };
@@ -161,7 +162,7 @@ impl<'a> Air<'a> {
         }
         // In the second third, the cosine of the zenith angle is the square of a uniform number, so its density is 1 / (2 sqrt(cosine)).
         let horizon_density = azimuth_density(direction.y.atan2(direction.x)) / (2.0 * direction.z.sqrt());
-        let density = (direction.z / PI + horizon_density + per_steradian(around_sun, 0, direction.dot(glow))) / 3.0;
+        let density = (direction.z / PI + horizon_density + per_steradian(around_sun, any_channel, direction.dot(glow))) / 3.0;
         Some((direction, 1.0 / density))
     }
 
