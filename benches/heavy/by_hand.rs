@@ -74,7 +74,8 @@ macro_rules! shader {
                 with_sign(a, y)
             }
 
-            /// Column density of air from a height in a direction, as in heavy.wgsl. `body_radius`: in scale heights.
+            /// Column density of air from a height out to space, as in heavy.wgsl: a length of air at ground density. All lengths are in scale heights.
+            /// `cosine`: of the direction's zenith angle.
             #[target_feature(enable = $features)]
             fn column(height: Vector, cosine: Vector, body_radius: f32) -> Vector {
                 let c = (std::f32::consts::FRAC_PI_2 * body_radius).sqrt();

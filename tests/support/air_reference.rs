@@ -16,7 +16,7 @@ pub enum Profile {
     Exponential {
         scale_height: f64,
     },
-    /// Heights of the lower end, the centre and the upper end; linear in between.
+    /// Heights of the lower end, the centre and the upper end. The density is 0 at the ends, 1 at the centre, and linear in between.
     Triangle {
         knots: [f64; 3],
     },
@@ -150,6 +150,7 @@ impl Profile {
 }
 
 impl Air {
+    /// Optical depth along a line, between two distances from its point closest to the centre; distances before that point are negative.
     fn optical_depth(&self, closest_radius_sq_minus_1: f64, from: f64, to: f64) -> DVec3 {
         let half_line_depth = |from: f64, to: f64| {
             self.species.iter().map(|s| s.extinction * s.profile.column(closest_radius_sq_minus_1, from, to)).sum::<DVec3>()

@@ -6,7 +6,7 @@ use glam::DVec3;
 use orrery::catalog::{AerosolPhase, Body, PhaseFunction, Species};
 use std::f64::consts::{PI, TAU};
 
-/// Light scattered so often is dropped; in Titan's air it is below 1e-3 of the whole.
+/// Greatest number of scatterings, by air or ground, along a photon's path. Light of higher orders is dropped; in Titan's air it is below 1e-3 of the whole.
 const MAX_ORDERS: u32 = 200;
 
 /// The air and ground of a body, in one channel.
@@ -15,7 +15,7 @@ pub struct Air<'a> {
     species: &'a [Species],
     channel: usize,
     top_km: f64,
-    /// Of the ground, a Lambert surface.
+    /// Albedo of the ground, a Lambert surface.
     albedo: f64,
     /// Upper limit of the extinction coefficient at any height, per km.
     max_extinction_per_km: f64,
@@ -38,11 +38,19 @@ fn deflected(random: &mut Random, from: DVec3, cosine: f64) -> DVec3 {
     (from * cosine + (x * cos + y * sin) * (1.0 - cosine * cosine).max(0.0).sqrt()).normalize()
 }
 
-/// Distance along a ray to a sphere around the origin: to the entry point if `inward`, otherwise to the exit point.
-fn distance_to_sphere(p: DVec3, along: DVec3, radius: f64, inward: bool) -> Option<f64> {
-    let b = p.dot(along);
+/// One of the two points at which a line crosses a sphere.
+#[derive(Clone, Copy, PartialEq)]
+enum Crossing {
+    Entry,
+    Exit,
+}
+
+/// Distance along a ray to a sphere around the origin; `None` if the ray misses this crossing.
+fn distance_to_sphere(p: DVec3, direction: DVec3, radius: f64, crossing: Crossing) -> Option<f64> {
+    let b = p.dot(direction);
     let discriminant = b * b - p.length_squared() + radius * radius;
-    let distance = if inward { -b - discriminant.max(0.0).sqrt() } else { -b + discriminant.max(0.0).sqrt() };
+    let half_chord = discriminant.max(0.0).sqrt();
+    let distance = if crossing == Crossing::Entry { -b - half_chord } else { -b + half_chord };
     (discriminant > 0.0 && distance > 0.0).then_some(distance)
 }
 
@@ -108,14 +116,14 @@ impl<'a> Air<'a> {
     }
 
     /// Transmittance towards the Sun; 0 if the body is in front of it.
-    fn sunlight(&self, p: DVec3, sun: DVec3) -> f64 {
+    fn sun_transmittance(&self, p: DVec3, sun: DVec3) -> f64 {
         const STEPS: u32 = 96;
         let radius_km = self.body.radii_km.x;
-        if distance_to_sphere(p, sun, radius_km, true).is_some() {
+        if distance_to_sphere(p, sun, radius_km, Crossing::Entry).is_some() {
             return 0.0;
         }
         // Steps grow away from the point, which is where the air is densest unless the Sun is below the horizon.
-        let length_km = distance_to_sphere(p, sun, radius_km + self.top_km, false).unwrap_or(0.0);
+        let length_km = distance_to_sphere(p, sun, radius_km + self.top_km, Crossing::Exit).unwrap_or(0.0);
         let depth = |k: u32| {
             let u = (f64::from(k) + 0.5) / f64::from(STEPS);
             self.extinction_per_km(self.height_km(p + sun * (length_km * u * u))) * length_km * 2.0 * u / f64::from(STEPS)
@@ -127,11 +135,13 @@ impl<'a> Air<'a> {
     /// directions is distributed with the cosine of the zenith angle, a third towards the horizon in the Sun's azimuth, from where most twilight comes, and a
     /// third around the Sun, where aerosols scatter most.
     fn sky_direction(random: &mut Random, sun: DVec3) -> Option<(DVec3, f64)> {
-        // In twilight the light comes from above the horizon where the Sun is.
+        // The Sun's direction, or 3 degrees above the horizon in the Sun's azimuth if the Sun is lower: from there comes the light of twilight.
         let glow = DVec3::new(sun.x, sun.y, sun.z.max(0.05)).normalize();
-        let horizon_azimuth = |azimuth: f64| 0.3 / TAU + if azimuth.abs() < 0.8 { 0.7 / 1.6 } else { 0.0 };
-        let around_sun = PhaseFunction::Aerosol(AerosolPhase::grey(0.7));
-        let along = match (3.0 * random.uniform()) as u32 {
+        // Density of the second third's azimuths, per radian from the Sun's azimuth: 0.7 of them are within 0.8 rad, the others all around.
+        let azimuth_density = |azimuth: f64| 0.3 / TAU + if azimuth.abs() < 0.8 { 0.7 / 1.6 } else { 0.0 };
+        // Grey: the same in each channel.
+        let (around_sun, any_channel) = (PhaseFunction::Aerosol(AerosolPhase::grey(0.7)), 0);
+        let direction = match (3.0 * random.uniform()) as u32 {
             0 => {
                 let cosine = random.positive().sqrt();
                 deflected(random, DVec3::Z, cosine)
@@ -143,72 +153,76 @@ impl<'a> Air<'a> {
                 DVec3::new(horizontal * azimuth.cos(), horizontal * azimuth.sin(), cosine)
             }
             _ => {
-                let cosine = scattering_cosine(random, around_sun, 0);
+                let cosine = scattering_cosine(random, around_sun, any_channel);
                 deflected(random, glow, cosine)
             }
         };
-        if along.z <= 0.0 {
+        if direction.z <= 0.0 {
             return None;
         }
-        let horizon = horizon_azimuth(along.y.atan2(along.x)) / (2.0 * along.z.sqrt());
-        let density = (along.z / PI + horizon + per_steradian(around_sun, 0, along.dot(glow))) / 3.0;
-        Some((along, 1.0 / density))
+        // In the second third, the cosine of the zenith angle is the square of a uniform number, so its density is 1 / (2 sqrt(cosine)).
+        let horizon_density = azimuth_density(direction.y.atan2(direction.x)) / (2.0 * direction.z.sqrt());
+        let density = (direction.z / PI + horizon_density + per_steradian(around_sun, any_channel, direction.dot(glow))) / 3.0;
+        Some((direction, 1.0 / density))
     }
 
-    /// Optical depth along a ray.
-    fn depth(&self, from: DVec3, along: DVec3, length_km: f64) -> f64 {
+    /// Optical depth of the first `length_km` of a ray.
+    fn depth(&self, from: DVec3, direction: DVec3, length_km: f64) -> f64 {
         const STEPS: u32 = 200;
         let step_km = length_km / f64::from(STEPS);
-        let extinction = |k: u32| self.extinction_per_km(self.height_km(from + along * (step_km * (f64::from(k) + 0.5))));
+        let extinction = |k: u32| self.extinction_per_km(self.height_km(from + direction * (step_km * (f64::from(k) + 0.5))));
         (0..STEPS).map(extinction).sum::<f64>() * step_km
     }
 
     /// Distance along a ray at which a photon meets the air, by delta tracking; `None` if it reaches `end_km` before.
-    fn free_path_km(&self, random: &mut Random, from: DVec3, along: DVec3, end_km: f64) -> Option<f64> {
+    fn free_path_km(&self, random: &mut Random, from: DVec3, direction: DVec3, end_km: f64) -> Option<f64> {
         let mut distance_km = 0.0;
         loop {
             distance_km -= random.positive().ln() / self.max_extinction_per_km;
             if distance_km >= end_km {
                 return None;
             }
-            let height_km = self.height_km(from + along * distance_km);
+            let height_km = self.height_km(from + direction * distance_km);
             if random.positive() * self.max_extinction_per_km < self.extinction_per_km(height_km) {
                 return Some(distance_km);
             }
         }
     }
 
-    /// Skylight by photons followed backwards; each scattering adds the sunlight that is scattered there into the path.
+    /// Skylight by `paths` photons followed backwards; each scattering adds the sunlight that is scattered there into the path. `sun_cosine`: of the Sun's
+    /// zenith angle.
     pub fn skylight(&self, sun_cosine: f64, paths: u32) -> Skylight {
         let radius_km = self.body.radii_km.x;
         let sun = DVec3::new((1.0 - sun_cosine * sun_cosine).max(0.0).sqrt(), 0.0, sun_cosine);
         let mut random = Random(0x2545_f491_4f6c_dd1d);
         let (mut once, mut all, mut squares) = (0.0, 0.0, 0.0);
         for _ in 0..paths {
-            let Some((mut along, inverse_density)) = Self::sky_direction(&mut random, sun) else { continue };
-            let mut weight = along.z * inverse_density;
+            let Some((mut direction, inverse_density)) = Self::sky_direction(&mut random, sun) else { continue };
+            let mut weight = direction.z * inverse_density;
             let mut position = DVec3::Z * (radius_km + 0.002);
             let mut light = 0.0;
             for order in 0..MAX_ORDERS {
-                let ground = distance_to_sphere(position, along, radius_km, true);
-                let end_km = ground.or_else(|| distance_to_sphere(position, along, radius_km + self.top_km, false)).unwrap_or(0.0);
-                let mut free_path_km = self.free_path_km(&mut random, position, along, end_km);
+                let ground_km = distance_to_sphere(position, direction, radius_km, Crossing::Entry);
+                let to_space = || distance_to_sphere(position, direction, radius_km + self.top_km, Crossing::Exit);
+                let end_km = ground_km.or_else(to_space).unwrap_or(0.0);
+                let mut free_path_km = self.free_path_km(&mut random, position, direction, end_km);
                 if order == 0 {
-                    // In thin air few photons would be scattered at all. So each is, and counts in proportion to the probability.
-                    weight *= -(-self.depth(position, along, end_km)).exp_m1();
+                    // In thin air few photons would be scattered at all. So each photon is scattered, and its weight is multiplied by the probability of that.
+                    weight *= -(-self.depth(position, direction, end_km)).exp_m1();
                     if weight <= 0.0 {
                         break;
                     }
                     while free_path_km.is_none() {
-                        free_path_km = self.free_path_km(&mut random, position, along, end_km);
+                        free_path_km = self.free_path_km(&mut random, position, direction, end_km);
                     }
                 }
                 if let Some(free_path_km) = free_path_km {
-                    position += along * free_path_km;
+                    position += direction * free_path_km;
                     let height_km = self.height_km(position);
                     let extinction = self.extinction_per_km(height_km);
-                    let sunlight = self.sunlight(position, sun);
-                    let towards_path = |(s, scattering): (&Species, f64)| scattering * per_steradian(s.phase, self.channel, along.dot(sun));
+                    let sunlight = self.sun_transmittance(position, sun);
+                    let towards_path =
+                        |(s, scattering): (&Species, f64)| scattering * per_steradian(s.phase, self.channel, direction.dot(sun));
                     let scattered = weight * sunlight * self.scattering_per_km(height_km).map(towards_path).sum::<f64>() / extinction;
                     light += scattered;
                     once += if order == 0 { scattered } else { 0.0 };
@@ -221,14 +235,14 @@ impl<'a> Air<'a> {
                     });
                     let Some((species, _)) = species else { break };
                     let turn_cosine = scattering_cosine(&mut random, species.phase, self.channel);
-                    along = deflected(&mut random, along, turn_cosine);
-                } else if let Some(ground) = ground {
-                    let up = (position + along * ground).normalize();
+                    direction = deflected(&mut random, direction, turn_cosine);
+                } else if let Some(ground_km) = ground_km {
+                    let up = (position + direction * ground_km).normalize();
                     position = up * (radius_km + 0.001);
                     weight *= self.albedo;
-                    light += weight * self.sunlight(position, sun) * up.dot(sun).max(0.0) / PI;
+                    light += weight * self.sun_transmittance(position, sun) * up.dot(sun).max(0.0) / PI;
                     let cosine = random.positive().sqrt();
-                    along = deflected(&mut random, up, cosine);
+                    direction = deflected(&mut random, up, cosine);
                 } else {
                     break;
                 }

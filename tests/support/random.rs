@@ -14,7 +14,7 @@ pub fn seed() -> u64 {
     }
 }
 
-/// The state; from 0 it would stay 0.
+/// The generator's state. It must not be 0, because the state after 0 is 0 again.
 pub struct Random(pub u64);
 
 impl Random {

@@ -9,7 +9,7 @@ use std::sync::{Arc, LazyLock, Mutex};
 
 pub static SESSION: LazyLock<Session> = LazyLock::new(|| Session::open(&sources(), |line| panic!("{line}")).expect("opens"));
 
-/// Sources of that session: the built-in ones, and a temporary cache folder.
+/// Sources of [`SESSION`]: the built-in ones, and a cache in the folder of the run.
 pub fn sources() -> Sources {
     let cache = super::scratch::folder("session");
     Sources { cache: Some(cache), ..Sources::default() }

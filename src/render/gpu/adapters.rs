@@ -130,7 +130,8 @@ pub(super) fn open(accept_software: bool) -> Result<OpenedDevice, GpuError> {
 
 /// Opens a GL adapter; software drivers are accepted. [`open`] prefers any other backend.
 pub(super) fn open_gl() -> Result<OpenedDevice, GpuError> {
-    open_first(candidates(Backends::GL), true, "GL")
+    let accept_software = true;
+    open_first(candidates(Backends::GL), accept_software, "GL")
 }
 
 /// Opens the first usable candidate; the error is that of the best one. `backends`: the backends that were searched, for the error if there is no candidate.

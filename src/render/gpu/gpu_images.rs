@@ -25,7 +25,7 @@ impl GpuImages {
         GpuImage { id, width, height }
     }
 
-    /// `None` for an image of another device.
+    /// The view of an image's texture; `None` for an image of another device.
     pub(crate) fn get(&self, image: &GpuImage) -> Option<TextureView> {
         self.by_id.get(&*image.id).map(|(_, view)| view.clone())
     }

@@ -382,10 +382,12 @@ impl GpuRenderer {
         let missing = |binding: u32| draw_error(format!("binding {binding} is not supplied"));
         let mut views = Vec::new();
         for texture in &pipeline.layout.textures {
-            let source = draw.textures.iter().find(|t| t.binding == texture.binding).ok_or_else(|| missing(texture.binding))?;
-            let view = match &source.source {
-                TextureSource::Image(image) => resources.uploads.view(&self.device, &self.queue, image, false).map_err(draw_error)?,
-                TextureSource::Persistent(image) => resources.uploads.view(&self.device, &self.queue, image, true).map_err(draw_error)?,
+            let bound = draw.textures.iter().find(|t| t.binding == texture.binding).ok_or_else(|| missing(texture.binding))?;
+            let view = match &bound.source {
+                TextureSource::Image(image) | TextureSource::Persistent(image) => {
+                    let is_persistent = matches!(bound.source, TextureSource::Persistent(_));
+                    resources.uploads.view(&self.device, &self.queue, image, is_persistent).map_err(draw_error)?
+                }
                 TextureSource::OnGpu(image) => {
                     self.finished_images.lock().get(image).ok_or_else(|| draw_error("reads an image of another device".into()))?
                 }

@@ -11,7 +11,7 @@ use wgpu::{
     StoreOp, TextureFormat, TextureView, VertexState,
 };
 
-/// WGSL without the constant SAMPLES. The fragment is plain WGSL: it has neither conditions nor imports.
+/// WGSL without the constant SAMPLES, which [`create_pipeline`] prepends. `screen.wesl` is plain WGSL: it has neither conditions nor imports.
 const SHADER: &str = concat!(include_str!("../../../shaders/lib/screen.wesl"), include_str!("resolve.wgsl"));
 
 /// Resolve pipelines by target format and number of samples.

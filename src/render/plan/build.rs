@@ -65,14 +65,15 @@ impl Plan {
         self.hdr_pass_index().and_then(|k| self.passes.get(k))
     }
 
-    /// Index of [`Plan::hdr_pass`]: the last pass of this name, because the faces of a dome or sphere, which have it too, come before the finished image.
+    /// Index of [`Plan::hdr_pass`]: the last pass named [`HDR_TARGET`]. In the plan of a dome or sphere, each face has a pass of this name too, before that of
+    /// the finished image.
     pub(crate) fn hdr_pass_index(&self) -> Option<usize> {
         self.passes.iter().rposition(|pass| pass.name == HDR_TARGET)
     }
 }
 
-/// Radiance of display white below which the HDR target needs f32: half a display level above black, 1 / (2 x 255 x 12.92) = 1.5e-4 of white, is then
-/// smaller than the smallest positive half float, 2^-24. 12.92 is the slope of the sRGB curve at black.
+/// Radiance of display white below which the HDR target needs f32. At this white, half a display level above black, 1 / (2 x 255 x 12.92) = 1.5e-4 of white,
+/// is about the smallest positive half float, 2^-24. 12.92 is the slope of the sRGB curve at black.
 const DIM_WHITE: f64 = 4e-4;
 
 /// Plans one frame.
@@ -105,7 +106,8 @@ pub(super) fn steps_with_faces(
     sampling: SamplingQuality,
     faces_draw: Option<PlanDraw>,
 ) -> Result<Vec<PassStep>, PlanError> {
-    let mut steps = hdr_steps(scene, provider, sampling, [0.0, 0.0, 0.0, 1.0], faces_draw)?;
+    let opaque_black = [0.0, 0.0, 0.0, 1.0];
+    let mut steps = hdr_steps(scene, provider, sampling, opaque_black, faces_draw)?;
     steps.extend(display_steps(scene, provider, sampling)?);
     Ok(steps)
 }
@@ -142,24 +144,24 @@ pub(super) fn hdr_steps(
     let belongs_to = |body| move |d: &Draw| d.body == body;
     // Adds the steps of these draws, the first of which is `scene.draws[first_draw]`.
     let add_bodies = |steps: &mut Vec<PassStep>, first_draw: usize, draws: &[Draw]| -> Result<(), PlanError> {
-        let mut start = first_draw;
-        // Consecutive draws of one body.
+        let mut run_start = first_draw;
+        // A run: consecutive draws of one body. A ringed body may have several, because moons may be between its layers (ring behind, globe, ring in front).
         for run in draws.chunk_by(|a, b| a.body == b.body) {
-            let (body, mut index, end) = (run[0].body, start, start + run.len());
-            // The layers of a ringed body (ring behind, globe, ring in front) need not be consecutive: moons may be between them.
-            let is_first_run = !scene.draws[..index].iter().any(belongs_to(body));
-            let is_last_run = !scene.draws[end..].iter().any(belongs_to(body));
-            start = end;
+            let (body, mut draw_index, run_end) = (run[0].body, run_start, run_start + run.len());
+            let is_first_run = !scene.draws[..run_start].iter().any(belongs_to(body));
+            let is_last_run = !scene.draws[run_end..].iter().any(belongs_to(body));
+            run_start = run_end;
             let limb = scene.refracted_limbs.iter().find(|l| l.body == body);
             let (occlusion, refraction) = limb.map(|l| simple_draws::refracted_limb(scene, l, provider)).transpose()?.unzip();
             steps.extend(occlusion.flatten().filter(|_| is_first_run).map(|draw| over_hdr("unrefracted Sun", vec![draw])));
             for layers in run.chunk_by(|a, b| step_name(a) == step_name(b)) {
                 // Draw `k` with the first rows of its subimages in the coarse image of the air.
                 let with_subimage_rows = |k| coarse_air::with_subimage_rows(&scene.draws, k, [width, height]);
-                let draws = (index..index + layers.len()).map(|k| body_draw(&with_subimage_rows(k), width, height, provider, sampling));
+                let indices = draw_index..draw_index + layers.len();
+                let draws = indices.map(|k| body_draw(&with_subimage_rows(k), width, height, provider, sampling));
                 let step = over_hdr(step_name(&layers[0]), draws.collect::<Result<Vec<_>, _>>()?);
                 steps.push(PassStep { reads: coarse_air::reads_of(layers), ..step });
-                index += layers.len();
+                draw_index += layers.len();
                 let ground_lines = scene.ground_lines.iter().find(|(id, _)| *id == body && layers[0].part == BodyPart::Globe);
                 if let Some((_, segments)) = ground_lines {
                     steps.push(over_hdr("ground lines", simple_draws::lines_without_depth("ground lines", segments, scene, provider)?));
@@ -207,7 +209,7 @@ fn display_steps(scene: &Scene, provider: &impl ResourceProvider, sampling: Samp
     Ok(steps)
 }
 
-/// Back faces of a closed mesh are culled: its front always hides them.
+/// The back faces of a closed mesh are culled, because its front faces always hide them.
 fn cull_of(features: &DrawFeatures) -> Cull {
     if features.flags.two_sided { Cull::None } else { Cull::Back }
 }
@@ -231,9 +233,9 @@ fn mesh_vertices(draw: &Draw, key: &ShaderKey) -> Result<Vertices, PlanError> {
     Ok(Vertices::Mesh { attributes, indices: model.indices.clone() })
 }
 
-/// Only globes write depth. Lines in space, orbits, minor planets, comets and refracted limbs are tested against it. Points of bodies are not: the scene has
-/// removed the light that nearer bodies hide. The layers of one body may be closer together than depth resolves, so they are drawn in the scene's order,
-/// without testing or writing depth.
+/// Of the parts of bodies, only globes test and write depth. Lines in space, orbits, minor planets, comets and refracted limbs are tested against the depth of
+/// globes. Points of bodies are not: the scene has removed the light that nearer bodies hide. The other layers of a body (rings, air, clouds) may be closer
+/// together than depth resolves, so they are drawn in the scene's order without depth.
 fn depth_of(part: BodyPart) -> DepthState {
     let is_globe = part == BodyPart::Globe;
     DepthState { test: is_globe, write: is_globe }

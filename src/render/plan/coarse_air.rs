@@ -26,7 +26,7 @@ const SAMPLES_TARGET: &str = "air samples";
 const COARSE_AIR_TARGET: &str = "coarse air";
 /// The simple shader of the second pass.
 const MARKING_MODULE: &str = "coarse_air";
-/// The texture variable of the image.
+/// The texture variable by which the modules of bodies read the marked image.
 pub const COARSE_AIR_TEXTURE: &str = "coarse_air";
 /// The binding of that variable in shaders/lib/air/coarse.wesl.
 const COARSE_AIR_BINDING: u32 = 14;
@@ -121,6 +121,7 @@ pub(super) fn steps(
     for (k, draw) in draws.iter().enumerate() {
         for (subimage, features) in (subimages_before(draws, k)..).zip(subimages_of(draw)) {
             let is_sunlight = features.air_pass == AirPass::SunlightDrawn;
+            // The accepted error of the light (not of its square root, which the texels hold): relative to the light (x) and to the Sun's irradiance (y).
             let bound = if is_sunlight { draw.uniforms.eclipse.coarse_bound } else { draw.uniforms.air.coarse_bound };
             // A negative bound: this quantity must not be interpolated. Its subimage keeps the clear colour, whose alpha 0 marks no texel.
             if bound.min_element() < 0.0 {
@@ -133,10 +134,10 @@ pub(super) fn steps(
             let quantity = if is_sunlight { "sunlight" } else { "air" };
             let label = format!("{} {quantity} samples", draw.name);
             sampling_draws.push(sampling_draw(label, &features, uniforms, scissor, provider)?);
+            // From the subimage of the air in front of the ground to that of the air in front of the clouds; 0 unless the ground's draw also shows the clouds.
             let subimages_to_clouds = ground_and_clouds(draws, k)
                 .filter(|(ground, _)| *ground == k && !is_sunlight)
                 .map_or(0, |(_, clouds)| subimages_before(draws, clouds) - subimage);
-            // `bound`: the accepted error of the light (not of the root that the texels hold), relative to the light (x) and to the Sun's irradiance (y).
             let marking = full_screen_draw(MARKING_MODULE, [width, height], provider, |w| {
                 w.vec2("bound", bound)?;
                 w.f32("rows_to_clouds", (subimages_to_clouds * subimage_height) as f32)
@@ -204,7 +205,8 @@ fn rect_in_subimage(rect_in_clip: Vec4, screen: [u32; 2]) -> [u32; 4] {
 }
 
 /// The uniforms for drawing a rectangle of texels instead of the draw's rectangle on the screen. The view rays are those of the draw, extrapolated where the
-/// texels extend beyond the draw's rectangle. `in_subimage`: the rectangle of texels in the subimage; `in_image`: the same rectangle in the image.
+/// texels extend beyond the draw's rectangle. `in_subimage`: the rectangle of texels in the subimage; `in_image`: the same rectangle in the image. `screen`,
+/// `image`: their sizes in pixels and in texels.
 fn uniforms_over_texels(
     uniforms: &DrawUniforms,
     in_subimage: [u32; 4],

@@ -21,11 +21,11 @@ use std::sync::Arc;
 const STEREO_PASS: &str = "both eyes";
 /// Name of the warp pass.
 const WARP_PASS: &str = "screen";
-/// Taps (texture samples) per pixel along each axis with which the faces, or an image to be warped, are resampled. More antialias better; the time grows with
-/// the square.
-const TAPS: f32 = 4.0;
-/// As [`TAPS`], for drafts, which have one sample per pixel.
-const DRAFT_TAPS: f32 = 2.0;
+/// Number of points along each side of a pixel at which the faces, or an image to be warped, are read. More points antialias better; the time grows with the
+/// square of this number.
+const SAMPLES_PER_SIDE: f32 = 4.0;
+/// As [`SAMPLES_PER_SIDE`], for drafts, whose frames have one sample per pixel.
+const DRAFT_SAMPLES_PER_SIDE: f32 = 2.0;
 
 fn stereo_module(layout: StereoLayout) -> &'static str {
     match layout {
@@ -65,8 +65,8 @@ fn append(plan: &mut Plan, mut passes: Vec<Pass>) {
     plan.passes.extend(passes);
 }
 
-fn taps(sampling: SamplingQuality) -> f32 {
-    if sampling.samples > 1 { TAPS } else { DRAFT_TAPS }
+fn samples_per_side(sampling: SamplingQuality) -> f32 {
+    if sampling.samples > 1 { SAMPLES_PER_SIDE } else { DRAFT_SAMPLES_PER_SIDE }
 }
 
 /// Plans an image of one or several frames. `warp`: the mesh that warps it, and the output size in pixels.
@@ -112,7 +112,7 @@ fn plan_eyes(composite: &Composite, eyes: &Eyes, provider: &impl ResourceProvide
         append(&mut combined, plan(scene, provider, sampling)?.passes);
         images.push(last_pass(&combined));
     }
-    // The left eye's image begins at `left_column` and ends at the last column of its frame.
+    // The left eye's image begins at `left_column` and ends at the last column of its frame. The right eye's image is as wide.
     let [left_column, _] = eyes.columns;
     let eye_px = images.first().map_or([1, 1], |(_, [w, h])| [w - left_column, *h]);
     let is_side_by_side = eyes.layout == StereoLayout::SideBySide;
@@ -148,7 +148,7 @@ fn plan_faces(
         append(&mut combined, face_plan.passes);
         hdr_passes.push(combined.passes.len() - 1);
     }
-    let draw = sphere_draw(faces, provider, taps(sampling))?;
+    let draw = sphere_draw(faces, provider, samples_per_side(sampling))?;
     let resampling_module = draw.module.clone();
     // The faces are antialiased already; stars and points are smooth sprites.
     let single_sample = SamplingQuality { samples: 1, ..sampling };
@@ -167,7 +167,7 @@ fn plan_faces(
 }
 
 /// The draw that resamples the faces to the dome or whole-sphere image.
-fn sphere_draw(faces: &Faces, provider: &impl ResourceProvider, taps: f32) -> Result<PlanDraw, PlanError> {
+fn sphere_draw(faces: &Faces, provider: &impl ResourceProvider, samples_per_side: f32) -> Result<PlanDraw, PlanError> {
     let image = &faces.image;
     let (width, height) = (image.width, image.height);
     let scale = image.radians_per_pixel().as_vec2();
@@ -181,7 +181,7 @@ fn sphere_draw(faces: &Faces, provider: &impl ResourceProvider, taps: f32) -> Re
         }
         w.f32("face_px", faces.face_px as f32)?;
         w.f32("border_px", BORDER_PX as f32)?;
-        w.f32("taps", taps)
+        w.f32("samples_per_side", samples_per_side)
     })?;
     Ok(PlanDraw { blend: Blend::PremultipliedOver, ..draw })
 }
@@ -204,6 +204,7 @@ fn warp_draw(
         components: 2,
         values: Arc::new((0..nodes.len()).flat_map(|k| value(k).to_array()).collect()),
     };
+    // For each node, the derivatives of its position in the image by screen x and by screen y.
     let gradients = mesh.gradients();
     // Texels per pixel. The mesh's v and y point up; texture rows and screen rows run down.
     let texels_per_px = |gradient: DVec2| (gradient * image / px_per_unit * flip_y).as_vec2();
@@ -217,6 +218,6 @@ fn warp_draw(
         vec2_attribute(&|k| texels_per_px(gradients[k][0])),
         vec2_attribute(&|k| -texels_per_px(gradients[k][1])),
     ];
-    let draw = full_screen_draw("warp", [width, height], provider, |w| w.f32("taps", taps(sampling)))?;
+    let draw = full_screen_draw("warp", [width, height], provider, |w| w.f32("samples_per_side", samples_per_side(sampling)))?;
     Ok(PlanDraw { vertices: Vertices::Mesh { attributes, indices: Arc::new(mesh.triangles().to_vec()) }, ..draw })
 }

@@ -21,12 +21,12 @@ const LINE_LABEL_OPACITY: f32 = 0.85;
 /// Opacity of the shadows that keep texts and bars readable on a bright background.
 const SHADOW_OPACITY: f32 = 0.7;
 
-/// Offset of a shadow: one pixel for texts of 13 pixels, the smallest size.
+/// Offset of a shadow from its text, in x and y: whole pixels, one for texts of 13 pixels, the smallest size.
 fn shadow_offset_px(glyph_px: f64) -> f64 {
     (glyph_px / 13.0).round().max(1.0)
 }
 
-/// A rectangle of the glyph atlas drawn into the image: a glyph, the ring, or a part of the square.
+/// A rectangle of the glyph atlas drawn into the image: a letter, the ring of a marker, or a part of the filled square.
 struct GlyphQuad {
     /// Top-left corner in the image.
     corner_px: [f32; 2],
@@ -43,12 +43,12 @@ fn glyph_quad(glyph: &Glyph, pen: [f64; 2], [r, g, b]: [f32; 3], opacity: f32) -
     GlyphQuad { corner_px, cell: [x, y, w, h], colour: [r, g, b, opacity] }
 }
 
-/// The ring around a centre, which is the middle of the pen's pixel.
+/// The ring around a point of the image. The half pixel: a pen position is a pixel's top-left corner, and the ring surrounds the middle of that pixel.
 fn ring_quad(glyphs: &GlyphAtlas, [x, y]: [f64; 2], colour: [f32; 3], opacity: f32) -> GlyphQuad {
     glyph_quad(&glyphs.ring, [x - 0.5, y - 0.5], colour, opacity)
 }
 
-/// Markers and names, the least important first, each name over its own shadow.
+/// Markers and names of bodies, each name over its own shadow. The least important come first, so that more important ones cover them.
 fn body_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let metrics = LabelMetrics::of_size(layer.glyph_px);
     let shadow_px = shadow_offset_px(layer.glyph_px);

@@ -37,7 +37,7 @@ pub enum TextureSource {
 /// A handle to a finished image, which stays in the memory of the GPU that drew it at least until the last handle is dropped.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct GpuImage {
-    /// Unique in this process.
+    /// Unique in this process. All handles of an image share the `Arc`, so its count tells whether a handle is left.
     pub id: Arc<u64>,
     pub width: u32,
     pub height: u32,

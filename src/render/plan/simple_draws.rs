@@ -170,12 +170,12 @@ pub(super) fn stars(scene: &Scene, provider: &impl ResourceProvider) -> Result<V
     sprites("stars", &drawn_here, &STAR_ATTRIBUTES, scene, provider)
 }
 
-/// A point that hides no more than this area, in pixels, has no draw for it: such an area changes a pixel by less than half a level of 255, even in front of
-/// white, because at most 0.38 of it is in one pixel.
+/// Largest hidden area, in pixels, for which a point gets no draw that hides its background. Even in front of white, such an area changes a pixel by less than
+/// half a level of 255, because at most 0.38 of the area falls on one pixel.
 const MIN_COVERED_PX: f32 = 1.0 / 255.0;
 
-/// First the sprites that hide what is behind the points, then those of their light, so that no point hides the light of another: the scene has already removed
-/// the part that nearer bodies hide.
+/// First the sprites that hide what is behind the points, then the sprites of the points' light. In this order no point hides the light of another: from that
+/// light the scene has already removed what nearer bodies hide.
 pub(super) fn points(scene: &Scene, provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     // The last attribute: light in red, green and blue, then the hidden area in pixels.
     let centre: InstanceAttribute<Point> = (3, |p| p.centre.to_array().to_vec());
@@ -274,7 +274,10 @@ pub(super) fn refracted_limb(
     limb: &RefractedLimb,
     provider: &impl ResourceProvider,
 ) -> Result<(Option<PlanDraw>, PlanDraw), PlanError> {
-    let limb_draw = |rays: &ViewRays, occludes: bool| -> Result<PlanDraw, PlanError> {
+    // Values of the uniform `hides`.
+    const HIDES_SUN: f32 = 1.0;
+    const ADDS_LIGHT: f32 = 0.0;
+    let limb_draw = |rays: &ViewRays, hides: f32| -> Result<PlanDraw, PlanError> {
         let draw = simple_draw("refracted_limb", scene, provider, |w| {
             w.vec4("rect_in_clip", rays.rect_in_clip)?;
             w.vec3("anchor_origin", rays.anchor_origin)?;
@@ -292,13 +295,13 @@ pub(super) fn refracted_limb(
             w.vec4_array("sun_limb_darkening", &limb.sun_limb_darkening)?;
             w.vec4_array("air_edges", &limb.air_edges)?;
             w.vec4_array("air_transmittance", &limb.air_transmittance)?;
-            w.f32("hides", f32::from(u8::from(occludes)))
+            w.f32("hides", hides)
         })?;
         let scissor = scissor(rays.rect_in_clip, scene.camera.width, scene.camera.height);
         Ok(PlanDraw { vertices: Vertices::Count(6), blend: Blend::PremultipliedOver, depth: DEPTH_TESTED, scissor, ..draw })
     };
-    let occluding = limb.unrefracted_sun.as_ref().map(|rays| limb_draw(rays, true)).transpose()?;
-    Ok((occluding, limb_draw(&limb.rays, false)?))
+    let occluding = limb.unrefracted_sun.as_ref().map(|rays| limb_draw(rays, HIDES_SUN)).transpose()?;
+    Ok((occluding, limb_draw(&limb.rays, ADDS_LIGHT)?))
 }
 
 /// Resource names of a halo's images, in the order in which they are made.
@@ -339,7 +342,7 @@ pub(super) fn bloom_steps(scene: &Scene, provider: &impl ResourceProvider, hdr: 
     let downsampled = |size: [u32; 2]| size.map(|s| s.div_ceil(DOWNSAMPLING));
     let quarter = downsampled([scene.camera.width, scene.camera.height]);
     let sixteenth = downsampled(quarter);
-    // Downsamples the radiance above `threshold` after exposure, limited to `max_excess`.
+    // Downsamples the exposed radiance above `threshold`, up to `max_excess` above it; both are in units of white.
     let downsample = |exposure: f32, threshold: f32, max_excess: f32| {
         simple_draw("shrink", scene, provider, |w| {
             w.f32("exposure", exposure)?;
@@ -348,6 +351,7 @@ pub(super) fn bloom_steps(scene: &Scene, provider: &impl ResourceProvider, hdr: 
         })
     };
     let height = scene.camera.height as f32;
+    // In pixels of the downsampled images.
     let [narrow_sigma_px, wide_sigma_px] =
         [BLOOM_NARROW.sigma * height / DOWNSAMPLING as f32, BLOOM_WIDE.sigma * height / (DOWNSAMPLING * DOWNSAMPLING) as f32];
     let blur = |axis: Vec2, sigma_px: f32| blur(scene, provider, axis, sigma_px);
@@ -400,6 +404,7 @@ pub(super) fn tone_map_step(
         if scene.bloom { ("tone_map_bloom", &[hdr, NARROW_HALO.blurred, WIDE_HALO.blurred][..]) } else { ("tone_map", &[hdr][..]) };
     let draw = simple_draw(module, scene, provider, |w| {
         w.f32("exposure", scene.exposure.factor_f32())?;
+        // Without the filmic shoulder, the tone curve is linear throughout.
         w.f32("linear_limit", if is_filmic { FILMIC_LINEAR_LIMIT } else { f32::MAX })?;
         if scene.bloom {
             w.f32("narrow_fraction", BLOOM_NARROW.fraction)?;

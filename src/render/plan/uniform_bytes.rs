@@ -20,8 +20,8 @@ pub fn uniform_bytes(layout: &Layout, uniforms: &DrawUniforms, map_taps: u8) -> 
         let rows = if let FieldType::Vec4Array(rows) = field.ty { rows as usize } else { 0 };
         match field.name.as_str() {
             name @ "map_taps" => writer.f32(name, f32::from(map_taps))?,
-            // Number of spans of radius, each a pixel wide, over which a pixel's ring light is averaged; two spans lie half a pixel apart. One span is faster,
-            // two show fewer moire patterns; a view without anisotropic filtering takes the faster way here, too.
+            // A pixel's ring light is averaged over one interval of ring radius a pixel wide (a span), or over two such spans half a pixel apart. One span is
+            // faster, two show fewer moire patterns. A view without anisotropic filtering takes the faster way for rings, too.
             name @ "ring_spans" => writer.f32(name, if map_taps > 1 { 2.0 } else { 1.0 })?,
             name => {
                 let mut value = uniform_value(uniforms, name, rows).ok_or_else(|| LayoutError::Unknown(name.to_owned()))?;
