@@ -6,6 +6,7 @@ mod edited_module;
 mod filtered_map;
 mod frame;
 mod lower;
+mod map_taps;
 mod math;
 mod pass_fusion;
 mod raster;

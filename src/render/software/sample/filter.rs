@@ -14,7 +14,7 @@
 
 #[cfg(target_arch = "x86_64")]
 use super::filter_avx2;
-use super::footprint::{FilterRequest, Footprints, ceil, floor, tap};
+use super::footprint::{FilterRequest, Footprints, ceil, floor, taps};
 pub(crate) use super::lane_order::{BATCH, Channels, MAX_TAPS};
 use super::lane_order::{CHUNK, LaneOrder, LazyArray, MAX_LEVELS, PADDED};
 use super::texels::{BoundLevel, Decode, TexelLevel, read_pair};
@@ -191,12 +191,19 @@ fn channel<R: Real, D: Decode, const K: usize>(decode: D, texels: &[D::Texel; CH
 
 /// Adds the first `count` lanes of `value` to the sums from position `start` on.
 #[inline(always)]
+fn add_chunk<R: Real>(sum: &mut [R; PADDED], start: usize, count: usize, value: &[R; CHUNK]) {
+    let Some(sum) = sum[start..start + CHUNK].first_chunk_mut::<CHUNK>() else { return };
+    for i in 0..CHUNK {
+        sum[i] = if i < count { sum[i] + value[i] } else { sum[i] };
+    }
+}
+
+/// As [`add_chunk`], for each channel that is needed.
+#[inline(always)]
 fn accumulate<R: Real>(sum: &mut [LazyArray<R>; 4], start: usize, count: usize, value: &[[R; CHUNK]; 4]) {
     for (sum, value) in sum.iter_mut().zip(value) {
-        let Some(sum) = &mut sum.0 else { continue };
-        let Some(sum) = sum[start..start + CHUNK].first_chunk_mut::<CHUNK>() else { return };
-        for i in 0..CHUNK {
-            sum[i] = if i < count { sum[i] + value[i] } else { sum[i] };
+        if let Some(sum) = &mut sum.0 {
+            add_chunk(sum, start, count, value);
         }
     }
 }
@@ -325,6 +332,7 @@ pub(crate) fn sample<R: Real, D: Decode>(
         let Some(Footprints { length, step_u, step_v }) = &request.footprints else { return };
         let (step_u, step_v) = (order.gather(step_u, &mut buffer_step_u), order.gather(step_v, &mut buffer_step_v));
         let length = order.gather(length, &mut buffer_length);
+        let mut total_weight = [R::ZERO; PADDED];
         for level in order.levels.clone() {
             let (first, end) = order.positions(level);
             if first == end {
@@ -339,22 +347,21 @@ pub(crate) fn sample<R: Real, D: Decode>(
                 }
                 for start in (first..tap_end).step_by(CHUNK) {
                     let (mut tap_u, mut tap_v) = (*chunk(u, start), *chunk(v, start));
-                    let (step_u, step_v, length) = (chunk(step_u, start), chunk(step_v, start), chunk(length, start));
-                    let mut weight = [R::ZERO; CHUNK];
+                    let (step_u, step_v) = (chunk(step_u, start), chunk(step_v, start));
+                    let (along, weight) = taps(index, chunk(length, start));
                     for i in 0..CHUNK {
-                        let (offset, tap_weight) = tap(index, length[i]);
-                        weight[i] = tap_weight;
-                        tap_u[i] = tap_u[i] + offset * step_u[i];
-                        tap_v[i] = tap_v[i] + offset * step_v[i];
+                        tap_u[i] = tap_u[i] + along[i] * step_u[i];
+                        tap_v[i] = tap_v[i] + along[i] * step_v[i];
                     }
                     let value = trilinear(decode, both_levels, &tap_u, &tap_v, chunk(level_fraction, start), state, needed);
                     accumulate_weighted(&mut sum, start, tap_end - start, &value, &weight);
+                    add_chunk(&mut total_weight, start, tap_end - start, &weight);
                 }
             }
         }
         for sum in sum.iter_mut().filter_map(|sum| sum.0.as_mut()) {
-            for (sum, length) in sum.iter_mut().zip(length) {
-                *sum = *sum / *length;
+            for (sum, total) in sum.iter_mut().zip(&total_weight) {
+                *sum = *sum / *total;
             }
         }
     }

@@ -5,18 +5,18 @@
 //! each lane, so that the bits are the same. Integers wrap and indices are clamped as there. Not here: levels and footprints (`footprint`).
 
 use super::corners::{Corners, TexelsBeside};
-use super::footprint::FilterRequest;
+use super::footprint::{FilterRequest, taps};
 use super::lane_order::{BATCH, Channels, MAX_TAPS};
 use super::texels::{BoundLevel, Decode, TexelLevel};
 use crate::render::plan::{AddressMode, SamplerState};
 use crate::render::software::exec::LaneMask;
 use crate::render::software::math::Real;
 use std::arch::x86_64::{
-    __m256, __m256i, _CMP_GT_OQ, _mm256_add_epi32, _mm256_add_ps, _mm256_and_ps, _mm256_and_si256, _mm256_andnot_ps, _mm256_andnot_si256,
-    _mm256_blendv_ps, _mm256_castps_si256, _mm256_castsi256_ps, _mm256_ceil_ps, _mm256_cmp_ps, _mm256_cmpeq_epi32, _mm256_cmpgt_epi32,
-    _mm256_cvttps_epi32, _mm256_div_ps, _mm256_floor_ps, _mm256_max_epi32, _mm256_max_ps, _mm256_min_epi32, _mm256_min_epu32,
-    _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_set1_epi32, _mm256_set1_ps, _mm256_setr_epi32,
-    _mm256_setzero_ps, _mm256_setzero_si256, _mm256_sub_ps, _mm256_testz_si256, _mm256_xor_ps,
+    __m256, __m256i, _CMP_GT_OQ, _mm256_add_epi32, _mm256_add_ps, _mm256_and_ps, _mm256_and_si256, _mm256_andnot_si256, _mm256_blendv_ps,
+    _mm256_castps_si256, _mm256_castsi256_ps, _mm256_cmp_ps, _mm256_cmpeq_epi32, _mm256_cmpgt_epi32, _mm256_cvttps_epi32, _mm256_div_ps,
+    _mm256_floor_ps, _mm256_max_epi32, _mm256_max_ps, _mm256_min_epi32, _mm256_min_epu32, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps,
+    _mm256_or_ps, _mm256_set1_epi32, _mm256_set1_ps, _mm256_setr_epi32, _mm256_setzero_ps, _mm256_setzero_si256, _mm256_sub_ps,
+    _mm256_testz_si256, _mm256_xor_ps,
 };
 use std::mem::transmute;
 
@@ -235,46 +235,15 @@ struct Lanes<'a> {
     group: usize,
 }
 
-/// What the taps of eight lanes share, computed once for all taps.
-struct Taps {
-    /// Numbers of taps.
-    count: __m256,
-    /// `count` minus the footprint's length in taps.
-    excess: __m256,
-    /// Index of the middle of the taps.
-    middle: __m256,
-    /// Distance by which each tap moves towards the middle, at most as far as the middle.
-    to_middle: __m256,
-}
-
-impl Taps {
-    /// # Safety
-    /// The machine has AVX2.
-    #[inline(always)]
-    unsafe fn new(length: __m256) -> Self {
-        // SAFETY: the caller guarantees AVX2.
-        unsafe {
-            let (half, one) = (_mm256_set1_ps(0.5), _mm256_set1_ps(1.0));
-            let count = _mm256_ceil_ps(length);
-            let excess = _mm256_sub_ps(count, length);
-            Self { count, excess, middle: _mm256_mul_ps(half, _mm256_sub_ps(count, one)), to_middle: _mm256_mul_ps(half, excess) }
-        }
-    }
-
-    /// As [`super::footprint::tap`], with the same bits: offset and weight of tap number `index`.
-    /// # Safety
-    /// The machine has AVX2.
-    #[inline(always)]
-    unsafe fn tap(&self, index: __m256) -> (__m256, __m256) {
-        // SAFETY: the caller guarantees AVX2.
-        unsafe {
-            let (zero, one, sign) = (_mm256_setzero_ps(), _mm256_set1_ps(1.0), _mm256_set1_ps(-0.0));
-            let offset = _mm256_sub_ps(index, self.middle);
-            let distance = _mm256_andnot_ps(sign, offset);
-            let moved = _mm256_max_ps(_mm256_sub_ps(distance, self.to_middle), zero);
-            let weight = _mm256_sub_ps(one, _mm256_mul_ps(self.excess, _mm256_max_ps(_mm256_sub_ps(one, distance), zero)));
-            (_mm256_or_ps(moved, _mm256_and_ps(sign, offset)), weight)
-        }
+/// [`taps`] of eight lanes: tap number `index` of each. `length`: of the footprints, in taps.
+/// # Safety
+/// The machine has AVX2.
+#[inline(always)]
+unsafe fn taps_of_eight(index: usize, length: __m256) -> (__m256, __m256) {
+    // SAFETY: registers and arrays have eight floats each.
+    unsafe {
+        let (along, weight) = taps(index, &transmute::<__m256, [f32; GROUP_LANES]>(length));
+        (transmute::<[f32; GROUP_LANES], __m256>(along), transmute::<[f32; GROUP_LANES], __m256>(weight))
     }
 }
 
@@ -292,22 +261,25 @@ unsafe fn value_of<D: Decode>(decode: D, levels: &LevelPair<'_>, lanes: &Lanes<'
             return trilinear(decode, levels, [u, v], fraction, needed);
         }
         let (step_u, step_v) = (group_of(step_u, lanes.group), group_of(step_v, lanes.group));
-        let taps = Taps::new(length);
-        let mut sum = [_mm256_setzero_ps(); 4];
+        let (mut sum, mut total_weight) = ([_mm256_setzero_ps(); 4], _mm256_setzero_ps());
         for index in 0..MAX_TAPS {
-            let index = _mm256_set1_ps(index as f32);
-            let has_tap = _mm256_and_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(taps.count, index), wanted);
+            // The number of taps, which is the length rounded up, is greater than `index` if the length is.
+            let has_tap = _mm256_and_ps(_mm256_cmp_ps::<_CMP_GT_OQ>(length, _mm256_set1_ps(index as f32)), wanted);
             if _mm256_movemask_ps(has_tap) == 0 {
                 break;
             }
-            let (offset, weight) = taps.tap(index);
-            let uv = [_mm256_add_ps(u, _mm256_mul_ps(offset, step_u)), _mm256_add_ps(v, _mm256_mul_ps(offset, step_v))];
+            let (along, weight) = taps_of_eight(index, length);
+            let uv = [_mm256_add_ps(u, _mm256_mul_ps(along, step_u)), _mm256_add_ps(v, _mm256_mul_ps(along, step_v))];
             let value = trilinear(decode, levels, uv, fraction, needed);
+            total_weight = _mm256_add_ps(total_weight, _mm256_and_ps(weight, has_tap));
             for k in 0..4 {
                 sum[k] = _mm256_blendv_ps(sum[k], _mm256_add_ps(sum[k], _mm256_mul_ps(weight, value[k])), has_tap);
             }
         }
-        [_mm256_div_ps(sum[0], length), _mm256_div_ps(sum[1], length), _mm256_div_ps(sum[2], length), _mm256_div_ps(sum[3], length)]
+        for sum in &mut sum {
+            *sum = _mm256_div_ps(*sum, total_weight);
+        }
+        sum
     }
 }
 

@@ -26,19 +26,31 @@ pub(crate) struct Footprint<R> {
     pub step: [R; 2],
 }
 
-/// Tap number `index` of a footprint: its offset from the middle and its weight. The offset and `length` are in taps. The weights of all taps add up to
-/// the length. With AVX2 `Taps` in `filter_avx2` computes the same bits.
+/// The weight of a tap that overlaps no other one, relative to the other taps of the footprint: `tap_weight` of shaders/lib/filtered_map.wesl. `along`: the
+/// tap's place on the major axis, from the middle; `length`: length of the axis; both in taps.
 #[inline(always)]
-pub(super) fn tap<R: Real>(index: usize, length: R) -> (R, R) {
+fn tap_weight<R: Real>(_along: R, _length: R) -> R {
+    R::ONE
+}
+
+/// Tap number `index` of each lane: its place on the major axis, from the middle, and its weight. Places and `length` are in taps. The value of a footprint is
+/// the weighted sum of its taps, divided by the sum of their weights. Both kernels call this function, so that the bits are equal.
+#[inline(always)]
+pub(super) fn taps<R: Real, const N: usize>(index: usize, length: &[R; N]) -> ([R; N], [R; N]) {
     let half = R::from_f64(0.5);
-    let taps = ceil(length);
-    let excess = taps - length;
-    let offset = R::from_u32(index as u32) - half * (taps - R::ONE);
-    let distance = offset.abs();
-    let to_middle = half * excess;
-    let moved = if distance < to_middle { R::ZERO } else { distance - to_middle };
-    let overlap = if distance < R::ONE { R::ONE - distance } else { R::ZERO };
-    (if offset < R::ZERO { -moved } else { moved }, R::ONE - excess * overlap)
+    let (mut along, mut weight) = ([R::ZERO; N], [R::ZERO; N]);
+    for i in 0..N {
+        let count = ceil(length[i]);
+        let excess = count - length[i];
+        let offset = R::from_u32(index as u32) - half * (count - R::ONE);
+        let distance = offset.abs();
+        let to_middle = half * excess;
+        let moved = if distance < to_middle { R::ZERO } else { distance - to_middle };
+        let overlap = if distance < R::ONE { R::ONE - distance } else { R::ZERO };
+        along[i] = moved.with_sign(offset);
+        weight[i] = (R::ONE - excess * overlap) * tap_weight(along[i], length[i]);
+    }
+    (along, weight)
 }
 
 #[inline(always)]

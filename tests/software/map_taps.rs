@@ -1,0 +1,121 @@
+//! The taps of `filtered_map` (shaders/lib/filtered_map.wesl): the function and the native operation against a definition of the taps, their places and their
+//! weights; and the value where a tap is added.
+
+use super::filtered_map::{
+    ENTRY, FRAGMENT, Footprint, batch, bound, by_definition, code_of_guide, edited, fixed, greatest, greatest_step, linear_weight,
+    native_program, noise, program, random, renamed,
+};
+use orrery::image::Texture;
+use orrery::render::software::exec::LANES;
+use orrery::render::software::kernels::KernelClass;
+use orrery::render::software::program::Program;
+
+/// The weight of a tap that overlaps no other one, by its place on the major axis, from the middle, and the length of the axis, both in taps.
+fn tap_weight(_along: f64, _length: f64) -> f64 {
+    1.0
+}
+
+/// The same in the guide's example: a Gaussian whose standard deviation is a quarter of the length.
+fn gaussian_weight(along: f64, length: f64) -> f64 {
+    (-0.5 * (along / (0.25 * length)).powi(2)).exp()
+}
+
+/// The taps along an axis, by definition: the place of each, from the middle, and how much of the axis it covers, in taps. Each half of the axis is filled
+/// from its end; its innermost tap covers it only to the middle. An odd tap in the middle covers what is left.
+fn taps_along(length: f64) -> Vec<[f64; 2]> {
+    let count = length.ceil() as usize;
+    let mut taps = Vec::new();
+    for k in 0..count / 2 {
+        let along = 0.5 * length - 0.5 - k as f64;
+        let covered = (along + 0.5).min(1.0);
+        taps.extend([[-along, covered], [along, covered]]);
+    }
+    if count % 2 == 1 {
+        taps.push([0.0, length - (count - 1) as f64]);
+    }
+    taps
+}
+
+/// A channel filtered by definition, with up to `max_taps` taps (at least 2). `weight`: as [`tap_weight`].
+fn by_taps(texture: &Texture, footprint: &Footprint, max_taps: f64, channel: usize, weight: impl Fn(f64, f64) -> f64) -> f64 {
+    let Footprint { uv: [u, v], major, minor, rotation, .. } = *footprint;
+    let width = minor.max(major / max_taps).max(1.0);
+    // Shorter by 0.01, so that a round footprint has one tap.
+    let length = (major / width - 0.01).clamp(1.0, max_taps);
+    let last = texture.levels.len() - 1;
+    let level = width.log2().min(last as f64);
+    let (finer, between) = (level as usize, level.fract());
+    let (mut sum, mut total) = (0.0, 0.0);
+    for [along, covered] in taps_along(length) {
+        let at = [u + along * width * rotation.cos() / 256.0, v + along * width * rotation.sin() / 128.0];
+        let [finer, coarser] = [finer, (finer + 1).min(last)].map(|k: usize| by_definition(&texture.levels[k], at, channel, linear_weight));
+        let weight = covered * weight(along, length);
+        sum += weight * ((1.0 - between) * finer + between * coarser);
+        total += weight;
+    }
+    sum / total
+}
+
+/// The greatest error at random footprints against the definition, in f64.
+fn error_of_taps(filter: &Program, class: KernelClass, max_taps: f32, weight: impl Fn(f64, f64) -> f64) -> f64 {
+    let texture = noise();
+    let textures = bound(filter, &texture, class);
+    greatest((0..4).flat_map(|k| {
+        let values = batch::<f64>(filter, &textures, class, max_taps, |lane| random(lane + LANES * k));
+        let error = |lane: usize, channel: usize| {
+            (values[lane][channel] - by_taps(&texture, &random(lane + LANES * k), f64::from(max_taps), channel, &weight)).abs()
+        };
+        (0..LANES).map(|lane| greatest([0, 1, 2, 3].map(|channel: usize| error(lane, channel)))).collect::<Vec<_>>()
+    }))
+}
+
+/// The fragment with another function `tap_weight`.
+fn with_tap_weight(function: &str) -> String {
+    let (before, rest) = FRAGMENT.split_once("fn tap_weight(").expect("the function");
+    let (_, after) = rest.split_once("\n}\n").expect("its end");
+    format!("{before}{function}{after}")
+}
+
+#[test]
+fn taps_have_the_places_and_weights_of_their_definition() {
+    let example = program(&format!("{}{ENTRY}", with_tap_weight(code_of_guide(3))).replace("filtered_map", "tap_by_tap"));
+    for (name, filter, weight) in [
+        ("native", native_program(), tap_weight as fn(f64, f64) -> f64),
+        ("interpreted", program(&renamed()), tap_weight),
+        ("the guide's example", example, gaussian_weight),
+    ] {
+        for class in KernelClass::available() {
+            for max_taps in [2.0, 8.0, 16.0] {
+                let error = error_of_taps(&filter, class, max_taps, weight);
+                assert!(error < 1e-9, "{name}, {}, {max_taps} taps: {error}", class.name());
+            }
+        }
+        // The comparison must be able to fail: taps weigh more towards one end.
+        let error = error_of_taps(&filter, KernelClass::detect(), 8.0, |along, length| weight(along, length) * (1.0 + along / length));
+        assert!(error > 1e-3, "{name}: other weights are not detected: {error}");
+    }
+}
+
+/// A footprint that grows from 1 to 17 widths.
+fn lengthened(width: f64) -> impl Fn(f64) -> Footprint {
+    move |t| fixed(width * (1.0 + 16.0 * t), width)
+}
+
+#[test]
+fn an_added_tap_causes_no_jump() {
+    let class = KernelClass::detect();
+    // A step is a thousandth of the width. It moves a tap by at most half of that, 0.75e-3 texels of the finer mip level, where these footprints are at most
+    // 1.5 texels wide. Texels are noise between 0 and 1, so at this angle the value changes by at most 0.75e-3 (cos 0.6 + sin 0.6) = 1.04e-3. Divided by their
+    // sum, the weights that grow with the length grow by at most 0.5 per unit of length together (the third tap, from a length of 2 on), so that the value
+    // changes by at most 0.5e-3 more; the Gaussian weights by at most 0.83, so that it changes by 0.83e-3.
+    for fragment in [FRAGMENT.to_owned(), with_tap_weight(code_of_guide(3))] {
+        for width in [1.0, 1.4, 3.0] {
+            let step = greatest_step::<f64>(&program(&format!("{fragment}{ENTRY}")), class, lengthened(width));
+            assert!(step < 2e-3, "a step of {step} at a width of {width} texels");
+        }
+    }
+    // The comparison must be able to fail: all taps weigh the same.
+    let equal_weights = edited("1.0 - excess * max(1.0 - abs(offset), 0.0)", "reach.length / taps");
+    let step = greatest_step::<f64>(&program(&format!("{equal_weights}{ENTRY}")), class, lengthened(1.0));
+    assert!(step > 1e-2, "a jump of {step} is not detected");
+}
