@@ -29,6 +29,7 @@ mod side_panels;
 mod sizes_and_distances;
 mod star;
 mod tab;
+mod table;
 mod theme;
 mod time_bar;
 mod timeline;
