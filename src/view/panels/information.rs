@@ -2,8 +2,10 @@
 //!
 //! In: the body as the last scene shows it, the observer's place, the time. Out: tables; queries that compute the position in the sky.
 
+mod sizes_and_distances;
+
+use self::sizes_and_distances::SizeComparison;
 use super::fact::line;
-use super::sizes_and_distances::{self, SizeComparison};
 use super::{Interface, accessible};
 use crate::catalog::cities::{self, City};
 use crate::catalog::{Catalog, NaifId};

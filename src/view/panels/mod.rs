@@ -26,7 +26,6 @@ mod shader;
 mod share;
 mod shortcuts;
 mod side_panels;
-mod sizes_and_distances;
 mod star;
 mod tab;
 mod table;
