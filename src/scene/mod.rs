@@ -7,7 +7,7 @@
 //! `build` calls the submodules in this order: `request`, `camera` (position of the viewer), `placed` (apparent position of each body), `light::meter`
 //! (exposure), `features` with the modules of each effect (`surface`, `eclipse`, `rings`, `atmosphere`), light around the Sun (`light::corona`,
 //! `light::glare`), `visibility` (what is hidden), `sky`, `visibility::order` (order of draws), `annotation`. `draw` defines the plain values that these
-//! modules create for the renderer; `composite` combines several frames into one image.
+//! modules create for the renderer; `composite` combines several frames into one image, and `seen_from` reports all bodies without one.
 
 #[doc(hidden)]
 pub mod annotation;
@@ -41,6 +41,7 @@ pub mod request;
 pub mod resources;
 #[doc(hidden)]
 pub mod rings;
+mod seen_from;
 #[doc(hidden)]
 pub mod sky;
 #[doc(hidden)]
@@ -78,6 +79,7 @@ pub use point::{
 pub use resources::{Caches, Requirements, Resources};
 #[doc(hidden)]
 pub use rings::ring_shine;
+pub use seen_from::bodies_seen_from;
 #[doc(hidden)]
 pub use surface::overlays;
 

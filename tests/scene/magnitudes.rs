@@ -3,10 +3,9 @@
 use crate::support::folds::smaller;
 use orrery::catalog::{Catalog, NaifId};
 use orrery::ephemeris::Ephemeris;
-use orrery::scene::effects::EffectOverrides;
 use orrery::scene::photometry::{irradiance_at_viewer, magnitude, model_phase, phase_correction};
-use orrery::scene::request::{Position, ViewRequest};
-use orrery::scene::{BodyInView, Scene};
+use orrery::scene::request::Position;
+use orrery::scene::{BodyInView, bodies_seen_from};
 use orrery::time::Instant;
 use orrery::units::KM_PER_AU;
 
@@ -97,13 +96,33 @@ fn light_is_shared_between_disc_and_point_without_a_jump() {
     assert!(shares.windows(2).all(|w| w[1] >= w[0] && w[1] - w[0] < 2e-3));
 }
 
-/// A body in the scene of a viewer at the Earth's centre.
+/// A body as seen from the Earth's centre.
 fn from_earth(catalog: &Catalog, ephemeris: &Ephemeris, id: i32, time: Instant) -> BodyInView {
-    let mut request = ViewRequest::of(NaifId(id), time);
-    request.position = Position::Centre(NaifId::EARTH);
-    // Ring-shine would need a new table for each date.
-    request.effects = EffectOverrides::parse("-ring-shine").expect("effects");
-    Scene::build(catalog, ephemeris, &request).expect("a scene").body(NaifId(id)).expect("in the catalog").clone()
+    let bodies = bodies_seen_from(catalog, ephemeris, Position::Centre(NaifId::EARTH), time).expect("placed");
+    bodies.into_iter().find(|body| body.id == NaifId(id)).expect("in the catalog")
+}
+
+/// The Sun's magnitude follows the inverse square of its distance, from wherever it is seen; the body at whose centre the viewer is has no magnitude.
+#[test]
+fn all_bodies_are_seen_from_one_place_at_once() {
+    let (catalog, ephemeris) = sky();
+    let time = Instant::parse("2017-05-17T00:00:00Z").expect("a time");
+    let seen_from = |position| bodies_seen_from(&catalog, &ephemeris, position, time);
+    let mut suns = Vec::new();
+    for id in [NaifId::EARTH, NaifId(699)] {
+        let bodies = seen_from(Position::Centre(id)).expect("placed");
+        assert!(bodies.iter().map(|body| body.id).eq(catalog.bodies().iter().map(|body| body.id)), "in the catalog's order");
+        let body = |id: NaifId| bodies.iter().find(|body| body.id == id).expect("in the catalog");
+        assert_eq!((body(id).distance_km, body(id).magnitude), (0.0, None), "{id:?}");
+        let sun = body(NaifId::SUN);
+        suns.push((sun.magnitude.expect("it shines"), sun.distance_km));
+    }
+    let [(from_earth, earth_km), (from_saturn, saturn_km)] = suns[..] else { panic!("{suns:?}") };
+    assert!((from_earth + 26.74).abs() < TOLERANCE_MAG, "{from_earth}");
+    assert!((from_saturn - from_earth - 5.0 * (saturn_km / earth_km).log10()).abs() < 0.01, "{from_saturn}, {from_earth}");
+    assert!(seen_from(Position::AboveTarget { towards: None, distance_radii: None }).is_err(), "there is no target");
+    let too_late = Instant::parse("3500-01-01T00:00:00Z").expect("a time");
+    assert!(bodies_seen_from(&catalog, &ephemeris, Position::Centre(NaifId::EARTH), too_late).is_err());
 }
 
 /// Globe and rings from the Earth: Mallama and Hilton 2018, eq. 10; the tilt is planetocentric, the geometric mean of the tilts towards the

@@ -3,7 +3,7 @@
 use orrery::catalog::{Catalog, NaifId};
 use orrery::ephemeris::Ephemeris;
 use orrery::scene::request::{Axes, CameraFile, Look, Position, ViewRequest};
-use orrery::scene::{Appearance, Caches, Resources, Scene, SceneBuilder};
+use orrery::scene::{Appearance, Caches, Resources, Scene, SceneBuilder, bodies_seen_from};
 use orrery::session::standard_scenes;
 use orrery::time::Instant;
 use orrery::units::SPEED_OF_LIGHT_KM_S;
@@ -112,10 +112,8 @@ fn the_earths_sub_points_follow_its_true_rotation() {
         let itrs_from_gcrs = DMat3::from_cols(row(0), row(1), row(2)).transpose();
         // The table assumes its own Delta T: the Earth turns by the difference.
         let delta_t_difference_s = (time.jd_tt() - time.jd_ut1()) * 86_400.0 - number(&earth["assumed_delta_t_tt_minus_ut1_s"]);
-        let mut request = ViewRequest::of(NaifId::EARTH, time);
-        request.position = Position::Centre(NaifId::MOON);
-        let scene = Scene::build(&catalog, &ephemeris, &request).expect("a scene");
-        let body = scene.body(NaifId::EARTH).expect("the Earth");
+        let bodies = bodies_seen_from(&catalog, &ephemeris, Position::Centre(NaifId::MOON), time).expect("placed");
+        let body = bodies.iter().find(|body| body.id == NaifId::EARTH).expect("the Earth");
         let light_s = body.distance_km / SPEED_OF_LIGHT_KM_S;
         // The light that is seen left the Earth one light time ago; the sunlight that illuminated the Earth then had left the Sun
         // earlier.

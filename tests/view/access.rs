@@ -1,6 +1,6 @@
 //! The window by keyboard, screen reader and touchpad: accessible names, focus order, keys and gestures.
 
-use crate::view::input::window_without_images;
+use crate::view::input::{Window, window_without_images};
 use crate::view::interface::{harness, harness_of, interface, session, settle};
 use egui::accesskit::{Action, Role};
 use egui::{Event, Key, Modifiers, Rect};
@@ -253,6 +253,28 @@ fn every_control_has_a_description() {
     }
     assert!(count > 300, "{count} controls");
     assert!(without_description.is_empty(), "{} of {count}: {without_description:#?}", without_description.len());
+}
+
+/// The button of each panel opens and closes it, and so does its digit key, if it has one.
+#[test]
+fn each_panel_has_its_button_and_its_key() {
+    let mut window = window_without_images(SATURN);
+    for (k, tab) in Tab::ALL.into_iter().enumerate() {
+        // The bar comes first in the window: a control of a panel may have the same name.
+        let press_button =
+            |window: &Window| window.get_all_by_role_and_label(Role::Button, tab.title()).next().expect("in the bar").click();
+        let press_key = |window: &Window| window.event(Event::Text((k + 1).to_string()));
+        for expected in [Some(tab), None] {
+            press_button(&window);
+            window.run_steps(3);
+            assert_eq!(window.state().tab, expected, "the button of {tab:?}");
+        }
+        for expected in [Some(tab), None].into_iter().filter(|_| k < 9) {
+            press_key(&window);
+            window.run_steps(3);
+            assert_eq!(window.state().tab, expected, "the key of {tab:?}");
+        }
+    }
 }
 
 /// The open panel, its width and its side are restored at the next start.

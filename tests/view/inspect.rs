@@ -1,6 +1,7 @@
 //! The Shader and Compare panels, operated by the accessible names of their controls, without a window or a GPU.
 
 use crate::view::interface::{interface, session};
+use egui::accesskit::Role;
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
@@ -105,6 +106,34 @@ fn a_pixel_is_reported_in_both_precisions() {
     let numbers: Vec<f64> = red[0].split_whitespace().filter_map(|w| w.parse().ok()).collect();
     let &[single, double, difference] = &numbers[..] else { panic!("{red:?}") };
     assert!(single > 0.0 && (single - double).abs() < 1e-4 * double && difference < 1e-4 * double, "{red:?}");
+}
+
+/// A click on a heading sorts the uniforms by that column; another click reverses the order.
+#[test]
+fn uniforms_are_sorted_by_a_click_on_a_heading() {
+    let worker = InlineWorker::new(session());
+    let mut harness = harness(&worker, interface_at_saturn());
+    open_shader_page(&mut harness, "Values");
+    // The names below the heading, from top to bottom, and not those of the textures.
+    let names = |harness: &Harness<'_, Interface>| {
+        let left = harness.get_by_role_and_label(Role::Button, "name").rect().left();
+        let bottom = harness.get_by_label_contains("Textures:").rect().top();
+        let labels = harness.query_all_by_role(Role::Label).filter(|n| (n.rect().left() - left).abs() < 2.0 && n.rect().top() < bottom);
+        let mut rows: Vec<(f32, String)> = labels.filter_map(|n| Some((n.rect().top(), n.accesskit_node().value()?))).collect();
+        rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+        rows.into_iter().map(|(_, name)| name).collect::<Vec<String>>()
+    };
+    let by_offset = names(&harness);
+    assert!(by_offset.len() > 10 && !by_offset.is_sorted(), "{by_offset:?}");
+    for is_descending in [false, true] {
+        harness.get_by_role_and_label(Role::Button, "name").click();
+        harness.run_steps(6);
+        let mut by_name = names(&harness);
+        if is_descending {
+            by_name.reverse();
+        }
+        assert!(by_name.len() > 10 && by_name.is_sorted(), "{by_name:?}");
+    }
 }
 
 /// The values of a pixel that the smaller image does not have would never be computed.

@@ -41,7 +41,7 @@ fn parts_without_message(text: &str) -> Vec<String> {
 }
 
 /// Units, time zones and letters in numbers, which are the same in every language.
-const UNITS: [&str; 22] = [
+const UNITS: &[&str] = &[
     "km",
     "m",
     "px",
@@ -68,7 +68,7 @@ const UNITS: [&str; 22] = [
 
 /// Names that are the same in every language: contacts of eclipses, this program, languages, hardware, shading languages; places and stars that the
 /// searches below find; shortcut keys and pinned shader keys of one letter; abbreviations such as PSNR.
-const NAMES: [&str; 37] = [
+const NAMES: &[&str] = &[
     "C1",
     "C2",
     "C3",

@@ -93,11 +93,11 @@ pub struct PanelLayout {
     pub bodies_width: Option<f32>,
     /// Width of the open panel.
     pub panel_width: Option<f32>,
-    /// Width of the open panel, if it has source text or two images.
+    /// Width of the open panel, if it is a wide one.
     pub wide_width: Option<f32>,
     /// Width of the panel that is kept open.
     pub kept_width: Option<f32>,
-    /// Width of the panel that is kept open, if it has source text or two images.
+    /// Width of the panel that is kept open, if it is a wide one.
     pub kept_wide_width: Option<f32>,
     /// Whether the timeline is shown.
     pub timeline_shown: bool,

@@ -28,6 +28,7 @@ files!(
     "shader_key",
     "share",
     "shortcuts",
+    "table",
     "time",
     "viewport",
 );

@@ -2,8 +2,10 @@
 //!
 //! In: the body as the last scene shows it, the observer's place, the time. Out: tables; queries that compute the position in the sky.
 
+mod sizes_and_distances;
+
+use self::sizes_and_distances::SizeComparison;
 use super::fact::line;
-use super::sizes_and_distances::{self, SizeComparison};
 use super::{Interface, accessible};
 use crate::catalog::cities::{self, City};
 use crate::catalog::{Catalog, NaifId};
@@ -39,7 +41,7 @@ impl LengthUnit {
     }
 
     /// A length in this unit, with the unit's name. `radius_km`: the body's equatorial radius, the unit of [`Self::BodyRadii`].
-    fn format_length(self, km: f64, radius_km: f64) -> String {
+    pub(super) fn format_length(self, km: f64, radius_km: f64) -> String {
         let (value, decimals) = match self {
             Self::Kilometres => (km, 0),
             Self::AstronomicalUnits => (km / KM_PER_AU, 6),
@@ -82,7 +84,7 @@ struct ReportInputs {
 /// State of the Information panel.
 #[derive(Default)]
 pub(crate) struct InformationPanel {
-    /// The unit of the lengths in the panel.
+    /// The unit of lengths, which all panels use.
     pub unit: LengthUnit,
     /// The observer's place on the Earth, which all panels use.
     pub home: Home,
@@ -106,12 +108,7 @@ impl InformationPanel {
 
 /// Shows the panel: the clicked star, if any, and the selected body.
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker) {
-    ui.horizontal(|ui| {
-        ui.label(text!("units"));
-        for unit in LengthUnit::ALL {
-            ui.selectable_value(&mut interface.information.unit, unit, unit.name()).on_hover_text(text!("units-hint"));
-        }
-    });
+    unit_row(ui, &mut interface.information.unit);
     if let Some(star_index) = interface.viewport.star_index {
         let (stars, time) = (worker.session().catalog().stars(), interface.viewer.view.time());
         if let Some(star) = stars.stars().get(star_index) {
@@ -129,6 +126,16 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         position_in_sky(interface, ui, worker, &body, time);
         ui.separator();
         sizes_and_distances::panel(interface, ui, worker);
+    });
+}
+
+/// Shows the choice of the unit of lengths.
+pub(super) fn unit_row(ui: &mut egui::Ui, chosen: &mut LengthUnit) {
+    ui.horizontal(|ui| {
+        ui.label(text!("units"));
+        for unit in LengthUnit::ALL {
+            ui.selectable_value(chosen, unit, unit.name()).on_hover_text(text!("units-hint"));
+        }
     });
 }
 
@@ -185,7 +192,7 @@ fn facts_from_camera(ui: &mut egui::Ui, body: &BodyInView, unit: LengthUnit, cat
 }
 
 /// Formats a duration in milliseconds, seconds, minutes or hours, by its length.
-fn duration_text(duration_s: f64) -> String {
+pub(super) fn duration_text(duration_s: f64) -> String {
     match duration_s {
         s if s < 1.0 => format!("{} ms", decimal(s * 1e3, 1)),
         s if s < 120.0 => format!("{} s", decimal(s, 1)),

@@ -36,7 +36,7 @@ struct Row {
     about: fn() -> &'static str,
     icon: Icon,
     group: Group,
-    /// Whether the panel shows source text or images, which need more space than a list.
+    /// Whether the panel needs more space than a list: for source text, images, or a table of several columns.
     is_wide: bool,
     /// Shows the panel's controls.
     show: fn(&mut Interface, &mut Ui, &dyn RenderWorker, &mut Vec<Action>),
@@ -163,7 +163,7 @@ impl Tab {
         self.digit() <= TITLED_BUTTONS
     }
 
-    /// Whether the panel shows source text or images, which need more space than a list.
+    /// Whether the panel needs more space than a list.
     pub(super) fn is_wide(self) -> bool {
         self.row().is_wide
     }

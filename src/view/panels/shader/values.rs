@@ -10,6 +10,7 @@ use crate::shader::{Layout, ModuleId};
 use crate::view::error_texts::error_text;
 use crate::view::language::{decimal, text};
 use crate::view::panels::accessible;
+use crate::view::panels::table::{self, SortOrder, SortValue};
 use crate::view::panels::theme::SMALL_TEXT_POINTS;
 use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
 
@@ -18,6 +19,8 @@ use egui::{ComboBox, Grid, RichText, ScrollArea, TextEdit};
 pub(crate) struct ValuesPage {
     /// Only uniforms whose name contains this text are shown.
     filter: String,
+    /// The order of the uniforms.
+    order: SortOrder,
     /// Index of the chosen draw among those that use the displayed simple shader.
     draw_index: usize,
 }
@@ -47,7 +50,7 @@ pub(crate) fn show(panel: &mut ShaderPanel, ui: &mut egui::Ui, inspected: &Inspe
     }
     let bytes = bytes.and_then(Result::ok);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        uniform_table(ui, layout, bytes.as_deref(), &panel.values.filter);
+        uniform_table(ui, layout, bytes.as_deref(), &mut panel.values);
         ui.separator();
         ui.strong(text!("values-textures", textures = layout.textures.len(), samplers = layout.samplers.len()));
         texture_table(panel, ui, inspected, layout);
@@ -94,19 +97,30 @@ pub(crate) fn brief_number(v: f32) -> String {
     format!("{v:.6}").trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
-/// Shows the table of uniforms whose name contains `filter`; their values are empty without `bytes`.
-fn uniform_table(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, filter: &str) {
+/// The value by which a column of the table of uniforms is sorted; the columns are in the order of their titles.
+fn sort_value(field: &UniformField, column: usize) -> SortValue {
+    match column {
+        0 => SortValue::Number(field.offset.into()),
+        1 => SortValue::Number(field.size.into()),
+        2 => SortValue::Text(field.ty.to_string()),
+        _ => SortValue::Text(field.name.clone()),
+    }
+}
+
+/// Shows the table of uniforms whose name contains the page's filter, in its order; their values are empty without `bytes`.
+fn uniform_table(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, page: &mut ValuesPage) {
     /// Largest number of rows of a matrix or array that the table shows.
     const MAX_ROWS: usize = 3;
     /// Largest number of rows of a matrix or array that the tooltip of its value shows.
     const MAX_TOOLTIP_ROWS: usize = 60;
     Grid::new("uniforms").num_columns(5).striped(true).spacing([10.0, 3.0]).show(ui, |ui| {
-        for heading in [text!("values-offset"), text!("values-bytes"), text!("values-type"), text!("values-name"), text!("values-value")] {
-            ui.weak(heading);
-        }
+        let titles = [text!("values-offset"), text!("values-bytes"), text!("values-type"), text!("values-name")];
+        table::headings(ui, &mut page.order, &titles);
+        ui.weak(text!("values-value"));
         ui.end_row();
-        let filter = filter.trim().to_ascii_lowercase();
-        for field in layout.fields.iter().filter(|f| f.name.contains(&filter)) {
+        let filter = page.filter.trim().to_ascii_lowercase();
+        let fields = layout.fields.iter().filter(|f| f.name.contains(&filter));
+        for field in page.order.sorted(fields, |field, column| sort_value(field, column)) {
             ui.monospace(field.offset.to_string());
             ui.monospace(field.size.to_string());
             ui.label(RichText::new(field.ty.to_string()).monospace().size(SMALL_TEXT_POINTS));

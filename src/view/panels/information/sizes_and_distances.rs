@@ -3,13 +3,13 @@
 //! In: radii, and distances at the displayed time. Out: two drawings, each with a sentence that says the same. Always: each drawing has one scale;
 //! but in the first, no disc is drawn narrower or lower than `MIN_DIAMETER`, and in the second, bodies are dots of a fixed size.
 
-use super::Interface;
 use crate::catalog::{BodyKind, Catalog, NaifId};
 use crate::units::{KM_PER_AU, SPEED_OF_LIGHT_KM_S};
 use crate::view::app::body_positions::{BodyPositions, SessionPositions};
 use crate::view::app::viewer::SelectableBody;
 use crate::view::language::numbers::grouped;
 use crate::view::language::{body_name, decimal, text};
+use crate::view::panels::Interface;
 use crate::view::panels::theme::HIGHLIGHT_COLOUR;
 use crate::view::worker::render_worker::RenderWorker;
 use egui::{Align2, Color32, ComboBox, FontId, Pos2, Rect, Sense, Shape, Stroke, TextStyle, Ui, pos2, vec2};

@@ -1,0 +1,52 @@
+//! All bodies as seen from one place: distance, magnitude, phase, sub-points, without an image.
+//!
+//! In: the catalog, the ephemeris, the viewer's position and a time. Out: one [`BodyInView`] per body of the catalog. They are the reports of the scene of a
+//! tiny image, so that light time, aberration, light of rings, light curves and eclipses are those of images.
+
+use crate::catalog::{Catalog, NaifId};
+use crate::ephemeris::Ephemeris;
+use crate::scene::error::SceneError;
+use crate::scene::finished::Scene;
+use crate::scene::in_view::BodyInView;
+use crate::scene::request::effects::{Effect, EffectOverrides};
+use crate::scene::request::layers::Layers;
+use crate::scene::request::view_request::{Axes, ExposureRequest, Look, Position, Up, ViewRequest};
+use crate::time::Instant;
+use glam::DVec3;
+
+/// Width and height of the image: so small that bodies in it need few decisions.
+const IMAGE_PX: u32 = 16;
+
+/// Every body of the catalog, in catalog order, as a viewer at `position` sees it at `time`; the position needs no target, so it is not
+/// [`Position::AboveTarget`]. Distances and directions have light time, magnitudes include rings, light curves and eclipses.
+///
+/// A body at whose centre the viewer is has the distance 0 and no magnitude; a body that the ephemeris cannot place has the distance NaN and no magnitude.
+/// Any other body without a magnitude is one that no sunlight reaches. The fields about an image are of no use: `appearance`, `diameter_px`, `decisions`,
+/// `features` and `invented`.
+///
+/// # Errors
+/// A position that is invalid, inside a body, or not covered by the ephemeris at this time.
+pub fn bodies_seen_from(
+    catalog: &Catalog,
+    ephemeris: &Ephemeris,
+    position: Position,
+    time: Instant,
+) -> Result<Vec<BodyInView>, SceneError> {
+    let mut effects = EffectOverrides::default();
+    // No magnitude depends on ring-shine, which would need a new table for each date.
+    effects.set(Effect::RingShine, false);
+    let request = ViewRequest {
+        target: None,
+        position,
+        // Any direction, because bodies outside the image are reported, too.
+        look: Look::Along { direction: DVec3::X, axes: Axes::Icrf },
+        up: Up::Celestial,
+        width: IMAGE_PX,
+        height: IMAGE_PX,
+        exposure: ExposureRequest::Stops(0.0),
+        effects,
+        layers: Layers::NONE,
+        ..ViewRequest::of(NaifId::SUN, time)
+    };
+    Ok(Scene::build(catalog, ephemeris, &request)?.bodies)
+}
