@@ -38,7 +38,7 @@ const NATIVE_FUNCTIONS: [NativeFunction; 2] = [
     NativeFunction {
         name: "filtered_map",
         shipped_source: include_str!("../../../../shaders/lib/filtered_map.wesl"),
-        reimplemented_sha256: "a911eac63b75541f5bb7fe0b4ad32a174f847fde4e0d66926bb6cc61ba944322",
+        reimplemented_sha256: "a2921f76f4eb44fa6a39f96ef85b37af9d844b3d8dac13e97ab9c38fe9ffc624",
         op: TextureOp::Filtered,
         has_sampler: true,
     },
