@@ -4,7 +4,7 @@
 //! [`super`].
 
 use super::drawings::standard_request;
-use super::images::{LinearImage, PrecisionRenderers, level_differences, p999, precision_of};
+use super::images::{LinearImage, PrecisionRenderers, larger_or_nan, level_differences, p999, precision_of};
 use super::rule::ErrorUnit;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::render::plan::{FrameImages, SamplingQuality};
@@ -32,7 +32,8 @@ pub(super) fn quality(session: &Session, effort: Effort) -> Result<ChoiceMeasure
         let mut planned_views = Vec::new();
         for (request, reference) in &views {
             let view = renderers.plan_target_body(&ViewRequest { quality, ..request.clone() }, SamplingQuality::of(quality))?;
-            worst = worst.max(p999(level_differences(&renderers.draw_linear(&view, precision_of(quality))?, reference)));
+            let error = p999(level_differences(&renderers.draw_linear(&view, precision_of(quality))?, reference));
+            worst = larger_or_nan(worst, error);
             planned_views.push(view);
         }
         let renderers = &renderers;

@@ -3,6 +3,7 @@
 //! In: the session's ephemeris. Out: errors in arcseconds as seen from the Earth, each the greatest over the Sun, the Moon and the planets on dates that span
 //! 185 years.
 
+use super::images::larger_or_nan;
 use super::rule::ErrorUnit;
 use super::{Candidate, ChoiceMeasure, Effort, measure_choice};
 use crate::catalog::NaifId;
@@ -36,7 +37,7 @@ fn worst_arcsec(a: &DirectionFn<'_>, b: &DirectionFn<'_>) -> Result<f64, Ephemer
     let mut worst = 0.0_f64;
     for t in instants() {
         for body in BODIES {
-            worst = worst.max(angle_rad(a(body, t)?, b(body, t)?) / RAD_PER_ARCSEC);
+            worst = larger_or_nan(worst, angle_rad(a(body, t)?, b(body, t)?) / RAD_PER_ARCSEC);
         }
     }
     Ok(worst)

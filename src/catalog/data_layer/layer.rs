@@ -141,7 +141,9 @@ fn length_deg(vertices: &[[f64; 2]]) -> f64 {
         if vertices.len() == 2 && a[0] == b[0] && longitude_change > 359.999_999 {
             return (b[0] - a[0]).abs() + longitude_change;
         }
-        (b[0] - a[0]).abs() + if longitude_change > 180.0 { (longitude_change - 360.0).abs() } else { longitude_change }
+        // Longitudes from -360 to 360 degrees may differ by almost two turns.
+        let within_turn = longitude_change.rem_euclid(360.0);
+        (b[0] - a[0]).abs() + within_turn.min(360.0 - within_turn)
     };
     vertices.array_windows().map(segment_length).sum()
 }
@@ -215,6 +217,7 @@ mod tests {
     fn a_whole_parallel_is_a_turn_long() {
         assert_eq!(length_deg(&[[66.5, -180.0], [66.5, 180.0]]), 360.0);
         assert_eq!(length_deg(&[[10.0, 179.0], [10.0, 180.0], [10.0, -180.0], [10.0, -179.0]]), 2.0);
+        assert_eq!(length_deg(&[[0.0, -350.0], [10.0, 350.0]]), 30.0);
     }
 
     /// The limits apply to the sum over the features of a file, and to the sum over layers.
