@@ -72,7 +72,7 @@ impl Emitted {
             .iter()
             .map(|t| BoundTexture { texels: Arc::clone(texels.as_ref().expect("a texture")), sampler: t.sampler_binding.map(|_| state) });
         let textures = Textures::new(bound.collect(), class);
-        let prepared = self.program.run_draw_tape::<R>(&uniform_bytes, class);
+        let draw_values = self.program.run_draw_tape::<R>(&uniform_bytes, class);
         let mut executor = Executor::<R>::with_class(&self.program, class).expect("binds");
         let mut results = Vec::with_capacity(inputs.len());
         for chunk in inputs.chunks(LANES) {
@@ -83,7 +83,7 @@ impl Emitted {
                     *v = R::from_f64(chunk[lane.min(chunk.len() - 1)][(4 * index + component) as usize]);
                 }
             }
-            executor.run(&prepared, LaneMask::MAX, &textures);
+            executor.run(&draw_values, LaneMask::MAX, &textures);
             results.extend((0..chunk.len()).map(|lane| std::array::from_fn(|k| executor.output(k)[lane].to_f64())));
         }
         results

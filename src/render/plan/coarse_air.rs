@@ -121,7 +121,8 @@ pub(super) fn steps(
     for (k, draw) in draws.iter().enumerate() {
         for (subimage, features) in (subimages_before(draws, k)..).zip(subimages_of(draw)) {
             let is_sunlight = features.air_pass == AirPass::SunlightDrawn;
-            // The accepted error of the light (not of its square root, which the texels hold): relative to the light (x) and to the Sun's irradiance (y).
+            // The accepted error of the light (not of its square root, which the texels hold): as a fraction of the light (x), and as a fraction of the Sun's
+            // irradiance (y).
             let bound = if is_sunlight { draw.uniforms.eclipse.coarse_bound } else { draw.uniforms.air.coarse_bound };
             // A negative bound: this quantity must not be interpolated. Its subimage keeps the clear colour, whose alpha 0 marks no texel.
             if bound.min_element() < 0.0 {
@@ -134,7 +135,8 @@ pub(super) fn steps(
             let quantity = if is_sunlight { "sunlight" } else { "air" };
             let label = format!("{} {quantity} samples", draw.name);
             sampling_draws.push(sampling_draw(label, &features, uniforms, scissor, provider)?);
-            // From the subimage of the air in front of the ground to that of the air in front of the clouds; 0 unless the ground's draw also shows the clouds.
+            // If the ground's draw also shows clouds: for the air in front of the ground, the number of subimages from this one to that of the air in front of
+            // the clouds. Otherwise 0.
             let subimages_to_clouds = ground_and_clouds(draws, k)
                 .filter(|(ground, _)| *ground == k && !is_sunlight)
                 .map_or(0, |(_, clouds)| subimages_before(draws, clouds) - subimage);

@@ -26,7 +26,7 @@ fn shadow_offset_px(glyph_px: f64) -> f64 {
     (glyph_px / 13.0).round().max(1.0)
 }
 
-/// A rectangle of the glyph atlas drawn into the image: a letter, the ring of a marker, or a part of the filled square.
+/// A rectangle of the glyph atlas drawn into the image: a character, the ring of a marker, or a part of the filled square.
 struct GlyphQuad {
     /// Top-left corner in the image.
     corner_px: [f32; 2],
@@ -106,7 +106,8 @@ fn filled_bar(bar: &Bar, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     (0..columns * rows).map(tile).collect()
 }
 
-/// Caption, scale bar and compass; also the names of surface features, which the scene puts into the same lists. Only the compass and landing sites have rings.
+/// Caption, scale bar and compass; also the names of surface features, which the scene puts into the same lists. Of these, the compass and landing sites have
+/// rings.
 fn margin_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     let shadow_px = shadow_offset_px(layer.glyph_px);
     let margin = &layer.margin;

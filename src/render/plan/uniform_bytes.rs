@@ -20,8 +20,8 @@ pub fn uniform_bytes(layout: &Layout, uniforms: &DrawUniforms, map_taps: u8) -> 
         let rows = if let FieldType::Vec4Array(rows) = field.ty { rows as usize } else { 0 };
         match field.name.as_str() {
             name @ "map_taps" => writer.f32(name, f32::from(map_taps))?,
-            // A pixel's ring light is averaged over one interval of ring radius a pixel wide (a span), or over two such spans half a pixel apart. One span is
-            // faster, two show fewer moire patterns. A view without anisotropic filtering takes the faster way for rings, too.
+            // A pixel's ring light is averaged over one span (an interval of the ring's radius, as wide as a pixel), or over two spans half a pixel apart. One
+            // span is faster, two show fewer moire patterns. A view without anisotropic filtering takes the faster way for rings, too.
             name @ "ring_spans" => writer.f32(name, if map_taps > 1 { 2.0 } else { 1.0 })?,
             name => {
                 let mut value = uniform_value(uniforms, name, rows).ok_or_else(|| LayoutError::Unknown(name.to_owned()))?;

@@ -232,7 +232,7 @@ impl TileTarget {
 mod tests {
     use super::*;
 
-    const USES_DEPTH: bool = false;
+    const WITHOUT_DEPTH: bool = false;
 
     fn pixel(t: &TileTarget, pixel: usize) -> [f32; 4] {
         match t.block(pixel / BLOCK_PIXELS).filter(|_| t.is_written(pixel / BLOCK_PIXELS)) {
@@ -244,7 +244,7 @@ mod tests {
     #[test]
     fn a_pixel_splits_at_an_edge_and_resolves_to_the_mean() {
         let mut t = TileTarget::new(4);
-        t.clear([0.0, 0.0, 0.0, 1.0], USES_DEPTH);
+        t.clear([0.0, 0.0, 0.0, 1.0], WITHOUT_DEPTH);
         t.store(7, 0b0101, Blend::Replace, [1.0, 2.0, 4.0, 1.0]);
         let mut resolved = t.clone();
         resolved.resolve();
@@ -260,20 +260,20 @@ mod tests {
         t.store_lanes(4, Blend::Replace, [&[2.0; 4]; 4]);
         assert_eq!(pixel(&t, 7), [2.0; 4], "the pixel is not split any more");
         t.store(7, 0b0001, Blend::Replace, [9.0; 4]);
-        t.clear([0.25; 4], USES_DEPTH);
+        t.clear([0.25; 4], WITHOUT_DEPTH);
         assert_eq!(pixel(&t, 7), [0.25; 4]);
     }
 
     #[test]
     fn written_blocks_are_tracked() {
         let mut t = TileTarget::new(1);
-        t.clear([0.0; 4], USES_DEPTH);
+        t.clear([0.0; 4], WITHOUT_DEPTH);
         let written = |t: &TileTarget| (0..TILE_BLOCKS).filter(|b| t.is_written(*b)).collect::<Vec<_>>();
         assert!(written(&t).is_empty());
         t.store(BLOCK_PIXELS, 1, Blend::Add, [1.0; 4]);
         t.store_lanes(5 * BLOCK_PIXELS - 4, Blend::Replace, [&[1.0; 8]; 4]);
         assert_eq!(written(&t), [1, 4, 5]);
-        t.clear([0.0; 4], USES_DEPTH);
+        t.clear([0.0; 4], WITHOUT_DEPTH);
         t.store_lanes(0, Blend::Add, [&[0.0; 8]; 4]);
         t.store_lanes(0, Blend::PremultipliedOver, [&[0.0; 8]; 4]);
         assert!(written(&t).is_empty(), "nothing was added");
@@ -299,7 +299,7 @@ mod tests {
                 for drawn_before in 0..=lights.len() {
                     let (mut added, mut blended) = (TileTarget::new(4), TileTarget::new(4));
                     for t in [&mut added, &mut blended] {
-                        t.clear(clear, USES_DEPTH);
+                        t.clear(clear, WITHOUT_DEPTH);
                     }
                     for (k, light) in lights.iter().enumerate() {
                         if k == drawn_before {

@@ -31,7 +31,7 @@ pub const fn kind_bits(kinds: &str) -> u8 {
 }
 
 /// Each entry: the kinds of the operands, the first operation, then each further operation with the position of the previous result among its
-/// operands. Where the first two operands commute, as in products and sums, the position is 1: the lowering swaps them if necessary.
+/// operands. In `Mul`, `Add`, `Fma`, `Fms`, `Fnma`, `And` and `Or` this position is never 0: the lowering swaps the first two operands if necessary.
 macro_rules! with_chains {
     ($m:ident) => {
         $m! {

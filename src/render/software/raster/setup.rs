@@ -158,9 +158,8 @@ impl RasterGeometry {
 }
 
 /// Prefetch distances, in triangles: of raster triangles; of source triangles; of planes and flat values. A raster triangle refers to its source triangle,
-/// which refers to planes and flat values. Therefore a triangle's data are fetched in this order, each four triangles after the one before; planes and flat
-/// values are fetched four triangles before their use.
-/// Four is a choice: docs/measurements.md has times with these distances only.
+/// which refers to planes and flat values. A triangle's data are therefore fetched in this order, in three stages: twelve, eight and four triangles before its
+/// use. The spacing of four triangles is a choice: docs/measurements.md has times with these distances only.
 #[cfg(target_arch = "x86_64")]
 const PREFETCH_DISTANCES: [usize; 3] = [12, 8, 4];
 

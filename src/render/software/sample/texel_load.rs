@@ -111,7 +111,7 @@ fn read_masked<R: Real, D: Decode, const MASKED: bool>(
         [Some(r), Some(g), Some(b), Some(a)] => {
             let [r, g, b, a] = [r, g, b, a].map(|lanes| lanes.as_chunks_mut::<GROUP_LANES>().0);
             for (((((index, mask), to_r), to_g), to_b), to_a) in chunks.zip(r).zip(g).zip(b).zip(a) {
-                // SAFETY: `find_texels` keeps indices inside the level. (If `MASKED`, this function masks the values, so that `write` need not.)
+                // SAFETY: `find_texels` keeps indices inside the level. (If `MASKED`, `channels_of_eight` masks the values, so that `write` need not.)
                 let [r, g, b, a] = unsafe { decode.channels_of_eight::<MASKED>(level, index, mask) };
                 write::<R, false>(to_r, &r, mask);
                 write::<R, false>(to_g, &g, mask);
