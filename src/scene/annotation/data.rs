@@ -43,7 +43,7 @@ fn is_hidden(bodies: &[BodyInView], line_of_sight: DVec3, distance_km: f64) -> b
     bodies.iter().any(|b| {
         let placement = &b.placement;
         let (camera, ray) = (placement.camera_in_unit_sphere(), placement.direction_in_unit_sphere(line_of_sight).normalize());
-        // The ray approaches the centre of the unit sphere, and its line passes the centre at less than 1.
+        // The ray approaches the centre of the unit sphere, and its line passes the centre at a distance of less than 1.
         b.distance_km < distance_km && !placement.camera_is_inside() && camera.dot(ray) < 0.0 && camera.cross(ray).length() < 1.0
     })
 }
@@ -56,7 +56,7 @@ pub(crate) fn dots(image: &impl ImageProjection, catalog: &Catalog, bodies: &[Bo
     let mut dots = Vec::new();
     for layer in catalog.data_layers() {
         let body = layer.body.map(|id| located.iter().find(|b| b.id == id));
-        // The layer is on a body whose position is unknown, or at which the camera is.
+        // The layer is on a body without a known position, or at whose centre the camera is.
         if matches!(body, Some(None)) {
             continue;
         }

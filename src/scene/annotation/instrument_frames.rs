@@ -1,7 +1,7 @@
 //! Outlines of the fields of view of instruments over the image, each with the instrument's name. In this module such an outline is called a *frame*.
 //!
 //! In: the catalog's instruments, the camera, and the target's direction. Out: line segments, labels and a decision. Always: a frame is centred on the
-//! target, or on the middle of the image if this does not contain the target; sides of a rectangle are great circles; an instrument whose field covers the
+//! target, or on the middle of the image if the target is outside it; sides of a rectangle are great circles; an instrument whose field covers the
 //! entire image, or is smaller than a few pixels, has no frame.
 
 use crate::catalog::{FieldOfView, Instrument};

@@ -317,7 +317,7 @@ impl<'a> Occluder<'a> {
     }
 
     /// How much the shadow matters to the image. `axis_ratios`: the receiver's semi-axes divided by its equatorial radius; `min_change`: the relative change
-    /// above which a change of a pixel is visible.
+    /// of a pixel above which the change is visible.
     fn importance(&self, axis: &Axis, extent: ReceiverExtent, axis_ratios: DVec3, min_change: f64) -> Importance {
         let mut pixel_radii = extent.pixel_radii;
         if let Some(frustum) = extent.frustum {

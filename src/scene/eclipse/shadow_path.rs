@@ -116,8 +116,8 @@ impl PassageGeometry<'_, '_> {
         Some(receiver.body_from_icrf.transpose() * (origin - direction * origin.dot(direction)))
     }
 
-    /// Middle of the passage and an upper limit of half its duration. The middle is when the shadow's axis is nearest to the receiver's centre; repeated linear
-    /// extrapolation finds it. `None` if the penumbra misses the receiver, or if the middle is not found within [`MAX_MIDDLE_OFFSET_S`].
+    /// Middle of the passage and an upper limit of half its duration, seconds. The middle is when the shadow's axis is nearest to the receiver's centre;
+    /// repeated linear extrapolation finds it. `None` if the penumbra misses the receiver, or if the middle is not found within [`MAX_MIDDLE_OFFSET_S`].
     fn passage(&self) -> Option<(f64, f64)> {
         let mut time_s = 0.0;
         for _ in 0..8 {

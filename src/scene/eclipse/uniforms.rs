@@ -31,8 +31,8 @@ fn normalised_limb_darkening(u1: DVec3, u2: DVec3) -> [DVec3; 3] {
     [(1.0 - u1 - u2) / flux, (u1 + 2.0 * u2) / flux, -u2 / flux]
 }
 
-/// The uniforms for an axis. [`EclipseUniforms`] documents the components of each `Vec4`. Three fields are set later, if the draw needs them: `coarse_first_row` by
-/// `render::plan`, `coarse_bound` by `scene::atmosphere::air_pass`, `multi_scatter` by `scene::features`.
+/// The uniforms for an axis. [`EclipseUniforms`] documents the components of each `Vec4`. Three fields are set later, if the draw needs them:
+/// `coarse_first_row` by `render::plan`, `coarse_bound` by `scene::atmosphere::air_pass`, `multi_scatter` by `scene::features`.
 fn uniforms_for_axis(axis: &Axis, occluders: &[Occluder<'_>], model: EclipseModel, receiver: &Receiver<'_>, sun: &Body) -> EclipseUniforms {
     let narrow4 = |v: DVec3, w: f64| camera::narrow(v).extend(camera::narrow_scalar(w));
     let (u1, u2) = match model {

@@ -14,8 +14,8 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
 
-/// Number of radii at which the test is made which points of the rings the globe hides or shadows. With four times as many radii and azimuths the light of the
-/// rings changes by less than 0.002 mag.
+/// Number of radii at which points of the rings are tested for being hidden or shadowed by the globe. With four times as many radii and azimuths the light of
+/// the rings changes by less than 0.002 mag.
 const RADII: usize = 24;
 /// Number of azimuths tested at each radius.
 const AZIMUTHS: usize = 72;

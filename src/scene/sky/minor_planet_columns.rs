@@ -13,7 +13,7 @@ use std::sync::Arc;
 pub struct MinorPlanetColumns {
     /// Vector from the Sun to the perihelion, au, ICRF, and 1 - e: four numbers per body.
     pub perihelion: Arc<Vec<f32>>,
-    /// Velocity at the perihelion in au per shader's unit of time (ICRF; its length is sqrt(1 + e) perihelion distances), and the irradiance at full phase,
+    /// Velocity at the perihelion in au per unit of the shader's time (ICRF; its length is sqrt(1 + e) perihelion distances), and the irradiance at full phase,
     /// 1 au from Sun and viewer: four numbers per body.
     pub perihelion_velocity: Arc<Vec<f32>>,
     /// Slope parameter G of the H,G law.

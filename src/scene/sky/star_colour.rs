@@ -15,7 +15,7 @@ const STEPS: usize = 56;
 /// Effective temperature of the Sun (IAU 2015 Resolution B3), kelvin.
 const SUN_K: f64 = 5772.0;
 
-/// Colours of stars at the table's indices: linear sRGB of luminance 1.
+/// Colours of stars, linear sRGB of luminance 1, at colour indices in even steps from [`MIN_B_V`] to [`MAX_B_V`].
 static COLOURS: LazyLock<[DVec3; STEPS + 1]> = LazyLock::new(|| {
     let sun = linear_srgb(SUN_K);
     std::array::from_fn(|k| {

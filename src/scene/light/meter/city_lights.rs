@@ -11,7 +11,7 @@ use crate::scene::placed::PlacedBody;
 
 /// Heights of the camera between which the lights around the camera gradually become lights of a landscape below.
 const LANDSCAPE_HEIGHTS_KM: [f64; 2] = [0.1, 3.0];
-/// Fraction of the frame that is above the horizon, from which on a view from the ground counts entirely as a view of the sky.
+/// A view from the ground counts entirely as a view of the sky if at least this fraction of the frame is above the horizon.
 const SKY_VIEW_FRACTION: f64 = 0.4;
 /// Factor on the lights in a view of the sky: with it they are darker than the ground in starlight. It is above 0 so that the logarithm of the lights, and with
 /// it the exposure, changes gradually.

@@ -1,8 +1,8 @@
 //! The air beyond the limb of a body seen from afar, for the light meter: most of the light of a body in front of the Sun is in this ring.
 //!
 //! In: a body with air, the direction of the Sun. Out: parts of the ring with their area and radiance. Always: continuous in position and time. The radiance
-//! agrees with the drawn rim within a factor of 3 for Titan, Pluto and Mars, and of 8 for the Earth in small images (tests/scene/rims.rs). Left out: shadows of
-//! a planet's rings on the air, absorbing layers, and the ring of air around a near body, only a part of which is in view (`FAR_RADII`).
+//! agrees with that of the drawn rim within a factor of 3 for Titan, Pluto and Mars, and of 8 for the Earth in small images (tests/scene/rims.rs). Left out:
+//! shadows of a planet's rings on the air, absorbing layers, and the ring of air around a near body, only a part of which is in view (`FAR_RADII`).
 
 use super::MeteredFrame;
 use crate::catalog::{Atmosphere, Species};
