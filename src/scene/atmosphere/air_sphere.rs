@@ -129,7 +129,8 @@ impl AirSphere<'_> {
 
     /// For each species and channel, the factor that normalises its phase function over discrete directions: one over the sum of the function's values times
     /// the solid angles. Without this factor the sum would not be 1, because the narrow peak of a forward-scattering aerosol lies between the directions or on
-    /// one of them. `directions`: each with its solid angle; the solid angles sum to 4 pi, even if the directions are only those of one half of a symmetric sphere.
+    /// one of them. `directions`: each with its solid angle; the solid angles sum to 4 pi, even if the directions are only those of one half of a symmetric
+    /// sphere.
     pub(super) fn phase_norms(&self, sun: DVec3, directions: impl Iterator<Item = (DVec3, f64)> + Clone) -> Vec<DVec3> {
         let sum =
             |s: &Species| directions.clone().map(|(d, solid_angle)| phase::per_steradian(s.phase, d.dot(sun)) * solid_angle).sum::<DVec3>();

@@ -41,7 +41,7 @@ pub(crate) const COLUMN_RANGES_START: usize = FACTORS_PER_OCCLUDER * MAX_OCCLUDE
 /// Number of vec4s in the table: the factors and the column ranges of all occluders.
 pub const VECTORS: usize = COLUMN_RANGES_START + MAX_OCCLUDERS as usize;
 
-/// Number of altitudes of the paths.
+/// Number of altitude angles of the paths.
 const ALTITUDES: usize = 32;
 /// Integration steps along a path.
 const STEPS: usize = 24;
