@@ -109,23 +109,23 @@ pub(crate) fn place<'a>(
     } else {
         ephemeris.light_time_position(NaifId::SUN, position_km, emitted_at)?.0 - position_km
     };
-    let camera_at_centre = viewer.at_centre_of == Some(body.id);
-    if !camera_at_centre && placement.camera_is_inside() {
+    let camera_is_at_centre = viewer.at_centre_of == Some(body.id);
+    if !camera_is_at_centre && placement.camera_is_inside() {
         return Err(SceneError::Inside(body.name.clone()));
     }
     let phase_angle_rad =
-        if body.id == NaifId::SUN || camera_at_centre { 0.0 } else { crate::ephemeris::angle_rad(-astrometric_km, sun_from_body_km) };
+        if body.id == NaifId::SUN || camera_is_at_centre { 0.0 } else { crate::ephemeris::angle_rad(-astrometric_km, sun_from_body_km) };
     let to_camera = placement.camera_in_unit_sphere() * body.radii_km;
     // Positions of the Sun and of the viewer relative to the body's centre, body axes.
     let (sun_km, viewer_km) = (body_from_icrf * sun_from_body_km, to_camera.normalize() * distance_km);
     let shows_rings = request.effects.override_of_body(body, Effect::Rings) != Some(false);
-    let (irradiance, shown_irradiance) = if camera_at_centre {
+    let (irradiance, shown_irradiance) = if camera_is_at_centre {
         (0.0, 0.0)
     } else {
         let with_rings = brightness::irradiance(&caches.ring_tables, body, phase_angle_rad, sun_km, viewer_km);
         (with_rings, if shows_rings { with_rings } else { brightness::globe_irradiance(body, phase_angle_rad, sun_km, viewer_km) })
     };
-    let outline = if camera_at_centre { Outline::Behind } else { Outline::of(camera, &placement) };
+    let outline = if camera_is_at_centre { Outline::Behind } else { Outline::of(camera, &placement) };
     Ok(PlacedBody {
         body,
         catalog,

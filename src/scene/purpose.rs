@@ -78,7 +78,8 @@ impl Threshold {
         self.cutoff_radiance(VISIBLE_LIGHT)
     }
 
-    /// Whether the purpose is linear light, for which overlay images are kept even if they are smaller than half a pixel.
+    /// Whether the purpose is linear light. Some rules for displays do not apply to it: overlay images smaller than half a pixel are kept, and the air is not
+    /// interpolated from its coarse image.
     pub(crate) fn is_linear(self) -> bool {
         matches!(self.purpose, Purpose::Linear { .. })
     }

@@ -113,8 +113,11 @@ impl AirSphere<'_> {
     ) -> (DVec3, Option<GroundHit>) {
         let species = self.air.species.iter();
         // The scattering angle is the same at all points of the ray.
-        let into_ray: Vec<DVec3> =
-            species.clone().zip(norms).map(|(s, norm)| scattering_into_air(s) * *norm * phase::per_steradian(s.phase, along.dot(sun))).collect();
+        let into_ray: Vec<DVec3> = species
+            .clone()
+            .zip(norms)
+            .map(|(s, norm)| scattering_into_air(s) * *norm * phase::per_steradian(s.phase, along.dot(sun)))
+            .collect();
         let mut light = DVec3::ZERO;
         let ground = self.follow(from, along, count, |p, transmitted_km| {
             let height_km = self.height_km(p);
@@ -124,9 +127,10 @@ impl AirSphere<'_> {
         (light, ground)
     }
 
-    /// For each species and channel, the factor that normalises its phase function over discrete directions: one over the sum of the function's values times the solid
-    /// angles. Without this factor the sum would not be 1, because the narrow peak of a forward-scattering aerosol lies between the directions or on one of
-    /// them. `directions`: each with its solid angle; the solid angles sum to 4 pi, even if the directions are only those of one half of a symmetric sphere.
+    /// For each species and channel, the factor that normalises its phase function over discrete directions: one over the sum of the function's values times
+    /// the solid angles. Without this factor the sum would not be 1, because the narrow peak of a forward-scattering aerosol lies between the directions or on
+    /// one of them. `directions`: each with its solid angle; the solid angles sum to 4 pi, even if the directions are only those of one half of a symmetric
+    /// sphere.
     pub(super) fn phase_norms(&self, sun: DVec3, directions: impl Iterator<Item = (DVec3, f64)> + Clone) -> Vec<DVec3> {
         let sum =
             |s: &Species| directions.clone().map(|(d, solid_angle)| phase::per_steradian(s.phase, d.dot(sun)) * solid_angle).sum::<DVec3>();

@@ -201,9 +201,9 @@ impl<'a> DiffuseLight<'a> {
     }
 }
 
-/// For each pair of streams and each channel: the radiance that a scattering optical depth of 1 sends into the stream `to`, divided by the radiance of the stream `from`. Its
-/// index is `to` * STREAMS + `from`. For an isotropic phase function the value is the weight of `from`. The values are scaled so that all light of a stream is
-/// scattered into some stream; otherwise the narrow peak of a forward-scattering aerosol would be lost between the streams' angles.
+/// For each pair of streams and each channel: the radiance that a scattering optical depth of 1 sends into the stream `to`, divided by the radiance of the
+/// stream `from`. The index is `to` * STREAMS + `from`. For an isotropic phase function the value is the weight of `from`. The values are scaled so that all
+/// light of a stream is scattered into some stream; otherwise the narrow peak of a forward-scattering aerosol would be lost between the streams' angles.
 fn phase_means(phase: crate::catalog::PhaseFunction, streams: &[Stream; STREAMS]) -> Vec<DVec3> {
     let mean = |to: &Stream, from: &Stream| {
         let at = |k: u32| {

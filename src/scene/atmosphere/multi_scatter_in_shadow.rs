@@ -41,8 +41,8 @@ pub(crate) const COLUMN_RANGES_START: usize = FACTORS_PER_OCCLUDER * MAX_OCCLUDE
 /// Number of vec4s in the table: the factors and the column ranges of all occluders.
 pub const VECTORS: usize = COLUMN_RANGES_START + MAX_OCCLUDERS as usize;
 
-/// Number of elevations of the paths.
-const ELEVATIONS: usize = 32;
+/// Number of altitude angles of the paths.
+const ALTITUDES: usize = 32;
 /// Integration steps along a path.
 const STEPS: usize = 24;
 /// Number of bins of distance along the ground: the first contains all distances up to [`FIRST_BIN_KM`], each next one ends sqrt(2) times as far away, and the
@@ -279,19 +279,19 @@ impl AirAndGround<'_> {
     fn integrate_path(
         &self,
         start_height_km: f64,
-        elevation_sine: f64,
+        altitude_sine: f64,
         mut add_scattering: impl FnMut(f64, f64, DVec3),
     ) -> Option<(f64, DVec3)> {
         let start_radius_km = self.radius_km + start_height_km.max(GROUND_CLEARANCE_KM);
         // Positions on the path are counted from its line's point nearest to the centre. The line meets a sphere at plus and minus half its chord in it.
-        let start = start_radius_km * elevation_sine;
-        let nearest_sq = start_radius_km * start_radius_km * (1.0 - elevation_sine * elevation_sine);
+        let start = start_radius_km * altitude_sine;
+        let nearest_sq = start_radius_km * start_radius_km * (1.0 - altitude_sine * altitude_sine);
         let half_ground_chord_sq = self.radius_km * self.radius_km - nearest_sq;
-        let hits_ground = elevation_sine < 0.0 && half_ground_chord_sq > 0.0;
+        let hits_ground = altitude_sine < 0.0 && half_ground_chord_sq > 0.0;
         let half_top_chord_sq = (self.radius_km + self.air.top_km).powi(2) - nearest_sq;
         let path_km = if hits_ground { -start - half_ground_chord_sq.sqrt() } else { -start + half_top_chord_sq.max(0.0).sqrt() }.max(0.0);
-        let elevation_cosine = (1.0 - elevation_sine * elevation_sine).sqrt();
-        let ground_distance_km = |s_km: f64| self.radius_km * (s_km * elevation_cosine).atan2(start_radius_km + s_km * elevation_sine);
+        let altitude_cosine = (1.0 - altitude_sine * altitude_sine).sqrt();
+        let ground_distance_km = |s_km: f64| self.radius_km * (s_km * altitude_cosine).atan2(start_radius_km + s_km * altitude_sine);
         let mut transmittance = DVec3::ONE;
         for k in 0..STEPS {
             let u = (k as f64 + 0.5) / STEPS as f64;
@@ -311,8 +311,8 @@ impl AirAndGround<'_> {
     /// are relative: the mean radiance over all directions, if each unit of scattering anywhere had the radiance 1.
     fn sources(&self, row: usize, sun_cosine: f64) -> (Sources, Sources) {
         let (mut second, mut rescattered) = (Sources::NONE, Sources::NONE);
-        for (elevation_sine, weight) in elevation_sines() {
-            let ground = self.integrate_path(row_height_km(self.air, row as f64), elevation_sine, |path_km, height_km, scattered| {
+        for (altitude_sine, weight) in altitude_sines() {
+            let ground = self.integrate_path(row_height_km(self.air, row as f64), altitude_sine, |path_km, height_km, scattered| {
                 second.add(path_km, scattered * self.sunlight(height_km, sun_cosine) * (weight / (4.0 * PI)));
                 rescattered.add(path_km, scattered * weight);
             });
@@ -324,9 +324,9 @@ impl AirAndGround<'_> {
     }
 }
 
-/// Sines of elevation from nadir to zenith, densest at the horizon, with weights that sum to 1.
-fn elevation_sines() -> impl Iterator<Item = (f64, f64)> {
-    let half = ELEVATIONS / 2;
+/// Sines of altitude from nadir to zenith, densest at the horizon, with weights that sum to 1.
+fn altitude_sines() -> impl Iterator<Item = (f64, f64)> {
+    let half = ALTITUDES / 2;
     (0..half).flat_map(move |k| {
         let u = (k as f64 + 0.5) / half as f64;
         let weight = u / half as f64;
@@ -399,9 +399,9 @@ fn ground_row(air: &AirAndGround<'_>, shadow: &Shadow, heights: &[(Sources, Sour
     // The sources of the skylight: sunlight scattered once, and by the row of its height the light scattered more often.
     let mut single = Sources::NONE;
     let mut further = vec![Sources::NONE; HEIGHTS];
-    for (elevation_sine, weight) in elevation_sines().filter(|(elevation_sine, _)| *elevation_sine > 0.0) {
-        // Light from this direction contributes to the irradiance in proportion to the sine of its elevation.
-        let weight = weight * elevation_sine;
+    for (altitude_sine, weight) in altitude_sines().filter(|(altitude_sine, _)| *altitude_sine > 0.0) {
+        // Light from this direction contributes to the irradiance in proportion to the sine of its altitude.
+        let weight = weight * altitude_sine;
         let add_scattering = |path_km: f64, height_km: f64, scattered: DVec3| {
             single.add(path_km, scattered * air.sunlight(height_km, shadow.sun_cosine) * (weight / (4.0 * PI)));
             let row = ((height_km / air.air.top_km).sqrt() * (multi_scatter_table::HEIGHTS - 1) as f64).min((HEIGHTS - 1) as f64);
@@ -410,7 +410,7 @@ fn ground_row(air: &AirAndGround<'_>, shadow: &Shadow, heights: &[(Sources, Sour
             further[below].add(path_km, scattered * multiple_scattering[below] * (weight * (1.0 - fraction)));
             further[below + 1].add(path_km, scattered * multiple_scattering[below + 1] * (weight * fraction));
         };
-        air.integrate_path(0.0, elevation_sine, add_scattering);
+        air.integrate_path(0.0, altitude_sine, add_scattering);
     }
     let total = single.total() + further.iter().map(Sources::total).sum::<DVec3>();
     let remaining = |c: usize| {

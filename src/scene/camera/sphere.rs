@@ -135,7 +135,7 @@ impl SphereImage {
         if !self.is_fisheye() {
             return density;
         }
-        // Across its radii, at an angle from its axis, a fisheye is denser than along them by angle / sin(angle).
+        // At an angle from the axis, a fisheye has more pixels per radian across its radii than along them, by the factor angle / sin(angle).
         let angle = self.half_fov_rad.min(FRAC_PI_2);
         density * angle / angle.sin()
     }

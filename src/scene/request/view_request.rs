@@ -258,8 +258,8 @@ pub struct ViewRequest {
 
 /// Default field of view for [`Position::AboveTarget`] without a distance. It is that of a long lens, so that nearly a hemisphere of the target is visible.
 pub const FOV_DEFAULT_DEG: f64 = 20.0;
-/// Default field of view for [`Position::AboveTarget`] with a distance, and for all other positions. Exception: from a body's centre the field of view is
-/// fitted to the target if the camera looks at it. At a distance of 3 radii a disc then fills 85 % of the frame's height.
+/// Default field of view for [`Position::AboveTarget`] with a distance, and for all other positions: at a distance of 3 radii a disc fills 85 % of the frame's
+/// height. Exception: from a body's centre, the field of view is fitted to the target if the camera looks at it.
 pub const FOV_AT_DISTANCE_DEG: f64 = 45.0;
 /// Diameter of a fitted disc relative to the frame's height.
 pub const FITTED_DISC_FRACTION: f64 = 0.75;

@@ -66,7 +66,8 @@ struct GroundReference {
 }
 
 impl GroundReference {
-    /// The nearest of the points where a grid of rays meets the ground; `None` if the field of view is so wide that no reference is needed.
+    /// The nearest of the points where a grid of rays meets the ground; `None` if no ray meets it, or if the field of view is so wide that no reference is
+    /// needed.
     fn of(camera: &Camera, placement: &Placement, rect_in_clip: Vec4) -> Option<Self> {
         if camera.pixel_tangent() >= NARROW_PIXEL_TANGENT {
             return None;
