@@ -202,12 +202,12 @@ impl Tour {
         self.stops.len()
     }
 
-    /// The text of a stop, counted from 0.
+    /// The text of a stop. `stop`: the stop's index, from 0.
     pub fn text(&self, stop: usize) -> &str {
         self.stops.get(stop).map_or("", |s| s.text.as_str())
     }
 
-    /// Time at which the camera arrives at a stop, counted from 0; real seconds from the start of the tour.
+    /// Time at which the camera arrives at a stop, real seconds from the start of the tour. `stop`: the stop's index, from 0.
     pub fn arrival_s(&self, stop: usize) -> f64 {
         let departure_s: f64 = self.stops.iter().take(stop).map(|s| s.travel_s + s.hold_s).sum();
         departure_s + self.stops.get(stop).map_or(0.0, |s| s.travel_s)

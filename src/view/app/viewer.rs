@@ -89,7 +89,7 @@ pub enum Action {
     Forward,
     Backward,
     TogglePause,
-    /// Set the current time, and run it in real time.
+    /// Show the present, and let time run forward in real time.
     Now,
     PreviousView,
     NextView,

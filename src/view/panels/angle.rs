@@ -100,7 +100,8 @@ impl MeasuredAngle {
         let angle_between_rad = angle_rad(*a, *b);
         // The direction of the arc at `a`.
         let Some(tangent) = (b - a * a.dot(*b)).try_normalize() else { return };
-        let arc_position = |fraction: f64| project(*a * (angle_between_rad * fraction).cos() + tangent * (angle_between_rad * fraction).sin());
+        let arc_position =
+            |fraction: f64| project(*a * (angle_between_rad * fraction).cos() + tangent * (angle_between_rad * fraction).sin());
         let arc: Vec<Option<Pos2>> = (0..=SEGMENTS).map(|k| arc_position(f64::from(k) / f64::from(SEGMENTS))).collect();
         // Parts of the arc outside the image interrupt the line.
         for visible in arc.split(Option::is_none).filter(|part| part.len() > 1) {

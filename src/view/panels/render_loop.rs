@@ -24,8 +24,8 @@ use glam::DVec3;
 
 /// Time after the last motion of the view until an image at full resolution is requested, seconds.
 const STILL_AFTER_S: f64 = 0.18;
-/// Additional delay of the frame that requests the image at full resolution, seconds: a frame that came a moment too early would still take the view as
-/// moving.
+/// Additional delay of the frame that requests the image at full resolution, seconds: for a frame that came a moment too early, the view would still count
+/// as moving.
 const STILL_MARGIN_S: f64 = 0.005;
 /// Interval between checks whether the GPU is ready to replace the software renderer, seconds.
 const READY_CHECK_S: f64 = 0.1;

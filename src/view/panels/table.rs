@@ -10,7 +10,7 @@ use std::cmp::Ordering;
 /// The value of a row in one column.
 #[derive(Clone, Debug)]
 pub(super) enum SortValue {
-    /// NaN: there is no value.
+    /// NaN: the row has no value in this column, also if the other rows have texts.
     Number(f64),
     Text(String),
 }
@@ -24,7 +24,7 @@ pub(super) struct SortOrder {
 }
 
 impl SortOrder {
-    /// What a click on a heading does: sorts by another column, or reverses the direction.
+    /// What a click on the heading of a column does: sorts by this column, ascending; if the table is sorted by it already, reverses the direction.
     fn click(&mut self, column: usize) {
         let is_descending = self.column == column && !self.is_descending;
         *self = Self { column, is_descending };
@@ -52,7 +52,8 @@ impl SortOrder {
     }
 }
 
-/// Adds a heading for each title to the current row of a grid. The caller may add headings of columns that do not sort, and ends the row.
+/// Adds a heading for each title to the current row of a grid. The caller may add headings of
+/// columns that do not sort after them, and ends the row.
 pub(super) fn headings(ui: &mut Ui, order: &mut SortOrder, titles: &[&str]) {
     for (column, title) in titles.iter().copied().enumerate() {
         let is_sorted = order.column == column;
