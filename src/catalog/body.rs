@@ -154,8 +154,8 @@ pub enum Motion {
     MeanElements(MeanElements),
 }
 
-/// Mean orbital elements about the parent. Their frame has its z axis at the given pole and its x axis on the ICRF equator, at the pole's right ascension
-/// + 90 degrees.
+/// Mean orbital elements about the parent. Their frame has its z axis at the given pole. Its x axis is on the ICRF equator, 90 degrees east of the pole's
+/// right ascension.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeanElements {
     /// Right ascension of the frame's pole, ICRF.

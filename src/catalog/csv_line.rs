@@ -1,6 +1,6 @@
-//! A line of comma-separated values (RFC 4180, without line breaks in values), for all tables that users give in this form.
+//! A line of comma-separated values (RFC 4180, without line breaks in values), for tables of data layers and of small bodies.
 //!
-//! In: the line. Out: its values as text. Not here: the meaning of columns.
+//! In: the line. Out: its values as text. Not here: the meaning of columns; star catalogs, whose values have no quotes (`stars::read`).
 
 /// The values of a line, without their quotes and without spaces around them. Within quotes, a doubled quote means one quote. A quote inside an unquoted value
 /// is an ordinary character.

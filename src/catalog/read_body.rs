@@ -231,7 +231,6 @@ fn maps(mut table: TableReader) -> Maps {
     found
 }
 
-/// Reads the estimated errors.
 fn estimates(mut table: TableReader) -> Estimates {
     let found = Estimates {
         albedo_percent: optional_percent(&mut table, "albedo_percent"),

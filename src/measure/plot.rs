@@ -16,9 +16,11 @@ pub(crate) const SIZE_PX: (u32, u32) = (1560, 1240);
 /// Panels in a row.
 const COLUMNS: usize = 4;
 const FONT: &str = "sans-serif";
-/// Colours of texts, of options on the Pareto frontier, and of dominated options.
+/// Colour of texts.
 const INK: RGBColor = RGBColor(35, 35, 35);
+/// Colour of options on the Pareto frontier.
 const FRONTIER: RGBColor = RGBColor(0, 90, 160);
+/// Colour of dominated options.
 const DOMINATED: RGBColor = RGBColor(190, 70, 20);
 
 /// The plot could not be drawn; the message is one line.

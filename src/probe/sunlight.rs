@@ -1,5 +1,5 @@
-//! `sunlight`: the fraction of the Sun's light that reaches a point on a body's ground while other bodies cover part of the Sun. Night on this side of the
-//! body, and the shadow of the body's own rings, are ignored.
+//! `sunlight`: the fraction of the Sun's light that other bodies leave at a point on a body's ground. Not considered: whether the body itself (on its night
+//! side) or its rings keep sunlight from the point.
 //!
 //! In: a body, a place on it, the time at which the light arrives at the ground, an eclipse model, coefficients of limb darkening. Out: `fraction`, `rgb` and
 //! `by`. `fraction` uses one law of limb darkening for all channels, with `u1` 0.40 and `u2` 0.26 (the Sun at 550 nm) unless the query gives others. It is the

@@ -16,7 +16,7 @@ use std::sync::{Arc, OnceLock};
 const MAX_TABLES: usize = 64;
 /// The first bytes of a table's file.
 const MAGIC: &Magic = b"ORRAIR01";
-/// Length of a table, bytes: a `Vec4` for each of its values, whose last component is unused.
+/// Length of a table, bytes: for each of its values a `Vec4`, in which the last component is unused.
 const TABLE_BYTES: usize = 16 * multi_scatter_table::NODES;
 
 /// The multiple-scattering tables of a session, by [`table_name`].

@@ -66,7 +66,7 @@ fn has_random_groups(header: &Header) -> bool {
     header.text("GROUPS") == "T"
 }
 
-/// The first HDU with an image of two or more axes that has pixels.
+/// The first HDU whose image has at least two axes, none of length 0.
 fn image_hdu(bytes: &[u8]) -> Result<Hdu<'_>, CardError> {
     if !bytes.starts_with(b"SIMPLE  =") {
         return Err((1, "does not begin with SIMPLE: not FITS".to_owned()));
