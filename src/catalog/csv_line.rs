@@ -1,6 +1,8 @@
-//! A line of comma-separated values (RFC 4180, without line breaks in values), for tables of data layers and of small bodies.
+//! A line of comma-separated values (RFC 4180, without line breaks in values), for all tables that users give in this form.
 //!
-//! In: the line. Out: its values as text. Not here: the meaning of columns; star catalogs, whose values have no quotes (`stars::read`).
+//! In: the line. Out: its values as text. Not here: the meaning of columns.
+
+use std::borrow::Cow;
 
 /// The values of a line, without their quotes and without spaces around them. Within quotes, a doubled quote means one quote. A quote inside an unquoted value
 /// is an ordinary character.
@@ -24,6 +26,14 @@ pub(super) fn values(line: &str) -> Result<Vec<String>, String> {
     }
     all.push(value.trim().to_owned());
     Ok(all)
+}
+
+/// The same values; those of a line without quotes are borrowed.
+pub(super) fn cells(line: &str) -> Result<Vec<Cow<'_, str>>, String> {
+    if line.contains('"') {
+        return Ok(values(line)?.into_iter().map(Cow::Owned).collect());
+    }
+    Ok(line.split(',').map(|c| Cow::Borrowed(c.trim())).collect())
 }
 
 #[cfg(test)]

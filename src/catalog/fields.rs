@@ -10,7 +10,7 @@ pub(super) const ALLOWED_FILE_NAME: &str = "a file name without folders";
 
 /// Whether a text is a plain file name, without a folder.
 pub(super) fn is_file_name(text: &str) -> bool {
-    !text.is_empty() && !text.contains(['/', '\\']) && text != ".."
+    !text.is_empty() && !text.contains(['/', '\\']) && !matches!(text, "." | "..")
 }
 
 /// Whether a number is finite, for checks of fields.

@@ -47,11 +47,11 @@ fn shadows_are_stable_and_a_missing_clamp_in_an_umbra_is_detected() {
     let unclamped = session_with_edits(&[
         ("lib/eclipse/disc_overlap.wesl", "    if overhang <= 0.0 {\n        return WHOLE_SUN;\n    }\n", ""),
         (obscuration, "let covers_centre = is_round && circle.x >= 1.0 && circle.y < circle.x;", "let covers_centre = false;"),
-        (obscuration, "overlap.visible = max(WHOLE_SUN - overlap.hidden, vec3f(0.0));", "overlap.visible = WHOLE_SUN - overlap.hidden;"),
+        (obscuration, "parts.visible = max(WHOLE_SUN - parts.hidden, vec3f(0.0));", "parts.visible = WHOLE_SUN - parts.hidden;"),
         (
             obscuration,
-            "return clamp(select(1.0 - hidden / whole, visible / whole, overlap.visible.x < overlap.hidden.x), vec3f(0.0), vec3f(1.0));",
-            "return select(1.0 - hidden / whole, visible / whole, overlap.visible.x < overlap.hidden.x);",
+            "return clamp(select(1.0 - hidden / whole, visible / whole, parts.visible.x < parts.hidden.x), vec3f(0.0), vec3f(1.0));",
+            "return select(1.0 - hidden / whole, visible / whole, parts.visible.x < parts.hidden.x);",
         ),
     ]);
     assert!(swept(&unclamped, "shadows", InjectedFaults::default()).has_failed());

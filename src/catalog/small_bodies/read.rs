@@ -8,7 +8,7 @@ use super::rows::{
     PERIHELION_DISTANCE, PERIHELION_PASSAGE, SEMI_MAJOR_AXIS, Values, body, number,
 };
 use super::{SmallBody, SmallBodyFileError, mpcorb};
-use crate::catalog::csv_line::values;
+use crate::catalog::csv_line::cells;
 use crate::wording::{echo, echo_within, json_error_text};
 use serde::Deserialize;
 use std::borrow::Cow;
@@ -83,14 +83,6 @@ impl Columns {
             [designation, name, _] => body(designation, name, &values),
         }
     }
-}
-
-/// The values of a line of CSV, as [`values`] reads them. Values of a line without quotes are borrowed.
-fn cells(line: &str) -> Result<Vec<Cow<'_, str>>, String> {
-    if line.contains('"') {
-        return Ok(values(line)?.into_iter().map(Cow::Owned).collect());
-    }
-    Ok(line.split(',').map(|c| Cow::Borrowed(c.trim())).collect())
 }
 
 /// The reply of the database's query interface.

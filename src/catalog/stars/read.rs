@@ -2,9 +2,10 @@
 //!
 //! In: the text. Out: the epoch and the stars, or the first wrong line, with its field. A table's first line names its columns; a word such as J2016.0 in that
 //! line is the epoch of the positions; the default is J2000. Unknown columns are ignored. A text whose first line names no columns is hip2.dat (van Leeuwen
-//! 2007, CDS I/311), whose positions are of J1991.25. Not supported: commas within quotes. Not read: the measurement errors of the values.
+//! 2007, CDS I/311), whose positions are of J1991.25. Not read: the measurement errors of the values.
 
 use super::{Star, StarFileError, julian_epoch};
+use crate::catalog::csv_line::cells;
 use crate::units::{DAYS_PER_JULIAN_YEAR, KM_PER_AU, RAD_PER_ARCSEC, SECONDS_PER_DAY};
 use crate::wording::{echo, echo_within};
 use glam::DVec3;
@@ -94,10 +95,13 @@ fn without_brackets(line: &str) -> String {
 impl Columns {
     /// The columns that a table's first line names; `None` if it contains no names, so that the file must be hip2.dat.
     fn named(line: &str) -> Option<Result<Self, String>> {
-        let names: Vec<String> = without_brackets(line)
-            .split(',')
-            .map(|name| name.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect())
-            .collect();
+        let line_without_brackets = without_brackets(line);
+        let titles = match cells(&line_without_brackets) {
+            Ok(titles) => titles,
+            Err(why) => return Some(Err(why)),
+        };
+        let names: Vec<String> =
+            titles.iter().map(|name| name.chars().filter(char::is_ascii_alphanumeric).map(|c| c.to_ascii_lowercase()).collect()).collect();
         // The earlier of a field's accepted names has precedence: `hip` before `id`, which may be the table's own number.
         let by_field = FIELDS.each_ref().map(|f| f.columns.iter().find_map(|column| names.iter().position(|n| n == column)));
         if by_field[RA].is_none() && by_field[DEC].is_none() && !names.iter().any(|n| n.starts_with(|c: char| c.is_ascii_alphabetic())) {
@@ -143,13 +147,13 @@ fn star(values: &[Option<f64>; FIELDS.len()]) -> Star {
 
 /// The star of a row of a table.
 fn star_from_row(line: &str, columns: &Columns) -> Result<Star, String> {
-    let cells: Vec<&str> = line.split(',').collect();
+    let cells = cells(line)?;
     if cells.len() != columns.column_count {
         return Err(format!("{} values, and the first line names {} columns", cells.len(), columns.column_count));
     }
     let mut values = [None; FIELDS.len()];
     for (k, f) in FIELDS.iter().enumerate() {
-        let text = columns.by_field[k].map_or("", |column| cells[column].trim());
+        let text = columns.by_field[k].map_or("", |column| cells[column].as_ref());
         if !text.is_empty() {
             values[k] = Some(number(f, text)?);
         } else if k < REQUIRED_FIELDS {
@@ -244,6 +248,8 @@ mod tests {
         assert_eq!(read("b.csv", "ra,dec,mag\n0,0,1\n").expect("few columns").0, julian_epoch(2000.0));
         // `id` (the table's own number) is not taken for the Hipparcos number, nor `ra` (in hours) for degrees.
         let (_, stars) = read("c.csv", "id,hip,ra,dec,mag,ra_deg\n90979,91262,18.6,38.8,0.03,279.2\n").expect("other columns");
+        let (_, quoted) = read("d.csv", "\"name, usual\",ra,dec,mag\n\"Vega, alpha Lyrae\",279.2,38.8,0.03\n").expect("quoted values");
+        assert!(quoted[0].direction.distance(a.direction) < 1e-3, "{:?}", quoted[0]);
         assert!(stars[0].hip == 91_262 && stars[0].direction.distance(a.direction) < 1e-3, "{:?}", stars[0]);
     }
 
@@ -256,6 +262,7 @@ mod tests {
         assert_eq!(why("ra,dec,v\n1,2\n"), "s.csv:2: 2 values, and the first line names 3 columns");
         assert!(why("ra,dec,v\n1,2,NaN\n").contains("v_mag is `NaN`") && why("ra,dec,v\n1,inf,1\n").contains("dec_deg"));
         assert_eq!(why("hip,ra,dec,v\n32349.5,1,2,3\n"), "s.csv:2: hip is `32349.5`; expected a whole number from 0 to 4000000000");
+        assert_eq!(why("ra,dec,v,name\n1,2,3,\"Vega\n"), "s.csv:2: a quoted value does not end on this line");
         assert!(why("").contains("empty") && why("ra,dec,v\n").contains("no stars"));
         assert!(why("12 13 14\n").contains("too short"));
         assert!(why(&hip2(1.0, 0.5, "bright")).contains("Hpmag is `bright`"));

@@ -257,7 +257,7 @@ impl<'a> RingView<'a> {
         let model = if half_penumbra_px > MAX_EDGE_ERROR_PX { RingShadow::Penumbra } else { RingShadow::PointSun };
         let (degrees, light) = (sine.asin().to_degrees(), self.threshold.change_description(max_removed_fraction));
         let reason = reason!("ring-shadow-sun", degrees = format_args!("{degrees:.3}"), light = light)
-            .and(reason!("ring-shadow-penumbra", size = format_args!("{half_penumbra_px:.1}")));
+            .and(reason!("ring-shadow-penumbra", size = format_args!("{:.1}", 2.0 * half_penumbra_px)));
         (ThresholdCheck { on: self.threshold.is_exceeded_by_change(max_removed_fraction) && sine > 0.0, reason }, model)
     }
 

@@ -58,7 +58,8 @@ pub(super) fn headings(ui: &mut Ui, order: &mut SortOrder, titles: &[&str]) {
     for (column, title) in titles.iter().copied().enumerate() {
         let is_sorted = order.column == column;
         let (shown, hint) = match (is_sorted, order.is_descending) {
-            (false, _) => (title.to_owned(), text!("table-sort-hint")),
+            // The blanks are as wide as an arrow, so that columns keep their width.
+            (false, _) => (format!("{title} \u{2007} "), text!("table-sort-hint")),
             (true, false) => (format!("{title} ▲"), text!("table-ascending-hint")),
             (true, true) => (format!("{title} ▼"), text!("table-descending-hint")),
         };

@@ -121,8 +121,8 @@ fn uniform_table(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, page:
         let filter = page.filter.trim().to_ascii_lowercase();
         let fields = layout.fields.iter().filter(|f| f.name.contains(&filter));
         for field in page.order.sorted(fields, |field, column| sort_value(field, column)) {
-            ui.monospace(field.offset.to_string());
-            ui.monospace(field.size.to_string());
+            ui.monospace(format!("{:>6}", field.offset));
+            ui.monospace(format!("{:>6}", field.size));
             ui.label(RichText::new(field.ty.to_string()).monospace().size(SMALL_TEXT_POINTS));
             ui.label(&field.name);
             let components = bytes.map(|b| components_of(field, b)).unwrap_or_default();
