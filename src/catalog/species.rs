@@ -38,14 +38,14 @@ pub enum PhaseFunction {
 /// of each shader module: shaders evaluate the function only once per view ray, so the choice costs little.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AerosolPhase {
-    /// Asymmetry in each linear sRGB channel: the mean cosine of the scattering angle, between -1 and 1.
+    /// The parameter g in each linear sRGB channel, between -1 and 1: of Henyey-Greenstein's function, the mean cosine of the scattering angle.
     pub asymmetry: [f64; 3],
 }
 
 impl AerosolPhase {
-    /// The function with the same asymmetry in all channels.
-    pub const fn grey(asymmetry: f64) -> Self {
-        Self { asymmetry: [asymmetry; 3] }
+    /// Henyey-Greenstein's function.
+    pub const fn henyey_greenstein(asymmetry: [f64; 3]) -> Self {
+        Self { asymmetry }
     }
 
     /// The four components of the uniform `air_mie_phase`, which `aerosol_phase` of shaders/lib/air/phase.wesl reads. The last one is unused.
