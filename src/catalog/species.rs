@@ -34,21 +34,21 @@ pub enum PhaseFunction {
     Aerosol(AerosolPhase),
 }
 
-/// The parameters of the aerosols' phase function, Henyey-Greenstein's. A second function would be chosen by a further parameter rather than by a variant
-/// of each shader module: shaders evaluate the function only once per view ray, so the choice costs little.
+/// The parameters of the aerosols' phase function. Shaders evaluate it only once per view ray, so that a parameter may choose the function: it costs little,
+/// and needs no variant of each shader module.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AerosolPhase {
-    /// Asymmetry in each linear sRGB channel: the mean cosine of the scattering angle, between -1 and 1.
+    /// The parameter g in each linear sRGB channel, between -1 and 1: of Henyey-Greenstein's function, the mean cosine of the scattering angle.
     pub asymmetry: [f64; 3],
 }
 
 impl AerosolPhase {
-    /// The function with the same asymmetry in all channels.
-    pub const fn grey(asymmetry: f64) -> Self {
-        Self { asymmetry: [asymmetry; 3] }
+    /// Henyey-Greenstein's function.
+    pub const fn henyey_greenstein(asymmetry: [f64; 3]) -> Self {
+        Self { asymmetry }
     }
 
-    /// The four components of the uniform `air_mie_phase`, which `aerosol_phase` of shaders/lib/air/phase.wesl reads. The last one is unused.
+    /// The four components of the uniform `air_mie_phase`, which `aerosol_phase` of shaders/lib/air/phase.wesl reads. A component without a parameter is 0.
     pub fn parameters(self) -> [f64; 4] {
         // Destructured without `..`, so that a new field is a compile error here.
         let Self { asymmetry } = self;

@@ -92,10 +92,10 @@ impl Default for Asymmetry {
 }
 
 impl Asymmetry {
-    fn phase(self) -> AerosolPhase {
+    fn channels(self) -> [f64; 3] {
         match self {
-            Self::Grey(asymmetry) => AerosolPhase::grey(asymmetry),
-            Self::Rgb(asymmetry) => AerosolPhase { asymmetry },
+            Self::Grey(g) => [g; 3],
+            Self::Rgb(channels) => channels,
         }
     }
 }
@@ -214,7 +214,7 @@ fn check_atmosphere(atmosphere: &Atmosphere) -> Result<(), String> {
                 (
                     vec![("scale_height_km", *scale_height_km)],
                     vec![("scattering_per_m", scattering_per_m), ("extinction_per_m", extinction_per_m)],
-                    g.phase().asymmetry,
+                    g.channels(),
                 )
             }
             Species::Tent { centre_km, half_width_km, extinction_per_m, scattering_per_m, .. } => {
@@ -266,7 +266,7 @@ fn catalog_atmosphere(atmosphere: &Atmosphere) -> catalog::Atmosphere {
             absorption_per_km: std::array::from_fn(|k| per_km(extinction_per_m)[k] - per_km(scattering_per_m)[k]),
             phase: match phase {
                 PhaseName::Rayleigh => PhaseFunction::Rayleigh,
-                PhaseName::Hg => PhaseFunction::Aerosol(g.phase()),
+                PhaseName::Hg => PhaseFunction::Aerosol(AerosolPhase { asymmetry: g.channels() }),
             },
             estimate_percent: None,
         },

@@ -32,6 +32,29 @@ fn vector(v: &Value) -> DVec3 {
     DVec3::new(component(0), component(1), component(2))
 }
 
+/// The phase function of a species of a probe question. A parameter that is absent, as in the table, is 0.
+fn read_phase(species: &Value) -> PhaseFunction {
+    let per_channel = |field: &str| match species.get(field) {
+        Some(list @ Value::Array(_)) => vector(list).to_array(),
+        number => [number.map_or(0.0, |x| x.as_f64().expect("a number")); 3],
+    };
+    match species["phase"].as_str() {
+        Some("hg") => PhaseFunction::Aerosol(AerosolPhase { asymmetry: per_channel("g") }),
+        _ => PhaseFunction::Rayleigh,
+    }
+}
+
+/// Writes a phase function into a species of a probe question.
+fn write_phase(species: &mut Value, phase: PhaseFunction) {
+    match phase {
+        PhaseFunction::Rayleigh => species["phase"] = json!("rayleigh"),
+        PhaseFunction::Aerosol(AerosolPhase { asymmetry }) => {
+            species["phase"] = json!("hg");
+            species["g"] = json!(asymmetry);
+        }
+    }
+}
+
 /// Radius in km and air of a probe question, parsed for the reference.
 fn air_of(question: &Value) -> (f64, Air) {
     let number = |v: &Value| v.as_f64().expect("a number");
@@ -43,13 +66,9 @@ fn air_of(question: &Value) -> (f64, Air) {
         } else {
             Profile::Exponential { scale_height: number(&s["scale_height_km"]) / radius_km }
         };
-        let phase = match s["phase"].as_str() {
-            Some("hg") if s["g"].is_array() => PhaseFunction::Aerosol(AerosolPhase { asymmetry: vector(&s["g"]).to_array() }),
-            Some("hg") => PhaseFunction::Aerosol(AerosolPhase::grey(number(&s["g"]))),
-            _ => PhaseFunction::Rayleigh,
-        };
         let per_radius = |field: &str| s.get(field).map_or(DVec3::ZERO, vector) * (radius_km * 1000.0);
-        Species { profile, phase, scattering: per_radius("scattering_per_m"), extinction: per_radius("extinction_per_m") }
+        let (scattering, extinction) = (per_radius("scattering_per_m"), per_radius("extinction_per_m"));
+        Species { profile, phase: read_phase(s), scattering, extinction }
     };
     let species = question["species"].as_array().expect("a list").iter().map(species).collect();
     (radius_km, Air { top: number(&question["top_km"]) / radius_km, species })
@@ -76,16 +95,13 @@ fn all_airs() -> Vec<AirCase> {
             .map(|s| {
                 let per_m = |v: [f64; 3]| v.map(|x| x / 1000.0);
                 let extinction: [f64; 3] = std::array::from_fn(|k| s.scattering_per_km[k] + s.absorption_per_km[k]);
-                let (phase, g) = match s.phase {
-                    PhaseFunction::Rayleigh => ("rayleigh", [0.0; 3]),
-                    PhaseFunction::Aerosol(AerosolPhase { asymmetry }) => ("hg", asymmetry),
+                let Some(centre) = s.tent_centre_km else {
+                    let mut exponential = json!({ "profile": "exponential", "scale_height_km": s.scale_height_km,
+                        "scattering_per_m": per_m(s.scattering_per_km), "extinction_per_m": per_m(extinction) });
+                    write_phase(&mut exponential, s.phase);
+                    return exponential;
                 };
-                match s.tent_centre_km {
-                    Some(centre) => json!({ "profile": "tent", "centre_km": centre, "half_width_km": s.scale_height_km,
-                        "extinction_per_m": per_m(extinction) }),
-                    None => json!({ "profile": "exponential", "scale_height_km": s.scale_height_km, "g": g,
-                        "scattering_per_m": per_m(s.scattering_per_km), "extinction_per_m": per_m(extinction), "phase": phase }),
-                }
+                json!({ "profile": "tent", "centre_km": centre, "half_width_km": s.scale_height_km, "extinction_per_m": per_m(extinction) })
             })
             .collect();
         let question = json!({ "planet_radius_km": body.radii_km.x, "top_km": air.top_km, "species": species });

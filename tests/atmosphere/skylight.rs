@@ -72,13 +72,15 @@ fn photons_are_scattered_by_the_phase_function() {
     let moments = |cosines: &mut dyn Iterator<Item = (f64, f64)>| {
         cosines.fold([0.0; 2], |[first, second], (cosine, weight)| [first + weight * cosine, second + weight * cosine * cosine])
     };
-    let aerosol = PhaseFunction::Aerosol(AerosolPhase { asymmetry: [-0.3, 0.0, 0.8] });
-    for (phase, channel) in [(PhaseFunction::Rayleigh, 0), (aerosol, 0), (aerosol, 1), (aerosol, 2)] {
+    let henyey_greenstein = |asymmetry| PhaseFunction::Aerosol(AerosolPhase::henyey_greenstein(asymmetry));
+    let other_function = henyey_greenstein([0.6; 3]);
+    let functions = [PhaseFunction::Rayleigh, henyey_greenstein([-0.3, 0.0, 0.8])];
+    for (phase, channel) in functions.into_iter().flat_map(|phase| [0, 1, 2].map(|channel| (phase, channel))) {
         let cosines = (0..STEPS).map(|k| (2.0 * f64::from(k) + 1.0) / f64::from(STEPS) - 1.0);
         let expected = moments(&mut cosines.map(|c| (c, 4.0 * std::f64::consts::PI * per_steradian(phase, channel, c) / f64::from(STEPS))));
         let mut random = Random(7);
         let found = moments(&mut (0..ANGLES).map(|_| (scattering_cosine(&mut random, phase, channel), 1.0 / f64::from(ANGLES))));
-        let other = moments(&mut (0..ANGLES).map(|_| (scattering_cosine(&mut random, PhaseFunction::Aerosol(AerosolPhase::grey(0.6)), 0), 1.0 / f64::from(ANGLES))));
+        let other = moments(&mut (0..ANGLES).map(|_| (scattering_cosine(&mut random, other_function, 0), 1.0 / f64::from(ANGLES))));
         let error = |found: [f64; 2]| (found[0] - expected[0]).abs().max((found[1] - expected[1]).abs());
         assert!(error(found) < 8e-3, "{phase:?}: {found:?}, expected {expected:?}");
         assert!(error(other) > 8e-3, "another function must fail: {other:?}, expected {expected:?}");
@@ -92,7 +94,7 @@ fn the_phase_function_of_the_dust_is_noticed() {
     let mut other = mars.clone();
     for species in &mut other.atmosphere.as_mut().expect("air").species {
         if let PhaseFunction::Aerosol(aerosol) = &mut species.phase {
-            *aerosol = AerosolPhase::grey(0.2);
+            *aerosol = AerosolPhase::henyey_greenstein([0.2; 3]);
         }
     }
     let (error, _) = largest_errors_of(&table(&other).expect("a table"), &mars, &[11], 20_000);

@@ -2,7 +2,8 @@
 
 use orrery::catalog::{BodyKind, Catalog, MapLatitude, Motion, NaifId, Photometry};
 
-fn problems(text: &str) -> Vec<String> {
+/// The problems of a user's file `mine.toml` with this text.
+pub(super) fn problems(text: &str) -> Vec<String> {
     match Catalog::with_files(&[("mine.toml".to_owned(), text.to_owned())]) {
         Ok(_) => Vec::new(),
         Err(e) => e.problems.iter().map(ToString::to_string).collect(),
@@ -265,24 +266,6 @@ fn an_estimate_states_its_error_and_applies_only_to_the_catalogs_value() {
     );
 }
 
-/// Gases scatter with the inverse fourth power of the wavelength, so the ratios of red and blue to green (linear sRGB) are the same for
-/// all, except for the slow change of refractivity and depolarisation with wavelength.
-#[test]
-fn gases_scatter_with_the_wavelength_dependence_of_rayleigh() {
-    let catalog = Catalog::embedded();
-    let gas_scattering = |id: NaifId| catalog.body(id).and_then(|b| b.atmosphere.as_ref()).map(|a| &a.species[0].scattering_per_km);
-    let earth = gas_scattering(NaifId::EARTH).expect("air");
-    let mut checked = 0;
-    for b in catalog.bodies().iter().filter(|b| b.id != NaifId::EARTH) {
-        let Some(s) = b.atmosphere.as_ref().map(|a| &a.species[0]).filter(|s| s.is_gas()) else { continue };
-        let [red, green, blue] = s.scattering_per_km;
-        assert!((red / green / (earth[0] / earth[1]) - 1.0).abs() < 0.04, "{}: red {}", b.name, red / green);
-        assert!((blue / green / (earth[2] / earth[1]) - 1.0).abs() < 0.04, "{}: blue {}", b.name, blue / green);
-        checked += 1;
-    }
-    assert_eq!(checked, 8);
-}
-
 /// Every radius whose source is the text kernel (pck00011) equals the kernel's value, to the digit.
 #[test]
 fn radii_equal_those_of_the_text_kernel() {
@@ -429,22 +412,6 @@ fn cycles_and_duplicate_names_are_found_in_the_users_file() {
         for (found, (line, message)) in found.iter().zip(expected) {
             assert!(found.contains(&format!(":{line}: ")) && found.contains(message) && !found.contains("moons_inner"), "{found}");
         }
-    }
-}
-
-/// A draw has at most one species of each kind. A second one would count in optical depths and tables, but would not be drawn.
-#[test]
-fn a_second_species_of_a_kind_is_refused() {
-    let species = |name: &str, kind: &str| format!("[[atmosphere.species]]\nname = \"{name}\"\nscale_height_km = 8.0\n{kind}\n");
-    let air = |list: &[String]| problems(&format!("[[atmosphere]]\nbody = \"Mars\"\ntop_km = 80.0\n{}", list.concat()));
-    let [gas, aerosol, layer] = [("n2", ""), ("haze", "asymmetry = 0.5"), ("ozone", "tent_centre_km = 20.0")].map(|(n, k)| species(n, k));
-    assert_eq!(air(&[gas.clone(), aerosol.clone(), layer.clone()]), Vec::<String>::new());
-    for (first, second, kind) in
-        [(&gas, "", "gas "), (&aerosol, "asymmetry = 0.0", "aerosol "), (&layer, "tent_centre_km = 9.0", "absorption layer ")]
-    {
-        let found = air(&[first.clone(), species("second", second)]);
-        let expected = format!("mine.toml:8: atmosphere.species = \"second\": expected at most one {kind}");
-        assert!(found.len() == 1 && found[0].starts_with(&expected), "{found:?}");
     }
 }
 

@@ -1,4 +1,5 @@
 //! Catalog files: the shipped files are valid, and errors in a file name its line.
 
+mod atmospheres;
 mod entries;
 mod moments;

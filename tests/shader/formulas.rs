@@ -87,13 +87,14 @@ fn the_phase_functions_of_rings_agree_with_the_shader() {
 }
 
 /// Tolerance 1e-12: both compute in f64. An input is the cosine of the scattering angle (p.x) and the four parameters of the aerosol (p.y, p.z, p.w, q.x): the
-/// asymmetry in each channel, and an unused one.
+/// asymmetry in each channel, and an unused one, 0.
 #[test]
 fn the_phase_functions_of_air_agree_with_the_shader() {
     const AIR: &str = "lambert.albedo.sun1.air-pixel-8-mie.sphere";
     const TOLERANCE: f64 = 1e-12;
+    let parameters = [[-0.3, 0.0, 0.63, 0.0], [0.76, 0.95, 0.5, 0.0]];
     let inputs: Vec<EvalInput> =
-        phase_cosines().into_iter().flat_map(|c| [[-0.3, 0.0, 0.63], [0.76, 0.95, 0.5]].map(|[red, green, blue]| eval_input([c, red, green, blue]))).collect();
+        phase_cosines().into_iter().flat_map(|c| parameters.map(|[red, green, blue, w]| eval_input([c, red, green, blue, w]))).collect();
     // The shader's functions are pi times those of Rust.
     let of_gas: fn(&EvalInput) -> f64 = |i| PI * phase::per_steradian(PhaseFunction::Rayleigh, i[0]).x;
     fn of_aerosol<const CHANNEL: usize>(i: &EvalInput) -> f64 {

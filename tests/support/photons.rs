@@ -66,6 +66,15 @@ pub fn per_steradian(phase: PhaseFunction, channel: usize, cosine: f64) -> f64 {
     }
 }
 
+/// A random cosine of the scattering angle, distributed by Henyey-Greenstein's function.
+fn henyey_greenstein_cosine(random: &mut Random, g: f64) -> f64 {
+    if g.abs() < 1e-6 {
+        return 2.0 * random.uniform() - 1.0;
+    }
+    let ratio = (1.0 - g * g) / (1.0 - g + 2.0 * g * random.uniform());
+    (1.0 + g * g - ratio * ratio) / (2.0 * g)
+}
+
 /// A random cosine of the scattering angle, distributed by the phase function of a channel.
 pub fn scattering_cosine(random: &mut Random, phase: PhaseFunction, channel: usize) -> f64 {
     match phase {
@@ -75,14 +84,7 @@ pub fn scattering_cosine(random: &mut Random, phase: PhaseFunction, channel: usi
                 return cosine;
             }
         },
-        PhaseFunction::Aerosol(AerosolPhase { asymmetry }) => {
-            let g = asymmetry[channel];
-            if g.abs() < 1e-6 {
-                return 2.0 * random.uniform() - 1.0;
-            }
-            let ratio = (1.0 - g * g) / (1.0 - g + 2.0 * g * random.uniform());
-            (1.0 + g * g - ratio * ratio) / (2.0 * g)
-        }
+        PhaseFunction::Aerosol(AerosolPhase { asymmetry }) => henyey_greenstein_cosine(random, asymmetry[channel]),
     }
 }
 
@@ -140,7 +142,7 @@ impl<'a> Air<'a> {
         // Density of the second third's azimuths, per radian from the Sun's azimuth: 0.7 of them are within 0.8 rad, the others all around.
         let azimuth_density = |azimuth: f64| 0.3 / TAU + if azimuth.abs() < 0.8 { 0.7 / 1.6 } else { 0.0 };
         // Grey: the same in each channel.
-        let (around_sun, any_channel) = (PhaseFunction::Aerosol(AerosolPhase::grey(0.7)), 0);
+        let (around_sun, any_channel) = (PhaseFunction::Aerosol(AerosolPhase::henyey_greenstein([0.7; 3])), 0);
         let direction = match (3.0 * random.uniform()) as u32 {
             0 => {
                 let cosine = random.positive().sqrt();

@@ -1,0 +1,65 @@
+//! Atmospheres in catalog files: the gases of the shipped ones agree with each other, and errors in a user's file are reported by line.
+
+use super::entries::problems;
+use orrery::catalog::{Catalog, NaifId};
+
+/// A species; `kind` is its last lines, from line 7 of the file on if it is the first species.
+fn species(name: &str, kind: &str) -> String {
+    format!("[[atmosphere.species]]\nname = \"{name}\"\nscale_height_km = 8.0\n{kind}\n")
+}
+
+/// The problems of a file with an atmosphere of these species.
+fn problems_of_air(species: &[String]) -> Vec<String> {
+    problems(&format!("[[atmosphere]]\nbody = \"Mars\"\ntop_km = 80.0\n{}", species.concat()))
+}
+
+/// Gases scatter with the inverse fourth power of the wavelength, so the ratios of red and blue to green (linear sRGB) are the same for
+/// all, except for the slow change of refractivity and depolarisation with wavelength.
+#[test]
+fn gases_scatter_with_the_wavelength_dependence_of_rayleigh() {
+    let catalog = Catalog::embedded();
+    let gas_scattering = |id: NaifId| catalog.body(id).and_then(|b| b.atmosphere.as_ref()).map(|a| &a.species[0].scattering_per_km);
+    let earth = gas_scattering(NaifId::EARTH).expect("air");
+    let mut checked = 0;
+    for b in catalog.bodies().iter().filter(|b| b.id != NaifId::EARTH) {
+        let Some(s) = b.atmosphere.as_ref().map(|a| &a.species[0]).filter(|s| s.is_gas()) else { continue };
+        let [red, green, blue] = s.scattering_per_km;
+        assert!((red / green / (earth[0] / earth[1]) - 1.0).abs() < 0.04, "{}: red {}", b.name, red / green);
+        assert!((blue / green / (earth[2] / earth[1]) - 1.0).abs() < 0.04, "{}: blue {}", b.name, blue / green);
+        checked += 1;
+    }
+    assert_eq!(checked, 8);
+}
+
+/// A draw has at most one species of each kind. A second one would count in optical depths and tables, but would not be drawn.
+#[test]
+fn a_second_species_of_a_kind_is_refused() {
+    let [gas, aerosol, layer] = [("n2", ""), ("haze", "asymmetry = 0.5"), ("ozone", "tent_centre_km = 20.0")].map(|(n, k)| species(n, k));
+    assert_eq!(problems_of_air(&[gas.clone(), aerosol.clone(), layer.clone()]), Vec::<String>::new());
+    for (first, second, kind) in
+        [(&gas, "", "gas "), (&aerosol, "asymmetry = 0.0", "aerosol "), (&layer, "tent_centre_km = 9.0", "absorption layer ")]
+    {
+        let found = problems_of_air(&[first.clone(), species("second", second)]);
+        let expected = format!("mine.toml:8: atmosphere.species = \"second\": expected at most one {kind}");
+        assert!(found.len() == 1 && found[0].starts_with(&expected), "{found:?}");
+    }
+}
+
+/// The last line of each species has a wrong value.
+#[test]
+fn wrong_parameters_of_an_aerosol_are_refused() {
+    for kind in ["asymmetry = -0.5", "asymmetry = [-0.5, 0.0, 0.99]"] {
+        assert_eq!(problems_of_air(&[species("haze", kind)]), Vec::<String>::new());
+    }
+    let asymmetry = "a number between -1 and 1, or three (red, green, blue)";
+    for (kind, allowed) in [
+        ("asymmetry = 1.0", asymmetry),
+        ("asymmetry = nan", asymmetry),
+        ("asymmetry = [0.5, 0.6]", asymmetry),
+        ("asymmetry = [0.5, 0.6, -1.0]", asymmetry),
+    ] {
+        let (line, wrong) = (6 + kind.lines().count(), kind.lines().last().expect("a line"));
+        let expected = format!("mine.toml:{line}: atmosphere.species.{wrong}: expected {allowed}");
+        assert_eq!(problems_of_air(&[species("haze", kind)]), [expected]);
+    }
+}
