@@ -22,10 +22,10 @@ pub enum Vantage {
     },
     /// Above the side of the target that faces a body, or above the opposite side.
     Side {
-        /// The body that the side faces, or faces away from.
-        faced_body: NaifId,
+        /// The body that the near side faces; the far side is opposite.
+        reference_body: NaifId,
         /// False: above the side that faces this body; true: above the opposite side.
-        faces_away: bool,
+        is_far_side: bool,
         /// Distance from the target's centre, in equatorial radii of the target.
         distance_radii: f64,
     },
@@ -80,7 +80,7 @@ pub(super) struct UnresolvedMoment {
 /// A [`Vantage`] whose body is given by name.
 enum UnresolvedVantage {
     Centre { body: WithLine<String>, fov_deg: f64 },
-    Side { faced_body: WithLine<String>, faces_away: bool, distance_radii: f64 },
+    Side { reference_body: WithLine<String>, is_far_side: bool, distance_radii: f64 },
     Place { body: WithLine<String>, latitude_deg: f64, longitude_deg: f64, height_km: f64, fov_deg: f64 },
 }
 
@@ -111,11 +111,11 @@ pub(super) fn unresolved_moment(mut table: TableReader) -> Option<UnresolvedMome
     let height_km = table.optional("height_km", "kilometres above 0", |h: &f64| *h > 0.0 && h.is_finite()).map(|field| field.value);
     let vantage = match (from_body, side_body, away_from_body, over_body) {
         (Some(body), None, None, None) => fov.map(|fov_deg| UnresolvedVantage::Centre { body, fov_deg }),
-        (None, Some(faced_body), None, None) => {
-            distance_radii.map(|distance_radii| UnresolvedVantage::Side { faced_body, faces_away: false, distance_radii })
+        (None, Some(reference_body), None, None) => {
+            distance_radii.map(|distance_radii| UnresolvedVantage::Side { reference_body, is_far_side: false, distance_radii })
         }
-        (None, None, Some(faced_body), None) => {
-            distance_radii.map(|distance_radii| UnresolvedVantage::Side { faced_body, faces_away: true, distance_radii })
+        (None, None, Some(reference_body), None) => {
+            distance_radii.map(|distance_radii| UnresolvedVantage::Side { reference_body, is_far_side: true, distance_radii })
         }
         (None, None, None, Some(body)) => match (latitude_deg, longitude_deg, height_km, fov) {
             (Some(latitude_deg), Some(longitude_deg), Some(height_km), Some(fov_deg)) => {
@@ -159,8 +159,8 @@ pub(super) fn assemble(unresolved: Vec<UnresolvedMoment>, bodies: &[Body], probl
         let target = resolve(&moment.target);
         let vantage = match moment.vantage {
             UnresolvedVantage::Centre { body, fov_deg } => resolve(&body).map(|body| Vantage::Centre { body, fov_deg }),
-            UnresolvedVantage::Side { faced_body, faces_away, distance_radii } => {
-                resolve(&faced_body).map(|faced_body| Vantage::Side { faced_body, faces_away, distance_radii })
+            UnresolvedVantage::Side { reference_body, is_far_side, distance_radii } => {
+                resolve(&reference_body).map(|reference_body| Vantage::Side { reference_body, is_far_side, distance_radii })
             }
             UnresolvedVantage::Place { body, latitude_deg, longitude_deg, height_km, fov_deg } => {
                 resolve(&body).map(|body| Vantage::Place { body, latitude_deg, longitude_deg, height_km, fov_deg })

@@ -9,6 +9,7 @@ use super::view_args::parse_time_option;
 use super::{CliError, Common};
 use crate::export::{Revision, atlas, corpus};
 use crate::files::read_bytes;
+use crate::scene::draw::PixelView;
 use crate::scene::request::ViewRequest;
 use crate::session::Session;
 use crate::shader::ModuleId;
@@ -144,7 +145,7 @@ pub(crate) fn atlas(common: &Common, folder: &Path, options: &ExportOptions) -> 
 pub(crate) fn corpus(common: &Common, folder: &Path, options: &ExportOptions) -> Result<(), CliError> {
     let keys = options.keys(common, || Ok(covering_keys(DEFAULT_STRENGTH)))?;
     // Keys of the pixel view `cost` are left out: their pixels count the software renderer's operations, which another implementation cannot reproduce.
-    let keys: Vec<ShaderKey> = keys.into_iter().filter(|k| k.instructions_per_read().is_none()).collect();
+    let keys: Vec<ShaderKey> = keys.into_iter().filter(|k| k.features().view != PixelView::Cost).collect();
     let revision = revision(common)?;
     prepare_folder(folder, &CORPUS, options.overwrite)?;
     let bar = progress(keys.len() as u64);

@@ -47,8 +47,8 @@ pub struct SceneBuilder<'a> {
     viewer: Viewer,
     /// The bodies in catalog order, except those that the ephemeris could not place.
     placed: Vec<PlacedBody<'a>>,
-    /// One entry per body of the catalog: `None` if the body was placed, else a report that gives the reason.
-    unplaced: Vec<Option<BodyInView>>,
+    /// One entry per body of the catalog: `None` if the body was placed, else its report, which gives the reason.
+    unplaced_reports: Vec<Option<BodyInView>>,
     /// All placed bodies, as sources of light for each other.
     reflectors: Vec<Reflector<'a>>,
     /// The atmosphere that surrounds the camera; if several bodies' atmospheres do, that of the first body in catalog order.
@@ -88,16 +88,16 @@ impl<'a> SceneBuilder<'a> {
         viewer: Viewer,
         caches: &'a Caches,
     ) -> Result<Self, SceneError> {
-        let (mut placed, mut unplaced) = (Vec::new(), Vec::new());
+        let (mut placed, mut unplaced_reports) = (Vec::new(), Vec::new());
         for body in catalog.bodies() {
             match place(catalog, body, ephemeris, &viewer, request, caches) {
                 Ok(p) => {
                     placed.push(p);
-                    unplaced.push(None);
+                    unplaced_reports.push(None);
                 }
                 Err(e @ SceneError::Inside(_)) => return Err(e),
                 Err(e) if request.target == Some(body.id) => return Err(e),
-                Err(e) => unplaced.push(Some(bodies::not_placed(body, reason!("quoted", text = &e.to_string())))),
+                Err(e) => unplaced_reports.push(Some(bodies::not_placed(body, reason!("quoted", text = &e.to_string())))),
             }
         }
         lunar_limb::compute_profile(&mut placed, &caches.limb_profiles);
@@ -107,7 +107,7 @@ impl<'a> SceneBuilder<'a> {
             placed.iter().map(|p| Reflector { body: p.body, position_km: p.position_km, sun_from_body_km: p.sun_from_body_km }).collect();
         let context = Context { request, ephemeris, resources: &Resources::default(), caches };
         let exposure = auto_exposure::exposure(context, &viewer.camera, &placed, &reflectors, air.as_ref());
-        Ok(Self { catalog, ephemeris, request, caches, viewer, placed, unplaced, reflectors, air, exposure })
+        Ok(Self { catalog, ephemeris, request, caches, viewer, placed, unplaced_reports, reflectors, air, exposure })
     }
 
     /// The latest result of the light meter.
@@ -126,12 +126,12 @@ impl<'a> SceneBuilder<'a> {
         self.exposure = auto_exposure::exposure(self.context(resources), camera, &self.placed, &self.reflectors, self.air.as_ref());
     }
 
-    /// The inputs of the decisions besides the placed bodies.
+    /// What every part of the scene reads: request, ephemeris, resources and caches.
     fn context<'f>(&'f self, resources: &'f Resources) -> Context<'f> {
         Context { request: self.request, ephemeris: self.ephemeris, resources, caches: self.caches }
     }
 
-    /// What the decisions about all bodies of the frame share.
+    /// The context, and what else the decisions about all bodies of the frame share.
     fn frame<'f>(&'f self, resources: &'f Resources) -> FrameContext<'f> {
         FrameContext {
             context: self.context(resources),
@@ -148,8 +148,8 @@ impl<'a> SceneBuilder<'a> {
         self.viewer.at_centre_of == Some(body.id)
     }
 
-    /// The files and tables that [`Self::build`] needs for the complete scene. `known`: what has been loaded so far, and which files cannot be read; unreadable
-    /// files are not listed.
+    /// The files and tables that [`Self::build`] needs for the complete scene. `known`: what has been loaded so far, and which files cannot be read; the
+    /// result omits the latter.
     pub fn requirements(&self, known: &Resources) -> Requirements {
         let frame = self.frame(known);
         let mut requirements = Requirements::default();
@@ -160,8 +160,8 @@ impl<'a> SceneBuilder<'a> {
                 FrameContext { context: Context { request: own_request.as_ref().unwrap_or(self.request), ..frame.context }, ..frame };
             if meshes::is_required(body_frame.context, body_frame.camera, p) {
                 let may_shadow_itself = body_frame.context.request.effects.override_of(Effect::SelfShadow) != Some(false);
-                let sun = mesh_decision::sun_direction_and_radius(&body_frame, p).filter(|_| may_shadow_itself);
-                requirements.meshes.push(MeshRequirement { body: p.body.id, sun });
+                let self_shadow_sun = mesh_decision::sun_direction_and_radius(&body_frame, p).filter(|_| may_shadow_itself);
+                requirements.meshes.push(MeshRequirement { body: p.body.id, self_shadow_sun });
             }
             if needs_table(&DecisionInputs::of(&body_frame, p)) {
                 requirements.scattering_tables.push(p.body.id);
@@ -170,7 +170,8 @@ impl<'a> SceneBuilder<'a> {
         }
         // The choice of the map does not depend on the corona.
         let has_corona = false;
-        requirements.sky_map = self.background(&frame, has_corona).0.and_then(|b| b.map_file);
+        let (background, _decisions) = self.background(&frame, has_corona);
+        requirements.sky_map = background.and_then(|b| b.map_file);
         requirements
     }
 
@@ -179,14 +180,15 @@ impl<'a> SceneBuilder<'a> {
         let (request, camera) = (self.request, &self.viewer.camera);
         let frame = self.frame(resources);
         let mut bodies = BodiesInFrame::decide(&self, &frame);
-        let sun = LightAroundSun::decide(&frame, &self.placed, &mut bodies.reports);
+        // Adds its decisions to the bodies' reports.
+        let light_around_sun = LightAroundSun::decide(&frame, &self.placed, &mut bodies.reports);
         bodies.apply_visibility(&frame, &self.placed, self.exposure.white());
-        let sky = Sky::build(&self, &frame, sun.corona.is_some());
+        let sky = Sky::build(&self, &frame, light_around_sun.corona.is_some());
         let BodiesInFrame { reports, draws, points, orbits, traces } = bodies;
         let draws = order::far_to_near(&self.placed, draws);
         let annotations = Annotations::build(&self, &frame, &reports, &sky.stars);
         let selected = request.selected.or(request.target).unwrap_or(NaifId::SUN);
-        let selected_globe = draws.iter().find(|d| request.layers.outline && d.body == selected && d.part == BodyPart::Globe);
+        let outlined_globe = draws.iter().find(|d| request.layers.outline && d.body == selected && d.part == BodyPart::Globe);
         Scene {
             time: request.time,
             camera: camera.clone(),
@@ -201,16 +203,18 @@ impl<'a> SceneBuilder<'a> {
             minor_planets: sky.minor_planets,
             sky_decisions: sky.decisions.into_iter().chain(annotations.decisions).collect(),
             sky_lines: annotations.sky_lines,
-            selected_silhouette: selected_globe.map(Draw::shape_alone),
-            corona: sun.corona.map(|c| corona::Corona { draws_behind: order::draw_count_up_to(&self.placed, &draws, NaifId::SUN), ..c }),
+            outlined_shape: outlined_globe.map(Draw::shape_alone),
+            corona: light_around_sun
+                .corona
+                .map(|c| corona::Corona { draw_count_behind: order::draw_count_up_to(&self.placed, &draws, NaifId::SUN), ..c }),
             draws,
             points,
             orbits: orbits.into_iter().chain(sky.comet_orbits).collect(),
             comets: sky.comets,
             lines_in_space: traces.into_iter().chain(annotations.lines_in_space).collect(),
             ground_lines: annotations.ground_lines,
-            refracted_limbs: sun.refracted_limbs,
-            glare: sun.glare,
+            refracted_limbs: light_around_sun.refracted_limbs,
+            glare: light_around_sun.glare,
             bloom: request.layers.bloom && request.pixel_view == PixelView::Final,
             labels: annotations.labels,
             line_texts: annotations.line_texts,

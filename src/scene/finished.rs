@@ -69,8 +69,8 @@ pub struct Scene {
     pub refracted_limbs: Vec<refracted_limb::RefractedLimb>,
     /// The Sun's glare, drawn over everything.
     pub glare: Option<glare::Glare>,
-    /// The selected body as a black silhouette, if its outline is drawn.
-    pub selected_silhouette: Option<Draw>,
+    /// The shape of the selected body in black, if its outline is drawn.
+    pub outlined_shape: Option<Draw>,
     /// Whether bloom spreads light brighter than white.
     pub bloom: bool,
     /// Over the finished image: names and markers of bodies, caption, scale bar, compass, names of surface features, points of data; `None` if all are off.

@@ -25,7 +25,7 @@ use std::sync::{Arc, OnceLock};
 pub struct MeshRequirement {
     pub body: NaifId,
     /// Unit vector towards the Sun in body axes, and the Sun's angular radius in radians, if the mesh casts shadows on itself.
-    pub sun: Option<(DVec3, f64)>,
+    pub self_shadow_sun: Option<(DVec3, f64)>,
 }
 
 /// The files and tables that a view needs in addition to catalog and ephemeris.

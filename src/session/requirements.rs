@@ -90,7 +90,7 @@ impl Session {
             let Some((body, catalog_mesh)) = self.catalog.body(mesh.body).and_then(|b| Some((b, b.mesh.as_ref()?))) else { continue };
             match self.timed(Stage::Maps, || self.meshes.model(body)) {
                 Ok(model) => {
-                    if let Some((towards_sun, sun_radius_rad)) = mesh.sun {
+                    if let Some((towards_sun, sun_radius_rad)) = mesh.self_shadow_sun {
                         // Heights of the Sun above the horizon that the shape itself forms, one for each vertex.
                         let heights = self.timed(Stage::Scene, || self.meshes.sun_heights(&model, towards_sun, sun_radius_rad));
                         resources.sun_heights.insert(body.id, heights);

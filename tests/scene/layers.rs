@@ -142,7 +142,7 @@ fn an_outline_runs_around_the_selected_body_and_nowhere_on_it() {
     // A selected body outside the frame has no outline.
     let with_selected = |body: i32| ViewRequest { selected: Some(NaifId(body)), ..request.clone() };
     let neptune = draw_with(Layers { outline: true, ..Layers::default() }, &with_selected(899));
-    assert!(neptune.scene.selected_silhouette.is_none() && changed_pixels(&without_outline, &neptune).is_empty());
+    assert!(neptune.scene.outlined_shape.is_none() && changed_pixels(&without_outline, &neptune).is_empty());
 }
 
 /// The Sun from so close that its disc exceeds white in the middle of the image.

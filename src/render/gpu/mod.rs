@@ -36,7 +36,7 @@ pub enum GpuError {
     DeviceLost(String),
     #[error("the graphics device is out of memory")]
     OutOfMemory,
-    /// A draw whose module cannot be built, or whose data do not fit its module.
+    /// A draw whose module cannot be built, or whose data do not fit its module. `draw`: its label, or the name of the module.
     #[error("{draw}: {what}")]
     Draw { draw: String, what: String },
     #[error("{adapter} cannot draw {width}x{height} pixels; each side must be 1 to {max_side}")]

@@ -72,6 +72,7 @@ fn unfiltered(draw: &PlanDraw) -> Vec<u32> {
     let may_be_float32 = |source: &TextureSource| match source {
         TextureSource::Image(texture) | TextureSource::Persistent(texture) => texture.format == TexelFormat::Rgba32Float,
         TextureSource::PassOutput(_) => true,
+        // A display image: 8 bits per channel.
         TextureSource::OnGpu(_) => false,
     };
     draw.textures.iter().filter(|t| may_be_float32(&t.source)).map(|t| t.binding).collect()
@@ -179,7 +180,8 @@ impl Pipelines {
 }
 
 /// Number of threads that compile for a backend: as many as there are cores, but only one for GL. GL has one context, which only one thread uses at a time;
-/// wgpu panics when a call has waited for the context for six seconds. With NVIDIA's GL driver, compiling one view's modules on sixteen threads took longer.
+/// wgpu panics when a call has waited for the context for six seconds. With NVIDIA's GL driver, compiling one view's modules on sixteen threads took longer
+/// than that.
 fn compiler_threads(backend: wgpu::Backend) -> usize {
     if backend == wgpu::Backend::Gl { 1 } else { std::thread::available_parallelism().map_or(1, usize::from) }
 }

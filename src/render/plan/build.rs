@@ -46,7 +46,7 @@ impl SamplingQuality {
 /// The modules that a scene's plan runs, each once, so that they can be compiled before the plan is made.
 pub fn modules(scene: &Scene) -> Vec<ModuleId> {
     let module_of = |d: &Draw| ModuleId::Keyed(ShaderKey::for_draw(&d.features));
-    let mut all: Vec<_> = scene.draws.iter().chain(&scene.selected_silhouette).map(module_of).collect();
+    let mut all: Vec<_> = scene.draws.iter().chain(&scene.outlined_shape).map(module_of).collect();
     all.extend(coarse_air::modules(&scene.draws));
     all.extend(simple_draws::modules(scene).into_iter().map(ModuleId::Simple));
     all.sort();
@@ -171,10 +171,10 @@ pub(super) fn hdr_steps(
         }
         Ok(())
     };
-    let draws_behind_corona = scene.corona.map_or(0, |c| c.draws_behind.min(scene.draws.len()));
-    add_bodies(&mut steps, 0, &scene.draws[..draws_behind_corona])?;
+    let draw_count_behind_corona = scene.corona.map_or(0, |c| c.draw_count_behind.min(scene.draws.len()));
+    add_bodies(&mut steps, 0, &scene.draws[..draw_count_behind_corona])?;
     steps.push(over_hdr("corona", simple_draws::corona(scene, provider)?));
-    add_bodies(&mut steps, draws_behind_corona, &scene.draws[draws_behind_corona..])?;
+    add_bodies(&mut steps, draw_count_behind_corona, &scene.draws[draw_count_behind_corona..])?;
     steps.extend([
         over_hdr("orbits", small_bodies::orbits(scene, provider)?),
         over_hdr("lines in space", simple_draws::lines_in_space(scene, provider)?),
@@ -194,7 +194,7 @@ fn display_steps(scene: &Scene, provider: &impl ResourceProvider, sampling: Samp
         steps.extend(simple_draws::bloom_steps(scene, provider, HDR_TARGET)?);
     }
     steps.push(simple_draws::tone_map_step(scene, provider, HDR_TARGET, DISPLAY_TARGET)?);
-    if let Some(draw) = &scene.selected_silhouette {
+    if let Some(draw) = &scene.outlined_shape {
         let shape = body_draw(draw, width, height, provider, sampling)?;
         steps.extend(simple_draws::outline_steps(scene, shape, provider, DISPLAY_TARGET)?);
     }

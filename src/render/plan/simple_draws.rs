@@ -65,10 +65,10 @@ pub(super) fn modules(scene: &Scene) -> Vec<&'static str> {
         (!scene.refracted_limbs.is_empty(), "refracted_limb"),
         (scene.glare.is_some(), "glow"),
         (scene.bloom, "shrink"),
-        (scene.bloom || scene.selected_silhouette.is_some(), "blur"),
+        (scene.bloom || scene.outlined_shape.is_some(), "blur"),
         (scene.bloom, "tone_map_bloom"),
         (!scene.bloom, "tone_map"),
-        (scene.selected_silhouette.is_some(), "outline"),
+        (scene.outlined_shape.is_some(), "outline"),
         (scene.labels.is_some() || scene.line_texts.is_some(), "label"),
         (scene.labels.as_ref().is_some_and(|l| !l.dots.is_empty()), "dot"),
     ];

@@ -1,7 +1,7 @@
 //! The line of an orbit: the osculating conic of a body about its parent, its colour, and the sizes at which it fades.
 //!
 //! In: a placed body and its parent. Out: the conic's arcs (`orbit_arcs`) and a decision. An orbit has a few dozen arcs, whether the camera is a metre or a
-//! hundred au away from it. Perturbations are not modelled; traces show them.
+//! hundred au away from it. Perturbations are not modelled; the lines of past motion (`traces`) show them.
 
 use crate::catalog::Body;
 use crate::ephemeris::Ephemeris;
@@ -21,15 +21,16 @@ pub(crate) const RELATIVE_RADIANCE: f32 = 0.3;
 const HUE_POWER: f64 = 3.0;
 /// Fraction of white mixed into an orbit's colour.
 const WHITE_FRACTION: f64 = 0.3;
-/// Ratios of [`Conic::size_km`] to half the frame's diagonal at the target's distance: at the first the orbit starts to fade, from the second it is
-/// invisible. It does not fade if its body is in the frame and nearer than the second value times the target's distance.
+/// Ratios of the orbit's size ([`Conic::size_km`]: an ellipse's semi-major axis) to half the frame's diagonal at the target's distance: at the first the
+/// orbit starts to fade, from the second it is invisible. The second is also a ratio of distances: an orbit does not fade if its body is in the frame and
+/// nearer than this multiple of the target's distance.
 const SIZE_FADE: (f64, f64) = (8.0, 32.0);
 /// Opacity of a line at its body.
 const OPACITY: f64 = 0.9;
 
 /// The fraction of an orbit's opacity that remains in a view of the target, and the ratio that [`SIZE_FADE`] limits. `body_km`: the body's position from the
 /// camera, ICRF.
-fn fade_at_target(camera: &Camera, conic: &Conic, body_km: DVec3, target_distance_km: Option<f64>) -> (f64, f64) {
+fn remaining_opacity_and_size_ratio(camera: &Camera, conic: &Conic, body_km: DVec3, target_distance_km: Option<f64>) -> (f64, f64) {
     let Some(distance_km) = target_distance_km else { return (1.0, 0.0) };
     let size_ratio = conic.size_km() / (distance_km * camera.tan_half_fov.length());
     let is_near = body_km.length() < SIZE_FADE.1 * distance_km;
@@ -54,20 +55,22 @@ pub(crate) fn orbit_line(
     let parent = placed.catalog.body(placed.body.parent?)?;
     let effect = "orbit";
     let not_drawn = |reason: Reason| Some((Vec::new(), Decision { effect, on: false, reason, stated_error: None }));
-    let state = match ephemeris.state(placed.body.id, parent.id, placed.emitted_at, None) {
+    let best_source = None;
+    let state = match ephemeris.state(placed.body.id, parent.id, placed.emitted_at, best_source) {
         Ok(answer) => answer.state,
         Err(e) => return not_drawn(reason!("quoted", text = &e.to_string())),
     };
     let gm_km3_s2 = parent.gm_km3_s2.unwrap_or(0.0) + placed.body.gm_km3_s2.unwrap_or(0.0);
     let Some(conic) = Conic::of(&state, gm_km3_s2) else { return not_drawn(reason!("orbit-no-conic", body = &parent.name)) };
-    let (remaining, size_ratio) = fade_at_target(camera, &conic, placed.placement.centre_km, target_distance_km);
+    let (remaining, size_ratio) = remaining_opacity_and_size_ratio(camera, &conic, placed.placement.centre_km, target_distance_km);
     if remaining <= 0.0 {
         return not_drawn(reason!("orbit-large", times = format_args!("{size_ratio:.0}"), limit = SIZE_FADE.1));
     }
     let all = arcs(camera, &conic, placed.placement.centre_km, OPACITY * remaining, line_colour(placed.body));
     let size_px = size_on_screen_px(camera, &conic, placed.placement.centre_km);
+    let (invisible_below_px, _) = FADE_PX;
     let reason = match all.len() {
-        0 if size_px < FADE_PX.0 => reason!("orbit-small", size = format_args!("{size_px:.1}"), threshold = FADE_PX.0),
+        0 if size_px < invisible_below_px => reason!("orbit-small", size = format_args!("{size_px:.1}"), threshold = invisible_below_px),
         0 => reason!("outside-frame"),
         n => reason!("orbit-arcs", body = &parent.name, size = format_args!("{size_px:.0}"), count = n),
     };
@@ -95,11 +98,21 @@ mod tests {
     #[test]
     fn orbits_far_larger_than_the_view_are_left_out() {
         const SUN_GM_KM3_S2: f64 = 1.327e11;
-        let state = two_body::state_in_frame(1.5e9, 0.2, 0.4, 1.0, 2.0, 0.7, 6.8e-9);
+        let (semi_major_axis_km, eccentricity, mean_motion_per_s) = (1.5e9, 0.2, 6.8e-9);
+        let [inclination_rad, node_rad, argument_of_periapsis_rad, mean_anomaly_rad] = [0.4, 1.0, 2.0, 0.7];
+        let state = two_body::state_in_frame(
+            semi_major_axis_km,
+            eccentricity,
+            inclination_rad,
+            node_rad,
+            argument_of_periapsis_rad,
+            mean_anomaly_rad,
+            mean_motion_per_s,
+        );
         let conic = Conic::of(&state, SUN_GM_KM3_S2).expect("a conic");
         let camera = Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 45.0, 800, 600);
-        let at = |body_km: DVec3, target_km: f64| fade_at_target(&camera, &conic, body_km, Some(target_km)).0;
+        let at = |body_km: DVec3, target_km: f64| remaining_opacity_and_size_ratio(&camera, &conic, body_km, Some(target_km)).0;
         assert_eq!((at(DVec3::NEG_X, 1e6), at(DVec3::X, 1e6), at(DVec3::NEG_X, 1e9)), (0.0, 1.0, 1.0));
-        assert_eq!(fade_at_target(&camera, &conic, DVec3::NEG_X, None).0, 1.0);
+        assert_eq!(remaining_opacity_and_size_ratio(&camera, &conic, DVec3::NEG_X, None).0, 1.0);
     }
 }

@@ -67,7 +67,7 @@ impl BodiesInFrame {
             points.extend(point);
             report
         });
-        let reports = builder.unplaced.iter().filter_map(|unplaced| unplaced.clone().or_else(|| placed_reports.next())).collect();
+        let reports = builder.unplaced_reports.iter().filter_map(|unplaced| unplaced.clone().or_else(|| placed_reports.next())).collect();
         drop(placed_reports);
         Self { reports, draws, points, orbits: orbit_arcs, traces: trace_segments }
     }

@@ -82,7 +82,7 @@ impl Composite {
             (camera.width, camera.height) = (image.width, image.height);
             // The faces draw the following themselves. Images made of faces have no texts of lines, which are placed for a single face, and no outline.
             (whole.draws, whole.ground_lines, whole.lines_in_space, whole.refracted_limbs) = Default::default();
-            (whole.corona, whole.glare, whole.selected_silhouette) = (None, None, None);
+            (whole.corona, whole.glare, whole.outlined_shape) = (None, None, None);
             (whole.sky_images, whole.sky_lines, whole.orbits) = Default::default();
             (whole.minor_planets, whole.comets, whole.line_texts) = (None, Comets::default(), None);
             whole.background = None;

@@ -56,7 +56,7 @@ pub struct Corona {
     /// Left, top, right, bottom of the rectangle that contains all radiance above [`VISIBLE_LIGHT`] of the display's white.
     pub rect_in_clip: Vec4,
     /// Number of the scene's draws that lie behind the corona and are drawn before it.
-    pub draws_behind: usize,
+    pub draw_count_behind: usize,
     /// View ray whose component along the camera's forward axis is 1, through the middle of the image. Axes: x and y across the line of sight to the Sun, y
     /// towards the Sun's north pole; z to the Sun's centre.
     pub middle: Vec3,
@@ -209,7 +209,7 @@ pub(crate) fn corona(
     let narrow_in_sun_axes = |v: DVec3| narrow(in_sun_axes(v));
     let corona = Corona {
         rect_in_clip: rect.of_whole_pixels(camera.half_size()).narrowed(),
-        draws_behind: 0,
+        draw_count_behind: 0,
         middle: narrow_in_sun_axes(camera.forward),
         right: narrow_in_sun_axes(camera.right * camera.tan_half_fov.x),
         up: narrow_in_sun_axes(camera.up * camera.tan_half_fov.y),

@@ -19,10 +19,10 @@ pub(crate) fn view_of_moment(
     let target = catalog.body(moment.target)?;
     let (camera_pose, fov_deg) = match moment.vantage {
         Vantage::Centre { body, fov_deg } => (CameraPose::Centre { body }, fov_deg),
-        Vantage::Side { faced_body, faces_away, distance_radii } => {
-            let towards_faced_body = positions.geometric_between_km(target.id, faced_body, moment.time)?.try_normalize()?;
+        Vantage::Side { reference_body, is_far_side, distance_radii } => {
+            let towards_reference_body = positions.geometric_between_km(target.id, reference_body, moment.time)?.try_normalize()?;
             // Unit vector from the target to the camera.
-            let side = if faces_away { -towards_faced_body } else { towards_faced_body };
+            let side = if is_far_side { -towards_reference_body } else { towards_reference_body };
             let pole = positions.body_from_icrf(target.id, moment.time)?.row(2);
             let radius_km = target.radii_km.x;
             (inertial_orbit_pose(target.id, OrbitCamera::from_offset(side * distance_radii * radius_km, radius_km, pole)), DEFAULT_FOV_DEG)

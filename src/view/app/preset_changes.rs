@@ -10,14 +10,14 @@ use super::view_state::ViewState;
 struct PresetSettings {
     orbits: bool,
     constellations: bool,
-    stars_boost: f64,
+    stars_boost_stops: f64,
     exposure_stops: Option<f64>,
 }
 
 impl PresetSettings {
     fn of(view: &ViewState) -> Self {
         let ViewState { orbits, stars_boost, exposure_stops, .. } = *view;
-        Self { orbits, constellations: view.layers.constellations, stars_boost, exposure_stops }
+        Self { orbits, constellations: view.layers.constellations, stars_boost_stops: stars_boost, exposure_stops }
     }
 }
 
@@ -42,10 +42,10 @@ impl PresetChanges {
         }
     }
 
-    /// Undoes only the brightness of stars and the exposure: a flight from a view of the system to a body keeps orbits and constellations.
+    /// Undoes only the brightness of stars and the exposure: a flight from the preset's view to a body keeps the preset's orbits and constellations.
     pub(crate) fn undo_brightness(&self, view: &mut ViewState) {
         if PresetSettings::of(view) == self.settings_after {
-            (view.stars_boost, view.exposure_stops) = (self.settings_before.stars_boost, self.settings_before.exposure_stops);
+            (view.stars_boost, view.exposure_stops) = (self.settings_before.stars_boost_stops, self.settings_before.exposure_stops);
         }
     }
 }

@@ -86,8 +86,8 @@ pub enum Action {
     Faster,
     Slower,
     /// Run time forward.
-    Forward,
-    Backward,
+    TimeForward,
+    TimeBackward,
     TogglePause,
     /// Show the present, and let time run forward in real time.
     Now,
@@ -247,8 +247,8 @@ impl Viewer {
             Action::SetSpeed(speed) => self.time_rate.set_speed(speed),
             Action::Faster => self.time_rate.faster(),
             Action::Slower => self.time_rate.slower(),
-            Action::Forward => self.time_rate.forward(),
-            Action::Backward => self.time_rate.backward(),
+            Action::TimeForward => self.time_rate.forward(),
+            Action::TimeBackward => self.time_rate.backward(),
             Action::TogglePause => self.time_rate.toggle_pause(),
             Action::Now => {
                 self.view.tdb_s = self.now().tdb_seconds_past_j2000();

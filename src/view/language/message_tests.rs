@@ -1,4 +1,4 @@
-//! Tests of the messages of the modules below the window: each message that a source file names exists in English, with the arguments that the source file
+//! Tests of the messages in src/message/english.ftl: each message that a source file names exists in English, with the arguments that the source file
 //! gives, and each English message is used.
 
 use crate::message::ENGLISH_FILE;
@@ -72,10 +72,10 @@ fn each_message_is_used_and_each_used_message_exists_with_its_arguments() {
         }
     }
     // Ids of the names of bodies, compass points and months are composed at run time.
-    let is_named = |id: &str| ["body-", "compass-", "month-"].iter().any(|kind| id.starts_with(kind));
+    let is_composed_at_run_time = |id: &str| ["body-", "compass-", "month-"].iter().any(|kind| id.starts_with(kind));
     // Some ids are string literals outside the macros, such as those of the quantities that have stated errors.
     let is_quoted = |id: &str| all.iter().any(|(_, code)| code.contains(&format!("\"{id}\"")));
-    let unused: Vec<_> = known.keys().filter(|id| !used.contains(**id) && !is_quoted(id) && !is_named(id)).collect();
+    let unused: Vec<_> = known.keys().filter(|id| !used.contains(**id) && !is_quoted(id) && !is_composed_at_run_time(id)).collect();
     assert!(unused.is_empty(), "no source uses {unused:?}");
     assert_eq!(known.len(), ENGLISH_FILE.lines().filter(|line| line.contains(" = ")).count(), "an id occurs twice");
 }

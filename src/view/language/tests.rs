@@ -139,10 +139,10 @@ fn each_message_is_used_and_each_used_message_exists() {
     }
     let is_used = |id: &str| {
         let quoted = format!("\"{id}\"");
-        let is_named = KINDS_OF_NAMES.iter().any(|kind| id.strip_prefix(kind).is_some_and(|rest| rest.starts_with('-')));
+        let is_composed_at_run_time = KINDS_OF_NAMES.iter().any(|kind| id.strip_prefix(kind).is_some_and(|rest| rest.starts_with('-')));
         // `message_tests` finds unused messages of the modules below the window.
         let is_of_other_modules = files::ids(crate::message::ENGLISH_FILE).any(|known| known == id);
-        is_named || is_of_other_modules || sources.iter().any(|(_, code)| code.contains(&quoted))
+        is_composed_at_run_time || is_of_other_modules || sources.iter().any(|(_, code)| code.contains(&quoted))
     };
     let unused: Vec<_> = known.keys().filter(|id| !is_used(id)).collect();
     assert!(unused.is_empty(), "no source uses {unused:?}");

@@ -1,7 +1,7 @@
 //! Keyboard shortcuts, and the window that lists them.
 //!
-//! In: pressed keys and typed text. Out: actions, switches, opened and closed panels. Always: keys typed into a text field, except those with Ctrl and the
-//! function keys, are not shortcuts. Not here: the mouse (`viewport`) and the keys of the timeline (`timeline`).
+//! In: pressed keys and typed text. Out: actions, changed settings, opened and closed panels. Always: keys typed into a text field, except those with Ctrl and
+//! the function keys, are not shortcuts. Not here: the mouse (`viewport`) and the keys of the timeline (`timeline`).
 
 use super::{Interface, Tab};
 use crate::view::app::settings::UI_SCALE_RANGE;
@@ -49,9 +49,11 @@ const ARROW_DRAG_PX: f64 = 24.0;
 const UI_SCALE_STEP: f32 = 0.1;
 /// Roll of the camera by one key press, degrees.
 const ROLL_STEP_DEG: f64 = 5.0;
+/// Zoom by one key press, wheel notches.
+const ZOOM_STEP_NOTCHES: f64 = 1.0;
 
-/// The largest digit on a key.
-const MAX_DIGIT: usize = 9;
+/// The largest digit on a key: panels after the ninth have no shortcut.
+const MAX_PANEL_DIGIT: usize = 9;
 
 /// Width and height that the help window needs in addition to its rows, for its frame and title, points.
 const HELP_FRAME: Vec2 = vec2(32.0, 56.0);
@@ -106,12 +108,12 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
             }
             "[" => actions.push(Action::Roll(-ROLL_STEP_DEG)),
             "]" => actions.push(Action::Roll(ROLL_STEP_DEG)),
-            "+" | "=" => actions.push(Action::Zoom(1.0)),
-            "-" => actions.push(Action::Zoom(-1.0)),
+            "+" | "=" => actions.push(Action::Zoom(ZOOM_STEP_NOTCHES)),
+            "-" => actions.push(Action::Zoom(-ZOOM_STEP_NOTCHES)),
             "." => actions.push(Action::Faster),
             "," => actions.push(Action::Slower),
-            "l" => actions.push(Action::Forward),
-            "j" => actions.push(Action::Backward),
+            "l" => actions.push(Action::TimeForward),
+            "j" => actions.push(Action::TimeBackward),
             "t" => actions.push(Action::Now),
             " " => {
                 // If Space pauses or continues a tour, it does not also start time, because a playing tour sets the time itself.
@@ -186,7 +188,7 @@ pub(crate) fn help(interface: &mut Interface, ctx: &egui::Context) {
                 for (keys_id, description_id) in SHORTCUTS {
                     let (keys, description) = match *keys_id {
                         "key-panels" => {
-                            (text!("key-panels", last = Tab::ALL.len().min(MAX_DIGIT)), text!("key-panels-does", panels = panels))
+                            (text!("key-panels", last = Tab::ALL.len().min(MAX_PANEL_DIGIT)), text!("key-panels-does", panels = panels))
                         }
                         _ => (text_by_id(keys_id).to_owned(), text_by_id(description_id).to_owned()),
                     };

@@ -260,9 +260,9 @@ fn rate_controls(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
     let is_paused = time_rate.is_paused();
     let is_backward = time_rate.rate() < 0.0;
     for (icon, name, hover, is_on, action) in [
-        (Icon::Reverse, text!("time-reverse"), text!("time-reverse-hint"), is_backward, Action::Backward),
+        (Icon::Reverse, text!("time-reverse"), text!("time-reverse-hint"), is_backward, Action::TimeBackward),
         (Icon::Pause, text!("time-pause"), text!("time-pause-hint"), is_paused, Action::TogglePause),
-        (Icon::Play, text!("time-play"), text!("time-play-hint"), !is_paused && !is_backward, Action::Forward),
+        (Icon::Play, text!("time-play"), text!("time-play-hint"), !is_paused && !is_backward, Action::TimeForward),
     ] {
         if icons::selectable(ui, icon, is_on, name).on_hover_text(hover).clicked() {
             actions.push(action);

@@ -16,8 +16,9 @@ pub struct VariableIndex {
 /// The target of a pointer, in a variable or in the uniform block. `inner`: the type of the value stored there.
 #[derive(Clone, Debug)]
 pub enum Place {
-    /// Scalars of the environment (`Lowerer::env`: the current values of all variables in scope). The first is `base` plus each index times its stride.
-    /// A load with an index out of range reads the last element; a store with an index out of range has no effect.
+    /// Scalars of the environment (`Lowerer::env`: the current values of all variables in scope), as many as `inner` has. Position of
+    /// the first in `env`: `base` plus the sum of each index times its stride. A load with an index out of range reads the last element; a store with an index
+    /// out of range has no effect.
     Local { base: usize, indices: Vec<VariableIndex>, inner: TypeInner },
     /// The uniform block from byte `byte_offset` plus `word_offset` words of 4 bytes. The word offset is computed from variable indices, each already
     /// clamped to the last element; `None` if there are none.

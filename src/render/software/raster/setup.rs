@@ -113,8 +113,8 @@ pub(crate) struct RasterGeometry {
     pub clipped_count: usize,
 }
 
-/// Upper bound of the raster triangles that one source triangle becomes: each of the seven clip planes adds at most one corner, and a polygon of ten
-/// corners consists of eight triangles.
+/// Upper bound of the raster triangles that one source triangle becomes: each of the seven clip planes (smallest w, near, far, four of the guard band) adds
+/// at most one corner, and a polygon of ten corners consists of eight triangles.
 const MAX_PARTS: usize = 8;
 
 impl RasterGeometry {
@@ -141,9 +141,11 @@ impl RasterGeometry {
         try_grow(&mut all.planes, sum(|p| p.planes.len()), "the triangles' varyings")?;
         try_grow(&mut all.flat_values, sum(|p| p.flat_values.len()), "the triangles' varyings")?;
         for part in parts {
-            let (triangle_base, plane_base, value_base) = (all.source_triangles.len() as u32, all.planes.len(), all.flat_values.len());
-            all.triangles
-                .extend(part.triangles.iter().map(|t| RasterTriangle { source_triangle: t.source_triangle + triangle_base, ..t.clone() }));
+            let (source_triangle_base, plane_base, value_base) =
+                (all.source_triangles.len() as u32, all.planes.len(), all.flat_values.len());
+            all.triangles.extend(
+                part.triangles.iter().map(|t| RasterTriangle { source_triangle: t.source_triangle + source_triangle_base, ..t.clone() }),
+            );
             all.source_triangles.extend(part.source_triangles.iter().map(|s| SourceTriangle {
                 first_plane: s.first_plane + plane_base,
                 first_flat_value: s.first_flat_value + value_base,
@@ -164,8 +166,8 @@ impl RasterGeometry {
 const PREFETCH_DISTANCES: [usize; 3] = [12, 8, 4];
 
 impl RasterGeometry {
-    /// Prefetches the data of triangles that will be drawn soon, because a tile's triangles are scattered in memory. `upcoming`: triangles in drawing
-    /// order.
+    /// Prefetches the data of triangles that will be drawn soon, because a tile's triangles are scattered in memory. `upcoming`: indices in
+    /// `triangles`, in drawing order; the first is the triangle that is drawn now.
     #[inline(always)]
     pub(crate) fn prefetch(&self, upcoming: &[u32]) {
         #[cfg(target_arch = "x86_64")]
@@ -190,7 +192,7 @@ impl RasterGeometry {
                 && let Some(source) = self.source_triangles.get(triangle.source_triangle as usize)
             {
                 fetch(&self.planes, source.first_plane);
-                // Usually in the next cache line.
+                // A plane has 24 bytes, so the third one is usually in the next cache line.
                 fetch(&self.planes, source.first_plane + 2);
                 fetch(&self.flat_values, source.first_flat_value);
             }
@@ -273,9 +275,9 @@ pub(crate) fn set_up(
     // Homogeneous positions relative to the planes' origin, one vertex per row.
     let matrix = corners.map(|c| [c.x - origin[0] * c.w, c.y - origin[1] * c.w, c.w]);
     let cross = |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-    // The rows of the adjugate are planes, the numerators of the barycentric coordinates.
-    let adjugate = [cross(matrix[1], matrix[2]), cross(matrix[2], matrix[0]), cross(matrix[0], matrix[1])];
-    let determinant = matrix[0][0] * adjugate[0][0] + matrix[0][1] * adjugate[0][1] + matrix[0][2] * adjugate[0][2];
+    // The rows of the cofactor matrix are planes, the numerators of the barycentric coordinates.
+    let cofactors = [cross(matrix[1], matrix[2]), cross(matrix[2], matrix[0]), cross(matrix[0], matrix[1])];
+    let determinant = matrix[0][0] * cofactors[0][0] + matrix[0][1] * cofactors[0][1] + matrix[0][2] * cofactors[0][2];
     if determinant == 0.0 || !determinant.is_finite() {
         return;
     }
@@ -286,7 +288,7 @@ pub(crate) fn set_up(
     }
     // The plane of value / w, for one value per vertex.
     let plane_of = |v: [f64; 3]| {
-        let sum = |k: usize| (v[0] * adjugate[0][k] + v[1] * adjugate[1][k] + v[2] * adjugate[2][k]) / determinant;
+        let sum = |k: usize| (v[0] * cofactors[0][k] + v[1] * cofactors[1][k] + v[2] * cofactors[2][k]) / determinant;
         Plane { dx: sum(0), dy: sum(1), at_origin: sum(2) }
     };
     let RasterGeometry { triangles, source_triangles, planes, flat_values, clipped_count } = geometry;
@@ -331,7 +333,7 @@ pub(crate) fn set_up(
 mod tests {
     use super::*;
 
-    const BOUNDS: RasterState =
+    const RASTER_STATE: RasterState =
         RasterState { width: 64, height: 64, scissor: [0, 0, 64, 64], cull_back: false, vertex_grid: VertexGrid::Fine };
 
     fn set_up_one(clip: [[f64; 4]; 3], values: [f64; 3], raster_state: &RasterState) -> Option<(SourceTriangle, Plane)> {
@@ -343,7 +345,7 @@ mod tests {
     #[test]
     fn planes_reproduce_the_values_at_the_vertices() {
         let clip = [[-1.0, -1.0, 0.5, 1.0], [3.0, -3.0, 0.5, 4.0], [0.0, 2.0, 0.25, 2.5]];
-        let (s, varying) = set_up_one(clip, [1.0, -2.0, 5.0], &BOUNDS).expect("visible");
+        let (s, varying) = set_up_one(clip, [1.0, -2.0, 5.0], &RASTER_STATE).expect("visible");
         for (c, v) in clip.iter().zip([1.0, -2.0, 5.0]) {
             let corner = ClipVertex::from_clip(*c, 64, 64);
             let (x, y) = (corner.x / corner.w - s.origin[0], corner.y / corner.w - s.origin[1]);
@@ -355,7 +357,7 @@ mod tests {
 
     #[test]
     fn each_grid_moves_a_vertex_by_at_most_half_its_spacing() {
-        // x in pixels of a target 64 pixels wide; 10.3 pixels lie between two points of either grid.
+        // x in pixels of a target 64 pixels wide; x = 10.3 is not a point of either grid.
         let vertex = |x_px: f64| ClipVertex::from_clip([2.0 * x_px / 64.0 - 1.0, 0.0, 0.5, 1.0], 64, 64);
         for (grid, spacing_px) in [(VertexGrid::Fine, 1.0 / 4096.0), (VertexGrid::Gpu, 1.0 / 256.0)] {
             let snapped_px = snap(&vertex(10.3), grid)[0] as f64 / STEPS_PER_PIXEL as f64;
@@ -370,17 +372,17 @@ mod tests {
         let near = [[-0.5, -0.5, 0.5, 1.0], [0.5, -0.5, 0.5, 1.0], [0.0, 0.5, 0.5, 1.0]];
         let cut = [[-0.5, -0.5, 0.1, 1.0], [0.5, -0.5, 0.1, 1.0], [0.0, 0.9, 0.1, -1.0]];
         for clip in [near, cut] {
-            assert!(set_up_one(clip, [0.0; 3], &BOUNDS).expect("visible").0.is_front_facing);
+            assert!(set_up_one(clip, [0.0; 3], &RASTER_STATE).expect("visible").0.is_front_facing);
             let back = [clip[0], clip[2], clip[1]];
-            assert!(!set_up_one(back, [0.0; 3], &BOUNDS).expect("visible").0.is_front_facing);
-            assert!(set_up_one(back, [0.0; 3], &RasterState { cull_back: true, ..BOUNDS }).is_none());
+            assert!(!set_up_one(back, [0.0; 3], &RASTER_STATE).expect("visible").0.is_front_facing);
+            assert!(set_up_one(back, [0.0; 3], &RasterState { cull_back: true, ..RASTER_STATE }).is_none());
         }
     }
 
     #[test]
     fn a_constant_varying_is_exact_if_all_w_are_equal() {
         let clip = [[-1.0, -1.0, 0.0, 1.0], [1.0, -1.0, 0.0, 1.0], [-1.0, 1.0, 0.0, 1.0]];
-        let (s, varying) = set_up_one(clip, [0.1; 3], &BOUNDS).expect("visible");
+        let (s, varying) = set_up_one(clip, [0.1; 3], &RASTER_STATE).expect("visible");
         assert!(s.is_affine);
         assert_eq!(varying, Plane { at_origin: 0.1, dx: 0.0, dy: 0.0 });
     }
@@ -393,7 +395,7 @@ mod tests {
             for k in range.map(f64::from) {
                 g.reserve(2).expect("memory");
                 let varyings = [(Interpolation::Flat, [k; 3]), (Interpolation::Perspective, [k, 1.0, 2.0])];
-                set_up(triangle(k), varyings.into_iter(), &BOUNDS, &mut g);
+                set_up(triangle(k), varyings.into_iter(), &RASTER_STATE, &mut g);
             }
             g
         };
