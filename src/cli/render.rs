@@ -149,7 +149,8 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
     let error_bound_request = request_of(0);
     check_error_files(args, &output, &session, &error_bound_request, starts_now)?;
     let sampling = SamplingQuality::of(common.quality);
-    let mut write_stages = Stages::default();
+    // The time of `Stage::Write` alone, which the session does not measure.
+    let mut write_time = Stages::default();
     let mut video = VideoOutput::begin(&output, parse_size(&args.view.size)?, views.count(), args.rate, args.overwrite)?;
     let bar = frame_progress(numbers().count() as u64);
     let mut drawn_frames = 0_u32;
@@ -177,9 +178,9 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
             }
             None => video.add(&drawn.frame)?,
         }
-        write_stages.add(Stage::Write, start.elapsed());
+        write_time.add(Stage::Write, start.elapsed());
         if let Some(cpu_time) = cpu_before.and_then(|before| process_cpu()?.checked_sub(before)) {
-            write_stages.add_cpu(Stage::Write, cpu_time);
+            write_time.add_cpu(Stage::Write, cpu_time);
         }
         bar.inc(1);
     }
@@ -194,10 +195,10 @@ pub(crate) fn run(common: &Common, args: &RenderArgs) -> Result<(), CliError> {
         }
     }
     if common.verbose > 0 {
-        print_message(&verbose_line(&session, &write_stages, drawn_frames, drawn_by.as_ref()));
+        print_message(&verbose_line(&session, &write_time, drawn_frames, drawn_by.as_ref()));
     }
     if args.time_report {
-        let mut report = time_report(&session, &write_stages, drawn_frames, time_to_first_frame, drawn_by);
+        let mut report = time_report(&session, &write_time, drawn_frames, time_to_first_frame, drawn_by);
         report["kept_frames"] = kept_frames.len().into();
         let report = format!("{report}\n");
         if output == FrameOutput::Stream {
@@ -245,6 +246,7 @@ fn check_error_files(
         }
     }
     let requested_files = args.error.iter().map(|path| (0, path.clone(), session.provenance(request).of_error_bound()));
+    // Called for its errors: the bounds are written anew even if the files have them already.
     existing_frames(requested_files, (request.width, request.height), args.overwrite, starts_now).map(drop)
 }
 
@@ -273,36 +275,37 @@ fn text_chunks(args: &RenderArgs, title: Option<&str>, request: &ViewRequest, sc
 }
 
 /// The line of `-v`: how many frames were drawn, by which renderer, and the time of each stage.
-fn verbose_line(session: &Session, write_stages: &Stages, frames: u32, drawn_by: Option<&DrawnBy>) -> String {
+fn verbose_line(session: &Session, write_time: &Stages, frames: u32, drawn_by: Option<&DrawnBy>) -> String {
     let (session_stages, _) = session.report();
-    let stages = session_stages.and(write_stages);
+    let stages = session_stages.and(write_time);
     let times = Stage::ALL.map(|stage| format!("{} {:.1} ms", stage.name(), milliseconds(stages.elapsed(stage))));
     let renderer = drawn_by.map_or(String::new(), |by| format!(" by {}", by.adapter.as_deref().unwrap_or(by.renderer)));
     format!("drew {}{renderer}: {}", counted(frames as usize, "frame"), times.join(", "))
 }
 
-/// The JSON object of `--time-report`. `time_to_first_frame`: the time from the start of the command to the first frame.
+/// The JSON object of `--time-report`. `time_to_first_frame`: the time from the start of the command to the first frame. `drawn_by`: what drew the last frame,
+/// with the times of this frame's passes; the stages are summed over all frames.
 fn time_report(
     session: &Session,
-    write_stages: &Stages,
+    write_time: &Stages,
     frames: u32,
     time_to_first_frame: Option<Duration>,
     drawn_by: Option<DrawnBy>,
 ) -> serde_json::Value {
-    let (mut stages, library) = session.report();
-    stages.add(Stage::Write, write_stages.elapsed(Stage::Write));
-    if let Some(cpu_time) = write_stages.cpu(Stage::Write) {
+    let (mut stages, library_statistics) = session.report();
+    stages.add(Stage::Write, write_time.elapsed(Stage::Write));
+    if let Some(cpu_time) = write_time.cpu(Stage::Write) {
         stages.add_cpu(Stage::Write, cpu_time);
     }
-    // Only stages whose CPU time is known. It is unknown for stages that run before counting starts (catalog, kernel), and for all stages if the operating
-    // system does not report it.
+    // Only stages whose CPU time is known. It is unknown for stages that run before counting starts (`Stage::Catalog`, `Stage::Kernel`), and for all stages if
+    // the operating system does not report it.
     let cpu_times =
         Stage::ALL.into_iter().filter_map(|s| Some((format!("{}_ms", s.name()), serde_json::json!(milliseconds(stages.cpu(s)?)))));
     let cpu: serde_json::Map<String, serde_json::Value> = cpu_times.collect();
     let process_cpu_ms = process_cpu().map(milliseconds);
     let mut report = serde_json::json!({
         "renderer": drawn_by.as_ref().map_or("none", |by| by.renderer), "frames": frames, "stages": stages.to_json(), "cpu": cpu,
-        "process_cpu_ms": process_cpu_ms, "library": library, "first_frame_ms": time_to_first_frame.map(milliseconds),
+        "process_cpu_ms": process_cpu_ms, "library": library_statistics, "first_frame_ms": time_to_first_frame.map(milliseconds),
     });
     if let Some(timings) = drawn_by.as_ref().and_then(|by| by.software.as_ref()) {
         report["software_passes"] = serde_json::json!(timings.passes);

@@ -22,6 +22,7 @@ pub fn cache_folder(cache: Option<&Path>) -> Result<PathBuf, CacheFolderError> {
     };
     let program_folder = folder.join("orrery");
     let subfolders = SUBFOLDERS.map(|name| (program_folder.join(name), false));
+    // `is_parent`: the folder is not the program's own, so its group may write to it.
     for (path, is_parent) in [(folder.clone(), true), (program_folder, false)].into_iter().chain(subfolders) {
         if let Some(why) = foreign_write_access(&path, is_parent) {
             return Err(CacheFolderError::Shared { folder: echo(&path.display().to_string()), why });

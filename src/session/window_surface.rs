@@ -21,7 +21,8 @@ pub enum DisplayPreference {
     #[default]
     Auto,
     /// Present with the GPU that renders the images, even a software driver.
-    Device,
+    #[serde(rename = "device")]
+    Gpu,
     /// Present with the CPU, whichever renderer draws.
     Processor,
 }
@@ -79,7 +80,7 @@ mod with_gpu {
         pub fn presenter_change(&self, window_surface: Option<&DeviceSurface>, preference: DisplayPreference) -> PresenterChange {
             let may_present = |renderer: &GpuRenderer| match preference {
                 DisplayPreference::Auto => renderer.facts().kind != AdapterKind::Software,
-                DisplayPreference::Device => true,
+                DisplayPreference::Gpu => true,
                 DisplayPreference::Processor => false,
             };
             let device_state = match self.devices.device_state() {

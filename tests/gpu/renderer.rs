@@ -156,23 +156,23 @@ fn a_lost_device_falls_back_to_software_with_the_same_view() {
     let (session, messages, _cache) = session(RendererPreference::Gpu);
     let (_, request) = views().into_iter().find(|(name, _)| *name == "moon").expect("in the table");
     let draw = || session.draw(&request, SAMPLING, FrameImages::Display).expect("drawn");
-    assert_eq!(session.presenter_change(None, DisplayPreference::Device), PresenterChange::Unchanged, "nothing is open yet");
+    assert_eq!(session.presenter_change(None, DisplayPreference::Gpu), PresenterChange::Unchanged, "nothing is open yet");
     let before = draw();
     assert_eq!(before.drawn_by.renderer, "gpu");
     assert_eq!(
-        session.presenter_change(None, DisplayPreference::Device),
+        session.presenter_change(None, DisplayPreference::Gpu),
         PresenterChange::Unchanged,
         "a window would wait for the pipelines of its frames"
     );
     // The pipelines of a window's frame are compiled while the software renderer draws it.
     session.draw_without_waiting(&request, SAMPLING, RequestedOutput::Frame(FrameImages::Display)).expect("drawn");
     let mut polls = 0;
-    while session.presenter_change(None, DisplayPreference::Device) == PresenterChange::Unchanged {
+    while session.presenter_change(None, DisplayPreference::Gpu) == PresenterChange::Unchanged {
         std::thread::sleep(std::time::Duration::from_millis(5));
         polls += 1;
         assert!(polls < 10_000, "the device never became ready for windows");
     }
-    assert_eq!(session.presenter_change(None, DisplayPreference::Device), PresenterChange::NewGpu);
+    assert_eq!(session.presenter_change(None, DisplayPreference::Gpu), PresenterChange::NewGpu);
     // Automatically a window uses a hardware GPU, but not a software driver (llvmpipe), for which it would wait at each image.
     let is_software = renderer.facts().kind == AdapterKind::Software;
     let automatic = if is_software { PresenterChange::Unchanged } else { PresenterChange::NewGpu };
@@ -181,7 +181,7 @@ fn a_lost_device_falls_back_to_software_with_the_same_view() {
     session.destroy_gpu();
     let after = draw();
     assert_eq!(after.drawn_by.renderer, "software");
-    assert_eq!(session.presenter_change(None, DisplayPreference::Device), PresenterChange::Unchanged, "no device is left");
+    assert_eq!(session.presenter_change(None, DisplayPreference::Gpu), PresenterChange::Unchanged, "no device is left");
     let difference = image(before.frame).difference(&image(after.frame)).expect("one size");
     assert!(!exceeds_bounds(&difference), "a different image: mean {}, 99.9 % {}", difference.mean, difference.p999);
     draw();

@@ -90,7 +90,7 @@ pub struct Program {
     /// For each input, whether any instruction reads it.
     pub inputs_read: Vec<bool>,
     pub outputs: Vec<LaneOutput>,
-    /// For each output, the slot that contains it after the run.
+    /// For each output, the slot that contains it after the run. `BoundProgram::new` refuses a register, here and in `discarded`.
     pub output_operands: Vec<Operand>,
     pub textures: Vec<TextureUse>,
     pub uses_discard: bool,

@@ -3,9 +3,9 @@
 //! In: placed bodies. Out: the visible fraction of a disc's light, exactly 0 if the entire disc is hidden and exactly 1 if no part of it is; and the limbs of
 //! nearer bodies as uniforms of shaders/lib/foreground_limb.wesl. Nearer bodies are ellipsoids, the hidden body is a sphere. A point's flux is multiplied by
 //! its visible fraction (`points`); a depth test cannot hide a point partly, because a sprite has a single depth. Not here: transmittance of rings and air,
-//! and shadows (eclipse). The light is summed over [`CHORDS`] chords of the disc, each with a closed-form integral. The error is below 1e-4 of the light: at
-//! most 7e-5 against 6000 chords, for one round body of 0.01 to 4 radii of the disc (computed outside this program). tests/eclipse/overlapping_limbs.rs
-//! compares images with the closed forms of shaders/lib/eclipse.
+//! and shadows (eclipse). The light is summed over [`CHORDS`] chords of the disc, each with a closed-form integral. The error is below 1e-4 of the disc's
+//! light: a sum over 6000 chords differs by at most 7e-5, for one round body of 0.01 to 4 radii of the disc (computed outside this program).
+//! tests/eclipse/overlapping_limbs.rs compares images with the closed forms of shaders/lib/eclipse.
 
 use crate::catalog::NaifId;
 use crate::message::reason;
@@ -33,14 +33,14 @@ impl Limb {
     /// The limb on the plane of the view rays `ray + x dx + y dy`, ICRF.
     fn on_plane(placement: &Placement, ray: DVec3, dx: DVec3, dy: DVec3) -> Self {
         let camera = placement.camera_in_unit_sphere();
-        let middle = placement.centre_km.normalize();
+        let towards_centre = placement.centre_km.normalize();
         // The camera's position is parallel to the direction of the body's centre, so a ray's component along this direction has no part in the cross
         // product. The component is removed first, because it would cause rounding errors.
         let [d0, d1, d2] = [ray, dx, dy].map(|v| placement.direction_in_unit_sphere(v));
-        let [n0, n1, n2] = [ray, dx, dy].map(|v| camera.cross(placement.direction_in_unit_sphere(v - middle * v.dot(middle))));
+        let [n0, n1, n2] =
+            [ray, dx, dy].map(|v| camera.cross(placement.direction_in_unit_sphere(v - towards_centre * v.dot(towards_centre))));
         let linear = [-camera.dot(d0), -camera.dot(d1), -camera.dot(d2)];
-        // The scale of F and L is arbitrary but must suit f32. The value of L at the middle ray would not do: above a horizon that ray may point away from the
-        // body.
+        // The scale of F and L is arbitrary but must suit f32. The value of L at `ray` would not do: above a horizon `ray` may point away from the body.
         let unit = 1.0 / (camera.length() * d0.length());
         Self {
             quadratic: [
@@ -200,8 +200,8 @@ fn compute_visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>)
     }
 }
 
-/// Records as a decision the fraction of a body's light that nearer bodies leave visible. Does nothing if all light is visible or a fraction is recorded
-/// already.
+/// Records as a decision the fraction of a body's light that nearer bodies leave visible, in the green channel; the decision is on if they hide all light. Does
+/// nothing if all light is visible or a fraction is recorded already.
 pub(super) fn record_visible_fraction(bodies: &mut [BodyInView], farther: NaifId, visible: DVec3) {
     if visible == DVec3::ONE {
         return;
@@ -230,7 +230,8 @@ pub(crate) fn apply(placed: &[PlacedBody<'_>], camera: &Camera, draws: &mut [Dra
         }
         let visible = visible_fraction(placed, farther);
         record_visible_fraction(bodies, farther.body.id, visible);
-        // A body drawn as a point hides its part of the disc by a sprite over the disc (`points`).
+        // A body without a globe is drawn as a point, whose sprite hides its part of the disc (`points`), so it is left out. If nothing of the disc is visible,
+        // it stays, so that all of the disc is hidden (kind 2 below).
         nearer.retain(|p| visible == DVec3::ZERO || shape(p).is_some());
         if nearer.is_empty() {
             continue;

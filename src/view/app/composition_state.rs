@@ -1,4 +1,5 @@
-//! The composition of an image as a view stores it: a perspective image, a dome image, a whole-sphere image, or a stereo pair.
+//! The composition of an image as a view stores it: a perspective image, a fisheye image for a dome, a whole-sphere image, or a
+//! stereo pair.
 //!
 //! In: fields of a link or a file, controls of the Effects panel. Out: a [`Composition`]. Always: the default is a perspective image without
 //! stereo, which links and files omit. Not here: the warp mesh, which distorts the image for one projector; `orrery view --warp` loads it.
@@ -19,7 +20,7 @@ pub struct CompositionState {
     /// Whether the zenith is in the middle of a fisheye image.
     #[serde(rename = "dome_zenith")]
     pub is_zenith_centred: bool,
-    /// Tilt of a dome, see [`Composition::tilt_deg`]: the angle by which the direction in the image's middle is lowered.
+    /// Degrees by which the direction in the middle of a fisheye or whole-sphere image is lowered towards the image's bottom, see [`Composition::tilt_deg`].
     pub dome_tilt_deg: f64,
     #[serde(with = "option_serde::by_optional_name")]
     pub stereo: Option<StereoLayout>,
@@ -72,7 +73,7 @@ impl CompositionState {
 
     /// The composition for a request; fields that the projection does not use are left at their defaults.
     pub(crate) fn composition(&self) -> Composition {
-        // A dome image or a whole-sphere image.
+        // A fisheye or a whole-sphere image.
         let is_spherical = self.projection != Projection::Perspective;
         Composition {
             projection: self.projection,

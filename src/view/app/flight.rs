@@ -1,9 +1,9 @@
 //! A flight of the camera from one view to another: smooth, without overshoot, two seconds long for any distance.
 //!
 //! In: both ends as poses about the target (ICRF kilometres). Out: the pose at a given time. Always: the logarithm of the distance eases
-//! monotonically from one end to the other; the direction from the target to the camera moves along a great circle; from halfway on the camera
-//! faces the target, apart from a gradual turn if the final pose does not face it; the final pose is exactly the given one. The flight does not avoid
-//! bodies on the way.
+//! monotonically from one end to the other; the direction from the target to the camera moves along a great circle; in the second half
+//! the camera faces the target, or, if the final pose does not face it, turns away from it gradually; the final pose is exactly the given one. The
+//! flight does not avoid bodies on the way.
 
 use glam::{DQuat, DVec3};
 
@@ -12,9 +12,9 @@ pub(crate) const FLIGHT_S: f64 = 2.0;
 /// Fraction of the flight after which the camera faces the target.
 const FACING_FROM_FRACTION: f64 = 0.5;
 
-/// Distance from a body's centre, in its radii, at which a flight or a camera path starts or ends if its first or last view is from the centre. A view from
-/// the centre omits the body, but on the way the body is drawn, and a camera inside it would show nothing.
-pub(super) const OUTSIDE_BODY_RADII: f64 = 1.5;
+/// For a view from a body's centre, the caller starts or ends the flight or camera path at this distance from the centre, in the body's radii. A view from the
+/// centre omits the body, but on the way the body is drawn, and a camera inside it would show nothing.
+pub(super) const CENTRE_VIEW_DISTANCE_RADII: f64 = 1.5;
 
 /// Position of the camera relative to the target's centre, and orientation (unit vectors); all ICRF.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,10 +68,10 @@ impl Flight {
         let log_distance = start_distance_km.ln() + (end_distance_km.ln() - start_distance_km.ln()) * eased;
         let direction = slerp(start_km.try_normalize().unwrap_or(DVec3::X), end_km.try_normalize().unwrap_or(DVec3::X), eased);
         let turned_fraction = ease_in_out(fraction / FACING_FROM_FRACTION);
-        // The entire turn is from facing the target to the final direction of the camera; `final_turn` is the part of this turn that has been made so far.
+        // The entire turn is from facing the target to the final direction of the camera; `turn_so_far` is the part that has been made.
         let facing_at_end = (-end_km).try_normalize().unwrap_or(self.end.forward);
-        let final_turn = DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(facing_at_end, self.end.forward), eased);
-        let towards_target = (final_turn * -direction).normalize();
+        let turn_so_far = DQuat::IDENTITY.slerp(DQuat::from_rotation_arc(facing_at_end, self.end.forward), eased);
+        let towards_target = (turn_so_far * -direction).normalize();
         let forward = slerp(self.start.forward, towards_target, turned_fraction);
         let up = self.start.up.lerp(self.end.up, eased);
         let up = (up - forward * up.dot(forward)).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());

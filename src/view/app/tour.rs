@@ -7,7 +7,7 @@
 
 use super::body_positions::{BodyPositions, SessionPositions};
 use super::composition_state::CompositionState;
-use super::flight::{FLIGHT_S, Flight, OUTSIDE_BODY_RADII, Pose, ease_in_out};
+use super::flight::{CENTRE_VIEW_DISTANCE_RADII, FLIGHT_S, Flight, Pose, ease_in_out};
 use super::view_state::{CameraPose, ViewState};
 use crate::catalog::NaifId;
 use crate::ephemeris::angle_rad;
@@ -267,7 +267,7 @@ fn pose_about(body: NaifId, view: &ViewState, viewer: &Viewer, session: &Session
     let camera = &viewer.camera;
     let camera_body = view.camera_pose.body();
     let offset_from_camera_body_km = match (view.camera_pose, viewer.stands_on) {
-        (CameraPose::Centre { .. }, _) => camera.forward * OUTSIDE_BODY_RADII * radius_km(camera_body, session),
+        (CameraPose::Centre { .. }, _) => camera.forward * CENTRE_VIEW_DISTANCE_RADII * radius_km(camera_body, session),
         (_, Some(ground)) => camera.position_km - ground.centre_km,
         (_, None) => {
             let body_position = session.ephemeris().light_time_position(camera_body, camera.position_km, view.time());

@@ -10,7 +10,7 @@ use crate::catalog::{Body, BodyKind, NaifId};
 use crate::ephemeris::topocentric::ground_point_km;
 use crate::time::Instant;
 use crate::view::app::body_positions::BodyPositions;
-use crate::view::app::flight::{Flight, OUTSIDE_BODY_RADII, Pose};
+use crate::view::app::flight::{CENTRE_VIEW_DISTANCE_RADII, Flight, Pose};
 use crate::view::app::orbit_camera::OrbitCamera;
 use crate::view::app::preset_changes::PresetChanges;
 use crate::view::app::time_rate::TimeRate;
@@ -398,7 +398,7 @@ impl Viewer {
             CameraPose::Centre { .. } => {
                 // The pose is outside the body, on the side of the target.
                 let towards_target = positions.geometric_between_km(camera_body, self.view.target, time)?.try_normalize()?;
-                (towards_target * self.radius_km(camera_body) * OUTSIDE_BODY_RADII, towards_target, DVec3::Z, None)
+                (towards_target * self.radius_km(camera_body) * CENTRE_VIEW_DISTANCE_RADII, towards_target, DVec3::Z, None)
             }
         };
         // Forward and up vectors, if the camera tracks another body.

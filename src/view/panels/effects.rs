@@ -1,5 +1,5 @@
-//! The Effects panel: each effect with the scene's decision, the reason for it, and the effect's cost in time and light. Also controls for
-//! quality, renderer, exposure, tone map, bloom, pixel view, layers and composition.
+//! The Effects panel: each effect with the scene's decision, the reason for it, the time that the effect takes, and how much it changes the
+//! light. Also controls for quality, renderer, exposure, tone map, bloom, pixel view, layers and composition.
 //!
 //! In: the decisions of the last scene, measured costs, clicks. Out: the view with other effects and settings; queries that measure costs.
 
@@ -35,7 +35,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
             view.exposure_stops = if is_automatic { None } else { Some(drawn_stops) };
         }
         if let Some(stops) = &mut view.exposure_stops {
-            // A view from a link or a file may have another valid value, which must not change because the panel opens.
+            // A view from a link or a file may have a value outside the slider's range, which must not be clamped merely because the panel is open.
             let slider = egui::Slider::new(stops, -20.0..=30.0).clamping(SliderClamping::Edits);
             ui.add(slider.custom_parser(typed_number).text(text!("effects-stops"))).on_hover_text(text!("effects-exposure-hint"));
         } else {
@@ -160,11 +160,12 @@ fn measure_costs(
         let (request, only_body) = (request.clone(), only_body.clone());
         let query =
             move |session: &Session| session.effect_cost(&request, stops, (effect, on), only_body.as_deref()).map_err(|e| error_text(&e));
+        // Starts the measurement; `known` returns the result in a later frame.
         let _ = effect_costs.cache.get(worker, &effect, query);
     }
 }
 
-/// Shows the choice of the renderer, and of the device that presents the image.
+/// Shows the choice of the renderer, and whether the GPU or the processor presents the image.
 fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, display_preference: &mut DisplayPreference) {
     let (choices, current) = worker.session().renderers();
     if choices.len() < 2 {
@@ -179,7 +180,7 @@ fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, display_preference: &
                 RendererPreference::Software => text!("effects-renderer-software"),
             };
             if ui.selectable_label(current == preference, translated_name("renderer", preference.name())).on_hover_text(hover).clicked() {
-                // On the query worker, since the device may be busy.
+                // On the query worker, since the GPU may be busy.
                 worker.run(Box::new(move |session| session.set_renderer_preference(preference)));
             }
         }
@@ -191,7 +192,7 @@ fn renderers(ui: &mut egui::Ui, worker: &dyn RenderWorker, display_preference: &
         ui.label(text!("effects-display"));
         let displays = [
             (DisplayPreference::Auto, text!("effects-display-auto"), text!("effects-display-auto-hint")),
-            (DisplayPreference::Device, text!("effects-display-gpu"), text!("effects-display-gpu-hint")),
+            (DisplayPreference::Gpu, text!("effects-display-gpu"), text!("effects-display-gpu-hint")),
             (DisplayPreference::Processor, text!("effects-display-cpu"), text!("effects-display-cpu-hint")),
         ];
         for (preference, name, hover) in displays {
@@ -264,5 +265,5 @@ fn row(
 fn cost_text(cost: &EffectCost) -> String {
     let [net_percent, absolute_percent] = [cost.light.net, cost.light.absolute].map(|fraction| 100.0 * fraction);
     let decimals = if absolute_percent.abs() < 0.1 { 3 } else { 1 };
-    text!("effects-cost", time = signed(cost.ms, 1), light = signed(net_percent, decimals), moved = decimal(absolute_percent, decimals))
+    text!("effects-cost", time = signed(cost.ms, 1), light = signed(net_percent, decimals), absolute = decimal(absolute_percent, decimals))
 }

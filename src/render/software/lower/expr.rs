@@ -117,9 +117,9 @@ impl<'m> Lowerer<'m> {
                 self.load(&place)?
             }
             Expression::AccessIndex { base, index } => match self.value_of(*base)? {
-                Value::Place(p) => return Ok(Value::Place(self.place_child(&p, *index)?)),
+                Value::Place(p) => return Ok(Value::Place(self.place_at_constant_index(&p, *index)?)),
                 Value::Scalars(scalars) => {
-                    let (child, first, _) = self.child(self.type_of(*base), *index)?;
+                    let (child, first, _) = self.child_type_and_offsets(self.type_of(*base), *index)?;
                     let n = self.scalar_count(&child)?;
                     scalars[first..first + n].to_vec()
                 }
@@ -128,7 +128,7 @@ impl<'m> Lowerer<'m> {
             Expression::Access { base, index } => {
                 let k = self.scalar_of(*index)?;
                 match self.value_of(*base)? {
-                    Value::Place(p) => return Ok(Value::Place(self.place_indexed(&p, k)?)),
+                    Value::Place(p) => return Ok(Value::Place(self.place_at_index(&p, k)?)),
                     Value::Scalars(scalars) => self.select_element(self.type_of(*base), &scalars, k)?,
                     Value::Resource(_) => return Err(self.unsupported("arrays of textures are not supported".into())),
                 }
@@ -185,7 +185,7 @@ impl<'m> Lowerer<'m> {
             }
             Expression::ImageQuery { image, query } => {
                 let texture = self.texture_use(*image, None)?;
-                // Axes as in `Instr::TextureSize`.
+                // Axes as in `Instr::TextureSize`: 0 is the width, 1 the height, 2 the number of levels.
                 let (axes, level): (&[u8], _) = match query {
                     ImageQuery::Size { level } => (&[0, 1], *level),
                     ImageQuery::NumLevels => (&[2], None),

@@ -52,7 +52,7 @@ impl Lowerer<'_> {
     }
 
     /// Child `index` of a composite type (a component, column, element or member): its type, its offset in scalars, and its byte offset in a uniform block.
-    pub(crate) fn child(&self, inner: &TypeInner, index: u32) -> Result<(TypeInner, usize, u32)> {
+    pub(crate) fn child_type_and_offsets(&self, inner: &TypeInner, index: u32) -> Result<(TypeInner, usize, u32)> {
         let k = index as usize;
         Ok(match inner {
             TypeInner::Vector { scalar, .. } => (TypeInner::Scalar(*scalar), k, 4 * index),
@@ -87,8 +87,8 @@ impl Lowerer<'_> {
     }
 
     /// The place of child `index` of a place.
-    pub(crate) fn place_child(&mut self, place: &Place, index: u32) -> Result<Place> {
-        let (child, scalars, bytes) = self.child(place.inner(), index)?;
+    pub(crate) fn place_at_constant_index(&mut self, place: &Place, index: u32) -> Result<Place> {
+        let (child, scalars, bytes) = self.child_type_and_offsets(place.inner(), index)?;
         Ok(match place.clone() {
             Place::Local { base, indices, .. } => Place::Local { base: base + scalars, indices, inner: child },
             Place::Uniform { byte_offset, word_offset, .. } => {
@@ -98,13 +98,13 @@ impl Lowerer<'_> {
     }
 
     /// The place of the child at an index that may be variable.
-    pub(crate) fn place_indexed(&mut self, place: &Place, index: SsaValue) -> Result<Place> {
+    pub(crate) fn place_at_index(&mut self, place: &Place, index: SsaValue) -> Result<Place> {
         let count = self.child_count(place.inner())?;
         if let Some(k) = self.builder.known_int(index) {
-            return self.place_child(place, k.min(count - 1));
+            return self.place_at_constant_index(place, k.min(count - 1));
         }
         // All children have the same type, so the offset of child 1 is the stride.
-        let (child, scalars, bytes) = self.child(place.inner(), 1)?;
+        let (child, scalars, bytes) = self.child_type_and_offsets(place.inner(), 1)?;
         Ok(match place.clone() {
             Place::Local { base, mut indices, .. } => {
                 indices.push(VariableIndex { value: index, stride: scalars, count });
@@ -201,7 +201,7 @@ impl Lowerer<'_> {
             return Ok(());
         }
         for k in 0..self.child_count(inner)? {
-            let (child, _, bytes) = self.child(inner, k)?;
+            let (child, _, bytes) = self.child_type_and_offsets(inner, k)?;
             self.uniform_scalars(&child, start + bytes, out)?;
         }
         Ok(())
@@ -225,7 +225,7 @@ impl Lowerer<'_> {
             return Ok(());
         }
         for k in 0..self.child_count(inner)? {
-            let (child, _, _) = self.child(inner, k)?;
+            let (child, _, _) = self.child_type_and_offsets(inner, k)?;
             self.append_zeros(&child, out)?;
         }
         Ok(())
