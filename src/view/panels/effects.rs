@@ -82,7 +82,9 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         .unwrap_or_default();
     let only_body = interface.edits_selected_body_only.then(|| name.clone());
     // Costs are measured for effects that are drawn or were switched by hand. Each such effect is paired with whether it is drawn.
-    let has_cost = |effect: Effect, decision: &Decision| decision.on || overrides.override_of(effect).is_some();
+    let edited = if interface.edits_selected_body_only { overrides.of_body(&name) } else { &mut overrides };
+    let set_by_hand: Vec<Effect> = Effect::ALL.into_iter().filter(|e| edited.override_of(*e).is_some()).collect();
+    let has_cost = |effect: Effect, decision: &Decision| decision.on || set_by_hand.contains(&effect);
     let effect_with_cost = |e: Effect| decisions.iter().find(|d| d.effect == e.name() && has_cost(e, d)).map(|d| (e, d.on));
     let effects_with_cost: Vec<(Effect, bool)> = Effect::ALL.into_iter().filter_map(effect_with_cost).collect();
     measure_costs(interface, ui.ctx(), worker, only_body, &effects_with_cost);
@@ -91,7 +93,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         // Effects that are drawn or were switched by hand come first; the others follow, one line each.
         let (first, rest): (Vec<Effect>, Vec<Effect>) = Effect::ALL
             .into_iter()
-            .partition(|e| edited.override_of(*e).is_some() || decisions.iter().any(|d| d.on && d.effect == e.name()));
+            .partition(|e| set_by_hand.contains(e) || decisions.iter().any(|d| d.on && d.effect == e.name()));
         for (effects, is_one_line) in [(first, false), (rest, true)] {
             for effect in effects {
                 let decision = decisions.iter().find(|d| d.effect == effect.name());
