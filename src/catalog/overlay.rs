@@ -1,6 +1,7 @@
 //! Reading `[[overlay]]`: images blended over a body's ground.
 //!
-//! In: the TOML table. Out: the [`Overlay`] and the name of its body, which the caller looks up, or problems in the shared list.
+//! In: the TOML table. Out: the [`Overlay`] and the name of its body, which the caller looks up, or problems, which the
+//! [`TableReader`] collects. Not here: the image of a `[[layer]]` on a body, which is drawn as an overlay, too (`data_layer`).
 
 use super::fields::{ALLOWED_FILE_NAME, ALLOWED_NAME, each_component, is_file_name, is_name, required_number};
 use super::table::{TableReader, WithLine};
@@ -45,6 +46,7 @@ pub(super) fn overlay(mut table: TableReader) -> Option<(WithLine<String>, Overl
     let file = table.required::<String>("file", ALLOWED_FILE_NAME, |f| is_file_name(f));
     let gain = table.optional("gain", "three numbers from 0 to 100 (red, green, blue)", each_component(|x| (0.0..=100.0).contains(&x)));
     let opacity = table.optional("opacity", "a number from 0 to 1", |x: &f64| (0.0..=1.0).contains(x));
+    // For readers of the file; read here so that it is not reported as unknown.
     let _ = table.optional::<String>("source", "a string", |_| true);
     let projection = projection(&mut table);
     table.finish();

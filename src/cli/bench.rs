@@ -225,7 +225,7 @@ fn scene_row(name: &str, first: &MeasuredFrame, frames: &mut [MeasuredFrame]) ->
         "scene": name,
         "renderer": median_frame.drawn_by.as_ref().map(|by| by.renderer),
         "adapter": median_frame.drawn_by.as_ref().and_then(|by| by.adapter.clone()),
-        "device_passes_ms": median_frame.drawn_by.as_ref().map(|by| by.passes_ms.iter().cloned().collect::<BTreeMap<_, _>>()),
+        "device_passes_ms": median_frame.drawn_by.as_ref().map(|by| by.gpu_passes_ms.iter().cloned().collect::<BTreeMap<_, _>>()),
         "first_ms": milliseconds(first.wall),
         "median_ms": milliseconds(median_frame.wall),
         "median_cpu_ms": median_frame.cpu.map(milliseconds),

@@ -40,7 +40,7 @@ pub(crate) fn run(common: &Common, args: &ExplainArgs) -> Result<(), CliError> {
     let session = Session::open(&common.sources(), print_message)?;
     let mut request = args.view.request(session.catalog())?;
     request.quality = common.quality;
-    request.purpose = Purpose::of_file(args.linear);
+    request.purpose = if args.linear { Purpose::LINEAR } else { Purpose::Display };
     if args.passes {
         return print_result(&session.passes(&request, SamplingQuality::of(common.quality))?);
     }

@@ -307,13 +307,13 @@ fn time_report(
         "renderer": drawn_by.as_ref().map_or("none", |by| by.renderer), "frames": frames, "stages": stages.to_json(), "cpu": cpu,
         "process_cpu_ms": process_cpu_ms, "library": library_statistics, "first_frame_ms": time_to_first_frame.map(milliseconds),
     });
-    if let Some(timings) = drawn_by.as_ref().and_then(|by| by.software.as_ref()) {
+    if let Some(timings) = drawn_by.as_ref().and_then(|by| by.software_timings.as_ref()) {
         report["software_passes"] = serde_json::json!(timings.passes);
     }
     if let Some(by) = drawn_by.filter(|by| by.adapter.is_some()) {
         report["adapter"] = serde_json::json!(by.adapter);
         report["gpu_passes_ms"] =
-            by.passes_ms.into_iter().map(|(name, ms)| (name, serde_json::json!(ms))).collect::<serde_json::Map<_, _>>().into();
+            by.gpu_passes_ms.into_iter().map(|(name, ms)| (name, serde_json::json!(ms))).collect::<serde_json::Map<_, _>>().into();
     }
     report
 }

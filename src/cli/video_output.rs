@@ -8,7 +8,7 @@ use super::frames::FrameOutput;
 use super::output::stdout_error;
 use super::output_file::check_may_be_written;
 use crate::files::{FileAccess, check_output_path, write_atomic, write_new};
-use crate::image::{AnimationWriter, ImageError, MAX_ANIMATION_PIXELS, SharedBytes, write_y4m_header, y4m_frame};
+use crate::image::{AnimationWriter, ImageError, MAX_ANIMATION_PIXELS, SharedBytes, overwrite_with_y4m_frame, write_y4m_header};
 use crate::render::frame::Frame;
 use crate::wording::echo;
 use std::io::Write;
@@ -94,7 +94,7 @@ impl VideoOutput {
                         stdout
                     }
                 };
-                y4m_frame(bytes, &frame.display);
+                overwrite_with_y4m_frame(bytes, &frame.display);
                 out.write_all(bytes).map_err(|e| stdout_error(&e))
             }
             Self::File { writer, .. } => writer.add(&frame.display).map_err(failed),

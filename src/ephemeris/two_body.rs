@@ -37,8 +37,8 @@ pub fn eccentric_anomaly(mean_anomaly_rad: f64, e: f64) -> f64 {
     sign * x + turns * TAU
 }
 
-/// State on an ellipse in the frame of its elements. `node_rad`: longitude of the ascending node. `mean_motion_per_s`: radians per second, the rate of the mean
-/// anomaly.
+/// State on an ellipse in the frame of its elements. `node_rad`: longitude of the ascending node. `mean_anomaly_rate_per_s`:
+/// radians per second.
 pub fn state_in_frame(
     semi_major_axis_km: f64,
     e: f64,
@@ -46,14 +46,14 @@ pub fn state_in_frame(
     node_rad: f64,
     argument_of_periapsis_rad: f64,
     mean_anomaly_rad: f64,
-    mean_motion_per_s: f64,
+    mean_anomaly_rate_per_s: f64,
 ) -> State {
     let eccentric_anomaly_rad = eccentric_anomaly(mean_anomaly_rad, e);
-    let (sin_e, cos_e) = eccentric_anomaly_rad.sin_cos();
+    let (sin_anomaly, cos_anomaly) = eccentric_anomaly_rad.sin_cos();
     let axis_ratio = (1.0 - e * e).sqrt();
-    let eccentric_anomaly_rate_per_s = mean_motion_per_s / (1.0 - e * cos_e);
-    let in_plane = DVec3::new(cos_e - e, axis_ratio * sin_e, 0.0) * semi_major_axis_km;
-    let in_plane_velocity = DVec3::new(-sin_e, axis_ratio * cos_e, 0.0) * (semi_major_axis_km * eccentric_anomaly_rate_per_s);
+    let eccentric_anomaly_rate_per_s = mean_anomaly_rate_per_s / (1.0 - e * cos_anomaly);
+    let in_plane = DVec3::new(cos_anomaly - e, axis_ratio * sin_anomaly, 0.0) * semi_major_axis_km;
+    let in_plane_velocity = DVec3::new(-sin_anomaly, axis_ratio * cos_anomaly, 0.0) * (semi_major_axis_km * eccentric_anomaly_rate_per_s);
     let frame_from_plane =
         DMat3::from_rotation_z(node_rad) * DMat3::from_rotation_x(inclination_rad) * DMat3::from_rotation_z(argument_of_periapsis_rad);
     State { pos_km: frame_from_plane * in_plane, vel_km_s: frame_from_plane * in_plane_velocity }
@@ -66,10 +66,11 @@ pub fn icrf_from_pole_frame(pole_ra_deg: f64, pole_dec_deg: f64) -> DMat3 {
 
 /// State relative to the parent, ICRF, from a catalog's mean elements.
 ///
-/// The node regresses for inclinations under 90 degrees and advances above; the argument of the periapsis advances. The catalog's mean motion is the rate of
-/// the mean longitude at the epoch, so the anomaly's rate is the mean motion minus the rates of node and argument (in a retrograde orbit, the node's rate is
-/// added). A tidal term in T² is added to the anomaly, and so to the longitude.
+/// The node regresses for inclinations under 90 degrees and advances above; the argument of the periapsis advances. The catalog's mean motion n is
+/// the rate of the mean longitude at the epoch. So the rate of the anomaly there is n - argument' - node' in a prograde orbit and n - argument' + node' in a
+/// retrograde one, where a prime means a rate. A tidal term in T² is added to the anomaly, and so to the longitude.
 pub fn state(elements: &MeanElements, t: Instant) -> State {
+    // The few milliseconds between TDB and TT are neglected.
     let days = t.tdb_seconds_past_j2000() / SECONDS_PER_DAY - (elements.epoch_jd_tt - JD_J2000);
     // A period of 0 stands for no precession.
     let rate_deg_day = |period_yr: f64| if period_yr == 0.0 { 0.0 } else { 360.0 / (period_yr * DAYS_PER_JULIAN_YEAR) };

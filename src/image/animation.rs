@@ -115,7 +115,7 @@ impl<W: Write> AnimationWriter<W> {
     pub(crate) fn add(&mut self, display: &[[u8; 4]]) -> Result<(), ImageError> {
         let (width, height) = (self.width, self.height);
         if u64::from(width) * u64::from(height) != display.len() as u64 {
-            return Err(ImageError::WrongLength { width, height, given: display.len().saturating_mul(4) });
+            return Err(ImageError::WrongLength { width, height, given_bytes: display.len().saturating_mul(4) });
         }
         let rgb: Vec<u8> = display.iter().flat_map(|p| [p[0], p[1], p[2]]).collect();
         // Rounded starting times, not a rounded delay: the rounding errors do not add up.

@@ -52,7 +52,7 @@ impl DisplayImage {
         match [self, other].into_iter().find(|image| !has_all_pixels(image)) {
             None => Ok(()),
             Some(Self { width, height, rgba }) => {
-                Err(ImageError::WrongLength { width: *width, height: *height, given: rgba.len().saturating_mul(4) })
+                Err(ImageError::WrongLength { width: *width, height: *height, given_bytes: rgba.len().saturating_mul(4) })
             }
         }
     }

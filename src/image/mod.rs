@@ -38,7 +38,7 @@ pub use panorama::{Panorama, read_panorama};
 pub use poles::PoleFilter;
 pub use stored_maps::{StoredMaps, StoredMapsStatus};
 pub use write::{write_exr, write_png};
-pub use y4m::{write_y4m_header, y4m_frame};
+pub use y4m::{overwrite_with_y4m_frame, write_y4m_header};
 
 /// Largest encoded image, bytes.
 pub(crate) const MAX_FILE_BYTES: u64 = 1 << 30;
@@ -93,8 +93,8 @@ pub enum ImageError {
     #[error("{name}: {}", too_large_text(*width, *height, *max_megapixels))]
     TooLarge { name: String, width: u32, height: u32, max_megapixels: u32 },
     /// A buffer does not have the length of an image of this size.
-    #[error("{given} bytes are not an image of {width}x{height} texels")]
-    WrongLength { width: u32, height: u32, given: usize },
+    #[error("{given_bytes} bytes are not an image of {width}x{height} texels")]
+    WrongLength { width: u32, height: u32, given_bytes: usize },
     #[error("the images differ in size, {}x{} and {}x{} pixels", a.0, a.1, b.0, b.1)]
     DifferentSizes { a: (u32, u32), b: (u32, u32) },
     /// A saved image whose bytes have changed or are missing.
@@ -190,7 +190,7 @@ impl Texture {
         let format = decoding.format;
         let needed = u64::from(width) * u64::from(height) * 4;
         if width == 0 || height == 0 || needed != rgba.len() as u64 || format == TexelFormat::Rgba32Float {
-            return Err(ImageError::WrongLength { width, height, given: rgba.len() });
+            return Err(ImageError::WrongLength { width, height, given_bytes: rgba.len() });
         }
         Ok(Self { format, levels: mips::chain(width, height, rgba, decoding, threads) })
     }

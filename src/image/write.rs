@@ -13,7 +13,7 @@ fn write_error(e: impl std::fmt::Display) -> ImageError {
 
 fn check_pixel_count<T>(width: u32, height: u32, pixels: &[T]) -> Result<(), ImageError> {
     if width == 0 || height == 0 || u64::from(width) * u64::from(height) != pixels.len() as u64 {
-        return Err(ImageError::WrongLength { width, height, given: size_of_val(pixels) });
+        return Err(ImageError::WrongLength { width, height, given_bytes: size_of_val(pixels) });
     }
     Ok(())
 }
@@ -41,7 +41,7 @@ fn in_latin_1(text: &str) -> String {
 }
 
 /// Writes linear RGBA floats (premultiplied, as rendered) as an EXR. `comments` becomes the attribute of that name. `sealed_text`: a text in
-/// ASCII that [`super::exr_head_text`] returns; [`super::verify_exr`] can check only a file that has one.
+/// ASCII, stored with the SHA-256 of the file. [`super::exr_head_text`] returns the text; [`super::verify_exr`] can check only a file that has one.
 pub fn write_exr(
     mut out: impl Write,
     width: u32,
@@ -104,7 +104,7 @@ mod tests {
         let mut again = Cursor::new(Vec::new());
         write_exr(&mut again, 3, 2, &pixels, "metres", None).unwrap();
         assert_eq!(bytes.get_ref(), again.get_ref());
-        // A body's name in the legend may have characters that an EXR cannot store.
+        // The comments may contain a body's name with characters that an EXR cannot store.
         let mut greek = Cursor::new(Vec::new());
         write_exr(&mut greek, 3, 2, &pixels, "1 metre, \u{3b1} Cen", None).unwrap();
         assert!(greek.get_ref().windows(14).any(|w| w == b"1 metre, ? Cen"));

@@ -196,7 +196,7 @@ fn convert(pixels: &[[u8; 4]; BLOCK_PIXELS], planes: [&mut [u8; BLOCK_PIXELS]; 3
 }
 
 /// Replaces the content of `bytes` by one frame. A buffer of the right length, from the frame before, is overwritten without being cleared.
-pub fn y4m_frame(bytes: &mut Vec<u8>, display: &[[u8; 4]]) {
+pub fn overwrite_with_y4m_frame(bytes: &mut Vec<u8>, display: &[[u8; 4]]) {
     bytes.resize(FRAME_HEADER.len() + 3 * display.len(), 0);
     let (header, planes) = bytes.split_at_mut(FRAME_HEADER.len());
     header.copy_from_slice(FRAME_HEADER);
@@ -222,7 +222,7 @@ mod tests {
     fn planes(display: &[[u8; 4]]) -> Vec<u8> {
         // A used buffer, to show that nothing of an earlier frame is left.
         let mut bytes = vec![7; 100_000];
-        y4m_frame(&mut bytes, display);
+        overwrite_with_y4m_frame(&mut bytes, display);
         assert!(bytes.starts_with(FRAME_HEADER));
         bytes.split_off(FRAME_HEADER.len())
     }

@@ -4,11 +4,12 @@
 //! disc is visible, below -1 it is hidden, in between a straight horizon cuts it. Rays are traced in f64 through a bounding volume hierarchy, in the plane of
 //! the vertex's normal and the Sun: upward from a hidden Sun or downward from a visible one, until visibility changes; bisection refines the height.
 //!
-//! Error: the height is measured from an edge of the mesh above or below the Sun, and accurate to a quarter of the Sun's radius or a tenth of the height,
-//! whichever is more. The edge is the nearest one, unless an obstacle or a gap lies between two of the tested directions, which are 1, 4, 16, ... solar radii
-//! from the Sun.
-//! Between vertices the height is interpolated. The edge of a smooth hill's shadow is accurate to less than a triangle. The edge of the shadow of something
-//! smaller or more distant than a triangle is accurate to the length of a triangle's side. Not here: shadows in the light of other bodies.
+//! Error: the height is measured from the edge of the mesh that is nearest above a hidden Sun or below a visible one. It is accurate to a quarter of the Sun's
+//! radius or a tenth of the height, whichever is more. But only the directions 1, 4, 16, ... solar radii from the Sun are tested, so a gap or an obstacle
+//! between two of them may be missed; the height is then measured from a farther edge.
+//! Between vertices the height is interpolated. The edge of a smooth hill's shadow is accurate to less than a triangle's side. The edge of the shadow of
+//! something that is smaller than a triangle, or farther than a triangle's side from the ground in its shadow, is accurate to the length of such a side.
+//! Not here: shadows in the light of other bodies.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -22,8 +23,8 @@ const MAX_HEIGHT_RAD: f64 = 0.0873;
 const MAX_LEAF_TRIANGLES: usize = 4;
 /// Distance of the nearest hit that counts, per largest side of the mesh's box: far above the rounding of f64, far below a triangle.
 const MIN_HIT_PER_SIZE: f64 = 1e-9;
-/// The Sun's angular radius is clamped to this range, radians. In units of 0, heights would be infinite; the largest is that of the Sun from about two solar
-/// radii away.
+/// The Sun's angular radius is clamped to this range, radians. Heights are divided by it, so it must not be 0; the upper bound is the radius seen from about
+/// two solar radii away.
 const SUN_RADIUS_RANGE_RAD: [f64; 2] = [1e-6, 0.5];
 /// Vertices per parallel task.
 const VERTICES_PER_TASK: usize = 512;
@@ -181,17 +182,17 @@ impl RayCastMesh {
         let is_hidden = is_occluded(0.0);
         // Search upward from a hidden Sun, or downward from a visible one to the tangent plane.
         let (sign, end_rad) = if is_hidden { (1.0, FRAC_PI_2) } else { (-1.0, plane_height_rad.max(0.0)) };
-        // Steps away from the Sun until visibility changes: it does so between the angles `unchanged_rad` and `changed_rad` from the Sun.
-        let (mut unchanged_rad, mut step_rad) = (0.0, sun_radius_rad);
+        // Tests larger and larger angles from the Sun until visibility changes: it does so between the angles `unchanged_rad` and `changed_rad`.
+        let (mut unchanged_rad, mut tested_rad) = (0.0, sun_radius_rad);
         let mut changed_rad = loop {
-            if step_rad >= end_rad {
+            if tested_rad >= end_rad {
                 return if is_hidden { -end_rad / sun_radius_rad } else { plane_height_rad / sun_radius_rad };
             }
-            if is_occluded(sign * step_rad) != is_hidden {
-                break step_rad;
+            if is_occluded(sign * tested_rad) != is_hidden {
+                break tested_rad;
             }
-            unchanged_rad = step_rad;
-            step_rad *= 4.0;
+            unchanged_rad = tested_rad;
+            tested_rad *= 4.0;
         };
         while changed_rad - unchanged_rad > (0.25 * sun_radius_rad).max(0.1 * unchanged_rad) {
             let middle_rad = 0.5 * (unchanged_rad + changed_rad);
@@ -248,15 +249,15 @@ mod tests {
 
     #[test]
     fn a_wall_hides_the_sun_up_to_its_height_seen_from_each_place() {
-        let (n, wall, high) = (8, 1.5, 0.5);
-        let mesh = floor_and_wall(n, wall, high);
+        let (n, wall_x_km, wall_height_km) = (8, 1.5, 0.5);
+        let mesh = floor_and_wall(n, wall_x_km, wall_height_km);
         for altitude_deg in [2.0_f64, 10.0, 15.0, 25.0, 60.0] {
             let altitude = altitude_deg.to_radians();
             let heights = mesh.sun_heights(DVec3::new(altitude.cos(), 0.0, altitude.sin()), SUN_RADIUS_RAD);
             let mut shadowed_and_lit = [0, 0];
             for (k, height) in heights.iter().enumerate().take(((n + 1) * (n + 1)) as usize) {
-                let height_rad =
-                    (altitude - (high / (wall - mesh.vertices[k].position_km.x)).atan()).clamp(-MAX_HEIGHT_RAD, MAX_HEIGHT_RAD);
+                let top_of_wall_rad = (wall_height_km / (wall_x_km - mesh.vertices[k].position_km.x)).atan();
+                let height_rad = (altitude - top_of_wall_rad).clamp(-MAX_HEIGHT_RAD, MAX_HEIGHT_RAD);
                 let allowed = 0.26 + 0.11 * (height_rad / SUN_RADIUS_RAD).abs();
                 assert!(
                     (f64::from(*height) - height_rad / SUN_RADIUS_RAD).abs() < allowed,
@@ -273,9 +274,9 @@ mod tests {
     fn the_sun_under_an_arch_is_seen() {
         // The wall begins above the ground: the view below its lower edge is free.
         let mut mesh = floor_and_wall(4, 1.5, 0.5);
-        let wall = mesh.vertices.len() - 4;
-        mesh.vertices[wall].position_km.z = 0.3;
-        mesh.vertices[wall + 1].position_km.z = 0.3;
+        let first_wall_vertex = mesh.vertices.len() - 4;
+        mesh.vertices[first_wall_vertex].position_km.z = 0.3;
+        mesh.vertices[first_wall_vertex + 1].position_km.z = 0.3;
         let sun_height_at =
             |altitude: f64| f64::from(mesh.sun_heights(DVec3::new(altitude.cos(), 0.0, altitude.sin()), SUN_RADIUS_RAD)[MIDDLE_OF_4_CELLS]);
         let (foot, top) = ((0.3_f64 / 1.5).atan(), (0.5_f64 / 1.5).atan());

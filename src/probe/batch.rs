@@ -1,7 +1,8 @@
 //! Evaluates many queries with one module. The software renderer draws a small target in which each query is a column.
 //!
 //! In: a shader module that imports lib/probe_query.wesl, its uniform bytes and textures, twelve numbers per query. Out: the result rows of each query, one
-//! pixel of four numbers each. Each input goes to the shader as two f32 whose sum is the f64 value; outputs are f32 (relative rounding 6e-8).
+//! pixel of four numbers each. Each input goes to the shader as two f32 whose sum is the f64 value to 1e-14, relative; outputs are f32 (relative
+//! rounding 6e-8).
 
 use super::ProbeError;
 use crate::render::plan::{
@@ -15,11 +16,12 @@ use std::sync::Arc;
 /// Maximum number of queries in one target: the width of the widest image that the renderer draws.
 const MAX_QUERIES_PER_TARGET: usize = 16_384;
 
-/// The argument `map_taps` of [`uniform_bytes`](crate::render::plan::uniform_bytes) for probe modules, which read no maps and filter no rings.
+/// The argument `map_taps` of [`uniform_bytes`](crate::render::plan::uniform_bytes) for probe modules. It limits the reads per map, and sets the
+/// number of intervals over which a ring is averaged; probe modules do neither, so the smallest number will do.
 pub(super) const MAP_TAPS: u8 = 1;
 
-/// A module and its inputs other than the queries.
-pub struct ProbeBatch {
+/// A probe module with its uniforms, textures and samplers, which evaluates any number of queries.
+pub struct BoundProbeModule {
     /// The module that answers the queries.
     pub module: ModuleId,
     /// Empty if the module has no uniforms.
@@ -33,7 +35,7 @@ pub struct ProbeBatch {
 /// Inputs of one query; unused numbers are 0.
 pub(crate) type ProbeInputs = [f64; 12];
 
-/// Two f32 numbers whose sum is the value: the nearest f32, and the remainder.
+/// Two f32 numbers whose sum is the value to 1e-14, relative: the nearest f32, and the remainder.
 fn split(value: f64) -> (f32, f32) {
     let high = value as f32;
     let low = (value - f64::from(high)) as f32;
@@ -41,7 +43,7 @@ fn split(value: f64) -> (f32, f32) {
     (high, if low.is_finite() { low } else { 0.0 })
 }
 
-impl ProbeBatch {
+impl BoundProbeModule {
     /// A module without uniforms, textures and samplers.
     pub fn without_bindings(module: ModuleId, rows: u32) -> Self {
         Self { module, uniform_bytes: Vec::new(), textures: Vec::new(), samplers: Vec::new(), rows }
@@ -60,6 +62,7 @@ impl ProbeBatch {
         let mut all = Vec::with_capacity(queries.len());
         for chunk in queries.chunks(MAX_QUERIES_PER_TARGET) {
             let (frame, _) = renderer.render(&self.plan(chunk), library, FrameImages::DisplayAndHdr)?;
+            // The target is linear, so its numbers are in `hdr`, and `display` is empty.
             let width = chunk.len();
             for column in 0..width {
                 let row = |r: usize| frame.hdr.get(r * width + column).copied().ok_or("the target is smaller than its rows");
@@ -107,7 +110,7 @@ mod tests {
     use super::split;
 
     #[test]
-    fn the_sum_of_both_parts_is_the_value() {
+    fn the_sum_of_both_parts_is_the_value_to_1e_14() {
         for value in [0.1, -1.0 / 3.0, 149_597_870.7, 1e-30, 0.0] {
             let (high, low) = split(value);
             assert!((f64::from(high) + f64::from(low) - value).abs() <= 1e-14 * value.abs(), "{value}");

@@ -2,7 +2,7 @@
 //!
 //! In: the outline's semi-axes and the distance of the centres in solar radii, the limb darkening and an eclipse model. Out: `blocked`, 0 to 1.
 
-use super::batch::{ProbeBatch, ProbeInputs};
+use super::batch::{BoundProbeModule, ProbeInputs};
 use super::sunlight::{check_limb_darkening, u1_at_550_nm, u2_at_550_nm};
 use super::{ProbeError, Prober, QueryKind, alternative, optional, parse_fields};
 use crate::scene::draw::{DrawFeatures, Eclipse, EclipseModel};
@@ -129,8 +129,8 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     // In the order in which shaders/entry/probe_disc_overlap.wesl reads them.
     let mut numbers: ProbeInputs = [0.0; 12];
     numbers[..6].copy_from_slice(&[major, minor, distance * cos, distance * sin, u1, u2]);
-    let batch = ProbeBatch::without_bindings(ModuleId::Probe("probe_disc_overlap", key), RESULT_ROWS);
-    let results = batch.results(prober.renderer, prober.library(), &[numbers])?;
+    let probe = BoundProbeModule::without_bindings(ModuleId::Probe("probe_disc_overlap", key), RESULT_ROWS);
+    let results = probe.results(prober.renderer, prober.library(), &[numbers])?;
     let blocked = results.first().and_then(|rows| rows.first()).map(|row| row[0]).ok_or("no answer")?;
     Ok(json!({ "blocked": blocked }))
 }

@@ -6,7 +6,7 @@
 //! green channel; with one law, channels differ only in the model `refracted`. `rgb` uses the catalog's law per channel. `by` lists the fraction that each
 //! body alone blocks, in green. The models `linear` and `uniform-disc` have no limb darkening and ignore `u1` and `u2`.
 
-use super::batch::{MAP_TAPS, ProbeBatch, ProbeInputs};
+use super::batch::{BoundProbeModule, MAP_TAPS, ProbeInputs};
 use super::{ProbeError, Prober, QueryKind, optional, parse_fields, required};
 use crate::catalog::{Body, NaifId, Photometry};
 use crate::ephemeris::topocentric::ground_point_km;
@@ -181,7 +181,7 @@ pub fn sunlight_from_uniforms(
     let uniform_bytes = uniform_bytes(&built.layout, &DrawUniforms { lights, eclipse: uniforms, ..DrawUniforms::default() }, MAP_TAPS)?;
     let inputs_of = |p: &DVec3| -> ProbeInputs { std::array::from_fn(|k| p.to_array().get(k).copied().unwrap_or(0.0)) };
     let queries: Vec<_> = points.iter().map(inputs_of).collect();
-    let results = ProbeBatch { uniform_bytes, ..ProbeBatch::without_bindings(module, RESULT_ROWS) }.results(
+    let results = BoundProbeModule { uniform_bytes, ..BoundProbeModule::without_bindings(module, RESULT_ROWS) }.results(
         prober.renderer,
         prober.library(),
         &queries,

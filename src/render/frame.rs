@@ -7,8 +7,9 @@ pub struct Frame {
     pub width: u32,
     /// In pixels.
     pub height: u32,
-    /// Linear premultiplied RGBA of the HDR pass; empty unless requested. The software renderer also fills it if the plan's final image is linear.
+    /// Linear premultiplied RGBA: the final image if that is linear, otherwise the image of the HDR pass. The latter is left out, and this is empty, unless it
+    /// is requested and has the size of the final image. The GPU renderer draws a plan with a linear final image only if that is requested.
     pub hdr: Vec<[f32; 4]>,
-    /// Display RGBA; empty if the final image is linear.
+    /// sRGB-encoded RGBA, opaque in images of a view; empty if the final image is linear.
     pub display: Vec<[u8; 4]>,
 }

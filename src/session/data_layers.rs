@@ -1,4 +1,4 @@
-//! Reads the files of data layers, and adds their images to the map store.
+//! Reads the files of data layers (the user's points, lines or image on a body or in the sky), and adds their images to the map store.
 //!
 //! In: a layer of the catalog, or a file that was dropped on the window. Out: the layer with its content, or an error in one line. Always: an invalid file
 //! adds nothing.
@@ -50,6 +50,7 @@ impl Session {
         if !is_layer_file(&file) {
             return Err(file_error(path, format!("not a data layer: its name does not end in any of {}", layer_extensions())));
         }
+        // The file's name is also the layer's name.
         let layer = |body| DataLayer { body, ..DataLayer::new(file.clone(), file.clone()) };
         let body = body.and_then(|id| self.catalog.body(id));
         // If the file is valid neither on the body nor in the sky, the error for the body is returned.

@@ -98,7 +98,7 @@ impl Devices {
     ) -> Result<RenderOutput, RendererError> {
         let images = if let RequestedOutput::Frame(images) = requested { images } else { FrameImages::Display };
         let (frame, timings) = software.render(plan, library, images)?;
-        let drawn_by = DrawnBy { renderer: "software", adapter: None, passes_ms: Vec::new(), software: Some(timings) };
+        let drawn_by = DrawnBy { renderer: "software", adapter: None, gpu_passes_ms: Vec::new(), software_timings: Some(timings) };
         Ok(RenderOutput { frame, gpu_image: None, drawn_by })
     }
 

@@ -268,7 +268,7 @@ impl Gpu {
         match drawn {
             Ok((frame, gpu_image, timings)) => {
                 let adapter = Some(renderer.facts().to_string());
-                let drawn_by = DrawnBy { renderer: "gpu", adapter, passes_ms: timings.passes_ms, software: None };
+                let drawn_by = DrawnBy { renderer: "gpu", adapter, gpu_passes_ms: timings.passes_ms, software_timings: None };
                 Some(RenderOutput { frame, gpu_image, drawn_by })
             }
             Err(e) => {

@@ -56,11 +56,11 @@ pub struct DrawnBy {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub adapter: Option<String>,
     /// Milliseconds on the device by pass, if the adapter has timestamps.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub passes_ms: Vec<(String, f64)>,
+    #[serde(rename = "passes_ms", skip_serializing_if = "Vec::is_empty")]
+    pub gpu_passes_ms: Vec<(String, f64)>,
     /// Timings of the software renderer, if it drew the frame.
     #[serde(skip)]
-    pub software: Option<Timings>,
+    pub software_timings: Option<Timings>,
 }
 
 /// The result of drawing a plan.

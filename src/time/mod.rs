@@ -18,14 +18,14 @@ mod text;
 use crate::units::{DAYS_PER_JULIAN_CENTURY, JD_J2000, SECONDS_PER_DAY};
 use hifitime::leap_seconds::{LatestLeapSeconds, LeapSecond};
 
-/// Times are printed to the second. From this standard error of Delta T on, the error is printed beside them.
+/// Times are printed to the second. If the standard error of Delta T is at least this, it is printed, too.
 pub(crate) const MIN_SHOWN_DELTA_T_ERROR_S: f64 = 0.5;
 
 /// TT - TAI in seconds, exact (IAU 1991).
 const TT_MINUS_TAI_S: f64 = 32.184;
 /// Seconds from hifitime's origin, 1900-01-01T00:00, to 2000-01-01T12:00, at 86 400 s to every day: 36524.5 days.
 const J2000_PAST_1900_S: f64 = 36_524.5 * SECONDS_PER_DAY;
-/// 1972-01-01T00:00 as seconds past 2000-01-01T12:00 on its own scale: UTC with leap seconds starts here.
+/// 1972-01-01T00:00 UTC, where UTC with leap seconds starts, in seconds past 2000-01-01T12:00 UTC at 86 400 s to every day.
 const UTC_START_S: f64 = -10_227.5 * SECONDS_PER_DAY;
 
 /// An instant: seconds of TDB past J2000 (2000-01-01T12:00 TDB).
@@ -122,8 +122,8 @@ impl Instant {
         Self { tdb_s: self.tdb_s + s }
     }
 
-    /// The instant `s` UTC seconds later, at 86 400 s to every day: a day later is the same time of day even across a leap second. Only a leap second in
-    /// which the span begins is counted: a second after 23:59:60 is midnight.
+    /// The instant `s` UTC seconds later, at 86 400 s to every day: a day later is the same time of day, because leap seconds in the span are not counted.
+    /// Only if the span begins within a leap second, its part of that leap second is counted: a second after 23:59:60 is midnight.
     pub fn plus_utc_seconds(self, s: f64) -> Self {
         if s == 0.0 {
             return self;
@@ -131,8 +131,8 @@ impl Instant {
         match self.utc_seconds_rounded_to_ms() {
             (_, Some(into_leap_s)) if (0.0..1.0).contains(&(into_leap_s + s)) => self.plus_seconds(s),
             (midnight_s, Some(into_leap_s)) => {
-                // The count of UTC seconds leaves the leap second out. So of a span that ends after the leap second, only the part after it is counted; of a
-                // span that ends before, only the part before it.
+                // The count of UTC seconds is `midnight_s` both at the start of the leap second and at its end. Forward, the span ends `into_leap_s + s - 1`
+                // after that end; backward, it ends `-(into_leap_s + s)` before that start.
                 let uncounted_s = if s > 0.0 { 1.0 } else { 0.0 };
                 Self::from_utc_seconds(midnight_s + into_leap_s + s - uncounted_s)
             }
@@ -150,7 +150,8 @@ impl Instant {
         if utc_s < UTC_START_S {
             return Self::from_ut1_seconds(utc_s);
         }
-        // Seconds since 1900 are rounded to 0.5 µs, so that a time which rounding has put just before midnight counts as after the leap second.
+        // `timestamp_tai_s` counts UTC, not TAI: see `leap_seconds`. The sum is about 3e9, which f64 rounds to 0.5 µs, so that a time which rounding has put
+        // just before midnight counts as after the leap second.
         let last_leap = leap_seconds().rev().find(|l| utc_s + J2000_PAST_1900_S >= l.timestamp_tai_s);
         let tai_minus_utc_s = last_leap.map_or(FIRST_TAI_MINUS_UTC_S, |l| l.delta_at);
         Self::from_tt_seconds(utc_s + tai_minus_utc_s + TT_MINUS_TAI_S)
@@ -158,7 +159,7 @@ impl Instant {
 
     /// `ut1_s`: UT1 seconds past 2000-01-01T12:00 UT1.
     fn from_ut1_seconds(ut1_s: f64) -> Self {
-        // Delta T changes by less than 1e-5 s per second, so two iterations would already be exact to rounding.
+        // Delta T changes by less than 1e-5 s per second, so each iteration reduces the error by that factor: two would be exact to rounding, four are safe.
         let mut tt_s = ut1_s;
         for _ in 0..4 {
             tt_s = ut1_s + delta_t::delta_t_s(tt_s);
@@ -279,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn steps_from_a_leap_second_begin_with_it() {
+    fn a_span_from_within_a_leap_second_counts_its_part_of_it() {
         for (begin, s, text) in [
             ("2016-12-31T23:59:60Z", 0.0, "2016-12-31T23:59:60Z"),
             ("2016-12-31T23:59:60Z", 0.5, "2016-12-31T23:59:60.500Z"),
@@ -297,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn tt_text_is_ahead_of_utc_by_leap_seconds_and_tai() {
+    fn tt_text_is_ahead_of_utc_by_69_184_seconds() {
         let t = Instant::parse("2024-04-08T18:17:20Z").expect("a time");
         assert_eq!(t.to_tt_iso(), "2024-04-08T18:18:29.184");
     }
@@ -310,7 +311,7 @@ mod tests {
             assert!(((t.jd_tdb() - t.jd_tt()) * 86_400.0).abs() < 2e-3);
             assert!((Instant::from_jd_tt(t.jd_tt()).tdb_seconds_past_j2000() - t.tdb_seconds_past_j2000()).abs() < 1e-4);
         }
-        // The reference table pairs jd_tt 2440423.25 with jd_tdb 2440423.2499999944 (4e-10 days is a double's step there).
+        // tests/data/ephemeris_public.json pairs jd_tt 2440423.25 with jd_tdb 2440423.2499999944 (4e-10 days is a double's step there).
         assert!((Instant::from_jd_tt(2_440_423.25).jd_tdb() - 2_440_423.249_999_994_4).abs() < 1e-9);
     }
 
@@ -331,7 +332,7 @@ mod tests {
             let error = Instant::parse(text).expect_err(text).to_string();
             assert!(!error.contains('\n') && error.len() > 10, "{error}");
         }
-        // The T of a word does not end a date.
+        // A `t` ends the date only after a digit, which is not so in this word.
         let error = Instant::parse("yesterday").expect_err("no date").to_string();
         assert!(error.contains("the year `yesterday` is not 4 digits"), "{error}");
     }

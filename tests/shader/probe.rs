@@ -3,7 +3,7 @@
 
 use crate::support::session::SESSION;
 use orrery::FrameImages;
-use orrery::probe::batch::ProbeBatch;
+use orrery::probe::batch::BoundProbeModule;
 use orrery::probe::{Prober, QUERIES, Requirement};
 use orrery::render::software::{Options, Precision, SoftwareRenderer};
 use orrery::shader::id::probe_samples;
@@ -16,7 +16,7 @@ fn renderer(precision: Precision) -> SoftwareRenderer {
 fn each_query_gets_its_own_answer() {
     // probe_disc_overlap by the linear model: the semi-axes of an occluding disc and its distance from the Sun's centre, in solar radii.
     let module = probe_samples().into_iter().next().expect("a probe");
-    let batch = ProbeBatch::without_bindings(module, 1);
+    let probe = BoundProbeModule::without_bindings(module, 1);
     // The answer changes from query to query, so exchanged or blended answers are detected.
     let queries: Vec<_> = (0..1000)
         .map(|k| {
@@ -26,7 +26,7 @@ fn each_query_gets_its_own_answer() {
         })
         .collect();
     for (precision, tolerance) in [(Precision::F32, 2e-7), (Precision::F64, 6e-8)] {
-        let results = batch.results(&renderer(precision), SESSION.library(), &queries).expect("results");
+        let results = probe.results(&renderer(precision), SESSION.library(), &queries).expect("results");
         assert_eq!(results.len(), queries.len());
         for (rows, query) in results.iter().zip(&queries) {
             let expected = 1.0 - query[2] / 2.0;

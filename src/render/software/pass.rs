@@ -225,7 +225,7 @@ fn prepare_draw<'a, R: Real>(
     // Each submitted triangle that is not culled has one source triangle in the geometry, even if clipping splits it into several raster triangles.
     timings.culled_triangles += submitted_triangles - geometry.source_triangles.len();
     timings.clipped_triangles += geometry.clipped_count;
-    timings.triangles += geometry.triangles.len();
+    timings.rasterised_triangles += geometry.triangles.len();
     let fragment_setup = FragmentSetup::new(fragment, draw.depth, pass.has_depth);
     Ok(PreparedDraw {
         geometry,

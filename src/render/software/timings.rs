@@ -14,7 +14,8 @@ pub struct PassTimings {
     #[serde(rename = "clipped")]
     pub clipped_triangles: usize,
     /// Triangles to be rasterised, after clipping (which may split one into several) and culling.
-    pub triangles: usize,
+    #[serde(rename = "triangles")]
+    pub rasterised_triangles: usize,
     /// Wall time of the vertex programs.
     pub vertex_ms: f64,
     /// Wall time of clipping and of triangle set-up (edge functions and planes).

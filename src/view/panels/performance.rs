@@ -1,7 +1,7 @@
 //! The Performance panel: a plot of recent frame times, its description for screen readers, and a table of the last frame's timings.
 //!
-//! In: finished images with their timings, the session's messages about drivers. Out: the panel. Here a frame is one image of the view; only in the time
-//! of the interface (`interface_ms`) is it a frame of the window.
+//! In: finished images with their timings, the session's messages about drivers. Out: the panel. Here a frame is one image of the view; only in
+//! `interface_ms` and `frame_start_s` is it a frame of the window.
 
 use super::Interface;
 use crate::session::Stage;
@@ -24,7 +24,8 @@ struct Frame {
     stage_ms: [f64; Stage::ALL.len()],
     /// Name of each pass, and its milliseconds.
     passes_ms: Vec<(String, f64)>,
-    total_ms: f64,
+    /// Time from the start of the job to the finished image.
+    render_ms: f64,
 }
 
 /// State of the Performance panel.
@@ -54,7 +55,7 @@ impl PerformancePanel {
             self.arrivals_s.pop_front();
         }
         let stage_ms = Stage::ALL.map(|s| rendered.stages.elapsed(s).as_secs_f64() * 1e3);
-        self.frames.push_back(Frame { stage_ms, passes_ms: passes_ms(rendered), total_ms: rendered.render_ms });
+        self.frames.push_back(Frame { stage_ms, passes_ms: passes_ms(rendered), render_ms: rendered.render_ms });
         if self.frames.len() > MAX_FRAMES {
             self.frames.pop_front();
         }
@@ -70,23 +71,23 @@ impl PerformancePanel {
     }
 }
 
-/// A text with the number of frames, the mean and maximum of their total times, and the mean time of each stage.
+/// A text with the number of frames, the mean and maximum of their times from job to image, and the mean time of each stage.
 fn describe(frames: &VecDeque<Frame>) -> String {
     if frames.is_empty() {
         return text!("frames-none").into();
     }
     let mean = |value: &dyn Fn(&Frame) -> f64| frames.iter().map(value).sum::<f64>() / frames.len() as f64;
-    let max_total_ms = frames.iter().map(|f| f.total_ms).fold(0.0, f64::max);
+    let max_render_ms = frames.iter().map(|f| f.render_ms).fold(0.0, f64::max);
     let stages: Vec<String> = FRAME_STAGES
         .iter()
         .map(|stage| format!("{} {} ms", translated_name("stage", stage.name()), decimal(mean(&|f| f.stage_ms[*stage as usize]), 1)))
         .collect();
-    let mean_total_ms = mean(&|f| f.total_ms);
+    let mean_render_ms = mean(&|f| f.render_ms);
     text!(
         "frames-description",
         frames = frames.len(),
-        whole = decimal(mean_total_ms, 1),
-        max = decimal(max_total_ms, 1),
+        whole = decimal(mean_render_ms, 1),
+        max = decimal(max_render_ms, 1),
         stages = stages.join(", ")
     )
 }
@@ -94,8 +95,8 @@ fn describe(frames: &VecDeque<Frame>) -> String {
 /// Name and milliseconds of each pass: GPU time if the GPU drew the image and has timestamp queries, or wall time of the software renderer.
 /// A pass has the name of its target in `render::plan`, which the messages `pass-…` translate.
 fn passes_ms(rendered: &RenderedView) -> Vec<(String, f64)> {
-    let software = rendered.drawn_by.software.iter().flat_map(|t| &t.passes).map(|p| (p.name.clone(), p.wall_ms));
-    rendered.drawn_by.passes_ms.iter().cloned().chain(software).collect()
+    let software = rendered.drawn_by.software_timings.iter().flat_map(|t| &t.passes).map(|p| (p.name.clone(), p.wall_ms));
+    rendered.drawn_by.gpu_passes_ms.iter().cloned().chain(software).collect()
 }
 
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
@@ -119,7 +120,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
                 let pass_ms = |f: &Frame| f.passes_ms.iter().find(|(name, _)| name == pass).map_or(0.0, |(_, ms)| *ms);
                 plot.line(Line::new(text!("frames-pass", pass = translated_name("pass", pass)), line(&pass_ms)));
             }
-            plot.line(Line::new(text!("frames-total"), line(&|f| f.total_ms)));
+            plot.line(Line::new(text!("frames-total"), line(&|f| f.render_ms)));
         });
     plot.response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, text!("frames-plot")));
     // Value and description are both set, because not every platform announces the value of an image.
@@ -152,11 +153,11 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui) {
         for (pass, ms) in passes_ms(rendered) {
             line(&text!("frames-pass", pass = translated_name("pass", &pass)), format!("{} ms", decimal(ms, 2)));
         }
-        if let Some(timings) = &drawn_by.software {
+        if let Some(timings) = &drawn_by.software_timings {
             line(text!("perf-triangles-submitted"), timings.passes.iter().map(|p| p.submitted_triangles).sum::<usize>().to_string());
             line(text!("perf-triangles-culled"), timings.passes.iter().map(|p| p.culled_triangles).sum::<usize>().to_string());
             line(text!("perf-triangles-clipped"), timings.passes.iter().map(|p| p.clipped_triangles).sum::<usize>().to_string());
-            line(text!("perf-triangles-shaded"), timings.passes.iter().map(|p| p.triangles).sum::<usize>().to_string());
+            line(text!("perf-triangles-shaded"), timings.passes.iter().map(|p| p.rasterised_triangles).sum::<usize>().to_string());
         }
         line(text!("perf-interface"), format!("{} ms", decimal(performance.interface_ms, 2)));
         line(text!("perf-draws"), rendered.scene.draws.len().to_string());
@@ -192,10 +193,10 @@ mod tests {
     fn the_description_of_the_plot_is_kept_for_an_interval() {
         let mut panel = PerformancePanel::default();
         assert_eq!(panel.description(0.0), "no frame yet");
-        for total_ms in [10.0, 20.0, 60.0] {
+        for render_ms in [10.0, 20.0, 60.0] {
             let mut stage_ms = [0.0; Stage::ALL.len()];
-            stage_ms[Stage::Draw as usize] = total_ms / 2.0;
-            panel.frames.push_back(Frame { stage_ms, passes_ms: Vec::new(), total_ms });
+            stage_ms[Stage::Draw as usize] = render_ms / 2.0;
+            panel.frames.push_back(Frame { stage_ms, passes_ms: Vec::new(), render_ms });
         }
         assert_eq!(panel.description(RATE_INTERVAL_S), "no frame yet");
         let description = panel.description(RATE_INTERVAL_S + 0.1);

@@ -41,6 +41,7 @@ pub fn ui_primitives(
 }
 
 fn sampler_of(texture: &PainterTexture) -> SamplerState {
+    // The texture has no mip levels, so trilinear filtering of it is bilinear.
     let address = if texture.repeats { AddressMode::Repeat } else { AddressMode::ClampToEdge };
     SamplerState { address_u: address, address_v: address, is_trilinear: texture.is_linear }
 }
