@@ -268,7 +268,7 @@ pub static TARGETS: &[Target] = &[
             let shape = ShapeParameters { radii_km: DVec3::ONE, scale_km: 1.0, map_stretch: glam::DVec2::ONE, two_sided: false };
             if let Ok(model) = obj::parse(&text(bytes)).map(|obj| Mesh::of(&obj, &shape)) {
                 const SUN_RADIUS_RAD: f64 = 0.005;
-                drop(model.map(|m| m.sun_heights(DVec3::X, SUN_RADIUS_RAD)));
+                drop(model.map(|m| m.sun_altitudes(DVec3::X, SUN_RADIUS_RAD)));
             }
         },
         seeds: || texts(&["v 1 0 0\nv 0 1 0 0.5 0.5 0.5\nv 0 0 1\nvt 0 0\nvn 0 0 1\nf 1/1/1 2//1 3\nf -1 -2 -3\n"]),

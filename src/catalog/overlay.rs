@@ -29,8 +29,8 @@ fn projection(table: &mut TableReader) -> Option<OverlayProjection> {
     }
     let latitude_deg = required_number(table, "latitude_deg", "degrees from -90 to 90", |x| x.abs() <= 90.0);
     let longitude_deg = required_number(table, "longitude_deg", "degrees east from -360 to 360", |x| x.abs() <= 360.0);
-    let width_km = required_number(table, "width_km", "kilometres above 0", |x| x > 0.0 && x < 1e9);
-    let height_km = required_number(table, "height_km", "kilometres above 0", |x| x > 0.0 && x < 1e9);
+    let width_km = required_number(table, "width_km", "kilometres above 0 and below 1e9", |x| x > 0.0 && x < 1e9);
+    let height_km = required_number(table, "height_km", "kilometres above 0 and below 1e9", |x| x > 0.0 && x < 1e9);
     Some(OverlayProjection::Orthographic {
         latitude_deg: latitude_deg?,
         longitude_deg: longitude_deg?,

@@ -225,8 +225,8 @@ impl Mesh {
 
     /// The angle of the Sun's centre above the horizon that the shape itself forms, at each vertex, in units of `sun_radius_rad`, the Sun's angular radius.
     /// `towards_sun`: unit vector, body axes.
-    pub fn sun_heights(&self, towards_sun: DVec3, sun_radius_rad: f64) -> Vec<f32> {
-        self.ray_cast_mesh.sun_heights(towards_sun, sun_radius_rad)
+    pub fn sun_altitudes(&self, towards_sun: DVec3, sun_radius_rad: f64) -> Vec<f32> {
+        self.ray_cast_mesh.sun_altitudes(towards_sun, sun_radius_rad)
     }
 
     /// Builds the mesh of a body from a file.

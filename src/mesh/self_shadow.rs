@@ -1,24 +1,23 @@
-//! Self-shadowing of a mesh: at each vertex, the height of the Sun, which is its angle above the horizon that the mesh itself forms.
+//! Self-shadowing of a mesh: at each vertex, the altitude of the Sun, which is its angle above the horizon that the mesh itself forms.
 //!
-//! In: a mesh, the direction of the Sun and its angular radius. Out: the height of the Sun's centre at each vertex, in units of that radius: above 1 the whole
-//! disc is visible, below -1 it is hidden, in between a straight horizon cuts it. Rays are traced in f64 through a bounding volume hierarchy, in the plane of
-//! the vertex's normal and the Sun: upward from a hidden Sun or downward from a visible one, until visibility changes; bisection refines the height.
+//! In: a mesh, the direction of the Sun and its angular radius. Out: the altitude of the Sun's centre at each vertex, in units of that radius: above 1 the
+//! whole disc is visible, below -1 it is hidden, in between a straight horizon cuts it. Rays are traced in f64 through a bounding volume hierarchy, in the
+//! plane of the vertex's normal and the Sun: upward from a hidden Sun or downward from a visible one, until visibility changes; bisection refines the altitude.
 //!
-//! Error: the height is measured from the edge of the mesh that is nearest above a hidden Sun or below a visible one. It is accurate to a quarter of the Sun's
-//! radius or a tenth of the height, whichever is more. But only the directions 1, 4, 16, ... solar radii from the Sun are tested, so a gap or an obstacle
-//! between two of them may be missed; the height is then measured from a farther edge.
-//! Between vertices the height is interpolated. The edge of a smooth hill's shadow is accurate to less than a triangle's side. The edge of the shadow of
-//! something that is smaller than a triangle, or farther than a triangle's side from the ground in its shadow, is accurate to the length of such a side.
-//! Not here: shadows in the light of other bodies.
+//! Error: the altitude is measured from the edge of the mesh that is nearest above a hidden Sun or below a visible one. It is accurate to a quarter of the
+//! Sun's radius or a tenth of the altitude, whichever is more. But only the directions 1, 4, 16, ... solar radii from the Sun are tested, so a gap or an
+//! obstacle between two of them may be missed; the altitude is then measured from a farther edge. Between vertices the altitude is interpolated. The edge of a
+//! smooth hill's shadow is accurate to less than a triangle's side. The edge of the shadow of something that is smaller than a triangle, or farther than a
+//! triangle's side from the ground in its shadow, is accurate to the length of such a side. Not here: shadows in the light of other bodies.
 
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::OnceLock;
 
-/// Heights are clamped to plus or minus this angle (5 degrees). Otherwise the interpolated height would be too steep between a vertex that sees past a peak and
-/// a neighbour that does not.
-const MAX_HEIGHT_RAD: f64 = 0.0873;
+/// Altitudes are clamped to plus or minus this angle (5 degrees). Otherwise the interpolated altitude would be too steep between a vertex that sees past a peak
+/// and a neighbour that does not.
+const MAX_ALTITUDE_RAD: f64 = 0.0873;
 /// Maximum number of triangles in a leaf of the tree.
 const MAX_LEAF_TRIANGLES: usize = 4;
 /// Distance of the nearest hit that counts, per largest side of the mesh's box: far above the rounding of f64, far below a triangle.
@@ -166,27 +165,27 @@ impl RayCastMesh {
         false
     }
 
-    /// The height of the Sun's centre at a vertex, in radii of the Sun. `sun`: unit vector towards the Sun, body axes.
-    fn height(&self, tree: &Bvh, vertex: usize, sun: DVec3, sun_radius_rad: f64) -> f64 {
+    /// The altitude of the Sun's centre at a vertex, in radii of the Sun. `sun`: unit vector towards the Sun, body axes.
+    fn altitude(&self, tree: &Bvh, vertex: usize, sun: DVec3, sun_radius_rad: f64) -> f64 {
         let outward = self.vertices[vertex].normal;
         let normal = if self.two_sided && outward.dot(sun) < 0.0 { -outward } else { outward };
         let cosine = normal.dot(sun).clamp(-1.0, 1.0);
         // Angle of the Sun above the tangent plane.
-        let plane_height_rad = cosine.asin();
-        if plane_height_rad < -sun_radius_rad {
-            return plane_height_rad / sun_radius_rad;
+        let plane_altitude_rad = cosine.asin();
+        if plane_altitude_rad < -sun_radius_rad {
+            return plane_altitude_rad / sun_radius_rad;
         }
         // Perpendicular to the Sun's direction, in the plane of the normal and the Sun.
         let up = (normal - cosine * sun).try_normalize().unwrap_or_else(|| sun.any_orthonormal_vector());
         let is_occluded = |angle_rad: f64| self.is_occluded(tree, vertex, sun * angle_rad.cos() + up * angle_rad.sin());
         let is_hidden = is_occluded(0.0);
         // Search upward from a hidden Sun, or downward from a visible one to the tangent plane.
-        let (sign, end_rad) = if is_hidden { (1.0, FRAC_PI_2) } else { (-1.0, plane_height_rad.max(0.0)) };
+        let (sign, end_rad) = if is_hidden { (1.0, FRAC_PI_2) } else { (-1.0, plane_altitude_rad.max(0.0)) };
         // Tests larger and larger angles from the Sun until visibility changes: it does so between the angles `unchanged_rad` and `changed_rad`.
         let (mut unchanged_rad, mut tested_rad) = (0.0, sun_radius_rad);
         let mut changed_rad = loop {
             if tested_rad >= end_rad {
-                return if is_hidden { -end_rad / sun_radius_rad } else { plane_height_rad / sun_radius_rad };
+                return if is_hidden { -end_rad / sun_radius_rad } else { plane_altitude_rad / sun_radius_rad };
             }
             if is_occluded(sign * tested_rad) != is_hidden {
                 break tested_rad;
@@ -205,14 +204,14 @@ impl RayCastMesh {
         -sign * 0.5 * (unchanged_rad + changed_rad) / sun_radius_rad
     }
 
-    /// The height of the Sun's centre at each vertex, in radii of the Sun. `towards_sun`: unit vector, body axes. `sun_radius_rad`: the Sun's
+    /// The altitude of the Sun's centre at each vertex, in radii of the Sun. `towards_sun`: unit vector, body axes. `sun_radius_rad`: the Sun's
     /// angular radius.
-    pub(crate) fn sun_heights(&self, towards_sun: DVec3, sun_radius_rad: f64) -> Vec<f32> {
+    pub(crate) fn sun_altitudes(&self, towards_sun: DVec3, sun_radius_rad: f64) -> Vec<f32> {
         let tree = self.tree.get_or_init(|| Bvh::new(self));
         let sun_radius_rad = sun_radius_rad.clamp(SUN_RADIUS_RANGE_RAD[0], SUN_RADIUS_RANGE_RAD[1]);
-        let max_height = MAX_HEIGHT_RAD / sun_radius_rad;
-        let height = |k| self.height(tree, k, towards_sun, sun_radius_rad).clamp(-max_height, max_height) as f32;
-        (0..self.vertices.len()).into_par_iter().with_min_len(VERTICES_PER_TASK).map(height).collect()
+        let max_altitude = MAX_ALTITUDE_RAD / sun_radius_rad;
+        let altitude = |k| self.altitude(tree, k, towards_sun, sun_radius_rad).clamp(-max_altitude, max_altitude) as f32;
+        (0..self.vertices.len()).into_par_iter().with_min_len(VERTICES_PER_TASK).map(altitude).collect()
     }
 }
 
@@ -253,11 +252,11 @@ mod tests {
         let mesh = floor_and_wall(n, wall_x_km, wall_height_km);
         for altitude_deg in [2.0_f64, 10.0, 15.0, 25.0, 60.0] {
             let altitude = altitude_deg.to_radians();
-            let heights = mesh.sun_heights(DVec3::new(altitude.cos(), 0.0, altitude.sin()), SUN_RADIUS_RAD);
+            let heights = mesh.sun_altitudes(DVec3::new(altitude.cos(), 0.0, altitude.sin()), SUN_RADIUS_RAD);
             let mut shadowed_and_lit = [0, 0];
             for (k, height) in heights.iter().enumerate().take(((n + 1) * (n + 1)) as usize) {
                 let top_of_wall_rad = (wall_height_km / (wall_x_km - mesh.vertices[k].position_km.x)).atan();
-                let height_rad = (altitude - top_of_wall_rad).clamp(-MAX_HEIGHT_RAD, MAX_HEIGHT_RAD);
+                let height_rad = (altitude - top_of_wall_rad).clamp(-MAX_ALTITUDE_RAD, MAX_ALTITUDE_RAD);
                 let allowed = 0.26 + 0.11 * (height_rad / SUN_RADIUS_RAD).abs();
                 assert!(
                     (f64::from(*height) - height_rad / SUN_RADIUS_RAD).abs() < allowed,
@@ -277,26 +276,27 @@ mod tests {
         let first_wall_vertex = mesh.vertices.len() - 4;
         mesh.vertices[first_wall_vertex].position_km.z = 0.3;
         mesh.vertices[first_wall_vertex + 1].position_km.z = 0.3;
-        let sun_height_at =
-            |altitude: f64| f64::from(mesh.sun_heights(DVec3::new(altitude.cos(), 0.0, altitude.sin()), SUN_RADIUS_RAD)[MIDDLE_OF_4_CELLS]);
+        let sun_altitude_at = |altitude: f64| {
+            f64::from(mesh.sun_altitudes(DVec3::new(altitude.cos(), 0.0, altitude.sin()), SUN_RADIUS_RAD)[MIDDLE_OF_4_CELLS])
+        };
         let (foot, top) = ((0.3_f64 / 1.5).atan(), (0.5_f64 / 1.5).atan());
-        assert!(sun_height_at(0.5 * foot) > 1.0 && sun_height_at(0.5 * (foot + top)) < -1.0 && sun_height_at(top + 0.1) > 1.0);
+        assert!(sun_altitude_at(0.5 * foot) > 1.0 && sun_altitude_at(0.5 * (foot + top)) < -1.0 && sun_altitude_at(top + 0.1) > 1.0);
     }
 
     #[test]
     fn two_sided_triangles_are_lit_from_both_sides() {
         let mut mesh = floor_and_wall(4, 1.5, 0.5);
         let below = DVec3::new(0.6, 0.0, -0.8);
-        assert!(mesh.sun_heights(below, SUN_RADIUS_RAD)[MIDDLE_OF_4_CELLS] < -1.0);
+        assert!(mesh.sun_altitudes(below, SUN_RADIUS_RAD)[MIDDLE_OF_4_CELLS] < -1.0);
         mesh.two_sided = true;
-        assert!(mesh.sun_heights(below, SUN_RADIUS_RAD)[MIDDLE_OF_4_CELLS] > 1.0);
+        assert!(mesh.sun_altitudes(below, SUN_RADIUS_RAD)[MIDDLE_OF_4_CELLS] > 1.0);
     }
 
     #[test]
     fn heights_are_finite_for_any_direction_of_the_sun() {
         let mesh = floor_and_wall(2, 1.5, 0.5);
         for sun in [DVec3::Z, DVec3::NEG_Z, DVec3::X, DVec3::NEG_Y] {
-            assert!(mesh.sun_heights(sun, 0.0).iter().all(|h| h.is_finite()));
+            assert!(mesh.sun_altitudes(sun, 0.0).iter().all(|h| h.is_finite()));
         }
     }
 }

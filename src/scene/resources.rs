@@ -48,8 +48,8 @@ pub struct Resources {
     pub unreadable: BTreeSet<String>,
     /// Shape models.
     pub meshes: BTreeMap<NaifId, Arc<Mesh>>,
-    /// Height of the Sun's centre above the horizon that the mesh itself forms at each vertex, in radii of the Sun's disc; the scene computes missing ones.
-    pub sun_heights: BTreeMap<NaifId, Arc<Vec<f32>>>,
+    /// Altitude of the Sun's centre above the horizon that the mesh itself forms at each vertex, in radii of the Sun's disc; the scene computes missing ones.
+    pub sun_altitudes: BTreeMap<NaifId, Arc<Vec<f32>>>,
     /// City lights for the light meter.
     pub night_lights: BTreeMap<NaifId, Arc<NightLights>>,
     /// Tables of multiple scattering ([`crate::scene::multi_scatter_table`]).

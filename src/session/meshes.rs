@@ -1,8 +1,8 @@
 //! Reads shape models when a view first needs them, and computes the shadows that they cast on themselves.
 //!
-//! In: catalog entries. Out: models from the folders of `--textures` or `--catalogs`, and at each of their vertices the *Sun height*: the Sun's altitude above
-//! the local horizon, in units of its angular radius ([`crate::mesh::self_shadow`]). Computed Sun heights are reused until the Sun's direction in body axes has
-//! changed by `SUN_DIRECTION_TOLERANCE_RAD`. An error is a single line.
+//! In: catalog entries. Out: models from the folders of `--textures` or `--catalogs`, and at each of their vertices the *Sun altitude*: the Sun's altitude
+//! above the local horizon, in units of its angular radius ([`crate::mesh::self_shadow`]). Computed Sun altitudes are reused until the Sun's direction in body
+//! axes has changed by `SUN_DIRECTION_TOLERANCE_RAD`. An error is a single line.
 
 use crate::catalog::{Body, NaifId};
 use crate::files::{check_inside, read_text};
@@ -12,26 +12,26 @@ use glam::DVec3;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Change of the Sun's direction in body axes below which computed Sun heights are reused: about a tenth of the Sun's angular radius seen from the Earth.
+/// Change of the Sun's direction in body axes below which computed Sun altitudes are reused: about a tenth of the Sun's angular radius seen from the Earth.
 const SUN_DIRECTION_TOLERANCE_RAD: f64 = 5e-4;
-/// Relative change of the Sun's angular radius below which computed Sun heights are reused.
+/// Relative change of the Sun's angular radius below which computed Sun altitudes are reused.
 const SUN_SIZE_TOLERANCE: f64 = 0.01;
-/// Largest number of sets of Sun heights, each of one model for one direction of the Sun, in memory: enough for two views of several bodies.
-const MAX_SUN_HEIGHT_SETS: usize = 8;
+/// Largest number of sets of Sun altitudes, each of one model for one direction of the Sun, in memory: enough for two views of several bodies.
+const MAX_SUN_ALTITUDE_SETS: usize = 8;
 /// Largest number of models in memory.
 const MAX_MODELS: usize = 64;
 /// Largest OBJ file, bytes.
 const MAX_BYTES: u64 = 1 << 30;
 
-/// The inputs from which the Sun heights at a model's vertices are computed.
-struct SunHeightInputs {
+/// The inputs from which the Sun altitudes at a model's vertices are computed.
+struct SunAltitudeInputs {
     model: Arc<Mesh>,
     towards_sun: DVec3,
     sun_radius_rad: f64,
 }
 
-impl SunHeightInputs {
-    /// Whether Sun heights computed for `self` can be used for `other`: the same model, and the Sun in nearly the same direction and of nearly the same size.
+impl SunAltitudeInputs {
+    /// Whether Sun altitudes computed for `self` can be used for `other`: the same model, and the Sun in nearly the same direction and of nearly the same size.
     fn is_usable_for(&self, other: &Self) -> bool {
         let sine = self.towards_sun.cross(other.towards_sun).length();
         let is_near = sine < SUN_DIRECTION_TOLERANCE_RAD && self.towards_sun.dot(other.towards_sun) > 0.0;
@@ -40,12 +40,12 @@ impl SunHeightInputs {
     }
 }
 
-/// The shape models of a session, and the Sun heights at their vertices.
+/// The shape models of a session, and the Sun altitudes at their vertices.
 pub struct Meshes {
     folders: Vec<PathBuf>,
     /// Models by body; an error gives the file, and why the model cannot be drawn.
     models: Memo<NaifId, Result<Arc<Mesh>, String>>,
-    sun_heights: Memo<SunHeightInputs, Arc<Vec<f32>>>,
+    sun_altitudes: Memo<SunAltitudeInputs, Arc<Vec<f32>>>,
 }
 
 impl Meshes {
@@ -54,7 +54,7 @@ impl Meshes {
         Self {
             folders: folders.into_iter().collect(),
             models: Memo::with_capacity(MAX_MODELS),
-            sun_heights: Memo::with_capacity(MAX_SUN_HEIGHT_SETS),
+            sun_altitudes: Memo::with_capacity(MAX_SUN_ALTITUDE_SETS),
         }
     }
 
@@ -88,11 +88,12 @@ impl Meshes {
         Ok(Arc::new(Mesh::of(&obj, &shape).map_err(|e| format!("{name}: {e}"))?))
     }
 
-    /// The Sun height at each vertex; the horizon includes the model's own relief. `towards_sun`: unit vector in body axes. `sun_radius_rad`: the Sun's
+    /// The Sun altitude at each vertex; the horizon includes the model's own relief. `towards_sun`: unit vector in body axes. `sun_radius_rad`: the Sun's
     /// angular radius.
-    pub fn sun_heights(&self, model: &Arc<Mesh>, towards_sun: DVec3, sun_radius_rad: f64) -> Arc<Vec<f32>> {
-        let inputs = SunHeightInputs { model: Arc::clone(model), towards_sun, sun_radius_rad };
-        self.sun_heights.get_compatible(SunHeightInputs::is_usable_for, inputs, || Arc::new(model.sun_heights(towards_sun, sun_radius_rad)))
+    pub fn sun_altitudes(&self, model: &Arc<Mesh>, towards_sun: DVec3, sun_radius_rad: f64) -> Arc<Vec<f32>> {
+        let inputs = SunAltitudeInputs { model: Arc::clone(model), towards_sun, sun_radius_rad };
+        self.sun_altitudes
+            .get_compatible(SunAltitudeInputs::is_usable_for, inputs, || Arc::new(model.sun_altitudes(towards_sun, sun_radius_rad)))
     }
 }
 
@@ -109,15 +110,15 @@ mod tests {
     #[test]
     fn heights_are_reused_until_the_sun_has_moved() {
         let (meshes, model) = (Meshes::new([]), model());
-        let heights_for_angle =
-            |model: &Arc<Mesh>, turned_rad: f64| meshes.sun_heights(model, DVec3::new(turned_rad.cos(), turned_rad.sin(), 0.0), 0.005);
-        let first = heights_for_angle(&model, 0.0);
-        assert!(Arc::ptr_eq(&first, &heights_for_angle(&model, 0.8 * SUN_DIRECTION_TOLERANCE_RAD)));
-        assert!(!Arc::ptr_eq(&first, &heights_for_angle(&model, 1.2 * SUN_DIRECTION_TOLERANCE_RAD)));
-        assert!(!Arc::ptr_eq(&first, &heights_for_angle(&model, std::f64::consts::PI)), "from the other side");
-        assert!(!Arc::ptr_eq(&first, &heights_for_angle(&self::model(), 0.0)), "another shape");
+        let altitudes_for_angle =
+            |model: &Arc<Mesh>, turned_rad: f64| meshes.sun_altitudes(model, DVec3::new(turned_rad.cos(), turned_rad.sin(), 0.0), 0.005);
+        let first = altitudes_for_angle(&model, 0.0);
+        assert!(Arc::ptr_eq(&first, &altitudes_for_angle(&model, 0.8 * SUN_DIRECTION_TOLERANCE_RAD)));
+        assert!(!Arc::ptr_eq(&first, &altitudes_for_angle(&model, 1.2 * SUN_DIRECTION_TOLERANCE_RAD)));
+        assert!(!Arc::ptr_eq(&first, &altitudes_for_angle(&model, std::f64::consts::PI)), "from the other side");
+        assert!(!Arc::ptr_eq(&first, &altitudes_for_angle(&self::model(), 0.0)), "another shape");
         // More sets than the limit drop the oldest one.
-        (1..=MAX_SUN_HEIGHT_SETS).for_each(|k| drop(heights_for_angle(&model, 0.1 * k as f64)));
-        assert!(!Arc::ptr_eq(&first, &heights_for_angle(&model, 0.0)));
+        (1..=MAX_SUN_ALTITUDE_SETS).for_each(|k| drop(altitudes_for_angle(&model, 0.1 * k as f64)));
+        assert!(!Arc::ptr_eq(&first, &altitudes_for_angle(&model, 0.0)));
     }
 }

@@ -92,8 +92,8 @@ impl Session {
                 Ok(model) => {
                     if let Some((towards_sun, sun_radius_rad)) = mesh.self_shadow_sun {
                         // Heights of the Sun above the horizon that the shape itself forms, one for each vertex.
-                        let heights = self.timed(Stage::Scene, || self.meshes.sun_heights(&model, towards_sun, sun_radius_rad));
-                        resources.sun_heights.insert(body.id, heights);
+                        let altitudes = self.timed(Stage::Scene, || self.meshes.sun_altitudes(&model, towards_sun, sun_radius_rad));
+                        resources.sun_altitudes.insert(body.id, altitudes);
                     }
                     resources.meshes.insert(body.id, model);
                 }

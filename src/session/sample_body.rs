@@ -305,12 +305,12 @@ fn sample_map(role: MapRole) -> Result<Texture, SessionError> {
     Texture::from_rgba8(width, height, rgba, map_format(role)).map_err(|e| PlanError::Module(e.to_string()).into())
 }
 
-/// The sphere as triangles with position, normal, map coordinates, height of the Sun and colour; vertices are duplicated along the seam.
+/// The sphere as triangles with position, normal, map coordinates, altitude of the Sun and colour; vertices are duplicated along the seam.
 fn sphere_mesh(vertex_colour: bool) -> Vertices {
     let (columns, rows) = MESH_SIZE;
     let (mut position, mut normal, mut map_coordinates, mut colour, mut indices) =
         (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    let mut sun_height = Vec::new();
+    let mut sun_altitude = Vec::new();
     for row in 0..=rows {
         for column in 0..=columns {
             let (u, v) = (column as f32 / columns as f32, row as f32 / rows as f32);
@@ -319,8 +319,8 @@ fn sphere_mesh(vertex_colour: bool) -> Vertices {
             position.extend(point);
             normal.extend(point);
             map_coordinates.extend([u, v]);
-            // Height of the Sun above the mesh's own horizon, in radii of the Sun, as if a ridge cast a shadow over the western side.
-            sun_height.push(30.0 * point[1] + 10.0);
+            // Altitude of the Sun above the mesh's own horizon, in radii of the Sun, as if a ridge cast a shadow over the western side.
+            sun_altitude.push(30.0 * point[1] + 10.0);
             colour.extend([u, v, 0.5, 1.0]);
             if column < columns && row < rows {
                 let vertex = row * (columns + 1) + column;
@@ -330,7 +330,7 @@ fn sphere_mesh(vertex_colour: bool) -> Vertices {
         }
     }
     let attribute = |components: u32, values: Vec<f32>| Attribute { components, values: Arc::new(values) };
-    let mut attributes = vec![attribute(3, position), attribute(3, normal), attribute(2, map_coordinates), attribute(1, sun_height)];
+    let mut attributes = vec![attribute(3, position), attribute(3, normal), attribute(2, map_coordinates), attribute(1, sun_altitude)];
     if vertex_colour {
         attributes.push(attribute(4, colour));
     }

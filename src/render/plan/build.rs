@@ -225,7 +225,7 @@ fn mesh_vertices(draw: &Draw, key: &ShaderKey) -> Result<Vertices, PlanError> {
         attribute(3, &model.positions),
         attribute(3, &model.normals),
         attribute(2, &model.map_coordinates),
-        attribute(1, &mesh.sun_heights),
+        attribute(1, &mesh.sun_altitudes),
     ];
     if key.features().flags.vertex_colour {
         attributes.push(attribute(4, model.colours.as_ref().ok_or_else(|| missing("colours"))?));

@@ -167,8 +167,8 @@ uniforms! {
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshInstance {
     pub model: Arc<Mesh>,
-    /// Height of the Sun's centre over the shape's own horizon at each vertex, in radii of the Sun's disc.
-    pub sun_heights: Arc<Vec<f32>>,
+    /// Altitude of the Sun's centre over the shape's own horizon at each vertex, in radii of the Sun's disc.
+    pub sun_altitudes: Arc<Vec<f32>>,
 }
 
 uniforms! {

@@ -1,7 +1,7 @@
 //! Decides whether a body is drawn as a mesh, and whether the mesh casts shadows on itself.
 //!
 //! In: the inputs of one body, with its shape model if it has been loaded, and the decisions made before. Out: the decisions, and the uniforms of a mesh: the
-//! transformation of its vertices, and the height of the Sun at each vertex.
+//! transformation of its vertices, and the altitude of the Sun at each vertex.
 
 use crate::catalog::NaifId;
 use crate::mesh::Mesh;
@@ -16,8 +16,8 @@ use crate::scene::surface::meshes;
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Height of the Sun over a vertex's horizon, in solar radii, that stands for an unobstructed Sun: any large value.
-const UNOBSTRUCTED_SUN_HEIGHT: f32 = 1e3;
+/// Altitude of the Sun over a vertex's horizon, in solar radii, that stands for an unobstructed Sun: any large value.
+const UNOBSTRUCTED_SUN_ALTITUDE: f32 = 1e3;
 
 /// Direction of the Sun in body axes and its angular radius (radians), for a mesh's self-shadowing; `None` without sunlight.
 pub(crate) fn sun_direction_and_radius(frame: &FrameContext<'_>, placed: &PlacedBody<'_>) -> Option<(DVec3, f64)> {
@@ -62,7 +62,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     decisions
 }
 
-/// Sets the vertex transformation, and the height of the Sun at each vertex: above the mesh's own horizon if it casts shadows on itself.
+/// Sets the vertex transformation, and the altitude of the Sun at each vertex: above the mesh's own horizon if it casts shadows on itself.
 pub(crate) fn set_uniforms(
     uniforms: &mut DrawUniforms,
     inputs: &DecisionInputs<'_, '_>,
@@ -72,10 +72,10 @@ pub(crate) fn set_uniforms(
     let (anchor, matrix) = meshes::clip_from_unit_sphere(inputs.frame.camera, &inputs.placed.placement);
     uniforms.mesh_anchor = anchor;
     uniforms.clip_from_unit_sphere = matrix;
-    let loaded = || inputs.frame.context.resources.sun_heights.get(&inputs.body().id).cloned();
-    let sun_heights = match self_shadow {
-        Some((to_sun, sun_radius_rad)) => loaded().unwrap_or_else(|| Arc::new(model.sun_heights(to_sun, sun_radius_rad))),
-        None => Arc::new(vec![UNOBSTRUCTED_SUN_HEIGHT; model.vertex_count()]),
+    let loaded = || inputs.frame.context.resources.sun_altitudes.get(&inputs.body().id).cloned();
+    let sun_altitudes = match self_shadow {
+        Some((to_sun, sun_radius_rad)) => loaded().unwrap_or_else(|| Arc::new(model.sun_altitudes(to_sun, sun_radius_rad))),
+        None => Arc::new(vec![UNOBSTRUCTED_SUN_ALTITUDE; model.vertex_count()]),
     };
-    uniforms.mesh = Some(MeshInstance { model: Arc::clone(model), sun_heights });
+    uniforms.mesh = Some(MeshInstance { model: Arc::clone(model), sun_altitudes });
 }
