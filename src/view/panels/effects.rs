@@ -91,9 +91,8 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         let edited = if interface.edits_selected_body_only { overrides.of_body(&name) } else { &mut overrides };
         // Effects that are drawn or were switched by hand come first; the others follow, one line each.
-        let (first, rest): (Vec<Effect>, Vec<Effect>) = Effect::ALL
-            .into_iter()
-            .partition(|e| set_by_hand.contains(e) || decisions.iter().any(|d| d.on && d.effect == e.name()));
+        let (first, rest): (Vec<Effect>, Vec<Effect>) =
+            Effect::ALL.into_iter().partition(|e| set_by_hand.contains(e) || decisions.iter().any(|d| d.on && d.effect == e.name()));
         for (effects, is_one_line) in [(first, false), (rest, true)] {
             for effect in effects {
                 let decision = decisions.iter().find(|d| d.effect == effect.name());
