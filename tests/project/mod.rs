@@ -78,3 +78,14 @@ fn the_readme_of_the_tests_names_each_file() {
     assert!(missing.is_empty() && nonexistent.is_empty(), "not named: {missing:?}; named, but not there: {nonexistent:?}");
     assert_eq!(named_in_table("| x | `a/{b,c}`, `d/*` |", &["d/e".into()]), ["a/b", "a/c", "d/e"]);
 }
+
+#[test]
+fn the_readme_of_the_tables_names_each_file() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data");
+    let mut files = Vec::new();
+    files_below(&folder, &["json"], &mut files);
+    let names: Vec<_> = files.iter().map(|file| file.strip_prefix(&folder).expect("below").to_string_lossy()).collect();
+    let readme = std::fs::read_to_string(folder.join("README.md")).expect("a README");
+    let missing: Vec<_> = names.iter().filter(|name| !readme.contains(&format!("| {name} |"))).collect();
+    assert!(names.len() > 5 && missing.is_empty(), "not named: {missing:?} of {names:?}");
+}

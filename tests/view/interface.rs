@@ -1,6 +1,7 @@
 //! The window's interface without a window: tests use the controls by their accessible names, and the CPU painter paints the screen. Other tests of the
 //! window use the session, the interface and the harness of this file.
 
+use crate::support::sweep;
 use egui_kittest::kittest::{NodeT, Queryable};
 use egui_kittest::{Harness, TestRenderer};
 use orrery::FrameImages;
@@ -99,6 +100,12 @@ pub fn settle(harness: &mut Harness<'static, Interface>) {
         harness.input_mut().time = Some(next);
     }
     harness.run_steps(2);
+}
+
+/// No panel, and each panel; in a short run a third of these and the last panel, so that a new one is always tested.
+pub fn swept_tabs() -> Vec<Option<Tab>> {
+    let tabs = std::iter::once(None).chain(Tab::ALL.map(Some));
+    tabs.enumerate().filter(|(k, tab)| sweep::runs(*k, 3) || *tab == Tab::ALL.last().copied()).map(|(_, tab)| tab).collect()
 }
 
 /// Width and height of the image of the sky.

@@ -1,9 +1,8 @@
 //! The window in German: the choice applies at once and is kept; numbers, dates and texts in images are German; no common English words remain; buttons lie
 //! inside the window, and no more texts are truncated than in English.
 
-use crate::support::sweep;
 use crate::view::input::window_without_images;
-use crate::view::interface::{harness, interface, session, settle};
+use crate::view::interface::{harness, interface, session, settle, swept_tabs};
 use egui::accesskit::Role;
 use egui::epaint::{ClippedShape, Shape};
 use egui_kittest::Harness;
@@ -133,7 +132,7 @@ fn the_magnitude_of_an_eclipse_is_a_size() {
 #[test]
 fn german_buttons_fit() {
     for size in [[1100.0, 640.0], [760.0, 480.0]] {
-        for (_, tab) in std::iter::once(None).chain(Tab::ALL.map(Some)).enumerate().filter(|(k, _)| sweep::runs(*k, 3)) {
+        for tab in swept_tabs() {
             let mut harness = harness(interface(SATURN, EQUINOX));
             harness.set_size(size.into());
             harness.state_mut().tab = tab;

@@ -1,4 +1,4 @@
-//! Tables that the user sorts by a column: the headings, and the order of the rows.
+//! Tables that the user sorts by a column: the headings, the order of the rows, and columns of numbers aligned at the right.
 //!
 //! In: the titles of the columns, clicks on them, and the values of the rows. Out: headings in a grid, and the rows in order. Always: rows without a value
 //! in the chosen column come last in both directions; rows with equal values keep their order.
@@ -69,6 +69,13 @@ pub(super) fn headings(ui: &mut Ui, order: &mut SortOrder, titles: &[&str]) {
     }
 }
 
+/// The cells of a column of numbers, padded at the left to the width of the longest: aligned at the right in a monospaced font.
+pub(super) fn aligned(cells: impl IntoIterator<Item = String>) -> Vec<String> {
+    let cells: Vec<String> = cells.into_iter().collect();
+    let width = cells.iter().map(|cell| cell.chars().count()).max().unwrap_or(0);
+    cells.into_iter().map(|cell| format!("{cell:>width$}")).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -91,5 +98,11 @@ mod tests {
         assert_eq!(names(order), "bacd", "equal values keep their order");
         order.click(0);
         assert_eq!(order, SortOrder::default());
+    }
+
+    #[test]
+    fn cells_are_as_wide_as_the_longest_of_their_column() {
+        assert_eq!(aligned(["-", "384 400 km", "12 µm"].map(str::to_owned)), ["         -", "384 400 km", "     12 µm"]);
+        assert!(aligned(Vec::new()).is_empty());
     }
 }

@@ -120,9 +120,12 @@ fn uniform_table(ui: &mut egui::Ui, layout: &Layout, bytes: Option<&[u8]>, page:
         ui.end_row();
         let filter = page.filter.trim().to_ascii_lowercase();
         let fields = layout.fields.iter().filter(|f| f.name.contains(&filter));
-        for field in page.order.sorted(fields, |field, column| sort_value(field, column)) {
-            ui.monospace(format!("{:>6}", field.offset));
-            ui.monospace(format!("{:>6}", field.size));
+        let fields = page.order.sorted(fields, |field, column| sort_value(field, column));
+        let offsets = table::aligned(fields.iter().map(|field| field.offset.to_string()));
+        let sizes = table::aligned(fields.iter().map(|field| field.size.to_string()));
+        for ((field, offset), size) in fields.into_iter().zip(offsets).zip(sizes) {
+            ui.monospace(offset);
+            ui.monospace(size);
             ui.label(RichText::new(field.ty.to_string()).monospace().size(SMALL_TEXT_POINTS));
             ui.label(&field.name);
             let components = bytes.map(|b| components_of(field, b)).unwrap_or_default();
