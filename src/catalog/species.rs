@@ -43,6 +43,10 @@ pub struct AerosolPhase {
 }
 
 impl AerosolPhase {
+    /// The functions with which tests compare all implementations.
+    #[doc(hidden)]
+    pub const SAMPLES: [Self; 2] = [Self::henyey_greenstein([-0.3, 0.0, 0.76]), Self::henyey_greenstein([0.95, 0.5, -0.3])];
+
     /// Henyey-Greenstein's function.
     pub const fn henyey_greenstein(asymmetry: [f64; 3]) -> Self {
         Self { asymmetry }

@@ -89,7 +89,7 @@ impl AirTables {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::catalog::{Catalog, NaifId};
+    use crate::catalog::{AerosolPhase, Catalog, NaifId};
 
     #[test]
     fn a_table_is_read_back_and_a_damaged_one_is_recomputed() {
@@ -115,6 +115,27 @@ mod tests {
         let mut with_higher_top = pluto.clone();
         with_higher_top.atmosphere.as_mut().expect("air").top_km += 1.0;
         assert_ne!(table_name(&with_higher_top), table_name(pluto));
+    }
+
+    #[test]
+    fn each_number_of_an_aerosol_changes_the_name() {
+        let catalog = Catalog::embedded();
+        let mars = catalog.body(NaifId(499)).expect("Mars");
+        let name_with = |aerosol: AerosolPhase| {
+            let mut other = mars.clone();
+            for s in &mut other.atmosphere.as_mut().expect("air").species {
+                if s.aerosol_phase().is_some() {
+                    s.phase = PhaseFunction::Aerosol(aerosol);
+                }
+            }
+            table_name(&other)
+        };
+        // A new field is a compile error here: add an element for each of its numbers.
+        let numbers = [[0.5, 0.5, 0.5], [0.6, 0.5, 0.5], [0.5, 0.6, 0.5], [0.5, 0.5, 0.6]];
+        let names = numbers.map(|asymmetry| name_with(AerosolPhase { asymmetry }));
+        for (k, name) in names.iter().enumerate() {
+            assert!(!names[..k].contains(name), "{:?}", numbers[k]);
+        }
     }
 
     #[test]

@@ -133,8 +133,8 @@ fn no_atmosphere_model_draws_a_dip_or_line() {
 }
 
 /// Bodies whose haze or clear air is bright outside the disc: their profiles may dip slightly. The Earth's blue rim lies next to darker
-/// bare ground; the blue light of Mars is faintest 14 pixels inside the limb of a disc
-/// of 1600 pixels and rises by 5.4 % of the disc's brightest blue to the limb, smoothly over all pixels: along grazing rays there is more air that scatters it; the air of Pluto and Triton is too thin to be visible next to their
+/// bare ground; the blue light of Mars is faintest 14 pixels inside the limb of a disc of 1600 pixels and rises by 5.4 % of the disc's brightest blue to the
+/// limb, smoothly over all pixels: along grazing rays there is more air that scatters it; the air of Pluto and Triton is too thin to be visible next to their
 /// ground.
 #[test]
 fn dips_next_to_hazy_limbs_stay_within_known_bounds() {
@@ -157,6 +157,7 @@ fn titans_haze_is_even_across_the_limb() {
             let airless = profile(606, phase, size, &format!("{WITHOUT_MAP},-atmosphere"));
             let mut hazy = profile(606, phase, size, WITHOUT_MAP);
             let (dip, _) = dip_and_line(&hazy, &airless);
+            println!("{phase} {size}: {dip:.4}");
             assert!(dip < 0.01, "{phase} degrees, {size} px: dips by {dip}");
             // Negative control: a limb pixel darkened by 2 % of the brightest value must be detected.
             if phase == 90.0 {

@@ -72,10 +72,9 @@ fn photons_are_scattered_by_the_phase_function() {
     let moments = |cosines: &mut dyn Iterator<Item = (f64, f64)>| {
         cosines.fold([0.0; 2], |[first, second], (cosine, weight)| [first + weight * cosine, second + weight * cosine * cosine])
     };
-    let henyey_greenstein = |asymmetry| PhaseFunction::Aerosol(AerosolPhase::henyey_greenstein(asymmetry));
-    let other_function = henyey_greenstein([0.6; 3]);
-    let functions = [PhaseFunction::Rayleigh, henyey_greenstein([-0.3, 0.0, 0.8])];
-    for (phase, channel) in functions.into_iter().flat_map(|phase| [0, 1, 2].map(|channel| (phase, channel))) {
+    let other_function = PhaseFunction::Aerosol(AerosolPhase::henyey_greenstein([0.6; 3]));
+    let functions = [PhaseFunction::Rayleigh].into_iter().chain(AerosolPhase::SAMPLES.map(PhaseFunction::Aerosol));
+    for (phase, channel) in functions.flat_map(|phase| [0, 1, 2].map(|channel| (phase, channel))) {
         let cosines = (0..STEPS).map(|k| (2.0 * f64::from(k) + 1.0) / f64::from(STEPS) - 1.0);
         let expected = moments(&mut cosines.map(|c| (c, 4.0 * std::f64::consts::PI * per_steradian(phase, channel, c) / f64::from(STEPS))));
         let mut random = Random(7);

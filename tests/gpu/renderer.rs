@@ -15,19 +15,21 @@ use crate::support::session::SESSION;
 use crate::support::sweep;
 use crate::support::views::views;
 use orrery::FrameImages;
+use orrery::catalog::NaifId;
 use orrery::image::{Difference, DisplayImage};
 use orrery::render::frame::Frame;
 use orrery::render::gpu::{AdapterKind, GpuError, GpuRenderer};
 use orrery::render::plan::{Plan, PlanDraw, SamplingQuality, TextureSource, Vertices};
 use orrery::render::software::{Options, SoftwareRenderer, lowering};
 use orrery::scene::draw::PixelView;
-use orrery::scene::request::{Layers, ViewRequest};
+use orrery::scene::request::{Axes, Layers, Position, ViewRequest};
 use orrery::session::{
     DisplayPreference, PresenterChange, Readiness, RendererPreference, RequestedOutput, SAMPLE_HALF_SIDE_WITH_LIMB, Session, Sources,
     sample_body_plan, standard_scenes,
 };
 use orrery::shader::ShaderLibrary;
 use orrery::shader::key::covering_keys;
+use orrery::time::Instant;
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
 use std::sync::{Arc, Mutex};
 
@@ -55,14 +57,27 @@ fn exceeds_bounds(d: &Difference) -> bool {
     d.mean > MEAN_LEVELS || d.p999 > P999_LEVELS || d.max > MAX_LEVELS
 }
 
-/// The golden views, and two with all layers: a planet with its moons, and the solar system, which exceeds the depth range of GL.
+/// The golden views; two with all layers: a planet with its moons, and the solar system, which exceeds the depth range of GL; and Titan, full and half lit,
+/// because no golden view has thick haze.
 fn compared_views() -> Vec<(&'static str, ViewRequest)> {
     let layers = Layers::ALL;
     let moons = views().into_iter().find(|(name, _)| *name == "jupiter-moons").expect("in the table").1;
     let system =
         standard_scenes(moons.width, moons.height).into_iter().find(|s| s.name == "whole-system").expect("a standard scene").request;
     let all_layers = [("jupiter-moons with all layers", moons), ("whole-system with all layers", system)];
-    views().into_iter().chain(all_layers.map(|(name, request)| (name, ViewRequest { layers, ..request }))).collect()
+    let all_layers = all_layers.map(|(name, request)| (name, ViewRequest { layers, ..request }));
+    let titans = [("titan", 0.0), ("titan half lit", 90.0)].map(|(name, phase_deg)| (name, titan(phase_deg)));
+    views().into_iter().chain(all_layers).chain(titans).collect()
+}
+
+/// Titan at a phase angle, from 6 of its radii.
+fn titan(phase_deg: f64) -> ViewRequest {
+    let (id, time) = (NaifId(606), Instant::parse("2021-06-01T00:00:00Z").expect("a time"));
+    let to_sun = SESSION.ephemeris().state(NaifId::SUN, id, time, None).expect("placed").state.pos_km.normalize();
+    let (sin, cos) = phase_deg.to_radians().sin_cos();
+    let offset_km = (to_sun * cos + to_sun.any_orthonormal_vector() * sin) * (6.0 * 2575.0);
+    let position = Position::Offset { body: id, offset_km, axes: Axes::Icrf };
+    ViewRequest { position, fov_deg: Some(25.0), width: 192, height: 192, ..ViewRequest::of(id, time) }
 }
 
 #[test]

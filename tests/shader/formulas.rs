@@ -92,13 +92,14 @@ fn the_phase_functions_of_rings_agree_with_the_shader() {
 fn the_phase_functions_of_air_agree_with_the_shader() {
     const AIR: &str = "lambert.albedo.sun1.air-pixel-8-mie.sphere";
     const TOLERANCE: f64 = 1e-12;
-    let parameters = [[-0.3, 0.0, 0.63, 0.0], [0.76, 0.95, 0.5, 0.0]];
+    let parameters = AerosolPhase::SAMPLES.map(AerosolPhase::parameters);
     let inputs: Vec<EvalInput> =
         phase_cosines().into_iter().flat_map(|c| parameters.map(|[red, green, blue, w]| eval_input([c, red, green, blue, w]))).collect();
     // The shader's functions are pi times those of Rust.
     let of_gas: fn(&EvalInput) -> f64 = |i| PI * phase::per_steradian(PhaseFunction::Rayleigh, i[0]).x;
     fn of_aerosol<const CHANNEL: usize>(i: &EvalInput) -> f64 {
-        PI * phase::per_steradian(PhaseFunction::Aerosol(AerosolPhase { asymmetry: [i[1], i[2], i[3]] }), i[0])[CHANNEL]
+        let sample = AerosolPhase::SAMPLES.into_iter().find(|aerosol| i[1..].starts_with(&aerosol.parameters())).expect("a sample");
+        PI * phase::per_steradian(PhaseFunction::Aerosol(sample), i[0])[CHANNEL]
     }
     for (value, reference, shipped, edit) in [
         ("vec4f(rayleigh_phase(p.x))", of_gas, "0.1875 * (1.0 +", "0.1875 * (1.000001 +"),

@@ -42,7 +42,7 @@ mod tests {
         let mean = |values: &dyn Fn(f64) -> DVec3| cosines().map(values).sum::<DVec3>() / STEPS as f64;
         let is_one = |values: DVec3| (values - 1.0).abs().max_element() < 1e-4;
         assert!(is_one(4.0 * PI * mean(&|cos| per_steradian(PhaseFunction::Rayleigh, cos))));
-        for aerosol in [AerosolPhase::henyey_greenstein([-0.3, 0.0, 0.76]), AerosolPhase::henyey_greenstein([0.95, 0.5, -0.3])] {
+        for aerosol in AerosolPhase::SAMPLES {
             let phase = |cos: f64| per_steradian(PhaseFunction::Aerosol(aerosol), cos);
             assert!(is_one(4.0 * PI * mean(&phase)), "{aerosol:?}");
             let mean_cosine = 4.0 * PI * mean(&|cos| cos * phase(cos));

@@ -27,7 +27,7 @@ pub(crate) struct Footprint<R> {
 }
 
 /// The weight of a tap that overlaps no other one, relative to the other taps of the footprint: `tap_weight` of shaders/lib/filtered_map.wesl. `along`: the
-/// tap's place on the major axis, from the middle; `length`: length of the axis; both in taps.
+/// tap's place on the major axis, from the middle; `length`: length of the axis, which ends at plus and minus half of it; both in taps.
 #[inline(always)]
 fn tap_weight<R: Real>(_along: R, _length: R) -> R {
     R::ONE
