@@ -48,6 +48,7 @@ pub use instrument::{FieldOfView, Instrument};
 use layer_list::LayerList;
 use lunar_heights::HeightMap;
 use small_bodies::SmallBodies;
+pub(crate) use species::PerChannel;
 pub use species::{AerosolPhase, PhaseFunction, Species};
 use stars::StarCatalog;
 use std::sync::{Arc, OnceLock};

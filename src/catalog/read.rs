@@ -12,8 +12,8 @@ use super::overlay;
 use super::read_body::{BodyDraft, body};
 use super::table::{Problems, SourceLine, TableReader, TomlFile, WithLine};
 use super::{
-    AerosolPhase, Atmosphere, Body, BodyField, BodyKind, Catalog, CatalogError, EclipseRadii, FileLine, NaifId, Overlay, PhaseFunction,
-    Ring, Species, is_name_of_barycenter, moments, normalized_name,
+    AerosolPhase, Atmosphere, Body, BodyField, BodyKind, Catalog, CatalogError, EclipseRadii, FileLine, NaifId, Overlay, PerChannel,
+    PhaseFunction, Ring, Species, is_name_of_barycenter, moments, normalized_name,
 };
 use crate::wording::echo_within;
 use glam::{DVec3, Vec3};
@@ -47,23 +47,6 @@ fn ring(mut table: TableReader) -> Option<(WithLine<String>, Ring)> {
             dust_fraction: dust.map_or(0.0, |l| l.value),
         },
     ))
-}
-
-/// A number for all channels, or one for each (red, green, blue).
-#[derive(Clone, Copy, serde::Deserialize)]
-#[serde(untagged)]
-enum PerChannel {
-    Grey(f64),
-    Rgb([f64; 3]),
-}
-
-impl PerChannel {
-    fn channels(self) -> [f64; 3] {
-        match self {
-            Self::Grey(x) => [x; 3],
-            Self::Rgb(channels) => channels,
-        }
-    }
 }
 
 /// Reads a `[[atmosphere.species]]`.

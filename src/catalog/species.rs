@@ -34,6 +34,29 @@ pub enum PhaseFunction {
     Aerosol(AerosolPhase),
 }
 
+/// A number for all channels, or one for each (red, green, blue), as catalogs and queries write it.
+#[derive(Clone, Copy, serde::Deserialize)]
+#[serde(untagged, expecting = "expected a number, or three (red, green, blue)")]
+pub(crate) enum PerChannel {
+    Grey(f64),
+    Rgb([f64; 3]),
+}
+
+impl PerChannel {
+    pub(crate) fn channels(self) -> [f64; 3] {
+        match self {
+            Self::Grey(x) => [x; 3],
+            Self::Rgb(channels) => channels,
+        }
+    }
+}
+
+impl Default for PerChannel {
+    fn default() -> Self {
+        Self::Grey(0.0)
+    }
+}
+
 /// The parameters of the aerosols' phase function. Shaders evaluate it only once per view ray, so that a parameter may choose the function: it costs little,
 /// and needs no variant of each shader module.
 #[derive(Clone, Copy, Debug, PartialEq)]

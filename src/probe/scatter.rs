@@ -5,7 +5,7 @@
 
 use super::batch::{BoundProbeModule, MAP_TAPS, ProbeInputs};
 use super::{ProbeError, Prober, QueryKind, parse_fields, required, unit_vector};
-use crate::catalog::{self, AerosolPhase, PhaseFunction};
+use crate::catalog::{self, AerosolPhase, PerChannel, PhaseFunction};
 use crate::render::plan::uniform_bytes;
 use crate::scene::atmosphere::{air, species};
 use crate::scene::draw::{AtmosphereModel, AtmosphereUniforms, DrawFeatures, DrawUniforms, Light, Surface};
@@ -55,7 +55,7 @@ enum Species {
         extinction_per_m: [f64; 3],
         phase: PhaseName,
         #[serde(default)]
-        g: Asymmetry,
+        g: PerChannel,
         #[serde(rename = "scattering_per_planet_radius", default)]
         _scattering_per_radius: IgnoredAny,
         #[serde(rename = "extinction_per_planet_radius", default)]
@@ -75,29 +75,6 @@ enum Species {
         #[serde(rename = "extinction_per_planet_radius", default)]
         _extinction_per_radius: IgnoredAny,
     },
-}
-
-/// One asymmetry for all channels, or one for each (red, green, blue).
-#[derive(Clone, Copy, Deserialize)]
-#[serde(untagged)]
-enum Asymmetry {
-    Grey(f64),
-    Rgb([f64; 3]),
-}
-
-impl Default for Asymmetry {
-    fn default() -> Self {
-        Self::Grey(0.0)
-    }
-}
-
-impl Asymmetry {
-    fn channels(self) -> [f64; 3] {
-        match self {
-            Self::Grey(g) => [g; 3],
-            Self::Rgb(channels) => channels,
-        }
-    }
 }
 
 #[derive(Deserialize)]

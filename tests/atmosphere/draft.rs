@@ -25,10 +25,10 @@ fn light(body: NaifId, time: &str, quality: Quality, effects: &str) -> [f64; 3] 
     [0, 1, 2].map(|c| drawn.frame.hdr.iter().map(|p| f64::from(p[c])).sum())
 }
 
-/// From 2.5 radii, at several phases: draft quality loses at most 23 % of the light of any channel (22 % of Mars' blue light, whose dust scatters little of it
-/// backwards, so that more of it is scattered twice). Without the table of multiple scattering Titan loses a third or more, so the comparison can fail.
+/// From 2.5 radii, at several phases: draft quality loses at most a fifth of the light of any channel. Without the table of multiple scattering Titan loses a
+/// quarter or more, and Mars more than a fifth of its blue light, so the comparison can fail.
 #[test]
-fn draft_keeps_three_quarters_of_the_light_of_every_body_with_air() {
+fn draft_keeps_four_fifths_of_the_light_of_every_body_with_air() {
     let bodies: Vec<_> = SESSION.catalog().bodies().iter().filter(|b| b.atmosphere.is_some() && b.id != NaifId(599)).collect();
     assert!(bodies.len() >= 8);
     for body in bodies {
@@ -39,7 +39,7 @@ fn draft_keeps_three_quarters_of_the_light_of_every_body_with_air() {
                 [0, 1, 2].map(|c| draft[c] / standard[c].max(f64::MIN_POSITIVE))
             };
             let draft = ratios("");
-            assert!(draft.iter().all(|r| (0.77..1.1).contains(r)), "{} {time}: {draft:?}", body.name);
+            assert!(draft.iter().all(|r| (0.8..1.1).contains(r)), "{} {time}: {draft:?}", body.name);
             if body.id == NaifId(606) {
                 let scattered_once = ratios("+atmosphere=pixel-8");
                 assert!(scattered_once.iter().all(|r| *r < 0.75), "{scattered_once:?}");

@@ -45,21 +45,14 @@ fn a_second_species_of_a_kind_is_refused() {
     }
 }
 
-/// The last line of each species has a wrong value.
 #[test]
 fn wrong_parameters_of_an_aerosol_are_refused() {
     for kind in ["asymmetry = -0.5", "asymmetry = [-0.5, 0.0, 0.99]"] {
         assert_eq!(problems_of_air(&[species("haze", kind)]), Vec::<String>::new());
     }
     let asymmetry = "a number between -1 and 1, or three (red, green, blue)";
-    for (kind, allowed) in [
-        ("asymmetry = 1.0", asymmetry),
-        ("asymmetry = nan", asymmetry),
-        ("asymmetry = [0.5, 0.6]", asymmetry),
-        ("asymmetry = [0.5, 0.6, -1.0]", asymmetry),
-    ] {
-        let (line, wrong) = (6 + kind.lines().count(), kind.lines().last().expect("a line"));
-        let expected = format!("mine.toml:{line}: atmosphere.species.{wrong}: expected {allowed}");
-        assert_eq!(problems_of_air(&[species("haze", kind)]), [expected]);
+    for wrong in ["asymmetry = 1.0", "asymmetry = nan", "asymmetry = [0.5, 0.6]", "asymmetry = [0.5, 0.6, -1.0]"] {
+        let expected = format!("mine.toml:7: atmosphere.species.{wrong}: expected {asymmetry}");
+        assert_eq!(problems_of_air(&[species("haze", wrong)]), [expected]);
     }
 }

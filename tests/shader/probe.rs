@@ -100,6 +100,8 @@ fn an_atmosphere_that_would_be_misread_is_refused() {
     let tent = r#"},{"profile":"tent","centre_km":25,"half_width_km":15,"extinction_per_m":[1e-6,1e-6,1e-6]"#;
     for (query, message_part) in [
         (scatter_query("", r#","G":0.8"#, cam, dir), "`G`"),
+        (scatter_query("", r#","g":"0.5""#, cam, dir), "expected a number, or three (red, green, blue)"),
+        (scatter_query("", r#","g":[0.5,0.6]"#, cam, dir), "expected a number, or three (red, green, blue)"),
         (scatter_query(r#","topp_km":60"#, "", cam, dir), "`topp_km`"),
         (scatter_query("", &format!(r#"{tent},"scattering_per_m":[1e-6,0,0]"#), cam, dir), "scattering_per_m must be 0"),
         (

@@ -248,9 +248,9 @@ mod tests {
         assert_eq!(read("b.csv", "ra,dec,mag\n0,0,1\n").expect("few columns").0, julian_epoch(2000.0));
         // `id` (the table's own number) is not taken for the Hipparcos number, nor `ra` (in hours) for degrees.
         let (_, stars) = read("c.csv", "id,hip,ra,dec,mag,ra_deg\n90979,91262,18.6,38.8,0.03,279.2\n").expect("other columns");
+        assert!(stars[0].hip == 91_262 && stars[0].direction.distance(a.direction) < 1e-3, "{:?}", stars[0]);
         let (_, quoted) = read("d.csv", "\"name, usual\",ra,dec,mag\n\"Vega, alpha Lyrae\",279.2,38.8,0.03\n").expect("quoted values");
         assert!(quoted[0].direction.distance(a.direction) < 1e-3, "{:?}", quoted[0]);
-        assert!(stars[0].hip == 91_262 && stars[0].direction.distance(a.direction) < 1e-3, "{:?}", stars[0]);
     }
 
     #[test]

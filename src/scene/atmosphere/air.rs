@@ -67,9 +67,9 @@ pub(crate) fn sample_counts(model: AtmosphereModel) -> (u32, u32) {
 const NEAR_RADII: f64 = 1.25;
 
 /// Vertical optical depth in the clearest channel from which draft quality includes multiple scattering at any distance: more than a fifth of the light of such
-/// air is scattered more than once. In the catalog only Titan's air is as thick: its depth is 2.6, and without multiple scattering its image would have only
-/// 0.6 of its light. The colours of the maps already include Mars' dust (depth 0.5) and the gas of the giant planets.
-const THICK_DEPTH: f64 = 1.0;
+/// air is scattered more than once. In the catalog the air of Titan (depth 2.6) and of Mars (0.5) is as thick: without multiple scattering an image of Titan
+/// would have only 0.6 of its light, one of Mars 0.78 of its blue light. The colours of the maps already include the gas of the giant planets.
+const THICK_DEPTH: f64 = 0.4;
 
 /// Why draft quality includes multiple scattering.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -369,13 +369,13 @@ mod tests {
         assert!(SurroundingAir::of(earth, &centre).is_none());
     }
 
-    /// The air of Titan is thick, that of Mars with its dust is not. Drafts use the table only in thick air or near a body, standard quality
+    /// The air of Titan and that of Mars with its dust are thick. Drafts use the table only in thick air or near a body, standard quality
     /// always.
     #[test]
-    fn only_titans_air_is_thick() {
+    fn the_air_of_titan_and_of_mars_is_thick() {
         let catalog = Catalog::embedded();
         let thick = catalog.bodies().iter().filter(|b| b.atmosphere.as_ref().is_some_and(is_thick)).map(|b| b.name.as_str());
-        assert_eq!(thick.collect::<Vec<_>>(), ["Titan"]);
+        assert_eq!(thick.collect::<Vec<_>>(), ["Mars", "Titan"]);
         let model_of = |quality, in_drafts| model(None, quality, in_drafts).0;
         for in_drafts in [None, Some(TableInDrafts::Near), Some(TableInDrafts::Thick)] {
             let expected = if in_drafts.is_some() { AtmosphereModel::Table } else { AtmosphereModel::Pixel8 };

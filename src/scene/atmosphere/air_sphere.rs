@@ -4,7 +4,7 @@
 //! transmittance along rays. Positions (`p`, `from`) are relative to the body's centre, in km. Directions are unit vectors: `along` of a ray, `sun` towards the
 //! Sun. Not modelled: refraction, the flattening of the body.
 
-use crate::catalog::{Atmosphere, Species};
+use crate::catalog::{Atmosphere, Body, Species};
 use crate::scene::atmosphere::extinction::{self, density, extinction, optical_depth, quadrature, scattering};
 use crate::scene::atmosphere::phase;
 use crate::scene::constants::MULTI_SCATTER_HEIGHTS;
@@ -31,6 +31,12 @@ pub(super) fn direction(cosine: f64, azimuth_rad: f64) -> DVec3 {
 /// Scattering coefficient of a species as draws apply it: light scattered by a triangular layer is lost.
 pub(super) fn scattering_into_air(s: &Species) -> DVec3 {
     if s.tent_centre_km.is_some() { DVec3::ZERO } else { scattering(s) }
+}
+
+/// Albedo of the ground, linear RGB. A geometric albedo may exceed 1, but the ground reflects at most all light: otherwise the orders of thick air could grow
+/// without limit.
+pub(super) fn ground_albedo(body: &Body) -> DVec3 {
+    DVec3::from_array(body.mean_reflectance()).min(DVec3::ONE)
 }
 
 /// A body's spherical atmosphere.

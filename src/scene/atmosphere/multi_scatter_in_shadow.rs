@@ -18,7 +18,7 @@
 //! (tests/eclipse/twilight.rs).
 
 use crate::catalog::{Atmosphere, Body};
-use crate::scene::atmosphere::air_sphere::{GROUND_CLEARANCE_KM, row_height_km};
+use crate::scene::atmosphere::air_sphere::{GROUND_CLEARANCE_KM, ground_albedo, row_height_km};
 use crate::scene::atmosphere::extinction::{self, column_above_km, extinction, scattering};
 use crate::scene::atmosphere::multi_scatter_table;
 use crate::scene::camera;
@@ -341,8 +341,7 @@ pub fn tables(body: &Body, eclipse: &EclipseUniforms) -> Vec<Vec4> {
     for index in 0..eclipse.occluder_positions.len().min(usize::from(MAX_OCCLUDERS)) {
         let shadow = body.atmosphere.as_ref().and_then(|air| Some((air, Shadow::of(body, eclipse, index)?)));
         let Some((air, shadow)) = shadow else { continue };
-        let air =
-            AirAndGround { radius_km: body.radii_km.x, air, ground_albedo: DVec3::from_array(body.mean_reflectance()).min(DVec3::ONE) };
+        let air = AirAndGround { radius_km: body.radii_km.x, air, ground_albedo: ground_albedo(body) };
         for (vector, root) in all[index * FACTORS_PER_OCCLUDER..].iter_mut().zip(roots(&air, &shadow)) {
             *vector = camera::narrow(root).extend(0.0);
         }

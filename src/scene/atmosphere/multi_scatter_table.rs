@@ -8,7 +8,7 @@
 //! between neighbouring places. Errors: tests/atmosphere/skylight.rs.
 
 use crate::catalog::Body;
-use crate::scene::atmosphere::air_sphere::{AirSphere, GROUND_CLEARANCE_KM, direction};
+use crate::scene::atmosphere::air_sphere::{AirSphere, GROUND_CLEARANCE_KM, direction, ground_albedo};
 use crate::scene::atmosphere::diffuse_light::{DiffuseLight, SampleCounts};
 use crate::scene::camera;
 use crate::scene::constants::{MULTI_SCATTER_BEND as BEND, MULTI_SCATTER_FIRST_X as FIRST_COORDINATE};
@@ -106,9 +106,7 @@ fn table_column(sphere: &AirSphere<'_>, diffuse: &DiffuseLight<'_>, column: usiz
 /// The table of a body's atmosphere: rows of heights from the ground up, then the row of the ground. Each value is a square root in the shader's unit, in
 /// which 1 is the irradiance of a plane that faces the Sun, and the radiance of that plane if it is white. Uses all cores; `None` without an atmosphere.
 pub fn table(body: &Body) -> Option<Vec<Vec4>> {
-    // A geometric albedo may exceed 1, but the ground reflects at most all light: otherwise the orders of thick air could grow without limit.
-    let ground_albedo = DVec3::from_array(body.mean_reflectance()).min(DVec3::ONE);
-    let sphere = AirSphere { radius_km: body.radii_km.x, air: body.atmosphere.as_ref()?, ground_albedo };
+    let sphere = AirSphere { radius_km: body.radii_km.x, air: body.atmosphere.as_ref()?, ground_albedo: ground_albedo(body) };
     let diffuse = DiffuseLight::of(&sphere);
     let columns: Vec<(Vec<DVec3>, DVec3)> = (0..COLUMNS).into_par_iter().map(|column| table_column(&sphere, &diffuse, column)).collect();
     // In the shader's unit, a radiance is multiplied by pi.

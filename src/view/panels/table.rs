@@ -5,6 +5,7 @@
 
 use crate::view::language::text;
 use egui::Ui;
+use egui::accesskit::SortDirection;
 use std::cmp::Ordering;
 
 /// The value of a row in one column.
@@ -58,12 +59,17 @@ pub(super) fn headings(ui: &mut Ui, order: &mut SortOrder, titles: &[&str]) {
     for (column, title) in titles.iter().copied().enumerate() {
         let is_sorted = order.column == column;
         let (shown, hint) = match (is_sorted, order.is_descending) {
-            // The blanks are as wide as an arrow, so that columns keep their width.
-            (false, _) => (format!("{title} \u{2007} "), text!("table-sort-hint")),
+            // The figure space is as wide as an arrow, so that columns keep their width.
+            (false, _) => (format!("{title} \u{2007}"), text!("table-sort-hint")),
             (true, false) => (format!("{title} ▲"), text!("table-ascending-hint")),
             (true, true) => (format!("{title} ▼"), text!("table-descending-hint")),
         };
-        if ui.selectable_label(is_sorted, shown).on_hover_text(hint).accessible_name(title).clicked() {
+        let heading = ui.selectable_label(is_sorted, shown).on_hover_text(hint).accessible_name(title);
+        if is_sorted {
+            let direction = if order.is_descending { SortDirection::Descending } else { SortDirection::Ascending };
+            ui.ctx().accesskit_node_builder(heading.id, |node| node.set_sort_direction(direction));
+        }
+        if heading.clicked() {
             order.click(column);
         }
     }
