@@ -14,8 +14,7 @@ pub struct Species {
     /// Height of the peak of a triangular (tent-shaped) profile; `None` for an exponential one.
     pub tent_centre_km: Option<f64>,
     /// Scattering coefficient per kilometre, averaged over each linear sRGB channel. It applies at height 0, on the ellipsoid; for a triangular profile, at
-    /// the peak. In draws, a triangular profile only removes light: the light that it
-    /// scatters is not added to view rays.
+    /// the peak. In draws, a triangular profile only removes light: the light that it scatters is not added to view rays.
     pub scattering_per_km: [f64; 3],
     /// Absorption coefficient, in the same unit and at the same height.
     pub absorption_per_km: [f64; 3],

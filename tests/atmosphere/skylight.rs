@@ -86,6 +86,26 @@ fn photons_are_scattered_by_the_phase_function() {
     }
 }
 
+/// The dust of Mars scatters more blue than red light into the sky within 10 degrees of the Sun, and more red farther away, as in images by rovers. With one
+/// asymmetry for all colours it would scatter more red everywhere.
+#[test]
+fn the_dust_of_mars_scatters_blue_light_around_the_sun() {
+    let mars = body("Mars");
+    let dust = mars.atmosphere.as_ref().expect("air").species.iter().find(|s| s.aerosol_phase().is_some()).expect("dust");
+    let blue_to_red = |phase: PhaseFunction, degrees: f64| {
+        let into_sky = orrery::scene::atmosphere::phase::per_steradian(phase, degrees.to_radians().cos());
+        into_sky.z * dust.scattering_per_km[2] / (into_sky.x * dust.scattering_per_km[0])
+    };
+    for degrees in [0.0, 5.0, 10.0] {
+        assert!(blue_to_red(dust.phase, degrees) > 1.0, "{degrees} degrees: {}", blue_to_red(dust.phase, degrees));
+        let grey = PhaseFunction::Aerosol(AerosolPhase::henyey_greenstein([0.75; 3]));
+        assert!(blue_to_red(grey, degrees) < 1.0, "a grey function must fail");
+    }
+    for degrees in [40.0, 90.0] {
+        assert!(blue_to_red(dust.phase, degrees) < 0.9, "{degrees} degrees: {}", blue_to_red(dust.phase, degrees));
+    }
+}
+
 /// The table of dust that scatters less forwards does not agree with the photons of Mars.
 #[test]
 fn the_phase_function_of_the_dust_is_noticed() {

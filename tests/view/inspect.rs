@@ -125,9 +125,16 @@ fn uniforms_are_sorted_by_a_click_on_a_heading() {
     };
     let by_offset = names(&harness);
     assert!(by_offset.len() > 10 && !by_offset.is_sorted(), "{by_offset:?}");
+    let widths = |harness: &Harness<'_, Interface>| {
+        ["offset", "name"].map(|title| harness.get_by_role_and_label(Role::Button, title).rect().width())
+    };
+    let [width_of_sorted, width_of_unsorted] = widths(&harness);
     for is_descending in [false, true] {
         harness.get_by_role_and_label(Role::Button, "name").click();
         harness.run_steps(6);
+        // A heading keeps its width whether it has an arrow or not.
+        let [offset, name] = widths(&harness);
+        assert!((offset - width_of_sorted).abs() < 1.0 && (name - width_of_unsorted).abs() < 1.0, "{offset} {name}");
         let mut by_name = names(&harness);
         if is_descending {
             by_name.reverse();

@@ -89,7 +89,6 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     let effects_with_cost: Vec<(Effect, bool)> = Effect::ALL.into_iter().filter_map(effect_with_cost).collect();
     measure_costs(interface, ui.ctx(), worker, only_body, &effects_with_cost);
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        let edited = if interface.edits_selected_body_only { overrides.of_body(&name) } else { &mut overrides };
         // Effects that are drawn or were switched by hand come first; the others follow, one line each.
         let (first, rest): (Vec<Effect>, Vec<Effect>) =
             Effect::ALL.into_iter().partition(|e| set_by_hand.contains(e) || decisions.iter().any(|d| d.on && d.effect == e.name()));

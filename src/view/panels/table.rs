@@ -53,8 +53,7 @@ impl SortOrder {
     }
 }
 
-/// Adds a heading for each title to the current row of a grid. The caller may add headings of
-/// columns that do not sort after them, and ends the row.
+/// Adds a heading for each title to the current row of a grid. The caller may add headings of columns that do not sort after them, and ends the row.
 pub(super) fn headings(ui: &mut Ui, order: &mut SortOrder, titles: &[&str]) {
     for (column, title) in titles.iter().copied().enumerate() {
         let is_sorted = order.column == column;
