@@ -21,7 +21,7 @@ use orrery::shader::{ModuleId, ShaderModule};
 use std::sync::Arc;
 
 pub(super) const FRAGMENT: &str = include_str!("../../shaders/lib/filtered_map.wesl");
-const GUIDE: &str = include_str!("../../docs/map-filter.md");
+pub(super) const GUIDE: &str = include_str!("../../docs/map-filter.md");
 /// The two places where `filtered_map` reads the texels of one level.
 const FINER_READ: &str = "bilinear(map, map_sampler, place, finer)";
 const COARSER_READ: &str = "bilinear(map, map_sampler, place, min(finer + 1u, last))";
@@ -61,7 +61,7 @@ pub(super) fn native_program() -> Program {
 }
 
 /// The shipped function under another name, so that it is not replaced.
-pub(super) fn renamed() -> String {
+fn renamed() -> String {
     format!("{FRAGMENT}{ENTRY}").replace("filtered_map", "tap_by_tap")
 }
 
@@ -296,19 +296,19 @@ pub(super) fn linear_weight(d: f64) -> f64 {
     (1.0 - d).max(0.0)
 }
 
-/// The guide's code block of this number, from 0.
-pub(super) fn code_of_guide(index: usize) -> &'static str {
-    GUIDE.split("```wgsl").nth(index + 1).and_then(|text| text.split("```").next()).expect("a code block")
+/// The guide's WGSL block that contains a text.
+fn code_of_guide(text: &str) -> &'static str {
+    let mut blocks = GUIDE.split("```wgsl").skip(1).filter_map(|rest| rest.split("```").next());
+    blocks.find(|block| block.contains(text)).unwrap_or_else(|| panic!("docs/map-filter.md has no WGSL block with `{text}`"))
 }
 
-/// The fragment edited as the guide says: `function`, which is defined in the code block `index`, reads the texels of each level; the code block 0 keeps
-/// bilinear reads for `smooth_map`.
-fn example_of_guide(function: &str, index: usize) -> Program {
+/// The fragment edited as the guide says: `function`, which the guide defines, reads the texels of each level; a guard keeps bilinear reads for `smooth_map`.
+fn example_of_guide(function: &str) -> Program {
     let reads = edited(FINER_READ, &FINER_READ.replace("bilinear", function));
     assert!(reads.contains(COARSER_READ) && reads.contains("    let reach ="));
     let reads = reads.replace(COARSER_READ, &COARSER_READ.replace("bilinear", function));
-    let guarded = reads.replace("    let reach =", &format!("{}    let reach =", code_of_guide(0)));
-    program(&format!("{guarded}{}{ENTRY}", code_of_guide(index)))
+    let guarded = reads.replace("    let reach =", &format!("{}    let reach =", code_of_guide("if max_taps == 0.0 {")));
+    program(&format!("{guarded}{}{ENTRY}", code_of_guide(&format!("fn {function}("))))
 }
 
 /// The greatest error at magnified footprints against a filter of level 0.
@@ -324,8 +324,8 @@ fn error_of_magnified(filter: &Program, max_taps: f32, weight: fn(f64) -> f64) -
 #[test]
 fn the_examples_in_the_guide_magnify_by_their_filters_without_a_jump_and_keep_bilinear_reads() {
     let of_shipped = |weight| error_of_magnified(&program(&renamed()), 8.0, weight);
-    for (function, index, weight) in [("b_spline", 1, b_spline_weight as fn(f64) -> f64), ("catmull_rom", 2, catmull_rom_weight)] {
-        let example = example_of_guide(function, index);
+    for (function, weight) in [("b_spline", b_spline_weight as fn(f64) -> f64), ("catmull_rom", catmull_rom_weight)] {
+        let example = example_of_guide(function);
         assert!(is_interpreted(&example));
         let (error, of_bilinear_reads) = (error_of_magnified(&example, 8.0, weight), error_of_magnified(&example, 0.0, linear_weight));
         assert!(error < 1e-9 && of_bilinear_reads < 1e-9, "{function}: {error}, without taps {of_bilinear_reads}");

@@ -1,21 +1,45 @@
 //! The taps of `filtered_map` (shaders/lib/filtered_map.wesl): the function and the native operation against a definition of the taps, their places and their
-//! weights; and the value where a tap is added.
+//! weights; and the value where a tap is added. Both tests take every weight of taps in docs/map-filter.md, not only the shipped one.
 
 use super::filtered_map::{
-    ENTRY, FRAGMENT, Footprint, batch, bound, by_definition, code_of_guide, edited, fixed, greatest, greatest_step, linear_weight,
-    native_program, noise, program, random, renamed,
+    ENTRY, FRAGMENT, Footprint, GUIDE, batch, bound, by_definition, edited, fixed, greatest, greatest_step, linear_weight, native_program,
+    noise, program, random,
 };
 use orrery::image::Texture;
 use orrery::render::software::exec::LANES;
 use orrery::render::software::kernels::KernelClass;
 use orrery::render::software::program::Program;
 
-/// The weight of a tap that overlaps no other one, by its place on the major axis, from the middle, and the length of the axis, both in taps.
-fn tap_weight(_along: f64, _length: f64) -> f64 {
+/// A weight of a tap that overlaps no other one.
+struct TapWeight {
+    /// Its row in docs/map-filter.md, *Weights of taps*.
+    name: &'static str,
+    /// The expression in the shader, as in that row.
+    in_shader: &'static str,
+    /// The weight by the tap's place on the major axis, from the middle, and the length of the axis, both in taps.
+    by_definition: fn(f64, f64) -> f64,
+}
+
+const WEIGHTS: [TapWeight; 3] = [
+    TapWeight { name: "constant", in_shader: "1.0", by_definition: constant_weight },
+    TapWeight { name: "tent", in_shader: "1.0 - abs(along) * (1.5 / length)", by_definition: tent_weight },
+    TapWeight { name: "Gaussian", in_shader: "exp(-8.0 * along * along / (length * length))", by_definition: gaussian_weight },
+];
+
+/// The name of the weight that the shader has.
+const SHIPPED: &str = "constant";
+
+fn constant_weight(_along: f64, _length: f64) -> f64 {
     1.0
 }
 
-/// The same in the guide's example: a Gaussian whose standard deviation is a quarter of the length.
+/// Falls linearly from 1 in the middle to a quarter at the ends.
+fn tent_weight(along: f64, length: f64) -> f64 {
+    let to_end = along.abs() / (0.5 * length);
+    (1.0 - to_end) + 0.25 * to_end
+}
+
+/// A Gaussian whose standard deviation is a quarter of the length.
 fn gaussian_weight(along: f64, length: f64) -> f64 {
     (-0.5 * (along / (0.25 * length)).powi(2)).exp()
 }
@@ -36,7 +60,7 @@ fn taps_along(length: f64) -> Vec<[f64; 2]> {
     taps
 }
 
-/// A channel filtered by definition, with up to `max_taps` taps (at least 2). `weight`: as [`tap_weight`].
+/// A channel filtered by definition, with up to `max_taps` taps (at least 2). `weight`: as [`TapWeight::by_definition`].
 fn by_taps(texture: &Texture, footprint: &Footprint, max_taps: f64, channel: usize, weight: impl Fn(f64, f64) -> f64) -> f64 {
     let Footprint { uv: [u, v], major, minor, rotation, .. } = *footprint;
     let width = minor.max(major / max_taps).max(1.0);
@@ -69,30 +93,36 @@ fn error_of_taps(filter: &Program, class: KernelClass, max_taps: f32, weight: im
     }))
 }
 
-/// The fragment with another function `tap_weight`.
-fn with_tap_weight(function: &str) -> String {
-    let (before, rest) = FRAGMENT.split_once("fn tap_weight(").expect("the function");
+/// The fragment with a weight of the guide, which is the unedited fragment if the weight is the shipped one.
+fn with_tap_weight(weight: &TapWeight) -> String {
+    let TapWeight { name, in_shader, .. } = weight;
+    let row = format!("| {name} | `{in_shader}` |");
+    assert!(GUIDE.contains(&row), "docs/map-filter.md has no row {row}");
+    let (before, rest) = FRAGMENT.split_once("fn tap_weight(along: f32, length: f32) -> f32 {\n").expect("the function");
     let (_, after) = rest.split_once("\n}\n").expect("its end");
-    format!("{before}{function}{after}")
+    let fragment = format!("{before}fn tap_weight(along: f32, length: f32) -> f32 {{\n    return {in_shader};\n}}\n{after}");
+    assert_eq!(fragment == FRAGMENT, *name == SHIPPED, "SHIPPED does not name the shader's weight: {name}");
+    fragment
 }
 
 #[test]
 fn taps_have_the_places_and_weights_of_their_definition() {
-    let example = program(&format!("{}{ENTRY}", with_tap_weight(code_of_guide(3))).replace("filtered_map", "tap_by_tap"));
-    for (name, filter, weight) in [
-        ("native", native_program(), tap_weight as fn(f64, f64) -> f64),
-        ("interpreted", program(&renamed()), tap_weight),
-        ("the guide's example", example, gaussian_weight),
-    ] {
+    let renamed = |weight| program(&format!("{}{ENTRY}", with_tap_weight(weight)).replace("filtered_map", "tap_by_tap"));
+    let interpreted = WEIGHTS.iter().map(|weight| ("interpreted", renamed(weight), weight));
+    let native = WEIGHTS.iter().filter(|weight| weight.name == SHIPPED).map(|weight| ("native", native_program(), weight));
+    for (way, filter, weight) in interpreted.chain(native) {
+        let name = weight.name;
         for class in KernelClass::available() {
             for max_taps in [2.0, 8.0, 16.0] {
-                let error = error_of_taps(&filter, class, max_taps, weight);
-                assert!(error < 1e-9, "{name}, {}, {max_taps} taps: {error}", class.name());
+                let error = error_of_taps(&filter, class, max_taps, weight.by_definition);
+                assert!(error < 1e-9, "{name}, {way}, {}, {max_taps} taps: {error}", class.name());
             }
         }
-        // The comparison must be able to fail: taps weigh more towards one end.
-        let error = error_of_taps(&filter, KernelClass::detect(), 8.0, |along, length| weight(along, length) * (1.0 + along / length));
-        assert!(error > 1e-3, "{name}: other weights are not detected: {error}");
+        // The comparison must be able to fail: another weight. Two taps have equal weights in all.
+        for other in WEIGHTS.iter().filter(|other| other.name != name) {
+            let error = error_of_taps(&filter, KernelClass::detect(), 8.0, other.by_definition);
+            assert!(error > 1e-3, "{name}, {way}, is not told from {}: {error}", other.name);
+        }
     }
 }
 
@@ -122,12 +152,12 @@ fn an_added_tap_causes_no_jump() {
     // A step is a thousandth of the width. It moves a tap by at most half of that, 0.75e-3 texels of the finer mip level, where these footprints are at most
     // 1.5 texels wide. Texels are noise between 0 and 1, so at this angle the value changes by at most 0.75e-3 (cos 0.6 + sin 0.6) = 1.04e-3; and, because the
     // weights change, by their growth. Both with a margin of 5 %.
-    let gaussian = (with_tap_weight(code_of_guide(3)), gaussian_weight as fn(f64, f64) -> f64);
-    for (fragment, weight) in [(FRAGMENT.to_owned(), tap_weight as fn(f64, f64) -> f64), gaussian] {
-        let bound = 1.1e-3 + 1.05 * greatest_growth(weight);
+    for weight in &WEIGHTS {
+        let filter = program(&format!("{}{ENTRY}", with_tap_weight(weight)));
+        let bound = 1.1e-3 + 1.05 * greatest_growth(weight.by_definition);
         for width in [1.0, 1.4, 3.0] {
-            let step = greatest_step::<f64>(&program(&format!("{fragment}{ENTRY}")), class, lengthened(width));
-            assert!(step < bound, "a step of {step} at a width of {width} texels; at most {bound}");
+            let step = greatest_step::<f64>(&filter, class, lengthened(width));
+            assert!(step < bound, "{}: a step of {step} at a width of {width} texels; at most {bound}", weight.name);
         }
     }
     // The comparison must be able to fail: all taps weigh the same.

@@ -5,9 +5,9 @@
 //! A pixel's footprint is the ellipse, in texels, onto which the gradients map a circle of diameter 1 pixel. The lengths of its axes are the
 //! singular values of the gradient matrix. As in shaders/lib/filtered_map.wesl, up to `max_taps` trilinear taps fill the major axis from both ends. The mip
 //! level is log2 of the minor axis, or of the major axis / `max_taps` if that is greater. Where the major axis is not a whole number of taps
-//! long, the taps in the middle overlap and weigh less, so that the filtered value is continuous in the gradients. The level of isotropic filtering is
-//! log2 of the longer gradient. No level is finer than level 0. Loops over lanes are branch-free, so that they are vectorised. Gradients that are not
-//! finite give an unspecified valid level and length.
+//! long, the taps in the middle overlap, and the overlap is taken from their weight, so that the filtered value is continuous in the gradients. The
+//! level of isotropic filtering is log2 of the longer gradient. No level is finer than level 0. Loops over lanes are branch-free, so that they are
+//! vectorised. Gradients that are not finite give an unspecified valid level and length.
 
 // The compiler vectorises loops by index over several arrays of one fixed length.
 #![allow(clippy::needless_range_loop)]
