@@ -57,7 +57,7 @@ fn species(mut table: TableReader) -> Option<Species> {
     let tent_centre_km = table.optional("tent_centre_km", "kilometres from 0", |x: &f64| finite(x) && *x >= 0.0);
     let scattering = table.optional("scattering_per_km", per_km, each_component(|x| (0.0..=10.0).contains(&x)));
     let absorption = table.optional("absorption_per_km", per_km, each_component(|x| (0.0..=10.0).contains(&x)));
-    let phase = phase_function(&mut table, &AerosolPhase::FIELDS);
+    let phase = phase_function(&mut table, AerosolPhase::FIELDS);
     let estimate_percent = optional_percent(&mut table, "estimate_percent");
     table.finish();
     Some(Species {
@@ -430,13 +430,13 @@ mod tests {
         for red in [0.0, 0.125, 0.5] {
             assert_eq!(read(&format!("asymmetry = 0.25\nred = {red:?}")), aerosol([red, 0.25, 0.25]));
         }
-        for (red, allowed) in [
+        for (lines, allowed) in [
             ("asymmetry = 0.25\nred = 0.75", "a number from 0 to 0.5"),
             ("asymmetry = 0.25\nred = [0.5, 0.5, 0.5]", "a number from 0 to 0.5"),
             ("red = 0.5", "`asymmetry` beside it"),
         ] {
-            let wrong = red.lines().last().expect("a line");
-            assert_eq!(read(red), Err(vec![format!("{wrong}: expected {allowed}")]));
+            let wrong = lines.lines().next_back().expect("a line");
+            assert_eq!(read(lines), Err(vec![format!("{wrong}: expected {allowed}")]));
         }
     }
 }

@@ -49,7 +49,7 @@ pub struct AerosolPhase {
     pub asymmetry: [f64; 3],
 }
 
-/// A field of [`AerosolPhase`], as catalogs and the query `scatter` give it. An absent field is 0.
+/// A field of [`AerosolPhase`], as catalogs and the query `scatter` give it. A field that they leave out is 0.
 #[derive(Clone, Copy)]
 pub struct AerosolField {
     /// Its key in catalogs.
@@ -93,9 +93,9 @@ impl AerosolField {
 }
 
 impl AerosolPhase {
-    /// All fields, in the order of [`AerosolPhase::parameters`]. Catalogs, the query `scatter` and tests loop over this list. The first is the field that makes a
+    /// All fields, in the order of [`AerosolPhase::parameters`]. Catalogs, the query `scatter` and tests loop over this list. The presence of the first makes a
     /// species of a catalog an aerosol.
-    pub const FIELDS: [AerosolField; 1] = [AerosolField {
+    pub const FIELDS: &[AerosolField] = &[AerosolField {
         catalog_key: "asymmetry",
         query_key: "g",
         limits: [-1.0, 1.0],

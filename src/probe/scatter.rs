@@ -240,7 +240,7 @@ fn aerosol_phase(fields: &Map<String, Value>) -> Result<AerosolPhase, String> {
     let mut aerosol = AerosolPhase::ISOTROPIC;
     for (key, value) in fields {
         let Some(field) = AerosolPhase::FIELDS.iter().find(|field| field.query_key == key) else {
-            let known = AerosolPhase::FIELDS.map(|field| field.query_key);
+            let known: Vec<&str> = AerosolPhase::FIELDS.iter().map(|field| field.query_key).collect();
             let hint = suggestion_or_list(key, &known);
             return Err(format!("field \"atmosphere\": `{}` is not a field of an exponential species; {hint}", echo(key)));
         };

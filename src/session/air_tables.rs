@@ -132,7 +132,7 @@ mod tests {
         };
         let aerosol = AerosolPhase::henyey_greenstein([0.5; 3]);
         let mut names = vec![name_with(aerosol)];
-        for field in &AerosolPhase::FIELDS {
+        for field in AerosolPhase::FIELDS {
             let mut same = aerosol;
             for k in 0..(field.numbers)(&mut same).len() {
                 let mut other = aerosol;

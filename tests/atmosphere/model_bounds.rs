@@ -38,7 +38,7 @@ fn read_phase(species: &Value) -> PhaseFunction {
         return PhaseFunction::Rayleigh;
     }
     let mut aerosol = AerosolPhase::ISOTROPIC;
-    for field in &AerosolPhase::FIELDS {
+    for field in AerosolPhase::FIELDS {
         let numbers = (field.numbers)(&mut aerosol);
         match &species[field.query_key] {
             Value::Null => {}
@@ -55,7 +55,7 @@ fn write_phase(species: &mut Value, phase: PhaseFunction) {
         PhaseFunction::Rayleigh => species["phase"] = json!("rayleigh"),
         PhaseFunction::Aerosol(mut aerosol) => {
             species["phase"] = json!("hg");
-            for field in &AerosolPhase::FIELDS {
+            for field in AerosolPhase::FIELDS {
                 species[field.query_key] = match (field.numbers)(&mut aerosol) {
                     [number] => json!(number),
                     channels => json!(channels),

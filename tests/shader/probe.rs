@@ -115,7 +115,7 @@ fn an_atmosphere_that_would_be_misread_is_refused() {
         let error = prober.answer(&query).expect_err(&query).to_string();
         assert!(error.contains(message_part) && !error.contains('\n'), "{query}: {error}");
     }
-    for field in &AerosolPhase::FIELDS {
+    for field in AerosolPhase::FIELDS {
         let [least, greatest] = field.limits;
         for value in [least - 0.1, greatest + 0.1] {
             let query = scatter_query("", &format!(r#","{}":{value}"#, field.query_key), cam, dir);
@@ -177,7 +177,7 @@ fn the_help_of_scatter_explains_each_field_of_an_aerosol() {
     let scatter = QUERIES.iter().find(|kind| kind.name == "scatter").expect("listed");
     let help = scatter.fields.iter().find(|field| field.name == "atmosphere").expect("listed").description;
     let words: Vec<&str> = help.split(|c: char| !c.is_alphanumeric() && c != '_').collect();
-    for field in &AerosolPhase::FIELDS {
+    for field in AerosolPhase::FIELDS {
         assert!(words.contains(&field.query_key), "{}: {help}", field.query_key);
     }
 }
