@@ -12,8 +12,8 @@ use super::overlay;
 use super::read_body::{BodyDraft, body};
 use super::table::{Problems, SourceLine, TableReader, TomlFile, WithLine};
 use super::{
-    AerosolPhase, Atmosphere, Body, BodyField, BodyKind, Catalog, CatalogError, EclipseRadii, FileLine, NaifId, Overlay, PerChannel,
-    PhaseFunction, Ring, Species, is_name_of_barycenter, moments, normalized_name,
+    AerosolField, AerosolPhase, Atmosphere, Body, BodyField, BodyKind, Catalog, CatalogError, EclipseRadii, FileLine, NaifId, Overlay,
+    PerChannel, PhaseFunction, Ring, Species, is_name_of_barycenter, moments, normalized_name,
 };
 use crate::wording::echo_within;
 use glam::{DVec3, Vec3};
@@ -57,9 +57,7 @@ fn species(mut table: TableReader) -> Option<Species> {
     let tent_centre_km = table.optional("tent_centre_km", "kilometres from 0", |x: &f64| finite(x) && *x >= 0.0);
     let scattering = table.optional("scattering_per_km", per_km, each_component(|x| (0.0..=10.0).contains(&x)));
     let absorption = table.optional("absorption_per_km", per_km, each_component(|x| (0.0..=10.0).contains(&x)));
-    let asymmetry = table.optional("asymmetry", "a number between -1 and 1, or three (red, green, blue)", |x: &PerChannel| {
-        x.channels().iter().all(|x| x.abs() < 1.0)
-    });
+    let phase = phase_function(&mut table, AerosolPhase::FIELDS);
     let estimate_percent = optional_percent(&mut table, "estimate_percent");
     table.finish();
     Some(Species {
@@ -68,9 +66,23 @@ fn species(mut table: TableReader) -> Option<Species> {
         tent_centre_km: tent_centre_km.map(|l| l.value),
         scattering_per_km: scattering.map_or([0.0; 3], |l| l.value),
         absorption_per_km: absorption.map_or([0.0; 3], |l| l.value),
-        phase: asymmetry.map_or(PhaseFunction::Rayleigh, |l| PhaseFunction::Aerosol(AerosolPhase { asymmetry: l.value.channels() })),
+        phase,
         estimate_percent,
     })
+}
+
+/// Reads the phase function of a species: an aerosol's if the first of `fields` is present, otherwise Rayleigh's. The other fields are allowed only beside the
+/// first.
+fn phase_function(table: &mut TableReader, fields: &[AerosolField]) -> PhaseFunction {
+    let first_key = fields[0].catalog_key;
+    let is_aerosol = table.has(first_key);
+    let mut aerosol = AerosolPhase::ISOTROPIC;
+    for field in fields {
+        let allowed = if is_aerosol { field.allowed() } else { format!("`{first_key}` beside it") };
+        let value = table.optional(field.catalog_key, &allowed, |value: &PerChannel| is_aerosol && field.set(aerosol, *value).is_some());
+        aerosol = value.and_then(|l| field.set(aerosol, l.value)).unwrap_or(aerosol);
+    }
+    if is_aerosol { PhaseFunction::Aerosol(aerosol) } else { PhaseFunction::Rayleigh }
 }
 
 /// Number of species above which an atmosphere is rejected unread: a file of one megabyte could list thousands. A valid atmosphere has at most three.
@@ -390,4 +402,41 @@ fn assemble(
 /// A linear sRGB colour scaled to luminance 1.
 fn scaled_to_luminance_1(rgb: [f64; 3]) -> Vec3 {
     Vec3::from_array(rgb.map(|x| (x / crate::units::luminance(rgb)) as f32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Beside the asymmetry, a field with a single number whose limits are allowed.
+    #[test]
+    fn a_field_with_one_number_is_read_beside_the_first() {
+        let red = AerosolField {
+            catalog_key: "red",
+            query_key: "red",
+            limits: [0.0, 0.5],
+            includes_limits: true,
+            numbers: |aerosol| &mut aerosol.asymmetry[..1],
+        };
+        let read = |text: &str| {
+            let problems = Problems::default();
+            let file = TomlFile::new("mine.toml", text, &problems);
+            let phase = phase_function(&mut file.root().expect("TOML"), &[AerosolPhase::FIELDS[0], red]);
+            problems.into_result().map(|()| phase).map_err(|e| e.problems.into_iter().map(|p| p.message).collect::<Vec<_>>())
+        };
+        let aerosol = |asymmetry: [f64; 3]| Ok(PhaseFunction::Aerosol(AerosolPhase::henyey_greenstein(asymmetry)));
+        assert_eq!(read(""), Ok(PhaseFunction::Rayleigh));
+        assert_eq!(read("asymmetry = 0.25"), aerosol([0.25; 3]));
+        for red in [0.0, 0.125, 0.5] {
+            assert_eq!(read(&format!("asymmetry = 0.25\nred = {red:?}")), aerosol([red, 0.25, 0.25]));
+        }
+        for (lines, allowed) in [
+            ("asymmetry = 0.25\nred = 0.75", "a number from 0 to 0.5"),
+            ("asymmetry = 0.25\nred = [0.5, 0.5, 0.5]", "a number from 0 to 0.5"),
+            ("red = 0.5", "`asymmetry` beside it"),
+        ] {
+            let wrong = lines.lines().next_back().expect("a line");
+            assert_eq!(read(lines), Err(vec![format!("{wrong}: expected {allowed}")]));
+        }
+    }
 }

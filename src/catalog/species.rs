@@ -1,7 +1,7 @@
 //! A species of an atmosphere: a gas, an aerosol or an absorption layer.
 //!
 //! Plain values: `catalog::read` fills them from catalog files and checks their ranges. Not here: densities and phase functions (`scene::atmosphere`).
-//! docs/phase-function.md lists the edits for another phase function.
+//! docs/phase-function.md lists the edits for another phase function of aerosols.
 
 /// A gas or aerosol, whose density is exponential in height, or an absorption layer, whose density is triangular: `tent_centre_km` is set. An
 /// atmosphere has at most one of each.
@@ -35,25 +35,10 @@ pub enum PhaseFunction {
 
 /// A number for all channels, or one for each (red, green, blue), as catalogs and queries write it.
 #[derive(Clone, Copy, serde::Deserialize)]
-#[serde(untagged, expecting = "expected a number, or three (red, green, blue)")]
+#[serde(untagged)]
 pub(crate) enum PerChannel {
     Grey(f64),
     Rgb([f64; 3]),
-}
-
-impl PerChannel {
-    pub(crate) fn channels(self) -> [f64; 3] {
-        match self {
-            Self::Grey(x) => [x; 3],
-            Self::Rgb(channels) => channels,
-        }
-    }
-}
-
-impl Default for PerChannel {
-    fn default() -> Self {
-        Self::Grey(0.0)
-    }
 }
 
 /// The parameters of the aerosols' phase function. Shaders evaluate it only once per view ray, so that a parameter may choose the function: it costs little,
@@ -64,7 +49,63 @@ pub struct AerosolPhase {
     pub asymmetry: [f64; 3],
 }
 
+/// A field of [`AerosolPhase`], as catalogs and the query `scatter` give it. A field that they leave out is 0.
+#[derive(Clone, Copy)]
+pub struct AerosolField {
+    /// Its key in catalogs.
+    pub catalog_key: &'static str,
+    /// Its key in the query `scatter`.
+    pub query_key: &'static str,
+    /// The least and the greatest value.
+    pub limits: [f64; 2],
+    /// Whether the limits themselves are allowed.
+    pub includes_limits: bool,
+    /// Its numbers: three, one per channel, or a single one for all channels.
+    pub numbers: fn(&mut AerosolPhase) -> &mut [f64],
+}
+
+impl AerosolField {
+    /// The allowed values in words.
+    pub fn allowed(&self) -> String {
+        let [least, greatest] = self.limits;
+        let range = if self.includes_limits { format!("from {least} to {greatest}") } else { format!("between {least} and {greatest}") };
+        let mut any = AerosolPhase::ISOTROPIC;
+        let is_per_channel = (self.numbers)(&mut any).len() == 3;
+        format!("a number {range}{}", if is_per_channel { ", or three (red, green, blue)" } else { "" })
+    }
+
+    fn is_allowed(&self, number: f64) -> bool {
+        let [least, greatest] = self.limits;
+        (least..=greatest).contains(&number) && (self.includes_limits || !self.limits.contains(&number))
+    }
+
+    /// The phase function with this value of the field; `None` if the field may not have it.
+    pub(crate) fn set(&self, mut aerosol: AerosolPhase, value: PerChannel) -> Option<AerosolPhase> {
+        let numbers = (self.numbers)(&mut aerosol);
+        match value {
+            PerChannel::Grey(number) => numbers.fill(number),
+            PerChannel::Rgb(channels) if numbers.len() == channels.len() => numbers.copy_from_slice(&channels),
+            PerChannel::Rgb(_) => return None,
+        }
+        let is_allowed = numbers.iter().all(|number| self.is_allowed(*number));
+        is_allowed.then_some(aerosol)
+    }
+}
+
 impl AerosolPhase {
+    /// All fields, in the order of [`AerosolPhase::parameters`]. Catalogs, the query `scatter` and tests loop over this list. The presence of the first makes a
+    /// species of a catalog an aerosol.
+    pub const FIELDS: &[AerosolField] = &[AerosolField {
+        catalog_key: "asymmetry",
+        query_key: "g",
+        limits: [-1.0, 1.0],
+        includes_limits: false,
+        numbers: |aerosol| &mut aerosol.asymmetry,
+    }];
+
+    /// Each field is 0.
+    pub const ISOTROPIC: Self = Self::henyey_greenstein([0.0; 3]);
+
     /// The functions with which tests compare all implementations.
     #[doc(hidden)]
     pub const SAMPLES: [Self; 2] = [Self::henyey_greenstein([-0.3, 0.0, 0.76]), Self::henyey_greenstein([0.95, 0.5, -0.3])];
@@ -101,6 +142,23 @@ impl Species {
         match self.phase {
             PhaseFunction::Aerosol(phase) if self.tent_centre_km.is_none() => Some(phase),
             _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The numbers of the listed fields are those of the uniform, which the compiler keeps complete. So no field is missing in the list.
+    #[test]
+    fn every_field_is_listed() {
+        for mut aerosol in AerosolPhase::SAMPLES {
+            let uniform = aerosol.parameters();
+            let listed: Vec<f64> = AerosolPhase::FIELDS.iter().flat_map(|field| (field.numbers)(&mut aerosol).to_vec()).collect();
+            let (used, unused) = uniform.split_at(listed.len());
+            assert_eq!(listed, used, "{aerosol:?}");
+            assert!(unused.iter().all(|number| *number == 0.0), "{uniform:?} has numbers that are in no field of the list");
         }
     }
 }

@@ -12,10 +12,11 @@ use crate::scene::draw::{AtmosphereModel, AtmosphereUniforms, DrawFeatures, Draw
 use crate::scene::multi_scatter_table;
 use crate::shader::ModuleId;
 use crate::shader::key::ShaderKey;
+use crate::wording::{echo, suggestion_or_list};
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use std::sync::Arc;
 
 #[derive(Deserialize)]
@@ -49,18 +50,7 @@ struct Atmosphere {
 #[derive(Deserialize)]
 #[serde(tag = "profile", rename_all = "kebab-case", deny_unknown_fields)]
 enum Species {
-    Exponential {
-        scale_height_km: f64,
-        scattering_per_m: [f64; 3],
-        extinction_per_m: [f64; 3],
-        phase: PhaseName,
-        #[serde(default)]
-        g: PerChannel,
-        #[serde(rename = "scattering_per_planet_radius", default)]
-        _scattering_per_radius: IgnoredAny,
-        #[serde(rename = "extinction_per_planet_radius", default)]
-        _extinction_per_radius: IgnoredAny,
-    },
+    Exponential(ExponentialSpecies),
     Tent {
         centre_km: f64,
         half_width_km: f64,
@@ -75,6 +65,22 @@ enum Species {
         #[serde(rename = "extinction_per_planet_radius", default)]
         _extinction_per_radius: IgnoredAny,
     },
+}
+
+/// A gas or an aerosol.
+#[derive(Deserialize)]
+struct ExponentialSpecies {
+    scale_height_km: f64,
+    scattering_per_m: [f64; 3],
+    extinction_per_m: [f64; 3],
+    phase: PhaseName,
+    #[serde(rename = "scattering_per_planet_radius", default)]
+    _scattering_per_radius: IgnoredAny,
+    #[serde(rename = "extinction_per_planet_radius", default)]
+    _extinction_per_radius: IgnoredAny,
+    /// All other fields; [`aerosol_phase`] reads them.
+    #[serde(flatten)]
+    others: Map<String, Value>,
 }
 
 #[derive(Deserialize)]
@@ -141,7 +147,7 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
         return Err(format!("field \"cam\" is more than {MAX_CAMERA_RADII:e} planet radii away").into());
     }
     check_atmosphere(&query.atmosphere)?;
-    let atmosphere = catalog_atmosphere(&query.atmosphere);
+    let atmosphere = catalog_atmosphere(&query.atmosphere)?;
     let features = species::features_of_air(&atmosphere, model);
     let key = ShaderKey::for_draw(&DrawFeatures { surface: Surface::Sky, lights: 1, air: features, ..DrawFeatures::MINIMAL });
     let module = ModuleId::Probe("probe_scatter", key);
@@ -173,52 +179,52 @@ fn answer(prober: &Prober<'_>, query: Value) -> Result<Value, ProbeError> {
     Ok(json!({ "transmittance": &transmittance[..3], "radiance": &radiance[..3], "hits_ground": radiance[3] > 0.5 }))
 }
 
-/// Checks the field values of an atmosphere.
+/// The error about a field of an atmosphere whose value is not allowed.
+fn out_of_range(field: &str, allowed: &str) -> String {
+    format!("field \"atmosphere\": {field} must be {allowed}")
+}
+
+/// Checks the field values of an atmosphere, except those of an aerosol's phase function.
 fn check_atmosphere(atmosphere: &Atmosphere) -> Result<(), String> {
-    let out_of_range = |field: &str, allowed: &str| Err(format!("field \"atmosphere\": {field} must be {allowed}"));
     let is_positive = |x: f64| x > 0.0 && x.is_finite();
     for (field, value) in [("planet_radius_km", atmosphere.planet_radius_km), ("top_km", atmosphere.top_km)] {
         if !is_positive(value) {
-            return out_of_range(field, "greater than 0");
+            return Err(out_of_range(field, "greater than 0"));
         }
     }
     for s in &atmosphere.species {
-        let (lengths, coefficients, g) = match s {
-            Species::Exponential { scale_height_km, scattering_per_m, extinction_per_m, g, .. } => {
+        let (lengths, coefficients) = match s {
+            Species::Exponential(ExponentialSpecies { scale_height_km, scattering_per_m, extinction_per_m, .. }) => {
                 if extinction_per_m.iter().zip(scattering_per_m).any(|(extinction, scattering)| extinction < scattering) {
-                    return out_of_range("extinction_per_m", "at least scattering_per_m, which it includes");
+                    return Err(out_of_range("extinction_per_m", "at least scattering_per_m, which it includes"));
                 }
                 (
                     vec![("scale_height_km", *scale_height_km)],
                     vec![("scattering_per_m", scattering_per_m), ("extinction_per_m", extinction_per_m)],
-                    g.channels(),
                 )
             }
             Species::Tent { centre_km, half_width_km, extinction_per_m, scattering_per_m, .. } => {
                 if !(*centre_km >= 0.0 && centre_km.is_finite()) {
-                    return out_of_range("centre_km", "0 or greater");
+                    return Err(out_of_range("centre_km", "0 or greater"));
                 }
                 if *scattering_per_m != [0.0; 3] {
-                    return out_of_range("scattering_per_m", "0 in a tent, which only absorbs");
+                    return Err(out_of_range("scattering_per_m", "0 in a tent, which only absorbs"));
                 }
-                (vec![("half_width_km", *half_width_km)], vec![("extinction_per_m", extinction_per_m)], [0.0; 3])
+                (vec![("half_width_km", *half_width_km)], vec![("extinction_per_m", extinction_per_m)])
             }
         };
         if let Some((field, _)) = lengths.into_iter().find(|(_, x)| !is_positive(*x)) {
-            return out_of_range(field, "greater than 0");
+            return Err(out_of_range(field, "greater than 0"));
         }
         if let Some((field, _)) = coefficients.into_iter().find(|(_, v)| !v.iter().all(|x| (0.0..=1.0).contains(x))) {
-            return out_of_range(field, "three numbers from 0 to 1 per metre");
-        }
-        if !g.iter().all(|g| g.abs() < 1.0) {
-            return out_of_range("g", "between -1 and 1");
+            return Err(out_of_range(field, "three numbers from 0 to 1 per metre"));
         }
     }
     let mut counts = [0; 3];
     for s in &atmosphere.species {
         let kind = match s {
-            Species::Exponential { phase: PhaseName::Rayleigh, .. } => 0,
-            Species::Exponential { phase: PhaseName::Hg, .. } => 1,
+            Species::Exponential(ExponentialSpecies { phase: PhaseName::Rayleigh, .. }) => 0,
+            Species::Exponential(ExponentialSpecies { phase: PhaseName::Hg, .. }) => 1,
             Species::Tent { .. } => 2,
         };
         counts[kind] += 1;
@@ -229,25 +235,43 @@ fn check_atmosphere(atmosphere: &Atmosphere) -> Result<(), String> {
     Ok(())
 }
 
+/// The phase function of an aerosol with these fields: those of [`AerosolPhase::FIELDS`], and no others.
+fn aerosol_phase(fields: &Map<String, Value>) -> Result<AerosolPhase, String> {
+    let mut aerosol = AerosolPhase::ISOTROPIC;
+    for (key, value) in fields {
+        let Some(field) = AerosolPhase::FIELDS.iter().find(|field| field.query_key == key) else {
+            let known: Vec<&str> = AerosolPhase::FIELDS.iter().map(|field| field.query_key).collect();
+            let hint = suggestion_or_list(key, &known);
+            return Err(format!("field \"atmosphere\": `{}` is not a field of an exponential species; {hint}", echo(key)));
+        };
+        let value = PerChannel::deserialize(value).ok();
+        aerosol = value.and_then(|value| field.set(aerosol, value)).ok_or_else(|| out_of_range(key, &field.allowed()))?;
+    }
+    Ok(aerosol)
+}
+
 /// The atmosphere as an entry of a catalog, whose coefficients are per kilometre.
-fn catalog_atmosphere(atmosphere: &Atmosphere) -> catalog::Atmosphere {
+fn catalog_atmosphere(atmosphere: &Atmosphere) -> Result<catalog::Atmosphere, String> {
     let per_km = |per_m: &[f64; 3]| per_m.map(|x| x * 1000.0);
     let species = |s: &Species| match s {
-        Species::Exponential { scale_height_km, scattering_per_m, extinction_per_m, phase, g, .. } => catalog::Species {
-            name: String::new(),
-            scale_height_km: *scale_height_km,
-            tent_centre_km: None,
-            scattering_per_km: per_km(scattering_per_m),
-            // Converted to per kilometre before subtracting: then scattering + absorption gives back exactly the converted extinction if
-            // extinction <= 2 * scattering (Sterbenz).
-            absorption_per_km: std::array::from_fn(|k| per_km(extinction_per_m)[k] - per_km(scattering_per_m)[k]),
-            phase: match phase {
-                PhaseName::Rayleigh => PhaseFunction::Rayleigh,
-                PhaseName::Hg => PhaseFunction::Aerosol(AerosolPhase { asymmetry: g.channels() }),
-            },
-            estimate_percent: None,
-        },
-        Species::Tent { centre_km, half_width_km, extinction_per_m, .. } => catalog::Species {
+        Species::Exponential(ExponentialSpecies { scale_height_km, scattering_per_m, extinction_per_m, phase, others, .. }) => {
+            let aerosol = aerosol_phase(others)?;
+            Ok(catalog::Species {
+                name: String::new(),
+                scale_height_km: *scale_height_km,
+                tent_centre_km: None,
+                scattering_per_km: per_km(scattering_per_m),
+                // Converted to per kilometre before subtracting: then scattering + absorption gives back exactly the converted extinction if
+                // extinction <= 2 * scattering (Sterbenz).
+                absorption_per_km: std::array::from_fn(|k| per_km(extinction_per_m)[k] - per_km(scattering_per_m)[k]),
+                phase: match phase {
+                    PhaseName::Rayleigh => PhaseFunction::Rayleigh,
+                    PhaseName::Hg => PhaseFunction::Aerosol(aerosol),
+                },
+                estimate_percent: None,
+            })
+        }
+        Species::Tent { centre_km, half_width_km, extinction_per_m, .. } => Ok(catalog::Species {
             name: String::new(),
             scale_height_km: *half_width_km,
             tent_centre_km: Some(*centre_km),
@@ -255,10 +279,10 @@ fn catalog_atmosphere(atmosphere: &Atmosphere) -> catalog::Atmosphere {
             absorption_per_km: per_km(extinction_per_m),
             phase: PhaseFunction::Rayleigh,
             estimate_percent: None,
-        },
+        }),
     };
-    let species = atmosphere.species.iter().map(species).collect();
-    catalog::Atmosphere { top_km: atmosphere.top_km, refractivity: None, airglow_cd_m2: None, species }
+    let species = atmosphere.species.iter().map(species).collect::<Result<_, String>>()?;
+    Ok(catalog::Atmosphere { top_km: atmosphere.top_km, refractivity: None, airglow_cd_m2: None, species })
 }
 
 /// The bytes of the module's `Draw`. `camera_height`: above the ground, in planet radii; `misses_ground`: the ray ends at the top of the atmosphere.

@@ -130,11 +130,17 @@ mod tests {
             }
             table_name(&other)
         };
-        // A new field is a compile error here: add an element for each of its numbers.
-        let numbers = [[0.5, 0.5, 0.5], [0.6, 0.5, 0.5], [0.5, 0.6, 0.5], [0.5, 0.5, 0.6]];
-        let names = numbers.map(|asymmetry| name_with(AerosolPhase { asymmetry }));
-        for (k, name) in names.iter().enumerate() {
-            assert!(!names[..k].contains(name), "{:?}", numbers[k]);
+        let aerosol = AerosolPhase::henyey_greenstein([0.5; 3]);
+        let mut names = vec![name_with(aerosol)];
+        for field in AerosolPhase::FIELDS {
+            let mut same = aerosol;
+            for k in 0..(field.numbers)(&mut same).len() {
+                let mut other = aerosol;
+                (field.numbers)(&mut other)[k] += 0.1;
+                let name = name_with(other);
+                assert!(!names.contains(&name), "{} {k}", field.catalog_key);
+                names.push(name);
+            }
         }
     }
 

@@ -32,25 +32,35 @@ fn vector(v: &Value) -> DVec3 {
     DVec3::new(component(0), component(1), component(2))
 }
 
-/// The phase function of a species of a probe question. A parameter that is absent, as in the table, is 0.
+/// The phase function of a species of a probe question. A field that is absent, as in the table, is 0.
 fn read_phase(species: &Value) -> PhaseFunction {
-    let per_channel = |field: &str| match species.get(field) {
-        Some(list @ Value::Array(_)) => vector(list).to_array(),
-        number => [number.map_or(0.0, |x| x.as_f64().expect("a number")); 3],
-    };
-    match species["phase"].as_str() {
-        Some("hg") => PhaseFunction::Aerosol(AerosolPhase { asymmetry: per_channel("g") }),
-        _ => PhaseFunction::Rayleigh,
+    if species["phase"] != "hg" {
+        return PhaseFunction::Rayleigh;
     }
+    let mut aerosol = AerosolPhase::ISOTROPIC;
+    for field in AerosolPhase::FIELDS {
+        let numbers = (field.numbers)(&mut aerosol);
+        match &species[field.query_key] {
+            Value::Null => {}
+            list @ Value::Array(_) => numbers.copy_from_slice(&vector(list).to_array()),
+            number => numbers.fill(number.as_f64().expect("a number")),
+        }
+    }
+    PhaseFunction::Aerosol(aerosol)
 }
 
 /// Writes a phase function into a species of a probe question.
 fn write_phase(species: &mut Value, phase: PhaseFunction) {
     match phase {
         PhaseFunction::Rayleigh => species["phase"] = json!("rayleigh"),
-        PhaseFunction::Aerosol(AerosolPhase { asymmetry }) => {
+        PhaseFunction::Aerosol(mut aerosol) => {
             species["phase"] = json!("hg");
-            species["g"] = json!(asymmetry);
+            for field in AerosolPhase::FIELDS {
+                species[field.query_key] = match (field.numbers)(&mut aerosol) {
+                    [number] => json!(number),
+                    channels => json!(channels),
+                };
+            }
         }
     }
 }

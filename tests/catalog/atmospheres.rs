@@ -1,7 +1,7 @@
 //! Atmospheres in catalog files: the gases of the shipped ones agree with each other, and errors in a user's file are reported by line.
 
 use super::entries::problems;
-use orrery::catalog::{Catalog, NaifId};
+use orrery::catalog::{AerosolPhase, Catalog, NaifId};
 
 /// A species; `kind` is its last lines, from line 7 of the file on if it is the first species.
 fn species(name: &str, kind: &str) -> String {
@@ -50,9 +50,45 @@ fn wrong_parameters_of_an_aerosol_are_refused() {
     for kind in ["asymmetry = -0.5", "asymmetry = [-0.5, 0.0, 0.99]"] {
         assert_eq!(problems_of_air(&[species("haze", kind)]), Vec::<String>::new());
     }
+    // `lines` are those of the species' kind; the last one is wrong.
+    let problem = |lines: &str, allowed: &str| {
+        let (before, wrong) = lines.lines().enumerate().last().expect("a line");
+        format!("mine.toml:{}: atmosphere.species.{wrong}: expected {allowed}", 7 + before)
+    };
     let asymmetry = "a number between -1 and 1, or three (red, green, blue)";
-    for wrong in ["asymmetry = 1.0", "asymmetry = nan", "asymmetry = [0.5, 0.6]", "asymmetry = [0.5, 0.6, -1.0]"] {
-        let expected = format!("mine.toml:7: atmosphere.species.{wrong}: expected {asymmetry}");
-        assert_eq!(problems_of_air(&[species("haze", wrong)]), [expected]);
+    for (lines, allowed) in [
+        ("asymmetry = 1.0", asymmetry),
+        ("asymmetry = nan", asymmetry),
+        ("asymmetry = [0.5, 0.6]", asymmetry),
+        ("asymmetry = [0.5, 0.6, -1.0]", asymmetry),
+    ] {
+        assert_eq!(problems_of_air(&[species("haze", lines)]), [problem(lines, allowed)]);
+    }
+    for field in AerosolPhase::FIELDS {
+        let [least, greatest] = field.limits;
+        let at_limits = field.includes_limits;
+        for (value, is_allowed) in [
+            (0.5 * (least + greatest), true),
+            (least, at_limits),
+            (greatest, at_limits),
+            (least - 0.1, false),
+            (greatest + 0.1, false),
+            (f64::NAN, false),
+        ] {
+            let before = if field.catalog_key == "asymmetry" { "" } else { "asymmetry = 0.5\n" };
+            // In TOML, NaN is `nan`.
+            let lines = format!("{before}{} = {value:?}", field.catalog_key).to_lowercase();
+            let expected = if is_allowed { Vec::new() } else { vec![problem(&lines, &field.allowed())] };
+            assert_eq!(problems_of_air(&[species("haze", &lines)]), expected);
+        }
+    }
+}
+
+#[test]
+fn the_head_of_the_file_explains_each_field_of_an_aerosol() {
+    let (_, text) = orrery_catalogs::CATALOG_FILES.iter().find(|(name, _)| *name == "atmospheres.toml").expect("listed");
+    let head: String = text.lines().take_while(|line| line.starts_with('#')).collect();
+    for field in AerosolPhase::FIELDS {
+        assert!(head.contains(&format!("`{}`", field.catalog_key)), "{}", field.catalog_key);
     }
 }

@@ -3,6 +3,7 @@
 
 use crate::support::session::SESSION;
 use orrery::FrameImages;
+use orrery::catalog::AerosolPhase;
 use orrery::probe::batch::BoundProbeModule;
 use orrery::probe::{Prober, QUERIES, Requirement};
 use orrery::render::software::{Options, Precision, SoftwareRenderer};
@@ -100,8 +101,8 @@ fn an_atmosphere_that_would_be_misread_is_refused() {
     let tent = r#"},{"profile":"tent","centre_km":25,"half_width_km":15,"extinction_per_m":[1e-6,1e-6,1e-6]"#;
     for (query, message_part) in [
         (scatter_query("", r#","G":0.8"#, cam, dir), "`G`"),
-        (scatter_query("", r#","g":"0.5""#, cam, dir), "expected a number, or three (red, green, blue)"),
-        (scatter_query("", r#","g":[0.5,0.6]"#, cam, dir), "expected a number, or three (red, green, blue)"),
+        (scatter_query("", r#","g":"0.5""#, cam, dir), "g must be a number between -1 and 1, or three (red, green, blue)"),
+        (scatter_query("", r#","g":[0.5,0.6]"#, cam, dir), "g must be a number between -1 and 1, or three (red, green, blue)"),
         (scatter_query(r#","topp_km":60"#, "", cam, dir), "`topp_km`"),
         (scatter_query("", &format!(r#"{tent},"scattering_per_m":[1e-6,0,0]"#), cam, dir), "scattering_per_m must be 0"),
         (
@@ -113,6 +114,14 @@ fn an_atmosphere_that_would_be_misread_is_refused() {
     ] {
         let error = prober.answer(&query).expect_err(&query).to_string();
         assert!(error.contains(message_part) && !error.contains('\n'), "{query}: {error}");
+    }
+    for field in AerosolPhase::FIELDS {
+        let [least, greatest] = field.limits;
+        for value in [least - 0.1, greatest + 0.1] {
+            let query = scatter_query("", &format!(r#","{}":{value}"#, field.query_key), cam, dir);
+            let error = prober.answer(&query).expect_err(&query).to_string();
+            assert_eq!(error, format!("field \"atmosphere\": {} must be {}", field.query_key, field.allowed()));
+        }
     }
     // The reference files have further fields, which say the same in other units.
     let more = r#","note":"air","r_top":1.0094"#;
@@ -159,6 +168,17 @@ fn the_list_of_queries_matches_their_fields() {
                 Requirement::OneOf => {}
             }
         }
+    }
+}
+
+/// The help text of `scatter` names each field of an aerosol.
+#[test]
+fn the_help_of_scatter_explains_each_field_of_an_aerosol() {
+    let scatter = QUERIES.iter().find(|kind| kind.name == "scatter").expect("listed");
+    let help = scatter.fields.iter().find(|field| field.name == "atmosphere").expect("listed").description;
+    let words: Vec<&str> = help.split(|c: char| !c.is_alphanumeric() && c != '_').collect();
+    for field in AerosolPhase::FIELDS {
+        assert!(words.contains(&field.query_key), "{}: {help}", field.query_key);
     }
 }
 
