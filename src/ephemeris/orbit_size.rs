@@ -34,7 +34,7 @@ pub fn semi_major_axis_km(catalog: &Catalog, ephemeris: &Ephemeris, body: &Body)
 }
 
 /// Period of the ellipse about the parent on which the body would stay without perturbations, from its state at `time`. For a moon it differs from the
-/// mean period by up to a few percent; see [`sidereal_period_s`]. `None` without the parent's GM, for an unbound orbit, and as for [`semi_major_axis_km`].
+/// mean period by up to 2 percent; see [`sidereal_period_s`]. `None` without the parent's GM, for an unbound orbit, and as for [`semi_major_axis_km`].
 pub fn osculating_period_s(catalog: &Catalog, ephemeris: &Ephemeris, body: &Body, time: Instant) -> Option<f64> {
     let (orbit, gm_km3_s2) = orbit_at(catalog, ephemeris, body, time)?;
     orbit.period(gm_km3_s2?)
@@ -84,8 +84,8 @@ mod tests {
         assert_eq!(semi_major_axis_km(&catalog, &ephemeris, catalog.body(NaifId::SUN).expect("the Sun")), None);
     }
 
-    /// Sidereal periods in days of NASA's fact sheets, which round to a unit of the last digit. Moons with theories come first, then those with elements;
-    /// Triton is retrograde.
+    /// Sidereal periods in days of NASA's fact sheets, quoted from memory. Moons with theories come first, then those with elements; Triton is retrograde.
+    /// Another reference: `tests/ephemeris/satellites.rs`.
     #[test]
     fn moons_have_their_published_sidereal_periods() {
         let catalog = Catalog::embedded();
