@@ -366,6 +366,16 @@ pub struct Body {
 }
 
 impl Body {
+    /// Whether it is a moon of this body.
+    pub fn is_moon_of(&self, planet: NaifId) -> bool {
+        self.kind == BodyKind::Moon && self.parent == Some(planet)
+    }
+
+    /// The planet, dwarf planet or asteroid to whose system it belongs: the body that it orbits, unless that is the Sun; else the body itself.
+    pub fn system_planet(&self) -> NaifId {
+        self.parent.filter(|parent| *parent != NaifId::SUN).unwrap_or(self.id)
+    }
+
     /// The estimated values of the body and their effect on an image, one line per value.
     pub fn estimate_notes(&self) -> Vec<Message> {
         // The change in magnitudes for a decrease by this percentage. An increase by the same percentage changes the magnitude less.

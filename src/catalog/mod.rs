@@ -274,6 +274,16 @@ impl Catalog {
         self.bodies.iter().find(|b| b.id == id)
     }
 
+    /// The moons of a body, in order of NAIF code.
+    pub fn moons_of(&self, planet: NaifId) -> impl Iterator<Item = &Body> {
+        self.bodies.iter().filter(move |body| body.is_moon_of(planet))
+    }
+
+    /// [`Body::system_planet`] of the body with a NAIF code: Saturn for Titan, and for Saturn. An unknown code is returned unchanged.
+    pub fn planet_of(&self, id: NaifId) -> NaifId {
+        self.body(id).map_or(id, Body::system_planet)
+    }
+
     /// The body or barycentre with a name: a body's name or alias, `solar system barycenter`, `ssb`, `earth-moon barycenter`, `emb`, or
     /// `<planet> barycenter`; or a NAIF code such as 599. Case and the spelling of barycentre do not matter.
     pub fn find_body_or_barycenter(&self, name_or_code: &str) -> Option<NaifId> {

@@ -52,13 +52,19 @@ impl ConicState {
         2.0 * gm / self.position.length() - self.velocity.length_squared()
     }
 
+    /// The period of an ellipse; `None` for a parabola or a hyperbola.
+    pub fn period(&self, gm: f64) -> Option<f64> {
+        let alpha = self.gm_over_semi_major_axis(gm);
+        (alpha > 0.0).then(|| TAU * gm / alpha.powf(1.5))
+    }
+
     /// The state after a time span, which may be negative.
     #[must_use]
     pub fn propagated(&self, gm: f64, span: f64) -> Self {
         // Danby's names: sigma is the dot product of position and velocity, alpha is GM over the semi-major axis, s the universal anomaly.
         let (r0, sigma) = (self.position.length(), self.position.dot(self.velocity));
         let alpha = self.gm_over_semi_major_axis(gm);
-        let period = if alpha > 0.0 { TAU * gm / alpha.powf(1.5) } else { f64::INFINITY };
+        let period = self.period(gm).unwrap_or(f64::INFINITY);
         // Full revolutions are removed.
         let span = if period.is_finite() { span - period * (span / period).round() } else { span };
         // s^k c_k(alpha s²) for k from 0 to 3.
@@ -179,6 +185,15 @@ mod tests {
             let near = [1.0 - 1e-10, 1.0 + 1e-10].map(|e| heliocentric_state(&orbit(1.0, e), days).position);
             assert!(near.iter().all(|p| p.distance(expected) < 1e-5 * expected.length()), "{near:?}");
         }
+    }
+
+    /// Kepler's third law: 4 au are eight times the period of 1 au.
+    #[test]
+    fn only_an_ellipse_has_a_period() {
+        let period = |q: f64, e: f64| heliocentric_state(&orbit(q, e), 10.0).period(GAUSS_CONSTANT * GAUSS_CONSTANT);
+        assert!((period(1.0, 0.0).expect("a circle") * GAUSS_CONSTANT / TAU - 1.0).abs() < 1e-9);
+        assert!((period(2.0, 0.5).expect("an ellipse") * GAUSS_CONSTANT / TAU - 8.0).abs() < 1e-8);
+        assert_eq!(period(1.0, 3.4), None);
     }
 
     #[test]

@@ -22,6 +22,8 @@ pub mod limb_profile;
 #[doc(hidden)]
 pub mod mean_elements;
 #[doc(hidden)]
+pub mod orbit_size;
+#[doc(hidden)]
 pub mod orientation;
 #[doc(hidden)]
 pub mod satellites;
@@ -433,7 +435,7 @@ fn mass_shares(catalog: &Catalog) -> HashMap<NaifId, Vec<MassShare>> {
     let mut mass_shares = HashMap::new();
     for planet in catalog.bodies() {
         let Some(planet_gm) = planet.gm_km3_s2 else { continue };
-        let moons = || catalog.bodies().iter().filter(|b| b.parent == Some(planet.id)).filter_map(|b| Some((b.id, b.gm_km3_s2?)));
+        let moons = || catalog.moons_of(planet.id).filter_map(|moon| Some((moon.id, moon.gm_km3_s2?)));
         let system_gm = planet_gm + moons().map(|(_, gm)| gm).sum::<f64>();
         let heavy_moons =
             moons().map(|(moon, gm)| MassShare { moon, mass_share: gm / system_gm }).filter(|share| share.mass_share > MIN_MASS_SHARE);

@@ -52,6 +52,21 @@ fn neptune_is_pale_and_close_to_uranus() {
 }
 
 #[test]
+fn planets_have_their_moons_and_moons_their_planet() {
+    let catalog = Catalog::embedded();
+    let moons = |planet: i32| catalog.moons_of(NaifId(planet)).map(|moon| moon.name.as_str()).collect::<Vec<_>>();
+    assert_eq!(moons(499), ["Phobos", "Deimos"]);
+    assert_eq!(moons(999), ["Charon"]);
+    // The Sun's planets are not moons.
+    for without_moons in [10, 199, 301, 12345] {
+        assert!(moons(without_moons).is_empty(), "{without_moons}");
+    }
+    for (body, planet) in [(301, 399), (606, 699), (901, 999), (699, 699), (999, 999), (10, 10), (12345, 12345)] {
+        assert_eq!(catalog.planet_of(NaifId(body)), NaifId(planet), "{body}");
+    }
+}
+
+#[test]
 fn bodies_and_barycenters_are_found_by_name() {
     let catalog = Catalog::embedded();
     for (name, id) in [

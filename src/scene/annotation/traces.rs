@@ -6,6 +6,7 @@
 //! small and too numerous. The only exception is the Moon, which also has a trace about the Sun.
 
 use crate::catalog::{Body, NaifId};
+use crate::ephemeris::orbit_size::osculating_period_s;
 use crate::ephemeris::{Ephemeris, State};
 use crate::message::{Reason, reason};
 use crate::scene::annotation::orbits::line_colour;
@@ -15,7 +16,6 @@ use crate::scene::decision::Decision;
 use crate::scene::placed::PlacedBody;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use glam::{DVec2, DVec3};
-use std::f64::consts::TAU;
 
 /// Samples of the ephemeris per period, for the shorter of the periods of the body and the centre.
 const SAMPLES_PER_PERIOD: f64 = 48.0;
@@ -93,16 +93,6 @@ fn segments(camera: &Camera, body_km: DVec3, path: &[PathPoint], colour: DVec3) 
     (0..points.len() - 1).filter_map(segment).collect()
 }
 
-/// Orbital period of `body` about its parent, from both GMs and the state when the light of `placed` was emitted.
-fn period_s(ephemeris: &Ephemeris, body: &Body, placed: &PlacedBody<'_>) -> Option<f64> {
-    let parent = placed.catalog.body(body.parent?)?;
-    let state = ephemeris.state(body.id, parent.id, placed.emitted_at, None).ok()?.state;
-    let gm_km3_s2 = parent.gm_km3_s2? + body.gm_km3_s2.unwrap_or(0.0);
-    // GM over the semi-major axis, km^2/s^2: positive on an ellipse.
-    let alpha = 2.0 * gm_km3_s2 / state.pos_km.length() - state.vel_km_s.length_squared();
-    (alpha > 0.0).then(|| TAU * gm_km3_s2 / alpha.powf(1.5))
-}
-
 /// Span of a path in seconds and its number of samples, from the longer and the shorter of the periods.
 fn span_and_samples(longest_s: f64, shortest_s: f64) -> (f64, usize) {
     let max_sampled_s = MAX_SAMPLES as f64 / SAMPLES_PER_PERIOD * shortest_s;
@@ -128,12 +118,13 @@ pub(crate) fn trace(
     let effect = "trace";
     let decision = |on: bool, reason: Reason| Decision { effect, on, reason, stated_error: None };
     let centre_body = placed.catalog.body(centre)?;
-    let own_period_s = period_s(ephemeris, placed.body, placed);
+    let period_s = |body: &Body| osculating_period_s(placed.catalog, ephemeris, body, placed.emitted_at);
+    let own_period_s = period_s(placed.body);
     let centre_period_s = if is_child_of_centre {
         None
     } else {
         // The Sun has no period.
-        period_s(ephemeris, centre_body, placed).or_else(|| own_period_s.map(|s| MOON_PERIODS_PER_YEAR * s).filter(|_| is_moon_around_sun))
+        period_s(centre_body).or_else(|| own_period_s.map(|s| MOON_PERIODS_PER_YEAR * s).filter(|_| is_moon_around_sun))
     };
     let periods_s = [own_period_s, centre_period_s];
     let longest_s = periods_s.into_iter().flatten().fold(0.0, f64::max);

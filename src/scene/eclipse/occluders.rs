@@ -244,15 +244,10 @@ pub fn select_occluders<'a>(
     FoundOccluders { occluders, reason }
 }
 
-/// The planet to whose system a body belongs; for a planet, the planet itself.
-fn system_planet(body: &Body) -> NaifId {
-    body.parent.filter(|p| *p != NaifId::SUN).unwrap_or(body.id)
-}
-
 /// Whether a body can darken a receiver visibly. In other systems only planets are large enough: Jupiter blocks a twentieth of Saturn's sunlight, Ganymede
 /// 7e-5.
 fn can_occlude(occluder: &Body, receiver: &Body) -> bool {
-    system_planet(occluder) == system_planet(receiver) || occluder.kind == BodyKind::Planet
+    occluder.system_planet() == receiver.system_planet() || occluder.kind == BodyKind::Planet
 }
 
 /// Largest fraction of sunlight that a body of this radius can block for a point at a distance `depth` behind it; both in the receiver's equatorial radii.
@@ -397,7 +392,7 @@ pub(crate) fn outline(axis: &Axis, receiver_from_occluder: DMat3, radii: DVec3) 
 /// Largest number of occluders that a body of the catalog can have at once, and whether one of them has air that refracts light. Counts the other bodies of its
 /// system and, from Saturn outwards and for asteroids, one planet of another system. Nearer to the Sun, only rare transits would count.
 pub fn max_occluders<'a>(bodies: &'a [Body], receiver: &'a Body) -> (u8, bool) {
-    let mut others = bodies.iter().filter(|b| b.id != receiver.id && b.id != NaifId::SUN && system_planet(b) == system_planet(receiver));
+    let mut others = bodies.iter().filter(|b| b.id != receiver.id && b.id != NaifId::SUN && b.system_planet() == receiver.system_planet());
     // NAIF codes from 100 to 599: the systems of the planets from Mercury to Jupiter.
     let other_planets = usize::from(!(100..600).contains(&receiver.id.0));
     let count = (others.clone().count() + other_planets).min(usize::from(MAX_OCCLUDERS)) as u8;

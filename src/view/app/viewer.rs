@@ -52,6 +52,7 @@ pub enum Action {
     Select(NaifId),
     /// Fly to the body this many entries after the selected one in the list: 1 for the next, -1 for the previous body.
     SelectNext(i32),
+    /// Fly to a body, which becomes the target and the selected body at once.
     FlyTo(NaifId),
     /// Turn the camera about its body by a drag in pixels, right and down; a camera that does not orbit looks around instead.
     Turn(f64, f64),
@@ -65,9 +66,9 @@ pub enum Action {
     ChangeFov(f64),
     /// Stand at a planetographic latitude and an east longitude of the selected body, degrees.
     StandOn(f64, f64),
-    /// Look at another body from the current position.
+    /// Look at another body from the current position: it becomes the target, and the selected body stays.
     LookAt(NaifId),
-    /// Look at the selected body from the centre of another body.
+    /// Look at the selected body, which becomes the target, from the centre of another body.
     LookFrom(NaifId),
     /// Let an orbiting camera rotate with the body (true), or stay in ICRF (false).
     RotateWithBody(bool),
@@ -93,7 +94,7 @@ pub enum Action {
     Now,
     PreviousView,
     NextView,
-    /// Show a complete view: a bookmark, a link, a moment.
+    /// Show a complete view: a bookmark, a link, a moment. Its target becomes the selected body.
     Show(Box<ViewState>),
     /// Show the view of a preset, which has made these changes.
     ShowPreset(Box<ViewState>, PresetChanges),
@@ -134,7 +135,7 @@ struct PastView {
 pub struct Viewer {
     pub view: ViewState,
     pub time_rate: TimeRate,
-    /// The body that is highlighted, and described by the panels.
+    /// The body that is highlighted, and described by the panels about a body. The view's target may be another one.
     pub selected: NaifId,
     /// Whether a tour is changing the view, so that every frame needs a new image.
     pub is_in_tour: bool,

@@ -4,11 +4,12 @@
 //! was pressed, because no branch expands while a button is held. The tree expands and scrolls inside its own scroll area.
 
 use super::Interface;
+use super::table::row_button;
 use crate::catalog::{BodyKind, NaifId};
 use crate::view::app::viewer::{Action, SelectableBody};
 use crate::view::language::{body_name, text};
+use egui::ScrollArea;
 use egui::collapsing_header::CollapsingState;
-use egui::{Id, ScrollArea, UiBuilder};
 
 /// What the tree remembers from frame to frame, besides egui's state of its branches.
 #[derive(Default)]
@@ -79,10 +80,8 @@ fn body_to_reveal(interface: &mut Interface, ui: &egui::Ui) -> Option<NaifId> {
 
 /// Shows the row of a body: a click selects the body, a double click flies to it.
 fn body_row(interface: &Interface, ui: &mut egui::Ui, body: &SelectableBody, actions: &mut Vec<Action>) {
-    // A row's id depends on its body, not on its position: otherwise a press would count for another body once a branch above the row expands.
-    let row = UiBuilder::new().scope_id(Id::unique(("body in the list", body.id.0)));
     let is_selected = interface.viewer.selected == body.id;
-    let response = ui.scope_builder(row, |ui| ui.selectable_label(is_selected, body_name(&body.name))).inner;
+    let response = row_button(ui, ("body in the list", body.id.0), is_selected, body_name(&body.name));
     if interface.body_browser.scroll_target == Some(body.id) {
         response.scroll_to_me(None);
     }

@@ -1,12 +1,14 @@
-//! Tables that the user sorts by a column: the headings, the order of the rows, and columns of numbers aligned at the right.
+//! Tables that the user sorts by a column: the headings, the order of the rows, columns of numbers aligned at the right, and rows that are clicked.
 //!
 //! In: the titles of the columns, clicks on them, and the values of the rows. Out: headings in a grid, and the rows in order. Always: rows without a value
-//! in the chosen column come last in both directions; rows with equal values keep their order.
+//! in the chosen column come last in both directions; rows with equal values keep their order; a click counts for the row that was pressed.
 
 use crate::view::language::text;
-use egui::Ui;
 use egui::accesskit::SortDirection;
+use egui::{Id, Response, Ui, UiBuilder};
 use std::cmp::Ordering;
+use std::fmt::Debug;
+use std::hash::Hash;
 
 /// The value of a row in one column.
 #[derive(Clone, Debug)]
@@ -16,15 +18,26 @@ pub(super) enum SortValue {
     Text(String),
 }
 
-/// The column by which a table is sorted, and the direction; a field of the panel's state. At first: the first column, ascending.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// The column by which a table is sorted, and the direction; a field of the panel's state. By default: the first column, ascending.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct SortOrder {
     /// The index of the column's title.
     column: usize,
     is_descending: bool,
 }
 
+impl Default for SortOrder {
+    fn default() -> Self {
+        Self::by(0)
+    }
+}
+
 impl SortOrder {
+    /// By a column, ascending.
+    pub(super) fn by(column: usize) -> Self {
+        Self { column, is_descending: false }
+    }
+
     /// What a click on the heading of a column does: sorts by this column, ascending; if the table is sorted by it already, reverses the direction.
     fn click(&mut self, column: usize) {
         let is_descending = self.column == column && !self.is_descending;
@@ -74,6 +87,14 @@ pub(super) fn headings(ui: &mut Ui, order: &mut SortOrder, titles: &[&str]) {
     }
 }
 
+/// Shows the name of a row, in a table or another list, as a button. `key`: what the row is about, such as `("moon in the table", 606)`; no other button of the
+/// window has it. The button's id follows from the key. egui's own ids, also those of `push_id`, follow from the place, so that a row which moves
+/// between press and release would lose the click to another one.
+pub(super) fn row_button(ui: &mut Ui, key: impl Hash + Debug, is_selected: bool, name: &str) -> Response {
+    let row = UiBuilder::new().scope_id(Id::unique(key));
+    ui.scope_builder(row, |ui| ui.selectable_label(is_selected, name)).inner
+}
+
 /// The cells of a column of numbers, padded at the left to the width of the longest: aligned at the right in a monospaced font.
 pub(super) fn aligned(cells: impl IntoIterator<Item = String>) -> Vec<String> {
     let cells: Vec<String> = cells.into_iter().collect();
@@ -103,6 +124,46 @@ mod tests {
         assert_eq!(names(order), "bacd", "equal values keep their order");
         order.click(0);
         assert_eq!(order, SortOrder::default());
+        assert_eq!((names(SortOrder::by(1)), names(SortOrder::by(0))), ("cbad".to_owned(), "abcd".to_owned()));
+    }
+
+    /// The rows clicked when the pointer presses the first of two, they change places, and the pointer, unmoved, releases.
+    fn clicked_after_a_change(button: fn(&mut Ui, &str) -> Response) -> Vec<&'static str> {
+        let ctx = egui::Context::default();
+        let (mut clicked, mut first_row) = (Vec::new(), egui::Pos2::ZERO);
+        let mut frame = |rows: [&'static str; 2], events: Vec<egui::Event>| {
+            let input = egui::RawInput { events, ..Default::default() };
+            let mut output = ctx.run_ui(input, |ui| {
+                for (place, row) in rows.into_iter().enumerate() {
+                    let response = button(ui, row);
+                    if place == 0 {
+                        first_row = response.rect.center();
+                    }
+                    if response.clicked() {
+                        clicked.push(row);
+                    }
+                }
+            });
+            output.textures_delta.clear();
+            first_row
+        };
+        let pos = frame(["a", "b"], Vec::new());
+        let primary = |pressed| {
+            let (button, modifiers) = (egui::PointerButton::Primary, egui::Modifiers::NONE);
+            egui::Event::PointerButton { pos, button, pressed, modifiers }
+        };
+        frame(["a", "b"], vec![egui::Event::PointerMoved(pos)]);
+        frame(["a", "b"], vec![primary(true)]);
+        frame(["b", "a"], Vec::new());
+        frame(["b", "a"], vec![primary(false)]);
+        clicked
+    }
+
+    #[test]
+    fn a_click_counts_for_the_row_that_was_pressed() {
+        assert_eq!(clicked_after_a_change(|ui, row| row_button(ui, ("row of a test", row), false, row)), ["a"]);
+        // Negative control: egui's own ids.
+        assert_eq!(clicked_after_a_change(|ui, row| ui.selectable_label(false, row)), ["b"]);
     }
 
     #[test]

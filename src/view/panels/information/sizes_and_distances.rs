@@ -73,7 +73,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderW
     let positions = SessionPositions(worker.session());
     let distance_km = |id: NaifId| positions.geometric_between_km(NaifId::SUN, id, time).map_or(0.0, DVec3::length);
     // For a selected moon, its planet is marked.
-    let marked = viewer.selectable_body(selected).filter(|s| s.kind == BodyKind::Moon).and_then(|s| s.parent).unwrap_or(selected);
+    let marked = catalog.planet_of(selected);
     let bodies = viewer.selectable_bodies().iter().filter(|s| s.kind == BodyKind::Planet || s.id == marked && s.id != NaifId::SUN);
     let plotted: Vec<PlottedBody<'_>> = bodies
         .map(|s| PlottedBody { name: body_name(&s.name), distance_au: distance_km(s.id) / KM_PER_AU, is_marked: s.id == marked })
