@@ -23,7 +23,7 @@ impl GlintFunction {
 
     fn run(&self, points: &[[f64; 4]]) -> Vec<f64> {
         let mut executor = Executor::<f64>::with_class(&self.program, KernelClass::Portable).expect("binds");
-        let prepared = self.program.run_draw_tape::<f64>(&[], KernelClass::Portable);
+        let prepared = self.program.run_draw_tape::<f64>(&[], KernelClass::Portable, &NoTextures);
         let mut out = Vec::with_capacity(points.len());
         for chunk in points.chunks(LANES) {
             for (k, input) in self.program.inputs.iter().enumerate() {

@@ -56,6 +56,108 @@ fn an_input_outlives_writes_that_are_jumped_over() {
     }
 }
 
+/// A branch on a uniform runs one side, whose values need no `select`: nested, with both sides, swapped, in loops and with early exits. Each as
+/// (shader, values for the uniform 0 and above).
+#[test]
+fn a_branch_on_a_uniform_merges_without_selects() {
+    let block = "struct U { n: i32, m: i32, } @group(0) @binding(0) var<uniform> u: U;";
+    type Expected = fn(i32, f64, f64) -> [f64; 4];
+    let cases: [(&str, Expected); 7] = [
+        ("var a = p.x; var b = p.y; if (u.n > 0) { let t = a; a = b * 2.0; b = t; } return vec4f(a, b, a, p.x);", |n, x, y| {
+            if n > 0 { [2.0 * y, x, 2.0 * y, x] } else { [x, y, x, x] }
+        }),
+        ("var a = p.x; var b = p.x; if (u.n > 0) { b = a + 1.0; a = b * p.y; } else { a = b - 3.0; } return vec4f(a, b, p);", |n, x, y| {
+            if n > 0 { [(x + 1.0) * y, x + 1.0, x, y] } else { [x - 3.0, x, x, y] }
+        }),
+        (
+            "var a = 0.5; var b = vec2f(0.0); if (u.n > 0) { a = p.x * p.y; if (u.n > 1) { b = p + a; } else { b.x = a; } a += b.y; }
+             return vec4f(a, b, p.y);",
+            |n, x, y| match n {
+                0 => [0.5, 0.0, 0.0, y],
+                1 => [x * y, x * y, 0.0, y],
+                _ => [x * y + y + x * y, x + x * y, y + x * y, y],
+            },
+        ),
+        ("var a = p.x; if (u.n > 0) { if (p.y > 0.0) { a = a * a; } } return vec4f(a * 3.0 + p.y, a, 0.0, 1.0);", |n, x, y| {
+            let a = if n > 0 && y > 0.0 { x * x } else { x };
+            [a * 3.0 + y, a, 0.0, 1.0]
+        }),
+        (
+            "var a = p.x; for (var i = 0; i < 3; i++) { if (i < u.n) { a = a * 0.5 + p.y; } else { a = a - 1.0; } } return vec4f(a, p, 1.0);",
+            |n, x, y| [(0..3).fold(x, |a, i| if i < n { a * 0.5 + y } else { a - 1.0 }), x, y, 1.0],
+        ),
+        (
+            "var a = p.x; loop { if (u.n > 0) { a = a + 1.0; if (a > 4.0) { break; } } else { break; } } return vec4f(a, p, 1.0);",
+            |n, x, y| [if n > 0 { (1..).map(|k| x + f64::from(k)).find(|a| *a > 4.0).unwrap_or_default() } else { x }, x, y, 1.0],
+        ),
+        (
+            "var a = p.x; let before = a; if (u.n > 0) { a = before * p.y; } return vec4f(a, before, p.y - before, before * a);",
+            |n, x, y| {
+                let a = if n > 0 { x * y } else { x };
+                [a, x, y - x, x * a]
+            },
+        ),
+    ];
+    for (k, (body, expected)) in cases.into_iter().enumerate() {
+        for n in 0..3_i32 {
+            let bytes: Vec<u8> = [n, 0].iter().flat_map(|v| v.to_le_bytes()).collect();
+            check_uniform(block, body, &bytes, 1e-5, |x, y| expected(n, x, y));
+        }
+        let program = compile(&format!("{block} @fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f {{ {body} }}"));
+        let selects = program.op_statistics().iter().filter(|(op, _)| *op == Op::Select).map(|(_, count)| *count).sum::<usize>();
+        // Only the branch on a lane value, and the flags of the endless loop, need selects.
+        assert_eq!(selects > 0, [3, 5].contains(&k), "{selects} selects: {body}");
+    }
+}
+
+/// A loop whose number of iterations is known becomes a sequence, in which values that depend on the counter alone are computed once per draw. Each case: the
+/// loop's head and first statement, and whether a loop remains.
+#[test]
+fn short_loops_with_a_known_number_of_iterations_are_unrolled() {
+    let block = "struct U { n: i32, m: i32, weights: array<vec4f, 12>, } @group(0) @binding(0) var<uniform> u: U;";
+    let weights: Vec<f32> = (0..48).map(|k| 1.0 + 0.25 * k as f32).collect();
+    let bytes: Vec<u8> =
+        [3_i32, 0, 0, 0].iter().flat_map(|v| v.to_le_bytes()).chain(weights.iter().flat_map(|v| v.to_le_bytes())).collect();
+    let sum = |count: usize, x: f64| (0..count).fold(0.0, |sum, k| sum + x * (f64::from(weights[4 * k + 1]) + k as f64));
+    type Count = fn(f64) -> usize;
+    let cases: [(&str, Count, bool); 6] = [
+        ("for (var k = 0; k < 5; k++) { if k < 0 { continue; }", |_| 5, false),
+        ("for (var k = 0; k < 8; k++) { if k == 6 { break; }", |_| 6, false),
+        ("for (var k = 0; k < 0; k++) {", |_| 0, false),
+        ("for (var k = 0; k < 9; k++) {", |_| 9, true),
+        ("for (var k = 0; k < u.n; k++) {", |_| 3, true),
+        ("for (var k = 0; k < 4; k++) { if p.x > 7.0 && k > 1 { break; }", |x| if x > 7.0 { 2 } else { 4 }, true),
+    ];
+    for (head, count, has_loop) in cases {
+        let body = format!("var s = 0.0; {head} s += p.x * (u.weights[k].y + f32(k)); }} return vec4f(s, p, 1.0);");
+        check_uniform(block, &body, &bytes, 1e-5, |x, y| [sum(count(x), x), x, y, 1.0]);
+        let program = compile(&format!("{block} @fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f {{ {body} }}"));
+        let jumps_back = |(at, instr): (usize, &Instr)| matches!(instr, Instr::Jump { target } | Instr::JumpIf { target, .. } | Instr::SkipIfNoLane { target, .. } if *target as usize <= at);
+        assert_eq!(program.lane_tape.iter().enumerate().any(jumps_back), has_loop, "{head} {:?}", program.lane_tape);
+        let is_once_per_draw = program.lane_tape.iter().all(|i| !matches!(i, Instr::LoadUniform { .. } | Instr::Scalar { .. }));
+        assert_eq!(is_once_per_draw, !has_loop, "{head}");
+    }
+}
+
+/// The size of a texture is read once per draw.
+#[test]
+fn a_branch_on_the_size_of_a_texture_is_decided_per_draw() {
+    let program = compile(
+        "@group(0) @binding(1) var t: texture_2d<f32>;
+         @fragment fn main(@location(0) p: vec2f) -> @location(0) vec4f {
+             if (textureDimensions(t).x > 1u) { return vec4f(sin(p.x)); } return vec4f(p, f32(textureNumLevels(t)), 0.0); }",
+    );
+    assert!(
+        program.lane_tape.iter().all(|instr| !matches!(instr, Instr::TextureSize { .. } | Instr::Scalar { .. })),
+        "{:?}",
+        program.lane_tape
+    );
+    let (lanes, _) = run_with::<f32>(&program, KernelClass::detect(), &[], ALL, &NoTextures);
+    for (i, found) in lanes.iter().enumerate() {
+        assert_eq!(found[..], [f64::from(lane_x(i)), f64::from(lane_y(i)), 1.0, 0.0]);
+    }
+}
+
 #[test]
 fn counted_loops_follow_wgsl() {
     let program = compile(
@@ -310,7 +412,7 @@ fn iterations_run_without_copies_of_loop_variables() {
     let instructions = |n: i32| {
         let mut executor = Executor::<f32>::with_class(&program, KernelClass::detect()).expect("binds");
         (0..program.inputs.len()).for_each(|k| executor.set_input_constant(k, 0.5));
-        executor.run(&program.run_draw_tape::<f32>(&n.to_le_bytes(), KernelClass::detect()), ALL, &NoTextures);
+        executor.run(&program.run_draw_tape::<f32>(&n.to_le_bytes(), KernelClass::detect(), &NoTextures), ALL, &NoTextures);
         executor.counts().instructions
     };
     assert_eq!(instructions(12) - instructions(2), 10 * (kernels - copies));

@@ -134,7 +134,7 @@ pub(super) fn batch<R: Real>(
             });
         }
     }
-    executor.run(&program.run_draw_tape::<R>(&max_taps.to_le_bytes(), class), LaneMask::MAX, textures);
+    executor.run(&program.run_draw_tape::<R>(&max_taps.to_le_bytes(), class, textures), LaneMask::MAX, textures);
     (0..LANES).map(|lane| std::array::from_fn(|k| executor.output(k)[lane].to_f64())).collect()
 }
 

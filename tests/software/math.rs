@@ -442,7 +442,7 @@ fn assert_chains_match<R: Real>() {
                 for (k, lanes) in by_kind(b'L').enumerate() {
                     *executor.input_mut(k) = *lanes;
                 }
-                let alive = executor.run(&program.run_draw_tape(&[], class), LaneMask::MAX, &NoTextures);
+                let alive = executor.run(&program.run_draw_tape(&[], class, &NoTextures), LaneMask::MAX, &NoTextures);
                 assert_eq!((alive, executor.counts().instructions), (LaneMask::MAX, 1), "{} {ops:?} {kinds}", class.name());
                 for (i, found) in executor.output(0).iter().enumerate() {
                     let args = kinds.bytes().zip(&operands).map(|(kind, o)| if kind == b'L' { o[i] } else { R::from_f64(o[0].to_f64()) });

@@ -75,7 +75,7 @@ fn run<R: Real>(
             *v = R::from_f64(at(lane)[*component as usize]);
         }
     }
-    executor.run(&program.run_draw_tape::<R>(&[], class), active, &textures);
+    executor.run(&program.run_draw_tape::<R>(&[], class, &textures), active, &textures);
     (0..LANES).map(|lane| std::array::from_fn(|k| executor.output(k)[lane].to_f64())).collect()
 }
 

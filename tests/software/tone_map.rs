@@ -58,7 +58,8 @@ fn run_batch(program: &Program, class: KernelClass, radiance: [[f32; LANES]; 3],
             };
         }
     }
-    executor.run(&program.run_draw_tape(&uniform_bytes, class), LaneMask::MAX, &Image(radiance));
+    let image = Image(radiance);
+    executor.run(&program.run_draw_tape(&uniform_bytes, class, &image), LaneMask::MAX, &image);
     [0, 1, 2, 3].map(|k| *executor.output(k))
 }
 

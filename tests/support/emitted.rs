@@ -72,7 +72,7 @@ impl Emitted {
             .iter()
             .map(|t| BoundTexture { texels: Arc::clone(texels.as_ref().expect("a texture")), sampler: t.sampler_binding.map(|_| state) });
         let textures = Textures::new(bound.collect(), class);
-        let draw_values = self.program.run_draw_tape::<R>(&uniform_bytes, class);
+        let draw_values = self.program.run_draw_tape::<R>(&uniform_bytes, class, &textures);
         let mut executor = Executor::<R>::with_class(&self.program, class).expect("binds");
         let mut results = Vec::with_capacity(inputs.len());
         for chunk in inputs.chunks(LANES) {

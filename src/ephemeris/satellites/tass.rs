@@ -17,6 +17,8 @@ use glam::{DMat3, DVec2};
 use serde::Deserialize;
 
 const EPOCH_JD_TT: f64 = 2_444_240.0;
+/// Spacing of the nodes at which the series are summed, seconds. The error of the extrapolation between them is 0.02 m at most.
+pub(super) const STEP_S: f64 = 768.0;
 /// Angle between the equator and the ecliptic of J2000 in VSOP87 (Bretagnon & Francou 1988), degrees: 23°26'21.4091".
 const OBLIQUITY_DEG: f64 = 23.0 + 26.0 / 60.0 + 21.4091 / 3600.0;
 /// Number of driving moons: those whose slow longitude variation is part of the arguments of others. Hyperion, the eighth moon, is not one of them.
@@ -68,7 +70,12 @@ impl Tass17 {
             // A moon's own variation is part of its longitude, even if no group depends on it.
             std::array::from_fn(|j| i == j || groups().any(|Group(multiples, _)| multiples[j] != 0))
         });
-        Ok(Self { moons: table.bodies, icrf_from_frame: icrf_from_ecliptic * ecliptic_from_frame, driven_by, grid: SumsGrid::default() })
+        Ok(Self {
+            moons: table.bodies,
+            icrf_from_frame: icrf_from_ecliptic * ecliptic_from_frame,
+            driven_by,
+            grid: SumsGrid::with_step(STEP_S),
+        })
     }
 
     /// State relative to Saturn's centre, ICRF; index 0 Mimas to 5 Titan, 6 Iapetus, 7 Hyperion; `None` for another.

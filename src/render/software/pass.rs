@@ -157,7 +157,9 @@ pub(crate) fn execute_fused<R: Real>(
         [triangle] => covers_all(triangle, [second.width, second.height]) && draw.fragment_setup.draws_every_covered_pixel(),
         _ => false,
     };
-    if !overlay.draws.first().is_some_and(is_full_screen) {
+    // The image that the full-screen draw reads does not exist yet.
+    let can_be_fused = |draw: &PreparedDraw<'_, R>| is_full_screen(draw) && !draw.fragment.reads_texture_size_per_draw();
+    if !overlay.draws.first().is_some_and(can_be_fused) {
         return Ok(None);
     }
     let full_screen = overlay.draws.remove(0);

@@ -98,6 +98,17 @@ impl<R: Real> LaneRun<R> for RunWithTexture<'_, R> {
     }
 }
 
+/// Depths clamped to 0 to 1. NaN remains, and fails every depth test.
+#[inline(always)]
+fn clamped<R: Real>(values: &[R; LANES]) -> [f32; LANES] {
+    let mut depths = [0.0; LANES];
+    match R::as_f32(values) {
+        Some(values) => depths.iter_mut().zip(values).for_each(|(depth, value)| *depth = value.clamp(0.0, 1.0)),
+        None => depths.iter_mut().zip(values).for_each(|(depth, value)| *depth = (value.to_f64() as f32).clamp(0.0, 1.0)),
+    }
+    depths
+}
+
 /// Clears the coverage of quads whose pixels are zero in all components, because blending such a quad changes nothing.
 #[inline(always)]
 fn drop_zero_quads(quads: &mut [Quad], colour: [&[f32]; 4]) {
@@ -408,15 +419,11 @@ impl TileShader<'_> {
             return true;
         }
         let Some(values) = depth else { return false };
-        let mut new = [0.0; LANES];
-        match R::as_f32(values) {
-            Some(values) => new.iter_mut().zip(values).for_each(|(new, value)| *new = value.clamp(0.0, 1.0)),
-            None => new.iter_mut().zip(values).for_each(|(new, value)| *new = (value.to_f64() as f32).clamp(0.0, 1.0)),
-        }
-        self.target.depth.test_all(first * 4, &new, setup.depth)
+        self.target.depth.test_all(first * 4, &clamped(values), setup.depth)
     }
 
     /// Late depth test: removes discarded lanes from the coverage and depth-tests the others.
+    #[inline(always)]
     fn late_depth_test<R: Real>(
         &mut self,
         draw: &PreparedDraw<'_, R>,
@@ -427,19 +434,19 @@ impl TileShader<'_> {
         let state = draw.fragment_setup.depth;
         let uses_depth = draw.fragment_setup.uses_depth();
         let full = full_coverage(self.samples);
+        let written_depth = depth.map(clamped);
         for (q, quad) in quads.iter_mut().enumerate() {
             quad.coverage &= COVERAGE_OF_LANES[(remaining >> (q * 4)) as usize & 0xf];
             if !uses_depth || quad.coverage == 0 {
                 continue;
             }
-            match &depth {
+            match &written_depth {
                 Some(values) => {
-                    // `clamp` keeps NaN, which fails every depth test.
-                    let new: [f32; 4] = std::array::from_fn(|corner| (values[q * 4 + corner].to_f64() as f32).clamp(0.0, 1.0));
-                    if quad.coverage == full && self.target.depth.test_all(usize::from(quad.index) * 4, &new, state) {
+                    let new = &values.as_chunks::<4>().0[q];
+                    if quad.coverage == full && self.target.depth.test_all(usize::from(quad.index) * 4, new, state) {
                         continue;
                     }
-                    quad.coverage = self.target.depth.test_quad(usize::from(quad.index) * 4, quad.coverage, &new, state);
+                    quad.coverage = self.target.depth.test_quad(usize::from(quad.index) * 4, quad.coverage, new, state);
                 }
                 None => {
                     let source_triangle = &draw.geometry.source_triangles[quad.source_triangle as usize];

@@ -24,6 +24,10 @@ pub trait LaneProgram<R: Real>: Sync {
     }
     /// Whether lanes may be discarded; if so, depth is tested after shading.
     fn uses_discard(&self) -> bool;
+    /// Whether the program reads the size of a texture once per draw: the texture must then be bound before the stage is created.
+    fn reads_texture_size_per_draw(&self) -> bool {
+        false
+    }
     /// Whether the result at a pixel depends only on the texels loaded at that pixel, and not on the pixel's position.
     fn is_position_independent(&self) -> bool {
         false

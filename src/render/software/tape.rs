@@ -161,7 +161,8 @@ pub enum Instr {
 impl Instr {
     /// Whether the instruction may be on the tape that runs once per draw: it computes a register from registers or from the uniform block.
     pub(crate) fn is_per_draw(&self) -> bool {
-        matches!(self, Self::Scalar { .. } | Self::LoadUniform { .. }) && self.operands().iter().all(|o| matches!(o, Operand::Reg(_)))
+        matches!(self, Self::Scalar { .. } | Self::LoadUniform { .. } | Self::TextureSize { .. })
+            && self.operands().iter().all(|o| matches!(o, Operand::Reg(_)))
     }
 
     /// Whether the number and the kinds of the operands are valid, and the result slots of a texture instruction differ. Not checked here: the operands of a

@@ -38,8 +38,8 @@ impl<'a, R: Real> TapeStage<'a, R> {
         textures: Box<dyn TextureUnit<R> + Sync + 'a>,
         class: KernelClass,
     ) -> Self {
-        let (draw_values, hit_loop_limit) = (program.run_draw_tape(uniform_bytes, class), AtomicBool::new(false));
-        Self { program, draw_values, textures, bound_program, tone_map: None, marks: None, hit_loop_limit }
+        let draw_values = program.run_draw_tape(uniform_bytes, class, textures.as_ref());
+        Self { program, draw_values, textures, bound_program, tone_map: None, marks: None, hit_loop_limit: AtomicBool::new(false) }
     }
 
     /// Replaces the program by the native tone map with these uniforms, if they are given and the lanes are f32.
@@ -71,6 +71,9 @@ impl<R: Real> LaneProgram<R> for TapeStage<'_, R> {
     }
     fn uses_discard(&self) -> bool {
         self.program.uses_discard
+    }
+    fn reads_texture_size_per_draw(&self) -> bool {
+        self.program.draw_tape.iter().any(|instr| instr.texture().is_some())
     }
     fn is_position_independent(&self) -> bool {
         self.program.is_position_independent()

@@ -236,14 +236,21 @@ impl<'a, R: Real> VertexStage<'a, R> {
 struct TriangleSetup<'a> {
     raster_state: RasterState,
     varyings: &'a [Varying],
+    /// How many of the varyings are flat.
+    flat_count: usize,
 }
 
 impl TriangleSetup<'_> {
+    /// Reserves memory for `count` triangles.
+    fn reserve(&self, count: usize, geometry: &mut RasterGeometry) -> Result<(), RenderError> {
+        geometry.reserve(count, self.varyings.len() - self.flat_count, self.flat_count)
+    }
+
     /// Sets up one triangle. `rows`: one for each vertex, the clip-space position and then the varyings.
     fn add(&self, rows: [&[f64]; 3], geometry: &mut RasterGeometry) -> Result<(), RenderError> {
         let positions = rows.map(|r| [r[0], r[1], r[2], r[3]]);
         let interpolated = self.varyings.iter().enumerate().map(|(k, v)| (v.interpolation, rows.map(|r| r[4 + k])));
-        geometry.reserve(self.varyings.len())?;
+        self.reserve(1, geometry)?;
         set_up(positions, interpolated, &self.raster_state, geometry);
         Ok(())
     }
@@ -269,7 +276,8 @@ pub(crate) fn assemble<R: Real>(
     let [x0, y0, x1, y1] = draw.scissor;
     let scissor = [x0, y0, x1.min(width), y1.min(height)];
     let raster_state = RasterState { width, height, scissor, cull_back: draw.cull == Cull::Back, vertex_grid };
-    let setup = TriangleSetup { raster_state, varyings: &varyings };
+    let flat_count = varyings.iter().filter(|v| v.interpolation == Interpolation::Flat).count();
+    let setup = TriangleSetup { raster_state, varyings: &varyings, flat_count };
     let instances = draw.instances.count as usize;
     let mut program_wall_seconds = None;
     let (submitted_triangles, mut parts) = match &draw.vertices {
@@ -280,6 +288,7 @@ pub(crate) fn assemble<R: Real>(
             program_wall_seconds = Some(start.elapsed().as_secs_f64());
             let part = |range: std::ops::Range<usize>| -> Result<DrawPart, RenderError> {
                 let (start, mut geometry) = (Instant::now(), RasterGeometry::default());
+                setup.reserve(range.len(), &mut geometry)?;
                 for triangle in range {
                     let (instance, first) = (triangle / triangles_per_instance, triangle % triangles_per_instance * 3);
                     let row = |corner: usize| shaded.row(instance, indices[first + corner] as usize);
@@ -302,13 +311,17 @@ pub(crate) fn assemble<R: Real>(
                 };
                 let Some(last) = range.clone().last() else { return Ok((geometry, [0.0; 2])) };
                 let vertices = first_vertex(range.start)..first_vertex(last) + 3;
-                rows.clear();
-                super::try_grow(rows, vertices.len() * row_length, "the vertices")?;
-                rows.resize(vertices.len() * row_length, 0.0);
+                let value_count = vertices.len() * row_length;
+                if rows.len() < value_count {
+                    super::try_grow(rows, value_count - rows.len(), "the vertices")?;
+                    rows.resize(value_count, 0.0);
+                }
+                let rows = &mut rows[..value_count];
                 for (batch, rows) in rows.chunks_mut(LANES * row_length).enumerate() {
                     stage.run(run.as_mut(), vertices.start + batch * LANES, rows);
                 }
                 let program_seconds = start.elapsed().as_secs_f64();
+                setup.reserve(range.len(), &mut geometry)?;
                 for triangle in range {
                     let from = (first_vertex(triangle) - vertices.start) * row_length;
                     let (a, rest) = rows[from..from + 3 * row_length].split_at(row_length);

@@ -110,7 +110,10 @@ impl Globe {
             let hit = plane_point + towards * ((-b + (b * b - a * c).sqrt()) / a);
             let normal = (hit / self.axes).normalize();
             let point = hit * self.axes;
-            let light = normal.dot(sun).max(0.0);
+            let light = normal.dot(sun);
+            if light <= 0.0 {
+                continue;
+            }
             reflected += light;
             transmitted += light * transmittance(intervals, point, sun) * transmittance(intervals, point, viewer);
         }

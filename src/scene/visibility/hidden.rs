@@ -18,6 +18,8 @@ use crate::scene::placed::PlacedBody;
 use crate::scene::visibility::lunar_limb;
 use crate::scene::visibility::order::is_in_front;
 use glam::{DVec2, DVec3, Vec4};
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::LazyLock;
 
 /// The limb of a body on a plane of view rays, as a quadratic form F and a linear form L of the plane's coordinates: a point is inside if F > 0 and L > 0.
 /// shaders/lib/foreground_limb.wesl defines both forms.
@@ -75,20 +77,22 @@ impl Limb {
 }
 
 /// Number of chords into which a disc is divided.
-const CHORDS: u32 = 720;
+const CHORDS: usize = 720;
+
+/// For each chord, its distance from the middle of the disc and half its length, in radii of the disc. The ends of all chords are evenly spaced along the disc's
+/// limb.
+static CHORD_SIZES: LazyLock<[(f64, f64); CHORDS]> =
+    LazyLock::new(|| std::array::from_fn(|k| (PI * ((k as f64 + 0.5) / CHORDS as f64 - 0.5)).sin_cos()));
 
 /// Integral of a limb-darkened disc's radiance along a chord of half length h, from the chord's middle to x; see shaders/lib/ring/body_shadow.wesl.
 fn radiance_along_chord(x: f64, h: f64, u1: DVec3, u2: DVec3) -> DVec3 {
+    if u1 == DVec3::ZERO && u2 == DVec3::ZERO {
+        return DVec3::splat(x);
+    }
     let mu = (h * h - x * x).max(0.0).sqrt();
     let of_mu = 0.5 * (x * mu + h * h * (x / h).clamp(-1.0, 1.0).asin());
     let of_mu_squared = x * (h * h - x * x / 3.0);
     (DVec3::ONE - u1 - u2) * x + (u1 + 2.0 * u2) * of_mu - u2 * of_mu_squared
-}
-
-/// Distance of a chord from the middle of the disc, and half the chord's length, in radii of the disc. The ends of all chords are evenly spaced along the
-/// disc's limb.
-fn chord(k: u32) -> (f64, f64) {
-    (std::f64::consts::PI * ((f64::from(k) + 0.5) / f64::from(CHORDS) - 0.5)).sin_cos()
 }
 
 /// The limbs of the occluding bodies on the disc of the body `farther`, in radii of this disc, and the axes of the disc: chords run along the first axis.
@@ -109,8 +113,7 @@ fn limbs_on_disc(occluding: &[&PlacedBody<'_>], farther: &PlacedBody<'_>) -> Opt
 /// length, and where the part begins and ends.
 fn visit_visible_parts(limbs: &[Limb], mut visit: impl FnMut(f64, f64, f64, f64)) {
     let mut breaks = Vec::new();
-    for k in 0..CHORDS {
-        let (y, h) = chord(k);
+    for &(y, h) in &*CHORD_SIZES {
         breaks.clear();
         breaks.push(-h);
         breaks.extend(limbs.iter().flat_map(|l| l.crossings(y)).filter(|x| x.abs() < h));
@@ -151,6 +154,14 @@ pub(crate) fn visible_middle(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>
 
 /// Whether the gap between the discs of two bodies is less than `margin_rad`; the gap between overlapping discs is negative.
 pub(super) fn gap_is_below(a: &PlacedBody<'_>, b: &PlacedBody<'_>, margin_rad: f64) -> bool {
+    // Most pairs are far apart, which needs no trigonometry to see: the chord between two directions is at most the angle, and asin(x) is at most x pi/2. The
+    // factor 1.001 covers the rounding of directions.
+    let chord = a.placement.centre_km / a.distance_km - b.placement.centre_km / b.distance_km;
+    let radius_bound = |p: &PlacedBody<'_>| FRAC_PI_2 * p.body.radii_km.max_element() / p.distance_km;
+    let bound = (radius_bound(a) + radius_bound(b) + margin_rad) * 1.001;
+    if chord.length_squared() > bound * bound {
+        return false;
+    }
     crate::ephemeris::angle_rad(a.placement.centre_km, b.placement.centre_km) < a.angular_radius_rad() + b.angular_radius_rad() + margin_rad
 }
 
@@ -189,7 +200,7 @@ fn compute_visible_fraction(placed: &[PlacedBody<'_>], farther: &PlacedBody<'_>)
     let (u1, u2) = limb_darkening(farther.body);
     // Chords are evenly spaced in angle, so the distance between them is proportional to h.
     let light = |h: f64, from: f64, to: f64| (radiance_along_chord(to, h, u1, u2) - radiance_along_chord(from, h, u1, u2)) * h;
-    let total: DVec3 = (0..CHORDS).map(|k| chord(k).1).map(|h| light(h, -h, h)).sum();
+    let total: DVec3 = CHORD_SIZES.iter().map(|(_, h)| light(*h, -h, *h)).sum();
     let mut visible = DVec3::ZERO;
     visit_visible_parts(&limbs, |_, h, from, to| visible += light(h, from, to));
     let visible = (visible / total).clamp(DVec3::ZERO, DVec3::ONE);

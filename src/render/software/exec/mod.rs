@@ -20,6 +20,7 @@ pub use bind::BoundProgram;
 pub(crate) use bind::KernelBinding;
 use bind::{BoundStep, KernelStep, MaskLocation, ScalarStep, TextureRead, UniformLoad};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 pub use textures::{Gradients, NoTextures, TextureUnit};
 use uniform_words::UniformElements;
 
@@ -51,6 +52,8 @@ pub(crate) const LANE_BITS: [u32; 32] = {
 /// lane tape (the instructions that run per batch) may read.
 #[derive(Clone, Debug)]
 pub struct DrawTapeValues<R> {
+    /// A different number for each run of a draw tape.
+    id: u64,
     registers: Vec<R>,
     uniform_words: Vec<u32>,
 }
@@ -63,9 +66,20 @@ fn constant_value<R: Real>(c: Constant) -> R {
     }
 }
 
+/// The size of a texture along an axis, as [`Instr::TextureSize`] defines it.
+fn texture_size<R: Real>(textures: &dyn TextureUnit<R>, texture: usize, axis: u8, level: u32) -> u32 {
+    if axis > 1 { textures.levels(texture) } else { textures.dimensions(texture, level)[usize::from(axis)] }
+}
+
 /// The register that an instruction of the draw tape writes, and its new value. `has_fma`: whether multiply-adds round once; `words`: the uniform block;
-/// `read`: the value of a register.
-fn evaluate_scalar<R: Real>(instr: &Instr, has_fma: bool, words: &[u32], read: impl Fn(usize) -> R) -> Option<(usize, R)> {
+/// `textures`: those of the draw; `read`: the value of a register.
+fn evaluate_scalar<R: Real>(
+    instr: &Instr,
+    has_fma: bool,
+    words: &[u32],
+    textures: &dyn TextureUnit<R>,
+    read: impl Fn(usize) -> R,
+) -> Option<(usize, R)> {
     let read = |o: &Operand| match *o {
         Operand::Reg(r) => read(usize::from(r)),
         Operand::Slot(_) => R::ZERO,
@@ -80,25 +94,31 @@ fn evaluate_scalar<R: Real>(instr: &Instr, has_fma: bool, words: &[u32], read: i
             let elements = UniformElements { kind: *kind, offset: *offset, stride: *stride, count: *count };
             Some((usize::from(*dst), elements.read(words, i)))
         }
+        Instr::TextureSize { dst, texture, axis, level } => {
+            let size = texture_size(textures, usize::from(*texture), *axis, read(level).lane_bits());
+            Some((usize::from(*dst), R::from_lane_bits(size)))
+        }
         _ => None,
     }
 }
 
 impl Program {
     /// Runs the draw tape on the bytes of the uniform block (little-endian words; missing bytes read as zero). `class` determines whether a multiply-add
-    /// rounds once or twice.
-    pub fn run_draw_tape<R: Real>(&self, uniform_bytes: &[u8], class: KernelClass) -> DrawTapeValues<R> {
+    /// rounds once or twice. `textures`: those of the draw, of which only the sizes are read.
+    pub fn run_draw_tape<R: Real>(&self, uniform_bytes: &[u8], class: KernelClass, textures: &dyn TextureUnit<R>) -> DrawTapeValues<R> {
         let words: Vec<u32> = uniform_bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
         let mut registers = vec![R::ZERO; self.register_count as usize];
         for (r, c) in registers.iter_mut().zip(&self.constants) {
             *r = constant_value(*c);
         }
         for instr in &self.draw_tape {
-            if let Some((r, value)) = evaluate_scalar(instr, class.has_fma(), &words, |r| registers[r]) {
+            if let Some((r, value)) = evaluate_scalar(instr, class.has_fma(), &words, textures, |r| registers[r]) {
                 registers[r] = value;
             }
         }
-        DrawTapeValues { registers, uniform_words: words }
+        static LAST_ID: AtomicU64 = AtomicU64::new(0);
+        let id = LAST_ID.fetch_add(1, Ordering::Relaxed) + 1;
+        DrawTapeValues { id, registers, uniform_words: words }
     }
 }
 
@@ -113,6 +133,8 @@ pub struct Executor<R: Real> {
     /// One row for each slot of the program, then the scratch slots, then the registers, `LANES` to a row. One allocation, so that every operand is an offset
     /// from one base.
     arena: Vec<LaneRow<R>>,
+    /// [`DrawTapeValues::id`] of the values in the registers; 0 at first.
+    draw_values_id: u64,
     program: Arc<BoundProgram<R>>,
     counts: ExecutionCounts,
     hit_loop_limit: bool,
@@ -146,7 +168,8 @@ impl<R: Real> Executor<R> {
     /// An executor of a bound program.
     pub(crate) fn of(program: Arc<BoundProgram<R>>) -> Self {
         let rows = program.first_register_row + program.register_count.div_ceil(LANES);
-        Self { arena: vec![LaneRow([R::ZERO; LANES]); rows], program, counts: ExecutionCounts::default(), hit_loop_limit: false }
+        let arena = vec![LaneRow([R::ZERO; LANES]); rows];
+        Self { arena, draw_values_id: 0, program, counts: ExecutionCounts::default(), hit_loop_limit: false }
     }
 
     /// The lanes of input `k`. If the program reads the input, the caller must write it before every run, because a run may overwrite it.
@@ -191,8 +214,12 @@ impl<R: Real> Executor<R> {
                 }
             }
         }
-        for (row, values) in self.arena[self.program.first_register_row..].iter_mut().zip(draw_values.registers.chunks(LANES)) {
-            row.0[..values.len()].copy_from_slice(values);
+        // A batch changes only registers that it computes before it reads them.
+        if self.draw_values_id != draw_values.id {
+            self.draw_values_id = draw_values.id;
+            for (row, values) in self.arena[self.program.first_register_row..].iter_mut().zip(draw_values.registers.chunks(LANES)) {
+                row.0[..values.len()].copy_from_slice(values);
+            }
         }
         self.hit_loop_limit = !self.run_steps(draw_values, textures);
         if self.hit_loop_limit {
@@ -356,8 +383,7 @@ impl<R: Real> Executor<R> {
                 }
                 BoundStep::TextureSize { dst, texture, axis, level } => {
                     let level = self.register(*level).lane_bits();
-                    let size = if *axis > 1 { textures.levels(*texture) } else { textures.dimensions(*texture, level)[usize::from(*axis)] };
-                    self.set_register(*dst, R::from_lane_bits(size));
+                    self.set_register(*dst, R::from_lane_bits(texture_size(textures, *texture, *axis, level)));
                     continue;
                 }
                 BoundStep::SkipIfNoLane { slot, target } if !self.is_any_lane_set(*slot) => *target,

@@ -4,6 +4,7 @@
 //! specialised kernel per combination of operand kinds with an array (a copy also for one value). Every operation has one generic kernel, which accepts only
 //! arrays of lanes and, except for derivatives, processes [`CHUNK`] lanes at a time. [`chains`] computes several operations in one kernel.
 
+mod chain_table;
 pub mod chains;
 pub mod class;
 mod operand;

@@ -114,6 +114,14 @@ impl SsaBuilder {
     pub(crate) fn close_region(&mut self) {
         self.available.pop();
     }
+    /// Ends a region that is not skipped after all: its values may be reused after it.
+    pub(crate) fn keep_region(&mut self) {
+        if let Some(region) = self.available.pop()
+            && let Some(outer) = self.available.last_mut()
+        {
+            outer.extend(region);
+        }
+    }
 
     /// The earlier value of an equal computation, if it is available here.
     fn find_computed(&self, key: &Computation) -> Option<SsaValue> {
@@ -338,7 +346,8 @@ impl SsaBuilder {
         if let Some(v) = self.find_computed(&key) {
             return Some(v);
         }
-        let dst = self.fresh_shared();
+        // The textures are those of the draw.
+        let dst = self.fresh_result(&[level]);
         Some(self.emit(dst, Some(key), SsaStep::TextureSize { dst, texture, axis, level }))
     }
 }

@@ -1,12 +1,14 @@
 //! Lowers branches, switches and loops.
 //!
 //! Both sides of a branch on a lane value (a condition that may differ between lanes) run, each after a jump that skips it if no lane needs it; scalars that
-//! differ between the sides are merged by a `select`. Loops remain loops: the scalars that change in a loop become loop variables (phi values).
+//! differ between the sides are merged by a `select`. Of a branch on one value for all lanes only one side runs, and each side writes the scalars that differ
+//! to variables (`merge.rs`). Loops remain loops: the scalars that change in a loop become loop variables (phi values).
 //!
 //! In: a condition, or the parts of a `switch` or loop. Out: steps, and the environment after them. Not here: exits from blocks (`statements.rs`).
 
 use super::error::Result;
 use super::lowerer::{LoopFlags, Lowerer, OpenLoop};
+use super::merge::Sides;
 use super::step::{JumpLabel, SsaStep, SsaValue};
 use crate::render::software::tape::Op;
 use naga::{Block, Expression, Handle, SwitchValue};
@@ -119,7 +121,7 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
-    /// Lowers both sides of a branch from the same environment; scalars that differ are merged by a `select`.
+    /// Lowers both sides of a branch from the same environment, and merges the scalars that differ.
     pub(super) fn branch(
         &mut self,
         cond: SsaValue,
@@ -132,6 +134,7 @@ impl<'m> Lowerer<'m> {
             None => {}
         }
         let before = self.env.clone();
+        let start = self.builder.lane_steps.len();
         let mut accepted_env = before.clone();
         self.conditional(cond, |this| {
             accept(this)?;
@@ -139,6 +142,7 @@ impl<'m> Lowerer<'m> {
             this.env.clone_from(&before);
             Ok(())
         })?;
+        let accepted_end = self.builder.lane_steps.len();
         let not = self.builder.not(cond);
         let mut rejected_env = before.clone();
         self.conditional(not, |this| {
@@ -147,6 +151,11 @@ impl<'m> Lowerer<'m> {
             this.env.clone_from(&before);
             Ok(())
         })?;
+        if !matches!(cond, SsaValue::Lane(_)) {
+            let ends = [accepted_end, self.builder.lane_steps.len()];
+            self.merge_sides(cond, Sides { start, ends, envs: [accepted_env, rejected_env] });
+            return Ok(());
+        }
         for (scalar, (accepted, rejected)) in accepted_env.into_iter().zip(rejected_env).enumerate() {
             self.env[scalar] = self.builder.select(cond, accepted, rejected);
         }
@@ -208,13 +217,18 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
-    /// Lowers a loop. To find which scalars change in the loop, and which of these differ between lanes, lowers it again until it changes no other scalars than
-    /// were assumed.
+    /// Lowers a loop, unrolled if possible. To find which scalars change in the loop, and which of these differ between lanes, lowers it again until it changes
+    /// no other scalars than were assumed.
     pub(super) fn lower_loop(&mut self, body: &'m Block, continuing: &'m Block, break_if: Option<Handle<Expression>>) -> Result<()> {
         let no = self.builder.bool(false);
         let first_flag = self.env.len();
         // The flags of `break` and `continue`.
         self.env.extend([no, no]);
+        let flags = LoopFlags { break_flag: first_flag, continue_flag: first_flag + 1 };
+        if self.unroll(body, continuing, break_if, flags)? {
+            self.env.truncate(first_flag);
+            return Ok(());
+        }
         let start_env = self.env.clone();
         let first_step = self.builder.lane_steps.len();
         let (outer_mask, was_directly_in_loop) = (self.active_mask, self.is_directly_in_loop);
@@ -224,7 +238,7 @@ impl<'m> Lowerer<'m> {
             self.env.clone_from(&start_env);
             self.builder.lane_steps.truncate(first_step);
             self.active_mask = outer_mask;
-            self.frame_mut().loops.push(LoopFlags { break_flag: first_flag, continue_flag: first_flag + 1 });
+            self.frame_mut().loops.push(flags);
             let changes = self.lower_loop_assuming(body, continuing, break_if, &changing);
             self.frame_mut().loops.pop();
             let changes = changes?;

@@ -206,6 +206,7 @@ pub(crate) fn finish(
     if fuse_chains {
         super::chains::fuse_chains(&mut builder.lane_steps, outputs);
     }
+    super::merge::write_variables_directly(&mut builder.lane_steps, outputs);
     let live_ranges = live_ranges(&builder.lane_steps, inputs, outputs);
     let mut values_read: HashSet<SsaValue> = outputs.iter().copied().collect();
     builder.lane_steps.iter().for_each(|step| values_read.extend(reads(step)));

@@ -25,12 +25,14 @@ mod finish;
 mod functions;
 mod loops;
 mod lowerer;
+mod merge;
 mod named_values;
 mod native;
 mod place;
 mod statements;
 mod step;
 mod stored;
+mod unroll;
 mod value;
 
 pub(crate) use error::LowerError;

@@ -89,7 +89,7 @@ impl<'m> Lowerer<'m> {
         Ok(())
     }
 
-    fn statement(&mut self, statement: &'m Statement) -> Result<()> {
+    pub(super) fn statement(&mut self, statement: &'m Statement) -> Result<()> {
         match statement {
             Statement::Emit(range) => {
                 for handle in range.clone() {

@@ -37,7 +37,8 @@ pub(crate) enum SsaStep {
         ops: Vec<FusedOp>,
         args: SsaValues,
     },
-    /// Copies a value. Only loop variables and captured named values (`capture.rs`) are written more than once; their later writes are `Assign`.
+    /// Copies a value. Only variables are written more than once: those of loops and branches (`merge.rs`), and captured named values (`capture.rs`). Their
+    /// later writes are `Assign`; the last pass before slots are allocated turns some of these into the result of an operation.
     Assign {
         dst: SsaValue,
         from: SsaValue,
@@ -94,6 +95,21 @@ pub(crate) fn reads(step: &SsaStep) -> SsaValues {
         SsaStep::SkipIfNoLane { mask, .. } => smallvec![*mask],
         SsaStep::JumpIf { cond, .. } => smallvec![*cond],
         SsaStep::Jump { .. } | SsaStep::Label(_) | SsaStep::LoopStart | SsaStep::LoopEnd => smallvec![],
+    }
+}
+
+/// Replaces the values that a step reads by those that `replacement` gives for them, if any.
+pub(crate) fn replace_reads(step: &mut SsaStep, replacement: impl Fn(SsaValue) -> Option<SsaValue>) {
+    let replace = |v: &mut SsaValue| *v = replacement(*v).unwrap_or(*v);
+    match step {
+        SsaStep::Op { args, .. } | SsaStep::FusedKernel { args, .. } => args.iter_mut().for_each(replace),
+        SsaStep::Assign { from, .. } => replace(from),
+        SsaStep::LoadUniform { index, .. } => index.iter_mut().for_each(replace),
+        SsaStep::Texture { args, mask, .. } => args.iter_mut().chain([mask]).for_each(replace),
+        SsaStep::TextureSize { level, .. } => replace(level),
+        SsaStep::SkipIfNoLane { mask, .. } => replace(mask),
+        SsaStep::JumpIf { cond, .. } => replace(cond),
+        SsaStep::Jump { .. } | SsaStep::Label(_) | SsaStep::LoopStart | SsaStep::LoopEnd => {}
     }
 }
 

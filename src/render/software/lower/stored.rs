@@ -4,7 +4,7 @@
 //! every source file on which a module's tape depends:
 //! - `lower/`: the lowering itself;
 //! - `kernels/` and `math/`: constants are folded by the operations that the kernels run, and fused kernels exist only for the chains in
-//!   `kernels/chains.rs`;
+//!   `kernels/chain_table.rs`;
 //! - `tape.rs` and `program.rs`: the format that is stored.
 //!
 //! Complete folders are embedded, so that a new file in them is covered. Not covered: code that only runs tapes (`exec`, `sample`, `raster`, `shade`

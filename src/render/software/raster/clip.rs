@@ -45,8 +45,14 @@ pub(crate) struct Polygon {
     corners: [ClipVertex; 12],
     /// Number of corners.
     count: usize,
-    /// Whether the triangle was clipped; if false, the polygon is the triangle itself.
-    pub is_clipped: bool,
+}
+
+/// The visible part of a triangle.
+#[derive(Clone, Debug)]
+pub(crate) enum VisiblePart {
+    /// The triangle itself.
+    Whole,
+    Clipped(Polygon),
 }
 
 impl Polygon {
@@ -65,7 +71,7 @@ fn distances(c: &ClipVertex, min_w: f64) -> [f64; CLIP_PLANES] {
 }
 
 /// The visible part of a triangle; `None` if there is no visible part or a coordinate is not finite.
-pub(crate) fn clip(triangle: &[ClipVertex; 3]) -> Option<Polygon> {
+pub(crate) fn clip(triangle: &[ClipVertex; 3]) -> Option<VisiblePart> {
     if !triangle.iter().all(ClipVertex::is_finite) {
         return None;
     }
@@ -75,7 +81,10 @@ pub(crate) fn clip(triangle: &[ClipVertex; 3]) -> Option<Polygon> {
     }
     let min_w = max_w * MIN_W_RATIO;
     let vertex_distances = triangle.map(|c| distances(&c, min_w));
-    let mut polygon = Polygon { corners: [triangle[0]; 12], count: 3, is_clipped: false };
+    if vertex_distances.as_flattened().iter().all(|distance| *distance >= 0.0) {
+        return Some(VisiblePart::Whole);
+    }
+    let mut polygon = Polygon { corners: [triangle[0]; 12], count: 3 };
     polygon.corners[..3].copy_from_slice(triangle);
     for plane in 0..CLIP_PLANES {
         if vertex_distances.iter().all(|d| d[plane] < 0.0) {
@@ -84,7 +93,6 @@ pub(crate) fn clip(triangle: &[ClipVertex; 3]) -> Option<Polygon> {
         if vertex_distances.iter().all(|d| d[plane] >= 0.0) {
             continue;
         }
-        polygon.is_clipped = true;
         let unclipped = polygon.clone();
         polygon.count = 0;
         for i in 0..unclipped.count {
@@ -106,7 +114,7 @@ pub(crate) fn clip(triangle: &[ClipVertex; 3]) -> Option<Polygon> {
             return None;
         }
     }
-    Some(polygon)
+    Some(VisiblePart::Clipped(polygon))
 }
 
 impl Polygon {
@@ -127,12 +135,17 @@ mod tests {
         ClipVertex { x, y, z, w }
     }
 
+    fn clipped(triangle: &[ClipVertex; 3]) -> Polygon {
+        match clip(triangle) {
+            Some(VisiblePart::Clipped(polygon)) => polygon,
+            other => panic!("{other:?}"),
+        }
+    }
+
     #[test]
     fn a_triangle_in_view_is_untouched() {
         let t = [corner(0.0, 0.0, 0.5, 1.0), corner(9.0, 0.0, 0.5, 1.0), corner(0.0, 9.0, 0.5, 1.0)];
-        let p = clip(&t).expect("visible");
-        assert!(!p.is_clipped);
-        assert_eq!(p.corners(), &t);
+        assert!(matches!(clip(&t), Some(VisiblePart::Whole)));
     }
 
     #[test]
@@ -151,8 +164,7 @@ mod tests {
     #[test]
     fn crossing_the_near_plane_leaves_a_quadrilateral_at_depth_one() {
         let t = [corner(0.0, 0.0, 1.0, 4.0), corner(40.0, 0.0, 1.0, 4.0), corner(0.0, 4.0, 1.0, 0.25)];
-        let p = clip(&t).expect("partly visible");
-        assert!(p.is_clipped);
+        let p = clipped(&t);
         assert_eq!(p.corners().len(), 4);
         let nearest = p.corners().iter().map(|c| c.z / c.w).fold(0.0, f64::max);
         assert!((nearest - 1.0).abs() < 1e-12, "{nearest}");
@@ -161,7 +173,7 @@ mod tests {
     #[test]
     fn no_corner_leaves_the_guard_band_and_w_stays_positive() {
         let t = [corner(-1.0e9, 5.0, 0.0, 1.0), corner(1.0e9, -1.0e8, 0.0, 1.0), corner(3.0, 1.0e12, 0.0, 0.5)];
-        let p = clip(&t).expect("huge but visible");
+        let p = clipped(&t);
         // Clipping an edge to a vertex 1e12 pixels away rounds by a fraction of a pixel.
         for c in p.corners() {
             assert!(c.w > 0.0);

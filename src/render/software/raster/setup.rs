@@ -7,7 +7,7 @@
 //! Planes are derived in f64 from the homogeneous triangle (Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates",
 //! 1997), so clipped parts share the planes of the unclipped triangle.
 
-use super::clip::{ClipVertex, clip};
+use super::clip::{ClipVertex, GUARD_BAND_PX, VisiblePart, clip};
 use crate::render::software::{RenderError, try_grow};
 
 /// Number of fixed-point steps per pixel: the resolution of positions in the rasteriser.
@@ -118,15 +118,16 @@ pub(crate) struct RasterGeometry {
 const MAX_PARTS: usize = 8;
 
 impl RasterGeometry {
-    /// Reserves memory for one more source triangle. `varyings`: number of its varyings, each component counted.
+    /// Reserves memory for `count` more source triangles, and for all parts of one of them. `interpolated`, `flat`: number of their varyings of either kind,
+    /// each component counted.
     ///
     /// # Errors
     /// Too little memory.
-    pub(crate) fn reserve(&mut self, varyings: usize) -> Result<(), RenderError> {
-        try_grow(&mut self.triangles, MAX_PARTS, "the triangles")?;
-        try_grow(&mut self.source_triangles, 1, "the triangles' depth planes")?;
-        try_grow(&mut self.planes, varyings, "the triangles' varyings")?;
-        try_grow(&mut self.flat_values, varyings, "the triangles' varyings")
+    pub(crate) fn reserve(&mut self, count: usize, interpolated: usize, flat: usize) -> Result<(), RenderError> {
+        try_grow(&mut self.triangles, count + MAX_PARTS - 1, "the triangles")?;
+        try_grow(&mut self.source_triangles, count, "the triangles' depth planes")?;
+        try_grow(&mut self.planes, count * interpolated, "the triangles' varyings")?;
+        try_grow(&mut self.flat_values, count * flat, "the triangles' varyings")
     }
 
     /// Concatenates the triangles of all parts.
@@ -210,11 +211,19 @@ pub(crate) enum Interpolation {
     Flat,
 }
 
-/// A vertex's pixel position, rounded to the nearest point of the grid, in fixed point.
+/// The nearest integer, ties to even, of a number below 2^51. Adding 1.5 * 2^52 leaves the rounded number in the low bits; the standard function is a call on
+/// machines that need not have SSE 4.1.
+fn nearest_integer(x: f64) -> i64 {
+    const ROUNDING: f64 = 1.5 * (1_u64 << 52) as f64;
+    (x + ROUNDING).to_bits() as i64 - ROUNDING.to_bits() as i64
+}
+
+/// A vertex's pixel position inside the guard band, rounded to the nearest point of the grid, in fixed point.
 fn snap(c: &ClipVertex, vertex_grid: VertexGrid) -> [i64; 2] {
+    const { assert!(GUARD_BAND_PX * (STEPS_PER_PIXEL as f64) < (1_u64 << 51) as f64) };
     let spacing = vertex_grid.spacing();
     let points_per_pixel = (STEPS_PER_PIXEL / spacing) as f64;
-    [c.x, c.y].map(|v| (v / c.w * points_per_pixel).round_ties_even() as i64 * spacing)
+    [c.x, c.y].map(|v| nearest_integer(v / c.w * points_per_pixel) * spacing)
 }
 
 /// The edge function of the edge from one corner of a clockwise triangle to the next.
@@ -259,18 +268,19 @@ pub(crate) fn set_up(
     geometry: &mut RasterGeometry,
 ) {
     let mut corners = clip_positions.map(|p| ClipVertex::from_clip(p, raster_state.width, raster_state.height));
-    let Some(polygon) = clip(&corners) else { return };
-    if !polygon.is_clipped {
-        // Planes are derived from the snapped triangle, so that no covered sample lies outside that triangle, even if it is very thin.
-        for c in &mut corners {
-            let [x, y] = snap(c, raster_state.vertex_grid).map(|v| v as f64 / STEPS_PER_PIXEL as f64);
-            (c.x, c.y) = (x * c.w, y * c.w);
+    let Some(visible_part) = clip(&corners) else { return };
+    let mut snapped = [[0; 2]; 3];
+    let origin = match visible_part {
+        VisiblePart::Whole => {
+            // Planes are derived from the snapped triangle, so that no covered sample lies outside that triangle, even if it is very thin.
+            for (c, snapped) in corners.iter_mut().zip(&mut snapped) {
+                *snapped = snap(c, raster_state.vertex_grid);
+                let [x, y] = snapped.map(|v| v as f64 / STEPS_PER_PIXEL as f64);
+                (c.x, c.y) = (x * c.w, y * c.w);
+            }
+            [corners[0].x / corners[0].w, corners[0].y / corners[0].w]
         }
-    }
-    let origin = if polygon.is_clipped {
-        [0.5 * f64::from(raster_state.width), 0.5 * f64::from(raster_state.height)]
-    } else {
-        [corners[0].x / corners[0].w, corners[0].y / corners[0].w]
+        VisiblePart::Clipped(_) => [0.5 * f64::from(raster_state.width), 0.5 * f64::from(raster_state.height)],
     };
     // Homogeneous positions relative to the planes' origin, one vertex per row.
     let matrix = corners.map(|c| [c.x - origin[0] * c.w, c.y - origin[1] * c.w, c.w]);
@@ -294,15 +304,20 @@ pub(crate) fn set_up(
     let RasterGeometry { triangles, source_triangles, planes, flat_values, clipped_count } = geometry;
     let source_triangle = source_triangles.len() as u32;
     let triangles_before = triangles.len();
-    let points = polygon.corners();
-    for k in 1..points.len() - 1 {
-        let p = [points[0], points[k], points[k + 1]].map(|c| snap(&c, raster_state.vertex_grid));
-        triangles.extend(raster_triangle(p, !is_front_facing, raster_state, source_triangle));
+    match &visible_part {
+        VisiblePart::Whole => triangles.extend(raster_triangle(snapped, !is_front_facing, raster_state, source_triangle)),
+        VisiblePart::Clipped(polygon) => {
+            let points = polygon.corners();
+            for k in 1..points.len() - 1 {
+                let p = [points[0], points[k], points[k + 1]].map(|c| snap(&c, raster_state.vertex_grid));
+                triangles.extend(raster_triangle(p, !is_front_facing, raster_state, source_triangle));
+            }
+        }
     }
     if triangles.len() == triangles_before {
         return;
     }
-    *clipped_count += usize::from(polygon.is_clipped);
+    *clipped_count += usize::from(matches!(visible_part, VisiblePart::Clipped(_)));
     let is_affine = corners[0].w == corners[1].w && corners[1].w == corners[2].w;
     let w = corners[0].w;
     let (first_plane, first_flat_value) = (planes.len(), flat_values.len());
@@ -393,7 +408,7 @@ mod tests {
         let set_up_all = |range: std::ops::Range<u32>| {
             let mut g = RasterGeometry::default();
             for k in range.map(f64::from) {
-                g.reserve(2).expect("memory");
+                g.reserve(1, 1, 1).expect("memory");
                 let varyings = [(Interpolation::Flat, [k; 3]), (Interpolation::Perspective, [k, 1.0, 2.0])];
                 set_up(triangle(k), varyings.into_iter(), &RASTER_STATE, &mut g);
             }
