@@ -204,7 +204,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         if let Some(map) = &body.maps.albedo {
             let texture = Texture::decode(&map.file, &std::fs::read(out.join(&map.file))?, TexelFormat::Rgba8Srgb)?;
             let mean = texture.mean_over_sphere();
-            let target = body.mean_reflectance();
+            let target = body.mean_reflectance().map(|channel| channel * map.relative_mean);
             let gain: Vec<String> = (0..3).map(|c| format!("{:.4}", target[c] / mean[c])).collect();
             println!("{} gain = [{}]", map.file, gain.join(", "));
         }

@@ -96,6 +96,9 @@ pub struct Map {
     pub file: String,
     /// Linear factor per channel that scales the decoded map to the body's published colour and albedo.
     pub gain: [f64; 3],
+    /// For an albedo map: the mean over the sphere of map times gain, relative to [`Body::mean_reflectance`]. It is 1, unless the published albedo is that of
+    /// one side, as the Moon's is that of its near side.
+    pub relative_mean: f64,
     /// The kind of latitude in which its rows are evenly spaced.
     pub latitude: MapLatitude,
     /// Its width in texels, if the catalog states it. The choice of procedural detail needs the width before the map is read.
@@ -305,6 +308,9 @@ pub struct Atmosphere {
     pub refractivity: Option<f64>,
     /// Luminance of its airglow in the zenith, seen from the ground; `None`: left out.
     pub airglow_cd_m2: Option<f64>,
+    /// Light that the air adds at large phase angles to that of the body's phase law, in rows of ascending phase angle. Each row: the phase angle in degrees,
+    /// then the mean radiance of the disc under irradiance 1, linear RGB, in the unit of the geometric albedo. Linear between rows, constant beyond them.
+    pub forward_light: Vec<[f64; 4]>,
     /// Rayleigh gas, Mie aerosol and absorption layers.
     pub species: Vec<Species>,
 }
@@ -395,7 +401,8 @@ impl Body {
     }
 
     /// Mean reflectance of the ground, linear RGB: the body's colour times its geometric albedo (for a star: 1). If the catalog has the colour and albedo of
-    /// the ground without clouds and air (the Earth), they replace those of the disc. The albedo map times its gain has this mean over the sphere.
+    /// the ground without clouds and air (the Earth), they replace those of the disc. The albedo map times its gain has this mean over the sphere, times
+    /// the map's `relative_mean`.
     pub fn mean_reflectance(&self) -> [f64; 3] {
         let albedo = match self.kind {
             BodyKind::Star => 1.0,

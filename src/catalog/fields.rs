@@ -55,7 +55,7 @@ pub(super) fn with_line<T>(table: TableReader, read: impl FnOnce(TableReader) ->
     Some(WithLine { value: read(table)?, source_line })
 }
 
-/// Reads the table of one map. Only the table of an albedo map (`is_albedo`) may have `harmonics`.
+/// Reads the table of one map. Only the table of an albedo map (`is_albedo`) may have `harmonics` and `relative_mean`.
 pub(super) fn read_map(mut table: TableReader, is_albedo: bool) -> Option<Map> {
     let file = table.required::<String>("file", ALLOWED_FILE_NAME, |f| is_file_name(f));
     let gain = table.optional("gain", "three numbers from 0 to 100 (red, green, blue)", each_component(|x| (0.0..=100.0).contains(&x)));
@@ -71,6 +71,8 @@ pub(super) fn read_map(mut table: TableReader, is_albedo: bool) -> Option<Map> {
     } else {
         None
     };
+    let relative_mean =
+        if is_albedo { table.optional("relative_mean", "a number above 0, at most 10", |m: &f64| *m > 0.0 && *m <= 10.0) } else { None };
     let harmonics = harmonics.map(|found| {
         let [x, y, z, degree_2 @ ..] = found.value;
         AlbedoHarmonics { degree_1: [x, y, z], degree_2 }
@@ -78,7 +80,8 @@ pub(super) fn read_map(mut table: TableReader, is_albedo: bool) -> Option<Map> {
     let _ = table.optional::<String>("source", "a string", |_| true);
     table.finish();
     let (gain, latitude) = (gain.map_or([1.0; 3], |g| g.value), latitude.unwrap_or(MapLatitude::Planetocentric));
-    Some(Map { file: file?.value, gain, latitude, columns, invented, harmonics })
+    let relative_mean = relative_mean.map_or(1.0, |m| m.value);
+    Some(Map { file: file?.value, gain, relative_mean, latitude, columns, invented, harmonics })
 }
 
 /// What [`optional_percent`] accepts, for messages. A value whose error is 100 % would not be an estimate.

@@ -90,6 +90,16 @@ const MAX_SPECIES: usize = 16;
 /// Maximum number of rings of a body: each has two edges, and the table of edges (`scene::rings`) has room for 4,096.
 const MAX_RINGS: usize = 2000;
 
+/// What [`is_forward_light`] accepts, for messages.
+const ALLOWED_FORWARD_LIGHT: &str =
+    "up to 100 rows: a phase angle from 0 to 180 degrees, ascending, then three numbers from 0 to 10 (red, green, blue)";
+
+/// Whether a value is a table of light by phase angle.
+fn is_forward_light(rows: &[[f64; 4]]) -> bool {
+    let is_row = |[phase_deg, rgb @ ..]: &[f64; 4]| (0.0..=180.0).contains(phase_deg) && rgb.iter().all(|x| (0.0..=10.0).contains(x));
+    rows.len() <= 100 && rows.iter().all(is_row) && rows.windows(2).all(|pair| pair[0][0] < pair[1][0])
+}
+
 /// Reads an `[[atmosphere]]`: the body's name and the atmosphere.
 fn atmosphere(mut table: TableReader) -> Option<(WithLine<String>, Atmosphere)> {
     let body_name = table.required("body", "the name of a body", |_: &String| true);
@@ -97,6 +107,7 @@ fn atmosphere(mut table: TableReader) -> Option<(WithLine<String>, Atmosphere)> 
     let refractivity = table.optional("refractivity", "a number above 0 and below 0.01", |x: &f64| *x > 0.0 && *x < 0.01).map(|l| l.value);
     let airglow_cd_m2 =
         table.optional("airglow_cd_m2", "candelas a square metre from 0 to 1", |x: &f64| (0.0..=1.0).contains(x)).map(|l| l.value);
+    let forward_light = table.optional("forward_light", ALLOWED_FORWARD_LIGHT, |rows: &Vec<[f64; 4]>| is_forward_light(rows));
     let sections = table.sections("species");
     if let Some(section) = sections.get(MAX_SPECIES) {
         table.problem(&section.source_line, "species", &sections.len().to_string(), &format!("at most {MAX_SPECIES} species"));
@@ -107,7 +118,8 @@ fn atmosphere(mut table: TableReader) -> Option<(WithLine<String>, Atmosphere)> 
     let _ = table.optional::<String>("source", "a string", |_| true);
     table.finish();
     let species = species.into_iter().map(|l| l.value).collect();
-    Some((body_name?, Atmosphere { top_km: top_km?, refractivity, airglow_cd_m2, species }))
+    let forward_light = forward_light.map_or_else(Vec::new, |l| l.value);
+    Some((body_name?, Atmosphere { top_km: top_km?, refractivity, airglow_cd_m2, forward_light, species }))
 }
 
 /// Reports a second gas, aerosol or absorption layer: a draw has one of each, and would leave out a second one.
@@ -407,6 +419,19 @@ fn scaled_to_luminance_1(rgb: [f64; 3]) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rows_of_light_by_phase_ascend_within_their_limits() {
+        assert!(is_forward_light(&[]) && is_forward_light(&[[0.0; 4], [90.0, 0.1, 0.2, 0.3], [180.0, 10.0, 0.0, 0.0]]));
+        for wrong in [[[20.0, 0.0, 0.0, 0.0]; 2], [[30.0, 0.0, 0.0, 0.0], [20.0, 0.0, 0.0, 0.0]]] {
+            assert!(!is_forward_light(&wrong), "{wrong:?} does not ascend");
+        }
+        for wrong in
+            [[-1.0, 0.0, 0.0, 0.0], [181.0, 0.0, 0.0, 0.0], [9.0, -0.1, 0.0, 0.0], [9.0, 0.0, f64::NAN, 0.0], [9.0, 0.0, 0.0, 11.0]]
+        {
+            assert!(!is_forward_light(&[wrong]), "{wrong:?}");
+        }
+    }
 
     /// Beside the asymmetry, a field with a single number whose limits are allowed.
     #[test]

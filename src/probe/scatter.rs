@@ -282,7 +282,7 @@ fn catalog_atmosphere(atmosphere: &Atmosphere) -> Result<catalog::Atmosphere, St
         }),
     };
     let species = atmosphere.species.iter().map(species).collect::<Result<_, String>>()?;
-    Ok(catalog::Atmosphere { top_km: atmosphere.top_km, refractivity: None, airglow_cd_m2: None, species })
+    Ok(catalog::Atmosphere { top_km: atmosphere.top_km, refractivity: None, airglow_cd_m2: None, forward_light: Vec::new(), species })
 }
 
 /// The bytes of the module's `Draw`. `camera_height`: above the ground, in planet radii; `misses_ground`: the ray ends at the top of the atmosphere.

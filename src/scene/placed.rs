@@ -11,7 +11,8 @@ use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::viewpoint;
 use crate::scene::eclipse::occluders::{Occluder, Receiver};
 use crate::scene::error::SceneError;
-use crate::scene::light::{brightness, photometry};
+use crate::scene::light::brightness::{self, Irradiance};
+use crate::scene::light::photometry;
 use crate::scene::request::effects::Effect;
 use crate::scene::request::view_request::ViewRequest;
 use crate::scene::resources::Caches;
@@ -41,10 +42,11 @@ pub(crate) struct PlacedBody<'a> {
     pub phase_angle_rad: f64,
     /// Outline of the ellipsoid in the image.
     pub outline: Outline,
-    /// Irradiance at the viewer from globe and rings without eclipses, in units of the Sun's at 1 au.
-    pub irradiance: f64,
-    /// As `irradiance`, but without rings, and without their shadow on the globe, if the user has switched the rings off: the light of the body's point.
-    pub shown_irradiance: f64,
+    /// Irradiance at the viewer from globe and rings without eclipses and planet-shine, in units of the Sun's at 1 au.
+    pub irradiance: Irradiance,
+    /// As `irradiance`, linear RGB, but without the rings and their shadow on the globe, or without the light of the air, if the user has switched them off:
+    /// the light of the body's point.
+    pub shown_irradiance: DVec3,
     /// The body as a receiver of sunlight, with all bodies that may be in front of the Sun as seen from it. Computed once and used for the exposure,
     /// the globe, its rings and its point.
     pub sun_occluders: OnceCell<(Receiver<'a>, Vec<Occluder<'a>>)>,
@@ -118,12 +120,14 @@ pub(crate) fn place<'a>(
     let to_camera = placement.camera_in_unit_sphere() * body.radii_km;
     // Positions of the Sun and of the viewer relative to the body's centre, body axes.
     let (sun_km, viewer_km) = (body_from_icrf * sun_from_body_km, to_camera.normalize() * distance_km);
-    let shows_rings = request.effects.override_of_body(body, Effect::Rings) != Some(false);
+    let shows = |effect: Effect| request.effects.override_of_body(body, effect) != Some(false);
     let (irradiance, shown_irradiance) = if camera_is_at_centre {
-        (0.0, 0.0)
+        (Irradiance::default(), DVec3::ZERO)
     } else {
         let with_rings = brightness::irradiance(&caches.ring_tables, body, phase_angle_rad, sun_km, viewer_km);
-        (with_rings, if shows_rings { with_rings } else { brightness::globe_irradiance(body, phase_angle_rad, sun_km, viewer_km) })
+        let shown = if shows(Effect::Rings) { with_rings } else { brightness::globe_irradiance(body, phase_angle_rad, sun_km, viewer_km) };
+        let shown = if shows(Effect::Atmosphere) { shown } else { shown.without_air() };
+        (with_rings, shown.rgb(body))
     };
     let outline = if camera_is_at_centre { Outline::Behind } else { Outline::of(camera, &placement) };
     Ok(PlacedBody {

@@ -77,11 +77,16 @@ pub fn point_spread(radius_px: f64) -> [f64; 2] {
     [(1.0 - glare_fraction) / lowered_core(radius_px).1, glare_fraction / (PI * GLARE_SCALE_RADIUS_PX.powi(2) * integral)]
 }
 
-/// The body's flux as a point, linear RGB: the radiance that it would have if it filled one pixel.
+/// The flux of a body's point in sunlight, linear RGB.
 pub(crate) fn flux(camera: &Camera, placed: &PlacedBody<'_>) -> DVec3 {
+    flux_of_irradiance(camera, placed, placed.shown_irradiance)
+}
+
+/// The flux of a body that causes an irradiance at the viewer, both linear RGB: the radiance that it would have if it filled one pixel.
+pub(crate) fn flux_of_irradiance(camera: &Camera, placed: &PlacedBody<'_>, irradiance: DVec3) -> DVec3 {
     let direction = placed.placement.centre_km / placed.distance_km;
     // In the units used, radiance 1 is that of a white Lambert plane under irradiance 1, which is 1 / pi per steradian: hence the factor.
-    placed.body.colour.as_dvec3() * (placed.shown_irradiance * PI / pixel_sr(camera, direction))
+    irradiance * (PI / pixel_sr(camera, direction))
 }
 
 /// Solid angle of a pixel in a direction (unit vector): perspective shrinks it by the third power of the cosine of the angle to the axis. The lower limit of

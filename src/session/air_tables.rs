@@ -37,7 +37,7 @@ fn table_name_with(code_digest: &[u8; 32], body: &Body) -> String {
     let mut inputs = vec![body.radii_km.x];
     inputs.extend(body.mean_reflectance());
     // Patterns without `..`, so that the compiler demands a decision about each new field.
-    if let Some(Atmosphere { top_km, species, refractivity: _, airglow_cd_m2: _ }) = &body.atmosphere {
+    if let Some(Atmosphere { top_km, species, refractivity: _, airglow_cd_m2: _, forward_light: _ }) = &body.atmosphere {
         inputs.push(*top_km);
         for s in species {
             let Species { name: _, scale_height_km, tent_centre_km, scattering_per_km, absorption_per_km, phase, estimate_percent: _ } = s;

@@ -53,7 +53,8 @@ fn harmonics(cells: &[(DVec3, f64, f64)]) -> AlbedoHarmonics {
     }
 }
 
-/// The bodies with harmonics, and their maps. Only bodies have them whose published light curve the map repeats: many maps have more contrast than the body.
+/// The bodies with harmonics, and their maps: bodies whose published light curve the map repeats (many maps have more contrast than the body), and the Moon,
+/// whose published albedo is that of one side.
 fn bodies_with_sides(catalog: &Catalog) -> Vec<(&Body, AlbedoHarmonics, std::sync::Arc<Texture>)> {
     let store = MapStore::new(None);
     let of_body = |body| {
@@ -102,7 +103,7 @@ fn the_light_curve_is_that_of_the_disc() {
     let mut largest = [0.0f64; 4];
     let mut without = 0.0f64;
     for (body, _, map) in bodies_with_sides(&catalog) {
-        let cells = cells(&map);
+        let (cells, relative_mean) = (cells(&map), body_map(body).expect("a map").relative_mean);
         let mut of_body = [0.0f64; 4];
         for (error, phase_deg) in of_body.iter_mut().zip([0.0, 30.0, 60.0, 100.0]) {
             for longitude_deg in (0..360).step_by(40) {
@@ -114,7 +115,7 @@ fn the_light_curve_is_that_of_the_disc() {
                     let viewer = at(f64::from(longitude_deg), latitude_deg);
                     let aside = DVec3::Z.cross(viewer).normalize();
                     let sun = viewer * f64::to_radians(phase_deg).cos() + aside * f64::to_radians(phase_deg).sin();
-                    let (disc, curve) = (summed(body, &cells, sun, viewer), light_curve(body, sun, viewer));
+                    let (disc, curve) = (relative_mean * summed(body, &cells, sun, viewer), light_curve(body, sun, viewer));
                     *error = larger(*error, (curve / disc - 1.0).abs());
                     if phase_deg == 0.0 {
                         without = larger(without, (1.0 / disc - 1.0).abs());

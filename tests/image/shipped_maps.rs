@@ -76,7 +76,8 @@ fn all_maps_of_the_catalog_are_embedded_within_the_budget() {
     assert!(total <= 12_000_000, "{total} bytes");
 }
 
-/// The catalog's gain scales each map's mean over the sphere to colour times albedo.
+/// The catalog's gain scales each map's mean over the sphere to colour times albedo; for the Moon, whose published albedo is that of its near side, times the
+/// catalog's `relative_mean`.
 #[test]
 fn gains_bring_each_map_to_its_published_colour() {
     let store = MapStore::new(None);
@@ -85,13 +86,39 @@ fn gains_bring_each_map_to_its_published_colour() {
         let mean = store.get(&m.file, TexelFormat::Rgba8Srgb).unwrap().mean_over_sphere();
         let target = b.mean_reflectance();
         for c in 0..3 {
-            let ratio = mean[c] * m.gain[c] / target[c];
+            let ratio = mean[c] * m.gain[c] / (target[c] * m.relative_mean);
             assert!((ratio - 1.0).abs() < 0.01, "{} channel {c}: {ratio}", m.file);
         }
     }
     let mercury = Catalog::embedded().body(NaifId(199)).unwrap().clone();
     let raw = map("mercury.jpg").mean_over_sphere();
     assert!((raw[0] / mercury.mean_reflectance()[0] - 1.0).abs() > 0.1, "without its gain, the stylised raw map must fail this test");
+}
+
+/// The Moon's published albedo is measured from the Earth: at full phase its near side has it. A Lommel-Seeliger surface at full phase reflects in proportion
+/// to its area as seen from the viewer.
+#[test]
+fn the_near_side_of_the_moon_has_its_published_albedo() {
+    let catalog = Catalog::embedded();
+    let body = catalog.body(NaifId::MOON).unwrap();
+    let (moon, gain, target) = (map("moon.jpg"), body.maps.albedo.as_ref().unwrap().gain, body.mean_reflectance());
+    // Brightness relative to the published albedo, by places 3 degrees apart on the side that faces a longitude.
+    let relative = |facing_deg: f64| {
+        let (mut sum, mut weights) = ([0.0; 3], 0.0);
+        for (row, column) in (0..60).flat_map(|row| (0..60).map(move |column| (row, column))) {
+            let [latitude_deg, longitude_deg] = [row, column].map(|k| 3.0 * (f64::from(k) + 0.5) - 90.0);
+            let weight = latitude_deg.to_radians().cos().powi(2) * longitude_deg.to_radians().cos();
+            let colour = mean_colour(&moon, latitude_deg, facing_deg + longitude_deg, 0.5);
+            (0..3).for_each(|c| sum[c] += weight * colour[c]);
+            weights += weight;
+        }
+        [0, 1, 2].map(|c| sum[c] / weights * gain[c] / target[c])
+    };
+    let (near, far) = (relative(0.0), relative(180.0));
+    println!("near side {near:.3?}, far side {far:.3?}");
+    assert!(near.iter().all(|ratio| (ratio - 1.0).abs() < 0.02), "{near:?}");
+    // The far side, which has no seas, must fail.
+    assert!(far.iter().all(|ratio| *ratio > 1.4), "{far:?}");
 }
 
 /// Mean of a value at eight points on a circle around a position.

@@ -21,6 +21,7 @@ mod milky_way;
 mod minor_planets;
 mod overlays;
 mod pixel_views;
+mod points_like_discs;
 mod real_sky;
 mod relief;
 mod rims;

@@ -1,7 +1,8 @@
 //! Approximate sunlight under occluders: for the exposure, for magnitudes and for bodies drawn as points.
 //!
 //! In: the occluders of a receiver, the eclipse model and the Sun. Out: the fraction of sunlight at a point, or its mean over the visible lit
-//! ground, 0 to 1. Drawn surfaces are shaded by shaders/lib/eclipse instead. Limb darkening is ignored.
+//! ground, 0 to 1, per channel: light that an occluder's air refracts is red. Drawn surfaces are shaded by shaders/lib/eclipse instead. Limb darkening is
+//! ignored.
 //!
 //! As seen from the point, an occluder's outline is an ellipse. It is replaced by a circle of the ellipse's radius in the direction of the Sun's centre. The
 //! hidden fraction increases linearly as the separation decreases, from 0 at outer contact to the largest fraction that the ellipse can hide, at inner
@@ -20,7 +21,7 @@ use crate::catalog::Body;
 use crate::scene::draw::features::EclipseModel;
 use crate::scene::eclipse::occluders::{Axis, Occluder, Receiver};
 use crate::scene::eclipse::refraction;
-use crate::units::GOLDEN_ANGLE_RAD;
+use crate::units::{GOLDEN_ANGLE_RAD, luminance};
 use glam::{DVec2, DVec3};
 use std::f64::consts::TAU;
 
@@ -58,10 +59,15 @@ impl<'a> ApproximateShadow<'a> {
         Some(Self { occluders, axis, layers })
     }
 
-    /// Fraction of sunlight at a point, whose position is given in the receiver's axes and equatorial radii.
+    /// Fraction of the luminance of sunlight at a point, whose position is given in the receiver's axes and equatorial radii.
     pub(crate) fn sunlight_fraction(&self, point: DVec3) -> f64 {
+        luminance(self.sunlight(point).to_array())
+    }
+
+    /// As [`Self::sunlight_fraction`], but per channel.
+    fn sunlight(&self, point: DVec3) -> DVec3 {
         let (offset_across, along) = (self.axis.offset_across(point), point.dot(self.axis.sunward));
-        let mut fraction = 1.0_f64;
+        let mut fraction = DVec3::ONE;
         for (index, occluder) in self.occluders.iter().enumerate() {
             let depth = occluder.distance_along - along;
             if depth <= 0.0 {
@@ -82,14 +88,14 @@ impl<'a> ApproximateShadow<'a> {
             // beyond one solar radius hide no more).
             let max_obscuration = (occluder.semi_axes * to_solar_radii).min(DVec2::ONE).element_product();
             let obscuration = ((1.0 + radius - separation) / (1.0 + radius - (1.0 - radius).abs())).clamp(0.0, 1.0) * max_obscuration;
-            fraction = fraction.min(1.0 - obscuration);
+            fraction = fraction.min(DVec3::splat(1.0 - obscuration));
             if let Some(layers) = layers {
                 // The layers are computed for a round limb whose radius is the major semi-axis. The separation is changed so that this limb is as far from the
                 // Sun's centre as the elliptical outline is.
                 fraction += layers.refracted_fraction(separation + (occluder.semi_axes.x * to_solar_radii - radius), depth, to_solar_radii);
             }
         }
-        fraction.min(1.0)
+        fraction.min(DVec3::ONE)
     }
 
     /// Number of points that the mean needs.
@@ -99,9 +105,9 @@ impl<'a> ApproximateShadow<'a> {
         if self.occluders.iter().any(needs_fine_mean) { FINE_MEAN_POINTS } else { MEAN_POINTS }
     }
 
-    /// Mean fraction over the lit ground that a viewer sees. Weighted by the cosines of incidence and emission (Lambert); the receiver counts as a sphere, seen
-    /// from a distance. `camera`: direction from the centre to the camera, body axes, of any length.
-    pub(crate) fn mean_sunlight_fraction(&self, camera: DVec3) -> f64 {
+    /// Mean fraction per channel over the lit ground that a viewer sees. Weighted by the cosines of incidence and emission (Lambert); the receiver counts as a
+    /// sphere, seen from a distance. `camera`: direction from the centre to the camera, body axes, of any length.
+    pub(crate) fn mean_sunlight(&self, camera: DVec3) -> DVec3 {
         let to_sun = self.axis.sunward;
         let towards_camera = camera.normalize_or(to_sun);
         // The visible lit ground is a lune. `middle` points to its middle, halfway between the directions to the Sun and to the camera. `pole` is
@@ -112,7 +118,7 @@ impl<'a> ApproximateShadow<'a> {
         let pole = side.cross(middle);
         // (pi - phase angle) / 2.
         let half_width_rad = sum.length().atan2(difference.length());
-        let (mut sunlight, mut weights) = (0.0, 0.0);
+        let (mut sunlight, mut weights) = (DVec3::ZERO, 0.0);
         let points = self.mean_points();
         for k in 0..points {
             // A Fibonacci lattice: equal steps in height along the pole's axis, and steps of the golden angle in longitude, scaled to the lune's width. The
@@ -122,11 +128,11 @@ impl<'a> ApproximateShadow<'a> {
             let (sin, cos) = (half_width_rad * (2.0 * turns.fract() - 1.0)).sin_cos();
             let point = (middle * cos + side * sin) * (1.0 - height * height).sqrt() + pole * height;
             let weight = point.dot(to_sun).max(0.0) * point.dot(towards_camera).max(0.0);
-            sunlight += self.sunlight_fraction(point) * weight;
+            sunlight += self.sunlight(point) * weight;
             weights += weight;
         }
         // All weights are 0 if the camera is exactly opposite to the Sun and sees only the night side.
-        if weights > 0.0 { sunlight / weights } else { self.sunlight_fraction(middle) }
+        if weights > 0.0 { sunlight / weights } else { self.sunlight(middle) }
     }
 }
 
@@ -313,7 +319,7 @@ mod tests {
                     let expected = geometry.mean_by_rays(offset_across);
                     let occluders = [geometry.occluder_at(offset_across)];
                     let shadow = ApproximateShadow::of(&occluders, EclipseModel::LimbDarkened, &geometry.receiver, geometry.sun);
-                    let error = -2.5 * (shadow.expect("an occluder").mean_sunlight_fraction(geometry.axis.sunward) / expected).log10();
+                    let error = -2.5 * (shadow.expect("an occluder").mean_sunlight(geometry.axis.sunward).y / expected).log10();
                     println!("{ids:?}: {expected:.4} of the light, off by {error:.3} magnitudes");
                     let bound = if expected > 0.4 { 0.1 } else { 0.75 };
                     assert!(expected < 0.05 || error.abs() < bound, "{ids:?}: {expected} of the light, off by {error} magnitudes");
@@ -346,8 +352,8 @@ mod tests {
                     ApproximateShadow::of(&occluders, EclipseModel::LimbDarkened, &geometry.receiver, geometry.sun).expect("an occluder");
                 for phase_deg in (0..=180).map(f64::from).chain([1e-9, 1e-5, 179.9, 180.0 - 1e-5, 180.0 - 1e-9]) {
                     for azimuth in (0..4).map(|k| TAU * f64::from(k) / 4.0) {
-                        let mean = shadow.mean_sunlight_fraction(camera(&geometry.axis, phase_deg, azimuth));
-                        assert!(mean == expected, "{ids:?}: {mean} in place of {expected} at {phase_deg} degrees");
+                        let mean = shadow.mean_sunlight(camera(&geometry.axis, phase_deg, azimuth));
+                        assert!(mean == DVec3::splat(expected), "{ids:?}: {mean} in place of {expected} at {phase_deg} degrees");
                     }
                 }
             }
@@ -387,7 +393,7 @@ mod tests {
                         }
                         sunlight / weights
                     };
-                    let (expected, mean) = (over_sphere(40_000), shadow.mean_sunlight_fraction(camera));
+                    let (expected, mean) = (over_sphere(40_000), shadow.mean_sunlight(camera).y);
                     largest_error = largest_error.max((mean - expected).abs());
                     error_of_sphere_lattice = error_of_sphere_lattice.max((over_sphere(2 * MEAN_POINTS) - expected).abs());
                     partial += u32::from(expected > 0.05 && expected < 0.95);

@@ -37,10 +37,10 @@ pub(crate) struct RefractingLayers {
 }
 
 impl RefractingLayers {
-    /// Approximate fraction of sunlight (luminance) that the layers refract to a point. `separation`: of the centres of Sun and occluder as seen from the
+    /// Approximate fraction of sunlight that the layers refract to a point, per channel. `separation`: of the centres of Sun and occluder as seen from the
     /// point, in solar radii; `depth`: distance of the point behind the occluder, in the layers' unit of length; `to_solar_radii`: factor from that unit, at
     /// the occluder's distance, to solar radii.
-    pub(crate) fn refracted_fraction(&self, separation: f64, depth: f64, to_solar_radii: f64) -> f64 {
+    pub(crate) fn refracted_fraction(&self, separation: f64, depth: f64, to_solar_radii: f64) -> DVec3 {
         let layer_fraction = |(edge, transmittance): (&DVec4, &DVec3)| {
             // As seen from the point, the layer's light left the Sun on a circle about the occluder's centre, of this radius in solar radii.
             let radius = 0.5 * (edge.x + edge.z - (edge.y + edge.w) * depth).abs() * to_solar_radii;
@@ -48,11 +48,7 @@ impl RefractingLayers {
             let cosine = (radius * radius + separation * separation - 1.0) / (2.0 * radius * separation).max(1e-9);
             let visible_fraction = cosine.clamp(-1.0, 1.0).acos() / std::f64::consts::PI;
             // The layer's area relative to that of the Sun's disc, times the fraction of the layer that shows the Sun, times its transmittance.
-            (edge.z * edge.z - edge.x * edge.x)
-                * to_solar_radii
-                * to_solar_radii
-                * visible_fraction
-                * crate::units::luminance(transmittance.to_array())
+            *transmittance * ((edge.z * edge.z - edge.x * edge.x) * to_solar_radii * to_solar_radii * visible_fraction)
         };
         self.edges.iter().zip(&self.transmittances).map(layer_fraction).sum()
     }

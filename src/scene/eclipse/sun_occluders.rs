@@ -1,7 +1,7 @@
 //! The occluders between the Sun and a placed body, and the fraction of sunlight that they let through.
 //!
 //! In: a placed body, its size in pixels, and the request's eclipse settings. Out: the selected occluders and the reason for the selection, or a value
-//! computed from their shadows, such as the mean fraction of sunlight. The candidates are computed once per placed body and cached in it.
+//! computed from their shadows, such as the mean fraction of sunlight per channel. The candidates are computed once per placed body and cached in it.
 
 use crate::catalog::{Body, NaifId};
 use crate::message::Reason;
@@ -93,9 +93,9 @@ pub(crate) fn sun_occluders<'a>(
     Some(SunOccluders { receiver, sun, camera: camera_position, occluders: found.occluders, reason: found.reason })
 }
 
-/// Approximate fraction of sunlight that eclipses leave on the visible part of a body; 1 if the user switched eclipses off.
-pub(crate) fn visible_sunlight_fraction(context: Context<'_>, placed: &PlacedBody<'_>, diameter_px: f64) -> f64 {
-    evaluate_shadow(context, placed, diameter_px, |shadow, camera| shadow.mean_sunlight_fraction(camera)).unwrap_or(1.0)
+/// Approximate fraction of sunlight that eclipses leave on the visible part of a body, per channel; 1 if the user switched eclipses off.
+pub(crate) fn visible_sunlight(context: Context<'_>, placed: &PlacedBody<'_>, diameter_px: f64) -> DVec3 {
+    evaluate_shadow(context, placed, diameter_px, |shadow, camera| shadow.mean_sunlight(camera)).unwrap_or(DVec3::ONE)
 }
 
 /// Evaluates a function of the shadows on a body and of the camera's position (from the centre, body axes, equatorial radii); `None` if there are no
@@ -112,13 +112,11 @@ pub(crate) fn evaluate_shadow<T>(
     evaluate_shadow_with_model(context, placed, diameter_px, requested_model(context.request), evaluate)
 }
 
-/// Like [`visible_sunlight_fraction`], but always with [`EclipseModelChoice::Best`], even if the user switched eclipses off: a magnitude must not depend on the
+/// Like [`visible_sunlight`], but always with [`EclipseModelChoice::Best`], even if the user switched eclipses off: a magnitude must not depend on the
 /// image's settings.
-pub(crate) fn visible_sunlight_fraction_by_best_model(context: Context<'_>, placed: &PlacedBody<'_>, diameter_px: f64) -> f64 {
-    evaluate_shadow_with_model(context, placed, diameter_px, EclipseModelChoice::Best, |shadow, camera| {
-        shadow.mean_sunlight_fraction(camera)
-    })
-    .unwrap_or(1.0)
+pub(crate) fn visible_sunlight_by_best_model(context: Context<'_>, placed: &PlacedBody<'_>, diameter_px: f64) -> DVec3 {
+    evaluate_shadow_with_model(context, placed, diameter_px, EclipseModelChoice::Best, |shadow, camera| shadow.mean_sunlight(camera))
+        .unwrap_or(DVec3::ONE)
 }
 
 /// Like [`evaluate_shadow`], but with the given model, whether or not the user switched eclipses off.

@@ -156,20 +156,19 @@ fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Optio
     // Points are drawn after the air, so its transmittance is applied here.
     let transmittance =
         frame.air.filter(|a| a.body.id != placed.body.id).map_or(DVec3::ONE, |a| a.transmittance(placed.placement.centre_km));
-    let flux = point::flux(frame.camera, placed) * (1.0 - disc_fraction) * transmittance;
+    let light_factor = transmittance * (1.0 - disc_fraction);
+    let flux = point::flux(frame.camera, placed) * light_factor;
     // Eclipses are evaluated only for a point that would be visible without them.
     let may_be_visible = disc_fraction < 1.0 && frame.threshold.is_exceeded_by_radiance(flux.max_element());
-    let flux = if may_be_visible {
-        flux * eclipse::sun_occluders::visible_sunlight_fraction(frame.context, placed, inputs.diameter_px)
-    } else {
-        flux
-    };
+    let flux =
+        if may_be_visible { flux * eclipse::sun_occluders::visible_sunlight(frame.context, placed, inputs.diameter_px) } else { flux };
     let reason =
         reason!("point-size", size = format_args!("{:.3}", inputs.diameter_px), from = POINT_ONLY_BELOW_PX, to = DISC_ONLY_FROM_PX);
-    let flux = if inputs.pixel_view() == PixelView::Final { flux } else { DVec3::ZERO };
     if !log.record_effect(Effect::Points, disc_fraction < 1.0, reason) || disc_fraction >= 1.0 {
         return None;
     }
+    let flux = flux + planet_shine_on_point(inputs, log) * light_factor;
+    let flux = if inputs.pixel_view() == PixelView::Final { flux } else { DVec3::ZERO };
     let brightest = flux.max_element();
     let is_visible = frame.threshold.is_exceeded_by_radiance(brightest);
     if !is_visible {
@@ -180,6 +179,27 @@ fn point_of(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Optio
     let flux = if is_visible { flux } else { DVec3::ZERO };
     let clip = frame.camera.clip(placed.placement.centre_km).filter(|_| is_visible || covered_px > 0.0)?;
     Some(point::sprite(placed.body.id, clip, flux, covered_px))
+}
+
+/// The flux of a body's point by planet-shine. It is evaluated only for a point that would be visible if the Sun lit all of its disc: no other body sheds more
+/// light.
+fn planet_shine_on_point(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> DVec3 {
+    let (frame, placed) = (inputs.frame, inputs.placed);
+    if placed.body.id == NaifId::SUN {
+        return DVec3::ZERO;
+    }
+    let disc_px = 0.25 * PI * inputs.diameter_px.powi(2);
+    let sunlight = lights::sunlight(placed.sun_from_body_km).irradiance.max_element();
+    if !frame.threshold.is_exceeded_by_radiance(placed.body.geometric_albedo.max(0.01) * sunlight * disc_px) {
+        return DVec3::ZERO;
+    }
+    // For a body that is drawn as a disc, too, the decisions about the disc include this one.
+    let irradiance = if inputs.disc_fraction > 0.0 {
+        light::planet_shine::irradiance_of_point(inputs, &mut inputs.log())
+    } else {
+        light::planet_shine::irradiance_of_point(inputs, log)
+    };
+    point::flux_of_irradiance(frame.camera, placed, irradiance)
 }
 
 /// Area in pixels that a body drawn as a point, together with its air, may hide of what is behind it. 0 if its disc is drawn, too, which hides as much; for the

@@ -47,8 +47,10 @@ fn reflected_light(source: &Reflector<'_>, receiver_km: DVec3) -> Option<Inciden
     let phase_angle_rad = crate::ephemeris::angle_rad(-to_source, source.sun_from_body_km);
     let radius_sq_km2 = source.body.radii_km.element_product().cbrt().powi(2);
     let sun_distance_km = source.sun_from_body_km.length();
-    let irradiance = photometry::irradiance_at_viewer(source.body, phase_angle_rad, sun_distance_km, distance_km, radius_sq_km2);
-    Some(IncidentLight { from: source.body.id, direction: to_source / distance_km, irradiance: source.body.colour.as_dvec3() * irradiance })
+    let of_disc = photometry::irradiance_at_viewer(source.body, phase_angle_rad, sun_distance_km, distance_km, radius_sq_km2);
+    let of_air = photometry::forward_irradiance_at_viewer(source.body, phase_angle_rad, sun_distance_km, distance_km, radius_sq_km2);
+    let irradiance = source.body.colour.as_dvec3() * of_disc + of_air;
+    Some(IncidentLight { from: source.body.id, direction: to_source / distance_km, irradiance })
 }
 
 /// The lights that other bodies reflect onto a receiver. Returns the significant lights, strongest first, at most [`MAX_LIGHTS`] - 1 because one light is the

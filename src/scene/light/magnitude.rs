@@ -1,15 +1,17 @@
 //! Visual magnitude of an entire body, lit by the sunlight that eclipses leave.
 //!
-//! In: a placed body, and the bodies around it. Out: its magnitude. Always: a body entirely in an umbra without refracted light has no magnitude. In a partial
-//! eclipse of the bodies named below, the error is at most 0.1 magnitudes if more than 0.4 of the light is left. If less is left, the body is too bright: by up
-//! to 0.7 magnitudes if a twentieth is left, and by more below that. The cause is the linear ramp in [`crate::scene::eclipse::approximate_shadow`], whose test
-//! compares Titan, Io, Callisto and Phobos with sums over rays. The error is largest for a moon that is much smaller than the penumbra is wide.
+//! In: a placed body, and the bodies around it. Out: its magnitude. Left out: planet-shine, so that a body entirely in an umbra without refracted light has
+//! none. In a partial eclipse of the bodies named below, the error is at most 0.1 magnitudes if more than 0.4 of the light is left. If less is left, the body
+//! is too bright: by up to 0.7 magnitudes if a twentieth is left, and by more below that. The cause is the linear ramp in
+//! [`crate::scene::eclipse::approximate_shadow`], whose test compares Titan, Io, Callisto and Phobos with sums over rays. The error is largest for a moon that
+//! is much smaller than the penumbra is wide.
 
 use crate::catalog::NaifId;
 use crate::scene::eclipse::sun_occluders;
 use crate::scene::light::photometry;
 use crate::scene::placed::PlacedBody;
 use crate::scene::resources::Context;
+use crate::units::luminance;
 
 /// Diameter of the disc that is passed to the choice of occluders: so large that no occluder is left out because its shadow is smaller than a pixel.
 const LARGE_DISC_PX: f64 = 1e4;
@@ -19,9 +21,11 @@ const PLACEMENT_SHIFT_KM: f64 = 2e3;
 
 /// Visual magnitude; `None` for a body that no sunlight reaches.
 pub(crate) fn magnitude(context: Context<'_>, p: &PlacedBody<'_>, placed: &[PlacedBody<'_>]) -> Option<f64> {
-    let sunlight_fraction =
-        if may_be_eclipsed(p, placed) { sun_occluders::visible_sunlight_fraction_by_best_model(context, p, LARGE_DISC_PX) } else { 1.0 };
-    let irradiance = p.irradiance * sunlight_fraction;
+    let irradiance = if may_be_eclipsed(p, placed) {
+        luminance((p.irradiance.rgb(p.body) * sun_occluders::visible_sunlight_by_best_model(context, p, LARGE_DISC_PX)).to_array())
+    } else {
+        p.irradiance.luminance()
+    };
     (irradiance > 0.0).then(|| photometry::magnitude(irradiance))
 }
 

@@ -113,8 +113,8 @@ pub fn model_phase(model: &Photometry, alpha: f64) -> f64 {
     value.max(0.0)
 }
 
-/// Phase function of the body: the published law if there is one, else the model's phase function. Beyond its limit the published law is continued in
-/// proportion to the model's phase function.
+/// Phase function of the body without the light of [`forward_light`]: the published law if there is one, else the model's phase function. Beyond its limit the
+/// published law is continued in proportion to the model's phase function.
 pub(crate) fn phase(body: &Body, alpha: f64) -> f64 {
     let Some(law) = phase_laws::law(body.id) else { return model_phase(&body.photometry, alpha) };
     let limit_rad = law.limit_deg.to_radians();
@@ -122,6 +122,20 @@ pub(crate) fn phase(body: &Body, alpha: f64) -> f64 {
         law.brightness(alpha.to_degrees())
     } else {
         law.brightness(law.limit_deg) * model_phase(&body.photometry, alpha) / model_phase(&body.photometry, limit_rad).max(1e-12)
+    }
+}
+
+/// Light that thick or dusty air adds at large phase angles to that of the body's phase function ([`phase`]): mean radiance of the disc under irradiance 1,
+/// linear RGB, from the catalog's table. It belongs to the body's point; a disc has it from its drawn air.
+pub fn forward_light(body: &Body, alpha: f64) -> DVec3 {
+    let rows = body.atmosphere.as_ref().map_or(&[][..], |air| air.forward_light.as_slice());
+    let alpha_deg = alpha.to_degrees();
+    let next = rows.partition_point(|[phase_deg, ..]| *phase_deg <= alpha_deg);
+    let rgb = |[_, rgb @ ..]: [f64; 4]| DVec3::from_array(rgb);
+    match (next.checked_sub(1).and_then(|last| rows.get(last)), rows.get(next)) {
+        (Some(from), Some(to)) => rgb(*from).lerp(rgb(*to), (alpha_deg - from[0]) / (to[0] - from[0])),
+        (Some(row), None) | (None, Some(row)) => rgb(*row),
+        (None, None) => DVec3::ZERO,
     }
 }
 
@@ -151,13 +165,13 @@ pub(crate) fn albedo_normalisation(body: &Body) -> DVec3 {
 /// Numbers of photometric longitudes and latitudes of [`light_curve`].
 const LIGHT_CURVE_GRID: [u32; 2] = [24, 12];
 
-/// Brightness of the disc relative to a disc of the same mean albedo without bright and dark sides: the rotational light curve. 1 for a body without harmonics.
-/// It sums the reflectance times the relative albedo, which is 1 plus the harmonics of the albedo map and at least 0, over the part of a sphere that is lit and
-/// visible. `sun` and `viewer`: unit vectors from the body, body axes. Errors: those of the harmonics, which leave out all finer detail of the map
-/// (tests/image/light_curves.rs).
+/// Brightness of the disc relative to a disc of the published albedo without bright and dark sides: the rotational light curve. 1 for a body without harmonics.
+/// It sums the reflectance times the relative albedo, which is the map's relative mean times 1 plus the map's harmonics, and at least 0, over the part of a
+/// sphere that is lit and visible. `sun` and `viewer`: unit vectors from the body, body axes. Errors: those of the harmonics, which leave out all finer detail
+/// of the map (tests/image/light_curves.rs).
 pub fn light_curve(body: &Body, sun: DVec3, viewer: DVec3) -> f64 {
-    let harmonics = body.maps.albedo.as_ref().and_then(|map| map.harmonics);
-    let Some(harmonics) = harmonics.filter(|_| !matches!(body.photometry, Photometry::Emissive { .. })) else { return 1.0 };
+    let map = body.maps.albedo.as_ref().filter(|_| !matches!(body.photometry, Photometry::Emissive { .. }));
+    let Some((harmonics, relative_mean)) = map.and_then(|map| Some((map.harmonics?, map.relative_mean))) else { return 1.0 };
     let alpha = crate::ephemeris::angle_rad(sun, viewer);
     // Photometric longitude 0 is the viewer's, alpha the Sun's; the pole is perpendicular to both.
     let towards_sun = sun.reject_from(viewer).try_normalize().unwrap_or_else(|| viewer.any_orthonormal_vector());
@@ -178,7 +192,7 @@ pub fn light_curve(body: &Body, sun: DVec3, viewer: DVec3) -> f64 {
         }
     }
     // At a phase angle of 180 degrees nothing is lit.
-    if light_of_uniform_albedo > 0.0 { light / light_of_uniform_albedo } else { 1.0 }
+    if light_of_uniform_albedo > 0.0 { relative_mean * light / light_of_uniform_albedo } else { 1.0 }
 }
 
 /// Mean radiance of the Sun's disc, which causes irradiance 1 at 1 au.
@@ -192,7 +206,7 @@ pub(crate) fn projected_radius_sq_km2(radii_km: DVec3, n: DVec3) -> f64 {
     ((b * c * n.x).powi(2) + (a * c * n.y).powi(2) + (a * b * n.z).powi(2)).sqrt()
 }
 
-/// Irradiance that the body causes at a viewer, in units of the Sun's at 1 au.
+/// Irradiance that the body causes at a viewer, in units of the Sun's at 1 au, without the light of [`forward_light`].
 ///
 /// `sun_distance_km`, `viewer_distance_km`: distances of the body from the Sun and from the viewer; `radius_sq_km2`: squared radius of a circle with the area
 /// of the body's outline.
@@ -202,6 +216,17 @@ pub fn irradiance_at_viewer(body: &Body, alpha: f64, sun_distance_km: f64, viewe
         return sun_disc_radiance() * solid_angle;
     }
     body.geometric_albedo * phase(body, alpha) * solid_angle * (KM_PER_AU / sun_distance_km).powi(2)
+}
+
+/// Irradiance at a viewer by the light of [`forward_light`], linear RGB. Parameters as for [`irradiance_at_viewer`].
+pub(crate) fn forward_irradiance_at_viewer(
+    body: &Body,
+    alpha: f64,
+    sun_distance_km: f64,
+    viewer_distance_km: f64,
+    radius_sq_km2: f64,
+) -> DVec3 {
+    forward_light(body, alpha) * (radius_sq_km2 * (KM_PER_AU / (viewer_distance_km * sun_distance_km)).powi(2))
 }
 
 /// Visual magnitude of an irradiance in units of the Sun's at 1 au.

@@ -1,23 +1,34 @@
 //! The decision on planet-shine: the reflected light of other bodies on a body's ground, in addition to sunlight.
 //!
-//! In: the lights that other bodies reflect onto the body (`lights`). Out: those that are drawn, strongest first, and the reason.
+//! In: the lights that other bodies reflect onto the body (`lights`). Out: those that are drawn, strongest first, and the reason; for a body drawn as a point,
+//! the irradiance that they cause at the viewer.
 
 use crate::catalog::NaifId;
 use crate::message::reason;
+use crate::scene::decision::DecisionLog;
 use crate::scene::features::choice::Capabilities;
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
-use crate::scene::light::lights;
+use crate::scene::light::brightness;
+use crate::scene::light::lights::{self, IncidentLight};
 use crate::scene::request::effects::Effect;
+use crate::units::KM_PER_AU;
+use glam::DVec3;
 
 /// Decides which bodies' reflected light is added to the sunlight on the ground.
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
-    let (body, placed, threshold, reflectors) = (inputs.body(), inputs.placed, inputs.threshold(), inputs.frame.reflectors);
-    if Capabilities::of(body).is_emissive {
+    if Capabilities::of(inputs.body()).is_emissive {
         return decisions;
     }
-    let log = &mut decisions.log;
-    let irradiance = lights::sunlight(placed.sun_from_body_km).irradiance.x;
-    log.record("sunlight", true, reason!("irradiance", irradiance = format_args!("{irradiance:.3e}")));
+    let irradiance = lights::sunlight(inputs.placed.sun_from_body_km).irradiance.x;
+    decisions.log.record("sunlight", true, reason!("irradiance", irradiance = format_args!("{irradiance:.3e}")));
+    decisions.secondary_lights = drawn_lights(inputs, &mut decisions.log);
+    decisions.chosen.secondary_light_count = decisions.secondary_lights.len() as u8;
+    decisions
+}
+
+/// The lights that are drawn, with the decision in the log.
+fn drawn_lights(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> Vec<IncidentLight> {
+    let (body, placed, threshold, reflectors) = (inputs.body(), inputs.placed, inputs.threshold(), inputs.frame.reflectors);
     let is_forced = inputs.effects().override_of(Effect::PlanetShine) == Some(true);
     let (secondary_lights, strongest) =
         lights::planet_shine(body, placed.position_km, reflectors, |radiance| is_forced || threshold.is_exceeded_by_radiance(radiance));
@@ -26,9 +37,25 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         Some((from, radiance)) => reason!("shine-strongest", body = name_of(from), light = threshold.radiance_description(radiance)),
         None => reason!("shine-none"),
     };
-    if log.record_effect(Effect::PlanetShine, !secondary_lights.is_empty(), reason) {
-        decisions.secondary_lights = secondary_lights;
+    if log.record_effect(Effect::PlanetShine, !secondary_lights.is_empty(), reason) { secondary_lights } else { Vec::new() }
+}
+
+/// The irradiance at the viewer by planet-shine on a body that is drawn as a point, linear RGB, in units of the Sun's at 1 au. For each light that a disc would
+/// have, the body has the phase function and the light curve that it has in sunlight.
+pub(crate) fn irradiance_of_point(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<'_>) -> DVec3 {
+    let (body, placed) = (inputs.body(), inputs.placed);
+    if Capabilities::of(body).is_emissive {
+        return DVec3::ZERO;
     }
-    decisions.chosen.secondary_light_count = decisions.secondary_lights.len() as u8;
-    decisions
+    let viewer_km = (placed.placement.camera_in_unit_sphere() * body.radii_km).normalize() * placed.distance_km;
+    let shows_air = inputs.effects().override_of(Effect::Atmosphere) != Some(false);
+    let reflected = |light: &IncidentLight| {
+        let phase_angle_rad = crate::ephemeris::angle_rad(light.direction, -placed.placement.centre_km);
+        // A light 1 au away, with an irradiance of 1.
+        let unit_light_km = placed.body_from_icrf * light.direction * KM_PER_AU;
+        let unit = brightness::globe_irradiance(body, phase_angle_rad, unit_light_km, viewer_km);
+        let unit = if shows_air { unit } else { unit.without_air() };
+        light.irradiance * unit.rgb(body)
+    };
+    drawn_lights(inputs, log).iter().map(reflected).sum()
 }

@@ -3,7 +3,7 @@
 //! In: a ringed body, the directions to Sun and viewer in body axes. Out: [`RingLight`]. The light is computed as in shaders/lib/ring/photometry.wesl for a
 //! point Sun and a distant viewer: single scattering by a flat layer that the globe and its shadow partly hide. tests/scene/magnitudes.rs compares it with
 //! Mallama and Hilton 2018 (Astron. Comput. 25, 10, eq. 10, Saturn, tilts of 0 to 27 degrees, phase angles up to 6.5 degrees). Not modelled: light reflected
-//! between globe and rings, the Sun's size.
+//! between globe and rings (seen from the unlit side of the rings, 12 % of the light at a phase angle of 100 degrees), the Sun's size.
 
 use crate::catalog::Body;
 use crate::scene::rings::phase::{MIN_COSINE, dust_phase, large_particle_phase};
@@ -19,8 +19,12 @@ use std::sync::LazyLock;
 const RADII: usize = 24;
 /// Number of azimuths tested at each radius.
 const AZIMUTHS: usize = 72;
-/// Number of grid points along each side of the square around the globe's disc, for the globe's light that the rings transmit.
-const DISC_GRID: usize = 24;
+/// Numbers of cells across and along the lit and visible part of the globe, for the globe's light that the rings transmit; more along it, because the edges of
+/// shadows mostly run across. The error of the fraction is at most 0.025 (test below); mostly it is below 0.005.
+const LUNE_COLUMNS: usize = 12;
+const LUNE_ROWS: usize = 48;
+/// Smallest extent in radius over which transmittance is averaged, equatorial radii: it keeps the division by the extent accurate.
+const MIN_EXTENT: f64 = 1e-6;
 
 /// Unit vectors in the rings' plane, at the middles of `AZIMUTHS` equal angles.
 static DIRECTIONS: LazyLock<[DVec2; AZIMUTHS]> =
@@ -94,30 +98,102 @@ impl Globe {
         DIRECTIONS.iter().filter(is_visible).count() as f64 / AZIMUTHS as f64
     }
 
-    /// Fraction of a Lambert globe's light that the rings transmit, both on the way from the Sun and on the way to the viewer.
+    /// Fraction of a Lambert globe's light that the rings transmit, both on the way from the Sun and on the way to the viewer. The lit and visible part of the
+    /// globe, a lune of the unit sphere, is cut into `LUNE_COLUMNS` times `LUNE_ROWS` cells; in each the transmittance is the mean over the cell's extent in
+    /// radius of the rings.
     fn transmitted_fraction(&self, intervals: &[RingInterval], sun: DVec3, viewer: DVec3) -> f64 {
-        let (across, up) = viewer.any_orthonormal_pair();
+        // The globe as a unit sphere: coordinates divided by its semi-axes. Great circles bound its lit and its visible half.
+        let [to_sun, to_viewer] = [sun, viewer].map(|towards| (towards / self.axes).normalize());
+        let (sum, difference) = (to_sun + to_viewer, to_viewer - to_sun);
+        let Some(middle) = sum.try_normalize() else { return 1.0 };
+        let side = difference.try_normalize().unwrap_or_else(|| middle.any_orthonormal_vector());
+        let pole = side.cross(middle);
+        // (pi - phase angle) / 2, for the directions in the frame of the unit sphere.
+        let half_width_rad = sum.length().atan2(difference.length());
+        let paths = [sun, viewer].map(|towards| RingPath::new(intervals, towards));
+        let (cell_width_rad, cell_height_rad) = (2.0 * half_width_rad / LUNE_COLUMNS as f64, PI / LUNE_ROWS as f64);
+        let meridians: [[DVec3; 2]; LUNE_COLUMNS] = std::array::from_fn(|k| {
+            let (sin, cos) = ((k as f64 + 0.5) * cell_width_rad - half_width_rad).sin_cos();
+            [middle * cos + side * sin, side * cos - middle * sin]
+        });
         let (mut reflected, mut transmitted) = (0.0, 0.0);
-        for k in 0..DISC_GRID * DISC_GRID {
-            let [x, y] = [k % DISC_GRID, k / DISC_GRID].map(|i| 2.0 * (i as f64 + 0.5) / DISC_GRID as f64 - 1.0);
-            // The globe is intersected as a unit sphere: coordinates divided by its semi-axes.
-            let plane_point = (across * x + up * y) / self.axes;
-            let towards = viewer / self.axes;
-            let (a, b, c) = (towards.length_squared(), plane_point.dot(towards), plane_point.length_squared() - 1.0);
-            if b * b <= a * c {
-                continue;
+        for row in 0..LUNE_ROWS {
+            let (sin_latitude, cos_latitude) = ((row as f64 + 0.5) * cell_height_rad - 0.5 * PI).sin_cos();
+            for [outward, east] in meridians {
+                let unit_point = outward * cos_latitude + pole * sin_latitude;
+                let north = pole * cos_latitude - outward * sin_latitude;
+                let normal = (unit_point / self.axes).normalize();
+                let light = normal.dot(sun).max(0.0) * unit_point.dot(to_viewer).max(0.0) * cos_latitude;
+                let cell = [east * (cell_width_rad * cos_latitude), north * cell_height_rad].map(|side| side * self.axes);
+                reflected += light;
+                transmitted += paths.iter().fold(light, |light, path| light * path.mean_transmittance(unit_point * self.axes, cell));
             }
-            let hit = plane_point + towards * ((-b + (b * b - a * c).sqrt()) / a);
-            let normal = (hit / self.axes).normalize();
-            let point = hit * self.axes;
-            let light = normal.dot(sun);
-            if light <= 0.0 {
-                continue;
-            }
-            reflected += light;
-            transmitted += light * transmittance(intervals, point, sun) * transmittance(intervals, point, viewer);
         }
         if reflected > 0.0 { transmitted / reflected } else { 1.0 }
+    }
+}
+
+/// Paths through the rings in one direction.
+struct RingPath<'a> {
+    intervals: &'a [RingInterval],
+    /// Unit vector along the paths, body axes.
+    towards: DVec3,
+    /// Transmittance of each interval.
+    transmittances: Vec<f64>,
+    /// Integral of the transmittance over the radius from the inner edge of the first interval to that of each interval; the last element is the integral over
+    /// all intervals.
+    integrals: Vec<f64>,
+}
+
+impl<'a> RingPath<'a> {
+    fn new(intervals: &'a [RingInterval], towards: DVec3) -> Self {
+        let transmittances: Vec<f64> = intervals.iter().map(|interval| transmittance_of(interval, towards)).collect();
+        let mut integral = 0.0;
+        let mut integrals = vec![integral];
+        for (interval, transmittance) in intervals.iter().zip(&transmittances) {
+            integral += (interval.outer - interval.inner) * transmittance;
+            integrals.push(integral);
+        }
+        Self { intervals, towards, transmittances, integrals }
+    }
+
+    /// Integral of the transmittance over the radius, from the inner edge of the first interval. Without rings the transmittance is 1.
+    fn integral_to(&self, radius: f64) -> f64 {
+        let index = self.intervals.partition_point(|interval| interval.outer <= radius);
+        let (Some(first), Some(last)) = (self.intervals.first(), self.intervals.last()) else { return radius };
+        match self.intervals.get(index) {
+            _ if radius <= first.inner => radius - first.inner,
+            Some(interval) => self.integrals[index] + (radius - interval.inner) * self.transmittances[index],
+            None => self.integrals[index] + radius - last.outer,
+        }
+    }
+
+    /// Mean transmittance on the paths from the points of a cell of the globe. `point`: the middle of the cell; `cell`: its sides. Lengths in equatorial radii.
+    /// The radius at which the paths cross the rings counts as linear over the cell, with a uniform distribution of the same variance as over the cell.
+    fn mean_transmittance(&self, point: DVec3, cell: [DVec3; 2]) -> f64 {
+        if self.towards.z == 0.0 {
+            return 1.0;
+        }
+        // Length of the path to the rings' plane; below 0 for a point beyond the plane.
+        let length = -point.z / self.towards.z;
+        let point_outward = point.truncate().normalize_or_zero();
+        let crossing = (point + self.towards * length).truncate();
+        // A cell whose middle is beyond the plane may have points before it, from which the paths cross the plane just outside the globe's equator.
+        let outward = if length > 0.0 { crossing.normalize_or_zero() } else { point_outward };
+        let outward_cosine = outward.dot(self.towards.truncate());
+        let radius = if length > 0.0 {
+            crossing.length()
+        } else if outward_cosine > 0.0 {
+            point.truncate().length() + length * outward_cosine
+        } else {
+            return 1.0;
+        };
+        // The radius at which the paths cross the plane changes along a vector by the product of the vector with this one.
+        let gradient = outward.extend(-outward_cosine / self.towards.z);
+        let half_width = 0.5 * cell.map(|side| gradient.dot(side)).into_iter().fold(0.0, f64::hypot).max(MIN_EXTENT);
+        let (from, to) = (radius - half_width, radius + half_width);
+        let (Some(first), Some(last)) = (self.intervals.first(), self.intervals.last()) else { return 1.0 };
+        if to <= first.inner || from >= last.outer { 1.0 } else { (self.integral_to(to) - self.integral_to(from)) / (to - from) }
     }
 }
 
@@ -129,10 +205,12 @@ pub(crate) fn transmittance(intervals: &[RingInterval], point: DVec3, towards: D
     }
     let radius = (point - towards * (point.z / towards.z)).truncate().length();
     let index = intervals.partition_point(|interval| interval.outer <= radius);
-    intervals
-        .get(index)
-        .filter(|interval| interval.inner <= radius)
-        .map_or(1.0, |interval| (-interval.tau / towards.z.abs().max(MIN_COSINE)).exp())
+    intervals.get(index).filter(|interval| interval.inner <= radius).map_or(1.0, |interval| transmittance_of(interval, towards))
+}
+
+/// Transmittance of an interval along a path. `towards`: unit vector along the path.
+fn transmittance_of(interval: &RingInterval, towards: DVec3) -> f64 {
+    (-interval.tau / towards.z.abs().max(MIN_COSINE)).exp()
 }
 
 #[cfg(test)]
@@ -167,5 +245,62 @@ mod tests {
             .collect();
         assert!(ring_albedo.windows(2).all(|w| w[1] > w[0]), "{ring_albedo:?}");
         assert!(ring_albedo[9] > 0.2, "{ring_albedo:?}");
+    }
+
+    /// [`Globe::transmitted_fraction`] by many points of the square around the globe's disc, each with the transmittance at this point.
+    fn transmitted_fraction_by_points(globe: &Globe, intervals: &[RingInterval], sun: DVec3, viewer: DVec3, side: u32) -> f64 {
+        let (across, up) = viewer.any_orthonormal_pair();
+        let (mut reflected, mut transmitted) = (0.0, 0.0);
+        for k in 0..side * side {
+            let [x, y] = [k % side, k / side].map(|i| 2.0 * (f64::from(i) + 0.5) / f64::from(side) - 1.0);
+            let plane_point = (across * x + up * y) / globe.axes;
+            let towards = viewer / globe.axes;
+            let (a, b, c) = (towards.length_squared(), plane_point.dot(towards), plane_point.length_squared() - 1.0);
+            if b * b <= a * c {
+                continue;
+            }
+            let hit = plane_point + towards * ((-b + (b * b - a * c).sqrt()) / a);
+            let light = (hit / globe.axes).normalize().dot(sun).max(0.0);
+            let point = hit * globe.axes;
+            reflected += light;
+            transmitted += light * transmittance(intervals, point, sun) * transmittance(intervals, point, viewer);
+        }
+        if reflected > 0.0 { transmitted / reflected } else { 1.0 }
+    }
+
+    /// Saturn from many sides, in small steps of latitude: the error, and how much it differs from one step to the next.
+    #[test]
+    fn the_light_of_the_globe_behind_rings_is_accurate_and_does_not_flicker() {
+        let catalog = Catalog::embedded();
+        let saturn = catalog.body(NaifId(699)).expect("Saturn");
+        let intervals = RingTables::default().intervals(saturn.rings.iter(), saturn.radii_km.x);
+        let globe = Globe { axes: saturn.radii_km / saturn.radii_km.x };
+        let (mut flicker_of_few_points, mut light_at_new_phase) = (0.0_f64, 0.0_f64);
+        // Latitude of the Sun, phase angle in longitude, first latitude and step: the rings open and nearly edge-on, at full phase and as a crescent.
+        for (sun_deg, phase_deg, from_deg, step_deg) in [
+            (26.6, 100.0, -23.5, 0.1),
+            (26.6, 3.0, -15.3, 0.1),
+            (26.6, 3.0, 20.0, 0.35),
+            (-2.0, 160.0, 0.5, 0.1),
+            (5.0, 100.0, 1.0, 0.35),
+            (10.0, 150.0, -8.0, 0.83),
+            (20.0, 172.0, -19.0, 1.93),
+        ] {
+            let (mut errors, mut errors_of_few) = (Vec::new(), Vec::new());
+            for k in 0..12 {
+                let (sun, viewer) = (direction(sun_deg, 0.0), direction(from_deg + step_deg * f64::from(k), phase_deg));
+                let expected = transmitted_fraction_by_points(&globe, &intervals, sun, viewer, 500);
+                errors.push(globe.transmitted_fraction(&intervals, sun, viewer) - expected);
+                errors_of_few.push(transmitted_fraction_by_points(&globe, &intervals, sun, viewer, 24) - expected);
+                light_at_new_phase = light_at_new_phase.max(if phase_deg > 170.0 { 1.0 - expected } else { 0.0 });
+            }
+            let largest = errors.iter().fold(0.0_f64, |largest, error| largest.max(error.abs()));
+            let flicker = |errors: &[f64]| errors.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
+            println!("Sun at {sun_deg}, phase {phase_deg}: {largest:.4}, from step to step {:.4}", flicker(&errors));
+            assert!(largest < 0.025 && flicker(&errors) < 0.02, "Sun at {sun_deg}, phase {phase_deg}: {largest}, {}", flicker(&errors));
+            flicker_of_few_points = flicker_of_few_points.max(flicker(&errors_of_few));
+        }
+        // Negative control: as many points on a square flicker. The crescent behind the rings loses light, so that the test compares something.
+        assert!(flicker_of_few_points > 0.05 && light_at_new_phase > 0.05, "{flicker_of_few_points}, {light_at_new_phase}");
     }
 }

@@ -277,7 +277,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         if point_weight > 0.0 {
             // A point: all of the body's light, spread over a sprite, which the meter treats as uniform with the radiance of its peak.
             let pixel_sr = camera.pixel_tangent().powi(2);
-            let peak_radiance = transmittance * f64::from(p.body.colour.max_element()) * p.shown_irradiance * PI / pixel_sr * point_peak();
+            let peak_radiance = transmittance * p.shown_irradiance.max_element() * PI / pixel_sr * point_peak();
             let sprite_share = weighted_in_frame_fraction(camera, p) / point_peak() / self.meter.frame_px();
             mean.add(point_weight * sprite_share, peak_radiance, foreground_radiance);
             if point_weight >= 1.0 {
