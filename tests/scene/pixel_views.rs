@@ -8,6 +8,7 @@ use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::draw::PixelView;
 use orrery::scene::effects::EffectOverrides;
+use orrery::scene::photometry::phase_correction;
 use orrery::scene::request::{Axes, Composition, Look, Position, Projection, ViewRequest};
 use orrery::scene::{Scene, SubPoint};
 use orrery::time::Instant;
@@ -59,6 +60,38 @@ fn the_eclipse_of_a_body_with_planet_shine_is_drawn() {
         let brightest = drawn.frame.hdr.iter().map(|p| p[1]).fold(0.0, larger);
         assert!(range.contains(&brightest), "{time}: {brightest}");
     }
+}
+
+/// Earthshine in the middle of the Moon's night side, two days after new moon, as irradiance relative to the Sun's at 1 au. A full Earth straight above gives
+/// its geometric albedo (0.434: Mallama, Krobusek and Pavlov 2017) times (radius / distance)², at 6371 and 363 436 km; at a phase angle of 23 degrees it is a
+/// little fainter. It does not depend on the viewer's distance, with which the Moon's drawn albedo takes on its phase law. Negative control: with the inverse
+/// of this law, as the radiance needs it, the irradiance would be too large.
+#[test]
+fn the_sunlight_view_shows_the_irradiance_by_other_bodies() {
+    const TIME: &str = "2024-04-10T00:00:00Z";
+    const FAR_RADII: f64 = 60.0;
+    let full_earth = 0.434 * (6371.0_f64 / 363_436.0).powi(2);
+    let middle = |distance_radii: f64, effects: &str| {
+        let request = ViewRequest {
+            position: Position::AboveTarget { towards: None, distance_radii: Some(distance_radii) },
+            effects: EffectOverrides::parse(&format!("-normal,-detail,{effects}planet-shine")).expect("effects"),
+            pixel_view: PixelView::Sunlight,
+            width: SIDE,
+            height: SIDE,
+            ..ViewRequest::of(NaifId::MOON, Instant::parse(TIME).expect("a time"))
+        };
+        let drawn = SESSION.draw(&request, SamplingQuality { samples: 4, anisotropy: 8 }, FrameImages::DisplayAndHdr).expect("drawn");
+        let phase_angle_rad = drawn.scene.body(NaifId::MOON).expect("the Moon").phase_angle_deg.to_radians();
+        (f64::from(drawn.frame.hdr[MIDDLE][1]), phase_angle_rad)
+    };
+    let ((near, _), (far, phase_angle_rad)) = (middle(3.0, "+"), middle(FAR_RADII, "+"));
+    let possible = 0.75 * full_earth..1.02 * full_earth;
+    assert!(possible.contains(&near) && possible.contains(&far), "{near} and {far}, full Earth {full_earth}");
+    assert!((near / far - 1.0).abs() < 0.02, "{near} from 3 radii, {far} from {FAR_RADII}");
+    assert_eq!(middle(3.0, "-").0, 0.0);
+    let moon = SESSION.catalog().body(NaifId::MOON).expect("the Moon");
+    let with_phase_law = far / phase_correction(moon, phase_angle_rad, FAR_RADII);
+    assert!(!possible.contains(&with_phase_law), "{with_phase_law} would pass");
 }
 
 const DAY: &str = "2024-04-08T18:17:16Z";

@@ -52,7 +52,7 @@ pub(crate) fn legend(view: PixelView, exposure: &Exposure, tone_map: ToneMap) ->
         }
         PixelView::Sunlight => {
             format!(
-                "sunlight: irradiance on the surface by the Sun and bodies that shine on it; {}",
+                "sunlight: irradiance on the surface by the Sun, bodies and rings that shine on it; {}",
                 range("of the Sun's at 1 au on a facing plane")
             )
         }

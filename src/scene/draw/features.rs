@@ -222,7 +222,7 @@ pub enum PixelView {
     Albedo,
     /// Coordinates in the maps; on a ring, radius and longitude.
     Uv,
-    /// Irradiance on the surface by the Sun and by bodies that reflect its light, with shadows.
+    /// Irradiance on the surface by the Sun and by bodies and rings that reflect its light, with shadows.
     Sunlight,
     /// Fraction of sunlight that passes the occluders.
     Eclipse,
