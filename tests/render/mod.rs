@@ -1,6 +1,7 @@
 //! Frame plans, and recorded images that the software renderer must reproduce.
 
 mod composite;
+mod fisheye_rim;
 mod golden;
 mod permutations;
 mod plan;
