@@ -5,4 +5,5 @@ mod fisheye_rim;
 mod golden;
 mod permutations;
 mod plan;
+mod sphere_names;
 mod sphere_sprites;
