@@ -60,8 +60,8 @@ impl CompositeFrames {
 pub struct Composite {
     pub scenes: Vec<Scene>,
     pub arrangement: Arrangement,
-    /// The scene of the entire image. For faces it holds what is drawn after they have been combined: stars, points, labels and names. Otherwise it is the scene of
-    /// the first frame; for a stereo pair, with the geometry of the pair and the texts of both eyes.
+    /// The scene of the entire image. For faces it holds what is drawn after they have been combined: stars, points, labels and names. Otherwise it is the scene
+    /// of the first frame; for a stereo pair, with the geometry of the pair and the texts of both eyes.
     pub whole_image: Scene,
 }
 

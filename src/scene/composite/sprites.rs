@@ -4,8 +4,8 @@
 //! the solid angle of a pixel, which differs between face and image. Each sprite comes from the face that contains its direction; on the edge of two faces,
 //! from the first. Always: a sprite has as many pixels in height as in a perspective image. In an equirectangular image it is stretched horizontally as the
 //! image is, so that it spans the same angle in both directions. Sprites that cross the left or right edge of such an image are repeated at the opposite
-//! edge. Near its poles, where a sprite may surround the pole, the face draws the sprite itself, and the image is resampled from the face. In a fisheye a sprite
-//! ends at the circle, except that no sprite is smaller than that of a faint star.
+//! edge. Near its poles, where a sprite may surround the pole, the face draws the sprite itself, and the image is resampled from the face. In a fisheye a
+//! sprite ends at the circle, except that no sprite is smaller than that of a faint star.
 
 use super::faces::face_of;
 use crate::scene::camera::sphere::SphereImage;
