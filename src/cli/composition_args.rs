@@ -17,7 +17,8 @@ const MAX_MESH_BYTES: u64 = 1 << 27;
 #[command(next_help_heading = "Projection and stereo")]
 pub(crate) struct CompositionArgs {
     /// Projection: perspective; fisheye (angular: distance from the middle proportional to the angle; it shows 180 degrees unless a field of view is given);
-    /// equirectangular (whole sphere, whatever --fov is; poles at the view's up and down, the target in the middle column)
+    /// equirectangular (whole sphere, whatever --fov is; poles at the view's up and down, the target in the middle column). Fisheye and equirectangular images
+    /// have no outline (--layers +outline), and neither coordinates on their grids nor names on frames of instruments
     #[arg(long, value_enum, value_name = "HOW", default_value_t = Projection::Perspective)]
     pub projection: Projection,
     /// Fisheye: the zenith in the middle, the target towards the bottom (the front of a dome)

@@ -1,8 +1,8 @@
 //! Coverage of the theories (kernels, series, mean elements, orbits of a catalog), for messages: why a state is not available at an instant, and which fields
 //! of a catalog no theory supports.
 //!
-//! In: targets, instants, a catalog. Out: messages for the user. Always: the span in a message goes from the first to the last time that the theories cover.
-//! No positions are computed here.
+//! In: targets, instants, a catalog. Out: messages for the user. Always: the span in a message goes from the first to the last time that the theories cover; if
+//! the instant is in a gap of this span, the message names the gap. No positions are computed here.
 
 use super::{
     Ephemeris, EphemerisError, MAX_CHAIN_LINKS, MEAN_ELEMENTS_YEARS, ORBIT_YEARS, SERIES_YEARS, Source, is_centre_from_moons, mean_elements,
@@ -27,6 +27,19 @@ pub struct UnsupportedField {
 fn span_s((first, last): (f64, f64)) -> (f64, f64) {
     let seconds = |year: f64| (year - 2000.0) * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
     (seconds(first), seconds(last))
+}
+
+/// Spans in their order; those that overlap or meet are one.
+fn joined(mut spans: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+    spans.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut all: Vec<(f64, f64)> = Vec::with_capacity(spans.len());
+    for (start, end) in spans {
+        match all.last_mut() {
+            Some(last) if start <= last.1 => last.1 = last.1.max(end),
+            _ => all.push((start, end)),
+        }
+    }
+    all
 }
 
 /// The date of an instant, without the time of day.
@@ -60,12 +73,12 @@ impl Ephemeris {
         }
     }
 
-    /// The first and the last time for which `source` (`None`: any source) has the target, TDB seconds past J2000; there may be gaps between them. A catalog's
-    /// orbit about a parent counts as covered by every source, because it is used whichever source is requested. `None` if no time is covered.
-    fn coverage(&self, target: NaifId, source: Option<Source>) -> Option<(f64, f64)> {
+    /// The spans for which `source` (`None`: any source) has the target, TDB seconds past J2000, in their order and with gaps between them. A catalog's orbit
+    /// about a parent counts as covered by every source, because it is used whichever source is requested.
+    fn coverage(&self, target: NaifId, source: Option<Source>) -> Vec<(f64, f64)> {
         let mut spans = Vec::new();
         if source.is_none_or(|s| s == Source::Kernel) {
-            spans.extend(self.kernels.iter().filter_map(|k| k.coverage(target.0)));
+            spans.extend(self.kernels.iter().flat_map(|k| k.spans(target.0)));
         }
         if source.is_none_or(|s| s == Source::Series) {
             let series_span = self.series.coverage(target.0);
@@ -77,7 +90,7 @@ impl Ephemeris {
         if self.orbits.get(&target).is_some_and(|o| o.motion != Motion::Planetary) {
             spans.push(span_s(ORBIT_YEARS));
         }
-        spans.into_iter().reduce(|(a, b), (c, d)| (a.min(c), b.max(d)))
+        joined(spans)
     }
 
     /// The error that `source` (`None`: any source) has no state of the target at `t`.
@@ -89,15 +102,34 @@ impl Ephemeris {
             Some(Source::Series) => message!("error-of-series"),
             Some(Source::Mean) => message!("error-of-mean-elements"),
         };
-        EphemerisError(match self.coverage(target, source) {
-            None => message!("error-no-place", sources = sources, body = &body),
-            Some((first, last)) => {
-                let advice = match source {
-                    Some(Source::Kernel) => message!("error-longer-than-kernel"),
-                    _ => message!("error-longer-kernel"),
-                };
-                let [first, last, time] = [day(first), day(last), t.to_utc_iso()].map(Argument::Time);
+        let spans = self.coverage(target, source);
+        let Some(((first, _), (_, last))) = spans.first().copied().zip(spans.last().copied()) else {
+            return EphemerisError(message!("error-no-place", sources = sources, body = &body));
+        };
+        let advice = match source {
+            Some(Source::Kernel) => message!("error-longer-than-kernel"),
+            _ => message!("error-longer-kernel"),
+        };
+        let [first, last, time] = [day(first), day(last), t.to_utc_iso()].map(Argument::Time);
+        let tdb_s = t.tdb_seconds_past_j2000();
+        let mut gaps = spans.windows(2).map(|pair| (pair[0].1, pair[1].0));
+        EphemerisError(match gaps.find(|(start, end)| (*start..*end).contains(&tdb_s)) {
+            None => {
                 message!("error-time-outside", sources = sources, body = &body, first = first, last = last, time = time, other = advice)
+            }
+            Some((start, end)) => {
+                let [until, again] = [day(start), day(end)].map(Argument::Time);
+                message!(
+                    "error-time-in-gap",
+                    sources = sources,
+                    body = &body,
+                    first = first,
+                    last = last,
+                    until = until,
+                    again = again,
+                    time = time,
+                    other = advice
+                )
             }
         })
     }

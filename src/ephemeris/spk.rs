@@ -203,10 +203,14 @@ impl Spk {
         self.by_target.get(&target)?.iter().find(|s| s.covers(tdb_s))
     }
 
+    /// The spans that the segments of `target` cover, TDB seconds past J2000, in order of precedence.
+    pub fn spans(&self, target: i32) -> impl Iterator<Item = (f64, f64)> + '_ {
+        self.by_target.get(&target).into_iter().flatten().map(|s| (s.start_s, s.end_s))
+    }
+
     /// The first and the last TDB second past J2000 that any segment of `target` covers; there may be gaps between them.
     pub fn coverage(&self, target: i32) -> Option<(f64, f64)> {
-        let spans = self.by_target.get(&target)?.iter().map(|s| (s.start_s, s.end_s));
-        spans.reduce(|(a, b), (c, d)| (a.min(c), b.max(d)))
+        self.spans(target).reduce(|(a, b), (c, d)| (a.min(c), b.max(d)))
     }
 
     /// State of `target` relative to `center` from this file only, by following both chains of centres.

@@ -250,6 +250,7 @@ error-write = { $path }: { $why }
 error-inside = the camera is inside { $body }: move it above the surface, or exactly to the centre, from where { $body } is not drawn
 error-no-place = { $sources } no place for { $body } at any time; --kernel FILE adds an SPK that has it
 error-time-outside = { $sources } { $body } from { $first } to { $last }, not at { $time }; { $other }
+error-time-in-gap = { $sources } { $body } from { $first } to { $last }, except from { $until } to { $again }, not at { $time }; { $other }
 error-light-left = { $error } (the light that arrives at the given time left then)
 error-of-sources = the sources have
 error-of-kernel = the kernel has

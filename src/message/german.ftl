@@ -251,6 +251,7 @@ error-write = { $path } kann nicht geschrieben werden: { $why }
 error-inside = Die Kamera ist im Inneren von { $body }: bewegen Sie sie über die Oberfläche oder genau in den Mittelpunkt, von dem aus { $body } nicht gezeichnet wird
 error-no-place = { $sources } { $body }: zu keiner Zeit ein Ort; --kernel DATEI fügt einen SPK-Kernel hinzu, der ihn hat
 error-time-outside = { $sources } { $body }: { $first } bis { $last }, nicht { $time }; { $other }
+error-time-in-gap = { $sources } { $body }: { $first } bis { $last }, außer { $until } bis { $again }, nicht { $time }; { $other }
 error-light-left = { $error } (dann ging das Licht aus, das zur angegebenen Zeit ankommt)
 error-of-sources = Zeitraum der Quellen für
 error-of-kernel = Zeitraum des Kernels für

@@ -58,7 +58,8 @@ pub struct BodyInView {
     pub distance_km: f64,
     /// Angle under which the camera sees its largest diameter.
     pub angular_diameter_deg: f64,
-    /// Diameter of a circle with the area of the body's outline, pixels.
+    /// Diameter of a circle with the area of the body's outline, pixels. Where this outline is no ellipse, and behind the camera, an estimate from the body's
+    /// radius and distance. 0 with the camera at the centre, and for a body that could not be placed.
     pub diameter_px: f64,
     /// Angle at the body between the Sun and the viewer; 0 for the Sun.
     pub phase_angle_deg: f64,

@@ -215,6 +215,7 @@ fn draw_uniforms(key: &ShaderKey, half_side: f32) -> DrawUniforms {
         ],
         // Depth as from a distance of 1000 radii.
         depth_row: forward.extend(1.0e3),
+        nearest_point: -forward,
         axis_ratios: axis_ratios(key),
         // The same view for a mesh: x (towards the viewer) becomes depth, y points right and z up.
         clip_from_unit_sphere: Mat4::from_cols(

@@ -57,6 +57,13 @@ pub fn validate(module: &naga::Module) -> Result<ModuleInfo, Box<naga::WithSpan<
     Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(module).map_err(Box::new)
 }
 
+/// The line of an emitted text in which naga's validator found a fault: that of the narrowest of the parts that it names, the first of which is the function
+/// around the fault.
+fn invalid_line(e: &naga::WithSpan<naga::valid::ValidationError>, wgsl: &str) -> Option<u32> {
+    let parts = e.spans().filter_map(|(span, _)| Some((span.to_range()?.len(), span)));
+    parts.min_by_key(|(length, _)| *length).map(|(_, span)| span.location(wgsl).line_number)
+}
+
 /// The first error in the WESL files or in the emitted text of a module: the message of the generator or of naga, with the line and a caret
 /// below the position. `None` for a valid module, and for a name that no module has.
 pub fn diagnosis(fragments: &Fragments, id: &ModuleId) -> Option<String> {
@@ -69,14 +76,14 @@ pub fn diagnosis(fragments: &Fragments, id: &ModuleId) -> Option<String> {
         }
         Err(_) => return None,
     };
-    let (message, location) = match naga::front::wgsl::parse_str(&wgsl) {
-        Err(e) => (e.emit_to_string_with_path(&wgsl, &id.to_string()), e.location(&wgsl)),
+    let (message, emitted_line) = match naga::front::wgsl::parse_str(&wgsl) {
+        Err(e) => (e.emit_to_string_with_path(&wgsl, &id.to_string()), e.location(&wgsl).map(|l| l.line_number)),
         Ok(module) => {
             let e = validate(&module).err()?;
-            (e.emit_to_string_with_path(&wgsl, &id.to_string()), e.location(&wgsl))
+            (e.emit_to_string_with_path(&wgsl, &id.to_string()), invalid_line(&e, &wgsl))
         }
     };
-    let origin = location.and_then(|l| source_map.origin_of(l.line_number as usize));
+    let origin = emitted_line.and_then(|l| source_map.origin_of(l as usize));
     Some(origin.map_or(message.clone(), |(fragment, line)| format!("shaders/{fragment}, line {line}\n\n{message}")))
 }
 
@@ -95,23 +102,24 @@ impl ShaderModule {
     pub fn from_emitted(id: &ModuleId, emitted: Emitted, lowering: &Lowering) -> Result<Self, ShaderError> {
         let Emitted { wgsl, source_map } = emitted;
         let name = || id.to_string();
-        let origin_text = |line: Option<u32>| match line.and_then(|l| source_map.origin_of(l as usize)) {
-            Some((fragment, line)) => format!(" (shaders/{fragment}:{line})"),
+        // Before the reason, so that a message which is cut loses the end of the reason, not the place.
+        let place_text = |line: Option<u32>| match line.and_then(|l| source_map.origin_of(l as usize)) {
+            Some((fragment, line)) => format!("shaders/{fragment}:{line}: "),
             None => String::new(),
         };
         let module = naga::front::wgsl::parse_str(&wgsl).map_err(|e| {
-            let origin = origin_text(e.location(&wgsl).map(|l| l.line_number));
-            ShaderError::Parse { id: name(), what: format!("{}{origin}", e.message()) }
+            let place = place_text(e.location(&wgsl).map(|l| l.line_number));
+            ShaderError::Parse { id: name(), what: format!("{place}{}", e.message()) }
         })?;
         let info = validate(&module).map_err(|e| {
-            let origin = origin_text(e.location(&wgsl).map(|l| l.line_number));
-            let mut what = e.as_inner().to_string();
+            let mut what = place_text(invalid_line(&e, &wgsl));
+            what.push_str(&e.as_inner().to_string());
             let mut cause = std::error::Error::source(e.as_inner());
             while let Some(c) = cause {
                 what.push_str(&format!(": {c}"));
                 cause = c.source();
             }
-            ShaderError::Invalid { id: name(), what: format!("{what}{origin}") }
+            ShaderError::Invalid { id: name(), what }
         })?;
         let layout = Layout::of(&module).map_err(|source| ShaderError::Layout { id: name(), source })?;
         let tape = (lowering.lower)(&module, &info).map_err(|e| ShaderError::Lowering { id: name(), what: e.to_string() })?;

@@ -1,6 +1,6 @@
 //! The shipped catalog is valid and agrees with its sources; invalid user files give exactly the expected error lines.
 
-use orrery::catalog::{BodyKind, Catalog, MapLatitude, Motion, NaifId, Photometry};
+use orrery::catalog::{BodyKind, Catalog, MapLatitude, Motion, NaifId, Photometry, Ring};
 
 /// The problems of a user's file `mine.toml` with this text.
 pub(super) fn problems(text: &str) -> Vec<String> {
@@ -165,6 +165,27 @@ fn rings_of_one_file_belong_together_however_the_body_is_named() {
     let first = ("a.toml".to_owned(), format!("{}{}", ring("Saturn", "X"), ring("saturn", "Y")));
     assert_eq!(rings_of(std::slice::from_ref(&first)), ["X", "Y"]);
     assert_eq!(rings_of(&[first, ("b.toml".to_owned(), ring("SATURN", "Z"))]), ["Z"]);
+}
+
+/// Where two rings overlap the later one counts, so only a gap may cover a denser ring. Negative control: Jupiter's rings in the opposite order, in which the
+/// gossamer ring of Thebe hides that of Amalthea.
+#[test]
+fn no_ring_hides_a_denser_one() {
+    let hidden = |rings: &[Ring]| {
+        let pairs = rings.iter().enumerate().flat_map(|(k, earlier)| rings[k + 1..].iter().map(move |later| (earlier, later)));
+        let hides = |(earlier, later): &(&Ring, &Ring)| {
+            let overlap = later.inner_km < earlier.outer_km && earlier.inner_km < later.outer_km;
+            overlap && 0.0 < later.tau_normal && later.tau_normal < earlier.tau_normal
+        };
+        pairs.filter(hides).map(|(earlier, later)| format!("{} by {}", earlier.name, later.name)).collect::<Vec<_>>()
+    };
+    let catalog = Catalog::embedded();
+    for body in catalog.bodies() {
+        assert_eq!(hidden(&body.rings), Vec::<String>::new(), "{}", body.name);
+    }
+    let mut reversed = catalog.body(NaifId(599)).expect("Jupiter").rings.clone();
+    reversed.reverse();
+    assert_eq!(hidden(&reversed), ["Amalthea gossamer by Thebe gossamer"]);
 }
 
 #[test]

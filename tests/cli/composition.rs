@@ -138,3 +138,23 @@ fn probe_project_gives_pixels_in_fisheye_and_equirectangular_images() {
     let [x, y] = pixel(&project("fisheye", 30.0, 0.0));
     assert!((x - (200.0 + 60.0 / 90.0 * 100.0)).abs() < 0.01 && (y - 100.0).abs() < 0.01, "{x} {y}");
 }
+
+/// One line on standard error; none without the layer, and none for an image that has the outline.
+#[test]
+fn a_dome_image_says_that_it_has_no_outline() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let image = folder.path().join("x.png");
+    let view =
+        ["render", "--target", "saturn", "--time", "2017-05-17T00:00:00Z", "--size", "32x32", "-o", image.to_str().expect("a UTF-8 path")];
+    for (args, is_said) in [
+        (&["--projection", "fisheye", "--layers", "+outline"][..], true),
+        (&["--projection", "equirectangular", "--layers", "+outline"], true),
+        (&["--projection", "fisheye"], false),
+        (&["--layers", "+outline"], false),
+    ] {
+        let out = orrery(&[&view[..], args, &["--overwrite"]].concat());
+        let message = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert!(out.status.success() && message.contains("have no outline") == is_said, "{args:?}: {message}");
+        assert!(message.trim().lines().count() == usize::from(is_said), "{args:?}: {message}");
+    }
+}

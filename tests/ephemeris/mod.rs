@@ -2,6 +2,7 @@
 
 mod apparent;
 mod horizon;
+mod kernel_gaps;
 mod orientation;
 mod positions;
 mod satellites;

@@ -36,6 +36,7 @@ fn uniforms(lights: u8) -> DrawUniforms {
         anchor_is_camera: 1.0,
         silhouette_form: [Vec4::splat(32.0), Vec4::splat(33.0)],
         depth_row: Vec4::splat(12.0),
+        nearest_point: Vec3::splat(54.0),
         axis_ratios: Vec3::splat(13.0),
         albedo: Vec3::new(14.0, 15.0, 16.0),
         lights: (0..lights).map(|k| light(100.0 + f32::from(k))).collect(),

@@ -1,7 +1,7 @@
-//! Stars and points in equirectangular images: the same place, light and angular size at every latitude, also over a pole.
+//! Stars and points in equirectangular images: the same place, light and angular size at every latitude, also over a pole. Markers on the seam.
 
 use crate::support::session::SESSION;
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::ephemeris::angle_rad;
@@ -198,4 +198,36 @@ fn a_body_over_the_pole_is_in_all_columns() {
         // Where the Earth is far from the zenith, the first row is dark.
         assert!(first_row(40.0).iter().all(|level| *level < 100), "{height_px}");
     }
+}
+
+/// The marker of Jupiter on the seam of the image, half of it at each edge, is that in the middle column, moved by half the width. Control: without the half at
+/// one of the edges they differ.
+#[test]
+fn a_marker_on_the_seam_is_complete() {
+    const WIDTH: i32 = 2 * HEIGHT_PX as i32;
+    // Radius of a marker for glyphs of 13 pixels, and a pixel for its stroke; names begin farther away.
+    const REACH_PX: i32 = 6;
+    // At opposition, with no other marker or name within 10 degrees.
+    let (jupiter, time) = (NaifId(599), Instant::parse("2024-12-07T00:00:00Z").expect("a time"));
+    let position = Position::Offset { body: NaifId::EARTH, offset_km: DVec3::Z * 20_000.0, axes: Axes::Icrf };
+    let drawn = |towards: DVec3, labels: bool| {
+        let request = ViewRequest { time, layers: Layers { labels, ..Layers::NONE }, ..sky_image(position, towards, DVec3::Z) };
+        SESSION.draw(&request, SAMPLING, FrameImages::Display).expect("drawn")
+    };
+    let to_jupiter = drawn(DVec3::X, false).scene.body(jupiter).expect("Jupiter").placement.centre_km;
+    // Beside the middle of the column by 0.3 pixels, so that rounding is the same in both images.
+    let towards = DMat3::from_rotation_z(0.3 * RAD_PER_PX) * to_jupiter;
+    let row = ((0.5 * PI - to_jupiter.normalize().z.asin()) / RAD_PER_PX) as i32;
+    // The pixels around a column that the labels change, relative to this column; columns continue at the opposite edge.
+    let changed_around = |towards: DVec3, column: i32| {
+        let (with, without) = (drawn(towards, true).frame.display, drawn(towards, false).frame.display);
+        let reach = || -REACH_PX..=REACH_PX;
+        let index = |x: i32, y: i32| ((row + y) * WIDTH + (column + x).rem_euclid(WIDTH)) as usize;
+        let is_changed = |(x, y): &(i32, i32)| with[index(*x, *y)] != without[index(*x, *y)];
+        reach().flat_map(|y| reach().map(move |x| (x, y))).filter(is_changed).collect::<Vec<_>>()
+    };
+    let (in_middle, on_seam) = (changed_around(towards, WIDTH / 2), changed_around(-towards * DVec3::new(1.0, 1.0, -1.0), 0));
+    assert!(in_middle.len() > 20 && in_middle == on_seam, "{in_middle:?}, on the seam {on_seam:?}");
+    let at_right_edge = on_seam.iter().filter(|(x, _)| *x < 0).count();
+    assert!(at_right_edge > 5 && at_right_edge < on_seam.len() - 5, "{at_right_edge} of {}", on_seam.len());
 }

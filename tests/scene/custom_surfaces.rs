@@ -97,6 +97,16 @@ fn errors_name_the_users_file() {
         let message = error_of(&[("moon", "surface.wesl", text)]);
         assert!(message.contains(expected) && !message.contains('\n') && !message.contains("lib/custom/surface_1"), "{message}");
     }
+    // Mistakes that naga's parser and its validator find, in a line after the function's first line, which is the third. The messages are longer than what is
+    // quoted of them.
+    for mistake in ["return point.albedo;", "let x = point.albedo * vec2f(1.0, 2.0);", "if point.albedo { }", "let x = foo(point.albedo);"]
+    {
+        for lines_before in [0, 3] {
+            let text = CHECKERS.replace("{\n", &format!("{{\n{}    {mistake}\n", "\n".repeat(lines_before)));
+            let (message, expected) = (error_of(&[("moon", "surface.wesl", &text)]), format!("surface.wesl:{}: ", 4 + lines_before));
+            assert!(message.contains(&expected) && !message.contains("shaders/"), "{mistake} {message}, {expected} expected");
+        }
+    }
     assert!(error_of(&[("moom", "a.wesl", CHECKERS)]).contains("Moon"), "the nearest name is offered");
     assert!(error_of(&[("moon", "a.wesl", CHECKERS), ("MOON", "b.wesl", CHECKERS)]).contains("MOON"));
     let five: Vec<(&str, &str, &str)> = ["moon", "mars", "io", "europa", "titan"].iter().map(|b| (*b, "a.wesl", CHECKERS)).collect();

@@ -2,14 +2,17 @@
 
 use crate::support::folds::{larger, smaller};
 use crate::support::session::SESSION;
+use glam::DVec3;
 use orrery::FrameImages;
 use orrery::catalog::NaifId;
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::draw::PixelView;
 use orrery::scene::effects::EffectOverrides;
-use orrery::scene::request::{Position, ViewRequest};
+use orrery::scene::photometry::phase_correction;
+use orrery::scene::request::{Axes, Composition, Look, Position, Projection, ViewRequest};
 use orrery::scene::{Scene, SubPoint};
 use orrery::time::Instant;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Odd, so that the middle pixel's centre is the centre of the image.
 const SIDE: u32 = 97;
@@ -57,6 +60,38 @@ fn the_eclipse_of_a_body_with_planet_shine_is_drawn() {
         let brightest = drawn.frame.hdr.iter().map(|p| p[1]).fold(0.0, larger);
         assert!(range.contains(&brightest), "{time}: {brightest}");
     }
+}
+
+/// Earthshine in the middle of the Moon's night side, two days after new moon, as irradiance relative to the Sun's at 1 au. A full Earth straight above gives
+/// its geometric albedo (0.434: Mallama, Krobusek and Pavlov 2017) times (radius / distance)², at 6371 and 363 436 km; at a phase angle of 23 degrees it is a
+/// little fainter. It does not depend on the viewer's distance, with which the Moon's drawn albedo takes on its phase law. Negative control: with the inverse
+/// of this law, as the radiance needs it, the irradiance would be too large.
+#[test]
+fn the_sunlight_view_shows_the_irradiance_by_other_bodies() {
+    const TIME: &str = "2024-04-10T00:00:00Z";
+    const FAR_RADII: f64 = 60.0;
+    let full_earth = 0.434 * (6371.0_f64 / 363_436.0).powi(2);
+    let middle = |distance_radii: f64, effects: &str| {
+        let request = ViewRequest {
+            position: Position::AboveTarget { towards: None, distance_radii: Some(distance_radii) },
+            effects: EffectOverrides::parse(&format!("-normal,-detail,{effects}planet-shine")).expect("effects"),
+            pixel_view: PixelView::Sunlight,
+            width: SIDE,
+            height: SIDE,
+            ..ViewRequest::of(NaifId::MOON, Instant::parse(TIME).expect("a time"))
+        };
+        let drawn = SESSION.draw(&request, SamplingQuality { samples: 4, anisotropy: 8 }, FrameImages::DisplayAndHdr).expect("drawn");
+        let phase_angle_rad = drawn.scene.body(NaifId::MOON).expect("the Moon").phase_angle_deg.to_radians();
+        (f64::from(drawn.frame.hdr[MIDDLE][1]), phase_angle_rad)
+    };
+    let ((near, _), (far, phase_angle_rad)) = (middle(3.0, "+"), middle(FAR_RADII, "+"));
+    let possible = 0.75 * full_earth..1.02 * full_earth;
+    assert!(possible.contains(&near) && possible.contains(&far), "{near} and {far}, full Earth {full_earth}");
+    assert!((near / far - 1.0).abs() < 0.02, "{near} from 3 radii, {far} from {FAR_RADII}");
+    assert_eq!(middle(3.0, "-").0, 0.0);
+    let moon = SESSION.catalog().body(NaifId::MOON).expect("the Moon");
+    let with_phase_law = far / phase_correction(moon, phase_angle_rad, FAR_RADII);
+    assert!(!possible.contains(&with_phase_law), "{with_phase_law} would pass");
 }
 
 const DAY: &str = "2024-04-08T18:17:16Z";
@@ -108,6 +143,55 @@ fn the_middle_of_the_moon_has_known_values_in_the_views() {
     assert_near(&draw_view(PixelView::Sunlight).middle(), &[cosine.max(0.0) / 1.006; 3], 0.02, "sunlight");
     assert_near(&draw_view(PixelView::Eclipse).middle(), &[1.0; 3], 0.0, "no eclipse");
     assert_near(&draw_view(PixelView::OpticalDepth).middle(), &[0.0; 3], 0.0, "no air");
+}
+
+/// A whole-sphere image in which Mars, 112 degrees wide, lies across the edge of two faces of the cube: where a pixel's ray meets the ellipsoid, the depth is
+/// that of this point along the line from the camera to the centre. Tolerance: twice the change from pixel to pixel, 0.01, of the pixels farthest from the
+/// centre. Negative control: the depth along the axis of the pixel's face.
+#[test]
+fn the_depth_does_not_depend_on_the_faces_of_a_whole_sphere_image() {
+    const HEIGHT: u32 = 128;
+    let mars = NaifId(499);
+    let radius_km = SESSION.catalog().body(mars).expect("Mars").radii_km.x;
+    let request = ViewRequest {
+        position: Position::Offset { body: mars, offset_km: DVec3::NEG_X * (1.2 * radius_km), axes: Axes::Icrf },
+        look: Look::Along { direction: DVec3::new(1.0, 1.0, 0.0), axes: Axes::Icrf },
+        composition: Composition { projection: Projection::Equirectangular, ..Composition::default() },
+        pixel_view: PixelView::Depth,
+        width: 2 * HEIGHT,
+        height: HEIGHT,
+        ..ViewRequest::of(mars, Instant::parse(DAY).expect("a time"))
+    };
+    let drawn = SESSION.draw(&request, SamplingQuality { samples: 4, anisotropy: 8 }, FrameImages::DisplayAndHdr).expect("drawn");
+    let (camera, placement) = (&drawn.scene.camera, &drawn.scene.body(mars).expect("Mars").placement);
+    let origin = placement.camera_in_unit_sphere();
+    let depth_along = |axis: DVec3, point: DVec3| {
+        let farthest = (placement.body_from_icrf * axis * placement.radii_km).normalize();
+        0.5 - 0.5 * farthest.dot(point)
+    };
+    let (mut compared, mut worst, mut differ_from_faces) = (0, 0.0_f64, 0);
+    for (k, pixel) in drawn.frame.hdr.iter().enumerate() {
+        let (x, y) = (k as u32 % (2 * HEIGHT), k as u32 / (2 * HEIGHT));
+        let (longitude, latitude) =
+            ((f64::from(x) + 0.5) / f64::from(HEIGHT) * PI - PI, FRAC_PI_2 - (f64::from(y) + 0.5) / f64::from(HEIGHT) * PI);
+        let in_axes = DVec3::new(longitude.sin() * latitude.cos(), latitude.sin(), longitude.cos() * latitude.cos());
+        let icrf = |v: DVec3| camera.right * v.x + camera.up * v.y + camera.forward * v.z;
+        let ray = placement.direction_in_unit_sphere(icrf(in_axes)).normalize();
+        let passes_centre_at = origin.cross(ray).length();
+        if origin.dot(ray) >= 0.0 || passes_centre_at > 0.95 {
+            continue;
+        }
+        let point = origin - ray * (origin.dot(ray) + (1.0 - passes_centre_at * passes_centre_at).sqrt());
+        // The axis of the face is that of the greatest component.
+        let face_axis = DVec3::select(in_axes.abs().cmpeq(DVec3::splat(in_axes.abs().max_element())), in_axes.signum(), DVec3::ZERO);
+        let expected = depth_along(placement.centre_km.normalize(), point);
+        compared += 1;
+        worst = worst.max((f64::from(pixel[1]) - expected).abs());
+        differ_from_faces += usize::from((depth_along(icrf(face_axis), point) - expected).abs() > 0.1);
+    }
+    println!("{compared} pixels, worst {worst:.4}; {differ_from_faces} differ from the depth along the axis of their face");
+    assert!(compared > 2000 && worst < 0.02, "{compared} {worst}");
+    assert!(differ_from_faces > compared / 2, "the depth along the axes of the faces would pass: {differ_from_faces} of {compared}");
 }
 
 /// Maps and names of bodies with three different semi-axes have planetocentric longitudes.

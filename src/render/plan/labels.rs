@@ -1,8 +1,8 @@
 //! The draws of annotations over the display image: names and markers of bodies, labels of lines, caption, scale bar and compass in the margins, and data
 //! points.
 //!
-//! In: a scene's labels and texts, and the provider's glyph atlas. Out: draws for the display target. Always: glyphs are placed on whole pixels. Not
-//! here: label placement (`scene::annotation`).
+//! In: a scene's labels and texts, and the provider's glyph atlas. Out: draws for the display target. Always: glyphs are placed on whole pixels; what crosses
+//! the left or right edge of an equirectangular image is repeated at the other edge. Not here: label placement (`scene::annotation`).
 
 use super::error::PlanError;
 use super::passes::{Blend, PlanDraw, TextureBinding, TextureSource};
@@ -122,13 +122,31 @@ fn margin_labels(layer: &LabelLayer, glyphs: &GlyphAtlas) -> Vec<GlyphQuad> {
     margin.rings.iter().map(ring).chain(bars).chain(margin.texts.iter().flat_map(text)).collect()
 }
 
+/// In an image whose left edge continues the right one, adds to what crosses one of these edges a copy at the other edge. `ends`: left and right end of an
+/// item, pixels; `shifted`: an item moved to the right.
+fn repeated_across_edges<T>(scene: &Scene, items: Vec<T>, ends: impl Fn(&T) -> [f64; 2], shifted: impl Fn(&T, f64) -> T) -> Vec<T> {
+    if !scene.geometry.is_periodic() {
+        return items;
+    }
+    let width_px = f64::from(scene.camera.width);
+    let with_copies = |item: T| {
+        let [left, right] = ends(&item);
+        let copies = [(left < 0.0).then(|| shifted(&item, width_px)), (right > width_px).then(|| shifted(&item, -width_px))];
+        copies.into_iter().flatten().chain([item])
+    };
+    items.into_iter().flat_map(with_copies).collect()
+}
+
 /// Data points, in one draw; none without data.
 fn dots(scene: &Scene, all: &[Dot], provider: &impl ResourceProvider) -> Result<Vec<PlanDraw>, PlanError> {
     if all.is_empty() {
         return Ok(Vec::new());
     }
+    let ends = |d: &Dot| [d.centre_px.x - d.radius_px, d.centre_px.x + d.radius_px];
+    let shifted = |d: &Dot, right_px: f64| Dot { centre_px: d.centre_px + glam::DVec2::new(right_px, 0.0), ..*d };
+    let all = repeated_across_edges(scene, all.to_vec(), ends, shifted);
     let (vertices, instances) = instanced_rectangles::<Dot>(
-        all,
+        &all,
         &[
             (3, |d| d.centre_px.extend(d.radius_px).as_vec3().to_array().to_vec()),
             (4, |d| colour(d.colour).extend(d.opacity as f32).to_array().to_vec()),
@@ -155,6 +173,9 @@ pub(super) fn labels(scene: &Scene, provider: &impl ResourceProvider) -> Result<
     if quads.is_empty() {
         return Ok(draws);
     }
+    let ends = |q: &GlyphQuad| [q.corner_px[0], q.corner_px[0] + q.cell[2]].map(f64::from);
+    let shifted = |q: &GlyphQuad, right_px: f64| GlyphQuad { corner_px: [q.corner_px[0] + right_px as f32, q.corner_px[1]], ..*q };
+    let quads = repeated_across_edges(scene, quads, ends, shifted);
     let (vertices, instances) =
         instanced_rectangles::<GlyphQuad>(&quads, &[(2, |q| q.corner_px.to_vec()), (4, |q| q.cell.to_vec()), (4, |q| q.colour.to_vec())]);
     let draw = simple_draw("label", scene, provider, |w| w.vec2("pixel_size", scene.camera.clip_per_pixel()))?;

@@ -38,8 +38,9 @@ pub(super) fn opacity_at(layer: &DataLayer, time: Option<Instant>, now: Instant)
     (age_days >= 0.0 && remaining > 0.0).then_some(OPACITY * remaining)
 }
 
-/// Whether a body whose centre is nearer than `distance_km` covers this line of sight, a vector from the camera (ICRF) of any length.
-fn is_hidden(bodies: &[BodyInView], line_of_sight: DVec3, distance_km: f64) -> bool {
+/// Whether a body whose centre is nearer than `distance_km` covers this line of sight, a vector from the camera (ICRF) of any length. A body without a known
+/// position covers none.
+pub(crate) fn is_hidden(bodies: &[BodyInView], line_of_sight: DVec3, distance_km: f64) -> bool {
     bodies.iter().any(|b| {
         let placement = &b.placement;
         let (camera, ray) = (placement.camera_in_unit_sphere(), placement.direction_in_unit_sphere(line_of_sight).normalize());

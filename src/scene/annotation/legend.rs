@@ -32,7 +32,8 @@ pub(crate) fn legend(view: PixelView, exposure: &Exposure, tone_map: ToneMap) ->
             }
         ),
         PixelView::Depth => format!(
-            "depth: grey; 1 the point of the body nearest along the view axis, 0.5 its centre's plane, 0 the farthest; {}",
+            "depth: grey; position along the line from the camera to the body's centre: 1 the body's nearest point, 0.5 its centre, \
+             0 its farthest point; {}",
             range("(no unit, the body's own extent; of a ring, the ring's)")
         ),
         PixelView::Normal => {
@@ -51,7 +52,7 @@ pub(crate) fn legend(view: PixelView, exposure: &Exposure, tone_map: ToneMap) ->
         }
         PixelView::Sunlight => {
             format!(
-                "sunlight: irradiance on the surface by the Sun and bodies that shine on it; {}",
+                "sunlight: irradiance on the surface by the Sun, bodies and rings that shine on it; {}",
                 range("of the Sun's at 1 au on a facing plane")
             )
         }

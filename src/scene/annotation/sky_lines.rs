@@ -4,7 +4,7 @@
 //! all bodies hide; their labels; and a decision about each layer. Always: a vertex of a figure is at the drawn position of its star, and a grid line is where
 //! the probe query `project` puts its coordinates, both with the viewer's aberration; the horizontal grid belongs to the ground and has no aberration.
 
-use crate::catalog::constellations::{Constellations, FigureVertex, icrf_from_b1875};
+use crate::catalog::constellations::{Constellation, Constellations, FigureVertex, icrf_from_b1875};
 use crate::catalog::stars::StarCatalog;
 use crate::ephemeris::apparent::aberrated;
 use crate::message::{Reason, reason};
@@ -14,6 +14,7 @@ use crate::scene::annotation::grids::{
 use crate::scene::annotation::line_texts::UnplacedText;
 use crate::scene::annotation::strokes::{Curve, LineSegment, Polyline, quarter_turns, segments, tolerance_at_corners};
 use crate::scene::camera::Camera;
+use crate::scene::camera::sphere::ImageProjection;
 use crate::scene::camera::viewpoint::Viewer;
 use crate::scene::decision::Decision;
 use crate::scene::request::view_request::ViewRequest;
@@ -250,7 +251,6 @@ fn constellations(builder: &mut SkyLineBuilder<'_>, request: &ViewRequest, viewe
         None => aberrated(vertex.direction, viewer.body_velocity_km_s),
     };
     let camera = builder.camera;
-    let shows_names = 2.0 * camera.tan_half_fov.y.atan().to_degrees() > NAMES_MIN_FOV_DEG;
     let mut names = Vec::new();
     for constellation in &Constellations::embedded().all {
         let count_before = builder.output.segments.len();
@@ -263,20 +263,25 @@ fn constellations(builder: &mut SkyLineBuilder<'_>, request: &ViewRequest, viewe
         if builder.output.segments.len() > count_before {
             names.push(constellation.abbreviation.clone());
         }
-        let middle = camera.clip(constellation.label_direction).filter(|clip| shows_names && clip.abs().max_element() < 1.0);
-        if let Some(clip) = middle {
-            let centre_px = camera.pixel_from_clip(clip);
-            builder.output.texts.push(UnplacedText {
-                text: constellation.name.clone(),
-                centre_px,
-                colour: FIGURE.colour,
-                is_grid_coordinate: false,
-            });
-        }
+    }
+    if 2.0 * camera.tan_half_fov.y.atan().to_degrees() > NAMES_MIN_FOV_DEG {
+        builder.output.texts.extend(constellation_names(camera));
     }
     let on = !names.is_empty();
     let reason = if on { reason!("lines-figures", names = names) } else { reason!("lines-no-figure") };
     builder.decide("constellations", on, reason);
+}
+
+/// The names of the constellations whose places for it are in an image.
+pub(crate) fn constellation_names(image: &dyn ImageProjection) -> Vec<UnplacedText> {
+    let size = image.size_px();
+    let name = |constellation: &Constellation| {
+        let centre_px = image.pixel_of(constellation.label_direction)?;
+        let is_inside = centre_px.cmpgt(DVec2::ZERO).all() && centre_px.cmplt(size).all();
+        let text = || UnplacedText { text: constellation.name.clone(), centre_px, colour: FIGURE.colour, is_grid_coordinate: false };
+        is_inside.then(text)
+    };
+    Constellations::embedded().all.iter().filter_map(name).collect()
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@
 use super::Camera;
 use super::sphere::{ImageProjection, SphereImage};
 use crate::message::Message;
+use crate::scene::request::composition::Projection;
 use crate::scene::request::warp_mesh::WarpMesh;
 use glam::{DVec2, DVec3};
 use std::sync::Arc;
@@ -153,6 +154,11 @@ impl ImageGeometry {
         }
     }
 
+    /// Whether the left edge of the image continues the right edge, as in an equirectangular image. A mesh is applied later, to the drawn image.
+    pub(crate) fn is_periodic(&self) -> bool {
+        matches!(self, Self::Sphere(image) if image.projection == Projection::Equirectangular)
+    }
+
     /// The pixel of the image at which a sprite of the scene's frame appears, before a mesh moves it. `clip`: the sprite's clip coordinates in the frame.
     pub(crate) fn sprite_px(&self, camera: &Camera, clip: DVec2) -> DVec2 {
         let px = camera.pixel_from_clip(clip);
@@ -188,7 +194,6 @@ impl ImageGeometry {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::request::composition::Projection;
 
     fn camera(width: u32, height: u32) -> Camera {
         Camera::looking(DVec3::ZERO, DVec3::X, DVec3::Z, 60.0, width, height)

@@ -149,6 +149,7 @@ pub struct ViewRays {
     pub anchor_is_camera: bool,
     pub silhouette_form: [Vec4; 2],
     pub depth_row: Vec4,
+    pub nearest_point: Vec3,
     pub camera_in_unit_sphere: Vec3,
 }
 
@@ -325,6 +326,7 @@ impl Camera {
             anchor_is_camera,
             silhouette_form: silhouette_form.map(|row| narrow(row).extend(0.0)),
             depth_row: narrow(depth_axis).extend(narrow_scalar(centre_depth_km / NEAR_DEPTH_KM)),
+            nearest_point: narrow((placement.body_from_icrf * -centre * placement.radii_km).normalize_or_zero()),
             camera_in_unit_sphere: narrow(camera),
         }
     }

@@ -109,6 +109,14 @@ impl SphereImage {
         Some(0.5 * self.size() + from_middle / self.radians_per_pixel() * DVec2::new(1.0, -1.0))
     }
 
+    /// Distance in pixels of a position within a fisheye's circle from the circle; infinite in an equirectangular image, which has none.
+    pub(crate) fn distance_from_circle_px(&self, pixel: DVec2) -> f64 {
+        if !self.is_fisheye() {
+            return f64::INFINITY;
+        }
+        0.5 * self.size().min_element() - (pixel - 0.5 * self.size()).length()
+    }
+
     /// An ICRF vector in the image's axes.
     pub fn in_axes(&self, v: DVec3) -> DVec3 {
         DVec3::new(v.dot(self.right), v.dot(self.up), v.dot(self.forward))

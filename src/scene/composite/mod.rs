@@ -7,6 +7,7 @@
 mod arrangement;
 mod eyes;
 mod faces;
+mod names;
 pub mod sprites;
 
 pub use arrangement::{Arrangement, CompositeFrames, Eyes, Faces, FrameRequest};
@@ -59,8 +60,8 @@ impl CompositeFrames {
 pub struct Composite {
     pub scenes: Vec<Scene>,
     pub arrangement: Arrangement,
-    /// The scene of the entire image. For faces it holds what is drawn after they have been combined: stars, points and labels. Otherwise it is the scene of
-    /// the first frame; for a stereo pair, with the geometry of the pair and the texts of both eyes.
+    /// The scene of the entire image. For faces it holds what is drawn after they have been combined: stars, points, labels and names. Otherwise it is the scene
+    /// of the first frame; for a stereo pair, with the geometry of the pair and the texts of both eyes.
     pub whole_image: Scene,
 }
 
@@ -80,7 +81,7 @@ impl Composite {
             let camera = &mut whole.camera;
             (camera.right, camera.up, camera.forward) = (image.right, image.up, image.forward);
             (camera.width, camera.height) = (image.width, image.height);
-            // The faces draw the following themselves. Images made of faces have no texts of lines, which are placed for a single face, and no outline.
+            // The faces draw the following themselves. Images made of faces have no outline, and of the texts only names of stars and constellations.
             (whole.draws, whole.ground_lines, whole.lines_in_space, whole.refracted_limbs) = Default::default();
             (whole.corona, whole.glare, whole.outlined_shape) = (None, None, None);
             (whole.sky_images, whole.sky_lines, whole.orbits) = Default::default();
@@ -106,6 +107,7 @@ impl Composite {
             }
             whole.bloom = request.layers.bloom && request.pixel_view == PixelView::Final;
             whole.labels = LabelLayer::of(image, request, catalog, &whole.bodies, meter.body_velocity_km_s);
+            whole.line_texts = names::texts(request, catalog, &whole);
         }
         if let Arrangement::Eyes(Eyes { columns, layout, .. }) = &arrangement {
             let is_side_by_side = *layout == StereoLayout::SideBySide;

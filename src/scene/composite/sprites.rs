@@ -4,7 +4,8 @@
 //! the solid angle of a pixel, which differs between face and image. Each sprite comes from the face that contains its direction; on the edge of two faces,
 //! from the first. Always: a sprite has as many pixels in height as in a perspective image. In an equirectangular image it is stretched horizontally as the
 //! image is, so that it spans the same angle in both directions. Sprites that cross the left or right edge of such an image are repeated at the opposite
-//! edge. Near its poles, where a sprite may surround the pole, the face draws the sprite itself, and the image is resampled from the face.
+//! edge. Near its poles, where a sprite may surround the pole, the face draws the sprite itself, and the image is resampled from the face. In a fisheye a
+//! sprite ends at the circle, except that no sprite is smaller than that of a faint star.
 
 use super::faces::face_of;
 use crate::scene::camera::sphere::SphereImage;
@@ -69,7 +70,8 @@ fn project(image: &SphereImage, camera: &Camera, centre: Vec3, flux: Vec3, white
     let max_px = MAX_RADIUS_FRACTION * size.y.min(size.x);
     // Brightness of the sprite's central pixel relative to white.
     let peak = flux.max_element() / stretch.max(1.0) * point_peak() / white;
-    let radius_px = point_radius_px(peak).min(max_px.max(ALWAYS_ALLOWED_RADIUS_PX));
+    let largest_px = max_px.max(ALWAYS_ALLOWED_RADIUS_PX).min(image.distance_from_circle_px(pixel));
+    let radius_px = point_radius_px(peak).min(largest_px).max(POINT_RADIUS_PX);
     let wraps = image.projection == Projection::Equirectangular;
     let sprite_at = |px: DVec2, radius_px: f64, stretch: f64| ProjectedSprite {
         centre: narrow(clip_of(px).extend(f64::from(centre.z))),

@@ -215,14 +215,14 @@ pub const INSTRUCTIONS_PER_READ: f64 = 1024.0;
 pub enum PixelView {
     #[default]
     Final,
-    /// Depth relative to the body's centre: 0.5 at the centre's depth, brighter in front of it, darker behind it.
+    /// Depth relative to the body's centre, along the line from the camera to it: 0.5 at the centre's depth, brighter in front of it, darker behind it.
     Depth,
     /// The normal in body axes; -1 to 1 is shown as 0 to 1.
     Normal,
     Albedo,
     /// Coordinates in the maps; on a ring, radius and longitude.
     Uv,
-    /// Irradiance on the surface by the Sun and by bodies that reflect its light, with shadows.
+    /// Irradiance on the surface by the Sun and by bodies and rings that reflect its light, with shadows.
     Sunlight,
     /// Fraction of sunlight that passes the occluders.
     Eclipse,

@@ -116,6 +116,9 @@ uniforms! {
         pub silhouette_form: [Vec4; 2] = "silhouette_form",
         /// Clip-space depth of a point p of the unit-sphere frame: reversed depth = 1 / (dot(row.xyz, p) + row.w).
         pub depth_row: Vec4 = "depth_row",
+        /// The point of the unit sphere that is nearest to the camera, measured along the line from the camera to the body's centre. The depth's pixel view is
+        /// relative to this line, not to the view axis, which differs between the faces of a dome image.
+        pub nearest_point: Vec3 = "nearest_point",
         /// Semi-axes divided by the equatorial radius: (1, b/a, c/a).
         pub axis_ratios: Vec3 = "axis_ratios",
         /// Linear RGB reflectance, or radiance for emissive surfaces: a factor on the albedo map if there is one, else the value itself.
@@ -433,6 +436,7 @@ impl DrawUniforms {
             anchor_is_camera: if rays.anchor_is_camera { 1.0 } else { 0.0 },
             silhouette_form: rays.silhouette_form,
             depth_row: rays.depth_row,
+            nearest_point: rays.nearest_point,
             ..self
         }
     }

@@ -6,7 +6,7 @@
 use crate::catalog::{Body, Map, NaifId, Photometry};
 use crate::scene::atmosphere::{air, clouds};
 use crate::scene::camera::{self, AnchorForm, Camera, ClipRect};
-use crate::scene::draw::features::MapSet;
+use crate::scene::draw::features::{MapSet, PixelView};
 use crate::scene::draw::uniforms::{DrawUniforms, EclipseUniforms, Light};
 use crate::scene::eclipse::occluders::limb_darkening;
 use crate::scene::features::choice::Capabilities;
@@ -87,9 +87,15 @@ pub(crate) fn uniforms_of_fraction(
         let phase_angle_rad = crate::ephemeris::angle_rad(l.direction, -placed.placement.centre_km);
         photometry::phase_correction(body, phase_angle_rad, placed.distance_km / body.radii_km.x) / sun_phase_correction.max(1e-6)
     };
+    let irradiance_factor = |l: &IncidentLight| match () {
+        // This view shows the irradiance of the ground, which depends neither on the phase angle nor on what is between the ground and the camera.
+        () if inputs.pixel_view() == PixelView::Sunlight => DVec3::ONE,
+        () if l.from == NaifId::SUN => light_factor,
+        () => light_factor * phase_ratio(l),
+    };
     let to_body_frame = |l: &IncidentLight| Light {
         direction_in_body: camera::narrow((placed.body_from_icrf * l.direction).normalize()),
-        irradiance: camera::narrow(l.irradiance * light_factor * if l.from == NaifId::SUN { 1.0 } else { phase_ratio(l) }),
+        irradiance: camera::narrow(l.irradiance * irradiance_factor(l)),
     };
     let lights = if is_emissive {
         Vec::new()

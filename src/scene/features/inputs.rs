@@ -42,8 +42,8 @@ pub(crate) struct FrameContext<'a> {
 pub(crate) struct DecisionInputs<'c, 'a> {
     pub frame: &'c FrameContext<'c>,
     pub placed: &'c PlacedBody<'a>,
-    /// Diameter of a circle with the area of the body's outline, if the outline is an ellipse in the frame. Otherwise an estimate from radius and distance; 0
-    /// behind the camera.
+    /// Diameter of a circle with the area of the body's outline, if the outline is an ellipse in front of the camera. Otherwise, also behind the camera, an
+    /// estimate from radius and distance: rings may reach into the frame wherever their globe is. 0 with the camera at the centre.
     pub diameter_px: f64,
     /// The rectangle that bounds the globe or mesh in the image; `None` if the body is outside the image.
     pub rect: Option<ClipRect>,
@@ -60,8 +60,8 @@ impl<'c, 'a> DecisionInputs<'c, 'a> {
         let camera = frame.camera;
         let diameter_px = match placed.outline {
             Outline::Ellipse { area_px, .. } => 2.0 * (area_px / PI).sqrt(),
-            Outline::Open | Outline::Beside => 2.0 * placed.body.radii_km.x / placed.distance_km / camera.pixel_tangent(),
-            Outline::Behind => 0.0,
+            _ if placed.distance_km <= 0.0 => 0.0,
+            Outline::Open | Outline::Beside | Outline::Behind => 2.0 * placed.body.radii_km.x / placed.distance_km / camera.pixel_tangent(),
         };
         let model = meshes::model(frame.context, placed.body);
         let rect = model.map_or_else(|| placed.outline.rect(camera), |m| meshes::rect(camera, &placed.placement, m));

@@ -5,7 +5,7 @@
 use crate::catalog::Ring;
 use crate::message::reason;
 use crate::scene::camera;
-use crate::scene::draw::features::RingShadow;
+use crate::scene::draw::features::{PixelView, RingShadow};
 use crate::scene::draw::uniforms::{DrawUniforms, Light, RingUniforms};
 use crate::scene::draw::{BodyPart, Draw, MapFiles};
 use crate::scene::eclipse;
@@ -15,6 +15,7 @@ use crate::scene::light::lights;
 use crate::scene::request::effects::Effect;
 use crate::scene::rings::view::RingView;
 use crate::scene::stated_errors;
+use glam::DVec3;
 
 /// Decides on the rings, on their shadow and light on the globe, and on the globe's shadow on them.
 pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisions<'c>) -> Decisions<'c> {
@@ -54,7 +55,9 @@ fn decide_for_globe(
     if decisions.log.record_effect(Effect::RingShine, check.on, check.reason)
         && let Some(shine) = shine
     {
-        ring_uniforms.shine_parameters = view.shine_parameters(&shine, inputs.placed.phase_brightness());
+        // The pixel view of sunlight shows the irradiance of the ground, which has no phase angle.
+        let phase_brightness = if inputs.pixel_view() == PixelView::Sunlight { 1.0 } else { inputs.placed.phase_brightness() };
+        ring_uniforms.shine_parameters = view.shine_parameters(&shine, phase_brightness);
         ring_uniforms.shine = Some(shine);
         decisions.chosen.ring_shine = true;
     }
@@ -73,9 +76,11 @@ fn draws_of_halves(inputs: &DecisionInputs<'_, '_>, view: &RingView<'_>, seen: &
     let eclipse = eclipse::decision::decide_for_rings(inputs, decisions, outer_km);
     let Some(features) = decisions.chosen.ring_features(view.body, inputs.pixel_view()) else { return Vec::new() };
     let sunlight = lights::sunlight(view.sun * view.sun_distance_km);
+    // Rings have the albedo of their table. This factor fades them out together with the disc, and reddens them as the atmosphere around the camera does. It is
+    // a factor on their light, not on the albedo that a pixel view shows.
+    let light_factor = if inputs.pixel_view().shows_radiance() { globe::tint(inputs) * inputs.disc_fraction } else { DVec3::ONE };
     let shared = DrawUniforms {
-        // Rings have the albedo of their table. This factor fades them out together with the disc, and reddens them as the atmosphere around the camera does.
-        albedo: camera::narrow(globe::tint(inputs) * inputs.disc_fraction),
+        albedo: camera::narrow(light_factor),
         lights: vec![Light { direction_in_body: camera::narrow(view.sun), irradiance: camera::narrow(sunlight.irradiance) }],
         ring: view.uniforms(seen, inputs.sun(), inputs.pixel_view()),
         eclipse,
