@@ -76,7 +76,7 @@ impl Plan {
 /// is about the smallest positive half float, 2^-24. 12.92 is the slope of the sRGB curve at black.
 const DIM_WHITE: f64 = 4e-4;
 /// Radiance of display white above which the HDR target needs f32: lines, names and outlines have the radiance that the image shows in their colours, up to
-/// that of white, and half floats end at 65,504. Automatic exposure stays below: for the Sun's disc white is 53,000.
+/// that of white, and half floats end at 65,504. Automatic exposure stays below: for the Sun's disc white is 54,000.
 const BRIGHT_WHITE: f64 = 65_000.0;
 
 /// Plans one frame.

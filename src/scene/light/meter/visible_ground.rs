@@ -5,18 +5,17 @@
 //! their own. Always: the samples change continuously with the camera and the Sun, and even the thinnest crescent has its share: a crescent thinner than the
 //! spacing of fixed rays would be missed, or counted many times.
 
-use super::MeteredFrame;
 use super::geometry::{frame_position_weight, ray_and_limb};
 use super::ground::Ground;
-use super::log_mean::LogMean;
+use super::{LogMean, MeteredFrame};
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{Camera, Placement};
 use crate::scene::eclipse::approximate_shadow::ApproximateShadow;
 use crate::scene::placed::PlacedBody;
 use glam::{DVec2, DVec3};
 
-/// Number of lines. The weight of a position falls by a factor of 1e5 towards the frame's edge; with a third as many lines the exposure of a crescent that
-/// enters the frame is wrong by up to 3 stops.
+/// Number of lines. The weight of a position falls by a factor of 1e5 towards the frame's edge: with this number the exposure of a crescent beside a black
+/// night side is right to 0.6 stops (phase angles of 150 to 179 degrees, any distance; root mean square 0.05), with 20 lines to 3 stops.
 const LINES: u32 = 48;
 /// Number of samples on the lit and on the dark part of a line.
 const SAMPLES: u32 = 10;
