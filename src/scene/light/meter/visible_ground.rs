@@ -104,12 +104,15 @@ impl ScanLine {
             let (across_x, across_y) = (self.camera.cross(x), self.camera.cross(y));
             across_x.dot(across_y) - self.sun.dot(across_x) * self.sun.dot(across_y) - self.sun.dot(x) * self.sun.dot(y)
         });
-        let [first, second] = roots(terminator).unwrap_or([start; 2]).map(|t| t.clamp(start, end));
+        // From straight above the terminator the two roots are one. Where there is none, both parts are lit or both dark.
+        let [a, b, _] = terminator;
+        let crossings = roots(terminator).unwrap_or([if a == 0.0 { start } else { -b / a }; 2]);
+        let [first, second] = crossings.map(|t| t.clamp(start, end));
         let mut parts: Vec<(bool, [f64; 2])> = Vec::with_capacity(3);
         for [from, to] in [[start, first], [first, second], [second, end]].into_iter().filter(|[from, to]| from < to) {
             let is_lit = self.is_lit(0.5 * (from + to));
             match parts.last_mut() {
-                // The line crosses the terminator on the far side of the body.
+                // The line does not cross the terminator here, or on the far side of the body.
                 Some((was_lit, part)) if *was_lit == is_lit => part[1] = to,
                 _ => parts.push((is_lit, [from, to])),
             }
