@@ -5,13 +5,13 @@ use crate::support::session::SESSION;
 use glam::{Vec2, Vec3, Vec4};
 use orrery::FrameImages;
 use orrery::catalog::{Catalog, NaifId};
-use orrery::render::plan::{Plan, SamplingQuality, uniform_bytes};
+use orrery::render::plan::{ColourFormat, Plan, SamplingQuality, uniform_bytes};
 use orrery::scene::constants::GROUND_DEPTH_TERMS;
 use orrery::scene::draw::{AtmosphereUniforms, CloudUniforms, DrawFeatures, DrawUniforms, EclipseUniforms, Light, RingUniforms};
 use orrery::scene::effects::{EffectOverrides, possible_features};
 use orrery::scene::multi_scatter_in_shadow;
 use orrery::scene::multi_scatter_table::NODES;
-use orrery::scene::request::{Composition, Position, Projection, Quality, ViewRequest};
+use orrery::scene::request::{Composition, ExposureRequest, Position, Projection, Quality, ViewRequest};
 use orrery::shader::emit::emit_fragment;
 use orrery::shader::fragments::Fragments;
 use orrery::shader::key::{ShaderKey, feature_names, keys_of};
@@ -203,6 +203,27 @@ fn the_hdr_pass_is_found_by_its_name() {
         let hdr = plan.hdr_pass().expect("an HDR pass");
         assert!(hdr.name == "light" && hdr.draws.iter().any(|d| d.label == "Earth"));
         assert_eq!(plan.passes[0].name == hdr.name, is_first);
+    }
+}
+
+/// Half floats hold radiances from 6e-8 to 65,504: at exposures for which a radiance that matters may be beyond these, the linear image has 32-bit floats.
+#[test]
+fn exposures_beyond_half_floats_have_32_bit_targets() {
+    let format = |stops: f64| {
+        let view = ViewRequest::of(NaifId::SUN, Instant::parse("2024-10-10T00:00:00Z").expect("a time"));
+        let request = ViewRequest { width: 16, height: 16, exposure: ExposureRequest::Stops(stops), ..view };
+        let (_, plan) = SESSION.plan(&request, SamplingQuality { samples: 1, anisotropy: 1 }).expect("a plan");
+        plan.hdr_pass().expect("an HDR pass").format
+    };
+    // White has the radiance 2^-stops, which lines and names reach. Automatic exposure of the Sun is -15.7 stops.
+    for (stops, expected) in [
+        (-20.0, ColourFormat::HdrF32),
+        (-16.0, ColourFormat::HdrF32),
+        (-15.7, ColourFormat::Hdr),
+        (11.0, ColourFormat::Hdr),
+        (12.0, ColourFormat::HdrF32),
+    ] {
+        assert_eq!(format(stops), expected, "{stops} stops");
     }
 }
 

@@ -1,4 +1,5 @@
-//! Subjects that enter the light meter's reading or leave it: bodies and rings that become points, city lights around a camera on the ground.
+//! Subjects that enter the light meter's reading or leave it: bodies and rings that become points, crescents at limb and frame, city lights around a camera on
+//! the ground.
 
 use super::metering::assert_changes_smoothly;
 use crate::support::session::SESSION;
@@ -96,6 +97,59 @@ fn a_crescent_behind_the_limb_is_not_metered() {
     }
     let in_sight = stops(&mercury(6.0));
     assert!(in_sight < 3.0, "{in_sight} stops");
+}
+
+/// By how much a series goes up and down, in addition to its change from first to last.
+fn reversals(series: &[f64]) -> f64 {
+    let path: f64 = series.windows(2).map(|w| (w[1] - w[0]).abs()).sum();
+    path - series.last().zip(series.first()).map_or(0.0, |(last, first)| (last - first).abs())
+}
+
+/// Mercury's night side fills the frame, and its thin crescent comes into view while the camera moves away: the image becomes darker, and not brighter again.
+/// In a model of such views the exposure is right to 0.6 stops, and its reversals are 0.1 stops.
+#[test]
+fn a_crescent_beside_the_night_side_changes_the_exposure_steadily() {
+    const MERCURY: NaifId = NaifId(199);
+    let radius_km = SESSION.catalog().body(MERCURY).expect("Mercury").radii_km.x;
+    // A phase angle of 140 degrees.
+    let towards = DVec3::new(-0.377587, -1.732266, -0.720347).normalize();
+    let at = |k: u32| {
+        let offset_km = towards * ((1.8 + 0.01 * f64::from(k)) * radius_km);
+        let position = Position::Offset { body: MERCURY, offset_km, axes: Axes::BodyFixed };
+        ViewRequest { fov_deg: Some(60.0), ..view(MERCURY, "2024-10-10T00:00:00Z", position) }
+    };
+    let all: Vec<f64> = (0..=30).map(|k| stops(&at(k))).collect();
+    assert!(all[0] - all[30] > 5.0 && reversals(&all) < 1.0, "{all:?}");
+    // Negative control: the stops by a grid of 20 x 20 rays, at 1.80 to 2.08 radii.
+    let of_grid = [19.05, 17.52, 19.05, 15.89, 3.22, -0.08, 0.39, 1.18, 2.01, 3.76, -0.95, -0.76, -1.09];
+    assert!(reversals(&of_grid) > 10.0);
+}
+
+/// The Moon from the Earth in fields of view from 3 degrees down to 0.05: the image is exposed for the part of the disc that it shows. Without the crescent
+/// that is the night side in the light of the Earth.
+#[test]
+fn a_narrow_field_of_view_is_exposed_for_what_it_shows() {
+    // Looks beside the Moon's centre, by a fraction of its radius of about 0.26 degrees, towards the celestial pole.
+    let moon = |time: &str, north: f64, fov_deg: f64| {
+        let centred = ViewRequest { fov_deg: Some(fov_deg), ..view(NaifId::MOON, time, Position::Centre(NaifId::EARTH)) };
+        let towards = SESSION.scene(&centred).expect("a scene").body(NaifId::MOON).expect("there").placement.centre_km.normalize();
+        let north_axis = (DVec3::Z - towards * towards.z).normalize();
+        let direction = towards + north_axis * (north * 0.26_f64.to_radians());
+        ViewRequest { look: Look::Along { direction, axes: Axes::Icrf }, ..centred }
+    };
+    const CRESCENT: &str = "2025-01-02T17:00:00Z";
+    let [wide, entire, dark, darker] = [3.0, 0.62, 0.2, 0.1].map(|fov_deg| stops(&moon(CRESCENT, 0.0, fov_deg)));
+    assert!((wide - entire).abs() < 0.5, "{wide} and {entire} stops");
+    // If the crescent outside the frame counted, the dark views would have the exposure of the entire disc, and be black.
+    assert!(entire < 8.0 && dark > 13.0 && (darker - dark).abs() < 0.5, "{entire}, {dark} and {darker} stops");
+    // The same at the first quarter, at full Moon, and at the northern limb, of which half of the frame is dark sky.
+    for (time, north) in [(CRESCENT, 0.0), ("2025-01-06T23:56:00Z", 0.0), ("2025-01-13T22:27:00Z", 0.0), ("2025-01-06T23:56:00Z", 1.0)] {
+        let at = |k: f64| moon(time, north, 0.05 * 1.08_f64.powf(k));
+        assert_changes_smoothly(&format!("the Moon at {time}, {north} radii north"), 3.0, 53, at);
+    }
+    // A sunlit disc has the same exposure at every field of view.
+    let full = [0.05, 0.3, 1.0].map(|fov_deg| stops(&moon("2025-01-13T22:27:00Z", 0.0, fov_deg)));
+    assert!(full.iter().all(|stops| (stops - full[2]).abs() < 0.5), "{full:?}");
 }
 
 /// From a city (Paris) the view over the horizon is exposed for the sky, as without the lights of the ground: they must not hide the stars. A camera that looks

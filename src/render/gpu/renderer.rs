@@ -260,7 +260,9 @@ impl GpuRenderer {
             return Err(GpuError::Unsupported("the cost view, which counts the software renderer's operations"));
         }
         if !self.blends_f32 && plan.passes.iter().any(|p| p.format == ColourFormat::HdrF32) {
-            return Err(GpuError::Unsupported("scenes as dim as a night sky on this adapter, which cannot blend 32-bit floats"));
+            return Err(GpuError::Unsupported(
+                "scenes exposed for a night sky, or shorter than for the Sun, on this adapter, which cannot blend 32-bit floats",
+            ));
         }
         let result = with_error_scopes(&self.device, work);
         self.check_fatal_error()?;

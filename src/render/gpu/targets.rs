@@ -12,8 +12,8 @@ use wgpu::{Device, Extent3d, TextureDescriptor, TextureDimension, TextureFormat,
 pub(super) fn texture_format(format: ColourFormat, requested: FrameImages) -> TextureFormat {
     match format {
         // The greatest half float is 65,504; shaders/lib/globe.wesl limits the radiance of emissive and of custom surfaces to 65,000. Rounding a radiance to
-        // half floats changes its displayed value by at most 0.06 levels of 255, or by 0.25 if display white has radiance 4e-4; a scene whose white is dimmer
-        // is `HdrF32`.
+        // half floats changes its displayed value by at most 0.06 levels of 255, or by 0.25 if display white has radiance 4e-4; a scene whose white is dimmer,
+        // or brighter than the greatest half float, is `HdrF32`.
         ColourFormat::Hdr if requested == FrameImages::Display => TextureFormat::Rgba16Float,
         ColourFormat::Hdr | ColourFormat::HdrF32 => TextureFormat::Rgba32Float,
         ColourFormat::Rgba8Unorm => TextureFormat::Rgba8Unorm,

@@ -75,6 +75,9 @@ impl Plan {
 /// Radiance of display white below which the HDR target needs f32. At this white, half a display level above black, 1 / (2 x 255 x 12.92) = 1.5e-4 of white,
 /// is about the smallest positive half float, 2^-24. 12.92 is the slope of the sRGB curve at black.
 const DIM_WHITE: f64 = 4e-4;
+/// Radiance of display white above which the HDR target needs f32: lines, names and outlines have the radiance that the image shows in their colours, up to
+/// that of white, and half floats end at 65,504. Automatic exposure stays below: for the Sun's disc white is 54,000.
+const BRIGHT_WHITE: f64 = 65_000.0;
 
 /// Plans one frame.
 pub fn plan(scene: &Scene, provider: &impl ResourceProvider, sampling: SamplingQuality) -> Result<Plan, PlanError> {
@@ -126,7 +129,7 @@ pub(super) fn hdr_steps(
         resource: HDR_TARGET,
         width,
         height,
-        format: if scene.exposure.white() < DIM_WHITE { ColourFormat::HdrF32 } else { ColourFormat::Hdr },
+        format: if (DIM_WHITE..=BRIGHT_WHITE).contains(&scene.exposure.white()) { ColourFormat::Hdr } else { ColourFormat::HdrF32 },
         samples: sampling.samples,
         clear,
         has_depth: true,

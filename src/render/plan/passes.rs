@@ -136,7 +136,8 @@ pub struct PlanDraw {
 pub enum ColourFormat {
     /// Linear HDR target. The GPU renderer may store it in half floats.
     Hdr,
-    /// Linear HDR target that needs f32, because its radiances are below the range of half floats, such as those of a night sky.
+    /// Linear HDR target that needs f32, because its radiances are below the range of half floats, such as those of a night sky, or, at an exposure shorter
+    /// than that of the Sun, above it.
     HdrF32,
     /// Bytes that the shader has already encoded: display values, or masks.
     Rgba8Unorm,

@@ -1,11 +1,12 @@
 //! Geometry of the light meter: intersection of rays with bodies, and the fraction of a disc that nearer bodies leave visible.
 //!
 //! In: the camera and the placement of a body. Out: weights, angles and fractions. Always: these values change continuously with position and direction.
-//! Exceptions: `area_px` and `weighted_in_frame_fraction` jump where an ellipse becomes an open outline ([`Outline::Open`]) or leaves the frame.
+//! Exceptions: `area_px`, `weighted_in_frame_fraction` and `entire_disc_weight` jump where an ellipse becomes an open outline ([`Outline::Open`]) or leaves the
+//! frame.
 
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{Camera, Placement};
-use crate::scene::numeric::smoothstep;
+use crate::scene::numeric::{smooth_rise, smoothstep};
 use crate::scene::placed::PlacedBody;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -59,12 +60,30 @@ pub(crate) fn area_px(camera: &Camera, placed: &PlacedBody<'_>) -> f64 {
     }
 }
 
-/// Fraction of the bounding box of a body's outline that is in the frame, times [`outline_position_weight`]. 0 for an open outline: the caller then samples the
-/// body with rays, but counts a Sun as entirely in the frame.
-pub(crate) fn weighted_in_frame_fraction(camera: &Camera, placed: &PlacedBody<'_>) -> f64 {
+/// Fraction of the bounding box of a body's outline that is in the frame; 0 for an open outline.
+fn in_frame_fraction(camera: &Camera, placed: &PlacedBody<'_>) -> f64 {
     let Some((box_centre, size)) = bounding_box(camera, placed) else { return 0.0 };
     let inside = (DVec2::ONE.min(box_centre + 0.5 * size) - DVec2::NEG_ONE.max(box_centre - 0.5 * size)).max(DVec2::ZERO);
-    (inside / size).element_product().min(1.0) * outline_position_weight(camera, placed)
+    (inside / size).element_product().min(1.0)
+}
+
+/// [`in_frame_fraction`] times [`outline_position_weight`]. 0 for an open outline: the caller then samples the ground in the frame, but counts a Sun as
+/// entirely in the frame.
+pub(crate) fn weighted_in_frame_fraction(camera: &Camera, placed: &PlacedBody<'_>) -> f64 {
+    in_frame_fraction(camera, placed) * outline_position_weight(camera, placed)
+}
+
+/// Number of decades by which the weight of the sum over an entire disc falls while the disc leaves the frame, or the field of view becomes narrower. It falls
+/// by decades because a crescent outside the frame may be a million times as bright as the night side inside.
+const CLIPPED_DECADES: f64 = 9.0;
+/// Diameters of a disc between which this sets in: the light of a smaller disc is spread over a sprite.
+const CLIPPED_FROM_PX: (f64, f64) = (4.0, 8.0);
+
+/// Weight of the sum over a body's entire disc: 1 if the disc is in the frame, nearly 0 if only the part of its ground that is in the frame may be metered, as
+/// in a narrow field of view.
+pub(crate) fn entire_disc_weight(camera: &Camera, placed: &PlacedBody<'_>, diameter_px: f64) -> f64 {
+    let outside = 1.0 - smoothstep(in_frame_fraction(camera, placed));
+    10.0_f64.powf(-CLIPPED_DECADES * outside * smooth_rise(CLIPPED_FROM_PX, diameter_px))
 }
 
 /// Weight of the position of a body's outline in the frame: the weight of the point of its bounding box that is nearest to the frame's middle. 0 for an open

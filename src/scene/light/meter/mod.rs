@@ -2,12 +2,13 @@
 //!
 //! In: the request, the camera, the placed bodies, the air around the camera. Out: a [`MeterReading`]: weight and radiance of each kind of subject in the
 //! frame, and the Sun's glare. Nothing is rendered: the light of each body is summed over points of its ground (`ground`) with its photometric model and mean
-//! albedo, including eclipses and light from other bodies. Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes
-//! continuously with position, time, field of view and phase (exceptions: [`geometry`]). For this, the weight of each subject falls off smoothly at limbs and
-//! at the frame's edges, and the light of the sky fades towards the top of the air. Only the glare and the corona that the image shows are metered: no glare
-//! of a Sun outside the frame, and no corona that the glare hides or the user switched off. Left out: maps other than city lights (a sea is as bright as a
-//! desert), relief far below the camera, the shadow of rings on a distant planet, the air beyond a near limb, and the light that another body's air adds in
-//! front of bodies behind it. Weights and limits without a stated source are chosen; tests/scene/metering.rs checks that no exposure jumps.
+//! albedo, including eclipses and light from other bodies. Of a body that reaches beyond the frame, only the ground in the frame counts (`visible_ground`).
+//! Rings, sky, corona, refracted limbs and the dark sky are added. Always: a reading changes continuously with position, time, field of view and phase
+//! (exceptions: [`geometry`]). For this, the weight of each subject falls off smoothly at the frame's edges, the ground is summed between exact limits, and the
+//! light of the sky fades towards the top of the air. Only the glare and the corona that the image shows are metered: no glare of a Sun outside the frame, and
+//! no corona that the glare hides or the user switched off. Left out: maps other than city lights (a sea is as bright as a desert), relief far below the
+//! camera, the shadow of rings on a distant planet, the air beyond a near limb, and the light that another body's air adds in front of bodies behind it.
+//! Weights and limits without a stated source are chosen; tests/scene/metering.rs checks that no exposure jumps.
 
 mod city_lights;
 mod geometry;
@@ -20,6 +21,7 @@ mod ring_shadow;
 mod rings;
 mod sun_glare;
 mod twilight;
+mod visible_ground;
 
 use crate::catalog::NaifId;
 use crate::message::{Argument, reason};
@@ -38,10 +40,10 @@ use crate::scene::point::{drawn_disc_share, point_peak};
 use crate::scene::request::effects::Effect;
 use crate::scene::resources::Context;
 use geometry::{
-    area_px, frame_position_weight, is_beside_frame, lit_part_weight, ray_and_limb, visible_fraction_behind_body,
+    area_px, entire_disc_weight, frame_position_weight, is_beside_frame, lit_part_weight, ray_and_limb, visible_fraction_behind_body,
     weighted_in_frame_fraction,
 };
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, FloatExt};
 use ground::{Albedo, Ground};
 use log_mean::LogMean;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -66,10 +68,11 @@ const DARK_SKY_WEIGHT: f64 = 1e-6;
 /// Measured skies keep a fifth of this (Dandekar and Turtle 1971, Applied Optics 10, 1220); up to an obscuration of 99.8 % the sky dims in proportion to
 /// sunlight (Sharp, Silverman and Lloyd 1971, ibid. 1207).
 const TOTALITY_SKY_FRACTION: f64 = 5.5e-4;
-/// Distances of the camera, in body radii, between which the meter blends from rays of the frame (near) to a sum over the entire disc (far).
+/// Distances of the camera, in body radii, between which the meter blends from the part of the ground that the frame shows (near) to a sum over the entire disc
+/// (far). Of a distant disc that reaches beyond the frame, too, only the part in the frame counts ([`entire_disc_weight`]).
 const FAR_RADII: [f64; 2] = [3.0, 8.0];
-/// Number of rays along each side of a near body's rectangle.
-const RAYS: u32 = 20;
+/// Weights below this count as 0.
+const NEGLIGIBLE_WEIGHT: f64 = 1e-9;
 /// Number of rays along each side of the frame.
 const FRAME_RAYS: u32 = 16;
 /// Radii of the innermost and outermost edge of the annuli around the Sun on which the corona is sampled, solar radii. For a camera near the Sun, rays of the
@@ -116,7 +119,7 @@ fn dusk_factor(radiance: f64) -> f64 {
     (-(DUSK_STOPS_PER_DECADE * decades).min(MAX_DUSK_STOPS)).exp2()
 }
 
-/// Weight of the sum over a body's entire disc; the sum over rays of the frame has the weight 1 minus this. 0 for a body with an open outline.
+/// How far away a body is: 0 if only a part of its globe is in view at a time, or if its outline is open; 1 if half of it is.
 fn far_weight(placed: &PlacedBody<'_>) -> f64 {
     let [from, to] = FAR_RADII;
     let is_closed = matches!(placed.outline, Outline::Ellipse { .. });
@@ -267,6 +270,8 @@ impl<'a> MeteredFrame<'_, 'a> {
             return (mean, 0.0);
         }
         let diameter_px = 2.0 * (area / PI).sqrt();
+        // Weight of the sum over the entire disc; the sum over the ground in the frame has the weight 1 minus this.
+        let disc_weight = far_weight * entire_disc_weight(camera, p, diameter_px);
         let foreground_radiance = self.foreground_radiance(p.placement.centre_km, Some(p.body.id));
         let air = self.meter.air.filter(|a| a.body.id != p.body.id);
         let transmittance = air.map_or(1.0, |a| a.mean_transmittance(p.placement.centre_km));
@@ -301,34 +306,38 @@ impl<'a> MeteredFrame<'_, 'a> {
             sky_radiance: self.meter.air.filter(|a| a.body.id == p.body.id).map_or(0.0, |_| self.sky_radiance),
         };
         let mut sum = |shadow: Option<&ApproximateShadow<'_>>| {
-            let mut near_share = 0.0;
-            if far_weight < 1.0 {
-                near_share = self.sum_rays(p, &ground, shadow, 1.0 - far_weight, &mut mean);
+            let mut ground_share = 0.0;
+            if 1.0 - disc_weight > NEGLIGIBLE_WEIGHT {
+                ground_share = self.sum_ground(p, &ground, shadow, 1.0 - disc_weight, transmittance, &mut mean);
             }
             if far_weight > 0.0 {
                 // The sprite of a small disc covers more of the frame than the disc, and is fainter by the same factor.
                 let dilution = area / (area + (1.0 - self.disc_light_fraction(p, diameter_px)) / point_peak());
-                let visible_share = share * self.visible_fraction(p) * far_weight * (1.0 - point_weight);
-                self.sum_disc(p, &ground, shadow, diameter_px, |area_fraction, radiance| {
-                    mean.add(visible_share * area_fraction / dilution, radiance * dilution * transmittance, foreground_radiance)
-                });
+                let visible_weight = self.visible_fraction(p) * (1.0 - point_weight);
+                let disc_share = share * disc_weight * visible_weight;
+                if disc_weight > 0.0 {
+                    self.sum_disc(p, &ground, shadow, diameter_px, |area_fraction, radiance| {
+                        mean.add(disc_share * area_fraction / dilution, radiance * dilution * transmittance, foreground_radiance)
+                    });
+                }
+                let rim_share = area / self.meter.frame_px() * far_weight * visible_weight;
                 self.sum_rim(p, ground.albedo.of_lights, shadow, diameter_px, |area_fraction, radiance| {
-                    mean.add(visible_share * area_fraction / dilution, radiance * dilution * transmittance, foreground_radiance);
+                    mean.add(rim_share * area_fraction / dilution, radiance * dilution * transmittance, foreground_radiance);
                 });
             }
-            near_share
+            ground_share
         };
         // The user may have set effects for this body alone.
         let body_request = self.meter.context.request.for_body(p.body);
         let body_context = Context { request: body_request.as_ref().unwrap_or(self.meter.context.request), ..self.meter.context };
-        let near_share = evaluate_shadow(body_context, p, diameter_px, |shadow, _| sum(Some(shadow)));
-        let near_share = near_share.unwrap_or_else(|| sum(None));
-        (mean, share * far_weight + near_share)
+        let ground_share = evaluate_shadow(body_context, p, diameter_px, |shadow, _| sum(Some(shadow)));
+        let ground_share = ground_share.unwrap_or_else(|| sum(None));
+        (mean, share * disc_weight + ground_share)
     }
 
-    /// Samples the disc of a distant body: calls `add` with fractions of the disc's area and their radiances. The grid in photometric longitude and latitude
-    /// (origin at the sub-observer point, equator through the sub-solar point) covers the lit and the dark part separately, so that even the thinnest crescent
-    /// is sampled. It treats the viewer as infinitely far away; only [`lit_part_weight`] takes the distance into account.
+    /// Samples the entire disc of a distant body: calls `add` with fractions of the disc's area and their radiances. The grid in photometric longitude and
+    /// latitude (origin at the sub-observer point, equator through the sub-solar point) covers the lit and the dark part separately, so that even the thinnest
+    /// crescent is sampled. It treats the viewer as infinitely far away; only [`lit_part_weight`] takes the distance into account.
     fn sum_disc(
         &self,
         p: &PlacedBody<'_>,
@@ -361,46 +370,15 @@ impl<'a> MeteredFrame<'_, 'a> {
         }
     }
 
-    /// Samples a near body with rays over its rectangle in the frame. Returns the body's share of the frame, times `weight`.
-    fn sum_rays(
-        &self,
-        p: &PlacedBody<'_>,
-        ground: &Ground<'_>,
-        shadow: Option<&ApproximateShadow<'_>>,
-        weight: f64,
-        mean: &mut LogMean,
-    ) -> f64 {
-        let camera = self.meter.camera;
-        let Some(rect) = p.outline.rect(camera) else { return 0.0 };
-        let size = DVec2::new(rect.right - rect.left, rect.top - rect.bottom);
-        let spacing = (size * camera.tan_half_fov).length() / f64::from(RAYS);
-        let share = weight * size.element_product() / 4.0 / f64::from(RAYS * RAYS);
-        let nearer = self.nearer_bodies(p, spacing);
-        let ring_shadow = self.ring_shadow_on(p);
-        let twilight_air = self.twilight_air_of(p);
-        let mut covered_share = 0.0;
-        for k in 0..RAYS * RAYS {
-            let position = (DVec2::new(f64::from(k % RAYS), f64::from(k / RAYS)) + 0.5) / f64::from(RAYS);
-            let clip = DVec2::new(rect.left, rect.bottom) + size * position;
-            let direction = camera.ray(clip);
-            let ray = ray_and_limb(&p.placement, direction);
-            let coverage = smoothstep(0.5 + ray.inside_rad / spacing) * Self::ray_visibility(&nearer, direction, spacing);
-            if coverage <= 0.0 {
-                continue;
-            }
-            covered_share += share * coverage;
-            let normal = (ray.point / p.placement.radii_km).normalize();
-            let viewer = -(p.placement.body_from_icrf * direction).normalize();
-            let ring_transmittance = ring_shadow.as_ref().map_or(1.0, |rings| rings.transmittance(ray.point, spacing));
-            let of_ground = ground.radiance(ray.point, normal, viewer, shadow, ring_transmittance);
-            let of_air = twilight_air.as_ref().map_or(0.0, |air| air.radiance(normal.dot(ground.sun), normal.dot(viewer)));
-            mean.add(
-                share * coverage * frame_position_weight(clip.abs().max_element()),
-                of_ground + of_air * ground.sun_irradiance,
-                self.foreground_radiance(direction, Some(p.body.id)),
-            );
-        }
-        covered_share
+    /// The weight of a direction's position in the frame for a body whose parts outside the frame must not count: 0 outside, with a softened edge.
+    /// `outline_weight`: the weight of the position of the body's outline; `disc_weight`: how much this counts ([`entire_disc_weight`]), and not the part's
+    /// own position.
+    fn part_position_weight(&self, direction: DVec3, outline_weight: f64, disc_weight: f64) -> f64 {
+        let Some(clip) = self.meter.camera.clip(direction) else { return 0.0 };
+        // The edge is softened over a hundredth of the image.
+        let edge = (1.0 - clip.abs()) * 50.0 + 0.5;
+        let own_weight = frame_position_weight(clip.abs().max_element().min(1.0));
+        smoothstep(edge.x) * smoothstep(edge.y) * own_weight.lerp(outline_weight, disc_weight)
     }
 
     /// The bodies that may block rays of the frame from `p`. `spacing`: see [`Self::ray_visibility`].

@@ -5,6 +5,7 @@
 //! shadows of a planet's rings on the air, absorbing layers, and the ring of air around a near body, only a part of which is in view (`FAR_RADII`).
 
 use super::MeteredFrame;
+use super::geometry::{entire_disc_weight, outline_position_weight};
 use crate::catalog::{Atmosphere, Species};
 use crate::scene::atmosphere::extinction::{density, extinction};
 use crate::scene::atmosphere::{air, rim};
@@ -101,27 +102,31 @@ impl<'p> RimOfAir<'p> {
     }
 
     /// Calls `add` with the area of each part of the ring, relative to that of the disc, and its radiance per irradiance. `height_px`: height of the ring's
-    /// bright part; a ring lower than a pixel is spread over a pixel. `sunlit_part`: the part of sunlight that shadows leave at a position angle.
-    fn sum(&self, height_px: f64, sunlit_part: impl Fn(f64) -> f64, mut add: impl FnMut(f64, f64)) {
+    /// bright part; a ring lower than a pixel is spread over a pixel. `places`: the two places of the limb at a position angle, on either side of the direction
+    /// of the Sun; for each its weight and the part of sunlight that shadows leave there.
+    fn sum(&self, height_px: f64, places: impl Fn(f64) -> [[f64; 2]; 2], mut add: impl FnMut(f64, f64)) {
         let pixel_fraction = height_px.clamp(1e-6, 1.0);
         let step_km = self.air.top_km / f64::from(HEIGHTS);
         let midpoint = |k: u32, n: u32| (f64::from(k) + 0.5) / f64::from(n);
         for n in 0..POSITION_ANGLES {
             let position_angle = PI * midpoint(n, POSITION_ANGLES);
-            let sunlit = sunlit_part(position_angle);
+            let places = places(position_angle);
             for k in 0..HEIGHTS {
                 let height_km = self.air.top_km * midpoint(k, HEIGHTS);
-                // The ring has the circumference 2 pi R and the disc the area pi R squared; a position angle stands for both sides.
-                let area = 2.0 * (1.0 + height_km / self.radius_km) * step_km / self.radius_km / f64::from(POSITION_ANGLES);
-                add(area / pixel_fraction, sunlit * self.radiance(height_km, position_angle.cos()) * pixel_fraction);
+                // The ring has the circumference 2 pi R and the disc the area pi R squared; each of the two places has half of the ring.
+                let area = (1.0 + height_km / self.radius_km) * step_km / self.radius_km / f64::from(POSITION_ANGLES);
+                let radiance = self.radiance(height_km, position_angle.cos());
+                for [weight, sunlit] in places {
+                    add(weight * area / pixel_fraction, sunlit * radiance * pixel_fraction);
+                }
             }
         }
     }
 }
 
 impl MeteredFrame<'_, '_> {
-    /// Calls `add` with the area of each part of the ring of air around a body, relative to that of its disc and times the ring's weight, and its radiance.
-    /// Does nothing if the body has no air, its air is not drawn, or the disc is small or more than half lit.
+    /// Calls `add` with the area of each part of the ring of air around a body, relative to that of its disc and times the part's weight, and its radiance.
+    /// Parts outside the frame have no weight. Does nothing if the body has no air, its air is not drawn, or the disc is small or more than half lit.
     pub(super) fn sum_rim(
         &self,
         p: &PlacedBody<'_>,
@@ -143,16 +148,19 @@ impl MeteredFrame<'_, '_> {
         let across = (sun - viewer * sun.dot(viewer)).try_normalize().unwrap_or_else(|| viewer.any_orthonormal_vector());
         let up = viewer.cross(across);
         let (sin_tilt, cos_tilt) = rim.limb_tilt_sin_cos;
-        let sunlit_part = |position_angle: f64| {
+        let outline_weight = outline_position_weight(self.meter.camera, p);
+        let disc_weight = entire_disc_weight(self.meter.camera, p, diameter_px);
+        let places = |position_angle: f64| {
             let (sin, cos) = position_angle.sin_cos();
-            let at = |sin: f64| {
+            [sin, -sin].map(|sin| {
                 let normal = (across * cos + up * sin) * cos_tilt + viewer * sin_tilt;
-                shadow.map_or(1.0, |s| s.sunlight_fraction(normal * p.body.radii_km / p.body.radii_km.x).max(0.0))
-            };
-            0.5 * (at(sin) + at(-sin))
+                let sunlit = shadow.map_or(1.0, |s| s.sunlight_fraction(normal * p.body.radii_km / p.body.radii_km.x).max(0.0));
+                let from_camera_km = p.placement.centre_km + p.placement.body_from_icrf.transpose() * (normal * p.body.radii_km);
+                [self.part_position_weight(from_camera_km, outline_weight, disc_weight), sunlit]
+            })
         };
         let irradiance = lights::sunlight(p.sun_from_body_km).irradiance.x;
-        rim.sum(height_px, sunlit_part, |area, radiance| add(weight * area, radiance * irradiance));
+        rim.sum(height_px, places, |area, radiance| add(weight * area, radiance * irradiance));
     }
 }
 

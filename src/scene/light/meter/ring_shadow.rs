@@ -2,8 +2,8 @@
 //!
 //! In: the rings' intervals, the Sun, the camera. Out: the fraction of sunlight that the rings leave on the footprint of one of the meter's rays, which is the
 //! part of the ground that the ray represents. The fraction changes gradually because it is a mean over the footprint and the Sun's disc; this also holds at
-//! the equator, where the footprint reaches across the ring plane. From 3 radii on, the meter ignores the shadow: the entire disc is then in view, and the
-//! shadow covers only a small part of the disc.
+//! the equator, where the footprint reaches across the ring plane. From 3 radii on, the meter ignores the shadow: half of the globe is then in view, of
+//! which the shadow covers only a small part.
 
 use super::MeteredFrame;
 use crate::scene::numeric::{smooth_rise, smoothstep};

@@ -2,7 +2,7 @@
 //!
 //! In: a body with air that is drawn over its ground. Out: the radiance of the air above a point of the ground. Beyond the terminator the ground gets no
 //! sunlight, but the air above still does. By day this light is part of the body's mean albedo. Always: continuous in position and time. Left out: eclipses
-//! of that air, and the air beyond the limb. From 8 radii on (`FAR_RADII`) the meter ignores twilight: the entire disc is then in view, and twilight is only on
+//! of that air, and the air beyond the limb. From 8 radii on (`FAR_RADII`) the meter ignores twilight if the entire disc is in the frame: twilight is only on
 //! a small part of the disc.
 
 use super::MeteredFrame;
