@@ -4,6 +4,7 @@ mod access;
 mod composition;
 mod contrast;
 mod dropped;
+mod event_search;
 mod events;
 mod failures;
 mod first_image;
