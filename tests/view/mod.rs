@@ -20,6 +20,7 @@ mod panels;
 mod presets;
 mod search;
 mod sharing;
+mod side_panels;
 mod stars;
 mod texts_of_layers;
 mod time;
