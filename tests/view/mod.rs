@@ -9,6 +9,7 @@ mod events;
 mod failures;
 mod first_image;
 mod flights;
+mod information;
 mod input;
 mod inspect;
 pub mod interface;
