@@ -97,23 +97,29 @@ fn light_and_exposure_do_not_jump_at_the_top_of_the_air() {
 }
 
 /// From a hundredth of the air's height to above its top, in steps of half a hundredth, the exposure changes by less than a bound per step. The clouds of the
-/// Earth, which come into view within 6 km, change it most.
+/// Earth, which come into view at once at 6 km, change it most: by 2.5 stops by day and by 3.2 in twilight.
 #[test]
 fn the_exposure_changes_gradually_from_the_ground_into_space() {
     const MAX_STOPS: f64 = 0.8;
+    const MAX_STOPS_AT_CLOUDS: f64 = 3.5;
     let mut longest_way: f64 = 0.0;
+    let clouds_km = clouds_of_the_earth_km();
     for (_, (body, top_km)) in bodies_with_air().into_iter().enumerate().filter(|(k, _)| sweep::runs(*k, 3)) {
         let noon_deg = noon_deg(body);
         for degrees in DEGREES_FROM_NOON {
-            let stops = |k: i32| {
-                let request = view(body, TIME, (noon_deg + degrees) % 360.0, 0.005 * f64::from(k) * top_km);
-                scene(&request).exposure.stops
+            let at = |k: i32| {
+                let height_km = 0.005 * f64::from(k) * top_km;
+                (height_km, scene(&view(body, TIME, (noon_deg + degrees) % 360.0, height_km)).exposure.stops)
             };
-            let all: Vec<f64> = (2..=220).map(stops).collect();
-            let greatest = all.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, larger);
-            println!("{body:?}, {degrees} degrees from noon: at most {greatest:.3} stops a step");
-            assert!(greatest < MAX_STOPS, "{body:?}, {degrees} degrees from noon: {greatest} stops in a step of {all:?}");
-            longest_way = longest_way.max((all[all.len() - 1] - all[0]).abs());
+            let all: Vec<(f64, f64)> = (2..=220).map(at).collect();
+            let is_at_clouds = |step: &&[(f64, f64)]| body == NaifId::EARTH && step[1].0 > 0.9 * clouds_km && step[0].0 < clouds_km;
+            let (at_clouds, elsewhere): (Vec<_>, Vec<_>) = all.windows(2).partition(is_at_clouds);
+            let greatest = |steps: Vec<&[(f64, f64)]>| steps.iter().map(|step| (step[1].1 - step[0].1).abs()).fold(0.0, larger);
+            let (at_clouds, elsewhere) = (greatest(at_clouds), greatest(elsewhere));
+            println!("{body:?}, {degrees} degrees from noon: at most {elsewhere:.3} stops a step, at clouds {at_clouds:.3}");
+            let is_gradual = elsewhere < MAX_STOPS && at_clouds < MAX_STOPS_AT_CLOUDS;
+            assert!(is_gradual, "{body:?}, {degrees} degrees from noon: {elsewhere} stops in a step, at clouds {at_clouds}: {all:?}");
+            longest_way = longest_way.max((all[all.len() - 1].1 - all[0].1).abs());
         }
     }
     assert!(longest_way > 3.0 * MAX_STOPS, "no exposure changes by more than {longest_way} stops: the check above cannot fail");
@@ -164,16 +170,41 @@ fn the_ground_at_noon_is_neither_dark_nor_white() {
     assert!(shift < -2.0 && mean_shown(shift) < 0.25, "{shift} stops: {}", mean_shown(shift));
 }
 
-/// At the clouds' height the exposure is that of the ground; from twice that height on it is that of the planet; without clouds it is at all heights that of
-/// the ground and the air in front of it.
+/// Height of the Earth's clouds.
+fn clouds_of_the_earth_km() -> f64 {
+    SESSION.catalog().body(NaifId::EARTH).and_then(|b| b.clouds.as_ref()).expect("clouds").height_km
+}
+
+/// Up to nine tenths of the clouds' height the exposure is that of the ground; from the clouds on it is that of the planet; without clouds it is at all heights
+/// that of the ground and the air in front of it.
 #[test]
-fn the_exposure_changes_above_the_clouds_and_not_in_them() {
-    let clouds_km = SESSION.catalog().body(NaifId::EARTH).and_then(|b| b.clouds.as_ref()).expect("clouds").height_km;
+fn the_exposure_changes_below_the_clouds_and_not_above_them() {
+    let clouds_km = clouds_of_the_earth_km();
     let stops = |height_km: f64, effects: &str| noon_on_the_earth(0.0, height_km, effects).0;
     let (below, above) = (stops(0.999 * clouds_km, ""), stops(1.001 * clouds_km, ""));
     assert!((below - above).abs() < 0.02, "{below} and {above} stops");
-    assert!((stops(0.999 * clouds_km, "-clouds") - below).abs() < 1e-9);
-    assert!((stops(2.0 * clouds_km, "") - stops(3.0 * clouds_km, "")).abs() < 0.2);
+    assert!((above - stops(3.0 * clouds_km, "")).abs() < 0.2);
+    let ground = stops(0.899 * clouds_km, "");
+    assert!((stops(0.899 * clouds_km, "-clouds") - ground).abs() < 1e-9);
     let (clear, cloudy) = (stops(2.0 * clouds_km, "-clouds"), stops(2.0 * clouds_km, ""));
-    assert!(clear > cloudy + 1.0 && clear < below + 0.2, "{clear} without clouds, {cloudy} with them, {below} below them");
+    assert!(clear > cloudy + 1.0 && clear < ground + 0.2, "{clear} without clouds, {cloudy} with them, {ground} below them");
+}
+
+/// Over the South Atlantic the clouds are closed. From just above them they were white up to 9 km, because the exposure was still that of the ground.
+#[test]
+fn a_closed_deck_is_not_white_from_just_above_it() {
+    let clouds_km = clouds_of_the_earth_km();
+    let at = |height_km: f64| {
+        let position = Position::Ground { body: NaifId::EARTH, latitude_deg: -33.54, longitude_deg: -12.91, height_km };
+        scene(&ViewRequest { position, ..view(NaifId::EARTH, "2026-11-29T15:00:00Z", 0.0, height_km) })
+    };
+    let ground_stops = at(0.8 * clouds_km).exposure.stops;
+    for clouds_heights in [1.01, 1.1, 1.5, 2.0] {
+        let found = at(clouds_heights * clouds_km);
+        let light = light(&found).into_iter().fold(0.0, larger);
+        let [shown, at_ground_exposure] = [found.exposure.stops, ground_stops].map(|stops| light * stops.exp2());
+        assert!((0.2..0.8).contains(&shown), "from {clouds_heights} times their height the clouds are at {shown} of white");
+        // Negative control.
+        assert!(at_ground_exposure > 1.0, "{at_ground_exposure}: the check above cannot fail");
+    }
 }

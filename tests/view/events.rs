@@ -1,9 +1,9 @@
-//! The Events panel: the events it finds and the views it opens; contacts at a place; rows that do not move while a search goes on or is stopped.
+//! The Events panel: the views it opens; contacts at a place; rows that do not move while a search goes on or is stopped, and do not overlap the details.
 
 use crate::view::input::{Window, advance, window_without_images};
 use crate::view::interface::{CpuTestRenderer, interface, session};
-use egui::Event;
 use egui::accesskit::Role;
+use egui::{Event, Rect, Shape};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use orrery::catalog::NaifId;
@@ -12,7 +12,7 @@ use orrery::events::{MoonEventType, solar_eclipses};
 use orrery::session::Session;
 use orrery::time::Instant;
 use orrery::view::app::body_positions::{BodyPositions, SessionPositions};
-use orrery::view::app::event_search::{EventKind, EventSearch, SkyEvent, events_between};
+use orrery::view::app::event_search::{EventKind, SkyEvent, events_between};
 use orrery::view::app::settings::Home;
 use orrery::view::app::view_state::CameraPose;
 use orrery::view::language::Language;
@@ -22,49 +22,16 @@ use orrery::view::worker::render_worker::{FailedJob, RenderJob, RenderWorker, Re
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex};
 
-fn parse_time(text: &str) -> Instant {
+pub(super) fn parse_time(text: &str) -> Instant {
     Instant::parse(text).expect(text)
 }
 
-fn between(kinds: &[EventKind], from: &str, to: &str) -> Vec<SkyEvent> {
+pub(super) fn between(kinds: &[EventKind], from: &str, to: &str) -> Vec<SkyEvent> {
     events_between(session().catalog(), session().ephemeris(), kinds, parse_time(from), parse_time(to)).expect("within the theories")
 }
 
-fn greatest_tdb_s(event: &SkyEvent) -> f64 {
+pub(super) fn greatest_tdb_s(event: &SkyEvent) -> f64 {
     event.greatest().tdb_seconds_past_j2000()
-}
-
-/// A search in steps finds the same events as a single search over the whole span, in either direction.
-#[test]
-fn a_search_in_steps_finds_each_event_once_and_nearest_first() {
-    for (kinds, from, to) in [
-        (vec![EventKind::Solar, EventKind::Lunar], "2000-01-01", "2030-01-01"),
-        (vec![EventKind::Transit], "1990-01-01", "2020-01-01"),
-        (vec![EventKind::Moons], "2015-01-20", "2015-02-03"),
-        (EventKind::ALL.to_vec(), "2015-03-15", "2015-03-25"),
-    ] {
-        let expected: Vec<f64> = between(&kinds, from, to).iter().map(greatest_tdb_s).collect();
-        // Ten days hold few events, even of all kinds.
-        assert!(expected.len() > 3 || kinds.len() > 2 && !expected.is_empty(), "{kinds:?}: {}", expected.len());
-        let reach_s = parse_time(to).tdb_seconds_past_j2000() - parse_time(from).tdb_seconds_past_j2000();
-        for backward in [false, true] {
-            let mut search = EventSearch::new(kinds.clone(), parse_time(if backward { to } else { from }), reach_s, backward);
-            let (mut found, mut progress) = (Vec::new(), -1.0);
-            while !search.is_over() {
-                found.extend(search.step(session().catalog(), session().ephemeris()).expect("found").iter().map(greatest_tdb_s));
-                assert!(search.progress() > progress, "{kinds:?}: no progress at {progress}");
-                progress = search.progress();
-            }
-            assert_eq!(progress, 1.0);
-            if backward {
-                found.reverse();
-            }
-            assert_eq!(found.len(), expected.len(), "{kinds:?}, backward {backward}");
-            // An event near the end of a step is refined from another starting value, so its time may differ by less than a second.
-            assert!(found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1.0), "{kinds:?}, backward {backward}");
-        }
-    }
-    assert!(EventSearch::new(Vec::new(), parse_time("2000-01-01"), 1e9, false).is_over(), "an empty search never ends");
 }
 
 /// Over twenty years, each solar eclipse is viewed from a place where the discs overlap above the horizon, lunar eclipses and transits from the Earth's
@@ -170,7 +137,7 @@ fn the_search_computes_no_numbers_in_saros_series() {
     assert!(between(&[EventKind::Lunar], from, to).iter().all(|e| matches!(e, SkyEvent::Lunar(e) if e.saros_member.is_none())));
 }
 
-fn open_events(window: &mut Window, utc: &str) {
+pub(super) fn open_events(window: &mut Window, utc: &str) {
     window.state_mut().viewer.view.tdb_s = parse_time(utc).tdb_seconds_past_j2000();
     window.state_mut().tab = Some(Tab::Events);
     window.run_steps(40);
@@ -313,6 +280,59 @@ fn the_chosen_event_belongs_to_the_listed_span() {
     window.run_steps(40);
     assert!(has_details(&window));
     window.get_by_label_contains("Total solar eclipse, 2009-07-22 02:35 UTC");
+}
+
+/// The texts that a window paints, with the visible parts of their rectangles.
+fn painted_texts(window: &Window) -> Vec<(String, Rect)> {
+    fn walk(shape: &Shape, clip_rect: Rect, out: &mut Vec<(String, Rect)>) {
+        match shape {
+            Shape::Vec(shapes) => shapes.iter().for_each(|shape| walk(shape, clip_rect, out)),
+            Shape::Text(text) => {
+                out.push((text.galley.job.text.clone(), text.galley.rect.translate(text.pos.to_vec2()).intersect(clip_rect)))
+            }
+            _ => {}
+        }
+    }
+    let mut out = Vec::new();
+    window.output().shapes.iter().for_each(|clipped| walk(&clipped.shape, clipped.clip_rect, &mut out));
+    out
+}
+
+/// Pairs of texts that overlap by more than three points in both directions.
+fn overlaps(texts: &[(String, Rect)]) -> Vec<[&str; 2]> {
+    let overlap = |a: Rect, b: Rect| {
+        let common = a.intersect(b);
+        common.width() > 3.0 && common.height() > 3.0
+    };
+    let pairs = texts.iter().enumerate().flat_map(|(k, a)| texts[..k].iter().map(move |b| (a, b)));
+    pairs.filter(|(a, b)| overlap(a.1, b.1)).map(|(a, b)| [a.0.as_str(), b.0.as_str()]).collect()
+}
+
+/// In a low window, rows of the list were once painted over the title and the date of the chosen event.
+#[test]
+fn the_list_and_the_details_share_a_low_window() {
+    for height in [600.0, 480.0] {
+        let mut window = window_without_images(NaifId::EARTH);
+        window.set_size(egui::vec2(900.0, height));
+        open_events(&mut window, "2027-08-01T15:00:00Z");
+        window.get_by_label_contains("Total solar eclipse, 2027-08-02 10:0").click_accesskit();
+        window.run_steps(10);
+        let panel_left = window.get_by_label_contains("The sky:").rect().right();
+        let texts: Vec<(String, Rect)> = painted_texts(&window).into_iter().filter(|(_, rect)| rect.left() >= panel_left).collect();
+        // Of the list, the first row at least; of the details, the title.
+        assert!(texts.iter().filter(|(text, rect)| text == "Total solar eclipse" && rect.height() > 10.0).count() == 2, "{texts:?}");
+        assert!(overlaps(&texts).is_empty(), "at a height of {height}: {:?}", overlaps(&texts));
+        // The last contact can be reached.
+        window.get_by_label("C4").scroll_to_me();
+        window.run_steps(90);
+        let last_contact = window.get_by_label("C4").rect();
+        assert!(painted_texts(&window).iter().any(|(text, rect)| text == "C4" && rect.height() > 10.0), "C4 is at {last_contact}");
+    }
+    // Negative control.
+    let rect = Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(50.0, 15.0));
+    let texts =
+        [("a", 0.0, 0.0), ("b", 40.0, 5.0), ("c", 0.0, -13.0)].map(|(text, x, y)| (text.to_owned(), rect.translate(egui::vec2(x, y))));
+    assert_eq!(overlaps(&texts), [["b", "a"]]);
 }
 
 #[test]

@@ -113,6 +113,12 @@ fn misspelled_words_of_searches_are_corrected() {
     assert_eq!(similar("solar sistem"), ["solar system"]);
     assert_eq!(similar("indianapolus"), ["Indianapolis"]);
     assert_eq!(similar("satrun").first().map(String::as_str), Some("Saturn"));
+    // A body's name is also a word of searches; both spellings of it were once offered.
+    for (text, name) in [("jupterr", "Jupiter"), ("/sun", "Sun"), ("merkury", "Mercury")] {
+        let found = similar(text);
+        let count = found.iter().filter(|found| found.eq_ignore_ascii_case(name)).count();
+        assert!(found.contains(&name.to_owned()) && count == 1, "{text}: {found:?}");
+    }
     assert!(similar("zz 9").is_empty() && similar("").is_empty());
 }
 

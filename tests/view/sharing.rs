@@ -1,6 +1,6 @@
 //! Saved images, animations and shared links: no file is overwritten; a saved image carries its provenance; a shared view keeps whether time is paused.
 
-use super::input::{SATURN, TIME, Window, window_without_images};
+use super::input::{SATURN, TIME, Window, click, window_without_images};
 use super::search::window_after_search;
 use crate::view::interface::{harness, interface, session, settle};
 use egui::accesskit::Role;
@@ -225,6 +225,30 @@ fn a_shared_view_keeps_whether_time_is_paused() {
         assert_eq!(again.paused, Some(paused));
         assert!(other.state().viewer.view.paused.is_none());
     }
+}
+
+/// A selected text of a label is copied by egui, at the end of the frame; the reply once said that the link was copied.
+#[test]
+fn the_reply_to_a_copy_is_true_of_selected_text_and_of_the_link() {
+    let mut window = window_without_images(SATURN);
+    window.state_mut().tab = Some(Tab::Share);
+    window.run_steps(3);
+    let copy = |window: &mut Window| {
+        window.event(Event::Copy);
+        window.run_steps(1);
+        let copied_last = window.output().platform_output.commands.iter().rev().find_map(|c| match c {
+            OutputCommand::CopyText(text) => Some(text.clone()),
+            _ => None,
+        });
+        (copied_last.unwrap_or_default(), window.state().reply_text().to_owned())
+    };
+    let (text, reply) = copy(&mut window);
+    assert!(text.starts_with("orrery://view?") && reply == "Link copied", "{text}: {reply}");
+    // A double click selects a word.
+    let label = window.get_by_label("This view").rect().left_center() + egui::vec2(4.0, 0.0);
+    click(&mut window, label);
+    click(&mut window, label);
+    assert_eq!(copy(&mut window), ("This".to_owned(), "Copied".to_owned()));
 }
 
 /// Replaces the text of a field of the Share panel, and enters it.

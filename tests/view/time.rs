@@ -9,6 +9,7 @@ use orrery::catalog::NaifId;
 use orrery::scene::request::Quality;
 use orrery::time::Instant;
 use orrery::view::app::settings::HintsFollowed;
+use orrery::view::language::Language;
 use orrery::view::panels::Tab;
 
 fn utc(window: &Window) -> String {
@@ -53,6 +54,24 @@ fn the_time_of_day_is_separated_from_the_date() {
     let [first, second] = colons[..] else { panic!("{colons:?}") };
     assert!(fields[0] < first && first < fields[1] && fields[1] < second && second < fields[2], "{fields:?}, {colons:?}");
     assert!(window.get_by_label("Time of day").rect().top() > window.get_by_label("31 May 2017").rect().bottom());
+}
+
+/// egui does not wrap a slider by itself: that of the rate once extended beyond a narrow window, and so did the timeline, whose middle is the displayed time.
+#[test]
+fn the_time_bar_fits_windows_of_any_width() {
+    for (language, names) in [(Language::English, ["Rate of time", "Timeline"]), (Language::German, ["Tempo der Zeit", "Zeitleiste"])] {
+        let mut window = window_without_images(NaifId(499));
+        window.state_mut().settings.panels.timeline_shown = true;
+        window.state_mut().language = language;
+        for width in (600..=1300).step_by(20).map(|width| width as f32) {
+            window.set_size(egui::vec2(width, 640.0));
+            window.run_steps(3);
+            let [rate, timeline] = names.map(|name| window.get_by_role_and_label(Role::Slider, name).rect());
+            assert!(rate.width() > 90.0 && rate.right() <= width, "{language:?}, {width} points: the rate is at {rate}");
+            // The margin of the bar is 8 points wide.
+            assert!((width - 8.0 - timeline.right()).abs() < 2.0, "{language:?}, {width} points: the timeline is at {timeline}");
+        }
+    }
 }
 
 #[test]

@@ -1,12 +1,12 @@
 //! Civil dates and times of an instant, in UTC or in the computer's time zone.
 //!
-//! In: an instant and a zone, or a civil time and a zone. Out: the civil time, or the instant. Always: instants are rounded to whole seconds;
-//! a civil time that the zone skips is moved forward by an hour; of a civil time that occurs twice, the first occurrence is meant; a leap second is
-//! shown as the second before it.
+//! In: an instant and a zone, or a civil time and a zone. Out: the civil time and the civil day, or the instant. Always: instants are rounded to whole
+//! seconds; a civil time that the zone skips is moved forward by an hour; of a civil time that occurs twice, the first occurrence is meant unless another
+//! instant says which; a leap second is shown as the second before it.
 //! Not here: parsing of typed dates (`date_text`).
 
 use crate::time::Instant;
-use chrono::{Duration, Local, LocalResult, NaiveDateTime, Offset, TimeZone, Utc};
+use chrono::{Duration, Local, NaiveDateTime, NaiveTime, Offset, TimeZone, Utc};
 use serde::{Deserialize, Serialize};
 
 /// The time zone of displayed times.
@@ -30,10 +30,25 @@ impl ShownTimeZone {
 
     /// The instant of a civil time; `None` outside the calendar's range of years.
     pub(crate) fn instant(self, civil: NaiveDateTime) -> Option<Instant> {
+        self.instants(civil).into_iter().next()
+    }
+
+    /// As [`Self::instant`], but of a civil time that occurs twice the occurrence that is nearer to `near`.
+    pub(crate) fn instant_near(self, civil: NaiveDateTime, near: Instant) -> Option<Instant> {
+        nearest(self.instants(civil), near)
+    }
+
+    fn instants(self, civil: NaiveDateTime) -> Vec<Instant> {
         match self {
-            Self::Utc => instant(civil, &Utc),
-            Self::Local => instant(civil, &Local),
+            Self::Utc => instants(civil, &Utc),
+            Self::Local => instants(civil, &Local),
         }
+    }
+
+    /// Start and end of the civil day of an instant; `None` outside the calendar's range of years.
+    pub(crate) fn day(self, t: Instant) -> Option<(Instant, Instant)> {
+        let date = self.civil_time(t)?.date();
+        Some((self.instant(date.and_time(NaiveTime::MIN))?, self.instant(date.succ_opt()?.and_time(NaiveTime::MIN))?))
     }
 
     /// The zone's label for an instant: `UTC`, or the offset of the computer's zone at that instant, such as `UTC+05:30`.
@@ -61,29 +76,131 @@ fn civil_time<Z: TimeZone>(t: Instant, zone: &Z) -> Option<NaiveDateTime> {
     utc.checked_add_signed(Duration::seconds(zone.offset_from_utc_datetime(&utc).fix().local_minus_utc().into()))
 }
 
-fn instant<Z: TimeZone>(civil: NaiveDateTime, zone: &Z) -> Option<Instant> {
-    let utc = match zone.from_local_datetime(&civil) {
-        LocalResult::Single(t) | LocalResult::Ambiguous(t, _) => t.naive_utc(),
-        LocalResult::None => zone.from_local_datetime(&civil.checked_add_signed(Duration::hours(1))?).earliest()?.naive_utc(),
-    };
-    Instant::parse(&utc.format("%Y-%m-%dT%H:%M:%SZ").to_string()).ok()
+/// The instants of a civil time, ordered by time: none outside the calendar's range of years, two of a civil time that occurs twice.
+fn instants<Z: TimeZone>(civil: NaiveDateTime, zone: &Z) -> Vec<Instant> {
+    let mut found = utc_times(civil, zone);
+    if found.is_empty() {
+        found = civil.checked_add_signed(Duration::hours(1)).map_or(Vec::new(), |later| utc_times(later, zone));
+    }
+    found.into_iter().filter_map(|utc| Instant::parse(&utc.format("%Y-%m-%dT%H:%M:%SZ").to_string()).ok()).collect()
+}
+
+/// The one of some instants that is nearest to `near`.
+fn nearest(instants: Vec<Instant>, near: Instant) -> Option<Instant> {
+    let distance_s = |t: &Instant| (t.tdb_seconds_past_j2000() - near.tdb_seconds_past_j2000()).abs();
+    instants.into_iter().min_by(|a, b| distance_s(a).total_cmp(&distance_s(b)))
+}
+
+/// The UTC times at which the zone has a civil time, ascending; none if the zone skips it.
+fn utc_times<Z: TimeZone>(civil: NaiveDateTime, zone: &Z) -> Vec<NaiveDateTime> {
+    let results = zone.from_local_datetime(&civil).map(|t| t.naive_utc());
+    // chrono gives two results in the order of their offsets, not of their times, and one too many at the end of the hour that occurs twice.
+    let has_civil_time = |utc: &NaiveDateTime| utc.checked_add_offset(zone.offset_from_utc_datetime(utc).fix()) == Some(civil);
+    let mut found: Vec<NaiveDateTime> = [results.earliest(), results.latest()].into_iter().flatten().filter(has_civil_time).collect();
+    found.sort_unstable();
+    found.dedup();
+    found
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use chrono::FixedOffset;
+    use chrono::{FixedOffset, LocalResult, NaiveDate};
+
+    fn hours_east(hours: f64) -> FixedOffset {
+        FixedOffset::east_opt((hours * 3600.0) as i32).expect("an offset")
+    }
+
+    /// The computer's zone of central Europe in 2026, as chrono's `Local` answers for it.
+    #[derive(Clone)]
+    struct CentralEurope;
+
+    impl TimeZone for CentralEurope {
+        type Offset = FixedOffset;
+
+        fn from_offset(_: &FixedOffset) -> Self {
+            Self
+        }
+
+        fn offset_from_local_date(&self, local: &NaiveDate) -> LocalResult<FixedOffset> {
+            self.offset_from_local_datetime(&local.and_time(NaiveTime::MIN))
+        }
+
+        fn offset_from_local_datetime(&self, local: &NaiveDateTime) -> LocalResult<FixedOffset> {
+            let [winter, summer] = [1.0, 2.0].map(hours_east);
+            match local.format("%m-%dT%H:%M:%S").to_string().as_str() {
+                text if text <= "03-29T02:00:00" => LocalResult::Single(winter),
+                text if text < "03-29T03:00:00" => LocalResult::None,
+                text if text < "10-25T02:00:00" => LocalResult::Single(summer),
+                text if text <= "10-25T03:00:00" => LocalResult::Ambiguous(winter, summer),
+                _ => LocalResult::Single(winter),
+            }
+        }
+
+        fn offset_from_utc_date(&self, utc: &NaiveDate) -> FixedOffset {
+            self.offset_from_utc_datetime(&utc.and_time(NaiveTime::MIN))
+        }
+
+        fn offset_from_utc_datetime(&self, utc: &NaiveDateTime) -> FixedOffset {
+            let text = utc.format("%m-%dT%H:%M:%S").to_string();
+            hours_east(if ("03-29T01:00:00".."10-25T01:00:00").contains(&text.as_str()) { 2.0 } else { 1.0 })
+        }
+    }
+
+    /// The second occurrence was once taken for the first.
+    #[test]
+    fn civil_times_that_occur_twice_or_never() {
+        for (civil, expected) in [
+            ("2026-10-25T01:59:59", &["2026-10-24T23:59:59Z"][..]),
+            ("2026-10-25T02:00:00", &["2026-10-25T00:00:00Z", "2026-10-25T01:00:00Z"]),
+            ("2026-10-25T02:30:00", &["2026-10-25T00:30:00Z", "2026-10-25T01:30:00Z"]),
+            ("2026-10-25T03:00:00", &["2026-10-25T02:00:00Z"]),
+            ("2026-03-29T02:00:00", &["2026-03-29T01:00:00Z"]),
+            ("2026-03-29T02:30:00", &["2026-03-29T01:30:00Z"]),
+            ("2026-03-29T03:00:00", &["2026-03-29T01:00:00Z"]),
+            ("2026-07-01T12:00:00", &["2026-07-01T10:00:00Z"]),
+        ] {
+            let time = NaiveDateTime::parse_from_str(civil, "%Y-%m-%dT%H:%M:%S").expect(civil);
+            let found: Vec<String> = instants(time, &CentralEurope).into_iter().map(Instant::to_utc_iso).collect();
+            assert_eq!(found, expected, "{civil}");
+        }
+        // Negative control: chrono's first result is the later time.
+        let twice = NaiveDate::from_ymd_opt(2026, 10, 25).and_then(|date| date.and_hms_opt(2, 30, 0)).expect("a time");
+        let first = CentralEurope.from_local_datetime(&twice).earliest().expect("a time");
+        assert_eq!(first.naive_utc().to_string(), "2026-10-25 01:30:00");
+        // A minute later in the second of the two hours is in that hour, too.
+        for (displayed, expected) in [("2026-10-25T01:29:00Z", "2026-10-25T01:30:00Z"), ("2026-10-25T00:29:00Z", "2026-10-25T00:30:00Z")] {
+            let found = nearest(instants(twice, &CentralEurope), Instant::parse(displayed).expect(displayed));
+            assert_eq!(found.map(Instant::to_utc_iso).as_deref(), Some(expected));
+        }
+    }
+
+    /// The day of UTC, not of TDB, which begins 69 s earlier in 2026 and five hours earlier in 585 BC.
+    #[test]
+    fn a_day_lasts_from_midnight_to_midnight() {
+        for (text, day) in [
+            ("2026-11-29T00:00:00Z", ["2026-11-29T00:00:00Z", "2026-11-30T00:00:00Z"]),
+            ("2026-11-29T23:59:30Z", ["2026-11-29T00:00:00Z", "2026-11-30T00:00:00Z"]),
+            ("-0584-05-22T19:30:00Z", ["-0584-05-22T00:00:00Z", "-0584-05-23T00:00:00Z"]),
+            // The day with the leap second.
+            ("2016-12-31T23:59:59Z", ["2016-12-31T00:00:00Z", "2017-01-01T00:00:00Z"]),
+        ] {
+            let (start, end) = ShownTimeZone::Utc.day(Instant::parse(text).expect(text)).expect(text);
+            assert_eq!([start, end].map(Instant::to_utc_iso), day, "{text}");
+        }
+    }
 
     #[test]
     fn civil_times_of_fixed_offsets_round_trip() {
         for hours in [-12.0, -3.5, 0.0, 5.5, 5.75, 14.0] {
-            let zone = FixedOffset::east_opt((hours * 3600.0) as i32).expect("a zone");
+            let zone = hours_east(hours);
             for text in
                 ["2024-04-08T18:17:16Z", "1999-12-31T23:59:59Z", "-0584-05-28T14:00:00Z", "0000-03-01T00:00:00Z", "1066-10-14T09:00:00Z"]
             {
                 let t = Instant::parse(text).expect(text);
                 let civil = civil_time(t, &zone).expect(text);
-                assert_eq!(instant(civil, &zone).map(Instant::to_utc_iso), Some(text.to_owned()), "{text} {hours}");
+                let found: Vec<String> = instants(civil, &zone).into_iter().map(Instant::to_utc_iso).collect();
+                assert_eq!(found, [text], "{text} {hours}");
                 let utc = civil_time(t, &Utc).expect(text);
                 assert_eq!((civil - utc).num_minutes() as f64, hours * 60.0, "{text}");
             }
@@ -91,6 +208,6 @@ mod tests {
         assert_eq!((offset_text(19_800).as_str(), offset_text(-12_600).as_str()), ("UTC+05:30", "UTC-03:30"));
         assert!(civil_time(Instant::from_tdb_seconds_past_j2000(1e15), &Utc).is_none());
         // In this zone UTC is an hour later than the civil time, and the calendar ends at that civil time.
-        assert!(instant(NaiveDateTime::MAX, &FixedOffset::west_opt(3600).expect("a zone")).is_none());
+        assert!(instants(NaiveDateTime::MAX, &hours_east(-1.0)).is_empty());
     }
 }

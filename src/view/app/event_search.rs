@@ -1,8 +1,9 @@
 //! Eclipses, transits and moons' events for the window: a search in short steps, the texts of an event, and its contacts at a place.
 //!
 //! In: an instant, kinds of events, a direction in time. Out: the events of each step, nearest first; title, summary and contacts of an event. Always: a
-//! step takes well under a second, so that a search can be stopped and does not block other queries. Not here: the geometry (`events`), the view and
-//! playback of an event (`event_view`), the thread that searches, the list in the Events panel.
+//! step takes well under a second, so that a search can be stopped and does not block other queries. If a step reaches beyond the ephemeris, shorter ones
+//! approach its end, so that the events before the end are found. Not here: the geometry (`events`), the view and playback of an event (`event_view`), the
+//! thread that searches, the list in the Events panel.
 
 use crate::catalog::{Catalog, NaifId};
 use crate::ephemeris::topocentric::{HORIZON_REFRACTION_DEG, Observer, ObserverSky};
@@ -109,6 +110,10 @@ fn tdb_s(t: Instant) -> f64 {
     t.tdb_seconds_past_j2000()
 }
 
+/// Shortest step of a search, seconds. Where the ephemeris ends, less than two such steps therefore remain unsearched, besides the margin that the
+/// computation of the events needs.
+const MIN_STEP_S: f64 = SECONDS_PER_DAY;
+
 /// A search from an instant, forward or backward.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EventSearch {
@@ -120,12 +125,22 @@ pub struct EventSearch {
     is_backward: bool,
     /// Length of the span searched so far, counted from `start` in the direction of the search.
     searched_s: f64,
+    /// Length of the next step, unless the span ends before. Below [`MIN_STEP_S`], the search is over.
+    step_s: f64,
+    /// Why the last failed step failed: a part of it is outside the ephemeris. From then on, `step_s` is halved after each step.
+    failure: Option<EphemerisError>,
 }
 
 impl EventSearch {
     /// A search of `span_s` seconds from `start`, back in time if `is_backward`.
     pub fn new(kinds: Vec<EventKind>, start: Instant, span_s: f64, is_backward: bool) -> Self {
-        Self { kinds, start, span_s, is_backward, searched_s: 0.0 }
+        let step_days = kinds.iter().map(|k| k.step_days()).fold(f64::INFINITY, f64::min);
+        Self { kinds, start, span_s, is_backward, searched_s: 0.0, step_s: step_days * SECONDS_PER_DAY, failure: None }
+    }
+
+    /// The same search in steps of another length, at least a day.
+    pub(super) fn in_steps_of(self, step_s: f64) -> Self {
+        Self { step_s, ..self }
     }
 
     /// Searched fraction, 0 to 1.
@@ -133,38 +148,76 @@ impl EventSearch {
         (self.searched_s / self.span_s) as f32
     }
 
+    /// Whether nothing is left to search: the end of the span or of the ephemeris is reached.
     pub fn is_over(&self) -> bool {
-        self.kinds.is_empty() || self.searched_s >= self.span_s
+        self.kinds.is_empty() || self.searched_s >= self.span_s || self.step_s < MIN_STEP_S
     }
 
-    /// Searches the next part of the span; returns its events, nearest first.
-    ///
-    /// # Errors
-    /// If the ephemeris does not cover this part.
-    pub fn step(&mut self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<Vec<SkyEvent>, EphemerisError> {
-        let step_days = self.kinds.iter().map(|k| k.step_days()).fold(f64::INFINITY, f64::min);
-        let until_s = (self.searched_s + step_days * SECONDS_PER_DAY).min(self.span_s);
-        let [near_end, far_end] = [self.searched_s, until_s].map(|s| self.start.plus_seconds(if self.is_backward { -s } else { s }));
+    /// Why the search is over before the end of its span: the ephemeris ends. Otherwise `None`.
+    pub fn failure(&self) -> Option<&EphemerisError> {
+        self.failure.as_ref().filter(|_| self.step_s < MIN_STEP_S)
+    }
+
+    /// The instant up to which the span has been searched, in the direction of the search.
+    pub(super) fn searched_until(&self) -> Instant {
+        self.at(self.searched_s)
+    }
+
+    /// The instant up to which the next step searches.
+    pub(super) fn end_of_step(&self) -> Instant {
+        self.at(self.end_of_step_s())
+    }
+
+    /// The instant at a distance from the start, seconds in the direction of the search.
+    fn at(&self, distance_s: f64) -> Instant {
+        self.start.plus_seconds(if self.is_backward { -distance_s } else { distance_s })
+    }
+
+    /// Length of the span that will have been searched after the next step.
+    fn end_of_step_s(&self) -> f64 {
+        (self.searched_s + self.step_s).min(self.span_s)
+    }
+
+    /// Searches the next part of the span; returns its events, nearest first. A step that reaches beyond the ephemeris finds nothing, and the next one is
+    /// shorter.
+    pub fn step(&mut self, catalog: &Catalog, ephemeris: &Ephemeris) -> Vec<SkyEvent> {
+        let (near_end, far_end) = (self.searched_until(), self.end_of_step());
         let (from, to) = if self.is_backward { (far_end, near_end) } else { (near_end, far_end) };
-        let mut found = events_between(catalog, ephemeris, &self.kinds, from, to)?;
+        let found = events_between(catalog, ephemeris, &self.kinds, from, to);
+        self.finish_step(found.as_ref().err().cloned());
+        let mut found = found.unwrap_or_default();
         if self.is_backward {
             found.reverse();
         }
-        self.searched_s = until_s;
-        Ok(found)
+        found
+    }
+
+    /// Advances the search by a step, or shortens its steps. `failure`: why the step failed, if it did.
+    pub(super) fn finish_step(&mut self, failure: Option<EphemerisError>) {
+        let end_s = self.end_of_step_s();
+        let length_s = end_s - self.searched_s;
+        if failure.is_none() {
+            self.searched_s = end_s;
+        }
+        self.failure = failure.or(self.failure.take());
+        // Bisection: the ephemeris ends within the length of a step that failed. After each further step, whether it failed or not, the end of the ephemeris
+        // is no farther away than the length of that step.
+        if self.failure.is_some() {
+            self.step_s = 0.5 * length_s;
+        }
     }
 
     /// Searches until the first event.
     ///
     /// # Errors
-    /// If the ephemeris does not cover a part that was searched.
+    /// If there is no event before the ephemeris ends, and it ends within the span.
     pub(crate) fn find_first(mut self, catalog: &Catalog, ephemeris: &Ephemeris) -> Result<Option<SkyEvent>, EphemerisError> {
         while !self.is_over() {
-            if let Some(event) = self.step(catalog, ephemeris)?.into_iter().next() {
+            if let Some(event) = self.step(catalog, ephemeris).into_iter().next() {
                 return Ok(Some(event));
             }
         }
-        Ok(None)
+        self.failure().cloned().map_or(Ok(None), Err)
     }
 }
 

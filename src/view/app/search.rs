@@ -26,6 +26,7 @@ use crate::view::language::dates::{day_text, minute_text, second_text};
 use crate::view::language::{body_name, catalog_text, decimal, text, translated_name};
 use crate::wording::nearest;
 use glam::DVec3;
+use std::collections::HashSet;
 
 /// Shortest text, in characters, that is looked up within names and search words: one or two letters occur in too many of them.
 const MIN_LETTERS: usize = 3;
@@ -127,7 +128,7 @@ pub fn suggestions(text: &str, viewer: &Viewer, catalog: &Catalog, max_count: us
 }
 
 /// Texts that the user may have meant by one that matches nothing, likeliest first: similar names of bodies, stars and cities; then the text with
-/// its words for events and views spelled correctly, if that matches something.
+/// its words for events and views spelled correctly, if that matches something. No two differ only in the case of letters.
 pub fn similar_texts(text: &str, viewer: &Viewer, catalog: &Catalog) -> Vec<String> {
     let text = text.trim();
     let preset_words = Preset::ALL.into_iter().flat_map(|preset| preset.search_words().split_whitespace());
@@ -141,7 +142,11 @@ pub fn similar_texts(text: &str, viewer: &Viewer, catalog: &Catalog) -> Vec<Stri
     let corrected_text = text.to_lowercase().split_whitespace().map(corrected).collect::<Vec<_>>().join(" ");
     let is_useful = corrected_text != text.to_lowercase() && !suggestions(&corrected_text, viewer, catalog, 1).is_empty();
     let similar_names = nearest(text, searchable_names(viewer)).into_iter().map(str::to_owned);
-    similar_names.chain(is_useful.then_some(corrected_text)).collect()
+    let mut found: Vec<String> = similar_names.chain(is_useful.then_some(corrected_text)).collect();
+    // A corrected text may be one of the similar names.
+    let mut offered = HashSet::new();
+    found.retain(|text| offered.insert(text.to_lowercase()));
+    found
 }
 
 /// All names of bodies, stars and cities, for [`similar_texts`].

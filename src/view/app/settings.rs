@@ -89,7 +89,7 @@ pub struct PanelLayout {
     pub kept_panel: Option<String>,
     /// Whether the open panel is on the left, next to the list of bodies. The kept panel is on the other side.
     pub on_left: bool,
-    /// Width of the list of bodies, points. This width and those below are `None` until the user changes them.
+    /// Width of the list of bodies, points. This width and those below are `None` until the panel is first shown; only the user changes them.
     pub bodies_width: Option<f32>,
     /// Width of the open panel.
     pub panel_width: Option<f32>,

@@ -13,6 +13,7 @@ use crate::ephemeris::EphemerisError;
 use crate::time::Instant;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::app::body_positions::SessionPositions;
+use crate::view::app::civil_time::ShownTimeZone;
 use crate::view::app::event_search::{ContactAtPlace, EventKind, EventSearch, SkyEvent};
 use crate::view::app::event_view::EventPlayback;
 use crate::view::app::settings::Home;
@@ -22,19 +23,21 @@ use crate::view::error_texts::error_text;
 use crate::view::language::dates::minute_text;
 use crate::view::language::{text, text_by_id};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
+use chrono::{Months, NaiveDateTime};
 use egui::text::{LayoutJob, TextWrapping};
 use egui::{Button, Color32, ComboBox, Label, Panel, Pos2, ProgressBar, Response, RichText, ScrollArea, TextStyle, vec2};
 use std::sync::Arc;
 
-/// Lengths of the searched span of time, days, and the message ids of their names.
-const RANGES_DAYS: [(f64, &str); 4] =
-    [(30.0, "range-month"), (DAYS_PER_JULIAN_YEAR, "range-year"), (3652.5, "range-10-years"), (36_525.0, "range-100-years")];
-/// Index of the year in [`RANGES_DAYS`].
+/// Lengths of the searched span of time, calendar months, and the message ids of their names.
+const RANGES_MONTHS: [(u32, &str); 4] = [(1, "range-month"), (12, "range-year"), (120, "range-10-years"), (1200, "range-100-years")];
+/// Index of the year in [`RANGES_MONTHS`].
 const YEAR_RANGE_INDEX: usize = 1;
 /// Separator between the parts of a summary.
 const PART_SEPARATOR: &str = " · ";
 /// Height of the line above the list, points.
 const STATUS_HEIGHT: f32 = 24.0;
+/// Number of rows of the list for which the details of an event leave room. The details may take half of the height, though, even if fewer rows remain.
+const MIN_VISIBLE_ROWS: f32 = 2.0;
 /// Largest number of rows of the list of events.
 const MAX_ROWS: usize = 1000;
 /// How far a slow frame may overshoot the end of a played event, real seconds. If the displayed time is farther outside the event, the user has set
@@ -57,9 +60,9 @@ impl Row {
     }
 }
 
-/// The result of one search step: the advanced search, and the events that it found. Texts about them are formatted later, because the language may
+/// The result of one search step: the search after the step, and the events that it found. Texts about them are formatted later, because the language may
 /// change before the result is taken.
-type StepAnswer = (EventSearch, Result<Vec<SkyEvent>, EphemerisError>);
+type StepAnswer = (EventSearch, Vec<SkyEvent>);
 
 /// The contacts of an event at a place, and whether the event is visible from this place; or the text of an error.
 type LocalContacts = Result<(Vec<ContactAtPlace>, bool), String>;
@@ -76,7 +79,7 @@ struct EventAtPlace {
 pub(crate) struct EventsPanel {
     /// Whether each kind of [`EventKind::ALL`] is searched.
     kinds: [bool; EventKind::ALL.len()],
-    /// Index into [`RANGES_DAYS`].
+    /// Index into [`RANGES_MONTHS`].
     range_index: usize,
     /// Whether the search runs from the displayed date into the past.
     is_backward: bool,
@@ -117,13 +120,20 @@ impl EventsPanel {
         let Some((is_backward, start)) = self.searched else { return false };
         let later_s = event.greatest().tdb_seconds_past_j2000() - start.tdb_seconds_past_j2000();
         let distance_s = if is_backward { -later_s } else { later_s };
-        (0.0..=self.range_s()).contains(&distance_s)
+        (0.0..=self.range_s(start)).contains(&distance_s)
     }
 
-    /// Length of the chosen range, seconds.
-    fn range_s(&self) -> f64 {
-        let (days, _) = RANGES_DAYS[self.range_index];
-        days * SECONDS_PER_DAY
+    /// Length of the chosen range from `start` on, seconds: up to the same day of a month and the same time of day in UTC, so that the year after a
+    /// 1 January is a calendar year, whether it has 365 or 366 days.
+    fn range_s(&self, start: Instant) -> f64 {
+        let (months, _) = RANGES_MONTHS[self.range_index];
+        let utc = ShownTimeZone::Utc;
+        let add_months = if self.is_backward { NaiveDateTime::checked_sub_months } else { NaiveDateTime::checked_add_months };
+        let end = utc.civil_time(start).and_then(|civil| utc.instant(add_months(civil, Months::new(months))?));
+        let tdb_s = Instant::tdb_seconds_past_j2000;
+        // Outside the calendar's range of years, months have their mean length.
+        let mean_range_s = f64::from(months) / 12.0 * DAYS_PER_JULIAN_YEAR * SECONDS_PER_DAY;
+        end.map_or(mean_range_s, |end| (tdb_s(end) - tdb_s(start)).abs())
     }
 
     /// The start of a search that finds this event first: just outside the event's span.
@@ -166,7 +176,16 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
     }
     progress(&mut interface.events, ui);
     if let Some(event) = interface.events.chosen.clone() {
-        Panel::bottom("event").resizable(false).show(ui, |ui| details::show(interface, ui, worker, &event, actions));
+        // The details scroll if they are taller than this.
+        let available = ui.available_height();
+        let max_height = (available - MIN_VISIBLE_ROWS * (row_height(ui) + ui.spacing().item_spacing.y)).max(0.5 * available);
+        Panel::bottom("event").resizable(false).show(ui, |ui| {
+            ScrollArea::vertical()
+                .auto_shrink([false, true])
+                .max_height(max_height)
+                .min_scrolled_height(max_height)
+                .show(ui, |ui| details::show(interface, ui, worker, &event, actions));
+        });
     }
     list(interface, ui, worker, actions);
 }
@@ -186,9 +205,9 @@ fn search_options(interface: &mut Interface, ui: &mut egui::Ui) -> bool {
         {
             changed |= ui.selectable_value(&mut panel.is_backward, is_backward, name).on_hover_text(tooltip).changed();
         }
-        let (_, range_name) = RANGES_DAYS[panel.range_index];
+        let (_, range_name) = RANGES_MONTHS[panel.range_index];
         let list = ComboBox::from_id_salt("range of events").selected_text(text_by_id(range_name)).width(80.0).show_ui(ui, |ui| {
-            for (i, (_, name)) in RANGES_DAYS.iter().enumerate() {
+            for (i, (_, name)) in RANGES_MONTHS.iter().enumerate() {
                 changed |= ui.selectable_value(&mut panel.range_index, i, text_by_id(name)).changed();
             }
         });
@@ -221,11 +240,11 @@ fn begin_at(interface: &mut Interface, worker: &dyn RenderWorker, start: Instant
     if panel.chosen.as_ref().is_some_and(|event| !panel.covers(event) || !panel.includes_kind_of(event)) {
         (panel.chosen, panel.at_place) = (None, None);
     }
-    let search = EventSearch::new(kinds, start, panel.range_s(), panel.is_backward);
+    let search = EventSearch::new(kinds, start, panel.range_s(start), panel.is_backward);
     panel.running = next_step(search, worker);
 }
 
-/// Searches for some kinds of events: in the year after `start`, or without `start` in the chosen range after the displayed date.
+/// Searches for some kinds of events: in the calendar year after `start`, or without `start` in the chosen range after the displayed date.
 pub(crate) fn search_for(interface: &mut Interface, worker: &dyn RenderWorker, kinds: &[EventKind], start: Option<Instant>) {
     let panel = &mut interface.events;
     panel.kinds = EventKind::ALL.map(|kind| kinds.contains(&kind));
@@ -257,19 +276,11 @@ fn next_step(mut search: EventSearch, worker: &dyn RenderWorker) -> Option<(Pend
 pub(crate) fn update(interface: &mut Interface, worker: &dyn RenderWorker) {
     let panel = &mut interface.events;
     if let Some((search, found)) = panel.running.as_ref().and_then(|(step, _)| step.take()) {
-        panel.running = None;
-        match found {
-            Ok(events) => {
-                let catalog = worker.session().catalog();
-                panel.rows.extend(events.into_iter().map(|event| Row::of(event, catalog)));
-                if panel.rows.len() < MAX_ROWS {
-                    panel.running = next_step(search, worker);
-                } else {
-                    panel.rows.truncate(MAX_ROWS);
-                }
-            }
-            Err(why) => panel.failure = Some(why),
-        }
+        let catalog = worker.session().catalog();
+        panel.rows.extend(found.into_iter().map(|event| Row::of(event, catalog)));
+        panel.failure = search.failure().cloned();
+        panel.running = if panel.rows.len() < MAX_ROWS { next_step(search, worker) } else { None };
+        panel.rows.truncate(MAX_ROWS);
     }
     if let Some(at_place) = &mut panel.at_place
         && let Some(contacts) = at_place.pending.take()
@@ -357,13 +368,19 @@ fn row(ui: &mut egui::Ui, row: &Row, height: f32, is_chosen: bool) -> Response {
     response.on_hover_text(text!("events-row-hint", summary = row.summary)).accessible_name(format!("{}, {}", row.title, row.summary))
 }
 
+/// Height of a row of the list, points.
+fn row_height(ui: &egui::Ui) -> f32 {
+    let lines_height = ui.text_style_height(&TextStyle::Body) + ui.text_style_height(&TextStyle::Small);
+    lines_height + 2.0 * ui.spacing().button_padding.y + 2.0
+}
+
 /// Shows the list of events. A click on a row chooses its event and shows the best view of it.
 fn list(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
-    let lines_height = ui.text_style_height(&TextStyle::Body) + ui.text_style_height(&TextStyle::Small);
-    let row_height = lines_height + 2.0 * ui.spacing().button_padding.y + 2.0;
+    let row_height = row_height(ui);
     let mut clicked = None;
     let panel = &interface.events;
-    ScrollArea::vertical().auto_shrink(false).show_rows(ui, row_height, panel.rows.len(), |ui, visible| {
+    // Without the minimum of 0, egui would let a list that has little room overlap the details.
+    ScrollArea::vertical().auto_shrink(false).min_scrolled_height(0.0).show_rows(ui, row_height, panel.rows.len(), |ui, visible| {
         for event_row in &panel.rows[visible] {
             let is_chosen = panel.chosen.as_ref().is_some_and(|chosen| chosen.is_same(&event_row.event));
             if row(ui, event_row, row_height, is_chosen).clicked() {

@@ -56,8 +56,7 @@ impl LengthUnit {
 /// Largest number of cities suggested for a typed name.
 const MAX_CITIES: usize = 4;
 
-/// One body in the sky of one place on the Earth: its position at one time, its rise, transit and set on the day of that time, and the day's solar
-/// eclipse. Days start at 0h TDB.
+/// One body in the sky of one place on the Earth: its position at one time, its rise, transit and set on the displayed day, and the day's solar eclipse.
 struct SkyReport {
     /// The body's apparent place as seen from the Earth's centre. `None` for the Earth itself, and outside the ephemeris.
     apparent: Option<ApparentPlace>,
@@ -79,6 +78,8 @@ struct ReportInputs {
     place_deg: [f64; 2],
     /// The time in whole minutes since J2000, TDB.
     tdb_minutes: i64,
+    /// Start and end of the day of that time, in the displayed time zone.
+    day: (Instant, Instant),
 }
 
 /// State of the Information panel.
@@ -206,10 +207,18 @@ fn position_in_sky(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn Re
     let panel = &mut interface.information;
     ui.strong(text!("place-heading"));
     place_fields(ui, panel);
+    let tdb_s = time.tdb_seconds_past_j2000();
+    // For years outside the calendar. J2000 is at 12h TDB, so days of TDB start half a day before and after it.
+    let day_of_tdb = || {
+        let start_s = ((tdb_s / SECONDS_PER_DAY - 0.5).floor() + 0.5) * SECONDS_PER_DAY;
+        let [start, end] = [start_s, start_s + SECONDS_PER_DAY].map(Instant::from_tdb_seconds_past_j2000);
+        (start, end)
+    };
     let inputs = ReportInputs {
         body: body.id,
         place_deg: [panel.home.latitude_deg, panel.home.longitude_deg],
-        tdb_minutes: (time.tdb_seconds_past_j2000() / 60.0).floor() as i64,
+        tdb_minutes: (tdb_s / 60.0).floor() as i64,
+        day: interface.settings.time_zone.day(time).unwrap_or_else(day_of_tdb),
     };
     let answer = panel.report.update(worker, inputs, move |session| report(session, inputs, time));
     let Some((_, report)) = answer.filter(|(inputs, _)| inputs.body == body.id) else {
@@ -321,16 +330,15 @@ fn report(session: &Session, inputs: ReportInputs, time: Instant) -> SkyReport {
     let place = Observer { body: NaifId::EARTH, lat_graphic_deg: inputs.place_deg[0], lon_east_deg: inputs.place_deg[1], height_km: 0.0 };
     let sky = ObserverSky { catalog: session.catalog(), ephemeris: session.ephemeris(), place };
     let error_line = |e: crate::ephemeris::EphemerisError| error_text(&e);
-    // J2000 is at 12h TDB, so days start half a day before and after it.
-    let midnight_s = (time.tdb_seconds_past_j2000() / SECONDS_PER_DAY - 0.5).floor() * SECONDS_PER_DAY + 0.5 * SECONDS_PER_DAY;
-    let midnight = Instant::from_tdb_seconds_past_j2000(midnight_s);
+    let (start, end) = inputs.day;
+    let length_s = end.tdb_seconds_past_j2000() - start.tdb_seconds_past_j2000();
     // The Earth itself is not in the sky of a place on it.
     let observed = (inputs.body != NaifId::EARTH).then_some(inputs.body);
     SkyReport {
         apparent: observed.and_then(|body| apparent_place(session.ephemeris(), body, time).ok()),
         altitude_azimuth_deg: observed.map(|body| sky.topocentric(body, time).map(|h| [h.altitude_deg, h.azimuth_deg]).map_err(error_line)),
-        rise_set: observed.map(|body| sky.rise_set_times(body, midnight, SECONDS_PER_DAY).map_err(error_line)),
-        solar_eclipse: sky.passage(NaifId::SUN, NaifId::MOON, midnight, SECONDS_PER_DAY).map_err(error_line),
+        rise_set: observed.map(|body| sky.rise_set_times(body, start, length_s).map_err(error_line)),
+        solar_eclipse: sky.passage(NaifId::SUN, NaifId::MOON, start, length_s).map_err(error_line),
         eclipse_radii: session.catalog().eclipse_radii_text(),
     }
 }

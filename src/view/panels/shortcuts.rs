@@ -8,6 +8,7 @@ use crate::view::app::settings::UI_SCALE_RANGE;
 use crate::view::app::view_state::CameraPose;
 use crate::view::app::viewer::Action;
 use crate::view::language::{text, text_by_id};
+use egui::text_selection::LabelSelectionState;
 use egui::{Grid, Key, Label, Modifiers, Popup, ScrollArea, TextStyle, Vec2, vec2};
 
 /// Message ids of the keys and of what they do, for the help window. Only the messages of `key-panels` have arguments.
@@ -130,7 +131,9 @@ pub(crate) fn handle_keys(interface: &mut Interface, ctx: &egui::Context, action
     }
     if ctx.input(|i| i.events.contains(&egui::Event::Copy)) {
         ctx.copy_text(interface.viewer.shareable().to_link());
-        interface.show_reply(text!("link-copied"));
+        // At the end of the frame, egui copies the selected text of a label instead. A mere click on a label counts as a selection, too, but without text.
+        let may_have_selected_text = ctx.plugin::<LabelSelectionState>().lock().has_selection();
+        interface.show_reply(if may_have_selected_text { text!("copied") } else { text!("link-copied") });
     }
     let take_key = |key: Key| ctx.input_mut(|i| i.consume_key(Modifiers::NONE, key));
     // On Escape egui itself closes an open menu. egui has also removed the keyboard focus already, so `close_topmost` asks whether a control had the

@@ -2,8 +2,8 @@
 //!
 //! In: which panels are open, and their widths from the settings. Out: the panels' content, and the widths to which the user dragged them, up to half the
 //! width of the window. Always: the open panel and the kept panel are on opposite sides of the viewport. The kept panel is hidden while the window is too
-//! narrow for two panels; the list of bodies is hidden while a panel is open in a narrow window. A panel whose title is dragged to the other half of the
-//! window moves there, and the other panel takes its side.
+//! narrow for two panels; the list of bodies is hidden while it has no room beside the panels. Controls do not widen a panel: they wrap or scroll. A panel
+//! whose title is dragged to the other half of the window moves there, and the other panel takes its side.
 
 use super::icons::{self, Icon};
 use super::{Interface, Tab, body_browser, camera_controls};
@@ -11,7 +11,7 @@ use crate::view::app::settings::{PanelLayout, valid_width};
 use crate::view::app::viewer::Action;
 use crate::view::language::text;
 use crate::view::worker::render_worker::RenderWorker;
-use egui::{Align, CursorIcon, Label, Layout, Panel, RichText, ScrollArea, Sense, Ui};
+use egui::{Align, CursorIcon, Id, Label, Layout, Panel, RichText, ScrollArea, Sense, Ui, UiBuilder};
 
 /// Minimum width of the list of bodies, points.
 const MIN_BODIES_WIDTH: f32 = 190.0;
@@ -36,9 +36,13 @@ impl Tab {
         if self.is_wide() { WIDE_PANEL_WIDTH } else { PANEL_WIDTH }
     }
 
-    /// Minimum width of a window for the list of bodies beside this panel, points.
-    fn min_width_for_bodies(self) -> f32 {
-        if self.is_wide() { MIN_WIDTH_FOR_BODIES_AND_WIDE_PANEL } else { MIN_WIDTH_FOR_BODIES }
+    /// Minimum width of a window for the list of bodies beside this panel and the visible kept panel, points.
+    fn min_width_for_bodies(self, kept: Option<Self>) -> f32 {
+        match kept {
+            Some(kept) => MIN_BODIES_WIDTH + self.default_width() + kept.default_width() + MIN_VIEWPORT_WIDTH,
+            None if self.is_wide() => MIN_WIDTH_FOR_BODIES_AND_WIDE_PANEL,
+            None => MIN_WIDTH_FOR_BODIES,
+        }
     }
 }
 
@@ -104,7 +108,9 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
         }
     };
     let window_width = ui.ctx().content_rect().width();
-    if interface.body_browser_shown && interface.tab.is_none_or(|tab| window_width >= tab.min_width_for_bodies()) {
+    // A click in this frame may close one of these panels or move it to the other side; the next frame shows that. No panel is shown twice in a frame.
+    let (open, kept) = (interface.tab, interface.visible_kept(ui.ctx()));
+    if interface.body_browser_shown && open.is_none_or(|tab| window_width >= tab.min_width_for_bodies(kept)) {
         let width = valid_width(interface.settings.panels.bodies_width, MIN_BODIES_WIDTH);
         let shown = Panel::left("bodies").default_size(width).min_size(MIN_BODIES_WIDTH).show(ui, |ui| {
             // The controls below the list scroll if they are taller than this.
@@ -120,30 +126,23 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
         remember_width(shown.response.rect.width(), &mut interface.settings.panels.bodies_width);
     }
     let on_left = interface.settings.panels.on_left;
-    if let Some(tab) = interface.visible_kept(ui.ctx()) {
+    if let Some(tab) = kept {
         let is_kept = true;
         let name = egui_name(tab, is_kept);
         let panel = if on_left { Panel::right(name) } else { Panel::left(name) };
         let width = valid_width(*stored_width(&mut interface.settings.panels, tab, is_kept), tab.default_width());
-        let shown = panel.default_size(width).min_size(MIN_PANEL_WIDTH).show(ui, |ui| {
-            heading(interface, ui, tab);
-            tab.show(interface, ui, worker, actions);
-        });
+        let shown = panel.default_size(width).min_size(MIN_PANEL_WIDTH).show(ui, |ui| content(interface, ui, tab, worker, actions));
         remember_width(shown.response.rect.width(), stored_width(&mut interface.settings.panels, tab, is_kept));
     }
-    if let Some(tab) = interface.tab {
+    if let Some(tab) = open {
         let is_kept = false;
         let name = egui_name(tab, is_kept);
         let panel = if on_left { Panel::left(name) } else { Panel::right(name) };
         let width = valid_width(*stored_width(&mut interface.settings.panels, tab, is_kept), tab.default_width());
         // Some of the viewport stays visible between two panels.
-        let is_kept_visible = interface.visible_kept(ui.ctx()).is_some();
-        let max_panel_width =
-            if is_kept_visible { (ui.available_width() - MIN_VIEWPORT_WIDTH).max(MIN_PANEL_WIDTH) } else { f32::INFINITY };
-        let shown = panel.default_size(width).min_size(MIN_PANEL_WIDTH).max_size(max_panel_width).show(ui, |ui| {
-            heading(interface, ui, tab);
-            tab.show(interface, ui, worker, actions);
-        });
+        let max_panel_width = if kept.is_some() { (ui.available_width() - MIN_VIEWPORT_WIDTH).max(MIN_PANEL_WIDTH) } else { f32::INFINITY };
+        let panel = panel.default_size(width).min_size(MIN_PANEL_WIDTH).max_size(max_panel_width);
+        let shown = panel.show(ui, |ui| content(interface, ui, tab, worker, actions));
         // A width that `max_panel_width` enforced is not stored.
         if shown.response.rect.width() < max_panel_width {
             remember_width(shown.response.rect.width(), stored_width(&mut interface.settings.panels, tab, is_kept));
@@ -152,6 +151,21 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
     interface.settings.panels.bodies_shown = interface.body_browser_shown;
     interface.settings.panels.open_panel = interface.tab.map(|tab| tab.name().to_owned());
     interface.settings.panels.kept_panel = interface.kept_tab.map(|tab| tab.name().to_owned());
+}
+
+/// Shows a panel's title, and below it its controls. Controls that are wider than the panel scroll sideways; egui would widen the panel for them, or, where
+/// there is no room for that, cut them off.
+fn content(interface: &mut Interface, ui: &mut Ui, tab: Tab, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
+    heading(interface, ui, tab);
+    // Each panel has an id of its own, the same on both sides of the viewport, so that it keeps its scroll positions and open sections.
+    let id = Id::unique(("panel", tab.name()));
+    ui.scope_builder(UiBuilder::new().scope_id(id), |ui| {
+        ScrollArea::horizontal().auto_shrink(false).show(ui, |ui| {
+            // One point less, because positions are rounded to pixels: controls as wide as the panel would scroll by a fraction of a point.
+            ui.set_max_width(ui.available_width() - 1.0);
+            tab.show(interface, ui, worker, actions);
+        });
+    });
 }
 
 /// Shows the title of a panel, by which it can be dragged to the other side, and the buttons that close it and keep it open.

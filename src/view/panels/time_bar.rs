@@ -170,7 +170,8 @@ fn civil_text(civil: NaiveDateTime) -> String {
 /// Shows the button that opens the calendar, and applies the time chosen in it.
 fn calendar_button(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     let time_zone = interface.settings.time_zone;
-    let Some(civil) = time_zone.civil_time(interface.viewer.view.time()) else { return };
+    let displayed = interface.viewer.view.time();
+    let Some(civil) = time_zone.civil_time(displayed) else { return };
     let config = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
     let button = icons::button(ui, Icon::Calendar, text!("calendar"));
     let (button, content) = MenuButton::from_button(button).config(config).ui(ui, |ui| calendar(&mut interface.time_bar, ui, civil));
@@ -179,7 +180,7 @@ fn calendar_button(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut V
         interface.time_bar.month = None;
         return;
     };
-    if let Some(time) = content.inner.and_then(|civil| time_zone.instant(civil)) {
+    if let Some(time) = content.inner.and_then(|civil| time_zone.instant_near(civil, displayed)) {
         actions.push(Action::SetTime(time));
     }
 }
@@ -271,7 +272,9 @@ fn rate_controls(interface: &Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
     caption(ui, text!("time-rate-caption"));
     let mut speed = time_rate.speed();
     let slider = Slider::new(&mut speed, MIN_SPEED..=MAX_SPEED).logarithmic(true).show_value(false);
-    let slider = ui.add(slider).on_hover_text(text!("time-rate-hint")).accessible_name(text!("time-rate"));
+    // With a size known in advance, the slider moves to the next row where it does not fit. By itself, a slider of egui would extend beyond the window.
+    let slider_size = [ui.spacing().slider_width, ui.spacing().interact_size.y];
+    let slider = ui.add_sized(slider_size, slider).on_hover_text(text!("time-rate-hint")).accessible_name(text!("time-rate"));
     if slider.changed() {
         actions.push(Action::SetSpeed(speed));
     }

@@ -11,8 +11,8 @@ use super::{Interface, events};
 use crate::catalog::Catalog;
 use crate::time::Instant;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
-use crate::view::app::event_search::{EventKind, SkyEvent};
-use crate::view::app::known_events::{KnownEvent, KnownEvents, NextSearch};
+use crate::view::app::event_search::{EventKind, EventSearch, SkyEvent};
+use crate::view::app::known_events::{KnownEvent, KnownEvents};
 use crate::view::app::timeline::{TimeAxis, span_text, usable_span_s, zoomed_span_s};
 use crate::view::app::viewer::Action;
 use crate::view::language::dates::minute_text;
@@ -52,8 +52,8 @@ const FREQUENT_KINDS: &[EventKind] = &[EventKind::Moons];
 /// The known events of some kinds, and the running search for more of them.
 struct EventTrack {
     known: KnownEvents,
-    /// The running search, and its pending result, which is `None` if a part of the search is outside the ephemeris.
-    running: Option<(NextSearch, Pending<Option<Vec<KnownEvent>>>)>,
+    /// The search whose step is running, and what is pending: the same search after the step, and the events found.
+    running: Option<(EventSearch, Pending<(EventSearch, Vec<KnownEvent>)>)>,
 }
 
 /// State of the timeline.
@@ -89,11 +89,11 @@ impl Timeline {
 }
 
 impl EventTrack {
-    /// Takes the result of the running search, if it has arrived, and starts the next search.
+    /// Takes the result of the running step, if it has arrived, and starts the next one.
     fn update(&mut self, axis: &TimeAxis, worker: &dyn RenderWorker) {
         if let Some((search, pending)) = self.running.take() {
             match pending.take() {
-                Some(found) => self.known.add_result(&search, found),
+                Some((advanced, found)) => self.known.add_result(&search, advanced, found),
                 None => {
                     self.running = Some((search, pending));
                     return;
@@ -101,7 +101,7 @@ impl EventTrack {
             }
         }
         let Some(next) = self.known.next_search(axis.start_tdb_s(), axis.end_tdb_s()) else { return };
-        let mut search = next.search.clone();
+        let mut search = next.clone();
         let query = move |session: &crate::session::Session| {
             let catalog = session.catalog();
             let known_event = |event: SkyEvent| KnownEvent {
@@ -109,7 +109,8 @@ impl EventTrack {
                 title: event.title(catalog),
                 event: Arc::new(event),
             };
-            search.step(catalog, session.ephemeris()).ok().map(|found| found.into_iter().map(known_event).collect())
+            let found = search.step(catalog, session.ephemeris());
+            (search, found.into_iter().map(known_event).collect())
         };
         self.running = Some((next, ask(worker, query)));
     }

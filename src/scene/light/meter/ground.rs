@@ -2,7 +2,7 @@
 //!
 //! In: a placed body, its lights, the effects of the request. Out: radiance at points of the ground. The albedo is a mean over the whole planet, clouds
 //! included. If the body's map shows the ground alone (`clear_sky_albedo`), the mean over the ground and the air in front of it is used instead. For a camera
-//! above drawn clouds, and for small discs, this albedo changes smoothly to that of the whole planet.
+//! above drawn clouds, and for small discs, the albedo is that of the whole planet; the change is smooth.
 
 use crate::catalog::{Body, InventedRelief};
 use crate::scene::atmosphere::air;
@@ -10,16 +10,17 @@ use crate::scene::draw::tables::RingShine;
 use crate::scene::eclipse::approximate_shadow::ApproximateShadow;
 use crate::scene::light::night_lights::{self, NightLights};
 use crate::scene::light::photometry;
-use crate::scene::numeric::smoothstep;
+use crate::scene::numeric::{smooth_rise, smoothstep};
 use crate::scene::placed::PlacedBody;
 use crate::scene::point::drawn_disc_share;
 use crate::scene::request::effects::{Effect, EffectOverrides};
 use glam::DVec3;
 use std::sync::Arc;
 
-/// Height of the camera, relative to that of the clouds, at which the albedo is that of the whole planet. Up to the height of the clouds, below which no clouds
-/// are drawn, the albedo is that of the ground and air alone; between the two heights its logarithm changes smoothly.
-const WHOLE_PLANET_CLOUD_HEIGHTS: f64 = 2.0;
+/// Heights of the camera, relative to that of the clouds, between which the logarithm of the albedo changes smoothly from that of the ground and air alone to
+/// that of the whole planet. At the height of the clouds the image changes at once from the ground to clouds in full. A change of the exposure above this
+/// height would show a closed deck as a white area without detail; just below it, the ground is darker for a few hundred metres, but visible.
+const GROUND_TO_PLANET_CLOUD_HEIGHTS: (f64, f64) = (0.9, 1.0);
 
 /// Irradiance of level ground by a clear sky, divided by the radiance for which that sky is exposed (`SurroundingAir::exposure_radiance`). An estimate without
 /// a source, within a factor of 1.5 by day; in twilight it is less. It gives some 13 klx under a high Sun (the Sun itself gives 128 klx), and 4 klx for a Sun
@@ -82,7 +83,7 @@ impl Albedo {
         let air_light = air.map_or(0.0, |a| air::backscatter(a) * air::opacity_below(a, height_km));
         let clear = Self { of_lights: ground + air_light, of_sky: CLEAR_SKY_IRRADIANCE_PER_RADIANCE * ground };
         let clouds = body.clouds.as_ref().filter(|_| !is_off(Effect::Clouds));
-        let cloudiness = clouds.map_or(0.0, |c| smoothstep((height_km / c.height_km).max(1e-9).ln() / WHOLE_PLANET_CLOUD_HEIGHTS.ln()));
+        let cloudiness = clouds.map_or(0.0, |c| smooth_rise(GROUND_TO_PLANET_CLOUD_HEIGHTS, height_km / c.height_km));
         // A body drawn as a point has the light of the whole planet.
         let weight = (1.0 - cloudiness) * drawn_disc_share(effects.override_of_body(body, Effect::Points), diameter_px);
         let blend = |whole: f64, clear: f64| whole.powf(1.0 - weight) * clear.powf(weight);

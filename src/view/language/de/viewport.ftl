@@ -17,6 +17,7 @@ menu-measure-hint = Den Winkel zu einem anderen Ort messen: dort Strg+Klick, ode
 menu-copy-link = Link zu dieser Ansicht kopieren
 menu-copy-link-hint = Ein Link, der sie wiederherstellt (Strg+C)
 link-copied = Link kopiert
+copied = Kopiert
 menu-save-image = Bild speichern
 menu-save-image-hint = Wie unter Teilen eingestellt (Strg+S)
 warning-title = Diese Ansicht ließ sich nicht öffnen

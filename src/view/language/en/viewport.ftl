@@ -17,6 +17,7 @@ menu-measure-hint = Measure the angle to another place: Ctrl+click it, or choose
 menu-copy-link = Copy link to this view
 menu-copy-link-hint = A link that restores it (Ctrl+C)
 link-copied = Link copied
+copied = Copied
 menu-save-image = Save image
 menu-save-image-hint = As the Share panel says (Ctrl+S)
 warning-title = This view could not be opened

@@ -88,6 +88,9 @@ impl ComparisonInput {
     }
 }
 
+/// Minimum width for the controls of the two variants beside each other, points; in a narrower panel they are below each other.
+const MIN_WIDTH_FOR_COLUMNS: f32 = 520.0;
+
 /// State of the Compare panel.
 #[derive(Default)]
 pub(crate) struct ComparePanel {
@@ -134,11 +137,16 @@ impl ComparePanel {
         }
         let view = &interface.viewer.view;
         let mut variants = self.variants.take().unwrap_or_else(|| initial_variants(view));
-        ui.columns(2, |columns| {
-            for ((ui, variant), side) in columns.iter_mut().zip(&mut variants).zip([text!("compare-left"), text!("compare-right")]) {
-                variant_controls(ui, variant, side);
-            }
-        });
+        let sides = [text!("compare-left"), text!("compare-right")];
+        if ui.available_width() >= MIN_WIDTH_FOR_COLUMNS {
+            ui.columns(2, |columns| {
+                for ((ui, variant), side) in columns.iter_mut().zip(&mut variants).zip(sides) {
+                    variant_controls(ui, variant, side);
+                }
+            });
+        } else {
+            variants.iter_mut().zip(sides).for_each(|(variant, side)| variant_controls(ui, variant, side));
+        }
         let mut swapped = false;
         ui.horizontal(|ui| {
             swapped = ui.button(text!("compare-swap")).on_hover_text(text!("compare-swap-hint")).clicked();
@@ -154,7 +162,7 @@ impl ComparePanel {
             variants.swap(0, 1);
         }
         ui.separator();
-        let syntax_error = variants.iter().zip([text!("compare-left"), text!("compare-right")]).find_map(|(variant, side)| {
+        let syntax_error = variants.iter().zip(sides).find_map(|(variant, side)| {
             let e = EffectOverrides::parse(&variant.effects).err()?;
             Some(format!("{side}: {}", error_text(&e)))
         });

@@ -137,7 +137,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
         }
         ui.add(egui::Label::new(egui::RichText::new(&link).small().weak()).truncate());
     });
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         let field = ui.add(TextEdit::singleline(&mut interface.share.typed_link).hint_text(SCHEME).desired_width(200.0));
         let enter_pressed = is_entered(&field.on_hover_text(text!("share-link-field")), &interface.share.typed_link);
         if ui.button(text!("share-open-link")).on_hover_text(text!("share-open-link-hint")).clicked() || enter_pressed {
@@ -145,7 +145,7 @@ fn links(interface: &mut Interface, ui: &mut egui::Ui, session: &Session, action
             show_or_report(interface, read, actions);
         }
     });
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         ui.add(TextEdit::singleline(&mut interface.share.view_file_name).desired_width(140.0)).on_hover_text(text!("share-view-file"));
         dialog::button(interface, ui, FileField::View);
         let path = PathBuf::from(&interface.share.view_file_name);
@@ -247,7 +247,7 @@ fn new_export(interface: &Interface, kind: ExportKind) -> Result<Export, String>
 fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     ui.strong(text!("bookmarks"));
     let default_name = interface.name_of_view(&interface.viewer.destination());
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         let field = ui.add(TextEdit::singleline(&mut interface.share.bookmark_name).hint_text(&default_name).desired_width(180.0));
         let enter_pressed = is_entered(&field.on_hover_text(text!("bookmarks-name")), &interface.share.bookmark_name);
         let add = icons::button(ui, Icon::Bookmark, text!("bookmarks-add"));
@@ -259,7 +259,7 @@ fn bookmarks(interface: &mut Interface, ui: &mut egui::Ui, actions: &mut Vec<Act
     });
     let mut removed_index = None;
     for (i, bookmark) in interface.settings.bookmarks.iter().enumerate() {
-        ui.horizontal(|ui| {
+        ui.horizontal_wrapped(|ui| {
             if ui.button(&bookmark.name).on_hover_text(text!("bookmarks-show-hint")).clicked() {
                 actions.push(Action::Show(Box::new(bookmark.view.clone())));
             }

@@ -1,0 +1,126 @@
+//! The panels at the sides: their controls neither widen them nor are cut off, and each panel keeps its scroll position.
+
+use crate::view::input::{SATURN, TIME, Window, window_without_images};
+use crate::view::interface::{harness, interface, session, settle};
+use egui::Rect;
+use egui::accesskit::Role;
+use egui_kittest::kittest::{NodeT, Queryable};
+use orrery::catalog::moments::KINDS;
+use orrery::view::app::settings::Bookmark;
+use orrery::view::language::Language;
+use orrery::view::panels::Tab;
+
+/// Each language, with the beginning of the viewport's name and the name of the button that closes a panel, in which `{}` is the panel's title.
+const LANGUAGES: [(Language, &str, &str); 2] =
+    [(Language::English, "The sky:", "Close {}"), (Language::German, "Der Himmel:", "{} schließen")];
+
+/// A window of this size at rest, with an open panel and perhaps a kept one.
+fn window(language: Language, [width, height]: [f32; 2], kept: Option<Tab>, open: Tab) -> Window {
+    let mut interface = interface(SATURN, TIME);
+    interface.language = language;
+    (interface.kept_tab, interface.tab) = (kept, Some(open));
+    let mut window = harness(interface);
+    window.set_size(egui::vec2(width, height));
+    settle(&mut window);
+    window
+}
+
+/// The rectangles of a panel's title and of the button that closes it.
+fn title_and_close(window: &Window, tab: Tab, close_name: &str) -> (Rect, Rect) {
+    let close = window.get_by_role_and_label(Role::Button, &close_name.replace("{}", tab.title())).rect();
+    let mut titles = window.query_all_by_role_and_label(Role::Label, tab.title()).map(|title| title.rect());
+    let title = titles.find(|title| (title.center().y - close.center().y).abs() < 8.0);
+    (title.expect("a title"), close)
+}
+
+/// Where the controls of two panels need more room than there is, they wrap or scroll sideways. The left part of the panel at the right was once hidden.
+#[test]
+fn no_panel_is_cut_off_beside_a_kept_one() {
+    for (language, sky_name, close_name) in LANGUAGES {
+        for (size, kept, open) in [
+            ([1280.0, 800.0], Tab::Effects, Tab::Compare),
+            ([1280.0, 800.0], Tab::Share, Tab::Shader),
+            ([1000.0, 700.0], Tab::Effects, Tab::Shader),
+            ([1000.0, 700.0], Tab::Effects, Tab::Compare),
+            ([1010.0, 700.0], Tab::Share, Tab::Events),
+        ] {
+            let window = window(language, size, Some(kept), open);
+            let case = format!("{language:?}, {size:?}: {kept:?} and {open:?}");
+            let sky = window.get_by_label_contains(sky_name).rect();
+            assert!(sky.width() >= 310.0, "{case}: the viewport is at {sky}");
+            let (title, close) = title_and_close(&window, open, close_name);
+            assert!(title.left() >= sky.right() && close.right() <= size[0], "{case}: title {title}, button {close}, viewport {sky}");
+            let (title, close) = title_and_close(&window, kept, close_name);
+            assert!(title.left() >= 0.0 && close.right() <= sky.left(), "{case}: title {title}, button {close}, viewport {sky}");
+        }
+    }
+}
+
+/// At the usual size of a window, the list of bodies makes room for a narrow and a wide panel.
+#[test]
+fn the_list_of_bodies_makes_room_for_two_panels() {
+    for (width, kept, open, has_list) in [
+        (1280.0, Tab::Effects, Tab::Shader, false),
+        (1280.0, Tab::Effects, Tab::Information, true),
+        (1500.0, Tab::Effects, Tab::Shader, true),
+        (1500.0, Tab::Shader, Tab::Compare, false),
+    ] {
+        let window = window(Language::English, [width, 700.0], Some(kept), open);
+        assert_eq!(window.query_by_label("Follow target").is_some(), has_list, "{kept:?} and {open:?} at {width}");
+        let panels = &window.state().settings.panels;
+        // Neither panel is narrower than by default.
+        let widths = [panels.panel_width, panels.wide_width, panels.kept_width, panels.kept_wide_width];
+        let is_default = |width: f32| (width - 330.0).abs() < 1.0 || (width - 560.0).abs() < 1.0;
+        assert_eq!(widths.into_iter().flatten().filter(|width| is_default(*width)).count(), 2, "{widths:?}");
+    }
+}
+
+/// Opening Share once widened all narrow panels, because its controls did not wrap.
+#[test]
+fn a_panel_keeps_its_width_whatever_it_shows() {
+    for (language, ..) in LANGUAGES {
+        for size in [[1280.0, 800.0], [900.0, 600.0]] {
+            let mut window = window(language, size, None, Tab::Events);
+            let view = window.state().viewer.view.clone();
+            window.state_mut().settings.bookmarks.push(Bookmark { name: "the rings of Saturn ".repeat(6), view });
+            for tab in [Tab::Share, Tab::Events] {
+                window.state_mut().tab = Some(tab);
+                settle(&mut window);
+                let width = window.state().settings.panels.panel_width.expect("a width");
+                assert!((width - 330.0).abs() < 1.0, "{language:?}, {size:?}, {tab:?}: {width}");
+                for button in window.query_all_by_role(Role::Button) {
+                    let (rect, name) = (button.rect(), button.accesskit_node().label().unwrap_or_default());
+                    assert!(rect.right() <= size[0], "{language:?}, {size:?}, {tab:?}: {name} at {rect}");
+                }
+            }
+        }
+    }
+}
+
+/// A panel once opened scrolled to where another one was left.
+#[test]
+fn each_panel_keeps_its_own_scroll_position() {
+    let mut window = window_without_images(SATURN);
+    window.set_size(egui::vec2(1100.0, 640.0));
+    window.state_mut().tab = Some(Tab::Moments);
+    window.run_steps(5);
+    let top = |window: &Window, name: &str| window.get_by_label(name).rect().top();
+    let first = "The sky tonight";
+    let unscrolled = top(&window, first);
+    let last = session().catalog().moments().iter().rfind(|moment| Some(moment.kind.as_str()) == KINDS.last().copied());
+    window.get_by_label(&last.expect("a moment").name).scroll_to_me();
+    window.run_steps(90);
+    let scrolled = top(&window, first);
+    assert!(scrolled < unscrolled - 200.0, "scrolled from {unscrolled} to {scrolled}");
+    window.state_mut().tab = Some(Tab::Share);
+    window.run_steps(5);
+    assert!((30.0..120.0).contains(&top(&window, "This view")), "Share begins at {}", top(&window, "This view"));
+    window.get_by_label("at the right").scroll_to_me();
+    window.run_steps(90);
+    // The panel is where it was left, at the right and, once it is kept open, at the left.
+    for tabs in [(Some(Tab::Moments), None), (None, Some(Tab::Moments))] {
+        (window.state_mut().tab, window.state_mut().kept_tab) = tabs;
+        window.run_steps(5);
+        assert!((top(&window, first) - scrolled).abs() < 2.0, "{tabs:?}: {} instead of {scrolled}", top(&window, first));
+    }
+}
