@@ -18,7 +18,7 @@ use serde::Deserialize;
 
 const EPOCH_JD_TT: f64 = 2_444_240.0;
 /// Spacing of the nodes at which the series are summed, seconds. The error of the extrapolation between them is 0.02 m at most.
-pub(super) const STEP_S: f64 = 768.0;
+pub(super) const STEP_S: f64 = 720.0;
 /// Angle between the equator and the ecliptic of J2000 in VSOP87 (Bretagnon & Francou 1988), degrees: 23°26'21.4091".
 const OBLIQUITY_DEG: f64 = 23.0 + 26.0 / 60.0 + 21.4091 / 3600.0;
 /// Number of driving moons: those whose slow longitude variation is part of the arguments of others. Hyperion, the eighth moon, is not one of them.

@@ -308,8 +308,7 @@ impl TileShader<'_> {
         self.flush(draw, run, batch, Some(first));
     }
 
-    /// Shades, depth-tests and blends the collected quads. `first_of_block`: the first quad's index in the tile, if the quads make up one fully covered
-    /// block.
+    /// Shades, depth-tests and blends the collected quads. `first_of_block`: the first quad's index in the tile, if they make up a fully covered block.
     fn flush<R: Real>(&mut self, draw: &PreparedDraw<'_, R>, run: &mut dyn LaneRun<R>, batch: &mut Batch, first_of_block: Option<usize>) {
         #[cfg(target_arch = "x86_64")]
         if is_x86_feature_detected!("avx2") {

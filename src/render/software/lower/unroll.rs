@@ -1,11 +1,12 @@
 //! Unrolls loops whose number of iterations is known when the module is lowered, so that what depends only on the loop's counter runs once per draw.
 //!
-//! In: a loop, and the environment before it. Out: its iterations one after the other, and the environment after them; or nothing, if the number of iterations
-//! is unknown or the steps would be too many (the loop then remains a loop, `control_flow.rs`). Not here: the doubling of loops when a program is bound to
-//! kernels (`exec/unroll_loops.rs`).
+//! In: a loop outside of other loops that reads no texture, and the environment before it. Out: its iterations one after the other, and the environment after them; or nothing, if
+//! the number of iterations is unknown or the steps would be too many (the loop then remains a loop, `control_flow.rs`). Not here: the doubling of loops when
+//! a program is bound to kernels (`exec/unroll_loops.rs`).
 
 use super::error::Result;
 use super::lowerer::{LoopFlags, Lowerer, OpenLoop};
+use super::step::SsaStep;
 use naga::{Block, Expression, Handle, Statement};
 
 /// Largest number of iterations.
@@ -23,24 +24,29 @@ impl<'m> Lowerer<'m> {
         break_if: Option<Handle<Expression>>,
         flags: LoopFlags,
     ) -> Result<bool> {
-        // The probe of a pixel shows the names of one iteration.
-        if self.named_values.is_some() {
+        // The probe of a pixel shows the names of one iteration. Loops in loops would multiply the time of lowering.
+        if self.named_values.is_some() || !self.open_loops.is_empty() {
             return Ok(false);
         }
         let start_env = self.env.clone();
         let first_step = self.builder.lane_steps.len();
         let was_directly_in_loop = std::mem::replace(&mut self.is_directly_in_loop, false);
         self.builder.open_region();
-        let is_unrolled = self.first_condition_is_known(body)? && {
+        let count = self.iteration_count(body, continuing)?;
+        self.env.clone_from(&start_env);
+        self.builder.lane_steps.truncate(first_step);
+        let is_unrolled = if let Some(count) = count {
             self.frame_mut().loops.push(flags);
             // No exit from this loop is a jump, and none belongs to the loop around it.
             let iteration_start = (Vec::new(), usize::MAX);
             let exit = self.builder.fresh_label();
             self.open_loops.push(OpenLoop { exit, variables: Vec::new(), exit_envs: Vec::new(), iteration_start });
-            let is_unrolled = self.iterations(body, continuing, break_if, flags, first_step);
+            let is_unrolled = self.iterations(body, continuing, break_if, flags, MAX_UNROLLED_STEPS / count.max(1));
             self.open_loops.pop();
             self.frame_mut().loops.pop();
             is_unrolled?
+        } else {
+            false
         };
         self.is_directly_in_loop = was_directly_in_loop;
         if is_unrolled {
@@ -53,33 +59,45 @@ impl<'m> Lowerer<'m> {
         Ok(false)
     }
 
-    /// Whether the condition of the branch with which the body begins, as it does in a `for` loop, is known before the first iteration. Leaves steps behind.
-    fn first_condition_is_known(&mut self, body: &'m Block) -> Result<bool> {
-        for statement in body.iter() {
-            match statement {
-                Statement::Emit(_) => self.statement(statement)?,
-                Statement::If { condition, .. } => {
-                    let cond = self.scalar_of(*condition)?;
-                    return Ok(self.builder.known_bool(cond).is_some());
+    /// The number of iterations of a `for` loop, if it is known and at most [`MAX_ITERATIONS`], found by lowering only the condition with which the body begins
+    /// and the `continuing` block. It is an estimate, because the rest of the body may change the counter, too. Changes steps and environment.
+    fn iteration_count(&mut self, body: &'m Block, continuing: &'m Block) -> Result<Option<usize>> {
+        for count in 0..=MAX_ITERATIONS {
+            let mut side = None;
+            for statement in body.iter() {
+                match statement {
+                    Statement::Emit(_) => self.statement(statement)?,
+                    Statement::If { condition, accept, reject } => {
+                        let cond = self.scalar_of(*condition)?;
+                        side = self.builder.known_bool(cond).map(|cond| if cond { accept } else { reject });
+                        break;
+                    }
+                    _ => break,
                 }
-                _ => return Ok(false),
+            }
+            match side.map(|side| side.first()) {
+                None => return Ok(None),
+                Some(Some(Statement::Break)) => return Ok(Some(count)),
+                Some(_) => self.block(continuing)?,
             }
         }
-        Ok(false)
+        Ok(None)
     }
 
-    /// Lowers iterations until all lanes have left the loop; returns false if it is unknown whether they have.
+    /// Lowers iterations until all lanes have left the loop; returns false if it is unknown whether they have, or if an iteration
+    /// has more than `max_steps` steps or reads a texture.
     fn iterations(
         &mut self,
         body: &'m Block,
         continuing: &'m Block,
         break_if: Option<Handle<Expression>>,
         LoopFlags { break_flag, continue_flag }: LoopFlags,
-        first_step: usize,
+        max_steps: usize,
     ) -> Result<bool> {
         let no = self.builder.bool(false);
         // The last pass only finds that the condition fails.
         for _ in 0..=MAX_ITERATIONS {
+            let first_step = self.builder.lane_steps.len();
             self.block(body)?;
             self.env[continue_flag] = no;
             let exited = self.exited_mask();
@@ -96,7 +114,9 @@ impl<'m> Lowerer<'m> {
                     known => return Ok(known == Some(true)),
                 }
             }
-            if self.builder.lane_steps.len() > first_step + MAX_UNROLLED_STEPS {
+            // Reads of textures take far longer than the loop's own steps.
+            let iteration = &self.builder.lane_steps[first_step..];
+            if iteration.len() > max_steps || iteration.iter().any(|step| matches!(step, SsaStep::Texture { .. })) {
                 return Ok(false);
             }
         }
