@@ -7,7 +7,7 @@
 use super::numeric::{time_of_minimum, zero_crossing};
 use super::sky::{BodyRadii, EarthSky};
 use crate::ephemeris::angle_rad;
-use crate::ephemeris::topocentric::{HORIZON_REFRACTION_DEG, ground_point_km};
+use crate::ephemeris::topocentric::{HORIZON_REFRACTION_DEG, ground_point_km, place_of_normal_deg};
 use crate::time::Instant;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
@@ -37,12 +37,8 @@ pub struct GeodeticPosition {
 impl GeodeticPosition {
     /// The place at a point of the spheroid's surface, ITRS. `earth_radii_km`: the spheroid's semi-axes.
     pub(super) fn of_surface_point(point_km: DVec3, earth_radii_km: DVec3) -> Self {
-        let normal = point_km / (earth_radii_km * earth_radii_km);
-        Self {
-            latitude_deg: normal.z.atan2(normal.truncate().length()).to_degrees(),
-            longitude_deg: normal.y.atan2(normal.x).to_degrees(),
-            height_km: 0.0,
-        }
+        let [latitude_deg, longitude_deg] = place_of_normal_deg(earth_radii_km, point_km / (earth_radii_km * earth_radii_km));
+        Self { latitude_deg, longitude_deg, height_km: 0.0 }
     }
 }
 

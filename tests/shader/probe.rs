@@ -257,6 +257,24 @@ fn a_pixel_reports_the_values_of_its_draws() {
     assert!(beside["body"].is_null() && beside["lat"].is_null() && light < 1e-6, "{beside}");
 }
 
+/// The pixel below a place has the place's latitude and longitude, also on bodies with three different axes: where Amalthea's normal has the longitude 45
+/// degrees, the place has 19.
+#[test]
+fn the_pixel_below_a_place_has_its_latitude_and_longitude() {
+    let prober = Prober { session: &SESSION, renderer: SESSION.renderer() };
+    for (body, lat, lon) in [("amalthea", 0.0, 45.0), ("phobos", 30.0, -60.0), ("vesta", -20.0, 130.0), ("moon", 50.0, 10.0)] {
+        let position = format!(r#"{{"body":"{body}","latitude_deg":{lat},"longitude_deg":{lon},"height_km":0.001}}"#);
+        let view = format!(r#"{{"position":{position},"look":{{"at":"{body}"}},"fov_deg":5}}"#);
+        let question = format!(r#"{{"q":"pixel","view":{view},"time":"2024-06-01T00:00:00Z","size":[65,65],"x":32,"y":32}}"#);
+        let below = prober.answer(&question).unwrap_or_else(|e| panic!("{question}: {e}"));
+        // The view is towards the centre: it meets the ground less than half a metre from the place, 0.004 degrees on Phobos.
+        for (field, expected) in [("lat", lat), ("lon", lon)] {
+            let found = below[field].as_f64().unwrap_or_else(|| panic!("{field} in {below}"));
+            assert!((found - expected).abs() < 0.01, "{body}: {field} {found}, not {expected}");
+        }
+    }
+}
+
 /// The pixels of stars and of a direction equal those of the reference (tests/data/stars_public.json), in the frame or behind the camera; what the Earth
 /// covers is reported as hidden.
 #[test]
