@@ -300,7 +300,7 @@ pub struct ShapeModel {
 /// The atmosphere of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Atmosphere {
-    /// Height of its top.
+    /// Height of its top, above which it is not drawn. Sunlight is dimmed by its species above the top, too.
     pub top_km: f64,
     /// Refractivity (refractive index minus 1) in green light at height 0, on the ellipsoid; `None`: refraction is left out.
     pub refractivity: Option<f64>,
