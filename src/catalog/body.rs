@@ -83,7 +83,8 @@ pub enum Photometry {
 /// The kind of latitude in which the rows of a map are evenly spaced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MapLatitude {
-    /// Planetographic: angle of the ellipsoid's normal to the equator.
+    /// Planetographic: angle of the ellipsoid's normal to the equator. For three different axes a and b (equatorial) and c, maps are read as if both equatorial
+    /// axes were the square root of ab; the error has the sine |a - b| / (a + b) at most.
     Planetographic,
     /// Planetocentric: angle of the line from the centre to the equator.
     Planetocentric,
@@ -240,7 +241,7 @@ pub struct Estimates {
 /// Maximum number of overlays of a body.
 pub const MAX_OVERLAYS: u8 = 2;
 
-/// The map projection of an overlay. Latitudes are planetographic, longitudes east; north is up in the image.
+/// The map projection of an overlay. Latitudes are planetographic, longitudes planetocentric and east; north is up in the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum OverlayProjection {
     /// Equirectangular: linear in longitude and latitude.
@@ -302,7 +303,7 @@ pub struct ShapeModel {
 /// The atmosphere of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Atmosphere {
-    /// Height of its top.
+    /// Height of its top, above which it is not drawn. Sunlight is dimmed by its species above the top, too.
     pub top_km: f64,
     /// Refractivity (refractive index minus 1) in green light at height 0, on the ellipsoid; `None`: refraction is left out.
     pub refractivity: Option<f64>,
@@ -415,12 +416,13 @@ impl Body {
     /// resulting direction are those in which the columns and rows of the body's maps are evenly spaced.
     pub fn map_stretch(&self) -> DVec2 {
         let latitude = self.maps.albedo.as_ref().or(self.maps.night.as_ref()).map_or(MapLatitude::Planetocentric, |map| map.latitude);
-        let ratios = DVec2::new(self.radii_km.y, self.radii_km.z) / self.radii_km.x;
-        // Planetocentric latitude is that of the position: the unit-sphere point times the semi-axes.
-        // Planetographic latitude is that of the normal: the unit-sphere point divided by the semi-axes.
-        match latitude {
-            MapLatitude::Planetocentric => ratios,
-            MapLatitude::Planetographic => ratios.recip(),
-        }
+        let DVec3 { x: a, y: b, z: c } = self.radii_km;
+        // Planetocentric latitude and longitude are those of the position: the unit-sphere point times the semi-axes.
+        // Planetographic latitude is that of the normal: the unit-sphere point divided by the semi-axes. On a spheroid b is a.
+        let for_latitude = match latitude {
+            MapLatitude::Planetocentric => c / a,
+            MapLatitude::Planetographic => b / c,
+        };
+        DVec2::new(b / a, for_latitude)
     }
 }

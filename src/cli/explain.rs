@@ -73,13 +73,36 @@ fn estimate_notes(catalog: &Catalog, body: &BodyInView) -> Vec<Message> {
 }
 
 fn as_json(body: &BodyInView, estimate_notes: &[Message]) -> Value {
+    let is_seen = body.is_seen_from_outside();
     json!({
         "id": body.id, "name": body.name, "appearance": body.appearance, "key": keys(body).first(), "keys": keys(body),
-        "distance_km": body.distance_km, "angular_diameter_deg": body.angular_diameter_deg, "diameter_px": body.diameter_px,
-        "phase_angle_deg": body.phase_angle_deg, "magnitude": body.magnitude,
-        "sub_viewer": body.sub_observer, "sub_solar": body.sub_solar, "features": body.decisions, "estimates": estimate_notes,
+        "distance_km": body.distance_km, "angular_diameter_deg": is_seen.then_some(body.angular_diameter_deg), "diameter_px": body.diameter_px,
+        "phase_angle_deg": is_seen.then_some(body.phase_angle_deg), "magnitude": body.magnitude,
+        "sub_viewer": is_seen.then_some(body.sub_observer), "sub_solar": body.sub_solar, "features": body.decisions, "estimates": estimate_notes,
         "invented": body.invented.iter().map(|(file, how)| json!({"file": file, "how": how})).collect::<Vec<_>>(),
     })
+}
+
+/// Distance, size, phase and magnitude of a body, and its sub-observer and sub-solar points: two lines of text after an empty one, fewer where these are not
+/// defined.
+fn seen_by_the_camera(body: &BodyInView) -> String {
+    let heading = if body.is_seen_from_outside() {
+        let magnitude = body.magnitude.map_or("none (in full shadow)".to_owned(), |m| format!("{m:.2}"));
+        let (distance_km, diameter_px, phase_angle_deg) = (body.distance_km, body.diameter_px, body.phase_angle_deg);
+        format!("{distance_km:.6e} km away, {diameter_px:.3} px across, phase angle {phase_angle_deg:.2} deg, magnitude {magnitude}")
+    } else if body.distance_km == 0.0 {
+        "the camera is at its centre".to_owned()
+    } else {
+        "its place is unknown".to_owned()
+    };
+    let sub_observer = body.is_seen_from_outside().then_some(("sub-observer", body.sub_observer));
+    let points = sub_observer.into_iter().chain(body.sub_solar.map(|point| ("sub-solar", point)));
+    let points: Vec<_> = points.map(|(name, p)| format!("{name} {:.3} {:.3}", p.lat_centric_deg, p.lon_east_deg)).collect();
+    let mut text = format!("\n{}: {heading}\n", body.name);
+    if !points.is_empty() {
+        text.push_str(&format!("  {} (planetocentric latitude, east longitude)\n", points.join(", ")));
+    }
+    text
 }
 
 /// The report as text. `+` marks what is drawn, `-` what is not, and `~` a note on an estimate.
@@ -96,16 +119,7 @@ fn as_text(scene: &Scene, bodies: &[&BodyInView], catalog: &Catalog) -> String {
         text.push_str(&format!("{} {} {}\n", if decision.on { '+' } else { '-' }, decision.effect, decision.description()));
     }
     for body in bodies {
-        let magnitude = body.magnitude.map_or("none (in full shadow)".to_owned(), |m| format!("{m:.2}"));
-        text.push_str(&format!(
-            "\n{}: {:.6e} km away, {:.3} px across, phase angle {:.2} deg, magnitude {magnitude}\n",
-            body.name, body.distance_km, body.diameter_px, body.phase_angle_deg
-        ));
-        text.push_str(&format!("  sub-observer {:.3} {:.3}", body.sub_observer.lat_centric_deg, body.sub_observer.lon_east_deg));
-        if let Some(sub_solar) = body.sub_solar {
-            text.push_str(&format!(", sub-solar {:.3} {:.3}", sub_solar.lat_centric_deg, sub_solar.lon_east_deg));
-        }
-        text.push_str(" (planetocentric latitude, east longitude)\n");
+        text.push_str(&seen_by_the_camera(body));
         for key in keys(body) {
             text.push_str(&format!("  key {key}\n"));
         }

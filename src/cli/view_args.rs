@@ -36,7 +36,7 @@ pub(crate) struct ViewArgs {
     /// Distance from the target's centre in its equatorial radii [default: the disc fills 3/4 of the image height]
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     pub distance_radii: Option<f64>,
-    /// Planetographic latitude and east longitude: with --from a place to stand on, otherwise the place of the target that the camera is above
+    /// Planetographic latitude and planetocentric east longitude: with --from a place to stand on, otherwise the place of the target that the camera is above
     #[arg(long, value_name = "LAT,LON", allow_hyphen_values = true)]
     pub at: Option<String>,
     /// Height above the surface at --at in km [default: 0.0017, eye level; above the target: from --distance-radii]

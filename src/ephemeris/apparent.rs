@@ -5,6 +5,7 @@
 //! atmosphere, and the observer's position on the Earth.
 
 use super::orientation::{self, PoleAndMeridian};
+use super::topocentric::place_of_normal_deg;
 use super::{Ephemeris, EphemerisError, Source};
 use crate::catalog::{Body, NaifId};
 use crate::time::Instant;
@@ -200,15 +201,14 @@ fn is_retrograde(now: &DMat3, later: &DMat3) -> bool {
 /// eastward.
 fn surface_point(direction_in_body: DVec3, radii_km: DVec3, east_is_positive: bool) -> SurfacePoint {
     let (lon_east_deg, lat_centric_deg) = lon_lat_deg(direction_in_body);
-    // The planetographic latitude is that on a spheroid with the mean of the two equatorial radii, which are equal for a planet.
-    let equatorial_km = 0.5 * (radii_km.x + radii_km.y);
-    let equator_over_pole = equatorial_km / radii_km.z;
-    let distance_from_axis = direction_in_body.truncate().length();
+    // Normal to the ellipsoid at the surface point, which is a multiple of the direction.
+    let normal = direction_in_body / (radii_km * radii_km);
+    let [lat_graphic_deg, _] = place_of_normal_deg(radii_km, normal);
     SurfacePoint {
         lon_east_deg,
         lat_centric_deg,
         lon_graphic_deg: if east_is_positive { lon_east_deg } else { (-lon_east_deg).rem_euclid(360.0) },
-        lat_graphic_deg: (direction_in_body.z * equator_over_pole * equator_over_pole).atan2(distance_from_axis).to_degrees(),
+        lat_graphic_deg,
     }
 }
 
@@ -241,6 +241,19 @@ mod tests {
         let point = surface_point(DVec3::new(0.0, 1.0, 0.0), radii_km, false);
         assert!((point.lon_east_deg - 90.0).abs() < 1e-12 && (point.lon_graphic_deg - 270.0).abs() < 1e-12);
         assert!(surface_point(DVec3::Z, radii_km, true).lat_graphic_deg > 89.999);
+    }
+
+    /// The sub-Earth point of Phobos on 2024-06-01. A spheroid with the mean equatorial radius, once used, would give -34 degrees.
+    #[test]
+    fn the_graphic_latitude_on_phobos_is_that_of_the_ellipsoids_normal() {
+        let radii_km = DVec3::new(13.0, 11.4, 9.1);
+        let ((sin_lat, cos_lat), (sin_lon, cos_lon)) = (-20.55_f64.to_radians().sin_cos(), -12.93_f64.to_radians().sin_cos());
+        let direction = DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat);
+        let point = surface_point(direction, radii_km, false);
+        // The normal as the gradient of the ellipsoid's equation.
+        let gradient = DVec3::new(direction.x / 13.0_f64.powi(2), direction.y / 11.4_f64.powi(2), direction.z / 9.1_f64.powi(2));
+        assert!((point.lat_graphic_deg - gradient.normalize().z.asin().to_degrees()).abs() < 1e-9, "{point:?}");
+        assert!((point.lat_graphic_deg + 36.95).abs() < 0.05 && (point.lon_east_deg - 347.07).abs() < 1e-9, "{point:?}");
     }
 
     #[test]

@@ -9,7 +9,7 @@ use super::{Ephemeris, EphemerisError, angle_rad};
 use crate::catalog::{Catalog, NaifId};
 use crate::time::Instant;
 use crate::units::INVERSE_GOLDEN_RATIO;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// Refraction at the Earth's horizon by the convention of almanacs: 34 arcminutes.
 pub(crate) const HORIZON_REFRACTION_DEG: f64 = 34.0 / 60.0;
@@ -29,7 +29,7 @@ pub struct Observer {
     pub body: NaifId,
     /// Planetographic latitude: the angle between the equator and the ellipsoid's normal.
     pub lat_graphic_deg: f64,
-    /// East longitude.
+    /// Planetocentric east longitude.
     pub lon_east_deg: f64,
     /// Height above the reference ellipsoid.
     pub height_km: f64,
@@ -83,14 +83,25 @@ pub struct DiscPassage {
     pub altitude_deg: f64,
 }
 
-/// The point at `height_km` above the reference ellipsoid, where the ellipsoid's normal has the given planetographic latitude and east
-/// longitude (exact for three different axes). Returns the point and the normal, body-fixed.
+/// The point at `height_km` above a place of the reference ellipsoid, and the ellipsoid's outward normal there, body-fixed. Latitude and longitude of a place
+/// are defined here, also for three different axes: the planetographic latitude is the angle between the equator and the normal, and the longitude is the
+/// planetocentric one, that of the line from the centre to the place, as in the IAU's reports and in maps. On a spheroid the normal has the same longitude.
 pub fn ground_point_km(radii_km: DVec3, latitude_deg: f64, longitude_deg: f64, height_km: f64) -> (DVec3, DVec3) {
     let (lat, lon) = (latitude_deg.to_radians(), longitude_deg.to_radians());
-    let normal = DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin());
     let squared = radii_km * radii_km;
+    // The horizontal direction of the normal. Its factor is 1 for x, and 1 for y on a spheroid.
+    let outward = (DVec2::from_angle(lon) * (squared.x / squared.truncate())).normalize();
+    let normal = (outward * lat.cos()).extend(lat.sin());
     let surface = squared * normal / (squared * normal).dot(normal).sqrt();
     (surface + normal * height_km, normal)
+}
+
+/// Planetographic latitude and planetocentric east longitude, degrees, of the place where the ellipsoid has this outward normal (of any length): the inverse
+/// of [`ground_point_km`].
+pub fn place_of_normal_deg(radii_km: DVec3, normal: DVec3) -> [f64; 2] {
+    // A multiple of the position.
+    let position = radii_km * radii_km * normal;
+    [normal.z.atan2(normal.truncate().length()), position.y.atan2(position.x)].map(f64::to_degrees)
 }
 
 /// The inputs that all computations here share: a place on the ground, and the bodies in its sky.
@@ -363,5 +374,34 @@ mod tests {
         let (point, normal) = ground_point_km(DVec3::new(a, a, b), 48.8584, 2.2945, h);
         assert!((point - expected).length() < 1e-9);
         assert!((normal.z - lat.sin()).abs() < 1e-12);
+    }
+
+    /// On bodies with three different axes a place has the planetocentric longitude, and its normal the planetographic latitude. The longitude of the normal
+    /// is another one, which must not pass: on Amalthea it differs by up to 29 degrees.
+    #[test]
+    fn places_on_triaxial_bodies_have_planetocentric_longitudes() {
+        let mut greatest_difference_deg = 0.0_f64;
+        for radii_km in [DVec3::new(125.0, 73.0, 64.0), DVec3::new(13.0, 11.4, 9.1), DVec3::new(60_268.0, 60_268.0, 54_364.0)] {
+            for latitude_deg in [-89.0, -40.0, 0.0, 20.0, 75.0] {
+                for longitude_deg in [-179.0, -110.0, -20.0, 0.0, 45.0, 90.0, 133.0] {
+                    let (ground_km, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, 0.0);
+                    let place = format!("{radii_km}, {latitude_deg}, {longitude_deg}");
+                    assert!(((ground_km / radii_km).length() - 1.0).abs() < 1e-12, "{place}: not on the ellipsoid");
+                    // The gradient of the ellipsoid's equation.
+                    assert!(normal.distance((ground_km / (radii_km * radii_km)).normalize()) < 1e-12, "{place}: not the normal");
+                    assert!((normal.z - latitude_deg.to_radians().sin()).abs() < 1e-12, "{place}: not its latitude");
+                    let found_deg = ground_km.y.atan2(ground_km.x).to_degrees();
+                    assert!((found_deg - longitude_deg).abs() < 1e-10, "{place}: longitude {found_deg}");
+                    let [inverse_lat_deg, inverse_lon_deg] = place_of_normal_deg(radii_km, normal * 3.0);
+                    assert!((inverse_lat_deg - latitude_deg).abs() + (inverse_lon_deg - longitude_deg).abs() < 1e-10, "{place}");
+                    let normal_deg = normal.y.atan2(normal.x).to_degrees();
+                    greatest_difference_deg = greatest_difference_deg.max((normal_deg - longitude_deg).abs());
+                    // Above the ground the vertical is the normal.
+                    let (raised_km, _) = ground_point_km(radii_km, latitude_deg, longitude_deg, 5.0);
+                    assert!((raised_km - ground_km).distance(normal * 5.0) < 1e-9, "{place}");
+                }
+            }
+        }
+        assert!((20.0..30.0).contains(&greatest_difference_deg), "{greatest_difference_deg}");
     }
 }

@@ -7,7 +7,7 @@
 use super::numeric::{time_of_minimum, zero_crossing};
 use super::sky::{BodyRadii, EarthSky};
 use crate::ephemeris::angle_rad;
-use crate::ephemeris::topocentric::{HORIZON_REFRACTION_DEG, ground_point_km};
+use crate::ephemeris::topocentric::{HORIZON_REFRACTION_DEG, ground_point_km, place_of_normal_deg};
 use crate::time::Instant;
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
@@ -37,12 +37,8 @@ pub struct GeodeticPosition {
 impl GeodeticPosition {
     /// The place at a point of the spheroid's surface, ITRS. `earth_radii_km`: the spheroid's semi-axes.
     pub(super) fn of_surface_point(point_km: DVec3, earth_radii_km: DVec3) -> Self {
-        let normal = point_km / (earth_radii_km * earth_radii_km);
-        Self {
-            latitude_deg: normal.z.atan2(normal.truncate().length()).to_degrees(),
-            longitude_deg: normal.y.atan2(normal.x).to_degrees(),
-            height_km: 0.0,
-        }
+        let [latitude_deg, longitude_deg] = place_of_normal_deg(earth_radii_km, point_km / (earth_radii_km * earth_radii_km));
+        Self { latitude_deg, longitude_deg, height_km: 0.0 }
     }
 }
 
@@ -57,17 +53,17 @@ pub struct LocalContact {
     pub altitude_deg: f64,
     /// Azimuth from north through east.
     pub azimuth_deg: f64,
+    /// Angular radius of the eclipsed body as seen from the place.
+    pub semidiameter_deg: f64,
 }
 
 impl LocalContact {
     /// Whether the disc's upper limb is at or above the horizon, with refraction. A maximum that coincides with rising or setting counts as up.
     pub fn is_up(&self) -> bool {
-        self.altitude_deg.to_radians() + HORIZON_REFRACTION_RAD + SEMIDIAMETER_RAD > -HORIZON_TOLERANCE_RAD
+        (self.altitude_deg + self.semidiameter_deg).to_radians() + HORIZON_REFRACTION_RAD > -HORIZON_TOLERANCE_RAD
     }
 }
 
-/// Semidiameter of the Sun and the Moon for rising and setting, radians.
-const SEMIDIAMETER_RAD: f64 = 16.0 / 60.0 * PI / 180.0;
 /// An altitude this far below the horizon, in radians, still counts as at the horizon: risings and settings are found to 1e-4 s, in which altitudes change by
 /// up to 1e-8.
 const HORIZON_TOLERANCE_RAD: f64 = 1e-7;
@@ -168,6 +164,13 @@ pub(super) struct MeanContacts {
     pub is_annular: bool,
 }
 
+/// The body whose eclipse is seen: the Sun, also in a transit, or the Moon.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Eclipsed {
+    Sun,
+    Moon,
+}
+
 /// An observer's place on the Earth during an eclipse. Times are seconds, as in [`EarthSky`].
 pub(super) struct Station<'a> {
     sky: &'a EarthSky,
@@ -219,10 +222,33 @@ impl<'a> Station<'a> {
         (from_station_km.dot(self.normal).atan2(east_km.hypot(north_km)), east_km.atan2(north_km).rem_euclid(TAU))
     }
 
-    /// The contact at `s`, with the altitude and azimuth of a body. `body`: its position by time from the Earth's centre, km, GCRS.
-    fn contact(&self, name: &'static str, s: f64, body: impl Fn(f64) -> DVec3) -> LocalContact {
-        let (altitude, azimuth) = self.altitude_azimuth_rad(body(s), s);
-        LocalContact { name, time: self.sky.instant(s), altitude_deg: altitude.to_degrees(), azimuth_deg: azimuth.to_degrees() }
+    /// The contact at `s`, with altitude, azimuth and semidiameter of the eclipsed body.
+    fn contact(&self, name: &'static str, s: f64, eclipsed: Eclipsed) -> LocalContact {
+        let (altitude, azimuth) = self.altitude_azimuth_rad(self.eclipsed_body_km(eclipsed, s), s);
+        LocalContact {
+            name,
+            time: self.sky.instant(s),
+            altitude_deg: altitude.to_degrees(),
+            azimuth_deg: azimuth.to_degrees(),
+            semidiameter_deg: self.semidiameter_rad(eclipsed, s).to_degrees(),
+        }
+    }
+
+    /// Position of the eclipsed body from the Earth's centre, GCRS.
+    fn eclipsed_body_km(&self, eclipsed: Eclipsed, s: f64) -> DVec3 {
+        match eclipsed {
+            Eclipsed::Sun => self.sky.sun_km(s),
+            Eclipsed::Moon => self.sky.near_body_km(s),
+        }
+    }
+
+    /// Angular radius of the eclipsed body.
+    fn semidiameter_rad(&self, eclipsed: Eclipsed, s: f64) -> f64 {
+        let discs = self.discs(s);
+        match eclipsed {
+            Eclipsed::Sun => discs.sun_radius_rad,
+            Eclipsed::Moon => discs.moon_radius_rad,
+        }
     }
 
     /// Altitude of the Sun, degrees.
@@ -270,7 +296,7 @@ impl<'a> Station<'a> {
     /// Circumstances at the place of an eclipse of the Sun, or of a transit, that is greatest near `near_s`; `None` if the discs never meet.
     pub(crate) fn solar_circumstances(&self, near_s: f64) -> Option<LocalCircumstances> {
         let MeanContacts { maximum_s, outer: (first, last), inner, .. } = self.mean_contacts(near_s)?;
-        let sun = |s: f64| self.sky.sun_km(s);
+        let sun = Eclipsed::Sun;
         let mut contacts = vec![self.contact("C1", first, sun), self.contact("C4", last, sun)];
         if let Some((second, third)) = inner {
             contacts.splice(1..1, [self.contact("C2", second, sun), self.contact("C3", third, sun)]);
@@ -302,7 +328,7 @@ impl<'a> Station<'a> {
         magnitude: impl Fn(f64) -> f64,
         penumbral_magnitude: impl Fn(f64) -> f64,
     ) -> LocalCircumstances {
-        let moon = |s: f64| self.sky.near_body_km(s);
+        let moon = Eclipsed::Moon;
         let (first, last) = contacts.iter().fold((greatest_s, greatest_s), |(a, b), c| (a.min(c.1), b.max(c.1)));
         let above_horizon = self.spans_above_horizon(first, last, moon);
         let visible_maximum_s = above_horizon.instant_of_largest_magnitude(greatest_s, &magnitude);
@@ -319,9 +345,12 @@ impl<'a> Station<'a> {
         }
     }
 
-    /// When the upper limb of a body is above the horizon between `first` and `last`, seconds. `body`: its position by time from the Earth's centre, km, GCRS.
-    fn spans_above_horizon(&self, first: f64, last: f64, body: impl Fn(f64) -> DVec3) -> AboveHorizon {
-        let upper_limb_altitude_rad = |s: f64| self.altitude_azimuth_rad(body(s), s).0 + HORIZON_REFRACTION_RAD + SEMIDIAMETER_RAD;
+    /// When the upper limb of the eclipsed body is above the horizon between `first` and `last`, seconds.
+    fn spans_above_horizon(&self, first: f64, last: f64, eclipsed: Eclipsed) -> AboveHorizon {
+        let upper_limb_altitude_rad = |s: f64| {
+            let (altitude, _) = self.altitude_azimuth_rad(self.eclipsed_body_km(eclipsed, s), s);
+            altitude + HORIZON_REFRACTION_RAD + self.semidiameter_rad(eclipsed, s)
+        };
         let mut above_horizon = AboveHorizon { spans: Vec::new(), rise_s: None, set_s: None };
         let mut up_since = (upper_limb_altitude_rad(first) > 0.0).then_some(first);
         let mut current = first;

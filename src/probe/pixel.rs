@@ -6,6 +6,7 @@
 
 use super::{ProbeError, Prober, QueryField, QueryKind, optional, parse_fields, required};
 use crate::catalog::NaifId;
+use crate::ephemeris::topocentric::place_of_normal_deg;
 use crate::render::plan::{FrameImages, Plan, SamplingQuality};
 use crate::render::software::{NamedValue, PixelValues};
 use crate::scene::draw::{BodyPart, Draw};
@@ -121,7 +122,7 @@ pub(crate) struct PixelDraw {
     pub part: BodyPart,
     /// The shader module that draws it.
     pub module: ModuleId,
-    /// Planetographic latitude and east longitude of the point on the surface, degrees; `None` if the draw is no globe.
+    /// Planetographic latitude and planetocentric east longitude of the point on the surface, degrees; `None` if the draw is no globe.
     pub ground_deg: Option<[f64; 2]>,
     /// The colour and the named values that the module computes.
     pub values: PixelValues,
@@ -170,15 +171,13 @@ pub(crate) fn inspect_pixel(
     Ok(PixelReport { radiance, exposure_stops: scene.exposure.stops, time: scene.time, draws })
 }
 
-/// Planetographic latitude and east longitude of the point on the surface at a globe's pixel, degrees.
+/// Planetographic latitude and planetocentric east longitude of the point on the surface at a globe's pixel, degrees.
 fn ground_deg(prober: &Prober<'_>, scene_draw: &Draw, values: &PixelValues) -> Option<[f64; 2]> {
     let position = values.values.iter().find(|v| v.name == "hit.position" && v.numbers.iter().all(|n| n.is_finite()))?;
     let (&[x, y, z], BodyPart::Globe) = (&position.numbers[..], scene_draw.part) else { return None };
     let radii_km = prober.catalog().body(scene_draw.body)?.radii_km;
-    // The point on the unit sphere divided by the semi-axes is the direction of the surface normal: planetographic latitude.
-    let normal = glam::DVec3::new(x, y, z) / radii_km;
-    let latitude = normal.z.atan2(normal.truncate().length());
-    Some([latitude, (y * radii_km.y).atan2(x * radii_km.x)].map(f64::to_degrees))
+    // The point on the unit sphere divided by the semi-axes is the direction of the surface normal.
+    Some(place_of_normal_deg(radii_km, glam::DVec3::new(x, y, z) / radii_km))
 }
 
 /// The image's linear pixel: all draws, restricted to this pixel.

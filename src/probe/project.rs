@@ -1,7 +1,8 @@
 //! `project`: the pixel at which a body, a star or a direction is drawn in a view.
 //!
 //! In: `view`, `time` and `size` as in the query `pixel`; a body, a star or a direction. A star is named by its number in the Hipparcos catalog; its proper
-//! motion, parallax and aberration are included. Right ascension and declination give an ICRF direction, to which aberration is applied, but no parallax.
+//! motion, parallax and aberration are included. Right ascension and declination give an ICRF direction, to which aberration is applied, but no parallax. From
+//! a camera above or beside a body, bodies have no aberration, as in the image ([`crate::scene::viewpoint::Viewer`]): the answers differ by v/c.
 //! Out: the pixel, counted from the upper left corner of the image, whether it is in the frame, and whether a body hides it. In a perspective image,
 //! positions behind the camera are not in the frame; the pixel returned for them is that of the opposite direction. In the other projections, positions
 //! outside the image have no pixel.
@@ -43,8 +44,8 @@ pub(super) static KIND: QueryKind = QueryKind {
         TIME,
         IMAGE_SIZE,
         optional("projection", "perspective, fisheye or equirectangular, as --projection takes it", "perspective"),
-        alternative("body", "a body's name"),
-        alternative("star", "a number of the Hipparcos catalog, as HIP 32349"),
+        alternative("body", "a body's name; its place has light time, and from the ground or centre of a body also aberration"),
+        alternative("star", "a number of the Hipparcos catalog, as HIP 32349; always with aberration by the body's motion"),
         alternative("ra_deg", "right ascension in degrees, ICRF, with dec_deg"),
         alternative("dec_deg", "declination in degrees, ICRF, with ra_deg"),
     ],

@@ -1,7 +1,7 @@
 //! `scatter`: single scattering of sunlight along a ray through an atmosphere, and the ray's transmittance.
 //!
 //! In: an atmosphere, the camera, a direction and the direction of the Sun. Out: `radiance` per unit of solar irradiance, `transmittance`, and whether the ray
-//! ends at the ground.
+//! ends at the ground. The ray ends at the top of the atmosphere, the columns towards the Sun do not (lib/air/column_density.wesl).
 
 use super::batch::{BoundProbeModule, MAP_TAPS, ProbeInputs};
 use super::{ProbeError, Prober, QueryKind, parse_fields, required, unit_vector};
@@ -115,7 +115,8 @@ pub(super) static KIND: QueryKind = QueryKind {
     fields: &[
         required(
             "atmosphere",
-            "planet_radius_km, top_km and species: each with profile exponential (scale_height_km, scattering_per_m, extinction_per_m, \
+            "planet_radius_km, top_km (light is scattered and dimmed along the ray only below it, but on the way from the Sun by the whole profile: \
+             take 6 scale heights or more) and species: each with profile exponential (scale_height_km, scattering_per_m, extinction_per_m, \
              phase rayleigh or hg (Henyey-Greenstein), its asymmetry g: a number, or three for red, green and blue) or tent (centre_km, half_width_km, extinction_per_m)",
         ),
         required("cam", "[x, y, z], not inside the planet, at most 1e9 from its centre"),

@@ -27,7 +27,7 @@ struct Fields {
     time: String,
     /// Planetographic latitude, degrees.
     lat: f64,
-    /// East longitude, degrees.
+    /// Planetocentric east longitude, degrees.
     lon: f64,
     #[serde(default)]
     model: RequestedModel,
@@ -81,7 +81,7 @@ pub(super) static KIND: QueryKind = QueryKind {
         required("body", "a body's name"),
         required("time", "ISO 8601 UTC or jd_tdb:DAY, when the light meets the ground"),
         required("lat", "planetographic latitude, degrees"),
-        required("lon", "east longitude, degrees"),
+        required("lon", "planetocentric east longitude, degrees"),
         optional("model", "linear, uniform-disc, limb-darkened or refracted", "limb-darkened"),
         optional("u1", "coefficient of 1 - mu in the Sun's limb darkening", "0.40"),
         optional("u2", "coefficient of (1 - mu)^2", "0.26"),

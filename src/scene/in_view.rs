@@ -63,7 +63,8 @@ pub struct BodyInView {
     pub diameter_px: f64,
     /// Angle at the body between the Sun and the viewer; 0 for the Sun.
     pub phase_angle_deg: f64,
-    /// Visual magnitude of the complete disc with its rings, in the sunlight that eclipses leave; `None` if no sunlight is left.
+    /// Visual magnitude of the complete disc with its rings, in the sunlight that eclipses leave; `None` if no sunlight is left, and unless
+    /// [`Self::is_seen_from_outside`].
     pub magnitude: Option<f64>,
     /// Where the line to the camera meets the surface.
     pub sub_observer: SubPoint,
@@ -80,4 +81,11 @@ pub struct BodyInView {
     pub features: Vec<DrawFeatures>,
     /// Invented data that the image shows of the body: the file of a map or shape, or `detail`; and how it was made.
     pub invented: Vec<(String, Reason)>,
+}
+
+impl BodyInView {
+    /// Whether size, phase, magnitude and sub-observer point are defined: they are neither if the camera is at the body's centre nor if its place is unknown.
+    pub fn is_seen_from_outside(&self) -> bool {
+        self.distance_km > 0.0
+    }
 }

@@ -86,7 +86,8 @@ pub fn of_atmosphere(model: AtmosphereModel) -> Option<StatedError> {
 }
 
 /// The error of an eclipse model; `None` without an eclipse. `limb-darkened` is compared with integrals computed to forty digits, the simpler models with
-/// `limb-darkened` (tests/eclipse/reference_tables.rs).
+/// `limb-darkened` (tests/eclipse/reference_tables.rs). The axes of the occluder's outline are in a ratio of at least 0.7; behind flatter ones the error of
+/// `limb-darkened` is up to ten times as large (tests/eclipse/umbra.rs).
 pub fn of_eclipse(model: EclipseModel) -> Option<StatedError> {
     let stated = |name, max_error, quantity| Some(StatedError { name, error_95_percent: None, max_error, quantity });
     match model {

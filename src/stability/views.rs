@@ -5,6 +5,7 @@
 use super::difference::{compare, least_differences, worst_of};
 use super::{SINGLE_SAMPLE, SweepResult, SweepSetup, if_possible};
 use crate::catalog::{Body, NaifId};
+use crate::ephemeris::topocentric::place_of_normal_deg;
 use crate::events;
 use crate::random::Random;
 use crate::render::software::Precision;
@@ -128,7 +129,7 @@ fn ground_view(
     }
 }
 
-/// Unit vectors at a place on a sphere: east, north, up, body axes.
+/// Unit vectors east, north and up where the ground's normal has this latitude and longitude, body axes.
 fn local_axes(latitude_deg: f64, longitude_deg: f64) -> [DVec3; 3] {
     let ((sin_lat, cos_lat), (sin_lon, cos_lon)) = (latitude_deg.to_radians().sin_cos(), longitude_deg.to_radians().sin_cos());
     [
@@ -159,6 +160,7 @@ fn horizon_views(setup: &SweepSetup<'_>, fovs_deg: &[f64]) -> Result<SweepResult
             let dip_rad = (radius_km / (radius_km + height_km)).acos();
             for k in 0..azimuth_count {
                 let [east, north, up] = local_axes(23.0, 77.0);
+                let place_deg = place_of_normal_deg(body.radii_km, up);
                 // From north towards east.
                 let azimuth_rad = 0.4 + f64::from(k) * std::f64::consts::TAU / f64::from(azimuth_count);
                 let (sin, cos) = azimuth_rad.sin_cos();
@@ -168,7 +170,7 @@ fn horizon_views(setup: &SweepSetup<'_>, fovs_deg: &[f64]) -> Result<SweepResult
                         json!({ "body": body.name, "height_km": height_km, "azimuth_deg": azimuth_rad.to_degrees(), "fov_deg": fov_deg });
                     views.push(ExtremeView {
                         case,
-                        request: ground_view(&body, [23.0, 77.0, height_km], direction, fov_deg, eclipse_instant()),
+                        request: ground_view(&body, [place_deg[0], place_deg[1], height_km], direction, fov_deg, eclipse_instant()),
                     });
                 }
             }
@@ -203,12 +205,13 @@ pub(super) fn places(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionError
         for (place, latitude_deg, longitude_deg) in spots {
             let longitude_deg = (longitude_deg + 180.0_f64).rem_euclid(360.0) - 180.0;
             let [east, _, up] = local_axes(latitude_deg, longitude_deg);
+            let place_deg = place_of_normal_deg(body.radii_km, up);
             for (look, direction) in [("down", east * 1e-3 - up), ("horizon", east - 0.05 * up), ("Sun", sun)] {
                 for height_km in [2e-3, 1000.0] {
                     let case = json!({ "body": body.name, "place": place, "look": look, "height_km": height_km });
                     views.push(ExtremeView {
                         case,
-                        request: ground_view(&body, [latitude_deg, longitude_deg, height_km], direction, 50.0, eclipse_instant()),
+                        request: ground_view(&body, [place_deg[0], place_deg[1], height_km], direction, 50.0, eclipse_instant()),
                     });
                 }
             }

@@ -65,6 +65,27 @@ fn invented_maps_are_reported() {
     assert_eq!(callisto["invented"].as_array().map(Vec::len), Some(0));
 }
 
+/// The body at whose centre the camera is has no size, phase, magnitude or sub-observer point, and is not in a shadow for that; Io in Jupiter's umbra is.
+#[test]
+fn explain_tells_the_observers_own_body_from_one_in_shadow() {
+    let view = ["explain", "--target", "moon", "--from", "earth", "--all", "--time", "2024-01-01", "--size", "64x64"];
+    let line_of = |args: &[&str], body: &str| {
+        let text = String::from_utf8(orrery(args).stdout).expect("text");
+        text.lines().find(|l| l.starts_with(&format!("{body}: "))).unwrap_or_else(|| panic!("{body}: {text}")).to_owned()
+    };
+    assert_eq!(line_of(&view, "Earth"), "Earth: the camera is at its centre");
+    assert!(line_of(&view, "Moon").contains(", magnitude -1"));
+    let eclipsed = ["explain", "--target", "io", "--distance-radii", "5", "--time", "2024-12-08T06:30:00Z", "--size", "32x32"];
+    assert!(line_of(&eclipsed, "Io").ends_with("magnitude none (in full shadow)"));
+    let all = json(&[&view[..], &["--json"]].concat());
+    let body = |name: &str| all["bodies"].as_array().expect("bodies").iter().find(|b| b["name"] == name).expect("in the list").clone();
+    let (earth, moon) = (body("Earth"), body("Moon"));
+    for field in ["angular_diameter_deg", "phase_angle_deg", "magnitude", "sub_viewer"] {
+        assert!(earth[field].is_null() && !moon[field].is_null(), "{field}: {} {}", earth[field], moon[field]);
+    }
+    assert!(earth["sub_solar"]["latitude_deg"].is_number() && earth["distance_km"] == 0.0, "{earth}");
+}
+
 #[test]
 fn usage_errors_exit_with_2_and_failures_with_1_and_one_line() {
     for args in [&["paint"][..], &["render", "--sise", "3"], &["shader", "emit"], &["shader", "emit", "phong.sun1.sphere"]] {

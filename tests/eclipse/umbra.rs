@@ -51,6 +51,32 @@ impl Outline {
     }
 }
 
+/// Fraction of the light that an outline leaves visible of a Sun with these coefficients of limb darkening: a sum over chords along the outline's long axis.
+fn visible_fraction_by_chords(outline: &Outline, [u1, u2]: [f64; 2]) -> f64 {
+    let centre = DVec2::new(outline.centre.dot(outline.axis), outline.centre.dot(outline.axis.perp()));
+    // The light along a chord, of which half is `sun_half`, from its midpoint to x.
+    let light_to = |x: f64, sun_half: f64| {
+        let mu = (sun_half * sun_half - x * x).max(0.0).sqrt();
+        let of_mu = 0.5 * (x * mu + sun_half * sun_half * x.atan2(mu));
+        (1.0 - u1 - u2) * x + (u1 + 2.0 * u2) * of_mu - u2 * x * (sun_half * sun_half - x * x / 3.0)
+    };
+    let [low, high] = [-1.0, 1.0].map(|side: f64| (centre.y + side * outline.semi_axes.y).clamp(-1.0, 1.0));
+    let chords = 400;
+    let hidden: f64 = (0..chords)
+        .map(|k| {
+            // Equal steps of an angle, whose sine is the height: the chords are densest where the outline or the Sun ends.
+            let angle = std::f64::consts::PI * ((f64::from(k) + 0.5) / f64::from(chords) - 0.5);
+            let y = 0.5 * (low + high) + 0.5 * (high - low) * angle.sin();
+            let width = 0.5 * (high - low) * angle.cos() * std::f64::consts::PI / f64::from(chords);
+            let sun_half = (1.0 - y * y).max(0.0).sqrt();
+            let half = outline.semi_axes.x * (1.0 - ((y - centre.y) / outline.semi_axes.y).powi(2)).max(0.0).sqrt();
+            let [left, right] = [centre.x - half, centre.x + half].map(|x| x.clamp(-sun_half, sun_half));
+            width * (light_to(right, sun_half) - light_to(left, sun_half))
+        })
+        .sum();
+    1.0 - hidden / (std::f64::consts::PI * (1.0 - u1 / 3.0 - u2 / 6.0))
+}
+
 /// u1 and u2 per channel, different as for the Sun: red darkens least.
 const LIMB_DARKENING: [[f64; 2]; 3] = [[0.34, 0.25], [0.40, 0.26], [0.625, 0.18]];
 
@@ -139,7 +165,7 @@ fn sunlight_is_exact_at_the_contacts_and_falls_monotonically() {
                         let worst = if is_round { &mut worst_round } else { &mut worst_elongated };
                         *worst = worst.max(rise);
                         // Round occluders: rounding, and a step of 2e-7 where the hidden part is summed instead of the visible part.
-                        // Elongated occluders: the chords between 32 nodes have an error of 1.3e-4 of the light
+                        // Elongated occluders: the chords between 32 nodes have an error of 2.5e-4 of the light
                         // (tests/eclipse/reference_tables.rs).
                         let tolerance = if is_round { 4e-7 } else { 3e-4 };
                         assert!(rise <= tolerance, "rises by {rise:e} from {:?}: {}", light[k - 1], describe(k));
@@ -150,6 +176,57 @@ fn sunlight_is_exact_at_the_contacts_and_falls_monotonically() {
     }
     println!("{point_counts:?}; light rises by {worst_round:e} and {worst_elongated:e} at most");
     assert!(point_counts.iter().all(|n| *n > 1000), "{point_counts:?}");
+}
+
+/// Within a flat outline, the Sun may be far from the end of the long axis in whose direction its centre lies, and near the sides: the nearest point of the
+/// limb is not the one in that direction.
+#[test]
+fn flat_outlines_hide_exactly_the_sun_that_lies_inside_them() {
+    // Ratio of the semi-axes, and bound on the error of the light. Measured at other positions: 4.6e-4 from 0.7 on, 9e-4 at 0.6, 1.3e-3 at 0.5, 2.6e-3 at
+    // 0.41, 4.3e-3 at 0.3: in the penumbra the chords between 32 nodes, and the circle in place of a long limb, are worst for flat outlines.
+    let ratios = [(0.3, 5e-3), (0.41, 3e-3), (0.5, 1.5e-3), (0.6, 1e-3), (0.7, 5e-4), (0.8, 5e-4), (0.9, 5e-4)];
+    // Numbers of points without light, and of other points.
+    let mut point_counts = [0; 2];
+    let mut outside_end_circle = 0;
+    for (index, (ratio, max_error)) in ratios.into_iter().enumerate().filter(|(index, _)| sweep::runs(*index, 3)) {
+        let mut worst = 0.0;
+        for short in [1.2, 2.0, 3.2, 5.0, 10.0, 30.0] {
+            let axis = DVec2::from_angle(0.7 + index as f64);
+            let shape = Outline { centre: DVec2::ZERO, axis, semi_axes: DVec2::new(short / ratio, short) };
+            let offsets: Vec<DVec2> = [0.0_f64, 1.0, 3.0, 7.0, 15.0, 30.0, 50.0, 70.0, 90.0]
+                .into_iter()
+                .flat_map(|degrees| {
+                    let direction = DVec2::from_angle(degrees.to_radians());
+                    // From the middle to 1.6 solar radii beyond the outline.
+                    let reach = 1.6 + 1.0 / (direction / shape.semi_axes).length();
+                    (0..40).map(move |k| axis.rotate(direction * (reach * f64::from(k) / 39.0)))
+                })
+                .collect();
+            let points: Vec<_> = offsets.iter().map(|offset| (-*offset).extend(0.0)).collect();
+            let (eclipse, eclipse_uniforms) = uniforms(&[shape], EclipseModel::LimbDarkened);
+            for (prober, precision) in probers() {
+                let light = sunlight_from_uniforms(&prober, eclipse, eclipse_uniforms.clone(), &points).expect("answers");
+                for (offset, rgb) in offsets.iter().zip(&light) {
+                    let outline = shape.shifted(*offset);
+                    if outline.range_on_limb().1 < 1.0 - 2e-3 {
+                        assert_eq!(*rgb, [0.0; 3], "{precision} {outline:?}");
+                        point_counts[0] += 1;
+                        let radius = short * ratio;
+                        outside_end_circle += usize::from(offset.distance(axis * (short / ratio - radius)) > radius - 1.0);
+                    } else {
+                        let error = (rgb[1] - visible_fraction_by_chords(&outline, LIMB_DARKENING[1])).abs();
+                        assert!(error < max_error, "{precision} {outline:?}: {rgb:?}, off by {error:e}");
+                        worst = larger(worst, error);
+                        point_counts[1] += 1;
+                    }
+                }
+            }
+        }
+        println!("ratio {ratio}: light off by {worst:e}");
+    }
+    assert!(point_counts.iter().all(|n| *n > 500), "{point_counts:?}");
+    // Negative control: the circle of curvature at the end of the long axis, in place of the nearest point, would light many of the dark points.
+    assert!(outside_end_circle > 100, "{outside_end_circle} of {point_counts:?}");
 }
 
 /// Some occluders cover the Sun only together, some cover it alone, and some leave a part uncovered.

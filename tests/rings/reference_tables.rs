@@ -118,6 +118,21 @@ fn the_penumbra_agrees_with_a_sum_over_the_suns_disc() {
     assert!(worst_of_point_sun > 0.4, "a point Sun would pass: {worst_of_point_sun}");
 }
 
+/// Under a Sun exactly over a pole, the light through the ring and beside its edges is that of a Sun almost there.
+#[test]
+fn a_sun_over_a_pole_does_not_shine_through_the_ring() {
+    for (radius, sun_deg, pole) in [(1.5, 0.5, 1.0), (1.5, 2.0, 1.0), (1.5, 2.0, -1.0), (2.0, 2.0, 1.0), (1.0, 5.0, -1.0)] {
+        for precision in [Precision::F32, Precision::F64] {
+            let light = [0.0, 1e-5].map(|x| {
+                let question = json!({"q": "ring-transmission", "profile": [{"r_in": 1.0, "r_out": 2.0, "tau_normal": 1.0}], "point": [radius, 0.0, -0.1 * pole],
+                    "sun": [x, 0.0, pole], "sun_angular_radius_deg": sun_deg, "model": "penumbra"});
+                ask(precision, &question, "transmission")
+            });
+            assert!((light[0] - light[1]).abs() < 1e-3 && light[0] < 0.9, "{precision:?} {radius} {sun_deg} {pole}: {light:?}");
+        }
+    }
+}
+
 /// Locates the shadow edges of a sphere and of the oblate globe on the ring, for low and high Suns, in 40 directions from the antisolar one
 /// to 90 degrees away. Their greatest distance is at most the stated error, and more than half of it.
 #[test]

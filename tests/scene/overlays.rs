@@ -16,6 +16,7 @@ use std::sync::{Arc, Mutex};
 const SIDE: u32 = 128;
 const MOON: NaifId = NaifId::MOON;
 const SATURN: NaifId = NaifId(699);
+const AMALTHEA: NaifId = NaifId(505);
 
 /// A folder with a catalog file and one-coloured images (name, RGBA), and a session that uses them.
 struct UserOverlays {
@@ -40,11 +41,16 @@ impl UserOverlays {
 
     /// A view from 3 radii above 0 N 0 E.
     fn draw(&self, body: NaifId, effects: &str, pixel_view: PixelView) -> (Scene, Vec<[f32; 4]>) {
+        self.draw_square(body, effects, pixel_view, SIDE)
+    }
+
+    /// The same with another size, pixels.
+    fn draw_square(&self, body: NaifId, effects: &str, pixel_view: PixelView, side: u32) -> (Scene, Vec<[f32; 4]>) {
         let radius_km = self.session.catalog().body(body).expect("a body").radii_km.x;
         let request = ViewRequest {
             position: Position::Offset { body, offset_km: DVec3::new(3.0 * radius_km, 0.0, 0.0), axes: Axes::BodyFixed },
-            width: SIDE,
-            height: SIDE,
+            width: side,
+            height: side,
             pixel_view,
             exposure: ExposureRequest::Stops(0.0),
             effects: EffectOverrides::parse(&format!("-rings,-ring-shadow,-ring-shine,-atmosphere,-eclipse,-planet-shine,{effects}"))
@@ -62,9 +68,14 @@ fn changed_pixels(a: &[[f32; 4]], b: &[[f32; 4]]) -> Vec<bool> {
 
 /// The ground point under the centre of each pixel, kilometres, body axes.
 fn ground_points(scene: &Scene, body: NaifId) -> Vec<Option<DVec3>> {
+    ground_points_of_square(scene, body, SIDE)
+}
+
+/// The same for an image with another size, pixels.
+fn ground_points_of_square(scene: &Scene, body: NaifId, side: u32) -> Vec<Option<DVec3>> {
     let placement = &scene.body(body).expect("a body").placement;
-    let middle = |k: u32| DVec2::new(f64::from(k % SIDE) + 0.5, f64::from(k / SIDE) + 0.5);
-    (0..SIDE * SIDE).map(|k| Some(scene.camera.surface_under_pixel(placement, middle(k))? * placement.radii_km)).collect()
+    let middle = |k: u32| DVec2::new(f64::from(k % side) + 0.5, f64::from(k / side) + 0.5);
+    (0..side * side).map(|k| Some(scene.camera.surface_under_pixel(placement, middle(k))? * placement.radii_km)).collect()
 }
 
 /// Planetographic latitude and east longitude, degrees.
@@ -122,6 +133,37 @@ fn an_overlay_changes_only_its_region() {
         }
     }
     assert!(inside > 100 && outside > 3000, "{inside} {outside}");
+}
+
+/// On a body with three different axes the region is bounded by planetographic latitudes and planetocentric longitudes. The latitude of a spheroid, once
+/// used, would put its edges elsewhere.
+#[test]
+fn an_overlay_on_a_triaxial_body_changes_only_its_region() {
+    let side = 512;
+    let user_overlays = UserOverlays::new(&overlay_toml("Amalthea", "band", "red.png", REGION), &[("red.png", [255, 40, 90, 255])]);
+    let (scene, with) = user_overlays.draw_square(AMALTHEA, "", PixelView::Albedo, side);
+    let (_, without) = user_overlays.draw_square(AMALTHEA, "-overlays", PixelView::Albedo, side);
+    let radii_km = scene.body(AMALTHEA).expect("Amalthea").placement.radii_km;
+    let (mut inside, mut outside, mut inside_by_spheroid) = (0, 0, 0);
+    let changed = changed_pixels(&with, &without);
+    for (ground, differs) in ground_points_of_square(&scene, AMALTHEA, side).into_iter().zip(changed) {
+        let Some(ground) = ground else { continue };
+        let [lat, lon] = planetographic(ground, radii_km);
+        let outside_deg = |lat: f64| (30.0 - lat).max(lat - 50.0).max(-20.0 - lon).max(lon - 25.0);
+        // A pixel spans one degree here, and more towards the limb.
+        if outside_deg(lat) > 4.0 {
+            assert!(!differs, "{lat} N {lon} E is changed");
+            outside += 1;
+            let on_sphere = ground / radii_km;
+            let horizontal = on_sphere.x.hypot(on_sphere.y * radii_km.y / radii_km.x);
+            let latitude_of_spheroid = (on_sphere.z * radii_km.x / radii_km.z).atan2(horizontal).to_degrees();
+            inside_by_spheroid += u32::from(outside_deg(latitude_of_spheroid) < 0.0);
+        } else if outside_deg(lat) < -4.0 {
+            assert!(differs, "{lat} N {lon} E is not changed");
+            inside += 1;
+        }
+    }
+    assert!(inside > 1000 && outside > 20_000 && inside_by_spheroid > 50, "{inside} {outside} {inside_by_spheroid}");
 }
 
 #[test]

@@ -257,6 +257,59 @@ fn a_pixel_reports_the_values_of_its_draws() {
     assert!(beside["body"].is_null() && beside["lat"].is_null() && light < 1e-6, "{beside}");
 }
 
+/// The pixel below a place has the place's latitude and longitude, also on bodies with three different axes: where Amalthea's normal has the longitude 45
+/// degrees, the place has 19.
+#[test]
+fn the_pixel_below_a_place_has_its_latitude_and_longitude() {
+    let prober = Prober { session: &SESSION, renderer: SESSION.renderer() };
+    for (body, lat, lon) in [("amalthea", 0.0, 45.0), ("phobos", 30.0, -60.0), ("vesta", -20.0, 130.0), ("moon", 50.0, 10.0)] {
+        let position = format!(r#"{{"body":"{body}","latitude_deg":{lat},"longitude_deg":{lon},"height_km":0.001}}"#);
+        let view = format!(r#"{{"position":{position},"look":{{"at":"{body}"}},"fov_deg":5}}"#);
+        let question = format!(r#"{{"q":"pixel","view":{view},"time":"2024-06-01T00:00:00Z","size":[65,65],"x":32,"y":32}}"#);
+        let below = prober.answer(&question).unwrap_or_else(|e| panic!("{question}: {e}"));
+        // The view is towards the centre: it meets the ground less than half a metre from the place, 0.004 degrees on Phobos.
+        for (field, expected) in [("lat", lat), ("lon", lon)] {
+            let found = below[field].as_f64().unwrap_or_else(|| panic!("{field} in {below}"));
+            assert!((found - expected).abs() < 0.01, "{body}: {field} {found}, not {expected}");
+        }
+    }
+}
+
+/// A star exactly behind Jupiter's centre. Seen from the ground it is drawn there: both have the aberration of the Earth's motion. From beside the Earth only
+/// the star has it, as docs/accuracy.md says: they are apart by the speed of the Earth, 30.2 km/s, over that of light, for a direction abeam.
+#[test]
+fn stars_are_displaced_against_bodies_in_views_from_beside_a_body() {
+    use orrery::catalog::NaifId;
+    use orrery::ephemeris::apparent::RaDec;
+    use orrery::ephemeris::topocentric::ground_point_km;
+    let prober = Prober { session: &SESSION, renderer: SESSION.renderer() };
+    let ephemeris = SESSION.ephemeris();
+    let time = orrery::time::Instant::from_jd_tdb(2_460_652.5);
+    let earth_km = ephemeris.state(NaifId::EARTH, NaifId::SOLAR_SYSTEM_BARYCENTER, time, None).expect("the Earth").state.pos_km;
+    let body_from_icrf = ephemeris.body_from_icrf(NaifId::EARTH, time).expect("an orientation");
+    let radii_km = SESSION.catalog().body(NaifId::EARTH).expect("the Earth").radii_km;
+    let ground_km = body_from_icrf.transpose() * ground_point_km(radii_km, 50.0, 10.0, 1.0).0;
+    let beside_km = glam::DVec3::new(0.0, 0.0, 3.0 * radii_km.x);
+    for (position, offset_km, expected_arcsec) in [
+        (r#"{"body":"earth","latitude_deg":50,"longitude_deg":10,"height_km":1}"#, ground_km, 0.0),
+        (r#"{"body":"earth","radii":[0,0,3]}"#, beside_km, 20.8),
+    ] {
+        let viewer_km = earth_km + offset_km;
+        let jupiter_km = ephemeris.light_time_position(NaifId(599), viewer_km, time).expect("Jupiter").0;
+        let RaDec { ra_deg, dec_deg } = RaDec::of(jupiter_km - viewer_km);
+        let pixel_of = |what: String| {
+            let view = format!(r#"{{"position":{position},"look":{{"at":"jupiter"}},"fov_deg":0.05}}"#);
+            let question = format!(r#"{{"q":"project","view":{view},"time":"jd_tdb:2460652.5","size":[512,512],{what}}}"#);
+            let answer = prober.answer(&question).unwrap_or_else(|e| panic!("{question}: {e}"));
+            ["x", "y"].map(|field| answer[field].as_f64().unwrap_or_else(|| panic!("{field} in {answer}")))
+        };
+        let [x, y] = pixel_of(r#""body":"jupiter""#.to_owned());
+        let [star_x, star_y] = pixel_of(format!(r#""ra_deg":{ra_deg},"dec_deg":{dec_deg}"#));
+        let apart_arcsec = (star_x - x).hypot(star_y - y) * 0.05 * 3600.0 / 512.0;
+        assert!((apart_arcsec - expected_arcsec).abs() < 0.02 + 0.02 * expected_arcsec, "{position}: {apart_arcsec} arcsec");
+    }
+}
+
 /// The pixels of stars and of a direction equal those of the reference (tests/data/stars_public.json), in the frame or behind the camera; what the Earth
 /// covers is reported as hidden.
 #[test]

@@ -1,9 +1,8 @@
-//! Lines on the ground of one body, on the side that faces the camera: its grid of planetographic latitude and east longitude, and its terminator.
+//! Lines on the ground of one body, on the side that faces the camera: its grid of planetographic latitude and planetocentric longitude, and its terminator.
 //! `GroundLineBuilder` also draws smooth lines through given points for `eclipse_lines`, and collects the lines of `data_lines`.
 //!
 //! In: the placed body. Out: line segments, labels and decisions. Always: a line ends at the limb. The end is computed from the ellipsoid, not by the
-//! depth test, so that lines do not flicker. Nearer bodies are drawn later, over the lines. Not modelled: relief, shape models, and the effect of three
-//! unequal axes on latitude.
+//! depth test, so that lines do not flicker. Nearer bodies are drawn later, over the lines. Not modelled: relief and shape models.
 
 use crate::message::{Reason, TextLanguage, reason};
 use crate::scene::annotation::grids::{Cap, GridLineKind, MIN_LABELLED_OPACITY, angle_text, grid_lines, signed_angle_text};
@@ -14,7 +13,6 @@ use crate::scene::camera::Camera;
 use crate::scene::decision::Decision;
 use crate::scene::eclipse::shadow_cone::GroundLine;
 use crate::scene::placed::PlacedBody;
-use crate::scene::sky::frames::unit_vector;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 
@@ -30,21 +28,36 @@ struct Circle {
     b: DVec3,
 }
 
-/// The cap of the unit sphere that a camera outside this sphere sees, in planetographic latitudes. `camera_position`: unit-sphere frame; `axis_ratio`: polar
-/// divided by equatorial radius.
-fn visible_cap(camera_position: DVec3, axis_ratio: f64) -> Cap {
+/// The cap of the unit sphere that a camera outside this sphere sees, with a margin: it contains the planetographic latitude and the planetocentric longitude
+/// of each visible point. `camera_position`: unit-sphere frame.
+fn visible_cap(camera_position: DVec3, radii_km: DVec3) -> Cap {
     let distance = camera_position.length();
     let latitude_deg = (camera_position.z / distance).clamp(-1.0, 1.0).asin().to_degrees();
     // A hundredth of a degree allows for rounding.
     let radius_deg = (1.0 / distance).clamp(-1.0, 1.0).acos().to_degrees() + 0.01;
-    // The tangent of a planetographic latitude is the tangent of the latitude on the unit sphere divided by the ratio. The largest difference of the two
-    // latitudes has the sine |1 - ratio| / (1 + ratio): 3 degrees on Saturn. The margin is at least 6 degrees.
-    let margin_deg = ((1.0 - axis_ratio).abs() / (1.0 + axis_ratio)).asin().to_degrees().max(6.0);
+    // The tangents of latitude and longitude are those on the unit sphere times a ratio of two semi-axes, or a ratio between two of these. If p is the longer
+    // of the two, the largest difference of the angles has the sine (p - q) / (p + q): 3 degrees on Saturn. The margin is at least 6 degrees.
+    let (longest, shortest) = (radii_km.max_element(), radii_km.min_element());
+    let margin_deg = ((longest - shortest) / (longest + shortest)).asin().to_degrees().max(6.0);
     Cap {
         longitude_deg: camera_position.y.atan2(camera_position.x).to_degrees(),
         latitude_deg,
         radius_deg: (radius_deg + margin_deg).min(180.0),
     }
+}
+
+/// Number of points of a parallel that is no circle: the curve through them turns by less than a tenth of a radian from point to point.
+const PARALLEL_POINTS: u32 = 128;
+
+/// A parallel on a body with three different axes. `latitude_deg`: planetographic, not 90. `first_angle_rad`: angle on the unit sphere at which it begins.
+fn triaxial_parallel(latitude_deg: f64, radii_km: DVec3, first_angle_rad: f64) -> GroundLine {
+    let point = |k: u32| {
+        let equatorial = DVec2::from_angle(first_angle_rad + TAU * f64::from(k) / f64::from(PARALLEL_POINTS));
+        // The normal is the point divided by the semi-axes. The tangent of its angle to the equator is that of the latitude.
+        let height = radii_km.z * latitude_deg.to_radians().tan() * (equatorial / radii_km.truncate()).length();
+        equatorial.extend(height).normalize()
+    };
+    GroundLine { points: (0..PARALLEL_POINTS).map(point).collect(), is_closed: true }
 }
 
 impl Circle {
@@ -54,9 +67,10 @@ impl Circle {
         Self { centre: DVec3::Z * sine, a: DVec3::X * radius, b: DVec3::Y * radius }
     }
 
-    /// The circle through the poles that contains a meridian; its parameter is the latitude on the unit sphere, radians.
-    fn of_longitude(longitude_deg: f64) -> Self {
-        Self { centre: DVec3::ZERO, a: unit_vector(longitude_deg, 0.0), b: DVec3::Z }
+    /// The circle through the poles that contains the meridian of a planetocentric longitude; its parameter is the latitude on the unit sphere, radians.
+    fn of_longitude(longitude_deg: f64, radii_km: DVec3) -> Self {
+        let on_equator = DVec2::from_angle(longitude_deg.to_radians()) / radii_km.truncate();
+        Self { centre: DVec3::ZERO, a: on_equator.normalize().extend(0.0), b: DVec3::Z }
     }
 
     /// The point at a parameter.
@@ -134,13 +148,14 @@ impl GroundLineBuilder<'_, '_> {
         label_point
     }
 
-    /// Draws the visible part of a smooth line through points; nothing for fewer than three points.
-    pub(super) fn draw_line(&mut self, line: &GroundLine, opacity: f64, colour: DVec3) {
+    /// Draws the visible part of a smooth line through points; nothing for fewer than three points. Returns the position of the label: the middle of the part
+    /// inside the frame, in camera axes.
+    pub(super) fn draw_line(&mut self, line: &GroundLine, opacity: f64, colour: DVec3) -> Option<DVec3> {
         let placement = &self.placed.placement;
         let camera_position = placement.camera_in_unit_sphere();
         let count = line.points.len();
         if count < 3 {
-            return;
+            return None;
         }
         let spans = if line.is_closed { count } else { count - 1 };
         // Height of the camera above the plane that touches the unit sphere at the point: positive where the camera sees the point.
@@ -162,6 +177,7 @@ impl GroundLineBuilder<'_, '_> {
             derivative_bound: 1.5 / POINT_STEP * longest_step * placement.radii_km.max_element(),
             tolerance_factor: 1.0,
         };
+        let mut middles = Vec::new();
         for k in 0..spans {
             let (from, to) = (k as f64, (k + 1) as f64);
             let range = match (camera_height(from) > 0.0, camera_height(to) > 0.0) {
@@ -171,9 +187,11 @@ impl GroundLineBuilder<'_, '_> {
                 (false, false) => continue,
             };
             for run in curve.runs(&range.map(|t| t * POINT_STEP)) {
+                middles.extend(run.get(run.len() / 2).map(|point| point.position));
                 self.output.segments.extend(segments(self.camera, &run, reversed_depth, |_| opacity, colour));
             }
         }
+        middles.get(middles.len() / 2).copied()
     }
 
     /// Records a decision about one layer.
@@ -188,24 +206,29 @@ impl GroundLineBuilder<'_, '_> {
         // Degrees of latitude per pixel at the sub-observer point.
         let height_km = (camera_position.length() - 1.0).max(1e-9) * radii_km.x;
         let pixel_deg = (height_km * self.camera.pixel_tangent() / radii_km.x).to_degrees();
-        let axis_ratio = radii_km.z / radii_km.x;
         let mut count = 0;
-        for line in grid_lines(visible_cap(camera_position, axis_ratio), pixel_deg) {
-            let (circle, range) = match line.kind {
-                GridLineKind::Parallel => {
-                    // The latitude on the unit sphere that corresponds to the planetographic latitude.
-                    let latitude_on_sphere = (axis_ratio * line.coordinate_deg.to_radians().tan()).atan();
-                    (Circle::of_latitude(latitude_on_sphere.sin()), [0.0, TAU])
-                }
-                GridLineKind::Meridian => {
-                    (Circle::of_longitude(line.coordinate_deg), line.latitude_range_deg(pixel_deg).map(f64::to_radians))
-                }
-            };
+        for line in grid_lines(visible_cap(camera_position, radii_km), pixel_deg) {
             let opacity = |t: f64| {
                 let latitude_deg = if line.kind == GridLineKind::Meridian { t.to_degrees() } else { line.coordinate_deg };
                 GRID_OPACITY * line.opacity(latitude_deg, pixel_deg)
             };
-            let Some(label_point) = self.draw_circle(&circle, range, &opacity, GRID_COLOUR) else { continue };
+            let label_point = match line.kind {
+                GridLineKind::Parallel if radii_km.x == radii_km.y => {
+                    // The latitude on the unit sphere that corresponds to the planetographic latitude.
+                    let latitude_on_sphere = (radii_km.z / radii_km.x * line.coordinate_deg.to_radians().tan()).atan();
+                    self.draw_circle(&Circle::of_latitude(latitude_on_sphere.sin()), [0.0, TAU], &opacity, GRID_COLOUR)
+                }
+                GridLineKind::Parallel => {
+                    // It begins on the far side, so that the visible part is in one piece.
+                    let far_side_rad = (-camera_position.y).atan2(-camera_position.x);
+                    self.draw_line(&triaxial_parallel(line.coordinate_deg, radii_km, far_side_rad), opacity(0.0), GRID_COLOUR)
+                }
+                GridLineKind::Meridian => {
+                    let range = line.latitude_range_deg(pixel_deg).map(f64::to_radians);
+                    self.draw_circle(&Circle::of_longitude(line.coordinate_deg, radii_km), range, &opacity, GRID_COLOUR)
+                }
+            };
+            let Some(label_point) = label_point else { continue };
             count += 1;
             let text = match line.kind {
                 GridLineKind::Parallel => signed_angle_text(line.coordinate_deg),
@@ -243,13 +266,48 @@ impl GroundLineBuilder<'_, '_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::ephemeris::topocentric::place_of_normal_deg;
     use crate::random::Random;
+
+    /// Semi-axes of the most elongated body with a grid that users draw.
+    const AMALTHEA_KM: DVec3 = DVec3::new(125.0, 73.0, 64.0);
+
+    /// Planetographic latitude and planetocentric longitude of a point of the unit sphere.
+    fn place_deg(point: DVec3, radii_km: DVec3) -> [f64; 2] {
+        place_of_normal_deg(radii_km, point / radii_km)
+    }
+
+    /// On a body with three different axes: parallels have their planetographic latitude, also between the points that define them, and meridians their
+    /// planetocentric longitude. Circles and angles of the unit sphere, once drawn, are degrees away from them.
+    #[test]
+    fn the_grid_of_a_triaxial_body_has_its_latitudes_and_longitudes() {
+        let (mut from_circle_deg, mut from_sphere_deg) = (0.0_f64, 0.0_f64);
+        for coordinate_deg in [-80.0, -45.0, -10.0, 0.0, 30.0, 60.0] {
+            let parallel = triaxial_parallel(coordinate_deg, AMALTHEA_KM, 0.4);
+            for k in 0..4 * PARALLEL_POINTS {
+                let [latitude_deg, _] = place_deg(curve_point(&parallel, 0.25 * f64::from(k)), AMALTHEA_KM);
+                // The curve between the points is cubic.
+                assert!((latitude_deg - coordinate_deg).abs() < 1e-3, "{coordinate_deg}: {latitude_deg}");
+            }
+            let circle = Circle::of_latitude((AMALTHEA_KM.z / AMALTHEA_KM.x * coordinate_deg.to_radians().tan()).atan().sin());
+            let meridian = Circle::of_longitude(coordinate_deg, AMALTHEA_KM);
+            for t in [-1.4, -0.3, 0.0, 0.8, 1.5] {
+                let [_, longitude_deg] = place_deg(meridian.at(t), AMALTHEA_KM);
+                assert!((longitude_deg - coordinate_deg).abs() < 1e-9, "{coordinate_deg}: {longitude_deg}");
+                from_circle_deg = from_circle_deg.max((place_deg(circle.at(t), AMALTHEA_KM)[0] - coordinate_deg).abs());
+                let on_sphere_deg = meridian.a.y.atan2(meridian.a.x).to_degrees();
+                from_sphere_deg = from_sphere_deg.max((on_sphere_deg - coordinate_deg).abs());
+            }
+        }
+        assert!(from_circle_deg > 5.0 && from_sphere_deg > 10.0, "{from_circle_deg} {from_sphere_deg}");
+    }
 
     /// The visible intervals agree with a visibility test of each sampled point.
     #[test]
     fn lines_end_at_the_limb() {
         for (k, camera) in [DVec3::new(3.0, 0.4, 0.2), DVec3::new(-0.3, 1.02, 0.1), DVec3::new(0.1, 0.2, 40.0)].into_iter().enumerate() {
-            for circle in [Circle::of_latitude(0.3), Circle::of_latitude(-0.99), Circle::of_longitude(77.0), Circle::of_longitude(310.0)] {
+            let meridians = [77.0, 310.0].map(|longitude_deg| Circle::of_longitude(longitude_deg, AMALTHEA_KM));
+            for circle in [0.3, -0.99].map(Circle::of_latitude).into_iter().chain(meridians) {
                 let range = [-1.5, 4.0];
                 let found = circle.visible_intervals(camera, range);
                 for n in 0..=5000 {
@@ -262,12 +320,14 @@ mod tests {
         }
     }
 
-    /// The planetographic latitude of every visible point is in the cap, on bodies as flat as the Earth, Saturn, Phobos and Prometheus. With the margin of
-    /// 6 degrees, which suffices for Saturn, the last two would lack parallels.
+    /// Latitude and longitude of every visible point are in the cap, on bodies as flat as the Earth, Saturn, Phobos and Prometheus, and on Amalthea. With the
+    /// margin of 6 degrees, which suffices for Saturn, the last three would lack parallels.
     #[test]
-    fn the_visible_cap_contains_all_visible_latitudes() {
+    fn the_visible_cap_contains_all_visible_latitudes_and_longitudes() {
         let mut random = Random::new(3);
-        for (axis_ratio, exceeds_6_deg) in [(0.99665, false), (0.902, false), (0.7, true), (0.413, true)] {
+        let spheroids = [(0.99665, false), (0.902, false), (0.7, true), (0.413, true)];
+        let bodies = spheroids.map(|(axis_ratio, exceeds_6_deg)| (DVec3::new(1.0, 1.0, axis_ratio), exceeds_6_deg));
+        for (radii_km, exceeds_6_deg) in bodies.into_iter().chain([(AMALTHEA_KM, true)]) {
             let (mut visible, mut beyond_6_deg) = (0, 0);
             for _ in 0..100_000 {
                 let camera = random.direction() * random.between(1.01, 1.5);
@@ -276,14 +336,20 @@ mod tests {
                     continue;
                 }
                 visible += 1;
-                let latitude_deg = point.z.atan2(axis_ratio * point.truncate().length()).to_degrees();
-                let cap = visible_cap(camera, axis_ratio);
+                let [latitude_deg, longitude_deg] = place_deg(point, radii_km);
+                let cap = visible_cap(camera, radii_km);
                 let from_middle_deg = (latitude_deg - cap.latitude_deg).abs();
-                assert!(from_middle_deg <= cap.radius_deg, "{axis_ratio}: {latitude_deg} seen from {camera}");
-                beyond_6_deg += u32::from(from_middle_deg > visible_cap(camera, 1.0).radius_deg);
+                assert!(from_middle_deg <= cap.radius_deg, "{radii_km}: {latitude_deg} seen from {camera}");
+                beyond_6_deg += u32::from(from_middle_deg > visible_cap(camera, DVec3::ONE).radius_deg);
+                // A cap around a pole has all longitudes.
+                let sine = cap.radius_deg.to_radians().sin() / cap.latitude_deg.to_radians().cos();
+                if cap.radius_deg < 90.0 && sine < 1.0 {
+                    let aside_deg = ((longitude_deg - cap.longitude_deg + 180.0).rem_euclid(360.0) - 180.0).abs();
+                    assert!(aside_deg <= sine.asin().to_degrees(), "{radii_km}: {longitude_deg} seen from {camera}");
+                }
             }
-            assert!(visible > 1000, "{axis_ratio}: {visible}");
-            assert_eq!(beyond_6_deg > 0, exceeds_6_deg, "{axis_ratio}: {beyond_6_deg} of {visible}");
+            assert!(visible > 1000, "{radii_km}: {visible}");
+            assert_eq!(beyond_6_deg > 0, exceeds_6_deg, "{radii_km}: {beyond_6_deg} of {visible}");
         }
     }
 }

@@ -59,7 +59,9 @@ pub(super) fn on_ground(builder: &mut GroundLineBuilder<'_, '_>, context: Contex
             [(ConeKind::Penumbra, PENUMBRA_COLOUR, PENUMBRA_OPACITY), (ConeKind::Umbra, UMBRA_COLOUR, UMBRA_OPACITY)]
         {
             let lines = cone.edge_on_ground(kind);
-            lines.iter().for_each(|line| builder.draw_line(line, opacity, colour));
+            for line in &lines {
+                builder.draw_line(line, opacity, colour);
+            }
             if !lines.is_empty() {
                 descriptions.push(match kind {
                     ConeKind::Penumbra => reason!("lines-penumbra", body = name),

@@ -26,7 +26,8 @@ pub struct Viewer {
     /// Barycentric velocity, ICRF, of the body at whose centre or on whose ground the camera is; zero for a camera above its target or at an offset from a
     /// body.
     pub velocity_km_s: DVec3,
-    /// Velocity of the body relative to which the camera is placed, for the aberration of stars. The aberration of bodies uses `velocity_km_s`.
+    /// Velocity of the body relative to which the camera is placed, for the aberration of stars. The aberration of bodies uses `velocity_km_s`: where that is
+    /// zero, stars are displaced against bodies by this velocity over that of light (docs/accuracy.md). So they do not jump as the camera leaves the ground.
     pub body_velocity_km_s: DVec3,
     /// The requested up direction (ICRF, of any length), not necessarily orthogonal to the line of sight.
     pub up_hint: DVec3,

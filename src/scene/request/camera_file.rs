@@ -98,8 +98,9 @@ pub const CAMERA_FILE_HELP: &str = r#"A camera file is one JSON object:
   {"position": {"body": "earth", "radii": [0, 0, 4]},
    "look": {"at": "earth"}, "up": "celestial", "fov_deg": 40}
 position  "body" with one of "radii": [x,y,z] (equatorial radii from its centre),
-          "km": [x,y,z], or "latitude_deg" (planetographic), "longitude_deg" (east)
-          and "height_km"; "axes": "icrf" (default) or "body-fixed"
+          "km": [x,y,z], or "latitude_deg" (planetographic), "longitude_deg"
+          (east, planetocentric) and "height_km"; "axes": "icrf" (default) or
+          "body-fixed"
 look      "at": a body's name, or "direction": [x,y,z] with "axes"
 up        "north" (of what is looked at), "zenith", "celestial", "ecliptic", or
           {"direction": [x,y,z], "axes": ...}; default: on the ground "zenith",

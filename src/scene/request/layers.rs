@@ -87,7 +87,7 @@ layers! {
     grid_galactic: "grid-galactic" false,
     /// Azimuth and altitude, if the camera stands on the ground.
     grid_horizon: "grid-horizon" false,
-    /// Longitude and planetographic latitude on each body.
+    /// Planetocentric longitude and planetographic latitude on each body.
     grid_body: "grid-body" false,
     /// The terminator of each body: where the Sun's centre is on the horizon.
     terminator: "terminator" false,

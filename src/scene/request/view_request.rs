@@ -39,7 +39,7 @@ pub enum Position {
     },
     /// At a body's centre or a barycentre, moving with it, so that stellar aberration follows from its velocity. The body itself is not drawn.
     Centre(NaifId),
-    /// Above a point of a body's reference ellipsoid: planetographic latitude, east longitude, height along the normal.
+    /// Above a point of a body's reference ellipsoid: planetographic latitude, planetocentric east longitude, height along the normal.
     Ground {
         /// The body on which the camera stands.
         body: NaifId,

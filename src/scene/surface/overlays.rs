@@ -5,6 +5,7 @@
 //! obliquely.
 
 use crate::catalog::{Body, Overlay, OverlayProjection};
+use crate::ephemeris::topocentric::ground_point_km;
 use crate::message::{Reason, reason};
 use crate::scene::camera;
 use crate::scene::draw::uniforms::OverlayUniforms;
@@ -70,15 +71,12 @@ pub(crate) fn uniforms(body: &Body, overlay: &Overlay, factor: DVec3) -> Overlay
             (axes, DVec4::new(1.0 / (east - west), 1.0 / (north - south), 0.5 * (north + south), 0.0), limits, wraps_around)
         }
         OverlayProjection::Orthographic { latitude_deg, longitude_deg, width_km, height_km } => {
-            let (sin_lat, cos_lat) = latitude_deg.to_radians().sin_cos();
-            let (sin_lon, cos_lon) = longitude_deg.to_radians().sin_cos();
-            let up = DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat);
-            let east = DVec3::new(-sin_lon, cos_lon, 0.0);
+            // The point of the ground in the image's middle, and the normal there.
+            let (middle_km, up) = ground_point_km(body.radii_km, latitude_deg, longitude_deg, 0.0);
+            let east = DVec3::Z.cross(up).normalize();
             let north = up.cross(east);
-            // The point of the ground in the image's middle; its normal is `up`, because the latitude is planetographic.
-            let middle = up * axis_ratios * axis_ratios / (up * axis_ratios).length();
             let radius_km = body.radii_km.x;
-            let scale = DVec4::new(radius_km / width_km, radius_km / height_km, middle.dot(north), 1.0);
+            let scale = DVec4::new(radius_km / width_km, radius_km / height_km, middle_km.dot(north) / radius_km, 1.0);
             ([east, north, up], scale, DVec4::new(0.0, 1.0, 0.0, 1.0), false)
         }
     };

@@ -155,16 +155,18 @@ fn facts_from_camera(ui: &mut egui::Ui, body: &BodyInView, unit: LengthUnit, cat
     Grid::new("from here").num_columns(2).striped(true).show(ui, |ui| {
         line(ui, text!("fact-distance"), unit.format_length(body.distance_km, radius_km));
         line(ui, text!("fact-light-time"), duration_text(body.distance_km / SPEED_OF_LIGHT_KM_S));
-        line(ui, text!("fact-angular-diameter"), scaled_angle_text(body.angular_diameter_deg));
-        line(ui, text!("fact-size-on-screen"), format!("{} px", decimal(body.diameter_px, 1)));
-        line(ui, text!("fact-magnitude"), body.magnitude.map_or(text!("fact-none").into(), |m| signed(m, 2)));
-        if body.id != NaifId::SUN {
-            line(ui, text!("fact-phase-angle"), scaled_angle_text(body.phase_angle_deg));
-            let illuminated_fraction = (1.0 + body.phase_angle_deg.to_radians().cos()) / 2.0;
-            line(ui, text!("fact-illuminated"), format!("{} %", decimal(illuminated_fraction * 100.0, 1)));
-        }
         let place_text = |p: SubPoint| latitude_longitude(p.lat_centric_deg, p.lon_east_deg);
-        line(ui, text!("fact-sub-observer"), place_text(body.sub_observer));
+        if body.is_seen_from_outside() {
+            line(ui, text!("fact-angular-diameter"), scaled_angle_text(body.angular_diameter_deg));
+            line(ui, text!("fact-size-on-screen"), format!("{} px", decimal(body.diameter_px, 1)));
+            line(ui, text!("fact-magnitude"), body.magnitude.map_or(text!("fact-none").into(), |m| signed(m, 2)));
+            if body.id != NaifId::SUN {
+                line(ui, text!("fact-phase-angle"), scaled_angle_text(body.phase_angle_deg));
+                let illuminated_fraction = (1.0 + body.phase_angle_deg.to_radians().cos()) / 2.0;
+                line(ui, text!("fact-illuminated"), format!("{} %", decimal(illuminated_fraction * 100.0, 1)));
+            }
+            line(ui, text!("fact-sub-observer"), place_text(body.sub_observer));
+        }
         if let Some(altitude_deg) = body.sun_altitude_deg {
             line(ui, text!("fact-sun-altitude"), text!("fact-altitude-value", altitude = signed(altitude_deg, 2)));
         }

@@ -5,7 +5,7 @@
 
 use super::Viewer;
 use crate::catalog::NaifId;
-use crate::ephemeris::topocentric::ground_point_km;
+use crate::ephemeris::topocentric::{ground_point_km, place_of_normal_deg};
 use crate::scene::request::Projection;
 use crate::scene::request::composition::FISHEYE_RANGE_DEG;
 use crate::view::app::body_positions::BodyPositions;
@@ -190,7 +190,7 @@ impl Viewer {
     }
 }
 
-/// A place above the reference ellipsoid: planetographic latitude, east longitude, height.
+/// A place above the reference ellipsoid, as in [`ground_point_km`].
 struct GroundPlace {
     latitude_deg: f64,
     longitude_deg: f64,
@@ -213,8 +213,7 @@ impl GroundPlace {
             height_km = (point_km - surface_km).dot(normal);
             normal = ((point_km - normal * height_km) / squared_radii).try_normalize()?;
         }
-        let latitude_deg = normal.z.atan2(normal.truncate().length()).to_degrees();
-        let longitude_deg = normal.y.atan2(normal.x).to_degrees();
+        let [latitude_deg, longitude_deg] = place_of_normal_deg(radii_km, normal);
         // At a pole, east and north depend on the longitude, so the normal is computed from latitude and longitude, as for an image of the pose.
         let (_, normal) = ground_point_km(radii_km, latitude_deg, longitude_deg, height_km);
         (height_km > 0.0).then_some(Self { latitude_deg, longitude_deg, height_km, normal })
