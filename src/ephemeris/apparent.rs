@@ -247,7 +247,7 @@ mod tests {
     #[test]
     fn the_graphic_latitude_on_phobos_is_that_of_the_ellipsoids_normal() {
         let radii_km = DVec3::new(13.0, 11.4, 9.1);
-        let ((sin_lat, cos_lat), (sin_lon, cos_lon)) = (-20.55_f64.to_radians().sin_cos(), -12.93_f64.to_radians().sin_cos());
+        let ((sin_lat, cos_lat), (sin_lon, cos_lon)) = ((-20.55_f64).to_radians().sin_cos(), (-12.93_f64).to_radians().sin_cos());
         let direction = DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat);
         let point = surface_point(direction, radii_km, false);
         // The normal as the gradient of the ellipsoid's equation.
