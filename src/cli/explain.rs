@@ -76,9 +76,11 @@ fn as_json(body: &BodyInView, estimate_notes: &[Message]) -> Value {
     let is_seen = body.is_seen_from_outside();
     json!({
         "id": body.id, "name": body.name, "appearance": body.appearance, "key": keys(body).first(), "keys": keys(body),
-        "distance_km": body.distance_km, "angular_diameter_deg": is_seen.then_some(body.angular_diameter_deg), "diameter_px": body.diameter_px,
+        "distance_km": body.distance_km, "diameter_px": body.diameter_px,
+        "angular_diameter_deg": is_seen.then_some(body.angular_diameter_deg),
         "phase_angle_deg": is_seen.then_some(body.phase_angle_deg), "magnitude": body.magnitude,
-        "sub_viewer": is_seen.then_some(body.sub_observer), "sub_solar": body.sub_solar, "features": body.decisions, "estimates": estimate_notes,
+        "sub_viewer": is_seen.then_some(body.sub_observer), "sub_solar": body.sub_solar,
+        "features": body.decisions, "estimates": estimate_notes,
         "invented": body.invented.iter().map(|(file, how)| json!({"file": file, "how": how})).collect::<Vec<_>>(),
     })
 }

@@ -115,8 +115,8 @@ pub(super) static KIND: QueryKind = QueryKind {
     fields: &[
         required(
             "atmosphere",
-            "planet_radius_km, top_km (light is scattered and dimmed along the ray only below it, but on the way from the Sun by the whole profile: \
-             take 6 scale heights or more) and species: each with profile exponential (scale_height_km, scattering_per_m, extinction_per_m, \
+            "planet_radius_km, top_km (the ray ends there, but sunlight is dimmed on its way by the whole profile: take at least \
+             6 scale heights) and species: each with profile exponential (scale_height_km, scattering_per_m, extinction_per_m, \
              phase rayleigh or hg (Henyey-Greenstein), its asymmetry g: a number, or three for red, green and blue) or tent (centre_km, half_width_km, extinction_per_m)",
         ),
         required("cam", "[x, y, z], not inside the planet, at most 1e9 from its centre"),

@@ -124,7 +124,8 @@ fn a_sun_over_a_pole_does_not_shine_through_the_ring() {
     for (radius, sun_deg, pole) in [(1.5, 0.5, 1.0), (1.5, 2.0, 1.0), (1.5, 2.0, -1.0), (2.0, 2.0, 1.0), (1.0, 5.0, -1.0)] {
         for precision in [Precision::F32, Precision::F64] {
             let light = [0.0, 1e-5].map(|x| {
-                let question = json!({"q": "ring-transmission", "profile": [{"r_in": 1.0, "r_out": 2.0, "tau_normal": 1.0}], "point": [radius, 0.0, -0.1 * pole],
+                let profile = json!([{"r_in": 1.0, "r_out": 2.0, "tau_normal": 1.0}]);
+                let question = json!({"q": "ring-transmission", "profile": profile, "point": [radius, 0.0, -0.1 * pole],
                     "sun": [x, 0.0, pole], "sun_angular_radius_deg": sun_deg, "model": "penumbra"});
                 ask(precision, &question, "transmission")
             });
