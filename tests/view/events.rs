@@ -462,7 +462,7 @@ fn rows_are_in_the_language_in_which_they_are_shown() {
 fn rows_do_not_move_while_a_search_goes_on_or_after_it_is_stopped() {
     let queue: Arc<TaskQueue> = Arc::default();
     let mut window = queuing_window(&queue);
-    let rows = |window: &Window| -> Vec<(String, egui::Rect)> {
+    let rows = |window: &Window| -> Vec<(String, Rect)> {
         let named = window.query_all_by_role(Role::Button).filter_map(|n| Some((n.accesskit_node().label()?, n.rect())));
         named.filter(|(name, _)| name.contains("eclipse, ")).collect()
     };
