@@ -115,7 +115,7 @@ fn a_crescent_beside_the_night_side_changes_the_exposure_steadily() {
     let towards = DVec3::new(-0.377587, -1.732266, -0.720347).normalize();
     let at = |k: u32| {
         let offset_km = towards * ((1.8 + 0.01 * f64::from(k)) * radius_km);
-        let position = Position::Offset { body: MERCURY, offset_km, axes: Axes::BodyFixed };
+        let position = Position::Offset { body: MERCURY, offset_km, axes: Axes::Icrf };
         ViewRequest { fov_deg: Some(60.0), ..view(MERCURY, "2024-10-10T00:00:00Z", position) }
     };
     let all: Vec<f64> = (0..=30).map(|k| stops(&at(k))).collect();

@@ -46,7 +46,7 @@ fn shadows_are_stable_and_a_missing_clamp_in_an_umbra_is_detected() {
     let obscuration = "lib/eclipse/obscuration.wesl";
     let unclamped = session_with_edits(&[
         ("lib/eclipse/disc_overlap.wesl", "    if overhang <= 0.0 {\n        return WHOLE_SUN;\n    }\n", ""),
-        (obscuration, "let covers_centre = is_round && circle.x >= 1.0 && circle.y < circle.x;", "let covers_centre = false;"),
+        (obscuration, "let covers_centre = is_circular && circle.x >= 1.0 && circle.y < circle.x;", "let covers_centre = false;"),
         (obscuration, "parts.visible = max(WHOLE_SUN - parts.hidden, vec3f(0.0));", "parts.visible = WHOLE_SUN - parts.hidden;"),
         (
             obscuration,

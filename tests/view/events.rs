@@ -282,14 +282,16 @@ fn the_chosen_event_belongs_to_the_listed_span() {
     window.get_by_label_contains("Total solar eclipse, 2009-07-22 02:35 UTC");
 }
 
-/// The texts that a window paints, with the visible parts of their rectangles.
+/// The texts that a window paints, with the visible part of the rectangle of each of their rows. The rectangle of an entire text would not do: in a wrapping
+/// row of controls, that of a label begins at the left margin, below the controls before the label.
 fn painted_texts(window: &Window) -> Vec<(String, Rect)> {
     fn walk(shape: &Shape, clip_rect: Rect, out: &mut Vec<(String, Rect)>) {
         match shape {
             Shape::Vec(shapes) => shapes.iter().for_each(|shape| walk(shape, clip_rect, out)),
-            Shape::Text(text) => {
-                out.push((text.galley.job.text.clone(), text.galley.rect.translate(text.pos.to_vec2()).intersect(clip_rect)))
-            }
+            Shape::Text(text) => out.extend(text.galley.rows.iter().map(|row| {
+                let rect = row.rect_without_leading_space().translate(text.pos.to_vec2());
+                (text.galley.job.text.clone(), rect.intersect(clip_rect))
+            })),
             _ => {}
         }
     }

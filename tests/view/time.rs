@@ -68,8 +68,8 @@ fn the_time_bar_fits_windows_of_any_width() {
             window.run_steps(3);
             let [rate, timeline] = names.map(|name| window.get_by_role_and_label(Role::Slider, name).rect());
             assert!(rate.width() > 90.0 && rate.right() <= width, "{language:?}, {width} points: the rate is at {rate}");
-            // The margin of the bar is 8 points wide.
-            assert!((width - 8.0 - timeline.right()).abs() < 2.0, "{language:?}, {width} points: the timeline is at {timeline}");
+            // The margins of the test window and of the bar are 8 points wide each.
+            assert!((width - 16.0 - timeline.right()).abs() < 2.0, "{language:?}, {width} points: the timeline is at {timeline}");
         }
     }
 }

@@ -11,6 +11,7 @@ use crate::view::app::settings::{PanelLayout, valid_width};
 use crate::view::app::viewer::Action;
 use crate::view::language::text;
 use crate::view::worker::render_worker::RenderWorker;
+use egui::containers::panel::PanelState;
 use egui::{Align, CursorIcon, Id, Label, Layout, Panel, RichText, ScrollArea, Sense, Ui, UiBuilder};
 
 /// Minimum width of the list of bodies, points.
@@ -142,10 +143,14 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
         // Some of the viewport stays visible between two panels.
         let max_panel_width = if kept.is_some() { (ui.available_width() - MIN_VIEWPORT_WIDTH).max(MIN_PANEL_WIDTH) } else { f32::INFINITY };
         let panel = panel.default_size(width).min_size(MIN_PANEL_WIDTH).max_size(max_panel_width);
-        let shown = panel.show(ui, |ui| content(interface, ui, tab, worker, actions));
-        // A width that `max_panel_width` enforced is not stored.
-        if shown.response.rect.width() < max_panel_width {
-            remember_width(shown.response.rect.width(), stored_width(&mut interface.settings.panels, tab, is_kept));
+        let shown_width = panel.show(ui, |ui| content(interface, ui, tab, worker, actions)).response.rect.width();
+        // A width that `max_panel_width` enforced is not stored. Half a point is subtracted, because positions are rounded.
+        if shown_width < max_panel_width - 0.5 {
+            remember_width(shown_width, stored_width(&mut interface.settings.panels, tab, is_kept));
+        } else if width > max_panel_width {
+            // egui would keep the enforced width in a wider window, too.
+            let id = ui.scope_id().with(name);
+            ui.ctx().data_mut(|data| data.remove::<PanelState>(id));
         }
     }
     interface.settings.panels.bodies_shown = interface.body_browser_shown;

@@ -50,7 +50,7 @@ fn roots([a, b, c]: [f64; 3]) -> Option<[f64; 2]> {
 /// View rays through a straight line of the image, `nearest + step * t`, in the unit-sphere frame.
 struct ScanLine {
     camera: DVec3,
-    /// The ray that passes nearest to the body's centre: counted from there, the equations below keep their digits for a distant body.
+    /// The ray within the body's bounds that passes nearest to its centre: counted from there, the equations below keep their digits for a distant body.
     nearest: DVec3,
     step: DVec3,
     /// Unit normal of the terminator's plane.
@@ -58,10 +58,13 @@ struct ScanLine {
 }
 
 impl ScanLine {
-    /// The line through `origin` along `step`, view rays in the unit-sphere frame; and the value of t on it at `origin`.
-    fn of(camera: DVec3, origin: DVec3, step: DVec3, sun: DVec3) -> (Self, f64) {
+    /// The line through `origin` along `step`, view rays in the unit-sphere frame; and the value of t on it at `origin`. `bounds`: those of the body within the
+    /// frame, in steps from `origin`.
+    fn of(camera: DVec3, origin: DVec3, step: DVec3, bounds: [f64; 2], sun: DVec3) -> (Self, f64) {
         let across = camera.cross(step);
         let to_nearest = -camera.cross(origin).dot(across) / across.length_squared().max(f64::MIN_POSITIVE);
+        // If the camera looks along the horizon, the line leads to the nadir, and the nearest ray is infinitely far away.
+        let to_nearest = to_nearest.clamp(bounds[0], bounds[1]);
         (Self { camera, nearest: origin + step * to_nearest, step, sun }, -to_nearest)
     }
 
@@ -160,6 +163,7 @@ impl VisibleGround {
                 position_in_unit_sphere,
                 placement.direction_in_unit_sphere(view_ray(origin)),
                 placement.direction_in_unit_sphere(turned.right),
+                [low.x, high.x],
                 terminator_normal,
             );
             let Some([disc_start, disc_end]) = scan_line.part_on_disc() else { continue };
@@ -270,6 +274,9 @@ mod tests {
             (221.0, 170.0, 0.6, 0.0),
             (221.0, 150.0, 0.45, 0.05),
             (1e6, 150.0, 1.3e-4, 1e-5),
+            // Along the horizon, where every line leads to the nadir.
+            (1.02, 60.0, 60.0, 90.0),
+            (1.02, 60.0, 60.0, 90.0 - 1e-7),
         ] {
             let view = view(distance_radii, phase_deg, fov_deg, turned_deg);
             let (found, expected) = (shares(&view), shares_of_grid(&view, 700));
