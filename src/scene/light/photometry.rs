@@ -125,7 +125,7 @@ pub(crate) fn phase(body: &Body, alpha: f64) -> f64 {
     }
 }
 
-/// Light that thick or dusty air adds at large phase angles to that of the body's phase function ([`phase`]): mean radiance of the disc under irradiance 1,
+/// Light that thick or dusty air adds at large phase angles to that of the body's phase function (`phase`): mean radiance of the disc under irradiance 1,
 /// linear RGB, from the catalog's table. It belongs to the body's point; a disc has it from its drawn air.
 pub fn forward_light(body: &Body, alpha: f64) -> DVec3 {
     let rows = body.atmosphere.as_ref().map_or(&[][..], |air| air.forward_light.as_slice());

@@ -49,11 +49,14 @@ const RARE_KINDS: &[EventKind] = &[EventKind::Solar, EventKind::Lunar, EventKind
 /// Kinds of events that are searched for only on short spans.
 const FREQUENT_KINDS: &[EventKind] = &[EventKind::Moons];
 
+/// A search after a step, and the events found in it.
+type SearchedStep = (EventSearch, Vec<KnownEvent>);
+
 /// The known events of some kinds, and the running search for more of them.
 struct EventTrack {
     known: KnownEvents,
-    /// The search whose step is running, and what is pending: the same search after the step, and the events found.
-    running: Option<(EventSearch, Pending<(EventSearch, Vec<KnownEvent>)>)>,
+    /// The search whose step is running, as it was before the step, and the pending result.
+    running: Option<(EventSearch, Pending<SearchedStep>)>,
 }
 
 /// State of the timeline.

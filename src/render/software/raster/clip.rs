@@ -52,7 +52,7 @@ pub(crate) struct Polygon {
 pub(crate) enum VisiblePart {
     /// The triangle itself.
     Whole,
-    Clipped(Polygon),
+    Clipped(Box<Polygon>),
 }
 
 impl Polygon {
@@ -114,7 +114,7 @@ pub(crate) fn clip(triangle: &[ClipVertex; 3]) -> Option<VisiblePart> {
             return None;
         }
     }
-    Some(VisiblePart::Clipped(polygon))
+    Some(VisiblePart::Clipped(Box::new(polygon)))
 }
 
 impl Polygon {
@@ -135,7 +135,7 @@ mod tests {
         ClipVertex { x, y, z, w }
     }
 
-    fn clipped(triangle: &[ClipVertex; 3]) -> Polygon {
+    fn clipped(triangle: &[ClipVertex; 3]) -> Box<Polygon> {
         match clip(triangle) {
             Some(VisiblePart::Clipped(polygon)) => polygon,
             other => panic!("{other:?}"),
