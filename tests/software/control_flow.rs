@@ -110,6 +110,57 @@ fn a_branch_on_a_uniform_merges_without_selects() {
     }
 }
 
+/// In a branch on a uniform, flags take the old values of variables that the branch changes, too.
+#[test]
+fn flags_keep_the_values_from_before_a_branch_on_a_uniform() {
+    let block = "struct U { n: i32, m: i32, } @group(0) @binding(0) var<uniform> u: U;";
+    type Expected = fn(i32, f64, f64) -> [f64; 4];
+    let cases: [(&str, Expected); 3] = [
+        ("var a = p.x > 2.0; var b = false; if (u.n > 0) { b = a; a = p.y > 0.0; } return vec4f(f32(a), f32(b), p);", |n, x, y| {
+            let (old, new) = (f64::from(u8::from(x > 2.0)), f64::from(u8::from(y > 0.0)));
+            if n > 0 { [new, old, x, y] } else { [old, 0.0, x, y] }
+        }),
+        ("var a = p.x > 2.0; var b = false; if (u.n > 0) { b = a; a = p.y > 0.0; } else { b = true; } return vec4f(f32(a), f32(b), p);", |n, x, y| {
+            let (old, new) = (f64::from(u8::from(x > 2.0)), f64::from(u8::from(y > 0.0)));
+            if n > 0 { [new, old, x, y] } else { [old, 1.0, x, y] }
+        }),
+        (
+            "var a = p.x > 7.0; var count = 0.0;
+             for (var i = 0; i < u.m; i++) { if (u.n > 0) { if (a) { break; } a = p.y > f32(i); } count += 1.0; } return vec4f(count, p, 1.0);",
+            |n, x, y| {
+                let (mut a, mut count) = (x > 7.0, 0.0);
+                for i in 0..5 {
+                    if n > 0 {
+                        if a {
+                            break;
+                        }
+                        a = y > f64::from(i);
+                    }
+                    count += 1.0;
+                }
+                [count, x, y, 1.0]
+            },
+        ),
+    ];
+    for (body, expected) in cases {
+        for n in 0..2_i32 {
+            let bytes: Vec<u8> = [n, 5].iter().flat_map(|v| v.to_le_bytes()).collect();
+            check_uniform(block, body, &bytes, 0.0, |x, y| expected(n, x, y));
+        }
+    }
+}
+
+/// A loop whose condition follows a computation is lowered, whether or not it is unrolled.
+#[test]
+fn a_loop_that_begins_with_a_computation_is_lowered() {
+    for (count, limit) in [(4, 4), (20, 20)] {
+        let body = format!(
+            "var s = 0.0; var i = 0; loop {{ let t = p.x * 0.5; if (i >= {limit}) {{ break; }} s += t; continuing {{ i++; }} }} return vec4f(s, p, 1.0);"
+        );
+        check("", &body, 1e-5, |x, y| [f64::from(count) * x * 0.5, x, y, 1.0]);
+    }
+}
+
 /// A loop whose number of iterations is known becomes a sequence, in which values that depend on the counter alone are computed once per draw. Each case: the
 /// loop's head and first statement, and whether a loop remains.
 #[test]

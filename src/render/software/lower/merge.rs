@@ -48,8 +48,9 @@ impl Lowerer<'_> {
             }
             self.env[scalar] = variable;
         }
-        // If the sides read the copy, nothing reads the original value after it, and both can have the same slot.
-        for step in &mut self.builder.lane_steps[start..] {
+        // If the sides read the copy, nothing reads the original value after it, and both can have the same slot. Steps after the sides, such as those of the
+        // selects above, keep the original value, because the variable has its new one there.
+        for step in &mut self.builder.lane_steps[start..ends[1]] {
             replace_reads(step, |v| copy_of.get(&v).copied());
         }
         let [accepted_copies, rejected_copies] = at_ends;

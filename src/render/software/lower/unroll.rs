@@ -34,7 +34,10 @@ impl<'m> Lowerer<'m> {
         self.builder.open_region();
         let count = self.iteration_count(body, continuing)?;
         self.env.clone_from(&start_env);
+        // The removed steps must not be found as earlier computations.
         self.builder.lane_steps.truncate(first_step);
+        self.builder.close_region();
+        self.builder.open_region();
         let is_unrolled = if let Some(count) = count {
             self.frame_mut().loops.push(flags);
             // No exit from this loop is a jump, and none belongs to the loop around it.
