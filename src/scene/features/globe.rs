@@ -87,11 +87,15 @@ pub(crate) fn uniforms_of_fraction(
         let phase_angle_rad = crate::ephemeris::angle_rad(l.direction, -placed.placement.centre_km);
         photometry::phase_correction(body, phase_angle_rad, placed.distance_km / body.radii_km.x) / sun_phase_correction.max(1e-6)
     };
-    let irradiance_factor = |l: &IncidentLight| match () {
-        // This view shows the irradiance of the ground, which depends neither on the phase angle nor on what is between the ground and the camera.
-        () if inputs.pixel_view() == PixelView::Sunlight => DVec3::ONE,
-        () if l.from == NaifId::SUN => light_factor,
-        () => light_factor * phase_ratio(l),
+    let irradiance_factor = |l: &IncidentLight| {
+        if inputs.pixel_view() == PixelView::Sunlight {
+            // This view shows the irradiance of the ground, which depends neither on the phase angle nor on what is between the ground and the camera.
+            DVec3::ONE
+        } else if l.from == NaifId::SUN {
+            light_factor
+        } else {
+            light_factor * phase_ratio(l)
+        }
     };
     let to_body_frame = |l: &IncidentLight| Light {
         direction_in_body: camera::narrow((placed.body_from_icrf * l.direction).normalize()),

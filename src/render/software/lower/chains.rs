@@ -4,7 +4,7 @@
 //! takes the place of the last of its operations; the operations of a chain come from one basic block, and no loop variable that they read is assigned
 //! between them.
 
-use super::step::{SsaStep, SsaValue, SsaValues, reads};
+use super::step::{SsaStep, SsaValue, SsaValues, remove_steps, use_counts};
 use crate::render::software::kernels::chains::{MAX_CHAIN_OPS, MAX_OPERANDS, find};
 use crate::render::software::tape::{FusedOp, Op};
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
@@ -80,20 +80,7 @@ pub(crate) fn fuse_chains(code: &mut Vec<SsaStep>, outputs: &[SsaValue]) {
             removed.extend(piece[..piece.len() - 1].iter().map(|op| op.index));
         }
     }
-    let mut index = 0;
-    code.retain(|_| {
-        index += 1;
-        !removed.contains(&(index - 1))
-    });
-}
-
-/// How often each value is read, by steps and as an output.
-fn use_counts(code: &[SsaStep], outputs: &[SsaValue]) -> HashMap<SsaValue, u32> {
-    let mut uses: HashMap<SsaValue, u32> = HashMap::default();
-    for v in code.iter().flat_map(reads).chain(outputs.iter().copied()) {
-        *uses.entry(v).or_default() += 1;
-    }
-    uses
+    remove_steps(code, &removed);
 }
 
 /// Folds the negation of a factor into the fused multiply-add that reads it, because -a * b + c is exactly c - a * b.
@@ -128,11 +115,7 @@ fn fold_negations(code: &mut Vec<SsaStep>, outputs: &[SsaValue]) {
             _ => {}
         }
     }
-    let mut index = 0;
-    code.retain(|_| {
-        index += 1;
-        !removed.contains(&(index - 1))
-    });
+    remove_steps(code, &removed);
 }
 
 /// Swaps the operands of a commutative operation so that the previous result is second, as in the table of chains, which then needs half as many kernels.

@@ -9,7 +9,7 @@
 
 use super::builder::SsaBuilder;
 use super::error::LowerError;
-use super::step::{JumpLabel, SsaStep, SsaValue, reads, writes};
+use super::step::{JumpLabel, SsaStep, SsaValue, reads, remove_steps, use_counts, writes};
 use crate::render::software::program::SLOT_OR_REGISTER_LIMIT;
 use crate::render::software::tape::{Instr, Op, Operand};
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
@@ -80,10 +80,7 @@ struct Product {
 
 /// Fuses a*b+c, a*b-c and c-a*b if the product has no other use and its factors are unchanged at the addition.
 fn fuse_multiply_add(builder: &mut SsaBuilder, outputs: &[SsaValue]) {
-    let mut uses: HashMap<SsaValue, u32> = HashMap::default();
-    for v in builder.lane_steps.iter().flat_map(reads).chain(outputs.iter().copied()) {
-        *uses.entry(v).or_default() += 1;
-    }
+    let uses = use_counts(&builder.lane_steps, outputs);
     let mut products: HashMap<SsaValue, Product> = HashMap::default();
     let mut removed = HashSet::default();
     // A product is fused only with an addition that has the same id: between two such steps, no loop variable among the product's factors is assigned, so
@@ -129,11 +126,7 @@ fn fuse_multiply_add(builder: &mut SsaBuilder, outputs: &[SsaValue]) {
             _ => {}
         }
     }
-    let mut i = 0;
-    builder.lane_steps.retain(|_| {
-        i += 1;
-        !removed.contains(&(i - 1))
-    });
+    remove_steps(&mut builder.lane_steps, &removed);
 }
 
 /// Live range of every value: the indices of the first and the last step that write or read it. If a loop uses a value from before the loop, the last index

@@ -4,7 +4,7 @@
 //! with one jump instead of two at exits from loops. Only steps that every complete iteration runs are moved. A step that may be skipped is not moved:
 //! running it once before the loop may cost more than running it only where it is needed.
 
-use super::step::{JumpLabel, SsaStep, SsaValue, reads, writes};
+use super::step::{JumpLabel, SsaStep, SsaValue, reads, remove_steps, writes};
 use crate::render::software::tape::Op;
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 
@@ -96,9 +96,5 @@ pub(crate) fn merge_jumps(code: &mut Vec<SsaStep>) {
             removed.insert(index + 1);
         }
     }
-    let mut index = 0;
-    code.retain(|_| {
-        index += 1;
-        !removed.contains(&(index - 1))
-    });
+    remove_steps(code, &removed);
 }

@@ -7,7 +7,7 @@
 //! branches whose condition differs between lanes, which need a `select` for each scalar.
 
 use super::lowerer::Lowerer;
-use super::step::{SsaStep, SsaValue, SsaValues, reads, replace_reads, writes};
+use super::step::{SsaStep, SsaValue, SsaValues, reads, remove_steps, replace_reads, use_counts, writes};
 use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 
 /// The steps and environments of both sides of a branch: first of the side that runs if the condition holds.
@@ -64,10 +64,7 @@ impl Lowerer<'_> {
 /// Lets an operation write a variable directly, if nothing but the copy into that variable reads its result, and nothing reads or writes the variable between
 /// the two. `outputs`: the program's outputs, which count as reads.
 pub(super) fn write_variables_directly(code: &mut Vec<SsaStep>, outputs: &[SsaValue]) {
-    let mut uses: HashMap<SsaValue, u32> = HashMap::default();
-    for v in code.iter().flat_map(reads).chain(outputs.iter().copied()) {
-        *uses.entry(v).or_default() += 1;
-    }
+    let uses = use_counts(code, outputs);
     // In the steps since the last jump or label: where each value was computed by an operation, and where each was last read or written.
     let mut computed_at: HashMap<SsaValue, usize> = HashMap::default();
     let mut accessed_at: HashMap<SsaValue, usize> = HashMap::default();
@@ -105,9 +102,5 @@ pub(super) fn write_variables_directly(code: &mut Vec<SsaStep>, outputs: &[SsaVa
         let accessed: SsaValues = reads(&code[index]).into_iter().chain(writes(&code[index])).collect();
         accessed_at.extend(accessed.into_iter().map(|v| (v, index)));
     }
-    let mut index = 0;
-    code.retain(|_| {
-        index += 1;
-        !removed.contains(&(index - 1))
-    });
+    remove_steps(code, &removed);
 }

@@ -2,6 +2,7 @@
 //! assembles the tapes from them.
 
 use crate::render::software::tape::{FusedOp, Op, TextureOp, WordKind};
+use rustc_hash::{FxHashMap as HashMap, FxHashSet as HashSet};
 use smallvec::{SmallVec, smallvec};
 
 /// A scalar value during lowering.
@@ -96,6 +97,24 @@ pub(crate) fn reads(step: &SsaStep) -> SsaValues {
         SsaStep::JumpIf { cond, .. } => smallvec![*cond],
         SsaStep::Jump { .. } | SsaStep::Label(_) | SsaStep::LoopStart | SsaStep::LoopEnd => smallvec![],
     }
+}
+
+/// How often each value is read, by steps and as an output.
+pub(crate) fn use_counts(code: &[SsaStep], outputs: &[SsaValue]) -> HashMap<SsaValue, u32> {
+    let mut uses: HashMap<SsaValue, u32> = HashMap::default();
+    for v in code.iter().flat_map(reads).chain(outputs.iter().copied()) {
+        *uses.entry(v).or_default() += 1;
+    }
+    uses
+}
+
+/// Removes the steps with these indices.
+pub(crate) fn remove_steps(code: &mut Vec<SsaStep>, removed: &HashSet<usize>) {
+    let mut index = 0;
+    code.retain(|_| {
+        index += 1;
+        !removed.contains(&(index - 1))
+    });
 }
 
 /// Replaces the values that a step reads by those that `replacement` gives for them, if any.
