@@ -265,7 +265,11 @@ impl<'a> Occluder<'a> {
         // error.
         let geometric = ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, receiver.time, None).ok()?.state;
         let distance_km = (geometric.pos_km - receiver.position_km).length();
-        if max_blocked_fraction(radius, axis, sun, 0.5 * distance_km / receiver_radius_km) < MIN_BLOCKED_FRACTION {
+        // So it is to reject those behind the receiver or beyond the Sun, with a margin for light time and aberration: speeds are below 2e-4 of light's.
+        let distance = distance_km / receiver_radius_km;
+        let along = receiver.apparent_offset(geometric.pos_km - receiver.position_km).dot(axis.sunward);
+        let is_between = along > -1e-3 * distance && along < axis.sun_distance + 1e-3 * distance;
+        if !is_between || max_blocked_fraction(radius, axis, sun, 0.5 * distance) < MIN_BLOCKED_FRACTION {
             return None;
         }
         let light_time_s = distance_km / SPEED_OF_LIGHT_KM_S;

@@ -23,6 +23,8 @@ const AZIMUTHS: usize = 72;
 /// shadows mostly run across. The error of the fraction is at most 0.025 (test below); mostly it is below 0.005.
 const LUNE_COLUMNS: usize = 12;
 const LUNE_ROWS: usize = 48;
+/// Optical depth along a path below which the rings count as transparent: below it they take at most 0.002 of the globe's light.
+const MIN_SLANT_TAU: f64 = 1e-3;
 /// Smallest extent in radius over which transmittance is averaged, equatorial radii: it keeps the division by the extent accurate.
 const MIN_EXTENT: f64 = 1e-6;
 
@@ -106,6 +108,11 @@ impl Globe {
         let [to_sun, to_viewer] = [sun, viewer].map(|towards| (towards / self.axes).normalize());
         let (sum, difference) = (to_sun + to_viewer, to_viewer - to_sun);
         let Some(middle) = sum.try_normalize() else { return 1.0 };
+        // Jupiter's rings change nothing.
+        let largest_tau = intervals.iter().map(|interval| interval.tau).fold(0.0, f64::max);
+        if largest_tau < MIN_SLANT_TAU * sun.z.abs().min(viewer.z.abs()) {
+            return 1.0;
+        }
         let side = difference.try_normalize().unwrap_or_else(|| middle.any_orthonormal_vector());
         let pole = side.cross(middle);
         // (pi - phase angle) / 2, for the directions in the frame of the unit sphere.
@@ -125,6 +132,9 @@ impl Globe {
                 let normal = (unit_point / self.axes).normalize();
                 let light = normal.dot(sun).max(0.0) * unit_point.dot(to_viewer).max(0.0) * cos_latitude;
                 let cell = [east * (cell_width_rad * cos_latitude), north * cell_height_rad].map(|side| side * self.axes);
+                if light == 0.0 {
+                    continue;
+                }
                 reflected += light;
                 transmitted += paths.iter().fold(light, |light, path| light * path.mean_transmittance(unit_point * self.axes, cell));
             }
@@ -176,6 +186,10 @@ impl<'a> RingPath<'a> {
         }
         // Length of the path to the rings' plane; below 0 for a point beyond the plane.
         let length = -point.z / self.towards.z;
+        if length < 0.0 && point.z.abs() >= 0.5 * (cell[0].z.abs() + cell[1].z.abs()) {
+            // The entire cell is beyond the plane.
+            return 1.0;
+        }
         let point_outward = point.truncate().normalize_or_zero();
         let crossing = (point + self.towards * length).truncate();
         // A cell whose middle is beyond the plane may have points before it, from which the paths cross the plane just outside the globe's equator.
@@ -190,7 +204,7 @@ impl<'a> RingPath<'a> {
         };
         // The radius at which the paths cross the plane changes along a vector by the product of the vector with this one.
         let gradient = outward.extend(-outward_cosine / self.towards.z);
-        let half_width = 0.5 * cell.map(|side| gradient.dot(side)).into_iter().fold(0.0, f64::hypot).max(MIN_EXTENT);
+        let half_width = 0.5 * DVec2::from_array(cell.map(|side| gradient.dot(side))).length().max(MIN_EXTENT);
         let (from, to) = (radius - half_width, radius + half_width);
         let (Some(first), Some(last)) = (self.intervals.first(), self.intervals.last()) else { return 1.0 };
         if to <= first.inner || from >= last.outer { 1.0 } else { (self.integral_to(to) - self.integral_to(from)) / (to - from) }
