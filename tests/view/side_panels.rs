@@ -76,6 +76,17 @@ fn the_list_of_bodies_makes_room_for_two_panels() {
     }
 }
 
+/// A wide panel that is kept open alone takes as much room as one that is not kept: the list of bodies once left 250 points for the image.
+#[test]
+fn a_wide_kept_panel_alone_hides_the_list_of_bodies() {
+    for (width, kept, has_list) in [(1050.0, Tab::Shader, false), (1050.0, Tab::Effects, true), (1080.0, Tab::Shader, true)] {
+        let mut window = window(Language::English, [width, 700.0], Some(kept), Tab::Events);
+        window.state_mut().tab = None;
+        window.run_steps(5);
+        assert_eq!(window.query_by_label("Follow target").is_some(), has_list, "{kept:?} at {width}");
+    }
+}
+
 /// Opening Share once widened all narrow panels, because its controls did not wrap.
 #[test]
 fn a_panel_keeps_its_width_whatever_it_shows() {

@@ -112,7 +112,7 @@ fn tdb_s(t: Instant) -> f64 {
 
 /// Shortest step of a search, seconds. Where the ephemeris ends, less than two such steps therefore remain unsearched, besides the margin that the
 /// computation of the events needs.
-const MIN_STEP_S: f64 = SECONDS_PER_DAY;
+pub(super) const MIN_STEP_S: f64 = SECONDS_PER_DAY;
 
 /// A search from an instant, forward or backward.
 #[derive(Clone, Debug, PartialEq)]

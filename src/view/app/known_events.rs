@@ -2,10 +2,10 @@
 //!
 //! In: the displayed span of time, found events. Out: the next short search; the known events ordered by time. Always: the searched span has no
 //! gaps; its end that is closer to the middle of the displayed span is extended first. If the middle of the displayed span is farther from the searched
-//! span than the length of one step, all events are dropped and the search starts again at that middle. Not here: the thread that searches, and the
-//! painting.
+//! span than the length of one step, or if the ephemeris covered nothing there, all events are dropped and the search starts again at that middle. Not
+//! here: the thread that searches, and the painting.
 
-use super::event_search::{EventKind, EventSearch, SkyEvent};
+use super::event_search::{EventKind, EventSearch, MIN_STEP_S, SkyEvent};
 use crate::time::Instant;
 use crate::units::SECONDS_PER_DAY;
 use std::sync::Arc;
@@ -46,12 +46,21 @@ impl KnownEvents {
         Some((back, forward))
     }
 
+    /// How far from the searched span the middle of the displayed span may be, seconds, before the search starts again. Where the searches began outside the
+    /// ephemeris and found no part of it, this is less than a step: they say nothing about the days around them.
+    fn reach_s(&self) -> f64 {
+        let found_nothing_covered =
+            |[back, forward]: &[EventSearch; 2]| back.is_over() && forward.is_over() && back.searched_until() == forward.searched_until();
+        if self.searches.as_ref().is_some_and(found_nothing_covered) { MIN_STEP_S } else { self.step_s }
+    }
+
     /// The search whose next step extends the searched span towards the displayed span `from_tdb_s..to_tdb_s`, TDB seconds past J2000; `None` if the
     /// displayed span has been searched.
     pub(crate) fn next_search(&mut self, from_tdb_s: f64, to_tdb_s: f64) -> Option<EventSearch> {
         let middle_tdb_s = 0.5 * (from_tdb_s + to_tdb_s);
+        let reach_s = self.reach_s();
         let is_far_from_middle =
-            |(first_tdb_s, last_tdb_s): (f64, f64)| middle_tdb_s < first_tdb_s - self.step_s || middle_tdb_s > last_tdb_s + self.step_s;
+            |(first_tdb_s, last_tdb_s): (f64, f64)| middle_tdb_s < first_tdb_s - reach_s || middle_tdb_s > last_tdb_s + reach_s;
         if self.searched_span().is_none_or(is_far_from_middle) || self.events.len() > MAX_EVENTS {
             let middle = Instant::from_tdb_seconds_past_j2000(middle_tdb_s);
             let search = |is_backward| EventSearch::new(self.kinds.to_vec(), middle, f64::INFINITY, is_backward).in_steps_of(self.step_s);
@@ -202,6 +211,22 @@ mod tests {
             let unsearched_days = if end_days < 0.0 { first_s / DAY_S - end_days } else { end_days - last_s / DAY_S };
             assert!((0.0..2.0).contains(&unsearched_days), "{end_days}: {unsearched_days} days are left");
         }
+    }
+
+    /// A search from a date beyond the end of the ephemeris once counted as one of the 500 days before that date, too.
+    #[test]
+    fn a_search_that_began_outside_the_ephemeris_starts_again_inside() {
+        // The ephemeris ends at J2000.
+        let is_covered = |search: &EventSearch| {
+            [search.searched_until(), search.end_of_step()].into_iter().all(|end| end.tdb_seconds_past_j2000() <= 0.0)
+        };
+        let mut known = KnownEvents::new(&[EventKind::Solar], 500.0);
+        let mut steps = |from_days: f64, to_days: f64| steps_needed(&mut known, from_days * DAY_S, to_days * DAY_S, is_covered);
+        assert!(steps(50.0, 150.0) > 0);
+        assert_eq!(steps(50.5, 150.5), 0, "not again and again while time runs there");
+        assert!(steps(-350.0, -250.0) > 0);
+        let (first_s, last_s) = known.searched_span().expect("a span");
+        assert!(first_s <= -350.0 * DAY_S && last_s >= -250.0 * DAY_S, "{} to {} days", first_s / DAY_S, last_s / DAY_S);
     }
 
     #[test]

@@ -153,8 +153,10 @@ pub(super) fn scaled_angle_text(angle_deg: f64) -> String {
 fn facts_from_camera(ui: &mut egui::Ui, body: &BodyInView, unit: LengthUnit, catalog: &Catalog) {
     let radius_km = body.placement.radii_km.x;
     Grid::new("from here").num_columns(2).striped(true).show(ui, |ui| {
-        line(ui, text!("fact-distance"), unit.format_length(body.distance_km, radius_km));
-        line(ui, text!("fact-light-time"), duration_text(body.distance_km / SPEED_OF_LIGHT_KM_S));
+        if let Some([distance, light_time]) = distance_and_light_time(body.distance_km, radius_km, unit) {
+            line(ui, text!("fact-distance"), distance);
+            line(ui, text!("fact-light-time"), light_time);
+        }
         let place_text = |p: SubPoint| latitude_longitude(p.lat_centric_deg, p.lon_east_deg);
         if body.is_seen_from_outside() {
             line(ui, text!("fact-angular-diameter"), scaled_angle_text(body.angular_diameter_deg));
@@ -192,6 +194,11 @@ fn facts_from_camera(ui: &mut egui::Ui, body: &BodyInView, unit: LengthUnit, cat
             }
         }
     });
+}
+
+/// Texts for the distance of a body and for its light time; `None` for a body that the ephemeris cannot place.
+fn distance_and_light_time(distance_km: f64, radius_km: f64, unit: LengthUnit) -> Option<[String; 2]> {
+    distance_km.is_finite().then(|| [unit.format_length(distance_km, radius_km), duration_text(distance_km / SPEED_OF_LIGHT_KM_S)])
 }
 
 /// Formats a duration in milliseconds, seconds, minutes or hours, by its length.
@@ -375,5 +382,10 @@ mod tests {
         assert_eq!(source_text(Source::Kernel, 0.0172), "kernel (±0.018″)");
         assert_eq!(source_text(Source::Series, 0.0003), "series (±0.001″)");
         assert_eq!(duration_text(90.0 * 60.0), "90.0 min");
+        let at = |distance_km: f64| distance_and_light_time(distance_km, 1.0, LengthUnit::Kilometres);
+        assert_eq!(at(SPEED_OF_LIGHT_KM_S), Some(["299 792 km", "1.0 s"].map(str::to_owned)));
+        // The camera at the centre, and a body without a place, for which the panel once showed NaN.
+        assert_eq!(at(0.0), Some(["0 km", "0.0 ms"].map(str::to_owned)));
+        assert_eq!(at(f64::NAN), None);
     }
 }

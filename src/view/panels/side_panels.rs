@@ -36,14 +36,15 @@ impl Tab {
     fn default_width(self) -> f32 {
         if self.is_wide() { WIDE_PANEL_WIDTH } else { PANEL_WIDTH }
     }
+}
 
-    /// Minimum width of a window for the list of bodies beside this panel and the visible kept panel, points.
-    fn min_width_for_bodies(self, kept: Option<Self>) -> f32 {
-        match kept {
-            Some(kept) => MIN_BODIES_WIDTH + self.default_width() + kept.default_width() + MIN_VIEWPORT_WIDTH,
-            None if self.is_wide() => MIN_WIDTH_FOR_BODIES_AND_WIDE_PANEL,
-            None => MIN_WIDTH_FOR_BODIES,
-        }
+/// Minimum width of a window for the list of bodies beside the open panel and the visible kept panel, points.
+fn min_width_for_bodies(open: Option<Tab>, kept: Option<Tab>) -> f32 {
+    match (open, kept) {
+        (Some(open), Some(kept)) => MIN_BODIES_WIDTH + open.default_width() + kept.default_width() + MIN_VIEWPORT_WIDTH,
+        (Some(tab), None) | (None, Some(tab)) if tab.is_wide() => MIN_WIDTH_FOR_BODIES_AND_WIDE_PANEL,
+        (Some(_), None) | (None, Some(_)) => MIN_WIDTH_FOR_BODIES,
+        (None, None) => 0.0,
     }
 }
 
@@ -111,7 +112,7 @@ pub(crate) fn show(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderWo
     let window_width = ui.ctx().content_rect().width();
     // A click in this frame may close one of these panels or move it to the other side; the next frame shows that. No panel is shown twice in a frame.
     let (open, kept) = (interface.tab, interface.visible_kept(ui.ctx()));
-    if interface.body_browser_shown && open.is_none_or(|tab| window_width >= tab.min_width_for_bodies(kept)) {
+    if interface.body_browser_shown && window_width >= min_width_for_bodies(open, kept) {
         let width = valid_width(interface.settings.panels.bodies_width, MIN_BODIES_WIDTH);
         let shown = Panel::left("bodies").default_size(width).min_size(MIN_BODIES_WIDTH).show(ui, |ui| {
             // The controls below the list scroll if they are taller than this.
