@@ -72,17 +72,20 @@ fn estimate_notes(catalog: &Catalog, body: &BodyInView) -> Vec<Message> {
     catalog.body(body.id).map(Body::estimate_notes).unwrap_or_default()
 }
 
+/// The values of the report under the names that [`BodyInView`] gives them, without those that are undefined; keys, estimates, and what is invented.
 fn as_json(body: &BodyInView, estimate_notes: &[Message]) -> Value {
-    let is_seen = body.is_seen_from_outside();
-    json!({
-        "id": body.id, "name": body.name, "appearance": body.appearance, "key": keys(body).first(), "keys": keys(body),
-        "distance_km": body.distance_km, "diameter_px": body.diameter_px,
-        "angular_diameter_deg": is_seen.then_some(body.angular_diameter_deg),
-        "phase_angle_deg": is_seen.then_some(body.phase_angle_deg), "magnitude": body.magnitude,
-        "sub_viewer": is_seen.then_some(body.sub_observer), "sub_solar": body.sub_solar,
-        "features": body.decisions, "estimates": estimate_notes,
-        "invented": body.invented.iter().map(|(file, how)| json!({"file": file, "how": how})).collect::<Vec<_>>(),
-    })
+    let mut value = json!(body);
+    if !body.is_seen_from_outside() {
+        for undefined in ["angular_diameter_deg", "phase_angle_deg", "sub_viewer"] {
+            value[undefined] = Value::Null;
+        }
+    }
+    let keys = keys(body);
+    value["key"] = json!(keys.first());
+    value["keys"] = json!(keys);
+    value["estimates"] = json!(estimate_notes);
+    value["invented"] = body.invented.iter().map(|(file, how)| json!({"file": file, "how": how})).collect();
+    value
 }
 
 /// Distance, size, phase and magnitude of a body, and its sub-observer and sub-solar points: two lines of text after an empty one, fewer where these are not

@@ -104,7 +104,7 @@ impl<'a> SceneBuilder<'a> {
         let shows_air = |body: &Body| request.effects.override_of_body(body, Effect::Atmosphere) != Some(false);
         let air = placed.iter().filter(|p| shows_air(p.body)).find_map(|p| SurroundingAir::of(p.body, &p.placement));
         let reflectors: Vec<Reflector<'_>> =
-            placed.iter().map(|p| Reflector { body: p.body, position_km: p.position_km, sun_from_body_km: p.sun_from_body_km }).collect();
+            placed.iter().map(|p| Reflector { body: p.body, position_km: p.position_km, body_to_sun_km: p.body_to_sun_km }).collect();
         let context = Context { request, ephemeris, resources: &Resources::default(), caches };
         let exposure = auto_exposure::exposure(context, &viewer.camera, &placed, &reflectors, air.as_ref());
         Ok(Self { catalog, ephemeris, request, caches, viewer, placed, unplaced_reports, reflectors, air, exposure })

@@ -1,6 +1,6 @@
 //! The report on one body of a frame: its apparent position and size, and the decisions about it.
 //!
-//! Plain values, which `build` fills in and `explain` prints.
+//! Plain values, which `build` fills in. `explain --json` prints them; the text of `explain` and the Information panel have most of them.
 
 use crate::catalog::NaifId;
 use crate::message::Reason;
@@ -45,8 +45,9 @@ impl SubPoint {
     }
 }
 
-/// One body of the frame: its appearance to the viewer, and the decisions about it.
-#[derive(Clone, Debug, PartialEq)]
+/// One body of the frame: its appearance to the viewer, and the decisions about it. `explain --json` prints a new field without further code. JSON keeps two
+/// names of earlier versions.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct BodyInView {
     /// Its NAIF code.
     pub id: NaifId,
@@ -67,6 +68,7 @@ pub struct BodyInView {
     /// [`Self::is_seen_from_outside`].
     pub magnitude: Option<f64>,
     /// Where the line to the camera meets the surface.
+    #[serde(rename = "sub_viewer")]
     pub sub_observer: SubPoint,
     /// Where the line to the Sun meets the surface; `None` for the Sun itself.
     pub sub_solar: Option<SubPoint>,
@@ -74,12 +76,16 @@ pub struct BodyInView {
     /// camera sees was emitted. `None` for the Sun itself, for a body that could not be placed, and with the camera at the centre.
     pub sun_altitude_deg: Option<f64>,
     /// Its apparent position and orientation.
+    #[serde(skip)]
     pub placement: Placement,
     /// For each effect: whether it is drawn, and why.
+    #[serde(rename = "features")]
     pub decisions: Vec<Decision>,
     /// Features of its draws, the globe first.
+    #[serde(skip)]
     pub features: Vec<DrawFeatures>,
     /// Invented data that the image shows of the body: the file of a map or shape, or `detail`; and how it was made.
+    #[serde(skip)]
     pub invented: Vec<(String, Reason)>,
 }
 

@@ -29,7 +29,7 @@ pub(crate) struct PlacedBody<'a> {
     /// Position at `emitted_at` relative to the solar-system barycentre, ICRF.
     pub position_km: DVec3,
     /// The Sun's position relative to the body, ICRF, at the time when the sunlight that reaches the body at `emitted_at` left the Sun; zero for the Sun.
-    pub sun_from_body_km: DVec3,
+    pub body_to_sun_km: DVec3,
     /// The time at which the light that the viewer sees left the body.
     pub emitted_at: Instant,
     /// Orientation at `emitted_at` without aberration, for directions towards sources of light; `placement` has the orientation with aberration.
@@ -106,7 +106,7 @@ pub(crate) fn place<'a>(
         placement.centre_km = apparent * distance_km;
         placement.body_from_icrf = body_from_icrf * apparent_from_astrometric.transpose();
     }
-    let sun_from_body_km = if body.id == NaifId::SUN {
+    let body_to_sun_km = if body.id == NaifId::SUN {
         DVec3::ZERO
     } else {
         ephemeris.light_time_position(NaifId::SUN, position_km, emitted_at)?.0 - position_km
@@ -116,10 +116,10 @@ pub(crate) fn place<'a>(
         return Err(SceneError::Inside(body.name.clone()));
     }
     let phase_angle_rad =
-        if body.id == NaifId::SUN || camera_is_at_centre { 0.0 } else { crate::ephemeris::angle_rad(-astrometric_km, sun_from_body_km) };
+        if body.id == NaifId::SUN || camera_is_at_centre { 0.0 } else { crate::ephemeris::angle_rad(-astrometric_km, body_to_sun_km) };
     let to_camera = placement.camera_in_unit_sphere() * body.radii_km;
     // Positions of the Sun and of the viewer relative to the body's centre, body axes.
-    let (sun_km, viewer_km) = (body_from_icrf * sun_from_body_km, to_camera.normalize() * distance_km);
+    let (sun_km, viewer_km) = (body_from_icrf * body_to_sun_km, to_camera.normalize() * distance_km);
     let shows = |effect: Effect| request.effects.override_of_body(body, effect) != Some(false);
     let (irradiance, shown_irradiance) = if camera_is_at_centre {
         (Irradiance::default(), DVec3::ZERO)
@@ -134,7 +134,7 @@ pub(crate) fn place<'a>(
         body,
         catalog,
         position_km,
-        sun_from_body_km,
+        body_to_sun_km,
         emitted_at,
         body_from_icrf,
         placement,

@@ -89,7 +89,7 @@ pub(super) fn shadows(setup: &SweepSetup<'_>) -> Result<SweepResult, SessionErro
         let receiver = Receiver::at(ephemeris, body, time)?;
         let occluder_km =
             receiver.body_from_icrf * (ephemeris.light_time_position(occluder.id, receiver.position_km, time)?.0 - receiver.position_km);
-        let sun_km = receiver.body_from_icrf * receiver.sun_from_body_km;
+        let sun_km = receiver.body_from_icrf * receiver.body_to_sun_km;
         let points = points_around(body, sun_km.normalize(), occluder_km, setup.by_effort(40, 400));
         for model in [EclipseModel::LimbDarkened, EclipseModel::UniformDisc] {
             let sunlight_in = |precision| {

@@ -87,7 +87,7 @@ fn light_on_the_moon(renderer: &SoftwareRenderer, time: Instant, places: &[(f64,
     let fractions = occluded_sun.sunlight(&occluded_sun.occluders, &points, None).expect("answers");
     let unocculted = |p: &DVec3| {
         let point_km = receiver.body_from_icrf.transpose() * (*p * moon.radii_km.x);
-        (KM_PER_AU / (receiver.sun_from_body_km - point_km).length()).powi(2)
+        (KM_PER_AU / (receiver.body_to_sun_km - point_km).length()).powi(2)
     };
     fractions.iter().zip(&points).map(|(fraction, p)| fraction.map(|channel| channel * unocculted(p))).collect()
 }

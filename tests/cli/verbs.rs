@@ -80,7 +80,7 @@ fn explain_tells_the_observers_own_body_from_one_in_shadow() {
     let all = json(&[&view[..], &["--json"]].concat());
     let body = |name: &str| all["bodies"].as_array().expect("bodies").iter().find(|b| b["name"] == name).expect("in the list").clone();
     let (earth, moon) = (body("Earth"), body("Moon"));
-    for field in ["angular_diameter_deg", "phase_angle_deg", "magnitude", "sub_viewer"] {
+    for field in ["angular_diameter_deg", "phase_angle_deg", "magnitude", "sub_viewer", "sun_altitude_deg"] {
         assert!(earth[field].is_null() && !moon[field].is_null(), "{field}: {} {}", earth[field], moon[field]);
     }
     assert!(earth["sub_solar"]["latitude_deg"].is_number() && earth["distance_km"] == 0.0, "{earth}");

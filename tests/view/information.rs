@@ -1,5 +1,6 @@
-//! The Information panel: the day of rise, transit, set and a solar eclipse.
+//! The Information panel: rows that depend on the body; the day of rise, transit, set and a solar eclipse.
 
+use crate::view::input::{SATURN, TIME, Window};
 use crate::view::interface::{harness, interface, settle};
 use egui::accesskit::Role;
 use egui_kittest::kittest::{NodeT, Queryable};
@@ -7,16 +8,46 @@ use orrery::catalog::NaifId;
 use orrery::view::app::settings::{Home, Settings};
 use orrery::view::panels::{Interface, Tab};
 
-/// The texts of the panel about the Sun that contain a date of this month: rise, transit, set and the contacts of an eclipse.
-fn dated_texts(utc: &str, home: Home, month: &str) -> Vec<String> {
-    let Interface { mut viewer, settings, .. } = interface(NaifId::EARTH, utc);
-    viewer.selected = NaifId::SUN;
+/// A window with the panel about a body, once its image has arrived. The camera is beside `target`.
+fn window_about(selected: NaifId, target: NaifId, utc: &str, home: Home) -> Window {
+    let Interface { mut viewer, settings, .. } = interface(target, utc);
+    viewer.selected = selected;
     let mut interface = Interface::new(viewer, Settings { home, ..settings });
     interface.tab = Some(Tab::Information);
     let mut window = harness(interface);
     settle(&mut window);
-    let texts = window.query_all_by_role(Role::Label).filter_map(|label| label.accesskit_node().value());
-    texts.filter(|text| text.contains(month)).collect()
+    window
+}
+
+/// All texts that are not controls, from top to bottom. In a row of the panel the value follows the label.
+fn texts(window: &Window) -> Vec<String> {
+    window.query_all_by_role(Role::Label).filter_map(|label| label.accesskit_node().value()).collect()
+}
+
+/// The value in the row with this label; `None` if the panel has no such row.
+fn value_of(window: &Window, label: &str) -> Option<String> {
+    texts(window).into_iter().skip_while(|text| text != label).nth(1)
+}
+
+#[test]
+fn the_suns_altitude_is_that_of_the_image_and_the_sun_has_none() {
+    for body in [SATURN, NaifId(606)] {
+        let window = window_about(body, SATURN, TIME, Home::default());
+        let scene = &window.state().shown().expect("an image").scene;
+        let altitude_deg = scene.body(body).and_then(|body| body.sun_altitude_deg).expect("lit by the Sun");
+        let expected = format!("{altitude_deg:+.2}° (no refraction)");
+        assert_eq!(value_of(&window, "solar altitude there"), Some(expected));
+    }
+    let sun = window_about(NaifId::SUN, SATURN, TIME, Home::default());
+    assert_eq!(value_of(&sun, "solar altitude there"), None);
+    // Negative control: the panel has the rows of the Sun.
+    assert!(value_of(&sun, "equatorial radius").is_some());
+}
+
+/// The texts of the panel about the Sun that contain a date of this month: rise, transit, set and the contacts of an eclipse.
+fn dated_texts(utc: &str, home: Home, month: &str) -> Vec<String> {
+    let window = window_about(NaifId::SUN, NaifId::EARTH, utc, home);
+    texts(&window).into_iter().filter(|text| text.contains(month)).collect()
 }
 
 /// The day is that of UTC, which the date field shows. It was that of TDB, which began 69 s earlier in 2026 and five hours earlier in 585 BC.

@@ -21,16 +21,22 @@ const EQUINOX: &str = "2017-05-17T00:00:00Z";
 /// Units of measured values.
 const MEASURED: [&str; 3] = ["ms", "MiB", "µs"];
 
-/// A line with `#` for the numbers that differ from run to run: those in front of a measured unit, or all numbers if `with_counts` is set.
-fn without_measurements(line: &str, with_counts: bool) -> String {
+/// A line with `#` for the numbers that differ from run to run: in the Performance and Shader panels all numbers, in the Information panel, whose durations are
+/// light times, none, and in other panels those in front of a measured unit.
+fn without_measurements(line: &str, tab: Option<Tab>) -> String {
     let words: Vec<&str> = line.split(' ').collect();
     let is_number = |w: &str| w.trim_matches(|c| "+-−(,%".contains(c)).parse::<f64>().is_ok();
     let is_unit = |w: Option<&&str>| w.is_some_and(|w| MEASURED.contains(&w.trim_end_matches(',')));
-    let kept = words.iter().enumerate().map(|(k, w)| if is_number(w) && (with_counts || is_unit(words.get(k + 1))) { "#" } else { w });
+    let is_measured = |k: usize| match tab {
+        Some(Tab::Performance | Tab::Shader) => true,
+        Some(Tab::Information) => false,
+        _ => is_unit(words.get(k + 1)),
+    };
+    let kept = words.iter().enumerate().map(|(k, w)| if is_number(w) && is_measured(k) { "#" } else { w });
     kept.collect::<Vec<_>>().join(" ")
 }
 
-/// Indented lines: role, name or value, and toggle state. Measured values are left out, in the Performance and Shader panels all numbers.
+/// Indented lines: role, name or value, and toggle state, without measured values.
 fn outline(harness: &Harness<'static, Interface>) -> String {
     fn walk(node: &egui_kittest::Node<'_>, depth: usize, tab: Option<Tab>, out: &mut String) {
         let n = node.accesskit_node();
@@ -52,7 +58,7 @@ fn outline(harness: &Harness<'static, Interface>) -> String {
             // The current folder differs between machines.
             let current_folder = std::env::current_dir().map_or(String::new(), |d| d.display().to_string());
             let shown_text = if current_folder.is_empty() { shown_text } else { shown_text.replace(&current_folder, "(here)") };
-            let line = without_measurements(&shown_text, matches!(tab, Some(Tab::Performance | Tab::Shader)));
+            let line = without_measurements(&shown_text, tab);
             let _ = writeln!(out, "{}{:?} {line}{state}", "  ".repeat(depth), n.role());
         }
         for child in node.children() {
@@ -83,10 +89,11 @@ fn each_panel_is_as_recorded() {
 
 #[test]
 fn measurements_are_left_out_of_the_record_and_nothing_else() {
-    assert_eq!(without_measurements("software · 300x200 · 12 ms", false), "software · 300x200 · # ms");
-    assert_eq!(without_measurements("+1.2 ms, -3.9 % light (4.1 %)", false), "# ms, -3.9 % light (4.1 %)");
-    assert_eq!(without_measurements("1 429 000 km", false), "1 429 000 km");
-    assert_eq!(without_measurements("draws 12", true), "draws #");
+    assert_eq!(without_measurements("software · 300x200 · 12 ms", None), "software · 300x200 · # ms");
+    assert_eq!(without_measurements("+1.2 ms, -3.9 % light (4.1 %)", Some(Tab::Effects)), "# ms, -3.9 % light (4.1 %)");
+    assert_eq!(without_measurements("1 429 000 km", None), "1 429 000 km");
+    assert_eq!(without_measurements("991.3 ms", Some(Tab::Information)), "991.3 ms");
+    assert_eq!(without_measurements("draws 12", Some(Tab::Performance)), "draws #");
 }
 
 fn saturn_view() -> ViewRequest {

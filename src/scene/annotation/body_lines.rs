@@ -253,7 +253,7 @@ impl GroundLineBuilder<'_, '_> {
     pub(super) fn terminator(&mut self) {
         // On the terminator the Sun's centre is on the horizon: its direction is perpendicular to the ellipsoid's normal. On the unit sphere these points
         // form a great circle.
-        let sun = self.placed.body_from_icrf * self.placed.sun_from_body_km / self.placed.placement.radii_km;
+        let sun = self.placed.body_from_icrf * self.placed.body_to_sun_km / self.placed.placement.radii_km;
         let Some(pole) = sun.try_normalize() else { return self.decide("terminator", false, reason!("lines-no-sun")) };
         let a = pole.any_orthonormal_vector();
         let circle = Circle { centre: DVec3::ZERO, a, b: pole.cross(a) };

@@ -58,7 +58,7 @@ fn draw(inputs: &DecisionInputs<'_, '_>, decisions: &mut Decisions<'_>) -> Optio
         decisions.log.record(Effect::Clouds.name(), false, reason);
         return None;
     }
-    let closed_deck_radiance = clouds.albedo * lights::sunlight(placed.sun_from_body_km).irradiance.x;
+    let closed_deck_radiance = clouds.albedo * lights::sunlight(placed.body_to_sun_km).irradiance.x;
     let threshold = inputs.threshold();
     let by_threshold = || {
         (

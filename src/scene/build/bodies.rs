@@ -93,7 +93,7 @@ impl BodiesInFrame {
 /// The report of a placed body.
 fn report(placed: &PlacedBody<'_>, decided: DecidedBody, draws: &[Draw], magnitude: Option<f64>) -> BodyInView {
     let to_viewer = placed.placement.body_from_icrf * -placed.placement.centre_km;
-    let to_sun = (placed.body.id != NaifId::SUN).then(|| placed.body_from_icrf * placed.sun_from_body_km);
+    let to_sun = (placed.body.id != NaifId::SUN).then(|| placed.body_from_icrf * placed.body_to_sun_km);
     BodyInView {
         id: placed.body.id,
         name: placed.body.name.clone(),

@@ -31,7 +31,7 @@ pub struct Receiver<'a> {
     /// Barycentric velocity, for the aberration of directions to occluders and the Sun.
     pub velocity_km_s: DVec3,
     /// Vector from the body to where the Sun was when the light left the Sun, ICRF.
-    pub sun_from_body_km: DVec3,
+    pub body_to_sun_km: DVec3,
 }
 
 impl<'a> Receiver<'a> {
@@ -39,9 +39,9 @@ impl<'a> Receiver<'a> {
     pub fn at(ephemeris: &Ephemeris, body: &'a Body, time: Instant) -> Result<Self, crate::ephemeris::EphemerisError> {
         let state = ephemeris.state(body.id, NaifId::SOLAR_SYSTEM_BARYCENTER, time, None)?.state;
         let position_km = state.pos_km;
-        let sun_from_body_km = ephemeris.light_time_position(NaifId::SUN, position_km, time)?.0 - position_km;
+        let body_to_sun_km = ephemeris.light_time_position(NaifId::SUN, position_km, time)?.0 - position_km;
         let velocity_km_s = state.vel_km_s;
-        Ok(Self { body, position_km, time, velocity_km_s, body_from_icrf: ephemeris.body_from_icrf(body.id, time)?, sun_from_body_km })
+        Ok(Self { body, position_km, time, velocity_km_s, body_from_icrf: ephemeris.body_from_icrf(body.id, time)?, body_to_sun_km })
     }
 
     pub(crate) fn radius_km(&self) -> f64 {
@@ -74,7 +74,7 @@ pub(crate) struct Axis {
 impl Axis {
     /// `None` if the receiver's centre is inside the Sun.
     pub(crate) fn of(receiver: &Receiver<'_>, sun: &Body) -> Option<Self> {
-        let to_sun = receiver.apparent_offset(receiver.sun_from_body_km);
+        let to_sun = receiver.apparent_offset(receiver.body_to_sun_km);
         let sun_radius = sun.radii_km.max_element() / receiver.radius_km();
         let sun_distance = to_sun.length();
         if sun_distance.partial_cmp(&sun_radius) != Some(std::cmp::Ordering::Greater) {
@@ -421,7 +421,7 @@ mod tests {
             time: Instant::from_tdb_seconds_past_j2000(0.0),
             body_from_icrf: DMat3::IDENTITY,
             velocity_km_s: DVec3::ZERO,
-            sun_from_body_km: DVec3::X * 1.08e8,
+            body_to_sun_km: DVec3::X * 1.08e8,
         };
         let extent = ReceiverExtent { max_radius: 1.0, shape: ReceiverShape::Ball, camera: None, frustum: None, pixel_radii: 0.0 };
         let count = |radii_of_mercury: f64| {

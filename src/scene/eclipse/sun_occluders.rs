@@ -44,7 +44,7 @@ pub(crate) fn receiver_and_candidates<'p, 'a>(
             body_from_icrf: placed.body_from_icrf,
             // Without a velocity, aberration is left out.
             velocity_km_s: state.map_or(DVec3::ZERO, |found| found.state.vel_km_s),
-            sun_from_body_km: placed.sun_from_body_km,
+            body_to_sun_km: placed.body_to_sun_km,
         };
         let candidates = occluders::candidates(context.ephemeris, placed.catalog.bodies().iter(), sun, &receiver);
         (receiver, candidates)

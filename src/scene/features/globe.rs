@@ -104,7 +104,7 @@ pub(crate) fn uniforms_of_fraction(
     let lights = if is_emissive {
         Vec::new()
     } else {
-        std::iter::once(&lights::sunlight(placed.sun_from_body_km)).chain(secondary_lights).map(to_body_frame).collect()
+        std::iter::once(&lights::sunlight(placed.body_to_sun_km)).chain(secondary_lights).map(to_body_frame).collect()
     };
     let mut uniforms = DrawUniforms {
         axis_ratios: camera::narrow(body.radii_km / body.radii_km.x),

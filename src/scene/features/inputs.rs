@@ -110,10 +110,10 @@ fn ring_view<'c>(frame: &'c FrameContext<'c>, placed: &'c PlacedBody<'_>) -> Opt
         body: placed.body,
         camera: frame.camera,
         placement: &placed.placement,
-        sun: (placed.body_from_icrf * placed.sun_from_body_km).normalize(),
-        sun_distance_km: placed.sun_from_body_km.length(),
+        sun: (placed.body_from_icrf * placed.body_to_sun_km).normalize(),
+        sun_distance_km: placed.body_to_sun_km.length(),
         phase_angle_rad: placed.phase_angle_rad,
-        irradiance: lights::sunlight(placed.sun_from_body_km).irradiance.x,
+        irradiance: lights::sunlight(placed.body_to_sun_km).irradiance.x,
         threshold: frame.threshold,
         caches: frame.context.caches,
     })

@@ -75,7 +75,7 @@ fn leave_out_rare_combinations<'c>(inputs: &DecisionInputs<'c, '_>, mut decision
     if chosen.ring_shine && !decisions.secondary_lights.is_empty() {
         // No shader has both ring-shine and planet-shine: the light that causes the smaller irradiance of the ground is left out.
         let rings_irradiance =
-            decisions.ring.shine.as_ref().map_or(0.0, |s| s.brightest) * lights::sunlight(inputs.placed.sun_from_body_km).irradiance.x;
+            decisions.ring.shine.as_ref().map_or(0.0, |s| s.brightest) * lights::sunlight(inputs.placed.body_to_sun_km).irradiance.x;
         let bodies_irradiance = decisions.secondary_lights.iter().map(|l| l.irradiance.max_element()).fold(0.0, f64::max);
         if bodies_irradiance > rings_irradiance {
             decisions.log.record(Effect::RingShine.name(), false, reason!("rings-beside-shine"));
@@ -189,7 +189,7 @@ fn planet_shine_on_point(inputs: &DecisionInputs<'_, '_>, log: &mut DecisionLog<
         return DVec3::ZERO;
     }
     let disc_px = 0.25 * PI * inputs.diameter_px.powi(2);
-    let sunlight = lights::sunlight(placed.sun_from_body_km).irradiance.max_element();
+    let sunlight = lights::sunlight(placed.body_to_sun_km).irradiance.max_element();
     if !frame.threshold.is_exceeded_by_radiance(placed.body.geometric_albedo.max(0.01) * sunlight * disc_px) {
         return DVec3::ZERO;
     }

@@ -62,7 +62,7 @@ fn metered(
         // A white plane that faces the Sun at the target is shown as white.
         PixelView::Sunlight => {
             let target = placed.iter().find(|p| Some(p.body.id) == request.target && p.body.id != NaifId::SUN);
-            let irradiance = target.map_or(1.0, |p| lights::sunlight(p.sun_from_body_km).irradiance.x);
+            let irradiance = target.map_or(1.0, |p| lights::sunlight(p.body_to_sun_km).irradiance.x);
             return Exposure::of(-irradiance.log2(), reason!("exposure-plane"));
         }
         PixelView::Cost => {

@@ -17,7 +17,7 @@ use glam::DVec3;
 pub(crate) struct Reflector<'a> {
     pub body: &'a Body,
     pub position_km: DVec3,
-    pub sun_from_body_km: DVec3,
+    pub body_to_sun_km: DVec3,
 }
 
 /// Light from one source that falls on a body.
@@ -31,9 +31,9 @@ pub(crate) struct IncidentLight {
 }
 
 /// Sunlight on a body other than the Sun.
-pub(crate) fn sunlight(sun_from_body_km: DVec3) -> IncidentLight {
-    let irradiance = (KM_PER_AU / sun_from_body_km.length()).powi(2);
-    IncidentLight { from: NaifId::SUN, direction: sun_from_body_km.normalize(), irradiance: DVec3::splat(irradiance) }
+pub(crate) fn sunlight(body_to_sun_km: DVec3) -> IncidentLight {
+    let irradiance = (KM_PER_AU / body_to_sun_km.length()).powi(2);
+    IncidentLight { from: NaifId::SUN, direction: body_to_sun_km.normalize(), irradiance: DVec3::splat(irradiance) }
 }
 
 /// The light that `source` reflects onto a body at `receiver_km` (barycentric); `None` if the receiver is nearer to the source's centre than the source's
@@ -44,9 +44,9 @@ fn reflected_light(source: &Reflector<'_>, receiver_km: DVec3) -> Option<Inciden
     if distance_km <= source.body.radii_km.max_element() {
         return None;
     }
-    let phase_angle_rad = crate::ephemeris::angle_rad(-to_source, source.sun_from_body_km);
+    let phase_angle_rad = crate::ephemeris::angle_rad(-to_source, source.body_to_sun_km);
     let radius_sq_km2 = source.body.radii_km.element_product().cbrt().powi(2);
-    let sun_distance_km = source.sun_from_body_km.length();
+    let sun_distance_km = source.body_to_sun_km.length();
     let of_disc = photometry::irradiance_at_viewer(source.body, phase_angle_rad, sun_distance_km, distance_km, radius_sq_km2);
     let of_air = photometry::forward_irradiance_at_viewer(source.body, phase_angle_rad, sun_distance_km, distance_km, radius_sq_km2);
     let irradiance = source.body.colour.as_dvec3() * of_disc + of_air;

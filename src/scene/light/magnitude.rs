@@ -31,11 +31,11 @@ pub(crate) fn magnitude(context: Context<'_>, p: &PlacedBody<'_>, placed: &[Plac
 
 /// Whether another body may be in front of the Sun: a quick test of positions only, which avoids the costlier search for occluders.
 fn may_be_eclipsed(p: &PlacedBody<'_>, placed: &[PlacedBody<'_>]) -> bool {
-    let sun_distance_km = p.sun_from_body_km.length();
+    let sun_distance_km = p.body_to_sun_km.length();
     if p.body.id == NaifId::SUN || sun_distance_km == 0.0 {
         return false;
     }
-    let to_sun = p.sun_from_body_km / sun_distance_km;
+    let to_sun = p.body_to_sun_km / sun_distance_km;
     let sun_radius_km = placed.iter().find(|other| other.body.id == NaifId::SUN).map_or(0.0, |s| s.body.radii_km.x);
     placed.iter().filter(|other| other.body.id != p.body.id && other.body.id != NaifId::SUN).any(|other| {
         let offset_km = other.position_km - p.position_km;

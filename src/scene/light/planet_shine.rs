@@ -19,7 +19,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     if Capabilities::of(inputs.body()).is_emissive {
         return decisions;
     }
-    let irradiance = lights::sunlight(inputs.placed.sun_from_body_km).irradiance.x;
+    let irradiance = lights::sunlight(inputs.placed.body_to_sun_km).irradiance.x;
     decisions.log.record("sunlight", true, reason!("irradiance", irradiance = format_args!("{irradiance:.3e}")));
     decisions.secondary_lights = drawn_lights(inputs, &mut decisions.log);
     decisions.chosen.secondary_light_count = decisions.secondary_lights.len() as u8;

@@ -19,7 +19,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let available = Capabilities::of(body);
     let normal_tilt_rad = ellipsoid_flattening(body);
     // A normal tilted by an angle changes the cosine of incidence by at most this angle; the change is visible first on white ground at the terminator.
-    let max_change = normal_tilt_rad * lights::sunlight(inputs.placed.sun_from_body_km).irradiance.max_element();
+    let max_change = normal_tilt_rad * lights::sunlight(inputs.placed.body_to_sun_km).irradiance.max_element();
     let light = threshold.radiance_description(max_change);
     let reason = reason!("ellipsoid-lean", lean = format_args!("{normal_tilt_rad:.2e}"), light = light);
     decisions.chosen.ellipsoid =

@@ -22,8 +22,8 @@ const UNOBSTRUCTED_SUN_ALTITUDE: f32 = 1e3;
 /// Direction of the Sun in body axes and its angular radius (radians), for a mesh's self-shadowing; `None` without sunlight.
 pub(crate) fn sun_direction_and_radius(frame: &FrameContext<'_>, placed: &PlacedBody<'_>) -> Option<(DVec3, f64)> {
     let sun = frame.reflectors.iter().find(|r| r.body.id == NaifId::SUN && r.body.id != placed.body.id)?;
-    let radius_rad = (sun.body.radii_km.x / placed.sun_from_body_km.length()).clamp(0.0, 1.0).asin();
-    Some(((placed.body_from_icrf * placed.sun_from_body_km).normalize(), radius_rad))
+    let radius_rad = (sun.body.radii_km.x / placed.body_to_sun_km.length()).clamp(0.0, 1.0).asin();
+    Some(((placed.body_from_icrf * placed.body_to_sun_km).normalize(), radius_rad))
 }
 
 /// Decides on the mesh and on its self-shadowing. A model that is present is always drawn: [`meshes::model`] returns none if the user switched it off.

@@ -243,7 +243,7 @@ impl<'a> MeteredFrame<'_, 'a> {
             nearer.map(|o| visible_fraction_behind_body(&o.placement, towards, radius_rad)).product::<f64>()
         });
         let sunlight_fraction = unocculted + (1.0 - unocculted) * TOTALITY_SKY_FRACTION;
-        let day = air.exposure_radiance(p.sun_from_body_km, lights::sunlight(p.sun_from_body_km).irradiance.x * sunlight_fraction);
+        let day = air.exposure_radiance(p.body_to_sun_km, lights::sunlight(p.body_to_sun_km).irradiance.x * sunlight_fraction);
         let secondary = self.planet_shine_on(p);
         day + secondary.iter().map(|l| air.exposure_radiance(l.direction, l.irradiance.y)).sum::<f64>()
     }
@@ -300,8 +300,8 @@ impl<'a> MeteredFrame<'_, 'a> {
             ring_shine: self.ring_shine_on(p, diameter_px),
             albedo: Albedo::of(p, &self.meter.context.request.effects, diameter_px),
             relief_weight: ground::relief_weight(p, &self.meter.context.request.effects),
-            sun: to_body_frame(p.sun_from_body_km),
-            sun_irradiance: lights::sunlight(p.sun_from_body_km).irradiance.x,
+            sun: to_body_frame(p.body_to_sun_km),
+            sun_irradiance: lights::sunlight(p.body_to_sun_km).irradiance.x,
             secondary_lights: secondary_lights.iter().map(|l| (to_body_frame(l.direction), l.irradiance.max_element())).collect(),
             sky_radiance: self.meter.air.filter(|a| a.body.id == p.body.id).map_or(0.0, |_| self.sky_radiance),
         };

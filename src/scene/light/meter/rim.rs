@@ -144,7 +144,7 @@ impl MeteredFrame<'_, '_> {
         let height_px = rim::height_px(p.body, rim.air, diameter_px);
         let weight = weight * if is_thin { smoothstep(height_px / rim::ALWAYS_DRAWN_RIM_PX - 1.0) } else { 1.0 };
         let viewer = (p.placement.body_from_icrf * -p.placement.centre_km).normalize();
-        let sun = (p.body_from_icrf * p.sun_from_body_km).normalize();
+        let sun = (p.body_from_icrf * p.body_to_sun_km).normalize();
         let across = (sun - viewer * sun.dot(viewer)).try_normalize().unwrap_or_else(|| viewer.any_orthonormal_vector());
         let up = viewer.cross(across);
         let (sin_tilt, cos_tilt) = rim.limb_tilt_sin_cos;
@@ -159,7 +159,7 @@ impl MeteredFrame<'_, '_> {
                 [self.part_position_weight(from_camera_km, outline_weight, disc_weight), sunlit]
             })
         };
-        let irradiance = lights::sunlight(p.sun_from_body_km).irradiance.x;
+        let irradiance = lights::sunlight(p.body_to_sun_km).irradiance.x;
         rim.sum(height_px, places, |area, radiance| add(weight * area, radiance * irradiance));
     }
 }

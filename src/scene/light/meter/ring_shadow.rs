@@ -79,8 +79,8 @@ impl MeteredFrame<'_, '_> {
         if weight <= 0.0 || p.body.rings.is_empty() || user_choice == Some(false) {
             return None;
         }
-        let sun = (p.body_from_icrf * p.sun_from_body_km).normalize();
-        let sun_tangent = crate::units::SUN_RADIUS_KM / p.sun_from_body_km.length();
+        let sun = (p.body_from_icrf * p.body_to_sun_km).normalize();
+        let sun_tangent = crate::units::SUN_RADIUS_KM / p.body_to_sun_km.length();
         let slant = 1.0 / sun.z.abs().max(sun_tangent);
         let intervals = self.meter.context.caches.ring_tables.intervals(p.body.rings.iter(), unit_km);
         let (mut blocked_up_to, mut sum) = (Vec::with_capacity(2 * intervals.len()), 0.0);

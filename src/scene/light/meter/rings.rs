@@ -41,7 +41,7 @@ impl MeteredFrame<'_, '_> {
         let (_, shine) = self.ring_view(p).ring_shine(&rings, crate::units::SUN_RADIUS_KM, Some(true));
         let shine = shine?;
         let albedo_scale = photometry::albedo_normalisation(p.body).x * p.body.geometric_albedo * f64::from(p.body.colour.max_element());
-        Some((shine, weight * albedo_scale * lights::sunlight(p.sun_from_body_km).irradiance.x))
+        Some((shine, weight * albedo_scale * lights::sunlight(p.body_to_sun_km).irradiance.x))
     }
 
     /// The geometry of a body's rings. The meter calls only methods whose results do not depend on `irradiance` and `threshold`, whose values here are
@@ -51,8 +51,8 @@ impl MeteredFrame<'_, '_> {
             body: p.body,
             camera: self.meter.camera,
             placement: &p.placement,
-            sun: (p.body_from_icrf * p.sun_from_body_km).normalize(),
-            sun_distance_km: p.sun_from_body_km.length(),
+            sun: (p.body_from_icrf * p.body_to_sun_km).normalize(),
+            sun_distance_km: p.body_to_sun_km.length(),
             phase_angle_rad: p.phase_angle_rad,
             irradiance: 1.0,
             threshold: Threshold::of(Purpose::LINEAR, 1.0),
@@ -71,7 +71,7 @@ impl MeteredFrame<'_, '_> {
         let unit_km = p.body.radii_km.x;
         let intervals = self.meter.context.caches.ring_tables.intervals(p.body.rings.iter(), unit_km);
         let Some(outer) = intervals.last().map(|i| i.outer) else { return mean };
-        let sun = (p.body_from_icrf * p.sun_from_body_km).normalize();
+        let sun = (p.body_from_icrf * p.body_to_sun_km).normalize();
         let view = self.ring_view(p);
         let Some(rect) = view.rect(outer * unit_km) else { return mean };
         let size = DVec2::new(rect.right - rect.left, rect.top - rect.bottom);
@@ -81,7 +81,7 @@ impl MeteredFrame<'_, '_> {
             return mean;
         }
         let sun_tangent = crate::units::SUN_RADIUS_KM / view.sun_distance_km;
-        let irradiance = lights::sunlight(p.sun_from_body_km).irradiance.x;
+        let irradiance = lights::sunlight(p.body_to_sun_km).irradiance.x;
         let spacing = (size * camera.tan_half_fov).length() / f64::from(RING_RAYS);
         let share = size_weight * size.element_product() / 4.0 / f64::from(RING_RAYS * RING_RAYS);
         let origin = p.placement.body_from_icrf * -p.placement.centre_km / unit_km;

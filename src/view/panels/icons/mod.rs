@@ -2,7 +2,7 @@
 //!
 //! In: a control's text or accessible name. Out: the control with a glyph of the Phosphor font in front of the text, or without text. Always: a screen
 //! reader reads only the text or name, because the glyph is painted and not part of the text; the glyph has the text's colour. The font contains
-//! only the glyphs listed here. It is Phosphor 2.1.2, regular (MIT, LICENSE-phosphor), reduced by fonttools; docs/panel.md has the command.
+//! only the glyphs listed here. It is Phosphor 2.1.2, regular (MIT, LICENSE-phosphor), reduced by fonttools; docs/text.md has the command.
 
 use egui::{Align2, Atom, Button, FontData, FontDefinitions, FontFamily, FontId, Response, TextStyle, Ui, Vec2};
 use std::sync::Arc;

@@ -3,6 +3,7 @@
 //! In: radii, and distances at the displayed time. Out: two drawings, each with a sentence that says the same. Always: each drawing has one scale;
 //! but in the first, no disc is drawn narrower or lower than `MIN_DIAMETER`, and in the second, bodies are dots of a fixed size.
 
+use super::duration_text;
 use crate::catalog::{BodyKind, Catalog, NaifId};
 use crate::units::{KM_PER_AU, SPEED_OF_LIGHT_KM_S};
 use crate::view::app::body_positions::{BodyPositions, SessionPositions};
@@ -29,8 +30,6 @@ const DISC_GAP: f32 = 10.0;
 const NAME_MARGIN: f32 = 2.0;
 /// Smallest gap between two names, points.
 const NAME_GAP: f32 = 4.0;
-/// Light time over 1 au, minutes.
-const LIGHT_MINUTES_PER_AU: f64 = KM_PER_AU / SPEED_OF_LIGHT_KM_S / 60.0;
 /// Colour of names and marks that are not highlighted, and of the disc of a body that the catalog lacks.
 const OTHER_COLOUR: Color32 = Color32::from_gray(190);
 
@@ -79,7 +78,7 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut Ui, worker: &dyn RenderW
         .map(|s| PlottedBody { name: body_name(&s.name), distance_au: distance_km(s.id) / KM_PER_AU, is_marked: s.id == marked })
         .collect();
     draw_distances(ui, &plotted);
-    ui.label(distance_text(viewer.name(marked), distance_km(marked) / KM_PER_AU));
+    ui.label(distance_text(viewer.name(marked), distance_km(marked)));
 }
 
 /// A sentence about the wider body, such as `Saturn is 9.449 times as wide as Earth and has 764 times its volume.`
@@ -106,11 +105,14 @@ fn size_text(first: &SelectableBody, second: &SelectableBody) -> String {
     }
 }
 
-/// A sentence about the distance from the Sun and the light time; for the Sun itself (0 au), about the drawing.
-fn distance_text(name: &str, distance_au: f64) -> String {
-    match distance_au {
+/// A sentence about the distance from the Sun and the light time; for the Sun itself, at 0 km, about the drawing.
+fn distance_text(name: &str, distance_km: f64) -> String {
+    match distance_km {
         0.0 => text!("distance-planets").into(),
-        au => text!("distance-sentence", name = name, au = decimal(au, 3), minutes = decimal(au * LIGHT_MINUTES_PER_AU, 1)),
+        km => {
+            let (au, duration) = (decimal(km / KM_PER_AU, 3), duration_text(km / SPEED_OF_LIGHT_KM_S));
+            text!("distance-sentence", name = name, au = au, duration = duration)
+        }
     }
 }
 
@@ -267,7 +269,7 @@ mod tests {
         assert_eq!(description, "Saturn is 9.449 times as wide as Earth and has 764 times its volume.");
         assert_eq!(size_text(&earth, &saturn), description, "the sentence is always about the larger body");
         assert!((82_713.0 / 108.321_f64 - 764.0).abs() < 1.0);
-        assert!(distance_text("Earth", 1.0).contains("8.3 minutes"));
+        assert!(distance_text("Earth", KM_PER_AU).contains("8.3 min"));
     }
 
     /// Whether a text with this middle and width is within the area.
