@@ -49,7 +49,7 @@ use layer_list::LayerList;
 use lunar_heights::HeightMap;
 use small_bodies::SmallBodies;
 pub(crate) use species::PerChannel;
-pub use species::{AerosolField, AerosolPhase, PhaseFunction, Species};
+pub use species::{AerosolField, AerosolFunction, AerosolPhase, PhaseFunction, Species};
 use stars::StarCatalog;
 use std::sync::{Arc, OnceLock};
 

@@ -76,7 +76,7 @@ fn species(mut table: TableReader) -> Option<Species> {
 fn phase_function(table: &mut TableReader, fields: &[AerosolField]) -> PhaseFunction {
     let first_key = fields[0].catalog_key;
     let is_aerosol = table.has(first_key);
-    let mut aerosol = AerosolPhase::ISOTROPIC;
+    let mut aerosol = AerosolPhase::with_asymmetry([0.0; 3]);
     for field in fields {
         let allowed = if is_aerosol { field.allowed() } else { format!("`{first_key}` beside it") };
         let value = table.optional(field.catalog_key, &allowed, |value: &PerChannel| is_aerosol && field.set(aerosol, *value).is_some());
@@ -449,7 +449,7 @@ mod tests {
             let phase = phase_function(&mut file.root().expect("TOML"), &[AerosolPhase::FIELDS[0], red]);
             problems.into_result().map(|()| phase).map_err(|e| e.problems.into_iter().map(|p| p.message).collect::<Vec<_>>())
         };
-        let aerosol = |asymmetry: [f64; 3]| Ok(PhaseFunction::Aerosol(AerosolPhase::henyey_greenstein(asymmetry)));
+        let aerosol = |asymmetry: [f64; 3]| Ok(PhaseFunction::Aerosol(AerosolPhase::with_asymmetry(asymmetry)));
         assert_eq!(read(""), Ok(PhaseFunction::Rayleigh));
         assert_eq!(read("asymmetry = 0.25"), aerosol([0.25; 3]));
         for red in [0.0, 0.125, 0.5] {

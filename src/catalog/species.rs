@@ -41,15 +41,39 @@ pub(crate) enum PerChannel {
     Rgb([f64; 3]),
 }
 
-/// The parameters of the aerosols' phase function. Shaders evaluate it only once per view ray, so that a parameter may choose the function: it costs little,
-/// and needs no variant of each shader module.
+/// A phase function of aerosols, whose values `scene::atmosphere::phase` computes. A new function gets a variant beside the others, and its arms at the compile
+/// errors: the words of the query `scatter` keep their meaning.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AerosolFunction {
+    /// Henyey and Greenstein 1941, Astrophysical Journal 93, 70.
+    HenyeyGreenstein,
+}
+
+impl AerosolFunction {
+    /// The function of all aerosols of catalogs.
+    pub const OF_CATALOGS: Self = Self::HenyeyGreenstein;
+    /// All functions.
+    pub const ALL: [Self; 1] = [Self::HenyeyGreenstein];
+
+    /// Its word in the query `scatter`.
+    pub const fn query_word(self) -> &'static str {
+        match self {
+            Self::HenyeyGreenstein => "hg",
+        }
+    }
+}
+
+/// The phase function of an aerosol, with its parameters. Shaders evaluate it only once per view ray, so that a parameter may choose the function: it costs
+/// little, and needs no variant of each shader module.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AerosolPhase {
+    /// The function that has these parameters.
+    pub function: AerosolFunction,
     /// The parameter g in each linear sRGB channel, between -1 and 1: of Henyey-Greenstein's function, the mean cosine of the scattering angle.
     pub asymmetry: [f64; 3],
 }
 
-/// A field of [`AerosolPhase`], as catalogs and the query `scatter` give it. A field that they leave out is 0.
+/// A field of [`AerosolPhase`] with numbers, as catalogs and the query `scatter` give it. A field that they leave out is 0.
 #[derive(Clone, Copy)]
 pub struct AerosolField {
     /// Its key in catalogs.
@@ -69,7 +93,7 @@ impl AerosolField {
     pub fn allowed(&self) -> String {
         let [least, greatest] = self.limits;
         let range = if self.includes_limits { format!("from {least} to {greatest}") } else { format!("between {least} and {greatest}") };
-        let mut any = AerosolPhase::ISOTROPIC;
+        let mut any = AerosolPhase::with_asymmetry([0.0; 3]);
         let is_per_channel = (self.numbers)(&mut any).len() == 3;
         format!("a number {range}{}", if is_per_channel { ", or three (red, green, blue)" } else { "" })
     }
@@ -93,8 +117,8 @@ impl AerosolField {
 }
 
 impl AerosolPhase {
-    /// All fields, in the order of [`AerosolPhase::parameters`]. Catalogs, the query `scatter` and tests loop over this list. The presence of the first makes a
-    /// species of a catalog an aerosol.
+    /// All fields with numbers, in the order of [`AerosolPhase::parameters`]. Catalogs, the query `scatter` and tests loop over this list. The presence of the
+    /// first makes a species of a catalog an aerosol.
     pub const FIELDS: &[AerosolField] = &[AerosolField {
         catalog_key: "asymmetry",
         query_key: "g",
@@ -103,31 +127,32 @@ impl AerosolPhase {
         numbers: |aerosol| &mut aerosol.asymmetry,
     }];
 
-    /// Each field is 0.
-    pub const ISOTROPIC: Self = Self::henyey_greenstein([0.0; 3]);
-
-    /// The functions with which tests compare all implementations.
-    #[doc(hidden)]
-    pub const SAMPLES: [Self; 2] = [Self::henyey_greenstein([-0.3, 0.0, 0.76]), Self::henyey_greenstein([0.95, 0.5, -0.3])];
-
-    /// Henyey-Greenstein's function.
-    pub const fn henyey_greenstein(asymmetry: [f64; 3]) -> Self {
-        Self { asymmetry }
+    /// A function whose numbers are all 0.
+    pub const fn of(function: AerosolFunction) -> Self {
+        Self { function, asymmetry: [0.0; 3] }
     }
 
-    /// The four components of the uniform `air_mie_phase`, which `aerosol_phase` of shaders/lib/air/phase.wesl reads. A component without a parameter is 0.
+    /// The function of catalogs with this asymmetry.
+    pub const fn with_asymmetry(asymmetry: [f64; 3]) -> Self {
+        Self { asymmetry, ..Self::of(AerosolFunction::OF_CATALOGS) }
+    }
+
+    /// Samples of each function, with which tests compare all implementations.
+    #[doc(hidden)]
+    pub fn samples() -> Vec<Self> {
+        let of = |function| [[-0.3, 0.0, 0.76], [0.95, 0.5, -0.3]].map(|asymmetry| Self { asymmetry, ..Self::of(function) });
+        AerosolFunction::ALL.into_iter().flat_map(of).collect()
+    }
+
+    /// The four components of the uniform `air_mie_phase`, which `aerosol_phase` of shaders/lib/air/phase.wesl reads: the numbers, then w, which tells the
+    /// function.
     pub fn parameters(self) -> [f64; 4] {
         // Destructured without `..`, so that a new field is a compile error here.
-        let Self { asymmetry } = self;
-        let [red, green, blue] = asymmetry;
-        [red, green, blue, 0.0]
-    }
-
-    /// The mean cosine of the scattering angle, per channel. A test in `scene::atmosphere::phase` compares it with an integral over the phase function.
-    pub(crate) fn mean_cosine(self) -> [f64; 3] {
-        // Destructured without `..`, as in `parameters`.
-        let Self { asymmetry } = self;
-        asymmetry
+        let Self { function, asymmetry: [red, green, blue] } = self;
+        let w = match function {
+            AerosolFunction::HenyeyGreenstein => 0.0,
+        };
+        [red, green, blue, w]
     }
 }
 
@@ -150,15 +175,24 @@ impl Species {
 mod tests {
     use super::*;
 
-    /// The numbers of the listed fields are those of the uniform, which the compiler keeps complete. So no field is missing in the list.
+    /// The numbers of the listed fields are those of the uniform, which the compiler keeps complete; what follows tells the function. So no field is missing in
+    /// the list.
     #[test]
     fn every_field_is_listed() {
-        for mut aerosol in AerosolPhase::SAMPLES {
-            let uniform = aerosol.parameters();
+        assert!(AerosolFunction::ALL.contains(&AerosolFunction::OF_CATALOGS));
+        for mut aerosol in AerosolPhase::samples() {
+            let (uniform, of_function) = (aerosol.parameters(), AerosolPhase::of(aerosol.function).parameters());
             let listed: Vec<f64> = AerosolPhase::FIELDS.iter().flat_map(|field| (field.numbers)(&mut aerosol).to_vec()).collect();
-            let (used, unused) = uniform.split_at(listed.len());
+            let (used, others) = uniform.split_at(listed.len());
             assert_eq!(listed, used, "{aerosol:?}");
-            assert!(unused.iter().all(|number| *number == 0.0), "{uniform:?} has numbers that are in no field of the list");
+            assert_eq!(others, &of_function[listed.len()..], "{uniform:?} has numbers that are in no field of the list");
+        }
+    }
+
+    #[test]
+    fn each_function_has_its_own_word() {
+        for (k, function) in AerosolFunction::ALL.into_iter().enumerate() {
+            assert!(AerosolFunction::ALL.into_iter().take(k).all(|other| other.query_word() != function.query_word()), "{function:?}");
         }
     }
 }

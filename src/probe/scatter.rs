@@ -5,7 +5,7 @@
 
 use super::batch::{BoundProbeModule, MAP_TAPS, ProbeInputs};
 use super::{ProbeError, Prober, QueryKind, parse_fields, required, unit_vector};
-use crate::catalog::{self, AerosolPhase, PerChannel, PhaseFunction};
+use crate::catalog::{self, AerosolFunction, AerosolPhase, PerChannel, PhaseFunction};
 use crate::render::plan::uniform_bytes;
 use crate::scene::atmosphere::{air, species};
 use crate::scene::draw::{AtmosphereModel, AtmosphereUniforms, DrawFeatures, DrawUniforms, Light, Surface};
@@ -83,11 +83,28 @@ struct ExponentialSpecies {
     others: Map<String, Value>,
 }
 
+/// The word of a phase function.
 #[derive(Deserialize)]
-#[serde(rename_all = "kebab-case")]
+#[serde(try_from = "String")]
 enum PhaseName {
     Rayleigh,
-    Hg,
+    Aerosol(AerosolFunction),
+}
+
+impl TryFrom<String> for PhaseName {
+    type Error = String;
+
+    fn try_from(word: String) -> Result<Self, Self::Error> {
+        const RAYLEIGH: &str = "rayleigh";
+        if word == RAYLEIGH {
+            return Ok(Self::Rayleigh);
+        }
+        let function = AerosolFunction::ALL.into_iter().find(|function| function.query_word() == word);
+        function.map(Self::Aerosol).ok_or_else(|| {
+            let known: Vec<&str> = [RAYLEIGH].into_iter().chain(AerosolFunction::ALL.map(AerosolFunction::query_word)).collect();
+            format!("`{}` is not a phase function; {}", echo(&word), suggestion_or_list(&word, &known))
+        })
+    }
 }
 
 #[derive(Deserialize)]
@@ -225,20 +242,22 @@ fn check_atmosphere(atmosphere: &Atmosphere) -> Result<(), String> {
     for s in &atmosphere.species {
         let kind = match s {
             Species::Exponential(ExponentialSpecies { phase: PhaseName::Rayleigh, .. }) => 0,
-            Species::Exponential(ExponentialSpecies { phase: PhaseName::Hg, .. }) => 1,
+            Species::Exponential(ExponentialSpecies { phase: PhaseName::Aerosol(_), .. }) => 1,
             Species::Tent { .. } => 2,
         };
         counts[kind] += 1;
     }
     if counts.iter().any(|count| *count > 1) {
-        return Err("field \"atmosphere\": at most one species with each of phase rayleigh, phase hg and profile tent".into());
+        return Err(
+            "field \"atmosphere\": at most one gas (phase rayleigh), one aerosol (another phase) and one layer (profile tent)".into()
+        );
     }
     Ok(())
 }
 
 /// The phase function of an aerosol with these fields: those of [`AerosolPhase::FIELDS`], and no others.
-fn aerosol_phase(fields: &Map<String, Value>) -> Result<AerosolPhase, String> {
-    let mut aerosol = AerosolPhase::ISOTROPIC;
+fn aerosol_phase(function: AerosolFunction, fields: &Map<String, Value>) -> Result<AerosolPhase, String> {
+    let mut aerosol = AerosolPhase::of(function);
     for (key, value) in fields {
         let Some(field) = AerosolPhase::FIELDS.iter().find(|field| field.query_key == key) else {
             let known: Vec<&str> = AerosolPhase::FIELDS.iter().map(|field| field.query_key).collect();
@@ -256,7 +275,11 @@ fn catalog_atmosphere(atmosphere: &Atmosphere) -> Result<catalog::Atmosphere, St
     let per_km = |per_m: &[f64; 3]| per_m.map(|x| x * 1000.0);
     let species = |s: &Species| match s {
         Species::Exponential(ExponentialSpecies { scale_height_km, scattering_per_m, extinction_per_m, phase, others, .. }) => {
-            let aerosol = aerosol_phase(others)?;
+            let phase = match *phase {
+                // A gas may have the fields of an aerosol, too: they are checked, but have no effect.
+                PhaseName::Rayleigh => aerosol_phase(AerosolFunction::OF_CATALOGS, others).map(|_| PhaseFunction::Rayleigh)?,
+                PhaseName::Aerosol(function) => PhaseFunction::Aerosol(aerosol_phase(function, others)?),
+            };
             Ok(catalog::Species {
                 name: String::new(),
                 scale_height_km: *scale_height_km,
@@ -265,10 +288,7 @@ fn catalog_atmosphere(atmosphere: &Atmosphere) -> Result<catalog::Atmosphere, St
                 // Converted to per kilometre before subtracting: then scattering + absorption gives back exactly the converted extinction if
                 // extinction <= 2 * scattering (Sterbenz).
                 absorption_per_km: std::array::from_fn(|k| per_km(extinction_per_m)[k] - per_km(scattering_per_m)[k]),
-                phase: match phase {
-                    PhaseName::Rayleigh => PhaseFunction::Rayleigh,
-                    PhaseName::Hg => PhaseFunction::Aerosol(aerosol),
-                },
+                phase,
                 estimate_percent: None,
             })
         }

@@ -69,6 +69,8 @@ pub use finished::Scene;
 pub use in_view::{Appearance, BodyInView, SubPoint};
 pub use light::exposure::{AUTO_EXPOSED_MEAN, AUTO_EXPOSED_SUN, CD_M2_PER_RADIANCE, DARKEST_EV, Exposure, darkest_white};
 #[doc(hidden)]
+pub use light::meter::metered_twilight;
+#[doc(hidden)]
 pub use light::{corona, glare, night_lights, photometry};
 #[doc(hidden)]
 pub use point::{

@@ -130,7 +130,7 @@ mod tests {
             }
             table_name(&other)
         };
-        let aerosol = AerosolPhase::henyey_greenstein([0.5; 3]);
+        let aerosol = AerosolPhase::with_asymmetry([0.5; 3]);
         let mut names = vec![name_with(aerosol)];
         for field in AerosolPhase::FIELDS {
             let mut same = aerosol;

@@ -1,7 +1,8 @@
-//! Air: single scattering against integrals computed outside this program (tests/data/rayleigh_reference_public.json), multiply scattered light, the
-//! shadows of the planet and of the Moon, and air of zero density.
+//! Air: single scattering against integrals computed outside this program (tests/data/rayleigh_reference_public.json, rayleigh_integrals.json), multiply
+//! scattered light, the shadows of the planet and of the Moon, and air of zero density.
 
 use crate::support::folds::larger;
+use crate::support::reference_rays::{ReferenceRay, TABLE, rays};
 use crate::support::session::SESSION;
 use glam::DVec3;
 use orrery::FrameImages;
@@ -17,6 +18,7 @@ use orrery::scene::stated_errors::{self, StatedError};
 use orrery::session::{Session, Sources};
 use orrery::time::Instant;
 use serde_json::{Value, json};
+use std::f64::consts::PI;
 
 fn numbers(v: &Value) -> Vec<f64> {
     v.as_array().expect("a list").iter().map(|n| n.as_f64().expect("a number")).collect()
@@ -25,23 +27,23 @@ fn numbers(v: &Value) -> Vec<f64> {
 /// Errors of a model on the rays of the reference that meet air. First, sorted: the largest relative error of each ray's radiance over the channels, without
 /// channels fainter than 1e-4 of the atmosphere's brightest. Second: the largest error of a transmittance.
 fn errors(model: &str) -> (Vec<f64>, f64) {
-    let table: Value = serde_json::from_str(include_str!("../data/rayleigh_reference_public.json")).expect("JSON");
     let renderer = SoftwareRenderer::new(Options::default()).expect("a renderer");
     let prober = Prober { session: &SESSION, renderer: &renderer };
-    let rays = table["rays"].as_array().expect("rays");
-    let brightest = |air: &Value| rays.iter().filter(|r| r["atm"] == *air).flat_map(|r| numbers(&r["radiance"])).fold(0.0, f64::max);
+    let expected: Vec<(&Value, [f64; 3])> = rays().iter().map(|ray| (ray.row, ray.radiance().to_array())).collect();
+    let brightest =
+        |air: &Value| expected.iter().filter(|(ray, _)| ray["atm"] == *air).flat_map(|(_, radiance)| *radiance).fold(0.0, f64::max);
     let (mut radiance, mut transmittance) = (Vec::new(), 0.0f64);
     // The segment is the part of a ray inside the air.
-    for ray in rays.iter().filter(|r| !r["segment"].is_null()) {
+    for (ray, expected) in expected.iter().filter(|(ray, _)| !ray["segment"].is_null()) {
         let air = ray["atm"].as_str().expect("a name");
-        let question = json!({ "q": "scatter", "atmosphere": table["atmospheres"][air], "cam": ray["cam"], "dir": ray["dir"],
+        let question = json!({ "q": "scatter", "atmosphere": TABLE["atmospheres"][air], "cam": ray["cam"], "dir": ray["dir"],
             "sun": ray["sun"], "tier": model });
         let answer = prober.answer(&question.to_string()).expect("an answer");
         assert_eq!(answer["hits_ground"], ray["hits_ground"], "{ray}");
         let floor = 1e-4 * brightest(&ray["atm"]);
-        let (got, expected) = (numbers(&answer["radiance"]), numbers(&ray["radiance"]));
+        let got = numbers(&answer["radiance"]);
         assert!(got.iter().all(|v| v.is_finite() && *v >= 0.0), "{ray}: {got:?}");
-        let worst = got.iter().zip(&expected).filter(|(_, e)| **e > floor).map(|(g, e)| (g / e - 1.0).abs()).fold(0.0, larger);
+        let worst = got.iter().zip(expected).filter(|(_, e)| **e > floor).map(|(g, e)| (g / e - 1.0).abs()).fold(0.0, larger);
         radiance.push(worst);
         for (g, e) in numbers(&answer["transmittance"]).iter().zip(numbers(&ray["transmittance"])) {
             transmittance = larger(transmittance, (g - e).abs());
@@ -49,6 +51,32 @@ fn errors(model: &str) -> (Vec<f64>, f64) {
     }
     radiance.sort_by(f64::total_cmp);
     (radiance, transmittance)
+}
+
+/// The integrals without phase function, with the table's own phase functions (its field `method`), are the table's radiances, to 1e-8. Negative controls: an
+/// asymmetry 1 % smaller, and integrals 1e-7 larger.
+#[test]
+fn the_integrals_give_the_radiances_of_the_table() {
+    let greatest_error = |asymmetry_factor: f64, integral_factor: f64| {
+        let of_table = |species: &Value, cosine: f64| {
+            DVec3::splat(match species["phase"].as_str().expect("a word") {
+                "rayleigh" => 3.0 / (16.0 * PI) * (1.0 + cosine * cosine),
+                "hg" => {
+                    let g = asymmetry_factor * species["g"].as_f64().expect("a number");
+                    (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cosine).powf(1.5))
+                }
+                _ => 0.0,
+            })
+        };
+        let error = |ray: &ReferenceRay| {
+            let given = DVec3::from_slice(&numbers(&ray.row["radiance"]));
+            ((integral_factor * ray.radiance_with(of_table) - given).abs() / given.max(DVec3::splat(1e-12))).max_element()
+        };
+        rays().iter().map(error).fold(0.0, larger)
+    };
+    let found = greatest_error(1.0, 1.0);
+    assert!(found < 1e-8, "{found}");
+    assert!(greatest_error(0.99, 1.0) > 1e-3 && greatest_error(1.0, 1.0 + 1e-7) > 1e-8);
 }
 
 /// The error that `orrery explain` states for a model.
@@ -96,12 +124,11 @@ fn thirty_two_samples_keep_their_stated_error() {
 /// Radiance of the sky at an altitude, seen from 2 m above the Earth's ground, with the Sun `sun_below_deg` below the horizon. `is_antisolar`: at the
 /// azimuth opposite the Sun's, otherwise at the Sun's.
 fn dusk_radiance(sun_below_deg: f64, altitude_deg: f64, is_antisolar: bool) -> Vec<f64> {
-    let table: Value = serde_json::from_str(include_str!("../data/rayleigh_reference_public.json")).expect("JSON");
     let renderer = SoftwareRenderer::new(Options::default()).expect("a renderer");
     let prober = Prober { session: &SESSION, renderer: &renderer };
     let (sun_altitude, altitude) = ((-sun_below_deg).to_radians(), altitude_deg.to_radians());
     let side = if is_antisolar { -1.0 } else { 1.0 };
-    let question = json!({ "q": "scatter", "atmosphere": table["atmospheres"]["earth_full"], "cam": [1.0 + 2.0 / 6_360_000.0, 0.0, 0.0],
+    let question = json!({ "q": "scatter", "atmosphere": TABLE["atmospheres"]["earth_full"], "cam": [1.0 + 2.0 / 6_360_000.0, 0.0, 0.0],
         "dir": [altitude.sin(), side * altitude.cos(), 0.0], "sun": [sun_altitude.sin(), sun_altitude.cos(), 0.0],
         "tier": "pixel-16" });
     numbers(&prober.answer(&question.to_string()).expect("an answer")["radiance"])

@@ -1,10 +1,10 @@
 //! Skylight on level ground by the table of multiple scattering against photons that are followed backwards through the same spherical air: by day, under a low
 //! Sun, and in twilight.
 
-use crate::support::photons::{Air, per_steradian, scattering_cosine};
+use crate::support::photons::{Air, ScatteringAngles, per_steradian};
 use crate::support::random::Random;
 use glam::Vec4;
-use orrery::catalog::{AerosolPhase, Body, Catalog, PhaseFunction, Species};
+use orrery::catalog::{AerosolFunction, AerosolPhase, Body, Catalog, PhaseFunction, Species};
 use orrery::scene::multi_scatter_table::{COLUMNS, HEIGHTS, sun_cosine, table};
 
 /// The columns of the table with the Sun 90, 27, 13 and 9 degrees high.
@@ -72,14 +72,15 @@ fn photons_are_scattered_by_the_phase_function() {
     let moments = |cosines: &mut dyn Iterator<Item = (f64, f64)>| {
         cosines.fold([0.0; 2], |[first, second], (cosine, weight)| [first + weight * cosine, second + weight * cosine * cosine])
     };
-    let other_function = PhaseFunction::Aerosol(AerosolPhase::henyey_greenstein([0.6; 3]));
-    let functions = [PhaseFunction::Rayleigh].into_iter().chain(AerosolPhase::SAMPLES.map(PhaseFunction::Aerosol));
+    let other_function = AerosolPhase { asymmetry: [0.6; 3], ..AerosolPhase::of(AerosolFunction::HenyeyGreenstein) };
+    let other_angles = ScatteringAngles::new(PhaseFunction::Aerosol(other_function), 0);
+    let functions = [PhaseFunction::Rayleigh].into_iter().chain(AerosolPhase::samples().into_iter().map(PhaseFunction::Aerosol));
     for (phase, channel) in functions.flat_map(|phase| [0, 1, 2].map(|channel| (phase, channel))) {
         let cosines = (0..STEPS).map(|k| (2.0 * f64::from(k) + 1.0) / f64::from(STEPS) - 1.0);
         let expected = moments(&mut cosines.map(|c| (c, 4.0 * std::f64::consts::PI * per_steradian(phase, channel, c) / f64::from(STEPS))));
-        let mut random = Random(7);
-        let found = moments(&mut (0..ANGLES).map(|_| (scattering_cosine(&mut random, phase, channel), 1.0 / f64::from(ANGLES))));
-        let other = moments(&mut (0..ANGLES).map(|_| (scattering_cosine(&mut random, other_function, 0), 1.0 / f64::from(ANGLES))));
+        let (angles, mut random) = (ScatteringAngles::new(phase, channel), Random(7));
+        let found = moments(&mut (0..ANGLES).map(|_| (angles.cosine(&mut random), 1.0 / f64::from(ANGLES))));
+        let other = moments(&mut (0..ANGLES).map(|_| (other_angles.cosine(&mut random), 1.0 / f64::from(ANGLES))));
         let error = |found: [f64; 2]| (found[0] - expected[0]).abs().max((found[1] - expected[1]).abs());
         assert!(error(found) < 8e-3, "{phase:?}: {found:?}, expected {expected:?}");
         assert!(error(other) > 8e-3, "another function must fail: {other:?}, expected {expected:?}");
@@ -98,7 +99,7 @@ fn the_dust_of_mars_scatters_blue_light_around_the_sun() {
     };
     for degrees in [0.0, 5.0, 10.0] {
         assert!(blue_to_red(dust.phase, degrees) > 1.0, "{degrees} degrees: {}", blue_to_red(dust.phase, degrees));
-        let grey = PhaseFunction::Aerosol(AerosolPhase::henyey_greenstein([0.75; 3]));
+        let grey = PhaseFunction::Aerosol(AerosolPhase::with_asymmetry([0.75; 3]));
         assert!(blue_to_red(grey, degrees) < 1.0, "a grey function must fail");
     }
     for degrees in [40.0, 90.0] {
@@ -113,7 +114,7 @@ fn the_phase_function_of_the_dust_is_noticed() {
     let mut other = mars.clone();
     for species in &mut other.atmosphere.as_mut().expect("air").species {
         if let PhaseFunction::Aerosol(aerosol) = &mut species.phase {
-            *aerosol = AerosolPhase::henyey_greenstein([0.2; 3]);
+            *aerosol = AerosolPhase::with_asymmetry([0.2; 3]);
         }
     }
     let (error, _) = largest_errors_of(&table(&other).expect("a table"), &mars, &[11], 20_000);

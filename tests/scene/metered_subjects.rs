@@ -1,13 +1,18 @@
 //! Subjects that enter the light meter's reading or leave it: bodies and rings that become points, crescents at limb and frame, city lights around a camera on
-//! the ground.
+//! the ground. The air in twilight, against images.
 
 use super::metering::assert_changes_smoothly;
+use crate::support::folds::larger;
 use crate::support::session::SESSION;
 use glam::DVec3;
+use orrery::FrameImages;
 use orrery::catalog::NaifId;
+use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
-use orrery::scene::request::{Axes, Look, Position, Up, ViewRequest};
+use orrery::scene::metered_twilight;
+use orrery::scene::request::{Axes, ExposureRequest, Look, Position, Up, ViewRequest};
 use orrery::time::Instant;
+use orrery::units::KM_PER_AU;
 
 const SIDE: u32 = 96;
 const SATURN: NaifId = NaifId(699);
@@ -179,4 +184,53 @@ fn city_lights_around_the_camera_do_not_hide_the_stars() {
     }
     assert_changes_smoothly("turned down", 1.0, 50, |k| looking(10.0 - 1.5 * k, 0.002));
     assert_changes_smoothly("raised", 1.0, 60, |k| looking(0.0, 0.05 * 1.08_f64.powf(k)));
+}
+
+/// Radiance per unit of the Sun's irradiance, in the brightest channel, of a body's air in an image from straight above.
+fn drawn_twilight(id: NaifId, sun_altitude_deg: f64) -> f64 {
+    let time = Instant::parse("2021-06-01T00:00:00Z").expect("a time");
+    let radius_km = SESSION.catalog().body(id).expect("a body").radii_km.x;
+    let to_sun_km = SESSION.ephemeris().state(NaifId::SUN, id, time, None).expect("placed").state.pos_km;
+    let to_sun = to_sun_km.normalize();
+    let pole = SESSION.ephemeris().body_from_icrf(id, time).expect("an orientation").row(2);
+    // Near the equator, where the vertical points to the body's centre.
+    let (sin, cos) = sun_altitude_deg.to_radians().sin_cos();
+    let offset_km = (to_sun * sin + pole.cross(to_sun).normalize() * cos) * (3.0 * radius_km);
+    let request = ViewRequest {
+        position: Position::Offset { body: id, offset_km, axes: Axes::Icrf },
+        fov_deg: Some(0.05),
+        width: 4,
+        height: 4,
+        exposure: ExposureRequest::Stops(12.0),
+        effects: EffectOverrides::parse("-clouds,-night,-points,-glow,-corona,-planet-shine,-eclipse").expect("effects"),
+        ..ViewRequest::of(id, time)
+    };
+    let sampling = SamplingQuality { samples: 1, anisotropy: 4 };
+    let hdr = SESSION.draw(&request, sampling, FrameImages::DisplayAndHdr).expect("draws").frame.hdr;
+    let mean = |channel: usize| hdr.iter().map(|p| f64::from(p[channel])).sum::<f64>() / hdr.len() as f64;
+    [0, 1, 2].map(mean).into_iter().fold(0.0, larger) * (to_sun_km.length() / KM_PER_AU).powi(2)
+}
+
+/// The meter finds the radiance of images, for the Earth within a factor of 1.3, for Titan of 1.6, for Mars of 2.5. Negative control: the Earth's air in place
+/// of that of Mars and Titan, under the lowest Sun.
+#[test]
+fn twilight_is_metered_as_it_is_drawn() {
+    let metered = |id: NaifId, altitude_deg: f64| {
+        metered_twilight(SESSION.catalog().body(id).expect("a body"), altitude_deg).expect("air over the ground")
+    };
+    for (id, factor, altitudes_deg) in [
+        (NaifId::EARTH, 1.3, [-2.1, -4.1, -6.1, -10.1]),
+        (NaifId(499), 2.5, [-3.0, -4.5, -6.0, -9.0]),
+        (NaifId(606), 1.6, [0.0, -5.0, -10.0, -20.0]),
+    ] {
+        for altitude_deg in altitudes_deg {
+            let (found, expected) = (metered(id, altitude_deg), drawn_twilight(id, altitude_deg));
+            println!("{id:?}, the Sun at {altitude_deg} degrees: metered {found:.3e}, drawn {expected:.3e}");
+            let is_near = |radiance: f64| radiance < factor * expected && radiance > expected / factor;
+            assert!(is_near(found), "{id:?} at {altitude_deg} degrees: {found}, {expected} expected");
+            if id != NaifId::EARTH && altitude_deg == altitudes_deg[3] {
+                assert!(!is_near(metered(NaifId::EARTH, altitude_deg)), "the air of the Earth must fail");
+            }
+        }
+    }
 }

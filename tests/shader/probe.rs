@@ -3,7 +3,7 @@
 
 use crate::support::session::SESSION;
 use orrery::FrameImages;
-use orrery::catalog::AerosolPhase;
+use orrery::catalog::{AerosolFunction, AerosolPhase};
 use orrery::probe::batch::BoundProbeModule;
 use orrery::probe::{Prober, QUERIES, Requirement};
 use orrery::render::software::{Options, Precision, SoftwareRenderer};
@@ -101,6 +101,7 @@ fn an_atmosphere_that_would_be_misread_is_refused() {
     let tent = r#"},{"profile":"tent","centre_km":25,"half_width_km":15,"extinction_per_m":[1e-6,1e-6,1e-6]"#;
     for (query, message_part) in [
         (scatter_query("", r#","G":0.8"#, cam, dir), "`G`"),
+        (scatter_query("", "", cam, dir).replace("rayleigh", "mie"), "`mie` is not a phase function"),
         (scatter_query("", r#","g":"0.5""#, cam, dir), "g must be a number between -1 and 1, or three (red, green, blue)"),
         (scatter_query("", r#","g":[0.5,0.6]"#, cam, dir), "g must be a number between -1 and 1, or three (red, green, blue)"),
         (scatter_query(r#","topp_km":60"#, "", cam, dir), "`topp_km`"),
@@ -171,7 +172,7 @@ fn the_list_of_queries_matches_their_fields() {
     }
 }
 
-/// The help text of `scatter` names each field of an aerosol.
+/// The help text of `scatter` names each function and each field of an aerosol.
 #[test]
 fn the_help_of_scatter_explains_each_field_of_an_aerosol() {
     let scatter = QUERIES.iter().find(|kind| kind.name == "scatter").expect("listed");
@@ -179,6 +180,9 @@ fn the_help_of_scatter_explains_each_field_of_an_aerosol() {
     let words: Vec<&str> = help.split(|c: char| !c.is_alphanumeric() && c != '_').collect();
     for field in AerosolPhase::FIELDS {
         assert!(words.contains(&field.query_key), "{}: {help}", field.query_key);
+    }
+    for function in AerosolFunction::ALL {
+        assert!(help.contains(function.query_word()), "{function:?}: {help}");
     }
 }
 

@@ -9,6 +9,7 @@ pub mod hand_shader;
 pub mod photons;
 pub mod program;
 pub mod random;
+pub mod reference_rays;
 pub mod scratch;
 pub mod session;
 pub mod sweep;

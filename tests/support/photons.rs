@@ -3,7 +3,7 @@
 
 use super::random::Random;
 use glam::DVec3;
-use orrery::catalog::{AerosolPhase, Body, PhaseFunction, Species};
+use orrery::catalog::{AerosolFunction, AerosolPhase, Body, PhaseFunction, Species};
 use std::f64::consts::{PI, TAU};
 
 /// Greatest number of scatterings, by air or ground, along a photon's path. Light of higher orders is dropped; in Titan's air it is below 1e-3 of the whole.
@@ -13,6 +13,8 @@ const MAX_ORDERS: u32 = 200;
 pub struct Air<'a> {
     body: &'a Body,
     species: &'a [Species],
+    /// One per species.
+    angles: Vec<ScatteringAngles>,
     channel: usize,
     top_km: f64,
     /// Albedo of the ground, a Lambert surface.
@@ -54,19 +56,22 @@ fn distance_to_sphere(p: DVec3, direction: DVec3, radius: f64, crossing: Crossin
     (discriminant > 0.0 && distance > 0.0).then_some(distance)
 }
 
-/// Phase function of a channel per steradian, also for `air_reference`.
+fn henyey_greenstein(g: f64, cosine: f64) -> f64 {
+    (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cosine).powf(1.5))
+}
+
+/// Phase function of a channel per steradian, also for `air_reference` and `reference_rays`. Random angles follow from it.
 pub fn per_steradian(phase: PhaseFunction, channel: usize, cosine: f64) -> f64 {
     match phase {
         PhaseFunction::Rayleigh => 3.0 / (16.0 * PI) * (1.0 + cosine * cosine),
-        // Destructured without `..`, here and below, so that a new parameter is a compile error.
-        PhaseFunction::Aerosol(AerosolPhase { asymmetry }) => {
-            let g = asymmetry[channel];
-            (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cosine).powf(1.5))
-        }
+        // Destructured without `..`, so that a new parameter is a compile error.
+        PhaseFunction::Aerosol(AerosolPhase { function, asymmetry }) => match function {
+            AerosolFunction::HenyeyGreenstein => henyey_greenstein(asymmetry[channel], cosine),
+        },
     }
 }
 
-/// A random cosine of the scattering angle, distributed by Henyey-Greenstein's function.
+/// A random cosine, distributed by Henyey-Greenstein's function.
 fn henyey_greenstein_cosine(random: &mut Random, g: f64) -> f64 {
     if g.abs() < 1e-6 {
         return 2.0 * random.uniform() - 1.0;
@@ -75,16 +80,49 @@ fn henyey_greenstein_cosine(random: &mut Random, g: f64) -> f64 {
     (1.0 + g * g - ratio * ratio) / (2.0 * g)
 }
 
-/// A random cosine of the scattering angle, distributed by the phase function of a channel.
-pub fn scattering_cosine(random: &mut Random, phase: PhaseFunction, channel: usize) -> f64 {
-    match phase {
-        PhaseFunction::Rayleigh => loop {
-            let cosine = 2.0 * random.uniform() - 1.0;
-            if random.uniform() * 2.0 < 1.0 + cosine * cosine {
-                return cosine;
+/// Random scattering angles, distributed by the phase function of a channel.
+pub struct ScatteringAngles {
+    phase: PhaseFunction,
+    channel: usize,
+    /// Ascending cosines, each with the fraction of the light that is scattered at smaller ones.
+    fractions: Vec<[f64; 2]>,
+}
+
+impl ScatteringAngles {
+    pub fn new(phase: PhaseFunction, channel: usize) -> Self {
+        const STEPS: u32 = 4000;
+        // Closely spaced at both ends, where functions have their peaks.
+        let cosine = |k: u32| {
+            let t = TAU * f64::from(k) / f64::from(STEPS);
+            -(0.5 * (t - t.sin())).cos()
+        };
+        let (mut sum, mut fractions) = (0.0, vec![[-1.0, 0.0]]);
+        for (from, to) in (0..STEPS).map(|k| (cosine(k), cosine(k + 1))) {
+            sum += 0.5 * (to - from) * (per_steradian(phase, channel, from) + per_steradian(phase, channel, to));
+            fractions.push([to, sum]);
+        }
+        for [_, fraction] in &mut fractions {
+            *fraction /= sum;
+        }
+        Self { phase, channel, fractions }
+    }
+
+    /// The cosine of a random angle.
+    pub fn cosine(&self, random: &mut Random) -> f64 {
+        if self.phase == PhaseFunction::Rayleigh {
+            // By rejection: a gas nowhere scatters more than forwards.
+            let value = |cosine: f64| per_steradian(self.phase, self.channel, cosine);
+            loop {
+                let cosine = 2.0 * random.uniform() - 1.0;
+                if random.uniform() * value(1.0) < value(cosine) {
+                    return cosine;
+                }
             }
-        },
-        PhaseFunction::Aerosol(AerosolPhase { asymmetry }) => henyey_greenstein_cosine(random, asymmetry[channel]),
+        }
+        let fraction = random.uniform();
+        let above = self.fractions.partition_point(|[_, below]| *below <= fraction).clamp(1, self.fractions.len() - 1);
+        let ([from, at_from], [to, at_to]) = (self.fractions[above - 1], self.fractions[above]);
+        from + (to - from) * (fraction - at_from) / (at_to - at_from)
     }
 }
 
@@ -94,7 +132,8 @@ impl<'a> Air<'a> {
         let atmosphere = body.atmosphere.as_ref().expect("air");
         let max_extinction_per_km = atmosphere.species.iter().map(|s| s.scattering_per_km[channel] + s.absorption_per_km[channel]).sum();
         let albedo = body.mean_reflectance()[channel];
-        Self { body, species: &atmosphere.species, channel, top_km: atmosphere.top_km, albedo, max_extinction_per_km }
+        let angles = atmosphere.species.iter().map(|s| ScatteringAngles::new(s.phase, channel)).collect();
+        Self { body, species: &atmosphere.species, angles, channel, top_km: atmosphere.top_km, albedo, max_extinction_per_km }
     }
 
     fn density(species: &Species, height_km: f64) -> f64 {
@@ -135,14 +174,14 @@ impl<'a> Air<'a> {
 
     /// A random direction in the sky, and one over the density of such directions per steradian; `None` for a direction below the horizon. A third of the
     /// directions is distributed with the cosine of the zenith angle, a third towards the horizon in the Sun's azimuth, from where most twilight comes, and a
-    /// third around the Sun, where aerosols scatter most.
+    /// third around the Sun, where aerosols scatter most: by Henyey-Greenstein's function, whatever the phase functions of the air are.
     fn sky_direction(random: &mut Random, sun: DVec3) -> Option<(DVec3, f64)> {
+        /// Asymmetry of the last third.
+        const AROUND_SUN: f64 = 0.7;
         // The Sun's direction, or 3 degrees above the horizon in the Sun's azimuth if the Sun is lower: from there comes the light of twilight.
         let glow = DVec3::new(sun.x, sun.y, sun.z.max(0.05)).normalize();
         // Density of the second third's azimuths, per radian from the Sun's azimuth: 0.7 of them are within 0.8 rad, the others all around.
         let azimuth_density = |azimuth: f64| 0.3 / TAU + if azimuth.abs() < 0.8 { 0.7 / 1.6 } else { 0.0 };
-        // Grey: the same in each channel.
-        let (around_sun, any_channel) = (PhaseFunction::Aerosol(AerosolPhase::henyey_greenstein([0.7; 3])), 0);
         let direction = match (3.0 * random.uniform()) as u32 {
             0 => {
                 let cosine = random.positive().sqrt();
@@ -155,7 +194,7 @@ impl<'a> Air<'a> {
                 DVec3::new(horizontal * azimuth.cos(), horizontal * azimuth.sin(), cosine)
             }
             _ => {
-                let cosine = scattering_cosine(random, around_sun, any_channel);
+                let cosine = henyey_greenstein_cosine(random, AROUND_SUN);
                 deflected(random, glow, cosine)
             }
         };
@@ -164,7 +203,7 @@ impl<'a> Air<'a> {
         }
         // In the second third, the cosine of the zenith angle is the square of a uniform number, so its density is 1 / (2 sqrt(cosine)).
         let horizon_density = azimuth_density(direction.y.atan2(direction.x)) / (2.0 * direction.z.sqrt());
-        let density = (direction.z / PI + horizon_density + per_steradian(around_sun, any_channel, direction.dot(glow))) / 3.0;
+        let density = (direction.z / PI + horizon_density + henyey_greenstein(AROUND_SUN, direction.dot(glow))) / 3.0;
         Some((direction, 1.0 / density))
     }
 
@@ -231,12 +270,12 @@ impl<'a> Air<'a> {
                     let total: f64 = self.scattering_per_km(height_km).map(|(_, scattering)| scattering).sum();
                     weight *= total / extinction;
                     let mut chosen = random.uniform() * total;
-                    let species = self.scattering_per_km(height_km).find(|(_, scattering)| {
+                    let species = self.scattering_per_km(height_km).position(|(_, scattering)| {
                         chosen -= scattering;
                         chosen < 0.0
                     });
-                    let Some((species, _)) = species else { break };
-                    let turn_cosine = scattering_cosine(&mut random, species.phase, self.channel);
+                    let Some(species) = species else { break };
+                    let turn_cosine = self.angles[species].cosine(&mut random);
                     direction = deflected(&mut random, direction, turn_cosine);
                 } else if let Some(ground_km) = ground_km {
                     let up = (position + direction * ground_km).normalize();

@@ -1,21 +1,37 @@
 //! Phase functions of the air, per steradian and linear sRGB channel: the mean over all directions is 1 / (4 pi).
 //!
-//! In: the catalog's phase function of a species, and the cosine of the scattering angle, 1 for forward scattering. Out: the phase function's value. Always:
-//! the value is that of the shader's function (shaders/lib/air/phase.wesl) divided by pi; tests/shader/formulas.rs compares the two. docs/phase-function.md
-//! says how to add a phase function.
+//! In: the catalog's phase function of a species, and the cosine of the scattering angle, 1 for forward scattering. Out: the phase function's value, and the
+//! mean cosine. Always: the value is that of the shader's function (shaders/lib/air/phase.wesl) divided by pi; tests/shader/formulas.rs compares the two.
+//! docs/phase-function.md says how to change a phase function.
 
-use crate::catalog::{AerosolPhase, PhaseFunction};
+use crate::catalog::{AerosolFunction, AerosolPhase, PhaseFunction};
 use glam::DVec3;
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 /// The value of a phase function in each channel.
 pub fn per_steradian(phase: PhaseFunction, cos_scattering: f64) -> DVec3 {
     match phase {
         PhaseFunction::Rayleigh => DVec3::splat(rayleigh(cos_scattering)),
-        PhaseFunction::Aerosol(AerosolPhase { asymmetry }) => {
-            DVec3::from_array(asymmetry).map(|asymmetry| henyey_greenstein(cos_scattering, asymmetry))
-        }
+        // Destructured without `..`, so that a new parameter is a compile error here.
+        PhaseFunction::Aerosol(AerosolPhase { function, asymmetry }) => DVec3::from_array(asymmetry).map(|asymmetry| match function {
+            AerosolFunction::HenyeyGreenstein => henyey_greenstein(cos_scattering, asymmetry),
+        }),
     }
+}
+
+/// The mean cosine of the scattering angle in each channel, to 1e-9 for peaks as narrow as that of Henyey-Greenstein's function with an asymmetry of 0.995.
+pub(crate) fn mean_cosine(phase: PhaseFunction) -> DVec3 {
+    const STEPS: u32 = 256;
+    let (mut sum, mut sum_of_cosines) = (DVec3::ZERO, DVec3::ZERO);
+    for k in 0..STEPS {
+        // Angles are closely spaced at both ends, where the functions have their peaks.
+        let t = TAU * (f64::from(k) + 0.5) / f64::from(STEPS);
+        let (sin, cos) = (0.5 * (t - t.sin())).sin_cos();
+        let scattered = per_steradian(phase, cos) * (sin * (1.0 - t.cos()));
+        sum += scattered;
+        sum_of_cosines += scattered * cos;
+    }
+    sum_of_cosines / sum
 }
 
 /// Rayleigh's phase function, for gas.
@@ -42,12 +58,20 @@ mod tests {
         let mean = |values: &dyn Fn(f64) -> DVec3| cosines().map(values).sum::<DVec3>() / STEPS as f64;
         let is_one = |values: DVec3| (values - 1.0).abs().max_element() < 1e-4;
         assert!(is_one(4.0 * PI * mean(&|cos| per_steradian(PhaseFunction::Rayleigh, cos))));
-        for aerosol in AerosolPhase::SAMPLES {
-            let phase = |cos: f64| per_steradian(PhaseFunction::Aerosol(aerosol), cos);
-            assert!(is_one(4.0 * PI * mean(&phase)), "{aerosol:?}");
-            let mean_cosine = 4.0 * PI * mean(&|cos| cos * phase(cos));
-            let error = (mean_cosine - DVec3::from_array(aerosol.mean_cosine())).abs().max_element();
-            assert!(error < 1e-4, "{mean_cosine} for {aerosol:?}");
+        for aerosol in AerosolPhase::samples() {
+            let phase = PhaseFunction::Aerosol(aerosol);
+            assert!(is_one(4.0 * PI * mean(&|cos| per_steradian(phase, cos))), "{aerosol:?}");
+            let (found, expected) = (mean_cosine(phase), 4.0 * PI * mean(&|cos| cos * per_steradian(phase, cos)));
+            assert!((found - expected).abs().max_element() < 1e-4, "{aerosol:?}: {found}, not {expected}");
+        }
+    }
+
+    #[test]
+    fn the_mean_cosine_of_henyey_greenstein_is_the_asymmetry() {
+        for asymmetry in [[-0.3, 0.0, 0.5], [0.8, 0.95, 0.995]] {
+            let aerosol = AerosolPhase { asymmetry, ..AerosolPhase::of(AerosolFunction::HenyeyGreenstein) };
+            let found = mean_cosine(PhaseFunction::Aerosol(aerosol));
+            assert!((found - DVec3::from_array(asymmetry)).abs().max_element() < 1e-9, "{found}, not {asymmetry:?}");
         }
     }
 }

@@ -48,6 +48,8 @@ use ground::{Albedo, Ground};
 use log_mean::LogMean;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use sun_glare::FrameGlare;
+#[doc(hidden)]
+pub use twilight::metered_twilight;
 
 /// Luminance of the sky around sunset, cd/m2. Below it, images of sky and ground are made darker, in stops per factor of ten in luminance, but not by more than
 /// the maximum. The three values are judged by eye: photographers reduce the exposure by one stop in civil twilight, and by two to three at night.
