@@ -21,7 +21,7 @@ pub struct ShapeParameters {
     /// Kilometres per unit of the file.
     pub scale_km: f64,
     /// Factors by which y and z of a point in the unit-sphere frame are multiplied (x is kept) to look the point up in the map. The direction of the result has
-    /// the map's longitude and latitude: planetocentric or planetographic, whichever is evenly spaced over the map's columns and rows.
+    /// the map's longitude, and the latitude that is evenly spaced over the map's rows: planetocentric or planetographic.
     pub map_stretch: DVec2,
     /// Whether both sides of each triangle are lit.
     pub two_sided: bool,

@@ -96,6 +96,15 @@ fn summed(body: &Body, cells: &[(DVec3, f64, f64)], sun: DVec3, viewer: DVec3) -
     light / even
 }
 
+/// Without harmonics a body is equally bright from all sides: as bright as the mean of its map, which its disc shows.
+#[test]
+fn a_map_without_harmonics_has_the_brightness_of_its_mean() {
+    let mut moon = Catalog::embedded().body(NaifId::MOON).expect("the Moon").clone();
+    let map = moon.maps.albedo.as_mut().expect("a map");
+    (map.harmonics, map.relative_mean) = (None, 1.25);
+    assert_eq!(light_curve(&moon, DVec3::X, DVec3::Y), 1.25);
+}
+
 /// At full phase and at phase angles of 30, 60 and 100 degrees, from all sides.
 #[test]
 fn the_light_curve_is_that_of_the_disc() {

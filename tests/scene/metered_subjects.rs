@@ -1,5 +1,5 @@
-//! Subjects that enter the light meter's reading or leave it: bodies and rings that become points, crescents at limb and frame, city lights around a camera on
-//! the ground. The air in twilight, against images.
+//! Subjects that enter the light meter's reading or leave it: bodies and rings that become points, crescents and the refracted Sun at limb and frame, city
+//! lights around a camera on the ground. The air in twilight, against images.
 
 use super::metering::assert_changes_smoothly;
 use crate::support::folds::larger;
@@ -155,6 +155,20 @@ fn a_narrow_field_of_view_is_exposed_for_what_it_shows() {
     // A sunlit disc has the same exposure at every field of view.
     let full = [0.05, 0.3, 1.0].map(|fov_deg| stops(&moon("2025-01-13T22:27:00Z", 0.0, fov_deg)));
     assert!(full.iter().all(|stops| (stops - full[2]).abs() < 0.5), "{full:?}");
+}
+
+/// The Earth in front of the Sun, from the centre of the eclipsed Moon: as the field of view becomes narrower, the bright ring of air leaves the frame, at last
+/// through the corners. From then on the image is exposed for the night side. If each part counted in full while it is in the frame, the exposure would
+/// change by 12 stops within half a percent of the field of view, the step of this test.
+#[test]
+fn the_refracted_sun_leaves_a_narrow_field_of_view_gradually() {
+    let at = |k: i32| {
+        let view = view(NaifId::EARTH, "2025-03-14T06:59:00Z", Position::Centre(NaifId::MOON));
+        stops(&ViewRequest { fov_deg: Some(2.2 * 0.995_f64.powi(k)), ..view })
+    };
+    let all: Vec<f64> = (0..=120).map(at).collect();
+    assert!(all[0] < -2.0 && all[120] > 12.0, "{all:?}");
+    assert!(all.windows(2).all(|w| (w[1] - w[0]).abs() < 5.0), "{all:?}");
 }
 
 /// From a city (Paris) the view over the horizon is exposed for the sky, as without the lights of the ground: they must not hide the stars. A camera that looks

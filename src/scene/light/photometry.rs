@@ -165,13 +165,14 @@ pub(crate) fn albedo_normalisation(body: &Body) -> DVec3 {
 /// Numbers of photometric longitudes and latitudes of [`light_curve`].
 const LIGHT_CURVE_GRID: [u32; 2] = [24, 12];
 
-/// Brightness of the disc relative to a disc of the published albedo without bright and dark sides: the rotational light curve. 1 for a body without harmonics.
-/// It sums the reflectance times the relative albedo, which is the map's relative mean times 1 plus the map's harmonics, and at least 0, over the part of a
-/// sphere that is lit and visible. `sun` and `viewer`: unit vectors from the body, body axes. Errors: those of the harmonics, which leave out all finer detail
-/// of the map (tests/image/light_curves.rs).
+/// Brightness of the disc relative to a disc of the published albedo without bright and dark sides: the rotational light curve. 1 without an albedo map; with a
+/// map without harmonics its relative mean. Otherwise it sums the reflectance times the relative albedo, which is the map's relative mean times 1 plus the
+/// map's harmonics, and at least 0, over the part of a sphere that is lit and visible. `sun` and `viewer`: unit vectors from the body, body axes. Errors: those
+/// of the harmonics, which leave out all finer detail of the map (tests/image/light_curves.rs).
 pub fn light_curve(body: &Body, sun: DVec3, viewer: DVec3) -> f64 {
-    let map = body.maps.albedo.as_ref().filter(|_| !matches!(body.photometry, Photometry::Emissive { .. }));
-    let Some((harmonics, relative_mean)) = map.and_then(|map| Some((map.harmonics?, map.relative_mean))) else { return 1.0 };
+    let reflects = !matches!(body.photometry, Photometry::Emissive { .. });
+    let Some(map) = body.maps.albedo.as_ref().filter(|_| reflects) else { return 1.0 };
+    let Some(harmonics) = map.harmonics else { return map.relative_mean };
     let alpha = crate::ephemeris::angle_rad(sun, viewer);
     // Photometric longitude 0 is the viewer's, alpha the Sun's; the pole is perpendicular to both.
     let towards_sun = sun.reject_from(viewer).try_normalize().unwrap_or_else(|| viewer.any_orthonormal_vector());
@@ -192,7 +193,7 @@ pub fn light_curve(body: &Body, sun: DVec3, viewer: DVec3) -> f64 {
         }
     }
     // At a phase angle of 180 degrees nothing is lit.
-    if light_of_uniform_albedo > 0.0 { relative_mean * light / light_of_uniform_albedo } else { 1.0 }
+    if light_of_uniform_albedo > 0.0 { map.relative_mean * light / light_of_uniform_albedo } else { 1.0 }
 }
 
 /// Mean radiance of the Sun's disc, which causes irradiance 1 at 1 au.

@@ -383,6 +383,14 @@ mod tests {
     }
 
     #[test]
+    fn positions_are_rounded_to_the_nearest_integer_with_ties_to_even() {
+        let limit = GUARD_BAND_PX * STEPS_PER_PIXEL as f64;
+        for x in [0.0, -0.0, 0.3, 0.5, 1.5, 2.5, 1e6 + 0.5, limit - 0.25, limit].into_iter().flat_map(|x| [x, -x]) {
+            assert_eq!(nearest_integer(x), x.round_ties_even() as i64, "{x}");
+        }
+    }
+
+    #[test]
     fn counter_clockwise_triangles_are_front_faces_even_if_clipped() {
         let near = [[-0.5, -0.5, 0.5, 1.0], [0.5, -0.5, 0.5, 1.0], [0.0, 0.5, 0.5, 1.0]];
         let cut = [[-0.5, -0.5, 0.1, 1.0], [0.5, -0.5, 0.1, 1.0], [0.0, 0.9, 0.1, -1.0]];

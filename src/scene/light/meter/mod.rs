@@ -372,9 +372,9 @@ impl<'a> MeteredFrame<'_, 'a> {
         }
     }
 
-    /// The weight of a direction's position in the frame for a body whose parts outside the frame must not count: 0 outside, with a softened edge.
-    /// `outline_weight`: the weight of the position of the body's outline; `disc_weight`: how much this counts ([`entire_disc_weight`]), and not the part's
-    /// own position.
+    /// The weight of a direction's position in the frame for a thin part of a body whose parts outside the frame must not count: 0 outside, with a softened
+    /// edge. `outline_weight`: the weight of the position of the body's outline; `disc_weight`: how much this counts ([`entire_disc_weight`]), and not the
+    /// part's own position.
     fn part_position_weight(&self, direction: DVec3, outline_weight: f64, disc_weight: f64) -> f64 {
         let Some(clip) = self.meter.camera.clip(direction) else { return 0.0 };
         // The edge is softened over a hundredth of the image.

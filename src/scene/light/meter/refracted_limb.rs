@@ -2,15 +2,14 @@
 //!
 //! In: the segments into which `eclipse::refracted_limb` divides each limb. Out: one subject for the limbs of all bodies together.
 
-use super::geometry::{frame_position_weight, outline_position_weight};
+use super::geometry::{area_px, entire_disc_weight, outline_position_weight};
 use super::{LogMean, MeteredFrame, MeteredSubject, SUN_WEIGHT, far_weight};
 use crate::catalog::NaifId;
 use crate::message::reason;
 use crate::scene::eclipse::refracted_limb;
 use crate::scene::light::exposure::AUTO_EXPOSED_MEAN;
-use crate::scene::numeric::smoothstep;
 use crate::scene::request::effects::Effect;
-use glam::FloatExt;
+use std::f64::consts::PI;
 
 impl MeteredFrame<'_, '_> {
     /// Meters all refracted limbs of the frame, unless the user has switched them or the atmosphere off.
@@ -28,15 +27,14 @@ impl MeteredFrame<'_, '_> {
                 continue;
             }
             let mut mean = LogMean::default();
-            // A limb seen from afar is a part of its body's image. It has the weight of the body's position, wherever on the limb the Sun's light is.
-            let (far_weight, body_weight) = (far_weight(p), outline_position_weight(camera, p));
+            // A limb seen from afar is a part of its body's image. It has the weight of the body's position, wherever on the limb the Sun's light is; but where
+            // the body reaches beyond the frame, each part of the limb has the weight of its own position.
+            let diameter_px = 2.0 * (area_px(camera, p) / PI).sqrt();
+            let disc_weight = far_weight(p) * entire_disc_weight(camera, p, diameter_px);
+            let outline_weight = outline_position_weight(camera, p);
             let nearer = self.nearer_bodies(p, camera.pixel_tangent());
             for segment in segments {
-                let Some(clip) = camera.clip(segment.direction) else { continue };
-                // Segments are thin, so the frame's edge is softened over a hundredth of the image instead of a segment's width.
-                let edge = (1.0 - clip.abs()) * 50.0 + 0.5;
-                let position_weight = frame_position_weight(clip.abs().max_element().min(1.0)).lerp(body_weight, far_weight);
-                let weight_in_frame = smoothstep(edge.x) * smoothstep(edge.y) * position_weight;
+                let weight_in_frame = self.part_position_weight(segment.direction, outline_weight, disc_weight);
                 let visible_weight = weight_in_frame * Self::ray_visibility(&nearer, segment.direction, camera.pixel_tangent());
                 mean.add(
                     visible_weight * segment.solid_angle / frame_sr,
