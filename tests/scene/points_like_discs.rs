@@ -4,14 +4,16 @@ use crate::support::folds::larger;
 use crate::support::session::SESSION;
 use glam::DVec3;
 use orrery::FrameImages;
-use orrery::catalog::NaifId;
+use orrery::catalog::{Body, NaifId};
 use orrery::render::plan::SamplingQuality;
 use orrery::scene::effects::EffectOverrides;
+use orrery::scene::photometry::irradiance_at_viewer;
 use orrery::scene::request::{Axes, ExposureRequest, Layers, Position, Purpose, ViewRequest};
 use orrery::time::Instant;
+use orrery::units::KM_PER_AU;
 
 /// A side of a square image and a diameter of the body in it, in pixels: a disc with its air, and a point. The point's image is so narrow that no other body is
-/// in it.
+/// in it at the phase angles of the tests.
 const DISC: [u32; 2] = [48, 36];
 const POINT: [u32; 2] = [8, 1];
 
@@ -86,6 +88,32 @@ fn a_backlit_body_with_air_has_the_light_of_its_disc() {
     for body in [606, 499] {
         let [disc, point] = [("", DISC), (",-atmosphere", POINT)].map(|(effects, size)| light(body, 150.0, TIME, 400.0, size, effects));
         assert!(point.y < 0.2 * disc.y, "{body}: {point}, {disc}");
+    }
+}
+
+/// The light of a row of `forward_light` (see catalogs/README.md) at a phase angle, computed from the disc. `now`: the present row, which gives the unit.
+fn forward_light_of_disc(body: &Body, phase_deg: f64, now: DVec3) -> DVec3 {
+    let of = |size, effects: &str| light(body.id.0, phase_deg, TIME, 400.0, size, &format!(",-planet-shine,-eclipse,-rings{effects}"));
+    let unit = (of(POINT, "") - of(POINT, ",-atmosphere")).element_sum() / now.element_sum();
+    // Not the light of the point without air: at 175 degrees and more, planets near the Sun may be in the point's image. They cancel in the difference above.
+    let of_phase_law = body.colour.as_dvec3() * irradiance_at_viewer(body, phase_deg.to_radians(), KM_PER_AU, 1.0, 1.0);
+    (of(DISC, "") / unit - of_phase_law).max(DVec3::ZERO)
+}
+
+/// Prints `forward_light` of all bodies as catalogs/atmospheres.toml has it, at the phase angles of the present rows. Rows without light stay.
+#[test]
+#[ignore = "prints tables for catalogs/atmospheres.toml"]
+fn print_forward_light() {
+    let rounded = |x: f64| -> f64 { format!("{x:.2e}").parse().expect("a number") };
+    for body in SESSION.catalog().bodies() {
+        let Some(air) = body.atmosphere.as_ref().filter(|air| !air.forward_light.is_empty()) else { continue };
+        println!("# {}\nforward_light = [", body.name);
+        for [phase_deg, rgb @ ..] in &air.forward_light {
+            let now = DVec3::from_array(*rgb);
+            let new = if now == DVec3::ZERO { now } else { forward_light_of_disc(body, *phase_deg, now) };
+            println!("    {:?},", [*phase_deg, rounded(new.x), rounded(new.y), rounded(new.z)]);
+        }
+        println!("]");
     }
 }
 
