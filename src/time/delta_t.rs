@@ -74,7 +74,8 @@ fn early_error_s(year: f64) -> f64 {
 }
 
 /// One standard error of [`delta_t_s`] in seconds. Before the measured table it follows published errors and differences (462 s in 585 BC, 20 s in 1500, 0.8 s
-/// in 1900), within the table measured differences, after it [`extrapolation_error_s`].
+/// in 1900), within the table measured differences. After the table's end it is that of an extrapolation: 38 s in 2100, 574 s in 2500
+/// (`extrapolation_error_s`).
 pub fn delta_t_error_s(tt_s: f64) -> f64 {
     let year = year_of(tt_s);
     match year {

@@ -99,7 +99,7 @@ const MAX_STRAIGHT_LIGHT_TIME_S: f64 = 10.0;
 
 /// In images, a body that can block only a smaller fraction of sunlight than this is no occluder: a tenth of the smallest visible change. Seen from the systems
 /// of Mercury to Jupiter, planets in transit block less, except Venus and the Earth.
-pub(crate) const MIN_BLOCKED_IN_IMAGES: f64 = 0.1 * VISIBLE_CHANGE;
+pub const MIN_BLOCKED_IN_IMAGES: f64 = 0.1 * VISIBLE_CHANGE;
 
 /// A body that may be in front of the Sun: its outline projected along the axis, in the receiver's equatorial radii.
 #[derive(Clone, Debug)]
@@ -236,7 +236,7 @@ pub fn select_occluders<'a>(
     FoundOccluders { occluders, reason }
 }
 
-/// Whether a body can darken a receiver visibly in images. In other systems only planets are large enough: Jupiter blocks a twentieth of Saturn's sunlight, Ganymede
+/// Whether a body can darken a receiver visibly. In other systems only planets are large enough: Jupiter blocks a twentieth of Saturn's sunlight, Ganymede
 /// 7e-5.
 fn can_occlude(occluder: &Body, receiver: &Body) -> bool {
     occluder.system_planet() == receiver.system_planet() || occluder.kind == BodyKind::Planet

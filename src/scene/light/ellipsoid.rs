@@ -52,7 +52,8 @@ fn reflected_km2(model: &Photometry, radii_km: DVec3, sun: DVec3, viewer: DVec3)
     let alpha = angle_rad(to_sun, to_viewer);
     // Longitude 0 is that of `to_viewer`, alpha that of `to_sun`; the pole is perpendicular to both.
     let x = to_viewer / viewer_length;
-    let y = to_sun.reject_from(x).try_normalize().unwrap_or_else(|| x.any_orthonormal_vector());
+    // At smaller angles rounding determines the direction.
+    let y = if alpha > 1e-9 { to_sun.reject_from(x).normalize_or_zero() } else { x.any_orthonormal_vector() };
     let pole = x.cross(y);
     let (lit_width, cos_phase) = (PI - alpha, sun.dot(viewer));
     let mut sum = 0.0;
