@@ -54,19 +54,23 @@ fn reflected_km2(model: &Photometry, radii_km: DVec3, sun: DVec3, viewer: DVec3)
     let x = to_viewer / viewer_length;
     // At smaller angles rounding determines the direction.
     let y = if alpha > 1e-9 { to_sun.reject_from(x).normalize_or_zero() } else { x.any_orthonormal_vector() };
-    let pole = x.cross(y);
+    let pole = x.cross(y) / radii_km;
+    let pole_sq = pole.length_squared();
     let (lit_width, cos_phase) = (PI - alpha, sun.dot(viewer));
     let mut sum = 0.0;
     for (node, longitude_weight) in LONGITUDES.iter() {
         let longitude = FRAC_PI_2 - lit_width * node;
-        let equatorial = x * longitude.cos() + y * longitude.sin();
-        let (towards_sun, towards_viewer) = ((longitude - alpha).cos() * sun_length, longitude.cos() * viewer_length);
-        for [sin_latitude, cos_latitude, latitude_weight] in LATITUDES.iter() {
-            let point = equatorial * *cos_latitude + pole * *sin_latitude;
-            let per_length = cos_latitude / (point / radii_km).length();
+        let (sin, cos) = longitude.sin_cos();
+        let equatorial = (x * cos + y * sin) / radii_km;
+        let (equatorial_sq, product) = (equatorial.length_squared(), equatorial.dot(pole));
+        let (towards_sun, towards_viewer) = ((longitude - alpha).cos() * sun_length, cos * viewer_length);
+        for [sin_lat, cos_lat, latitude_weight] in LATITUDES.iter() {
+            // The length of (point / semi-axes), squared.
+            let length_sq = cos_lat * cos_lat * equatorial_sq + 2.0 * sin_lat * cos_lat * product + sin_lat * sin_lat * pole_sq;
+            let per_length = cos_lat / length_sq.sqrt();
             let radiance = photometry::reflectance(model, towards_sun * per_length, towards_viewer * per_length, cos_phase);
             // Projected towards the viewer, the ground's area is that of the unit sphere times this cosine and the semi-axes' product.
-            sum += longitude_weight * latitude_weight * radiance * cos_latitude * towards_viewer;
+            sum += longitude_weight * latitude_weight * radiance * cos_lat * towards_viewer;
         }
     }
     sum * lit_width * radii_km.element_product() / PI
