@@ -4,7 +4,7 @@
 //! 0.15 for Saturn with rings (tests/scene/magnitudes.rs).
 
 use crate::catalog::Body;
-use crate::scene::light::photometry;
+use crate::scene::light::{ellipsoid, photometry};
 use crate::scene::rings::ring_light::RingLight;
 use crate::scene::rings::ring_table::RingTables;
 use crate::units::{KM_PER_AU, luminance};
@@ -36,12 +36,15 @@ impl Irradiance {
     }
 }
 
-/// Irradiance from the globe, without its rings and their shadow. Parameters as for [`irradiance`].
+/// Irradiance from the globe, without its rings and their shadow; that of an elongated body depends on the sides that face the Sun and the viewer
+/// ([`ellipsoid`]). Parameters as for [`irradiance`].
 pub(crate) fn globe_irradiance(body: &Body, phase_angle_rad: f64, sun_km: DVec3, viewer_km: DVec3) -> Irradiance {
     let projected_radius_sq_km2 = photometry::projected_radius_sq_km2(body.radii_km, viewer_km.normalize());
     let (sun_distance_km, viewer_distance_km) = (sun_distance_km(sun_km), viewer_km.length());
-    let mean_irradiance =
-        photometry::irradiance_at_viewer(body, phase_angle_rad, sun_distance_km, viewer_distance_km, projected_radius_sq_km2);
+    let mean_irradiance = match ellipsoid::phase_times_radius_sq_km2(body, sun_km.normalize_or_zero(), viewer_km.normalize()) {
+        Some(km2) => body.geometric_albedo * km2 * (KM_PER_AU / (sun_distance_km * viewer_distance_km)).powi(2),
+        None => photometry::irradiance_at_viewer(body, phase_angle_rad, sun_distance_km, viewer_distance_km, projected_radius_sq_km2),
+    };
     Irradiance {
         of_phase_function: mean_irradiance * photometry::light_curve(body, sun_km.normalize_or_zero(), viewer_km.normalize()),
         of_air: photometry::forward_irradiance_at_viewer(
