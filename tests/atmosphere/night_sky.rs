@@ -1,5 +1,5 @@
-//! The sky by night: moonlight that the air scatters, in the sky and in front of the ground, and the light of the moonless sky. Images against the same air with
-//! the Moon in the Sun's place, and against what the light meter finds.
+//! The sky by night: moonlight that the air scatters, in the sky and in front of the ground, and the light of the moonless sky. Images against the same air
+//! with the Moon in the Sun's place, and against what the light meter finds.
 
 use super::air_pass::image;
 use crate::support::folds::larger;
