@@ -231,7 +231,8 @@ impl<'a> MeteredFrame<'_, 'a> {
         drawn_disc_share(self.meter.context.request.effects.override_of_body(p.body, Effect::Points), diameter_px)
     }
 
-    /// Radiance of the sky around the camera: scattered sunlight, dimmed in an eclipse, and scattered light of the brightest other bodies.
+    /// Radiance of the sky around the camera: scattered sunlight, dimmed in an eclipse, and scattered light of the body that gives the most light besides the
+    /// Sun. Images show the light of one other body in the air.
     fn sky_radiance(&self) -> f64 {
         let Some(air) = self.meter.air else { return 0.0 };
         let Some(p) = self.meter.placed.iter().find(|p| p.body.id == air.body.id) else { return 0.0 };
@@ -246,8 +247,8 @@ impl<'a> MeteredFrame<'_, 'a> {
         });
         let sunlight_fraction = unocculted + (1.0 - unocculted) * TOTALITY_SKY_FRACTION;
         let day = air.exposure_radiance(p.body_to_sun_km, lights::sunlight(p.body_to_sun_km).irradiance.x * sunlight_fraction);
-        let secondary = self.planet_shine_on(p);
-        day + secondary.iter().map(|l| air.exposure_radiance(l.direction, l.irradiance.y)).sum::<f64>()
+        let second = self.planet_shine_on(p).first().map_or(0.0, |l| air.exposure_radiance(l.direction, l.irradiance.y));
+        day + second
     }
 
     /// The lights that other bodies reflect onto a body, unless the user has switched planet-shine off.
