@@ -8,6 +8,7 @@ mod details;
 
 use super::Interface;
 use super::icons::{self, Icon};
+use super::theme::MIN_LIST_HEIGHT;
 use crate::catalog::Catalog;
 use crate::ephemeris::EphemerisError;
 use crate::time::Instant;
@@ -175,19 +176,24 @@ pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn R
         begin(interface, worker);
     }
     progress(&mut interface.events, ui);
-    if let Some(event) = interface.events.chosen.clone() {
-        // The details scroll if they are taller than this.
-        let available = ui.available_height();
-        let max_height = (available - MIN_VISIBLE_ROWS * (row_height(ui) + ui.spacing().item_spacing.y)).max(0.5 * available);
-        Panel::bottom("event").resizable(false).show(ui, |ui| {
-            ScrollArea::vertical()
-                .auto_shrink([false, true])
-                .max_height(max_height)
-                .min_scrolled_height(max_height)
-                .show(ui, |ui| details::show(interface, ui, worker, &event, actions));
-        });
-    }
-    list(interface, ui, worker, actions);
+    // The details need as much room as the list.
+    let min_height = if interface.events.chosen.is_some() { 2.0 * MIN_LIST_HEIGHT } else { MIN_LIST_HEIGHT };
+    ui.scope(|ui| {
+        ui.set_max_height(ui.available_height().max(min_height));
+        if let Some(event) = interface.events.chosen.clone() {
+            // The details scroll if they are taller than this.
+            let available = ui.available_height();
+            let max_height = (available - MIN_VISIBLE_ROWS * (row_height(ui) + ui.spacing().item_spacing.y)).max(0.5 * available);
+            Panel::bottom("event").resizable(false).show(ui, |ui| {
+                ScrollArea::vertical()
+                    .auto_shrink([false, true])
+                    .max_height(max_height)
+                    .min_scrolled_height(max_height)
+                    .show(ui, |ui| details::show(interface, ui, worker, &event, actions));
+            });
+        }
+        list(interface, ui, worker, actions);
+    });
 }
 
 /// Shows the controls for kinds, direction and range; returns whether to search again.

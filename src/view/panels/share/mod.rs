@@ -22,7 +22,7 @@ use crate::view::language::numbers::typed_number;
 use crate::view::language::{Language, text};
 use crate::view::link::{MAX_BYTES, SCHEME, view_from_text};
 use crate::view::worker::render_worker::{Pending, RenderWorker, ask};
-use egui::{ScrollArea, TextEdit};
+use egui::TextEdit;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -110,19 +110,17 @@ impl SharePanel {
 }
 
 pub(crate) fn panel(interface: &mut Interface, ui: &mut egui::Ui, worker: &dyn RenderWorker, actions: &mut Vec<Action>) {
-    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        links(interface, ui, worker.session(), actions);
-        ui.separator();
-        images::single_image(interface, ui);
-        ui.separator();
-        images::frames(interface, ui);
-        images::animation(interface, ui);
-        images::progress(interface, ui);
-        ui.separator();
-        bookmarks(interface, ui, actions);
-        ui.separator();
-        appearance(interface, ui);
-    });
+    links(interface, ui, worker.session(), actions);
+    ui.separator();
+    images::single_image(interface, ui);
+    ui.separator();
+    images::frames(interface, ui);
+    images::animation(interface, ui);
+    images::progress(interface, ui);
+    ui.separator();
+    bookmarks(interface, ui, actions);
+    ui.separator();
+    appearance(interface, ui);
 }
 
 /// Shows the controls for links and view files.
