@@ -15,7 +15,7 @@ use crate::time::Instant;
 use crate::units::{DAYS_PER_JULIAN_YEAR, SECONDS_PER_DAY};
 use crate::view::app::body_positions::SessionPositions;
 use crate::view::app::civil_time::ShownTimeZone;
-use crate::view::app::event_search::{ContactAtPlace, EventKind, EventSearch, SkyEvent};
+use crate::view::app::event_search::{EventFromPlace, EventKind, EventSearch, SkyEvent};
 use crate::view::app::event_view::EventPlayback;
 use crate::view::app::settings::Home;
 use crate::view::app::view_state::ViewState;
@@ -65,15 +65,15 @@ impl Row {
 /// change before the result is taken.
 type StepAnswer = (EventSearch, Vec<SkyEvent>);
 
-/// The contacts of an event at a place, and whether the event is visible from this place; or the text of an error.
-type LocalContacts = Result<(Vec<ContactAtPlace>, bool), String>;
+/// An event as seen from a place, or the text of an error.
+type SeenFromPlace = Result<EventFromPlace, String>;
 
 /// The chosen event as seen from a place.
 struct EventAtPlace {
     event: Arc<SkyEvent>,
     home: Home,
-    pending: Pending<LocalContacts>,
-    contacts: Option<LocalContacts>,
+    pending: Pending<SeenFromPlace>,
+    seen: Option<SeenFromPlace>,
 }
 
 /// State of the Events panel.
@@ -106,9 +106,9 @@ impl EventsPanel {
         Some(self.playback.unwrap_or_else(|| chosen.playback()))
     }
 
-    /// The contacts of an event at a place, if they were asked for and have arrived. `self.at_place` may still hold the contacts of another event or place.
-    fn contacts_at(&self, event: &Arc<SkyEvent>, home: Home) -> Option<&LocalContacts> {
-        self.at_place.as_ref().filter(|seen| Arc::ptr_eq(&seen.event, event) && seen.home == home)?.contacts.as_ref()
+    /// An event as seen from a place, if that was asked for and has arrived. `self.at_place` may still hold that of another event or place.
+    fn seen_from(&self, event: &Arc<SkyEvent>, home: Home) -> Option<&SeenFromPlace> {
+        self.at_place.as_ref().filter(|asked| Arc::ptr_eq(&asked.event, event) && asked.home == home)?.seen.as_ref()
     }
 
     /// Whether the search includes the kind of an event.
@@ -289,9 +289,9 @@ pub(crate) fn update(interface: &mut Interface, worker: &dyn RenderWorker) {
         panel.rows.truncate(MAX_ROWS);
     }
     if let Some(at_place) = &mut panel.at_place
-        && let Some(contacts) = at_place.pending.take()
+        && let Some(seen) = at_place.pending.take()
     {
-        at_place.contacts = Some(contacts);
+        at_place.seen = Some(seen);
     }
     end_playback(interface);
 }
