@@ -292,3 +292,49 @@ fn the_length_of_an_event_is_offered_only_near_its_time() {
     window.run_steps(3);
     assert_eq!(window.query_all_by_label("Whole event").count(), 0);
 }
+
+/// A missing folder was noticed after the last frame, and all frames were lost.
+#[test]
+fn a_recording_that_cannot_be_written_does_not_start() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (file, starts) in [("none/a.gif", false), ("a.gif", true)] {
+        let mut window = animating(&folder.path().join(file));
+        window.get_by_label("Number of frames").set_value_accesskit(50.0);
+        window.run_steps(2);
+        window.get_by_label("Record animation").click_accesskit();
+        window.run_steps(6);
+        let reply = window.state().reply_text().to_owned();
+        assert_eq!((window.state().is_saving(), reply.contains("there is no folder")), (starts, !starts), "{file}: {reply}");
+    }
+    assert_eq!(names_in(folder.path()), Vec::<String>::new(), "the trial leaves no file");
+}
+
+/// To quit during a recording, which loses it, one must ask twice.
+#[test]
+fn a_recording_is_not_lost_by_one_key() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut window = animating(&folder.path().join("a.gif"));
+    assert!(window.state_mut().may_quit(), "nothing would be lost");
+    for recording in 0..2 {
+        window.get_by_label("Number of frames").set_value_accesskit(50.0);
+        window.run_steps(2);
+        window.get_by_label("Record animation").click_accesskit();
+        window.run_steps(6);
+        window.key_press_modifiers(Modifiers::COMMAND, Key::Q);
+        window.run_steps(1);
+        assert!(window.state().quit_requested && window.state().is_saving(), "recording {recording}");
+        assert!(!window.state_mut().may_quit() && !window.state().quit_requested, "recording {recording}");
+        // The messages about later frames keep the warning.
+        for _ in 0..3 {
+            let reply = window.state().reply_text();
+            assert!(reply.contains("quit again"), "recording {recording}: {reply}");
+            window.run_steps(1);
+        }
+        if recording == 0 {
+            window.get_by_label("Cancel").click_accesskit();
+            window.run_steps(3);
+            assert!(!window.state().is_saving());
+        }
+    }
+    assert!(window.state_mut().may_quit(), "asked for the second time");
+}

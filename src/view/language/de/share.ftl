@@ -88,3 +88,4 @@ export-bar = Fortschritt des Exports
 export-cancel = Abbrechen
 export-cancel-hint = Den Export anhalten; geschriebene Bilder einer Folge bleiben
 export-stopped = Der Export wurde angehalten
+export-quit = Der Export ist noch nicht fertig: noch einmal beenden, um den Rest zu verwerfen

@@ -88,3 +88,4 @@ export-bar = Progress of the export
 export-cancel = Cancel
 export-cancel-hint = Stop the export; frames of a sequence that are written stay
 export-stopped = The export was stopped
+export-quit = The export is not finished: quit again to discard the rest

@@ -46,6 +46,8 @@ pub(crate) struct SharePanel {
     saving: Option<Pending<Result<PathBuf, String>>>,
     /// The sequence or animation that is being drawn and written.
     export: Option<Export>,
+    /// Whether the user has asked to quit during this export, which would lose the rest of it.
+    quit_refused: bool,
     /// The open file dialog.
     dialog: Option<dialog::OpenDialog>,
     /// Whether the user has asked to save an image, which [`update`] starts.
@@ -90,6 +92,7 @@ impl Default for SharePanel {
             },
             saving: None,
             export: None,
+            quit_refused: false,
             dialog: None,
             wants_image: false,
             requested_export: None,
@@ -101,6 +104,11 @@ impl SharePanel {
     /// Whether an image, a sequence or an animation is being drawn and written.
     pub(crate) fn is_busy(&self) -> bool {
         self.saving.is_some() || self.export.is_some()
+    }
+
+    /// Whether the program may quit: during an export only at the second request.
+    pub(super) fn may_quit(&mut self) -> bool {
+        self.export.is_none() || std::mem::replace(&mut self.quit_refused, true)
     }
 
     /// Requests an animation of the current tour.
@@ -204,7 +212,10 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
         }
     } else if let Some(kind) = kind {
         match new_export(interface, kind) {
-            Ok(export) => interface.share.export = Some(export.start(worker, interface.viewport.frame_start_s)),
+            Ok(export) => {
+                interface.share.export = Some(export.start(worker, interface.viewport.frame_start_s));
+                interface.share.quit_refused = false;
+            }
             Err(why) => interface.show_reply(why),
         }
     }
@@ -213,7 +224,8 @@ pub(crate) fn update(interface: &mut Interface, ctx: &egui::Context, worker: &dy
         interface.show_reply(written.map_or_else(|why| why, |path| saved_message(&path)));
     }
     if let Some((message, is_over)) = interface.share.export.as_mut().and_then(|export| export.poll(worker, saved_message)) {
-        interface.show_reply(message);
+        let asks_again = interface.share.quit_refused && !is_over;
+        interface.show_reply(if asks_again { format!("{message}\n{}", text!("export-quit")) } else { message });
         if is_over {
             interface.share.export = None;
         }
