@@ -18,7 +18,7 @@ use crate::view::app::civil_time::ShownTimeZone;
 use crate::view::app::event_search::{EventFromPlace, EventKind, EventSearch, SkyEvent};
 use crate::view::app::event_view::EventPlayback;
 use crate::view::app::settings::Home;
-use crate::view::app::view_state::ViewState;
+use crate::view::app::view_state::{CameraPose, ViewState};
 use crate::view::app::viewer::Action;
 use crate::view::error_texts::error_text;
 use crate::view::language::dates::minute_text;
@@ -100,10 +100,13 @@ pub(crate) struct EventsPanel {
 }
 
 impl EventsPanel {
-    /// The span and rate at which the chosen event is played or would be played; `None` if no event is chosen.
-    pub(crate) fn playback_of_chosen(&self) -> Option<EventPlayback> {
+    /// The span and rate at which the chosen event is played, or would be played with this camera; `None` if no event is chosen. `home`: the observer's
+    /// place.
+    pub(crate) fn playback_of_chosen(&self, camera_pose: &CameraPose, home: Home) -> Option<EventPlayback> {
         let chosen = self.chosen.as_ref()?;
-        Some(self.playback.unwrap_or_else(|| chosen.playback()))
+        let seen = self.seen_from(chosen, home).and_then(|seen| seen.as_ref().ok());
+        let at_place = seen.filter(|seen| seen.is_visible && details::stands_at(camera_pose, home)).map(|seen| chosen.playback_at(seen));
+        Some(self.playback.or(at_place).unwrap_or_else(|| chosen.playback()))
     }
 
     /// An event as seen from a place, if that was asked for and has arrived. `self.at_place` may still hold that of another event or place.

@@ -80,7 +80,7 @@ pub(super) fn show(
 }
 
 /// Whether a camera stands on the Earth's ground at the observer's place.
-fn stands_at(camera_pose: &CameraPose, home: Home) -> bool {
+pub(super) fn stands_at(camera_pose: &CameraPose, home: Home) -> bool {
     let CameraPose::Ground { body: NaifId::EARTH, latitude_deg, longitude_deg, .. } = *camera_pose else { return false };
     let differences_deg = [latitude_deg - home.latitude_deg, wrapped_longitude_deg(longitude_deg - home.longitude_deg)];
     differences_deg.into_iter().all(|degrees| degrees.abs() < SAME_PLACE_DEG)

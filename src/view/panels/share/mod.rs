@@ -41,6 +41,8 @@ pub(crate) struct SharePanel {
     frame_count: u32,
     /// Displayed time between two frames, seconds; negative to go back in time.
     step_s: f64,
+    /// Whether the frames span the chosen event instead, while the displayed time is near it.
+    spans_event: bool,
     animation: Animation,
     /// The image that is being drawn and written.
     saving: Option<Pending<Result<PathBuf, String>>>,
@@ -84,6 +86,7 @@ impl Default for SharePanel {
             image_options: ImageOptions { size_px: [1920, 1080], has_labels: false },
             frame_count: 60,
             step_s: 60.0,
+            spans_event: false,
             animation: Animation {
                 file_name: "orrery.gif".into(),
                 options: ImageOptions { size_px: [640, 360], has_labels: false },
@@ -237,13 +240,17 @@ fn new_export(interface: &Interface, kind: ExportKind) -> Result<Export, String>
     let panel = &interface.share;
     let Animation { file_name, options, rate, is_centred } = &panel.animation;
     let view = interface.viewer.shareable();
-    let steps = |view: ViewState| FrameViews::Steps { view: Box::new(view), step_s: panel.step_s };
+    let event_frames = images::chosen_frames_of_event(interface);
+    // The frames from a time on, or those of the chosen event.
+    let frames_from = |tdb_s: f64| {
+        let (tdb_s, step_s) = event_frames.unwrap_or((tdb_s, panel.step_s));
+        FrameViews::Steps { view: Box::new(ViewState { tdb_s, ..view.clone() }), step_s }
+    };
     match kind {
-        ExportKind::Sequence => Export::sequence(steps(view), &panel.image_file_name, panel.frame_count, panel.image_options),
+        ExportKind::Sequence => Export::sequence(frames_from(view.tdb_s), &panel.image_file_name, panel.frame_count, panel.image_options),
         ExportKind::Animation => {
             let start_to_displayed_s = if *is_centred { 0.5 * f64::from(panel.frame_count - 1) * panel.step_s } else { 0.0 };
-            let first_view = ViewState { tdb_s: view.tdb_s - start_to_displayed_s, ..view };
-            Export::animation(steps(first_view), file_name, panel.frame_count, *rate, *options)
+            Export::animation(frames_from(view.tdb_s - start_to_displayed_s), file_name, panel.frame_count, *rate, *options)
         }
         ExportKind::Tour => {
             let tour = interface.tour.current_tour().ok_or(text!("share-no-tour"))?;
