@@ -141,9 +141,9 @@ fn each_panel_keeps_its_own_scroll_position() {
 /// The pages of the Shader panel, by their English names.
 const SHADER_PAGES: [&str; 6] = ["Source", "Values", "Cost", "Probe", "Gallery", "Key"];
 
-/// The lowest widget of a panel at this place: all of it, and its part that is visible.
+/// The lowest widget of a panel at this place: all of it, and its part that is visible. Widgets that begin at the right edge or beyond are left out.
 fn lowest_widget(window: &Window, panel: Rect) -> [Rect; 2] {
-    let is_in_panel = |widget: Rect| widget.left() >= panel.left() - 2.0 && widget.left() <= panel.right();
+    let is_in_panel = |widget: Rect| widget.left() >= panel.left() - 2.0 && widget.left() <= panel.right() - 16.0;
     // No part of a panel is visible below its place: this widget belongs to the time bar.
     let is_below = |visible: Rect| visible.is_positive() && visible.top() >= panel.bottom() - 1.0;
     let lowest = window.ctx.viewport(|viewport| {
