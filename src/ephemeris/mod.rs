@@ -275,14 +275,12 @@ impl Ephemeris {
     /// The position of `body` whose light reaches `observer_pos_km` (barycentric ICRF) at `t`: the barycentric position at the time of emission, and that
     /// time. An error about an earlier time than `t` says that the light left then.
     pub fn light_time_position(&self, body: NaifId, observer_pos_km: DVec3, t: Instant) -> Result<(DVec3, Instant), EphemerisError> {
-        // Most moons are within a light second of their system's barycentre, whose position takes less work.
         let mut emitted = self.emission_from_system(body, observer_pos_km, t).unwrap_or(t);
         // Each round multiplies the error by v/c, which is under 1e-3 for any body here, so that six rounds always suffice. The last correction, of less than a
         // second, is made along the velocity, which leaves 6 metres at most (Metis, whose path curves most; tests/ephemeris/positions.rs).
         for round in 0.. {
             let found = self.state(body, NaifId::SOLAR_SYSTEM_BARYCENTER, emitted, None);
             if found.is_err() && round == 0 && emitted != t {
-                // The error about `t`, if there is one, comes first.
                 emitted = t;
                 continue;
             }
@@ -299,12 +297,14 @@ impl Ephemeris {
         unreachable!("the loop returns in its sixth round")
     }
 
-    /// When light that reaches the observer at `t` left the barycentre of the system of a planet or moon; `None` for other bodies.
+    /// When light that reaches the observer at `t` left the barycentre of a planet's or moon's system, whose position takes less work than a moon's.
     fn emission_from_system(&self, body: NaifId, observer_pos_km: DVec3, t: Instant) -> Option<Instant> {
         let system = (101..1000).contains(&body.0).then(|| NaifId(body.0 / 100))?;
         let State { pos_km, vel_km_s } = self.state(system, NaifId::SOLAR_SYSTEM_BARYCENTER, t, None).ok()?.state;
-        let light_time_s = |pos_km: DVec3| (pos_km - observer_pos_km).length() / SPEED_OF_LIGHT_KM_S;
-        Some(t.plus_seconds(-light_time_s(pos_km - vel_km_s * light_time_s(pos_km))))
+        let light_s_from = |pos_km: DVec3| (pos_km - observer_pos_km).length() / SPEED_OF_LIGHT_KM_S;
+        let light_s = light_s_from(pos_km - vel_km_s * light_s_from(pos_km));
+        // Farther away, the observer is in another system.
+        (light_s > 300.0).then(|| t.plus_seconds(-light_s))
     }
 
     /// The links from `target` towards the solar system barycentre, as far as the theories go.
