@@ -60,7 +60,7 @@ reason-mesh-triangles = { $count } triangles of { $file }, up to { $radii } radi
 reason-mesh-shadow = at each vertex, of a Sun { $degrees } degrees across
 reason-mesh-shadow-sharp = accurate to the length of an edge
 reason-overlay-size = { $overlay } is { $size } px across (threshold 0.5), opacity { $opacity }
-reason-crescent-width = the crescent is { $width } px wide (threshold { $threshold }): pixels in which sunlight ends show the mean of their lit part
+reason-crescent-width = the crescent is { $width } px wide (below { $from } px entirely, up to { $to } px partly averaged): pixels in which sunlight ends show the mean of their lit part
 reason-limb-heights = its limb, given by { $count } points, reaches from { $lowest } to { $highest } km: { $size } px (threshold { $limit })
 # Light of the Sun and of other bodies.
 reason-irradiance = irradiance { $irradiance } of that at 1 au

@@ -60,7 +60,7 @@ reason-mesh-triangles = { $count } Dreiecke aus { $file }, bis { $radii } Radien
 reason-mesh-shadow = an jedem Vertex, von einer Sonne mit { $degrees } Grad Durchmesser
 reason-mesh-shadow-sharp = scharf bis auf die Länge einer Kante
 reason-overlay-size = { $overlay } ist { $size } px breit (Schwelle 0,5), Deckkraft { $opacity }
-reason-crescent-width = die Sichel ist { $width } px breit (Schwelle { $threshold }): ein Pixel, in dem das Sonnenlicht endet, zeigt das Mittel seines beleuchteten Teils
+reason-crescent-width = die Sichel ist { $width } px breit (unter { $from } px ganz gemittelt, bis { $to } px teilweise): ein Pixel, in dem das Sonnenlicht endet, zeigt das Mittel seines beleuchteten Teils
 reason-limb-heights = sein Rand aus { $count } Punkten reicht von { $lowest } bis { $highest } km: { $size } px (Schwelle { $limit })
 # Light of the Sun and of other bodies.
 reason-irradiance = Bestrahlungsstärke: das { $irradiance }-fache von der in 1 AE

@@ -124,6 +124,52 @@ fn discs_under_air_have_the_same_light_at_every_size() {
     assert!(with_air.x > 1.1, "{with_air}");
 }
 
+/// Mercury's crescent at a phase angle of 150 degrees, just narrower than the widest one that is averaged: no pixel changes by more than 2 levels where averages
+/// begin, as they do where a camera moves away or zooms out (measured with averages of a fiftieth of a pixel: 3 levels; here, of a thousandth).
+#[test]
+fn averages_of_a_crescent_begin_gradually() {
+    let mercury = NaifId(199);
+    let time = Instant::parse("2030-04-03T00:00:00Z").expect("a time");
+    let sun_km = SESSION.ephemeris().state(NaifId::SUN, mercury, time, None).expect("a position").state.pos_km;
+    let towards_sun = sun_km.normalize();
+    let across = towards_sun.cross(DVec3::Z).normalize();
+    let phase = 150_f64.to_radians();
+    // The disc is 118 pixels wide, so that the crescent is 7.9 pixels wide.
+    let (side, fov_deg) = (160, 10_f64);
+    let px_per_rad = f64::from(side) / (2.0 * (0.5 * fov_deg.to_radians()).tan());
+    let distance_radii = 1.0 / (118.0 / 2.0 / px_per_rad).sin();
+    let direction = across * phase.sin() + towards_sun * phase.cos();
+    let radius_km = SESSION.catalog().body(mercury).expect("in the catalog").radii_km.x;
+    let request = ViewRequest {
+        position: Position::Offset { body: mercury, offset_km: direction * (distance_radii * radius_km), axes: Axes::Icrf },
+        fov_deg: Some(fov_deg),
+        exposure: ExposureRequest::Stops(2.0),
+        width: side,
+        height: side,
+        ..ViewRequest::of(mercury, time)
+    };
+    let mut scene = SESSION.scene(&request).expect("a scene");
+    scene.draws.retain(|d| d.body == mercury);
+    let part = scene.draws[0].uniforms.averaged_part;
+    assert!(part > 0.0 && part < 0.01, "{part}");
+    let levels = |scene: &Scene| {
+        let plan = plan::plan(scene, &*SESSION, SamplingQuality { samples: 1, anisotropy: 4 }).expect("a plan");
+        SESSION.renderer().render(&plan, SESSION.library(), FrameImages::Display).expect("drawn").0.display
+    };
+    let bare = levels(&without_averages(&scene));
+    let change = |scene: &Scene| {
+        let levels = levels(scene);
+        levels.iter().zip(&bare).map(|(a, b)| (0..3).map(|k| a[k].abs_diff(b[k])).max()).max().flatten().expect("pixels")
+    };
+    let at_limit = change(&scene);
+    // Negative control: averages over the entire pixel, without a fade.
+    let mut abrupt = scene.clone();
+    abrupt.draws.iter_mut().for_each(|d| d.uniforms.averaged_part = 1.0);
+    let abrupt = change(&abrupt);
+    println!("averages over {part} of a pixel change it by up to {at_limit} levels, over all of it by {abrupt}");
+    assert!(at_limit <= 2 && abrupt > 20, "{at_limit} {abrupt}");
+}
+
 /// Jupiter's crescent at a phase angle of 150 degrees, a fraction of a pixel wide, for files of linear light. Small moons are in front of the Sun somewhere
 /// over Jupiter at most times; their shadows, which change no pixel by more than the floor of linear light, do not keep the crescent from being averaged.
 #[test]

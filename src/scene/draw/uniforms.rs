@@ -129,6 +129,8 @@ uniforms! {
         /// Limb darkening per channel (emissive surfaces only).
         pub limb_darkening_u1: Vec3 = "limb_darkening_u1",
         pub limb_darkening_u2: Vec3 = "limb_darkening_u2",
+        /// Part of each pixel over which the light of a thin crescent is averaged, 0 to 1 (`surface::crescent`).
+        pub averaged_part: f32 = "averaged_part",
         /// Factors on y and z of a unit-sphere point. Longitude and latitude of the resulting direction give the column and the row of the map. The factors
         /// depend on whether the map's rows are spaced by planetocentric or by planetographic latitude.
         pub map_stretch: Vec2 = "map_stretch",

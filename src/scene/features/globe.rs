@@ -13,7 +13,7 @@ use crate::scene::features::choice::Capabilities;
 use crate::scene::features::inputs::DecisionInputs;
 use crate::scene::light::lights::{self, IncidentLight};
 use crate::scene::light::photometry;
-use crate::scene::surface::detail;
+use crate::scene::surface::{crescent, detail};
 use crate::scene::thresholds::NIGHT_MAP_WHITE_RADIANCE;
 use glam::DVec3;
 
@@ -113,6 +113,7 @@ pub(crate) fn uniforms_of_fraction(
         photometric_parameter: camera::narrow_scalar(photometric_parameter),
         limb_darkening_u1: camera::narrow(u1),
         limb_darkening_u2: camera::narrow(u2),
+        averaged_part: camera::narrow_scalar(crescent::averaged_part(inputs.diameter_px, placed.phase_angle_rad)),
         map_stretch: camera::narrow2(body.map_stretch()),
         map_pixel: camera::narrow_scalar(min_pixel_width(camera, placement, body)),
         camera_height: camera::narrow_scalar(placement.camera_in_unit_sphere().length() - 1.0),

@@ -1,19 +1,22 @@
 //! Whether the sunlit crescent of a body is so thin that one evaluation for each pixel would lose light.
 //!
-//! In: the inputs of one body and the decisions made before. Out: the decisions. In a thin crescent's draw, a pixel that the terminator crosses shows the mean
-//! of its lit part (shaders/lib/intersection.wesl), and air in front of the ground is averaged over each pixel near the limb (shaders/lib/air/at_limb.wesl).
+//! In: the inputs of one body and the decisions made before. Out: the decisions, and the part of each pixel over which a draw averages its light. In a thin
+//! crescent's draw, a pixel in which sunlight ends shows the mean of its lit part (shaders/lib/intersection.wesl), and air in front of the ground is averaged
+//! over each pixel near the limb (shaders/lib/air/at_limb.wesl). Always: no image changes suddenly where averages begin. Near its horns every crescent is
+//! thinner than a pixel, however wide it is in its middle; therefore the averages fade out (`averaged_part`).
 
 use crate::message::reason;
 use crate::scene::features::choice::Capabilities;
 use crate::scene::features::inputs::{DecisionInputs, Decisions};
-use std::f64::consts::FRAC_PI_2;
+use crate::scene::numeric::smooth_rise;
 
-/// Width in pixels below which a crescent is thin. Evaluated at one point of each pixel, a crescent of width w > 1 loses 0.22 / w^1.5 of its light: 2.7 % at
-/// this width, 8 % at 2 pixels, and most of it below half a pixel.
-const MAX_WIDTH_PX: f64 = 4.0;
-/// Width in radii below which the pixels of a crescent are not averaged: at phase angles above 179 degrees, where bodies are silhouettes in front of the Sun
-/// or close to it.
-const MIN_WIDTH_RADII: f64 = 1.5e-4;
+/// Widths in pixels between which averages fade out. Evaluated at one point of each pixel, a crescent of width w > 1 loses 0.22 / w^1.5 of its light: 1 % at
+/// the upper width, 2.7 % at the lower one, 8 % at 2 pixels, and most of it below half a pixel.
+const FADE_WIDTHS_PX: (f64, f64) = (4.0, 8.0);
+/// Widths in radii between which averages fade in: at phase angles of 179 to 178.6 degrees. Beyond, bodies are silhouettes in front of the Sun or close to it.
+const SILHOUETTE_WIDTHS_RADII: (f64, f64) = (1.5e-4, 3e-4);
+/// Widths in radii between which averages fade out: at phase angles of 101.5 to 90 degrees. More than half of a disc is no crescent.
+const HALF_LIT_WIDTHS_RADII: (f64, f64) = (0.8, 1.0);
 
 /// Name of the decision.
 const THIN_CRESCENT: &str = "thin-crescent";
@@ -24,10 +27,12 @@ fn width_radii(phase_angle_rad: f64) -> f64 {
     2.0 * (0.5 * phase_angle_rad).cos().powi(2)
 }
 
-/// Whether a body shows a thin crescent.
-fn is_thin(diameter_px: f64, phase_angle_rad: f64) -> bool {
+/// Part of each pixel over which the light of a body's crescent is averaged: 1 for all of it, 0 for one point of the pixel. Continuous in both arguments.
+pub(crate) fn averaged_part(diameter_px: f64, phase_angle_rad: f64) -> f64 {
     let width_radii = width_radii(phase_angle_rad);
-    phase_angle_rad > FRAC_PI_2 && width_radii > MIN_WIDTH_RADII && 0.5 * diameter_px * width_radii < MAX_WIDTH_PX
+    smooth_rise(SILHOUETTE_WIDTHS_RADII, width_radii)
+        * (1.0 - smooth_rise(HALF_LIT_WIDTHS_RADII, width_radii))
+        * (1.0 - smooth_rise(FADE_WIDTHS_PX, 0.5 * diameter_px * width_radii))
 }
 
 /// Decides whether the pixels of a crescent are averaged. Eclipses, meshes and relief finer than the maps exclude it, which limits the number of shader keys.
@@ -36,9 +41,10 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     let chosen = &mut decisions.chosen;
     let is_possible =
         !Capabilities::of(inputs.body()).is_emissive && chosen.eclipse.occluders == 0 && !chosen.detail && inputs.model.is_none();
-    if is_possible && is_thin(diameter_px, phase_angle_rad) {
+    if is_possible && averaged_part(diameter_px, phase_angle_rad) > 0.0 {
         let width_px = 0.5 * diameter_px * width_radii(phase_angle_rad);
-        let reason = reason!("crescent-width", width = format_args!("{width_px:.2}"), threshold = MAX_WIDTH_PX);
+        let (from, to) = FADE_WIDTHS_PX;
+        let reason = reason!("crescent-width", width = format_args!("{width_px:.2}"), from = from, to = to);
         chosen.thin_crescent = decisions.log.record(THIN_CRESCENT, true, reason);
     }
     decisions
@@ -49,13 +55,28 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_crescents_of_few_pixels_are_thin() {
+    fn only_crescents_of_few_pixels_are_averaged() {
         // On a sphere of radius 1 the terminator is -cos a from the centre of the disc, so the crescent is 1 + cos a wide.
         assert!((width_radii(120_f64.to_radians()) - 0.5).abs() < 1e-12 && (width_radii(90_f64.to_radians()) - 1.0).abs() < 1e-12);
-        let thin = |diameter_px: f64, phase_deg: f64| is_thin(diameter_px, phase_deg.to_radians());
-        assert!(thin(15.9, 120.0) && !thin(16.1, 120.0));
-        assert!(!thin(4.0, 89.0) && thin(4.0, 91.0), "more than half of a disc is no crescent");
+        let part = |diameter_px: f64, phase_deg: f64| averaged_part(diameter_px, phase_deg.to_radians());
+        assert!(part(15.9, 120.0) >= 1.0 && part(16.1, 120.0) < 1.0 && part(31.9, 120.0) > 0.0 && part(32.1, 120.0) <= 0.0);
+        assert!(part(4.0, 89.0) <= 0.0 && part(4.0, 91.0) > 0.0 && part(4.0, 102.0) >= 1.0, "more than half of a disc is no crescent");
         // A disc of 768 pixels in an image of 1024.
-        assert!(!thin(768.0, 171.0) && thin(768.0, 175.0) && !thin(768.0, 179.5));
+        assert!(part(768.0, 168.0) <= 0.0 && part(768.0, 169.0) > 0.0 && part(768.0, 175.0) >= 1.0 && part(768.0, 179.5) <= 0.0);
+    }
+
+    /// A zoom by 1 %, a motion by a fortieth of a degree around a half-lit body, and one by a thousandth of a degree behind a body change the averages by 3 %
+    /// or less. A limit without a fade would change them from 1 to 0.
+    #[test]
+    fn averages_fade_in_and_out() {
+        let steps = |part: &dyn Fn(f64) -> f64| {
+            let parts: Vec<f64> = (0..=2000).map(|k| part(f64::from(k))).collect();
+            assert!(parts.contains(&0.0) && parts.iter().any(|p| *p > 0.99), "the steps must pass a fade");
+            parts.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f64::max)
+        };
+        let zoom = steps(&|k| averaged_part(4.0 * 1.01_f64.powf(k), 150_f64.to_radians()));
+        let around = steps(&|k| averaged_part(6.0, (80.0 + 0.025 * k).to_radians()));
+        let behind = steps(&|k| averaged_part(100.0, (178.0 + 1e-3 * k).to_radians()));
+        assert!(zoom < 0.03 && around < 0.03 && behind < 0.03, "{zoom} {around} {behind}");
     }
 }
