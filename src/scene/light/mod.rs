@@ -6,6 +6,8 @@ pub(crate) mod auto_exposure;
 pub(crate) mod brightness;
 // The Sun's corona.
 pub mod corona;
+// The light of a disc by phase angle, divided between ground and air.
+pub mod disc_light;
 // The factor from radiance to display values.
 pub mod exposure;
 // The Sun's glare.
@@ -20,7 +22,7 @@ pub(crate) mod meter;
 pub mod night_lights;
 // Published phase laws of planets and the Moon.
 pub(crate) mod phase_laws;
-// Reflectance, geometric albedo and phase functions; irradiance at the viewer, magnitudes.
+// Reflectance, geometric albedo and phase functions; bright and dark sides, magnitudes.
 pub mod photometry;
 // The decision on planet-shine.
 pub(crate) mod planet_shine;
