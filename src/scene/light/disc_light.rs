@@ -2,10 +2,10 @@
 //!
 //! In: a body, and a phase angle `alpha` in radians, 0..=pi. Out: the factor on the drawn ground, and the light of the body's point. Always: ground and air
 //! together have the light of the published law, up to its limit; disc and point are alike (tests/scene/points_like_discs.rs). Exception: the ground keeps
-//! [`MIN_GROUND_PART`] of the law where the drawn air alone is brighter.
+//! `MIN_GROUND_PART` of the law where the drawn air alone is brighter.
 //!
 //! The air's light has two forms. Where clear air is opaque along the limb, the rim continues the disc's colour, in proportion to the ground (Venus, the giant
-//! planets: [`rim::continued_light`]). Haze and dust have the light of the catalog's `forward_light` (Mars, Titan, Pluto). Without a published law the
+//! planets: `rim::continued_light`). Haze and dust have the light of the catalog's `forward_light` (Mars, Titan, Pluto). Without a published law the
 //! photometric model is the ground's, and the light of the air is added.
 
 use crate::catalog::{Body, NaifId, Photometry};

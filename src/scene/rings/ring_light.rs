@@ -231,6 +231,7 @@ fn transmittance_of(interval: &RingInterval, towards: DVec3) -> f64 {
 mod tests {
     use super::*;
     use crate::catalog::{Catalog, NaifId};
+    use crate::units::luminance;
 
     fn direction(latitude_deg: f64, longitude_deg: f64) -> DVec3 {
         let (lat, lon) = (latitude_deg.to_radians(), longitude_deg.to_radians());
@@ -253,9 +254,8 @@ mod tests {
         let saturn = catalog.body(NaifId(699)).expect("Saturn");
         let ring_albedo: Vec<f64> = (0..=9)
             .map(|k| {
-                RingLight::of(&RingTables::default(), saturn, direction(3.0 * f64::from(k), 0.0), direction(3.0 * f64::from(k), 2.0))
-                    .ring_albedo
-                    .y
+                let [sun, viewer] = [0.0, 2.0].map(|longitude_deg| direction(3.0 * f64::from(k), longitude_deg));
+                luminance(RingLight::of(&RingTables::default(), saturn, sun, viewer).ring_albedo.to_array())
             })
             .collect();
         assert!(ring_albedo.windows(2).all(|w| w[1] > w[0]), "{ring_albedo:?}");
