@@ -41,6 +41,7 @@ fn uniforms(lights: u8) -> DrawUniforms {
         albedo: Vec3::new(14.0, 15.0, 16.0),
         lights: (0..lights).map(|k| light(100.0 + f32::from(k))).collect(),
         photometric_parameter: 17.0,
+        averaged_part: 64.0,
         limb_darkening_u1: Vec3::splat(18.0),
         limb_darkening_u2: Vec3::splat(19.0),
         map_stretch: Vec2::splat(20.0),

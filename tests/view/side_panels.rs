@@ -21,7 +21,7 @@ fn window(language: Language, [width, height]: [f32; 2], kept: Option<Tab>, open
     interface.language = language;
     (interface.kept_tab, interface.tab) = (kept, Some(open));
     let mut window = harness(interface);
-    window.set_size(egui::vec2(width, height));
+    window.set_size(vec2(width, height));
     settle(&mut window);
     window
 }
@@ -114,7 +114,7 @@ fn a_panel_keeps_its_width_whatever_it_shows() {
 #[test]
 fn each_panel_keeps_its_own_scroll_position() {
     let mut window = window_without_images(SATURN);
-    window.set_size(egui::vec2(1100.0, 640.0));
+    window.set_size(vec2(1100.0, 640.0));
     window.state_mut().tab = Some(Tab::Moments);
     window.run_steps(5);
     let top = |window: &Window, name: &str| window.get_by_label(name).rect().top();

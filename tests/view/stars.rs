@@ -46,7 +46,7 @@ fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
     let screen_position = |window: &Window, px: glam::DVec2| {
         let rendered = window.state().shown().expect("an image");
         let points_per_px = f64::from(sky.width()) / f64::from(rendered.width);
-        sky.min + egui::vec2((px.x * points_per_px) as f32, (px.y * points_per_px) as f32)
+        sky.min + vec2((px.x * points_per_px) as f32, (px.y * points_per_px) as f32)
     };
     let star_at = |window: &Window| {
         let px = orrery::scene::labels::star_px(&window.state().shown().expect("an image").scene, star).expect("Rigel is drawn");
@@ -60,7 +60,7 @@ fn a_click_selects_a_star_and_two_clicks_measure_an_angle() {
     // With Ctrl: the angle from the star to another point of the sky.
     ctrl_click(&mut window, star_pos);
     assert!(window.state().reply_text().contains("second place"), "{}", window.state().reply_text());
-    ctrl_click(&mut window, star_pos + egui::vec2(200.0, 150.0));
+    ctrl_click(&mut window, star_pos + vec2(200.0, 150.0));
     let message = window.state().reply_text();
     let angle_deg: f64 =
         message.strip_prefix("Angle: ").and_then(|rest| rest.strip_suffix('°')?.parse().ok()).unwrap_or_else(|| panic!("{message}"));

@@ -120,20 +120,6 @@ pub(crate) fn model(requested: Option<AtmosphereModel>, quality: Quality, in_dra
     (model, reason)
 }
 
-/// Whether the colours of the body's map and disc are those of the ground without the atmosphere; the colours of other bodies include the atmosphere.
-pub(crate) fn colours_exclude_air(body: &Body) -> bool {
-    body.clear_sky_albedo.is_some()
-}
-
-/// Vertical optical depth in the clearest channel above which an atmosphere is visible over the disc: Mars' dust (0.5) is, the clear gas of the giant
-/// planets is not.
-const MIN_DEPTH_OVER_DISC: f64 = 0.3;
-
-/// Whether the atmosphere is visible over the disc: its scattered light extends past the terminator, so that it is drawn even over a map that includes it.
-pub(crate) fn is_visible_over_disc(air: &Atmosphere) -> bool {
-    vertical_optical_depth(air).min_element() > MIN_DEPTH_OVER_DISC
-}
-
 /// Height of the camera above a body's ground: the height in the unit-sphere frame times the equatorial radius; 0 below the ground.
 pub(crate) fn camera_height_km(body: &Body, placement: &Placement) -> f64 {
     ((placement.camera_in_unit_sphere().length() - 1.0) * body.radii_km.x).max(0.0)

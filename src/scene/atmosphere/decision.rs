@@ -7,6 +7,7 @@ use crate::catalog::{Atmosphere, Body};
 use crate::message::{Reason, reason};
 use crate::scene::atmosphere::air;
 use crate::scene::atmosphere::rim::{self, Rim};
+use crate::scene::atmosphere::species::{colours_exclude_air, is_visible_over_disc};
 use crate::scene::camera::silhouette::Outline;
 use crate::scene::camera::{self, ClipRect, Placement};
 use crate::scene::draw::features::{AtmosphereModel, MapSet, PixelView, RingShadow};
@@ -107,10 +108,10 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
     // Unless the catalog gives the ground's own colour, the disc's colour was measured from space and already includes the atmosphere. A camera above the
     // atmosphere sees that colour. The deeper the camera is in the atmosphere, the more the colour counts as the ground's own, seen through the air. The pixel
     // view of the optical depth shows all of the air.
-    let map_includes_air = !air::colours_exclude_air(body) && inputs.pixel_view() != PixelView::OpticalDepth;
+    let map_includes_air = !colours_exclude_air(body) && inputs.pixel_view() != PixelView::OpticalDepth;
     let map_weight = if map_includes_air { air::opacity_below(air, height_km) } else { 0.0 };
     let colour_includes_air = map_includes_air && !camera_is_inside;
-    let continues_disc = colour_includes_air && !air::is_visible_over_disc(air);
+    let continues_disc = colour_includes_air && !is_visible_over_disc(air);
     let rim = Rim::of(body, air, inputs.diameter_px, inputs.placed.phase_angle_rad, continues_disc);
     let rim_is_left_out = !camera_is_inside && rim.is_negligible();
     if !camera_is_inside && rim.is_low() {
@@ -138,7 +139,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         decisions.night_fraction_on_ground = camera::narrow_scalar(air::night_sky_above(air, height_km));
     }
     // The modes of `air_blend_mode`: everywhere, where brighter than the map, outside the disc.
-    decisions.blend_mode = match (map_weight > 0.0, air::is_visible_over_disc(air)) {
+    decisions.blend_mode = match (map_weight > 0.0, is_visible_over_disc(air)) {
         (false, _) => 0.0,
         (true, true) => 1.0,
         (true, false) => 2.0,

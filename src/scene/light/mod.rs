@@ -6,6 +6,8 @@ pub(crate) mod auto_exposure;
 pub(crate) mod brightness;
 // The Sun's corona.
 pub mod corona;
+// The light of a disc by phase angle, divided between ground and air.
+pub mod disc_light;
 // Light that globes of unequal axes reflect.
 pub(crate) mod ellipsoid;
 // The factor from radiance to display values.
@@ -22,7 +24,7 @@ pub(crate) mod meter;
 pub mod night_lights;
 // Published phase laws of planets and the Moon.
 pub(crate) mod phase_laws;
-// Reflectance, geometric albedo and phase functions; irradiance at the viewer, magnitudes.
+// Reflectance, geometric albedo and phase functions; bright and dark sides, magnitudes.
 pub mod photometry;
 // The decision on planet-shine.
 pub(crate) mod planet_shine;

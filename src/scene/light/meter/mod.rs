@@ -260,6 +260,17 @@ impl<'a> MeteredFrame<'_, 'a> {
         all
     }
 
+    /// How much a body counts as a point. The target counts as a disc at any size, but a body with a bright ring of air counts as it is drawn.
+    fn point_weight(&self, p: &PlacedBody<'_>, diameter_px: f64) -> f64 {
+        let point_light_fraction = 1.0 - self.disc_light_fraction(p, diameter_px);
+        if point_light_fraction <= 0.0 {
+            return 0.0;
+        }
+        let is_target = Some(p.body.id) == self.meter.context.request.target;
+        let of_small_body = if is_target { 0.0 } else { 1.0 - smoothstep(diameter_px - 1.0) };
+        (point_light_fraction * self.rim_weight(p, diameter_px)).max(of_small_body)
+    }
+
     /// Meters a body (globe without rings). Returns the mean of its radiance, and its share of the frame.
     fn body(&self, p: &PlacedBody<'_>) -> (LogMean, f64) {
         let (camera, mut mean) = (self.meter.camera, LogMean::default());
@@ -278,10 +289,7 @@ impl<'a> MeteredFrame<'_, 'a> {
         let foreground_radiance = self.foreground_radiance(p.placement.centre_km, Some(p.body.id));
         let air = self.meter.air.filter(|a| a.body.id != p.body.id);
         let transmittance = air.map_or(1.0, |a| a.mean_transmittance(p.placement.centre_km));
-        let is_target = Some(p.body.id) == self.meter.context.request.target;
-        // The target counts as a disc at any size.
-        let is_point = self.disc_light_fraction(p, diameter_px) < 1.0 && !is_target;
-        let point_weight = if is_point { 1.0 - smoothstep(diameter_px - 1.0) } else { 0.0 };
+        let point_weight = self.point_weight(p, diameter_px);
         if point_weight > 0.0 {
             // A point: all of the body's light, spread over a sprite, which the meter treats as uniform with the radiance of its peak.
             let pixel_sr = camera.pixel_tangent().powi(2);
