@@ -134,7 +134,7 @@ pub(crate) fn decide<'c>(inputs: &DecisionInputs<'c, '_>, mut decisions: Decisio
         log.record("air-over-ground", true, reason!("air-partly-in-colours", percent = format_args!("{:.2}", 100.0 * map_weight)));
     }
     decisions.map_weight = camera::narrow_scalar(map_weight);
-    if map_includes_air && !air::is_visible_over_disc(air) {
+    if map_includes_air && !is_visible_over_disc(air) {
         // Seen from above such air no air is drawn over the disc, and its night side has no light of the night sky.
         decisions.night_fraction_on_ground = camera::narrow_scalar(air::night_sky_above(air, height_km));
     }
