@@ -6,6 +6,8 @@ pub(crate) mod auto_exposure;
 pub(crate) mod brightness;
 // The Sun's corona.
 pub mod corona;
+// The glare of small discs.
+pub(crate) mod disc_glare;
 // The factor from radiance to display values.
 pub mod exposure;
 // The Sun's glare.

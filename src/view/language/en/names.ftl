@@ -81,6 +81,7 @@ effect-air-samples = air-samples
 effect-air-over-ground = air-over-ground
 effect-air-rim = air-rim
 effect-thin-crescent = thin-crescent
+effect-disc-glare = disc-glare
 effect-air-pass = air-pass
 effect-light-into-shadow = light-into-shadow
 effect-ring-shadow-on-air = ring-shadow-on-air
